@@ -1,0 +1,67 @@
+#pragma once
+// The words of the excitation: what the experimenter asks, and complex amplitudes at f, 2f, ...
+#include <array>
+#include <cmath>
+#include <complex>
+#include <numbers>
+
+namespace shaker {
+
+inline constexpr double two_pi = 2 * std::numbers::pi;
+inline constexpr int max_harmonics = 16;
+
+/// Standard gravity as the paper uses it, m/s^2: "1.5g" on a command line is 1.5 times this.
+inline constexpr double paper_g = 9.8;
+
+/// Complex amplitudes of a periodic signal: value(t) = Im sum_{q=1..16} a[q-1] e^{i q w t}, so |a| is the peak
+/// amplitude of a harmonic and arg(a) its phase against sin(q w t). `Unit` keeps volts and m/s^2 apart.
+template <class Unit>
+struct Harmonics {
+    std::array<std::complex<double>, max_harmonics> a{};
+    [[nodiscard]] std::complex<double>& at(int q) { return a.at(static_cast<std::size_t>(q - 1)); }
+    [[nodiscard]] const std::complex<double>& at(int q) const { return a.at(static_cast<std::size_t>(q - 1)); }
+    /// Highest q with a non-zero amplitude, 0 when silent.
+    [[nodiscard]] int order() const noexcept {
+        int q = max_harmonics;
+        while (q > 0 && a[static_cast<std::size_t>(q - 1)] == 0.0) --q;
+        return q;
+    }
+    bool operator==(const Harmonics&) const = default;
+};
+struct Voltage;       // V at the DAC's output
+struct Acceleration;  // m/s^2 of the base along the shaker's axis
+
+/// What the experimenter asks: a_B = gamma [rho sin wt + (1-rho) sin(2wt + phi)], the paper's Eq. (1).
+struct Drive {
+    double frequency = 20.0;  // Hz
+    double gamma = paper_g;   // m/s^2
+    double rho = 0.5;         // 0..1
+    double phi = 0.0;         // rad
+};
+
+/// The drive as harmonics of the base acceleration.
+inline Harmonics<Acceleration> harmonics(const Drive& d) {
+    Harmonics<Acceleration> h;
+    h.at(1) = d.gamma * d.rho;
+    h.at(2) = std::polar(d.gamma * (1 - d.rho), d.phi);
+    return h;
+}
+
+/// Signal value at a phase (rad, one turn a period).
+template <class Unit>
+double value_at(const Harmonics<Unit>& h, double phase) noexcept {
+    const std::complex<double> z = std::polar(1.0, phase);
+    std::complex<double> sum = 0;
+    for (int q = max_harmonics; q >= 1; --q) sum = (sum + h.a[static_cast<std::size_t>(q - 1)]) * z;
+    return sum.imag();
+}
+
+/// gamma, rho and phi that harmonics 1 and 2 amount to, with the time origin where harmonic 1 has phase 0:
+/// gamma = A1 + A2, rho = A1 / gamma, phi = alpha2 - 2 alpha1 wrapped to (-pi, pi].
+inline Drive drive_of(const Harmonics<Acceleration>& h, double frequency) {
+    const double a1 = std::abs(h.at(1)), a2 = std::abs(h.at(2));
+    const double phi = std::remainder(std::arg(h.at(2)) - 2 * std::arg(h.at(1)), two_pi);
+    return {frequency, a1 + a2, a1 + a2 > 0 ? a1 / (a1 + a2) : 0.0, phi};
+}
+
+}  // namespace shaker

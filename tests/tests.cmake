@@ -1,0 +1,33 @@
+# Every tests/<folder>/*_test.cpp becomes part of one program per folder; ctest lists each test by its own name.
+find_package(GTest REQUIRED)
+find_package(benchmark REQUIRED)
+include(GoogleTest)
+
+file(GLOB support CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/tests/support/*.cpp)
+add_library(test_support STATIC ${support})
+target_link_libraries(test_support PUBLIC daemon GTest::gtest shaker_opencv shaker_hdf5 Eigen3::Eigen
+                      nlohmann_json::nlohmann_json Boost::headers)
+target_compile_definitions(test_support PUBLIC
+  SHAKER_SOURCE_DIR="${PROJECT_SOURCE_DIR}" SHAKER_BINARY_DIR="${PROJECT_BINARY_DIR}")
+
+foreach(area drivers simulated replay calibration tracking control reduction daemon)
+  file(GLOB sources CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/tests/${area}/*_test.cpp)
+  if(sources)
+    add_executable(${area}_tests ${sources})
+    target_link_libraries(${area}_tests PRIVATE test_support GTest::gtest_main)
+    gtest_discover_tests(${area}_tests DISCOVERY_TIMEOUT 60 PROPERTIES TIMEOUT 600)
+  endif()
+endforeach()
+if(TARGET daemon_tests)
+  add_dependencies(daemon_tests shakerd)
+endif()
+
+add_test(NAME include_order COMMAND ${PROJECT_SOURCE_DIR}/tests/include_order ${PROJECT_SOURCE_DIR})
+
+# One program a bench: tests/bench/<name>.cpp; tests/bench/run starts them.
+file(GLOB benches CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/tests/bench/*.cpp)
+foreach(source ${benches})
+  get_filename_component(name ${source} NAME_WE)
+  add_executable(bench_${name} ${source})
+  target_link_libraries(bench_${name} PRIVATE test_support benchmark::benchmark)
+endforeach()

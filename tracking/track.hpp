@@ -1,0 +1,31 @@
+#pragma once
+// Where a target is in one frame.
+#include <limits>
+
+#include "drivers/time.hpp"
+
+namespace shaker {
+
+/// degraded: found, but part of it was hidden, saturated or blurred. reacquired: first good frame after a loss.
+enum class TrackState { ok, degraded, lost, reacquired };
+
+/// One target in one frame. Pixel centres are at whole numbers. NaN when lost.
+struct Fix {
+    double x_px = std::numeric_limits<double>::quiet_NaN();
+    double y_px = std::numeric_limits<double>::quiet_NaN();
+    double sd_px = std::numeric_limits<double>::quiet_NaN();  // standard deviation of x_px and of y_px
+    TrackState state = TrackState::lost;
+};
+
+/// A Fix in metres along the shaker's axis, on master time.
+struct Track {
+    CameraTick tick;
+    MasterTime time;
+    Fix fix;
+    double x_m = std::numeric_limits<double>::quiet_NaN();
+    double sd_m = std::numeric_limits<double>::quiet_NaN();
+};
+
+constexpr bool found(TrackState s) noexcept { return s != TrackState::lost; }
+
+}  // namespace shaker
