@@ -31,6 +31,7 @@ public:
     int integer(std::string_view key, int min, int max, int otherwise);
     bool flag(std::string_view key, bool otherwise);
     std::string text(std::string_view key, std::string otherwise);
+    /// Required arrays of exactly `count` values.
     std::vector<double> numbers(std::string_view key, std::size_t count);
     std::vector<std::string> texts(std::string_view key, std::size_t count);
     /// One of `allowed`; returns its index.

@@ -1,0 +1,104 @@
+#include "drivers/quantity.hpp"
+
+#include <array>
+#include <charconv>
+#include <cmath>
+#include <numbers>
+#include <span>
+
+#include "drivers/drive.hpp"
+#include "drivers/errors.hpp"
+
+namespace shaker {
+namespace {
+
+// A factor in two parts: "50ms" is 50 / 1000, rounded once, where 50 * 0.001 would be rounded twice.
+struct Unit {
+    std::string_view name;
+    double times;
+    double over;
+};
+
+constexpr std::array acceleration_units{Unit{"m/s^2", 1, 1}, Unit{"mm/s^2", 1, 1e3}, Unit{"g", paper_g, 1},
+                                        Unit{"m/s2", 1, 1}, Unit{"m/s²", 1, 1}};
+constexpr std::array angle_units{Unit{"rad", 1, 1}, Unit{"mrad", 1, 1e3}, Unit{"deg", std::numbers::pi, 180},
+                                 Unit{"°", std::numbers::pi, 180}};
+constexpr std::array frequency_units{Unit{"Hz", 1, 1}, Unit{"kHz", 1e3, 1}, Unit{"mHz", 1, 1e3}};
+constexpr std::array time_units{Unit{"s", 1, 1},    Unit{"ms", 1, 1e3}, Unit{"us", 1, 1e6},
+                                Unit{"µs", 1, 1e6}, Unit{"ns", 1, 1e9}, Unit{"min", 60, 1},
+                                Unit{"h", 3600, 1}};
+constexpr std::array velocity_units{Unit{"m/s", 1, 1}, Unit{"mm/s", 1, 1e3}, Unit{"um/s", 1, 1e6}};
+constexpr std::array ratio_units{Unit{"%", 1, 100}};
+
+std::span<const Unit> units_of(Dimension dimension) {
+    switch (dimension) {
+        case Dimension::acceleration:
+            return acceleration_units;
+        case Dimension::angle:
+            return angle_units;
+        case Dimension::frequency:
+            return frequency_units;
+        case Dimension::time:
+            return time_units;
+        case Dimension::velocity:
+            return velocity_units;
+        case Dimension::ratio:
+            return ratio_units;
+    }
+    return {};
+}
+
+std::string understood(Dimension dimension, Range allowed) {
+    const bool ratio = dimension == Dimension::ratio;
+    const std::string si = ratio ? "" : " " + std::string{units_of(dimension).front().name};
+    std::string list = ratio ? "none" : "";
+    for (const Unit& unit : units_of(dimension)) list += (list.empty() ? "" : ", ") + std::string{unit.name};
+    return " (units understood: " + list + "; allowed: " + to_text(allowed) + si + ")";
+}
+
+std::string_view trimmed(std::string_view text) {
+    constexpr std::string_view blank = " \t\r\n";
+    const auto first = text.find_first_not_of(blank);
+    if (first == std::string_view::npos) return {};
+    return text.substr(first, text.find_last_not_of(blank) - first + 1);
+}
+
+}  // namespace
+
+std::string to_text(double value) {
+    std::array<char, 32> buffer{};
+    const auto end = std::to_chars(buffer.data(), buffer.data() + buffer.size(), value).ptr;
+    return {buffer.data(), end};
+}
+
+std::string to_text(Range range) {
+    const bool from = std::isfinite(range.min), to = std::isfinite(range.max);
+    if (from && to) return to_text(range.min) + " to " + to_text(range.max);
+    if (from) return "at least " + to_text(range.min);
+    return to ? "at most " + to_text(range.max) : "any number";
+}
+
+double parse_quantity(std::string_view what, std::string_view text, Dimension dimension, Range allowed) {
+    const auto refuse = [&](const std::string& why) {
+        return InputError{std::string{what} + " \"" + std::string{text} + "\": " + why +
+                          understood(dimension, allowed)};
+    };
+    std::string_view rest = trimmed(text);
+    if (rest.starts_with('+') && !rest.starts_with("+-")) rest.remove_prefix(1);
+    double value = 0;
+    const auto [end, error] = std::from_chars(rest.data(), rest.data() + rest.size(), value);
+    if (error == std::errc::result_out_of_range) throw refuse("this number is too large or too small");
+    if (error != std::errc{}) throw refuse("a number was expected, then a unit");
+    if (!std::isfinite(value)) throw refuse("a finite number was expected");
+    const std::string_view name = trimmed(rest.substr(static_cast<std::size_t>(end - rest.data())));
+    if (!name.empty()) {
+        const Unit* found = nullptr;
+        for (const Unit& unit : units_of(dimension)) found = unit.name == name ? &unit : found;
+        if (found == nullptr) throw refuse("unknown unit \"" + std::string{name} + "\"");
+        value = value * found->times / found->over;
+    }
+    if (!(value >= allowed.min && value <= allowed.max)) throw refuse("out of range");
+    return value;
+}
+
+}  // namespace shaker

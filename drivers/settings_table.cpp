@@ -1,0 +1,257 @@
+#include "drivers/settings_table.hpp"
+
+#include <toml++/toml.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <fstream>
+#include <set>
+#include <sstream>
+
+#include "drivers/errors.hpp"
+
+namespace shaker {
+namespace {
+
+std::string shown(const toml::node& node) {
+    std::ostringstream out;
+    out.imbue(std::locale::classic());
+    node.visit([&](const auto& value) { out << value; });
+    std::string text = out.str();
+    std::replace(text.begin(), text.end(), '\n', ' ');
+    constexpr std::size_t longest = 80;
+    if (text.size() > longest) text.replace(longest, std::string::npos, "...");
+    return text;
+}
+
+std::string quoted_list(const std::vector<std::string>& words) {
+    std::string list;
+    for (const auto& word : words) list += (list.empty() ? "\"" : ", \"") + word + "\"";
+    return list;
+}
+
+std::size_t edit_distance(std::string_view a, std::string_view b) {
+    std::vector<std::size_t> row(b.size() + 1);
+    for (std::size_t j = 0; j < row.size(); ++j) row[j] = j;
+    for (std::size_t i = 0; i < a.size(); ++i) {
+        std::size_t diagonal = row[0];
+        row[0] = i + 1;
+        for (std::size_t j = 0; j < b.size(); ++j) {
+            const std::size_t replaced = diagonal + (a[i] == b[j] ? 0 : 1);
+            diagonal = row[j + 1];
+            row[j + 1] = std::min({replaced, diagonal + 1, row[j] + 1});
+        }
+    }
+    return row.back();
+}
+
+/// The known key that `key` is most like: a slip of the finger, or a unit left out ("gamma" for
+/// "gamma_mps2").
+std::string nearest(std::string_view key, const std::set<std::string, std::less<>>& known) {
+    std::size_t best = std::max<std::size_t>(2, key.size() / 3) + 1;
+    std::string found;
+    for (const auto& word : known) {
+        const bool unit_left_out = word.starts_with(std::string{key} + "_");
+        const std::size_t distance = unit_left_out ? 0 : edit_distance(key, word);
+        if (distance < best) best = distance, found = word;
+    }
+    return found;
+}
+
+std::string read_all(const std::filesystem::path& file) {
+    std::ifstream in{file, std::ios::binary};
+    if (std::filesystem::is_directory(file))
+        throw InputError{file.string() + ": is a folder, not a settings file"};
+    if (!in) throw InputError{file.string() + ": cannot be opened: " + std::strerror(errno)};
+    std::ostringstream text;
+    text << in.rdbuf();
+    return text.str();
+}
+
+}  // namespace
+
+struct SettingsTable::Impl {
+    std::shared_ptr<const toml::table> root;  // owns every node
+    const toml::table* here = nullptr;        // null: a sub-table that is not in the file
+    std::string file;
+    std::string prefix;  // "camera.target." before the key in messages
+    std::size_t line = 1;
+    std::set<std::string, std::less<>> known;
+
+    const toml::node* find(std::string_view key) {
+        known.emplace(key);
+        return here != nullptr ? here->get(key) : nullptr;
+    }
+    [[nodiscard]] std::size_t line_of(std::string_view key) const {
+        if (here != nullptr)
+            for (const auto& [name, node] : *here)
+                if (name.str() == key) return name.source().begin.line;
+        return line;
+    }
+    [[noreturn]] void fail(std::string_view key, const std::string& why) const {
+        const std::string where = file + ":" + std::to_string(line_of(key)) + ": ";
+        const std::string table = prefix.empty() ? "" : prefix.substr(0, prefix.size() - 1) + ": ";
+        throw InputError{where + (key.empty() ? table : prefix + std::string{key} + ": ") + why};
+    }
+    [[noreturn]] void wrong(std::string_view key, const toml::node& node, const std::string& expected) const {
+        fail(key, shown(node) + " is not allowed: " + expected + " was expected");
+    }
+    const toml::node& need(std::string_view key, const std::string& expected) {
+        const toml::node* node = find(key);
+        if (node == nullptr) fail(key, "this key is missing: " + expected + " was expected");
+        return *node;
+    }
+    double number(std::string_view key, const toml::node& node, Range allowed) const {
+        const std::string expected = "a number, " + to_text(allowed) + ",";
+        if (!node.is_number()) wrong(key, node, expected);
+        const double value = *node.value<double>();
+        if (!std::isfinite(value) || value < allowed.min || value > allowed.max) wrong(key, node, expected);
+        return value;
+    }
+    std::string text(std::string_view key, const toml::node& node) const {
+        if (!node.is_string()) wrong(key, node, "a text in quotes");
+        return node.as_string()->get();
+    }
+    const toml::array& array(std::string_view key, std::size_t count, const std::string& of_what) {
+        const std::string expected = "an array of " + std::to_string(count) + " " + of_what;
+        const toml::node& node = need(key, expected);
+        if (!node.is_array() || node.as_array()->size() != count) wrong(key, node, expected);
+        return *node.as_array();
+    }
+    [[nodiscard]] std::unique_ptr<Impl> child(std::string_view key, const toml::table* table) const {
+        const std::size_t its_line = table != nullptr ? table->source().begin.line : line;
+        return std::make_unique<Impl>(Impl{root, table, file, prefix + std::string{key} + ".", its_line, {}});
+    }
+};
+
+SettingsTable::SettingsTable(std::unique_ptr<Impl> impl) : impl_{std::move(impl)} {}
+SettingsTable::SettingsTable(SettingsTable&&) noexcept = default;
+SettingsTable& SettingsTable::operator=(SettingsTable&&) noexcept = default;
+SettingsTable::~SettingsTable() = default;
+
+SettingsTable SettingsTable::from_file(const std::filesystem::path& file) {
+    return from_text(read_all(file), file.string());
+}
+
+SettingsTable SettingsTable::from_text(std::string_view text, std::string file_name) {
+    try {
+        auto root = std::make_shared<const toml::table>(toml::parse(text, file_name));
+        const toml::table* here = root.get();
+        return SettingsTable{
+            std::make_unique<Impl>(Impl{std::move(root), here, std::move(file_name), "", 1, {}})};
+    } catch (const toml::parse_error& error) {
+        const auto at = error.source().begin;
+        throw InputError{file_name + ":" + std::to_string(at.line) + ":" + std::to_string(at.column) + ": " +
+                         std::string{error.description()}};
+    }
+}
+
+bool SettingsTable::has(std::string_view key) const { return impl_->find(key) != nullptr; }
+
+bool SettingsTable::is_text(std::string_view key) const {
+    const toml::node* node = impl_->find(key);
+    return node != nullptr && node->is_string();
+}
+
+double SettingsTable::number(std::string_view key, Range allowed) {
+    return impl_->number(key, impl_->need(key, "a number, " + to_text(allowed) + ","), allowed);
+}
+
+double SettingsTable::number(std::string_view key, Range allowed, double otherwise) {
+    const toml::node* node = impl_->find(key);
+    return node != nullptr ? impl_->number(key, *node, allowed) : otherwise;
+}
+
+int SettingsTable::integer(std::string_view key, int min, int max, int otherwise) {
+    const toml::node* node = impl_->find(key);
+    if (node == nullptr) return otherwise;
+    const auto value = node->value_exact<std::int64_t>();
+    if (!value || *value < min || *value > max)
+        impl_->wrong(key, *node,
+                     "a whole number, " + std::to_string(min) + " to " + std::to_string(max) + ",");
+    return static_cast<int>(*value);
+}
+
+bool SettingsTable::flag(std::string_view key, bool otherwise) {
+    const toml::node* node = impl_->find(key);
+    if (node == nullptr) return otherwise;
+    if (!node->is_boolean()) impl_->wrong(key, *node, "true or false");
+    return node->as_boolean()->get();
+}
+
+std::string SettingsTable::text(std::string_view key) {
+    return impl_->text(key, impl_->need(key, "a text in quotes"));
+}
+
+std::string SettingsTable::text(std::string_view key, std::string otherwise) {
+    const toml::node* node = impl_->find(key);
+    return node != nullptr ? impl_->text(key, *node) : otherwise;
+}
+
+std::vector<double> SettingsTable::numbers(std::string_view key, std::size_t count) {
+    constexpr Range finite{-INFINITY, INFINITY};
+    std::vector<double> values;
+    for (const toml::node& node : impl_->array(key, count, "numbers"))
+        values.push_back(impl_->number(key, node, finite));
+    return values;
+}
+
+std::vector<std::string> SettingsTable::texts(std::string_view key, std::size_t count) {
+    std::vector<std::string> values;
+    for (const toml::node& node : impl_->array(key, count, "texts")) values.push_back(impl_->text(key, node));
+    return values;
+}
+
+std::size_t SettingsTable::choice(std::string_view key, std::initializer_list<std::string_view> allowed,
+                                  std::optional<std::size_t> otherwise) {
+    const std::string expected = "one of " + quoted_list({allowed.begin(), allowed.end()});
+    const toml::node* node = impl_->find(key);
+    if (node == nullptr && otherwise) return *otherwise;
+    if (node == nullptr) node = &impl_->need(key, expected);
+    const auto value = node->value_exact<std::string_view>();
+    const auto* const found = value ? std::find(allowed.begin(), allowed.end(), *value) : allowed.end();
+    if (found == allowed.end()) impl_->wrong(key, *node, expected);
+    return static_cast<std::size_t>(found - allowed.begin());
+}
+
+SettingsTable SettingsTable::table(std::string_view key) {
+    const toml::node* node = impl_->find(key);
+    if (node != nullptr && !node->is_table()) impl_->wrong(key, *node, "a table [" + std::string{key} + "]");
+    return SettingsTable{impl_->child(key, node != nullptr ? node->as_table() : nullptr)};
+}
+
+std::vector<SettingsTable> SettingsTable::tables(std::string_view key) {
+    const toml::node* node = impl_->find(key);
+    std::vector<SettingsTable> result;
+    if (node == nullptr) return result;
+    const std::string expected = "tables [[" + impl_->prefix + std::string{key} + "]]";
+    if (!node->is_array()) impl_->wrong(key, *node, expected);
+    for (const toml::node& element : *node->as_array()) {
+        if (!element.is_table()) impl_->wrong(key, element, expected);
+        result.push_back(SettingsTable{impl_->child(key, element.as_table())});
+    }
+    return result;
+}
+
+void SettingsTable::finish() const {
+    if (impl_->here == nullptr) return;
+    const toml::key* first = nullptr;
+    for (const auto& [key, node] : *impl_->here) {
+        const bool earlier = first == nullptr || key.source().begin.line < first->source().begin.line;
+        if (!impl_->known.contains(key.str()) && earlier) first = &key;
+    }
+    if (first == nullptr) return;
+    const std::string guess = nearest(first->str(), impl_->known);
+    impl_->fail(first->str(),
+                "this key is not known here" + (guess.empty() ? "" : "; did you mean \"" + guess + "\"?") +
+                    " (known: " + quoted_list({impl_->known.begin(), impl_->known.end()}) + ")");
+}
+
+void SettingsTable::fail(std::string_view key, const std::string& why) const { impl_->fail(key, why); }
+
+std::filesystem::path SettingsTable::folder() const {
+    return std::filesystem::path{impl_->file}.parent_path();
+}
+
+}  // namespace shaker
