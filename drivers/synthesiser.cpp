@@ -168,8 +168,8 @@ std::int64_t Synthesiser::next_stretch(std::int64_t wanted) noexcept {
         begin_change();
         return std::min(wanted, change_.ramp);
     }
-    // Samples until the sum passes 2^64, which is -phase_ away.
-    const std::uint64_t to_wrap = (-phase_ + step_ - 1) / step_;
+    // The wrap is 2^64 - phase_ away, which is -phase_; phase_ is not 0 here.
+    const std::uint64_t to_wrap = (-phase_ - 1) / step_ + 1;
     return std::min(wanted, static_cast<std::int64_t>(to_wrap));
 }
 
@@ -217,10 +217,9 @@ void Synthesiser::fill_ramp(std::span<double> volts) noexcept {
         const std::size_t n = std::min(lanes, volts.size() - done);
         Lanes weight;
         ramp_weights(tick_.n - change_.first.n, change_.ramp, weight);
-        Phases phase;
-        for (std::size_t i = 0; i < lanes; ++i) {
+        Phases phase{};
+        for (std::size_t i = 0; i < n; ++i) {
             phase[i] = phase_;
-            if (i == n) break;
             last_step_ = step_between(step_, change_.step, weight[i]);
             phase_ += last_step_;
         }
