@@ -59,7 +59,8 @@ TEST(SynthesiserTest, SamplesAreExactToTheLastDigitsOfADouble) {
     synth.set(all);
     play(synth, 2048);
     std::int64_t n = 2048;
-    // Horner's rule amplifies the roundings of sine and cosine by up to the harmonic number: 16 x 2e-16 of the sum.
+    // Horner's rule amplifies the roundings of sine and cosine by up to the harmonic number: 16 x 2e-16 of
+    // the sum.
     for (const double v : play(synth, 5000)) EXPECT_NEAR(v, exact(all.volts, n++, 2048), 3.2e-15);
 }
 
@@ -296,7 +297,6 @@ TEST(SynthesiserTest, AThousandRandomChangesNeverJumpNorLeaveADirectPart) {
     Synthesiser synth{rate, f, 1};
     double last = 0;
     double sum = 0;
-    double count = 0;
     double largest_step = 0;
     std::array<double, 256> block;
     for (int i = 0; i < 1000; ++i) {
@@ -311,7 +311,6 @@ TEST(SynthesiserTest, AThousandRandomChangesNeverJumpNorLeaveADirectPart) {
                 largest_step = std::max(largest_step, std::abs(v - last));
                 sum += v;
                 last = v;
-                ++count;
             }
         }
     }
@@ -319,8 +318,11 @@ TEST(SynthesiserTest, AThousandRandomChangesNeverJumpNorLeaveADirectPart) {
     // Steady, the slope is at most that of a full second harmonic, 2 w / rate = 5.2e-3; a ramp may add a
     // tenth.
     EXPECT_LE(largest_step, 1.1 * 2 * two_pi * f / rate);
-    EXPECT_LE(std::abs(sum / count),
-              1e-3);  // ramps of random harmonics: 1000 changes x 1e-2 of a period at random
+    // The direct part of a ramp, 4/(3 pi) of a period at most for a change by 1, is linear in the change: the
+    // sum of all telescopes to that of one change by at most 1.
+    // A ramp's direct part is linear in the change, 2/(3 pi) of a period for 1 V: over all changes it
+    // telescopes to that of one by at most 1 V. The last period, which is cut off, adds at most 1/pi.
+    EXPECT_LE(std::abs(sum), (2.0 / 3 + 1) / std::numbers::pi * period);
 }
 
 TEST(SynthesiserTest, RealisesTheFrequencyToTwoToTheMinus65OfTheRate) {
