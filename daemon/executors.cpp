@@ -31,9 +31,11 @@ std::vector<std::string> run_threaded(std::vector<Loop>& loops, const std::funct
         for (std::size_t i = 0; i < loops.size(); ++i) {
             threads.emplace_back([&, i] {
                 Loop& loop = loops[i];
-                for (std::string& why : make_realtime(loop.name, loop.fifo_priority)) {
+                const std::string unnamed = name_thread(loop.name);
+                const std::string unranked = loop.fifo_priority > 0 ? use_fifo_priority(loop.fifo_priority) : "";
+                for (const std::string& why : {unnamed, unranked}) {
                     const std::scoped_lock lock{mutex};
-                    refused.push_back(std::move(why));
+                    if (!why.empty()) refused.push_back(loop.name + ": " + why);
                 }
                 try {
                     while (!stop.stop_requested()) {

@@ -5,6 +5,7 @@
 
 #include "daemon/reduction/measurement.hpp"
 #include "drivers/devices.hpp"
+#include "drivers/synthesiser.hpp"
 #include "tracking/track.hpp"
 
 namespace shaker {
@@ -20,6 +21,7 @@ struct Take {
     AccelerometerInfo accelerometer;      // rate 0: none
     std::vector<AccelBlock> blocks;
     std::vector<PlayTime> played;         // empty for a session without a DAC
+    std::vector<DriveChange> changes;     // likewise
     double dac_rate_hz = 0;
     std::vector<TargetTrack> tracks;
     std::uint64_t blocks_lost = 0, frames_lost = 0, frames = 0;
