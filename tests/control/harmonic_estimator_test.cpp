@@ -82,7 +82,7 @@ TEST(HarmonicEstimatorTest, AddDoesNotAllocate) {
     for (int i = 0; i < 500; ++i) a.push_back(s.at(i / per_period));
     int found = 0;
     {
-        const NoAlloc guard;
+        const test::NoAlloc guard;
         for (int i = 0; i < 500; ++i) found += e.add(3 + i / per_period, a[static_cast<std::size_t>(i)]) ? 1 : 0;
     }
     EXPECT_EQ(found, 3);
