@@ -1,5 +1,4 @@
-// Single steps of the real-time path, timed by Google Benchmark: hand-over, frame pool, synthesiser, clock
-// tracker.
+// Single steps of the real-time path (Google Benchmark): hand-over, frame pool, synthesiser, clock tracker.
 #include <benchmark/benchmark.h>
 
 #include <array>
