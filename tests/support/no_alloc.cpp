@@ -5,10 +5,6 @@
 #include <cerrno>
 #include <cstddef>
 
-#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
-#include <sanitizer/allocator_interface.h>
-#endif
-
 namespace shaker::test {
 namespace {
 
@@ -24,20 +20,23 @@ NoAlloc::~NoAlloc() {
     EXPECT_EQ(after.returned - before_.returned, 0U) << "memory was freed while a NoAlloc guard watched";
 }
 
+}  // namespace shaker::test
+
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
 
 // A sanitiser has replaced the heap already; it offers to report each call.
+using TakenHook = void (*)(const volatile void*, std::size_t);
+using ReturnedHook = void (*)(const volatile void*);
+extern "C" int install_heap_hooks(TakenHook,
+                                  ReturnedHook) __asm__("__sanitizer_install_malloc_and_free_hooks");
+
 namespace {
-void taken(const volatile void*, std::size_t) { ++calls.taken; }
-void returned(const volatile void* memory) { calls.returned += memory != nullptr; }
-[[maybe_unused]] const int hooked = __sanitizer_install_malloc_and_free_hooks(taken, returned);
+[[maybe_unused]] const int hooked = install_heap_hooks(
+    [](const volatile void*, std::size_t) { ++shaker::test::calls.taken; },
+    [](const volatile void* memory) { shaker::test::calls.returned += memory != nullptr; });
 }  // namespace
 
-}  // namespace shaker::test
-
 #else
-
-}  // namespace shaker::test
 
 // Every heap call of the program, operator new and libraries included, ends in one of these, which the C
 // library lets a program replace.
