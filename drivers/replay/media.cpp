@@ -10,6 +10,7 @@
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 #include <opencv2/videoio.hpp>
+#include <opencv2/videoio/registry.hpp>
 
 #include "drivers/errors.hpp"
 
@@ -80,7 +81,8 @@ class Movie final : public Media {
 public:
     explicit Movie(const std::filesystem::path& file) : file_{file.string()} {
         if (!std::filesystem::exists(file)) throw InputError{file_ + ": No such file or directory"};
-        if (!capture_.open(file_, cv::CAP_FFMPEG) && !capture_.open(file_, cv::CAP_ANY))
+        const bool ffmpeg = cv::videoio_registry::hasBackend(cv::CAP_FFMPEG);
+        if (!capture_.open(file_, ffmpeg ? cv::CAP_FFMPEG : cv::CAP_ANY))
             throw InputError{file_ + ": is not a movie that can be opened"};
         if (!capture_.read(ahead_) || ahead_.empty())
             throw InputError{file_ + ": not one picture of this movie can be decoded"};
@@ -293,6 +295,21 @@ std::vector<std::filesystem::path> images_like(const std::filesystem::path& file
 }
 
 }  // namespace
+
+void unpack_pixels(const std::vector<std::byte>& packed, unsigned bits, std::vector<std::byte>& pixels) {
+    std::uint32_t window = 0;
+    unsigned held = 0;
+    std::size_t at = 0;
+    for (std::size_t i = 0; i + 1 < pixels.size(); i += 2) {
+        while (held < bits) {
+            window = (window << 8U) | std::to_integer<std::uint32_t>(packed[at++]);
+            held += 8;
+        }
+        held -= bits;
+        const auto grey = static_cast<std::uint16_t>((window >> held) & ((1U << bits) - 1U));
+        std::memcpy(&pixels[i], &grey, sizeof grey);
+    }
+}
 
 std::unique_ptr<Media> open_movie(const std::filesystem::path& file) { return std::make_unique<Movie>(file); }
 

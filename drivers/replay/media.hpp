@@ -12,7 +12,7 @@
 namespace shaker {
 
 /// Grey values as they were stored: 8-bit files give 1 byte a pixel, deeper ones 2 (native endian), never
-/// rescaled: a 12-bit file gives 0..4095, unless its maker already stored them shifted to the left.
+/// rescaled: a 12-bit file gives 0 to 4095, unless its maker already stored them shifted to the left.
 struct Picture {
     std::vector<std::byte> pixels;  // top row first, without padding
     int missed = 0;                 // exposures that are missing in the file just before this one
@@ -55,8 +55,13 @@ std::unique_ptr<Media> open_media(const std::filesystem::path& file, MissingNumb
 /// packed without gaps, most significant bit first.
 std::unique_ptr<Media> open_photron(const std::filesystem::path& cih);
 
-/// Phantom: .cine with uncompressed grey pictures of 8 or 16 bits.
+/// Phantom: .cine with grey pictures of 8 or 16 bits, or of 10 or 12 packed like Photron's. What a 10-bit
+/// camera packs is a compressed scale of greys; it is given as stored, not made linear.
 std::unique_ptr<Media> open_phantom(const std::filesystem::path& cine);
+
+/// Takes apart pixels of `bits` < 16 bits that follow each other without gaps, most significant bit first.
+/// `pixels` has 2 bytes for each, already of the right size.
+void unpack_pixels(const std::vector<std::byte>& packed, unsigned bits, std::vector<std::byte>& pixels);
 
 /// Movies (OpenCV's reader gives 8 bits a pixel; colour becomes grey).
 std::unique_ptr<Media> open_movie(const std::filesystem::path& file);

@@ -1,5 +1,6 @@
 #include <array>
 #include <bit>
+#include <cstdlib>
 #include <cstring>
 #include <fstream>
 
@@ -13,7 +14,8 @@ namespace {
 static_assert(std::endian::native == std::endian::little,
               "cine files are little endian and read as they are");
 
-constexpr std::uint32_t uncompressed = 0;  // both in the file's header and in the bitmap's
+// Values of the compression in a bitmap's header. Packed pictures are stored top row first without padding.
+constexpr std::uint32_t unpacked = 0, packed_10_bits = 256, packed_12_bits = 1024;
 constexpr std::uint64_t file_header_bytes = 44;
 constexpr std::uint64_t bitmap_header_bytes = 40;
 constexpr std::uint64_t setup_mark_at = 140;
@@ -21,7 +23,7 @@ constexpr std::uint16_t setup_mark = 0x5453;  // "ST"
 constexpr std::uint64_t setup_rate_at = 768;
 constexpr Range rate_allowed{1e-3, 1e8};
 
-/// Uncompressed grey pictures of a .cine file. Nothing in its headers is believed before it is checked
+/// Grey pictures of a .cine file, unpacked or packed. Nothing in its headers is believed before it is checked
 /// against the file's size.
 class Phantom final : public Media {
 public:
@@ -30,9 +32,9 @@ public:
         size_ = std::filesystem::file_size(cine);
         if (size_ < file_header_bytes || at<std::uint16_t>(0, "file header") != 0x4943)
             fail("is not a Phantom .cine file: it does not start with \"CI\"");
-        if (const auto kind = at<std::uint16_t>(4, "file header"); kind != uncompressed)
+        if (const auto kind = at<std::uint16_t>(4, "file header"); kind != 0)
             fail("holds " + std::string{kind == 2 ? "colour" : "compressed"} + " pictures (compression " +
-                 std::to_string(kind) + "); only uncompressed grey ones are understood");
+                 std::to_string(kind) + "); only grey ones that are not compressed are understood");
         count_ = at<std::uint32_t>(20, "file header");
         read_bitmap_header(at<std::uint32_t>(24, "file header"));
         read_setup(at<std::uint32_t>(28, "file header"));
@@ -54,15 +56,19 @@ public:
         if (notes < 8)
             fail(what + " starts with a block of " + std::to_string(notes) +
                  " bytes; at least 8 were expected");
-        const auto height = static_cast<std::uint64_t>(format_.height);
-        need(start + notes, stride_ * height, what);
+        need(start + notes, stored_.size(), what);
+        read(start + notes, stored_.data(), stored_.size(), what);
         const auto row = static_cast<std::size_t>(format_.width * format_.bytes_per_pixel);
+        const auto height = static_cast<std::size_t>(format_.height);
         picture.missed = 0;
-        picture.pixels.resize(row * static_cast<std::size_t>(format_.height));
-        for (std::uint64_t y = 0; y < height; ++y) {
-            const std::uint64_t stored = bottom_up_ ? height - 1 - y : y;
-            read(start + notes + stored * stride_, &picture.pixels[static_cast<std::size_t>(y) * row], row,
-                 what);
+        picture.pixels.resize(row * height);
+        if (packed_bits_ > 0) {
+            unpack_pixels(stored_, packed_bits_, picture.pixels);
+        } else {
+            for (std::size_t y = 0; y < height; ++y) {
+                const std::size_t from = (bottom_up_ ? height - 1 - y : y) * (stored_.size() / height);
+                std::memcpy(&picture.pixels[y * row], &stored_[from], row);
+            }
         }
         ++next_;
         return true;
@@ -99,23 +105,30 @@ private:
         if (width < 1 || width > 65536 || height == 0 || height > 65536 || height < -65536)
             fail("pictures of " + std::to_string(width) + " x " + std::to_string(height) +
                  " pixels are not allowed");
-        if (compression != uncompressed)
-            fail("its pictures are packed or compressed (bitmap compression " + std::to_string(compression) +
-                 "); save it with unpacked 8 or 16-bit grey pictures");
-        if (bits != 8 && bits != 16)
+        if (compression == unpacked && bits != 8 && bits != 16)
             fail("its pictures have " + std::to_string(bits) +
                  " bits a pixel; grey ones of 8 or 16 are understood");
+        if (compression != unpacked && compression != packed_10_bits && compression != packed_12_bits)
+            fail("its pictures are compressed (bitmap compression " + std::to_string(compression) +
+                 "); save it with packed or unpacked grey pictures");
         // As in a DIB: a positive height means that the bottom row comes first, and rows are padded to 4
         // bytes.
         bottom_up_ = height > 0;
-        format_ = {width, height > 0 ? height : -height, bits / 8};
-        const std::uint64_t row = static_cast<std::uint64_t>(width) * bits / 8;
-        const auto rows = static_cast<std::uint64_t>(format_.height);
-        const std::uint64_t padded = (row + 3) / 4 * 4;
-        if (image_bytes != 0 && image_bytes != padded * rows && image_bytes != row * rows)
+        packed_bits_ = compression == packed_10_bits ? 10 : compression == packed_12_bits ? 12 : 0;
+        format_ = {width, std::abs(height), compression == unpacked ? bits / 8 : 2};
+        const auto rows = static_cast<std::uint64_t>(format_.height),
+                   row = static_cast<std::uint64_t>(width) * bits / 8;
+        const std::uint64_t padded = (row + 3) / 4 * 4 * rows;
+        const std::uint64_t packed = (static_cast<std::uint64_t>(width) * rows * packed_bits_ + 7) / 8;
+        const std::uint64_t expected = packed_bits_ > 0            ? packed
+                                       : image_bytes == row * rows ? image_bytes
+                                                                   : padded;
+        if (image_bytes != 0 && image_bytes != expected)
             fail("pictures of " + std::to_string(image_bytes) + " bytes do not fit " + std::to_string(width) +
-                 " x " + std::to_string(format_.height) + " pixels of " + std::to_string(bits) + " bits");
-        stride_ = image_bytes == row * rows ? row : padded;
+                 " x " + std::to_string(format_.height) + " pixels of " +
+                 std::to_string(packed_bits_ > 0 ? packed_bits_ : bits) + " bits");
+        need(0, expected, "one picture");
+        stored_.resize(expected);
     }
 
     void read_setup(std::uint64_t start) {
@@ -131,8 +144,9 @@ private:
     std::uint64_t size_ = 0;
     std::uint32_t count_ = 0, next_ = 0;
     std::uint64_t offsets_ = 0;
-    std::uint64_t stride_ = 0;
     bool bottom_up_ = true;
+    unsigned packed_bits_ = 0;       // 0: not packed
+    std::vector<std::byte> stored_;  // one picture as it is in the file
     PictureFormat format_;
     std::optional<double> rate_hz_;
 };

@@ -68,22 +68,6 @@ private:
     std::map<std::string, std::string> values_;
 };
 
-/// Pixels of fewer than 16 bits that follow each other without gaps, most significant bit first.
-void unpack(const std::vector<std::byte>& packed, unsigned bits, std::vector<std::byte>& pixels) {
-    std::uint32_t window = 0;
-    unsigned held = 0;
-    std::size_t at = 0;
-    for (std::size_t i = 0; i + 1 < pixels.size(); i += 2) {
-        while (held < bits) {
-            window = (window << 8U) | std::to_integer<std::uint32_t>(packed[at++]);
-            held += 8;
-        }
-        held -= bits;
-        const auto grey = static_cast<std::uint16_t>((window >> held) & ((1U << bits) - 1U));
-        std::memcpy(&pixels[i], &grey, sizeof grey);
-    }
-}
-
 class Photron final : public Media {
 public:
     explicit Photron(const std::filesystem::path& cih) {
@@ -111,7 +95,7 @@ public:
         auto& raw = packed() ? packed_ : picture.pixels;
         in_.read(reinterpret_cast<char*>(raw.data()), static_cast<std::streamsize>(raw.size()));
         if (!in_) throw InputError{mraw_.string() + ": picture " + std::to_string(next_) + " cannot be read"};
-        if (packed()) unpack(packed_, bits_, picture.pixels);
+        if (packed()) unpack_pixels(packed_, bits_, picture.pixels);
         ++next_;
         return true;
     }
