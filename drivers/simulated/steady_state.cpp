@@ -1,8 +1,6 @@
 #include "drivers/simulated/steady_state.hpp"
 
-#include <algorithm>
 #include <cmath>
-#include <limits>
 
 #include "drivers/errors.hpp"
 
@@ -11,8 +9,9 @@ namespace shaker {
 namespace {
 
 constexpr std::int64_t most_periods = 10'000'000;
-constexpr double repeats = 1e-14;  // gamma/omega
-constexpr double settled = 1e-14;  // gamma/omega of v still to come
+constexpr double repeats = 1e-14;   // gamma/omega
+constexpr double settled = 1e-14;   // gamma/omega of v still to come
+constexpr double rounding = 1e-12;  // gamma/omega; below this a change that does not shrink is rounding
 
 /// What is left of a small error of v after the period whose events are given. Where v_R crosses zero the
 /// error is scaled by the ratio of dv_R/dt after and before.
@@ -46,6 +45,7 @@ SteadyState settle(const WalkerLaw& law, double v_start) {
     const double scale = law.velocity_scale();
     SteadyState state;
     state.periods = -1;
+    double change_before = 0;
     for (std::int64_t n = 0;; ++n) {
         if (n == most_periods)
             throw InputError{"the walker has not settled after 10000000 periods of the drive"};
@@ -57,12 +57,14 @@ SteadyState settle(const WalkerLaw& law, double v_start) {
             state.contact0 != Contact::stick && change * static_cast<double>(state.contact0) > 0) {
             throw InputError{"the walker has no steady motion: on this tilt friction cannot hold it back"};
         }
-        if (std::abs(change) > repeats * scale) continue;
-        if (state.periods < 0) state.periods = n;
+        const bool shrinks = std::abs(change) < std::abs(change_before);
+        change_before = change;
+        if (state.periods < 0 && std::abs(change) <= repeats * scale) state.periods = n;
+        if (std::abs(change) > rounding * scale) continue;
         state.contraction = contraction(law, walker.events(), walker.now().contact);
-        const double floor = 4 * std::numeric_limits<double>::epsilon() * std::abs(state.v0);
-        if (std::abs(change) <= std::max(settled * scale * (1 - state.contraction), floor)) break;
+        if (!shrinks || std::abs(change) <= settled * scale * (1 - state.contraction)) break;
     }
+    if (state.periods < 0) state.periods = walker.period() - 1;
     state.v_D = state.D / law.period();
     state.events.assign(walker.events().begin(), walker.events().end());
     state.rest = rest_intervals(state.events, state.contact0);

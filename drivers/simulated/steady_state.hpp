@@ -24,7 +24,7 @@ struct SteadyState {
     std::vector<WalkerEvent> events;    // of one period, by phase
     std::vector<RestInterval> rest;
     double rest_fraction = 0;  // of the period
-    std::int64_t periods = 0;  // walked until the motion repeats within 1e-12 gamma/omega
+    std::int64_t periods = 0;  // walked until the motion repeats within 1e-14 gamma/omega
     double contraction = 0;    // of a small error of v, a period; 0 where the walker sticks
 };
 

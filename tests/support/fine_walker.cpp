@@ -1,5 +1,6 @@
 #include "tests/support/fine_walker.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <functional>
 #include <numbers>
@@ -135,8 +136,8 @@ bool FineWalker::slip_ends_in(long double a, long double b, long double& at) con
         return true;
     }
     const long double m1 = gap(a + third), m2 = gap(b - third);
-    if (m1 > gap(left) && m2 < m1 && gap(b) < m2) return false;
-    long double lo = left, hi = b;  // golden-section-like search for a lowest point
+    if (std::min(m1, m2) >= std::min(gap(left), gap(b))) return false;
+    long double lo = left, hi = b;  // closes in on the lowest point
     for (int i = 0; i < 60; ++i) {
         const long double p = lo + (hi - lo) / 3, q = hi - (hi - lo) / 3;
         (gap(p) < gap(q) ? hi : lo) = gap(p) < gap(q) ? q : p;

@@ -19,7 +19,8 @@ inline double uniform(std::mt19937_64& random, double low, double high) {
 }
 
 /// Harmonics up to `order` with random phases and amplitudes that add up to `sum`; every `step`-th from 1.
-inline Harmonics<Acceleration> random_harmonics(std::mt19937_64& random, int order, double sum, int step = 1) {
+inline Harmonics<Acceleration> random_harmonics(std::mt19937_64& random, int order, double sum,
+                                                int step = 1) {
     Harmonics<Acceleration> h;
     double total = 0;
     for (int q = 1; q <= order; q += step) {
