@@ -105,6 +105,12 @@ long double FineWalker::x_slip(long double theta) const {
     return x_start_ + sum * h / omega_;
 }
 
+long double FineWalker::v_R_rate(long double theta) const {
+    const long double pull = setting_.g * std::sin(static_cast<long double>(setting_.tilt));
+    return pull - s_ * setting_.friction.mu_k * normal(theta) - setting_.friction.viscous * v_R(theta) -
+           a_B(theta);
+}
+
 void FineWalker::switch_to(int s, long double theta, long double v, long double x) {
     if (s != s_) events_.push_back({theta / turn_ld, s_, s});
     s_ = s;
@@ -120,14 +126,19 @@ void FineWalker::meet_base(long double theta) {
     switch_to(after, theta, v_B(theta), x);
 }
 
+/// The margin is zero here to rounding and about to be positive: it slips, whatever its sign says.
+void FineWalker::release(long double theta) {
+    const long double pull = setting_.g * std::sin(static_cast<long double>(setting_.tilt));
+    switch_to(-sign_of(a_B(theta) - pull), theta, v_B(theta), x_start_ + x_B(theta) - x_B(start_));
+}
+
 /// s v_R at b is below zero, or has been so at an extremum between a and b. Right after the segment's start
 /// v_R leaves zero, so the first step is judged from its middle.
 bool FineWalker::slip_ends_in(long double a, long double b, long double& at) const {
     const auto gap = [this](long double theta) { return s_ * v_R(theta); };
-    const long double third = (b - a) / 3;
     long double left = a;
     if (a == start_) {  // find where it has clearly left
-        left = a + third / 64;
+        left = a + (b - a) / 192;
         if (gap(left) <= 0) left = a;
     }
     if (gap(b) < 0) {
@@ -135,15 +146,12 @@ bool FineWalker::slip_ends_in(long double a, long double b, long double& at) con
         at = bisect(gap, left, b);
         return true;
     }
-    const long double m1 = gap(a + third), m2 = gap(b - third);
-    if (std::min(m1, m2) >= std::min(gap(left), gap(b))) return false;
-    long double lo = left, hi = b;  // closes in on the lowest point
-    for (int i = 0; i < 60; ++i) {
-        const long double p = lo + (hi - lo) / 3, q = hi - (hi - lo) / 3;
-        (gap(p) < gap(q) ? hi : lo) = gap(p) < gap(q) ? q : p;
-    }
-    const long double lowest = (lo + hi) / 2;
-    if (lowest <= left || lowest - left < third * 1e-6L || gap(lowest) >= 0 || gap(left) <= 0) return false;
+    // Both ends are above: v_R may still have dipped below between them, where its rate turns from falling to
+    // rising.
+    const auto rate = [this](long double theta) { return s_ * v_R_rate(theta); };
+    if (rate(left) >= 0 || rate(b) <= 0) return false;
+    const long double lowest = bisect(rate, left, b);
+    if (gap(lowest) >= 0 || gap(left) <= 0) return false;
     at = bisect(gap, left, lowest);
     return true;
 }
@@ -172,11 +180,10 @@ long double FineWalker::advance_period() {
                     hi = (lo + hi) / 2;
                     if (margin(hi) <= 0) break;
                 }
-                if (margin(a) > 0) {
-                    at = a;
-                } else {
-                    at = bisect(margin, a, hi) + 1e-17L;
-                }
+                at = margin(a) > 0 ? a : bisect(margin, a, hi);
+                release(at);
+                a = at;
+                continue;
             }
             meet_base(at);
             a = at;

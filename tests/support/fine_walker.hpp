@@ -36,9 +36,11 @@ private:
     [[nodiscard]] long double v_slip(long double theta) const;        // from the segment's start
     [[nodiscard]] long double x_slip(long double theta) const;
     [[nodiscard]] long double v_R(long double theta) const { return v_slip(theta) - v_B(theta); }
+    [[nodiscard]] long double v_R_rate(long double theta) const;  // dv_R/dt in slip
     [[nodiscard]] bool slip_ends_in(long double a, long double b, long double& at) const;
     void switch_to(int s, long double theta, long double v, long double x);
     void meet_base(long double theta);
+    void release(long double theta);
 
     WalkerSetting setting_;
     std::vector<Term> base_, vertical_;
