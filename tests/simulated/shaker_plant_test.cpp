@@ -53,10 +53,11 @@ Scene light_walker() {
 TEST(ShakerPlantTest, FollowsItsOwnTransferFunctionWhenNothingPushesBack) {
     const Drive drive{.gamma = 14.7, .rho = 0.4, .phi = 0.6};
     const Played p = play(light_walker(), drive, 100);
-    // A held sample delays by half a sample: q pi f / f_s.
+    // A held sample delays by half a sample: q pi f / f_s. Its images at multiples of 48 kHz, which the coil lets
+    // through at 1e-5 of the signal, fold into these sums.
     for (int q = 1; q <= 2; ++q) {
         const std::complex<double> want = harmonics(drive).at(q) * std::polar(1.0, -q * std::numbers::pi / period);
-        EXPECT_LT(std::abs(harmonic(p, q) - want), 1e-5 * 14.7) << "harmonic " << q;
+        EXPECT_LT(std::abs(harmonic(p, q) - want), 3e-5 * 14.7) << "harmonic " << q;
     }
     EXPECT_LT(std::abs(harmonic(p, 3)), 1e-6);
 }
