@@ -19,7 +19,8 @@ std::vector<Picture> all_pictures(Media& media) {
 }
 
 unsigned value_at(const Picture& picture, const PictureFormat& format, int x, int y) {
-    const auto index = static_cast<std::size_t>((y * format.width + x) * format.bytes_per_pixel);
+    const auto index =
+        static_cast<std::size_t>(y * format.width + x) * static_cast<std::size_t>(format.bytes_per_pixel);
     std::uint16_t value = 0;
     std::memcpy(&value, &picture.pixels.at(index), static_cast<std::size_t>(format.bytes_per_pixel));
     return value;
@@ -310,7 +311,7 @@ TEST(PhantomTest, WhatIsNotUncompressedGreyIsRefused) {
 
 /// Lossless, so that what is read back can be compared to the last bit.
 std::filesystem::path write_movie(const SessionFolder& folder, int frames, bool colour) {
-    const auto file = folder / "run.avi";
+    auto file = folder / "run.avi";
     cv::VideoWriter writer{file.string(), cv::VideoWriter::fourcc('F', 'F', 'V', '1'), 25.0, {64, 48}, true};
     for (int k = 0; k < frames; ++k) {
         cv::Mat image(48, 64, CV_8UC3);
