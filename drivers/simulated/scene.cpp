@@ -1,0 +1,210 @@
+#include "drivers/simulated/scene.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <list>
+
+#include <spdlog/fmt/fmt.h>
+
+#include "drivers/settings_table.hpp"
+#include "drivers/simulated/renderer.hpp"
+
+namespace shaker {
+
+namespace {
+
+constexpr Range positive{1e-9, 1e9};
+
+// Regions of the resting scene, as an operator would draw them: a little larger than the target.
+void place_regions(Scene& scene) {
+    for (CameraTruth& c : scene.cameras) {
+        const PictureLayout l = layout_of(c, scene.walker);
+        for (Target& t : c.view.targets) {
+            if (t.name == "base") {
+                const int margin = c.width / 10;
+                const int top = static_cast<int>(l.marks_top) + (c.side ? 2 : 0);
+                t.roi_px = {margin, top, c.width - 2 * margin, static_cast<int>(l.marks_bottom) - top};
+                continue;
+            }
+            (c.side ? t.width_mm : t.diameter_mm) = scene.walker.diameter_mm;
+            const double x = l.centre_x + c.view.along[0] * 1e-3 * scene.walker.start_mm * l.walker_px_per_m;
+            const double half_w = l.walker_half_width + 8, half_h = l.walker_half_height + (c.side ? -3 : 4);
+            const int x0 = std::max(0, static_cast<int>(x - half_w));
+            const int y0 = std::max(0, static_cast<int>(l.walker_y - half_h));
+            const int x1 = std::min(c.width, static_cast<int>(x + half_w) + 1);
+            const int y1 = std::min(c.height, static_cast<int>(l.walker_y + half_h) + 1);
+            t.roi_px = {x0, y0, x1 - x0, y1 - y0};
+        }
+    }
+}
+
+CameraTruth camera(const char* name, bool side, int height, double distance_mm) {
+    CameraTruth c;
+    c.side = side;
+    c.width = 320;
+    c.height = height;
+    c.view.camera = name;
+    c.view.mm_per_px = 0.4;
+    c.view.distance_mm = distance_mm;
+    c.view.frame_rate_hz = 1000;
+    c.view.exposure_s = 3e-4;
+    Target walker{.name = "walker", .kind = side ? TargetKind::rectangle : TargetKind::disc};
+    walker.polarity = side ? Polarity::dark : Polarity::bright;
+    walker.offset_mm = side ? 15 : 12;
+    Target base{.name = "base", .kind = side ? TargetKind::bars : TargetKind::dots, .polarity = Polarity::dark};
+    base.offset_mm = side ? 20 : 0;
+    if (side) base.pitch_mm = 5;
+    else base.diameter_mm = 2.6, base.pitch_mm = 8;
+    c.view.targets = {walker, base};
+    return c;
+}
+
+// One pass over a scene's fields serves reading and writing: each visitor sees key, value and range.
+template <class Visitor>
+void visit_camera(Visitor&& v, CameraTruth& c) {
+    v("width_px", c.width, {64, 4096});
+    v("height_px", c.height, {32, 4096});
+    v("mm_per_px", c.view.mm_per_px, {1e-3, 100});
+    v("distance_mm", c.view.distance_mm, {0, 1e5});
+    v("along_x", c.view.along[0], {-1, 1});
+    v("frame_rate_hz", c.view.frame_rate_hz, {1, 1e5});
+    v("exposure_s", c.view.exposure_s, {1e-6, 1});
+    v("psf_px", c.psf_px, {0.2, 10});
+    v("noise_dn", c.noise_dn, {0, 100});
+    v("light_gradient", c.light_gradient, {0, 0.9});
+    v("latency_s", c.latency_s, {0, 1});
+}
+
+template <class Visitor>
+void visit(Visitor&& v, Scene& s) {
+    v.root("gravity_mps2", s.gravity, {0.1, 100});
+    v.root("tilt_deg", s.tilt_deg, {-30, 30});
+    auto&& dac = v.table("dac");
+    dac("rate_hz", s.dac_rate_hz, {8000, 400e3});
+    dac("full_scale_v", s.dac_full_scale_v, {0.01, 100});
+    auto&& sh = v.table("shaker");
+    sh("moving_mass_kg", s.shaker.moving_mass_kg, positive);
+    sh("base_mass_kg", s.shaker.base_mass_kg, {0, 1e3});
+    sh("stiffness_npm", s.shaker.stiffness_npm, {0, 1e9});
+    sh("damping_nspm", s.shaker.damping_nspm, {0, 1e6});
+    sh("resistance_ohm", s.shaker.resistance_ohm, {0.01, 1e3});
+    sh("inductance_h", s.shaker.inductance_h, {1e-5, 1});
+    sh("force_factor_npa", s.shaker.force_factor_npa, {0.01, 1e3});
+    sh("amplifier_gain", s.shaker.amplifier_gain, {-1e3, 1e3});
+    sh("amplifier_limit_v", s.shaker.amplifier_limit_v, {0.01, 1e3});
+    sh("high_pass_1_hz", s.shaker.high_pass_hz[0], {0, 1e3});
+    sh("high_pass_2_hz", s.shaker.high_pass_hz[1], {0, 1e3});
+    auto&& w = v.table("walker");
+    w("mass_kg", s.walker.mass_kg, {1e-6, 100});
+    w("diameter_mm", s.walker.diameter_mm, {1, 1000});
+    w("height_mm", s.walker.height_mm, {1, 1000});
+    w("mu_k", s.walker.mu_k, {0, 5});
+    w("mu_s", s.walker.mu_s, {0, 5});
+    w("start_mm", s.walker.start_mm, {-1e4, 1e4});
+    auto&& a = v.table("accelerometer");
+    a("rate_hz", s.accelerometer.rate_hz, {100, 40e3});
+    a("clock_ppm", s.accelerometer.clock_ppm, {-1000, 1000});
+    a("start_s", s.accelerometer.start_s, {0, 1});
+    a("lowpass_hz", s.accelerometer.lowpass_hz, {10, 20e3});
+    a("noise_mps2_rthz", s.accelerometer.noise_mps2_rthz, {0, 1});
+    a("range_mps2", s.accelerometer.range_mps2, {1, 1e5});
+    a("bits", s.accelerometer.bits, {8, 31});
+    a("yaw_deg", s.accelerometer.yaw_deg, {-180, 180});
+    a("latency_s", s.accelerometer.latency_s, {0, 1});
+    a("latency_jitter_s", s.accelerometer.latency_jitter_s, {0, 1});
+    for (CameraTruth& c : s.cameras) visit_camera(v.table(c.view.camera), c);
+}
+
+class Reader {
+public:
+    explicit Reader(SettingsTable& root) : root_{root} {}
+    struct Part {
+        SettingsTable table;
+        void operator()(const char* key, double& x, Range r) { x = table.number(key, r, x); }
+        void operator()(const char* key, int& x, Range r) {
+            x = table.integer(key, static_cast<int>(r.min), static_cast<int>(r.max), x);
+        }
+    };
+    void root(const char* key, double& x, Range r) { x = root_.number(key, r, x); }
+    Part& table(const std::string& name) {
+        parts_.push_back({root_.table(name)});
+        return parts_.back();
+    }
+    void finish() const {
+        root_.finish();
+        for (const Part& p : parts_) p.table.finish();
+    }
+
+private:
+    SettingsTable& root_;
+    std::list<Part> parts_;
+};
+
+class Writer {
+public:
+    struct Part {
+        std::string& text;
+        void operator()(const char* key, double x, Range) const { text += fmt::format("{} = {}\n", key, number(x)); }
+        void operator()(const char* key, int x, Range) const { text += fmt::format("{} = {}\n", key, x); }
+    };
+    void root(const char* key, double x, Range) { text += fmt::format("{} = {}\n", key, number(x)); }
+    Part table(const std::string& name) {
+        text += "\n[" + name + "]\n";
+        return {text};
+    }
+    // The shortest text that reads back as the same number; TOML wants a point or an exponent in it.
+    static std::string number(double x) {
+        std::string s = fmt::format("{}", x);
+        return s.find_first_of(".e") == std::string::npos ? s + ".0" : s;
+    }
+    std::string text;
+};
+
+Scene read(SettingsTable& root) {
+    Scene s = paper_scene();
+    s.seed = static_cast<std::uint64_t>(root.integer("seed", 0, 2147483647, 1));
+    Reader reader{root};
+    visit(reader, s);
+    reader.finish();
+    if (s.walker.mu_s < s.walker.mu_k && root.table("walker").has("mu_s"))
+        root.table("walker").fail("mu_s", fmt::format("{} is below mu_k = {}; static friction is at least as large "
+                                                      "as kinetic", s.walker.mu_s, s.walker.mu_k));
+    s.walker.mu_s = std::max(s.walker.mu_s, s.walker.mu_k);
+    for (CameraTruth& c : s.cameras) {
+        if (std::abs(c.view.along[0]) != 1) root.table(c.view.camera).fail("along_x", "must be 1 or -1");
+        if (c.view.exposure_s >= 1 / c.view.frame_rate_hz)
+            root.table(c.view.camera).fail("exposure_s", fmt::format("{} s does not fit between frames at {} Hz",
+                                                                     c.view.exposure_s, c.view.frame_rate_hz));
+    }
+    place_regions(s);
+    return s;
+}
+
+}  // namespace
+
+Scene paper_scene() {
+    Scene s;
+    s.cameras = {camera("top", false, 96, 600), camera("side", true, 64, 450)};
+    place_regions(s);
+    return s;
+}
+
+Scene read_scene(const std::filesystem::path& file) {
+    SettingsTable root = SettingsTable::from_file(file);
+    return read(root);
+}
+
+Scene parse_scene(const std::string& toml, const std::string& file_name) {
+    SettingsTable root = SettingsTable::from_text(toml, file_name);
+    return read(root);
+}
+
+std::string scene_text(const Scene& scene) {
+    Scene s = scene;
+    Writer w;
+    w.text = fmt::format("seed = {}\n", s.seed);
+    visit(w, s);
+    return w.text;
+}
+
+}  // namespace shaker

@@ -1,0 +1,73 @@
+#include "drivers/simulated/sensor.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <utility>
+
+namespace shaker {
+
+namespace {
+constexpr double pi = std::numbers::pi;
+constexpr double boot_s = 100;  // the host has been up for a while when the DAC starts
+}  // namespace
+
+HostTime host_time(double true_s) noexcept {
+    return HostTime{std::chrono::nanoseconds{std::llround((boot_s + true_s) * 1e9)}};
+}
+
+AccelerometerModel::AccelerometerModel(const Scene& scene)
+    : p_{scene.accelerometer},
+      dac_rate_{scene.dac_rate_hz},
+      gravity_{scene.gravity * std::cos(scene.tilt_deg * pi / 180)},
+      downhill_{scene.gravity * std::sin(scene.tilt_deg * pi / 180)},
+      lsb_{p_.range_mps2 / std::ldexp(1.0, p_.bits - 1)},
+      axis_{std::cos(p_.yaw_deg * pi / 180), -std::sin(p_.yaw_deg * pi / 180), 0},
+      rng_{scene.seed * 2654435761U + 17},
+      noise_{0, p_.noise_mps2_rthz * std::sqrt(p_.rate_hz / 2)},
+      jitter_{1 / std::max(p_.latency_jitter_s, 1e-12)} {
+    // Butterworth low-pass by the bilinear transform, its corner prewarped.
+    const double k = std::tan(pi * p_.lowpass_hz / dac_rate_), root2 = std::numbers::sqrt2;
+    const double norm = 1 / (1 + root2 * k + k * k);
+    biquad_ = {k * k * norm, 2 * k * k * norm, k * k * norm, 2 * (k * k - 1) * norm, (1 - root2 * k + k * k) * norm};
+}
+
+AccelerometerInfo AccelerometerModel::info() const {
+    return {.name = "simulated accelerometer", .rate_hz = p_.rate_hz, .mps2_per_count = lsb_};
+}
+
+double AccelerometerModel::low_passed(double a) noexcept {
+    const double out = biquad_[0] * a + memory_[0];
+    memory_[0] = biquad_[1] * a - biquad_[3] * out + memory_[1];
+    memory_[1] = biquad_[2] * a - biquad_[4] * out;
+    return out;
+}
+
+void AccelerometerModel::convert(double a_base) {
+    auto& counts = block_.counts[static_cast<std::size_t>(block_.size)];
+    const double along = a_base - downhill_;  // specific force on the tilted base
+    const std::array<double, 3> truth{along * axis_[0], along * axis_[1], gravity_};
+    const double top = std::ldexp(1.0, p_.bits - 1) - 1;
+    for (std::size_t k = 0; k < 3; ++k) {
+        const double c = std::round((truth[k] + noise_(rng_)) / lsb_);
+        if (std::abs(c) > top) block_.quality = block_.quality | Quality::clipped;
+        counts[k] = static_cast<std::int32_t>(std::clamp(c, -top, top));
+    }
+    ++block_.size;
+}
+
+std::optional<AccelBlock> AccelerometerModel::step(std::int64_t n, double a_base) {
+    const double now = low_passed(a_base), before = std::exchange(before_, now);
+    // A conversion falls between two DAC samples at most once: the sensor is slower than the DAC.
+    const double t = p_.start_s + static_cast<double>(next_) / (p_.rate_hz * (1 + 1e-6 * p_.clock_ppm));
+    const double at = t * dac_rate_ - static_cast<double>(n - 1);
+    if (at > 1) return std::nullopt;
+    if (block_.size == AccelBlock::capacity || next_ == 0) block_ = {.first = {next_}, .arrived = {}, .size = 0};
+    convert(before + std::clamp(at, 0.0, 1.0) * (now - before));
+    ++next_;
+    if (block_.size < AccelBlock::capacity) return std::nullopt;
+    block_.arrived = host_time(t + p_.latency_s + jitter_(rng_));
+    return block_;
+}
+
+}  // namespace shaker

@@ -1,0 +1,218 @@
+#include "tracking/bars_locator.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+namespace shaker {
+namespace {
+
+constexpr double tau = 2 * std::numbers::pi;
+constexpr double periods_per_window = 3;
+
+}  // namespace
+
+BarsLocator::BarsLocator(Subject subject)
+    : subject_{std::move(subject)},
+      axis_{axis_of(subject_)},
+      pitch_{crossing_px(subject_, subject_.target.pitch_mm)} {}
+
+void BarsLocator::load(const ImageView& image, int first, int last) {
+    profile_first_ = std::max(0, first);
+    const int end = std::min(length_along(image, axis_), last);
+    profile_.resize(static_cast<std::size_t>(std::max(0, end - profile_first_)));
+    if (!profile_.empty()) mean_profile(image, axis_, profile_first_, across0_, across1_, profile_);
+}
+
+// Sum of Hann window times profile times exp(-i tau (x - centre) / pitch).
+BarsLocator::Complex BarsLocator::fundamental(double centre, double pitch, double periods) const {
+    const double half = 0.5 * periods * pitch;
+    const int first = static_cast<int>(std::ceil(centre - half)),
+              last = static_cast<int>(std::floor(centre + half));
+    const int end = profile_first_ + static_cast<int>(profile_.size());
+    if (first < profile_first_ || last >= end) return {0, 0};
+    const double from = first - centre;
+    Complex carrier = std::polar(1.0, -tau * from / pitch), taper = std::polar(1.0, tau * from / (2 * half));
+    const Complex carrier_step = std::polar(1.0, -tau / pitch),
+                  taper_step = std::polar(1.0, tau / (2 * half));
+    Complex sum{0, 0};
+    double plain = 0;
+    for (int x = first; x <= last; ++x) plain += profile_[static_cast<std::size_t>(x - profile_first_)];
+    plain /= last - first + 1;
+    for (int x = first; x <= last; ++x) {
+        const double w = 0.5 + 0.5 * taper.real();
+        const double value = w * (profile_[static_cast<std::size_t>(x - profile_first_)] - plain);
+        sum += value * carrier;
+        carrier *= carrier_step;
+        taper *= taper_step;
+    }
+    return sum;
+}
+
+double BarsLocator::strongest_pitch(double middle) const {
+    const double span = static_cast<double>(profile_.size());
+    const double slowest = periods_per_window / span;
+    double best = 0, pitch = 0;
+    for (double f = slowest; f < 0.25; f += 0.1 / span) {
+        const double strength = std::abs(fundamental(middle, 1 / f, std::floor(span * f)));
+        if (strength > best) best = strength, pitch = 1 / f;
+    }
+    return pitch;
+}
+
+// Golden section on the strength of the fundamental over the whole region.
+double BarsLocator::refine_pitch(double middle, double guess, double range) const {
+    const double periods = std::floor((static_cast<double>(profile_.size()) - 1) / (guess * (1 + range)));
+    const auto strength = [&](double pitch) { return std::abs(fundamental(middle, pitch, periods)) / pitch; };
+    constexpr double golden = 0.6180339887498949;
+    double a = guess * (1 - range), b = guess * (1 + range);
+    for (int i = 0; i < 40; ++i) {
+        const double c = b - golden * (b - a), d = a + golden * (b - a);
+        if (strength(c) > strength(d))
+            b = d;
+        else
+            a = c;
+    }
+    return 0.5 * (a + b);
+}
+
+Point BarsLocator::learn(const ImageView& image) {
+    const Box box = region_in(subject_, image);
+    const Levels levels = levels_in(subject_, image, box);
+    const int first = axis_ == Axis::x ? box.x0 : box.y0, last = axis_ == Axis::x ? box.x1 : box.y1;
+    across0_ = axis_ == Axis::x ? box.y0 : box.x0;
+    across1_ = axis_ == Axis::x ? box.y1 : box.x1;
+    load(image, first, last);
+    const double middle = 0.5 * (first + last - 1), span = last - first;
+    const double given = pitch_;
+    if (!(pitch_ > 0)) pitch_ = strongest_pitch(middle);
+    if (!(pitch_ >= 3.5) || (periods_per_window + 0.25) * pitch_ > span) {
+        throw InputError{subject_.label + ": pitch is " + std::to_string(pitch_) +
+                         " px; must be 3.5 px or more and fit 3.25 times into the region"};
+    }
+    pitch_ = refine_pitch(middle, pitch_, std::min(0.05, 0.5 * pitch_ / span));
+    const double half = 0.5 * periods_per_window * pitch_;
+    const double room = span - 1 - 2 * half;
+    const int steps = static_cast<int>(std::floor(room / half));
+    windows_.clear();
+    Complex sum{0, 0};
+    for (int k = 0; k <= steps; ++k) {
+        Window w;
+        w.centre = middle + half * (k - 0.5 * steps);
+        w.learned = fundamental(w.centre, pitch_, periods_per_window);
+        // The carriers' common origin is the middle, so that the windows of regular bars agree in phase.
+        sum += w.learned * std::polar(1.0, -tau * (w.centre - middle) / pitch_);
+        windows_.push_back(w);
+    }
+    const double amplitude = 4 * std::abs(sum) / (static_cast<double>(windows_.size()) * 2 * half);
+    if (!(amplitude > 0.15 * (levels.high - levels.low))) {
+        throw InputError{subject_.label + ": no bars of " + std::to_string(given > 0 ? given : pitch_) +
+                         " px pitch there"};
+    }
+    const double sign = subject_.target.polarity == Polarity::bright ? 0 : std::numbers::pi;
+    const double along = middle + pitch_ / tau * std::remainder(-std::arg(sum) + sign, tau);
+    const double across = 0.5 * (across0_ + across1_ - 1);
+    learned_ = axis_ == Axis::x ? Point{along, across} : Point{across, along};
+    return learned_;
+}
+
+// Bars do not change along themselves, so what does is noise (or dirt, which only makes the error larger).
+double BarsLocator::row_noise(const ImageView& image) const {
+    if (across1_ - across0_ < 2) return 1;
+    const int end = profile_first_ + static_cast<int>(profile_.size());
+    double sum = 0, n = 0;
+    with_pixels(image, [&](auto pixels) {
+        for (int j = across0_; j + 1 < across1_; j += 2) {
+            for (int i = profile_first_; i < end; i += 3) {
+                const double d = axis_ == Axis::x ? pixels.at(i, j) - pixels.at(i, j + 1)
+                                                  : pixels.at(j, i) - pixels.at(j + 1, i);
+                sum += d * d;
+                n += 1;
+            }
+        }
+    });
+    return std::sqrt(std::max(0.5 * sum / std::max(n, 1.0), 1.0 / 12));
+}
+
+// Displacement against frame 0 beyond the windows' whole pixels, in px.
+double BarsLocator::total_shift() {
+    sorted_.clear();
+    for (const Window& w : windows_) {
+        if (w.used) sorted_.push_back(std::abs(w.now) / std::abs(w.learned));
+    }
+    const auto middle = sorted_.begin() + static_cast<std::ptrdiff_t>(sorted_.size() / 2);
+    std::nth_element(sorted_.begin(), middle, sorted_.end());
+    const double typical = *middle;
+    Complex sum{0, 0};
+    for (int pass = 0; pass < 2; ++pass) {
+        const Complex before = sum;
+        sum = 0;
+        for (Window& w : windows_) {
+            const double gain = std::abs(w.now) / std::abs(w.learned);
+            const Complex turn = std::conj(w.learned) * w.now;
+            const bool astray = pass == 1 && std::abs(std::arg(turn * std::conj(before))) > 0.25;
+            w.used = w.used && gain > 0.5 * typical && gain < 2 * typical && !astray;
+            if (w.used) sum += turn;
+        }
+    }
+    return -std::arg(sum) * pitch_ / tau;
+}
+
+bool BarsLocator::measure(const ImageView& image, double shift, Candidate& out) {
+    const int whole_px = static_cast<int>(std::lround(shift));
+    const double half = 0.5 * periods_per_window * pitch_;
+    load(image, static_cast<int>(std::floor(windows_.front().centre - half)) + whole_px - 1,
+         static_cast<int>(std::ceil(windows_.back().centre + half)) + whole_px + 2);
+    double in_view = 0;
+    for (Window& w : windows_) {
+        w.now = fundamental(w.centre + whole_px, pitch_, periods_per_window);
+        w.used = std::abs(w.now) > 0.25 * std::abs(w.learned);
+        in_view += w.used ? 1 : 0;
+    }
+    if (!(in_view > 0)) return false;
+    const double along = whole_px + total_shift();
+    double used = 0, strength = 0, gain = 0, scatter = 0;
+    const double noise = row_noise(image) / std::sqrt(across1_ - across0_);
+    for (const Window& w : windows_) {
+        if (!w.used) continue;
+        used += 1;
+        strength += std::abs(w.now);
+        gain += std::abs(w.now) / std::abs(w.learned);
+        const double own = whole_px - std::arg(std::conj(w.learned) * w.now) * pitch_ / tau;
+        scatter += (own - along) * (own - along) * std::norm(w.now);
+    }
+    const double share = used / static_cast<double>(windows_.size());
+    if (!(used > 0) || share < 0.25 || gain / used < 0.3 || gain / used > 3) return false;
+    // Sum of Hann squared is 3/8 of its length; overlapping halves add up to one, but for the two ends.
+    const double window_length = 2 * half, per_radian = pitch_ / tau;
+    const double whole_window =
+        used > 1 ? (used + 1) * 0.5 * window_length - 0.62 * window_length + 0.37 * window_length
+                 : 0.375 * window_length;
+    double sd = per_radian * noise * std::sqrt(0.5 * whole_window) / strength;
+    const double own_variance = 0.5 * 0.375 * window_length * noise * noise * per_radian * per_radian;
+    if (used > 4) sd *= std::sqrt(std::max(1.0, scatter / used / (2 * own_variance)));
+    const double middle_across = axis_ == Axis::x ? learned_.y : learned_.x;
+    out.at = axis_ == Axis::x ? Point{learned_.x + along, middle_across}
+                              : Point{middle_across, learned_.y + along};
+    out.sd = sd;
+    out.likeness = share;
+    out.degraded = share < 0.75;
+    return sd < 0.1 * pitch_;
+}
+
+bool BarsLocator::locate(const ImageView& image, Point predicted, Candidate& out) {
+    const double shift = axis_ == Axis::x ? predicted.x - learned_.x : predicted.y - learned_.y;
+    if (!measure(image, shift, out)) return false;
+    const double found = axis_ == Axis::x ? out.at.x - learned_.x : out.at.y - learned_.y;
+    // Windows that follow by rounding must not depend on which side of a half the prediction fell.
+    if (std::lround(found) != std::lround(shift) && !measure(image, found, out)) return false;
+    const double again = axis_ == Axis::x ? out.at.x - learned_.x : out.at.y - learned_.y;
+    return std::abs(again - shift) <= reach();
+}
+
+void BarsLocator::search(const ImageView& image, Point last, std::vector<Candidate>& out) {
+    Candidate candidate;
+    if (locate(image, last, candidate)) out.push_back(candidate);
+}
+
+}  // namespace shaker

@@ -1,0 +1,53 @@
+#pragma once
+// Periodic bars: the phase of their fundamental.
+#include <complex>
+
+#include "tracking/locator.hpp"
+#include "tracking/profile.hpp"
+#include "tracking/region.hpp"
+
+namespace shaker {
+
+/// Overlapping Hann windows of three periods follow the bars in whole pixels, each compared with its own
+/// phase in frame 0; windows that are hidden are left out. Measures along the image axis nearest to the
+/// shaker's; the other coordinate is the region's middle. Bars repeat themselves: a frame is only unambiguous
+/// within half a pitch of the prediction, and after a loss the bars are looked for within half a pitch of
+/// where they were last.
+class BarsLocator final : public Locator {
+public:
+    explicit BarsLocator(Subject subject);
+    Point learn(const ImageView& image) override;
+    bool locate(const ImageView& image, Point predicted, Candidate& out) override;
+    void search(const ImageView& image, Point last, std::vector<Candidate>& out) override;
+    [[nodiscard]] double reach() const noexcept override { return 0.4 * pitch_; }
+    [[nodiscard]] double extent() const noexcept override { return 0.5 * pitch_; }
+    [[nodiscard]] bool interchangeable() const noexcept override { return false; }
+
+private:
+    using Complex = std::complex<double>;
+    struct Window {
+        double centre = 0;  // in frame 0
+        Complex learned{};  // fundamental there
+        Complex now{};
+        bool used = false;
+    };
+
+    [[nodiscard]] Complex fundamental(double centre, double pitch, double periods) const;
+    double refine_pitch(double middle, double guess, double range) const;
+    double strongest_pitch(double middle) const;
+    void load(const ImageView& image, int first, int last);
+    [[nodiscard]] double row_noise(const ImageView& image) const;
+    double total_shift();
+    bool measure(const ImageView& image, double shift, Candidate& out);
+
+    Subject subject_;
+    Axis axis_;
+    double pitch_;
+    int across0_ = 0, across1_ = 0;
+    Point learned_;
+    std::vector<Window> windows_;
+    std::vector<double> profile_, sorted_;
+    int profile_first_ = 0;
+};
+
+}  // namespace shaker

@@ -1,0 +1,184 @@
+#include "tracking/constellation.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <complex>
+
+namespace shaker {
+namespace {
+
+// Costs are halves of a chi squared: 10 is a likelihood ratio of e^10.
+constexpr double looseness_px = 0.75;
+constexpr double cost_of_missing = 12, cost_of_long_missing = 4, cost_of_left_over = 4, enough_margin = 10;
+constexpr double farthest_step = 0.8;  // of the distance to the neighbour, a frame
+constexpr double longest_companion_absence = 30;
+
+}  // namespace
+
+Constellation::Constellation(std::vector<Point> places, std::size_t targets, double radius)
+    : targets_{targets}, radius_{radius}, chosen_(targets, nobody) {
+    for (const Point& p : places) {
+        Member m{.at = p, .velocity = {}, .neighbour = 1e9};
+        for (const Point& other : places) {
+            if (&p != &other) m.neighbour = std::min(m.neighbour, length(p - other));
+        }
+        members_.push_back(m);
+    }
+}
+
+// Half the sum of squares left after a common shift and, from three members on, a common turn.
+double Constellation::misfit(const std::vector<int>& chosen, std::span<const Candidate> candidates,
+                             double frames) const {
+    using Complex = std::complex<double>;
+    Complex middle{}, shift{};
+    double n = 0;
+    const auto each = [&](auto f) {
+        for (std::size_t k = 0; k < members_.size(); ++k) {
+            if (chosen[k] == nobody) continue;
+            const Point expected = members_[k].at + frames * members_[k].velocity;
+            const Point off = candidates[static_cast<std::size_t>(chosen[k])].at - expected;
+            f(Complex{expected.x, expected.y}, Complex{off.x, off.y});
+        }
+    };
+    each([&](Complex p, Complex e) { middle += p, shift += e, n += 1; });
+    if (n < 2) return 0;
+    middle /= n;
+    shift /= n;
+    double turn = 0, arm = 0;
+    each([&](Complex p, Complex e) {
+        turn += std::imag(std::conj(p - middle) * (e - shift));
+        arm += std::norm(p - middle);
+    });
+    const Complex rotation{0, n > 2 && arm > 0 ? turn / arm : 0.0};
+    double sum = 0;
+    each([&](Complex p, Complex e) { sum += std::norm(e - shift - rotation * (p - middle)); });
+    return 0.5 * sum / (looseness_px * looseness_px);
+}
+
+Constellation::Hypothesis Constellation::try_displacement(Point displacement,
+                                                          std::span<const Candidate> candidates, int width,
+                                                          int height, double frames) const {
+    Hypothesis h;
+    h.chosen.assign(members_.size(), nobody);
+    h.moved = displacement;
+    std::vector<int> owner(candidates.size(), nobody);
+    std::vector<double> distance(candidates.size(), 0.0);
+    for (std::size_t k = 0; k < members_.size(); ++k) {
+        const Member& m = members_[k];
+        if (m.gone) continue;
+        const Point expected = m.at + frames * m.velocity + displacement;
+        double nearest = std::max(2.5, 0.06 * m.neighbour);
+        int best = nobody;
+        for (std::size_t j = 0; j < candidates.size(); ++j) {
+            const double off = length(candidates[j].at - expected);
+            const double step = length(candidates[j].at - m.at);
+            if (off < nearest && step < farthest_step * m.neighbour * (frames + m.unseen)) {
+                nearest = off;
+                best = static_cast<int>(j);
+            }
+        }
+        if (best != nobody) {
+            const auto j = static_cast<std::size_t>(best);
+            if (owner[j] == nobody || nearest < distance[j]) {
+                if (owner[j] != nobody) h.chosen[static_cast<std::size_t>(owner[j])] = nobody;
+                owner[j] = static_cast<int>(k);
+                distance[j] = nearest;
+                h.chosen[k] = best;
+            }
+        }
+    }
+    for (std::size_t k = 0; k < members_.size(); ++k) {
+        const Member& m = members_[k];
+        if (m.gone) continue;
+        const Point expected = m.at + frames * m.velocity + displacement;
+        const bool in_view = expected.x > radius_ && expected.y > radius_ &&
+                             expected.x < width - 1 - radius_ && expected.y < height - 1 - radius_;
+        if (in_view || h.chosen[k] != nobody) ++h.expected;
+        if (h.chosen[k] != nobody) {
+            ++h.named;
+        } else if (in_view) {
+            h.cost += m.unseen > 3 ? cost_of_long_missing : cost_of_missing;
+        }
+    }
+    h.cost += cost_of_left_over * static_cast<double>(candidates.size() - static_cast<std::size_t>(h.named));
+    h.cost += misfit(h.chosen, candidates, frames);
+    return h;
+}
+
+bool Constellation::contradict(const Hypothesis& a, const Hypothesis& b) const {
+    for (std::size_t k = 0; k < targets_; ++k) {
+        if (a.chosen[k] != nobody && b.chosen[k] != nobody && a.chosen[k] != b.chosen[k]) return true;
+        // Naming a candidate differently is a contradiction too.
+        for (std::size_t l = 0; l < members_.size(); ++l) {
+            if (l != k && a.chosen[k] != nobody && a.chosen[k] == b.chosen[l]) return true;
+        }
+    }
+    return false;
+}
+
+// Few of many are only believed where they were expected.
+bool Constellation::convincing(const Hypothesis& best) const {
+    if (best.named == 0) return false;
+    double nearest = 1e9;
+    for (const Member& m : members_) nearest = std::min(nearest, m.neighbour);
+    return 2 * best.named >= best.expected || length(best.moved) < 0.1 * nearest;
+}
+
+void Constellation::follow(const Hypothesis& best, std::span<const Candidate> candidates, double frames) {
+    Point moved, velocity;
+    for (std::size_t k = 0; k < members_.size(); ++k) {
+        if (best.chosen[k] == nobody) continue;
+        Member& m = members_[k];
+        const Point step = candidates[static_cast<std::size_t>(best.chosen[k])].at - m.at;
+        m.velocity = (1 / (frames + m.unseen)) * step;
+        m.at = m.at + step;
+        m.unseen = 0;
+        moved = moved + (1.0 / best.named) * step;
+        velocity = velocity + (1.0 / best.named) * m.velocity;
+    }
+    for (std::size_t k = 0; k < members_.size(); ++k) {
+        if (best.chosen[k] != nobody) continue;
+        Member& m = members_[k];
+        m.at = m.at + moved;
+        m.velocity = velocity;
+        m.unseen += frames;
+        if (k >= targets_ && m.unseen > longest_companion_absence) m.gone = true;
+    }
+}
+
+void Constellation::miss(double frames) {
+    for (Member& m : members_) {
+        m.velocity = {};
+        m.unseen += frames;
+    }
+}
+
+std::span<const int> Constellation::assign(std::span<const Candidate> candidates, int width, int height,
+                                           double frames) {
+    std::vector<Hypothesis> tried;
+    for (const Member& m : members_) {
+        if (m.gone) continue;
+        for (const Candidate& c : candidates) {
+            if (length(c.at - m.at) > farthest_step * m.neighbour * (frames + m.unseen)) continue;
+            Hypothesis h =
+                try_displacement(c.at - m.at - frames * m.velocity, candidates, width, height, frames);
+            const auto same = [&](const Hypothesis& o) { return o.chosen == h.chosen; };
+            if (std::none_of(tried.begin(), tried.end(), same)) tried.push_back(std::move(h));
+        }
+    }
+    std::fill(chosen_.begin(), chosen_.end(), nobody);
+    const auto cheaper = [](const Hypothesis& a, const Hypothesis& b) { return a.cost < b.cost; };
+    const auto best = std::min_element(tried.begin(), tried.end(), cheaper);
+    const auto rivals = [&](const Hypothesis& o) {
+        return &o != &*best && o.cost < best->cost + enough_margin && contradict(*best, o);
+    };
+    if (best == tried.end() || !convincing(*best) || std::any_of(tried.begin(), tried.end(), rivals)) {
+        miss(frames);
+        return chosen_;
+    }
+    std::copy_n(best->chosen.begin(), targets_, chosen_.begin());
+    follow(*best, candidates, frames);
+    return chosen_;
+}
+
+}  // namespace shaker

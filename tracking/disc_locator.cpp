@@ -1,0 +1,182 @@
+#include "tracking/disc_locator.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <opencv2/imgproc.hpp>
+
+namespace shaker {
+namespace {
+
+constexpr double rim = 4.5;  // px on either side of the edge that are looked at
+
+// Grows evenly enough with the angle and needs no arc tangent: 0..4 once around.
+double diamond_angle(double dx, double dy) noexcept {
+    const double sum = std::abs(dx) + std::abs(dy);
+    if (!(sum > 0)) return 0;
+    const double t = dy / sum;
+    return dx >= 0 ? (dy >= 0 ? t : 4 + t) : 2 - t;
+}
+
+}  // namespace
+
+DiscLocator::DiscLocator(Subject subject)
+    : subject_{std::move(subject)},
+      sign_{subject_.target.polarity == Polarity::bright ? 1.0 : -1.0},
+      ring_{4, 1, sign_} {}
+
+Outline DiscLocator::measured_by_threshold(const ImageView& image, const Box& box,
+                                           const Levels& levels) const {
+    const double middle = 0.5 * (levels.low + levels.high);
+    cv::Mat1b mask(box.y1 - box.y0, box.x1 - box.x0);
+    with_pixels(image, [&](auto pixels) {
+        for (int y = box.y0; y < box.y1; ++y) {
+            for (int x = box.x0; x < box.x1; ++x) {
+                mask(y - box.y0, x - box.x0) = sign_ * (pixels.at(x, y) - middle) > 0 ? 1 : 0;
+            }
+        }
+    });
+    cv::Mat labels, stats, centres;
+    const int count = cv::connectedComponentsWithStats(mask, labels, stats, centres, 8, CV_32S);
+    int best = 0;
+    for (int i = 1; i < count; ++i) {
+        const bool larger =
+            best == 0 || stats.at<int>(i, cv::CC_STAT_AREA) > stats.at<int>(best, cv::CC_STAT_AREA);
+        const double w = stats.at<int>(i, cv::CC_STAT_WIDTH), h = stats.at<int>(i, cv::CC_STAT_HEIGHT);
+        if (larger && std::max(w, h) < 1.3 * std::min(w, h)) best = i;
+    }
+    if (best == 0) throw InputError{subject_.label + ": no round shape of this polarity there"};
+    const double radius = std::sqrt(stats.at<int>(best, cv::CC_STAT_AREA) / std::numbers::pi);
+    return {centres.at<double>(best, 0) + box.x0, centres.at<double>(best, 1) + box.y0, radius, 1};
+}
+
+Point DiscLocator::learn(const ImageView& image) {
+    const Box box = region_in(subject_, image);
+    const Levels levels = levels_in(subject_, image, box);
+    const double given = 0.5 * subject_.target.diameter_mm / subject_.mm_per_px;
+    contrast_ = levels.high - levels.low;
+    learned_ = {0, 0, given, 1};
+    if (given > 0) {
+        ring_ = RingSearch{given, 1, sign_};
+        ring_.scan(image, box, contrast_, 0.25, peaks_);
+    } else {
+        learned_ = measured_by_threshold(image, box, levels);
+        ring_ = RingSearch{learned_.size, 1, sign_};
+        peaks_ = {{{learned_.x, learned_.y}, 1}};
+    }
+    if (learned_.size < 1.5) {
+        throw InputError{subject_.label + ": diameter is " + std::to_string(2 * learned_.size) +
+                         " px; must be 3 px or more"};
+    }
+    blocks_ = small() ? 1 : std::clamp(static_cast<int>(learned_.size / 2), 8, 64);
+    const double expected = learned_.size;
+    prior_ = {.size = 0.5 + 0.1 * expected, .blur = 1.0};
+    for (const RingPeak& peak : peaks_) {
+        const EdgeFitResult fit = measure(image, peak.at);
+        const Point at{fit.outline.x, fit.outline.y};
+        const bool good =
+            fit.converged && sign_ * fit.contrast > 0.25 * contrast_ &&
+            fit.noise < 0.5 * std::abs(fit.contrast) && fit.trimmed < 0.3 &&
+            std::abs(fit.outline.size / expected - 1) < 0.2 && length(at - peak.at) < 6 &&
+            box.contains(static_cast<int>(std::lround(at.x)), static_cast<int>(std::lround(at.y)));
+        if (!good) continue;
+        learned_ = fit.outline;
+        blur_ = learned_.blur;
+        contrast_ = std::abs(fit.contrast);
+        reference_ = {learned_, sign_, contrast_, fit.coverage};
+        prior_ = {.size = 0.02, .blur = 0.5};
+        ring_ = RingSearch{learned_.size, learned_.blur, sign_};
+        return at;
+    }
+    throw InputError{subject_.label + ": no " + (sign_ > 0 ? "bright" : "dark") + " disc of " +
+                     std::to_string(2 * expected) + " px diameter there"};
+}
+
+void DiscLocator::gather(const ImageView& image, Point centre) {
+    auto& samples = fit_.samples();
+    samples.clear();
+    const double outer = learned_.size + rim, inner = small() ? 0 : learned_.size - rim;
+    const int y0 = std::max(0, static_cast<int>(std::ceil(centre.y - outer)));
+    const int y1 = std::min(image.height - 1, static_cast<int>(std::floor(centre.y + outer)));
+    const double sectors = 0.25 * blocks_;
+    with_pixels(image, [&](auto pixels) {
+        for (int y = y0; y <= y1; ++y) {
+            const auto* row = pixels.row(y);
+            const double dy = y - centre.y;
+            const double half = std::sqrt(std::max(0.0, outer * outer - dy * dy));
+            const double hole = std::sqrt(std::max(0.0, inner * inner - dy * dy));
+            const int x0 = std::max(0, static_cast<int>(std::ceil(centre.x - half)));
+            const int x1 = std::min(image.width - 1, static_cast<int>(std::floor(centre.x + half)));
+            for (int x = x0; x <= x1; ++x) {
+                const double dx = x - centre.x;
+                if (std::abs(dx) < hole) {
+                    x = static_cast<int>(std::floor(centre.x + hole));
+                    continue;
+                }
+                const int block = std::min(static_cast<int>(sectors * diamond_angle(dx, dy)), blocks_ - 1);
+                samples.push_back({double(x), double(y), static_cast<double>(row[x]), block});
+            }
+        }
+    });
+}
+
+EdgeFitResult DiscLocator::measure(const ImageView& image, Point start) {
+    EdgeFitResult fit;
+    Point centre = start;
+    for (int pass = 0; pass < 3; ++pass) {
+        gather(image, centre);
+        if (fit_.samples().size() < 24) return {};
+        fit = fit_.fit({centre.x, centre.y, learned_.size, blur_}, prior_, blocks_,
+                       small() ? EdgeFit::Ground::plane : EdgeFit::Ground::flat);
+        const Point found{fit.outline.x, fit.outline.y};
+        const double moved = length(found - centre);
+        if (fit.converged && moved < 1) break;
+        if (!(moved < 2 * rim)) return {};
+        centre = found;
+    }
+    return fit;
+}
+
+bool DiscLocator::inside(const ImageView& image, Point at) const noexcept {
+    const double margin = 0.7 * learned_.size;
+    return at.x > -margin && at.y > -margin && at.x < image.width - 1 + margin &&
+           at.y < image.height - 1 + margin;
+}
+
+bool DiscLocator::locate(const ImageView& image, Point predicted, Candidate& out) {
+    if (!inside(image, predicted)) return false;
+    EdgeFitResult fit = measure(image, predicted);
+    const auto accept = [&] {
+        return judge(fit, reference_, subject_.along, out) && length(out.at - predicted) <= reach() + rim;
+    };
+    bool good = accept();
+    if (!good) {
+        const int x = static_cast<int>(std::lround(predicted.x)),
+                  y = static_cast<int>(std::lround(predicted.y));
+        const int r = static_cast<int>(reach());
+        ring_.scan(image, {x - r, y - r, x + r + 1, y + r + 1}, contrast_, 0.3, peaks_);
+        if (!peaks_.empty()) {
+            fit = measure(image, peaks_.front().at);
+            good = accept();
+        }
+    }
+    if (!good) return false;
+    blur_ += 0.1 * (fit.outline.blur - blur_);
+    fit_.accept();
+    return true;
+}
+
+void DiscLocator::search(const ImageView& image, Point, std::vector<Candidate>& out) {
+    const int margin = static_cast<int>(0.7 * learned_.size);
+    ring_.scan(image, {-margin, -margin, image.width + margin, image.height + margin}, contrast_, 0.35,
+               peaks_);
+    for (const RingPeak& peak : peaks_) {
+        Candidate candidate;
+        if (!judge(measure(image, peak.at), reference_, subject_.along, candidate)) continue;
+        const auto same = [&](const Candidate& c) { return length(c.at - candidate.at) < extent(); };
+        if (std::none_of(out.begin(), out.end(), same)) out.push_back(candidate);
+    }
+    std::stable_sort(out.begin(), out.end(), [](auto& a, auto& b) { return a.likeness > b.likeness; });
+}
+
+}  // namespace shaker

@@ -1,0 +1,43 @@
+#pragma once
+// A disc or a single dot: its rim, fitted.
+#include "tracking/edge_fit.hpp"
+#include "tracking/locator.hpp"
+#include "tracking/outline_quality.hpp"
+#include "tracking/region.hpp"
+#include "tracking/ring_search.hpp"
+
+namespace shaker {
+
+/// Large discs are cut into sectors with their own gain and offset, so that hidden or shining stretches of
+/// the rim are put aside; small ones are one block on a plane of background. The diameter is measured when it
+/// is not given.
+class DiscLocator final : public Locator {
+public:
+    explicit DiscLocator(Subject subject);
+    Point learn(const ImageView& image) override;
+    bool locate(const ImageView& image, Point predicted, Candidate& out) override;
+    void search(const ImageView& image, Point last, std::vector<Candidate>& out) override;
+    [[nodiscard]] double reach() const noexcept override { return 10; }
+    [[nodiscard]] double extent() const noexcept override { return learned_.size; }
+    [[nodiscard]] bool interchangeable() const noexcept override { return true; }
+
+private:
+    [[nodiscard]] bool small() const noexcept { return learned_.size < 16; }
+    void gather(const ImageView& image, Point centre);
+    EdgeFitResult measure(const ImageView& image, Point start);
+    Outline measured_by_threshold(const ImageView& image, const Box& box, const Levels& levels) const;
+    [[nodiscard]] bool inside(const ImageView& image, Point at) const noexcept;
+
+    Subject subject_;
+    double sign_;
+    EdgeFit fit_;
+    RingSearch ring_;
+    std::vector<RingPeak> peaks_;
+    Outline learned_;
+    EdgePrior prior_;
+    OutlineReference reference_;
+    double contrast_ = 0, blur_ = 1;
+    int blocks_ = 1;
+};
+
+}  // namespace shaker

@@ -1,0 +1,171 @@
+#include "tracking/dots_locator.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace shaker {
+namespace {
+constexpr double rim = 3;  // px around a dot that are fitted: strips are narrow
+}
+
+DotsLocator::DotsLocator(Subject subject)
+    : subject_{std::move(subject)},
+      sign_{subject_.target.polarity == Polarity::bright ? 1.0 : -1.0},
+      pitch_{subject_.target.pitch_mm / subject_.mm_per_px},
+      ring_{0.5 * subject_.target.diameter_mm / subject_.mm_per_px, 1, sign_} {
+    learned_ = {0, 0, 0.5 * subject_.target.diameter_mm / subject_.mm_per_px, 1};
+    if (!(learned_.size >= 1.5)) {
+        throw InputError{subject_.label + ": diameter_mm = " + std::to_string(subject_.target.diameter_mm) +
+                         "; dots of a pitch need one that makes 3 px or more"};
+    }
+    if (!(pitch_ > 2 * learned_.size)) {
+        throw InputError{subject_.label + ": pitch_mm = " + std::to_string(subject_.target.pitch_mm) +
+                         "; must be more than the dots' diameter"};
+    }
+}
+
+void DotsLocator::find_dots(const ImageView& image, const Box& box, double contrast) {
+    std::vector<RingPeak> peaks;
+    ring_.scan(image, box, contrast, 0.35, peaks);
+    std::vector<EdgeFitResult> dots;
+    const double expected = learned_.size;
+    prior_ = {.size = 0.5 + 0.1 * expected, .blur = 1.0};
+    offsets_ = {{0, 0}};
+    for (const RingPeak& peak : peaks) {
+        const EdgeFitResult fit = measure(image, peak.at);
+        const Point at{fit.outline.x, fit.outline.y};
+        const bool good = fit.converged && sign_ * fit.contrast > 0.25 * contrast && fit.trimmed < 0.3 &&
+                          fit.noise < 0.3 * std::abs(fit.contrast) && length(at - peak.at) < 3 &&
+                          std::abs(fit.outline.size / expected - 1) < 0.2;
+        const auto same = [&](const EdgeFitResult& o) {
+            return length(at - Point{o.outline.x, o.outline.y}) < 0.5 * pitch_;
+        };
+        if (good && std::none_of(dots.begin(), dots.end(), same)) dots.push_back(fit);
+    }
+    if (dots.empty()) {
+        throw InputError{subject_.label + ": no " + (sign_ > 0 ? "bright" : "dark") + " dots of " +
+                         std::to_string(2 * expected) + " px diameter there"};
+    }
+    std::sort(dots.begin(), dots.end(), [](const EdgeFitResult& a, const EdgeFitResult& b) {
+        return a.outline.x + a.outline.y < b.outline.x + b.outline.y;
+    });
+    learned_ = {};
+    learned_.blur = 0;
+    for (const EdgeFitResult& d : dots) {
+        const double share = 1.0 / static_cast<double>(dots.size());
+        learned_.x += share * d.outline.x;
+        learned_.y += share * d.outline.y;
+        learned_.size += share * d.outline.size;
+        learned_.blur += share * d.outline.blur;
+    }
+    offsets_.clear();
+    for (const EdgeFitResult& d : dots)
+        offsets_.push_back({d.outline.x - learned_.x, d.outline.y - learned_.y});
+}
+
+void DotsLocator::check_pitch() const {
+    if (offsets_.size() < 2) return;
+    std::vector<double> gaps;
+    for (const Point& a : offsets_) {
+        double nearest = 1e9;
+        for (const Point& b : offsets_) {
+            if (&a != &b) nearest = std::min(nearest, length(a - b));
+        }
+        gaps.push_back(nearest);
+    }
+    std::nth_element(gaps.begin(), gaps.begin() + static_cast<std::ptrdiff_t>(gaps.size() / 2), gaps.end());
+    const double gap = gaps[gaps.size() / 2];
+    if (std::abs(gap / pitch_ - 1) > 0.2) {
+        throw InputError{subject_.label + ": dots are " + std::to_string(gap * subject_.mm_per_px) +
+                         " mm apart; pitch_mm = " + std::to_string(subject_.target.pitch_mm) +
+                         " is not within 20 %"};
+    }
+}
+
+Point DotsLocator::learn(const ImageView& image) {
+    const Box box = region_in(subject_, image);
+    const Levels levels = levels_in(subject_, image, box);
+    find_dots(image, box, levels.high - levels.low);
+    check_pitch();
+    blur_ = learned_.blur;
+    prior_ = {.size = 0.02, .blur = 0.5};
+    ring_ = RingSearch{learned_.size, learned_.blur, sign_};
+    const EdgeFitResult fit = measure(image, {learned_.x, learned_.y});
+    if (!fit.converged) throw InputError{subject_.label + ": the dots there do not fit one size and blur"};
+    learned_ = fit.outline;
+    reference_ = {learned_, sign_, std::abs(fit.contrast), fit.coverage};
+    return {learned_.x, learned_.y};
+}
+
+void DotsLocator::gather(const ImageView& image, Point centre) {
+    auto& samples = fit_.samples();
+    samples.clear();
+    const double outer = learned_.size + rim;
+    for (std::size_t k = 0; k < offsets_.size(); ++k) {
+        const Point dot = centre + offsets_[k];
+        const int x0 = static_cast<int>(std::ceil(dot.x - outer)),
+                  x1 = static_cast<int>(std::floor(dot.x + outer));
+        const int y0 = static_cast<int>(std::ceil(dot.y - outer)),
+                  y1 = static_cast<int>(std::floor(dot.y + outer));
+        if (x0 < 0 || x1 >= image.width || y1 < 0 || y0 >= image.height) continue;
+        with_pixels(image, [&](auto pixels) {
+            for (int y = std::max(0, y0); y <= std::min(y1, image.height - 1); ++y) {
+                const auto* row = pixels.row(y);
+                for (int x = x0; x <= x1; ++x) {
+                    const double dx = x - dot.x, dy = y - dot.y;
+                    if (dx * dx + dy * dy > outer * outer) continue;
+                    samples.push_back({x - offsets_[k].x, y - offsets_[k].y, static_cast<double>(row[x]),
+                                       static_cast<int>(k)});
+                }
+            }
+        });
+    }
+}
+
+EdgeFitResult DotsLocator::measure(const ImageView& image, Point start) {
+    EdgeFitResult fit;
+    Point centre = start;
+    for (int pass = 0; pass < 3; ++pass) {
+        gather(image, centre);
+        if (fit_.samples().size() < 24) return {};
+        fit = fit_.fit({centre.x, centre.y, learned_.size, blur_}, prior_, static_cast<int>(offsets_.size()),
+                       EdgeFit::Ground::plane);
+        const Point found{fit.outline.x, fit.outline.y};
+        const double moved = length(found - centre);
+        if (fit.converged && moved < 1) break;
+        if (!(moved < 2 * rim)) return {};
+        centre = found;
+    }
+    return fit;
+}
+
+bool DotsLocator::locate(const ImageView& image, Point predicted, Candidate& out) {
+    const EdgeFitResult fit = measure(image, predicted);
+    if (!judge(fit, reference_, subject_.along, out) || length(out.at - predicted) > reach()) return false;
+    blur_ += 0.1 * (fit.outline.blur - blur_);
+    fit_.accept();
+    return true;
+}
+
+void DotsLocator::search(const ImageView& image, Point last, std::vector<Candidate>& out) {
+    const int half = static_cast<int>(0.5 * pitch_);
+    double best = 0.35 * static_cast<double>(offsets_.size());
+    Point at;
+    bool any = false;
+    for (int j = -half; j <= half; ++j) {
+        for (int i = -half; i <= half; ++i) {
+            const Point centre = last + Point{double(i), double(j)};
+            double sum = 0;
+            for (const Point& offset : offsets_) {
+                const Point dot = centre + offset;
+                sum += ring_.score(image, static_cast<int>(std::lround(dot.x)),
+                                   static_cast<int>(std::lround(dot.y)), reference_.contrast);
+            }
+            if (sum > best) best = sum, at = centre, any = true;
+        }
+    }
+    Candidate candidate;
+    if (any && locate(image, at, candidate)) out.push_back(candidate);
+}
+
+}  // namespace shaker

@@ -1,0 +1,89 @@
+#pragma once
+// Least squares of a blurred outline against raw pixels: the measurement behind discs, dots and rectangles.
+#include <Eigen/Core>
+#include <array>
+#include <vector>
+
+#include "tracking/pixels.hpp"
+
+namespace shaker {
+
+/// A pixel (or a mean of pixels) near the outline. Samples of one block share a local gain and offset.
+struct EdgeSample {
+    double u = 0, v = 0;  // place, relative to its block's own shift from the common centre
+    double value = 0;     // grey level
+    int block = 0;
+};
+
+/// The outline: r = hypot(u - x, v - y) = size. With v = y everywhere it is a slab of half-width `size`.
+struct Outline {
+    double x = 0, y = 0;
+    double size = 0;  // radius or half-width, px
+    double blur = 1;  // standard deviation of the edge, px; the pixel's own box included
+};
+
+/// What is known beforehand: standard deviations about the starting outline, px; 0 holds a quantity fixed.
+struct EdgePrior {
+    double x = 1e6, y = 1e6, size = 1e6, blur = 1e6;
+};
+
+struct EdgeFitResult {
+    Outline outline;
+    bool converged = false;
+    Eigen::Matrix2d covariance = Eigen::Matrix2d::Zero();  // of x, y
+    double contrast = 0;  // inside minus outside, median over the blocks in use
+    double noise = 0;     // rms of the residuals in use
+    double coverage = 0;  // outline in use, in samples' weight
+    double trimmed = 0;   // share of samples put aside as not belonging
+};
+
+/// Gauss-Newton on I = offset_b + gain_b E(r - size; blur) [+ a plane per block], E the Gaussian edge; gain,
+/// offset and plane are eliminated block by block, so uneven light costs no bias. Blocks and samples that do
+/// not fit are put aside. Scratch memory is kept, so a second fit of the same size does not allocate.
+class EdgeFit {
+public:
+    enum class Ground { flat, plane };
+
+    std::vector<EdgeSample>& samples() noexcept { return samples_; }
+    EdgeFitResult fit(const Outline& start, const EdgePrior& prior, int blocks, Ground ground);
+    /// Tells that the last fit was the target's: by how much each block disagrees with the others because of
+    /// what is printed on the target is learned from such fits, and does not count as error again.
+    void accept();
+
+private:
+    // Columns of a block's normal equations: 1, E [, u, v] | d/dx, d/dy, d/dsize, d/dblur, value. Only the
+    // upper triangle is summed.
+    static constexpr std::size_t most_columns = 10;
+    struct Block {
+        std::array<std::array<double, most_columns>, most_columns> gram{};
+        double weight = 0, trimmed = 0, coverage = 0;
+        std::array<double, 4> ground{};  // offset, gain, plane
+        double variance = 0;
+        bool used = false;
+        Eigen::Matrix4d normal;
+        Eigen::Vector4d score;
+        double habit = 0, habit_frames = 0;
+    };
+    struct Pass {
+        Eigen::Matrix4d normal = Eigen::Matrix4d::Zero();
+        Eigen::Vector4d score = Eigen::Vector4d::Zero();
+        double weight = 0, variance = 0;
+    };
+
+    template <std::size_t nuisances>
+    Pass run(const Outline& at, bool trim);
+    template <std::size_t nuisances>
+    void accumulate(const Outline& at, bool trim);
+    template <std::size_t nuisances>
+    void solve_block(Block& block, double spread_lost) const;
+    void choose_blocks();
+    void summarise(EdgeFitResult& result) const;
+
+    std::vector<EdgeSample> samples_;
+    std::vector<Block> blocks_;
+    std::vector<double> sorted_;
+    double variance_ = 0;
+    double contrast_ = 0;
+};
+
+}  // namespace shaker

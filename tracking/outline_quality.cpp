@@ -1,0 +1,30 @@
+#include "tracking/outline_quality.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace shaker {
+
+bool judge(const EdgeFitResult& fit, const OutlineReference& reference, const std::array<double, 2>& along,
+           Candidate& out) {
+    if (!fit.converged) return false;
+    const auto& [x, y, size, blur] = fit.outline;
+    const Outline& learned = reference.outline;
+    const double contrast = reference.sign * fit.contrast;
+    const double share = std::min(1.0, fit.coverage / reference.coverage);
+    const Eigen::Vector2d axis{along[0], along[1]};
+    const double sd = std::sqrt(axis.dot(fit.covariance * axis));
+    if (getenv("DBG")) fprintf(stderr,"c %g/%g share %g trim %g noise %g sd %g size %g/%g blur %g/%g at %g %g\n",contrast,reference.contrast,share,fit.trimmed,fit.noise,sd,size,learned.size,blur,learned.blur,x,y);
+    const bool good = contrast > 0.35 * reference.contrast && contrast < 3 * reference.contrast &&
+                      share > 0.25 && fit.trimmed < 0.35 && fit.noise < 0.35 * contrast && sd < 0.5 &&
+                      std::abs(size - learned.size) < std::max(0.8, 0.06 * learned.size) &&
+                      blur < 2.5 * learned.blur + 0.5;
+    if (!good) return false;
+    out.at = {x, y};
+    out.sd = sd;
+    out.likeness = share * (1 - fit.trimmed);
+    out.degraded = share < 0.75 || fit.trimmed > 0.12 || blur > 1.4 * learned.blur + 0.2;
+    return true;
+}
+
+}  // namespace shaker

@@ -1,0 +1,50 @@
+#pragma once
+// Any texture: the region of frame 0, moved until it fits.
+#include <Eigen/Core>
+
+#include "tracking/locator.hpp"
+#include "tracking/region.hpp"
+#include "tracking/texture.hpp"
+
+namespace shaker {
+
+/// Least squares of shift, gain and offset between raw pixels and the shifted texture of frame 0; blocks of 8
+/// x 8 px that do not fit (hidden, shining) are put aside. Texture that varies in one direction only is
+/// measured along it; the other coordinate then stays where it was in frame 0.
+class PatchLocator final : public Locator {
+public:
+    explicit PatchLocator(Subject subject) : subject_{std::move(subject)} {}
+    Point learn(const ImageView& image) override;
+    bool locate(const ImageView& image, Point predicted, Candidate& out) override;
+    void search(const ImageView& image, Point last, std::vector<Candidate>& out) override;
+    [[nodiscard]] double reach() const noexcept override { return 8; }
+    [[nodiscard]] double extent() const noexcept override;
+    [[nodiscard]] bool interchangeable() const noexcept override { return true; }
+
+private:
+    struct Sums;
+    struct Solution {
+        Point shift;
+        double gain = 0, variance = 0, likeness = 0, share = 0;
+        Eigen::Matrix2d normal = Eigen::Matrix2d::Zero();
+        bool converged = false;
+    };
+    Solution measure(const ImageView& image, Point shift);
+    template <class P>
+    void accumulate(const P& pixels, const Box& cut, int x0, int y0, Sums& sums) const;
+    template <class P>
+    double weigh_blocks(const P& pixels, const Box& cut, int x0, int y0, double gain, double offset);
+    void find_direction();
+    bool judge(const Solution& solution, Candidate& out) const;
+    bool best_match(const ImageView& image, Point around, Point& shift) const;
+
+    Subject subject_;
+    Texture texture_;
+    Point learned_;
+    std::vector<double> block_weight_, block_residual_, block_size_, sorted_;
+    int block_columns_ = 0;
+    bool one_direction_ = false;
+    Eigen::Vector2d direction_{1, 0};
+};
+
+}  // namespace shaker

@@ -1,0 +1,211 @@
+#include "tracking/rectangle_locator.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+namespace shaker {
+namespace {
+
+constexpr int window = 8;  // px on either side of an edge that are fitted
+constexpr int groups = 8;
+constexpr int plateau = 5;  // px on either side of an edge that the coarse search compares
+
+double mean_of(const std::vector<double>& line, int first, int last) {
+    return std::accumulate(line.begin() + first, line.begin() + last, 0.0) / (last - first);
+}
+
+}  // namespace
+
+RectangleLocator::RectangleLocator(Subject subject) : subject_{std::move(subject)}, axis_{axis_of(subject_)} {
+    reference_.sign = subject_.target.polarity == Polarity::bright ? 1.0 : -1.0;
+}
+
+void RectangleLocator::load_profile(const ImageView& image) {
+    profile_.resize(static_cast<std::size_t>(length_along(image, axis_)));
+    mean_profile(image, axis_, 0, row0_, row1_, profile_);
+}
+
+// How much two edges of the right polarity stand at centre -+ size, 1 for the contrast of frame 0.
+double RectangleLocator::pair_score(double centre) const {
+    const int left = static_cast<int>(std::lround(centre - learned_.size));
+    const int right = static_cast<int>(std::lround(centre + learned_.size));
+    if (left < plateau || right + plateau >= static_cast<int>(profile_.size())) return 0;
+    const auto step = [&](int inside0, int outside0) {
+        return reference_.sign *
+               (mean_of(profile_, inside0, inside0 + plateau) -
+                mean_of(profile_, outside0, outside0 + plateau)) /
+               reference_.contrast;
+    };
+    const double a = step(left + 1, left - plateau), b = step(right - plateau, right + 1);
+    return std::min({a, b, 1.0});
+}
+
+void RectangleLocator::find_edges(const Box& box, double given) {
+    const int first = axis_ == Axis::x ? box.x0 : box.y0, last = axis_ == Axis::x ? box.x1 : box.y1;
+    const auto [low, high] = std::minmax_element(profile_.begin() + first, profile_.begin() + last);
+    const double middle = 0.5 * (*low + *high);
+    reference_.contrast = *high - *low;
+    if (given > 0) {
+        learned_.size = 0.5 * given;
+        double best = 0.25;
+        for (int c = 2 * first; c < 2 * last; ++c) {
+            const double score = pair_score(0.5 * c);
+            if (score > best) best = score, learned_.x = 0.5 * c;
+        }
+        if (best > 0.25) return;
+    } else {
+        int run = 0, longest = 0;
+        for (int i = first; i < last; ++i) {
+            const bool inside = reference_.sign * (profile_[static_cast<std::size_t>(i)] - middle) > 0;
+            run = inside ? run + 1 : 0;
+            if (run > longest) {
+                longest = run;
+                learned_.x = i - 0.5 * (run - 1);
+            }
+        }
+        learned_.size = 0.5 * longest;
+        if (longest >= 6) return;
+    }
+    throw InputError{subject_.label + ": no two edges of a " + (reference_.sign > 0 ? "bright" : "dark") +
+                     " rectangle" + (given > 0 ? " " + std::to_string(given) + " px wide" : "") + " there"};
+}
+
+// The rows that show both edges, less a few next to the silhouette's top and bottom where those are in the
+// picture.
+void RectangleLocator::find_rows(const ImageView& image, int first, int last, double centre) {
+    const int left = static_cast<int>(std::lround(centre - learned_.size));
+    const int right = static_cast<int>(std::lround(centre + learned_.size));
+    const int end = length_along(image, axis_);
+    line_.resize(static_cast<std::size_t>(plateau));
+    const auto level = [&](int at, int row) {
+        mean_profile(image, axis_, std::clamp(at, 0, end - plateau), row, row + 1, line_);
+        return mean_of(line_, 0, plateau);
+    };
+    std::vector<double> contrast;
+    for (int row = first; row < last; ++row) {
+        const double a = level(left + 2, row) - level(left - plateau - 1, row);
+        const double b = level(right - plateau - 1, row) - level(right + 2, row);
+        contrast.push_back(std::min(reference_.sign * a, reference_.sign * b));
+    }
+    const double enough = 0.6 * *std::max_element(contrast.begin(), contrast.end());
+    int best = 0, run = 0, stop = first;
+    for (int row = first; row < last; ++row) {
+        run = contrast[static_cast<std::size_t>(row - first)] > enough ? run + 1 : 0;
+        if (run > best) best = run, stop = row + 1;
+    }
+    constexpr int rounding = 3;
+    row0_ = stop - best, row1_ = stop;
+    if (row0_ > 0 && best > 4 * rounding) row0_ += rounding;
+    if (row1_ < length_across(image, axis_) && best > 4 * rounding) row1_ -= rounding;
+}
+
+Point RectangleLocator::learn(const ImageView& image) {
+    const Box box = region_in(subject_, image);
+    const Levels levels = levels_in(subject_, image, box);
+    const int across0 = axis_ == Axis::x ? box.y0 : box.x0, across1 = axis_ == Axis::x ? box.y1 : box.x1;
+    row0_ = across0, row1_ = across1;
+    load_profile(image);
+    find_edges(box, crossing_px(subject_, subject_.target.width_mm));
+    find_rows(image, across0, across1, learned_.x);
+    const double expected = learned_.size;
+    prior_ = {.y = 0, .size = 0.5 + 0.05 * expected, .blur = 1.0};
+    const EdgeFitResult fit = measure(image, learned_.x);
+    const bool good = fit.converged && fit.trimmed < 0.3 && fit.noise < 0.5 * std::abs(fit.contrast) &&
+                      reference_.sign * fit.contrast > 0.2 * (levels.high - levels.low) &&
+                      std::abs(fit.outline.x - learned_.x) < 6 &&
+                      std::abs(fit.outline.size / expected - 1) < 0.15;
+    if (!good) {
+        throw InputError{subject_.label + ": the edges found there, " + std::to_string(2 * expected) +
+                         " px apart, are not those of a rectangle"};
+    }
+    learned_ = fit.outline;
+    reference_ = {learned_, reference_.sign, std::abs(fit.contrast), fit.coverage};
+    prior_ = {.y = 0, .size = 0.02, .blur = 0.5};
+    Candidate found;
+    accept(fit, found);
+    return found.at;
+}
+
+void RectangleLocator::gather(const ImageView& image, double centre) {
+    auto& samples = fit_.samples();
+    samples.clear();
+    const int end = length_along(image, axis_), rows = row1_ - row0_;
+    const int count = std::min(groups, rows);
+    line_.resize(2 * window + 1);
+    for (int side = 0; side < 2; ++side) {
+        const double edge = centre + (side == 0 ? -learned_.size : learned_.size);
+        const int middle = static_cast<int>(std::lround(edge));
+        const int first = std::max(0, middle - window), last = std::min(end - 1, middle + window);
+        if (last - first < window) continue;
+        const std::span<double> line{line_.data(), static_cast<std::size_t>(last - first + 1)};
+        for (int g = 0; g < count; ++g) {
+            mean_profile(image, axis_, first, row0_ + rows * g / count, row0_ + rows * (g + 1) / count, line);
+            for (std::size_t i = 0; i < line.size(); ++i) {
+                const double u = first + static_cast<double>(i);
+                // Beyond the middle the other edge would answer.
+                if ((side == 0) == (u < centre)) samples.push_back({u, 0, line[i], 2 * g + side});
+            }
+        }
+    }
+}
+
+EdgeFitResult RectangleLocator::measure(const ImageView& image, double start) {
+    EdgeFitResult fit;
+    double centre = start;
+    for (int pass = 0; pass < 3; ++pass) {
+        gather(image, centre);
+        if (fit_.samples().size() < 24) return {};
+        fit = fit_.fit({centre, 0, learned_.size, learned_.blur}, prior_, 2 * groups, EdgeFit::Ground::flat);
+        const double moved = std::abs(fit.outline.x - centre);
+        if (fit.converged && moved < 1) break;
+        if (!(moved < 2 * window)) return {};
+        centre = fit.outline.x;
+    }
+    return fit;
+}
+
+bool RectangleLocator::accept(const EdgeFitResult& fit, Candidate& out) const {
+    if (!judge(fit, reference_, {1, 0}, out)) return false;
+    const double along = out.at.x, across = 0.5 * (row0_ + row1_ - 1);
+    out.at = axis_ == Axis::x ? Point{along, across} : Point{across, along};
+    return true;
+}
+
+bool RectangleLocator::locate(const ImageView& image, Point predicted, Candidate& out) {
+    const double start = axis_ == Axis::x ? predicted.x : predicted.y;
+    const auto try_at = [&](double at) {
+        if (!accept(measure(image, at), out)) return false;
+        if (std::abs((axis_ == Axis::x ? out.at.x : out.at.y) - start) > reach() + window) return false;
+        fit_.accept();
+        return true;
+    };
+    if (try_at(start)) return true;
+    load_profile(image);
+    double best = 0.3, at = start;
+    for (int i = 0; i <= 2 * static_cast<int>(reach()); ++i) {
+        const double c = start - reach() + i, score = pair_score(c);
+        if (score > best) best = score, at = c;
+    }
+    return best > 0.3 && try_at(at);
+}
+
+void RectangleLocator::search(const ImageView& image, Point, std::vector<Candidate>& out) {
+    load_profile(image);
+    const int end = static_cast<int>(profile_.size());
+    double before = 0, here = pair_score(0);
+    for (int c = 0; c < end; ++c) {
+        const double after = pair_score(c + 1);
+        Candidate candidate;
+        const bool peak = here > 0.3 && here >= before && here > after;
+        if (peak && accept(measure(image, c), candidate)) {
+            const auto same = [&](const Candidate& o) { return length(o.at - candidate.at) < extent(); };
+            if (std::none_of(out.begin(), out.end(), same)) out.push_back(candidate);
+        }
+        before = here;
+        here = after;
+    }
+    std::stable_sort(out.begin(), out.end(), [](auto& a, auto& b) { return a.likeness > b.likeness; });
+}
+
+}  // namespace shaker

@@ -1,0 +1,43 @@
+#pragma once
+// A silhouette's two edges across the shaker's axis.
+#include "tracking/edge_fit.hpp"
+#include "tracking/locator.hpp"
+#include "tracking/outline_quality.hpp"
+#include "tracking/profile.hpp"
+#include "tracking/region.hpp"
+
+namespace shaker {
+
+/// Rows between the edges are averaged in groups, each group and edge with its own gain and offset. Measures
+/// along the image axis nearest to the shaker's; the other coordinate is the middle of the rows in use. The
+/// width is measured when it is not given.
+class RectangleLocator final : public Locator {
+public:
+    explicit RectangleLocator(Subject subject);
+    Point learn(const ImageView& image) override;
+    bool locate(const ImageView& image, Point predicted, Candidate& out) override;
+    void search(const ImageView& image, Point last, std::vector<Candidate>& out) override;
+    [[nodiscard]] double reach() const noexcept override { return 10; }
+    [[nodiscard]] double extent() const noexcept override { return learned_.size; }
+    [[nodiscard]] bool interchangeable() const noexcept override { return true; }
+
+private:
+    void find_edges(const Box& box, double given);
+    void find_rows(const ImageView& image, int first, int last, double centre);
+    void gather(const ImageView& image, double centre);
+    EdgeFitResult measure(const ImageView& image, double start);
+    [[nodiscard]] double pair_score(double centre) const;
+    void load_profile(const ImageView& image);
+    bool accept(const EdgeFitResult& fit, Candidate& out) const;
+
+    Subject subject_;
+    Axis axis_;
+    EdgeFit fit_;
+    OutlineReference reference_;
+    Outline learned_;
+    EdgePrior prior_;
+    int row0_ = 0, row1_ = 0;
+    std::vector<double> profile_, line_;
+};
+
+}  // namespace shaker

@@ -1,0 +1,239 @@
+#include "tracking/tracker.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "drivers/errors.hpp"
+#include "tracking/constellation.hpp"
+#include "tracking/locator.hpp"
+#include "tracking/region.hpp"
+
+namespace shaker {
+namespace {
+
+struct Followed {
+    std::unique_ptr<Locator> locator;
+    std::string label;
+    TargetKind kind{};
+    Point at, velocity;
+    bool seen = true;  // in the last frame
+    bool in_group = false;
+};
+
+// Look-alikes that are told apart together.
+struct Group {
+    std::vector<std::size_t> targets;
+    Constellation constellation;
+};
+
+}  // namespace
+
+struct ViewTracker::Impl {
+    View view;
+    std::vector<Followed> targets;
+    std::vector<Group> groups;
+    std::vector<Fix> fixes;
+    std::vector<Candidate> candidates;
+    std::int64_t last_tick = 0;
+    int width = 0, height = 0;
+    bool started = false;
+
+    void start(const ImageView& image);
+    void check_distinct() const;
+    void find_groups(const ImageView& image);
+    void follow_alone(const ImageView& image, std::size_t k, double frames);
+    void follow_group(const ImageView& image, Group& group, double frames);
+    bool choose_by_distance(Point expected, Candidate& out) const;
+    void part_claims();
+    void report(std::size_t k, const Candidate& found, double frames);
+    void lose(std::size_t k);
+};
+
+void ViewTracker::Impl::report(std::size_t k, const Candidate& found, double frames) {
+    Followed& t = targets[k];
+    if (!finite(found.at) || !std::isfinite(found.sd)) {
+        lose(k);
+        return;
+    }
+    t.velocity = t.seen && frames > 0 ? (1 / frames) * (found.at - t.at) : Point{};
+    t.at = found.at;
+    const TrackState good = found.degraded ? TrackState::degraded : TrackState::ok;
+    fixes[k] = {found.at.x, found.at.y, found.sd, t.seen ? good : TrackState::reacquired};
+    t.seen = true;
+}
+
+void ViewTracker::Impl::lose(std::size_t k) {
+    fixes[k] = {};
+    targets[k].seen = false;
+    targets[k].velocity = {};
+}
+
+void ViewTracker::Impl::start(const ImageView& image) {
+    width = image.width;
+    height = image.height;
+    fixes.assign(view.targets.size(), {});
+    targets.clear();
+    groups.clear();
+    for (std::size_t k = 0; k < view.targets.size(); ++k) {
+        Followed t{
+            make_locator(view, k), subject_of(view, view.targets[k]).label, view.targets[k].kind, {}, {}};
+        t.at = t.locator->learn(image);
+        targets.push_back(std::move(t));
+        Candidate found;
+        if (!targets[k].locator->locate(image, targets[k].at, found)) {
+            throw InputError{targets[k].label +
+                             ": the target there is too faint or too blurred to be measured"};
+        }
+        report(k, found, 0);
+    }
+    check_distinct();
+    find_groups(image);
+    started = true;
+}
+
+void ViewTracker::Impl::check_distinct() const {
+    for (std::size_t k = 0; k < targets.size(); ++k) {
+        for (std::size_t l = 0; l < k; ++l) {
+            const Followed &a = targets[k], &b = targets[l];
+            const double apart = 0.5 * std::min(a.locator->extent(), b.locator->extent());
+            if (a.kind == b.kind && a.locator->interchangeable() && length(a.at - b.at) < apart) {
+                throw InputError{a.label + ": found what target " + view.targets[l].name + " found"};
+            }
+        }
+    }
+}
+
+void ViewTracker::Impl::find_groups(const ImageView& image) {
+    for (std::size_t k = 0; k < targets.size(); ++k) {
+        Followed& t = targets[k];
+        if (t.in_group || !t.locator->interchangeable()) continue;
+        candidates.clear();
+        t.locator->search(image, t.at, candidates);
+        std::vector<std::size_t> members{k};
+        std::vector<Point> places{t.at}, companions;
+        for (const Candidate& c : candidates) {
+            std::size_t owner = targets.size();
+            for (std::size_t l = 0; l < targets.size(); ++l) {
+                const bool here = length(targets[l].at - c.at) < 0.5 * targets[l].locator->extent();
+                if (targets[l].kind == t.kind && here) owner = l;
+            }
+            if (owner == k) continue;
+            if (owner == targets.size()) {
+                companions.push_back(c.at);
+            } else if (!targets[owner].in_group) {
+                members.push_back(owner);
+                places.push_back(targets[owner].at);
+            }
+        }
+        if (members.size() + companions.size() < 2) continue;
+        for (const std::size_t m : members) targets[m].in_group = true;
+        places.insert(places.end(), companions.begin(), companions.end());
+        groups.push_back({members, Constellation{std::move(places), members.size(), t.locator->extent()}});
+    }
+}
+
+// Of several places, the nearest, unless another is nearly as near.
+bool ViewTracker::Impl::choose_by_distance(Point expected, Candidate& out) const {
+    double nearest = 1e9, next = 1e9;
+    for (const Candidate& c : candidates) {
+        const double d = length(c.at - expected);
+        if (d < nearest) {
+            next = nearest;
+            nearest = d;
+            out = c;
+        } else {
+            next = std::min(next, d);
+        }
+    }
+    return !candidates.empty() && (candidates.size() == 1 || nearest < 0.4 * next);
+}
+
+void ViewTracker::Impl::follow_alone(const ImageView& image, std::size_t k, double frames) {
+    Followed& t = targets[k];
+    Candidate found;
+    const Point expected = t.at + frames * t.velocity;
+    if (t.seen) {
+        const bool here = t.locator->locate(image, expected, found) ||
+                          (length(expected - t.at) > 1 && t.locator->locate(image, t.at, found));
+        if (here) {
+            report(k, found, frames);
+            return;
+        }
+    }
+    candidates.clear();
+    t.locator->search(image, t.at, candidates);
+    if (choose_by_distance(expected, found)) {
+        report(k, found, frames);
+    } else {
+        lose(k);
+    }
+}
+
+void ViewTracker::Impl::follow_group(const ImageView& image, Group& group, double frames) {
+    candidates.clear();
+    const Followed& first = targets[group.targets.front()];
+    first.locator->search(image, first.at, candidates);
+    const auto chosen = group.constellation.assign(candidates, image.width, image.height, frames);
+    for (std::size_t i = 0; i < group.targets.size(); ++i) {
+        const std::size_t k = group.targets[i];
+        Candidate found;
+        if (chosen[i] == Constellation::nobody) {
+            lose(k);
+            continue;
+        }
+        const Point place = candidates[static_cast<std::size_t>(chosen[i])].at;
+        Locator& locator = *targets[k].locator;
+        if (locator.locate(image, place, found) && length(found.at - place) < 0.5 * locator.extent()) {
+            report(k, found, frames);
+        } else {
+            lose(k);
+        }
+    }
+}
+
+// Two targets on one thing: neither is believed.
+void ViewTracker::Impl::part_claims() {
+    for (std::size_t k = 0; k < targets.size(); ++k) {
+        for (std::size_t l = 0; l < k; ++l) {
+            const Followed &a = targets[k], &b = targets[l];
+            if (a.kind != b.kind || !a.locator->interchangeable() || !a.seen || !b.seen) continue;
+            const double apart = 0.5 * std::min(a.locator->extent(), b.locator->extent());
+            if (length(a.at - b.at) < apart) {
+                lose(k);
+                lose(l);
+            }
+        }
+    }
+}
+
+ViewTracker::ViewTracker(const View& view) : impl_{std::make_unique<Impl>()} { impl_->view = view; }
+ViewTracker::~ViewTracker() = default;
+ViewTracker::ViewTracker(ViewTracker&&) noexcept = default;
+ViewTracker& ViewTracker::operator=(ViewTracker&&) noexcept = default;
+
+std::span<const Fix> ViewTracker::update(const ImageView& image, CameraTick tick) {
+    Impl& self = *impl_;
+    if (image.pixels == nullptr || image.width < 4 || image.height < 4) {
+        throw InputError{"camera " + self.view.camera + ": image of " + std::to_string(image.width) + " x " +
+                         std::to_string(image.height) + " px; must be 4 x 4 or more"};
+    }
+    if (!self.started) {
+        self.start(image);
+    } else {
+        if (image.width != self.width || image.height != self.height) {
+            throw InputError{"camera " + self.view.camera + ": image changes from " +
+                             std::to_string(self.width) + " x " + std::to_string(self.height) + " px to " +
+                             std::to_string(image.width) + " x " + std::to_string(image.height)};
+        }
+        const double frames = static_cast<double>(std::max<std::int64_t>(1, tick.n - self.last_tick));
+        for (std::size_t k = 0; k < self.targets.size(); ++k) {
+            if (!self.targets[k].in_group) self.follow_alone(image, k, frames);
+        }
+        for (Group& group : self.groups) self.follow_group(image, group, frames);
+        self.part_claims();
+    }
+    self.last_tick = tick.n;
+    return self.fixes;
+}
+
+}  // namespace shaker
