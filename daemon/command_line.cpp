@@ -4,7 +4,6 @@
 #include <iostream>
 
 #include "daemon/commands.hpp"
-#include "daemon/predict_command.hpp"
 #include "drivers/quantity.hpp"
 
 namespace shaker {
@@ -87,12 +86,6 @@ int command_line(int argc, char** argv) {
     track_app.add_option("-o,--output", track_options.out, "CSV: camera,frame,t_s,target,x_px,y_px,sd_px,x_mm,state");
     add_json(track_app, track_options.json);
 
-    PredictWords predict;
-    CLI::App& predict_app = *app.add_subcommand("predict", "What exact Coulomb friction and the closed form say");
-    DriveWords predict_drive;
-    predict_drive.add_to(predict_app);
-    predict.add_to(predict_app);
-
     try {
         app.parse(argc, argv);
     } catch (const CLI::ParseError& e) {
@@ -109,7 +102,6 @@ int command_line(int argc, char** argv) {
         reduce_session(reduce_options);
     }
     if (track_app.parsed()) track_session(track_options);
-    if (predict_app.parsed()) predict.print(predict_drive.read());
     return exit_ok;
 }
 

@@ -15,7 +15,7 @@ struct EqualiserSettings {
     /// gain < 2 cos(psi)/r when the true response is r e^{i psi} times the nominal one.
     double gain = 0.5;
     double volts_limit = 1;        // peak of the planned waveform
-    double lock_amplitude = 2e-3;  // locked: every harmonic within this share of gamma, or within three sd
+    double lock_amplitude = 5e-4;  // locked: every harmonic within this share of gamma, or within three sd
 };
 
 /// Works on settled periods: give it an estimate of a period that lay wholly behind the last change of the drive.

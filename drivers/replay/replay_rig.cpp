@@ -1,5 +1,5 @@
 #include "drivers/errors.hpp"
-#include "drivers/replay/session_file.hpp"
+#include "drivers/replay/opened_session.hpp"
 
 namespace shaker {
 
@@ -9,11 +9,11 @@ class RecordedAccelerometer final : public Accelerometer {
 public:
     explicit RecordedAccelerometer(const SessionReader& r)
         : info_{r.header().accelerometer},
-          counts_{h5::read<std::int32_t>(r.entry(), "raw/accelerometer/counts")},
-          first_{h5::read<std::int64_t>(r.entry(), "raw/accelerometer/block_first")},
-          arrived_{h5::read<std::int64_t>(r.entry(), "raw/accelerometer/block_arrived")},
-          quality_{h5::read<std::uint8_t>(r.entry(), "raw/accelerometer/block_quality")},
-          size_{h5::read<std::uint8_t>(r.entry(), "raw/accelerometer/block_size")} {
+          counts_{h5::read<std::int32_t>(r.opened().entry.get(), "raw/accelerometer/counts")},
+          first_{h5::read<std::int64_t>(r.opened().entry.get(), "raw/accelerometer/block_first")},
+          arrived_{h5::read<std::int64_t>(r.opened().entry.get(), "raw/accelerometer/block_arrived")},
+          quality_{h5::read<std::uint8_t>(r.opened().entry.get(), "raw/accelerometer/block_quality")},
+          size_{h5::read<std::uint8_t>(r.opened().entry.get(), "raw/accelerometer/block_size")} {
         if (arrived_.size() != first_.size() || quality_.size() != first_.size() || size_.size() != first_.size())
             throw InputError{"recording: raw/accelerometer has block columns of different length"};
     }
@@ -48,7 +48,7 @@ private:
 class RecordedCameraStream final : public Camera {
 public:
     RecordedCameraStream(const SessionReader& r, const View& view)
-        : entry_{r.entry()},
+        : entry_{r.opened().entry.get()},
           view_{view},
           at_{"raw/" + view.camera + "/"},
           tick_{h5::read<std::int64_t>(entry_, at_ + "tick")},

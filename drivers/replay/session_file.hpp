@@ -8,13 +8,12 @@
 //   /entry/raw/<camera>         frames (when kept), ticks, mid-exposure times, arrival stamps, view
 //   /entry/tracks/<camera>/<target>, /entry/periods, /entry/results, /entry/cycle, /entry/truth
 #include <filesystem>
-#include <list>
 #include <map>
+#include <memory>
 #include <string>
 #include <vector>
 
 #include "drivers/devices.hpp"
-#include "drivers/replay/h5.hpp"
 #include "drivers/synthesiser.hpp"
 
 namespace shaker {
@@ -43,6 +42,7 @@ class SessionWriter {
 public:
     /// Creates (or replaces) the file. Throws DeviceError when that is not possible.
     SessionWriter(const std::filesystem::path& file, const SessionHeader& header);
+    ~SessionWriter();
     void add(const PlayTime& played);
     void add(const DriveChange& change);
     void add(const AccelBlock& block);
@@ -57,30 +57,16 @@ public:
     void flush();
 
 private:
-    struct CameraStream {
-        bool frames_made = false;
-        h5::Handle group;
-        h5::Appender<std::uint8_t> pixels8;
-        h5::Appender<std::uint16_t> pixels16;
-        h5::Appender<std::int64_t> tick, arrived;
-        h5::Appender<double> mid_exposure;
-        h5::Appender<std::uint8_t> quality;
-    };
-    h5::Handle file_, entry_;
-    bool keep_frames_;
-    h5::Appender<std::int64_t> play_tick_, play_heard_;
-    std::vector<DriveChange> changes_;
-    h5::Appender<std::int32_t> counts_;
-    h5::Appender<std::int64_t> block_first_, block_arrived_;
-    h5::Appender<std::uint8_t> block_quality_, block_size_;
-    std::list<CameraStream> cameras_;
+    struct Streams;
+    std::unique_ptr<Streams> streams_;
 };
 
 /// Reads a recording; every error is an InputError that names the path inside the file.
 class SessionReader {
 public:
     explicit SessionReader(const std::filesystem::path& file);
-    [[nodiscard]] const SessionHeader& header() const noexcept { return header_; }
+    ~SessionReader();
+    [[nodiscard]] const SessionHeader& header() const noexcept;
     [[nodiscard]] std::vector<PlayTime> play_times() const;
     [[nodiscard]] std::vector<DriveChange> changes() const;
     [[nodiscard]] bool has(const std::string& path) const;
@@ -88,11 +74,12 @@ public:
     [[nodiscard]] std::vector<Column> table(const std::string& path) const;
     [[nodiscard]] std::vector<std::string> names(const std::string& path) const;
     [[nodiscard]] double scalar(const std::string& path) const;
-    [[nodiscard]] hid_t entry() const noexcept { return entry_.get(); }
+
+    struct Opened;
+    [[nodiscard]] const Opened& opened() const noexcept { return *opened_; }
 
 private:
-    h5::Handle file_, entry_;
-    SessionHeader header_;
+    std::unique_ptr<Opened> opened_;
 };
 
 /// The recorded streams as a Rig: accelerometer blocks and, where frames were kept, cameras. The reader outlives it.

@@ -1,7 +1,7 @@
 #include <algorithm>
 
 #include "drivers/errors.hpp"
-#include "drivers/replay/session_file.hpp"
+#include "drivers/replay/opened_session.hpp"
 
 namespace shaker {
 
@@ -67,31 +67,37 @@ HostTime host(std::int64_t ns) { return HostTime{std::chrono::nanoseconds{ns}}; 
 
 }  // namespace
 
-SessionReader::SessionReader(const std::filesystem::path& file) : file_{h5::open_file(file)} {
-    if (!h5::exists(file_.get(), "entry"))
+SessionReader::SessionReader(const std::filesystem::path& file) : opened_{std::make_unique<Opened>()} {
+    opened_->file = h5::open_file(file);
+    if (!h5::exists(opened_->file.get(), "entry"))
         throw InputError{file.string() + ": not a recording of shakerd: it has no group \"entry\""};
-    entry_ = h5::Handle{H5Gopen2(file_.get(), "entry", H5P_DEFAULT), "entry"};
-    const hid_t e = entry_.get();
-    header_.title = h5::read_text(e, "title");
-    header_.kind = h5::read_text(e, "process/kind");
-    header_.config = h5::read_text(e, "process/config_text");
-    header_.scene = h5::read_text(e, "process/scene_text");
-    header_.frequency_hz = h5::read_attribute(e, "process", "frequency_hz");
-    header_.keep_frames = whole(e, "process", "keep_frames", 0, 1) != 0;
-    header_.dac = {h5::read_attribute_text(e, "raw/drive", "name"), h5::read_attribute(e, "raw/drive", "rate_hz"),
+    opened_->entry = h5::Handle{H5Gopen2(opened_->file.get(), "entry", H5P_DEFAULT), "entry"};
+    const hid_t e = opened_->entry.get();
+    SessionHeader& header = opened_->header;
+    header.title = h5::read_text(e, "title");
+    header.kind = h5::read_text(e, "process/kind");
+    header.config = h5::read_text(e, "process/config_text");
+    header.scene = h5::read_text(e, "process/scene_text");
+    header.frequency_hz = h5::read_attribute(e, "process", "frequency_hz");
+    header.keep_frames = whole(e, "process", "keep_frames", 0, 1) != 0;
+    header.dac = {h5::read_attribute_text(e, "raw/drive", "name"), h5::read_attribute(e, "raw/drive", "rate_hz"),
                    h5::read_attribute(e, "raw/drive", "full_scale_V")};
-    header_.accelerometer = read_accelerometer(e);
-    header_.views.resize(static_cast<std::size_t>(whole(e, "process", "cameras", 0, 64)));
+    header.accelerometer = read_accelerometer(e);
+    header.views.resize(static_cast<std::size_t>(whole(e, "process", "cameras", 0, 64)));
     for (const std::string& name : h5::names_in(e, "raw")) {
         if (name == "drive" || name == "accelerometer") continue;
-        const int order = whole(e, "raw/" + name, "order", 0, static_cast<int>(header_.views.size()) - 1);
-        header_.views[static_cast<std::size_t>(order)] = read_view(e, name);
+        const int order = whole(e, "raw/" + name, "order", 0, static_cast<int>(header.views.size()) - 1);
+        header.views[static_cast<std::size_t>(order)] = read_view(e, name);
     }
 }
 
+SessionReader::~SessionReader() = default;
+
+const SessionHeader& SessionReader::header() const noexcept { return opened_->header; }
+
 std::vector<PlayTime> SessionReader::play_times() const {
-    const auto tick = h5::read<std::int64_t>(entry(), "raw/drive/play_tick");
-    const auto heard = h5::read<std::int64_t>(entry(), "raw/drive/play_heard");
+    const auto tick = h5::read<std::int64_t>(opened_->entry.get(), "raw/drive/play_tick");
+    const auto heard = h5::read<std::int64_t>(opened_->entry.get(), "raw/drive/play_heard");
     same_length(heard, tick.size(), "raw/drive/play_heard");
     std::vector<PlayTime> out(tick.size());
     for (std::size_t i = 0; i < out.size(); ++i) out[i] = {{tick[i]}, host(heard[i])};
@@ -100,15 +106,15 @@ std::vector<PlayTime> SessionReader::play_times() const {
 
 std::vector<DriveChange> SessionReader::changes() const {
     const std::string g = "raw/drive/changes/";
-    const auto first = h5::read<std::int64_t>(entry(), g + "first_tick");
-    const auto ramp = h5::read<std::int64_t>(entry(), g + "ramp_samples");
-    const auto ramp_periods = h5::read<std::int64_t>(entry(), g + "ramp_periods");
-    const auto phase = h5::read<std::uint64_t>(entry(), g + "phase");
-    const auto step = h5::read<std::uint64_t>(entry(), g + "step");
-    const auto sequence = h5::read<std::uint64_t>(entry(), g + "sequence");
-    const auto frequency = h5::read<double>(entry(), g + "frequency");
-    const auto re = h5::read<double>(entry(), g + "harmonics_re");
-    const auto im = h5::read<double>(entry(), g + "harmonics_im");
+    const auto first = h5::read<std::int64_t>(opened_->entry.get(), g + "first_tick");
+    const auto ramp = h5::read<std::int64_t>(opened_->entry.get(), g + "ramp_samples");
+    const auto ramp_periods = h5::read<std::int64_t>(opened_->entry.get(), g + "ramp_periods");
+    const auto phase = h5::read<std::uint64_t>(opened_->entry.get(), g + "phase");
+    const auto step = h5::read<std::uint64_t>(opened_->entry.get(), g + "step");
+    const auto sequence = h5::read<std::uint64_t>(opened_->entry.get(), g + "sequence");
+    const auto frequency = h5::read<double>(opened_->entry.get(), g + "frequency");
+    const auto re = h5::read<double>(opened_->entry.get(), g + "harmonics_re");
+    const auto im = h5::read<double>(opened_->entry.get(), g + "harmonics_im");
     for (const auto* v : {&ramp, &ramp_periods}) same_length(*v, first.size(), g);
     for (const auto* v : {&phase, &step, &sequence}) same_length(*v, first.size(), g);
     same_length(frequency, first.size(), g + "frequency");
@@ -129,22 +135,22 @@ std::vector<DriveChange> SessionReader::changes() const {
     return out;
 }
 
-bool SessionReader::has(const std::string& path) const { return h5::exists(entry(), path); }
+bool SessionReader::has(const std::string& path) const { return h5::exists(opened_->entry.get(), path); }
 
-std::vector<std::string> SessionReader::names(const std::string& path) const { return h5::names_in(entry(), path); }
+std::vector<std::string> SessionReader::names(const std::string& path) const { return h5::names_in(opened_->entry.get(), path); }
 
 std::vector<Column> SessionReader::table(const std::string& path) const {
     std::vector<Column> columns;
-    for (const std::string& name : h5::names_in(entry(), path)) {
+    for (const std::string& name : h5::names_in(opened_->entry.get(), path)) {
         const std::string at = path + "/" + name;
-        columns.push_back({name, h5::read_attribute_text(entry(), at, "units"), h5::read<double>(entry(), at)});
+        columns.push_back({name, h5::read_attribute_text(opened_->entry.get(), at, "units"), h5::read<double>(opened_->entry.get(), at)});
     }
     if (columns.empty()) throw InputError{"recording has no table \"" + path + "\""};
     return columns;
 }
 
 double SessionReader::scalar(const std::string& path) const {
-    const auto values = h5::read<double>(entry(), path, 1);
+    const auto values = h5::read<double>(opened_->entry.get(), path, 1);
     if (values.size() != 1) throw InputError{"recording: \"" + path + "\" is not one number"};
     return values.front();
 }
