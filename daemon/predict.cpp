@@ -157,6 +157,10 @@ std::string predict(const PredictOptions& options) {
     if (!(options.drive.gamma >= 0)) {
         throw InputError{fmt::format("gamma is {} m/s^2; allowed is 0 or more", options.drive.gamma)};
     }
+    if (!(std::abs(options.v_start) <= 1e4)) {
+        throw InputError{
+            fmt::format("start velocity is {} m/s; allowed is -10000 to 10000", options.v_start)};
+    }
     const Prediction p = predicted(options);
     return options.json ? as_json(options, p) : as_text(options, p);
 }

@@ -9,8 +9,8 @@
 namespace shaker {
 
 struct PredictOptions {
-    Drive drive;
-    Friction friction;
+    Drive drive{};
+    Friction friction{};
     double tilt = 0;  // rad
     double g = paper_g;
     double v_start = 0;  // m/s at phase 0; with mu_s > mu_k the settled motion may depend on it

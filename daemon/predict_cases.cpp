@@ -103,32 +103,39 @@ WalkerSetting setting_at(const Place& params) {
     return s;
 }
 
+/// What `compute` returns; what it objects to is said of `keys`, which alone can be the cause after
+/// setting_at().
+template <class Compute>
+auto naming(const Place& params, const char* keys, Compute compute) {
+    try {
+        return compute();
+    } catch (const InputError& error) {
+        params.fail(fmt::format("{}: {}", keys, error.what()));
+    }
+}
+
 Json answer(const Place& params) {
     const WalkerSetting setting = setting_at(params);
     const double v_start = params.has("v_start") ? params.number("v_start", -1e4, 1e4) : 0;
-    try {
-        const WalkerLaw law{setting};
-        const SteadyState s = settle(law, v_start);
-        const double eta = std::abs(s.v_D) / v_rms(setting.base, setting.frequency);
-        Json events = Json::array(), startup = Json::array();
-        for (const WalkerEvent& e : s.events) {
-            events.push_back({e.phase, static_cast<int>(e.from), static_cast<int>(e.to)});
-        }
-        Walker walker{law, v_start};
-        for (int k = 0; k < 5; ++k) startup.push_back(walker.advance_period());
-        return {{"v_D", s.v_D},
-                {"D", s.D},
-                {"eta", std::isfinite(eta) ? Json(eta) : Json()},
-                {"v_at_t0", s.v0},
-                {"state_at_t0", static_cast<int>(s.contact0)},
-                {"events", events},
-                {"stick_fraction", s.rest_fraction},
-                {"startup_D", startup},
-                {"periods_to_converge", s.periods},
-                {"contraction_per_period", s.contraction}};
-    } catch (const InputError& error) {
-        params.fail(error.what());
+    const WalkerLaw law = naming(params, "vertical_accel", [&] { return WalkerLaw{setting}; });
+    const SteadyState s = naming(params, "tilt_deg, mu_k", [&] { return settle(law, v_start); });
+    const double eta = std::abs(s.v_D) / v_rms(setting.base, setting.frequency);
+    Json events = Json::array(), startup = Json::array();
+    for (const WalkerEvent& e : s.events) {
+        events.push_back({e.phase, static_cast<int>(e.from), static_cast<int>(e.to)});
     }
+    Walker walker{law, v_start};
+    for (int k = 0; k < 5; ++k) startup.push_back(walker.advance_period());
+    return {{"v_D", s.v_D},
+            {"D", s.D},
+            {"eta", std::isfinite(eta) ? Json(eta) : Json()},
+            {"v_at_t0", s.v0},
+            {"state_at_t0", static_cast<int>(s.contact0)},
+            {"events", events},
+            {"stick_fraction", s.rest_fraction},
+            {"startup_D", startup},
+            {"periods_to_converge", s.periods},
+            {"contraction_per_period", s.contraction}};
 }
 
 Json parsed(const std::filesystem::path& file) {
