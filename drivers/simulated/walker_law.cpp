@@ -115,7 +115,7 @@ void WalkerLaw::find_zones() {
         zone.v_base_to = v_base_(z);
         zone.x_base_to = x_base_(z);
         const Contact following = next(zone).contact;
-        if (following != Contact::stick) zone.C_next = -slip(following).K(zone.to, z);
+        if (following != Contact::stick) zone.C_next = -slip(following).k_at(zone.to, z);
     }
 }
 

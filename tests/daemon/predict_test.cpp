@@ -53,7 +53,7 @@ std::string error_of(const std::string& text) {
     try {
         predict_cases(file.path());
     } catch (const InputError& error) {
-        const std::string message = error.what();
+        std::string message = error.what();
         EXPECT_NE(message.find(file.path().string()), std::string::npos) << message;
         return message;
     }
