@@ -4,6 +4,7 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "tracking/edge_profile.hpp"
 
@@ -12,7 +13,9 @@ namespace {
 
 constexpr double lost_by_biweight = 1.2;  // variance over its biweighted value, for Gaussian residuals
 constexpr double enough = 3e-3;           // px: a last step this small leaves an error far below it
-constexpr double longest_memory = 32;     // frames
+constexpr double loose = 1e-2;            // after many passes
+constexpr int last_scale = 3;
+constexpr double longest_memory = 32;  // frames
 constexpr double smallest_blur = 0.3, largest_blur = 8;
 
 // Tukey's biweight, cut at four standard deviations and a little: noise keeps 95 % of its information.
@@ -21,17 +24,31 @@ double biweight(double residual_squared, double variance) noexcept {
     return t > 0 ? t * t : 0;
 }
 
+// row += weight c_i c_j for j >= i: written out by the compiler, since this is where the time goes.
+template <std::size_t i, class Row, std::size_t columns>
+void add_row(Row& row, const std::array<double, columns>& c, double weight) noexcept {
+    const double wc = weight * c[i];
+    [&]<std::size_t... j>(std::index_sequence<j...>) { ((row[i + j] += wc * c[i + j]), ...); }
+    (std::make_index_sequence<columns - i>{});
+}
+
+template <class Gram, std::size_t columns, std::size_t... i>
+void add_products(Gram& gram, const std::array<double, columns>& c, double weight,
+                  std::index_sequence<i...>) noexcept {
+    (add_row<i>(gram[i], c, weight), ...);
+}
+
 }  // namespace
 
 template <std::size_t nuisances>
 void EdgeFit::accumulate(const Outline& at, bool trim) {
-    constexpr std::size_t value_column = nuisances + 4, columns = nuisances + 6;  // the last one is padding
+    constexpr std::size_t value_column = nuisances + 4, columns = nuisances + 5;
     for (Block& b : blocks_) {
         b.gram = {};
         b.weight = b.trimmed = b.coverage = 0;
     }
     const double per_blur = 1 / at.blur;
-    const double variance = std::max(variance_, 1e-3);
+    const double variance = std::max(scale_, 1e-3);
     for (const EdgeSample& s : samples_) {
         Block& b = blocks_[static_cast<std::size_t>(s.block)];
         const double du = s.u - at.x, dv = s.v - at.y;
@@ -58,11 +75,7 @@ void EdgeFit::accumulate(const Outline& at, bool trim) {
         c[value_column] = s.value;
         b.weight += w;
         b.coverage += w * g;
-        for (std::size_t i = 0; i <= value_column; ++i) {
-            const double wc = w * c[i];
-            double* row = b.gram[i].data();
-            for (std::size_t j = i & ~std::size_t{1}; j < columns; ++j) row[j] += wc * c[j];
-        }
+        add_products(b.gram, c, w, std::make_index_sequence<value_column + 1>{});
     }
 }
 
@@ -135,7 +148,8 @@ EdgeFit::Pass EdgeFit::run(const Outline& at, bool trim) {
     return pass;
 }
 
-EdgeFitResult EdgeFit::fit(const Outline& start, const EdgePrior& prior, int blocks, Ground ground) {
+EdgeFitResult EdgeFit::fit(const Outline& start, const EdgePrior& prior, int blocks, Ground ground,
+                           int passes) {
     blocks_.resize(static_cast<std::size_t>(blocks));
     const Eigen::Vector4d theta0{start.x, start.y, start.size, start.blur};
     const Eigen::Vector4d certainty =
@@ -143,8 +157,7 @@ EdgeFitResult EdgeFit::fit(const Outline& start, const EdgePrior& prior, int blo
     Eigen::Vector4d theta = theta0;
     EdgeFitResult result;
     bool trim = false;
-    double variance_before = 0;
-    for (int count = 0; count < 9 && !result.converged; ++count) {
+    for (int count = 0; count < passes && !result.converged; ++count) {
         const Outline at{theta[0], theta[1], theta[2], theta[3]};
         Pass pass = ground == Ground::plane ? run<4>(at, trim) : run<2>(at, trim);
         if (!(pass.weight > 4)) return result;
@@ -154,16 +167,18 @@ EdgeFitResult EdgeFit::fit(const Outline& start, const EdgePrior& prior, int blo
         const Eigen::Vector4d step = inverse * pass.score;
         if (!step.allFinite()) return result;
         const double far = std::hypot(step[0], step[1]);
-        const bool settled = pass.variance > 0.8 * variance_before || count > 3;
-        result.converged = trim && settled && far < enough;
+        // A scale that went on shrinking with the residuals would chase its own weights.
+        const bool settled = count > last_scale || (trim && pass.variance > 0.8 * scale_);
+        if (count <= last_scale) scale_ = variance_;
+        result.converged = settled && trim && far < (count > 5 ? loose : enough);
         result.noise = std::sqrt(pass.variance);
+        result.contrast = contrast_;
         result.covariance = inverse.topLeftCorner<2, 2>();
         theta.head<2>() += std::min(1.0, 2.0 / std::max(far, 1e-12)) * step.head<2>();
         theta[2] += std::clamp(step[2], -0.5, 0.5);
         theta[3] = std::clamp(theta[3] + std::clamp(step[3], -0.3 * theta[3], 0.4 * theta[3]), smallest_blur,
                               largest_blur);
         trim = far < 0.3;
-        variance_before = pass.variance;
     }
     result.outline = {theta[0], theta[1], theta[2], theta[3]};
     if (result.converged) summarise(result);
@@ -184,7 +199,6 @@ void EdgeFit::summarise(EdgeFitResult& result) const {
         result.coverage += b.coverage;
     }
     if (count > 6) result.covariance *= std::max(1.0, disagreement / (count - 4));
-    result.contrast = contrast_;
     result.trimmed = trimmed / static_cast<double>(samples_.size());
 }
 

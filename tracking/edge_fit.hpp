@@ -45,7 +45,8 @@ public:
     enum class Ground { flat, plane };
 
     std::vector<EdgeSample>& samples() noexcept { return samples_; }
-    EdgeFitResult fit(const Outline& start, const EdgePrior& prior, int blocks, Ground ground);
+    EdgeFitResult fit(const Outline& start, const EdgePrior& prior, int blocks, Ground ground,
+                      int passes = 14);
     /// Tells that the last fit was the target's: by how much each block disagrees with the others because of
     /// what is printed on the target is learned from such fits, and does not count as error again.
     void accept();
@@ -53,7 +54,7 @@ public:
 private:
     // Columns of a block's normal equations: 1, E [, u, v] | d/dx, d/dy, d/dsize, d/dblur, value. Only the
     // upper triangle is summed.
-    static constexpr std::size_t most_columns = 10;
+    static constexpr std::size_t most_columns = 9;
     struct Block {
         std::array<std::array<double, most_columns>, most_columns> gram{};
         double weight = 0, trimmed = 0, coverage = 0;
@@ -82,7 +83,7 @@ private:
     std::vector<EdgeSample> samples_;
     std::vector<Block> blocks_;
     std::vector<double> sorted_;
-    double variance_ = 0;
+    double variance_ = 0, scale_ = 0;  // of the residuals: now, and what weights are drawn from
     double contrast_ = 0;
 };
 

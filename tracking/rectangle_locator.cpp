@@ -120,7 +120,7 @@ Point RectangleLocator::learn(const ImageView& image) {
                          " px apart, are not those of a rectangle"};
     }
     learned_ = fit.outline;
-    reference_ = {learned_, reference_.sign, std::abs(fit.contrast), fit.coverage};
+    reference_ = {learned_, reference_.sign, std::abs(fit.contrast), fit.coverage, fit.noise};
     prior_ = {.y = 0, .size = 0.02, .blur = 0.5};
     Candidate found;
     accept(fit, found);
