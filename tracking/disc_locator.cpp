@@ -70,7 +70,7 @@ Point DiscLocator::learn(const ImageView& image) {
     }
     blocks_ = small() ? 1 : std::clamp(static_cast<int>(learned_.size / 2), 8, 64);
     const double expected = learned_.size;
-    prior_ = {.size = 0.5 + 0.1 * expected, .blur = 1.0};
+    prior_ = {.size = 0.5 + 0.1 * expected, .blur = 1.0, .sign = sign_};
     for (const RingPeak& peak : peaks_) {
         const EdgeFitResult fit = measure(image, peak.at);
         const Point at{fit.outline.x, fit.outline.y};
@@ -84,7 +84,7 @@ Point DiscLocator::learn(const ImageView& image) {
         blur_ = learned_.blur;
         contrast_ = std::abs(fit.contrast);
         reference_ = {learned_, sign_, contrast_, fit.coverage, fit.noise};
-        prior_ = {.size = 0.02, .blur = 0.5};
+        prior_ = {.size = 0.02, .blur = 0.5, .sign = sign_};
         ring_ = RingSearch{learned_.size, learned_.blur, sign_};
         return at;
     }
@@ -130,7 +130,7 @@ EdgeFitResult DiscLocator::measure(const ImageView& image, Point start) {
         const Point found{fit.outline.x, fit.outline.y};
         const double moved = length(found - centre);
         if (fit.converged && moved < 1) return fit;
-        if (!(moved < 2 * rim) || fit.noise > 0.7 * sign_ * fit.contrast) return {};
+        if (!(moved < 2 * rim) || !(fit.noise < prior_.roughest * sign_ * fit.contrast)) return {};
         centre = found;
     }
     return {};

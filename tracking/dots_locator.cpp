@@ -29,7 +29,7 @@ void DotsLocator::find_dots(const ImageView& image, const Box& box, double contr
     ring_.scan(image, box, contrast, 0.35, peaks);
     std::vector<EdgeFitResult> dots;
     const double expected = learned_.size;
-    prior_ = {.size = 0.5 + 0.1 * expected, .blur = 1.0};
+    prior_ = {.size = 0.5 + 0.1 * expected, .blur = 1.0, .sign = sign_};
     offsets_ = {{0, 0}};
     for (const RingPeak& peak : peaks) {
         const EdgeFitResult fit = measure(image, peak.at);
@@ -88,7 +88,7 @@ Point DotsLocator::learn(const ImageView& image) {
     find_dots(image, box, levels.high - levels.low);
     check_pitch();
     blur_ = learned_.blur;
-    prior_ = {.size = 0.02, .blur = 0.5};
+    prior_ = {.size = 0.02, .blur = 0.5, .sign = sign_};
     ring_ = RingSearch{learned_.size, learned_.blur, sign_};
     const EdgeFitResult fit = measure(image, {learned_.x, learned_.y});
     if (!fit.converged) throw InputError{subject_.label + ": the dots there do not fit one size and blur"};
@@ -132,7 +132,7 @@ EdgeFitResult DotsLocator::measure(const ImageView& image, Point start) {
         const Point found{fit.outline.x, fit.outline.y};
         const double moved = length(found - centre);
         if (fit.converged && moved < 1) return fit;
-        if (!(moved < 2 * rim) || fit.noise > 0.7 * sign_ * fit.contrast) return {};
+        if (!(moved < 2 * rim) || !(fit.noise < prior_.roughest * sign_ * fit.contrast)) return {};
         centre = found;
     }
     return {};

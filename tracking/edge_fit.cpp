@@ -24,27 +24,24 @@ double biweight(double residual_squared, double variance) noexcept {
     return t > 0 ? t * t : 0;
 }
 
-// row += weight c_i c_j for j >= i: written out by the compiler, since this is where the time goes.
-template <std::size_t i, class Row, std::size_t columns>
-void add_row(Row& row, const std::array<double, columns>& c, double weight) noexcept {
-    const double wc = weight * c[i];
-    [&]<std::size_t... j>(std::index_sequence<j...>) { ((row[i + j] += wc * c[i + j]), ...); }
-    (std::make_index_sequence<columns - i>{});
-}
-
-template <class Gram, std::size_t columns, std::size_t... i>
-void add_products(Gram& gram, const std::array<double, columns>& c, double weight,
-                  std::index_sequence<i...>) noexcept {
-    (add_row<i>(gram[i], c, weight), ...);
+// The upper triangle of gram += weight c c^T, in pairs: this is where the time goes.
+template <class Gram, class Row, std::size_t... i>
+void add_products(Gram& gram, const Row& c, double weight, std::index_sequence<i...>) noexcept {
+    constexpr int columns = Row::ColsAtCompileTime;
+    const auto add_row = [&]<int from, int row>() {
+        gram.template block<1, columns - from>(row, from) +=
+            (weight * c[row]) * c.template segment<columns - from>(from);
+    };
+    (add_row.template operator()<(static_cast<int>(i) & ~1), static_cast<int>(i)>(), ...);
 }
 
 }  // namespace
 
 template <std::size_t nuisances>
 void EdgeFit::accumulate(const Outline& at, bool trim) {
-    constexpr std::size_t value_column = nuisances + 4, columns = nuisances + 5;
+    constexpr std::size_t value_column = nuisances + 4, columns = nuisances + 6;  // the last one is padding
     for (Block& b : blocks_) {
-        b.gram = {};
+        b.gram.setZero();
         b.weight = b.trimmed = b.coverage = 0;
     }
     const double per_blur = 1 / at.blur;
@@ -56,7 +53,9 @@ void EdgeFit::accumulate(const Outline& at, bool trim) {
         const double t = (at.size - r) * per_blur;
         const auto [e, slope] = EdgeProfile::at(t);
         const double g = slope * per_blur, per_r = r > 1e-9 ? g / r : 0;
-        std::array<double, columns> c{1, e};
+        Eigen::Matrix<double, 1, static_cast<int>(columns)> c;
+        c[0] = 1;
+        c[1] = e;
         if constexpr (nuisances == 4) {
             c[2] = du;
             c[3] = dv;
@@ -73,6 +72,7 @@ void EdgeFit::accumulate(const Outline& at, bool trim) {
         c[nuisances + 2] = g;
         c[nuisances + 3] = -g * t;
         c[value_column] = s.value;
+        c[value_column + 1] = 0;
         b.weight += w;
         b.coverage += w * g;
         add_products(b.gram, c, w, std::make_index_sequence<value_column + 1>{});
@@ -89,7 +89,7 @@ void EdgeFit::solve_block(Block& b, double spread_lost) const {
     Full gram;
     for (int i = 0; i < n + 5; ++i) {
         for (int j = i; j < n + 5; ++j) {
-            gram(i, j) = gram(j, i) = b.gram[static_cast<std::size_t>(i)][static_cast<std::size_t>(j)];
+            gram(i, j) = gram(j, i) = b.gram(i, j);
         }
     }
     const double spread = gram(1, 1) - gram(0, 1) * gram(0, 1) / gram(0, 0);
@@ -160,7 +160,10 @@ EdgeFitResult EdgeFit::fit(const Outline& start, const EdgePrior& prior, int blo
     for (int count = 0; count < passes && !result.converged; ++count) {
         const Outline at{theta[0], theta[1], theta[2], theta[3]};
         Pass pass = ground == Ground::plane ? run<4>(at, trim) : run<2>(at, trim);
-        if (!(pass.weight > 4)) return result;
+        result.noise = std::sqrt(pass.variance);
+        result.contrast = contrast_;
+        const bool alike = prior.sign == 0 || result.noise < prior.roughest * prior.sign * contrast_;
+        if (!(pass.weight > 4) || !alike) return result;
         pass.normal.diagonal() += certainty;
         pass.score += certainty.cwiseProduct(theta0 - theta);
         const Eigen::Matrix4d inverse = pass.normal.inverse();
@@ -171,8 +174,6 @@ EdgeFitResult EdgeFit::fit(const Outline& start, const EdgePrior& prior, int blo
         const bool settled = count > last_scale || (trim && pass.variance > 0.8 * scale_);
         if (count <= last_scale) scale_ = variance_;
         result.converged = settled && trim && far < (count > 5 ? loose : enough);
-        result.noise = std::sqrt(pass.variance);
-        result.contrast = contrast_;
         result.covariance = inverse.topLeftCorner<2, 2>();
         theta.head<2>() += std::min(1.0, 2.0 / std::max(far, 1e-12)) * step.head<2>();
         theta[2] += std::clamp(step[2], -0.5, 0.5);

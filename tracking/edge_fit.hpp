@@ -25,6 +25,8 @@ struct Outline {
 /// What is known beforehand: standard deviations about the starting outline, px; 0 holds a quantity fixed.
 struct EdgePrior {
     double x = 1e6, y = 1e6, size = 1e6, blur = 1e6;
+    double sign = 0;        // of the contrast; 0 takes either and any roughness
+    double roughest = 0.4;  // residual over contrast at which a fit is not worth going on with
 };
 
 struct EdgeFitResult {
@@ -54,9 +56,9 @@ public:
 private:
     // Columns of a block's normal equations: 1, E [, u, v] | d/dx, d/dy, d/dsize, d/dblur, value. Only the
     // upper triangle is summed.
-    static constexpr std::size_t most_columns = 9;
+    static constexpr int most_columns = 10;
     struct Block {
-        std::array<std::array<double, most_columns>, most_columns> gram{};
+        Eigen::Matrix<double, most_columns, most_columns, Eigen::RowMajor> gram;
         double weight = 0, trimmed = 0, coverage = 0;
         std::array<double, 4> ground{};  // offset, gain, plane
         double variance = 0;
