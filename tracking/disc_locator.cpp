@@ -120,13 +120,14 @@ void DiscLocator::gather(const ImageView& image, Point centre) {
     });
 }
 
-EdgeFitResult DiscLocator::measure(const ImageView& image, Point start) {
+EdgeFitResult DiscLocator::measure(const ImageView& image, Point start, double enough) {
     Point centre = start;
     for (const int passes : {5, 6, 14}) {
         gather(image, centre);
         if (fit_.samples().size() < 24) return {};
-        const EdgeFitResult fit = fit_.fit({centre.x, centre.y, learned_.size, blur_}, prior_, blocks_,
-                                           small() ? EdgeFit::Ground::plane : EdgeFit::Ground::flat, passes);
+        const EdgeFitResult fit =
+            fit_.fit({centre.x, centre.y, learned_.size, blur_}, prior_, blocks_,
+                     small() ? EdgeFit::Ground::plane : EdgeFit::Ground::flat, passes, enough);
         const Point found{fit.outline.x, fit.outline.y};
         const double moved = length(found - centre);
         if (fit.converged && moved < 1) return fit;
@@ -172,7 +173,7 @@ void DiscLocator::search(const ImageView& image, Point, std::vector<Candidate>& 
                peaks_);
     for (const RingPeak& peak : peaks_) {
         Candidate candidate;
-        if (!judge(measure(image, peak.at), reference_, subject_.along, candidate)) continue;
+        if (!judge(measure(image, peak.at, 0.1), reference_, subject_.along, candidate)) continue;
         const auto same = [&](const Candidate& c) { return length(c.at - candidate.at) < extent(); };
         if (std::none_of(out.begin(), out.end(), same)) out.push_back(candidate);
     }

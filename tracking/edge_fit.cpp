@@ -12,7 +12,6 @@ namespace shaker {
 namespace {
 
 constexpr double lost_by_biweight = 1.2;  // variance over its biweighted value, for Gaussian residuals
-constexpr double enough = 3e-3;           // px: a last step this small leaves an error far below it
 constexpr double loose = 1e-2;            // after many passes
 constexpr int last_scale = 3;
 constexpr double longest_memory = 32;  // frames
@@ -149,7 +148,7 @@ EdgeFit::Pass EdgeFit::run(const Outline& at, bool trim) {
 }
 
 EdgeFitResult EdgeFit::fit(const Outline& start, const EdgePrior& prior, int blocks, Ground ground,
-                           int passes) {
+                           int passes, double enough) {
     blocks_.resize(static_cast<std::size_t>(blocks));
     const Eigen::Vector4d theta0{start.x, start.y, start.size, start.blur};
     const Eigen::Vector4d certainty =
@@ -173,7 +172,7 @@ EdgeFitResult EdgeFit::fit(const Outline& start, const EdgePrior& prior, int blo
         // A scale that went on shrinking with the residuals would chase its own weights.
         const bool settled = count > last_scale || (trim && pass.variance > 0.8 * scale_);
         if (count <= last_scale) scale_ = variance_;
-        result.converged = settled && trim && far < (count > 5 ? loose : enough);
+        result.converged = settled && trim && far < (count > 5 ? std::max(loose, enough) : enough);
         result.covariance = inverse.topLeftCorner<2, 2>();
         theta.head<2>() += std::min(1.0, 2.0 / std::max(far, 1e-12)) * step.head<2>();
         theta[2] += std::clamp(step[2], -0.5, 0.5);

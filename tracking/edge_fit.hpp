@@ -47,8 +47,9 @@ public:
     enum class Ground { flat, plane };
 
     std::vector<EdgeSample>& samples() noexcept { return samples_; }
+    /// Stops when a step is shorter than `enough` px, which leaves an error far below it, or after `passes`.
     EdgeFitResult fit(const Outline& start, const EdgePrior& prior, int blocks, Ground ground,
-                      int passes = 14);
+                      int passes = 14, double enough = 3e-3);
     /// Tells that the last fit was the target's: by how much each block disagrees with the others because of
     /// what is printed on the target is learned from such fits, and does not count as error again.
     void accept();
