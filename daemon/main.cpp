@@ -1,1 +1,23 @@
-int main() { return 0; }
+// shakerd: drives a shaker, measures base and walker, reduces, records and replays.
+#include <spdlog/sinks/stdout_color_sinks.h>
+#include <spdlog/spdlog.h>
+
+#include <exception>
+
+#include "daemon/command_line.hpp"
+#include "drivers/errors.hpp"
+
+int main(int argc, char** argv) try {
+    spdlog::set_default_logger(spdlog::stderr_color_mt("shakerd"));
+    spdlog::set_pattern("%v");
+    return shaker::command_line(argc, argv);
+} catch (const shaker::InputError& e) {
+    spdlog::error("shakerd: {}", e.what());
+    return shaker::exit_input;
+} catch (const shaker::DeviceError& e) {
+    spdlog::error("shakerd: {}", e.what());
+    return shaker::exit_device;
+} catch (const std::exception& e) {
+    spdlog::critical("shakerd: {}", e.what());
+    return shaker::exit_failure;
+}

@@ -32,7 +32,7 @@ struct AccelBlock {
     AccelTick first;
     HostTime arrived;    // when read() returned; only the clock map looks at it
     Quality quality{};   // gap: samples are missing before `first`
-    int size = capacity; // valid samples; less than `capacity` only at the end of a recording
+    int size = capacity; // valid samples; less than `capacity` only before a gap and at the end
     std::array<std::array<std::int32_t, 3>, capacity> counts{};
 };
 

@@ -67,8 +67,12 @@ std::string_view trimmed(std::string_view text) {
 
 std::string to_text(double value) {
     std::array<char, 32> buffer{};
-    const auto end = std::to_chars(buffer.data(), buffer.data() + buffer.size(), value).ptr;
-    return {buffer.data(), end};
+    const double size = std::abs(value);
+    const bool plain = size >= 1e-4 && size < 1e6;  // 0.0006, not 6e-04
+    const auto end =
+        plain ? std::to_chars(buffer.data(), buffer.data() + buffer.size(), value, std::chars_format::fixed)
+              : std::to_chars(buffer.data(), buffer.data() + buffer.size(), value);
+    return {buffer.data(), end.ptr};
 }
 
 std::string to_text(Range range) {

@@ -1,6 +1,8 @@
 #pragma once
-// Harmonics of voltage to samples on one 64-bit integer phase. Real-time: nothing here allocates, locks or logs.
+// Harmonics of voltage to samples on one 64-bit integer phase. Real-time: nothing here allocates, locks or
+// logs.
 #include <cstdint>
+#include <optional>
 #include <span>
 
 #include "drivers/drive.hpp"
@@ -25,32 +27,61 @@ struct DriveChange {
     std::uint64_t step = 0;   // phase a sample after the ramp
 };
 
-/// Fills blocks of samples. Starts silent at phase 0; a command is taken at the next start of a period (the first
-/// sample whose phase wrapped) and ramped in as complex coefficients, with the frequency ramped beside them.
+/// Fills blocks of samples. Starts silent at phase 0; a command is taken at the next start of a period (the
+/// first sample whose phase wrapped) and ramped in as complex coefficients, with the frequency ramped beside
+/// them. A command given during a ramp waits for the start of a period after its end. Samples depend on the
+/// commands and the ticks at which they were taken alone, not on the sizes of the blocks nor on the machine.
 class Synthesiser {
 public:
     /// rate_hz: samples a second; frequency: of the silent start; limit_V: no sample leaves beyond +-limit_V.
+    /// Throws InputError unless rate and limit are positive and the frequency is playable: at least one
+    /// period in 2^32 samples, and every harmonic below half the rate.
     Synthesiser(double rate_hz, double frequency, double limit_V);
 
     /// The next command; replaces one that has not been taken yet. Non-finite values are refused (counted).
     void set(const DriveCommand& command) noexcept;
     /// The next samples, in volts.
     void fill(std::span<double> volts) noexcept;
+    /// Goes on as if `samples` samples had been filled, for time the device lost.
+    void skip(std::int64_t samples) noexcept;
 
-    /// Last change that began inside the last fill(); null when none did.
-    [[nodiscard]] const DriveChange* change() const noexcept;
+    /// Last change that began inside the last fill() or skip(); null when none did.
+    [[nodiscard]] const DriveChange* change() const noexcept { return changed_ ? &change_ : nullptr; }
     /// Samples cut at the limit since the start. Must stay 0.
-    [[nodiscard]] std::uint64_t clamped() const noexcept;
+    [[nodiscard]] std::uint64_t clamped() const noexcept { return clamped_; }
     /// Commands refused because they were not finite or not playable at this rate.
-    [[nodiscard]] std::uint64_t refused() const noexcept;
+    [[nodiscard]] std::uint64_t refused() const noexcept { return refused_; }
     /// Next sample to be filled and its phase.
-    [[nodiscard]] DacTick tick() const noexcept;
-    [[nodiscard]] std::uint64_t phase() const noexcept;
+    [[nodiscard]] DacTick tick() const noexcept { return tick_; }
+    [[nodiscard]] std::uint64_t phase() const noexcept { return phase_; }
     /// The frequency that is really played for a request: a whole number of 2^-64 turns a sample.
     static double realised(double frequency, double rate_hz) noexcept;
 
 private:
-    // (helper: private members are yours)
+    /// Starts the pending change if it is due at this sample; returns how many of the next `wanted` samples
+    /// come before anything else can happen.
+    std::int64_t next_stretch(std::int64_t wanted) noexcept;
+    void begin_change() noexcept;
+    void fill_steady(std::span<double> volts) noexcept;
+    void fill_ramp(std::span<double> volts) noexcept;
+    void skip_ramp(std::int64_t samples) noexcept;
+    void end_ramp() noexcept;
+    void put(std::span<const double> block, std::span<double> volts) noexcept;
+
+    double rate_hz_;
+    double limit_V_;
+    DacTick tick_;
+    std::uint64_t phase_ = 0;
+    std::uint64_t step_;        // steady, or before the ramp
+    std::uint64_t last_step_;   // what led to phase_: the phase has just wrapped when phase_ < last_step_
+    Harmonics<Voltage> volts_;  // steady, or before the ramp
+    int order_ = 0;             // harmonics that are not silent, those of the ramp's end included
+    DriveChange change_;
+    bool changed_ = false;
+    bool ramping_ = false;
+    std::optional<DriveCommand> pending_;
+    std::uint64_t clamped_ = 0;
+    std::uint64_t refused_ = 0;
 };
 
 }  // namespace shaker

@@ -1,5 +1,6 @@
 #pragma once
-// What was measured in one run, scaled to SI, each stream on the clock it came with: the input of a reduction.
+// What was measured in one run, scaled to SI, each stream on the clock it came with: the input of a
+// reduction.
 #include <array>
 #include <optional>
 #include <string>
@@ -25,12 +26,12 @@ struct AccelSeries {
 };
 
 struct Measurement {
-    double frequency_hz = 20;               // nominal
-    bool frequency_is_exact = false;        // true when the drive's samples are the master time
+    double frequency_hz = 20;         // nominal
+    bool frequency_is_exact = false;  // true when the drive's samples are the master time
     AccelSeries accelerometer;
-    std::vector<MotionSeries> walkers;      // one a view that sees it; at least one
+    std::vector<MotionSeries> walkers;  // one a view that sees it; at least one
     std::vector<MotionSeries> bases;
-    double from_s = -1e300, to_s = 1e300;   // reduce only this part (master time)
+    double from_s = -1e300, to_s = 1e300;  // reduce only this part (master time)
 };
 
 }  // namespace shaker

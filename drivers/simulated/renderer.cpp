@@ -86,7 +86,8 @@ void Renderer::draw_marks(double shift_px, float weight) {
         // Dots differ from row to row; the rows of bars are all alike.
         if (y == top || !camera_.side) {
             for (int x = 0; x < camera_.width; ++x) {
-                const double along = std::remainder(x - origin, pitch_px_);
+                const double away = x - origin;  // whole pitches are taken off by truncation of a positive number
+                const double along = away - pitch_px_ * (static_cast<int>(away / pitch_px_ + 4096.5) - 4096);
                 const double r = camera_.side ? std::abs(along) : std::hypot(along, y - middle);
                 profile_[static_cast<std::size_t>(x)] = weight * (strip + (mark - strip) * edge(0.5 * mark_px_ - r));
             }
@@ -142,9 +143,28 @@ void Renderer::draw(const Pose& pose, float weight) {
     else draw_disc(centre, weight);
 }
 
+// Blur below this widens an edge by less than 1e-4 of its own width: one picture at the mean pose is enough.
+bool Renderer::moves(std::span<const Pose> poses) const noexcept {
+    constexpr double still_px = 0.05;
+    const auto [b0, b1] = std::ranges::minmax(poses, {}, &Pose::base);
+    const auto [w0, w1] = std::ranges::minmax(poses, {}, &Pose::walker);
+    return (b1.base - b0.base) * layout_.base_px_per_m > still_px ||
+           (w1.walker - w0.walker) * layout_.walker_px_per_m > still_px;
+}
+
 void Renderer::render(std::span<const Pose> poses, CameraTick tick, std::span<std::byte> pixels) {
     std::ranges::fill(scene_, row_ground());
-    for (const Pose& pose : poses) draw(pose, 1.0F / static_cast<float>(poses.size()));
+    const auto share = 1.0 / static_cast<double>(poses.size());
+    Pose mean;
+    for (const Pose& pose : poses) {
+        mean.base += share * pose.base;
+        mean.walker += share * pose.walker;
+    }
+    if (moves(poses)) {
+        for (const Pose& pose : poses) draw(pose, static_cast<float>(share));
+    } else {
+        draw(mean, 1);
+    }
     const auto width = static_cast<std::size_t>(camera_.width);
     std::mt19937_64 rng{seed_ ^ (0x9E3779B97F4A7C15U * static_cast<std::uint64_t>(tick.n + 1))};
     for (std::size_t y = 0; y < static_cast<std::size_t>(camera_.height); ++y) {

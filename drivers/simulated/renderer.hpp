@@ -36,6 +36,7 @@ public:
     void render(std::span<const Pose> poses, CameraTick tick, std::span<std::byte> pixels);
 
 private:
+    [[nodiscard]] bool moves(std::span<const Pose> poses) const noexcept;
     void draw(const Pose& pose, float weight);
     void draw_marks(double shift_px, float weight);
     void draw_disc(double centre_px, float weight);

@@ -26,6 +26,7 @@ void place_regions(Scene& scene) {
                 t.roi_px = {margin, top, c.width - 2 * margin, static_cast<int>(l.marks_bottom) - top};
                 continue;
             }
+            (c.side ? t.width_mm : t.diameter_mm) = scene.walker.diameter_mm;
             const double x = l.centre_x + c.view.along[0] * 1e-3 * scene.walker.start_mm * l.walker_px_per_m;
             const double half_w = l.walker_half_width + 8, half_h = l.walker_half_height + (c.side ? -3 : 4);
             const int x0 = std::max(0, static_cast<int>(x - half_w));
@@ -42,7 +43,11 @@ CameraTruth camera(const char* name, bool side, int height, double distance_mm) 
     c.side = side;
     c.width = 320;
     c.height = height;
-    c.view = {.camera = name, .mm_per_px = 0.4, .distance_mm = distance_mm, .frame_rate_hz = 1000, .exposure_s = 3e-4};
+    c.view.camera = name;
+    c.view.mm_per_px = 0.4;
+    c.view.distance_mm = distance_mm;
+    c.view.frame_rate_hz = 1000;
+    c.view.exposure_s = 3e-4;
     Target walker{.name = "walker", .kind = side ? TargetKind::rectangle : TargetKind::disc};
     walker.polarity = side ? Polarity::dark : Polarity::bright;
     walker.offset_mm = side ? 15 : 12;

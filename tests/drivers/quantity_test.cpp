@@ -100,6 +100,8 @@ TEST(QuantityTest, ADecimalCommaLocaleChangesNothing) {
 TEST(QuantityTest, ANumberAsTextReadsBackTheSame) {
     for (const double value : {0.1, 1.0 / 3, -1e-300, 6.02214076e23, 35 * std::numbers::pi / 180})
         EXPECT_EQ(std::stod(to_text(value)), value);
+    EXPECT_EQ(to_text(6e-4), "0.0006");
+    EXPECT_EQ(to_text(0.0), "0");
     EXPECT_EQ(to_text(Range{0.1, 5000}), "0.1 to 5000");
     EXPECT_EQ(to_text(Range{0, infinity}), "at least 0");
     EXPECT_EQ(to_text(Range{-infinity, 5}), "at most 5");

@@ -1,0 +1,83 @@
+#include "daemon/acquisition.hpp"
+
+#include <algorithm>
+
+#include "daemon/loops.hpp"
+
+namespace shaker {
+
+Acquisition::Acquisition(Rig& rig, SessionWriter* file)
+    : rig_{rig}, file_{file}, lanes_{rig.cameras.size()}, take_{empty_take(rig)} {
+    std::size_t tracks = 0;
+    for (const auto& camera : rig.cameras) {
+        trackers_.emplace_back(camera->view());
+        first_track_.push_back(tracks);
+        tracks += camera->view().targets.size();
+    }
+}
+
+bool Acquisition::collect() {
+    bool any = false;
+    while (const auto played = lanes_.played.pop()) {
+        any = true;
+        take_.played.push_back(*played);
+        if (file_ != nullptr) file_->add(*played);
+    }
+    while (const auto change = lanes_.changes.pop()) {
+        any = true;
+        take_.changes.push_back(*change);
+        if (file_ != nullptr) file_->add(*change);
+    }
+    while (const auto block = lanes_.blocks.pop()) {
+        any = true;
+        take_.blocks.push_back(*block);
+        if (file_ != nullptr) file_->add(*block);
+    }
+    take_.blocks_lost = lanes_.lost.blocks_lost;
+    take_.frames_lost = lanes_.lost.frames_lost;
+    return collect_frames() || any;
+}
+
+bool Acquisition::collect_frames() {
+    bool any = false;
+    std::size_t camera = 0;
+    for (Ring<TrackedFrame>& ring : lanes_.frames) {
+        while (const auto tracked = ring.pop()) {
+            any = true;
+            add_fixes(take_, first_track_[camera], rig_.cameras[camera]->view(), *tracked->frame, tracked->fixes);
+            if (file_ != nullptr) file_->add(camera, *tracked->frame);
+        }
+        ++camera;
+    }
+    return any;
+}
+
+std::vector<Loop> Acquisition::sensor_loops() {
+    std::vector<Loop> loops;
+    if (rig_.accelerometer)
+        loops.push_back({"accelerometer", 65, [this](std::chrono::milliseconds wait) {
+                             return accelerometer_step(*rig_.accelerometer, wait, lanes_);
+                         }});
+    auto ring = lanes_.frames.begin();
+    for (std::size_t i = 0; i < rig_.cameras.size(); ++i, ++ring)
+        loops.push_back({"camera " + rig_.cameras[i]->view().camera, 50,
+                         [this, i, &out = *ring](std::chrono::milliseconds wait) {
+                             return camera_step(*rig_.cameras[i], trackers_[i], wait, out, lanes_.lost);
+                         }});
+    return loops;
+}
+
+bool Acquisition::ended() const {
+    return (!rig_.accelerometer || rig_.accelerometer->ended()) &&
+           std::ranges::all_of(rig_.cameras, [](const auto& c) { return c->ended(); });
+}
+
+void read_all(Acquisition& acquisition) {
+    std::vector<Loop> loops = acquisition.sensor_loops();
+    while (!acquisition.ended()) {
+        for (Loop& loop : loops) loop.step(std::chrono::milliseconds{0});
+        acquisition.collect();
+    }
+}
+
+}  // namespace shaker

@@ -1,0 +1,44 @@
+#pragma once
+// The sensor side of any rig: devices and trackers on one side of the rings, the gathered Take and the recording on
+// the other.
+#include <chrono>
+#include <vector>
+
+#include "daemon/executors.hpp"
+#include "daemon/lanes.hpp"
+#include "daemon/take.hpp"
+#include "drivers/devices.hpp"
+#include "drivers/replay/session_file.hpp"
+#include "tracking/tracker.hpp"
+
+namespace shaker {
+
+class Acquisition {
+public:
+    /// The rig and the file (null: nothing is recorded) outlive this.
+    Acquisition(Rig& rig, SessionWriter* file);
+
+    /// Moves what is in the rings into the take and the file. False when there was nothing. Reduction thread.
+    bool collect();
+    /// The loops that read the devices: accelerometer, then cameras.
+    [[nodiscard]] std::vector<Loop> sensor_loops();
+    /// Every device has ended and every ring is empty (reduction thread).
+    [[nodiscard]] bool ended() const;
+    [[nodiscard]] Take& take() noexcept { return take_; }
+    [[nodiscard]] Lanes& lanes() noexcept { return lanes_; }
+
+private:
+    bool collect_frames();
+
+    Rig& rig_;
+    SessionWriter* file_;
+    Lanes lanes_;
+    std::vector<ViewTracker> trackers_;
+    std::vector<std::size_t> first_track_;  // of each camera, in take_.tracks
+    Take take_;
+};
+
+/// Reads a recorded rig from beginning to end in one thread.
+void read_all(Acquisition& acquisition);
+
+}  // namespace shaker

@@ -1,0 +1,48 @@
+#pragma once
+// What the program does, one function a command. Each prints its result on standard output and what it is doing on
+// standard error, and throws InputError or DeviceError when it cannot.
+#include <filesystem>
+#include <string>
+
+#include "drivers/drive.hpp"
+
+namespace shaker {
+
+struct RunOptions {
+    std::string rig = "sim:";
+    std::filesystem::path scene;  // empty: the paper's bench
+    Drive drive;
+    int periods = 40;
+    std::filesystem::path out;    // empty: nothing is recorded
+    bool keep_frames = true;
+    bool threads = false;         // one thread a loop instead of lockstep
+    bool json = false;
+};
+/// Drives the rig, measures, tracks, reduces, records.
+void run(const RunOptions& options);
+
+struct ReplayOptions {
+    std::filesystem::path file;
+    bool json = false;
+};
+/// Recomputes a recording's results from its raw streams. True when they are identical to the bit.
+bool replay(const ReplayOptions& options);
+
+struct ReduceOptions {
+    std::filesystem::path session;
+    std::filesystem::path out;    // empty: nothing is recorded
+    bool keep_frames = true;
+    bool json = false;
+};
+/// Reduces a session that shakerd did not record.
+void reduce_session(const ReduceOptions& options);
+
+struct TrackOptions {
+    std::filesystem::path session;
+    std::filesystem::path out;    // CSV; empty: a summary only
+    bool json = false;
+};
+/// Tracks the targets of a session.
+void track_session(const TrackOptions& options);
+
+}  // namespace shaker

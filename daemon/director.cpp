@@ -1,0 +1,148 @@
+#include "daemon/director.hpp"
+
+#include <spdlog/fmt/fmt.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+namespace shaker {
+
+namespace {
+constexpr int controlled = 8;      // harmonics
+constexpr double most_samples = 1.2;  // of the nominal number a period
+// Two periods pass until a change is in force (its ramp) and the suspension's transient is gone.
+constexpr double transient_periods = 1.0;
+}  // namespace
+
+Director::Director(const RunPlan& plan, double dac_rate_hz, const AccelerometerInfo& accelerometer, Say say)
+    : plan_{plan},
+      frequency_{Synthesiser::realised(plan.drive.frequency, dac_rate_hz)},
+      dac_rate_hz_{dac_rate_hz},
+      accelerometer_{accelerometer},
+      say_{std::move(say)},
+      clock_{dac_rate_hz, accelerometer.rate_hz},
+      estimator_{controlled, static_cast<int>(most_samples * accelerometer.rate_hz / frequency_) + 2,
+                 accelerometer.shaker_axis},
+      equaliser_{harmonics(plan.drive), plan.response,
+                 {.harmonics = controlled, .gain = 0.7, .volts_limit = plan.volts_limit}},
+      fold_{0, 1 / frequency_} {}
+
+bool Director::step(const Take& take, Mailbox<DriveCommand>& drive) {
+    const std::size_t before = plays_ + blocks_ + changes_ + tracks_;
+    take_stamps(take);
+    if (!started_ && plays_ > 0) {
+        started_ = true;
+        say_(fmt::format("soft start over {} periods", plan_.soft_start));
+        command(equaliser_.volts(), plan_.soft_start, drive);
+    }
+    take_accelerations(take, drive);
+    take_tracks(take);
+    advance(drive);
+    return plays_ + blocks_ + changes_ + tracks_ != before;
+}
+
+void Director::take_stamps(const Take& take) {
+    for (; plays_ < take.played.size(); ++plays_) {
+        clock_.add(take.played[plays_]);
+        now_s_ = static_cast<double>(take.played[plays_].tick.n) / dac_rate_hz_;
+    }
+    for (; changes_ < take.changes.size(); ++changes_) {
+        const DriveChange& c = take.changes[changes_];
+        const double in_force = static_cast<double>(c.first.n + c.ramp) / dac_rate_hz_;
+        steady_from_s_ = in_force + transient_periods / frequency_;
+        if (state_ == RunState::ramp) settle_from_s_ = in_force;
+        if (state_ == RunState::ramp_down) silent_s_ = in_force;
+    }
+}
+
+void Director::take_accelerations(const Take& take, Mailbox<DriveCommand>& drive) {
+    for (; blocks_ < take.blocks.size(); ++blocks_) {
+        const AccelBlock& block = take.blocks[blocks_];
+        clock_.add(block);
+        if (!clock_.ready()) continue;
+        for (int i = 0; i < block.size; ++i) {
+            const auto& c = block.counts[static_cast<std::size_t>(i)];
+            const double scale = accelerometer_.mps2_per_count;
+            const double turns = frequency_ * seconds(clock_.master({block.first.n + i}));
+            if (const auto done = estimator_.add(turns, {scale * c[0], scale * c[1], scale * c[2]}))
+                period_done(*done, drive);
+        }
+    }
+}
+
+// The one back arrow: an estimate of a period that lay wholly behind the last change corrects the drive.
+void Director::period_done(const PeriodEstimate& estimate, Mailbox<DriveCommand>& drive) {
+    const double began_s = static_cast<double>(estimate.period) / frequency_;
+    const bool driving = state_ == RunState::settle || state_ == RunState::measure;
+    if (!driving || began_s < steady_from_s_) return;
+    const Equaliser::Report report = equaliser_.update(estimate.along, estimate.sd);
+    locked_ = report.locked;
+    const Drive got = drive_of(estimate.along, frequency_);
+    say_(fmt::format("{:7.3f} s  gamma {:.4f} m/s^2  phi {:+.3f} deg  drive {}", began_s, got.gamma,
+                     got.phi * 180 / std::numbers::pi, locked_ ? "locked" : "settling"));
+    if (report.reached < 1)
+        say_(fmt::format("the DAC's {} V reach only {:.1f} % of the asked gamma", plan_.volts_limit,
+                         100 * report.reached));
+    // While it is measured the drive stays as it is: a change is a transient, and the reduction uses what was.
+    if (state_ == RunState::settle && !locked_) command(equaliser_.volts(), 1, drive);
+}
+
+void Director::take_tracks(const Take& take) {
+    const auto walker = std::ranges::find_if(take.tracks, [](const auto& t) { return t.target.name == "walker"; });
+    if (walker == take.tracks.end()) return;
+    for (; tracks_ < walker->tracks.size(); ++tracks_) {
+        const Track& t = walker->tracks[tracks_];
+        if (!found(t.fix.state)) continue;
+        if (const auto period = fold_.add(seconds(t.time), t.x_m, t.sd_m)) drifts_.push_back(*period);
+    }
+}
+
+void Director::advance(Mailbox<DriveCommand>& drive) {
+    switch (state_) {
+        case RunState::ramp:
+            if (settle_from_s_ > 0 && now_s_ >= settle_from_s_) {
+                state_ = RunState::settle;
+                say_("settling: the drive by its measured harmonics, then the walker");
+            }
+            break;
+        case RunState::settle: {
+            const bool late = now_s_ - settle_from_s_ > plan_.settle_at_most / frequency_;
+            if (!(locked_ && now_s_ > steady_from_s_ && walker_settled()) && !late) break;
+            if (late) say_(fmt::format("not settled after {} periods; measuring all the same", plan_.settle_at_most));
+            state_ = RunState::measure;
+            from_s_ = std::ceil(now_s_ * frequency_) / frequency_;
+            to_s_ = from_s_ + plan_.periods / frequency_;
+            say_(fmt::format("measuring {} periods from {:.3f} s on", plan_.periods, from_s_));
+            break;
+        }
+        case RunState::measure:
+            // The accelerometer's and the cameras' last data arrive a little later.
+            if (now_s_ < to_s_ + 2 / frequency_) break;
+            state_ = RunState::ramp_down;
+            say_("soft stop");
+            command({}, plan_.soft_start, drive);
+            break;
+        case RunState::ramp_down:
+            if (silent_s_ > 0 && now_s_ > silent_s_) state_ = RunState::done;
+            break;
+        case RunState::done: break;
+    }
+}
+
+// A transient that shrinks from period to period is over when successive drifts agree within their errors.
+bool Director::walker_settled() const {
+    std::vector<Estimate> since;
+    for (const FoldedPeriod& p : drifts_)
+        if (p.t_s > steady_from_s_) since.push_back(p.drift);
+    return settled(since);
+}
+
+void Director::command(const Harmonics<Voltage>& volts, int ramp_periods, Mailbox<DriveCommand>& drive) {
+    drive.post({.volts = volts, .frequency = plan_.drive.frequency, .ramp_periods = ramp_periods,
+                .sequence = ++sequence_});
+    // Until the change is known to be in force, no period counts as settled.
+    steady_from_s_ = INFINITY;
+}
+
+}  // namespace shaker

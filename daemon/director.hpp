@@ -1,0 +1,73 @@
+#pragma once
+// Leads one run: soft start, settling with the measured harmonics correcting the drive, measuring, soft stop.
+#include <array>
+#include <complex>
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "daemon/control/equaliser.hpp"
+#include "daemon/control/harmonic_estimator.hpp"
+#include "daemon/drive_clock.hpp"
+#include "daemon/reduction/period_fold.hpp"
+#include "daemon/take.hpp"
+#include "drivers/handover.hpp"
+
+namespace shaker {
+
+struct RunPlan {
+    Drive drive;
+    int periods = 40;            // to measure
+    int soft_start = 10;         // periods of the ramps at both ends
+    int settle_at_most = 400;    // periods; then it measures all the same and says so
+    double volts_limit = 1;      // of the DAC
+    std::array<std::complex<double>, max_harmonics> response{};  // m/s^2 a volt at f, 2f, ...
+};
+
+enum class RunState { ramp, settle, measure, ramp_down, done };
+
+/// A state machine over what has been gathered. It reads the take and answers with drive commands: nothing else.
+class Director {
+public:
+    using Say = std::function<void(const std::string&)>;
+    Director(const RunPlan& plan, double dac_rate_hz, const AccelerometerInfo& accelerometer, Say say);
+
+    /// Looks at what came since the last call and posts a command when the drive should change. False when nothing
+    /// had come.
+    bool step(const Take& take, Mailbox<DriveCommand>& drive);
+    [[nodiscard]] RunState state() const noexcept { return state_; }
+    /// Part of master time that was measured, s; whole periods of the drive.
+    [[nodiscard]] double from_s() const noexcept { return from_s_; }
+    [[nodiscard]] double to_s() const noexcept { return to_s_; }
+
+private:
+    void take_stamps(const Take& take);
+    void take_accelerations(const Take& take, Mailbox<DriveCommand>& drive);
+    void take_tracks(const Take& take);
+    void period_done(const PeriodEstimate& estimate, Mailbox<DriveCommand>& drive);
+    void advance(Mailbox<DriveCommand>& drive);
+    void command(const Harmonics<Voltage>& volts, int ramp_periods, Mailbox<DriveCommand>& drive);
+    [[nodiscard]] bool walker_settled() const;
+
+    RunPlan plan_;
+    double frequency_;            // as it is really played, Hz
+    double dac_rate_hz_;
+    AccelerometerInfo accelerometer_;
+    Say say_;
+    DriveClock clock_;
+    HarmonicEstimator estimator_;
+    Equaliser equaliser_;
+    PeriodFold fold_;
+    RunState state_ = RunState::ramp;
+    std::size_t plays_ = 0, blocks_ = 0, changes_ = 0, tracks_ = 0;  // how much of the take has been seen
+    std::uint64_t sequence_ = 0;
+    bool started_ = false, locked_ = false;
+    double now_s_ = 0;            // master time played
+    double steady_from_s_ = 0;    // the newest change of the drive has been in effect since
+    double settle_from_s_ = 0;
+    double from_s_ = 0, to_s_ = 0, silent_s_ = 0;
+    std::vector<FoldedPeriod> drifts_;
+};
+
+}  // namespace shaker

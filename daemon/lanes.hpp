@@ -1,0 +1,42 @@
+#pragma once
+// Everything that crosses threads in one run: bounded rings, newest-value mailboxes, counters of what was lost.
+#include <atomic>
+#include <list>
+#include <vector>
+
+#include "drivers/data.hpp"
+#include "drivers/handover.hpp"
+#include "drivers/synthesiser.hpp"
+#include "tracking/track.hpp"
+
+namespace shaker {
+
+/// A frame with where its targets are, in the order of the view's targets.
+struct TrackedFrame {
+    FramePtr frame;
+    std::vector<Fix> fixes;
+};
+
+/// What did not fit into a ring: never waited for, always counted.
+struct Counters {
+    std::atomic<std::uint64_t> plays_lost{0};
+    std::atomic<std::uint64_t> changes_lost{0};
+    std::atomic<std::uint64_t> blocks_lost{0};
+    std::atomic<std::uint64_t> frames_lost{0};
+    std::atomic<std::uint64_t> samples_clamped{0};
+};
+
+/// The rings' capacities are 10 s and more of the paper's rates.
+struct Lanes {
+    explicit Lanes(std::size_t cameras) {
+        for (std::size_t i = 0; i < cameras; ++i) frames.emplace_back(1024);
+    }
+    Mailbox<DriveCommand> drive;   // reduction to output: the one back arrow
+    Ring<PlayTime> played{8192};   // output to reduction
+    Ring<DriveChange> changes{1024};
+    Ring<AccelBlock> blocks{1024};
+    std::list<Ring<TrackedFrame>> frames;
+    Counters lost;
+};
+
+}  // namespace shaker

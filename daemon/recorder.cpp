@@ -1,0 +1,181 @@
+#include "daemon/recorder.hpp"
+
+#include <spdlog/fmt/fmt.h>
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+
+#include "drivers/errors.hpp"
+
+namespace shaker {
+
+namespace {
+
+void add(std::vector<RecordedNumber>& list, const std::string& name, const Estimate& e, const std::string& units) {
+    list.push_back({"results/" + name, e.value, units});
+    list.push_back({"results/" + name + "_errors", e.sigma, units});
+}
+
+Column column(std::string name, std::string units, const auto& rows, auto&& value) {
+    Column c{std::move(name), std::move(units), {}};
+    c.values.reserve(rows.size());
+    for (const auto& row : rows) c.values.push_back(static_cast<double>(value(row)));
+    return c;
+}
+
+bool same(double a, double b) {
+    return std::bit_cast<std::uint64_t>(a) == std::bit_cast<std::uint64_t>(b) || (std::isnan(a) && std::isnan(b));
+}
+
+const std::vector<double>& values_of(const std::vector<Column>& columns, const std::string& name,
+                                     const std::string& path) {
+    const auto it = std::ranges::find(columns, name, &Column::name);
+    if (it == columns.end()) throw InputError{"recording: table \"" + path + "\" has no column \"" + name + "\""};
+    return it->values;
+}
+
+std::string track_path(const TargetTrack& t) { return "tracks/" + t.camera + "/" + t.target.name; }
+
+}  // namespace
+
+std::vector<RecordedNumber> numbers_of(const Reduction& r) {
+    std::vector<RecordedNumber> list;
+    add(list, "v_D", r.v_D, "m/s");
+    add(list, "D", r.D, "m");
+    add(list, "frequency", r.frequency, "Hz");
+    add(list, "gamma", r.gamma, "m/s^2");
+    add(list, "rho", r.rho, "1");
+    add(list, "phi", r.phi, "rad");
+    add(list, "v_rms", r.v_rms, "m/s");
+    add(list, "efficiency", r.efficiency, "1");
+    add(list, "accelerometer_late", r.accelerometer_late_s, "s");
+    add(list, "accelerometer_ppm", r.accelerometer_ppm, "1e-6");
+    list.push_back({"results/fit_residual", r.fit_residual_x_m.value, "m"});
+    list.push_back({"results/t0", r.t0_s, "s"});
+    for (std::size_t k = 0; k < 3; ++k)
+        list.push_back({fmt::format("results/shaker_axis_{}", "xyz"[k]), r.shaker_axis[k], "1"});
+    list.push_back({"results/frames", static_cast<double>(r.frames), "1"});
+    list.push_back({"results/frames_lost", static_cast<double>(r.frames_lost), "1"});
+    return list;
+}
+
+std::vector<RecordedTable> tables_of(const Reduction& r) {
+    std::vector<RecordedTable> tables;
+    tables.push_back({"harmonics",
+                      {column("q", "1", r.harmonics, [](const auto& h) { return h.q; }),
+                       column("amplitude", "m/s^2", r.harmonics, [](const auto& h) { return h.amplitude.value; }),
+                       column("amplitude_errors", "m/s^2", r.harmonics, [](const auto& h) { return h.amplitude.sigma; }),
+                       column("phase", "rad", r.harmonics, [](const auto& h) { return h.phase.value; }),
+                       column("phase_errors", "rad", r.harmonics, [](const auto& h) { return h.phase.sigma; })},
+                      "NXcollection",
+                      {}});
+    tables.push_back({"periods",
+                      {column("k", "1", r.periods, [](const auto& p) { return p.k; }),
+                       column("t", "s", r.periods, [](const auto& p) { return p.t_s; }),
+                       column("frames", "1", r.periods, [](const auto& p) { return p.frames; }),
+                       column("D", "m", r.periods, [](const auto& p) { return p.drift.value; }),
+                       column("D_errors", "m", r.periods, [](const auto& p) { return p.drift.sigma; }),
+                       column("gamma", "m/s^2", r.periods, [](const auto& p) { return p.gamma.value; }),
+                       column("gamma_errors", "m/s^2", r.periods, [](const auto& p) { return p.gamma.sigma; }),
+                       column("phi", "rad", r.periods, [](const auto& p) { return p.phi.value; }),
+                       column("phi_errors", "rad", r.periods, [](const auto& p) { return p.phi.sigma; })},
+                      "NXdata",
+                      {{"signal", "D"}, {"axes", "t"}}});
+    const Cycle& c = r.cycle;
+    tables.push_back({"cycle",
+                      {{"phase", "1", c.phase},
+                       {"x", "m", c.x_m},
+                       {"x_errors", "m", c.x_sd_m},
+                       {"v", "m/s", c.v_mps},
+                       {"v_errors", "m/s", c.v_sd_mps},
+                       {"v_base", "m/s", c.v_base_mps}},
+                      "NXdata",
+                      {{"signal", "v"}, {"axes", "phase"}, {"title", "walker velocity over one period"}}});
+    tables.push_back({"stick",
+                      {column("from", "1", r.stick, [](const auto& s) { return s.from; }),
+                       column("to", "1", r.stick, [](const auto& s) { return s.to; }),
+                       column("errors", "1", r.stick, [](const auto& s) { return s.sd; })},
+                      "NXcollection",
+                      {}});
+    return tables;
+}
+
+std::vector<RecordedTable> tables_of(const Take& take) {
+    std::vector<RecordedTable> tables;
+    for (const TargetTrack& t : take.tracks) {
+        tables.push_back({track_path(t),
+                          {column("frame", "1", t.tracks, [](const Track& k) { return k.tick.n; }),
+                           column("t", "s", t.tracks, [](const Track& k) { return seconds(k.time); }),
+                           column("x_px", "px", t.tracks, [](const Track& k) { return k.fix.x_px; }),
+                           column("y_px", "px", t.tracks, [](const Track& k) { return k.fix.y_px; }),
+                           column("sd_px", "px", t.tracks, [](const Track& k) { return k.fix.sd_px; }),
+                           column("x", "m", t.tracks, [](const Track& k) { return k.x_m; }),
+                           column("x_errors", "m", t.tracks, [](const Track& k) { return k.sd_m; }),
+                           column("state", "1", t.tracks, [](const Track& k) { return static_cast<int>(k.fix.state); })},
+                          "NXdata",
+                          {{"signal", "x"}, {"axes", "t"}}});
+    }
+    return tables;
+}
+
+void write(SessionWriter& file, const std::vector<RecordedNumber>& numbers) {
+    for (const RecordedNumber& n : numbers) file.scalar(n.path, n.value, n.units);
+}
+
+void write(SessionWriter& file, const std::vector<RecordedTable>& tables) {
+    for (const RecordedTable& t : tables) file.table(t.path, t.columns, t.nx_class, t.attributes);
+}
+
+std::vector<std::string> differences(const SessionReader& file, const std::vector<RecordedNumber>& numbers,
+                                     const std::vector<RecordedTable>& tables) {
+    std::vector<std::string> found;
+    for (const RecordedNumber& n : numbers) {
+        const double was = file.scalar(n.path);
+        if (!same(was, n.value)) found.push_back(fmt::format("{}: recorded {}, now {}", n.path, was, n.value));
+    }
+    for (const RecordedTable& t : tables) {
+        const std::vector<Column> recorded = file.table(t.path);
+        for (const Column& c : t.columns) {
+            const std::vector<double>& was = values_of(recorded, c.name, t.path);
+            if (was.size() != c.values.size()) {
+                found.push_back(fmt::format("{}/{}: {} rows recorded, now {}", t.path, c.name, was.size(),
+                                            c.values.size()));
+                continue;
+            }
+            const auto [a, b] = std::ranges::mismatch(was, c.values, same);
+            if (a != was.end())
+                found.push_back(fmt::format("{}/{} row {}: recorded {}, now {}", t.path, c.name, a - was.begin(), *a, *b));
+        }
+    }
+    return found;
+}
+
+void read_tracks(const SessionReader& file, Take& take) {
+    for (const View& view : file.header().views) {
+        for (const Target& target : view.targets) {
+            TargetTrack t{view.camera, target, {}};
+            const std::string path = track_path(t);
+            const std::vector<Column> table = file.table(path);
+            const auto& frame = values_of(table, "frame", path);
+            t.tracks.resize(frame.size());
+            const auto fill = [&](const char* name, auto&& set) {
+                const auto& values = values_of(table, name, path);
+                if (values.size() != frame.size())
+                    throw InputError{"recording: table \"" + path + "\" has columns of different length"};
+                for (std::size_t i = 0; i < frame.size(); ++i) set(t.tracks[i], values[i]);
+            };
+            fill("frame", [](Track& k, double v) { k.tick.n = static_cast<std::int64_t>(v); });
+            fill("t", [](Track& k, double v) { k.time = master_time(v); });
+            fill("x_px", [](Track& k, double v) { k.fix.x_px = v; });
+            fill("y_px", [](Track& k, double v) { k.fix.y_px = v; });
+            fill("sd_px", [](Track& k, double v) { k.fix.sd_px = v; });
+            fill("x", [](Track& k, double v) { k.x_m = v; });
+            fill("x_errors", [](Track& k, double v) { k.sd_m = v; });
+            fill("state", [](Track& k, double v) { k.fix.state = static_cast<TrackState>(static_cast<int>(v)); });
+            take.tracks.push_back(std::move(t));
+        }
+    }
+}
+
+}  // namespace shaker

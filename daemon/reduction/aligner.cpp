@@ -1,0 +1,335 @@
+#include "daemon/reduction/aligner.hpp"
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <cmath>
+
+#include "daemon/reduction/usable_part.hpp"
+#include "drivers/drive.hpp"
+#include "drivers/errors.hpp"
+
+namespace shaker {
+namespace {
+
+using Complex = std::complex<double>;
+constexpr double clock_prior = 300e-6;  // one sigma of a crystal that nobody trimmed, with room
+
+std::string rounded(double x, int digits) {
+    std::array<char, 64> text{};
+    std::snprintf(text.data(), text.size(), "%.*f", digits, x);
+    return text.data();
+}
+
+std::array<HarmonicSamples, 3> axes_of(const std::vector<double>& t, std::array<std::vector<double>, 3>& a) {
+    return {HarmonicSamples{t, a[0], {}}, HarmonicSamples{t, a[1], {}}, HarmonicSamples{t, a[2], {}}};
+}
+
+/// Principal direction of the motion at harmonics 1 and 2, the largest component positive.
+Eigen::Vector3d principal_axis(const std::vector<double>& t, const AccelSeries& s, std::size_t first,
+                               double f, int order) {
+    std::array<std::vector<double>, 3> a;
+    for (std::size_t i = 0; i < t.size(); ++i) {
+        for (std::size_t k = 0; k < 3; ++k) a[k].push_back(s.a_mps2[first + i][k]);
+    }
+    Eigen::Matrix3Xd lock_in(3, 4);
+    lock_in.setZero();
+    const auto streams = axes_of(t, a);
+    for (int k = 0; k < 3; ++k) {
+        const auto fit = fit_harmonics({&streams[static_cast<std::size_t>(k)], 1}, f, order, Slope::none);
+        for (int q = 1; q <= std::min(order, 2); ++q) {
+            lock_in(k, 2 * (q - 1)) = fit.at(q).real();
+            lock_in(k, 2 * (q - 1) + 1) = fit.at(q).imag();
+        }
+    }
+    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> eigen(lock_in * lock_in.transpose());
+    Eigen::Vector3d axis = eigen.eigenvectors().col(2);
+    Eigen::Index largest = 0;
+    axis.cwiseAbs().maxCoeff(&largest);
+    return axis(largest) < 0 ? Eigen::Vector3d(-axis) : axis;
+}
+
+/// Accelerometer samples within a window of its own clock, and what they say on that clock.
+struct OwnClock {
+    std::size_t first = 0;
+    std::vector<double> t, along;
+    Eigen::Vector3d axis;
+    Estimate frequency;
+    HarmonicFit fit;
+};
+
+OwnClock on_own_clock(const AccelSeries& s, Span window, double near_hz) {
+    OwnClock out;
+    const auto low = std::lower_bound(s.t_s.begin(), s.t_s.end(), window.from_s);
+    const auto high = std::upper_bound(low, s.t_s.end(), window.to_s);
+    out.first = static_cast<std::size_t>(low - s.t_s.begin());
+    out.t.assign(low, high);
+    const double span = out.t.empty() ? 0.0 : out.t.back() - out.t.front() + median_step(out.t);
+    if (span * near_hz < 2 - 1e-6) {
+        throw InputError("cameras and accelerometer have " + rounded(span * near_hz, 2) +
+                         " drive periods in common; at least 2 are needed");
+    }
+    const double rate = 1 / (median_step(out.t) * near_hz);
+    const int few = order_for(rate, 4);
+    const Eigen::Vector3d given(s.shaker_axis[0], s.shaker_axis[1], s.shaker_axis[2]);
+    out.axis = given.norm() > 0 ? Eigen::Vector3d(given.normalized())
+                                : principal_axis(out.t, s, out.first, near_hz, few);
+    for (std::size_t i = 0; i < out.t.size(); ++i) {
+        const auto& a = s.a_mps2[out.first + i];
+        out.along.push_back(out.axis.dot(Eigen::Vector3d(a[0], a[1], a[2])));
+    }
+    const HarmonicSamples samples{out.t, out.along, {}};
+    out.frequency = refine_frequency({&samples, 1}, near_hz, few);
+    if (!std::isfinite(out.frequency.sigma)) out.frequency = {near_hz, clock_prior * near_hz};
+    out.fit = fit_harmonics({&samples, 1}, out.frequency.value, few, Slope::none);
+    return out;
+}
+
+bool stands_out(const HarmonicFit& fit, int q) { return std::abs(fit.at(q)) > 4 * fit.amplitude_sd(q); }
+
+/// Harmonics of the base's position up to the highest that stands out of the noise.
+HarmonicFit base_motion(const Measurement& m, double f) {
+    int order = order_for(frames_per_period(m.bases, f), 12);
+    HarmonicFit fit = fit_views(m.bases, f, order, Slope::none).fit;
+    while (order > 2 && !stands_out(fit, order)) --order;
+    return order < fit.order() ? fit_views(m.bases, f, order, Slope::none).fit : fit;
+}
+
+Estimate base_frequency(const Measurement& m) {
+    if (m.frequency_is_exact) return {m.frequency_hz, 0};
+    std::vector<HarmonicSamples> samples;
+    for (const auto& v : m.bases) samples.push_back({v.t_s, v.x_m, v.sd_m});
+    return refine_frequency(samples, m.frequency_hz,
+                            order_for(frames_per_period(m.bases, m.frequency_hz), 2));
+}
+
+/// One harmonic as both see it: acceleration by the accelerometer (own clock) and by the cameras (master
+/// time).
+struct Common {
+    int q;
+    Complex accel, camera;
+    double weight;          // 1/variance of the camera's, which is always the worse one
+    double phase_variance;  // of both
+};
+
+std::vector<Common> common_motion(const HarmonicFit& accel, const HarmonicFit& base) {
+    std::vector<Common> out;
+    for (int q = 1; q <= std::min({accel.order(), base.order(), 3}); ++q) {
+        if (!stands_out(base, q) || !stands_out(accel, q)) continue;
+        const double w = two_pi * base.frequency_hz * q;
+        const double sd = w * w * base.amplitude_sd(q);
+        const double accel_phase = accel.phase_sd(q), base_phase = base.phase_sd(q);
+        out.push_back({q, accel.at(q), -w * w * base.at(q), 1 / (sd * sd),
+                       accel_phase * accel_phase + base_phase * base_phase});
+    }
+    return out;
+}
+
+/// How well both shapes agree when the accelerometer's is moved by `delta` (master time): 1 is perfect.
+double likeness(const std::vector<Common>& common, double w, double delta) {
+    double product = 0, accel = 0, camera = 0;
+    for (const Common& c : common) {
+        product += c.weight * (c.accel * std::conj(c.camera) * std::polar(1.0, -c.q * w * delta)).real();
+        accel += c.weight * std::norm(c.accel);
+        camera += c.weight * std::norm(c.camera);
+    }
+    return product / std::sqrt(accel * camera);
+}
+
+struct Shift {
+    double delta;  // s, modulo the period
+    double like;
+    bool flipped;  // the axis' sign
+    double late;   // at the middle of the accelerometer's samples, nearest to 0 of all whole periods
+};
+
+double golden_maximum(const std::vector<Common>& common, double w, double sign, double low, double high) {
+    constexpr double golden = 0.6180339887498949;
+    for (int i = 0; i < 60; ++i) {
+        const double a = high - golden * (high - low), b = low + golden * (high - low);
+        if (sign * likeness(common, w, a) < sign * likeness(common, w, b)) {
+            low = a;
+        } else {
+            high = b;
+        }
+    }
+    return (low + high) / 2;
+}
+
+std::vector<Shift> maxima(const std::vector<Common>& common, double w, double offset) {
+    constexpr int steps = 96;
+    const double period = two_pi / w, h = period / steps;
+    std::vector<Shift> out;
+    for (const double sign : {1.0, -1.0}) {
+        for (int i = 0; i < steps; ++i) {
+            const double here = sign * likeness(common, w, i * h);
+            if (here < sign * likeness(common, w, (i - 1) * h) ||
+                here <= sign * likeness(common, w, (i + 1) * h)) {
+                continue;
+            }
+            const double delta = golden_maximum(common, w, sign, (i - 1) * h, (i + 1) * h);
+            const double late = std::remainder(offset - delta, period);
+            out.push_back({delta, sign * likeness(common, w, delta), sign < 0, late});
+        }
+    }
+    return out;
+}
+
+/// The likeliest shift; among those the shape cannot tell apart, the one nearest to no lag.
+Shift choose(const std::vector<Shift>& all, const std::vector<Common>& common, const AccelSeries& s,
+             std::vector<std::string>& notes) {
+    double noise = 0, signal = 0, best = -1;
+    for (const Common& c : common) {
+        noise += 1;
+        signal += c.weight * std::norm(c.camera);
+    }
+    const bool given = s.shaker_axis != std::array<double, 3>{};
+    for (const Shift& m : all) best = std::max(best, m.like);
+    const double tolerance = std::max(1e-3, 12 * noise / signal);
+    const Shift* chosen = nullptr;
+    int possible = 0;
+    for (const Shift& m : all) {
+        if (m.like < best - tolerance) continue;
+        if (std::abs(m.late) <= s.clock_uncertainty_s) ++possible;
+        const bool better =
+            !chosen || (given && chosen->flipped && !m.flipped) ||
+            ((!given || chosen->flipped == m.flipped) && std::abs(m.late) < std::abs(chosen->late));
+        if (better) chosen = &m;
+    }
+    if (possible > 1 && !given) {
+        notes.emplace_back(
+            "the shape of the drive does not tell the sign of the shaker axis; the smaller clock lag was "
+            "taken");
+    }
+    if (given && chosen->flipped) {
+        notes.emplace_back("the given shaker axis points against +x of the cameras; its sign was turned");
+    }
+    if (best < 0.98) {
+        notes.push_back(
+            "the base's motion by the cameras and by the accelerometer differ in shape (likeness " +
+            rounded(best, 3) + ")");
+    }
+    return *chosen;
+}
+
+struct Clock {
+    double rate = 1;    // master seconds per own second
+    double own = 0;     // own time ...
+    double master = 0;  // ... and the master time of the same instant
+    Estimate late, ppm;
+    bool flipped = false;
+    [[nodiscard]] double at(double t) const { return master + (t - own) * rate; }
+    [[nodiscard]] double inverse(double t) const { return own + (t - master) / rate; }
+};
+
+struct Lag {
+    Clock clock;
+    Estimate frequency;
+};
+
+/// Frequency and clock rate from both sides' frequencies and the prior on the rate.
+Lag rates(const Measurement& m, const Estimate& base, const OwnClock& own) {
+    Lag out;
+    const double ratio = own.frequency.value / base.value - 1;
+    const double variance =
+        std::pow(base.sigma / base.value, 2) + std::pow(own.frequency.sigma / base.value, 2);
+    const double gain =
+        m.frequency_is_exact ? 1.0 : clock_prior * clock_prior / (clock_prior * clock_prior + variance);
+    const double ppm = gain * ratio, sd = std::sqrt(variance * gain);
+    out.clock.rate = 1 + ppm;
+    out.clock.ppm = {1e6 * ppm, 1e6 * sd};
+    const double f = own.frequency.value / out.clock.rate;
+    out.frequency = m.frequency_is_exact ? base : Estimate{f, std::hypot(own.frequency.sigma, f * sd)};
+    return out;
+}
+
+void set_lag(Lag& lag, const OwnClock& own, const HarmonicFit& base, const AccelSeries& s,
+             std::vector<std::string>& notes) {
+    const double w = two_pi * lag.frequency.value;
+    const auto common = common_motion(own.fit, base);
+    Clock& c = lag.clock;
+    c.own = own.fit.origin_s;
+    if (common.empty()) {
+        notes.emplace_back(
+            "the base does not move enough for the clocks to be compared; the accelerometer's was believed");
+        c.master = c.own;
+        c.late = {0, s.clock_uncertainty_s / std::sqrt(3.0)};
+        return;
+    }
+    const Shift shift = choose(maxima(common, w, c.own - base.origin_s), common, s, notes);
+    c.flipped = shift.flipped;
+    c.master = c.own - shift.late;
+    double information = 0;
+    for (const Common& h : common) information += std::pow(h.q * w, 2) / h.phase_variance;
+    const double rate_sd = 1e-6 * c.ppm.sigma;
+    const double across = (c.master - base.origin_s) * lag.frequency.sigma / lag.frequency.value;
+    c.late = {c.own * c.rate - c.master,
+              std::sqrt(1 / information + std::pow(c.own * rate_sd, 2) + across * across)};
+    if (s.clock_uncertainty_s > std::numbers::pi / w) {
+        notes.push_back("the accelerometer's clock uncertainty (" + rounded(s.clock_uncertainty_s, 4) +
+                        " s) is more than half a period: its lag was taken as the one nearest to zero");
+    } else if (std::abs(shift.late) > s.clock_uncertainty_s + 3 / std::sqrt(information)) {
+        notes.push_back("the accelerometer is " + rounded(1e3 * shift.late, 3) +
+                        " ms late, more than its clock uncertainty of " +
+                        rounded(1e3 * s.clock_uncertainty_s, 3) + " ms");
+    }
+}
+
+double gain_of(const HarmonicFit& accel, const HarmonicFit& base, std::vector<std::string>& notes) {
+    double tracks = 0, sensor = 0, variance = 0;
+    for (const Common& c : common_motion(accel, base)) {
+        if (c.q > 2) continue;
+        tracks += std::abs(c.camera);
+        sensor += std::abs(c.accel);
+        variance += 1 / c.weight;
+    }
+    const double gain = tracks / sensor;
+    if (sensor > 0 && std::abs(gain - 1) > std::max(0.02, 4 * std::sqrt(variance) / sensor)) {
+        notes.push_back("gamma by the base's tracks is " + rounded(tracks, 4) +
+                        " m/s^2, by the accelerometer " + rounded(sensor, 4) +
+                        " m/s^2: camera scale or sensor gain is off by " + rounded(100 * (gain - 1), 1) +
+                        " %; the accelerometer's is reported");
+    }
+    return gain;
+}
+
+}  // namespace
+
+Alignment align(const Measurement& m, std::vector<std::string>& notes) {
+    const Estimate raw = base_frequency(m);
+    const bool moving = raw.sigma < 0.003 * raw.value;  // false for NaN
+    const Estimate base_f = moving ? raw : Estimate{m.frequency_hz, clock_prior * m.frequency_hz};
+    const Span walker = span_of(m.walkers), base = span_of(m.bases);
+    const Span common{std::max(walker.from_s, base.from_s), std::min(walker.to_s, base.to_s)};
+    // First with all samples that may belong to the cameras' span, then with those that do.
+    const double reach = m.accelerometer.clock_uncertainty_s;
+    Span window{common.from_s - reach, common.to_s + reach};
+    Alignment out;
+    OwnClock own;
+    Lag lag;
+    for (int pass = 0; pass < 2; ++pass) {
+        std::vector<std::string> said;
+        own = on_own_clock(m.accelerometer, window, pass == 0 ? base_f.value : own.frequency.value);
+        lag = rates(m, base_f, own);
+        if (pass == 0) out.base = base_motion(m, lag.frequency.value);
+        set_lag(lag, own, out.base, m.accelerometer, said);
+        window = {lag.clock.inverse(common.from_s), lag.clock.inverse(common.to_s)};
+        if (pass == 1) notes.insert(notes.end(), said.begin(), said.end());
+    }
+    const double sign = lag.clock.flipped ? -1 : 1;
+    for (std::size_t i = 0; i < own.t.size(); ++i) {
+        out.t_s.push_back(lag.clock.at(own.t[i]));
+        out.along_mps2.push_back(sign * own.along[i]);
+    }
+    for (int k = 0; k < 3; ++k) out.shaker_axis[static_cast<std::size_t>(k)] = sign * own.axis(k);
+    out.frequency = lag.frequency;
+    out.late_s = lag.clock.late;
+    out.ppm = lag.clock.ppm;
+    const HarmonicSamples samples{out.t_s, out.along_mps2, {}};
+    const double rate = 1 / (median_step(out.t_s) * lag.frequency.value);
+    out.acceleration =
+        fit_harmonics({&samples, 1}, lag.frequency.value, order_for(rate, max_harmonics), Slope::none);
+    out.track_gain = gain_of(out.acceleration, out.base, notes);
+    return out;
+}
+
+}  // namespace shaker

@@ -1,0 +1,133 @@
+#include "daemon/reduction/drift.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdio>
+
+#include "drivers/errors.hpp"
+
+namespace shaker {
+namespace {
+
+constexpr int most_harmonics = 12;  // more follow the noise rather than the kinks
+
+std::vector<Residual> residuals_of(std::span<const MotionSeries> views, const ViewsFit& motion) {
+    std::vector<Residual> out;
+    for (std::size_t v = 0; v < views.size(); ++v) {
+        for (std::size_t i = 0; i < views[v].t_s.size(); ++i) {
+            const double t = views[v].t_s[i];
+            const double line = motion.fit.constants[v] + motion.fit.slope.value * (t - motion.fit.origin_s);
+            out.push_back({t, views[v].x_m[i] - line - motion.fit.periodic(t), motion.sd[v][i]});
+        }
+    }
+    std::stable_sort(out.begin(), out.end(),
+                     [](const Residual& a, const Residual& b) { return a.t_s < b.t_s; });
+    return out;
+}
+
+std::string percent(double x) {
+    std::array<char, 32> text{};
+    std::snprintf(text.data(), text.size(), "%.2f %%", 100 * x);
+    return text.data();
+}
+
+/// Views whose scales differ see different drifts of the same walker: half the difference is an error of
+/// both.
+double disagreement(std::span<const MotionSeries> views, double f, int order, double v_D,
+                    std::vector<std::string>& notes) {
+    if (views.size() < 2) return 0;
+    std::size_t lowest = 0, highest = 0;
+    std::vector<Estimate> v;
+    for (std::size_t i = 0; i < views.size(); ++i) {
+        if (views[i].t_s.size() < static_cast<std::size_t>(2 * order + 4)) return 0;
+        v.push_back(fit_views(views.subspan(i, 1), f, order, Slope::free).fit.slope);
+        if (v[i].value < v[lowest].value) lowest = i;
+        if (v[i].value > v[highest].value) highest = i;
+    }
+    const double apart = v[highest].value - v[lowest].value;
+    // White least-squares errors are too small for tracks whose errors follow the picture: 4 of them, not 2.
+    if (apart <= 4 * std::hypot(v[highest].sigma, v[lowest].sigma)) return 0;
+    if (apart > 0.005 * std::abs(v_D)) {
+        notes.push_back("views '" + views[lowest].view + "' and '" + views[highest].view +
+                        "' differ in v_D by " + percent(apart / std::max(std::abs(v_D), 1e-12)) +
+                        "; half of that is in its error");
+    }
+    return apart / 2;
+}
+
+double rms_claimed(std::span<const MotionSeries> views) {
+    double sum = 0, n = 0;
+    for (const auto& v : views) {
+        for (const double sd : v.sd_m) sum += sd * sd;
+        n += static_cast<double>(v.sd_m.size());
+    }
+    return std::sqrt(sum / n);
+}
+
+}  // namespace
+
+std::vector<PeriodMean> period_means(std::span<const Residual> residuals, double start_s,
+                                     double frequency_hz) {
+    struct Sums {
+        double weight = 0, y = 0, first = 0, last = 0;
+        int frames = 0;
+    };
+    std::vector<PeriodMean> out;
+    Sums now;
+    int k = -1;
+    const auto finish = [&] {
+        if (k >= 0 && now.frames > 0) out.push_back({k, now.y / now.weight, now.frames});
+        now = {};
+    };
+    for (const Residual& r : residuals) {
+        const double periods = (r.t_s - start_s) * frequency_hz;
+        if (periods < 0) continue;
+        const int of = static_cast<int>(periods);
+        if (of != k) finish();
+        k = of;
+        const double w = 1 / (r.sd_m * r.sd_m);
+        now.weight += w;
+        now.y += w * r.y_m;
+        ++now.frames;
+    }
+    finish();
+    std::vector<int> counts;
+    for (const auto& m : out) counts.push_back(m.frames);
+    if (counts.empty()) return out;
+    std::sort(counts.begin(), counts.end());
+    const double usual = counts[counts.size() / 2];
+    std::erase_if(out, [&](const PeriodMean& m) { return m.frames < 0.9 * usual; });
+    return out;
+}
+
+Drift measure_drift(std::span<const MotionSeries> walkers, double frequency_hz,
+                    std::vector<std::string>& notes) {
+    Drift out;
+    const int order = order_for(frames_per_period(walkers, frequency_hz), most_harmonics);
+    out.motion = fit_views(walkers, frequency_hz, order, Slope::free);
+    out.residuals = residuals_of(walkers, out.motion);
+    out.residual_m = {out.motion.fit.rms, rms_claimed(walkers)};
+    const Estimate line = out.motion.fit.slope;
+    // Periods counted so that a record of n whole periods gives n means, wherever the drive's period starts.
+    const auto means = period_means(out.residuals, span_of(walkers).from_s, frequency_hz);
+    double sigma = 3 * line.sigma;
+    if (means.size() < 3) {
+        notes.push_back(std::to_string(means.size()) +
+                        " whole periods are too few to tell how much the drift itself scatters");
+    } else {
+        out.spread = drift_spread(means);
+        sigma = std::max(line.sigma, out.spread.sigma_m * frequency_hz);
+    }
+    const DriftSpread& s = out.spread;
+    if (s.freedom >= 1 && std::abs(s.trend_t) > 3.4 * few_periods_factor(s.freedom)) {
+        notes.push_back("the walker is still settling: D changes by " +
+                        percent(s.trend_m * frequency_hz / line.value) +
+                        " over the run; v_D's error holds its value at the end");
+        sigma += std::abs(s.trend_m) * frequency_hz / 4;
+    }
+    out.v_D = {line.value, std::hypot(sigma, disagreement(walkers, frequency_hz, order, line.value, notes))};
+    return out;
+}
+
+}  // namespace shaker

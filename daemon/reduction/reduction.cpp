@@ -1,0 +1,112 @@
+#include "daemon/reduction/reduction.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "daemon/reduction/aligner.hpp"
+#include "daemon/reduction/cycle.hpp"
+#include "daemon/reduction/drift.hpp"
+#include "daemon/reduction/drive_measured.hpp"
+#include "daemon/reduction/stick.hpp"
+#include "daemon/reduction/usable_part.hpp"
+
+namespace shaker {
+namespace {
+
+/// The table: what the accelerometer says of each period, with the walker's drift joined to it.
+std::vector<PeriodResult> period_table(const Alignment& drive, const Drift& drift, double t0_s) {
+    const double f = drive.frequency.value;
+    std::vector<PeriodResult> table = drive_by_period(drive.acceleration, drive.t_s, drive.along_mps2, t0_s);
+    const auto means = period_means(drift.residuals, t0_s, f);
+    double white = 0;
+    for (const Residual& r : drift.residuals) white += r.sd_m * r.sd_m;
+    white /= static_cast<double>(drift.residuals.size());
+    for (std::size_t i = 0; i < means.size(); ++i) {
+        auto row = std::lower_bound(table.begin(), table.end(), means[i].k,
+                                    [](const PeriodResult& p, int k) { return p.k < k; });
+        if (row == table.end() || row->k != means[i].k) {
+            row = table.insert(row, PeriodResult{});
+            row->k = means[i].k;
+            row->t_s = t0_s + means[i].k / f;
+        }
+        row->frames = means[i].frames;
+        if (i == 0 || means[i - 1].k + 1 != means[i].k) continue;
+        const double error2 = std::max(2 * drift.spread.mean_error_m * drift.spread.mean_error_m,
+                                       white / means[i].frames + white / means[i - 1].frames);
+        row->drift = {drift.v_D.value / f + means[i].y_m - means[i - 1].y_m, std::sqrt(error2)};
+    }
+    return table;
+}
+
+/// The larger of what the fit claims and what the periods' scatter tells.
+void widen_by_scatter(Estimate& e, const std::vector<PeriodResult>& periods, Estimate PeriodResult::*member) {
+    double squares = 0;
+    int n = 0;
+    for (const PeriodResult& p : periods) {
+        const double d = (p.*member).value - e.value;
+        if (!std::isfinite(d)) continue;
+        squares += d * d;
+        ++n;
+    }
+    if (n >= 4) e.sigma = std::max(e.sigma, std::sqrt(squares / (n - 1) / n) * few_periods_factor(n - 1));
+}
+
+void count_frames(const Measurement& all, const Measurement& used, Reduction& out) {
+    for (const MotionSeries& w : used.walkers) out.frames += static_cast<int>(w.t_s.size());
+    int lost_bases = 0;
+    for (const MotionSeries& w : all.walkers) out.frames_lost += w.lost;
+    for (const MotionSeries& b : all.bases) lost_bases += b.lost;
+    if (out.frames_lost > 0) {
+        out.notes.push_back("the walker was lost in " + std::to_string(out.frames_lost) + " of " +
+                            std::to_string(out.frames + out.frames_lost) + " frames; they were left out");
+    }
+    if (lost_bases > 0) {
+        out.notes.push_back("the base was lost in " + std::to_string(lost_bases) +
+                            " frames; they were left out");
+    }
+}
+
+Estimate ratio(double value, const Estimate& over, const Estimate& under) {
+    const double by_top = over.sigma / under.value, by_bottom = value * under.sigma / under.value;
+    return {value, std::hypot(by_top, by_bottom)};
+}
+
+}  // namespace
+
+Reduction reduce(const Measurement& measurement) {
+    const Measurement m = usable_part(measurement);
+    Reduction out;
+    count_frames(measurement, m, out);
+    const Alignment drive = align(m, out.notes);
+    const double f = drive.frequency.value;
+    out.frequency = drive.frequency;
+    out.accelerometer_late_s = drive.late_s;
+    out.accelerometer_ppm = drive.ppm;
+    out.shaker_axis = drive.shaker_axis;
+
+    const BaseCycle base(drive.acceleration);
+    out.t0_s = base.start_after(span_of(m.walkers).from_s);
+    const DriveMeasured asked = drive_measured(drive.acceleration);
+    out.gamma = asked.gamma;
+    out.rho = asked.rho;
+    out.phi = asked.phi;
+    out.v_rms = asked.v_rms;
+    out.harmonics = asked.harmonics;
+
+    const Drift drift = measure_drift(m.walkers, f, out.notes);
+    out.v_D = drift.v_D;
+    out.D = {drift.v_D.value / f,
+             std::hypot(drift.v_D.sigma / f, drift.v_D.value * drive.frequency.sigma / (f * f))};
+    out.fit_residual_x_m = drift.residual_m;
+    out.efficiency = ratio(std::abs(out.v_D.value) / out.v_rms.value, out.v_D, out.v_rms);
+    out.periods = period_table(drive, drift, out.t0_s);
+    widen_by_scatter(out.gamma, out.periods, &PeriodResult::gamma);
+    widen_by_scatter(out.phi, out.periods, &PeriodResult::phi);
+
+    const auto folded = fold(m.walkers, drift, out.t0_s, f);
+    out.cycle = make_cycle(folded, base, out.v_D.value, frames_per_period(m.walkers, f));
+    out.stick = find_sticks(folded, out.cycle, base, out.v_D.value);
+    return out;
+}
+
+}  // namespace shaker

@@ -1,0 +1,209 @@
+#include "daemon/reduction/stick.hpp"
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace shaker {
+namespace {
+
+struct Region {
+    double from, to;  // phase; `to` may exceed 1
+};
+
+/// Stretches of the cycle in which the relative velocity is near zero or changes sign.
+std::vector<Region> near_rest(const Cycle& c) {
+    const std::size_t n = c.phase.size();
+    double largest = 0;
+    for (const double v : c.v_base_mps) largest = std::max(largest, std::abs(v));
+    std::vector<double> relative;
+    std::vector<bool> near;
+    for (std::size_t i = 0; i < n; ++i) {
+        relative.push_back(c.v_mps[i] - c.v_base_mps[i]);
+        near.push_back(std::abs(relative[i]) < std::max(3 * c.v_sd_mps[i], 0.02 * largest));
+    }
+    for (std::size_t i = 0; i < n; ++i) {
+        const std::size_t next = (i + 1) % n;
+        if (relative[i] * relative[next] < 0) near[i] = near[next] = true;
+    }
+    std::vector<Region> out;
+    const auto away = std::find(near.begin(), near.end(), false);
+    if (away == near.end()) return {{0, 1}};
+    const auto offset = static_cast<std::size_t>(away - near.begin());
+    for (std::size_t j = 0; j < n; ++j) {
+        const std::size_t i = (offset + j) % n;
+        if (!near[i]) continue;
+        const double p = c.phase[i] + (i < offset ? 1 : 0);
+        const bool joins = near[(i + n - 1) % n] && !out.empty();
+        if (joins) {
+            out.back().to = p;
+        } else {
+            out.push_back({p, p});
+        }
+    }
+    return out;
+}
+
+struct Point {
+    double p;       // phase, unwrapped
+    double x;       // walker, drift included, m
+    double base_x;  // m
+    double weight;
+};
+
+/// The folded positions between two phases, merged in bins much finer than a frame.
+std::vector<Point> points_between(std::span<const Folded> folded, const BaseCycle& base, double v_D,
+                                  Region r) {
+    constexpr double bin = 1 / 500.0;
+    std::vector<Point> out;
+    double begin = -1e300;
+    for (double turn = std::floor(r.from); turn <= std::floor(r.to); ++turn) {
+        for (const Folded& s : folded) {
+            const double p = s.phase + turn, w = 1 / (s.sd_m * s.sd_m);
+            if (p < r.from || p > r.to) continue;
+            if (p - begin > bin) {
+                begin = p;
+                out.push_back({0, 0, 0, 0});
+            }
+            Point& b = out.back();
+            b.weight += w;
+            b.p += (p - b.p) * w / b.weight;
+            b.x += (s.x_m + v_D * p * base.period_s() - b.x) * w / b.weight;
+        }
+    }
+    for (Point& b : out) b.base_x = base.x(b.p);
+    return out;
+}
+
+struct SlipFit {
+    double chi2 = std::numeric_limits<double>::infinity();
+    double before = 0, after = 0;  // accelerations, m/s^2
+};
+
+class StickModel {
+public:
+    StickModel(std::vector<Point> points, const BaseCycle& base) : points_(std::move(points)), base_(base) {}
+
+    [[nodiscard]] int freedom() const { return static_cast<int>(points_.size()) - 5; }
+    [[nodiscard]] SlipFit fit(double from, double to) const {
+        const double T = base_.period_s();
+        const double v1 = base_.v(from), v2 = base_.v(to), x1 = base_.x(from), x2 = base_.x(to);
+        Eigen::Matrix3d normal = Eigen::Matrix3d::Zero();
+        Eigen::Vector3d right = Eigen::Vector3d::Zero();
+        double squares = 0;
+        for (const Point& b : points_) {
+            Eigen::Vector3d row(1, 0, 0);
+            double y = b.x - b.base_x;
+            if (b.p < from || b.p > to) {
+                const bool early = b.p < from;
+                const double t = (b.p - (early ? from : to)) * T;
+                y = b.x - (early ? x1 + v1 * t : x2 + v2 * t);
+                row(early ? 1 : 2) = t * t / 2;
+            }
+            normal += b.weight * row * row.transpose();
+            right += b.weight * y * row;
+            squares += b.weight * y * y;
+        }
+        if (!(normal(1, 1) > 0) || !(normal(2, 2) > 0)) return {};
+        const Eigen::Vector3d c = normal.ldlt().solve(right);
+        return {std::max(squares - c.dot(right), 0.0), c(1), c(2)};
+    }
+
+private:
+    std::vector<Point> points_;
+    const BaseCycle& base_;
+};
+
+struct Best {
+    double from = 0, to = 0;
+    SlipFit fit;
+};
+
+/// Least chi^2 over from and to on a grid about a start, refined; with `crossing`, from = to.
+Best search(const StickModel& model, Region from, Region to, bool crossing) {
+    Best best;
+    double step_from = 0, step_to = 0;
+    for (int level = 0; level < 5; ++level) {
+        constexpr int steps = 24;
+        step_from = (from.to - from.from) / steps;
+        step_to = (to.to - to.from) / steps;
+        for (int i = 0; i <= steps; ++i) {
+            const double a = from.from + i * step_from;
+            for (int j = 0; j <= (crossing ? 0 : steps); ++j) {
+                const double b = crossing ? a : to.from + j * step_to;
+                if (b < a) continue;
+                const SlipFit fit = model.fit(a, b);
+                if (fit.chi2 < best.fit.chi2) best = {a, b, fit};
+            }
+        }
+        from = {best.from - 2 * step_from, best.from + 2 * step_from};
+        to = {best.to - 2 * step_to, best.to + 2 * step_to};
+    }
+    return best;
+}
+
+/// How far each end can move (the other free to follow) before chi^2 rises by `unit`; the larger of both.
+double end_sd(const StickModel& model, const Best& best, double unit, double reach) {
+    double sd = 0;
+    for (int step = 1; step <= 40; ++step) {
+        const double d = reach * step / 40;
+        double least = std::numeric_limits<double>::infinity();
+        for (int k = -8; k <= 8; ++k) {
+            const double follow = d * k / 4;
+            for (const double sign : {-1.0, 1.0}) {
+                if (best.from + sign * d <= best.to + follow) {
+                    least = std::min(least, model.fit(best.from + sign * d, best.to + follow).chi2);
+                }
+                if (best.from + follow <= best.to + sign * d) {
+                    least = std::min(least, model.fit(best.from + follow, best.to + sign * d).chi2);
+                }
+            }
+        }
+        sd = d;
+        if (least > best.fit.chi2 + unit) break;
+    }
+    return sd;
+}
+
+/// The base's acceleration within a stick is what friction gave the walker: not more than while it slipped.
+bool holdable(const BaseCycle& base, const Best& b) {
+    const double limit = 1.3 * std::max(std::abs(b.fit.before), std::abs(b.fit.after));
+    for (int i = 1; i < 10; ++i) {
+        if (std::abs(base.a(b.from + (b.to - b.from) * i / 10)) > limit) return false;
+    }
+    return true;
+}
+
+}  // namespace
+
+std::vector<StickInterval> find_sticks(std::span<const Folded> folded, const Cycle& cycle,
+                                       const BaseCycle& base, double v_D) {
+    const auto regions = near_rest(cycle);
+    std::vector<StickInterval> out;
+    if (regions.size() == 1 && regions[0].from == 0 && regions[0].to == 1) return {{0, 1, 0}};
+    const std::size_t n = regions.size();
+    for (std::size_t i = 0; i < n; ++i) {
+        const Region& here = regions[i];
+        const double before = i > 0 ? regions[i - 1].to : regions[n - 1].to - 1;
+        const double after = i + 1 < n ? regions[i + 1].from : regions[0].from + 1;
+        // Slips are nearly straight only near by, and end where the next meeting begins.
+        constexpr double slip = 0.15, slack = 0.05;
+        const Region window{std::max(before, here.from - slip), std::min(after, here.to + slip)};
+        const StickModel model(points_between(folded, base, v_D, window), base);
+        if (model.freedom() < 3) continue;
+        const Region range{std::max(window.from, here.from - slack), std::min(window.to, here.to + slack)};
+        const Best crossing = search(model, range, range, true), stick = search(model, range, range, false);
+        const double unit = std::max(stick.fit.chi2 / model.freedom(), 1e-6);
+        const double sd = end_sd(model, stick, unit, slack);
+        const bool found = crossing.fit.chi2 - stick.fit.chi2 > 20 * unit && stick.to - stick.from > 2 * sd;
+        if (found && holdable(base, stick)) {
+            const double turn = std::floor(stick.from);
+            out.push_back({stick.from - turn, stick.to - turn, sd});
+        }
+    }
+    std::sort(out.begin(), out.end(), [](const auto& a, const auto& b) { return a.from < b.from; });
+    return out;
+}
+
+}  // namespace shaker

@@ -1,0 +1,91 @@
+#include "daemon/results.hpp"
+
+#include <spdlog/fmt/fmt.h>
+
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <numbers>
+
+namespace shaker {
+
+namespace {
+
+constexpr double deg = 180 / std::numbers::pi;
+
+std::string line(const std::string& name, const Estimate& e, double scale, const std::string& unit) {
+    return fmt::format("  {:<22}{:>24} {}\n", name, with_error(scale * e.value, scale * e.sigma), unit);
+}
+
+nlohmann::json number(double x) { return std::isfinite(x) ? nlohmann::json(x) : nlohmann::json(nullptr); }
+
+}  // namespace
+
+std::string with_error(double value, double sigma) {
+    if (std::isnan(value)) return "not determined";
+    if (!(sigma > 0) || std::isinf(sigma)) return fmt::format("{:.6g}", value);
+    const int digits = std::clamp(1 - static_cast<int>(std::floor(std::log10(sigma))), 0, 12);
+    return fmt::format("{:.{}f} +- {:.{}f}", value, digits, sigma, digits);
+}
+
+std::string results_text(const Reduction& r) {
+    std::string s = "as measured (+- one standard error):\n";
+    s += line("v_D", r.v_D, 1e3, "mm/s");
+    s += line("D", r.D, 1e3, "mm a period");
+    s += line("efficiency", r.efficiency, 1, "");
+    s += line("frequency", r.frequency, 1, "Hz");
+    s += line("gamma", r.gamma, 1, "m/s^2");
+    s += line("rho", r.rho, 1, "");
+    s += line("phi", r.phi, deg, "deg");
+    s += line("V_RMS", r.v_rms, 1e3, "mm/s");
+    for (const MeasuredHarmonic& h : r.harmonics)
+        if (h.q > 2 && h.amplitude.value > 3 * h.amplitude.sigma)
+            s += line(fmt::format("harmonic {}", h.q), h.amplitude, 100 / r.gamma.value, "% of gamma");
+    s += line("accelerometer late", r.accelerometer_late_s, 1e3, "ms");
+    s += line("accelerometer clock", r.accelerometer_ppm, 1, "ppm");
+    s += line("position residual", {r.fit_residual_x_m.value, NAN}, 1e6, "um rms");
+    s += fmt::format("  {:<22}{:>24}\n", "frames used / lost", fmt::format("{} / {}", r.frames, r.frames_lost));
+    if (r.stick.empty()) s += fmt::format("  {:<22}{:>24}\n", "sticks", "never");
+    for (const StickInterval& k : r.stick)
+        s += fmt::format("  {:<22}{:>24} T\n", "sticks", fmt::format("{:.4f} to {:.4f} +- {:.4f}", k.from, k.to, k.sd));
+    for (const std::string& note : r.notes) s += "  note: " + note + "\n";
+    return s;
+}
+
+std::string results_json(const Reduction& r) {
+    nlohmann::json j;
+    const auto put = [&](const char* key, const char* se_key, const Estimate& e) {
+        j[key] = number(e.value);
+        j[se_key] = number(e.sigma);
+    };
+    put("v_D_mps", "v_D_se_mps", r.v_D);
+    put("D_m", "D_se_m", r.D);
+    put("frequency_hz", "frequency_se_hz", r.frequency);
+    put("gamma_mps2", "gamma_se_mps2", r.gamma);
+    put("rho", "rho_se", r.rho);
+    put("phi_rad", "phi_se_rad", r.phi);
+    put("V_RMS_mps", "V_RMS_se_mps", r.v_rms);
+    put("efficiency", "efficiency_se", r.efficiency);
+    put("accelerometer_late_s", "accelerometer_late_se_s", r.accelerometer_late_s);
+    put("accelerometer_ppm", "accelerometer_ppm_se", r.accelerometer_ppm);
+    j["position_residual_m"] = number(r.fit_residual_x_m.value);
+    j["frames"] = r.frames;
+    j["frames_lost"] = r.frames_lost;
+    j["harmonics"] = nlohmann::json::array();
+    for (const MeasuredHarmonic& h : r.harmonics)
+        j["harmonics"].push_back({{"q", h.q},
+                                  {"amplitude_mps2", number(h.amplitude.value)},
+                                  {"amplitude_se_mps2", number(h.amplitude.sigma)},
+                                  {"phase_rad", number(h.phase.value)},
+                                  {"phase_se_rad", number(h.phase.sigma)}});
+    j["stick"] = nlohmann::json::array();
+    for (const StickInterval& k : r.stick) j["stick"].push_back({k.from, k.to});
+    j["periods"] = nlohmann::json::array();
+    for (const PeriodResult& p : r.periods)
+        j["periods"].push_back({{"k", p.k}, {"t_s", number(p.t_s)}, {"D_m", number(p.drift.value)},
+                                {"D_se_m", number(p.drift.sigma)}, {"gamma_mps2", number(p.gamma.value)},
+                                {"phi_rad", number(p.phi.value)}});
+    j["notes"] = r.notes;
+    return j.dump(2);
+}
+
+}  // namespace shaker

@@ -1,0 +1,160 @@
+#include <spdlog/fmt/fmt.h>
+#include <spdlog/spdlog.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <cstdio>
+
+#include "daemon/acquisition.hpp"
+#include "daemon/commands.hpp"
+#include "daemon/director.hpp"
+#include "daemon/loops.hpp"
+#include "daemon/recording.hpp"
+#include "daemon/results.hpp"
+#include "daemon/rigs.hpp"
+#include "drivers/errors.hpp"
+
+namespace shaker {
+
+namespace {
+
+constexpr std::size_t block_samples = 240;  // 5 ms at 48 kHz
+
+std::string settings_text(const RunOptions& o) {
+    return fmt::format(
+        "[run]\nrig = \"{}\"\nfrequency_hz = {}\ngamma_mps2 = {}\nrho = {}\nphi_rad = {}\nperiods = {}\n"
+        "keep_frames = {}\n",
+        o.rig, o.drive.frequency, o.drive.gamma, o.drive.rho, o.drive.phi, o.periods, o.keep_frames);
+}
+
+double common_frame_rate(const Rig& rig) {
+    const double fps = rig.cameras.empty() ? 0 : rig.cameras.front()->view().frame_rate_hz;
+    for (const auto& camera : rig.cameras)
+        if (camera->view().frame_rate_hz != fps)
+            throw InputError{fmt::format("camera \"{}\": frame_rate_hz = {} is not the {} of camera \"{}\"; one trigger "
+                                         "serves all",
+                                         camera->view().camera, camera->view().frame_rate_hz, fps,
+                                         rig.cameras.front()->view().camera)};
+    return fps;
+}
+
+// Where the walker really was, between the two nearest exposures. A straight line between frames 1 ms apart is off
+// by at most mu g h^2 / 8, 0.14 um.
+double walker_at(const std::vector<PoseTruth>& poses, double t) {
+    const auto after = std::ranges::lower_bound(poses, t, {}, [](const PoseTruth& p) { return seconds(p.time); });
+    if (after == poses.end() || after == poses.begin()) return NAN;
+    const auto before = std::prev(after);
+    const double u = (t - seconds(before->time)) / (seconds(after->time) - seconds(before->time));
+    return std::lerp(before->walker, after->walker, u);
+}
+
+void record_truth(SessionWriter& file, const World& world, const std::string& camera, std::size_t index, double v_D) {
+    std::vector<double> frame, t, base, walker;
+    for (const PoseTruth& p : world.truth(index)) {
+        frame.push_back(static_cast<double>(p.tick.n));
+        t.push_back(seconds(p.time));
+        base.push_back(p.base);
+        walker.push_back(p.walker);
+    }
+    file.table("truth/" + camera,
+               {{"frame", "1", frame}, {"t", "s", t}, {"x_base", "m", base}, {"x_walker", "m", walker}});
+    if (index == 0) file.scalar("truth/v_D", v_D, "m/s");
+}
+
+struct Speed {
+    double wall_s, virtual_s, render_s;
+};
+
+void print_truth(const Reduction& r, double v_D, const Speed& speed) {
+    const double off = r.v_D.value - v_D;
+    fmt::print("the simulated truth beside it:\n  {:<22}{:>24} mm/s\n", "v_D of the scene", fmt::format("{:.4f}", 1e3 * v_D));
+    fmt::print("  {:<22}{:>24}\n", "measured minus true",
+               fmt::format("{:+.4f} mm/s = {:+.3f} % = {:+.2f} standard errors", 1e3 * off, 100 * off / v_D,
+                           off / r.v_D.sigma));
+    fmt::print("cost: {:.2f} s of experiment in {:.2f} s, {:.1f} times real time; rendering the pictures took {:.2f} s "
+               "({:.0f} %) of it\n",
+               speed.virtual_s, speed.wall_s, speed.virtual_s / speed.wall_s, speed.render_s,
+               100 * speed.render_s / speed.wall_s);
+}
+
+}  // namespace
+
+void run(const RunOptions& options) {
+    OpenRig bench = open_rig(options.rig, options.scene, options.drive.frequency,
+                             options.threads ? World::Pace::paced : World::Pace::lockstep);
+    Rig& rig = bench.rig;
+    const DacInfo dac = rig.dac->info();
+    SessionHeader header;
+    header.title = fmt::format("gamma {:.4g} m/s^2, phi {:.4g} rad, rho {:.4g}, {:.6g} Hz", options.drive.gamma,
+                               options.drive.phi, options.drive.rho, options.drive.frequency);
+    header.kind = "run";
+    header.config = settings_text(options);
+    if (bench.world) header.scene = scene_text(bench.scene);
+    header.frequency_hz = Synthesiser::realised(options.drive.frequency, dac.rate_hz);
+    header.dac = dac;
+    header.accelerometer = rig.accelerometer->info();
+    for (const auto& camera : rig.cameras) header.views.push_back(camera->view());
+    header.keep_frames = options.keep_frames;
+
+    Recording recording{options.out, header, Recording::Unfinished::keep};
+    Acquisition acquisition{rig, recording.writer()};
+    Output output{dac, options.drive.frequency, common_frame_rate(rig), block_samples};
+    const RunPlan plan{.drive = options.drive, .periods = options.periods, .volts_limit = 0.95 * dac.full_scale_V,
+                       .response = bench.response};
+    Director director{plan, dac.rate_hz, rig.accelerometer->info(),
+                      [](const std::string& what) { spdlog::info("{}", what); }};
+
+    std::vector<Loop> loops{{"output", 70, [&](std::chrono::milliseconds) {
+                                 output_step(output, *rig.dac, acquisition.lanes());
+                                 return true;
+                             }}};
+    for (Loop& loop : acquisition.sensor_loops()) loops.push_back(std::move(loop));
+    loops.push_back({"reduction", 0, [&](std::chrono::milliseconds) {
+                         const bool any = acquisition.collect();
+                         return director.step(acquisition.take(), acquisition.lanes().drive) || any;
+                     }});
+    const auto done = [&] { return director.state() == RunState::done; };
+    const auto began = std::chrono::steady_clock::now();
+    if (options.threads) {
+        const auto unblock = [&] {
+            rig.dac->stop();
+            rig.accelerometer->stop();
+            for (const auto& camera : rig.cameras) camera->stop();
+        };
+        for (const std::string& refused : run_threaded(loops, done, unblock)) spdlog::warn("{}", refused);
+        acquisition.collect();
+    } else {
+        run_lockstep(loops, done);
+    }
+    const std::chrono::duration<double> wall = std::chrono::steady_clock::now() - began;
+
+    const Take& take = acquisition.take();
+    const Reduction r = reduce(measurement_of(take, header.frequency_hz, director.from_s(), director.to_s()));
+    double v_D = NAN;
+    if (bench.world) {
+        const std::vector<PoseTruth> poses = bench.world->truth(0);
+        v_D = (walker_at(poses, director.to_s()) - walker_at(poses, director.from_s())) /
+              (director.to_s() - director.from_s());
+        for (std::size_t i = 0; recording.writer() != nullptr && i < header.views.size(); ++i)
+            record_truth(*recording.writer(), *bench.world, header.views[i].camera, i, v_D);
+    }
+    recording.finish(take, r, director.from_s(), director.to_s());
+
+    if (options.json) {
+        std::fputs((results_json(r) + "\n").c_str(), stdout);
+        return;
+    }
+    fmt::print("{}\n", header.title);
+    std::fputs(results_text(r).c_str(), stdout);
+    const Counters& lost = acquisition.lanes().lost;
+    if (lost.blocks_lost + lost.frames_lost + lost.samples_clamped > 0)
+        fmt::print("lost: {} accelerometer blocks, {} frames; {} samples clamped\n", lost.blocks_lost.load(),
+                   lost.frames_lost.load(), lost.samples_clamped.load());
+    if (bench.world)
+        print_truth(r, v_D, {wall.count(), static_cast<double>(output.synthesiser.tick().n) / dac.rate_hz,
+                             bench.world->render_seconds()});
+    if (!options.out.empty()) fmt::print("recorded: {}\n", options.out.string());
+}
+
+}  // namespace shaker

@@ -1,0 +1,94 @@
+#include "daemon/take.hpp"
+
+#include <cmath>
+
+#include "calibration/camera_scale.hpp"
+#include "daemon/drive_clock.hpp"
+#include "drivers/errors.hpp"
+
+namespace shaker {
+
+namespace {
+
+MotionSeries series_of(const TargetTrack& t) {
+    MotionSeries s;
+    s.view = t.camera;
+    for (const Track& k : t.tracks) {
+        if (!found(k.fix.state) || !std::isfinite(k.x_m)) {
+            ++s.lost;
+            continue;
+        }
+        s.t_s.push_back(seconds(k.time));
+        s.x_m.push_back(k.x_m);
+        s.sd_m.push_back(k.sd_m);
+    }
+    return s;
+}
+
+AccelSeries accelerations_of(const Take& take) {
+    AccelSeries s;
+    s.clock_uncertainty_s = take.accelerometer.clock_uncertainty_s;
+    s.shaker_axis = take.accelerometer.shaker_axis;
+    DriveClock clock{take.dac_rate_hz, take.accelerometer.rate_hz};
+    if (!take.played.empty()) {
+        for (const PlayTime& p : take.played) clock.add(p);
+        for (const AccelBlock& b : take.blocks) clock.add(b);
+    }
+    for (const AccelBlock& b : take.blocks) {
+        for (int i = 0; i < b.size; ++i) {
+            const AccelTick tick{b.first.n + i};
+            s.t_s.push_back(take.played.empty()
+                                ? take.accelerometer.first_sample_s + static_cast<double>(tick.n) / take.accelerometer.rate_hz
+                                : seconds(clock.master(tick)));
+            const auto& c = b.counts[static_cast<std::size_t>(i)];
+            const double scale = take.accelerometer.mps2_per_count;
+            s.a_mps2.push_back({scale * c[0], scale * c[1], scale * c[2]});
+        }
+    }
+    return s;
+}
+
+}  // namespace
+
+Take empty_take(const Rig& rig) {
+    Take take;
+    if (rig.accelerometer) take.accelerometer = rig.accelerometer->info();
+    else take.accelerometer.rate_hz = 0;
+    if (rig.dac) take.dac_rate_hz = rig.dac->info().rate_hz;
+    for (const auto& camera : rig.cameras)
+        for (const Target& target : camera->view().targets)
+            take.tracks.push_back({camera->view().camera, target, {}});
+    return take;
+}
+
+void add_fixes(Take& take, std::size_t first_track, const View& view, const Frame& frame,
+               const std::vector<Fix>& fixes) {
+    if (!frame.mid_exposure)
+        throw DeviceError{"camera \"" + view.camera + "\": a frame came without the time of its exposure"};
+    for (std::size_t i = 0; i < fixes.size(); ++i) {
+        const Target& target = view.targets[i];
+        Track track{.tick = frame.tick, .time = *frame.mid_exposure, .fix = fixes[i]};
+        if (found(fixes[i].state)) {
+            track.x_m = metres_along(view, target.offset_mm, fixes[i].x_px, fixes[i].y_px);
+            track.sd_m = 1e-3 * mm_per_px_at(view, target.offset_mm) * fixes[i].sd_px;
+        }
+        take.tracks[first_track + i].tracks.push_back(track);
+    }
+    ++take.frames;
+}
+
+Measurement measurement_of(const Take& take, double frequency_hz, double from_s, double to_s) {
+    Measurement m;
+    m.frequency_hz = frequency_hz;
+    m.frequency_is_exact = !take.played.empty();
+    m.from_s = from_s;
+    m.to_s = to_s;
+    m.accelerometer = accelerations_of(take);
+    for (const TargetTrack& t : take.tracks) {
+        if (t.target.name == "walker") m.walkers.push_back(series_of(t));
+        if (t.target.name == "base") m.bases.push_back(series_of(t));
+    }
+    return m;
+}
+
+}  // namespace shaker

@@ -1,0 +1,95 @@
+#pragma once
+// Owning HDF5 handles and typed reading and writing. hid_t appears here and nowhere else.
+#include <hdf5.h>
+
+#include <concepts>
+#include <cstdint>
+#include <filesystem>
+#include <span>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace shaker::h5 {
+
+/// Owns one HDF5 identifier of any kind.
+class Handle {
+public:
+    Handle() = default;
+    /// Takes ownership; throws DeviceError naming `what` when the call that made `id` failed.
+    Handle(hid_t id, const std::string& what);
+    Handle(Handle&& other) noexcept : id_{std::exchange(other.id_, H5I_INVALID_HID)} {}
+    Handle& operator=(Handle&& other) noexcept;
+    ~Handle();
+    [[nodiscard]] hid_t get() const noexcept { return id_; }
+
+private:
+    hid_t id_ = H5I_INVALID_HID;
+};
+
+template <class T>
+concept Element = std::same_as<T, double> || std::same_as<T, std::int64_t> || std::same_as<T, std::uint64_t> ||
+                  std::same_as<T, std::int32_t> || std::same_as<T, std::uint8_t> || std::same_as<T, std::uint16_t>;
+
+/// HDF5's name for a C++ type in memory; files hold the same, little-endian.
+template <Element T>
+hid_t type_of() noexcept;
+
+/// Throws DeviceError with `what` and HDF5's own words when a call failed.
+void check(herr_t status, const std::string& what);
+
+Handle create_file(const std::filesystem::path& file);
+/// Read-only; InputError when it is missing or not HDF5.
+Handle open_file(const std::filesystem::path& file);
+/// Group at `path` below `parent`, with the groups on the way; `nx_class` is left out when empty.
+Handle make_group(hid_t parent, const std::string& path, const std::string& nx_class);
+
+void set_attribute(hid_t object, const std::string& name, const std::string& text);
+void set_attribute(hid_t object, const std::string& name, double value);
+void set_attribute(hid_t object, const std::string& name, std::int64_t value);
+void set_attribute(hid_t object, const std::string& name, const std::vector<std::string>& texts);
+
+/// Whole data sets. `shape` is the product of values.size(); a text is a fixed-length string.
+template <Element T>
+void write(hid_t parent, const std::string& name, std::span<const T> values, std::vector<hsize_t> shape,
+           const std::string& units);
+void write_text(hid_t parent, const std::string& name, const std::string& text);
+
+bool exists(hid_t parent, const std::string& path);
+/// Names of what is in a group, in alphabetical order.
+std::vector<std::string> names_in(hid_t parent, const std::string& path);
+
+/// Reading throws InputError naming the path when it is missing, of another kind, or larger than `limit` elements.
+std::vector<hsize_t> shape_of(hid_t parent, const std::string& path);
+template <Element T>
+std::vector<T> read(hid_t parent, const std::string& path, std::size_t limit = 400'000'000);
+std::string read_text(hid_t parent, const std::string& path);
+std::string read_attribute_text(hid_t parent, const std::string& path, const std::string& name);
+double read_attribute(hid_t parent, const std::string& path, const std::string& name);
+/// Row `index` along the first axis into `row`, whose size is the product of the other extents.
+template <Element T>
+void read_row(hid_t parent, const std::string& path, hsize_t index, std::span<T> row);
+
+/// A data set that grows along its first axis.
+template <Element T>
+class Appender {
+public:
+    Appender() = default;
+    /// `row`: extents of the other axes; `chunk`: rows in a chunk.
+    Appender(hid_t parent, const std::string& name, std::vector<hsize_t> row, hsize_t chunk,
+             const std::string& units);
+    /// Adds whole rows; they are written when `chunk` of them have gathered, or by flush().
+    void append(std::span<const T> rows);
+    void append(T value) { append(std::span<const T>{&value, 1}); }
+    void flush();
+    [[nodiscard]] hid_t id() const noexcept { return set_.get(); }
+
+private:
+    Handle set_;
+    std::vector<hsize_t> extent_;  // extent_[0]: rows in the file
+    std::size_t row_size_ = 1;
+    std::size_t chunk_rows_ = 1;
+    std::vector<T> waiting_;
+};
+
+}  // namespace shaker::h5

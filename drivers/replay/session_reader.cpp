@@ -1,0 +1,158 @@
+#include <algorithm>
+
+#include "drivers/errors.hpp"
+#include "drivers/replay/opened_session.hpp"
+
+namespace shaker {
+
+namespace {
+
+int whole(hid_t at, const std::string& path, const std::string& name, int min, int max) {
+    const double v = h5::read_attribute(at, path, name);
+    if (!(v >= min && v <= max))
+        throw InputError{"recording: " + path + "@" + name + " = " + std::to_string(v) + " is not in " +
+                         std::to_string(min) + ".." + std::to_string(max)};
+    return static_cast<int>(v);
+}
+
+View read_view(hid_t entry, const std::string& camera) {
+    const std::string path = "raw/" + camera;
+    View view;
+    view.camera = camera;
+    view.mm_per_px = h5::read_attribute(entry, path, "mm_per_px");
+    view.distance_mm = h5::read_attribute(entry, path, "distance_mm");
+    view.along = {h5::read_attribute(entry, path, "along_x"), h5::read_attribute(entry, path, "along_y")};
+    view.frame_rate_hz = h5::read_attribute(entry, path, "frame_rate_hz");
+    view.exposure_s = h5::read_attribute(entry, path, "exposure_s");
+    const std::vector<std::string> names = h5::names_in(entry, path + "/targets");
+    view.targets.resize(names.size());
+    for (const std::string& name : names) {
+        const std::string at = path + "/targets/" + name;
+        Target& t = view.targets[static_cast<std::size_t>(
+            whole(entry, at, "order", 0, static_cast<int>(names.size()) - 1))];
+        t.name = name;
+        t.kind = static_cast<TargetKind>(whole(entry, at, "kind", 0, static_cast<int>(TargetKind::patch)));
+        t.polarity = static_cast<Polarity>(whole(entry, at, "polarity", 0, 1));
+        t.diameter_mm = h5::read_attribute(entry, at, "diameter_mm");
+        t.width_mm = h5::read_attribute(entry, at, "width_mm");
+        t.pitch_mm = h5::read_attribute(entry, at, "pitch_mm");
+        t.offset_mm = h5::read_attribute(entry, at, "offset_mm");
+        for (std::size_t k = 0; k < 4; ++k)
+            t.roi_px[k] = whole(entry, at, std::string{"roi_"} + "xywh"[k] + "_px", -100000, 100000);
+    }
+    return view;
+}
+
+AccelerometerInfo read_accelerometer(hid_t entry) {
+    const std::string path = "raw/accelerometer";
+    AccelerometerInfo a;
+    a.name = h5::read_attribute_text(entry, path, "name");
+    a.rate_hz = h5::read_attribute(entry, path, "rate_hz");
+    a.mps2_per_count = h5::read_attribute(entry, path, "mps2_per_count");
+    a.first_sample_s = h5::read_attribute(entry, path, "first_sample_s");
+    a.clock_uncertainty_s = h5::read_attribute(entry, path, "clock_uncertainty_s");
+    for (std::size_t k = 0; k < 3; ++k)
+        a.shaker_axis[k] = h5::read_attribute(entry, path, std::string{"shaker_axis_"} + "xyz"[k]);
+    return a;
+}
+
+template <class T>
+void same_length(const std::vector<T>& a, std::size_t n, const std::string& path) {
+    if (a.size() != n)
+        throw InputError{"recording: " + path + " has " + std::to_string(a.size()) + " entries beside " +
+                         std::to_string(n)};
+}
+
+HostTime host(std::int64_t ns) { return HostTime{std::chrono::nanoseconds{ns}}; }
+
+}  // namespace
+
+SessionReader::SessionReader(const std::filesystem::path& file) : opened_{std::make_unique<Opened>()} {
+    opened_->file = h5::open_file(file);
+    if (!h5::exists(opened_->file.get(), "entry"))
+        throw InputError{file.string() + ": not a recording of shakerd: it has no group \"entry\""};
+    opened_->entry = h5::Handle{H5Gopen2(opened_->file.get(), "entry", H5P_DEFAULT), "entry"};
+    const hid_t e = opened_->entry.get();
+    SessionHeader& header = opened_->header;
+    header.title = h5::read_text(e, "title");
+    header.kind = h5::read_text(e, "process/kind");
+    header.config = h5::read_text(e, "process/config_text");
+    header.scene = h5::read_text(e, "process/scene_text");
+    header.frequency_hz = h5::read_attribute(e, "process", "frequency_hz");
+    header.keep_frames = whole(e, "process", "keep_frames", 0, 1) != 0;
+    header.dac = {h5::read_attribute_text(e, "raw/drive", "name"), h5::read_attribute(e, "raw/drive", "rate_hz"),
+                   h5::read_attribute(e, "raw/drive", "full_scale_V")};
+    header.accelerometer = read_accelerometer(e);
+    header.views.resize(static_cast<std::size_t>(whole(e, "process", "cameras", 0, 64)));
+    for (const std::string& name : h5::names_in(e, "raw")) {
+        if (name == "drive" || name == "accelerometer") continue;
+        const int order = whole(e, "raw/" + name, "order", 0, static_cast<int>(header.views.size()) - 1);
+        header.views[static_cast<std::size_t>(order)] = read_view(e, name);
+    }
+}
+
+SessionReader::~SessionReader() = default;
+
+const SessionHeader& SessionReader::header() const noexcept { return opened_->header; }
+
+std::vector<PlayTime> SessionReader::play_times() const {
+    const auto tick = h5::read<std::int64_t>(opened_->entry.get(), "raw/drive/play_tick");
+    const auto heard = h5::read<std::int64_t>(opened_->entry.get(), "raw/drive/play_heard");
+    same_length(heard, tick.size(), "raw/drive/play_heard");
+    std::vector<PlayTime> out(tick.size());
+    for (std::size_t i = 0; i < out.size(); ++i) out[i] = {{tick[i]}, host(heard[i])};
+    return out;
+}
+
+std::vector<DriveChange> SessionReader::changes() const {
+    const std::string g = "raw/drive/changes/";
+    const auto first = h5::read<std::int64_t>(opened_->entry.get(), g + "first_tick");
+    const auto ramp = h5::read<std::int64_t>(opened_->entry.get(), g + "ramp_samples");
+    const auto ramp_periods = h5::read<std::int64_t>(opened_->entry.get(), g + "ramp_periods");
+    const auto phase = h5::read<std::uint64_t>(opened_->entry.get(), g + "phase");
+    const auto step = h5::read<std::uint64_t>(opened_->entry.get(), g + "step");
+    const auto sequence = h5::read<std::uint64_t>(opened_->entry.get(), g + "sequence");
+    const auto frequency = h5::read<double>(opened_->entry.get(), g + "frequency");
+    const auto re = h5::read<double>(opened_->entry.get(), g + "harmonics_re");
+    const auto im = h5::read<double>(opened_->entry.get(), g + "harmonics_im");
+    for (const auto* v : {&ramp, &ramp_periods}) same_length(*v, first.size(), g);
+    for (const auto* v : {&phase, &step, &sequence}) same_length(*v, first.size(), g);
+    same_length(frequency, first.size(), g + "frequency");
+    for (const auto* v : {&re, &im}) same_length(*v, max_harmonics * first.size(), g + "harmonics");
+    std::vector<DriveChange> out(first.size());
+    for (std::size_t i = 0; i < out.size(); ++i) {
+        DriveChange& c = out[i];
+        for (std::size_t k = 0; k < max_harmonics; ++k)
+            c.command.volts.a[k] = {re[max_harmonics * i + k], im[max_harmonics * i + k]};
+        c.command.frequency = frequency[i];
+        c.command.ramp_periods = static_cast<int>(ramp_periods[i]);
+        c.command.sequence = sequence[i];
+        c.first = {first[i]};
+        c.ramp = ramp[i];
+        c.phase = phase[i];
+        c.step = step[i];
+    }
+    return out;
+}
+
+bool SessionReader::has(const std::string& path) const { return h5::exists(opened_->entry.get(), path); }
+
+std::vector<std::string> SessionReader::names(const std::string& path) const { return h5::names_in(opened_->entry.get(), path); }
+
+std::vector<Column> SessionReader::table(const std::string& path) const {
+    std::vector<Column> columns;
+    for (const std::string& name : h5::names_in(opened_->entry.get(), path)) {
+        const std::string at = path + "/" + name;
+        columns.push_back({name, h5::read_attribute_text(opened_->entry.get(), at, "units"), h5::read<double>(opened_->entry.get(), at)});
+    }
+    if (columns.empty()) throw InputError{"recording has no table \"" + path + "\""};
+    return columns;
+}
+
+double SessionReader::scalar(const std::string& path) const {
+    const auto values = h5::read<double>(opened_->entry.get(), path, 1);
+    if (values.size() != 1) throw InputError{"recording: \"" + path + "\" is not one number"};
+    return values.front();
+}
+
+}  // namespace shaker

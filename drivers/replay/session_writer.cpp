@@ -1,0 +1,240 @@
+#include <spdlog/fmt/fmt.h>
+
+#include <list>
+
+#include "drivers/errors.hpp"
+#include "drivers/replay/h5.hpp"
+#include "drivers/replay/session_file.hpp"
+
+namespace shaker {
+
+namespace {
+
+constexpr hsize_t stamp_chunk = 1024;
+
+void describe(hid_t group, const DacInfo& dac) {
+    h5::set_attribute(group, "name", dac.name);
+    h5::set_attribute(group, "rate_hz", dac.rate_hz);
+    h5::set_attribute(group, "full_scale_V", dac.full_scale_V);
+}
+
+void describe(hid_t group, const AccelerometerInfo& a) {
+    h5::set_attribute(group, "name", a.name);
+    h5::set_attribute(group, "rate_hz", a.rate_hz);
+    h5::set_attribute(group, "mps2_per_count", a.mps2_per_count);
+    h5::set_attribute(group, "first_sample_s", a.first_sample_s);
+    h5::set_attribute(group, "clock_uncertainty_s", a.clock_uncertainty_s);
+    for (std::size_t k = 0; k < 3; ++k)
+        h5::set_attribute(group, fmt::format("shaker_axis_{}", "xyz"[k]), a.shaker_axis[k]);
+}
+
+void describe(hid_t group, const View& view) {
+    h5::set_attribute(group, "mm_per_px", view.mm_per_px);
+    h5::set_attribute(group, "distance_mm", view.distance_mm);
+    h5::set_attribute(group, "along_x", view.along[0]);
+    h5::set_attribute(group, "along_y", view.along[1]);
+    h5::set_attribute(group, "frame_rate_hz", view.frame_rate_hz);
+    h5::set_attribute(group, "exposure_s", view.exposure_s);
+    std::int64_t order = 0;
+    for (const Target& t : view.targets) {
+        const h5::Handle g = h5::make_group(group, "targets/" + t.name, "NXcollection");
+        h5::set_attribute(g.get(), "order", order++);
+        h5::set_attribute(g.get(), "kind", std::int64_t{static_cast<int>(t.kind)});
+        h5::set_attribute(g.get(), "polarity", std::int64_t{static_cast<int>(t.polarity)});
+        h5::set_attribute(g.get(), "diameter_mm", t.diameter_mm);
+        h5::set_attribute(g.get(), "width_mm", t.width_mm);
+        h5::set_attribute(g.get(), "pitch_mm", t.pitch_mm);
+        h5::set_attribute(g.get(), "offset_mm", t.offset_mm);
+        for (std::size_t k = 0; k < 4; ++k)
+            h5::set_attribute(g.get(), fmt::format("roi_{}_px", "xywh"[k]), std::int64_t{t.roi_px[k]});
+    }
+}
+
+}  // namespace
+
+struct SessionWriter::Streams {
+    struct CameraStream {
+        bool frames_made = false;
+        h5::Handle group;
+        h5::Appender<std::uint8_t> pixels8;
+        h5::Appender<std::uint16_t> pixels16;
+        h5::Appender<std::int64_t> tick, arrived;
+        h5::Appender<double> mid_exposure;
+        h5::Appender<std::uint8_t> quality;
+    };
+    h5::Handle file, entry;
+    bool keep_frames = true;
+    h5::Appender<std::int64_t> play_tick, play_heard;
+    std::vector<DriveChange> changes;
+    h5::Appender<std::int32_t> counts;
+    h5::Appender<std::int64_t> block_first, block_arrived;
+    h5::Appender<std::uint8_t> block_quality, block_size;
+    std::list<CameraStream> cameras;
+
+    void open_drive(const DacInfo& dac);
+    void open_accelerometer(const AccelerometerInfo& info);
+    void open_camera(const View& view, std::int64_t order);
+    void write_changes();
+};
+
+void SessionWriter::Streams::open_drive(const DacInfo& dac) {
+    const h5::Handle g = h5::make_group(entry.get(), "raw/drive", "NXcollection");
+    describe(g.get(), dac);
+    play_tick = {g.get(), "play_tick", {}, stamp_chunk, "1"};
+    play_heard = {g.get(), "play_heard", {}, stamp_chunk, "ns"};
+}
+
+void SessionWriter::Streams::open_accelerometer(const AccelerometerInfo& info) {
+    const h5::Handle g = h5::make_group(entry.get(), "raw/accelerometer", "NXcollection");
+    describe(g.get(), info);
+    counts = {g.get(), "counts", {3}, 4096, "count"};
+    block_first = {g.get(), "block_first", {}, stamp_chunk, "1"};
+    block_arrived = {g.get(), "block_arrived", {}, stamp_chunk, "ns"};
+    block_quality = {g.get(), "block_quality", {}, stamp_chunk, "1"};
+    block_size = {g.get(), "block_size", {}, stamp_chunk, "1"};
+}
+
+void SessionWriter::Streams::open_camera(const View& view, std::int64_t order) {
+    CameraStream& c = cameras.emplace_back();
+    c.group = h5::make_group(entry.get(), "raw/" + view.camera, "NXcollection");
+    h5::set_attribute(c.group.get(), "order", order);
+    describe(c.group.get(), view);
+    c.tick = {c.group.get(), "tick", {}, stamp_chunk, "1"};
+    c.arrived = {c.group.get(), "arrived", {}, stamp_chunk, "ns"};
+    c.mid_exposure = {c.group.get(), "mid_exposure", {}, stamp_chunk, "s"};
+    c.quality = {c.group.get(), "quality", {}, stamp_chunk, "1"};
+}
+
+SessionWriter::~SessionWriter() = default;
+
+SessionWriter::SessionWriter(const std::filesystem::path& file, const SessionHeader& header)
+    : streams_{std::make_unique<Streams>()} {
+    Streams& s = *streams_;
+    s.file = h5::create_file(file);
+    s.keep_frames = header.keep_frames;
+        h5::set_attribute(streams_->file.get(), "NX_class", std::string{"NXroot"});
+    h5::set_attribute(streams_->file.get(), "default", std::string{"entry"});
+    h5::set_attribute(streams_->file.get(), "creator", std::string{"shakerd"});
+    streams_->entry = h5::make_group(streams_->file.get(), "entry", "NXentry");
+    h5::set_attribute(streams_->entry.get(), "default", std::string{"cycle"});
+    h5::write_text(streams_->entry.get(), "title", header.title);
+    const h5::Handle process = h5::make_group(streams_->entry.get(), "process", "NXprocess");
+    h5::write_text(process.get(), "program", "shakerd");
+    h5::write_text(process.get(), "version", SHAKER_VERSION);
+    h5::write_text(process.get(), "kind", header.kind);
+    h5::write_text(process.get(), "config_text", header.config);
+    h5::write_text(process.get(), "scene_text", header.scene);
+    h5::set_attribute(process.get(), "frequency_hz", header.frequency_hz);
+    h5::set_attribute(process.get(), "keep_frames", std::int64_t{header.keep_frames});
+
+    h5::set_attribute(process.get(), "cameras", static_cast<std::int64_t>(header.views.size()));
+    s.open_drive(header.dac);
+    s.open_accelerometer(header.accelerometer);
+    for (std::size_t k = 0; k < header.views.size(); ++k)
+        s.open_camera(header.views[k], static_cast<std::int64_t>(k));
+}
+
+void SessionWriter::add(const PlayTime& played) {
+    streams_->play_tick.append(played.tick.n);
+    streams_->play_heard.append(played.heard.time_since_epoch().count());
+}
+
+void SessionWriter::add(const DriveChange& change) { streams_->changes.push_back(change); }
+
+void SessionWriter::add(const AccelBlock& block) {
+    streams_->block_first.append(block.first.n);
+    streams_->block_arrived.append(block.arrived.time_since_epoch().count());
+    streams_->block_quality.append(static_cast<std::uint8_t>(block.quality));
+    streams_->block_size.append(static_cast<std::uint8_t>(block.size));
+    streams_->counts.append({block.counts.front().data(), 3 * static_cast<std::size_t>(block.size)});
+}
+
+void SessionWriter::add(std::size_t camera, const Frame& frame) {
+    auto c = std::next(streams_->cameras.begin(), static_cast<std::ptrdiff_t>(camera));
+    c->tick.append(frame.tick.n);
+    c->arrived.append(frame.arrived.time_since_epoch().count());
+    c->mid_exposure.append(frame.mid_exposure ? seconds(*frame.mid_exposure)
+                                              : std::numeric_limits<double>::quiet_NaN());
+    c->quality.append(static_cast<std::uint8_t>(frame.quality));
+    if (!streams_->keep_frames) return;
+    if (!std::exchange(c->frames_made, true)) {
+        const std::vector<hsize_t> size{static_cast<hsize_t>(frame.height), static_cast<hsize_t>(frame.width)};
+        if (frame.bytes_per_pixel == 1) c->pixels8 = {c->group.get(), "frames", size, 1, "count"};
+        else c->pixels16 = {c->group.get(), "frames", size, 1, "count"};
+    }
+    if (frame.bytes_per_pixel == 1) {
+        c->pixels8.append({reinterpret_cast<const std::uint8_t*>(frame.pixels.data()), frame.pixels.size()});
+    } else {
+        c->pixels16.append({reinterpret_cast<const std::uint16_t*>(frame.pixels.data()), frame.pixels.size() / 2});
+    }
+}
+
+void SessionWriter::table(const std::string& path, const std::vector<Column>& columns, const std::string& nx_class,
+                          const std::map<std::string, std::string>& attributes) {
+    const h5::Handle group = h5::make_group(streams_->entry.get(), path, nx_class);
+    for (const auto& [name, text] : attributes) h5::set_attribute(group.get(), name, text);
+    for (const Column& c : columns)
+        h5::write<double>(group.get(), c.name, c.values, {c.values.size()}, c.units);
+}
+
+void SessionWriter::scalar(const std::string& path, double value, const std::string& units) {
+    const std::size_t slash = path.rfind('/');
+    const std::string parent = path.substr(0, slash);
+    const h5::Handle group = h5::exists(streams_->entry.get(), parent)
+                                 ? h5::Handle{H5Gopen2(streams_->entry.get(), parent.c_str(), H5P_DEFAULT), parent}
+                                 : h5::make_group(streams_->entry.get(), parent, "NXcollection");
+    h5::write<double>(group.get(), path.substr(slash + 1), {&value, 1}, {}, units);
+}
+
+void SessionWriter::text(const std::string& path, const std::string& text) {
+    h5::write_text(streams_->entry.get(), path, text);
+}
+
+void SessionWriter::Streams::write_changes() {
+    std::vector<std::int64_t> first, ramp, ramp_periods;
+    std::vector<std::uint64_t> phase, step, sequence;
+    std::vector<double> re, im, frequency;
+    for (const DriveChange& c : changes) {
+        first.push_back(c.first.n);
+        ramp.push_back(c.ramp);
+        ramp_periods.push_back(c.command.ramp_periods);
+        phase.push_back(c.phase);
+        step.push_back(c.step);
+        sequence.push_back(c.command.sequence);
+        frequency.push_back(c.command.frequency);
+        for (const std::complex<double>& a : c.command.volts.a) {
+            re.push_back(a.real());
+            im.push_back(a.imag());
+        }
+    }
+    const hsize_t n = changes.size();
+    const h5::Handle g = h5::make_group(entry.get(), "raw/drive/changes", "NXcollection");
+    h5::write<std::int64_t>(g.get(), "first_tick", first, {n}, "1");
+    h5::write<std::int64_t>(g.get(), "ramp_samples", ramp, {n}, "1");
+    h5::write<std::int64_t>(g.get(), "ramp_periods", ramp_periods, {n}, "1");
+    h5::write<std::uint64_t>(g.get(), "phase", phase, {n}, "1");
+    h5::write<std::uint64_t>(g.get(), "step", step, {n}, "1");
+    h5::write<std::uint64_t>(g.get(), "sequence", sequence, {n}, "1");
+    h5::write<double>(g.get(), "frequency", frequency, {n}, "Hz");
+    h5::write<double>(g.get(), "harmonics_re", re, {n, max_harmonics}, "V");
+    h5::write<double>(g.get(), "harmonics_im", im, {n, max_harmonics}, "V");
+}
+
+void SessionWriter::flush() {
+    streams_->write_changes();
+    for (auto* a : {&streams_->play_tick, &streams_->play_heard, &streams_->block_first, &streams_->block_arrived}) a->flush();
+    streams_->counts.flush();
+    streams_->block_quality.flush();
+    streams_->block_size.flush();
+    for (Streams::CameraStream& c : streams_->cameras) {
+        c.tick.flush();
+        c.arrived.flush();
+        c.mid_exposure.flush();
+        c.quality.flush();
+        c.pixels8.flush();
+        c.pixels16.flush();
+    }
+    h5::check(H5Fflush(streams_->file.get(), H5F_SCOPE_GLOBAL), "flushing the recording");
+}
+
+}  // namespace shaker

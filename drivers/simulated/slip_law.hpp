@@ -1,0 +1,93 @@
+#pragma once
+// Slip in one direction, in closed form, and the instant it ends.
+#include <cstddef>
+#include <vector>
+
+#include "drivers/trig_polynomial.hpp"
+
+namespace shaker {
+
+/// Velocity and position of the walker, m/s and m.
+struct Motion {
+    double v = 0;
+    double x = 0;
+};
+
+/// What rules a slip: the slip's own sign s in dv/dt = g sin b - s mu_k n(t) - c (v - v_B).
+struct SlipForces {
+    int sign = 1;                                                // s
+    double omega = two_pi;                                       // rad/s
+    double mean = 0;                                             // g sin b - s mu_k g cos b, m/s^2
+    double mu_k = 0;                                             //
+    double viscous = 0;                                          // c, 1/s
+    std::array<std::complex<double>, max_harmonics> base{};      // a_B, m/s^2
+    std::array<std::complex<double>, max_harmonics> vertical{};  // a_z, m/s^2
+};
+
+/// Phases are in rad within one period, [0, 2 pi]. With kappa = c/omega, e^{kappa theta} v_R(theta) = C +
+/// K(theta), where C is constant during a slip and K' = e^{kappa theta} f/omega with f = dv/dt - a_B at v_R =
+/// 0. So the phases where f changes sign, known beforehand, cut every slip into monotone pieces, viscous or
+/// not, and only the far ends of the pieces that lead towards v_R = 0 need looking at. Immutable.
+class SlipLaw {
+public:
+    explicit SlipLaw(const SlipForces& forces);
+
+    /// K at a phase.
+    [[nodiscard]] double K(double phase) const noexcept { return K_and_f(phase, turn(phase)).K; }
+    [[nodiscard]] double K(double phase, Turn z) const noexcept { return K_and_f(phase, z).K; }
+    /// dv_R/dt at v_R = 0, m/s^2.
+    [[nodiscard]] double f(double phase) const noexcept { return f_(phase); }
+    /// e^{kappa theta}.
+    [[nodiscard]] double growth(double phase) const noexcept {
+        return kappa_ == 0 ? 1 : std::exp(kappa_ * phase);
+    }
+    /// Motion at phase `to` of a slip that had motion `m` at phase `from` <= to.
+    [[nodiscard]] Motion advance(Motion m, double from, double to) const noexcept;
+
+    struct Zero {
+        double phase = 0;
+        Turn at;
+    };
+    static constexpr double never = 1e300;
+    /// First v_R = 0 after `from` in this period for the slip with constant C (s v_R >= 0 at `from`); its
+    /// phase is `never` when there is none. Pieces that end before `ignore_until` are taken as walked
+    /// through.
+    [[nodiscard]] Zero next_zero(double from, double C, double ignore_until) const noexcept;
+
+private:
+    struct KAndF {
+        double K;
+        double f;
+    };
+    /// A piece on which s v_R falls; K is given at its far end.
+    struct Falling {
+        double from;
+        double to;
+        double K_to;
+        bool ends_at_seam;
+    };
+    struct Node {
+        double K;
+        double slope;  // dK/dtheta
+    };
+
+    [[nodiscard]] KAndF K_and_f(double phase, Turn z) const noexcept;
+    [[nodiscard]] double guess(std::size_t cell, double C, double a, double b) const noexcept;
+    [[nodiscard]] Zero zero_in(double a, double b, double C) const noexcept;
+    void find_falling_pieces();
+
+    double sign_;
+    double omega_;
+    double kappa_;
+    double mean_;
+    TrigPolynomial f_;           // mean - a_B - s mu_k a_z
+    TrigPolynomial K_periodic_;  // -Im sum A_q e^{iq theta} / (kappa + iq) / omega, A = a_B + s mu_k a_z
+    TrigPolynomial U_;           // periodic response of v to what is periodic in the forces, m/s
+    TrigPolynomial Y_;           // and of x, m
+    double slope_bound_ = 0;     // of f, for the error left after a Newton step
+    double node_spacing_ = 0;    // rad
+    std::vector<Falling> falling_;
+    std::vector<Node> nodes_;  // K on a uniform grid, ends included: where Newton's method starts
+};
+
+}  // namespace shaker

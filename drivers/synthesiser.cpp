@@ -1,0 +1,261 @@
+#include "drivers/synthesiser.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <string>
+
+#include "drivers/errors.hpp"
+
+namespace shaker {
+namespace {
+
+// Samples are computed side by side in this many lanes, which the compiler turns into vector instructions.
+// Every lane does the same arithmetic as one sample alone would.
+constexpr std::size_t lanes = 8;
+using Lanes = std::array<double, lanes>;
+using Phases = std::array<std::uint64_t, lanes>;
+
+/// Cosine and sine of phase / 2^64 turns to 2e-16. Our own, because the C library's differs in the last bit
+/// from one processor to another. Taylor terms up to x^16 suffice within an eighth of a turn of a quarter
+/// point.
+void unit_circle(const Phases& phase, Lanes& cosine, Lanes& sine) noexcept {
+    constexpr auto inverse_factorial = [] {
+        std::array<double, 17> a{1};
+        double product = 1;
+        for (std::size_t n = 1; n < a.size(); ++n) a[n] = 1 / (product *= static_cast<double>(n));
+        return a;
+    }();
+    Lanes x;
+    Lanes quarter;
+    for (std::size_t i = 0; i < lanes; ++i) {
+        const std::uint64_t nearest = (phase[i] + (std::uint64_t{1} << 61)) >> 62;
+        x[i] =
+            static_cast<double>(static_cast<std::int64_t>(phase[i] - (nearest << 62))) * (two_pi * 0x1p-64);
+        quarter[i] = static_cast<double>(nearest & 3);
+    }
+    for (std::size_t i = 0; i < lanes; ++i) {
+        const double minus_square = -x[i] * x[i];
+        double c = inverse_factorial[16];
+        double s = inverse_factorial[15];
+        for (std::size_t n = 14; n >= 2; n -= 2) {
+            c = c * minus_square + inverse_factorial[n];
+            s = s * minus_square + inverse_factorial[n - 1];
+        }
+        c = c * minus_square + 1;
+        s *= x[i];
+        const bool odd = quarter[i] == 1 || quarter[i] == 3;
+        const double c_turned = odd ? s : c;
+        const double s_turned = odd ? c : s;
+        cosine[i] = quarter[i] == 1 || quarter[i] == 2 ? -c_turned : c_turned;
+        sine[i] = quarter[i] >= 2 ? -s_turned : s_turned;
+    }
+}
+
+/// Raised cosine from 0 at sample 0 of the ramp towards 1 at sample `ramp`, for the samples from `first` on.
+void ramp_weights(std::int64_t first, std::int64_t ramp, Lanes& weight) noexcept {
+    const std::uint64_t half_turn = (std::uint64_t{1} << 63) / static_cast<std::uint64_t>(ramp);
+    Phases phase;
+    for (std::size_t i = 0; i < lanes; ++i) phase[i] = (static_cast<std::uint64_t>(first) + i) * half_turn;
+    Lanes sine;
+    unit_circle(phase, weight, sine);
+    for (double& w : weight) w = 0.5 - 0.5 * w;
+}
+
+/// Phase a sample, a part `weight` of the way from one step to another.
+std::uint64_t step_between(std::uint64_t from, std::uint64_t to, double weight) noexcept {
+    const double difference = static_cast<double>(static_cast<std::int64_t>(to - from));
+    return from + static_cast<std::uint64_t>(static_cast<std::int64_t>(weight * difference));
+}
+
+/// Im sum_q a_q z^q by Horner's rule, where coefficient(q - 1, lane) is a_q in that lane.
+template <class Coefficient>
+void evaluate(int order, const Phases& phase, Lanes& volts, Coefficient coefficient) noexcept {
+    Lanes c;
+    Lanes s;
+    unit_circle(phase, c, s);
+    Lanes re{};
+    volts.fill(0);
+    for (int q = order; q >= 1; --q) {
+        for (std::size_t i = 0; i < lanes; ++i) {
+            const auto [a_re, a_im] = coefficient(static_cast<std::size_t>(q - 1), i);
+            const double sum_re = re[i] + a_re;
+            const double sum_im = volts[i] + a_im;
+            re[i] = sum_re * c[i] - sum_im * s[i];
+            volts[i] = sum_re * s[i] + sum_im * c[i];
+        }
+    }
+}
+
+struct Complex {
+    double re;
+    double im;
+};
+
+std::uint64_t step_of(double frequency, double rate_hz) noexcept {
+    // long double carries the 64 bits that a step may need; the quotient is then rounded once.
+    return static_cast<std::uint64_t>(std::llround(static_cast<long double>(frequency) / rate_hz * 0x1p64L));
+}
+
+/// At least one period in 2^32 samples, and every harmonic below half the rate.
+bool playable(double frequency, int order, double rate_hz) noexcept {
+    return frequency >= rate_hz * 0x1p-32 && frequency * std::max(order, 1) < rate_hz / 2;
+}
+
+/// Finite, with room for the sums on the way.
+bool finite(const Harmonics<Voltage>& volts) noexcept {
+    double sum = 0;
+    for (const auto& a : volts.a) sum += std::abs(a.real()) + std::abs(a.imag());
+    return std::isfinite(4 * sum);
+}
+
+}  // namespace
+
+Synthesiser::Synthesiser(double rate_hz, double frequency, double limit_V)
+    : rate_hz_{rate_hz}, limit_V_{limit_V}, step_{0}, last_step_{1} {
+    if (!(rate_hz > 0 && std::isfinite(rate_hz)))
+        throw InputError{"sample rate " + std::to_string(rate_hz) + " Hz: must be positive"};
+    if (!playable(frequency, 1, rate_hz))
+        throw InputError{"frequency " + std::to_string(frequency) + " Hz: must be at least " +
+                         std::to_string(rate_hz * 0x1p-32) + " and below " + std::to_string(rate_hz / 2) +
+                         " Hz"};
+    if (!(limit_V > 0 && std::isfinite(limit_V)))
+        throw InputError{"voltage limit " + std::to_string(limit_V) + " V: must be positive"};
+    step_ = step_of(frequency, rate_hz);
+}
+
+void Synthesiser::set(const DriveCommand& command) noexcept {
+    if (finite(command.volts) && command.ramp_periods >= 1 &&
+        playable(command.frequency, command.volts.order(), rate_hz_))
+        pending_ = command;
+    else
+        ++refused_;
+}
+
+void Synthesiser::fill(std::span<double> volts) noexcept {
+    changed_ = false;
+    while (!volts.empty()) {
+        const auto n = next_stretch(static_cast<std::int64_t>(volts.size()));
+        const auto stretch = volts.first(static_cast<std::size_t>(n));
+        if (ramping_)
+            fill_ramp(stretch);
+        else
+            fill_steady(stretch);
+        volts = volts.subspan(stretch.size());
+    }
+}
+
+void Synthesiser::skip(std::int64_t samples) noexcept {
+    changed_ = false;
+    while (samples > 0) {
+        const std::int64_t n = next_stretch(samples);
+        if (ramping_) {
+            skip_ramp(n);
+        } else {
+            phase_ += static_cast<std::uint64_t>(n) * step_;
+            last_step_ = step_;
+            tick_.n += n;
+        }
+        samples -= n;
+    }
+}
+
+std::int64_t Synthesiser::next_stretch(std::int64_t wanted) noexcept {
+    if (ramping_ && tick_.n == change_.first.n + change_.ramp) end_ramp();
+    if (ramping_) return std::min(wanted, change_.first.n + change_.ramp - tick_.n);
+    if (!pending_) return wanted;
+    if (phase_ < last_step_) {
+        begin_change();
+        return std::min(wanted, change_.ramp);
+    }
+    // The wrap is 2^64 - phase_ away, which is -phase_; phase_ is not 0 here.
+    const std::uint64_t to_wrap = (-phase_ - 1) / step_ + 1;
+    return std::min(wanted, static_cast<std::int64_t>(to_wrap));
+}
+
+void Synthesiser::begin_change() noexcept {
+    const double period = 0x1p64 / static_cast<double>(step_);
+    change_ = {*pending_, tick_, std::llround(pending_->ramp_periods * period), phase_,
+               step_of(pending_->frequency, rate_hz_)};
+    order_ = std::max(volts_.order(), change_.command.volts.order());
+    pending_.reset();
+    changed_ = true;
+    ramping_ = true;
+}
+
+void Synthesiser::end_ramp() noexcept {
+    volts_ = change_.command.volts;
+    order_ = volts_.order();
+    step_ = change_.step;
+    ramping_ = false;
+}
+
+void Synthesiser::fill_steady(std::span<double> volts) noexcept {
+    for (std::size_t done = 0; done < volts.size(); done += lanes) {
+        Phases phase;
+        for (std::size_t i = 0; i < lanes; ++i) phase[i] = phase_ + i * step_;
+        Lanes block;
+        evaluate(order_, phase, block, [this](std::size_t q, std::size_t) {
+            return Complex{volts_.a[q].real(), volts_.a[q].imag()};
+        });
+        const std::size_t n = std::min(lanes, volts.size() - done);
+        put(block, volts.subspan(done, n));
+        phase_ += n * step_;
+    }
+    last_step_ = step_;
+}
+
+void Synthesiser::fill_ramp(std::span<double> volts) noexcept {
+    std::array<Complex, max_harmonics> from;
+    std::array<Complex, max_harmonics> change;
+    for (std::size_t q = 0; q < max_harmonics; ++q) {
+        from[q] = {volts_.a[q].real(), volts_.a[q].imag()};
+        const auto difference = change_.command.volts.a[q] - volts_.a[q];
+        change[q] = {difference.real(), difference.imag()};
+    }
+    for (std::size_t done = 0; done < volts.size(); done += lanes) {
+        const std::size_t n = std::min(lanes, volts.size() - done);
+        Lanes weight;
+        ramp_weights(tick_.n - change_.first.n, change_.ramp, weight);
+        Phases phase{};
+        for (std::size_t i = 0; i < n; ++i) {
+            phase[i] = phase_;
+            last_step_ = step_between(step_, change_.step, weight[i]);
+            phase_ += last_step_;
+        }
+        Lanes block;
+        evaluate(order_, phase, block, [&](std::size_t q, std::size_t i) {
+            return Complex{from[q].re + weight[i] * change[q].re, from[q].im + weight[i] * change[q].im};
+        });
+        put(block, volts.subspan(done, n));
+    }
+}
+
+void Synthesiser::skip_ramp(std::int64_t samples) noexcept {
+    for (std::int64_t done = 0; done < samples; done += lanes) {
+        Lanes weight;
+        ramp_weights(tick_.n - change_.first.n, change_.ramp, weight);
+        const auto n = std::min(static_cast<std::int64_t>(lanes), samples - done);
+        for (std::size_t i = 0; i < static_cast<std::size_t>(n); ++i) {
+            last_step_ = step_between(step_, change_.step, weight[i]);
+            phase_ += last_step_;
+        }
+        tick_.n += n;
+    }
+}
+
+/// Copies the first samples of a block out, cut at the limit.
+void Synthesiser::put(std::span<const double> block, std::span<double> volts) noexcept {
+    for (std::size_t i = 0; i < volts.size(); ++i) {
+        const double cut = std::clamp(block[i], -limit_V_, limit_V_);
+        clamped_ += cut != block[i];
+        volts[i] = cut;
+    }
+    tick_.n += static_cast<std::int64_t>(volts.size());
+}
+
+double Synthesiser::realised(double frequency, double rate_hz) noexcept {
+    return static_cast<double>(static_cast<long double>(step_of(frequency, rate_hz)) * 0x1p-64L * rate_hz);
+}
+
+}  // namespace shaker

@@ -1,0 +1,73 @@
+// Single steps of the real-time path (Google Benchmark): hand-over, frame pool, synthesiser, clock tracker.
+#include <benchmark/benchmark.h>
+
+#include <array>
+
+#include "calibration/clock_tracker.hpp"
+#include "drivers/frame_pool.hpp"
+#include "drivers/handover.hpp"
+#include "drivers/synthesiser.hpp"
+
+namespace shaker {
+namespace {
+
+void BM_ring_push_and_pop_block(benchmark::State& state) {
+    Ring<AccelBlock> ring{64};
+    const AccelBlock block;
+    for (auto _ : state) {
+        benchmark::DoNotOptimize(ring.push(block));
+        benchmark::DoNotOptimize(ring.pop());
+    }
+}
+BENCHMARK(BM_ring_push_and_pop_block);
+
+void BM_mailbox_post_and_take_command(benchmark::State& state) {
+    Mailbox<DriveCommand> box;
+    const DriveCommand command;
+    for (auto _ : state) {
+        box.post(command);
+        benchmark::DoNotOptimize(box.take());
+    }
+}
+BENCHMARK(BM_mailbox_post_and_take_command);
+
+void BM_frame_pool_acquire_and_return(benchmark::State& state) {
+    FramePool pool{32, 64, 64, 1};
+    std::vector<FramePtr> held;
+    for (std::int64_t i = 0; i < state.range(0); ++i) held.push_back(pool.acquire());
+    for (auto _ : state) benchmark::DoNotOptimize(pool.acquire());
+}
+BENCHMARK(BM_frame_pool_acquire_and_return)->ArgName("out")->Arg(0)->Arg(31);
+
+void BM_synthesiser_fill_256(benchmark::State& state) {
+    Synthesiser synth{48000, 20, 2};
+    DriveCommand command;
+    for (int q = 1; q <= static_cast<int>(state.range(0)); ++q) command.volts.at(q) = {0.1, 0.02};
+    command.ramp_periods = state.range(1) != 0 ? 100'000'000 : 1;
+    synth.set(command);
+    if (state.range(1) == 0) synth.skip(10000);
+    std::array<double, 256> volts{};
+    for (auto _ : state) {
+        synth.fill(volts);
+        benchmark::DoNotOptimize(volts);
+    }
+    state.SetItemsProcessed(state.iterations() * 256);
+}
+BENCHMARK(BM_synthesiser_fill_256)->ArgNames({"K", "ramped"})->ArgsProduct({{2, 8, 16}, {0, 1}});
+
+/// A stamp every 5.3 ms, the fits of each half second included.
+void BM_clock_tracker_add(benchmark::State& state) {
+    ClockTracker<struct DacClock> tracker{48000};
+    std::int64_t n = 0;
+    for (auto _ : state) {
+        const std::int64_t late = n * 2654435761 % 100'003;
+        tracker.add({n * 256}, HostTime{std::chrono::nanoseconds{n * 5'333'333 + late}});
+        ++n;
+    }
+}
+BENCHMARK(BM_clock_tracker_add);
+
+}  // namespace
+}  // namespace shaker
+
+BENCHMARK_MAIN();
