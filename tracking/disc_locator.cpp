@@ -70,7 +70,7 @@ Point DiscLocator::learn(const ImageView& image) {
     }
     blocks_ = small() ? 1 : std::clamp(static_cast<int>(learned_.size / 2), 8, 64);
     const double expected = learned_.size;
-    prior_ = {.size = 0.5 + 0.1 * expected, .blur = 1.0};
+    prior_ = {.size = 0.5 + 0.1 * expected, .blur = 1.0, .sign = sign_};
     for (const RingPeak& peak : peaks_) {
         const EdgeFitResult fit = measure(image, peak.at);
         const Point at{fit.outline.x, fit.outline.y};
@@ -83,8 +83,8 @@ Point DiscLocator::learn(const ImageView& image) {
         learned_ = fit.outline;
         blur_ = learned_.blur;
         contrast_ = std::abs(fit.contrast);
-        reference_ = {learned_, sign_, contrast_, fit.coverage};
-        prior_ = {.size = 0.02, .blur = 0.5};
+        reference_ = {learned_, sign_, contrast_, fit.coverage, fit.noise};
+        prior_ = {.size = 0.02, .blur = 0.5, .sign = sign_};
         ring_ = RingSearch{learned_.size, learned_.blur, sign_};
         return at;
     }
@@ -120,21 +120,21 @@ void DiscLocator::gather(const ImageView& image, Point centre) {
     });
 }
 
-EdgeFitResult DiscLocator::measure(const ImageView& image, Point start) {
-    EdgeFitResult fit;
+EdgeFitResult DiscLocator::measure(const ImageView& image, Point start, double enough) {
     Point centre = start;
-    for (int pass = 0; pass < 3; ++pass) {
+    for (const int passes : {5, 6, 14}) {
         gather(image, centre);
         if (fit_.samples().size() < 24) return {};
-        fit = fit_.fit({centre.x, centre.y, learned_.size, blur_}, prior_, blocks_,
-                       small() ? EdgeFit::Ground::plane : EdgeFit::Ground::flat);
+        const EdgeFitResult fit =
+            fit_.fit({centre.x, centre.y, learned_.size, blur_}, prior_, blocks_,
+                     small() ? EdgeFit::Ground::plane : EdgeFit::Ground::flat, passes, enough);
         const Point found{fit.outline.x, fit.outline.y};
         const double moved = length(found - centre);
-        if (fit.converged && moved < 1) break;
-        if (!(moved < 2 * rim)) return {};
+        if (fit.converged && moved < 1) return fit;
+        if (!(moved < 2 * rim) || !(fit.noise < prior_.roughest * sign_ * fit.contrast)) return {};
         centre = found;
     }
-    return fit;
+    return {};
 }
 
 bool DiscLocator::inside(const ImageView& image, Point at) const noexcept {
@@ -154,7 +154,7 @@ bool DiscLocator::locate(const ImageView& image, Point predicted, Candidate& out
         const int x = static_cast<int>(std::lround(predicted.x)),
                   y = static_cast<int>(std::lround(predicted.y));
         const int r = static_cast<int>(reach());
-        ring_.scan(image, {x - r, y - r, x + r + 1, y + r + 1}, contrast_, 0.3, peaks_);
+        ring_.scan(image, {x - r, y - r, x + r + 1, y + r + 1}, 0.5 * contrast_, 0.5, peaks_);
         if (!peaks_.empty()) {
             fit = measure(image, peaks_.front().at);
             good = accept();
@@ -168,11 +168,12 @@ bool DiscLocator::locate(const ImageView& image, Point predicted, Candidate& out
 
 void DiscLocator::search(const ImageView& image, Point, std::vector<Candidate>& out) {
     const int margin = static_cast<int>(0.7 * learned_.size);
-    ring_.scan(image, {-margin, -margin, image.width + margin, image.height + margin}, contrast_, 0.35,
+    // Half the contrast all the way around, rather than all of it half-way.
+    ring_.scan(image, {-margin, -margin, image.width + margin, image.height + margin}, 0.5 * contrast_, 0.6,
                peaks_);
     for (const RingPeak& peak : peaks_) {
         Candidate candidate;
-        if (!judge(measure(image, peak.at), reference_, subject_.along, candidate)) continue;
+        if (!judge(measure(image, peak.at, 0.1), reference_, subject_.along, candidate)) continue;
         const auto same = [&](const Candidate& c) { return length(c.at - candidate.at) < extent(); };
         if (std::none_of(out.begin(), out.end(), same)) out.push_back(candidate);
     }

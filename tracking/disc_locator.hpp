@@ -24,7 +24,7 @@ public:
 private:
     [[nodiscard]] bool small() const noexcept { return learned_.size < 16; }
     void gather(const ImageView& image, Point centre);
-    EdgeFitResult measure(const ImageView& image, Point start);
+    EdgeFitResult measure(const ImageView& image, Point start, double enough = 3e-3);
     Outline measured_by_threshold(const ImageView& image, const Box& box, const Levels& levels) const;
     [[nodiscard]] bool inside(const ImageView& image, Point at) const noexcept;
 

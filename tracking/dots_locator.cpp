@@ -29,7 +29,7 @@ void DotsLocator::find_dots(const ImageView& image, const Box& box, double contr
     ring_.scan(image, box, contrast, 0.35, peaks);
     std::vector<EdgeFitResult> dots;
     const double expected = learned_.size;
-    prior_ = {.size = 0.5 + 0.1 * expected, .blur = 1.0};
+    prior_ = {.size = 0.5 + 0.1 * expected, .blur = 1.0, .sign = sign_};
     offsets_ = {{0, 0}};
     for (const RingPeak& peak : peaks) {
         const EdgeFitResult fit = measure(image, peak.at);
@@ -88,12 +88,12 @@ Point DotsLocator::learn(const ImageView& image) {
     find_dots(image, box, levels.high - levels.low);
     check_pitch();
     blur_ = learned_.blur;
-    prior_ = {.size = 0.02, .blur = 0.5};
+    prior_ = {.size = 0.02, .blur = 0.5, .sign = sign_};
     ring_ = RingSearch{learned_.size, learned_.blur, sign_};
     const EdgeFitResult fit = measure(image, {learned_.x, learned_.y});
     if (!fit.converged) throw InputError{subject_.label + ": the dots there do not fit one size and blur"};
     learned_ = fit.outline;
-    reference_ = {learned_, sign_, std::abs(fit.contrast), fit.coverage};
+    reference_ = {learned_, sign_, std::abs(fit.contrast), fit.coverage, fit.noise};
     return {learned_.x, learned_.y};
 }
 
@@ -123,20 +123,19 @@ void DotsLocator::gather(const ImageView& image, Point centre) {
 }
 
 EdgeFitResult DotsLocator::measure(const ImageView& image, Point start) {
-    EdgeFitResult fit;
     Point centre = start;
-    for (int pass = 0; pass < 3; ++pass) {
+    for (const int passes : {5, 6, 14}) {
         gather(image, centre);
         if (fit_.samples().size() < 24) return {};
-        fit = fit_.fit({centre.x, centre.y, learned_.size, blur_}, prior_, static_cast<int>(offsets_.size()),
-                       EdgeFit::Ground::plane);
+        const EdgeFitResult fit = fit_.fit({centre.x, centre.y, learned_.size, blur_}, prior_,
+                                           static_cast<int>(offsets_.size()), EdgeFit::Ground::plane, passes);
         const Point found{fit.outline.x, fit.outline.y};
         const double moved = length(found - centre);
-        if (fit.converged && moved < 1) break;
-        if (!(moved < 2 * rim)) return {};
+        if (fit.converged && moved < 1) return fit;
+        if (!(moved < 2 * rim) || !(fit.noise < prior_.roughest * sign_ * fit.contrast)) return {};
         centre = found;
     }
-    return fit;
+    return {};
 }
 
 bool DotsLocator::locate(const ImageView& image, Point predicted, Candidate& out) {

@@ -4,6 +4,7 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "tracking/edge_profile.hpp"
 
@@ -11,8 +12,9 @@ namespace shaker {
 namespace {
 
 constexpr double lost_by_biweight = 1.2;  // variance over its biweighted value, for Gaussian residuals
-constexpr double enough = 3e-3;           // px: a last step this small leaves an error far below it
-constexpr double longest_memory = 32;     // frames
+constexpr double loose = 1e-2;            // after many passes
+constexpr int last_scale = 3;
+constexpr double longest_memory = 32;  // frames
 constexpr double smallest_blur = 0.3, largest_blur = 8;
 
 // Tukey's biweight, cut at four standard deviations and a little: noise keeps 95 % of its information.
@@ -21,17 +23,28 @@ double biweight(double residual_squared, double variance) noexcept {
     return t > 0 ? t * t : 0;
 }
 
+// The upper triangle of gram += weight c c^T, in pairs: this is where the time goes.
+template <class Gram, class Row, std::size_t... i>
+void add_products(Gram& gram, const Row& c, double weight, std::index_sequence<i...>) noexcept {
+    constexpr int columns = Row::ColsAtCompileTime;
+    const auto add_row = [&]<int from, int row>() {
+        gram.template block<1, columns - from>(row, from) +=
+            (weight * c[row]) * c.template segment<columns - from>(from);
+    };
+    (add_row.template operator()<(static_cast<int>(i) & ~1), static_cast<int>(i)>(), ...);
+}
+
 }  // namespace
 
 template <std::size_t nuisances>
 void EdgeFit::accumulate(const Outline& at, bool trim) {
     constexpr std::size_t value_column = nuisances + 4, columns = nuisances + 6;  // the last one is padding
     for (Block& b : blocks_) {
-        b.gram = {};
+        b.gram.setZero();
         b.weight = b.trimmed = b.coverage = 0;
     }
     const double per_blur = 1 / at.blur;
-    const double variance = std::max(variance_, 1e-3);
+    const double variance = std::max(scale_, 1e-3);
     for (const EdgeSample& s : samples_) {
         Block& b = blocks_[static_cast<std::size_t>(s.block)];
         const double du = s.u - at.x, dv = s.v - at.y;
@@ -39,7 +52,9 @@ void EdgeFit::accumulate(const Outline& at, bool trim) {
         const double t = (at.size - r) * per_blur;
         const auto [e, slope] = EdgeProfile::at(t);
         const double g = slope * per_blur, per_r = r > 1e-9 ? g / r : 0;
-        std::array<double, columns> c{1, e};
+        Eigen::Matrix<double, 1, static_cast<int>(columns)> c;
+        c[0] = 1;
+        c[1] = e;
         if constexpr (nuisances == 4) {
             c[2] = du;
             c[3] = dv;
@@ -56,13 +71,10 @@ void EdgeFit::accumulate(const Outline& at, bool trim) {
         c[nuisances + 2] = g;
         c[nuisances + 3] = -g * t;
         c[value_column] = s.value;
+        c[value_column + 1] = 0;
         b.weight += w;
         b.coverage += w * g;
-        for (std::size_t i = 0; i <= value_column; ++i) {
-            const double wc = w * c[i];
-            double* row = b.gram[i].data();
-            for (std::size_t j = i & ~std::size_t{1}; j < columns; ++j) row[j] += wc * c[j];
-        }
+        add_products(b.gram, c, w, std::make_index_sequence<value_column + 1>{});
     }
 }
 
@@ -76,7 +88,7 @@ void EdgeFit::solve_block(Block& b, double spread_lost) const {
     Full gram;
     for (int i = 0; i < n + 5; ++i) {
         for (int j = i; j < n + 5; ++j) {
-            gram(i, j) = gram(j, i) = b.gram[static_cast<std::size_t>(i)][static_cast<std::size_t>(j)];
+            gram(i, j) = gram(j, i) = b.gram(i, j);
         }
     }
     const double spread = gram(1, 1) - gram(0, 1) * gram(0, 1) / gram(0, 0);
@@ -135,7 +147,8 @@ EdgeFit::Pass EdgeFit::run(const Outline& at, bool trim) {
     return pass;
 }
 
-EdgeFitResult EdgeFit::fit(const Outline& start, const EdgePrior& prior, int blocks, Ground ground) {
+EdgeFitResult EdgeFit::fit(const Outline& start, const EdgePrior& prior, int blocks, Ground ground,
+                           int passes, double enough) {
     blocks_.resize(static_cast<std::size_t>(blocks));
     const Eigen::Vector4d theta0{start.x, start.y, start.size, start.blur};
     const Eigen::Vector4d certainty =
@@ -143,27 +156,29 @@ EdgeFitResult EdgeFit::fit(const Outline& start, const EdgePrior& prior, int blo
     Eigen::Vector4d theta = theta0;
     EdgeFitResult result;
     bool trim = false;
-    double variance_before = 0;
-    for (int count = 0; count < 9 && !result.converged; ++count) {
+    for (int count = 0; count < passes && !result.converged; ++count) {
         const Outline at{theta[0], theta[1], theta[2], theta[3]};
         Pass pass = ground == Ground::plane ? run<4>(at, trim) : run<2>(at, trim);
-        if (!(pass.weight > 4)) return result;
+        result.noise = std::sqrt(pass.variance);
+        result.contrast = contrast_;
+        const bool alike = prior.sign == 0 || result.noise < prior.roughest * prior.sign * contrast_;
+        if (!(pass.weight > 4) || !alike) return result;
         pass.normal.diagonal() += certainty;
         pass.score += certainty.cwiseProduct(theta0 - theta);
         const Eigen::Matrix4d inverse = pass.normal.inverse();
         const Eigen::Vector4d step = inverse * pass.score;
         if (!step.allFinite()) return result;
         const double far = std::hypot(step[0], step[1]);
-        const bool settled = pass.variance > 0.8 * variance_before || count > 3;
-        result.converged = trim && settled && far < enough;
-        result.noise = std::sqrt(pass.variance);
+        // A scale that went on shrinking with the residuals would chase its own weights.
+        const bool settled = count > last_scale || (trim && pass.variance > 0.8 * scale_);
+        if (count <= last_scale) scale_ = variance_;
+        result.converged = settled && trim && far < (count > 5 ? std::max(loose, enough) : enough);
         result.covariance = inverse.topLeftCorner<2, 2>();
         theta.head<2>() += std::min(1.0, 2.0 / std::max(far, 1e-12)) * step.head<2>();
         theta[2] += std::clamp(step[2], -0.5, 0.5);
         theta[3] = std::clamp(theta[3] + std::clamp(step[3], -0.3 * theta[3], 0.4 * theta[3]), smallest_blur,
                               largest_blur);
         trim = far < 0.3;
-        variance_before = pass.variance;
     }
     result.outline = {theta[0], theta[1], theta[2], theta[3]};
     if (result.converged) summarise(result);
@@ -184,7 +199,6 @@ void EdgeFit::summarise(EdgeFitResult& result) const {
         result.coverage += b.coverage;
     }
     if (count > 6) result.covariance *= std::max(1.0, disagreement / (count - 4));
-    result.contrast = contrast_;
     result.trimmed = trimmed / static_cast<double>(samples_.size());
 }
 

@@ -25,6 +25,8 @@ struct Outline {
 /// What is known beforehand: standard deviations about the starting outline, px; 0 holds a quantity fixed.
 struct EdgePrior {
     double x = 1e6, y = 1e6, size = 1e6, blur = 1e6;
+    double sign = 0;        // of the contrast; 0 takes either and any roughness
+    double roughest = 0.4;  // residual over contrast at which a fit is not worth going on with
 };
 
 struct EdgeFitResult {
@@ -45,7 +47,9 @@ public:
     enum class Ground { flat, plane };
 
     std::vector<EdgeSample>& samples() noexcept { return samples_; }
-    EdgeFitResult fit(const Outline& start, const EdgePrior& prior, int blocks, Ground ground);
+    /// Stops when a step is shorter than `enough` px, which leaves an error far below it, or after `passes`.
+    EdgeFitResult fit(const Outline& start, const EdgePrior& prior, int blocks, Ground ground,
+                      int passes = 14, double enough = 3e-3);
     /// Tells that the last fit was the target's: by how much each block disagrees with the others because of
     /// what is printed on the target is learned from such fits, and does not count as error again.
     void accept();
@@ -53,9 +57,9 @@ public:
 private:
     // Columns of a block's normal equations: 1, E [, u, v] | d/dx, d/dy, d/dsize, d/dblur, value. Only the
     // upper triangle is summed.
-    static constexpr std::size_t most_columns = 10;
+    static constexpr int most_columns = 10;
     struct Block {
-        std::array<std::array<double, most_columns>, most_columns> gram{};
+        Eigen::Matrix<double, most_columns, most_columns, Eigen::RowMajor> gram;
         double weight = 0, trimmed = 0, coverage = 0;
         std::array<double, 4> ground{};  // offset, gain, plane
         double variance = 0;
@@ -82,7 +86,7 @@ private:
     std::vector<EdgeSample> samples_;
     std::vector<Block> blocks_;
     std::vector<double> sorted_;
-    double variance_ = 0;
+    double variance_ = 0, scale_ = 0;  // of the residuals: now, and what weights are drawn from
     double contrast_ = 0;
 };
 

@@ -21,11 +21,13 @@ public:
         const auto i = std::min(static_cast<std::size_t>(at), size - 2);
         const double f = at - static_cast<double>(i);
         const Value &a = table()[i], &b = table()[i + 1];
-        return {a.step + f * (b.step - a.step), a.slope + f * (b.slope - a.slope)};
+        const double rise = b.step - a.step, from = a.slope / per_unit - rise, to = rise - b.slope / per_unit;
+        return {a.step + f * rise + f * (1 - f) * ((1 - f) * from + f * to),
+                a.slope + f * (b.slope - a.slope)};
     }
 
 private:
-    static constexpr double per_unit = 256;
+    static constexpr double per_unit = 16;
     static constexpr std::size_t size = static_cast<std::size_t>(2 * limit * per_unit) + 1;
     static const std::array<Value, size>& table() noexcept {
         static const std::array<Value, size> values = [] {

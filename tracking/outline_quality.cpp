@@ -12,11 +12,12 @@ bool judge(const EdgeFitResult& fit, const OutlineReference& reference, const st
     const Outline& learned = reference.outline;
     const double contrast = reference.sign * fit.contrast;
     const double share = std::min(1.0, fit.coverage / reference.coverage);
+    // Noise that stays while light fades is allowed for; a misfit as large as that is another thing.
+    const double roughest = std::clamp(3 * reference.noise / reference.contrast, 0.12, 0.35);
     const Eigen::Vector2d axis{along[0], along[1]};
     const double sd = std::sqrt(axis.dot(fit.covariance * axis));
-    if (getenv("DBG")) fprintf(stderr,"c %g/%g share %g trim %g noise %g sd %g size %g/%g blur %g/%g at %g %g\n",contrast,reference.contrast,share,fit.trimmed,fit.noise,sd,size,learned.size,blur,learned.blur,x,y);
     const bool good = contrast > 0.35 * reference.contrast && contrast < 3 * reference.contrast &&
-                      share > 0.25 && fit.trimmed < 0.35 && fit.noise < 0.35 * contrast && sd < 0.5 &&
+                      share > 0.25 && fit.trimmed < 0.35 && fit.noise < roughest * contrast && sd < 0.5 &&
                       std::abs(size - learned.size) < std::max(0.8, 0.06 * learned.size) &&
                       blur < 2.5 * learned.blur + 0.5;
     if (!good) return false;

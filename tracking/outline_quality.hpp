@@ -13,6 +13,7 @@ struct OutlineReference {
     double sign = 1;
     double contrast = 0;
     double coverage = 0;
+    double noise = 0;
 };
 
 /// Fills `out` from the fit; false when contrast, size, noise or the share of the outline in view do not fit.

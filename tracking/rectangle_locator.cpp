@@ -109,7 +109,7 @@ Point RectangleLocator::learn(const ImageView& image) {
     find_edges(box, crossing_px(subject_, subject_.target.width_mm));
     find_rows(image, across0, across1, learned_.x);
     const double expected = learned_.size;
-    prior_ = {.y = 0, .size = 0.5 + 0.05 * expected, .blur = 1.0};
+    prior_ = {.y = 0, .size = 0.5 + 0.05 * expected, .blur = 1.0, .sign = reference_.sign};
     const EdgeFitResult fit = measure(image, learned_.x);
     const bool good = fit.converged && fit.trimmed < 0.3 && fit.noise < 0.5 * std::abs(fit.contrast) &&
                       reference_.sign * fit.contrast > 0.2 * (levels.high - levels.low) &&
@@ -120,8 +120,8 @@ Point RectangleLocator::learn(const ImageView& image) {
                          " px apart, are not those of a rectangle"};
     }
     learned_ = fit.outline;
-    reference_ = {learned_, reference_.sign, std::abs(fit.contrast), fit.coverage};
-    prior_ = {.y = 0, .size = 0.02, .blur = 0.5};
+    reference_ = {learned_, reference_.sign, std::abs(fit.contrast), fit.coverage, fit.noise};
+    prior_ = {.y = 0, .size = 0.02, .blur = 0.5, .sign = reference_.sign};
     Candidate found;
     accept(fit, found);
     return found.at;

@@ -11,6 +11,8 @@
 namespace shaker {
 namespace {
 
+constexpr double enough_likeness = 0.85;  // of a thing nobody named, to be taken for a target's double
+
 struct Followed {
     std::unique_ptr<Locator> locator;
     std::string label;
@@ -119,7 +121,7 @@ void ViewTracker::Impl::find_groups(const ImageView& image) {
             }
             if (owner == k) continue;
             if (owner == targets.size()) {
-                companions.push_back(c.at);
+                if (c.likeness > enough_likeness && !c.degraded) companions.push_back(c.at);
             } else if (!targets[owner].in_group) {
                 members.push_back(owner);
                 places.push_back(targets[owner].at);
