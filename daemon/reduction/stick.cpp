@@ -146,8 +146,7 @@ Best search(const StickModel& model, Region from, Region to, bool crossing) {
 /// How far each end can move (the other free to follow) before chi^2 rises by `unit`; the larger of both.
 double end_sd(const StickModel& model, const Best& best, double unit, double reach) {
     double sd = 0;
-    for (int step = 1; step <= 40; ++step) {
-        const double d = reach * step / 40;
+    for (double d = 1e-3 * reach; d <= reach; d *= 1.25) {
         double least = std::numeric_limits<double>::infinity();
         for (int k = -8; k <= 8; ++k) {
             const double follow = d * k / 4;
@@ -187,8 +186,8 @@ std::vector<StickInterval> find_sticks(std::span<const Folded> folded, const Cyc
         const Region& here = regions[i];
         const double before = i > 0 ? regions[i - 1].to : regions[n - 1].to - 1;
         const double after = i + 1 < n ? regions[i + 1].from : regions[0].from + 1;
-        // Slips are nearly straight only near by, and end where the next meeting begins.
-        constexpr double slip = 0.15, slack = 0.05;
+        // A slip ends where the next meeting begins; not all of it, since friction may depend on speed.
+        constexpr double slip = 0.25, slack = 0.05;
         const Region window{std::max(before, here.from - slip), std::min(after, here.to + slip)};
         const StickModel model(points_between(folded, base, v_D, window), base);
         if (model.freedom() < 3) continue;
