@@ -86,7 +86,9 @@ Handle create_file(const std::filesystem::path& file) {
     be_quiet();
     const Handle access = plist(H5P_FILE_ACCESS);
     check(H5Pset_libver_bounds(access.get(), H5F_LIBVER_V18, H5F_LIBVER_LATEST), file.string());
-    return {H5Fcreate(file.c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, access.get()), file.string()};
+    const Handle create = plist(H5P_FILE_CREATE);
+    check(H5Pset_obj_track_times(create.get(), false), file.string());  // of the root group
+    return {H5Fcreate(file.c_str(), H5F_ACC_TRUNC, create.get(), access.get()), file.string()};
 }
 
 Handle open_file(const std::filesystem::path& file) {
