@@ -103,9 +103,13 @@ Handle open_file(const std::filesystem::path& file) {
 Handle make_group(hid_t parent, const std::string& path, const std::string& nx_class) {
     const Handle create = plist(H5P_GROUP_CREATE);
     check(H5Pset_obj_track_times(create.get(), false), path);  // same content, same bytes
-    const Handle links = plist(H5P_LINK_CREATE);
-    check(H5Pset_create_intermediate_group(links.get(), 1), path);
-    Handle group{H5Gcreate2(parent, path.c_str(), links.get(), create.get(), H5P_DEFAULT), path};
+    for (std::size_t end = path.find('/'); end != std::string::npos; end = path.find('/', end + 1)) {
+        const std::string above = path.substr(0, end);
+        if (H5Lexists(parent, above.c_str(), H5P_DEFAULT) > 0) continue;
+        const Handle made{H5Gcreate2(parent, above.c_str(), H5P_DEFAULT, create.get(), H5P_DEFAULT), above};
+        set_attribute(made.get(), "NX_class", std::string{"NXcollection"});
+    }
+    Handle group{H5Gcreate2(parent, path.c_str(), H5P_DEFAULT, create.get(), H5P_DEFAULT), path};
     if (!nx_class.empty()) set_attribute(group.get(), "NX_class", nx_class);
     return group;
 }
