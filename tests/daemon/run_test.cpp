@@ -66,7 +66,7 @@ TEST(RunTest, AChangedRecordingIsSeenOnReplay) {
     EXPECT_EQ(shakerd("replay run.nxs", folder).status, 0);
     const std::string change =
         "/usr/bin/python3 -c \"import h5py,sys; f=h5py.File(sys.argv[1],'r+'); "
-        "f['entry/raw/accelerometer/counts'][5000:7000,0]+=1\" '" + (folder / "run.nxs").string() + "'";
+        "f['entry/raw/accelerometer/counts'][5000:9000:7,0]+=1\" '" + (folder / "run.nxs").string() + "'";
     ASSERT_EQ(std::system(change.c_str()), 0);
     const Outcome o = shakerd("replay run.nxs", folder);
     EXPECT_EQ(o.status, 4);
