@@ -120,7 +120,8 @@ std::vector<PeriodResult> drive_by_period(const HarmonicFit& fit, std::span<cons
         if (periods < 0) continue;
         if (static_cast<int>(periods) != now) finish(now);
         now = static_cast<int>(periods);
-        const auto z = std::polar(1.0, two_pi * std::remainder(f * (t_s[i] - fit.origin_s), 1.0));
+        const double turns = f * (t_s[i] - fit.origin_s);
+        const auto z = std::polar(1.0, two_pi * (turns - std::rint(turns)));
         const auto z2 = z * z;
         const Row row{z.imag(), z.real(), z2.imag(), z2.real(), 1.0};
         normal += row * row.transpose();

@@ -15,7 +15,7 @@ namespace {
 struct Scatter {
     const char* name;
     double jitter;  // relative, of D
-    double memory;  // AR(1) from frame to frame
+    double memory;  // AR(1) from one millisecond to the next
 };
 
 struct Coverage {
@@ -34,7 +34,7 @@ double coverage(const Coverage& c, const Scatter& s) {
         run.periods = c.periods;
         run.frame_rate_hz = c.frame_rate_hz;
         run.drift_jitter = s.jitter;
-        run.noise_memory = s.memory;
+        run.noise_memory = std::pow(s.memory, 1000 / c.frame_rate_hz);
         run.accel_rate_hz = 10;  // not used here
         run.seed = 5000 + static_cast<std::uint64_t>(i);
         const Measurement m = make_measurement(run);
