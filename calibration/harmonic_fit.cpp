@@ -77,7 +77,6 @@ Solution solve(std::span<const HarmonicSamples> streams, const Model& m) {
     const int n = m.unknowns(streams.size());
     Eigen::MatrixXd normal = Eigen::MatrixXd::Zero(n, n), rows(n, block);
     Eigen::VectorXd right = Eigen::VectorXd::Zero(n), values(block);
-    double weighted_squares = 0;
     Solution out;
     for (std::size_t s = 0; s < streams.size(); ++s) {
         const auto& in = streams[s];
@@ -93,7 +92,6 @@ Solution solve(std::span<const HarmonicSamples> streams, const Model& m) {
             }
             normal.selfadjointView<Eigen::Lower>().rankUpdate(rows);
             right.noalias() += rows * values;
-            weighted_squares += values.squaredNorm();
         }
         out.samples += in.t.size();
     }
@@ -139,7 +137,7 @@ Model model_for(std::span<const HarmonicSamples> streams, double frequency, int 
 
 Complexes amplitudes(const Eigen::VectorXd& p, int order) {
     Complexes a;
-    for (int q = 0; q < order; ++q) a.emplace_back(p(2 * q), p(2 * q + 1));
+    for (Eigen::Index q = 0; q < order; ++q) a.emplace_back(p(2 * q), p(2 * q + 1));
     return a;
 }
 

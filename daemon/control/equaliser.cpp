@@ -160,7 +160,8 @@ const Harmonics<Voltage>& Equaliser::update(const HarmonicEstimate& measured) no
     near_ = true;
     for (int q = 1; q <= settings_.order; ++q) {
         const double size = report_.scale * std::abs(asked_.at(q));
-        near_ = near_ && std::abs(std::abs(measured.harmonics.at(q)) - size) <= 0.1 * size + 0.05 * report_.gamma;
+        near_ =
+            near_ && std::abs(std::abs(measured.harmonics.at(q)) - size) <= 0.1 * size + 0.05 * report_.gamma;
     }
     Harmonics<Voltage> change;
     const double memory = std::max(0.1, 1.0 / measured_);

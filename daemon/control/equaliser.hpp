@@ -78,7 +78,7 @@ private:
     Report report_;
     bool started_ = false;
     bool near_ = false;  // amplitudes are within a tenth of the target's
-    int measured_ = 0;  // used since the target changed
+    int measured_ = 0;   // used since the target changed
 };
 
 }  // namespace shaker

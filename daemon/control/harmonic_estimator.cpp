@@ -55,7 +55,7 @@ struct HarmonicEstimator::Impl {
             estimate.sd[static_cast<std::size_t>(q - 1)] =
                 std::sqrt((inverse(i, i) + inverse(i + 1, i + 1)) / 2);
         }
-        estimate.offset_mps2 = p(2 * order);
+        estimate.offset_mps2 = p(p.size() - 1);
         estimate.rms_mps2 = std::sqrt(rest);
         estimate.valid = p.allFinite();
     }
@@ -67,12 +67,12 @@ struct HarmonicEstimator::Impl {
         }
         const std::complex<double> z = std::polar(1.0, two_pi * turns);
         std::complex<double> zq = 1;
-        for (int q = 0; q < order; ++q) {
+        for (Eigen::Index q = 0; q < order; ++q) {
             zq *= z;
             row(2 * q) = zq.imag();
             row(2 * q + 1) = zq.real();
         }
-        row(2 * order) = 1;
+        row(row.size() - 1) = 1;
         normal.selfadjointView<Eigen::Lower>().rankUpdate(row);
         right += y * row;
         squares += y * y;

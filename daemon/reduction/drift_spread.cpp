@@ -146,9 +146,8 @@ struct Error {
 std::vector<Error> errors(const Differences& x, double least2, double most2) {
     constexpr double doubt = -4;
     std::vector<Error> out;
-    const int steps = most2 > 1.01 * least2 ? 4 : 0;
-    for (int i = 0; i <= steps; ++i)
-        out.push_back({least2 * std::pow(most2 / least2, i / std::max(1.0, double(steps))), 0});
+    const bool vague = most2 > 1.01 * least2;
+    for (int i = 0; i <= (vague ? 4 : 0); ++i) out.push_back({least2 * std::pow(most2 / least2, i / 4.0), 0});
     const double all = spread_of(x) / 2;
     for (int i = 1; i <= 4 && all > most2; ++i)
         out.push_back({most2 * std::pow(all / most2, i / 4.0), doubt});

@@ -15,7 +15,7 @@ Estimate estimate(double value, const Gradient& g, const Eigen::MatrixXd& covari
     return {value, std::sqrt(std::max(0.0, g.dot(covariance * g)))};
 }
 
-Gradient amplitude_gradient(std::complex<double> a, int q, Eigen::Index size) {
+Gradient amplitude_gradient(std::complex<double> a, Eigen::Index q, Eigen::Index size) {
     Gradient g = Gradient::Zero(size);
     const double r = std::max(std::abs(a), 1e-300);
     g(2 * (q - 1)) = a.real() / r;
@@ -23,7 +23,7 @@ Gradient amplitude_gradient(std::complex<double> a, int q, Eigen::Index size) {
     return g;
 }
 
-Gradient phase_gradient(std::complex<double> a, int q, Eigen::Index size) {
+Gradient phase_gradient(std::complex<double> a, Eigen::Index q, Eigen::Index size) {
     Gradient g = Gradient::Zero(size);
     const double r2 = std::max(std::norm(a), 1e-300);
     g(2 * (q - 1)) = -a.imag() / r2;
@@ -55,7 +55,7 @@ GammaPhi gamma_phi(std::complex<double> a1, std::complex<double> a2, const Eigen
 }  // namespace
 
 DriveMeasured drive_measured(const HarmonicFit& fit) {
-    const Eigen::Index n = 2 * fit.order();
+    const auto n = 2 * static_cast<Eigen::Index>(fit.a.size());
     const Eigen::MatrixXd covariance =
         Eigen::Map<const Eigen::Matrix<double, -1, -1, Eigen::RowMajor>>(fit.covariance.data(), n, n);
     DriveMeasured out;
