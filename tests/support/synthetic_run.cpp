@@ -123,7 +123,7 @@ double base_position(const SyntheticRun& r, double t) {
 
 }  // namespace
 
-double true_v_D(const SyntheticRun& run) { return motion_of(run).v_D; }
+double drift_velocity(const SyntheticRun& run) { return motion_of(run).v_D; }
 
 Measurement make_measurement(const SyntheticRun& run) {
     const Motion motion = motion_of(run);

@@ -35,7 +35,7 @@ struct SyntheticRun {
 };
 
 /// Drift velocity of that walker, m/s.
-double true_v_D(const SyntheticRun& run);
+double drift_velocity(const SyntheticRun& run);
 Measurement make_measurement(const SyntheticRun& run);
 
 /// The lab session of the workplace: exact positions plus noise, and the accelerometer's own file. Empty when
