@@ -7,9 +7,10 @@
 namespace shaker {
 namespace {
 
-// Costs are halves of a chi squared: 10 is a likelihood ratio of e^10.
+// Costs are halves of a chi squared: 10 is a likelihood ratio of e^10. Neither a member that is hidden (or
+// has left the picture, which costs nothing) nor a stray candidate decides alone; both together do.
 constexpr double looseness_px = 0.75;
-constexpr double cost_of_missing = 12, cost_of_long_missing = 4, cost_of_left_over = 4, enough_margin = 10;
+constexpr double cost_of_missing = 4.5, cost_of_left_over = 6, enough_margin = 10;
 constexpr double farthest_step = 0.8;  // of the distance to the neighbour, a frame
 constexpr double longest_companion_absence = 30;
 
@@ -97,7 +98,7 @@ Constellation::Hypothesis Constellation::try_displacement(Point displacement,
         if (h.chosen[k] != nobody) {
             ++h.named;
         } else if (in_view) {
-            h.cost += m.unseen > 3 ? cost_of_long_missing : cost_of_missing;
+            h.cost += cost_of_missing;
         }
     }
     h.cost += cost_of_left_over * static_cast<double>(candidates.size() - static_cast<std::size_t>(h.named));
