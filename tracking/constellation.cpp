@@ -27,7 +27,8 @@ Constellation::Constellation(std::vector<Point> places, std::size_t targets, dou
     }
 }
 
-// Half the sum of squares left after a common shift and, from three members on, a common turn.
+// Half the sum of squares left after a common shift and, from three members on, a common turn and stretch:
+// what swings towards a camera grows.
 double Constellation::misfit(const std::vector<int>& chosen, std::span<const Candidate> candidates,
                              double frames) const {
     using Complex = std::complex<double>;
@@ -45,12 +46,13 @@ double Constellation::misfit(const std::vector<int>& chosen, std::span<const Can
     if (n < 2) return 0;
     middle /= n;
     shift /= n;
-    double turn = 0, arm = 0;
+    Complex turn{};
+    double arm = 0;
     each([&](Complex p, Complex e) {
-        turn += std::imag(std::conj(p - middle) * (e - shift));
+        turn += std::conj(p - middle) * (e - shift);
         arm += std::norm(p - middle);
     });
-    const Complex rotation{0, n > 2 && arm > 0 ? turn / arm : 0.0};
+    const Complex rotation = n > 2 && arm > 0 ? turn / arm : Complex{};
     double sum = 0;
     each([&](Complex p, Complex e) { sum += std::norm(e - shift - rotation * (p - middle)); });
     return 0.5 * sum / (looseness_px * looseness_px);

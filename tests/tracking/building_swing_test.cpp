@@ -73,14 +73,15 @@ protected:
             }
         }
         std::printf("lost: %d of %zu\n", lost, all.size() * dots);
-        EXPECT_LE(lost, 11);  // 1 %
+        EXPECT_EQ(lost, 0);
     }
     std::filesystem::path folder_;
 };
 
 // The gaps of the top beam change with its place (the camera looks at it obliquely through a lens): 2.7 px
-// over 120 px of swing for the last gap. A parabola in the beam's place takes that out; what is left is
-// noise.
+// over 120 px of swing for the last gap. A parabola in the beam's place takes most of that out. What is left
+// still grows to the right (0.06 to 0.29 px), which noise alone would not: where the beam stands still,
+// between frames less than 2 px apart, a gap changes by the noise of its two dots only.
 TEST_F(BuildingSwingTest, TopBeamIsRigid) {
     const Fixes all = follow(top_);
     expect_no_dot_in_anothers_place(all);
@@ -99,8 +100,21 @@ TEST_F(BuildingSwingTest, TopBeamIsRigid) {
         const Eigen::VectorXd left = g - powers * powers.colPivHouseholderQr().solve(g);
         std::printf("top gap %zu: %.2f px, spread %.3f px rms, %.3f px without the place's part\n", k + 1,
                     g.mean(), rms_about_mean(g), rms_about_mean(left));
+        double sum = 0, n_still = 0;
+        for (Eigen::Index i = 1; i < n; ++i) {
+            if (std::abs(places[static_cast<std::size_t>(i)] - places[static_cast<std::size_t>(i - 1)]) >
+                0.02)
+                continue;
+            sum += (g[i] - g[i - 1]) * (g[i] - g[i - 1]) / 2;
+            n_still += 1;
+        }
+        const double still = std::sqrt(sum / n_still);
+        std::printf("top gap %zu: %.3f px rms between %.0f pairs of frames that hardly move\n", k + 1, still,
+                    n_still);
+        EXPECT_GT(n_still, 20);
+        EXPECT_LT(still, 0.1);
         EXPECT_LT(rms_about_mean(g), 1.0);
-        EXPECT_LT(rms_about_mean(left), 0.2);
+        EXPECT_LT(rms_about_mean(left), 0.4);
     }
 }
 
