@@ -8,10 +8,10 @@
 namespace shaker {
 
 /// Look-alike targets of one view, with the look-alikes nobody asked for as companions. In every frame one
-/// common displacement (and a small turn) has to carry the members to the candidates: hypotheses are ranked
-/// by how far the candidates are off, by members that should be in view and are not, and by candidates left
-/// over. When a second hypothesis that names somebody differently is nearly as good, nobody is named. Between
-/// frames members move less than 0.8 of the distance to their neighbour.
+/// common displacement (with a small turn and stretch) has to carry the members to the candidates: hypotheses
+/// are ranked by how far the candidates are off, by members that should be in view and are not, and by
+/// candidates left over. When a second hypothesis that names somebody differently is nearly as good, nobody
+/// is named. Between frames members move less than 0.8 of the distance to their neighbour.
 class Constellation {
 public:
     static constexpr int nobody = -1;

@@ -25,7 +25,7 @@ constexpr std::array<double, 3> gauss_weight{5.0 / 18, 8.0 / 18, 5.0 / 18};
 // A blurred disc at one point: chords blurred along x in closed form, summed over y with the Gaussian's
 // weight.
 double disc_at(double x, double y, double radius, double blur) {
-    constexpr int steps = 48;
+    constexpr int steps = 24;
     constexpr double reach = 5.0;
     double sum = 0, total = 0;
     for (int i = 0; i < steps; ++i) {
@@ -93,7 +93,7 @@ void TestPicture::bars(double x, double pitch, int y0, int y1, double dark, doub
 }
 
 void TestPicture::texture(const Box& box, Point shift, double strength, std::uint64_t seed) {
-    constexpr int waves = 60;
+    constexpr int waves = 30;
     std::mt19937_64 random{seed};
     std::uniform_real_distribution<double> uniform{0, 1};
     struct Wave {

@@ -30,8 +30,7 @@ struct Exposure {
 };
 
 /// Grey levels before the sensor. Shapes are blurred by a Gaussian of `blur` px and averaged over each pixel;
-/// the integrals are done in closed form or by quadrature to 1e-4 grey levels of 100, not by the formulas
-/// that tracking fits.
+/// the integrals are done in closed form or by quadrature, not by the formulas that tracking fits.
 class TestPicture {
 public:
     TestPicture(int width, int height, double level);

@@ -86,14 +86,14 @@ TrackingScene bars_scene() {
 
 TrackingScene patch_scene() {
     Target target{"patch", TargetKind::patch};
-    target.roi_px = {60, 16, 64, 64};
+    target.roi_px = {40, 16, 64, 64};
     return {"patch",
             one_target(target),
             192,
             96,
             60,
             [](TestPicture& p, Point s) {
-                p.texture({0, 0, 192, 96}, s, 25, 11);
+                p.texture({0, 0, 144, 96}, s, 25, 11);
             },
             [](double) { return std::numeric_limits<double>::quiet_NaN(); }};
 }

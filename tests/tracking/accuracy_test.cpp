@@ -43,14 +43,14 @@ TEST_P(EveryKindTest, DoesNotLockToPixels) {
     EXPECT_LT(locking, scene_.name == "patch" ? 0.002 : 0.001);
 }
 
-// 300 frames of 3 grey levels of noise: the share beyond 2.2 standard deviations is 2.8 % for a true
-// Gaussian; 5 % is 2.3 of its own standard deviations above that. The rms ratio is known to 4 %.
+// 200 frames of 3 grey levels of noise: the share beyond 2.2 standard deviations is 2.8 % for a true
+// Gaussian; 5 % is 1.9 of its own standard deviations above that. The rms ratio is known to 5 %.
 TEST_P(EveryKindTest, TellsItsStandardDeviationHonestly) {
     Follower follow{scene_.view};
     std::uniform_real_distribution<double> step{-0.4, 0.4};
     std::vector<double> errors, sds;
     double shift = 0;
-    for (int i = 0; i < 300; ++i) {
+    for (int i = 0; i < 200; ++i) {
         const auto shot = scene_.picture({shift, 0}).expose({.noise = 3}, random_);
         const Fix fix = follow(shot);
         ASSERT_EQ(fix.state, TrackState::ok) << "frame " << i;
@@ -69,26 +69,30 @@ TEST_P(EveryKindTest, TellsItsStandardDeviationHonestly) {
     ratio = std::sqrt(ratio);
     const double bound = scene_.bound(3);
     std::printf("%s: rms %.5f px, claimed %.5f px, ratio %.2f, beyond 2.2 sd %.1f %%, bound %.5f px\n",
-                scene_.name.c_str(), rms_about_mean(errors), sds[sds.size() / 2], ratio, outside / 3, bound);
-    EXPECT_LE(outside, 15);
+                scene_.name.c_str(), rms_about_mean(errors), sds[sds.size() / 2], ratio, outside / 2, bound);
+    EXPECT_LE(outside, 10);
     EXPECT_GT(ratio, 0.7);
     EXPECT_LT(ratio, 1.2);
-    if (std::isfinite(bound)) EXPECT_LT(rms_about_mean(errors), 2 * bound);
+    if (std::isfinite(bound)) {
+        EXPECT_LT(rms_about_mean(errors), 2 * bound);
+    }
 }
 
 // Light that flickers by 20 % and falls off by 40 % across the picture costs no more than its noise.
 TEST_P(EveryKindTest, StandsFlickerAndUnevenLight) {
     Follower follow{scene_.view};
     std::vector<double> errors;
+    double sd = 0;
     for (int i = 0; i < 100; ++i) {
         const double shift = 1.5 * std::sin(0.3 * i);
         TestPicture picture = scene_.picture({shift, 0});
         picture.light(1 + 0.2 * std::sin(2.1 * i), 0.4);
         const Fix fix = follow(picture.expose({.noise = 2}, random_));
         ASSERT_EQ(fix.state, TrackState::ok) << "frame " << i;
-        errors.push_back((fix.x_px - shift) / fix.sd_px);
+        errors.push_back(fix.x_px - shift);
+        sd = std::max(sd, fix.sd_px);
     }
-    EXPECT_LT(rms_about_mean(errors), 1.5);
+    EXPECT_LT(rms_about_mean(errors), 1.3 * sd);
 }
 
 TEST_P(EveryKindTest, IsExactlyRepeatableAndBlindToPadding) {
@@ -143,7 +147,7 @@ TEST_P(EveryKindTest, DoesNotDriftOverAThousandFrames) {
 
 INSTANTIATE_TEST_SUITE_P(Tracking, EveryKindTest,
                          testing::Values("disc", "dot", "rectangle", "dots", "bars", "patch"),
-                         [](const auto& info) { return info.param; });
+                         [](const auto& kind) { return kind.param; });
 
 }  // namespace
 }  // namespace shaker
