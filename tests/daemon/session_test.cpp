@@ -126,9 +126,8 @@ TEST_F(SessionTest, EveryDotOfTheSwingingBuildingStaysItself) {
             // Rigid beams: in the neighbour's place would be 160 px off, on another mark tens of px.
             const auto [least, most] = std::ranges::minmax(distance);
             EXPECT_LT(most - least, 5) << camera << " dot " << dot;
-            if (camera == "top") {
-                EXPECT_LT(rms_about_mean(distance), 0.5) << "dot " << dot;
-            }
+            // The camera looks at the swinging top beam obliquely: its gaps change with its place by up to 2.7 px.
+            EXPECT_LT(rms_about_mean(distance), camera == "top" ? 1.0 : 0.08) << camera << " dot " << dot;
         }
     }
 }
