@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "tests/support/no_alloc.hpp"
 #include "tests/support/tracking_scene.hpp"
 
 namespace shaker {
@@ -106,6 +107,18 @@ TEST_P(EveryKindTest, IsExactlyRepeatableAndBlindToPadding) {
         EXPECT_EQ(a.y_px, b.y_px);
         EXPECT_EQ(a.sd_px, b.sd_px);
     }
+}
+
+// Scratch memory is taken in the first frames; a target that stays in view needs no more.
+TEST_P(EveryKindTest, TakesNoMemoryOnceItFollows) {
+    ViewTracker tracker{scene_.view};
+    std::vector<test::Shot> shots;
+    for (int i = 0; i < 12; ++i) {
+        shots.push_back(scene_.picture({0.3 * (i % 6), 0}).expose({.noise = 3}, random_));
+    }
+    for (int i = 0; i < 6; ++i) tracker.update(shots[static_cast<std::size_t>(i)].view(), CameraTick{i});
+    const test::NoAlloc guard;
+    for (int i = 6; i < 12; ++i) tracker.update(shots[static_cast<std::size_t>(i)].view(), CameraTick{i});
 }
 
 // 16 bit of which 4 are below one count of an 8 bit camera: the rounding must not come back.
