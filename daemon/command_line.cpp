@@ -4,6 +4,7 @@
 #include <iostream>
 
 #include "daemon/commands.hpp"
+#include "daemon/predict.hpp"
 #include "drivers/quantity.hpp"
 
 namespace shaker {
@@ -34,6 +35,39 @@ struct DriveWords {
                 .gamma = parse_quantity("--gamma", gamma, Dimension::acceleration, {0, 100 * paper_g}),
                 .rho = parse_quantity("--rho", rho, Dimension::ratio, {0, 1}),
                 .phi = parse_quantity("--phi", phi, Dimension::angle, {-2 * two_pi, 2 * two_pi})};
+    }
+};
+
+// What predict takes besides the drive.
+struct PredictWords {
+    std::string mu = "0.113", mu_s, viscous = "0", tilt = "0deg", start = "0mm/s";
+    std::string cases;
+    CLI::Option* json = nullptr;
+
+    void add_to(CLI::App& app) {
+        app.add_option("--mu", mu, "Kinetic friction coefficient")->capture_default_str();
+        app.add_option("--mu-s", mu_s, "Static friction coefficient, at least --mu [default: --mu]");
+        app.add_option("--viscous", viscous, "Velocity strengthening c, 1/s")->capture_default_str();
+        app.add_option("--tilt", tilt, "Downhill towards +x, e.g. 0.1deg")->capture_default_str();
+        app.add_option("--start", start, "Walker's velocity at phase 0, e.g. 20mm/s: with --mu-s above --mu the\n"
+                                         "settled motion may depend on it")->capture_default_str();
+        json = app.add_option("--json", cases, "Print JSON; with a file, the cases in it (tests/golden/\n"
+                                               "physics_reference.json shows the format)")->expected(0, 1);
+        app.footer("Example: shakerd predict --gamma 1.5g --phi 35deg --mu 0.113");
+    }
+    void print(const Drive& drive) const {
+        if (!cases.empty()) {
+            std::cout << predict_cases(cases);
+            return;
+        }
+        PredictOptions o{.drive = drive};
+        o.friction.mu_k = parse_quantity("--mu", mu, Dimension::ratio, {0, 100});
+        o.friction.mu_s = mu_s.empty() ? o.friction.mu_k : parse_quantity("--mu-s", mu_s, Dimension::ratio, {o.friction.mu_k, 100});
+        o.friction.viscous = parse_quantity("--viscous", viscous, Dimension::ratio, {0, 1e4});
+        o.tilt = parse_quantity("--tilt", tilt, Dimension::angle, {-1.5, 1.5});
+        o.v_start = parse_quantity("--start", start, Dimension::velocity, {-100, 100});
+        o.json = json->count() > 0;
+        std::cout << predict(o);
     }
 };
 
@@ -86,9 +120,17 @@ int command_line(int argc, char** argv) {
     track_app.add_option("-o,--output", track_options.out, "CSV: camera,frame,t_s,target,x_px,y_px,sd_px,x_mm,state");
     add_json(track_app, track_options.json);
 
+    CLI::App& predict_app = *app.add_subcommand("predict", "What exact Coulomb friction and the closed form say");
+    DriveWords predict_drive;
+    PredictWords predict_words;
+    predict_drive.add_to(predict_app);
+    predict_words.add_to(predict_app);
+
     try {
         app.parse(argc, argv);
     } catch (const CLI::ParseError& e) {
+        if (app.get_subcommands().empty() && argc > 1 && argv[1][0] != '-')
+            std::cerr << "\"" << argv[1] << "\" is not a command of shakerd\n";
         return app.exit(e) == 0 ? exit_ok : exit_input;
     }
     if (run_app.parsed()) {
@@ -102,6 +144,7 @@ int command_line(int argc, char** argv) {
         reduce_session(reduce_options);
     }
     if (track_app.parsed()) track_session(track_options);
+    if (predict_app.parsed()) predict_words.print(predict_drive.read());
     return exit_ok;
 }
 

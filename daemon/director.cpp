@@ -130,12 +130,16 @@ void Director::advance(Mailbox<DriveCommand>& drive) {
     }
 }
 
-// A transient that shrinks from period to period is over when successive drifts agree within their errors.
+// Drifts of whole periods since the drive has been steady; the precision wanted is one ten-thousandth of V / f.
 bool Director::walker_settled() const {
-    std::vector<Estimate> since;
-    for (const FoldedPeriod& p : drifts_)
-        if (p.t_s > steady_from_s_) since.push_back(p.drift);
-    return settled(since);
+    std::vector<double> since;
+    double sigma = 1e-4 * plan_.drive.gamma / (two_pi * frequency_ * frequency_);
+    for (const PeriodFold::Period& p : drifts_) {
+        if ((p.k - 1) / frequency_ < steady_from_s_) continue;  // a drift spans two periods
+        since.push_back(p.drift.value);
+        sigma = std::max(sigma, p.drift.sigma);
+    }
+    return settled(since, sigma);
 }
 
 void Director::command(const Harmonics<Voltage>& volts, int ramp_periods, Mailbox<DriveCommand>& drive) {

@@ -67,7 +67,7 @@ private:
     double steady_from_s_ = 0;    // the newest change of the drive has been in effect since
     double settle_from_s_ = 0;
     double from_s_ = 0, to_s_ = 0, silent_s_ = 0;
-    std::vector<FoldedPeriod> drifts_;
+    std::vector<PeriodFold::Period> drifts_;
 };
 
 }  // namespace shaker

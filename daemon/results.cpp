@@ -2,6 +2,7 @@
 
 #include <spdlog/fmt/fmt.h>
 
+#include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
 #include <numbers>
@@ -51,8 +52,9 @@ std::string results_text(const Reduction& r) {
     return s;
 }
 
-std::string results_json(const Reduction& r) {
+std::string results_json(const Reduction& r, const std::map<std::string, double>& more) {
     nlohmann::json j;
+    for (const auto& [key, value] : more) j[key] = number(value);
     const auto put = [&](const char* key, const char* se_key, const Estimate& e) {
         j[key] = number(e.value);
         j[se_key] = number(e.sigma);

@@ -5,6 +5,7 @@
 #include <chrono>
 #include <cmath>
 #include <cstdio>
+#include <numbers>
 
 #include "daemon/acquisition.hpp"
 #include "daemon/commands.hpp"
@@ -14,6 +15,7 @@
 #include "daemon/results.hpp"
 #include "daemon/rigs.hpp"
 #include "drivers/errors.hpp"
+#include "drivers/simulated/steady_state.hpp"
 
 namespace shaker {
 
@@ -62,16 +64,29 @@ void record_truth(SessionWriter& file, const World& world, const std::string& ca
     if (index == 0) file.scalar("truth/v_D", v_D, "m/s");
 }
 
+// What exact Coulomb friction with the scene's coefficients makes of the base's motion as it was measured.
+double coulomb_drift(const Reduction& r, const Scene& scene) {
+    WalkerSetting setting;
+    setting.frequency = r.frequency.value;
+    for (const MeasuredHarmonic& h : r.harmonics)
+        if (h.q <= max_harmonics) setting.base.at(h.q) = std::polar(h.amplitude.value, h.phase.value);
+    setting.tilt = scene.tilt_deg * std::numbers::pi / 180;
+    setting.g = scene.gravity;
+    setting.friction = {scene.walker.mu_k, scene.walker.mu_s, 0};
+    return settle(WalkerLaw{setting}).v_D;
+}
+
 struct Speed {
     double wall_s, virtual_s, render_s;
 };
 
-void print_truth(const Reduction& r, double v_D, const Speed& speed) {
+void print_truth(const Reduction& r, double v_D, const Scene& scene, const Speed& speed) {
     const double off = r.v_D.value - v_D;
     fmt::print("the simulated truth beside it:\n  {:<22}{:>24} mm/s\n", "v_D of the scene", fmt::format("{:.4f}", 1e3 * v_D));
     fmt::print("  {:<22}{:>24}\n", "measured minus true",
                fmt::format("{:+.4f} mm/s = {:+.3f} % = {:+.2f} standard errors", 1e3 * off, 100 * off / v_D,
                            off / r.v_D.sigma));
+    fmt::print("  {:<22}{:>24} mm/s\n", "Coulomb on this base", fmt::format("{:.4f}", 1e3 * coulomb_drift(r, scene)));
     fmt::print("cost: {:.2f} s of experiment in {:.2f} s, {:.1f} times real time; rendering the pictures took {:.2f} s "
                "({:.0f} %) of it\n",
                speed.virtual_s, speed.wall_s, speed.virtual_s / speed.wall_s, speed.render_s,
@@ -142,7 +157,9 @@ void run(const RunOptions& options) {
     recording.finish(take, r, director.from_s(), director.to_s());
 
     if (options.json) {
-        std::fputs((results_json(r) + "\n").c_str(), stdout);
+        std::map<std::string, double> more;
+        if (bench.world) more["v_D_true_mps"] = v_D;
+        std::fputs((results_json(r, more) + "\n").c_str(), stdout);
         return;
     }
     fmt::print("{}\n", header.title);
@@ -152,7 +169,7 @@ void run(const RunOptions& options) {
         fmt::print("lost: {} accelerometer blocks, {} frames; {} samples clamped\n", lost.blocks_lost.load(),
                    lost.frames_lost.load(), lost.samples_clamped.load());
     if (bench.world)
-        print_truth(r, v_D, {wall.count(), static_cast<double>(output.synthesiser.tick().n) / dac.rate_hz,
+        print_truth(r, v_D, bench.scene, {wall.count(), static_cast<double>(output.synthesiser.tick().n) / dac.rate_hz,
                              bench.world->render_seconds()});
     if (!options.out.empty()) fmt::print("recorded: {}\n", options.out.string());
 }

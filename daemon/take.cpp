@@ -1,5 +1,6 @@
 #include "daemon/take.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 #include "calibration/camera_scale.hpp"
@@ -14,6 +15,8 @@ MotionSeries series_of(const TargetTrack& t) {
     MotionSeries s;
     s.view = t.camera;
     for (const Track& k : t.tracks) {
+        s.stream_from_s = std::min(s.stream_from_s, seconds(k.time));
+        s.stream_to_s = std::max(s.stream_to_s, seconds(k.time));
         if (!found(k.fix.state) || !std::isfinite(k.x_m)) {
             ++s.lost;
             continue;

@@ -15,10 +15,10 @@ public:
     FramePool(int frames, int width, int height, int bytes_per_pixel);
 
     /// A buffer nobody else holds, its fields as in a new Frame of the pool's size, its pixels as they were
-    /// left; or null (counted) when all are out. The caller writes the pixels (without changing the size of
-    /// the vector) and hands it on as a FramePtr. The last pointer returns the buffer, on any thread; frames
-    /// may outlive the pool. Takes nothing from the heap and returns nothing to it while the pool lives. Any
-    /// thread.
+    /// left; or null (counted) when all are out. Any thread. The caller writes the pixels (without changing
+    /// the size of the vector) and hands it on as a FramePtr. The last pointer returns the buffer, on any
+    /// thread; frames may outlive the pool. Takes nothing from the heap and returns nothing to it while the
+    /// pool lives.
     [[nodiscard]] std::shared_ptr<Frame> acquire() noexcept;
     /// How often there was no buffer left.
     [[nodiscard]] std::uint64_t exhausted() const noexcept;

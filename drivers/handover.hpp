@@ -35,8 +35,7 @@ private:
 };
 
 /// The newest value from one thread for one other; older ones that were not taken are gone. Wait-free on both
-/// sides, whatever the size of T. Three slots: the writer owns one, the reader one, and the third changes
-/// hands.
+/// sides, whatever the size of T. Three slots: the writer owns one, the reader one, one changes hands.
 template <class T>
 class Mailbox {
     static_assert(std::is_trivially_copyable_v<T>);

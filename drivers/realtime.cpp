@@ -21,8 +21,7 @@ std::string refusal(const std::string& what, int error, const std::string& remed
     return what + ": " + strerror_r(error, words.data(), words.size()) + "; " + remedy;
 }
 
-/// Recursion, because the stack's next pages have no other name. The second write keeps it from becoming a
-/// loop.
+/// Recursion, because the stack's next pages have no other name. The second write forbids a loop.
 [[gnu::noinline]] void touch_pages(std::size_t count) noexcept {
     std::array<volatile std::byte, page> frame;
     frame[0] = std::byte{1};

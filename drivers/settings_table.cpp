@@ -8,6 +8,7 @@
 #include <fstream>
 #include <set>
 #include <sstream>
+#include <utility>
 
 #include "drivers/errors.hpp"
 
@@ -186,7 +187,7 @@ std::string SettingsTable::text(std::string_view key) {
 
 std::string SettingsTable::text(std::string_view key, std::string otherwise) {
     const toml::node* node = impl_->find(key);
-    return node != nullptr ? impl_->text(key, *node) : otherwise;
+    return node != nullptr ? impl_->text(key, *node) : std::move(otherwise);
 }
 
 std::vector<double> SettingsTable::numbers(std::string_view key, std::size_t count) {

@@ -17,8 +17,7 @@ using Lanes = std::array<double, lanes>;
 using Phases = std::array<std::uint64_t, lanes>;
 
 /// Cosine and sine of phase / 2^64 turns to 2e-16. Our own, because the C library's differs in the last bit
-/// from one processor to another. Taylor terms up to x^16 suffice within an eighth of a turn of a quarter
-/// point.
+/// from one processor to another. Taylor terms up to x^16 suffice up to an eighth of a turn.
 void unit_circle(const Phases& phase, Lanes& cosine, Lanes& sine) noexcept {
     constexpr auto inverse_factorial = [] {
         std::array<double, 17> a{1};

@@ -1,6 +1,5 @@
 #pragma once
-// Harmonics of voltage to samples on one 64-bit integer phase. Real-time: nothing here allocates, locks or
-// logs.
+// Harmonics of voltage to samples on one 64-bit integer phase. Real-time: nothing allocates, locks or logs.
 #include <cstdint>
 #include <optional>
 #include <span>

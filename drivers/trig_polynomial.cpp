@@ -6,7 +6,10 @@ namespace shaker {
 
 namespace {
 
-constexpr double narrowest = 1e-8;  // rad; a cell this small is taken as monotone
+// A cell this small, in rad, is taken as monotone. Only where f, f' and f'' vanish together does it come to
+// that.
+constexpr double narrowest = 1e-6;
+constexpr double flat = 1e-200;  // below this the bounds would underflow
 
 /// Bisects by Newton's steps wherever they stay inside; f(a) and f(b) differ in sign.
 double bracketed_root(const TrigPolynomial& f, const TrigPolynomial& slope, double a, double b,
@@ -102,7 +105,7 @@ double TrigPolynomial::bound(int n) const noexcept {
 }
 
 std::vector<double> sign_changes(const TrigPolynomial& f) {
-    if (f.order == 0) return {};
+    if (const double reach = f.bound(0); reach < std::abs(f.mean) || reach < flat) return {};
     std::vector<double> roots = SignChangeSearch{f}.roots();
     // A root at the seam is found as the last one and belongs to the front.
     if (!roots.empty() && roots.back() == 0) {

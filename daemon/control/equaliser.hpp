@@ -20,7 +20,8 @@ struct EqualiserSettings {
 
 /// Works on settled periods: give it an estimate of a period that lay wholly behind the last change of the drive.
 /// A constant delay between drive and sensor does not matter: it turns harmonic q by q times a phase, and phases are
-/// compared after the turn that brings harmonic 1 onto its target.
+/// compared after the turn that brings harmonic 1 onto its target. An error psi_1 of the nominal response's phase at
+/// harmonic 1 therefore counts q times at harmonic q: psi = psi_q - q psi_1.
 class Equaliser {
 public:
     struct Report {

@@ -40,7 +40,7 @@ double disagreement(std::span<const MotionSeries> views, double f, int order, do
     std::size_t lowest = 0, highest = 0;
     std::vector<Estimate> v;
     for (std::size_t i = 0; i < views.size(); ++i) {
-        if (views[i].t_s.size() < static_cast<std::size_t>(2 * order + 4)) return 0;
+        if (views[i].t_s.size() < 2 * static_cast<std::size_t>(order) + 4) return 0;
         v.push_back(fit_views(views.subspan(i, 1), f, order, Slope::free).fit.slope);
         if (v[i].value < v[lowest].value) lowest = i;
         if (v[i].value > v[highest].value) highest = i;
@@ -63,6 +63,48 @@ double rms_claimed(std::span<const MotionSeries> views) {
         n += static_cast<double>(v.sd_m.size());
     }
     return std::sqrt(sum / n);
+}
+
+/// From the scatter within quarters of periods (white noise), and from the quarters' means: first - second -
+/// third
+/// + fourth is blind to any steady drift within the period. Where the second exceeds the first the noise has
+/// memory, and a mean over four quarters is worse than they tell: by up to 2.
+ErrorOfMean error_of_mean(std::span<const Residual> residuals, double start_s, double frequency_hz) {
+    struct Quarter {
+        double n = 0, y = 0, yy = 0;
+    };
+    double squares = 0, within = 0, freedom = 0, frames = 0, periods = 0;
+    for (std::size_t i = 0; i < residuals.size();) {
+        const double k = std::floor((residuals[i].t_s - start_s) * frequency_hz);
+        std::array<Quarter, 4> q;
+        for (; i < residuals.size(); ++i) {
+            const double part = ((residuals[i].t_s - start_s) * frequency_hz - k) * 4;
+            if (part >= 4) break;
+            Quarter& here = q[static_cast<std::size_t>(std::max(part, 0.0))];
+            ++here.n;
+            here.y += residuals[i].y_m;
+            here.yy += residuals[i].y_m * residuals[i].y_m;
+        }
+        bool whole = true;
+        for (Quarter& c : q) {
+            whole = whole && c.n > 0;
+            if (c.n == 0) continue;
+            c.y /= c.n;
+            within += std::max(0.0, c.yy - c.n * c.y * c.y);
+            freedom += c.n - 1;
+            frames += c.n;
+        }
+        if (!whole) continue;
+        const double contrast = (q[0].y - q[1].y - q[2].y + q[3].y) / 4;
+        squares += contrast * contrast;
+        ++periods;
+    }
+    const double white2 = freedom > 0 && periods > 0 ? within / freedom / (frames / periods) : 0.0;
+    // The periodic fit took the contrasts' own mean: one degree of freedom.
+    const double between2 = periods > 1 ? squares / (periods - 1) : 0.0;
+    const double least2 = std::max(white2, between2);
+    const double memory = white2 > 0 ? std::clamp(between2 / white2, 1.0, 4.0) : 4.0;
+    return {std::sqrt(least2), std::sqrt(least2 * memory)};
 }
 
 }  // namespace
@@ -93,6 +135,7 @@ std::vector<PeriodMean> period_means(std::span<const Residual> residuals, double
     }
     finish();
     std::vector<int> counts;
+    counts.reserve(out.size());
     for (const auto& m : out) counts.push_back(m.frames);
     if (counts.empty()) return out;
     std::sort(counts.begin(), counts.end());
@@ -116,7 +159,7 @@ Drift measure_drift(std::span<const MotionSeries> walkers, double frequency_hz,
         notes.push_back(std::to_string(means.size()) +
                         " whole periods are too few to tell how much the drift itself scatters");
     } else {
-        out.spread = drift_spread(means);
+        out.spread = drift_spread(means, error_of_mean(out.residuals, span_of(walkers).from_s, frequency_hz));
         sigma = std::max(line.sigma, out.spread.sigma_m * frequency_hz);
     }
     const DriftSpread& s = out.spread;

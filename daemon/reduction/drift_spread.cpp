@@ -4,6 +4,7 @@
 #include <boost/math/distributions/students_t.hpp>
 #include <cmath>
 #include <limits>
+#include <numbers>
 
 namespace shaker {
 namespace {
@@ -82,44 +83,103 @@ double dot(const std::vector<double>& a, const std::vector<double>& b) {
 }
 
 struct Candidate {
-    double ratio;       // jitter^2 / error^2
-    double log_weight;  // restricted likelihood, the common scale integrated out
+    double jitter2, error2;
+    double log_weight;  // restricted likelihood
     double slope_sd;    // standard error of the line's slope
-    double scale;       // error^2
 };
 
-Candidate weigh(const Differences& x, double ratio) {
-    const Weighing v(x, ratio, 1);
+Candidate weigh(const Differences& x, double jitter2, double error2) {
+    const Weighing v(x, jitter2, error2);
     const auto d = v.whiten(x.d), g = v.whiten(x.g);
-    const double freedom = static_cast<double>(x.d.size()) - 1;
     const double gg = dot(g, g), gd = dot(g, d);
-    const double rest = std::max(dot(d, d) - gd * gd / gg, std::numeric_limits<double>::min());
-    return {ratio, -0.5 * (v.log_determinant() + std::log(gg) + freedom * std::log(rest)),
-            std::sqrt(rest / freedom * v.slope_variance()), rest / freedom};
+    return {jitter2, error2, -0.5 * (v.log_determinant() + std::log(gg) + dot(d, d) - gd * gd / gg),
+            std::sqrt(v.slope_variance())};
 }
 
-/// Ratios from "the error hides any jitter, even over the whole run" to "jitter only".
-std::vector<Candidate> candidates(const Differences& x) {
-    constexpr int steps = 28;
-    const double n = static_cast<double>(x.d.size()) + 1;
-    const double low = 0.3 / (n * n), high = 300;
-    std::vector<Candidate> out{weigh(x, 0)};
-    for (int i = 0; i < steps; ++i) out.push_back(weigh(x, low * std::pow(high / low, i / (steps - 1.0))));
+double spread_of(const Differences& x) {
+    double sum = 0, squares = 0;
+    for (const double d : x.d) sum += d;
+    for (const double d : x.d) squares += std::pow(d - sum / static_cast<double>(x.d.size()), 2);
+    return squares / std::max(1.0, static_cast<double>(x.d.size()) - 1);
+}
+
+struct Range {
+    double low, high;
+};
+
+/// Candidates over a range of jitter^2, evenly in its logarithm. The prior's exponent decides between white
+/// noise called jitter (sigma too large) and slight jitter called white noise (too small): with 0.3 the
+/// first is sigma = 3 times the scatter, the second still covers 93 % at its worst.
+std::vector<Candidate> over_jitter(const Differences& x, double error2, Range jitter2) {
+    constexpr int steps = 24;
+    std::vector<Candidate> out;
+    for (int j = 0; j <= steps; ++j) {
+        out.push_back(
+            weigh(x, jitter2.low * std::pow(jitter2.high / jitter2.low, j / double{steps}), error2));
+        out.back().log_weight += 0.3 * std::log(out.back().jitter2);
+    }
     return out;
 }
 
-double half_width_95(const std::vector<Candidate>& all, double best, int freedom) {
-    const boost::math::students_t t(freedom);
+const Candidate& likeliest(const std::vector<Candidate>& all) {
+    return *std::max_element(all.begin(), all.end(), [](const Candidate& a, const Candidate& b) {
+        return a.log_weight < b.log_weight;
+    });
+}
+
+/// The part of a coarse grid outside which nothing has weight.
+Range weighty(const std::vector<Candidate>& coarse) {
+    const double enough = likeliest(coarse).log_weight - 14;
+    std::size_t first = 0, last = coarse.size() - 1;
+    while (coarse[first].log_weight < enough) ++first;
+    while (coarse[last].log_weight < enough) --last;
+    return {coarse[first > 0 ? first - 1 : 0].jitter2, coarse[std::min(last + 1, coarse.size() - 1)].jitter2};
+}
+
+struct Error {
+    double variance;
+    double log_prior;
+};
+
+/// Errors over the range told, and, hardly believed beforehand, up to all that the differences show: noise
+/// that remembers for longer than a period.
+std::vector<Error> errors(const Differences& x, double least2, double most2) {
+    constexpr double doubt = -4;
+    std::vector<Error> out;
+    const bool vague = most2 > 1.01 * least2;
+    for (int i = 0; i <= (vague ? 4 : 0); ++i) out.push_back({least2 * std::pow(most2 / least2, i / 4.0), 0});
+    const double all = spread_of(x) / 2;
+    for (int i = 1; i <= 4 && all > most2; ++i)
+        out.push_back({most2 * std::pow(all / most2, i / 4.0), doubt});
+    return out;
+}
+
+/// For each error, jitter from what it hides, even over the whole run, to far more than the differences show,
+/// in finer steps where the weight is.
+std::vector<Candidate> candidates(const Differences& x, double least2, double most2) {
+    const double n = static_cast<double>(x.d.size()) + 1;
+    std::vector<Candidate> out;
+    for (const Error& e : errors(x, least2, most2)) {
+        const Range all{0.01 * e.variance / (n * n), 1e3 * std::max(spread_of(x), e.variance)};
+        const Range range = weighty(over_jitter(x, e.variance, all));
+        auto fine = over_jitter(x, e.variance, range);
+        // A candidate stands for its step: ranges of different errors have steps of different size.
+        for (Candidate& c : fine) c.log_weight += e.log_prior + std::log(std::log(range.high / range.low));
+        out.insert(out.end(), fine.begin(), fine.end());
+    }
+    return out;
+}
+
+double half_width_95(const std::vector<Candidate>& all, double best) {
     double low = 0, high = 0;
-    for (const Candidate& c : all) high = std::max(high, c.slope_sd);
-    high *= boost::math::quantile(t, 0.975) * 1.001;
-    for (int i = 0; i < 50; ++i) {
+    for (const Candidate& c : all) high = std::max(high, 2 * c.slope_sd);
+    for (int i = 0; i < 60; ++i) {
         const double h = (low + high) / 2;
         double outside = 0, total = 0;
         for (const Candidate& c : all) {
             const double weight = std::exp(c.log_weight - best);
             if (weight < 1e-9) continue;
-            outside += weight * 2 * boost::math::cdf(boost::math::complement(t, h / c.slope_sd));
+            outside += weight * std::erfc(h / c.slope_sd / std::numbers::sqrt2);
             total += weight;
         }
         (outside > 0.05 * total ? low : high) = h;
@@ -128,7 +188,7 @@ double half_width_95(const std::vector<Candidate>& all, double best, int freedom
 }
 
 void add_trend(const Differences& x, const Candidate& c, DriftSpread& out) {
-    const Weighing v(x, c.ratio, 1);
+    const Weighing v(x, c.jitter2, c.error2);
     const auto d = v.whiten(x.d), g = v.whiten(x.g), u = v.whiten(x.late);
     const double gg = dot(g, g), gu = dot(g, u), uu = dot(u, u), gd = dot(g, d), ud = dot(u, d);
     const double determinant = gg * uu - gu * gu;
@@ -148,22 +208,22 @@ double few_periods_factor(int freedom) {
     return boost::math::quantile(boost::math::students_t(freedom), 0.975) / 2;
 }
 
-DriftSpread drift_spread(std::span<const PeriodMean> means) {
+DriftSpread drift_spread(std::span<const PeriodMean> means, const ErrorOfMean& told) {
     DriftSpread out;
     if (means.size() < 3) {
         out.sigma_m = std::numeric_limits<double>::infinity();
         return out;
     }
     const Differences x = differences(means);
-    const auto all = candidates(x);
-    const Candidate* best = all.data();
-    for (const Candidate& c : all) {
-        if (c.log_weight > best->log_weight) best = &c;
-    }
-    out.sigma_m = half_width_95(all, best->log_weight, static_cast<int>(x.d.size()) - 1) / 2;
-    out.jitter_m = std::sqrt(best->ratio * best->scale);
-    out.mean_error_m = std::sqrt(best->scale);
-    add_trend(x, *best, out);
+    // Positions without noise still leave rounding, and a likelihood needs a width.
+    const double least = std::max(told.least_m, 1e-15 + 1e-9 * std::sqrt(spread_of(x)));
+    const double most = std::max(told.most_m, least);
+    const auto all = candidates(x, least * least, most * most);
+    const Candidate& best = likeliest(all);
+    out.sigma_m = half_width_95(all, best.log_weight) / 2;
+    out.jitter_m = std::sqrt(best.jitter2);
+    out.mean_error_m = std::sqrt(best.error2);
+    add_trend(x, best, out);
     return out;
 }
 

@@ -12,6 +12,12 @@ struct PeriodMean {
     int frames = 0;  // positions in it
 };
 
+/// Standard deviation of one period's mean, told by the scatter within periods: between these.
+struct ErrorOfMean {
+    double least_m;
+    double most_m;
+};
+
 struct DriftSpread {
     /// Half of the 95 % half-width of the drift per period (m) found by a straight line through all
     /// positions:
@@ -27,10 +33,11 @@ struct DriftSpread {
 
 /// Model: y_k = sum of D_j up to the middle of period k, plus an independent error; D_j = D + jitter.
 /// Differences of successive means then have variance jitter^2/2 + 2 error^2 and covariance jitter^2/4 -
-/// error^2 with the next. The unknown ratio of the two is averaged over, weighted by restricted likelihood,
-/// so that neither noise that is white, nor correlated within a period, nor jitter of the drift leaves sigma
-/// too small. O(periods).
-DriftSpread drift_spread(std::span<const PeriodMean> means);
+/// error^2 with the next. `told`: what the scatter within periods says of the error. Both unknowns are
+/// averaged over, weighted by restricted likelihood, so that neither noise nor jitter of the drift leaves
+/// sigma too small. Where jitter cannot be told from white noise sigma is up to 3 times the line's own
+/// scatter. O(periods).
+DriftSpread drift_spread(std::span<const PeriodMean> means, const ErrorOfMean& told);
 
 /// Half-width that |t| on n degrees of freedom keeps within with 95 %, over 2: what a standard error is
 /// widened by.

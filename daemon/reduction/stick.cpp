@@ -29,7 +29,7 @@ std::vector<Region> near_rest(const Cycle& c) {
     }
     std::vector<Region> out;
     const auto away = std::find(near.begin(), near.end(), false);
-    if (away == near.end()) return {{0, 1}};
+    if (away == near.end()) return {};
     const auto offset = static_cast<std::size_t>(away - near.begin());
     for (std::size_t j = 0; j < n; ++j) {
         const std::size_t i = (offset + j) % n;
@@ -43,6 +43,19 @@ std::vector<Region> near_rest(const Cycle& c) {
         }
     }
     return out;
+}
+
+/// The walker follows the base all through the period: what is left of the relative velocity is noise, and
+/// noise much smaller than the base's motion.
+bool rests_always(const Cycle& c) {
+    double largest = 0, squares = 0, noise = 0;
+    for (const double v : c.v_base_mps) largest = std::max(largest, std::abs(v));
+    for (std::size_t i = 0; i < c.phase.size(); ++i) {
+        const double sd = std::max(c.v_sd_mps[i], 0.005 * largest);
+        squares += std::pow((c.v_mps[i] - c.v_base_mps[i]) / sd, 2);
+        noise = std::max(noise, sd);
+    }
+    return squares < 2 * static_cast<double>(c.phase.size()) && noise < 0.1 * largest;
 }
 
 struct Point {
@@ -146,8 +159,7 @@ Best search(const StickModel& model, Region from, Region to, bool crossing) {
 /// How far each end can move (the other free to follow) before chi^2 rises by `unit`; the larger of both.
 double end_sd(const StickModel& model, const Best& best, double unit, double reach) {
     double sd = 0;
-    for (int step = 1; step <= 40; ++step) {
-        const double d = reach * step / 40;
+    for (double d = 1e-3 * reach; d <= reach; d *= 1.25) {
         double least = std::numeric_limits<double>::infinity();
         for (int k = -8; k <= 8; ++k) {
             const double follow = d * k / 4;
@@ -178,17 +190,17 @@ bool holdable(const BaseCycle& base, const Best& b) {
 }  // namespace
 
 std::vector<StickInterval> find_sticks(std::span<const Folded> folded, const Cycle& cycle,
-                                       const BaseCycle& base, double v_D) {
+                                       const BaseCycle& base, double v_D, double frames_per_period) {
+    if (rests_always(cycle)) return {{0, 1, 0}};
     const auto regions = near_rest(cycle);
     std::vector<StickInterval> out;
-    if (regions.size() == 1 && regions[0].from == 0 && regions[0].to == 1) return {{0, 1, 0}};
     const std::size_t n = regions.size();
     for (std::size_t i = 0; i < n; ++i) {
         const Region& here = regions[i];
         const double before = i > 0 ? regions[i - 1].to : regions[n - 1].to - 1;
         const double after = i + 1 < n ? regions[i + 1].from : regions[0].from + 1;
-        // Slips are nearly straight only near by, and end where the next meeting begins.
-        constexpr double slip = 0.15, slack = 0.05;
+        // A slip ends where the next meeting begins; not all of it, since friction may depend on speed.
+        constexpr double slip = 0.25, slack = 0.05;
         const Region window{std::max(before, here.from - slip), std::min(after, here.to + slip)};
         const StickModel model(points_between(folded, base, v_D, window), base);
         if (model.freedom() < 3) continue;
@@ -199,7 +211,7 @@ std::vector<StickInterval> find_sticks(std::span<const Folded> folded, const Cyc
         const bool found = crossing.fit.chi2 - stick.fit.chi2 > 20 * unit && stick.to - stick.from > 2 * sd;
         if (found && holdable(base, stick)) {
             const double turn = std::floor(stick.from);
-            out.push_back({stick.from - turn, stick.to - turn, sd});
+            out.push_back({stick.from - turn, stick.to - turn, std::max(sd, 0.5 / frames_per_period)});
         }
     }
     std::sort(out.begin(), out.end(), [](const auto& a, const auto& b) { return a.from < b.from; });

@@ -86,7 +86,9 @@ Handle create_file(const std::filesystem::path& file) {
     be_quiet();
     const Handle access = plist(H5P_FILE_ACCESS);
     check(H5Pset_libver_bounds(access.get(), H5F_LIBVER_V18, H5F_LIBVER_LATEST), file.string());
-    return {H5Fcreate(file.c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, access.get()), file.string()};
+    const Handle create = plist(H5P_FILE_CREATE);
+    check(H5Pset_obj_track_times(create.get(), false), file.string());  // of the root group
+    return {H5Fcreate(file.c_str(), H5F_ACC_TRUNC, create.get(), access.get()), file.string()};
 }
 
 Handle open_file(const std::filesystem::path& file) {
@@ -101,9 +103,13 @@ Handle open_file(const std::filesystem::path& file) {
 Handle make_group(hid_t parent, const std::string& path, const std::string& nx_class) {
     const Handle create = plist(H5P_GROUP_CREATE);
     check(H5Pset_obj_track_times(create.get(), false), path);  // same content, same bytes
-    const Handle links = plist(H5P_LINK_CREATE);
-    check(H5Pset_create_intermediate_group(links.get(), 1), path);
-    Handle group{H5Gcreate2(parent, path.c_str(), links.get(), create.get(), H5P_DEFAULT), path};
+    for (std::size_t end = path.find('/'); end != std::string::npos; end = path.find('/', end + 1)) {
+        const std::string above = path.substr(0, end);
+        if (H5Lexists(parent, above.c_str(), H5P_DEFAULT) > 0) continue;
+        const Handle made{H5Gcreate2(parent, above.c_str(), H5P_DEFAULT, create.get(), H5P_DEFAULT), above};
+        set_attribute(made.get(), "NX_class", std::string{"NXcollection"});
+    }
+    Handle group{H5Gcreate2(parent, path.c_str(), H5P_DEFAULT, create.get(), H5P_DEFAULT), path};
     if (!nx_class.empty()) set_attribute(group.get(), "NX_class", nx_class);
     return group;
 }

@@ -109,7 +109,8 @@ public:
         copy_pixels(ahead_, picture.pixels);
         picture.missed = missed_;
         ++given_;
-        if (!capture_.read(ahead_)) ahead_.release();
+        // A picture that cannot be decoded fails once, the end of the movie again and again.
+        if (!capture_.read(ahead_) && !capture_.read(ahead_)) ahead_.release();
         if (ahead_.empty()) {
             require_end();
             return true;

@@ -58,7 +58,8 @@ public:
                  " bytes; at least 8 were expected");
         need(start + notes, stored_.size(), what);
         read(start + notes, stored_.data(), stored_.size(), what);
-        const auto row = static_cast<std::size_t>(format_.width * format_.bytes_per_pixel);
+        const auto row =
+            static_cast<std::size_t>(format_.width) * static_cast<std::size_t>(format_.bytes_per_pixel);
         const auto height = static_cast<std::size_t>(format_.height);
         picture.missed = 0;
         picture.pixels.resize(row * height);

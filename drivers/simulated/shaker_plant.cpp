@@ -18,6 +18,7 @@ ShakerPlant::ShakerPlant(const Scene& scene)
       h_{1 / scene.dac_rate_hz},
       downhill_{scene.gravity * std::sin(scene.tilt_deg * pi / 180)},
       normal_{scene.gravity * std::cos(scene.tilt_deg * pi / 180)} {
+    for (std::size_t k = 0; k < 2; ++k) high_pass_gain_[k] = -std::expm1(-2 * pi * p_.high_pass_hz[k] * h_);
     state_.walker_x = 1e-3 * w_.start_mm;
     state_.slip = contact({0, 0, 0});
 }
@@ -80,11 +81,11 @@ double ShakerPlant::until_change(const Vector& s, double walker_v, int slip, dou
 
 void ShakerPlant::step(double volts) {
     double y = volts;
-    for (std::size_t k = 0; k < 2; ++k) {  // exact for a held input
-        const double w = 2 * pi * p_.high_pass_hz[k];
+    for (std::size_t k = 0; k < 2; ++k) {  // exact for a held input; what goes on is the sample's mean
         const double out = y - high_pass_[k];
-        high_pass_[k] += (1 - std::exp(-w * h_)) * out;
-        y = out;
+        high_pass_[k] += high_pass_gain_[k] * out;
+        const double wh = 2 * pi * p_.high_pass_hz[k] * h_;
+        y = wh > 0 ? out * high_pass_gain_[k] / wh : out;
     }
     volts_ = std::clamp(p_.amplifier_gain * y, -p_.amplifier_limit_v, p_.amplifier_limit_v);
 

@@ -41,7 +41,8 @@ private:
     double h_;               // s a sample
     double downhill_;        // g sin(tilt)
     double normal_;          // g cos(tilt)
-    std::array<double, 2> high_pass_{};  // states
+    std::array<double, 2> high_pass_{};       // states
+    std::array<double, 2> high_pass_gain_{};  // share of the way a state goes in a sample
     double volts_ = 0;       // at the coil
     PlantState state_;
     long events_ = 0;

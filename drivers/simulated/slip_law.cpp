@@ -54,7 +54,7 @@ SlipLaw::SlipLaw(const SlipForces& forces)
     nodes_.reserve(static_cast<std::size_t>(cells) + 1);
     for (int i = 0; i <= cells; ++i) {
         const double phase = i * node_spacing_;
-        const KAndF at = K_and_f(phase, turn(phase));
+        const KAndF at = evaluate(phase, turn(phase));
         nodes_.push_back({at.K, growth(phase) * at.f / omega_});
     }
 }
@@ -67,11 +67,11 @@ void SlipLaw::find_falling_pieces() {
         const double from = cuts[i], to = cuts[i + 1];
         if (sign_ * f_((from + to) / 2) >= 0) continue;
         const bool seam = i + 2 == cuts.size();
-        falling_.push_back({from, to, K_and_f(to, seam ? Turn{} : turn(to)).K, seam});
+        falling_.push_back({from, to, evaluate(to, seam ? Turn{} : turn(to)).K, seam});
     }
 }
 
-SlipLaw::KAndF SlipLaw::K_and_f(double phase, Turn z) const noexcept {
+SlipLaw::KAndF SlipLaw::evaluate(double phase, Turn z) const noexcept {
     double periodic = 0, f = mean_;
     Turn power = z;
     for (std::size_t q = 0; q < static_cast<std::size_t>(f_.order); ++q) {
@@ -140,7 +140,7 @@ SlipLaw::Zero SlipLaw::zero_in(double a, double b, double C) const noexcept {
     double phase = guess(cell, C, a, b);
     Turn z = turn(phase);
     for (int i = 0; i < 100; ++i) {
-        const auto [K, f] = K_and_f(phase, z);
+        const auto [K, f] = evaluate(phase, z);
         const double G = C + K;
         if (G == 0) break;
         (sign_ * G > 0 ? a : b) = phase;

@@ -33,8 +33,8 @@ public:
     explicit SlipLaw(const SlipForces& forces);
 
     /// K at a phase.
-    [[nodiscard]] double K(double phase) const noexcept { return K_and_f(phase, turn(phase)).K; }
-    [[nodiscard]] double K(double phase, Turn z) const noexcept { return K_and_f(phase, z).K; }
+    [[nodiscard]] double k_at(double phase) const noexcept { return evaluate(phase, turn(phase)).K; }
+    [[nodiscard]] double k_at(double phase, Turn z) const noexcept { return evaluate(phase, z).K; }
     /// dv_R/dt at v_R = 0, m/s^2.
     [[nodiscard]] double f(double phase) const noexcept { return f_(phase); }
     /// e^{kappa theta}.
@@ -71,7 +71,7 @@ private:
         double slope;  // dK/dtheta
     };
 
-    [[nodiscard]] KAndF K_and_f(double phase, Turn z) const noexcept;
+    [[nodiscard]] KAndF evaluate(double phase, Turn z) const noexcept;
     [[nodiscard]] double guess(std::size_t cell, double C, double a, double b) const noexcept;
     [[nodiscard]] Zero zero_in(double a, double b, double C) const noexcept;
     void find_falling_pieces();

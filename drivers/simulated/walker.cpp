@@ -24,11 +24,11 @@ Walker::Walker(const WalkerLaw& law, double v, double phase) : law_{&law} {
     if (std::abs(v_R) > 4 * std::numeric_limits<double>::epsilon() * law.velocity_scale()) {
         const Contact direction = v_R > 0 ? Contact::forward : Contact::backward;
         const SlipLaw& slip = law.slip(direction);
-        begin_slip(direction, theta, slip.growth(theta) * v_R - slip.K(theta, z), 0);
+        begin_slip(direction, theta, slip.growth(theta) * v_R - slip.k_at(theta, z), 0);
     } else if (const Contact zone = law.zone_after(theta).contact; zone == Contact::stick) {
         begin_stick(theta, law.x_base(z));
     } else {
-        begin_slip(zone, theta, -law.slip(zone).K(theta, z), theta + departure);
+        begin_slip(zone, theta, -law.slip(zone).k_at(theta, z), theta + departure);
     }
     now_ = {0, v, contact_};
     now_phase_ = theta;
@@ -60,7 +60,7 @@ void Walker::release() noexcept {
     const WalkerLaw::Zone& zone = law_->zone_after(from_);
     if (zone.contact != Contact::stick) {
         record(Contact::stick, zone.contact);
-        return begin_slip(zone.contact, from_, -law_->slip(zone.contact).K(from_), from_ + departure);
+        return begin_slip(zone.contact, from_, -law_->slip(zone.contact).k_at(from_), from_ + departure);
     }
     const Contact direction = law_->next(zone).contact;
     motion_ = {zone.v_base_to, motion_.x + (zone.x_base_to - x_base_from_)};
@@ -78,7 +78,7 @@ void Walker::end_slip() noexcept {
         return begin_stick(phase, law_->x_base(end_.at));
     }
     if (after != before) record(before, after);  // else v_R only touched 0
-    begin_slip(after, phase, -law_->slip(after).K(phase, end_.at), phase + departure);
+    begin_slip(after, phase, -law_->slip(after).k_at(phase, end_.at), phase + departure);
 }
 
 void Walker::take_event() noexcept {
@@ -120,7 +120,7 @@ double Walker::advance_period() noexcept {
         begin_stick(0, law_->x_base_at_0());
     } else {
         const double v_R = motion_.v - law_->v_base_at_0();
-        begin_slip(contact_, 0, v_R - law_->slip(contact_).K(0, Turn{}), 0);
+        begin_slip(contact_, 0, v_R - law_->slip(contact_).k_at(0, Turn{}), 0);
     }
     return walked;
 }

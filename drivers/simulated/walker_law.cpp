@@ -46,18 +46,17 @@ void check_contact(const WalkerSetting& s) {
 
 WalkerSetting checked(const WalkerSetting& s) {
     const Friction& mu = s.friction;
-    require(std::isfinite(s.frequency) && s.frequency > 0, "frequency (Hz)", s.frequency, "above 0");
-    require(std::isfinite(s.g) && s.g > 0, "g (m/s^2)", s.g, "above 0");
+    require(s.frequency >= 1e-3 && s.frequency <= 1e5, "frequency (Hz)", s.frequency, "0.001 to 100000");
+    require(s.g > 0 && s.g <= 1e3, "g (m/s^2)", s.g, "above 0, up to 1000");
     require(std::abs(s.tilt) < std::numbers::pi / 2, "tilt (rad)", s.tilt, "between -pi/2 and pi/2");
-    require(std::isfinite(mu.mu_k) && mu.mu_k >= 0, "mu_k", mu.mu_k, "0 or more");
-    require(std::isfinite(mu.mu_s) && mu.mu_s >= mu.mu_k, "mu_s", mu.mu_s, "mu_k or more");
+    require(mu.mu_k >= 0 && mu.mu_k <= 100, "mu_k", mu.mu_k, "0 to 100");
+    require(mu.mu_s >= mu.mu_k && mu.mu_s <= 100, "mu_s", mu.mu_s, "mu_k to 100");
     require(mu.viscous >= 0 && mu.viscous / s.frequency <= most_damping, "viscous friction (1/s)", mu.viscous,
             "0 to 100 times the frequency");
     for (int q = 1; q <= max_harmonics; ++q) {
-        require(std::isfinite(std::abs(s.base.at(q))), "a base harmonic (m/s^2)", std::abs(s.base.at(q)),
-                "finite");
-        require(std::isfinite(std::abs(s.vertical.at(q))), "a vertical harmonic (m/s^2)",
-                std::abs(s.vertical.at(q)), "finite");
+        const double base = std::abs(s.base.at(q)), vertical = std::abs(s.vertical.at(q));
+        require(base <= 1e6, "a base harmonic (m/s^2)", base, "up to 1e6");
+        require(vertical <= 1e6, "a vertical harmonic (m/s^2)", vertical, "up to 1e6");
     }
     check_contact(s);
     return s;
@@ -116,7 +115,7 @@ void WalkerLaw::find_zones() {
         zone.v_base_to = v_base_(z);
         zone.x_base_to = x_base_(z);
         const Contact following = next(zone).contact;
-        if (following != Contact::stick) zone.C_next = -slip(following).K(zone.to, z);
+        if (following != Contact::stick) zone.C_next = -slip(following).k_at(zone.to, z);
     }
 }
 

@@ -20,12 +20,12 @@ struct Friction {
 /// The walker's surroundings. n(t) = g cos b + a_z is the normal force a unit mass; gravity pulls with g sin
 /// b towards +x, so a positive tilt helps forward.
 struct WalkerSetting {
-    double frequency = 20;             // Hz
-    Harmonics<Acceleration> base;      // a_B along the shaker's axis
-    Harmonics<Acceleration> vertical;  // a_z
-    double tilt = 0;                   // b, rad
-    double g = paper_g;                // m/s^2
-    Friction friction;
+    double frequency = 20;               // Hz
+    Harmonics<Acceleration> base{};      // a_B along the shaker's axis
+    Harmonics<Acceleration> vertical{};  // a_z
+    double tilt = 0;                     // b, rad
+    double g = paper_g;                  // m/s^2
+    Friction friction{};
 };
 
 /// Sign of v_R = v - v_B, or at rest on the base.

@@ -188,7 +188,7 @@ void add_splatter(bench::Table& table) {
     const auto add = [&](const char* method, const std::vector<double>& signal) {
         table.add({{"method", method},
                    {"harmonics", 2.0},
-                   {"splatter above 500 Hz", test::splatter_dB(signal, rate, 500), "dB", 4},
+                   {"splatter above 500 Hz", test::splatter_db(signal, rate, 500), "dB", 4},
                    {"conditions", "gamma 0.6 -> 1, phi 0 -> 90 deg, 1.4 s around the change"}});
     };
     add("shakerd, live change over one period", test::around_ramp(from, to));

@@ -36,9 +36,11 @@ struct Toy {
     }
 };
 
+// psi: phase error of the nominal response at harmonic 2 and above, beyond the turn that harmonic 1 tells.
 Toy toy(double magnitude, double psi) {
-    Toy t{.h = nominal()};
-    for (auto& h : t.h) h *= std::polar(magnitude, psi);
+    Toy t;
+    t.h = nominal();
+    for (std::size_t k = 0; k < t.h.size(); ++k) t.h[k] *= std::polar(magnitude, k > 0 ? psi : 0.0);
     return t;
 }
 
@@ -62,9 +64,8 @@ TEST(EqualiserTest, DivergesBeyondItsStatedLimitAndNotBelow) {
     // psi = 1.2 rad: the limit is 2 cos(1.2)/1 = 0.7247.
     for (const double gain : {0.70, 0.75}) {
         Toy t = toy(1, 1.2);
-        t.h[0] *= std::polar(1.0, -1.2);  // harmonic 1 sets the time origin; only harmonic 2 is off by psi
         Equaliser eq{harmonics(Drive{.gamma = 5}), nominal(), {.harmonics = 2, .gain = gain, .volts_limit = 1e9}};
-        for (int k = 0; k < 400; ++k) eq.update(t.measured(eq.volts()), 1e-6);
+        for (int k = 0; k < 2000; ++k) eq.update(t.measured(eq.volts()), 1e-6);
         const double error = std::abs(t.base(eq.volts()).at(2) - 2.5);
         EXPECT_EQ(error < 1e-3, gain < 0.7247) << "gain " << gain << ", error " << error;
     }
@@ -88,7 +89,7 @@ TEST(EqualiserTest, NoiseDoesNotKeepItFromLocking) {
     Equaliser eq{harmonics(Drive{.gamma = 9.8}), nominal()};
     int locked = 0;
     for (int k = 0; k < 60; ++k) locked += eq.update(t.measured(eq.volts()), t.noise).locked ? 1 : 0;
-    EXPECT_GT(locked, 30);
+    EXPECT_GT(locked, 15);  // eight complex errors within three sd at once: about every second period
 }
 
 TEST(EqualiserTest, TheLimitScalesTheShapeAndSaysSo) {

@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include <atomic>
+#include <array>
 #include <optional>
 #include <set>
 #include <thread>
@@ -104,8 +104,8 @@ TEST(FramePoolTest, FramesComeHomeFromAnotherThread) {
     }
     reader.join();
     for (int i = 0; i < 2; ++i) {  // all are back, and stay usable
-        std::vector<FramePtr> all;
-        for (int k = 0; k < 8; ++k) all.push_back(pool.acquire());
+        std::array<FramePtr, 8> all;
+        for (FramePtr& frame : all) frame = pool.acquire();
         for (const FramePtr& frame : all) EXPECT_NE(frame, nullptr);
     }
 }
@@ -124,7 +124,8 @@ TEST(FramePoolTest, NeitherAllocatesNorFrees) {
         const FramePtr one = pool.acquire();
         const FramePtr two = pool.acquire();
         const FramePtr none = pool.acquire();
-        const FramePtr shared = one;
+        FramePtr shared = one;
+        shared = two;
     }
 }
 

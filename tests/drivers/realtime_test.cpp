@@ -22,7 +22,7 @@ constexpr bool sanitised = false;
 
 void in_new_thread(const std::function<void()>& body) { std::thread{body}.join(); }
 
-long locked_kB() {
+long locked_kb() {
     std::ifstream status{"/proc/self/status"};
     std::string word;
     while (status >> word)
@@ -38,7 +38,7 @@ TEST(RealtimeTest, MemoryIsLockedOrTheRefusalSaysWhatToChange) {
     if (sanitised)
         GTEST_SKIP() << "a sanitiser turns mlockall into nothing, for its memory is too large to lock";
     const std::string refused = lock_memory();
-    const long kB = locked_kB();
+    const long kB = locked_kb();
     munlockall();
     if (refused.empty()) {
         EXPECT_GT(kB, 1000);

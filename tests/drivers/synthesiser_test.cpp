@@ -181,8 +181,7 @@ TEST(SynthesiserTest, ChangesTellEverySampleOfRampsInAmplitudeAndFrequency) {
                 want += (a.real() + weight * (b.real() - a.real())) * std::sin(q * angle) +
                         (a.imag() + weight * (b.imag() - a.imag())) * std::cos(q * angle);
             }
-            // Steps on the way are rounded from doubles, to 1e-16 of the change in step: 1e-12 rad in 10000
-            // samples.
+            // Steps on the way are rounded from doubles, to 1e-16 of the change in step: 1e-12 rad in all.
             ASSERT_NEAR(volts[static_cast<std::size_t>(n)], static_cast<double>(want), 1e-12)
                 << "sample " << n;
             const auto difference = static_cast<long double>(static_cast<std::int64_t>(change.step - step));
@@ -315,8 +314,7 @@ TEST(SynthesiserTest, AThousandRandomChangesNeverJumpNorLeaveADirectPart) {
         }
     }
     EXPECT_EQ(synth.clamped(), 0U);
-    // Steady, the slope is at most that of a full second harmonic, 2 w / rate = 5.2e-3; a ramp may add a
-    // tenth.
+    // Steady, the slope is at most that of a full second harmonic, 2 w / rate = 5.2e-3; ramps add a tenth.
     EXPECT_LE(largest_step, 1.1 * 2 * two_pi * f / rate);
     // The direct part of a ramp, 4/(3 pi) of a period at most for a change by 1, is linear in the change: the
     // sum of all telescopes to that of one change by at most 1.

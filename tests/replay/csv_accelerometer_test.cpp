@@ -45,9 +45,10 @@ std::vector<AccelBlock> all_blocks(Accelerometer& accelerometer) {
 
 TEST(CsvAccelerometerTest, EveryDigitOfTheTextSurvives) {
     const SessionFolder folder;
-    std::vector<Row> rows;
+    std::vector<Row> rows(150);
     for (int i = 0; i < 150; ++i)
-        rows.push_back({0.00025 * i, -11.765631 + 0.000013 * i, 0.405260 - i, 9.816808 + 0.5 * (i % 7)});
+        rows[static_cast<std::size_t>(i)] = {0.00025 * i, -11.765631 + 0.000013 * i, 0.405260 - i,
+                                             9.816808 + 0.5 * (i % 7)};
     const auto device = open(folder, rows);
     const AccelerometerInfo info = device->info();
     EXPECT_NEAR(info.rate_hz, 4000, 1e-6);
@@ -94,9 +95,9 @@ TEST(CsvAccelerometerTest, MissingSamplesLeaveTicksOutAndMarkTheBlockAfter) {
 TEST(CsvAccelerometerTest, RoundedStampsDoNotMiscountALongGap) {
     // At 3 kHz in whole microseconds most steps read 333 us: 1e-3 too short, 40 samples wrong over this gap.
     const SessionFolder folder;
-    std::vector<Row> rows;
+    std::vector<Row> rows(1000);
     for (int i = 0; i < 1000; ++i)
-        rows.push_back({std::round(1e6 * (i < 500 ? i : i + 40000) / 3000.0) * 1e-6});
+        rows[static_cast<std::size_t>(i)].t = std::round(1e6 * (i < 500 ? i : i + 40000) / 3000.0) * 1e-6;
     const auto device = open(folder, rows);
     EXPECT_NEAR(device->info().rate_hz, 3000, 1e-3);
     std::int64_t first_after = 0;
@@ -107,8 +108,9 @@ TEST(CsvAccelerometerTest, RoundedStampsDoNotMiscountALongGap) {
 
 TEST(CsvAccelerometerTest, SmallJitterIsStraightenedAndLargeJitterRefusedWithItsLine) {
     const SessionFolder folder;
-    std::vector<Row> rows;
-    for (int i = 0; i < 400; ++i) rows.push_back({0.001 * i + (i % 2 == 0 ? 0.1e-3 : -0.1e-3)});
+    std::vector<Row> rows(400);
+    for (int i = 0; i < 400; ++i)
+        rows[static_cast<std::size_t>(i)].t = 0.001 * i + (i % 2 == 0 ? 0.1e-3 : -0.1e-3);
     EXPECT_NEAR(open(folder, rows)->info().rate_hz, 1000, 0.01);
     rows[200].t += 0.25e-3;
     expect_in(refusal([&] { open(folder, rows); }), {"accel.csv:202: ", "\"t_s\"", "20 %"});

@@ -179,7 +179,7 @@ TEST_F(LabSessionTest, TimesWithMoreOrFewerRowsThanFramesAreRefusedWithBothCount
 }
 
 TEST_F(LabSessionTest, TheRateOfAMakersFileIsTakenWhenNoneIsGiven) {
-    folder.write("run.mraw", std::string(3 * 8 * 4, 'x'));
+    folder.write("run.mraw", std::string(96, 'x'));
     folder.write("run.cih",
                  "Record Rate(fps) : 2000\nTotal Frame : 3\nImage Width : 8\nImage Height : 4\n"
                  "Color Type : Mono\nColor Bit : 8\nFile Format : MRaw\nEND\n");

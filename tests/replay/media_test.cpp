@@ -19,7 +19,8 @@ std::vector<Picture> all_pictures(Media& media) {
 }
 
 unsigned value_at(const Picture& picture, const PictureFormat& format, int x, int y) {
-    const auto index = static_cast<std::size_t>((y * format.width + x) * format.bytes_per_pixel);
+    const auto index =
+        static_cast<std::size_t>(y * format.width + x) * static_cast<std::size_t>(format.bytes_per_pixel);
     std::uint16_t value = 0;
     std::memcpy(&value, &picture.pixels.at(index), static_cast<std::size_t>(format.bytes_per_pixel));
     return value;
@@ -308,10 +309,12 @@ TEST(PhantomTest, WhatIsNotUncompressedGreyIsRefused) {
     expect_in(refusal([&] { open(folder.write("run.cine", "RIFF....")); }), {"run.cine", "not a Phantom"});
 }
 
-/// Lossless, so that what is read back can be compared to the last bit.
-std::filesystem::path write_movie(const SessionFolder& folder, int frames, bool colour) {
-    const auto file = folder / "run.avi";
-    cv::VideoWriter writer{file.string(), cv::VideoWriter::fourcc('F', 'F', 'V', '1'), 25.0, {64, 48}, true};
+std::filesystem::path write_movie(const SessionFolder& folder, int frames, bool colour,
+                                  const std::string& codec = "FFV1") {
+    auto file = folder / "run.avi";
+    cv::VideoWriter writer{
+        file.string(), cv::CAP_FFMPEG, cv::VideoWriter::fourcc(codec[0], codec[1], codec[2], codec[3]),
+        25.0,          {64, 48},       true};
     for (int k = 0; k < frames; ++k) {
         cv::Mat image(48, 64, CV_8UC3);
         for (int y = 0; y < 48; ++y)
@@ -340,6 +343,32 @@ TEST(MovieTest, EveryPictureOfAMovieIsGivenOnce) {
             EXPECT_NEAR(value_at(pictures[static_cast<std::size_t>(k)], media->format(), 8, 8),
                         20 + 4 * (k % 40), 2);
         }
+    }
+}
+
+/// Overwrites picture number `which` in an AVI, whose chunks of pictures are marked "00dc" and their size.
+void destroy_picture(const std::filesystem::path& file, int which) {
+    std::ifstream in{file, std::ios::binary};
+    std::string bytes{std::istreambuf_iterator<char>{in}, {}};
+    std::size_t at = bytes.find("movi");
+    for (int k = 0; k <= which; ++k) at = bytes.find("00dc", at + 4);
+    std::uint32_t size = 0;
+    std::memcpy(&size, &bytes.at(at + 4), sizeof size);
+    bytes.replace(at + 8, size, size, '\0');
+    std::ofstream{file, std::ios::binary} << bytes;
+}
+
+TEST(MovieTest, APictureThatCannotBeDecodedIsCountedAsMissing) {
+    const SessionFolder folder;
+    const auto file = write_movie(folder, 10, false, "MJPG");
+    destroy_picture(file, 4);
+    const auto media = open(file);
+    const auto pictures = all_pictures(*media);
+    ASSERT_EQ(pictures.size(), 9U);
+    for (std::size_t k = 0; k < pictures.size(); ++k) {
+        EXPECT_EQ(pictures[k].missed, k == 4 ? 1 : 0) << k;
+        const int number = static_cast<int>(k < 4 ? k : k + 1);
+        EXPECT_NEAR(value_at(pictures[k], media->format(), 8, 8), 20 + 4 * number, 3);  // what JPEG may lose
     }
 }
 

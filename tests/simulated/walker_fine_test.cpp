@@ -38,7 +38,7 @@ class FineTest : public testing::TestWithParam<Kind> {};
 
 TEST_P(FineTest, EveryPeriodAndEventEqualsTheFineStepper) {
     std::mt19937_64 random{20240519};
-    const int settings = GetParam().order > 4 ? 4 : 20, periods = 3;
+    const int settings = GetParam().order > 4 ? 3 : 12, periods = 3;
     int events = 0;
     for (int i = 0; i < settings; ++i) {
         const WalkerSetting setting = random_setting(random, GetParam());

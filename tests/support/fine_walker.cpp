@@ -31,23 +31,23 @@ FineWalker::FineWalker(const WalkerSetting& setting, long double v, int steps)
         if (b != 0.0L) base_.push_back({q, std::abs(b), std::arg(b)});
         if (z != 0.0L) vertical_.push_back({q, std::abs(z), std::arg(z)});
     }
-    const long double v_rel = v - v_B(0);
+    const long double v_rel = v - v_base(0);
     switch_to(sign_of(v_rel), 0, v, 0);
     if (std::abs(v_rel) < 1e-15L * omega_) meet_base(0);
     events_.clear();
 }
 
-long double FineWalker::a_B(long double theta) const {
+long double FineWalker::a_base(long double theta) const {
     long double sum = 0;
     for (const Term& t : base_) sum += t.amplitude * std::sin(t.q * theta + t.phase);
     return sum;
 }
-long double FineWalker::v_B(long double theta) const {
+long double FineWalker::v_base(long double theta) const {
     long double sum = 0;
     for (const Term& t : base_) sum -= t.amplitude / (t.q * omega_) * std::cos(t.q * theta + t.phase);
     return sum;
 }
-long double FineWalker::x_B(long double theta) const {
+long double FineWalker::x_base(long double theta) const {
     long double sum = 0;
     for (const Term& t : base_)
         sum -= t.amplitude / (t.q * t.q * omega_ * omega_) * std::sin(t.q * theta + t.phase);
@@ -60,7 +60,7 @@ long double FineWalker::normal(long double theta) const {
 }
 long double FineWalker::drive_margin(long double theta) const {
     const long double pull = setting_.g * std::sin(static_cast<long double>(setting_.tilt));
-    return std::abs(a_B(theta) - pull) - setting_.friction.mu_s * normal(theta);
+    return std::abs(a_base(theta) - pull) - setting_.friction.mu_s * normal(theta);
 }
 
 // With damping c the forces of frequency qw are answered with a gain and a lag; without, they are integrated.
@@ -105,10 +105,10 @@ long double FineWalker::x_slip(long double theta) const {
     return x_start_ + sum * h / omega_;
 }
 
-long double FineWalker::v_R_rate(long double theta) const {
+long double FineWalker::v_rel_rate(long double theta) const {
     const long double pull = setting_.g * std::sin(static_cast<long double>(setting_.tilt));
-    return pull - s_ * setting_.friction.mu_k * normal(theta) - setting_.friction.viscous * v_R(theta) -
-           a_B(theta);
+    return pull - s_ * setting_.friction.mu_k * normal(theta) - setting_.friction.viscous * v_rel(theta) -
+           a_base(theta);
 }
 
 void FineWalker::switch_to(int s, long double theta, long double v, long double x) {
@@ -120,22 +120,23 @@ void FineWalker::switch_to(int s, long double theta, long double v, long double 
 }
 
 void FineWalker::meet_base(long double theta) {
-    const long double x = s_ == 0 ? x_start_ + x_B(theta) - x_B(start_) : x_slip(theta);
+    const long double x = s_ == 0 ? x_start_ + x_base(theta) - x_base(start_) : x_slip(theta);
     const long double pull = setting_.g * std::sin(static_cast<long double>(setting_.tilt));
-    const int after = drive_margin(theta) <= 0 ? 0 : -sign_of(a_B(theta) - pull);
-    switch_to(after, theta, v_B(theta), x);
+    const int after = drive_margin(theta) <= 0 ? 0 : -sign_of(a_base(theta) - pull);
+    switch_to(after, theta, v_base(theta), x);
 }
 
 /// The margin is zero here to rounding and about to be positive: it slips, whatever its sign says.
 void FineWalker::release(long double theta) {
     const long double pull = setting_.g * std::sin(static_cast<long double>(setting_.tilt));
-    switch_to(-sign_of(a_B(theta) - pull), theta, v_B(theta), x_start_ + x_B(theta) - x_B(start_));
+    switch_to(-sign_of(a_base(theta) - pull), theta, v_base(theta),
+              x_start_ + x_base(theta) - x_base(start_));
 }
 
 /// s v_R at b is below zero, or has been so at an extremum between a and b. Right after the segment's start
 /// v_R leaves zero, so the first step is judged from its middle.
 bool FineWalker::slip_ends_in(long double a, long double b, long double& at) const {
-    const auto gap = [this](long double theta) { return s_ * v_R(theta); };
+    const auto gap = [this](long double theta) { return s_ * v_rel(theta); };
     long double left = a;
     if (a == start_) {  // find where it has clearly left
         left = a + (b - a) / 192;
@@ -148,7 +149,7 @@ bool FineWalker::slip_ends_in(long double a, long double b, long double& at) con
     }
     // Both ends are above: v_R may still have dipped below between them, where its rate turns from falling to
     // rising.
-    const auto rate = [this](long double theta) { return s_ * v_R_rate(theta); };
+    const auto rate = [this](long double theta) { return s_ * v_rel_rate(theta); };
     if (rate(left) >= 0 || rate(b) <= 0) return false;
     const long double lowest = bisect(rate, left, b);
     if (gap(lowest) >= 0 || gap(left) <= 0) return false;
@@ -189,8 +190,8 @@ long double FineWalker::advance_period() {
             a = at;
         }
     }
-    const long double D = s_ == 0 ? x_start_ + x_B(turn_ld) - x_B(start_) : x_slip(turn_ld);
-    v_ = s_ == 0 ? v_B(0) : v_slip(turn_ld);
+    const long double D = s_ == 0 ? x_start_ + x_base(turn_ld) - x_base(start_) : x_slip(turn_ld);
+    v_ = s_ == 0 ? v_base(0) : v_slip(turn_ld);
     return D;
 }
 

@@ -28,15 +28,15 @@ private:
         int q;
         long double amplitude, phase;
     };
-    [[nodiscard]] long double a_B(long double theta) const;
-    [[nodiscard]] long double v_B(long double theta) const;
-    [[nodiscard]] long double x_B(long double theta) const;
+    [[nodiscard]] long double a_base(long double theta) const;
+    [[nodiscard]] long double v_base(long double theta) const;
+    [[nodiscard]] long double x_base(long double theta) const;
     [[nodiscard]] long double normal(long double theta) const;
     [[nodiscard]] long double drive_margin(long double theta) const;  // |a_B - g sin b| - mu_s n
     [[nodiscard]] long double v_slip(long double theta) const;        // from the segment's start
     [[nodiscard]] long double x_slip(long double theta) const;
-    [[nodiscard]] long double v_R(long double theta) const { return v_slip(theta) - v_B(theta); }
-    [[nodiscard]] long double v_R_rate(long double theta) const;  // dv_R/dt in slip
+    [[nodiscard]] long double v_rel(long double theta) const { return v_slip(theta) - v_base(theta); }
+    [[nodiscard]] long double v_rel_rate(long double theta) const;  // dv_R/dt in slip
     [[nodiscard]] bool slip_ends_in(long double a, long double b, long double& at) const;
     void switch_to(int s, long double theta, long double v, long double x);
     void meet_base(long double theta);

@@ -17,11 +17,10 @@ constexpr std::int64_t change_at = 100 * period;
 
 }  // namespace
 
-double splatter_dB(std::span<const double> signal, double rate_hz, double above_hz) {
+double splatter_db(std::span<const double> signal, double rate_hz, double above_hz) {
     const auto n = static_cast<double>(signal.size());
     std::vector<double> windowed(signal.begin(), signal.end());
-    // This window's side lobes fall by 54 dB an octave: nothing of 40 Hz is left at 500 Hz above a double's
-    // rounding.
+    // This window's side lobes fall by 54 dB an octave: nothing of 40 Hz is left at 500 Hz but rounding.
     for (std::size_t i = 0; i < windowed.size(); ++i)
         windowed[i] *= std::pow(std::sin(0.5 * two_pi * static_cast<double>(i) / n), 8);
     Eigen::FFT<double> fft;

@@ -10,7 +10,7 @@ namespace shaker::test {
 /// Energy above `above_hz` relative to all energy, in dB, of a signal (any units) at `rate_hz` samples a
 /// second. The signal is weighted with the eighth power of a sine, so its ends do not count and its middle
 /// does most.
-double splatter_dB(std::span<const double> signal, double rate_hz, double above_hz);
+double splatter_db(std::span<const double> signal, double rate_hz, double above_hz);
 
 /// Equal harmonics 1 and 2, as the paper's drive with rho = 1/2, gamma in volts.
 DriveCommand biharmonic(double gamma, double phi, double frequency);

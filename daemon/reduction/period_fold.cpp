@@ -1,0 +1,82 @@
+#include "daemon/reduction/period_fold.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+
+namespace shaker {
+
+void PeriodFold::enter(int k) noexcept {
+    k_ = k;
+    frames_ = 0;
+    area_ = variance_ = 0;
+}
+
+std::optional<PeriodFold::Period> PeriodFold::finish(double t_s, double x_m) noexcept {
+    const double end = start_s_ + (k_ + 1) * period_s_;
+    const double x_end = last_x_ + (x_m - last_x_) * (end - last_t_) / (t_s - last_t_);
+    area_ += (end - last_t_) * (last_x_ + x_end) / 2;
+    last_t_ = end;
+    last_x_ = x_end;
+    Period done{k_, frames_, area_ / period_s_, {}};
+    most_frames_ = std::max(most_frames_, frames_);
+    const bool usable = whole_ && frames_ > 0 && frames_ >= 0.9 * most_frames_;
+    const double variance = frames_ > 0 ? variance_ / (static_cast<double>(frames_) * frames_) : 0.0;
+    if (usable && before_ && before_->k + 1 == k_) {
+        done.drift = {done.mean_m - before_->mean_m, std::sqrt(variance + before_variance_)};
+    }
+    before_.reset();
+    if (usable) {
+        before_ = done;
+        before_variance_ = variance;
+    }
+    return done;
+}
+
+std::optional<PeriodFold::Period> PeriodFold::add(double t_s, double x_m, double sd_m) noexcept {
+    std::optional<Period> done;
+    const int k = static_cast<int>(std::floor(std::max((t_s - start_s_) / period_s_, -1.0)));
+    if (any_ && k > k_) {
+        if (k_ >= 0) {
+            done = finish(t_s, x_m);
+        } else {
+            const double x0 = last_x_ + (x_m - last_x_) * (start_s_ - last_t_) / (t_s - last_t_);
+            last_t_ = start_s_;
+            last_x_ = x0;
+        }
+        whole_ = k == k_ + 1;
+        enter(k);
+    } else if (!any_) {
+        whole_ = std::abs(t_s - start_s_) < 1e-9 * period_s_;
+        enter(k);
+    }
+    if (k >= 0) {
+        if (any_) area_ += (t_s - last_t_) * (x_m + last_x_) / 2;
+        variance_ += sd_m * sd_m;
+        ++frames_;
+    }
+    any_ = true;
+    last_t_ = t_s;
+    last_x_ = x_m;
+    return done;
+}
+
+bool settled(std::span<const double> D, double sigma) noexcept {
+    constexpr std::size_t needed = 6;
+    if (D.size() < needed || !(sigma > 0)) return false;
+    const auto last = D.last(needed);
+    for (const double d : last) {
+        if (!std::isfinite(d)) return false;
+    }
+    for (std::size_t i = 3; i < needed; ++i) {
+        if (std::abs(last[i] - last[i - 1]) > 3 * sigma * std::sqrt(2.0)) return false;
+    }
+    const double before = (last[0] + last[1] + last[2]) / 3, now = (last[3] + last[4] + last[5]) / 3;
+    if (std::abs(now - before) > 2 * sigma * std::sqrt(2.0 / 3)) return false;
+    const auto five = last.last(5);
+    const bool rising = std::adjacent_find(five.begin(), five.end(), std::greater_equal<>()) == five.end();
+    const bool falling = std::adjacent_find(five.begin(), five.end(), std::less_equal<>()) == five.end();
+    return !rising && !falling;
+}
+
+}  // namespace shaker
