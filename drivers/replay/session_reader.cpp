@@ -110,13 +110,15 @@ std::vector<DriveChange> SessionReader::changes() const {
     const auto ramp = h5::read<std::int64_t>(opened_->entry.get(), g + "ramp_samples");
     const auto ramp_periods = h5::read<std::int64_t>(opened_->entry.get(), g + "ramp_periods");
     const auto phase = h5::read<std::uint64_t>(opened_->entry.get(), g + "phase");
+    const auto phase_low = h5::read<std::uint64_t>(opened_->entry.get(), g + "phase_low");
     const auto step = h5::read<std::uint64_t>(opened_->entry.get(), g + "step");
+    const auto step_low = h5::read<std::uint64_t>(opened_->entry.get(), g + "step_low");
     const auto sequence = h5::read<std::uint64_t>(opened_->entry.get(), g + "sequence");
     const auto frequency = h5::read<double>(opened_->entry.get(), g + "frequency");
     const auto re = h5::read<double>(opened_->entry.get(), g + "harmonics_re");
     const auto im = h5::read<double>(opened_->entry.get(), g + "harmonics_im");
     for (const auto* v : {&ramp, &ramp_periods}) same_length(*v, first.size(), g);
-    for (const auto* v : {&phase, &step, &sequence}) same_length(*v, first.size(), g);
+    for (const auto* v : {&phase, &phase_low, &step, &step_low, &sequence}) same_length(*v, first.size(), g);
     same_length(frequency, first.size(), g + "frequency");
     for (const auto* v : {&re, &im}) same_length(*v, max_harmonics * first.size(), g + "harmonics");
     std::vector<DriveChange> out(first.size());
@@ -129,8 +131,8 @@ std::vector<DriveChange> SessionReader::changes() const {
         c.command.sequence = sequence[i];
         c.first = {first[i]};
         c.ramp = ramp[i];
-        c.phase = phase[i];
-        c.step = step[i];
+        c.phase = turns_of(phase[i], phase_low[i]);
+        c.step = turns_of(step[i], step_low[i]);
     }
     return out;
 }

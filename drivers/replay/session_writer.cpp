@@ -192,14 +192,16 @@ void SessionWriter::text(const std::string& path, const std::string& text) {
 
 void SessionWriter::Streams::write_changes() {
     std::vector<std::int64_t> first, ramp, ramp_periods;
-    std::vector<std::uint64_t> phase, step, sequence;
+    std::vector<std::uint64_t> phase, phase_low, step, step_low, sequence;
     std::vector<double> re, im, frequency;
     for (const DriveChange& c : changes) {
         first.push_back(c.first.n);
         ramp.push_back(c.ramp);
         ramp_periods.push_back(c.command.ramp_periods);
-        phase.push_back(c.phase);
-        step.push_back(c.step);
+        phase.push_back(high_word(c.phase));
+        phase_low.push_back(low_word(c.phase));
+        step.push_back(high_word(c.step));
+        step_low.push_back(low_word(c.step));
         sequence.push_back(c.command.sequence);
         frequency.push_back(c.command.frequency);
         for (const std::complex<double>& a : c.command.volts.a) {
@@ -213,7 +215,9 @@ void SessionWriter::Streams::write_changes() {
     h5::write<std::int64_t>(g.get(), "ramp_samples", ramp, {n}, "1");
     h5::write<std::int64_t>(g.get(), "ramp_periods", ramp_periods, {n}, "1");
     h5::write<std::uint64_t>(g.get(), "phase", phase, {n}, "1");
+    h5::write<std::uint64_t>(g.get(), "phase_low", phase_low, {n}, "1");
     h5::write<std::uint64_t>(g.get(), "step", step, {n}, "1");
+    h5::write<std::uint64_t>(g.get(), "step_low", step_low, {n}, "1");
     h5::write<std::uint64_t>(g.get(), "sequence", sequence, {n}, "1");
     h5::write<double>(g.get(), "frequency", frequency, {n}, "Hz");
     h5::write<double>(g.get(), "harmonics_re", re, {n, max_harmonics}, "V");
