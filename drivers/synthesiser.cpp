@@ -61,10 +61,10 @@ void ramp_weights(std::int64_t first, std::int64_t ramp, Lanes& weight) noexcept
     for (double& w : weight) w = 0.5 - 0.5 * w;
 }
 
-/// Phase a sample, a part `weight` of the way from one step to another.
-std::uint64_t step_between(std::uint64_t from, std::uint64_t to, double weight) noexcept {
-    const double difference = static_cast<double>(static_cast<std::int64_t>(to - from));
-    return from + static_cast<std::uint64_t>(static_cast<std::int64_t>(weight * difference));
+/// Phase a sample, a part `weight` of the way from one step to another, in 2^-64 turns from the first.
+Turns step_between(Turns from, Turns to, double weight) noexcept {
+    const auto difference = static_cast<double>(static_cast<std::int64_t>(high_word(to) - high_word(from)));
+    return from + turns_of(static_cast<std::uint64_t>(static_cast<std::int64_t>(weight * difference)), 0);
 }
 
 /// Im sum_q a_q z^q by Horner's rule, where coefficient(q - 1, lane) is a_q in that lane.
@@ -91,11 +91,6 @@ struct Complex {
     double im;
 };
 
-std::uint64_t step_of(double frequency, double rate_hz) noexcept {
-    // long double carries the 64 bits that a step may need; the quotient is then rounded once.
-    return static_cast<std::uint64_t>(std::llround(static_cast<long double>(frequency) / rate_hz * 0x1p64L));
-}
-
 /// At least one period in 2^32 samples, and every harmonic below half the rate.
 bool playable(double frequency, int order, double rate_hz) noexcept {
     return frequency >= rate_hz * 0x1p-32 && frequency * std::max(order, 1) < rate_hz / 2;
@@ -120,7 +115,7 @@ Synthesiser::Synthesiser(double rate_hz, double frequency, double limit_V)
                          " Hz"};
     if (!(limit_V > 0 && std::isfinite(limit_V)))
         throw InputError{"voltage limit " + std::to_string(limit_V) + " V: must be positive"};
-    step_ = step_of(frequency, rate_hz);
+    step_ = turns_per_sample(frequency, rate_hz);
 }
 
 void Synthesiser::set(const DriveCommand& command) noexcept {
@@ -151,7 +146,7 @@ void Synthesiser::skip(std::int64_t samples) noexcept {
         if (ramping_) {
             skip_ramp(n);
         } else {
-            phase_ += static_cast<std::uint64_t>(n) * step_;
+            phase_ += static_cast<Turns>(n) * step_;
             last_step_ = step_;
             tick_.n += n;
         }
@@ -167,15 +162,15 @@ std::int64_t Synthesiser::next_stretch(std::int64_t wanted) noexcept {
         begin_change();
         return std::min(wanted, change_.ramp);
     }
-    // The wrap is 2^64 - phase_ away, which is -phase_; phase_ is not 0 here.
-    const std::uint64_t to_wrap = (-phase_ - 1) / step_ + 1;
+    // The wrap is 2^128 - phase_ away, which is -phase_; phase_ is not 0 here.
+    const Turns to_wrap = (-phase_ - 1) / step_ + 1;
     return std::min(wanted, static_cast<std::int64_t>(to_wrap));
 }
 
 void Synthesiser::begin_change() noexcept {
-    const double period = 0x1p64 / static_cast<double>(step_);
+    const double period = 0x1p128 / static_cast<double>(step_);
     change_ = {*pending_, tick_, std::llround(pending_->ramp_periods * period), phase_,
-               step_of(pending_->frequency, rate_hz_)};
+               turns_per_sample(pending_->frequency, rate_hz_)};
     order_ = std::max(volts_.order(), change_.command.volts.order());
     pending_.reset();
     changed_ = true;
@@ -192,7 +187,7 @@ void Synthesiser::end_ramp() noexcept {
 void Synthesiser::fill_steady(std::span<double> volts) noexcept {
     for (std::size_t done = 0; done < volts.size(); done += lanes) {
         Phases phase;
-        for (std::size_t i = 0; i < lanes; ++i) phase[i] = phase_ + i * step_;
+        for (std::size_t i = 0; i < lanes; ++i) phase[i] = high_word(phase_ + i * step_);
         Lanes block;
         evaluate(order_, phase, block, [this](std::size_t q, std::size_t) {
             return Complex{volts_.a[q].real(), volts_.a[q].imag()};
@@ -218,7 +213,7 @@ void Synthesiser::fill_ramp(std::span<double> volts) noexcept {
         ramp_weights(tick_.n - change_.first.n, change_.ramp, weight);
         Phases phase{};
         for (std::size_t i = 0; i < n; ++i) {
-            phase[i] = phase_;
+            phase[i] = high_word(phase_);
             last_step_ = step_between(step_, change_.step, weight[i]);
             phase_ += last_step_;
         }
@@ -254,7 +249,8 @@ void Synthesiser::put(std::span<const double> block, std::span<double> volts) no
 }
 
 double Synthesiser::realised(double frequency, double rate_hz) noexcept {
-    return static_cast<double>(static_cast<long double>(step_of(frequency, rate_hz)) * 0x1p-64L * rate_hz);
+    return static_cast<double>(static_cast<long double>(turns_per_sample(frequency, rate_hz)) * 0x1p-128L *
+                               rate_hz);
 }
 
 }  // namespace shaker

@@ -1,11 +1,12 @@
 #pragma once
-// Harmonics of voltage to samples on one 64-bit integer phase. Real-time: nothing allocates, locks or logs.
+// Harmonics of voltage to samples on one integer phase. Real-time: nothing allocates, locks or logs.
 #include <cstdint>
 #include <optional>
 #include <span>
 
 #include "drivers/drive.hpp"
 #include "drivers/time.hpp"
+#include "drivers/turns.hpp"
 
 namespace shaker {
 
@@ -20,16 +21,23 @@ struct DriveCommand {
 /// A command as it was applied: enough, with the one before, to regenerate every sample.
 struct DriveChange {
     DriveCommand command;
-    DacTick first;            // first sample of the ramp: a start of a period
-    std::int64_t ramp = 0;    // samples
-    std::uint64_t phase = 0;  // at `first`; 2^64 is one turn
-    std::uint64_t step = 0;   // phase a sample after the ramp
+    DacTick first;          // first sample of the ramp: a start of a period
+    std::int64_t ramp = 0;  // samples
+    Turns phase = 0;        // at `first`
+    Turns step = 0;         // phase a sample after the ramp
 };
 
 /// Fills blocks of samples. Starts silent at phase 0; a command is taken at the next start of a period (the
 /// first sample whose phase wrapped) and ramped in as complex coefficients, with the frequency ramped beside
 /// them. A command given during a ramp waits for the start of a period after its end. Samples depend on the
 /// commands and the ticks at which they were taken alone, not on the sizes of the blocks nor on the machine.
+///
+/// Phase is summed in 128 bits and the harmonics read its upper 64. A step is frequency / rate rounded up to
+/// 2^-128 turn, so n samples at one frequency are ahead of the exact phase by less than n 2^-128 turn: the
+/// harmonics' phase is within 2^-64 turn for ever, and period k of a run at one frequency starts at the
+/// sample where it should, the first at or after k rate / frequency, also where that is a whole number. This
+/// holds for the first 2^42 samples (3 years at 48 kHz) of any frequency and rate. During a ramp of the
+/// frequency the steps on the way are rounded to 2^-64 turn; what follows is exact from where the ramp ended.
 class Synthesiser {
 public:
     /// rate_hz: samples a second; frequency: of the silent start; limit_V: no sample leaves beyond +-limit_V.
@@ -52,8 +60,9 @@ public:
     [[nodiscard]] std::uint64_t refused() const noexcept { return refused_; }
     /// Next sample to be filled and its phase.
     [[nodiscard]] DacTick tick() const noexcept { return tick_; }
-    [[nodiscard]] std::uint64_t phase() const noexcept { return phase_; }
-    /// The frequency that is really played for a request: a whole number of 2^-64 turns a sample.
+    [[nodiscard]] Turns phase() const noexcept { return phase_; }
+    /// The frequency that is really played for a request: above it by less than 2^-128 of the rate, which to
+    /// a double is the same number.
     static double realised(double frequency, double rate_hz) noexcept;
 
 private:
@@ -70,9 +79,9 @@ private:
     double rate_hz_;
     double limit_V_;
     DacTick tick_;
-    std::uint64_t phase_ = 0;
-    std::uint64_t step_;        // steady, or before the ramp
-    std::uint64_t last_step_;   // what led to phase_: the phase has just wrapped when phase_ < last_step_
+    Turns phase_ = 0;
+    Turns step_;                // steady, or before the ramp
+    Turns last_step_;           // what led to phase_: the phase has just wrapped when phase_ < last_step_
     Harmonics<Voltage> volts_;  // steady, or before the ramp
     int order_ = 0;             // harmonics that are not silent, those of the ramp's end included
     DriveChange change_;

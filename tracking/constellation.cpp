@@ -16,7 +16,7 @@ constexpr double longest_companion_absence = 30;
 
 }  // namespace
 
-Constellation::Constellation(std::vector<Point> places, std::size_t targets, double radius)
+Constellation::Constellation(std::span<const Point> places, std::size_t targets, double radius)
     : targets_{targets}, radius_{radius}, chosen_(targets, nobody) {
     for (const Point& p : places) {
         Member m{.at = p, .velocity = {}, .neighbour = 1e9};

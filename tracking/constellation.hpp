@@ -17,7 +17,7 @@ public:
     static constexpr int nobody = -1;
 
     /// Places in frame 0; `radius` is how much of a member must be inside the image to be expected there.
-    Constellation(std::vector<Point> places, std::size_t targets, double radius);
+    Constellation(std::span<const Point> places, std::size_t targets, double radius);
     /// Index of each target's candidate, or nobody. `frames` have passed since the last call.
     std::span<const int> assign(std::span<const Candidate> candidates, int width, int height, double frames);
 

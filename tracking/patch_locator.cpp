@@ -40,6 +40,12 @@ struct PatchLocator::Sums {
     Eigen::Matrix<double, 2, 7> smooth = Eigen::Matrix<double, 2, 7>::Zero();
 };
 
+std::size_t PatchLocator::block_of(int x, int y) const noexcept {
+    const int row = y / block, column = x / block;
+    return static_cast<std::size_t>(row) * static_cast<std::size_t>(block_columns_) +
+           static_cast<std::size_t>(column);
+}
+
 template <class P>
 void PatchLocator::accumulate(const P& pixels, const Box& cut, int x0, int y0, Sums& sums) const {
     for (int y = cut.y0; y < cut.y1; ++y) {
@@ -48,8 +54,7 @@ void PatchLocator::accumulate(const P& pixels, const Box& cut, int x0, int y0, S
         const double *px = texture_.smooth_dx(y), *py = texture_.smooth_dy(y);
         for (int from = cut.x0; from < cut.x1;) {
             const int to = std::min(cut.x1, (from / block + 1) * block);
-            const bool used =
-                block_weight_[static_cast<std::size_t>(y / block * block_columns_ + from / block)] > 0;
+            const bool used = block_weight_[block_of(from, y)] > 0;
             for (int x = used ? from : to; x < to; ++x) {
                 const Eigen::Matrix<double, 5, 1> c{1, t[x], tx[x], ty[x], static_cast<double>(row[x])};
                 sums.gram.noalias() += c * c.transpose();
@@ -73,7 +78,7 @@ double PatchLocator::weigh_blocks(const P& pixels, const Box& cut, int x0, int y
         const double* t = texture_.value(y);
         for (int x = cut.x0; x < cut.x1; ++x) {
             const double r = static_cast<double>(row[x]) - gain * t[x] - offset;
-            const auto b = static_cast<std::size_t>(y / block * block_columns_ + x / block);
+            const auto b = block_of(x, y);
             block_residual_[b] += r * r;
             block_size_[b] += 1;
         }
@@ -191,7 +196,8 @@ Point PatchLocator::learn(const ImageView& image) {
     texture_ = Texture{image, box};
     learned_ = {0.5 * (box.x0 + box.x1 - 1), 0.5 * (box.y0 + box.y1 - 1)};
     block_columns_ = (texture_.width() + block - 1) / block;
-    const auto blocks = static_cast<std::size_t>(block_columns_ * ((texture_.height() + block - 1) / block));
+    const auto blocks = static_cast<std::size_t>(block_columns_) *
+                        static_cast<std::size_t>((texture_.height() + block - 1) / block);
     block_weight_.assign(blocks, 1.0);
     block_residual_.assign(blocks, 0.0);
     block_size_.assign(blocks, 0.0);

@@ -34,6 +34,7 @@ private:
     void accumulate(const P& pixels, const Box& cut, int x0, int y0, Sums& sums) const;
     template <class P>
     double weigh_blocks(const P& pixels, const Box& cut, int x0, int y0, double gain, double offset);
+    [[nodiscard]] std::size_t block_of(int x, int y) const noexcept;
     void find_direction();
     void find_noise(const ImageView& image);
     bool judge(const Solution& solution, Candidate& out) const;

@@ -13,7 +13,7 @@ enum class TrackState { ok, degraded, lost, reacquired };
 struct Fix {
     double x_px = std::numeric_limits<double>::quiet_NaN();
     double y_px = std::numeric_limits<double>::quiet_NaN();
-    double sd_px = std::numeric_limits<double>::quiet_NaN();  // standard deviation of x_px and of y_px
+    double sd_px = std::numeric_limits<double>::quiet_NaN();  // standard deviation along the shaker's axis
     TrackState state = TrackState::lost;
 };
 

@@ -28,20 +28,26 @@ private:
 };
 
 template <class T>
-concept Element = std::same_as<T, double> || std::same_as<T, std::int64_t> || std::same_as<T, std::uint64_t> ||
-                  std::same_as<T, std::int32_t> || std::same_as<T, std::uint8_t> || std::same_as<T, std::uint16_t>;
+concept Element =
+    std::same_as<T, double> || std::same_as<T, std::int64_t> || std::same_as<T, std::uint64_t> ||
+    std::same_as<T, std::int32_t> || std::same_as<T, std::uint8_t> || std::same_as<T, std::uint16_t>;
 
 /// HDF5's name for a C++ type in memory; files hold the same, little-endian.
 template <Element T>
 hid_t type_of() noexcept;
 
+/// HDF5's own words for what went wrong last: the innermost message of its error stack.
+std::string own_words();
+/// Keeps HDF5 from printing errors of this thread by itself.
+void be_quiet();
 /// Throws DeviceError with `what` and HDF5's own words when a call failed.
 void check(herr_t status, const std::string& what);
 
 Handle create_file(const std::filesystem::path& file);
 /// Read-only; InputError when it is missing or not HDF5.
 Handle open_file(const std::filesystem::path& file);
-/// Group at `path` below `parent`, with the groups on the way; `nx_class` is left out when empty.
+/// Group at `path` below `parent`, with the groups on the way (NXcollection); `nx_class` is left out when
+/// empty.
 Handle make_group(hid_t parent, const std::string& path, const std::string& nx_class);
 
 void set_attribute(hid_t object, const std::string& name, const std::string& text);
@@ -49,18 +55,28 @@ void set_attribute(hid_t object, const std::string& name, double value);
 void set_attribute(hid_t object, const std::string& name, std::int64_t value);
 void set_attribute(hid_t object, const std::string& name, const std::vector<std::string>& texts);
 
-/// Whole data sets. `shape` is the product of values.size(); a text is a fixed-length string.
+/// Whole data sets. `shape` is the product of values.size(); units of a pure number: "1" or empty; a text is
+/// a fixed-length string.
 template <Element T>
 void write(hid_t parent, const std::string& name, std::span<const T> values, std::vector<hsize_t> shape,
            const std::string& units);
 void write_text(hid_t parent, const std::string& name, const std::string& text);
 
 bool exists(hid_t parent, const std::string& path);
+/// Throws InputError naming the path when it is not a group.
+Handle open_group(hid_t parent, const std::string& path);
 /// Names of what is in a group, in alphabetical order.
 std::vector<std::string> names_in(hid_t parent, const std::string& path);
 
-/// Reading throws InputError naming the path when it is missing, of another kind, or larger than `limit` elements.
-std::vector<hsize_t> shape_of(hid_t parent, const std::string& path);
+/// Reading throws InputError naming the path when it is missing, of another type than T or a fixed-length
+/// text, kept in other files, damaged, or larger than `limit` elements or than the file can hold: what is
+/// taken from memory is bounded by the size of the file.
+struct Description {
+    std::vector<hsize_t> shape;
+    std::size_t element;  // bytes
+};
+/// Of a data set, whose elements all fit into the file.
+Description description_of(hid_t parent, const std::string& path);
 template <Element T>
 std::vector<T> read(hid_t parent, const std::string& path, std::size_t limit = 400'000'000);
 std::string read_text(hid_t parent, const std::string& path);

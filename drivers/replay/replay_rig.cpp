@@ -14,16 +14,24 @@ public:
           arrived_{h5::read<std::int64_t>(r.opened().entry.get(), "raw/accelerometer/block_arrived")},
           quality_{h5::read<std::uint8_t>(r.opened().entry.get(), "raw/accelerometer/block_quality")},
           size_{h5::read<std::uint8_t>(r.opened().entry.get(), "raw/accelerometer/block_size")} {
-        if (arrived_.size() != first_.size() || quality_.size() != first_.size() || size_.size() != first_.size())
+        if (arrived_.size() != first_.size() || quality_.size() != first_.size() ||
+            size_.size() != first_.size())
             throw InputError{"recording: raw/accelerometer has block columns of different length"};
+        std::size_t samples = 0;
+        for (const std::uint8_t n : size_) {
+            if (n > AccelBlock::capacity)
+                throw InputError{"recording: raw/accelerometer/block_size " + std::to_string(n) +
+                                 " is more than " + std::to_string(AccelBlock::capacity)};
+            samples += n;
+        }
+        if (3 * samples != counts_.size())
+            throw InputError{"recording: raw/accelerometer/counts has " + std::to_string(counts_.size()) +
+                             " values, its blocks have 3 x " + std::to_string(samples)};
     }
     [[nodiscard]] AccelerometerInfo info() const override { return info_; }
     bool read(AccelBlock& block, std::chrono::milliseconds) override {
         if (ended()) return false;
         const std::size_t n = size_[next_];
-        if (n > AccelBlock::capacity || 3 * (sample_ + n) > counts_.size())
-            throw InputError{"recording: raw/accelerometer block " + std::to_string(next_) + " has " +
-                             std::to_string(n) + " samples, which are not there"};
         block = {.first = {first_[next_]},
                  .arrived = HostTime{std::chrono::nanoseconds{arrived_[next_]}},
                  .quality = static_cast<Quality>(quality_[next_]),
@@ -55,18 +63,18 @@ public:
           arrived_{h5::read<std::int64_t>(entry_, at_ + "arrived")},
           mid_{h5::read<double>(entry_, at_ + "mid_exposure")},
           quality_{h5::read<std::uint8_t>(entry_, at_ + "quality")} {
-        const std::vector<hsize_t> shape =
-            tick_.empty() ? std::vector<hsize_t>{0, 0, 0} : h5::shape_of(entry_, at_ + "frames");
-        if (shape.size() != 3 || shape[0] != tick_.size() || arrived_.size() != tick_.size() ||
-            mid_.size() != tick_.size() || quality_.size() != tick_.size() || shape[1] > 20000 || shape[2] > 20000)
+        if (arrived_.size() != tick_.size() || mid_.size() != tick_.size() || quality_.size() != tick_.size())
             throw InputError{"recording: " + at_ + " has columns of different length"};
+        if (tick_.empty()) return;
+        const auto [shape, bytes] = h5::description_of(entry_, at_ + "frames");
+        if (shape.size() != 3 || shape[0] != tick_.size() || shape[1] > 20000 || shape[2] > 20000)
+            throw InputError{"recording: " + at_ + "frames is not " + std::to_string(tick_.size()) +
+                             " pictures of at most 20000 x 20000 pixels"};
+        if (bytes != 1 && bytes != 2)
+            throw InputError{"recording: " + at_ + "frames has neither 8 nor 16 bits"};
         height_ = static_cast<int>(shape[1]);
         width_ = static_cast<int>(shape[2]);
-        if (tick_.empty()) return;
-        const h5::Handle set{H5Dopen2(entry_, (at_ + "frames").c_str(), H5P_DEFAULT), at_};
-        const h5::Handle type{H5Dget_type(set.get()), at_};
-        bytes_ = static_cast<int>(H5Tget_size(type.get()));
-        if (bytes_ != 1 && bytes_ != 2) throw InputError{"recording: " + at_ + "frames has neither 8 nor 16 bits"};
+        bytes_ = static_cast<int>(bytes);
     }
     [[nodiscard]] const View& view() const override { return view_; }
     FramePtr read(std::chrono::milliseconds) override {

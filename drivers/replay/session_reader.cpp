@@ -1,4 +1,6 @@
 #include <algorithm>
+#include <cmath>
+#include <limits>
 
 #include "drivers/errors.hpp"
 #include "drivers/replay/opened_session.hpp"
@@ -9,10 +11,15 @@ namespace {
 
 int whole(hid_t at, const std::string& path, const std::string& name, int min, int max) {
     const double v = h5::read_attribute(at, path, name);
-    if (!(v >= min && v <= max))
-        throw InputError{"recording: " + path + "@" + name + " = " + std::to_string(v) + " is not in " +
-                         std::to_string(min) + ".." + std::to_string(max)};
+    if (!(v >= min && v <= max && v == std::floor(v)))
+        throw InputError{"recording: " + path + "@" + name + " = " + std::to_string(v) +
+                         " is not a whole number in " + std::to_string(min) + ".." + std::to_string(max)};
     return static_cast<int>(v);
+}
+
+/// The attribute "order" of one of `count` things.
+std::size_t place(hid_t entry, const std::string& path, std::size_t count) {
+    return static_cast<std::size_t>(whole(entry, path, "order", 0, static_cast<int>(count) - 1));
 }
 
 View read_view(hid_t entry, const std::string& camera) {
@@ -28,8 +35,9 @@ View read_view(hid_t entry, const std::string& camera) {
     view.targets.resize(names.size());
     for (const std::string& name : names) {
         const std::string at = path + "/targets/" + name;
-        Target& t = view.targets[static_cast<std::size_t>(
-            whole(entry, at, "order", 0, static_cast<int>(names.size()) - 1))];
+        Target& t = view.targets[place(entry, at, names.size())];
+        if (!t.name.empty())
+            throw InputError{"recording: " + at + "@order is that of \"" + t.name + "\" too"};
         t.name = name;
         t.kind = static_cast<TargetKind>(whole(entry, at, "kind", 0, static_cast<int>(TargetKind::patch)));
         t.polarity = static_cast<Polarity>(whole(entry, at, "polarity", 0, 1));
@@ -71,7 +79,7 @@ SessionReader::SessionReader(const std::filesystem::path& file) : opened_{std::m
     opened_->file = h5::open_file(file);
     if (!h5::exists(opened_->file.get(), "entry"))
         throw InputError{file.string() + ": not a recording of shakerd: it has no group \"entry\""};
-    opened_->entry = h5::Handle{H5Gopen2(opened_->file.get(), "entry", H5P_DEFAULT), "entry"};
+    opened_->entry = h5::open_group(opened_->file.get(), "entry");
     const hid_t e = opened_->entry.get();
     SessionHeader& header = opened_->header;
     header.title = h5::read_text(e, "title");
@@ -80,15 +88,23 @@ SessionReader::SessionReader(const std::filesystem::path& file) : opened_{std::m
     header.scene = h5::read_text(e, "process/scene_text");
     header.frequency_hz = h5::read_attribute(e, "process", "frequency_hz");
     header.keep_frames = whole(e, "process", "keep_frames", 0, 1) != 0;
-    header.dac = {h5::read_attribute_text(e, "raw/drive", "name"), h5::read_attribute(e, "raw/drive", "rate_hz"),
-                   h5::read_attribute(e, "raw/drive", "full_scale_V")};
+    header.dac = {h5::read_attribute_text(e, "raw/drive", "name"),
+                  h5::read_attribute(e, "raw/drive", "rate_hz"),
+                  h5::read_attribute(e, "raw/drive", "full_scale_V")};
     header.accelerometer = read_accelerometer(e);
     header.views.resize(static_cast<std::size_t>(whole(e, "process", "cameras", 0, 64)));
+    std::size_t cameras = 0;
     for (const std::string& name : h5::names_in(e, "raw")) {
         if (name == "drive" || name == "accelerometer") continue;
-        const int order = whole(e, "raw/" + name, "order", 0, static_cast<int>(header.views.size()) - 1);
-        header.views[static_cast<std::size_t>(order)] = read_view(e, name);
+        View& view = header.views.at(place(e, "raw/" + name, header.views.size()));
+        if (!view.camera.empty())
+            throw InputError{"recording: raw/" + name + "@order is that of \"" + view.camera + "\" too"};
+        view = read_view(e, name);
+        ++cameras;
     }
+    if (cameras != header.views.size())
+        throw InputError{"recording: raw has " + std::to_string(cameras) + " cameras, process@cameras says " +
+                         std::to_string(header.views.size())};
 }
 
 SessionReader::~SessionReader() = default;
@@ -110,15 +126,26 @@ std::vector<DriveChange> SessionReader::changes() const {
     const auto ramp = h5::read<std::int64_t>(opened_->entry.get(), g + "ramp_samples");
     const auto ramp_periods = h5::read<std::int64_t>(opened_->entry.get(), g + "ramp_periods");
     const auto phase = h5::read<std::uint64_t>(opened_->entry.get(), g + "phase");
+    const auto phase_low = h5::read<std::uint64_t>(opened_->entry.get(), g + "phase_low");
     const auto step = h5::read<std::uint64_t>(opened_->entry.get(), g + "step");
+    const auto step_low = h5::read<std::uint64_t>(opened_->entry.get(), g + "step_low");
     const auto sequence = h5::read<std::uint64_t>(opened_->entry.get(), g + "sequence");
     const auto frequency = h5::read<double>(opened_->entry.get(), g + "frequency");
     const auto re = h5::read<double>(opened_->entry.get(), g + "harmonics_re");
     const auto im = h5::read<double>(opened_->entry.get(), g + "harmonics_im");
-    for (const auto* v : {&ramp, &ramp_periods}) same_length(*v, first.size(), g);
-    for (const auto* v : {&phase, &step, &sequence}) same_length(*v, first.size(), g);
+    same_length(ramp, first.size(), g + "ramp_samples");
+    same_length(ramp_periods, first.size(), g + "ramp_periods");
+    same_length(phase, first.size(), g + "phase");
+    same_length(phase_low, first.size(), g + "phase_low");
+    same_length(step, first.size(), g + "step");
+    same_length(step_low, first.size(), g + "step_low");
+    same_length(sequence, first.size(), g + "sequence");
     same_length(frequency, first.size(), g + "frequency");
-    for (const auto* v : {&re, &im}) same_length(*v, max_harmonics * first.size(), g + "harmonics");
+    same_length(re, max_harmonics * first.size(), g + "harmonics_re");
+    same_length(im, max_harmonics * first.size(), g + "harmonics_im");
+    for (const std::int64_t n : ramp_periods)
+        if (n < 1 || n > std::numeric_limits<int>::max())
+            throw InputError{"recording: " + g + "ramp_periods " + std::to_string(n) + " is not 1 or more"};
     std::vector<DriveChange> out(first.size());
     for (std::size_t i = 0; i < out.size(); ++i) {
         DriveChange& c = out[i];
@@ -129,21 +156,24 @@ std::vector<DriveChange> SessionReader::changes() const {
         c.command.sequence = sequence[i];
         c.first = {first[i]};
         c.ramp = ramp[i];
-        c.phase = phase[i];
-        c.step = step[i];
+        c.phase = turns_of(phase[i], phase_low[i]);
+        c.step = turns_of(step[i], step_low[i]);
     }
     return out;
 }
 
 bool SessionReader::has(const std::string& path) const { return h5::exists(opened_->entry.get(), path); }
 
-std::vector<std::string> SessionReader::names(const std::string& path) const { return h5::names_in(opened_->entry.get(), path); }
+std::vector<std::string> SessionReader::names(const std::string& path) const {
+    return h5::names_in(opened_->entry.get(), path);
+}
 
 std::vector<Column> SessionReader::table(const std::string& path) const {
     std::vector<Column> columns;
     for (const std::string& name : h5::names_in(opened_->entry.get(), path)) {
         const std::string at = path + "/" + name;
-        columns.push_back({name, h5::read_attribute_text(opened_->entry.get(), at, "units"), h5::read<double>(opened_->entry.get(), at)});
+        columns.push_back({name, h5::read_attribute_text(opened_->entry.get(), at, "units"),
+                           h5::read<double>(opened_->entry.get(), at)});
     }
     if (columns.empty()) throw InputError{"recording has no table \"" + path + "\""};
     return columns;

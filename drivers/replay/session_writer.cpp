@@ -54,7 +54,7 @@ void describe(hid_t group, const View& view) {
 
 struct SessionWriter::Streams {
     struct CameraStream {
-        bool frames_made = false;
+        std::array<int, 3> size{};  // width, height, bytes a pixel; 0 before the first frame
         h5::Handle group;
         h5::Appender<std::uint8_t> pixels8;
         h5::Appender<std::uint16_t> pixels16;
@@ -75,6 +75,8 @@ struct SessionWriter::Streams {
     void open_accelerometer(const AccelerometerInfo& info);
     void open_camera(const View& view, std::int64_t order);
     void write_changes();
+    /// The group that `path` lies in.
+    void make_room(const std::string& path);
 };
 
 void SessionWriter::Streams::open_drive(const DacInfo& dac) {
@@ -112,7 +114,7 @@ SessionWriter::SessionWriter(const std::filesystem::path& file, const SessionHea
     Streams& s = *streams_;
     s.file = h5::create_file(file);
     s.keep_frames = header.keep_frames;
-        h5::set_attribute(streams_->file.get(), "NX_class", std::string{"NXroot"});
+    h5::set_attribute(streams_->file.get(), "NX_class", std::string{"NXroot"});
     h5::set_attribute(streams_->file.get(), "default", std::string{"entry"});
     h5::set_attribute(streams_->file.get(), "creator", std::string{"shakerd"});
     streams_->entry = h5::make_group(streams_->file.get(), "entry", "NXentry");
@@ -151,55 +153,70 @@ void SessionWriter::add(const AccelBlock& block) {
 
 void SessionWriter::add(std::size_t camera, const Frame& frame) {
     auto c = std::next(streams_->cameras.begin(), static_cast<std::ptrdiff_t>(camera));
+    const std::array<int, 3> size{frame.width, frame.height, frame.bytes_per_pixel};
+    const bool first = c->size == std::array<int, 3>{};
+    if (streams_->keep_frames && !first && c->size != size)
+        throw DeviceError{
+            fmt::format("camera {}: a frame of {} x {} pixels of {} bytes after frames of {} x {} of {}",
+                        camera, size[0], size[1], size[2], c->size[0], c->size[1], c->size[2])};
+    c->size = size;
     c->tick.append(frame.tick.n);
     c->arrived.append(frame.arrived.time_since_epoch().count());
     c->mid_exposure.append(frame.mid_exposure ? seconds(*frame.mid_exposure)
                                               : std::numeric_limits<double>::quiet_NaN());
     c->quality.append(static_cast<std::uint8_t>(frame.quality));
     if (!streams_->keep_frames) return;
-    if (!std::exchange(c->frames_made, true)) {
-        const std::vector<hsize_t> size{static_cast<hsize_t>(frame.height), static_cast<hsize_t>(frame.width)};
-        if (frame.bytes_per_pixel == 1) c->pixels8 = {c->group.get(), "frames", size, 1, "count"};
-        else c->pixels16 = {c->group.get(), "frames", size, 1, "count"};
+    if (first) {
+        const std::vector<hsize_t> row{static_cast<hsize_t>(frame.height), static_cast<hsize_t>(frame.width)};
+        if (frame.bytes_per_pixel == 1)
+            c->pixels8 = {c->group.get(), "frames", row, 1, "count"};
+        else
+            c->pixels16 = {c->group.get(), "frames", row, 1, "count"};
     }
     if (frame.bytes_per_pixel == 1) {
         c->pixels8.append({reinterpret_cast<const std::uint8_t*>(frame.pixels.data()), frame.pixels.size()});
     } else {
-        c->pixels16.append({reinterpret_cast<const std::uint16_t*>(frame.pixels.data()), frame.pixels.size() / 2});
+        c->pixels16.append(
+            {reinterpret_cast<const std::uint16_t*>(frame.pixels.data()), frame.pixels.size() / 2});
     }
 }
 
-void SessionWriter::table(const std::string& path, const std::vector<Column>& columns, const std::string& nx_class,
-                          const std::map<std::string, std::string>& attributes) {
+void SessionWriter::table(const std::string& path, const std::vector<Column>& columns,
+                          const std::string& nx_class, const std::map<std::string, std::string>& attributes) {
     const h5::Handle group = h5::make_group(streams_->entry.get(), path, nx_class);
     for (const auto& [name, text] : attributes) h5::set_attribute(group.get(), name, text);
     for (const Column& c : columns)
         h5::write<double>(group.get(), c.name, c.values, {c.values.size()}, c.units);
 }
 
-void SessionWriter::scalar(const std::string& path, double value, const std::string& units) {
+void SessionWriter::Streams::make_room(const std::string& path) {
     const std::size_t slash = path.rfind('/');
-    const std::string parent = path.substr(0, slash);
-    const h5::Handle group = h5::exists(streams_->entry.get(), parent)
-                                 ? h5::Handle{H5Gopen2(streams_->entry.get(), parent.c_str(), H5P_DEFAULT), parent}
-                                 : h5::make_group(streams_->entry.get(), parent, "NXcollection");
-    h5::write<double>(group.get(), path.substr(slash + 1), {&value, 1}, {}, units);
+    if (slash != std::string::npos && !h5::exists(entry.get(), path.substr(0, slash)))
+        h5::make_group(entry.get(), path.substr(0, slash), "NXcollection");
+}
+
+void SessionWriter::scalar(const std::string& path, double value, const std::string& units) {
+    streams_->make_room(path);
+    h5::write<double>(streams_->entry.get(), path, {&value, 1}, {}, units);
 }
 
 void SessionWriter::text(const std::string& path, const std::string& text) {
+    streams_->make_room(path);
     h5::write_text(streams_->entry.get(), path, text);
 }
 
 void SessionWriter::Streams::write_changes() {
     std::vector<std::int64_t> first, ramp, ramp_periods;
-    std::vector<std::uint64_t> phase, step, sequence;
+    std::vector<std::uint64_t> phase, phase_low, step, step_low, sequence;
     std::vector<double> re, im, frequency;
     for (const DriveChange& c : changes) {
         first.push_back(c.first.n);
         ramp.push_back(c.ramp);
         ramp_periods.push_back(c.command.ramp_periods);
-        phase.push_back(c.phase);
-        step.push_back(c.step);
+        phase.push_back(high_word(c.phase));
+        phase_low.push_back(low_word(c.phase));
+        step.push_back(high_word(c.step));
+        step_low.push_back(low_word(c.step));
         sequence.push_back(c.command.sequence);
         frequency.push_back(c.command.frequency);
         for (const std::complex<double>& a : c.command.volts.a) {
@@ -213,7 +230,9 @@ void SessionWriter::Streams::write_changes() {
     h5::write<std::int64_t>(g.get(), "ramp_samples", ramp, {n}, "1");
     h5::write<std::int64_t>(g.get(), "ramp_periods", ramp_periods, {n}, "1");
     h5::write<std::uint64_t>(g.get(), "phase", phase, {n}, "1");
+    h5::write<std::uint64_t>(g.get(), "phase_low", phase_low, {n}, "1");
     h5::write<std::uint64_t>(g.get(), "step", step, {n}, "1");
+    h5::write<std::uint64_t>(g.get(), "step_low", step_low, {n}, "1");
     h5::write<std::uint64_t>(g.get(), "sequence", sequence, {n}, "1");
     h5::write<double>(g.get(), "frequency", frequency, {n}, "Hz");
     h5::write<double>(g.get(), "harmonics_re", re, {n, max_harmonics}, "V");
@@ -222,7 +241,9 @@ void SessionWriter::Streams::write_changes() {
 
 void SessionWriter::flush() {
     streams_->write_changes();
-    for (auto* a : {&streams_->play_tick, &streams_->play_heard, &streams_->block_first, &streams_->block_arrived}) a->flush();
+    for (auto* a :
+         {&streams_->play_tick, &streams_->play_heard, &streams_->block_first, &streams_->block_arrived})
+        a->flush();
     streams_->counts.flush();
     streams_->block_quality.flush();
     streams_->block_size.flush();

@@ -42,7 +42,9 @@ double disc_at(double x, double y, double radius, double blur) {
 }  // namespace
 
 TestPicture::TestPicture(int width, int height, double level)
-    : width_{width}, height_{height}, levels_(static_cast<std::size_t>(width * height), level) {}
+    : width_{width},
+      height_{height},
+      levels_(static_cast<std::size_t>(width) * static_cast<std::size_t>(height), level) {}
 
 void TestPicture::disc(Point centre, double radius, double level, double blur) {
     const double reach = 6 * blur + 1;
@@ -139,7 +141,7 @@ Shot TestPicture::expose(const Exposure& exposure, std::mt19937_64& random) cons
     std::normal_distribution<double> normal;
     for (int y = 0; y < height_; ++y) {
         for (int x = 0; x < width_; ++x) {
-            const double level = levels_[static_cast<std::size_t>(y * width_ + x)];
+            const double level = *(levels_.data() + std::ptrdiff_t{y} * width_ + x);
             const double noisy = level + (exposure.noise > 0 ? exposure.noise * normal(random) : 0.0);
             const auto count = static_cast<std::uint16_t>(
                 std::clamp(std::nearbyint(exposure.depth * noisy), 0.0, exposure.full));

@@ -50,7 +50,7 @@ public:
     [[nodiscard]] int height() const noexcept { return height_; }
 
 private:
-    double& at(int x, int y) noexcept { return levels_[static_cast<std::size_t>(y * width_ + x)]; }
+    double& at(int x, int y) noexcept { return *(levels_.data() + std::ptrdiff_t{y} * width_ + x); }
     int width_, height_;
     std::vector<double> levels_;
 };

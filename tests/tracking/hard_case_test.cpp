@@ -224,8 +224,8 @@ TEST(DirectionTest, BarsAndRectanglesAreMeasuredAlongYToo) {
             turned.stride = frame.height;
             for (int y = 0; y < frame.height; ++y) {
                 for (int x = 0; x < frame.width; ++x) {
-                    turned.pixels[static_cast<std::size_t>(x * frame.height + y)] =
-                        frame.pixels[static_cast<std::size_t>(y * frame.width + x)];
+                    *(turned.pixels.data() + std::ptrdiff_t{x} * frame.height + y) =
+                        *(frame.view().row(y) + x);
                 }
             }
             EXPECT_NEAR(one(frame).x_px, other(turned).y_px, 1e-6) << name << " frame " << i;

@@ -1,0 +1,245 @@
+#include <algorithm>
+#include <optional>
+
+#include "drivers/errors.hpp"
+#include "drivers/replay/h5.hpp"
+
+namespace shaker::h5 {
+
+namespace {
+
+constexpr std::size_t text_limit = 16U << 20U;
+// The best that deflate does; other filters that HDF5 brings along do no better on numbers.
+constexpr hsize_t most_compressed = 1100;
+
+[[noreturn]] void refuse(const std::string& path, const std::string& why) {
+    throw InputError{"recording: \"" + path + "\" " + why};
+}
+
+/// A handle that is only read through; what cannot be had is the file's fault.
+Handle readable(hid_t id, const std::string& path) {
+    if (id < 0) refuse(path, "cannot be read: " + own_words());
+    return {id, path};
+}
+
+void readable(herr_t status, const std::string& path) {
+    if (status < 0) refuse(path, "cannot be read: " + own_words());
+}
+
+hsize_t file_size(hid_t object, const std::string& path) {
+    const Handle file = readable(H5Iget_file_id(object), path);
+    hsize_t size = 0;
+    readable(H5Fget_filesize(file.get(), &size), path);
+    return size;
+}
+
+/// a b, or nothing beyond `most`.
+std::optional<hsize_t> product(hsize_t a, hsize_t b, hsize_t most) {
+    if (b != 0 && a > most / b) return std::nullopt;
+    return a * b;
+}
+
+struct Opened {
+    Handle set, type;
+    std::vector<hsize_t> shape;
+};
+
+std::vector<hsize_t> extents(hid_t space, const std::string& path) {
+    const int rank = H5Sget_simple_extent_ndims(space);
+    if (rank < 0 || H5Sget_simple_extent_type(space) == H5S_NULL) refuse(path, "has no shape");
+    std::vector<hsize_t> shape(static_cast<std::size_t>(rank));
+    readable(H5Sget_simple_extent_dims(space, shape.data(), nullptr), path);
+    return shape;
+}
+
+Opened opened(hid_t parent, const std::string& path) {
+    be_quiet();
+    const hid_t id = H5Dopen2(parent, path.c_str(), H5P_DEFAULT);
+    if (id < 0) throw InputError{"recording has no data set \"" + path + "\": " + own_words()};
+    Handle set{id, path};
+    Handle type = readable(H5Dget_type(set.get()), path);
+    const Handle space = readable(H5Dget_space(set.get()), path);
+    return {std::move(set), std::move(type), extents(space.get(), path)};
+}
+
+/// Elements of a data set whose values, and pieces in which they are read, fit into the file that is there.
+std::size_t counted(const Opened& data, const std::string& path) {
+    const Handle create = readable(H5Dget_create_plist(data.set.get()), path);
+    const H5D_layout_t layout = H5Pget_layout(create.get());
+    if (layout == H5D_VIRTUAL || H5Pget_external_count(create.get()) != 0)
+        refuse(path, "is kept in other files");
+    const bool filtered = H5Pget_nfilters(create.get()) > 0;
+    const hsize_t most = file_size(data.set.get(), path) * (filtered ? most_compressed : 1);
+    const auto size_of = [&](const std::vector<hsize_t>& shape) {
+        std::optional<hsize_t> bytes = H5Tget_size(data.type.get());
+        for (const hsize_t n : shape) bytes = bytes ? product(*bytes, n, most) : bytes;
+        if (!bytes) refuse(path, "claims to be larger than the file");
+        return *bytes;
+    };
+    const bool empty = std::ranges::find(data.shape, hsize_t{0}) != data.shape.end();
+    const hsize_t bytes = empty ? 0 : size_of(data.shape);
+    if (layout == H5D_CHUNKED && !empty) {
+        std::vector<hsize_t> chunk(data.shape.size());
+        const int rank = H5Pget_chunk(create.get(), static_cast<int>(chunk.size()), chunk.data());
+        if (rank != static_cast<int>(chunk.size())) refuse(path, "has chunks of another rank");
+        size_of(chunk);
+    }
+    return static_cast<std::size_t>(bytes / std::max<std::size_t>(1, H5Tget_size(data.type.get())));
+}
+
+/// Same kind, size and layout of bits, in either order of bytes.
+bool same_type(hid_t type, hid_t native) {
+    const Handle copy{H5Tcopy(native), "number type"};
+    if (H5Tget_class(type) != H5Tget_class(native) || H5Tget_size(type) != H5Tget_size(native)) return false;
+    const H5T_order_t order = H5Tget_order(type);
+    if (order != H5T_ORDER_LE && order != H5T_ORDER_BE) return H5Tequal(type, native) > 0;
+    check(H5Tset_order(copy.get(), order), "number type");
+    return H5Tequal(type, copy.get()) > 0;
+}
+
+template <Element T>
+void expect_type(const Opened& data, const std::string& path) {
+    if (!same_type(data.type.get(), type_of<T>())) refuse(path, "is not of the expected number type");
+}
+
+void expect_text(hid_t type, const std::string& what) {
+    if (H5Tget_class(type) != H5T_STRING || H5Tis_variable_str(type) != 0 || H5Tget_size(type) > text_limit)
+        refuse(what, "is not a fixed-length text");
+}
+
+struct Attribute {
+    Handle id, type;
+    std::string what;
+};
+
+/// An attribute with one value.
+Attribute attribute_at(hid_t parent, const std::string& path, const std::string& name) {
+    be_quiet();
+    const std::string what = path + "@" + name;
+    const hid_t id = H5Aopen_by_name(parent, path.c_str(), name.c_str(), H5P_DEFAULT, H5P_DEFAULT);
+    if (id < 0) throw InputError{"recording has no attribute \"" + what + "\": " + own_words()};
+    Handle attribute{id, what};
+    const Handle space = readable(H5Aget_space(id), what);
+    if (H5Sget_simple_extent_npoints(space.get()) != 1) refuse(what, "is not one value");
+    Handle type = readable(H5Aget_type(id), what);
+    return {std::move(attribute), std::move(type), what};
+}
+
+std::string trimmed(std::string text) {
+    text.resize(std::min(text.size(), text.find('\0')));
+    return text;
+}
+
+}  // namespace
+
+Handle open_file(const std::filesystem::path& file) {
+    be_quiet();
+    if (!std::filesystem::is_regular_file(file)) throw InputError{file.string() + ": no such file"};
+    if (H5Fis_hdf5(file.c_str()) <= 0) throw InputError{file.string() + ": not an HDF5 file"};
+    const hid_t id = H5Fopen(file.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT);
+    if (id < 0) throw InputError{file.string() + ": cannot be opened: " + own_words()};
+    return {id, file.string()};
+}
+
+Handle open_group(hid_t parent, const std::string& path) {
+    be_quiet();
+    return readable(H5Gopen2(parent, path.c_str(), H5P_DEFAULT), path);
+}
+
+bool exists(hid_t parent, const std::string& path) {
+    be_quiet();
+    for (std::size_t end = path.find('/', 1);; end = path.find('/', end + 1)) {
+        if (H5Lexists(parent, path.substr(0, end).c_str(), H5P_DEFAULT) <= 0) return false;
+        if (end == std::string::npos) return true;
+    }
+}
+
+std::vector<std::string> names_in(hid_t parent, const std::string& path) {
+    std::vector<std::string> names;
+    if (!exists(parent, path)) return names;
+    const Handle group = open_group(parent, path);
+    readable(H5Literate(
+                 group.get(), H5_INDEX_NAME, H5_ITER_INC, nullptr,
+                 [](hid_t, const char* name, const H5L_info_t*, void* out) -> herr_t {
+                     static_cast<std::vector<std::string>*>(out)->emplace_back(name);
+                     return 0;
+                 },
+                 &names),
+             path);
+    return names;
+}
+
+Description description_of(hid_t parent, const std::string& path) {
+    Opened data = opened(parent, path);
+    counted(data, path);
+    return {std::move(data.shape), H5Tget_size(data.type.get())};
+}
+
+template <Element T>
+std::vector<T> read(hid_t parent, const std::string& path, std::size_t limit) {
+    const Opened data = opened(parent, path);
+    expect_type<T>(data, path);
+    const std::size_t count = counted(data, path);
+    if (count > limit)
+        refuse(path,
+               "has " + std::to_string(count) + " elements, at most " + std::to_string(limit) + " are read");
+    std::vector<T> values(count);
+    if (!values.empty())
+        readable(H5Dread(data.set.get(), type_of<T>(), H5S_ALL, H5S_ALL, H5P_DEFAULT, values.data()), path);
+    return values;
+}
+
+std::string read_text(hid_t parent, const std::string& path) {
+    const Opened data = opened(parent, path);
+    expect_text(data.type.get(), path);
+    if (counted(data, path) != 1) refuse(path, "is not one text");
+    std::string text(H5Tget_size(data.type.get()), '\0');
+    readable(H5Dread(data.set.get(), data.type.get(), H5S_ALL, H5S_ALL, H5P_DEFAULT, text.data()), path);
+    return trimmed(std::move(text));
+}
+
+std::string read_attribute_text(hid_t parent, const std::string& path, const std::string& name) {
+    const Attribute a = attribute_at(parent, path, name);
+    expect_text(a.type.get(), a.what);
+    std::string text(H5Tget_size(a.type.get()), '\0');
+    readable(H5Aread(a.id.get(), a.type.get(), text.data()), a.what);
+    return trimmed(std::move(text));
+}
+
+double read_attribute(hid_t parent, const std::string& path, const std::string& name) {
+    const Attribute a = attribute_at(parent, path, name);
+    if (!same_type(a.type.get(), type_of<double>()) && !same_type(a.type.get(), type_of<std::int64_t>()))
+        refuse(a.what, "is not a number of 64 bits");
+    double value = 0;
+    readable(H5Aread(a.id.get(), type_of<double>(), &value), a.what);
+    return value;
+}
+
+template <Element T>
+void read_row(hid_t parent, const std::string& path, hsize_t index, std::span<T> row) {
+    const Opened data = opened(parent, path);
+    expect_type<T>(data, path);
+    const std::size_t count = counted(data, path);
+    if (data.shape.empty() || index >= data.shape[0] || count / data.shape[0] != row.size())
+        refuse(path, "has no row " + std::to_string(index) + " of the expected size");
+    std::vector<hsize_t> start(data.shape.size(), 0);
+    start[0] = index;
+    std::vector<hsize_t> extent = data.shape;
+    extent[0] = 1;
+    const hsize_t size = row.size();
+    const Handle space = readable(H5Dget_space(data.set.get()), path);
+    readable(H5Sselect_hyperslab(space.get(), H5S_SELECT_SET, start.data(), nullptr, extent.data(), nullptr),
+             path);
+    const Handle memory = readable(H5Screate_simple(1, &size, nullptr), path);
+    readable(H5Dread(data.set.get(), type_of<T>(), memory.get(), space.get(), H5P_DEFAULT, row.data()), path);
+}
+
+template std::vector<double> read(hid_t, const std::string&, std::size_t);
+template std::vector<std::int64_t> read(hid_t, const std::string&, std::size_t);
+template std::vector<std::uint64_t> read(hid_t, const std::string&, std::size_t);
+template std::vector<std::int32_t> read(hid_t, const std::string&, std::size_t);
+template std::vector<std::uint8_t> read(hid_t, const std::string&, std::size_t);
+template void read_row(hid_t, const std::string&, hsize_t, std::span<std::uint8_t>);
+template void read_row(hid_t, const std::string&, hsize_t, std::span<std::uint16_t>);
+
+}  // namespace shaker::h5

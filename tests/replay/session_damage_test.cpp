@@ -1,0 +1,260 @@
+// Recordings that are damaged or not recordings at all: an InputError that says where, never a crash.
+#include <gtest/gtest.h>
+#include <sys/resource.h>
+
+#include <algorithm>
+#include <random>
+
+#include "drivers/replay/h5.hpp"
+#include "tests/replay/small_session.hpp"
+
+namespace shaker::session_test {
+namespace {
+
+class SessionDamageTest : public testing::Test {
+protected:
+    SessionDamageTest() { write_session(small_session(), file_); }
+
+    /// What reading complains about after `change` was made to the group /entry.
+    std::string refusal_after(const std::function<void(hid_t)>& change) {
+        write_session(small_session(), file_);
+        {
+            const h5::Handle file{H5Fopen(file_.c_str(), H5F_ACC_RDWR, H5P_DEFAULT), "file"};
+            change(h5::open_group(file.get(), "entry").get());
+        }
+        return refusal([&] { read_session(file_); });
+    }
+    template <class T>
+    std::string refusal_with(const std::string& path, const std::vector<T>& values,
+                             std::vector<hsize_t> shape) {
+        return refusal_after([&](hid_t entry) {
+            h5::check(H5Ldelete(entry, path.c_str(), H5P_DEFAULT), path);
+            h5::write<T>(entry, path, values, std::move(shape), "1");
+        });
+    }
+    std::string refusal_with_attribute(const std::string& path, const std::string& name, const auto& value) {
+        return refusal_after([&](hid_t entry) {
+            const h5::Handle object{H5Oopen(entry, path.c_str(), H5P_DEFAULT), path};
+            h5::check(H5Adelete(object.get(), name.c_str()), name);
+            h5::set_attribute(object.get(), name, value);
+        });
+    }
+
+    SessionFolder folder_;
+    std::filesystem::path file_ = folder_ / "small.h5";
+};
+
+TEST_F(SessionDamageTest, WhatIsNoHdf5FileIsRefusedByName) {
+    expect_in(refusal([&] { SessionReader{folder_ / "none.h5"}; }), {"none.h5", "no such file"});
+    for (const std::string& bytes : {std::string{}, std::string{"x"}, std::string(5000, 'x')})
+        expect_in(refusal([&] { SessionReader{folder_.write("other.h5", bytes)}; }),
+                  {"other.h5", "not an HDF5 file"});
+    expect_in(refusal([&] { SessionReader{folder_ / "."}; }), {"no such file"});
+}
+
+TEST_F(SessionDamageTest, AnHdf5FileWithoutAnEntryIsNoRecording) {
+    { h5::create_file(folder_ / "empty.h5"); }
+    expect_in(refusal([&] { SessionReader{folder_ / "empty.h5"}; }), {"empty.h5", "entry"});
+}
+
+TEST_F(SessionDamageTest, ATruncatedFileIsRefusedWhereverItEnds) {
+    const std::string bytes = bytes_of(file_);
+    for (int i = 0; i < 64; ++i) {
+        const auto part =
+            folder_.write("part.h5", bytes.substr(0, bytes.size() * static_cast<std::size_t>(i) / 64));
+        EXPECT_NE(refusal([&] { read_session(part); }), "accepted") << i << "/64 of the file";
+    }
+    const auto almost = folder_.write("part.h5", bytes.substr(0, bytes.size() - 1));
+    EXPECT_NE(refusal([&] { read_session(almost); }), "accepted");
+}
+
+TEST_F(SessionDamageTest, WhateverIsMissingIsNamed) {
+    for (const char* path :
+         {"title", "process", "process/kind", "raw/drive", "raw/drive/play_tick", "raw/drive/changes",
+          "raw/drive/changes/phase_low", "raw/drive/changes/step_low", "raw/drive/changes/harmonics_im",
+          "raw/accelerometer", "raw/accelerometer/counts", "raw/accelerometer/block_size", "raw/top/frames",
+          "raw/top/mid_exposure", "raw/side/tick", "results/v_D"}) {
+        expect_in(refusal_after([&](hid_t entry) { h5::check(H5Ldelete(entry, path, H5P_DEFAULT), path); }),
+                  {path});
+    }
+    expect_in(refusal_after([](hid_t entry) { H5Ldelete(entry, "raw/side", H5P_DEFAULT); }), {"cameras"});
+    expect_in(
+        refusal_after([](hid_t entry) { H5Adelete_by_name(entry, "raw/top", "mm_per_px", H5P_DEFAULT); }),
+        {"raw/top@mm_per_px"});
+}
+
+TEST_F(SessionDamageTest, AnotherTypeThanTheWrittenOneIsNamed) {
+    const std::vector<double> five{0, 1, 2, 3, 4};
+    for (const char* path :
+         {"raw/drive/play_tick", "raw/drive/changes/phase", "raw/accelerometer/counts",
+          "raw/accelerometer/block_size", "raw/top/frames", "title", "process/config_text"})
+        expect_in(refusal_with(path, five, {5}), {path});
+    expect_in(refusal_with<std::int64_t>("raw/drive/changes/step_low", {1, 2, 3}, {3}),
+              {"changes/step_low", "type"});
+    expect_in(refusal_with<std::int64_t>("results/v_D", {1}, {}), {"results/v_D", "type"});
+    expect_in(refusal_after([](hid_t entry) {
+                  H5Ldelete(entry, "raw/drive/play_tick", H5P_DEFAULT);
+                  h5::make_group(entry, "raw/drive/play_tick", "");
+              }),
+              {"raw/drive/play_tick"});
+    expect_in(refusal_after([](hid_t entry) {
+                  H5Ldelete(entry, "raw/top/targets", H5P_DEFAULT);
+                  h5::write_text(entry, "raw/top/targets", "none");
+              }),
+              {"raw/top/targets"});
+}
+
+TEST_F(SessionDamageTest, LengthsThatDoNotFitEachOtherAreNamed) {
+    using Whole = std::vector<std::int64_t>;
+    expect_in(refusal_with("raw/drive/play_heard", Whole{1, 2}, {2}), {"raw/drive/play_heard", "2", "5"});
+    expect_in(refusal_with("raw/drive/changes/ramp_samples", Whole{1, 2}, {2}), {"changes/ramp_samples"});
+    expect_in(refusal_with("raw/drive/changes/phase_low", std::vector<std::uint64_t>{1, 2}, {2}),
+              {"changes/phase_low"});
+    expect_in(refusal_with("raw/drive/changes/harmonics_re", std::vector<double>(47), {47}),
+              {"harmonics_re", "47"});
+    expect_in(refusal_with("raw/drive/changes/ramp_periods", Whole{1, 0, 1}, {3}), {"ramp_periods", "0"});
+    expect_in(refusal_with("raw/drive/changes/ramp_periods", Whole{1, 1LL << 40, 1}, {3}), {"ramp_periods"});
+    expect_in(refusal_with("raw/accelerometer/block_first", Whole{1, 2}, {2}), {"raw/accelerometer"});
+    expect_in(refusal_with("raw/top/tick", Whole{1, 2}, {2}), {"raw/top"});
+    expect_in(refusal_with("raw/side/arrived", Whole{1}, {1}), {"raw/side"});
+    expect_in(refusal_with("results/v_D", std::vector<double>{1, 2}, {2}), {"results/v_D"});
+    expect_in(refusal_with("results/v_D", std::vector<double>{}, {0}), {"results/v_D"});
+}
+
+template <class T>
+void overwrite(hid_t entry, const std::string& path, const std::vector<T>& values) {
+    const h5::Handle set{H5Dopen2(entry, path.c_str(), H5P_DEFAULT), path};
+    h5::check(H5Dwrite(set.get(), h5::type_of<T>(), H5S_ALL, H5S_ALL, H5P_DEFAULT, values.data()), path);
+}
+
+TEST_F(SessionDamageTest, BlocksThatDoNotAddUpToTheCountsAreRefused) {
+    using Sizes = std::vector<std::uint8_t>;
+    const auto with = [&](const Sizes& sizes) {
+        return refusal_after([&](hid_t entry) { overwrite(entry, "raw/accelerometer/block_size", sizes); });
+    };
+    EXPECT_EQ(with({64, 64, 64, 17}), "accepted");
+    expect_in(with({64, 65, 64, 17}), {"raw/accelerometer/block_size", "65", "64"});
+    expect_in(with({255, 64, 64, 17}), {"raw/accelerometer/block_size", "255"});
+    expect_in(with({64, 64, 64, 16}), {"raw/accelerometer/counts", "627", "208"});
+    expect_in(with({64, 64, 64, 18}), {"raw/accelerometer/counts", "627", "210"});
+}
+
+TEST_F(SessionDamageTest, NumbersOfTheHeaderOutOfRangeAreNamed) {
+    expect_in(refusal_with_attribute("process", "cameras", std::int64_t{-1}), {"process@cameras", "-1"});
+    expect_in(refusal_with_attribute("process", "cameras", std::int64_t{1} << 40), {"process@cameras"});
+    expect_in(refusal_with_attribute("process", "cameras", std::int64_t{3}), {"2", "3", "cameras"});
+    expect_in(refusal_with_attribute("process", "cameras", std::int64_t{0}), {"raw/", "@order"});
+    expect_in(refusal_with_attribute("process", "keep_frames", 0.5), {"process@keep_frames", "0.5"});
+    expect_in(refusal_with_attribute("process", "keep_frames", nan), {"process@keep_frames"});
+    expect_in(refusal_with_attribute("raw/top", "order", std::int64_t{1}), {"raw/", "@order", "top", "side"});
+    expect_in(refusal_with_attribute("raw/top/targets/base", "order", std::int64_t{0}),
+              {"targets/", "@order"});
+    expect_in(refusal_with_attribute("raw/top/targets/base", "kind", std::int64_t{77}),
+              {"targets/base@kind", "77"});
+    expect_in(refusal_with_attribute("raw/top/targets/base", "roi_w_px", 1e30), {"targets/base@roi_w_px"});
+    expect_in(refusal_with_attribute("raw/top", "mm_per_px", std::string{"wide"}), {"raw/top@mm_per_px"});
+    expect_in(refusal_with_attribute("raw/drive", "name", 3.0), {"raw/drive@name"});
+    // More texts than one, which would not fit where one does.
+    expect_in(refusal_with_attribute("raw/drive", "name", std::vector<std::string>{"a", "b", "c"}),
+              {"raw/drive@name"});
+}
+
+/// A data set that claims a shape but holds nothing of it.
+void claim(hid_t entry, const std::string& path, hid_t type, const std::vector<hsize_t>& shape,
+           bool chunked) {
+    h5::check(H5Ldelete(entry, path.c_str(), H5P_DEFAULT), path);
+    const h5::Handle create{H5Pcreate(H5P_DATASET_CREATE), path};
+    std::vector<hsize_t> chunk = shape;
+    for (hsize_t& n : chunk) n = std::min(n, hsize_t{1000});
+    if (chunked) h5::check(H5Pset_chunk(create.get(), static_cast<int>(chunk.size()), chunk.data()), path);
+    const h5::Handle space{H5Screate_simple(static_cast<int>(shape.size()), shape.data(), nullptr), path};
+    const h5::Handle set{
+        H5Dcreate2(entry, path.c_str(), type, space.get(), H5P_DEFAULT, create.get(), H5P_DEFAULT), path};
+}
+
+TEST_F(SessionDamageTest, ShapesThatTheFileCannotHoldAreRefusedBeforeMemoryIsTaken) {
+    constexpr hsize_t huge = hsize_t{1} << 33U;
+    for (const bool chunked : {false, true}) {
+        expect_in(refusal_after(
+                      [&](hid_t e) { claim(e, "raw/drive/play_tick", H5T_NATIVE_INT64, {huge}, chunked); }),
+                  {"raw/drive/play_tick", "larger than the file"});
+        expect_in(refusal_after([&](hid_t e) {
+                      claim(e, "raw/top/frames", H5T_NATIVE_UINT8, {3, 20000, 20000}, chunked);
+                  }),
+                  {"raw/top/frames", "larger than the file"});
+    }
+    // The number of elements does not fit 64 bits.
+    expect_in(refusal_after([&](hid_t e) {
+                  claim(e, "raw/top/frames", H5T_NATIVE_UINT8, {huge, huge, huge}, true);
+              }),
+              {"raw/top/frames"});
+    expect_in(refusal_after([&](hid_t e) {
+                  claim(e, "raw/top/frames", H5T_NATIVE_UINT8, {3, 7, 30000}, true);
+              }),
+              {"raw/top/frames"});
+}
+
+TEST_F(SessionDamageTest, WhatLiesInOtherFilesIsNotRead) {
+    folder_.write("outside", std::string(64, 'x'));
+    expect_in(refusal_after([&](hid_t entry) {
+                  H5Ldelete(entry, "results/v_D", H5P_DEFAULT);
+                  const h5::Handle create{H5Pcreate(H5P_DATASET_CREATE), "properties"};
+                  const hsize_t one = 1;
+                  h5::check(H5Pset_external(create.get(), (folder_ / "outside").c_str(), 0, 8), "external");
+                  const h5::Handle space{H5Screate_simple(1, &one, nullptr), "space"};
+                  const h5::Handle set{H5Dcreate2(entry, "results/v_D", H5T_NATIVE_DOUBLE, space.get(),
+                                                  H5P_DEFAULT, create.get(), H5P_DEFAULT),
+                                       "v_D"};
+              }),
+              {"results/v_D", "other files"});
+}
+
+TEST_F(SessionDamageTest, GroupsThatContainThemselvesEndInARefusal) {
+    const auto looped = [&](const char* target, const char* name) {
+        return refusal_after([&](hid_t entry) {
+            h5::check(H5Lcreate_hard(entry, target, entry, name, H5P_DEFAULT, H5P_DEFAULT), name);
+        });
+    };
+    expect_in(looped("raw", "raw/raw"), {"raw/raw@order"});
+    expect_in(looped("raw/top", "raw/top/targets/top"), {"raw/top/targets/top@"});
+    expect_in(looped("tracks", "tracks/tracks"), {"tracks/tracks"});
+    EXPECT_EQ(looped(".", "results/entry"), "accepted") << "what is not asked for does no harm";
+}
+
+/// Peak memory of this program so far, MB.
+double peak_MB() {
+    rusage usage{};
+    getrusage(RUSAGE_SELF, &usage);
+    return static_cast<double>(usage.ru_maxrss) / 1024;
+}
+
+// Half of the flips hit bytes that are not zero: mostly structure, as streams are padded to whole chunks.
+TEST_F(SessionDamageTest, MutantsAreReadOrRefusedAndNothingElse) {
+    const std::string bytes = bytes_of(file_);
+    std::vector<std::size_t> used;
+    for (std::size_t i = 0; i < bytes.size(); ++i)
+        if (bytes[i] != 0) used.push_back(i);
+    std::mt19937_64 random{20};
+    const double before_MB = peak_MB();
+    int refused = 0;
+    constexpr int mutants = 1000;
+    for (int i = 0; i < mutants; ++i) {
+        std::string mutant = bytes;
+        std::string where;
+        for (std::uint64_t flips = 1 + random() % 3; flips > 0; --flips) {
+            const std::size_t at = random() % 2 == 0 ? used[random() % used.size()] : random() % bytes.size();
+            mutant[at] = static_cast<char>(mutant[at] ^ static_cast<char>(1 + random() % 255));
+            where += " " + std::to_string(at);
+        }
+        SCOPED_TRACE("mutant " + std::to_string(i) + ", bytes" + where);
+        const auto file = folder_.write("mutant.h5", mutant);
+        EXPECT_NO_THROW(refused += refusal([&] { read_session(file); }) != "accepted");
+    }
+    EXPECT_GT(refused, mutants / 20);
+    EXPECT_LT(refused, mutants);
+    // The file is 0.1 MB; the rest is for what a sanitiser keeps.
+    EXPECT_LT(peak_MB() - before_MB, 500);
+}
+
+}  // namespace
+}  // namespace shaker::session_test
