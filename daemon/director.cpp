@@ -94,7 +94,10 @@ void Director::take_tracks(const Take& take) {
     for (; tracks_ < walker->tracks.size(); ++tracks_) {
         const Track& t = walker->tracks[tracks_];
         if (!found(t.fix.state)) continue;
-        if (const auto period = fold_.add(seconds(t.time), t.x_m, t.sd_m)) drifts_.push_back(*period);
+        if (const auto period = fold_.add(seconds(t.time), t.x_m, t.sd_m)) {
+            drifts_.push_back(*period);
+            walker_settled_ = settled_since_steady();
+        }
     }
 }
 
@@ -108,7 +111,7 @@ void Director::advance(Mailbox<DriveCommand>& drive) {
             break;
         case RunState::settle: {
             const bool late = now_s_ - settle_from_s_ > plan_.settle_at_most / frequency_;
-            if (!(locked_ && now_s_ > steady_from_s_ && walker_settled()) && !late) break;
+            if (!(locked_ && now_s_ > steady_from_s_ && walker_settled_) && !late) break;
             if (late) say_(fmt::format("not settled after {} periods; measuring all the same", plan_.settle_at_most));
             state_ = RunState::measure;
             from_s_ = std::ceil(now_s_ * frequency_) / frequency_;
@@ -131,7 +134,7 @@ void Director::advance(Mailbox<DriveCommand>& drive) {
 }
 
 // Drifts of whole periods since the drive has been steady; the precision wanted is one ten-thousandth of V / f.
-bool Director::walker_settled() const {
+bool Director::settled_since_steady() const {
     std::vector<double> since;
     double sigma = 1e-4 * plan_.drive.gamma / (two_pi * frequency_ * frequency_);
     for (const PeriodFold::Period& p : drifts_) {
@@ -147,6 +150,7 @@ void Director::command(const Harmonics<Voltage>& volts, int ramp_periods, Mailbo
                 .sequence = ++sequence_});
     // Until the change is known to be in force, no period counts as settled.
     steady_from_s_ = INFINITY;
+    walker_settled_ = false;
 }
 
 }  // namespace shaker

@@ -48,7 +48,7 @@ private:
     void period_done(const PeriodEstimate& estimate, Mailbox<DriveCommand>& drive);
     void advance(Mailbox<DriveCommand>& drive);
     void command(const Harmonics<Voltage>& volts, int ramp_periods, Mailbox<DriveCommand>& drive);
-    [[nodiscard]] bool walker_settled() const;
+    [[nodiscard]] bool settled_since_steady() const;
 
     RunPlan plan_;
     double frequency_;            // as it is really played, Hz
@@ -62,7 +62,7 @@ private:
     RunState state_ = RunState::ramp;
     std::size_t plays_ = 0, blocks_ = 0, changes_ = 0, tracks_ = 0;  // how much of the take has been seen
     std::uint64_t sequence_ = 0;
-    bool started_ = false, locked_ = false;
+    bool started_ = false, locked_ = false, walker_settled_ = false;
     double now_s_ = 0;            // master time played
     double steady_from_s_ = 0;    // the newest change of the drive has been in effect since
     double settle_from_s_ = 0;

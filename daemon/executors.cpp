@@ -21,7 +21,7 @@ void run_lockstep(std::vector<Loop>& loops, const std::function<bool()>& done) {
 
 std::vector<std::string> run_threaded(std::vector<Loop>& loops, const std::function<bool()>& done,
                                       const std::function<void()>& unblock) {
-    constexpr std::chrono::milliseconds wait{50};
+    constexpr std::chrono::milliseconds wait{50}, pause{1};
     std::mutex mutex;
     std::vector<std::string> refused;
     std::exception_ptr error;
@@ -39,7 +39,7 @@ std::vector<std::string> run_threaded(std::vector<Loop>& loops, const std::funct
                 }
                 try {
                     while (!stop.stop_requested()) {
-                        loop.step(wait);
+                        if (!loop.step(wait) && !loop.waits) std::this_thread::sleep_for(pause);
                         if (i + 1 == loops.size() && done()) stop.request_stop();
                     }
                 } catch (...) {

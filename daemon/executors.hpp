@@ -11,6 +11,7 @@ namespace shaker {
 struct Loop {
     std::string name;       // thread name, at most 15 characters
     int fifo_priority = 0;  // SCHED_FIFO priority of its thread; 0: ordinary
+    bool waits = true;      // `step` waits on a device by itself; if not, its thread pauses when there was nothing
     std::function<bool(std::chrono::milliseconds)> step;
 };
 

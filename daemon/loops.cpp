@@ -30,8 +30,13 @@ bool camera_step(Camera& device, ViewTracker& tracker, std::chrono::milliseconds
                  Counters& lost) {
     FramePtr frame = device.read(wait);
     if (frame == nullptr) return false;
+    // A frame that cannot be handed on is not tracked either: a replay, which does not have it, then sees what this saw.
+    if (out.full()) {
+        ++lost.frames_lost;
+        return true;
+    }
     const auto fixes = tracker.update(frame->view(), frame->tick);
-    if (!out.push({std::move(frame), {fixes.begin(), fixes.end()}})) ++lost.frames_lost;
+    static_cast<void>(out.push({std::move(frame), {fixes.begin(), fixes.end()}}));
     return true;
 }
 

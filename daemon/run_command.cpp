@@ -120,12 +120,12 @@ void run(const RunOptions& options) {
     Director director{plan, dac.rate_hz, rig.accelerometer->info(),
                       [](const std::string& what) { spdlog::info("{}", what); }};
 
-    std::vector<Loop> loops{{"output", 70, [&](std::chrono::milliseconds) {
+    std::vector<Loop> loops{{"output", 70, true, [&](std::chrono::milliseconds) {
                                  output_step(output, *rig.dac, acquisition.lanes());
                                  return true;
                              }}};
     for (Loop& loop : acquisition.sensor_loops()) loops.push_back(std::move(loop));
-    loops.push_back({"reduction", 0, [&](std::chrono::milliseconds) {
+    loops.push_back({"reduction", 0, false, [&](std::chrono::milliseconds) {
                          const bool any = acquisition.collect();
                          return director.step(acquisition.take(), acquisition.lanes().drive) || any;
                      }});
