@@ -113,6 +113,7 @@ TEST_P(EveryKindTest, IsExactlyRepeatableAndBlindToPadding) {
 TEST_P(EveryKindTest, TakesNoMemoryOnceItFollows) {
     ViewTracker tracker{scene_.view};
     std::vector<test::Shot> shots;
+    shots.reserve(12);
     for (int i = 0; i < 12; ++i) {
         shots.push_back(scene_.picture({0.3 * (i % 6), 0}).expose({.noise = 3}, random_));
     }
