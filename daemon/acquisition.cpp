@@ -44,7 +44,8 @@ bool Acquisition::collect_frames() {
     for (Ring<TrackedFrame>& ring : lanes_.frames) {
         while (const auto tracked = ring.pop()) {
             any = true;
-            add_fixes(take_, first_track_[camera], rig_.cameras[camera]->view(), *tracked->frame, tracked->fixes);
+            add_fixes(take_, first_track_[camera], rig_.cameras[camera]->view(), *tracked->frame,
+                      tracked->fixes);
             if (file_ != nullptr) file_->add(camera, *tracked->frame);
         }
         ++camera;

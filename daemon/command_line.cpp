@@ -12,7 +12,8 @@ namespace shaker {
 namespace {
 
 constexpr const char* about =
-    "shakerd drives a shaker with gamma [rho sin wt + (1-rho) sin(2wt + phi)], measures what the base and the walker\n"
+    "shakerd drives a shaker with gamma [rho sin wt + (1-rho) sin(2wt + phi)], measures what the base and "
+    "the walker\n"
     "on it do, and says the walker's drift v_D while the experiment runs.\n";
 
 constexpr const char* ending =
@@ -25,8 +26,10 @@ struct DriveWords {
     std::string gamma = "1g", phi = "0deg", rho = "0.5", frequency = "20Hz";
 
     void add_to(CLI::App& app) {
-        app.add_option("--gamma", gamma, "Acceleration amplitude of the base, e.g. 1.5g or 14.7m/s^2")->capture_default_str();
-        app.add_option("--phi", phi, "Phase of the second harmonic, e.g. 35deg or 0.61rad")->capture_default_str();
+        app.add_option("--gamma", gamma, "Acceleration amplitude of the base, e.g. 1.5g or 14.7m/s^2")
+            ->capture_default_str();
+        app.add_option("--phi", phi, "Phase of the second harmonic, e.g. 35deg or 0.61rad")
+            ->capture_default_str();
         app.add_option("--rho", rho, "Share of the first harmonic, 0 to 1")->capture_default_str();
         app.add_option("--frequency", frequency, "Drive frequency, e.g. 20Hz")->capture_default_str();
     }
@@ -49,10 +52,14 @@ struct PredictWords {
         app.add_option("--mu-s", mu_s, "Static friction coefficient, at least --mu [default: --mu]");
         app.add_option("--viscous", viscous, "Velocity strengthening c, 1/s")->capture_default_str();
         app.add_option("--tilt", tilt, "Downhill towards +x, e.g. 0.1deg")->capture_default_str();
-        app.add_option("--start", start, "Walker's velocity at phase 0, e.g. 20mm/s: with --mu-s above --mu the\n"
-                                         "settled motion may depend on it")->capture_default_str();
-        json = app.add_option("--json", cases, "Print JSON; with a file, the cases in it (tests/golden/\n"
-                                               "physics_reference.json shows the format)")->expected(0, 1);
+        app.add_option("--start", start,
+                       "Walker's velocity at phase 0, e.g. 20mm/s: with --mu-s above --mu the\n"
+                       "settled motion may depend on it")
+            ->capture_default_str();
+        json = app.add_option("--json", cases,
+                              "Print JSON; with a file, the cases in it (tests/golden/\n"
+                              "physics_reference.json shows the format)")
+                   ->expected(0, 1);
         app.footer("Example: shakerd predict --gamma 1.5g --phi 35deg --mu 0.113");
     }
     void print(const Drive& drive) const {
@@ -62,7 +69,9 @@ struct PredictWords {
         }
         PredictOptions o{.drive = drive};
         o.friction.mu_k = parse_quantity("--mu", mu, Dimension::ratio, {0, 100});
-        o.friction.mu_s = mu_s.empty() ? o.friction.mu_k : parse_quantity("--mu-s", mu_s, Dimension::ratio, {o.friction.mu_k, 100});
+        o.friction.mu_s = mu_s.empty()
+                              ? o.friction.mu_k
+                              : parse_quantity("--mu-s", mu_s, Dimension::ratio, {o.friction.mu_k, 100});
         o.friction.viscous = parse_quantity("--viscous", viscous, Dimension::ratio, {0, 1e4});
         o.tilt = parse_quantity("--tilt", tilt, Dimension::angle, {-1.5, 1.5});
         o.v_start = parse_quantity("--start", start, Dimension::velocity, {-100, 100});
@@ -88,20 +97,26 @@ int command_line(int argc, char** argv) {
     DriveWords run_drive;
     bool no_frames = false;
     CLI::App& run_app = *app.add_subcommand("run", "Drive a rig, measure, track, reduce and record");
-    run_app.add_option("--rig", run_options.rig, "Which rig: sim: is the simulated bench")->capture_default_str();
-    run_app.add_option("--scene", run_options.scene, "TOML file that changes the simulated bench (see README)");
+    run_app.add_option("--rig", run_options.rig, "Which rig: sim: is the simulated bench")
+        ->capture_default_str();
+    run_app.add_option("--scene", run_options.scene,
+                       "TOML file that changes the simulated bench (see README)");
     run_drive.add_to(run_app);
-    run_app.add_option("--periods", run_options.periods, "Drive periods to measure, after drive and walker have settled")
+    run_app
+        .add_option("--periods", run_options.periods,
+                    "Drive periods to measure, after drive and walker have settled")
         ->capture_default_str()
         ->check(CLI::Range(2, 1'000'000));
     run_app.add_option("-o,--output", run_options.out, "Recording (HDF5); without it nothing is kept");
     run_app.add_flag("--no-frames", no_frames, "Record tracks and counts but not the pictures");
-    run_app.add_flag("--threads", run_options.threads, "One thread a loop as on hardware, instead of lockstep");
+    run_app.add_flag("--threads", run_options.threads,
+                     "One thread a loop as on hardware, instead of lockstep");
     add_json(run_app, run_options.json);
     run_app.footer("Example: shakerd run --rig sim: --gamma 1.5g --phi 35deg --periods 40 -o run.nxs");
 
     ReplayOptions replay_options;
-    CLI::App& replay_app = *app.add_subcommand("replay", "Recompute a recording's results from its raw streams");
+    CLI::App& replay_app =
+        *app.add_subcommand("replay", "Recompute a recording's results from its raw streams");
     replay_app.add_option("file", replay_options.file, "Recording")->required();
     add_json(replay_app, replay_options.json);
     replay_app.footer("Exit status 4 when any number differs in any bit from the recorded one.");
@@ -109,18 +124,23 @@ int command_line(int argc, char** argv) {
     ReduceOptions reduce_options;
     bool reduce_no_frames = false;
     CLI::App& reduce_app = *app.add_subcommand("reduce", "Reduce a session that shakerd did not record");
-    reduce_app.add_option("session", reduce_options.session, "session.toml: movies, accelerations, geometry")->required();
+    reduce_app.add_option("session", reduce_options.session, "session.toml: movies, accelerations, geometry")
+        ->required();
     reduce_app.add_option("-o,--output", reduce_options.out, "Recording (HDF5) that replays");
     reduce_app.add_flag("--no-frames", reduce_no_frames, "Do not copy the pictures into the recording");
     add_json(reduce_app, reduce_options.json);
 
     TrackOptions track_options;
     CLI::App& track_app = *app.add_subcommand("track", "Track the targets of a session, without reducing it");
-    track_app.add_option("session", track_options.session, "session.toml; drive and accelerometer are not needed")->required();
-    track_app.add_option("-o,--output", track_options.out, "CSV: camera,frame,t_s,target,x_px,y_px,sd_px,x_mm,state");
+    track_app
+        .add_option("session", track_options.session, "session.toml; drive and accelerometer are not needed")
+        ->required();
+    track_app.add_option("-o,--output", track_options.out,
+                         "CSV: camera,frame,t_s,target,x_px,y_px,sd_px,x_mm,state");
     add_json(track_app, track_options.json);
 
-    CLI::App& predict_app = *app.add_subcommand("predict", "What exact Coulomb friction and the closed form say");
+    CLI::App& predict_app =
+        *app.add_subcommand("predict", "What exact Coulomb friction and the closed form say");
     DriveWords predict_drive;
     PredictWords predict_words;
     predict_drive.add_to(predict_app);

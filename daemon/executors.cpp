@@ -15,7 +15,8 @@ void run_lockstep(std::vector<Loop>& loops, const std::function<bool()>& done) {
     while (!done()) {
         loops.front().step(no_wait);
         for (std::size_t i = 1; i < loops.size(); ++i)
-            while (loops[i].step(no_wait)) {}
+            while (loops[i].step(no_wait)) {
+            }
     }
 }
 
@@ -32,7 +33,8 @@ std::vector<std::string> run_threaded(std::vector<Loop>& loops, const std::funct
             threads.emplace_back([&, i] {
                 Loop& loop = loops[i];
                 const std::string unnamed = name_thread(loop.name);
-                const std::string unranked = loop.fifo_priority > 0 ? use_fifo_priority(loop.fifo_priority) : "";
+                const std::string unranked =
+                    loop.fifo_priority > 0 ? use_fifo_priority(loop.fifo_priority) : "";
                 for (const std::string& why : {unnamed, unranked}) {
                     const std::scoped_lock lock{mutex};
                     if (!why.empty()) refused.push_back(loop.name + ": " + why);

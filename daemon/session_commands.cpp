@@ -30,10 +30,14 @@ std::string text_of(const std::filesystem::path& file) {
 
 const char* word(TrackState s) {
     switch (s) {
-        case TrackState::ok: return "ok";
-        case TrackState::degraded: return "degraded";
-        case TrackState::lost: return "lost";
-        case TrackState::reacquired: return "reacquired";
+        case TrackState::ok:
+            return "ok";
+        case TrackState::degraded:
+            return "degraded";
+        case TrackState::lost:
+            return "lost";
+        case TrackState::reacquired:
+            return "reacquired";
     }
     return "lost";
 }
@@ -41,7 +45,8 @@ const char* word(TrackState s) {
 // What was asked of the shaker beside what it did, where the session says it.
 void compare(const AskedDrive& asked, const Reduction& r) {
     const auto line = [](const char* name, const std::optional<double>& want, double got, const char* unit) {
-        if (want) fmt::print("  {:<22}{:>24} {} (asked {:.6g})\n", name, fmt::format("{:.6g}", got), unit, *want);
+        if (want)
+            fmt::print("  {:<22}{:>24} {} (asked {:.6g})\n", name, fmt::format("{:.6g}", got), unit, *want);
     };
     fmt::print("asked and measured:\n");
     line("gamma", asked.gamma_mps2, r.gamma.value, "m/s^2");
@@ -57,8 +62,8 @@ std::string csv_of(const Take& take) {
                                           ? fmt::format("{:.5f},{:.5f},{:.5f},{:.6f}", k.fix.x_px, k.fix.y_px,
                                                         k.fix.sd_px, 1e3 * k.x_m)
                                           : std::string{",,,"};
-            csv += fmt::format("{},{},{:.9f},{},{},{}\n", t.camera, k.tick.n, seconds(k.time), t.target.name, where,
-                               word(k.fix.state));
+            csv += fmt::format("{},{},{:.9f},{},{},{}\n", t.camera, k.tick.n, seconds(k.time), t.target.name,
+                               where, word(k.fix.state));
         }
     }
     return csv;
@@ -90,7 +95,8 @@ std::vector<double> distances(const TargetTrack& a, const TargetTrack& b) {
 
 nlohmann::json number(double x) { return std::isfinite(x) ? nlohmann::json(x) : nlohmann::json(nullptr); }
 
-// One target's summary: losses, what the tracker claims, how far it moved, how far the next target of its camera is.
+// One target's summary: losses, what the tracker claims, how far it moved, how far the next target of its
+// camera is.
 nlohmann::json summary(const TargetTrack& t, const TargetTrack* next) {
     std::vector<double> sd, x, y;
     for (const Track& k : t.tracks) {
@@ -115,10 +121,13 @@ nlohmann::json summary(const TargetTrack& t, const TargetTrack* next) {
 }
 
 std::string line_of(const nlohmann::json& j) {
-    const auto px = [&](const char* key) { return j[key].is_null() ? std::string{"-"} : fmt::format("{:.4f}", j[key].get<double>()); };
-    std::string s = fmt::format("{:<10} {:<10} {:>6} frames {:>5} lost   claimed sd {} px   spread x {} y {} px",
-                                j["camera"].get<std::string>(), j["target"].get<std::string>(), j["frames"].get<int>(),
-                                j["frames_lost"].get<int>(), px("mean_sd_px"), px("spread_x_px"), px("spread_y_px"));
+    const auto px = [&](const char* key) {
+        return j[key].is_null() ? std::string{"-"} : fmt::format("{:.4f}", j[key].get<double>());
+    };
+    std::string s =
+        fmt::format("{:<10} {:<10} {:>6} frames {:>5} lost   claimed sd {} px   spread x {} y {} px",
+                    j["camera"].get<std::string>(), j["target"].get<std::string>(), j["frames"].get<int>(),
+                    j["frames_lost"].get<int>(), px("mean_sd_px"), px("spread_x_px"), px("spread_y_px"));
     if (j.contains("next"))
         s += fmt::format("   to {}: {} px, spread {}", j["next"].get<std::string>(), px("next_distance_px"),
                          px("next_distance_spread_px"));
@@ -176,8 +185,10 @@ void track_session(const TrackOptions& options) {
         j["targets"].push_back(summary(take.tracks[i], last ? nullptr : &take.tracks[i + 1]));
         if (!options.json) fmt::print("{}\n", line_of(j["targets"].back()));
     }
-    if (options.json) fmt::print("{}\n", j.dump(2));
-    else if (!options.out.empty()) fmt::print("tracks: {}\n", options.out.string());
+    if (options.json)
+        fmt::print("{}\n", j.dump(2));
+    else if (!options.out.empty())
+        fmt::print("tracks: {}\n", options.out.string());
 }
 
 }  // namespace shaker

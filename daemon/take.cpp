@@ -40,9 +40,9 @@ AccelSeries accelerations_of(const Take& take) {
     for (const AccelBlock& b : take.blocks) {
         for (int i = 0; i < b.size; ++i) {
             const AccelTick tick{b.first.n + i};
-            s.t_s.push_back(take.played.empty()
-                                ? take.accelerometer.first_sample_s + static_cast<double>(tick.n) / take.accelerometer.rate_hz
-                                : seconds(clock.master(tick)));
+            s.t_s.push_back(take.played.empty() ? take.accelerometer.first_sample_s +
+                                                      static_cast<double>(tick.n) / take.accelerometer.rate_hz
+                                                : seconds(clock.master(tick)));
             const auto& c = b.counts[static_cast<std::size_t>(i)];
             const double scale = take.accelerometer.mps2_per_count;
             s.a_mps2.push_back({scale * c[0], scale * c[1], scale * c[2]});
@@ -55,8 +55,10 @@ AccelSeries accelerations_of(const Take& take) {
 
 Take empty_take(const Rig& rig) {
     Take take;
-    if (rig.accelerometer) take.accelerometer = rig.accelerometer->info();
-    else take.accelerometer.rate_hz = 0;
+    if (rig.accelerometer)
+        take.accelerometer = rig.accelerometer->info();
+    else
+        take.accelerometer.rate_hz = 0;
     if (rig.dac) take.dac_rate_hz = rig.dac->info().rate_hz;
     for (const auto& camera : rig.cameras)
         for (const Target& target : camera->view().targets)

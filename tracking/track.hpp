@@ -6,7 +6,8 @@
 
 namespace shaker {
 
-/// degraded: found, but part of it was hidden, saturated or blurred. reacquired: first good frame after a loss.
+/// degraded: found, but part of it was hidden, saturated or blurred. reacquired: first good frame after a
+/// loss.
 enum class TrackState { ok, degraded, lost, reacquired };
 
 /// One target in one frame. Pixel centres are at whole numbers. NaN when lost.

@@ -40,7 +40,8 @@ TEST(RunTest, ThePapersDriveGivesTheTrueDriftAndReplaysToTheBit) {
     const auto folder = fresh_folder();
     const json r = run("--periods 40 -o run.nxs", folder);
     expect_true_drift(r);
-    EXPECT_NEAR(r["v_D_true_mps"].get<double>(), 14.5824e-3, 0.01 * 14.5824e-3);  // the paper's drive, exact Coulomb
+    EXPECT_NEAR(r["v_D_true_mps"].get<double>(), 14.5824e-3,
+                0.01 * 14.5824e-3);  // the paper's drive, exact Coulomb
     EXPECT_NEAR(r["gamma_mps2"].get<double>(), 9.8, 2e-3 * 9.8);
     EXPECT_NEAR(r["phi_rad"].get<double>(), 0, 3e-3);
     EXPECT_EQ(r["frames_lost"], 0);
@@ -66,7 +67,8 @@ TEST(RunTest, AChangedRecordingIsSeenOnReplay) {
     EXPECT_EQ(shakerd("replay run.nxs", folder).status, 0);
     const std::string change =
         "/usr/bin/python3 -c \"import h5py,sys; f=h5py.File(sys.argv[1],'r+'); "
-        "f['entry/raw/accelerometer/counts'][5000:9000:7,0]+=1\" '" + (folder / "run.nxs").string() + "'";
+        "f['entry/raw/accelerometer/counts'][5000:9000:7,0]+=1\" '" +
+        (folder / "run.nxs").string() + "'";
     ASSERT_EQ(std::system(change.c_str()), 0);
     const Outcome o = shakerd("replay run.nxs", folder);
     EXPECT_EQ(o.status, 4);
@@ -76,17 +78,20 @@ TEST(RunTest, AChangedRecordingIsSeenOnReplay) {
 
 TEST(RunTest, HarderScenesGiveTheirTrueDriftToo) {
     const auto folder = fresh_folder();
-    std::ofstream{folder / "hard.toml"} << "seed = 5\ntilt_deg = 0.2\n[walker]\nmu_k = 0.15\nmu_s = 0.2\nstart_mm = -30\n"
-                                           "[accelerometer]\nclock_ppm = -80\nyaw_deg = 33\n"
-                                           "[top]\nnoise_dn = 4\n[side]\nalong_x = -1.0\n";
+    std::ofstream{folder / "hard.toml"}
+        << "seed = 5\ntilt_deg = 0.2\n[walker]\nmu_k = 0.15\nmu_s = 0.2\nstart_mm = -30\n"
+           "[accelerometer]\nclock_ppm = -80\nyaw_deg = 33\n"
+           "[top]\nnoise_dn = 4\n[side]\nalong_x = -1.0\n";
     expect_true_drift(run("--scene hard.toml --gamma 0.8g --phi 20deg --periods 20", folder));
-    expect_true_drift(run("--scene hard.toml --gamma 1.2g --phi 80deg --rho 0.6 --frequency 25Hz --periods 20", folder));
+    expect_true_drift(
+        run("--scene hard.toml --gamma 1.2g --phi 80deg --rho 0.6 --frequency 25Hz --periods 20", folder));
 }
 
 TEST(RunTest, ThreadsFindWhatLockstepFinds) {
     const auto folder = fresh_folder();
     expect_true_drift(run("--periods 10 --threads -o threads.nxs", folder));
-    EXPECT_EQ(shakerd("replay threads.nxs", folder).status, 0);  // and what threads recorded replays in lockstep
+    EXPECT_EQ(shakerd("replay threads.nxs", folder).status,
+              0);  // and what threads recorded replays in lockstep
 }
 
 TEST(RunTest, SymmetricDrivesDoNotDrift) {
@@ -122,7 +127,8 @@ TEST(RunTest, BadInputIsRefusedByNameWithStatusTwoAndNothingWritten) {
         const Outcome o = shakerd(arguments, folder);
         EXPECT_EQ(o.status, 2) << arguments << "\n" << o.err;
         EXPECT_NE((o.err + o.out).find(named), std::string::npos) << arguments << "\n" << o.err;
-        EXPECT_FALSE(std::filesystem::exists(folder / "x.nxs") || std::filesystem::exists(folder / "x.nxs.part"));
+        EXPECT_FALSE(std::filesystem::exists(folder / "x.nxs") ||
+                     std::filesystem::exists(folder / "x.nxs.part"));
     }
     EXPECT_FALSE(std::filesystem::exists(folder / "x.csv"));
 }

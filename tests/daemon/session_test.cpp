@@ -59,7 +59,8 @@ double rms_about_mean(const std::vector<double>& x) {
 class SessionTest : public testing::Test {
 protected:
     void SetUp() override {
-        if (shared_data("lab-session").empty()) GTEST_SKIP() << "the shared data are not beside this checkout";
+        if (shared_data("lab-session").empty())
+            GTEST_SKIP() << "the shared data are not beside this checkout";
     }
 };
 
@@ -74,7 +75,8 @@ TEST_F(SessionTest, TheLabSessionReducesToItsTruthAndItsRecordingReplays) {
     EXPECT_LE(std::abs(got("v_D_mps") - 1e-3 * truth["v_D_mmps"].get<double>()), 3 * got("v_D_se_mps"));
     EXPECT_NEAR(got("D_m") / (1e-3 * truth["D_mm"].get<double>()), 1, 0.01);
     EXPECT_NEAR(got("accelerometer_late_s"), truth["accel_late_s"].get<double>(), 100e-6);
-    EXPECT_LE(std::abs(got("accelerometer_ppm") - truth["ppm"].get<double>()), 3 * got("accelerometer_ppm_se"));
+    EXPECT_LE(std::abs(got("accelerometer_ppm") - truth["ppm"].get<double>()),
+              3 * got("accelerometer_ppm_se"));
     EXPECT_NEAR(got("gamma_mps2") / truth["gamma_mps2"].get<double>(), 1, 0.01);
     EXPECT_NEAR(got("phi_rad"), truth["phi_rad"].get<double>(), 0.010);
     EXPECT_NEAR(got("rho"), 0.5, 0.005);
@@ -126,7 +128,8 @@ TEST_F(SessionTest, EveryDotOfTheSwingingBuildingStaysItself) {
             // Rigid beams: in the neighbour's place would be 160 px off, on another mark tens of px.
             const auto [least, most] = std::ranges::minmax(distance);
             EXPECT_LT(most - least, 5) << camera << " dot " << dot;
-            // The camera looks at the swinging top beam obliquely: its gaps change with its place by up to 2.7 px.
+            // The camera looks at the swinging top beam obliquely: its gaps change with its place by up
+            // to 2.7 px.
             EXPECT_LT(rms_about_mean(distance), camera == "top" ? 1.0 : 0.08) << camera << " dot " << dot;
         }
     }
@@ -179,7 +182,8 @@ TEST_F(SessionTest, LessThanTwoPeriodsInCommonIsRefusedAndNothingIsWritten) {
         const Outcome o = changed(from, to, folder);
         EXPECT_EQ(o.status, 2) << to << o.err;
         EXPECT_NE(o.err.find("period"), std::string::npos) << o.err;
-        EXPECT_FALSE(std::filesystem::exists(folder / "x.nxs") || std::filesystem::exists(folder / "x.nxs.part"));
+        EXPECT_FALSE(std::filesystem::exists(folder / "x.nxs") ||
+                     std::filesystem::exists(folder / "x.nxs.part"));
     }
 }
 

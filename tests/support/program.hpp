@@ -6,9 +6,9 @@
 namespace shaker::test {
 
 struct Outcome {
-    int status = -1;   // exit status; 128 + n when a signal n ended it
-    std::string out;   // standard output
-    std::string err;   // standard error
+    int status = -1;  // exit status; 128 + n when a signal n ended it
+    std::string out;  // standard output
+    std::string err;  // standard error
 };
 
 /// shakerd with these arguments, as a shell would split them, in `folder`.
