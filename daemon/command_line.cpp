@@ -5,6 +5,7 @@
 
 #include "daemon/commands.hpp"
 #include "daemon/predict.hpp"
+#include "daemon/run_settings.hpp"
 #include "drivers/quantity.hpp"
 
 namespace shaker {
@@ -23,21 +24,24 @@ constexpr const char* ending =
 
 // The drive's words as typed, read after parsing so that errors name option, value and range.
 struct DriveWords {
-    std::string gamma = "1g", phi = "0deg", rho = "0.5", frequency = "20Hz";
+    std::string gamma, phi, rho, frequency;
 
     void add_to(CLI::App& app) {
-        app.add_option("--gamma", gamma, "Acceleration amplitude of the base, e.g. 1.5g or 14.7m/s^2")
-            ->capture_default_str();
-        app.add_option("--phi", phi, "Phase of the second harmonic, e.g. 35deg or 0.61rad")
-            ->capture_default_str();
-        app.add_option("--rho", rho, "Share of the first harmonic, 0 to 1")->capture_default_str();
-        app.add_option("--frequency", frequency, "Drive frequency, e.g. 20Hz")->capture_default_str();
+        app.add_option("--gamma", gamma, "Acceleration amplitude of the base, e.g. 1.5g or 14.7m/s^2 [1g]");
+        app.add_option("--phi", phi, "Phase of the second harmonic, e.g. 35deg or 0.61rad [0]");
+        app.add_option("--rho", rho, "Share of the first harmonic, 0 to 1 [0.5]");
+        app.add_option("--frequency", frequency, "Drive frequency, e.g. 20Hz [20Hz]");
     }
-    [[nodiscard]] Drive read() const {
-        return {.frequency = parse_quantity("--frequency", frequency, Dimension::frequency, {1, 1000}),
-                .gamma = parse_quantity("--gamma", gamma, Dimension::acceleration, {0, 100 * paper_g}),
-                .rho = parse_quantity("--rho", rho, Dimension::ratio, {0, 1}),
-                .phi = parse_quantity("--phi", phi, Dimension::angle, {-2 * two_pi, 2 * two_pi})};
+    /// `drive` with what was typed.
+    [[nodiscard]] Drive over(Drive drive) const {
+        const auto set = [](const char* option, const std::string& text, Dimension dimension, Range range, double& x) {
+            if (!text.empty()) x = parse_quantity(option, text, dimension, range);
+        };
+        set("--frequency", frequency, Dimension::frequency, drive_limits.frequency, drive.frequency);
+        set("--gamma", gamma, Dimension::acceleration, drive_limits.gamma, drive.gamma);
+        set("--rho", rho, Dimension::ratio, drive_limits.rho, drive.rho);
+        set("--phi", phi, Dimension::angle, drive_limits.phi, drive.phi);
+        return drive;
     }
 };
 
@@ -95,22 +99,19 @@ int command_line(int argc, char** argv) {
 
     RunOptions run_options;
     DriveWords run_drive;
+    std::filesystem::path settings, scene;
+    int periods = 0;
     bool no_frames = false;
     CLI::App& run_app = *app.add_subcommand("run", "Drive a rig, measure, track, reduce and record");
-    run_app.add_option("--rig", run_options.rig, "Which rig: sim: is the simulated bench")
-        ->capture_default_str();
-    run_app.add_option("--scene", run_options.scene,
-                       "TOML file that changes the simulated bench (see README)");
+    run_app.add_option("--rig", run_options.rig, "Which rig: sim: is the simulated bench")->capture_default_str();
+    run_app.add_option("--scene", scene, "TOML file that changes the simulated bench (see README)");
+    run_app.add_option("--settings", settings, "TOML file with a table [run]; options on the command line win");
     run_drive.add_to(run_app);
-    run_app
-        .add_option("--periods", run_options.periods,
-                    "Drive periods to measure, after drive and walker have settled")
-        ->capture_default_str()
-        ->check(CLI::Range(2, 1'000'000));
+    run_app.add_option("--periods", periods, "Drive periods to measure once all has settled [40]")
+        ->check(CLI::Range(2, most_periods));
     run_app.add_option("-o,--output", run_options.out, "Recording (HDF5); without it nothing is kept");
     run_app.add_flag("--no-frames", no_frames, "Record tracks and counts but not the pictures");
-    run_app.add_flag("--threads", run_options.threads,
-                     "One thread a loop as on hardware, instead of lockstep");
+    run_app.add_flag("--threads", run_options.threads, "One thread a loop, as on hardware, instead of lockstep");
     add_json(run_app, run_options.json);
     run_app.footer("Example: shakerd run --rig sim: --gamma 1.5g --phi 35deg --periods 40 -o run.nxs");
 
@@ -154,8 +155,11 @@ int command_line(int argc, char** argv) {
         return app.exit(e) == 0 ? exit_ok : exit_input;
     }
     if (run_app.parsed()) {
-        run_options.drive = run_drive.read();
-        run_options.keep_frames = !no_frames;
+        if (!settings.empty()) read_run_settings(settings, run_options);
+        run_options.drive = run_drive.over(run_options.drive);
+        if (periods > 0) run_options.periods = periods;
+        if (!scene.empty()) run_options.scene = scene;
+        if (no_frames) run_options.keep_frames = false;
         run(run_options);
     }
     if (replay_app.parsed() && !replay(replay_options)) return exit_not_identical;
@@ -164,7 +168,7 @@ int command_line(int argc, char** argv) {
         reduce_session(reduce_options);
     }
     if (track_app.parsed()) track_session(track_options);
-    if (predict_app.parsed()) predict_words.print(predict_drive.read());
+    if (predict_app.parsed()) predict_words.print(predict_drive.over({}));
     return exit_ok;
 }
 

@@ -10,7 +10,35 @@
 
 namespace shaker {
 
-void run_lockstep(std::vector<Loop>& loops, const std::function<bool()>& done) {
+namespace {
+
+class Stopwatch {
+public:
+    [[nodiscard]] double seconds() const {
+        return std::chrono::duration<double>{std::chrono::steady_clock::now() - began_}.count();
+    }
+
+private:
+    std::chrono::steady_clock::time_point began_ = std::chrono::steady_clock::now();
+};
+
+// Asks for what a thread of this loop needs; returns what was refused.
+std::vector<std::string> prepare_thread(const Loop& loop) {
+    constexpr std::size_t stack = 256 * 1024;
+    std::vector<std::string> refused{name_thread(loop.name)};
+    if (loop.fifo_priority > 0) {
+        refused.push_back(prefault_stack(stack));
+        refused.push_back(use_fifo_priority(loop.fifo_priority));
+    }
+    std::erase(refused, "");
+    for (std::string& why : refused) why = loop.name + ": " + why;
+    return refused;
+}
+
+}  // namespace
+
+Execution run_lockstep(std::vector<Loop>& loops, const std::function<bool()>& done) {
+    const Stopwatch watch;
     constexpr std::chrono::milliseconds no_wait{0};
     while (!done()) {
         loops.front().step(no_wait);
@@ -18,13 +46,16 @@ void run_lockstep(std::vector<Loop>& loops, const std::function<bool()>& done) {
             while (loops[i].step(no_wait)) {
             }
     }
+    return {watch.seconds(), {}};
 }
 
-std::vector<std::string> run_threaded(std::vector<Loop>& loops, const std::function<bool()>& done,
-                                      const std::function<void()>& unblock) {
+Execution run_threaded(std::vector<Loop>& loops, const std::function<bool()>& done,
+                       const std::function<void()>& unblock) {
+    const Stopwatch watch;
     constexpr std::chrono::milliseconds wait{50}, pause{1};
     std::mutex mutex;
     std::vector<std::string> refused;
+    if (std::string why = lock_memory(); !why.empty()) refused.push_back(std::move(why));
     std::exception_ptr error;
     std::stop_source stop;
     {
@@ -32,12 +63,9 @@ std::vector<std::string> run_threaded(std::vector<Loop>& loops, const std::funct
         for (std::size_t i = 0; i < loops.size(); ++i) {
             threads.emplace_back([&, i] {
                 Loop& loop = loops[i];
-                const std::string unnamed = name_thread(loop.name);
-                const std::string unranked =
-                    loop.fifo_priority > 0 ? use_fifo_priority(loop.fifo_priority) : "";
-                for (const std::string& why : {unnamed, unranked}) {
+                for (std::string& why : prepare_thread(loop)) {
                     const std::scoped_lock lock{mutex};
-                    if (!why.empty()) refused.push_back(loop.name + ": " + why);
+                    refused.push_back(std::move(why));
                 }
                 try {
                     while (!stop.stop_requested()) {
@@ -54,7 +82,7 @@ std::vector<std::string> run_threaded(std::vector<Loop>& loops, const std::funct
         }
     }
     if (error) std::rethrow_exception(error);
-    return refused;
+    return {watch.seconds(), std::move(refused)};
 }
 
 }  // namespace shaker

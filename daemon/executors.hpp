@@ -12,20 +12,24 @@ namespace shaker {
 struct Loop {
     std::string name;       // thread name, at most 15 characters
     int fifo_priority = 0;  // SCHED_FIFO priority of its thread; 0: ordinary
-    bool waits =
-        true;  // `step` waits on a device by itself; if not, its thread pauses when there was nothing
+    bool waits = true;      // on a device, in `step`; if not, its thread pauses when there was nothing
     std::function<bool(std::chrono::milliseconds)> step;
 };
 
-/// Calls every loop in turn, each until it has nothing to do, until `done`. Deterministic: the first loop is
-/// the one that moves virtual time (the output) and does one step a round.
-void run_lockstep(std::vector<Loop>& loops, const std::function<bool()>& done);
+/// What running took and what the system refused.
+struct Execution {
+    double wall_s = 0;
+    std::vector<std::string> refused;  // of real-time scheduling, one sentence each
+};
 
-/// One thread a loop until `done`, asked by the last loop (the reduction) after each of its steps; then
-/// `unblock` is called so that no loop waits on a device any more, and all are joined. A loop that throws
-/// ends the run and its error is thrown from here. Returns what the system refused of real-time scheduling,
-/// one sentence each.
-std::vector<std::string> run_threaded(std::vector<Loop>& loops, const std::function<bool()>& done,
-                                      const std::function<void()>& unblock);
+/// Calls every loop in turn, each until it has nothing to do, until `done`. Deterministic: the first loop is the one
+/// that moves virtual time (the output) and does one step a round.
+Execution run_lockstep(std::vector<Loop>& loops, const std::function<bool()>& done);
+
+/// One thread a loop until `done`, asked by the last loop (the reduction) after each of its steps; then `unblock` is
+/// called so that no loop waits on a device any more, and all are joined. A loop that throws ends the run and its
+/// error is thrown from here.
+Execution run_threaded(std::vector<Loop>& loops, const std::function<bool()>& done,
+                       const std::function<void()>& unblock);
 
 }  // namespace shaker

@@ -27,10 +27,10 @@ struct Counters {
     std::atomic<std::uint64_t> samples_clamped{0};
 };
 
-/// The rings' capacities are 10 s and more of the paper's rates.
+/// Rings of samples hold 10 s and more of the paper's rates; those of frames hold less than a camera's pool has.
 struct Lanes {
     explicit Lanes(std::size_t cameras) {
-        for (std::size_t i = 0; i < cameras; ++i) frames.emplace_back(1024);
+        for (std::size_t i = 0; i < cameras; ++i) frames.emplace_back(128);
     }
     Mailbox<DriveCommand> drive;  // reduction to output: the one back arrow
     Ring<PlayTime> played{8192};  // output to reduction

@@ -14,6 +14,7 @@
 #include "daemon/recording.hpp"
 #include "daemon/results.hpp"
 #include "daemon/rigs.hpp"
+#include "daemon/run_settings.hpp"
 #include "drivers/errors.hpp"
 #include "drivers/simulated/steady_state.hpp"
 
@@ -22,13 +23,6 @@ namespace shaker {
 namespace {
 
 constexpr std::size_t block_samples = 240;  // 5 ms at 48 kHz
-
-std::string settings_text(const RunOptions& o) {
-    return fmt::format(
-        "[run]\nrig = \"{}\"\nfrequency_hz = {}\ngamma_mps2 = {}\nrho = {}\nphi_rad = {}\nperiods = {}\n"
-        "keep_frames = {}\n",
-        o.rig, o.drive.frequency, o.drive.gamma, o.drive.rho, o.drive.phi, o.periods, o.keep_frames);
-}
 
 double common_frame_rate(const Rig& rig) {
     const double fps = rig.cameras.empty() ? 0 : rig.cameras.front()->view().frame_rate_hz;
@@ -112,7 +106,7 @@ void run(const RunOptions& options) {
         fmt::format("gamma {:.4g} m/s^2, phi {:.4g} rad, rho {:.4g}, {:.6g} Hz", options.drive.gamma,
                     options.drive.phi, options.drive.rho, options.drive.frequency);
     header.kind = "run";
-    header.config = settings_text(options);
+    header.config = run_settings_text(options);
     if (bench.world) header.scene = scene_text(bench.scene);
     header.frequency_hz = Synthesiser::realised(options.drive.frequency, dac.rate_hz);
     header.dac = dac;
@@ -140,22 +134,18 @@ void run(const RunOptions& options) {
                          return director.step(acquisition.take(), acquisition.lanes().drive) || any;
                      }});
     const auto done = [&] { return director.state() == RunState::done; };
-    const auto began = std::chrono::steady_clock::now();
-    if (options.threads) {
-        const auto unblock = [&] {
-            rig.dac->stop();
-            rig.accelerometer->stop();
-            for (const auto& camera : rig.cameras) camera->stop();
-        };
-        for (const std::string& refused : run_threaded(loops, done, unblock)) spdlog::warn("{}", refused);
-        acquisition.collect();
-    } else {
-        run_lockstep(loops, done);
-    }
-    const std::chrono::duration<double> wall = std::chrono::steady_clock::now() - began;
+    const auto unblock = [&] {
+        rig.dac->stop();
+        rig.accelerometer->stop();
+        for (const auto& camera : rig.cameras) camera->stop();
+    };
+    const Execution execution = options.threads ? run_threaded(loops, done, unblock) : run_lockstep(loops, done);
+    for (const std::string& refused : execution.refused) spdlog::warn("{}", refused);
+    acquisition.collect();
 
     const Take& take = acquisition.take();
-    const Reduction r = reduce(measurement_of(take, header.frequency_hz, director.from_s(), director.to_s()));
+    Reduction r = reduce(measurement_of(take, header.frequency_hz, director.from_s(), director.to_s()));
+    for (std::string& note : notes_on(take)) r.notes.push_back(std::move(note));
     double v_D = NAN;
     if (bench.world) {
         const std::vector<PoseTruth> poses = bench.world->truth(0);
@@ -174,13 +164,11 @@ void run(const RunOptions& options) {
     }
     fmt::print("{}\n", header.title);
     std::fputs(results_text(r).c_str(), stdout);
-    const Counters& lost = acquisition.lanes().lost;
-    if (lost.blocks_lost + lost.frames_lost + lost.samples_clamped > 0)
-        fmt::print("lost: {} accelerometer blocks, {} frames; {} samples clamped\n", lost.blocks_lost.load(),
-                   lost.frames_lost.load(), lost.samples_clamped.load());
+    if (const auto clamped = acquisition.lanes().lost.samples_clamped.load(); clamped > 0)
+        fmt::print("{} samples of the drive were cut at {} V\n", clamped, dac.full_scale_V);
     if (bench.world)
         print_truth(r, v_D, bench.scene,
-                    {wall.count(), static_cast<double>(output.synthesiser.tick().n) / dac.rate_hz,
+                    {execution.wall_s, static_cast<double>(output.synthesiser.tick().n) / dac.rate_hz,
                      bench.world->render_seconds()});
     if (!options.out.empty()) fmt::print("recorded: {}\n", options.out.string());
 }

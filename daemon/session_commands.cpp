@@ -155,7 +155,8 @@ void reduce_session(const ReduceOptions& options) {
     spdlog::info("tracking {} cameras", session.rig.cameras.size());
     read_all(acquisition);
     const Take& take = acquisition.take();
-    const Reduction r = reduce(measurement_of(take, header.frequency_hz, -everything, everything));
+    Reduction r = reduce(measurement_of(take, header.frequency_hz, -everything, everything));
+    for (std::string& note : notes_on(take)) r.notes.push_back(std::move(note));
     recording.finish(take, r, -everything, everything);
     if (options.json) {
         std::fputs((results_json(r) + "\n").c_str(), stdout);

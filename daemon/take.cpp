@@ -82,6 +82,22 @@ void add_fixes(Take& take, std::size_t first_track, const View& view, const Fram
     ++take.frames;
 }
 
+std::vector<std::string> notes_on(const Take& take) {
+    std::vector<std::string> notes;
+    const auto note = [&](auto count, const std::string& what) {
+        if (count > 0) notes.push_back(std::to_string(count) + what);
+    };
+    const auto blocks_with = [&](Quality flag) {
+        return std::ranges::count_if(take.blocks, [&](const AccelBlock& b) { return has(b.quality, flag); });
+    };
+    note(blocks_with(Quality::clipped), " accelerometer blocks hold samples at the end of the sensor's range");
+    note(blocks_with(Quality::gap), " accelerometer blocks come after missing samples");
+    note(blocks_with(Quality::late), " accelerometer blocks came late");
+    note(take.blocks_lost, " accelerometer blocks were lost because the reduction did not keep up");
+    note(take.frames_lost, " frames were lost because the reduction did not keep up");
+    return notes;
+}
+
 Measurement measurement_of(const Take& take, double frequency_hz, double from_s, double to_s) {
     Measurement m;
     m.frequency_hz = frequency_hz;

@@ -35,6 +35,10 @@ Take empty_take(const Rig& rig);
 void add_fixes(Take& take, std::size_t first_track, const View& view, const Frame& frame,
                const std::vector<Fix>& fixes);
 
+/// What the operator should know about the data: blocks that were clipped, late or behind a gap, what was lost on the
+/// way. One sentence each.
+std::vector<std::string> notes_on(const Take& take);
+
 /// What a reduction needs. Accelerometer stamps of a live run are put on master time by the arrival stamps
 /// (good to a fraction of a period; the reduction finds the rest from the common motion); a recorded
 /// session's stay on the sensor's own clock. Targets named "walker" and "base" are used; frames where they

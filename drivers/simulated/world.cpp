@@ -5,8 +5,10 @@
 #include <ctime>
 #include <deque>
 #include <mutex>
+#include <utility>
 
 #include "drivers/errors.hpp"
+#include "drivers/frame_pool.hpp"
 #include "drivers/simulated/renderer.hpp"
 #include "drivers/simulated/sensor.hpp"
 #include "drivers/simulated/shaker_plant.hpp"
@@ -15,6 +17,7 @@ namespace shaker {
 
 namespace {
 constexpr std::size_t queue_limit = 4096;
+constexpr int pool_frames = 256;  // of each camera
 // Chebyshev's instants in an exposure, as a share of it: their plain mean is exact for motion of third order
 // in time.
 constexpr std::array<double, 3> instants{0.14644660940672624, 0.5, 0.85355339059327376};
@@ -179,7 +182,8 @@ private:
 
 class SimulatedCamera final : public Camera {
 public:
-    SimulatedCamera(World::State& s, std::size_t index) : s_{s}, eye_{s.eyes[index]} {}
+    SimulatedCamera(World::State& s, std::size_t index)
+        : s_{s}, eye_{s.eyes[index]}, pool_{pool_frames, eye_.truth.width, eye_.truth.height, 1} {}
     [[nodiscard]] const View& view() const override { return eye_.truth.view; }
     FramePtr read(std::chrono::milliseconds wait) override {
         Exposure e;
@@ -192,15 +196,16 @@ public:
             s_.moved.notify_all();
         }
         const double before = cpu_seconds();
-        auto frame = std::make_shared<Frame>();
+        const std::shared_ptr<Frame> frame = pool_.acquire();
+        if (frame == nullptr) {  // all buffers are with readers: this exposure is lost
+            lost_ = true;
+            return nullptr;
+        }
+        if (std::exchange(lost_, false)) e.quality = e.quality | Quality::gap;
         frame->tick = e.tick;
         frame->arrived = host_time(s_.due(eye_, e));
         frame->mid_exposure = master_time(e.start_s + 0.5 * eye_.truth.view.exposure_s);
         frame->quality = e.quality;
-        frame->width = eye_.truth.width;
-        frame->height = eye_.truth.height;
-        frame->pixels.resize(static_cast<std::size_t>(frame->width) *
-                             static_cast<std::size_t>(frame->height));
         eye_.renderer.render(e.poses, e.tick, frame->pixels);
         const std::scoped_lock lock{s_.mutex};
         eye_.render_s += cpu_seconds() - before;
@@ -215,6 +220,8 @@ public:
 private:
     World::State& s_;
     World::State::Eye& eye_;
+    FramePool pool_;
+    bool lost_ = false;
 };
 
 }  // namespace

@@ -99,6 +99,26 @@ TEST(RunTest, SymmetricDrivesDoNotDrift) {
     EXPECT_LE(std::abs(r["v_D_mps"].get<double>()), 3 * r["v_D_se_mps"].get<double>() + 2e-5);
 }
 
+TEST(RunTest, SettingsComeFromAFileAndOptionsWin) {
+    const auto folder = fresh_folder();
+    std::ofstream{folder / "run.toml"} << "[run]\ngamma_mps2 = 6\nphi_rad = 0.3\nperiods = 4\nkeep_frames = false\n";
+    const json r = run("--settings run.toml --phi 0.2 -o a.nxs", folder);
+    EXPECT_NEAR(r["gamma_mps2"].get<double>(), 6, 0.02);
+    EXPECT_NEAR(r["phi_rad"].get<double>(), 0.2, 0.01);
+    EXPECT_EQ(r["periods"].size(), 4U);
+    std::ofstream{folder / "bad.toml"} << "[run]\ngamma_mps2 = 6\nphi_deg = 3\n";
+    const Outcome o = shakerd("run --settings bad.toml", folder);
+    EXPECT_EQ(o.status, 2);
+    EXPECT_NE(o.err.find("bad.toml:3: run.phi_deg"), std::string::npos) << o.err;
+}
+
+TEST(RunTest, AClippingSensorIsToldOf) {
+    const auto folder = fresh_folder();
+    std::ofstream{folder / "clip.toml"} << "[accelerometer]\nrange_mps2 = 10.5\n";
+    const json r = run("--scene clip.toml --gamma 1.3g --periods 3", folder);
+    EXPECT_NE(r["notes"].dump().find("end of the sensor's range"), std::string::npos) << r["notes"];
+}
+
 TEST(RunTest, BadInputIsRefusedByNameWithStatusTwoAndNothingWritten) {
     const auto folder = fresh_folder();
     std::ofstream{folder / "bad.toml"} << "[walker]\nmu = 0.1\n";

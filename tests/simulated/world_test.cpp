@@ -14,7 +14,7 @@ constexpr std::size_t block = 240;
 
 struct Heard {
     std::vector<AccelBlock> blocks;
-    std::vector<std::vector<FramePtr>> frames;
+    std::vector<std::vector<Frame>> frames;
     std::vector<PlayTime> played;
     std::vector<PoseTruth> truth;
 };
@@ -40,7 +40,7 @@ Heard play(const Scene& scene, long blocks, std::size_t size = block) {
         h.played.push_back(rig.dac->write(drive, trigger));
         for (AccelBlock b; rig.accelerometer->read(b, {});) h.blocks.push_back(b);
         for (std::size_t c = 0; c < rig.cameras.size(); ++c)
-            while (FramePtr f = rig.cameras[c]->read({})) h.frames[c].push_back(f);
+            while (FramePtr f = rig.cameras[c]->read({})) h.frames[c].push_back(*f);
     }
     h.truth = world.truth(0);
     return h;
@@ -57,7 +57,7 @@ TEST(WorldTest, SameSceneSameBytesWhateverTheBlockSize) {
         for (std::size_t k = 0; k < a.frames.size(); ++k) {
             ASSERT_EQ(a.frames[k].size(), other->frames[k].size());
             for (std::size_t i = 0; i < a.frames[k].size(); ++i)
-                EXPECT_EQ(a.frames[k][i]->pixels, other->frames[k][i]->pixels);
+                EXPECT_EQ(a.frames[k][i].pixels, other->frames[k][i].pixels);
         }
     }
     Scene seeded = quick();
@@ -79,7 +79,7 @@ TEST(WorldTest, FramesAreExposedWhenTheTriggerSays) {
     const Heard h = play(quick(), 400);
     ASSERT_GT(h.frames[0].size(), 300U);
     for (std::size_t i = 0; i < h.frames[0].size(); ++i) {
-        const Frame& f = *h.frames[0][i];
+        const Frame& f = h.frames[0][i];
         EXPECT_EQ(f.tick.n, static_cast<std::int64_t>(i));
         EXPECT_NEAR(seconds(*f.mid_exposure), static_cast<double>(i) / 200 + 150e-6, 1e-12);
         EXPECT_EQ(h.truth[i].time, *f.mid_exposure);
@@ -127,12 +127,28 @@ TEST(WorldTest, AQueueThatIsNotReadDropsAndMarks) {
     EXPECT_EQ(gaps, 1);
 }
 
+TEST(WorldTest, AReaderThatKeepsEveryBufferLosesFramesMarked) {
+    World world{quick(2000)};
+    Rig rig = world.rig();
+    std::vector<double> zero(48000), trigger(48000);
+    for (std::size_t i = 0; i < trigger.size(); i += 24) trigger[i] = 1;
+    rig.dac->write(zero, trigger);  // 2000 exposures
+    std::vector<FramePtr> kept;
+    while (FramePtr f = rig.cameras[0]->read({})) kept.push_back(f);
+    EXPECT_EQ(kept.size(), 256U);
+    kept.clear();
+    const FramePtr next = rig.cameras[0]->read({});
+    ASSERT_NE(next, nullptr);
+    EXPECT_EQ(next->tick.n, 257);
+    EXPECT_TRUE(has(next->quality, Quality::gap));
+}
+
 TEST(WorldTest, PacedThreadsHearWhatLockstepHears) {
     const Heard alone = play(quick(), 200);
     World world{quick(), World::Pace::paced};
     Rig rig = world.rig();
     std::vector<AccelBlock> blocks;
-    std::vector<std::vector<FramePtr>> frames(2);
+    std::vector<std::vector<Frame>> frames(2);
     std::vector<std::jthread> readers;
     constexpr std::chrono::milliseconds wait{20};
     readers.emplace_back([&] {
@@ -143,7 +159,7 @@ TEST(WorldTest, PacedThreadsHearWhatLockstepHears) {
     for (std::size_t c = 0; c < 2; ++c)
         readers.emplace_back([&, c] {
             while (!rig.cameras[c]->ended())
-                if (FramePtr f = rig.cameras[c]->read(wait)) frames[c].push_back(f);
+                if (FramePtr f = rig.cameras[c]->read(wait)) frames[c].push_back(*f);
         });
     const auto volts = test::volts_for(quick(), {});
     std::vector<double> trigger(block);
@@ -160,7 +176,7 @@ TEST(WorldTest, PacedThreadsHearWhatLockstepHears) {
     for (std::size_t c = 0; c < 2; ++c) {
         ASSERT_EQ(frames[c].size(), alone.frames[c].size());
         for (std::size_t i = 0; i < frames[c].size(); ++i)
-            EXPECT_EQ(frames[c][i]->pixels, alone.frames[c][i]->pixels);
+            EXPECT_EQ(frames[c][i].pixels, alone.frames[c][i].pixels);
     }
 }
 

@@ -1,0 +1,32 @@
+#include "daemon/run_settings.hpp"
+
+#include <spdlog/fmt/fmt.h>
+
+#include "drivers/settings_table.hpp"
+
+namespace shaker {
+
+void read_run_settings(const std::filesystem::path& file, RunOptions& options) {
+    SettingsTable root = SettingsTable::from_file(file);
+    SettingsTable run = root.table("run");
+    Drive& d = options.drive;
+    options.rig = run.text("rig", options.rig);
+    if (run.has("scene")) options.scene = run.folder() / run.text("scene");
+    d.frequency = run.number("frequency_hz", drive_limits.frequency, d.frequency);
+    d.gamma = run.number("gamma_mps2", drive_limits.gamma, d.gamma);
+    d.rho = run.number("rho", drive_limits.rho, d.rho);
+    d.phi = run.number("phi_rad", drive_limits.phi, d.phi);
+    options.periods = run.integer("periods", 2, most_periods, options.periods);
+    options.keep_frames = run.flag("keep_frames", options.keep_frames);
+    run.finish();
+    root.finish();
+}
+
+std::string run_settings_text(const RunOptions& o) {
+    return fmt::format(
+        "[run]\nrig = \"{}\"\nfrequency_hz = {}\ngamma_mps2 = {}\nrho = {}\nphi_rad = {}\nperiods = {}\n"
+        "keep_frames = {}\n",
+        o.rig, o.drive.frequency, o.drive.gamma, o.drive.rho, o.drive.phi, o.periods, o.keep_frames);
+}
+
+}  // namespace shaker

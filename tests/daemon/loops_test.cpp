@@ -1,0 +1,113 @@
+#include "daemon/loops.hpp"
+
+#include <gtest/gtest.h>
+
+#include "daemon/executors.hpp"
+#include "tests/support/no_alloc.hpp"
+
+namespace shaker {
+namespace {
+
+class NullDac final : public Dac {
+public:
+    [[nodiscard]] DacInfo info() const override { return {"null", 48000, 1}; }
+    PlayTime write(std::span<const double> volts, std::span<const double> trigger) override {
+        for (const double v : volts) peak = std::max(peak, std::abs(v));
+        for (const double t : trigger) pulses += t > 0.5 ? 1 : 0;
+        const PlayTime played{{samples}, HostTime{std::chrono::nanoseconds{samples * 20833}}};
+        samples += static_cast<std::int64_t>(volts.size());
+        return played;
+    }
+    void stop() noexcept override {}
+    std::int64_t samples = 0;
+    double peak = 0;
+    int pulses = 0;
+};
+
+class NullAccelerometer final : public Accelerometer {
+public:
+    [[nodiscard]] AccelerometerInfo info() const override { return {.name = "null"}; }
+    bool read(AccelBlock& block, std::chrono::milliseconds) override {
+        block = {.first = {next}, .arrived = {}};
+        next += block.size;
+        return true;
+    }
+    [[nodiscard]] bool ended() const noexcept override { return false; }
+    void stop() noexcept override {}
+    std::int64_t next = 0;
+};
+
+DriveCommand one_volt() {
+    DriveCommand c;
+    c.volts.at(1) = 0.5;
+    c.volts.at(2) = {0.1, 0.2};
+    return c;
+}
+
+TEST(LoopsTest, TheOutputStepPlaysWhatWasAskedAndTakesNoMemory) {
+    NullDac dac;
+    Lanes lanes{0};
+    Output output{dac.info(), 20, 1000, 240};
+    lanes.drive.post(one_volt());
+    {
+        const test::NoAlloc guard;
+        for (int i = 0; i < 2000; ++i) output_step(output, dac, lanes);
+    }
+    EXPECT_GT(dac.peak, 0.4);
+    EXPECT_EQ(dac.pulses, 10000);  // 10 s of 1000 frames a second
+    const auto change = lanes.changes.pop();
+    ASSERT_TRUE(change);
+    EXPECT_EQ(change->command.volts, one_volt().volts);
+    const auto played = lanes.played.pop();
+    ASSERT_TRUE(played);
+    EXPECT_EQ(played->tick.n, 0);
+    EXPECT_EQ(lanes.lost.plays_lost, 0U);
+}
+
+TEST(LoopsTest, TheAccelerometerStepHandsOnOrCountsAndTakesNoMemory) {
+    NullAccelerometer device;
+    Lanes lanes{0};
+    {
+        const test::NoAlloc guard;
+        for (int i = 0; i < 1100; ++i) accelerometer_step(device, {}, lanes);
+    }
+    int got = 0;
+    while (lanes.blocks.pop()) ++got;
+    EXPECT_EQ(got, 1024);
+    EXPECT_EQ(lanes.lost.blocks_lost, 76U);
+}
+
+TEST(ExecutorsTest, LockstepGivesEveryOtherLoopAllItWantsAfterEachStepOfTheFirst) {
+    std::string order;
+    int queued = 0, rounds = 0;
+    std::vector<Loop> loops{{"first", 0, true, [&](std::chrono::milliseconds) {
+                                 order += 'A';
+                                 queued = 2;
+                                 ++rounds;
+                                 return true;
+                             }},
+                            {"second", 0, true, [&](std::chrono::milliseconds) {
+                                 if (queued == 0) return false;
+                                 order += 'b';
+                                 --queued;
+                                 return true;
+                             }}};
+    run_lockstep(loops, [&] { return rounds == 3; });
+    EXPECT_EQ(order, "AbbAbbAbb");
+}
+
+TEST(ExecutorsTest, AThreadThatThrowsEndsTheRunWithItsError) {
+    std::atomic<bool> unblocked{false};
+    std::vector<Loop> loops{{"fails", 0, true, [](std::chrono::milliseconds) -> bool { throw std::runtime_error{"gone"}; }},
+                            {"waits", 0, false, [](std::chrono::milliseconds) { return false; }}};
+    try {
+        run_threaded(loops, [] { return false; }, [&] { unblocked = true; });
+        FAIL() << "nothing was thrown";
+    } catch (const std::runtime_error& e) {
+        EXPECT_STREQ(e.what(), "gone");
+    }
+    EXPECT_TRUE(unblocked);
+}
+
+}  // namespace
+}  // namespace shaker
