@@ -4,7 +4,8 @@
 
 namespace shaker {
 
-/// Scale of an object plane: mm_per_px (1 - offset/distance) of the reference plane's (telecentric: no parallax).
+/// Scale of an object plane: mm_per_px (1 - offset/distance) of the reference plane's (telecentric: no
+/// parallax).
 inline double mm_per_px_at(const View& view, double offset_mm) noexcept {
     return view.distance_mm > 0 ? view.mm_per_px * (1 - offset_mm / view.distance_mm) : view.mm_per_px;
 }

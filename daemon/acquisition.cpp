@@ -44,7 +44,8 @@ bool Acquisition::collect_frames() {
     for (Ring<TrackedFrame>& ring : lanes_.frames) {
         while (const auto tracked = ring.pop()) {
             any = true;
-            add_fixes(take_, first_track_[camera], rig_.cameras[camera]->view(), *tracked->frame, tracked->fixes);
+            add_fixes(take_, first_track_[camera], rig_.cameras[camera]->view(), *tracked->frame,
+                      tracked->fixes);
             if (file_ != nullptr) file_->add(camera, *tracked->frame);
         }
         ++camera;
@@ -55,12 +56,12 @@ bool Acquisition::collect_frames() {
 std::vector<Loop> Acquisition::sensor_loops() {
     std::vector<Loop> loops;
     if (rig_.accelerometer)
-        loops.push_back({"accelerometer", 65, [this](std::chrono::milliseconds wait) {
+        loops.push_back({"accelerometer", 65, true, [this](std::chrono::milliseconds wait) {
                              return accelerometer_step(*rig_.accelerometer, wait, lanes_);
                          }});
     auto ring = lanes_.frames.begin();
     for (std::size_t i = 0; i < rig_.cameras.size(); ++i, ++ring)
-        loops.push_back({"camera " + rig_.cameras[i]->view().camera, 50,
+        loops.push_back({"camera " + rig_.cameras[i]->view().camera, 50, true,
                          [this, i, &out = *ring](std::chrono::milliseconds wait) {
                              return camera_step(*rig_.cameras[i], trackers_[i], wait, out, lanes_.lost);
                          }});

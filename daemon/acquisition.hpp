@@ -1,6 +1,6 @@
 #pragma once
-// The sensor side of any rig: devices and trackers on one side of the rings, the gathered Take and the recording on
-// the other.
+// The sensor side of any rig: devices and trackers on one side of the rings, the gathered Take and the
+// recording on the other.
 #include <chrono>
 #include <vector>
 

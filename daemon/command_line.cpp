@@ -4,6 +4,7 @@
 #include <iostream>
 
 #include "daemon/commands.hpp"
+#include "daemon/predict.hpp"
 #include "drivers/quantity.hpp"
 
 namespace shaker {
@@ -11,7 +12,8 @@ namespace shaker {
 namespace {
 
 constexpr const char* about =
-    "shakerd drives a shaker with gamma [rho sin wt + (1-rho) sin(2wt + phi)], measures what the base and the walker\n"
+    "shakerd drives a shaker with gamma [rho sin wt + (1-rho) sin(2wt + phi)], measures what the base and "
+    "the walker\n"
     "on it do, and says the walker's drift v_D while the experiment runs.\n";
 
 constexpr const char* ending =
@@ -24,8 +26,10 @@ struct DriveWords {
     std::string gamma = "1g", phi = "0deg", rho = "0.5", frequency = "20Hz";
 
     void add_to(CLI::App& app) {
-        app.add_option("--gamma", gamma, "Acceleration amplitude of the base, e.g. 1.5g or 14.7m/s^2")->capture_default_str();
-        app.add_option("--phi", phi, "Phase of the second harmonic, e.g. 35deg or 0.61rad")->capture_default_str();
+        app.add_option("--gamma", gamma, "Acceleration amplitude of the base, e.g. 1.5g or 14.7m/s^2")
+            ->capture_default_str();
+        app.add_option("--phi", phi, "Phase of the second harmonic, e.g. 35deg or 0.61rad")
+            ->capture_default_str();
         app.add_option("--rho", rho, "Share of the first harmonic, 0 to 1")->capture_default_str();
         app.add_option("--frequency", frequency, "Drive frequency, e.g. 20Hz")->capture_default_str();
     }
@@ -34,6 +38,45 @@ struct DriveWords {
                 .gamma = parse_quantity("--gamma", gamma, Dimension::acceleration, {0, 100 * paper_g}),
                 .rho = parse_quantity("--rho", rho, Dimension::ratio, {0, 1}),
                 .phi = parse_quantity("--phi", phi, Dimension::angle, {-2 * two_pi, 2 * two_pi})};
+    }
+};
+
+// What predict takes besides the drive.
+struct PredictWords {
+    std::string mu = "0.113", mu_s, viscous = "0", tilt = "0deg", start = "0mm/s";
+    std::string cases;
+    CLI::Option* json = nullptr;
+
+    void add_to(CLI::App& app) {
+        app.add_option("--mu", mu, "Kinetic friction coefficient")->capture_default_str();
+        app.add_option("--mu-s", mu_s, "Static friction coefficient, at least --mu [default: --mu]");
+        app.add_option("--viscous", viscous, "Velocity strengthening c, 1/s")->capture_default_str();
+        app.add_option("--tilt", tilt, "Downhill towards +x, e.g. 0.1deg")->capture_default_str();
+        app.add_option("--start", start,
+                       "Walker's velocity at phase 0, e.g. 20mm/s: with --mu-s above --mu the\n"
+                       "settled motion may depend on it")
+            ->capture_default_str();
+        json = app.add_option("--json", cases,
+                              "Print JSON; with a file, the cases in it (tests/golden/\n"
+                              "physics_reference.json shows the format)")
+                   ->expected(0, 1);
+        app.footer("Example: shakerd predict --gamma 1.5g --phi 35deg --mu 0.113");
+    }
+    void print(const Drive& drive) const {
+        if (!cases.empty()) {
+            std::cout << predict_cases(cases);
+            return;
+        }
+        PredictOptions o{.drive = drive};
+        o.friction.mu_k = parse_quantity("--mu", mu, Dimension::ratio, {0, 100});
+        o.friction.mu_s = mu_s.empty()
+                              ? o.friction.mu_k
+                              : parse_quantity("--mu-s", mu_s, Dimension::ratio, {o.friction.mu_k, 100});
+        o.friction.viscous = parse_quantity("--viscous", viscous, Dimension::ratio, {0, 1e4});
+        o.tilt = parse_quantity("--tilt", tilt, Dimension::angle, {-1.5, 1.5});
+        o.v_start = parse_quantity("--start", start, Dimension::velocity, {-100, 100});
+        o.json = json->count() > 0;
+        std::cout << predict(o);
     }
 };
 
@@ -54,20 +97,26 @@ int command_line(int argc, char** argv) {
     DriveWords run_drive;
     bool no_frames = false;
     CLI::App& run_app = *app.add_subcommand("run", "Drive a rig, measure, track, reduce and record");
-    run_app.add_option("--rig", run_options.rig, "Which rig: sim: is the simulated bench")->capture_default_str();
-    run_app.add_option("--scene", run_options.scene, "TOML file that changes the simulated bench (see README)");
+    run_app.add_option("--rig", run_options.rig, "Which rig: sim: is the simulated bench")
+        ->capture_default_str();
+    run_app.add_option("--scene", run_options.scene,
+                       "TOML file that changes the simulated bench (see README)");
     run_drive.add_to(run_app);
-    run_app.add_option("--periods", run_options.periods, "Drive periods to measure, after drive and walker have settled")
+    run_app
+        .add_option("--periods", run_options.periods,
+                    "Drive periods to measure, after drive and walker have settled")
         ->capture_default_str()
         ->check(CLI::Range(2, 1'000'000));
     run_app.add_option("-o,--output", run_options.out, "Recording (HDF5); without it nothing is kept");
     run_app.add_flag("--no-frames", no_frames, "Record tracks and counts but not the pictures");
-    run_app.add_flag("--threads", run_options.threads, "One thread a loop as on hardware, instead of lockstep");
+    run_app.add_flag("--threads", run_options.threads,
+                     "One thread a loop as on hardware, instead of lockstep");
     add_json(run_app, run_options.json);
     run_app.footer("Example: shakerd run --rig sim: --gamma 1.5g --phi 35deg --periods 40 -o run.nxs");
 
     ReplayOptions replay_options;
-    CLI::App& replay_app = *app.add_subcommand("replay", "Recompute a recording's results from its raw streams");
+    CLI::App& replay_app =
+        *app.add_subcommand("replay", "Recompute a recording's results from its raw streams");
     replay_app.add_option("file", replay_options.file, "Recording")->required();
     add_json(replay_app, replay_options.json);
     replay_app.footer("Exit status 4 when any number differs in any bit from the recorded one.");
@@ -75,20 +124,33 @@ int command_line(int argc, char** argv) {
     ReduceOptions reduce_options;
     bool reduce_no_frames = false;
     CLI::App& reduce_app = *app.add_subcommand("reduce", "Reduce a session that shakerd did not record");
-    reduce_app.add_option("session", reduce_options.session, "session.toml: movies, accelerations, geometry")->required();
+    reduce_app.add_option("session", reduce_options.session, "session.toml: movies, accelerations, geometry")
+        ->required();
     reduce_app.add_option("-o,--output", reduce_options.out, "Recording (HDF5) that replays");
     reduce_app.add_flag("--no-frames", reduce_no_frames, "Do not copy the pictures into the recording");
     add_json(reduce_app, reduce_options.json);
 
     TrackOptions track_options;
     CLI::App& track_app = *app.add_subcommand("track", "Track the targets of a session, without reducing it");
-    track_app.add_option("session", track_options.session, "session.toml; drive and accelerometer are not needed")->required();
-    track_app.add_option("-o,--output", track_options.out, "CSV: camera,frame,t_s,target,x_px,y_px,sd_px,x_mm,state");
+    track_app
+        .add_option("session", track_options.session, "session.toml; drive and accelerometer are not needed")
+        ->required();
+    track_app.add_option("-o,--output", track_options.out,
+                         "CSV: camera,frame,t_s,target,x_px,y_px,sd_px,x_mm,state");
     add_json(track_app, track_options.json);
+
+    CLI::App& predict_app =
+        *app.add_subcommand("predict", "What exact Coulomb friction and the closed form say");
+    DriveWords predict_drive;
+    PredictWords predict_words;
+    predict_drive.add_to(predict_app);
+    predict_words.add_to(predict_app);
 
     try {
         app.parse(argc, argv);
     } catch (const CLI::ParseError& e) {
+        if (app.get_subcommands().empty() && argc > 1 && argv[1][0] != '-')
+            std::cerr << "\"" << argv[1] << "\" is not a command of shakerd\n";
         return app.exit(e) == 0 ? exit_ok : exit_input;
     }
     if (run_app.parsed()) {
@@ -102,6 +164,7 @@ int command_line(int argc, char** argv) {
         reduce_session(reduce_options);
     }
     if (track_app.parsed()) track_session(track_options);
+    if (predict_app.parsed()) predict_words.print(predict_drive.read());
     return exit_ok;
 }
 

@@ -1,6 +1,6 @@
 #pragma once
-// What the program does, one function a command. Each prints its result on standard output and what it is doing on
-// standard error, and throws InputError or DeviceError when it cannot.
+// What the program does, one function a command. Each prints its result on standard output and what it is
+// doing on standard error, and throws InputError or DeviceError when it cannot.
 #include <filesystem>
 #include <string>
 
@@ -13,9 +13,9 @@ struct RunOptions {
     std::filesystem::path scene;  // empty: the paper's bench
     Drive drive;
     int periods = 40;
-    std::filesystem::path out;    // empty: nothing is recorded
+    std::filesystem::path out;  // empty: nothing is recorded
     bool keep_frames = true;
-    bool threads = false;         // one thread a loop instead of lockstep
+    bool threads = false;  // one thread a loop instead of lockstep
     bool json = false;
 };
 /// Drives the rig, measures, tracks, reduces, records.
@@ -30,7 +30,7 @@ bool replay(const ReplayOptions& options);
 
 struct ReduceOptions {
     std::filesystem::path session;
-    std::filesystem::path out;    // empty: nothing is recorded
+    std::filesystem::path out;  // empty: nothing is recorded
     bool keep_frames = true;
     bool json = false;
 };
@@ -39,7 +39,7 @@ void reduce_session(const ReduceOptions& options);
 
 struct TrackOptions {
     std::filesystem::path session;
-    std::filesystem::path out;    // CSV; empty: a summary only
+    std::filesystem::path out;  // CSV; empty: a summary only
     bool json = false;
 };
 /// Tracks the targets of a session.

@@ -9,7 +9,7 @@
 namespace shaker {
 
 namespace {
-constexpr int controlled = 8;      // harmonics
+constexpr int controlled = 8;         // harmonics
 constexpr double most_samples = 1.2;  // of the nominal number a period
 // Two periods pass until a change is in force (its ramp) and the suspension's transient is gone.
 constexpr double transient_periods = 1.0;
@@ -24,7 +24,8 @@ Director::Director(const RunPlan& plan, double dac_rate_hz, const AccelerometerI
       clock_{dac_rate_hz, accelerometer.rate_hz},
       estimator_{controlled, static_cast<int>(most_samples * accelerometer.rate_hz / frequency_) + 2,
                  accelerometer.shaker_axis},
-      equaliser_{harmonics(plan.drive), plan.response,
+      equaliser_{harmonics(plan.drive),
+                 plan.response,
                  {.harmonics = controlled, .gain = 0.7, .volts_limit = plan.volts_limit}},
       fold_{0, 1 / frequency_} {}
 
@@ -84,17 +85,22 @@ void Director::period_done(const PeriodEstimate& estimate, Mailbox<DriveCommand>
     if (report.reached < 1)
         say_(fmt::format("the DAC's {} V reach only {:.1f} % of the asked gamma", plan_.volts_limit,
                          100 * report.reached));
-    // While it is measured the drive stays as it is: a change is a transient, and the reduction uses what was.
+    // While it is measured the drive stays as it is: a change is a transient, and the reduction uses what
+    // was.
     if (state_ == RunState::settle && !locked_) command(equaliser_.volts(), 1, drive);
 }
 
 void Director::take_tracks(const Take& take) {
-    const auto walker = std::ranges::find_if(take.tracks, [](const auto& t) { return t.target.name == "walker"; });
+    const auto walker =
+        std::ranges::find_if(take.tracks, [](const auto& t) { return t.target.name == "walker"; });
     if (walker == take.tracks.end()) return;
     for (; tracks_ < walker->tracks.size(); ++tracks_) {
         const Track& t = walker->tracks[tracks_];
         if (!found(t.fix.state)) continue;
-        if (const auto period = fold_.add(seconds(t.time), t.x_m, t.sd_m)) drifts_.push_back(*period);
+        if (const auto period = fold_.add(seconds(t.time), t.x_m, t.sd_m)) {
+            drifts_.push_back(*period);
+            walker_settled_ = settled_since_steady();
+        }
     }
 }
 
@@ -108,8 +114,10 @@ void Director::advance(Mailbox<DriveCommand>& drive) {
             break;
         case RunState::settle: {
             const bool late = now_s_ - settle_from_s_ > plan_.settle_at_most / frequency_;
-            if (!(locked_ && now_s_ > steady_from_s_ && walker_settled()) && !late) break;
-            if (late) say_(fmt::format("not settled after {} periods; measuring all the same", plan_.settle_at_most));
+            if (!(locked_ && now_s_ > steady_from_s_ && walker_settled_) && !late) break;
+            if (late)
+                say_(fmt::format("not settled after {} periods; measuring all the same",
+                                 plan_.settle_at_most));
             state_ = RunState::measure;
             from_s_ = std::ceil(now_s_ * frequency_) / frequency_;
             to_s_ = from_s_ + plan_.periods / frequency_;
@@ -126,23 +134,32 @@ void Director::advance(Mailbox<DriveCommand>& drive) {
         case RunState::ramp_down:
             if (silent_s_ > 0 && now_s_ > silent_s_) state_ = RunState::done;
             break;
-        case RunState::done: break;
+        case RunState::done:
+            break;
     }
 }
 
-// A transient that shrinks from period to period is over when successive drifts agree within their errors.
-bool Director::walker_settled() const {
-    std::vector<Estimate> since;
-    for (const FoldedPeriod& p : drifts_)
-        if (p.t_s > steady_from_s_) since.push_back(p.drift);
-    return settled(since);
+// Drifts of whole periods since the drive has been steady; the precision wanted is one ten-thousandth of V /
+// f.
+bool Director::settled_since_steady() const {
+    std::vector<double> since;
+    double sigma = 1e-4 * plan_.drive.gamma / (two_pi * frequency_ * frequency_);
+    for (const PeriodFold::Period& p : drifts_) {
+        if ((p.k - 1) / frequency_ < steady_from_s_) continue;  // a drift spans two periods
+        since.push_back(p.drift.value);
+        sigma = std::max(sigma, p.drift.sigma);
+    }
+    return settled(since, sigma);
 }
 
 void Director::command(const Harmonics<Voltage>& volts, int ramp_periods, Mailbox<DriveCommand>& drive) {
-    drive.post({.volts = volts, .frequency = plan_.drive.frequency, .ramp_periods = ramp_periods,
+    drive.post({.volts = volts,
+                .frequency = plan_.drive.frequency,
+                .ramp_periods = ramp_periods,
                 .sequence = ++sequence_});
     // Until the change is known to be in force, no period counts as settled.
     steady_from_s_ = INFINITY;
+    walker_settled_ = false;
 }
 
 }  // namespace shaker

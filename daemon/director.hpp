@@ -18,23 +18,24 @@ namespace shaker {
 
 struct RunPlan {
     Drive drive;
-    int periods = 40;            // to measure
-    int soft_start = 10;         // periods of the ramps at both ends
-    int settle_at_most = 400;    // periods; then it measures all the same and says so
-    double volts_limit = 1;      // of the DAC
+    int periods = 40;          // to measure
+    int soft_start = 10;       // periods of the ramps at both ends
+    int settle_at_most = 400;  // periods; then it measures all the same and says so
+    double volts_limit = 1;    // of the DAC
     std::array<std::complex<double>, max_harmonics> response{};  // m/s^2 a volt at f, 2f, ...
 };
 
 enum class RunState { ramp, settle, measure, ramp_down, done };
 
-/// A state machine over what has been gathered. It reads the take and answers with drive commands: nothing else.
+/// A state machine over what has been gathered. It reads the take and answers with drive commands: nothing
+/// else.
 class Director {
 public:
     using Say = std::function<void(const std::string&)>;
     Director(const RunPlan& plan, double dac_rate_hz, const AccelerometerInfo& accelerometer, Say say);
 
-    /// Looks at what came since the last call and posts a command when the drive should change. False when nothing
-    /// had come.
+    /// Looks at what came since the last call and posts a command when the drive should change. False when
+    /// nothing had come.
     bool step(const Take& take, Mailbox<DriveCommand>& drive);
     [[nodiscard]] RunState state() const noexcept { return state_; }
     /// Part of master time that was measured, s; whole periods of the drive.
@@ -48,10 +49,10 @@ private:
     void period_done(const PeriodEstimate& estimate, Mailbox<DriveCommand>& drive);
     void advance(Mailbox<DriveCommand>& drive);
     void command(const Harmonics<Voltage>& volts, int ramp_periods, Mailbox<DriveCommand>& drive);
-    [[nodiscard]] bool walker_settled() const;
+    [[nodiscard]] bool settled_since_steady() const;
 
     RunPlan plan_;
-    double frequency_;            // as it is really played, Hz
+    double frequency_;  // as it is really played, Hz
     double dac_rate_hz_;
     AccelerometerInfo accelerometer_;
     Say say_;
@@ -62,12 +63,12 @@ private:
     RunState state_ = RunState::ramp;
     std::size_t plays_ = 0, blocks_ = 0, changes_ = 0, tracks_ = 0;  // how much of the take has been seen
     std::uint64_t sequence_ = 0;
-    bool started_ = false, locked_ = false;
-    double now_s_ = 0;            // master time played
-    double steady_from_s_ = 0;    // the newest change of the drive has been in effect since
+    bool started_ = false, locked_ = false, walker_settled_ = false;
+    double now_s_ = 0;          // master time played
+    double steady_from_s_ = 0;  // the newest change of the drive has been in effect since
     double settle_from_s_ = 0;
     double from_s_ = 0, to_s_ = 0, silent_s_ = 0;
-    std::vector<FoldedPeriod> drifts_;
+    std::vector<PeriodFold::Period> drifts_;
 };
 
 }  // namespace shaker

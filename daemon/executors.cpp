@@ -15,13 +15,14 @@ void run_lockstep(std::vector<Loop>& loops, const std::function<bool()>& done) {
     while (!done()) {
         loops.front().step(no_wait);
         for (std::size_t i = 1; i < loops.size(); ++i)
-            while (loops[i].step(no_wait)) {}
+            while (loops[i].step(no_wait)) {
+            }
     }
 }
 
 std::vector<std::string> run_threaded(std::vector<Loop>& loops, const std::function<bool()>& done,
                                       const std::function<void()>& unblock) {
-    constexpr std::chrono::milliseconds wait{50};
+    constexpr std::chrono::milliseconds wait{50}, pause{1};
     std::mutex mutex;
     std::vector<std::string> refused;
     std::exception_ptr error;
@@ -32,14 +33,15 @@ std::vector<std::string> run_threaded(std::vector<Loop>& loops, const std::funct
             threads.emplace_back([&, i] {
                 Loop& loop = loops[i];
                 const std::string unnamed = name_thread(loop.name);
-                const std::string unranked = loop.fifo_priority > 0 ? use_fifo_priority(loop.fifo_priority) : "";
+                const std::string unranked =
+                    loop.fifo_priority > 0 ? use_fifo_priority(loop.fifo_priority) : "";
                 for (const std::string& why : {unnamed, unranked}) {
                     const std::scoped_lock lock{mutex};
                     if (!why.empty()) refused.push_back(loop.name + ": " + why);
                 }
                 try {
                     while (!stop.stop_requested()) {
-                        loop.step(wait);
+                        if (!loop.step(wait) && !loop.waits) std::this_thread::sleep_for(pause);
                         if (i + 1 == loops.size() && done()) stop.request_stop();
                     }
                 } catch (...) {

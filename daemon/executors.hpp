@@ -7,20 +7,24 @@
 
 namespace shaker {
 
-/// One loop of a run. `step` does one piece of work, waiting for it at most as long as told; false: nothing to do.
+/// One loop of a run. `step` does one piece of work, waiting for it at most as long as told; false: nothing
+/// to do.
 struct Loop {
     std::string name;       // thread name, at most 15 characters
     int fifo_priority = 0;  // SCHED_FIFO priority of its thread; 0: ordinary
+    bool waits =
+        true;  // `step` waits on a device by itself; if not, its thread pauses when there was nothing
     std::function<bool(std::chrono::milliseconds)> step;
 };
 
-/// Calls every loop in turn, each until it has nothing to do, until `done`. Deterministic: the first loop is the one
-/// that moves virtual time (the output) and does one step a round.
+/// Calls every loop in turn, each until it has nothing to do, until `done`. Deterministic: the first loop is
+/// the one that moves virtual time (the output) and does one step a round.
 void run_lockstep(std::vector<Loop>& loops, const std::function<bool()>& done);
 
-/// One thread a loop until `done`, asked by the last loop (the reduction) after each of its steps; then `unblock`
-/// is called so that no loop waits on a device any more, and all are joined. A loop that throws ends the run and its
-/// error is thrown from here. Returns what the system refused of real-time scheduling, one sentence each.
+/// One thread a loop until `done`, asked by the last loop (the reduction) after each of its steps; then
+/// `unblock` is called so that no loop waits on a device any more, and all are joined. A loop that throws
+/// ends the run and its error is thrown from here. Returns what the system refused of real-time scheduling,
+/// one sentence each.
 std::vector<std::string> run_threaded(std::vector<Loop>& loops, const std::function<bool()>& done,
                                       const std::function<void()>& unblock);
 

@@ -1,5 +1,6 @@
 #pragma once
-// Everything that crosses threads in one run: bounded rings, newest-value mailboxes, counters of what was lost.
+// Everything that crosses threads in one run: bounded rings, newest-value mailboxes, counters of what was
+// lost.
 #include <atomic>
 #include <list>
 #include <vector>
@@ -31,8 +32,8 @@ struct Lanes {
     explicit Lanes(std::size_t cameras) {
         for (std::size_t i = 0; i < cameras; ++i) frames.emplace_back(1024);
     }
-    Mailbox<DriveCommand> drive;   // reduction to output: the one back arrow
-    Ring<PlayTime> played{8192};   // output to reduction
+    Mailbox<DriveCommand> drive;  // reduction to output: the one back arrow
+    Ring<PlayTime> played{8192};  // output to reduction
     Ring<DriveChange> changes{1024};
     Ring<AccelBlock> blocks{1024};
     std::list<Ring<TrackedFrame>> frames;

@@ -26,12 +26,18 @@ bool accelerometer_step(Accelerometer& device, std::chrono::milliseconds wait, L
     return true;
 }
 
-bool camera_step(Camera& device, ViewTracker& tracker, std::chrono::milliseconds wait, Ring<TrackedFrame>& out,
-                 Counters& lost) {
+bool camera_step(Camera& device, ViewTracker& tracker, std::chrono::milliseconds wait,
+                 Ring<TrackedFrame>& out, Counters& lost) {
     FramePtr frame = device.read(wait);
     if (frame == nullptr) return false;
+    // A frame that cannot be handed on is not tracked either: a replay, which does not have it, then sees
+    // what this saw.
+    if (out.full()) {
+        ++lost.frames_lost;
+        return true;
+    }
     const auto fixes = tracker.update(frame->view(), frame->tick);
-    if (!out.push({std::move(frame), {fixes.begin(), fixes.end()}})) ++lost.frames_lost;
+    static_cast<void>(out.push({std::move(frame), {fixes.begin(), fixes.end()}}));
     return true;
 }
 

@@ -1,6 +1,6 @@
 #pragma once
-// One step function a loop. On hardware each runs in its own thread, on a simulated or replayed rig the lockstep
-// executor calls the same functions. A step touches one device and a few rings and nothing else.
+// One step function a loop. On hardware each runs in its own thread, on a simulated or replayed rig the
+// lockstep executor calls the same functions. A step touches one device and a few rings and nothing else.
 #include <chrono>
 #include <vector>
 
@@ -28,7 +28,8 @@ void output_step(Output& output, Dac& dac, Lanes& lanes);
 bool accelerometer_step(Accelerometer& device, std::chrono::milliseconds wait, Lanes& lanes);
 
 /// Takes a frame, finds the targets while it is warm in the cache, hands both on. False when none came.
-bool camera_step(Camera& device, ViewTracker& tracker, std::chrono::milliseconds wait, Ring<TrackedFrame>& out,
-                 Counters& lost);
+/// Without room to hand it on the frame is counted as lost.
+bool camera_step(Camera& device, ViewTracker& tracker, std::chrono::milliseconds wait,
+                 Ring<TrackedFrame>& out, Counters& lost);
 
 }  // namespace shaker

@@ -12,7 +12,8 @@ namespace shaker {
 
 namespace {
 
-void add(std::vector<RecordedNumber>& list, const std::string& name, const Estimate& e, const std::string& units) {
+void add(std::vector<RecordedNumber>& list, const std::string& name, const Estimate& e,
+         const std::string& units) {
     list.push_back({"results/" + name, e.value, units});
     list.push_back({"results/" + name + "_errors", e.sigma, units});
 }
@@ -25,13 +26,15 @@ Column column(std::string name, std::string units, const auto& rows, auto&& valu
 }
 
 bool same(double a, double b) {
-    return std::bit_cast<std::uint64_t>(a) == std::bit_cast<std::uint64_t>(b) || (std::isnan(a) && std::isnan(b));
+    return std::bit_cast<std::uint64_t>(a) == std::bit_cast<std::uint64_t>(b) ||
+           (std::isnan(a) && std::isnan(b));
 }
 
 const std::vector<double>& values_of(const std::vector<Column>& columns, const std::string& name,
                                      const std::string& path) {
     const auto it = std::ranges::find(columns, name, &Column::name);
-    if (it == columns.end()) throw InputError{"recording: table \"" + path + "\" has no column \"" + name + "\""};
+    if (it == columns.end())
+        throw InputError{"recording: table \"" + path + "\" has no column \"" + name + "\""};
     return it->values;
 }
 
@@ -62,26 +65,28 @@ std::vector<RecordedNumber> numbers_of(const Reduction& r) {
 
 std::vector<RecordedTable> tables_of(const Reduction& r) {
     std::vector<RecordedTable> tables;
-    tables.push_back({"harmonics",
-                      {column("q", "1", r.harmonics, [](const auto& h) { return h.q; }),
-                       column("amplitude", "m/s^2", r.harmonics, [](const auto& h) { return h.amplitude.value; }),
-                       column("amplitude_errors", "m/s^2", r.harmonics, [](const auto& h) { return h.amplitude.sigma; }),
-                       column("phase", "rad", r.harmonics, [](const auto& h) { return h.phase.value; }),
-                       column("phase_errors", "rad", r.harmonics, [](const auto& h) { return h.phase.sigma; })},
-                      "NXcollection",
-                      {}});
-    tables.push_back({"periods",
-                      {column("k", "1", r.periods, [](const auto& p) { return p.k; }),
-                       column("t", "s", r.periods, [](const auto& p) { return p.t_s; }),
-                       column("frames", "1", r.periods, [](const auto& p) { return p.frames; }),
-                       column("D", "m", r.periods, [](const auto& p) { return p.drift.value; }),
-                       column("D_errors", "m", r.periods, [](const auto& p) { return p.drift.sigma; }),
-                       column("gamma", "m/s^2", r.periods, [](const auto& p) { return p.gamma.value; }),
-                       column("gamma_errors", "m/s^2", r.periods, [](const auto& p) { return p.gamma.sigma; }),
-                       column("phi", "rad", r.periods, [](const auto& p) { return p.phi.value; }),
-                       column("phi_errors", "rad", r.periods, [](const auto& p) { return p.phi.sigma; })},
-                      "NXdata",
-                      {{"signal", "D"}, {"axes", "t"}}});
+    tables.push_back(
+        {"harmonics",
+         {column("q", "1", r.harmonics, [](const auto& h) { return h.q; }),
+          column("amplitude", "m/s^2", r.harmonics, [](const auto& h) { return h.amplitude.value; }),
+          column("amplitude_errors", "m/s^2", r.harmonics, [](const auto& h) { return h.amplitude.sigma; }),
+          column("phase", "rad", r.harmonics, [](const auto& h) { return h.phase.value; }),
+          column("phase_errors", "rad", r.harmonics, [](const auto& h) { return h.phase.sigma; })},
+         "NXcollection",
+         {}});
+    tables.push_back(
+        {"periods",
+         {column("k", "1", r.periods, [](const auto& p) { return p.k; }),
+          column("t", "s", r.periods, [](const auto& p) { return p.t_s; }),
+          column("frames", "1", r.periods, [](const auto& p) { return p.frames; }),
+          column("D", "m", r.periods, [](const auto& p) { return p.drift.value; }),
+          column("D_errors", "m", r.periods, [](const auto& p) { return p.drift.sigma; }),
+          column("gamma", "m/s^2", r.periods, [](const auto& p) { return p.gamma.value; }),
+          column("gamma_errors", "m/s^2", r.periods, [](const auto& p) { return p.gamma.sigma; }),
+          column("phi", "rad", r.periods, [](const auto& p) { return p.phi.value; }),
+          column("phi_errors", "rad", r.periods, [](const auto& p) { return p.phi.sigma; })},
+         "NXdata",
+         {{"signal", "D"}, {"axes", "t"}}});
     const Cycle& c = r.cycle;
     tables.push_back({"cycle",
                       {{"phase", "1", c.phase},
@@ -104,17 +109,18 @@ std::vector<RecordedTable> tables_of(const Reduction& r) {
 std::vector<RecordedTable> tables_of(const Take& take) {
     std::vector<RecordedTable> tables;
     for (const TargetTrack& t : take.tracks) {
-        tables.push_back({track_path(t),
-                          {column("frame", "1", t.tracks, [](const Track& k) { return k.tick.n; }),
-                           column("t", "s", t.tracks, [](const Track& k) { return seconds(k.time); }),
-                           column("x_px", "px", t.tracks, [](const Track& k) { return k.fix.x_px; }),
-                           column("y_px", "px", t.tracks, [](const Track& k) { return k.fix.y_px; }),
-                           column("sd_px", "px", t.tracks, [](const Track& k) { return k.fix.sd_px; }),
-                           column("x", "m", t.tracks, [](const Track& k) { return k.x_m; }),
-                           column("x_errors", "m", t.tracks, [](const Track& k) { return k.sd_m; }),
-                           column("state", "1", t.tracks, [](const Track& k) { return static_cast<int>(k.fix.state); })},
-                          "NXdata",
-                          {{"signal", "x"}, {"axes", "t"}}});
+        tables.push_back(
+            {track_path(t),
+             {column("frame", "1", t.tracks, [](const Track& k) { return k.tick.n; }),
+              column("t", "s", t.tracks, [](const Track& k) { return seconds(k.time); }),
+              column("x_px", "px", t.tracks, [](const Track& k) { return k.fix.x_px; }),
+              column("y_px", "px", t.tracks, [](const Track& k) { return k.fix.y_px; }),
+              column("sd_px", "px", t.tracks, [](const Track& k) { return k.fix.sd_px; }),
+              column("x", "m", t.tracks, [](const Track& k) { return k.x_m; }),
+              column("x_errors", "m", t.tracks, [](const Track& k) { return k.sd_m; }),
+              column("state", "1", t.tracks, [](const Track& k) { return static_cast<int>(k.fix.state); })},
+             "NXdata",
+             {{"signal", "x"}, {"axes", "t"}}});
     }
     return tables;
 }
@@ -132,7 +138,8 @@ std::vector<std::string> differences(const SessionReader& file, const std::vecto
     std::vector<std::string> found;
     for (const RecordedNumber& n : numbers) {
         const double was = file.scalar(n.path);
-        if (!same(was, n.value)) found.push_back(fmt::format("{}: recorded {}, now {}", n.path, was, n.value));
+        if (!same(was, n.value))
+            found.push_back(fmt::format("{}: recorded {}, now {}", n.path, was, n.value));
     }
     for (const RecordedTable& t : tables) {
         const std::vector<Column> recorded = file.table(t.path);
@@ -145,7 +152,8 @@ std::vector<std::string> differences(const SessionReader& file, const std::vecto
             }
             const auto [a, b] = std::ranges::mismatch(was, c.values, same);
             if (a != was.end())
-                found.push_back(fmt::format("{}/{} row {}: recorded {}, now {}", t.path, c.name, a - was.begin(), *a, *b));
+                found.push_back(fmt::format("{}/{} row {}: recorded {}, now {}", t.path, c.name,
+                                            a - was.begin(), *a, *b));
         }
     }
     return found;
@@ -172,7 +180,8 @@ void read_tracks(const SessionReader& file, Take& take) {
             fill("sd_px", [](Track& k, double v) { k.fix.sd_px = v; });
             fill("x", [](Track& k, double v) { k.x_m = v; });
             fill("x_errors", [](Track& k, double v) { k.sd_m = v; });
-            fill("state", [](Track& k, double v) { k.fix.state = static_cast<TrackState>(static_cast<int>(v)); });
+            fill("state",
+                 [](Track& k, double v) { k.fix.state = static_cast<TrackState>(static_cast<int>(v)); });
             take.tracks.push_back(std::move(t));
         }
     }

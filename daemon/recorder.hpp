@@ -34,7 +34,8 @@ std::vector<RecordedTable> tables_of(const Take& take);
 void write(SessionWriter& file, const std::vector<RecordedNumber>& numbers);
 void write(SessionWriter& file, const std::vector<RecordedTable>& tables);
 
-/// Where the recording's numbers and tables are not, to the bit, the ones given: one sentence each. NaN equals NaN.
+/// Where the recording's numbers and tables are not, to the bit, the ones given: one sentence each. NaN
+/// equals NaN.
 std::vector<std::string> differences(const SessionReader& file, const std::vector<RecordedNumber>& numbers,
                                      const std::vector<RecordedTable>& tables);
 

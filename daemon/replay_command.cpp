@@ -13,7 +13,8 @@ namespace shaker {
 bool replay(const ReplayOptions& options) {
     const SessionReader file{options.file};
     const SessionHeader& header = file.header();
-    spdlog::info("replaying \"{}\" from {}", header.title, header.keep_frames ? "frames and counts" : "tracks and counts");
+    spdlog::info("replaying \"{}\" from {}", header.title,
+                 header.keep_frames ? "frames and counts" : "tracks and counts");
     Rig rig = replay_rig(file);
     Acquisition acquisition{rig, nullptr};
     read_all(acquisition);
@@ -23,8 +24,8 @@ bool replay(const ReplayOptions& options) {
     take.changes = file.changes();
     if (!header.keep_frames) read_tracks(file, take);
 
-    const Reduction reduction = reduce(measurement_of(take, header.frequency_hz, file.scalar("process/reduced_from"),
-                                                      file.scalar("process/reduced_to")));
+    const Reduction reduction = reduce(measurement_of(
+        take, header.frequency_hz, file.scalar("process/reduced_from"), file.scalar("process/reduced_to")));
     std::vector<RecordedTable> tables = tables_of(reduction);
     for (RecordedTable& t : tables_of(take)) tables.push_back(std::move(t));
     const std::vector<RecordedNumber> numbers = numbers_of(reduction);
@@ -39,7 +40,8 @@ bool replay(const ReplayOptions& options) {
         if (!options.json) fmt::print("replay: identical ({} numbers, to the bit)\n", values);
         return true;
     }
-    for (std::size_t i = 0; i < std::min<std::size_t>(found.size(), 20); ++i) spdlog::warn("differs: {}", found[i]);
+    for (std::size_t i = 0; i < std::min<std::size_t>(found.size(), 20); ++i)
+        spdlog::warn("differs: {}", found[i]);
     if (!options.json) fmt::print("replay: NOT identical, {} differences\n", found.size());
     return false;
 }

@@ -2,6 +2,7 @@
 
 #include <spdlog/fmt/fmt.h>
 
+#include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
 #include <numbers>
@@ -43,16 +44,19 @@ std::string results_text(const Reduction& r) {
     s += line("accelerometer late", r.accelerometer_late_s, 1e3, "ms");
     s += line("accelerometer clock", r.accelerometer_ppm, 1, "ppm");
     s += line("position residual", {r.fit_residual_x_m.value, NAN}, 1e6, "um rms");
-    s += fmt::format("  {:<22}{:>24}\n", "frames used / lost", fmt::format("{} / {}", r.frames, r.frames_lost));
+    s += fmt::format("  {:<22}{:>24}\n", "frames used / lost",
+                     fmt::format("{} / {}", r.frames, r.frames_lost));
     if (r.stick.empty()) s += fmt::format("  {:<22}{:>24}\n", "sticks", "never");
     for (const StickInterval& k : r.stick)
-        s += fmt::format("  {:<22}{:>24} T\n", "sticks", fmt::format("{:.4f} to {:.4f} +- {:.4f}", k.from, k.to, k.sd));
+        s += fmt::format("  {:<22}{:>24} T\n", "sticks",
+                         fmt::format("{:.4f} to {:.4f} +- {:.4f}", k.from, k.to, k.sd));
     for (const std::string& note : r.notes) s += "  note: " + note + "\n";
     return s;
 }
 
-std::string results_json(const Reduction& r) {
+std::string results_json(const Reduction& r, const std::map<std::string, double>& more) {
     nlohmann::json j;
+    for (const auto& [key, value] : more) j[key] = number(value);
     const auto put = [&](const char* key, const char* se_key, const Estimate& e) {
         j[key] = number(e.value);
         j[se_key] = number(e.sigma);
@@ -81,8 +85,11 @@ std::string results_json(const Reduction& r) {
     for (const StickInterval& k : r.stick) j["stick"].push_back({k.from, k.to});
     j["periods"] = nlohmann::json::array();
     for (const PeriodResult& p : r.periods)
-        j["periods"].push_back({{"k", p.k}, {"t_s", number(p.t_s)}, {"D_m", number(p.drift.value)},
-                                {"D_se_m", number(p.drift.sigma)}, {"gamma_mps2", number(p.gamma.value)},
+        j["periods"].push_back({{"k", p.k},
+                                {"t_s", number(p.t_s)},
+                                {"D_m", number(p.drift.value)},
+                                {"D_se_m", number(p.drift.sigma)},
+                                {"gamma_mps2", number(p.gamma.value)},
                                 {"phi_rad", number(p.phi.value)}});
     j["notes"] = r.notes;
     return j.dump(2);

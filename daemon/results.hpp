@@ -1,5 +1,6 @@
 #pragma once
 // A reduction as people and programs read it.
+#include <map>
 #include <string>
 
 #include "daemon/reduction/reduction.hpp"
@@ -9,10 +10,10 @@ namespace shaker {
 /// A table for a person: values with their standard errors, in the lab's units.
 std::string results_text(const Reduction& reduction);
 
-/// One JSON object, SI units in the key names: v_D_mps, v_D_se_mps, D_m, D_se_m, frequency_hz, gamma_mps2, rho,
-/// phi_rad, efficiency, harmonics, accelerometer_late_s, accelerometer_ppm, frames, frames_lost, stick, ... (README).
-/// What could not be determined is null.
-std::string results_json(const Reduction& reduction);
+/// One JSON object, SI units in the key names: v_D_mps, v_D_se_mps, D_m, D_se_m, frequency_hz, gamma_mps2,
+/// rho, phi_rad, efficiency, harmonics, accelerometer_late_s, accelerometer_ppm, frames, frames_lost, stick,
+/// ... (README). What could not be determined is null. `more`: further numbers, by key.
+std::string results_json(const Reduction& reduction, const std::map<std::string, double>& more = {});
 
 /// "14.58 +- 0.03": as many digits as the error leaves meaning to.
 std::string with_error(double value, double sigma);

@@ -21,7 +21,8 @@ OpenRig open_simulated(const std::filesystem::path& scene, double frequency, Wor
 
 }  // namespace
 
-OpenRig open_rig(const std::string& name, const std::filesystem::path& scene, double frequency, World::Pace pace) {
+OpenRig open_rig(const std::string& name, const std::filesystem::path& scene, double frequency,
+                 World::Pace pace) {
     if (name == "sim:") return open_simulated(scene, frequency, pace);
     throw InputError{"--rig \"" + name + "\": no such rig; there is \"sim:\" (the simulated bench)"};
 }

@@ -15,12 +15,13 @@ namespace shaker {
 struct OpenRig {
     std::unique_ptr<World> world;  // of a simulated rig; outlives `rig`
     Rig rig;
-    Scene scene;                   // of a simulated rig
+    Scene scene;  // of a simulated rig
     /// The shaker's response by its data sheet, m/s^2 a volt, at f, 2f, ...
     std::array<std::complex<double>, max_harmonics> response{};
 };
 
 /// "sim:" is the simulated rig; `scene` (may be empty) changes it. InputError for a name that is not known.
-OpenRig open_rig(const std::string& name, const std::filesystem::path& scene, double frequency, World::Pace pace);
+OpenRig open_rig(const std::string& name, const std::filesystem::path& scene, double frequency,
+                 World::Pace pace);
 
 }  // namespace shaker

@@ -5,6 +5,7 @@
 #include <chrono>
 #include <cmath>
 #include <cstdio>
+#include <numbers>
 
 #include "daemon/acquisition.hpp"
 #include "daemon/commands.hpp"
@@ -14,6 +15,7 @@
 #include "daemon/results.hpp"
 #include "daemon/rigs.hpp"
 #include "drivers/errors.hpp"
+#include "drivers/simulated/steady_state.hpp"
 
 namespace shaker {
 
@@ -32,24 +34,27 @@ double common_frame_rate(const Rig& rig) {
     const double fps = rig.cameras.empty() ? 0 : rig.cameras.front()->view().frame_rate_hz;
     for (const auto& camera : rig.cameras)
         if (camera->view().frame_rate_hz != fps)
-            throw InputError{fmt::format("camera \"{}\": frame_rate_hz = {} is not the {} of camera \"{}\"; one trigger "
-                                         "serves all",
-                                         camera->view().camera, camera->view().frame_rate_hz, fps,
-                                         rig.cameras.front()->view().camera)};
+            throw InputError{
+                fmt::format("camera \"{}\": frame_rate_hz = {} is not the {} of camera \"{}\"; one trigger "
+                            "serves all",
+                            camera->view().camera, camera->view().frame_rate_hz, fps,
+                            rig.cameras.front()->view().camera)};
     return fps;
 }
 
-// Where the walker really was, between the two nearest exposures. A straight line between frames 1 ms apart is off
-// by at most mu g h^2 / 8, 0.14 um.
+// Where the walker really was, between the two nearest exposures. A straight line between frames 1 ms apart
+// is off by at most mu g h^2 / 8, 0.14 um.
 double walker_at(const std::vector<PoseTruth>& poses, double t) {
-    const auto after = std::ranges::lower_bound(poses, t, {}, [](const PoseTruth& p) { return seconds(p.time); });
+    const auto after =
+        std::ranges::lower_bound(poses, t, {}, [](const PoseTruth& p) { return seconds(p.time); });
     if (after == poses.end() || after == poses.begin()) return NAN;
     const auto before = std::prev(after);
     const double u = (t - seconds(before->time)) / (seconds(after->time) - seconds(before->time));
     return std::lerp(before->walker, after->walker, u);
 }
 
-void record_truth(SessionWriter& file, const World& world, const std::string& camera, std::size_t index, double v_D) {
+void record_truth(SessionWriter& file, const World& world, const std::string& camera, std::size_t index,
+                  double v_D) {
     std::vector<double> frame, t, base, walker;
     for (const PoseTruth& p : world.truth(index)) {
         frame.push_back(static_cast<double>(p.tick.n));
@@ -62,20 +67,37 @@ void record_truth(SessionWriter& file, const World& world, const std::string& ca
     if (index == 0) file.scalar("truth/v_D", v_D, "m/s");
 }
 
+// What exact Coulomb friction with the scene's coefficients makes of the base's motion as it was measured.
+double coulomb_drift(const Reduction& r, const Scene& scene) {
+    WalkerSetting setting;
+    setting.frequency = r.frequency.value;
+    for (const MeasuredHarmonic& h : r.harmonics)
+        if (h.q <= max_harmonics) setting.base.at(h.q) = std::polar(h.amplitude.value, h.phase.value);
+    setting.tilt = scene.tilt_deg * std::numbers::pi / 180;
+    setting.g = scene.gravity;
+    setting.friction = {scene.walker.mu_k, scene.walker.mu_s, 0};
+    return settle(WalkerLaw{setting}).v_D;
+}
+
 struct Speed {
     double wall_s, virtual_s, render_s;
 };
 
-void print_truth(const Reduction& r, double v_D, const Speed& speed) {
+void print_truth(const Reduction& r, double v_D, const Scene& scene, const Speed& speed) {
     const double off = r.v_D.value - v_D;
-    fmt::print("the simulated truth beside it:\n  {:<22}{:>24} mm/s\n", "v_D of the scene", fmt::format("{:.4f}", 1e3 * v_D));
+    fmt::print("the simulated truth beside it:\n  {:<22}{:>24} mm/s\n", "v_D of the scene",
+               fmt::format("{:.4f}", 1e3 * v_D));
     fmt::print("  {:<22}{:>24}\n", "measured minus true",
                fmt::format("{:+.4f} mm/s = {:+.3f} % = {:+.2f} standard errors", 1e3 * off, 100 * off / v_D,
                            off / r.v_D.sigma));
-    fmt::print("cost: {:.2f} s of experiment in {:.2f} s, {:.1f} times real time; rendering the pictures took {:.2f} s "
-               "({:.0f} %) of it\n",
-               speed.virtual_s, speed.wall_s, speed.virtual_s / speed.wall_s, speed.render_s,
-               100 * speed.render_s / speed.wall_s);
+    fmt::print("  {:<22}{:>24} mm/s\n", "Coulomb on this base",
+               fmt::format("{:.4f}", 1e3 * coulomb_drift(r, scene)));
+    fmt::print(
+        "cost: {:.2f} s of experiment in {:.2f} s, {:.1f} times real time; rendering the pictures took "
+        "{:.2f} s "
+        "({:.0f} %) of it\n",
+        speed.virtual_s, speed.wall_s, speed.virtual_s / speed.wall_s, speed.render_s,
+        100 * speed.render_s / speed.wall_s);
 }
 
 }  // namespace
@@ -86,8 +108,9 @@ void run(const RunOptions& options) {
     Rig& rig = bench.rig;
     const DacInfo dac = rig.dac->info();
     SessionHeader header;
-    header.title = fmt::format("gamma {:.4g} m/s^2, phi {:.4g} rad, rho {:.4g}, {:.6g} Hz", options.drive.gamma,
-                               options.drive.phi, options.drive.rho, options.drive.frequency);
+    header.title =
+        fmt::format("gamma {:.4g} m/s^2, phi {:.4g} rad, rho {:.4g}, {:.6g} Hz", options.drive.gamma,
+                    options.drive.phi, options.drive.rho, options.drive.frequency);
     header.kind = "run";
     header.config = settings_text(options);
     if (bench.world) header.scene = scene_text(bench.scene);
@@ -100,17 +123,19 @@ void run(const RunOptions& options) {
     Recording recording{options.out, header, Recording::Unfinished::keep};
     Acquisition acquisition{rig, recording.writer()};
     Output output{dac, options.drive.frequency, common_frame_rate(rig), block_samples};
-    const RunPlan plan{.drive = options.drive, .periods = options.periods, .volts_limit = 0.95 * dac.full_scale_V,
+    const RunPlan plan{.drive = options.drive,
+                       .periods = options.periods,
+                       .volts_limit = 0.95 * dac.full_scale_V,
                        .response = bench.response};
     Director director{plan, dac.rate_hz, rig.accelerometer->info(),
                       [](const std::string& what) { spdlog::info("{}", what); }};
 
-    std::vector<Loop> loops{{"output", 70, [&](std::chrono::milliseconds) {
+    std::vector<Loop> loops{{"output", 70, true, [&](std::chrono::milliseconds) {
                                  output_step(output, *rig.dac, acquisition.lanes());
                                  return true;
                              }}};
     for (Loop& loop : acquisition.sensor_loops()) loops.push_back(std::move(loop));
-    loops.push_back({"reduction", 0, [&](std::chrono::milliseconds) {
+    loops.push_back({"reduction", 0, false, [&](std::chrono::milliseconds) {
                          const bool any = acquisition.collect();
                          return director.step(acquisition.take(), acquisition.lanes().drive) || any;
                      }});
@@ -142,7 +167,9 @@ void run(const RunOptions& options) {
     recording.finish(take, r, director.from_s(), director.to_s());
 
     if (options.json) {
-        std::fputs((results_json(r) + "\n").c_str(), stdout);
+        std::map<std::string, double> more;
+        if (bench.world) more["v_D_true_mps"] = v_D;
+        std::fputs((results_json(r, more) + "\n").c_str(), stdout);
         return;
     }
     fmt::print("{}\n", header.title);
@@ -152,8 +179,9 @@ void run(const RunOptions& options) {
         fmt::print("lost: {} accelerometer blocks, {} frames; {} samples clamped\n", lost.blocks_lost.load(),
                    lost.frames_lost.load(), lost.samples_clamped.load());
     if (bench.world)
-        print_truth(r, v_D, {wall.count(), static_cast<double>(output.synthesiser.tick().n) / dac.rate_hz,
-                             bench.world->render_seconds()});
+        print_truth(r, v_D, bench.scene,
+                    {wall.count(), static_cast<double>(output.synthesiser.tick().n) / dac.rate_hz,
+                     bench.world->render_seconds()});
     if (!options.out.empty()) fmt::print("recorded: {}\n", options.out.string());
 }
 

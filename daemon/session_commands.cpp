@@ -1,6 +1,8 @@
 #include <spdlog/fmt/fmt.h>
 #include <spdlog/spdlog.h>
 
+#include <algorithm>
+#include <cmath>
 #include <cstdio>
 #include <fstream>
 #include <nlohmann/json.hpp>
@@ -28,10 +30,14 @@ std::string text_of(const std::filesystem::path& file) {
 
 const char* word(TrackState s) {
     switch (s) {
-        case TrackState::ok: return "ok";
-        case TrackState::degraded: return "degraded";
-        case TrackState::lost: return "lost";
-        case TrackState::reacquired: return "reacquired";
+        case TrackState::ok:
+            return "ok";
+        case TrackState::degraded:
+            return "degraded";
+        case TrackState::lost:
+            return "lost";
+        case TrackState::reacquired:
+            return "reacquired";
     }
     return "lost";
 }
@@ -39,7 +45,8 @@ const char* word(TrackState s) {
 // What was asked of the shaker beside what it did, where the session says it.
 void compare(const AskedDrive& asked, const Reduction& r) {
     const auto line = [](const char* name, const std::optional<double>& want, double got, const char* unit) {
-        if (want) fmt::print("  {:<22}{:>24} {} (asked {:.6g})\n", name, fmt::format("{:.6g}", got), unit, *want);
+        if (want)
+            fmt::print("  {:<22}{:>24} {} (asked {:.6g})\n", name, fmt::format("{:.6g}", got), unit, *want);
     };
     fmt::print("asked and measured:\n");
     line("gamma", asked.gamma_mps2, r.gamma.value, "m/s^2");
@@ -55,15 +62,76 @@ std::string csv_of(const Take& take) {
                                           ? fmt::format("{:.5f},{:.5f},{:.5f},{:.6f}", k.fix.x_px, k.fix.y_px,
                                                         k.fix.sd_px, 1e3 * k.x_m)
                                           : std::string{",,,"};
-            csv += fmt::format("{},{},{:.9f},{},{},{}\n", t.camera, k.tick.n, seconds(k.time), t.target.name, where,
-                               word(k.fix.state));
+            csv += fmt::format("{},{},{:.9f},{},{},{}\n", t.camera, k.tick.n, seconds(k.time), t.target.name,
+                               where, word(k.fix.state));
         }
     }
     return csv;
 }
 
-int lost_of(const TargetTrack& t) {
-    return static_cast<int>(std::ranges::count_if(t.tracks, [](const Track& k) { return !found(k.fix.state); }));
+struct Spread {
+    int count = 0;
+    double mean = NAN;
+    double rms = NAN;  // about the mean
+};
+
+Spread spread_of(const std::vector<double>& x) {
+    Spread s{static_cast<int>(x.size()), 0, 0};
+    for (const double v : x) s.mean += v / s.count;
+    for (const double v : x) s.rms += (v - s.mean) * (v - s.mean) / s.count;
+    s.rms = std::sqrt(s.rms);
+    return x.empty() ? Spread{} : s;
+}
+
+// Distances between two targets of one camera, in the frames that show both, px.
+std::vector<double> distances(const TargetTrack& a, const TargetTrack& b) {
+    std::vector<double> d;
+    for (std::size_t i = 0; i < std::min(a.tracks.size(), b.tracks.size()); ++i) {
+        const Fix &p = a.tracks[i].fix, &q = b.tracks[i].fix;
+        if (found(p.state) && found(q.state)) d.push_back(std::hypot(q.x_px - p.x_px, q.y_px - p.y_px));
+    }
+    return d;
+}
+
+nlohmann::json number(double x) { return std::isfinite(x) ? nlohmann::json(x) : nlohmann::json(nullptr); }
+
+// One target's summary: losses, what the tracker claims, how far it moved, how far the next target of its
+// camera is.
+nlohmann::json summary(const TargetTrack& t, const TargetTrack* next) {
+    std::vector<double> sd, x, y;
+    for (const Track& k : t.tracks) {
+        if (!found(k.fix.state)) continue;
+        sd.push_back(k.fix.sd_px);
+        x.push_back(k.fix.x_px);
+        y.push_back(k.fix.y_px);
+    }
+    nlohmann::json j = {{"camera", t.camera},
+                        {"target", t.target.name},
+                        {"frames", t.tracks.size()},
+                        {"frames_lost", t.tracks.size() - x.size()},
+                        {"mean_sd_px", number(spread_of(sd).mean)},
+                        {"spread_x_px", number(spread_of(x).rms)},
+                        {"spread_y_px", number(spread_of(y).rms)}};
+    if (next == nullptr) return j;
+    const Spread d = spread_of(distances(t, *next));
+    j["next"] = next->target.name;
+    j["next_distance_px"] = number(d.mean);
+    j["next_distance_spread_px"] = number(d.rms);
+    return j;
+}
+
+std::string line_of(const nlohmann::json& j) {
+    const auto px = [&](const char* key) {
+        return j[key].is_null() ? std::string{"-"} : fmt::format("{:.4f}", j[key].get<double>());
+    };
+    std::string s =
+        fmt::format("{:<10} {:<10} {:>6} frames {:>5} lost   claimed sd {} px   spread x {} y {} px",
+                    j["camera"].get<std::string>(), j["target"].get<std::string>(), j["frames"].get<int>(),
+                    j["frames_lost"].get<int>(), px("mean_sd_px"), px("spread_x_px"), px("spread_y_px"));
+    if (j.contains("next"))
+        s += fmt::format("   to {}: {} px, spread {}", j["next"].get<std::string>(), px("next_distance_px"),
+                         px("next_distance_spread_px"));
+    return s;
 }
 
 }  // namespace
@@ -112,20 +180,15 @@ void track_session(const TrackOptions& options) {
         if (!out) throw DeviceError{options.out.string() + ": cannot be written"};
     }
     nlohmann::json j = {{"frames", take.frames}, {"targets", nlohmann::json::array()}};
-    for (const TargetTrack& t : take.tracks) {
-        double sd = 0;
-        for (const Track& k : t.tracks)
-            if (found(k.fix.state)) sd += k.fix.sd_px;
-        const int lost = lost_of(t), good = static_cast<int>(t.tracks.size()) - lost;
-        const nlohmann::json mean_sd = good > 0 ? nlohmann::json(sd / good) : nlohmann::json(nullptr);
-        j["targets"].push_back({{"camera", t.camera}, {"target", t.target.name}, {"frames", t.tracks.size()},
-                                {"frames_lost", lost}, {"mean_sd_px", mean_sd}});
-        if (!options.json)
-            fmt::print("{:<10} {:<12} {:>6} frames, {:>4} lost, mean standard deviation {} px\n", t.camera,
-                       t.target.name, t.tracks.size(), lost, good > 0 ? fmt::format("{:.4f}", sd / good) : "-");
+    for (std::size_t i = 0; i < take.tracks.size(); ++i) {
+        const bool last = i + 1 == take.tracks.size() || take.tracks[i + 1].camera != take.tracks[i].camera;
+        j["targets"].push_back(summary(take.tracks[i], last ? nullptr : &take.tracks[i + 1]));
+        if (!options.json) fmt::print("{}\n", line_of(j["targets"].back()));
     }
-    if (options.json) fmt::print("{}\n", j.dump(2));
-    else if (!options.out.empty()) fmt::print("tracks: {}\n", options.out.string());
+    if (options.json)
+        fmt::print("{}\n", j.dump(2));
+    else if (!options.out.empty())
+        fmt::print("tracks: {}\n", options.out.string());
 }
 
 }  // namespace shaker

@@ -1,5 +1,6 @@
 #include "daemon/take.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 #include "calibration/camera_scale.hpp"
@@ -14,6 +15,8 @@ MotionSeries series_of(const TargetTrack& t) {
     MotionSeries s;
     s.view = t.camera;
     for (const Track& k : t.tracks) {
+        s.stream_from_s = std::min(s.stream_from_s, seconds(k.time));
+        s.stream_to_s = std::max(s.stream_to_s, seconds(k.time));
         if (!found(k.fix.state) || !std::isfinite(k.x_m)) {
             ++s.lost;
             continue;
@@ -37,9 +40,9 @@ AccelSeries accelerations_of(const Take& take) {
     for (const AccelBlock& b : take.blocks) {
         for (int i = 0; i < b.size; ++i) {
             const AccelTick tick{b.first.n + i};
-            s.t_s.push_back(take.played.empty()
-                                ? take.accelerometer.first_sample_s + static_cast<double>(tick.n) / take.accelerometer.rate_hz
-                                : seconds(clock.master(tick)));
+            s.t_s.push_back(take.played.empty() ? take.accelerometer.first_sample_s +
+                                                      static_cast<double>(tick.n) / take.accelerometer.rate_hz
+                                                : seconds(clock.master(tick)));
             const auto& c = b.counts[static_cast<std::size_t>(i)];
             const double scale = take.accelerometer.mps2_per_count;
             s.a_mps2.push_back({scale * c[0], scale * c[1], scale * c[2]});
@@ -52,8 +55,10 @@ AccelSeries accelerations_of(const Take& take) {
 
 Take empty_take(const Rig& rig) {
     Take take;
-    if (rig.accelerometer) take.accelerometer = rig.accelerometer->info();
-    else take.accelerometer.rate_hz = 0;
+    if (rig.accelerometer)
+        take.accelerometer = rig.accelerometer->info();
+    else
+        take.accelerometer.rate_hz = 0;
     if (rig.dac) take.dac_rate_hz = rig.dac->info().rate_hz;
     for (const auto& camera : rig.cameras)
         for (const Target& target : camera->view().targets)

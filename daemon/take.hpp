@@ -18,10 +18,10 @@ struct TargetTrack {
 };
 
 struct Take {
-    AccelerometerInfo accelerometer;      // rate 0: none
+    AccelerometerInfo accelerometer;  // rate 0: none
     std::vector<AccelBlock> blocks;
-    std::vector<PlayTime> played;         // empty for a session without a DAC
-    std::vector<DriveChange> changes;     // likewise
+    std::vector<PlayTime> played;      // empty for a session without a DAC
+    std::vector<DriveChange> changes;  // likewise
     double dac_rate_hz = 0;
     std::vector<TargetTrack> tracks;
     std::uint64_t blocks_lost = 0, frames_lost = 0, frames = 0;
@@ -35,10 +35,10 @@ Take empty_take(const Rig& rig);
 void add_fixes(Take& take, std::size_t first_track, const View& view, const Frame& frame,
                const std::vector<Fix>& fixes);
 
-/// What a reduction needs. Accelerometer stamps of a live run are put on master time by the arrival stamps (good to
-/// a fraction of a period; the reduction finds the rest from the common motion); a recorded session's stay on the
-/// sensor's own clock. Targets named "walker" and "base" are used; frames where they are lost are left out and
-/// counted.
+/// What a reduction needs. Accelerometer stamps of a live run are put on master time by the arrival stamps
+/// (good to a fraction of a period; the reduction finds the rest from the common motion); a recorded
+/// session's stay on the sensor's own clock. Targets named "walker" and "base" are used; frames where they
+/// are lost are left out and counted.
 Measurement measurement_of(const Take& take, double frequency_hz, double from_s, double to_s);
 
 }  // namespace shaker

@@ -30,9 +30,9 @@ struct PlayTime {
 struct AccelBlock {
     static constexpr int capacity = 64;
     AccelTick first;
-    HostTime arrived;    // when read() returned; only the clock map looks at it
-    Quality quality{};   // gap: samples are missing before `first`
-    int size = capacity; // valid samples; less than `capacity` only before a gap and at the end
+    HostTime arrived;     // when read() returned; only the clock map looks at it
+    Quality quality{};    // gap: samples are missing before `first`
+    int size = capacity;  // valid samples; less than `capacity` only before a gap and at the end
     std::array<std::array<std::int32_t, 3>, capacity> counts{};
 };
 

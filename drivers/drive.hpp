@@ -13,13 +13,15 @@ inline constexpr int max_harmonics = 16;
 /// Standard gravity as the paper uses it, m/s^2: "1.5g" on a command line is 1.5 times this.
 inline constexpr double paper_g = 9.8;
 
-/// Complex amplitudes of a periodic signal: value(t) = Im sum_{q=1..16} a[q-1] e^{i q w t}, so |a| is the peak
-/// amplitude of a harmonic and arg(a) its phase against sin(q w t). `Unit` keeps volts and m/s^2 apart.
+/// Complex amplitudes of a periodic signal: value(t) = Im sum_{q=1..16} a[q-1] e^{i q w t}, so |a| is the
+/// peak amplitude of a harmonic and arg(a) its phase against sin(q w t). `Unit` keeps volts and m/s^2 apart.
 template <class Unit>
 struct Harmonics {
     std::array<std::complex<double>, max_harmonics> a{};
     [[nodiscard]] std::complex<double>& at(int q) { return a.at(static_cast<std::size_t>(q - 1)); }
-    [[nodiscard]] const std::complex<double>& at(int q) const { return a.at(static_cast<std::size_t>(q - 1)); }
+    [[nodiscard]] const std::complex<double>& at(int q) const {
+        return a.at(static_cast<std::size_t>(q - 1));
+    }
     /// Highest q with a non-zero amplitude, 0 when silent.
     [[nodiscard]] int order() const noexcept {
         int q = max_harmonics;

@@ -23,6 +23,8 @@ public:
     [[nodiscard]] bool push(const T& value) noexcept(std::is_nothrow_copy_constructible_v<T>) {
         return queue_.push(value);
     }
+    /// Whether the next push() would fail. Writer's thread only.
+    [[nodiscard]] bool full() const noexcept { return queue_.write_available() == 0; }
     /// The oldest value, or empty. Reader's thread only.
     [[nodiscard]] std::optional<T> pop() noexcept(std::is_nothrow_move_constructible_v<T>) {
         std::optional<T> value;

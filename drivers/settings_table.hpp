@@ -1,6 +1,6 @@
 #pragma once
-// One table of a TOML settings file, read strictly: every key that is there must be asked for, every value must be
-// of its kind and in its range. Errors (InputError) name file, line, key, value and what is allowed.
+// One table of a TOML settings file, read strictly: every key that is there must be asked for, every value
+// must be of its kind and in its range. Errors (InputError) name file, line, key, value and what is allowed.
 #include <filesystem>
 #include <initializer_list>
 #include <memory>
@@ -45,7 +45,8 @@ public:
     std::vector<SettingsTable> tables(std::string_view key);
     /// Throws when a key was never asked for, naming it and its line, and listing the keys that exist here.
     void finish() const;
-    /// Throws InputError with file and line of `key` (or of the table): for checks that only the caller can make.
+    /// Throws InputError with file and line of `key` (or of the table): for checks that only the caller can
+    /// make.
     [[noreturn]] void fail(std::string_view key, const std::string& why) const;
     /// Where the file is: relative paths in it are relative to this folder.
     [[nodiscard]] std::filesystem::path folder() const;

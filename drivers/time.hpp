@@ -39,8 +39,8 @@ struct Tick {
     std::int64_t n{};
     auto operator<=>(const Tick&) const = default;
 };
-using DacTick = Tick<struct DacClock>;             // one per sample the shaker is fed
-using AccelTick = Tick<struct AccelerometerClock>; // one per accelerometer sample
-using CameraTick = Tick<struct CameraClock>;       // one per exposure, counting missed ones
+using DacTick = Tick<struct DacClock>;              // one per sample the shaker is fed
+using AccelTick = Tick<struct AccelerometerClock>;  // one per accelerometer sample
+using CameraTick = Tick<struct CameraClock>;        // one per exposure, counting missed ones
 
 }  // namespace shaker

@@ -6,8 +6,8 @@
 
 namespace shaker {
 
-/// Pulses at a frame rate that need not divide the DAC's: pulse k is at the sample nearest to k rate / fps, so the
-/// train never drifts against the master time.
+/// Pulses at a frame rate that need not divide the DAC's: pulse k is at the sample nearest to k rate / fps,
+/// so the train never drifts against the master time.
 class TriggerTrain {
 public:
     /// fps 0: no pulses.

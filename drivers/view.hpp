@@ -11,22 +11,22 @@ enum class Polarity { bright, dark };
 
 /// One thing to follow in a view. Lengths in mm in the object's own plane.
 struct Target {
-    std::string name;                    // "walker", "base", or any name
+    std::string name;  // "walker", "base", or any name
     TargetKind kind = TargetKind::disc;
-    double diameter_mm = 0;              // disc, dots
-    double width_mm = 0;                 // rectangle
-    double pitch_mm = 0;                 // bars; dots when there are several
-    std::array<int, 4> roi_px{};         // x, y, width, height in frame 0; the target is in it there
-    double offset_mm = 0;                // towards the camera from the reference plane
+    double diameter_mm = 0;       // disc, dots
+    double width_mm = 0;          // rectangle
+    double pitch_mm = 0;          // bars; dots when there are several
+    std::array<int, 4> roi_px{};  // x, y, width, height in frame 0; the target is in it there
+    double offset_mm = 0;         // towards the camera from the reference plane
     Polarity polarity = Polarity::bright;
 };
 
 /// Geometry of one camera's picture and what is in it.
 struct View {
-    std::string camera;                  // "top", "side"
-    double mm_per_px = 0;                // in the reference plane
-    double distance_mm = 0;              // camera to reference plane; 0 = telecentric
-    std::array<double, 2> along{1, 0};   // image direction of +x, the shaker's axis; unit length
+    std::string camera;                 // "top", "side"
+    double mm_per_px = 0;               // in the reference plane
+    double distance_mm = 0;             // camera to reference plane; 0 = telecentric
+    std::array<double, 2> along{1, 0};  // image direction of +x, the shaker's axis; unit length
     double frame_rate_hz = 0;
     double exposure_s = 0;
     std::vector<Target> targets;

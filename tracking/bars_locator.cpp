@@ -19,17 +19,25 @@ BarsLocator::BarsLocator(Subject subject)
 
 void BarsLocator::load(const ImageView& image, int first, int last) {
     profile_first_ = std::max(0, first);
-    const int end = std::min(length_along(image, axis_), last);
-    profile_.resize(static_cast<std::size_t>(std::max(0, end - profile_first_)));
-    if (!profile_.empty()) mean_profile(image, axis_, profile_first_, across0_, across1_, profile_);
+    const int end = std::min(length_along(image, axis_), last), rows = across1_ - across0_;
+    const auto bands = static_cast<int>(profiles_.size());
+    for (int b = 0; b < bands; ++b) {
+        auto& profile = profiles_[static_cast<std::size_t>(b)];
+        profile.resize(static_cast<std::size_t>(std::max(0, end - profile_first_)));
+        if (profile.empty()) continue;
+        mean_profile(image, axis_, profile_first_, across0_ + rows * b / bands,
+                     across0_ + rows * (b + 1) / bands, profile);
+    }
 }
 
 // Sum of Hann window times profile times exp(-i tau (x - centre) / pitch).
-BarsLocator::Complex BarsLocator::fundamental(double centre, double pitch, double periods) const {
+BarsLocator::Complex BarsLocator::fundamental(std::size_t band, double centre, double pitch,
+                                              double periods) const {
+    const auto& profile = profiles_[band];
     const double half = 0.5 * periods * pitch;
     const int first = static_cast<int>(std::ceil(centre - half)),
               last = static_cast<int>(std::floor(centre + half));
-    const int end = profile_first_ + static_cast<int>(profile_.size());
+    const int end = profile_first_ + static_cast<int>(profile.size());
     if (first < profile_first_ || last >= end) return {0, 0};
     const double from = first - centre;
     Complex carrier = std::polar(1.0, -tau * from / pitch), taper = std::polar(1.0, tau * from / (2 * half));
@@ -37,11 +45,11 @@ BarsLocator::Complex BarsLocator::fundamental(double centre, double pitch, doubl
                   taper_step = std::polar(1.0, tau / (2 * half));
     Complex sum{0, 0};
     double plain = 0;
-    for (int x = first; x <= last; ++x) plain += profile_[static_cast<std::size_t>(x - profile_first_)];
+    for (int x = first; x <= last; ++x) plain += profile[static_cast<std::size_t>(x - profile_first_)];
     plain /= last - first + 1;
     for (int x = first; x <= last; ++x) {
         const double w = 0.5 + 0.5 * taper.real();
-        const double value = w * (profile_[static_cast<std::size_t>(x - profile_first_)] - plain);
+        const double value = w * (profile[static_cast<std::size_t>(x - profile_first_)] - plain);
         sum += value * carrier;
         carrier *= carrier_step;
         taper *= taper_step;
@@ -50,11 +58,11 @@ BarsLocator::Complex BarsLocator::fundamental(double centre, double pitch, doubl
 }
 
 double BarsLocator::strongest_pitch(double middle) const {
-    const double span = static_cast<double>(profile_.size());
+    const double span = static_cast<double>(profiles_.front().size());
     const double slowest = periods_per_window / span;
     double best = 0, pitch = 0;
     for (double f = slowest; f < 0.25; f += 0.1 / span) {
-        const double strength = std::abs(fundamental(middle, 1 / f, std::floor(span * f)));
+        const double strength = std::abs(fundamental(0, middle, 1 / f, std::floor(span * f)));
         if (strength > best) best = strength, pitch = 1 / f;
     }
     return pitch;
@@ -62,8 +70,11 @@ double BarsLocator::strongest_pitch(double middle) const {
 
 // Golden section on the strength of the fundamental over the whole region.
 double BarsLocator::refine_pitch(double middle, double guess, double range) const {
-    const double periods = std::floor((static_cast<double>(profile_.size()) - 1) / (guess * (1 + range)));
-    const auto strength = [&](double pitch) { return std::abs(fundamental(middle, pitch, periods)) / pitch; };
+    const double periods =
+        std::floor((static_cast<double>(profiles_.front().size()) - 1) / (guess * (1 + range)));
+    const auto strength = [&](double pitch) {
+        return std::abs(fundamental(0, middle, pitch, periods)) / pitch;
+    };
     constexpr double golden = 0.6180339887498949;
     double a = guess * (1 - range), b = guess * (1 + range);
     for (int i = 0; i < 40; ++i) {
@@ -82,6 +93,7 @@ Point BarsLocator::learn(const ImageView& image) {
     const int first = axis_ == Axis::x ? box.x0 : box.y0, last = axis_ == Axis::x ? box.x1 : box.y1;
     across0_ = axis_ == Axis::x ? box.y0 : box.x0;
     across1_ = axis_ == Axis::x ? box.y1 : box.x1;
+    profiles_.resize(1);  // all rows at once until the pitch is known
     load(image, first, last);
     const double middle = 0.5 * (first + last - 1), span = last - first;
     const double given = pitch_;
@@ -94,15 +106,20 @@ Point BarsLocator::learn(const ImageView& image) {
     const double half = 0.5 * periods_per_window * pitch_;
     const double room = span - 1 - 2 * half;
     const int steps = static_cast<int>(std::floor(room / half));
+    profiles_.resize(static_cast<std::size_t>(std::clamp((across1_ - across0_) / 6, 1, 4)));
+    load(image, first, last);
     windows_.clear();
     Complex sum{0, 0};
-    for (int k = 0; k <= steps; ++k) {
-        Window w;
-        w.centre = middle + half * (k - 0.5 * steps);
-        w.learned = fundamental(w.centre, pitch_, periods_per_window);
-        // The carriers' common origin is the middle, so that the windows of regular bars agree in phase.
-        sum += w.learned * std::polar(1.0, -tau * (w.centre - middle) / pitch_);
-        windows_.push_back(w);
+    for (std::size_t band = 0; band < profiles_.size(); ++band) {
+        for (int k = 0; k <= steps; ++k) {
+            Window w;
+            w.centre = middle + half * (k - 0.5 * steps);
+            w.band = band;
+            w.learned = fundamental(band, w.centre, pitch_, periods_per_window);
+            // The carriers' common origin is the middle, so that the windows of regular bars agree in phase.
+            sum += w.learned * std::polar(1.0, -tau * (w.centre - middle) / pitch_);
+            windows_.push_back(w);
+        }
     }
     const double amplitude = 4 * std::abs(sum) / (static_cast<double>(windows_.size()) * 2 * half);
     if (!(amplitude > 0.15 * (levels.high - levels.low))) {
@@ -119,7 +136,7 @@ Point BarsLocator::learn(const ImageView& image) {
 // Bars do not change along themselves, so what does is noise (or dirt, which only makes the error larger).
 double BarsLocator::row_noise(const ImageView& image) const {
     if (across1_ - across0_ < 2) return 1;
-    const int end = profile_first_ + static_cast<int>(profile_.size());
+    const int end = profile_first_ + static_cast<int>(profiles_.front().size());
     double sum = 0, n = 0;
     with_pixels(image, [&](auto pixels) {
         for (int j = across0_; j + 1 < across1_; j += 2) {
@@ -134,69 +151,80 @@ double BarsLocator::row_noise(const ImageView& image) const {
     return std::sqrt(std::max(0.5 * sum / std::max(n, 1.0), 1.0 / 12));
 }
 
-// Displacement against frame 0 beyond the windows' whole pixels, in px.
-double BarsLocator::total_shift() {
+double BarsLocator::median_off() {
     sorted_.clear();
     for (const Window& w : windows_) {
-        if (w.used) sorted_.push_back(std::abs(w.now) / std::abs(w.learned));
+        if (w.used) sorted_.push_back(w.off);
     }
+    if (sorted_.empty()) return 0;
     const auto middle = sorted_.begin() + static_cast<std::ptrdiff_t>(sorted_.size() / 2);
     std::nth_element(sorted_.begin(), middle, sorted_.end());
-    const double typical = *middle;
-    Complex sum{0, 0};
-    for (int pass = 0; pass < 2; ++pass) {
-        const Complex before = sum;
-        sum = 0;
-        for (Window& w : windows_) {
-            const double gain = std::abs(w.now) / std::abs(w.learned);
-            const Complex turn = std::conj(w.learned) * w.now;
-            const bool astray = pass == 1 && std::abs(std::arg(turn * std::conj(before))) > 0.25;
-            w.used = w.used && gain > 0.5 * typical && gain < 2 * typical && !astray;
-            if (w.used) sum += turn;
-        }
+    return *middle;
+}
+
+// A window whose strength or phase differs from the others' by more than noise shows something else in part.
+// `noise` is the standard deviation of a window's fundamental, each of its two parts.
+void BarsLocator::choose_windows(double noise) {
+    sorted_.clear();
+    for (const Window& w : windows_) sorted_.push_back(std::abs(w.now) / std::abs(w.learned));
+    // The upper quartile: what covers bars makes them weaker, and may cover most of them.
+    const auto upper = sorted_.begin() + static_cast<std::ptrdiff_t>(sorted_.size() * 3 / 4);
+    std::nth_element(sorted_.begin(), upper, sorted_.end());
+    const double typical = *upper;
+    for (Window& w : windows_) {
+        const double gain = std::abs(w.now) / std::abs(w.learned),
+                     slack = 0.15 * typical + 4 * noise / std::abs(w.learned);
+        w.used = std::abs(w.now) > 4 * noise && gain > 0.2 && std::abs(gain - typical) < slack;
     }
-    return -std::arg(sum) * pitch_ / tau;
+    // Near the middle first: phases wrap, and a median does not know it.
+    const double middle = median_off();
+    for (Window& w : windows_) {
+        const double allowed = 5 * noise / std::abs(w.now) * pitch_ / tau + 1e-3 * pitch_;
+        w.used = w.used && std::abs(w.off - middle) < allowed;
+    }
 }
 
 bool BarsLocator::measure(const ImageView& image, double shift, Candidate& out) {
     const int whole_px = static_cast<int>(std::lround(shift));
-    const double half = 0.5 * periods_per_window * pitch_;
+    const double half = 0.5 * periods_per_window * pitch_, per_radian = pitch_ / tau;
     load(image, static_cast<int>(std::floor(windows_.front().centre - half)) + whole_px - 1,
          static_cast<int>(std::ceil(windows_.back().centre + half)) + whole_px + 2);
-    double in_view = 0;
+    Complex all{0, 0};
     for (Window& w : windows_) {
-        w.now = fundamental(w.centre + whole_px, pitch_, periods_per_window);
-        w.used = std::abs(w.now) > 0.25 * std::abs(w.learned);
-        in_view += w.used ? 1 : 0;
+        w.now = fundamental(w.band, w.centre + whole_px, pitch_, periods_per_window);
+        all += std::conj(w.learned) * w.now;
     }
-    if (!(in_view > 0)) return false;
-    const double along = whole_px + total_shift();
-    double used = 0, strength = 0, gain = 0, scatter = 0;
-    const double noise = row_noise(image) / std::sqrt(across1_ - across0_);
+    for (Window& w : windows_) {
+        // About the common phase, so that no window is a whole pitch off.
+        const double turn = std::arg(std::conj(w.learned) * w.now * std::conj(all));
+        w.off = -per_radian * (turn + std::arg(all));
+    }
+    const double bands = static_cast<double>(profiles_.size());
+    const double noise = row_noise(image) / std::sqrt((across1_ - across0_) / bands);  // of a band's profile
+    const double window_noise = noise * std::sqrt(0.5 * 0.375 * 2 * half);  // Hann squared is 3/8 in the mean
+    choose_windows(window_noise);
+    double used = 0, weight = 0, sum = 0, scatter = 0, gain = 0;
     for (const Window& w : windows_) {
         if (!w.used) continue;
         used += 1;
-        strength += std::abs(w.now);
+        weight += std::norm(w.now);
+        sum += std::norm(w.now) * w.off;
         gain += std::abs(w.now) / std::abs(w.learned);
-        const double own = whole_px - std::arg(std::conj(w.learned) * w.now) * pitch_ / tau;
-        scatter += (own - along) * (own - along) * std::norm(w.now);
     }
-    const double share = used / static_cast<double>(windows_.size());
-    if (!(used > 0) || share < 0.25 || gain / used < 0.3 || gain / used > 3) return false;
-    // Sum of Hann squared is 3/8 of its length; overlapping halves add up to one, but for the two ends.
-    const double window_length = 2 * half, per_radian = pitch_ / tau;
-    const double whole_window =
-        used > 1 ? (used + 1) * 0.5 * window_length - 0.62 * window_length + 0.37 * window_length
-                 : 0.375 * window_length;
-    double sd = per_radian * noise * std::sqrt(0.5 * whole_window) / strength;
-    const double own_variance = 0.5 * 0.375 * window_length * noise * noise * per_radian * per_radian;
-    if (used > 4) sd *= std::sqrt(std::max(1.0, scatter / used / (2 * own_variance)));
-    const double middle_across = axis_ == Axis::x ? learned_.y : learned_.x;
-    out.at = axis_ == Axis::x ? Point{learned_.x + along, middle_across}
-                              : Point{middle_across, learned_.y + along};
+    const double total = static_cast<double>(windows_.size());
+    if (!(used > 0) || used < 0.2 * total || gain < 0.3 * used || gain > 3 * used) return false;
+    const double off = sum / weight, own_sd = per_radian * window_noise;
+    for (const Window& w : windows_) {
+        if (w.used) scatter += (w.off - off) * (w.off - off) * std::norm(w.now);
+    }
+    // Neighbours that overlap by half share a sixth of their noise: twice that on top of the independent sum.
+    double sd = own_sd * std::sqrt((1 + (used > bands ? 1.0 / 3 : 0.0)) / weight);
+    if (used > 3) sd *= std::sqrt(std::max(1.0, scatter / ((used - 1) * 2 * own_sd * own_sd)));
+    const double along = whole_px + off, across = axis_ == Axis::x ? learned_.y : learned_.x;
+    out.at = axis_ == Axis::x ? Point{learned_.x + along, across} : Point{across, learned_.y + along};
     out.sd = sd;
-    out.likeness = share;
-    out.degraded = share < 0.75;
+    out.likeness = used / total;
+    out.degraded = used < 0.75 * total;
     return sd < 0.1 * pitch_;
 }
 

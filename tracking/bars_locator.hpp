@@ -27,17 +27,20 @@ private:
     using Complex = std::complex<double>;
     struct Window {
         double centre = 0;  // in frame 0
+        std::size_t band = 0;
         Complex learned{};  // fundamental there
         Complex now{};
+        double off = 0;  // shift less the whole pixels it was measured at, px
         bool used = false;
     };
 
-    [[nodiscard]] Complex fundamental(double centre, double pitch, double periods) const;
+    [[nodiscard]] Complex fundamental(std::size_t band, double centre, double pitch, double periods) const;
     double refine_pitch(double middle, double guess, double range) const;
     double strongest_pitch(double middle) const;
     void load(const ImageView& image, int first, int last);
     [[nodiscard]] double row_noise(const ImageView& image) const;
-    double total_shift();
+    double median_off();
+    void choose_windows(double noise);
     bool measure(const ImageView& image, double shift, Candidate& out);
 
     Subject subject_;
@@ -46,7 +49,8 @@ private:
     int across0_ = 0, across1_ = 0;
     Point learned_;
     std::vector<Window> windows_;
-    std::vector<double> profile_, sorted_;
+    std::vector<std::vector<double>> profiles_;  // one a band
+    std::vector<double> sorted_;
     int profile_first_ = 0;
 };
 

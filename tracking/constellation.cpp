@@ -7,15 +7,16 @@
 namespace shaker {
 namespace {
 
-// Costs are halves of a chi squared: 10 is a likelihood ratio of e^10.
+// Costs are halves of a chi squared: 10 is a likelihood ratio of e^10. Neither a member that is hidden (or
+// has left the picture, which costs nothing) nor a stray candidate decides alone; both together do.
 constexpr double looseness_px = 0.75;
-constexpr double cost_of_missing = 12, cost_of_long_missing = 4, cost_of_left_over = 4, enough_margin = 10;
+constexpr double cost_of_missing = 4.5, cost_of_left_over = 6, enough_margin = 10;
 constexpr double farthest_step = 0.8;  // of the distance to the neighbour, a frame
 constexpr double longest_companion_absence = 30;
 
 }  // namespace
 
-Constellation::Constellation(std::vector<Point> places, std::size_t targets, double radius)
+Constellation::Constellation(std::span<const Point> places, std::size_t targets, double radius)
     : targets_{targets}, radius_{radius}, chosen_(targets, nobody) {
     for (const Point& p : places) {
         Member m{.at = p, .velocity = {}, .neighbour = 1e9};
@@ -26,7 +27,8 @@ Constellation::Constellation(std::vector<Point> places, std::size_t targets, dou
     }
 }
 
-// Half the sum of squares left after a common shift and, from three members on, a common turn.
+// Half the sum of squares left after a common shift and, from three members on, a common turn and stretch:
+// what swings towards a camera grows.
 double Constellation::misfit(const std::vector<int>& chosen, std::span<const Candidate> candidates,
                              double frames) const {
     using Complex = std::complex<double>;
@@ -44,12 +46,13 @@ double Constellation::misfit(const std::vector<int>& chosen, std::span<const Can
     if (n < 2) return 0;
     middle /= n;
     shift /= n;
-    double turn = 0, arm = 0;
+    Complex turn{};
+    double arm = 0;
     each([&](Complex p, Complex e) {
-        turn += std::imag(std::conj(p - middle) * (e - shift));
+        turn += std::conj(p - middle) * (e - shift);
         arm += std::norm(p - middle);
     });
-    const Complex rotation{0, n > 2 && arm > 0 ? turn / arm : 0.0};
+    const Complex rotation = n > 2 && arm > 0 ? turn / arm : Complex{};
     double sum = 0;
     each([&](Complex p, Complex e) { sum += std::norm(e - shift - rotation * (p - middle)); });
     return 0.5 * sum / (looseness_px * looseness_px);
@@ -97,7 +100,7 @@ Constellation::Hypothesis Constellation::try_displacement(Point displacement,
         if (h.chosen[k] != nobody) {
             ++h.named;
         } else if (in_view) {
-            h.cost += m.unseen > 3 ? cost_of_long_missing : cost_of_missing;
+            h.cost += cost_of_missing;
         }
     }
     h.cost += cost_of_left_over * static_cast<double>(candidates.size() - static_cast<std::size_t>(h.named));

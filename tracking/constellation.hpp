@@ -8,16 +8,16 @@
 namespace shaker {
 
 /// Look-alike targets of one view, with the look-alikes nobody asked for as companions. In every frame one
-/// common displacement (and a small turn) has to carry the members to the candidates: hypotheses are ranked
-/// by how far the candidates are off, by members that should be in view and are not, and by candidates left
-/// over. When a second hypothesis that names somebody differently is nearly as good, nobody is named. Between
-/// frames members move less than 0.8 of the distance to their neighbour.
+/// common displacement (with a small turn and stretch) has to carry the members to the candidates: hypotheses
+/// are ranked by how far the candidates are off, by members that should be in view and are not, and by
+/// candidates left over. When a second hypothesis that names somebody differently is nearly as good, nobody
+/// is named. Between frames members move less than 0.8 of the distance to their neighbour.
 class Constellation {
 public:
     static constexpr int nobody = -1;
 
     /// Places in frame 0; `radius` is how much of a member must be inside the image to be expected there.
-    Constellation(std::vector<Point> places, std::size_t targets, double radius);
+    Constellation(std::span<const Point> places, std::size_t targets, double radius);
     /// Index of each target's candidate, or nobody. `frames` have passed since the last call.
     std::span<const int> assign(std::span<const Candidate> candidates, int width, int height, double frames);
 

@@ -125,7 +125,7 @@ EdgeFitResult DiscLocator::measure(const ImageView& image, Point start, double e
     for (const int passes : {5, 6, 14}) {
         gather(image, centre);
         if (fit_.samples().size() < 24) return {};
-        const EdgeFitResult fit =
+        EdgeFitResult fit =
             fit_.fit({centre.x, centre.y, learned_.size, blur_}, prior_, blocks_,
                      small() ? EdgeFit::Ground::plane : EdgeFit::Ground::flat, passes, enough);
         const Point found{fit.outline.x, fit.outline.y};

@@ -127,8 +127,8 @@ EdgeFitResult DotsLocator::measure(const ImageView& image, Point start) {
     for (const int passes : {5, 6, 14}) {
         gather(image, centre);
         if (fit_.samples().size() < 24) return {};
-        const EdgeFitResult fit = fit_.fit({centre.x, centre.y, learned_.size, blur_}, prior_,
-                                           static_cast<int>(offsets_.size()), EdgeFit::Ground::plane, passes);
+        EdgeFitResult fit = fit_.fit({centre.x, centre.y, learned_.size, blur_}, prior_,
+                                     static_cast<int>(offsets_.size()), EdgeFit::Ground::plane, passes);
         const Point found{fit.outline.x, fit.outline.y};
         const double moved = length(found - centre);
         if (fit.converged && moved < 1) return fit;

@@ -44,7 +44,9 @@ void EdgeFit::accumulate(const Outline& at, bool trim) {
         b.weight = b.trimmed = b.coverage = 0;
     }
     const double per_blur = 1 / at.blur;
-    const double variance = std::max(scale_, 1e-3);
+    // No lens draws a Gaussian edge to better than this: without noise, its tails are not outliers.
+    const double perfect = 2e-3 * contrast_;
+    const double variance = std::max(scale_, 1.0 / 12 + perfect * perfect);
     for (const EdgeSample& s : samples_) {
         Block& b = blocks_[static_cast<std::size_t>(s.block)];
         const double du = s.u - at.x, dv = s.v - at.y;

@@ -3,6 +3,7 @@
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <opencv2/imgproc.hpp>
 
 namespace shaker {
@@ -32,33 +33,35 @@ cv::Mat template_of(Texture& texture) {
 
 }  // namespace
 
-// Weighted products of 1, T, dT/dx, dT/dy and I.
+// Products of 1, T, dT/dx, dT/dy and I over the blocks in use; of the smooth derivatives with those and
+// themselves.
 struct PatchLocator::Sums {
     Eigen::Matrix<double, 5, 5> gram = Eigen::Matrix<double, 5, 5>::Zero();
+    Eigen::Matrix<double, 2, 7> smooth = Eigen::Matrix<double, 2, 7>::Zero();
 };
+
+std::size_t PatchLocator::block_of(int x, int y) const noexcept {
+    const int row = y / block, column = x / block;
+    return static_cast<std::size_t>(row) * static_cast<std::size_t>(block_columns_) +
+           static_cast<std::size_t>(column);
+}
 
 template <class P>
 void PatchLocator::accumulate(const P& pixels, const Box& cut, int x0, int y0, Sums& sums) const {
     for (int y = cut.y0; y < cut.y1; ++y) {
         const auto* row = pixels.row(y0 + y) + x0;
         const double *t = texture_.value(y), *tx = texture_.dx(y), *ty = texture_.dy(y);
+        const double *px = texture_.smooth_dx(y), *py = texture_.smooth_dy(y);
         for (int from = cut.x0; from < cut.x1;) {
             const int to = std::min(cut.x1, (from / block + 1) * block);
-            const double w =
-                block_weight_[static_cast<std::size_t>(y / block * block_columns_ + from / block)];
-            double n = 0, st = 0, sx = 0, sy = 0, si = 0, tt = 0, t_x = 0, t_y = 0, ti = 0, xx = 0, xy = 0,
-                   yy = 0, xi = 0, yi = 0, ii = 0;
-            for (int x = w > 0 ? from : to; x < to; ++x) {
-                const auto i = static_cast<double>(row[x]);
-                n += 1, st += t[x], sx += tx[x], sy += ty[x], si += i;
-                tt += t[x] * t[x], t_x += t[x] * tx[x], t_y += t[x] * ty[x], ti += t[x] * i;
-                xx += tx[x] * tx[x], xy += tx[x] * ty[x], yy += ty[x] * ty[x];
-                xi += tx[x] * i, yi += ty[x] * i, ii += i * i;
+            const bool used = block_weight_[block_of(from, y)] > 0;
+            for (int x = used ? from : to; x < to; ++x) {
+                const Eigen::Matrix<double, 5, 1> c{1, t[x], tx[x], ty[x], static_cast<double>(row[x])};
+                sums.gram.noalias() += c * c.transpose();
+                const Eigen::Vector2d p{px[x], py[x]};
+                sums.smooth.leftCols<5>().noalias() += p * c.transpose();
+                sums.smooth.rightCols<2>().noalias() += p * p.transpose();
             }
-            Eigen::Matrix<double, 5, 5> g;
-            g << n, st, sx, sy, si, st, tt, t_x, t_y, ti, sx, t_x, xx, xy, xi, sy, t_y, xy, yy, yi, si, ti,
-                xi, yi, ii;
-            sums.gram += w * g;
             from = to;
         }
     }
@@ -75,7 +78,7 @@ double PatchLocator::weigh_blocks(const P& pixels, const Box& cut, int x0, int y
         const double* t = texture_.value(y);
         for (int x = cut.x0; x < cut.x1; ++x) {
             const double r = static_cast<double>(row[x]) - gain * t[x] - offset;
-            const auto b = static_cast<std::size_t>(y / block * block_columns_ + x / block);
+            const auto b = block_of(x, y);
             block_residual_[b] += r * r;
             block_size_[b] += 1;
         }
@@ -116,13 +119,22 @@ PatchLocator::Solution PatchLocator::measure(const ImageView& image, Point shift
         const Eigen::Matrix3d schur = g.block<3, 3>(2, 2) - g.block<3, 2>(2, 0) * solved;
         s.gain = solved(1, 2);
         if (!(s.gain > 0.05)) return s;
-        s.normal = s.gain * s.gain * schur.topLeftCorner<2, 2>();
-        const Eigen::Vector2d score = -s.gain * schur.block<2, 1>(0, 2);
+        // Score and slope by the smooth derivatives, gain and offset eliminated.
+        const auto& p = sums.smooth;
+        const Eigen::Matrix<double, 2, 3> weighed = p.block<2, 3>(0, 2) - p.leftCols<2>() * solved;
+        const Eigen::Matrix2d slope = -s.gain * weighed.leftCols<2>();
+        const Eigen::Matrix2d spread =
+            p.rightCols<2>() - p.leftCols<2>() * basis.inverse() * p.leftCols<2>().transpose();
         Eigen::Vector2d step = Eigen::Vector2d::Zero();
         if (one_direction_) {
-            step = direction_ * direction_.dot(score) / direction_.dot(s.normal * direction_);
+            const double along = direction_.dot(slope * direction_);
+            step = direction_ * direction_.dot(weighed.col(2)) / along;
+            s.covariance =
+                direction_ * direction_.transpose() * direction_.dot(spread * direction_) / (along * along);
         } else {
-            step = s.normal.inverse() * score;
+            const Eigen::Matrix2d inverse = slope.inverse();
+            step = inverse * weighed.col(2);
+            s.covariance = inverse * spread * inverse.transpose();
         }
         if (!step.allFinite()) return s;
         const double n = g(0, 0), total = g(4, 4) - g(0, 4) * g(0, 4) / n;
@@ -158,18 +170,40 @@ void PatchLocator::find_direction() {
     }
 }
 
+// Frame 0 fits itself without any residual, so its noise is taken from a mask that is blind to planes and
+// curvature.
+void PatchLocator::find_noise(const ImageView& image) {
+    const Box& b = texture_.box();
+    double sum = 0, n = 0;
+    with_pixels(image, [&](auto p) {
+        for (int y = b.y0 + 1; y + 1 < b.y1; ++y) {
+            for (int x = b.x0 + 1; x + 1 < b.x1; ++x) {
+                const double edges = p.at(x - 1, y) + p.at(x + 1, y) + p.at(x, y - 1) + p.at(x, y + 1);
+                const double corners =
+                    p.at(x - 1, y - 1) + p.at(x + 1, y - 1) + p.at(x - 1, y + 1) + p.at(x + 1, y + 1);
+                sum += std::abs(corners - 2 * edges + 4 * p.at(x, y)) / 6;
+                n += 1;
+            }
+        }
+    });
+    const double noise = sum / std::max(n, 1.0) * std::sqrt(std::numbers::pi / 2);
+    least_variance_ = noise * noise + 1.0 / 12;
+}
+
 Point PatchLocator::learn(const ImageView& image) {
     const Box box = region_in(subject_, image);
     levels_in(subject_, image, box);
     texture_ = Texture{image, box};
     learned_ = {0.5 * (box.x0 + box.x1 - 1), 0.5 * (box.y0 + box.y1 - 1)};
     block_columns_ = (texture_.width() + block - 1) / block;
-    const auto blocks = static_cast<std::size_t>(block_columns_ * ((texture_.height() + block - 1) / block));
+    const auto blocks = static_cast<std::size_t>(block_columns_) *
+                        static_cast<std::size_t>((texture_.height() + block - 1) / block);
     block_weight_.assign(blocks, 1.0);
     block_residual_.assign(blocks, 0.0);
     block_size_.assign(blocks, 0.0);
     sorted_.reserve(blocks);
     find_direction();
+    find_noise(image);
     return learned_;
 }
 
@@ -179,9 +213,9 @@ bool PatchLocator::judge(const Solution& s, Candidate& out) const {
     if (!s.converged || s.gain < 0.3 || s.gain > 3 || s.share < 0.3 || s.likeness < enough_match)
         return false;
     const Eigen::Vector2d axis{subject_.along[0], subject_.along[1]};
-    const double information =
-        one_direction_ ? direction_.dot(s.normal * direction_) : 1 / axis.dot(s.normal.inverse() * axis);
-    out.sd = std::sqrt(s.variance / information);
+    // Texture with one direction is known along that direction, which may be oblique to the axis.
+    out.sd = std::sqrt(std::max(s.variance, least_variance_) *
+                       (one_direction_ ? s.covariance.trace() : axis.dot(s.covariance * axis)));
     out.at = learned_ + s.shift;
     out.likeness = s.likeness * std::min(1.0, s.share);
     out.degraded = s.share < 0.8;

@@ -26,7 +26,7 @@ private:
     struct Solution {
         Point shift;
         double gain = 0, variance = 0, likeness = 0, share = 0;
-        Eigen::Matrix2d normal = Eigen::Matrix2d::Zero();
+        Eigen::Matrix2d covariance = Eigen::Matrix2d::Zero();  // over variance
         bool converged = false;
     };
     Solution measure(const ImageView& image, Point shift);
@@ -34,7 +34,9 @@ private:
     void accumulate(const P& pixels, const Box& cut, int x0, int y0, Sums& sums) const;
     template <class P>
     double weigh_blocks(const P& pixels, const Box& cut, int x0, int y0, double gain, double offset);
+    [[nodiscard]] std::size_t block_of(int x, int y) const noexcept;
     void find_direction();
+    void find_noise(const ImageView& image);
     bool judge(const Solution& solution, Candidate& out) const;
     bool best_match(const ImageView& image, Point around, Point& shift) const;
 
@@ -44,6 +46,7 @@ private:
     std::vector<double> block_weight_, block_residual_, block_size_, sorted_;
     int block_columns_ = 0;
     bool one_direction_ = false;
+    double least_variance_ = 0;  // of the noise, as frame 0 alone shows it
     Eigen::Vector2d direction_{1, 0};
 };
 

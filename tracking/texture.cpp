@@ -32,6 +32,19 @@ void prefilter(double* c, int n, std::ptrdiff_t step) {
     for (int i = 0; i < n; ++i) at(i) *= 6;
 }
 
+// Binomial of five in place; the two values at either end stay.
+void smooth(double* c, int n, std::ptrdiff_t step) {
+    if (n < 5) return;
+    double a = c[0], b = c[step];
+    for (int i = 2; i < n - 2; ++i) {
+        double& here = c[i * step];
+        const double old = here;
+        here = (a + c[(i + 2) * step] + 4 * (b + c[(i + 1) * step]) + 6 * old) / 16;
+        a = b;
+        b = old;
+    }
+}
+
 }  // namespace
 
 Texture::Texture(const ImageView& image, const Box& box) : box_{box} {
@@ -48,20 +61,27 @@ Texture::Texture(const ImageView& image, const Box& box) : box_{box} {
     });
     for (int y = 0; y < h; ++y) prefilter(coefficients_.data() + std::ptrdiff_t{y} * w, w, 1);
     for (int x = 0; x < w; ++x) prefilter(coefficients_.data() + x, h, w);
+    smooth_ = coefficients_;
+    for (int y = 0; y < h; ++y) smooth(smooth_.data() + std::ptrdiff_t{y} * w, w, 1);
+    for (int x = 0; x < w; ++x) smooth(smooth_.data() + x, h, w);
     const auto count = static_cast<std::size_t>(width()) * static_cast<std::size_t>(height());
-    value_.resize(count);
-    dx_.resize(count);
-    dy_.resize(count);
+    for (auto* v : {&value_, &dx_, &dy_, &smooth_value_, &smooth_dx_, &smooth_dy_}) v->resize(count);
     row_value_.resize(static_cast<std::size_t>(h) * static_cast<std::size_t>(width()));
     row_dx_.resize(row_value_.size());
 }
 
 void Texture::shift(Point shift) {
+    evaluate(coefficients_, shift, value_.data(), dx_.data(), dy_.data());
+    evaluate(smooth_, shift, smooth_value_.data(), smooth_dx_.data(), smooth_dy_.data());
+}
+
+void Texture::evaluate(const std::vector<double>& coefficients, Point shift, double* out, double* out_dx,
+                       double* out_dy) {
     const int w = width(), wide = w + 2 * margin, tall = height() + 2 * margin;
     const int nx = static_cast<int>(std::floor(-shift.x)), ny = static_cast<int>(std::floor(-shift.y));
     const Taps tx = taps(-shift.x - nx), ty = taps(-shift.y - ny);
     for (int y = 0; y < tall; ++y) {
-        const double* c = coefficients_.data() + std::ptrdiff_t{y} * wide + margin + nx - 1;
+        const double* c = coefficients.data() + std::ptrdiff_t{y} * wide + margin + nx - 1;
         double* value = row_value_.data() + std::ptrdiff_t{y} * w;
         double* slope = row_dx_.data() + std::ptrdiff_t{y} * w;
         for (int x = 0; x < w; ++x) {
@@ -77,12 +97,12 @@ void Texture::shift(Point shift) {
         for (int x = 0; x < w; ++x) {
             const auto i = at(y) + static_cast<std::size_t>(x);
             const std::array<double, 4> column{v[x], v[x + w], v[x + 2 * w], v[x + 3 * w]};
-            value_[i] = ty.value[0] * column[0] + ty.value[1] * column[1] + ty.value[2] * column[2] +
-                        ty.value[3] * column[3];
-            dy_[i] = ty.slope[0] * column[0] + ty.slope[1] * column[1] + ty.slope[2] * column[2] +
-                     ty.slope[3] * column[3];
-            dx_[i] = ty.value[0] * d[x] + ty.value[1] * d[x + w] + ty.value[2] * d[x + 2 * w] +
-                     ty.value[3] * d[x + 3 * w];
+            out[i] = ty.value[0] * column[0] + ty.value[1] * column[1] + ty.value[2] * column[2] +
+                     ty.value[3] * column[3];
+            out_dy[i] = ty.slope[0] * column[0] + ty.slope[1] * column[1] + ty.slope[2] * column[2] +
+                        ty.slope[3] * column[3];
+            out_dx[i] = ty.value[0] * d[x] + ty.value[1] * d[x + w] + ty.value[2] * d[x + 2 * w] +
+                        ty.value[3] * d[x + 3 * w];
         }
     }
 }

@@ -6,14 +6,15 @@
 
 namespace shaker {
 
-/// degraded: found, but part of it was hidden, saturated or blurred. reacquired: first good frame after a loss.
+/// degraded: found, but part of it was hidden, saturated or blurred. reacquired: first good frame after a
+/// loss.
 enum class TrackState { ok, degraded, lost, reacquired };
 
 /// One target in one frame. Pixel centres are at whole numbers. NaN when lost.
 struct Fix {
     double x_px = std::numeric_limits<double>::quiet_NaN();
     double y_px = std::numeric_limits<double>::quiet_NaN();
-    double sd_px = std::numeric_limits<double>::quiet_NaN();  // standard deviation of x_px and of y_px
+    double sd_px = std::numeric_limits<double>::quiet_NaN();  // standard deviation along the shaker's axis
     TrackState state = TrackState::lost;
 };
 

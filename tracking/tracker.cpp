@@ -130,7 +130,7 @@ void ViewTracker::Impl::find_groups(const ImageView& image) {
         if (members.size() + companions.size() < 2) continue;
         for (const std::size_t m : members) targets[m].in_group = true;
         places.insert(places.end(), companions.begin(), companions.end());
-        groups.push_back({members, Constellation{std::move(places), members.size(), t.locator->extent()}});
+        groups.push_back({members, Constellation{places, members.size(), t.locator->extent()}});
     }
 }
 

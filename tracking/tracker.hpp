@@ -18,9 +18,9 @@ public:
     ~ViewTracker();
     ViewTracker(ViewTracker&&) noexcept;
     ViewTracker& operator=(ViewTracker&&) noexcept;
-    /// Positions of all targets (in the order of view.targets) in the next frame. The first frame initialises the
-    /// targets from their regions and throws InputError naming camera, target and region when one is not there;
-    /// later a target that is not found is `lost`. The span is valid until the next call.
+    /// Positions of all targets (in the order of view.targets) in the next frame. The first frame initialises
+    /// the targets from their regions and throws InputError naming camera, target and region when one is not
+    /// there; later a target that is not found is `lost`. The span is valid until the next call.
     std::span<const Fix> update(const ImageView& image, CameraTick tick);
 
 private:

@@ -8,7 +8,8 @@
 namespace shaker {
 
 namespace {
-// Below this share of the target, harmonic 1 (or 2 where the target has no 1) is taken for missing: an open sensor.
+// Below this share of the target, harmonic 1 (or 2 where the target has no 1) is taken for missing: an open
+// sensor.
 constexpr double least_motion = 0.1;
 }  // namespace
 
@@ -34,14 +35,15 @@ Equaliser::Equaliser(const Harmonics<Acceleration>& target,
     for (int q = 1; q <= settings_.harmonics; ++q) {
         const std::complex<double> h = response_[static_cast<std::size_t>(q - 1)];
         if (!(std::abs(h) > 0) || !std::isfinite(std::abs(h)))
-            throw InputError{"response of the shaker at harmonic " + std::to_string(q) + " is zero or not finite"};
+            throw InputError{"response of the shaker at harmonic " + std::to_string(q) +
+                             " is zero or not finite"};
         volts_.at(q) = target_.at(q) / h;
     }
     keep_within_limit();
 }
 
-// Scales drive and target together: the shape stays, gamma is reduced and reported. This is also what keeps the
-// integral from winding up against the limit.
+// Scales drive and target together: the shape stays, gamma is reduced and reported. This is also what keeps
+// the integral from winding up against the limit.
 void Equaliser::keep_within_limit() {
     const double over = peak(volts_) / settings_.volts_limit;
     if (over <= 1) return;
@@ -58,7 +60,8 @@ Equaliser::Report Equaliser::update(const Harmonics<Acceleration>& measured, dou
     const int lead = std::abs(target_.at(1)) > 0 ? 1 : 2;
     double gamma = 0;
     for (int q = 1; q <= settings_.harmonics; ++q) gamma += std::abs(target_.at(q));
-    const bool finite = std::ranges::all_of(measured.a, [](const auto& a) { return std::isfinite(std::abs(a)); });
+    const bool finite =
+        std::ranges::all_of(measured.a, [](const auto& a) { return std::isfinite(std::abs(a)); });
     if (!finite || !std::isfinite(sd) || !(gamma > 0) ||
         std::abs(measured.at(lead)) < least_motion * std::abs(target_.at(lead)))
         return report;

@@ -13,7 +13,7 @@ constexpr double largest_gap = 0.1;  // turns
 struct HarmonicEstimator::Work {
     int harmonics;
     Eigen::Vector3d axis;
-    Eigen::MatrixXd basis;             // a row a sample
+    Eigen::MatrixXd basis;  // a row a sample
     Eigen::MatrixX3d a;
     Eigen::Index rows = 0;
     std::int64_t period = -1;
@@ -25,7 +25,8 @@ struct HarmonicEstimator::Work {
     Work(int k, int samples, std::array<double, 3> u)
         : harmonics{k}, axis{u[0], u[1], u[2]}, basis{samples, 2 * k + 1}, a{samples, 3} {}
     [[nodiscard]] bool complete() const {
-        const double edge = std::max(first - static_cast<double>(period), static_cast<double>(period) + 1 - last);
+        const double edge =
+            std::max(first - static_cast<double>(period), static_cast<double>(period) + 1 - last);
         return rows >= 3 * harmonics && std::max(gap, edge) < largest_gap;
     }
     [[nodiscard]] std::optional<PeriodEstimate> estimate();

@@ -37,8 +37,8 @@ Eigen::Vector3d principal_axis(const std::vector<double>& t, const AccelSeries& 
     for (int k = 0; k < 3; ++k) {
         const auto fit = fit_harmonics({&streams[static_cast<std::size_t>(k)], 1}, f, order, Slope::none);
         for (int q = 1; q <= std::min(order, 2); ++q) {
-            lock_in(k, 2 * (q - 1)) = fit.at(q).real();
-            lock_in(k, 2 * (q - 1) + 1) = fit.at(q).imag();
+            lock_in(k, q - 1) = fit.at(q).real();
+            lock_in(k, q + 1) = fit.at(q).imag();
         }
     }
     const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> eigen(lock_in * lock_in.transpose());

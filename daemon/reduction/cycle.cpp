@@ -101,7 +101,7 @@ BaseCycle::BaseCycle(const HarmonicFit& acceleration) : period_s_(1 / accelerati
 }
 
 double BaseCycle::sum(const Terms& terms, double p) noexcept {
-    const std::complex<double> z = std::polar(1.0, two_pi * std::remainder(p, 1.0));
+    const std::complex<double> z = std::polar(1.0, two_pi * (p - std::rint(p)));
     std::complex<double> s = 0;
     for (auto it = terms.rbegin(); it != terms.rend(); ++it) s = (s + *it) * z;
     return s.imag();

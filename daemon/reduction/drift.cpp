@@ -40,7 +40,7 @@ double disagreement(std::span<const MotionSeries> views, double f, int order, do
     std::size_t lowest = 0, highest = 0;
     std::vector<Estimate> v;
     for (std::size_t i = 0; i < views.size(); ++i) {
-        if (views[i].t_s.size() < static_cast<std::size_t>(2 * order + 4)) return 0;
+        if (views[i].t_s.size() < 2 * static_cast<std::size_t>(order) + 4) return 0;
         v.push_back(fit_views(views.subspan(i, 1), f, order, Slope::free).fit.slope);
         if (v[i].value < v[lowest].value) lowest = i;
         if (v[i].value > v[highest].value) highest = i;
@@ -135,6 +135,7 @@ std::vector<PeriodMean> period_means(std::span<const Residual> residuals, double
     }
     finish();
     std::vector<int> counts;
+    counts.reserve(out.size());
     for (const auto& m : out) counts.push_back(m.frames);
     if (counts.empty()) return out;
     std::sort(counts.begin(), counts.end());

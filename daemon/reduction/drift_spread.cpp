@@ -108,7 +108,7 @@ struct Range {
 };
 
 /// Candidates over a range of jitter^2, evenly in its logarithm. The prior's exponent decides between white
-/// noise called jitter (sigma too large) and slight jitter called white noise (too small): with a quarter the
+/// noise called jitter (sigma too large) and slight jitter called white noise (too small): with 0.3 the
 /// first is sigma = 3 times the scatter, the second still covers 93 % at its worst.
 std::vector<Candidate> over_jitter(const Differences& x, double error2, Range jitter2) {
     constexpr int steps = 24;
@@ -116,7 +116,7 @@ std::vector<Candidate> over_jitter(const Differences& x, double error2, Range ji
     for (int j = 0; j <= steps; ++j) {
         out.push_back(
             weigh(x, jitter2.low * std::pow(jitter2.high / jitter2.low, j / double{steps}), error2));
-        out.back().log_weight += 0.25 * std::log(out.back().jitter2);
+        out.back().log_weight += 0.3 * std::log(out.back().jitter2);
     }
     return out;
 }
@@ -136,19 +136,35 @@ Range weighty(const std::vector<Candidate>& coarse) {
     return {coarse[first > 0 ? first - 1 : 0].jitter2, coarse[std::min(last + 1, coarse.size() - 1)].jitter2};
 }
 
-/// Errors over the range told; jitter from what any error hides, even over the whole run, to far more than
-/// the differences show, in finer steps where the weight is.
+struct Error {
+    double variance;
+    double log_prior;
+};
+
+/// Errors over the range told, and, hardly believed beforehand, up to all that the differences show: noise
+/// that remembers for longer than a period.
+std::vector<Error> errors(const Differences& x, double least2, double most2) {
+    constexpr double doubt = -4;
+    std::vector<Error> out;
+    const bool vague = most2 > 1.01 * least2;
+    for (int i = 0; i <= (vague ? 4 : 0); ++i) out.push_back({least2 * std::pow(most2 / least2, i / 4.0), 0});
+    const double all = spread_of(x) / 2;
+    for (int i = 1; i <= 4 && all > most2; ++i)
+        out.push_back({most2 * std::pow(all / most2, i / 4.0), doubt});
+    return out;
+}
+
+/// For each error, jitter from what it hides, even over the whole run, to far more than the differences show,
+/// in finer steps where the weight is.
 std::vector<Candidate> candidates(const Differences& x, double least2, double most2) {
-    const int errors = most2 > 1.01 * least2 ? 4 : 0;
     const double n = static_cast<double>(x.d.size()) + 1;
     std::vector<Candidate> out;
-    for (int e = 0; e <= errors; ++e) {
-        const double error2 = least2 * std::pow(most2 / least2, e / std::max(1.0, double(errors)));
-        const Range all{0.01 * error2 / (n * n), 1e3 * std::max(spread_of(x), error2)};
-        const Range range = weighty(over_jitter(x, error2, all));
-        auto fine = over_jitter(x, error2, range);
+    for (const Error& e : errors(x, least2, most2)) {
+        const Range all{0.01 * e.variance / (n * n), 1e3 * std::max(spread_of(x), e.variance)};
+        const Range range = weighty(over_jitter(x, e.variance, all));
+        auto fine = over_jitter(x, e.variance, range);
         // A candidate stands for its step: ranges of different errors have steps of different size.
-        for (Candidate& c : fine) c.log_weight += std::log(std::log(range.high / range.low));
+        for (Candidate& c : fine) c.log_weight += e.log_prior + std::log(std::log(range.high / range.low));
         out.insert(out.end(), fine.begin(), fine.end());
     }
     return out;

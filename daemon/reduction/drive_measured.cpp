@@ -15,7 +15,7 @@ Estimate estimate(double value, const Gradient& g, const Eigen::MatrixXd& covari
     return {value, std::sqrt(std::max(0.0, g.dot(covariance * g)))};
 }
 
-Gradient amplitude_gradient(std::complex<double> a, int q, Eigen::Index size) {
+Gradient amplitude_gradient(std::complex<double> a, Eigen::Index q, Eigen::Index size) {
     Gradient g = Gradient::Zero(size);
     const double r = std::max(std::abs(a), 1e-300);
     g(2 * (q - 1)) = a.real() / r;
@@ -23,7 +23,7 @@ Gradient amplitude_gradient(std::complex<double> a, int q, Eigen::Index size) {
     return g;
 }
 
-Gradient phase_gradient(std::complex<double> a, int q, Eigen::Index size) {
+Gradient phase_gradient(std::complex<double> a, Eigen::Index q, Eigen::Index size) {
     Gradient g = Gradient::Zero(size);
     const double r2 = std::max(std::norm(a), 1e-300);
     g(2 * (q - 1)) = -a.imag() / r2;
@@ -55,7 +55,7 @@ GammaPhi gamma_phi(std::complex<double> a1, std::complex<double> a2, const Eigen
 }  // namespace
 
 DriveMeasured drive_measured(const HarmonicFit& fit) {
-    const Eigen::Index n = 2 * fit.order();
+    const auto n = 2 * static_cast<Eigen::Index>(fit.a.size());
     const Eigen::MatrixXd covariance =
         Eigen::Map<const Eigen::Matrix<double, -1, -1, Eigen::RowMajor>>(fit.covariance.data(), n, n);
     DriveMeasured out;
@@ -120,7 +120,8 @@ std::vector<PeriodResult> drive_by_period(const HarmonicFit& fit, std::span<cons
         if (periods < 0) continue;
         if (static_cast<int>(periods) != now) finish(now);
         now = static_cast<int>(periods);
-        const auto z = std::polar(1.0, two_pi * std::remainder(f * (t_s[i] - fit.origin_s), 1.0));
+        const double turns = f * (t_s[i] - fit.origin_s);
+        const auto z = std::polar(1.0, two_pi * (turns - std::rint(turns)));
         const auto z2 = z * z;
         const Row row{z.imag(), z.real(), z2.imag(), z2.real(), 1.0};
         normal += row * row.transpose();

@@ -15,6 +15,8 @@ struct MotionSeries {
     std::vector<double> x_m;   // along the shaker's axis; only differences mean anything
     std::vector<double> sd_m;  // standard deviation of each
     int lost = 0;
+    double stream_from_s = 1e300,
+           stream_to_s = -1e300;  // of the view's frames, lost ones too, where that is known
 };
 
 /// Accelerometer samples in m/s^2 in sensor axes.

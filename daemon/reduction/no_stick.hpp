@@ -41,8 +41,8 @@ inline constexpr double coulomb_theta_to = 1000;
 
 /// Theta = phi_0 - pi/2 of a walker that obeys Coulomb's law exactly, stick included (mu_s = mu_k = mu, rho =
 /// 1/2, level), where phi_0 is the null of v_D with dv_D/dphi < 0. At the null there is always a stick, so
-/// Eq. (8) never holds there: fits of it to such data read a mu that is 14 to 22 % too small. Relative error below 1e-7;
-/// decreases with Gamma; NaN outside the range.
+/// Eq. (8) never holds there: fits of it to such data read a mu that is 14 to 22 % too small. Relative error
+/// below 1e-7; decreases with Gamma; NaN outside the range.
 double coulomb_theta(double Gamma) noexcept;
 /// The mu at which coulomb_theta(gamma/(mu g)) is theta; NaN where that lies outside the range.
 double mu_from_coulomb_theta(double theta, double gamma, double g = paper_g) noexcept;

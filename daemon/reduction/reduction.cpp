@@ -104,8 +104,9 @@ Reduction reduce(const Measurement& measurement) {
     widen_by_scatter(out.phi, out.periods, &PeriodResult::phi);
 
     const auto folded = fold(m.walkers, drift, out.t0_s, f);
-    out.cycle = make_cycle(folded, base, out.v_D.value, frames_per_period(m.walkers, f));
-    out.stick = find_sticks(folded, out.cycle, base, out.v_D.value);
+    const double frames = frames_per_period(m.walkers, f);
+    out.cycle = make_cycle(folded, base, out.v_D.value, frames);
+    out.stick = find_sticks(folded, out.cycle, base, out.v_D.value, frames);
     return out;
 }
 

@@ -29,7 +29,7 @@ std::vector<Region> near_rest(const Cycle& c) {
     }
     std::vector<Region> out;
     const auto away = std::find(near.begin(), near.end(), false);
-    if (away == near.end()) return {{0, 1}};
+    if (away == near.end()) return {};
     const auto offset = static_cast<std::size_t>(away - near.begin());
     for (std::size_t j = 0; j < n; ++j) {
         const std::size_t i = (offset + j) % n;
@@ -43,6 +43,19 @@ std::vector<Region> near_rest(const Cycle& c) {
         }
     }
     return out;
+}
+
+/// The walker follows the base all through the period: what is left of the relative velocity is noise, and
+/// noise much smaller than the base's motion.
+bool rests_always(const Cycle& c) {
+    double largest = 0, squares = 0, noise = 0;
+    for (const double v : c.v_base_mps) largest = std::max(largest, std::abs(v));
+    for (std::size_t i = 0; i < c.phase.size(); ++i) {
+        const double sd = std::max(c.v_sd_mps[i], 0.005 * largest);
+        squares += std::pow((c.v_mps[i] - c.v_base_mps[i]) / sd, 2);
+        noise = std::max(noise, sd);
+    }
+    return squares < 2 * static_cast<double>(c.phase.size()) && noise < 0.1 * largest;
 }
 
 struct Point {
@@ -177,10 +190,10 @@ bool holdable(const BaseCycle& base, const Best& b) {
 }  // namespace
 
 std::vector<StickInterval> find_sticks(std::span<const Folded> folded, const Cycle& cycle,
-                                       const BaseCycle& base, double v_D) {
+                                       const BaseCycle& base, double v_D, double frames_per_period) {
+    if (rests_always(cycle)) return {{0, 1, 0}};
     const auto regions = near_rest(cycle);
     std::vector<StickInterval> out;
-    if (regions.size() == 1 && regions[0].from == 0 && regions[0].to == 1) return {{0, 1, 0}};
     const std::size_t n = regions.size();
     for (std::size_t i = 0; i < n; ++i) {
         const Region& here = regions[i];
@@ -198,7 +211,7 @@ std::vector<StickInterval> find_sticks(std::span<const Folded> folded, const Cyc
         const bool found = crossing.fit.chi2 - stick.fit.chi2 > 20 * unit && stick.to - stick.from > 2 * sd;
         if (found && holdable(base, stick)) {
             const double turn = std::floor(stick.from);
-            out.push_back({stick.from - turn, stick.to - turn, sd});
+            out.push_back({stick.from - turn, stick.to - turn, std::max(sd, 0.5 / frames_per_period)});
         }
     }
     std::sort(out.begin(), out.end(), [](const auto& a, const auto& b) { return a.from < b.from; });

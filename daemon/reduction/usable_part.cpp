@@ -158,6 +158,15 @@ Measurement usable_part(const Measurement& m) {
     const double half = median_step(accel.t_s) / 2, reach = accel.clock_uncertainty_s + rounding;
     require_two_periods(std::max(from, accel.t_s.front() - half - reach),
                         std::min(to, accel.t_s.back() + half + reach), f, "cameras and accelerometer");
+    for (const auto* views : {&m.walkers, &m.bases}) {
+        for (const MotionSeries& v : *views) {
+            const double step = median_step(v.t_s) / 2;  // as in span_of()
+            if (v.stream_from_s > v.stream_to_s) continue;
+            require_two_periods(std::max(v.stream_from_s - step, accel.t_s.front() - half - reach),
+                                std::min(v.stream_to_s + step, accel.t_s.back() + half + reach), f,
+                                "view '" + v.view + "' and accelerometer");
+        }
+    }
     require_two_periods(accel.t_s.front() - half - rounding, accel.t_s.back() + half + rounding, f,
                         "accelerometer samples alone");
     return out;

@@ -54,8 +54,9 @@ Renderer::Renderer(const CameraTruth& camera, const WalkerTruth& walker, std::ui
       profile_(static_cast<std::size_t>(camera.width)) {
     const Target& base = target_named(camera, "base");
     pitch_px_ = 1e-3 * (base.pitch_mm > 0 ? base.pitch_mm : mark_pitch_mm) * layout_.base_px_per_m;
-    mark_px_ = camera.side ? 0.5 * pitch_px_
-                           : 1e-3 * (base.diameter_mm > 0 ? base.diameter_mm : mark_mm) * layout_.base_px_per_m;
+    mark_px_ = camera.side
+                   ? 0.5 * pitch_px_
+                   : 1e-3 * (base.diameter_mm > 0 ? base.diameter_mm : mark_mm) * layout_.base_px_per_m;
     for (std::size_t x = 0; x < light_.size(); ++x) {
         const double u = 2.0 * static_cast<double>(x) / static_cast<double>(camera.width) - 1;
         light_[x] = static_cast<float>(full_scale_dn * (1 - camera.light_gradient * (0.5 - 0.5 * u)));
@@ -86,14 +87,17 @@ void Renderer::draw_marks(double shift_px, float weight) {
         // Dots differ from row to row; the rows of bars are all alike.
         if (y == top || !camera_.side) {
             for (int x = 0; x < camera_.width; ++x) {
-                const double away = x - origin;  // whole pitches are taken off by truncation of a positive number
+                const double away =
+                    x - origin;  // whole pitches are taken off by truncation of a positive number
                 const double along = away - pitch_px_ * (static_cast<int>(away / pitch_px_ + 4096.5) - 4096);
                 const double r = camera_.side ? std::abs(along) : std::hypot(along, y - middle);
-                profile_[static_cast<std::size_t>(x)] = weight * (strip + (mark - strip) * edge(0.5 * mark_px_ - r));
+                profile_[static_cast<std::size_t>(x)] =
+                    weight * (strip + (mark - strip) * edge(0.5 * mark_px_ - r));
             }
         }
         float* row = &scene_[static_cast<std::size_t>(y * camera_.width)];
-        for (int x = 0; x < camera_.width; ++x) row[x] += profile_[static_cast<std::size_t>(x)] - weight * row_ground();
+        for (int x = 0; x < camera_.width; ++x)
+            row[x] += profile_[static_cast<std::size_t>(x)] - weight * row_ground();
     }
 }
 
@@ -119,7 +123,8 @@ void Renderer::draw_disc(double centre_px, float weight) {
 }
 
 void Renderer::draw_silhouette(double centre_px, float weight) {
-    const int y0 = std::max(0, static_cast<int>(layout_.walker_y - layout_.walker_half_height - edge_reach_px));
+    const int y0 =
+        std::max(0, static_cast<int>(layout_.walker_y - layout_.walker_half_height - edge_reach_px));
     const int y1 = std::min(camera_.height - 1, static_cast<int>(layout_.marks_top) - 1);
     const double reach = layout_.walker_half_width + edge_reach_px;
     const int x0 = std::max(0, static_cast<int>(centre_px - reach));
@@ -127,7 +132,8 @@ void Renderer::draw_silhouette(double centre_px, float weight) {
     for (int x = x0; x <= x1; ++x)
         profile_[static_cast<std::size_t>(x)] = edge(layout_.walker_half_width - std::abs(x - centre_px));
     for (int y = y0; y <= y1; ++y) {
-        const float high = weight * edge(y - (layout_.walker_y - layout_.walker_half_height)) * (shadow - backlight);
+        const float high =
+            weight * edge(y - (layout_.walker_y - layout_.walker_half_height)) * (shadow - backlight);
         float* row = &scene_[static_cast<std::size_t>(y * camera_.width)];
         for (int x = x0; x <= x1; ++x) row[x] += high * profile_[static_cast<std::size_t>(x)];
     }
@@ -139,8 +145,10 @@ void Renderer::draw(const Pose& pose, float weight) {
     const double along = camera_.view.along[0];
     draw_marks(along * pose.base * layout_.base_px_per_m, weight);
     const double centre = layout_.centre_x + along * pose.walker * layout_.walker_px_per_m;
-    if (camera_.side) draw_silhouette(centre, weight);
-    else draw_disc(centre, weight);
+    if (camera_.side)
+        draw_silhouette(centre, weight);
+    else
+        draw_disc(centre, weight);
 }
 
 // Blur below this widens an edge by less than 1e-4 of its own width: one picture at the mean pose is enough.

@@ -15,15 +15,15 @@ struct Pose {
     double walker = 0;
 };
 
-/// Where things are in a picture, px, with base and walker at 0: shared by the renderer and by what places the
-/// regions of interest.
+/// Where things are in a picture, px, with base and walker at 0: shared by the renderer and by what places
+/// the regions of interest.
 struct PictureLayout {
-    double centre_x;                  // image x of position 0
-    double base_px_per_m;             // scale in the base's plane
-    double walker_px_per_m;           // scale in the walker's plane
-    double marks_top, marks_bottom;   // rows of the base's strip
-    double walker_y;                  // centre of the disc, or of the silhouette
-    double walker_half_width;         // radius, or half of the silhouette's width
+    double centre_x;                 // image x of position 0
+    double base_px_per_m;            // scale in the base's plane
+    double walker_px_per_m;          // scale in the walker's plane
+    double marks_top, marks_bottom;  // rows of the base's strip
+    double walker_y;                 // centre of the disc, or of the silhouette
+    double walker_half_width;        // radius, or half of the silhouette's width
     double walker_half_height;
 };
 PictureLayout layout_of(const CameraTruth& camera, const WalkerTruth& walker);
@@ -46,11 +46,11 @@ private:
 
     CameraTruth camera_;
     PictureLayout layout_;
-    double mark_px_;     // diameter of a dot, width of a bar
+    double mark_px_;  // diameter of a dot, width of a bar
     double pitch_px_;
     std::uint64_t seed_;
-    std::vector<float> light_;    // brightness of each column
-    std::vector<float> erf_;      // edge spread function, tabulated
+    std::vector<float> light_;  // brightness of each column
+    std::vector<float> erf_;    // edge spread function, tabulated
     std::vector<float> noise_;
     std::vector<float> scene_;    // reflectance, 0..1
     std::vector<float> profile_;  // one row of marks

@@ -1,10 +1,10 @@
 #include "drivers/simulated/scene.hpp"
 
+#include <spdlog/fmt/fmt.h>
+
 #include <algorithm>
 #include <cmath>
 #include <list>
-
-#include <spdlog/fmt/fmt.h>
 
 #include "drivers/settings_table.hpp"
 #include "drivers/simulated/renderer.hpp"
@@ -51,10 +51,13 @@ CameraTruth camera(const char* name, bool side, int height, double distance_mm) 
     Target walker{.name = "walker", .kind = side ? TargetKind::rectangle : TargetKind::disc};
     walker.polarity = side ? Polarity::dark : Polarity::bright;
     walker.offset_mm = side ? 15 : 12;
-    Target base{.name = "base", .kind = side ? TargetKind::bars : TargetKind::dots, .polarity = Polarity::dark};
+    Target base{
+        .name = "base", .kind = side ? TargetKind::bars : TargetKind::dots, .polarity = Polarity::dark};
     base.offset_mm = side ? 20 : 0;
-    if (side) base.pitch_mm = 5;
-    else base.diameter_mm = 2.6, base.pitch_mm = 8;
+    if (side)
+        base.pitch_mm = 5;
+    else
+        base.diameter_mm = 2.6, base.pitch_mm = 8;
     c.view.targets = {walker, base};
     return c;
 }
@@ -144,7 +147,9 @@ class Writer {
 public:
     struct Part {
         std::string& text;
-        void operator()(const char* key, double x, Range) const { text += fmt::format("{} = {}\n", key, number(x)); }
+        void operator()(const char* key, double x, Range) const {
+            text += fmt::format("{} = {}\n", key, number(x));
+        }
         void operator()(const char* key, int x, Range) const { text += fmt::format("{} = {}\n", key, x); }
     };
     void root(const char* key, double x, Range) { text += fmt::format("{} = {}\n", key, number(x)); }
@@ -167,14 +172,17 @@ Scene read(SettingsTable& root) {
     visit(reader, s);
     reader.finish();
     if (s.walker.mu_s < s.walker.mu_k && root.table("walker").has("mu_s"))
-        root.table("walker").fail("mu_s", fmt::format("{} is below mu_k = {}; static friction is at least as large "
-                                                      "as kinetic", s.walker.mu_s, s.walker.mu_k));
+        root.table("walker").fail("mu_s",
+                                  fmt::format("{} is below mu_k = {}; static friction is at least as large "
+                                              "as kinetic",
+                                              s.walker.mu_s, s.walker.mu_k));
     s.walker.mu_s = std::max(s.walker.mu_s, s.walker.mu_k);
     for (CameraTruth& c : s.cameras) {
         if (std::abs(c.view.along[0]) != 1) root.table(c.view.camera).fail("along_x", "must be 1 or -1");
         if (c.view.exposure_s >= 1 / c.view.frame_rate_hz)
-            root.table(c.view.camera).fail("exposure_s", fmt::format("{} s does not fit between frames at {} Hz",
-                                                                     c.view.exposure_s, c.view.frame_rate_hz));
+            root.table(c.view.camera)
+                .fail("exposure_s", fmt::format("{} s does not fit between frames at {} Hz",
+                                                c.view.exposure_s, c.view.frame_rate_hz));
     }
     place_regions(s);
     return s;

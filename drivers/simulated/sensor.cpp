@@ -29,7 +29,8 @@ AccelerometerModel::AccelerometerModel(const Scene& scene)
     // Butterworth low-pass by the bilinear transform, its corner prewarped.
     const double k = std::tan(pi * p_.lowpass_hz / dac_rate_), root2 = std::numbers::sqrt2;
     const double norm = 1 / (1 + root2 * k + k * k);
-    biquad_ = {k * k * norm, 2 * k * k * norm, k * k * norm, 2 * (k * k - 1) * norm, (1 - root2 * k + k * k) * norm};
+    biquad_ = {k * k * norm, 2 * k * k * norm, k * k * norm, 2 * (k * k - 1) * norm,
+               (1 - root2 * k + k * k) * norm};
 }
 
 AccelerometerInfo AccelerometerModel::info() const {
@@ -62,7 +63,8 @@ std::optional<AccelBlock> AccelerometerModel::step(std::int64_t n, double a_base
     const double t = p_.start_s + static_cast<double>(next_) / (p_.rate_hz * (1 + 1e-6 * p_.clock_ppm));
     const double at = t * dac_rate_ - static_cast<double>(n - 1);
     if (at > 1) return std::nullopt;
-    if (block_.size == AccelBlock::capacity || next_ == 0) block_ = {.first = {next_}, .arrived = {}, .size = 0};
+    if (block_.size == AccelBlock::capacity || next_ == 0)
+        block_ = {.first = {next_}, .arrived = {}, .size = 0};
     convert(before + std::clamp(at, 0.0, 1.0) * (now - before));
     ++next_;
     if (block_.size < AccelBlock::capacity) return std::nullopt;

@@ -12,8 +12,8 @@ class AccelerometerModel {
 public:
     explicit AccelerometerModel(const Scene& scene);
     [[nodiscard]] AccelerometerInfo info() const;
-    /// The base's acceleration at DAC sample n (true time n / DAC rate). Returns a block when one has filled up;
-    /// its `arrived` is when the host gets it.
+    /// The base's acceleration at DAC sample n (true time n / DAC rate). Returns a block when one has filled
+    /// up; its `arrived` is when the host gets it.
     std::optional<AccelBlock> step(std::int64_t n, double a_base);
 
 private:
@@ -24,11 +24,11 @@ private:
     double dac_rate_;
     double gravity_, downhill_;
     double lsb_;
-    std::array<double, 3> axis_{};           // shaker's axis in sensor axes
+    std::array<double, 3> axis_{};  // shaker's axis in sensor axes
     std::array<double, 5> biquad_{};
     std::array<double, 2> memory_{};
-    double before_ = 0;                      // filtered acceleration one DAC sample ago
-    std::int64_t next_ = 0;                  // tick of the next conversion
+    double before_ = 0;      // filtered acceleration one DAC sample ago
+    std::int64_t next_ = 0;  // tick of the next conversion
     AccelBlock block_{};
     std::mt19937_64 rng_;
     std::normal_distribution<double> noise_;

@@ -23,14 +23,16 @@ ShakerPlant::ShakerPlant(const Scene& scene)
     state_.slip = contact({0, 0, 0});
 }
 
-double ShakerPlant::walker_acceleration(int slip) const noexcept { return downhill_ - slip * w_.mu_k * normal_; }
+double ShakerPlant::walker_acceleration(int slip) const noexcept {
+    return downhill_ - slip * w_.mu_k * normal_;
+}
 
 ShakerPlant::Vector ShakerPlant::derivative(const Vector& s, int slip) const noexcept {
     const auto [i, x, v] = s;
     const double free = p_.force_factor_npa * i - p_.stiffness_npm * x - p_.damping_nspm * v;
     const double mass = p_.moving_mass_kg + p_.base_mass_kg;
-    // Sticking, the walker rides along and its weight's downhill part acts on both; slipping, friction pulls the
-    // base the way the walker slides.
+    // Sticking, the walker rides along and its weight's downhill part acts on both; slipping, friction pulls
+    // the base the way the walker slides.
     const double a = slip == 0 ? (free + w_.mass_kg * downhill_) / (mass + w_.mass_kg)
                                : (free + slip * w_.mu_k * w_.mass_kg * normal_) / mass;
     return {(volts_ - p_.resistance_ohm * i - p_.force_factor_npa * v) / p_.inductance_h, v, a};
@@ -127,7 +129,8 @@ std::array<double, 2> ShakerPlant::response(const Scene& scene, double frequency
     std::complex<double> chain = p.amplifier_gain;
     for (const double hz : p.high_pass_hz) chain *= jw / (jw + 2 * pi * hz);
     const std::complex<double> coil = p.resistance_ohm + jw * p.inductance_h;
-    const std::complex<double> mechanical = mass * jw + p.damping_nspm + p.stiffness_npm / jw;  // force / velocity
+    const std::complex<double> mechanical =
+        mass * jw + p.damping_nspm + p.stiffness_npm / jw;  // force / velocity
     const std::complex<double> velocity =
         p.force_factor_npa / (coil * mechanical + p.force_factor_npa * p.force_factor_npa);
     const std::complex<double> h = chain * velocity * jw;

@@ -9,10 +9,10 @@ namespace shaker {
 
 /// Mechanical and electrical state at one instant, SI.
 struct PlantState {
-    double current = 0;               // A in the coil
-    double x = 0, v = 0, a = 0;       // base
+    double current = 0;          // A in the coil
+    double x = 0, v = 0, a = 0;  // base
     double walker_x = 0, walker_v = 0;
-    int slip = 0;                     // sign of v_R = walker_v - v; 0 while it sticks
+    int slip = 0;  // sign of v_R = walker_v - v; 0 while it sticks
 };
 
 class ShakerPlant {
@@ -24,8 +24,8 @@ public:
     /// Stick and slip changes so far.
     [[nodiscard]] long events() const noexcept { return events_; }
 
-    /// Complex amplitude of the base's acceleration a volt of DAC output at a frequency, with the walker left out
-    /// and without clipping: real and imaginary part, m/s^2 per V.
+    /// Complex amplitude of the base's acceleration a volt of DAC output at a frequency, with the walker left
+    /// out and without clipping: real and imaginary part, m/s^2 per V.
     static std::array<double, 2> response(const Scene& scene, double frequency);
 
 private:
@@ -38,12 +38,12 @@ private:
 
     ShakerTruth p_;
     WalkerTruth w_;
-    double h_;               // s a sample
-    double downhill_;        // g sin(tilt)
-    double normal_;          // g cos(tilt)
+    double h_;                                // s a sample
+    double downhill_;                         // g sin(tilt)
+    double normal_;                           // g cos(tilt)
     std::array<double, 2> high_pass_{};       // states
     std::array<double, 2> high_pass_gain_{};  // share of the way a state goes in a sample
-    double volts_ = 0;       // at the coil
+    double volts_ = 0;                        // at the coil
     PlantState state_;
     long events_ = 0;
 };

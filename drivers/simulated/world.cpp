@@ -15,7 +15,8 @@ namespace shaker {
 
 namespace {
 constexpr std::size_t queue_limit = 4096;
-// Chebyshev's instants in an exposure, as a share of it: their plain mean is exact for motion of third order in time.
+// Chebyshev's instants in an exposure, as a share of it: their plain mean is exact for motion of third order
+// in time.
 constexpr std::array<double, 3> instants{0.14644660940672624, 0.5, 0.85355339059327376};
 
 double cpu_seconds() {
@@ -63,13 +64,16 @@ struct World::State {
 
     explicit State(const Scene& s, Pace p) : scene{s}, pace{p}, plant{s}, sensor{s} {
         for (const CameraTruth& c : s.cameras)
-            eyes.push_back({.truth = c, .renderer = Renderer{c, s.walker, s.seed + 1000 * (1 + eyes.size())}});
+            eyes.push_back(
+                {.truth = c, .renderer = Renderer{c, s.walker, s.seed + 1000 * (1 + eyes.size())}});
     }
     [[nodiscard]] double now() const { return static_cast<double>(n) / scene.dac_rate_hz; }
     [[nodiscard]] double due(const Eye& eye, const Exposure& e) const {
         return e.start_s + eye.truth.view.exposure_s + eye.truth.latency_s;
     }
-    [[nodiscard]] bool accel_ready() const { return !blocks.empty() && blocks.front().arrived <= host_time(now()); }
+    [[nodiscard]] bool accel_ready() const {
+        return !blocks.empty() && blocks.front().arrived <= host_time(now());
+    }
     [[nodiscard]] bool frame_ready(const Eye& eye) const {
         return !eye.done.empty() && due(eye, eye.done.front()) <= now();
     }
@@ -111,14 +115,16 @@ void World::State::expose(Eye& eye, const PlantState& before) {
         for (; e.seen < instants.size(); ++e.seen) {
             const double u = (e.start_s + instants[e.seen] * exposure_s - now()) / h;
             if (u > 1) break;
-            e.poses[e.seen] = {hermite(before.x, before.v, after.x, after.v, h, u),
-                               hermite(before.walker_x, before.walker_v, after.walker_x, after.walker_v, h, u)};
+            e.poses[e.seen] = {
+                hermite(before.x, before.v, after.x, after.v, h, u),
+                hermite(before.walker_x, before.walker_v, after.walker_x, after.walker_v, h, u)};
         }
     }
     while (!eye.open.empty() && eye.open.front().seen == instants.size()) {
         Exposure e = eye.open.front();
         eye.open.pop_front();
-        eye.poses.push_back({e.tick, master_time(e.start_s + 0.5 * exposure_s), e.poses[1].base, e.poses[1].walker});
+        eye.poses.push_back(
+            {e.tick, master_time(e.start_s + 0.5 * exposure_s), e.poses[1].base, e.poses[1].walker});
         if (eye.overflow) e.quality = Quality::gap;
         eye.overflow = eye.done.size() >= queue_limit;
         if (!eye.overflow) eye.done.push_back(e);
@@ -193,7 +199,8 @@ public:
         frame->quality = e.quality;
         frame->width = eye_.truth.width;
         frame->height = eye_.truth.height;
-        frame->pixels.resize(static_cast<std::size_t>(frame->width) * static_cast<std::size_t>(frame->height));
+        frame->pixels.resize(static_cast<std::size_t>(frame->width) *
+                             static_cast<std::size_t>(frame->height));
         eye_.renderer.render(e.poses, e.tick, frame->pixels);
         const std::scoped_lock lock{s_.mutex};
         eye_.render_s += cpu_seconds() - before;

@@ -16,13 +16,13 @@ struct PoseTruth {
     double walker = 0;
 };
 
-/// One virtual bench; it outlives the devices it hands out. Everything is deterministic: same scene, same samples
-/// in, same bytes out, whatever thread calls. Virtual time moves only when the DAC is written.
+/// One virtual bench; it outlives the devices it hands out. Everything is deterministic: same scene, same
+/// samples in, same bytes out, whatever thread calls. Virtual time moves only when the DAC is written.
 class World {
 public:
-    /// lockstep: sensors are read in the thread that writes the DAC, so write() never waits; what is not read is
-    /// dropped when a sensor's queue is full, and marked. paced: write() waits until every sensor's reader has
-    /// taken what is due, as threads need it; stop() of any device ends the waiting.
+    /// lockstep: sensors are read in the thread that writes the DAC, so write() never waits; what is not read
+    /// is dropped when a sensor's queue is full, and marked. paced: write() waits until every sensor's reader
+    /// has taken what is due, as threads need it; stop() of any device ends the waiting.
     enum class Pace { lockstep, paced };
     explicit World(const Scene& scene, Pace pace = Pace::lockstep);
     ~World();

@@ -11,15 +11,16 @@ using Response = std::array<std::complex<double>, max_harmonics>;
 
 Response nominal() {
     Response h;
-    for (std::size_t k = 0; k < h.size(); ++k) h[k] = std::polar(80.0 + 10 * static_cast<double>(k), 1.0 - 0.2 * static_cast<double>(k));
+    for (std::size_t k = 0; k < h.size(); ++k)
+        h[k] = std::polar(80.0 + 10 * static_cast<double>(k), 1.0 - 0.2 * static_cast<double>(k));
     return h;
 }
 
 // A shaker whose response differs from the nominal one, that adds harmonics of its own, late by a delay.
 struct Toy {
     Response h;
-    double late = 0;       // rad of harmonic 1
-    double noise = 0;      // m/s^2
+    double late = 0;   // rad of harmonic 1
+    double noise = 0;  // m/s^2
     std::mt19937_64 rng{5};
     Harmonics<Acceleration> base(const Harmonics<Voltage>& volts) const {
         Harmonics<Acceleration> a;
@@ -64,7 +65,8 @@ TEST(EqualiserTest, DivergesBeyondItsStatedLimitAndNotBelow) {
     // psi = 1.2 rad: the limit is 2 cos(1.2)/1 = 0.7247.
     for (const double gain : {0.70, 0.75}) {
         Toy t = toy(1, 1.2);
-        Equaliser eq{harmonics(Drive{.gamma = 5}), nominal(), {.harmonics = 2, .gain = gain, .volts_limit = 1e9}};
+        Equaliser eq{
+            harmonics(Drive{.gamma = 5}), nominal(), {.harmonics = 2, .gain = gain, .volts_limit = 1e9}};
         for (int k = 0; k < 2000; ++k) eq.update(t.measured(eq.volts()), 1e-6);
         const double error = std::abs(t.base(eq.volts()).at(2) - 2.5);
         EXPECT_EQ(error < 1e-3, gain < 0.7247) << "gain " << gain << ", error " << error;

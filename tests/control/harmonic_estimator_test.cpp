@@ -58,7 +58,7 @@ TEST(HarmonicEstimatorTest, TheStatedDeviationIsTheRealOne) {
         squares += std::norm(p.along.at(2) - s.base.at(2)) / 2;  // two components
         stated += p.sd * p.sd;
     }
-    EXPECT_NEAR(std::sqrt(squares / stated), 1, 0.05);  // 2000 periods tell a deviation to 1.6 %
+    EXPECT_NEAR(std::sqrt(squares / stated), 1, 0.05);         // 2000 periods tell a deviation to 1.6 %
     const double white = s.noise * std::sqrt(2 / per_period);  // the Cramer-Rao bound for white noise
     EXPECT_NEAR(std::sqrt(squares / static_cast<double>(found.size())), white, 0.05 * white);
 }
@@ -83,7 +83,8 @@ TEST(HarmonicEstimatorTest, AddDoesNotAllocate) {
     int found = 0;
     {
         const test::NoAlloc guard;
-        for (int i = 0; i < 500; ++i) found += e.add(3 + i / per_period, a[static_cast<std::size_t>(i)]) ? 1 : 0;
+        for (int i = 0; i < 500; ++i)
+            found += e.add(3 + i / per_period, a[static_cast<std::size_t>(i)]) ? 1 : 0;
     }
     EXPECT_EQ(found, 2);
 }

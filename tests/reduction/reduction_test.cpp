@@ -95,8 +95,8 @@ TEST(ReductionTest, FortyPeriodsGiveTheTruthWithinTheirErrors) {
     run.third = 0.29;
     run.views = 2;
     const Reduction r = reduce(make_measurement(run));
-    expect_within(r.v_D, true_v_D(run), 3, "v_D");
-    expect_within(r.D, true_v_D(run) / 20, 3, "D");
+    expect_within(r.v_D, drift_velocity(run), 3, "v_D");
+    expect_within(r.D, drift_velocity(run) / 20, 3, "D");
     expect_within(r.gamma, run.drive.gamma, 4, "gamma");
     expect_within(r.rho, 0.5, 4, "rho");
     expect_within(r.phi, 0, 4, "phi");
@@ -108,8 +108,8 @@ TEST(ReductionTest, FortyPeriodsGiveTheTruthWithinTheirErrors) {
     EXPECT_EQ(r.harmonics[0].phase.value, 0);
     const double w = two_pi * 20, V = run.drive.gamma / w;
     EXPECT_NEAR(r.v_rms.value, std::hypot(V * std::sqrt(5.0 / 32), 0.29 / (3 * w) / std::sqrt(2)), 1e-4 * V);
-    EXPECT_NEAR(r.efficiency.value, true_v_D(run) / r.v_rms.value, 1e-3);
-    for (int i = 0; i < 3; ++i) EXPECT_NEAR(r.shaker_axis[i], run.axis[i], 1e-4);
+    EXPECT_NEAR(r.efficiency.value, drift_velocity(run) / r.v_rms.value, 1e-3);
+    for (std::size_t i = 0; i < 3; ++i) EXPECT_NEAR(r.shaker_axis[i], run.axis[i], 1e-4);
     EXPECT_TRUE(r.notes.empty()) << r.notes.front();
 }
 
@@ -124,7 +124,7 @@ TEST(ReductionTest, PeriodsCarryDriftGammaAndPhi) {
         if (std::isfinite(p.gamma.value)) expect_within(p.gamma, run.drive.gamma, 5, "gamma of a period");
         if (std::isfinite(p.phi.value)) expect_within(p.phi, 0, 5, "phi of a period");
         if (!std::isfinite(p.drift.value)) continue;
-        EXPECT_NEAR(p.drift.value, true_v_D(run) / 20, 6 * 0.02 * true_v_D(run) / 20);
+        EXPECT_NEAR(p.drift.value, drift_velocity(run) / 20, 6 * 0.02 * drift_velocity(run) / 20);
         sum += p.drift.value;
         ++n;
     }
@@ -148,7 +148,7 @@ TEST(ReductionTest, CycleHasTheWalkersVelocityAndNoStickAppearsAtACrossing) {
         EXPECT_GT(c.v_sd_mps[i], 1e-5);
         EXPECT_LT(c.v_sd_mps[i], 1e-3);
     }
-    EXPECT_NEAR(mean, true_v_D(run), 2e-4);
+    EXPECT_NEAR(mean, drift_velocity(run), 2e-4);
     EXPECT_GE(steep, 36);  // slip at +-mu g everywhere but within 3 frames of the two kinks
 }
 
@@ -178,7 +178,7 @@ TEST(ReductionTest, NominalFrequencyMayBeOffByHundredsOfPpmOverALongRun) {
     const Reduction r = reduce(m);
     expect_within(r.frequency, 20, 4, "frequency");
     EXPECT_LT(r.frequency.sigma, 20e-6);
-    expect_within(r.v_D, true_v_D(run), 3, "v_D");
+    expect_within(r.v_D, drift_velocity(run), 3, "v_D");
 }
 
 TEST(ReductionTest, AnExactFrequencyIsKeptToTheBit) {
@@ -204,7 +204,7 @@ TEST(ReductionTest, TheAxisSignComesFromTheShapeWhateverTheSensorsMounting) {
         run.axis = axis;
         run.periods = 12;
         const Reduction r = reduce(make_measurement(run));
-        for (int i = 0; i < 3; ++i) EXPECT_NEAR(r.shaker_axis[i], axis[i], 1e-3);
+        for (std::size_t i = 0; i < 3; ++i) EXPECT_NEAR(r.shaker_axis[i], axis[i], 1e-3);
         expect_within(r.accelerometer_late_s, run.late_s, 4, "late");
     }
 }
@@ -255,7 +255,7 @@ TEST(ReductionTest, LostFramesAreLeftOutCountedAndSaid) {
     EXPECT_EQ(r.frames, 2000 - 134);
     EXPECT_EQ(r.frames_lost, 134);
     EXPECT_TRUE(notes_say(r, "134 of 2000 frames"));
-    expect_within(r.v_D, true_v_D(run), 3, "v_D");
+    expect_within(r.v_D, drift_velocity(run), 3, "v_D");
 }
 
 TEST(ReductionTest, OnlyThePartAskedForIsReduced) {
@@ -267,7 +267,7 @@ TEST(ReductionTest, OnlyThePartAskedForIsReduced) {
     m.to_s = 1.9;
     const Reduction r = reduce(m);
     EXPECT_EQ(r.frames, 1280);
-    expect_within(r.v_D, true_v_D(run), 3, "v_D");
+    expect_within(r.v_D, drift_velocity(run), 3, "v_D");
     EXPECT_GE(r.t0_s, 0.61);
 }
 
@@ -296,7 +296,7 @@ TEST(ReductionErrorTest, TwoPeriodsAreEnough) {
     SyntheticRun run;
     run.periods = 2;
     const Reduction r = reduce(make_measurement(run));
-    EXPECT_NEAR(r.v_D.value, true_v_D(run), 0.01 * true_v_D(run));
+    EXPECT_NEAR(r.v_D.value, drift_velocity(run), 0.01 * drift_velocity(run));
     EXPECT_TRUE(notes_say(r, "too few"));
 }
 

@@ -45,7 +45,8 @@ TEST(SceneTest, RegionsFollowTheWalker) {
 }
 
 TEST(SceneTest, BadInputIsRefusedByName) {
-    EXPECT_NE(refusal("[walker]\nmu = 0.2\n").find("bench.toml:2: walker.mu: this key is not known"), std::string::npos)
+    EXPECT_NE(refusal("[walker]\nmu = 0.2\n").find("bench.toml:2: walker.mu: this key is not known"),
+              std::string::npos)
         << refusal("[walker]\nmu = 0.2\n");
     EXPECT_NE(refusal("[walkr]\nmu_k = 0.2\n").find("walkr"), std::string::npos);
     for (const char* part : {"bench.toml:2", "mu_k", "-1"})

@@ -53,35 +53,39 @@ Scene light_walker() {
 TEST(ShakerPlantTest, FollowsItsOwnTransferFunctionWhenNothingPushesBack) {
     const Drive drive{.gamma = 14.7, .rho = 0.4, .phi = 0.6};
     const Played p = play(light_walker(), drive, 100);
-    // A held sample delays by half a sample: q pi f / f_s. Its images at multiples of 48 kHz, which the coil lets
-    // through at 1e-5 of the signal, fold into these sums.
+    // A held sample delays by half a sample: q pi f / f_s. Its images at multiples of 48 kHz, which the coil
+    // lets through at 1e-5 of the signal, fold into these sums.
     for (int q = 1; q <= 2; ++q) {
-        const std::complex<double> want = harmonics(drive).at(q) * std::polar(1.0, -q * std::numbers::pi / period);
+        const std::complex<double> want =
+            harmonics(drive).at(q) * std::polar(1.0, -q * std::numbers::pi / period);
         EXPECT_LT(std::abs(harmonic(p, q) - want), 3e-5 * 14.7) << "harmonic " << q;
     }
     EXPECT_LT(std::abs(harmonic(p, 3)), 1e-6);
 }
 
 TEST(ShakerPlantTest, AWalkerWithoutWeightOnTheBaseWalksAsTheExactWalkerDoes) {
-    for (const Drive& drive : {Drive{.gamma = 9.8}, Drive{.gamma = 4.9}, Drive{.gamma = 19.6, .phi = 1.5707963}}) {
+    for (const Drive& drive :
+         {Drive{.gamma = 9.8}, Drive{.gamma = 4.9}, Drive{.gamma = 19.6, .phi = 1.5707963}}) {
         WalkerSetting setting;
         setting.base = harmonics(drive);
         const SteadyState exact = settle(WalkerLaw{setting});
         const Played p = play(light_walker(), drive, 120);
-        // What is left is the plant's own approach to its cycle; contact changes lie exactly inside the samples.
+        // What is left is the plant's own approach to its cycle; contact changes lie exactly inside the
+        // samples.
         EXPECT_NEAR(p.drift, exact.v_D, 2e-6 * drive.gamma / (two_pi * 20)) << "gamma " << drive.gamma;
         EXPECT_EQ(p.events, static_cast<long>(exact.events.size()));
     }
 }
 
 TEST(ShakerPlantTest, TheWalkersPushOnTheBaseIsTheOddHarmonicsOfItsFriction) {
-    // Two slips of half a period at +-mu m g: a square force, harmonic 3 of a_B = 4 mu m g / (3 pi M) through the
-    // mechanical response; the published figure for 60 g on 0.33 kg at 1 g is -41 dB of gamma.
+    // Two slips of half a period at +-mu m g: a square force, harmonic 3 of a_B = 4 mu m g / (3 pi M) through
+    // the mechanical response; the published figure for 60 g on 0.33 kg at 1 g is -41 dB of gamma.
     Scene s = paper_scene();
     s.shaker.base_mass_kg = 0.33 - s.shaker.moving_mass_kg;
     const Played p = play(s, Drive{.gamma = 9.8}, 120);
     EXPECT_NEAR(20 * std::log10(std::abs(harmonic(p, 3)) / 9.8), -41, 3);
-    EXPECT_LT(20 * std::log10(std::abs(std::abs(harmonic(p, 2)) - 4.9) / 9.8), -50);  // slips of T/2: no even part
+    EXPECT_LT(20 * std::log10(std::abs(std::abs(harmonic(p, 2)) - 4.9) / 9.8),
+              -50);  // slips of T/2: no even part
 }
 
 TEST(ShakerPlantTest, BelowTheThresholdTheWalkerRidesAlong) {
@@ -92,8 +96,8 @@ TEST(ShakerPlantTest, BelowTheThresholdTheWalkerRidesAlong) {
 }
 
 TEST(ShakerPlantTest, MomentumIsKeptBetweenWalkerAndBase) {
-    // No spring, no damper, no drive: an initial slide ends with both at rest against each other, and the sum of
-    // momenta is what the coil gave, which is nothing.
+    // No spring, no damper, no drive: an initial slide ends with both at rest against each other, and the sum
+    // of momenta is what the coil gave, which is nothing.
     Scene s = paper_scene();
     s.shaker.stiffness_npm = 0;
     s.shaker.damping_nspm = 0;

@@ -91,10 +91,11 @@ TEST(WorldTest, WhatTheSensorSaysIsTheBasesMotion) {
     s.accelerometer.noise_mps2_rthz = 0;
     s.accelerometer.yaw_deg = 0;
     const Heard h = play(s, 600);
-    // Twice integrated over a period, a zero-mean acceleration is the position the cameras' truth tells: compare
-    // amplitudes at w through a_1 = -w^2 x_1.
+    // Twice integrated over a period, a zero-mean acceleration is the position the cameras' truth tells:
+    // compare amplitudes at w through a_1 = -w^2 x_1.
     std::complex<double> a1 = 0, x1 = 0;
-    const double w = two_pi * 20, scale = s.accelerometer.range_mps2 / std::ldexp(1.0, s.accelerometer.bits - 1);
+    const double w = two_pi * 20,
+                 scale = s.accelerometer.range_mps2 / std::ldexp(1.0, s.accelerometer.bits - 1);
     int n = 0;
     for (std::size_t k = h.blocks.size() - 50; k < h.blocks.size(); ++k)
         for (int i = 0; i < 64; ++i, ++n)  // 3200 samples: 16 periods
@@ -148,7 +149,8 @@ TEST(WorldTest, PacedThreadsHearWhatLockstepHears) {
     std::vector<double> trigger(block);
     for (long k = 0; k < 200; ++k) {
         const auto drive = test::samples(volts, 20, 48000, k * 240, block);
-        for (std::size_t i = 0; i < block; ++i) trigger[i] = (k * 240 + static_cast<long>(i)) % 240 == 0 ? 1 : 0;
+        for (std::size_t i = 0; i < block; ++i)
+            trigger[i] = (k * 240 + static_cast<long>(i)) % 240 == 0 ? 1 : 0;
         rig.dac->write(drive, trigger);
     }
     rig.dac->stop();
@@ -157,7 +159,8 @@ TEST(WorldTest, PacedThreadsHearWhatLockstepHears) {
     for (std::size_t i = 0; i < blocks.size(); ++i) EXPECT_EQ(blocks[i].counts, alone.blocks[i].counts);
     for (std::size_t c = 0; c < 2; ++c) {
         ASSERT_EQ(frames[c].size(), alone.frames[c].size());
-        for (std::size_t i = 0; i < frames[c].size(); ++i) EXPECT_EQ(frames[c][i]->pixels, alone.frames[c][i]->pixels);
+        for (std::size_t i = 0; i < frames[c].size(); ++i)
+            EXPECT_EQ(frames[c][i]->pixels, alone.frames[c][i]->pixels);
     }
 }
 

@@ -1,5 +1,6 @@
 #pragma once
-// Measured and computed sessions that lie beside a checkout (../shared/data) and are too large to be part of it.
+// Measured and computed sessions that lie beside a checkout (../shared/data) and are too large to be part of
+// it.
 #include <filesystem>
 #include <string_view>
 

@@ -2,7 +2,9 @@
 
 #include <cmath>
 #include <fstream>
+#include <functional>
 #include <nlohmann/json.hpp>
+#include <numbers>
 #include <random>
 #include <sstream>
 
@@ -11,28 +13,56 @@ namespace {
 
 constexpr double friction = 0.113 * paper_g;  // m/s^2
 
-/// Two slips of half a period: velocities meet where v_B(t0 + T/2) - v_B(t0) = mu g T/2 (third harmonic too
-/// small to matter for the walker, which is asked to be periodic, not perfect).
-struct Slips {
-    double t0, v0, T;
-    explicit Slips(const Drive& d) : T(1 / d.frequency) {
-        const double w = two_pi * d.frequency;
-        const double kappa = std::numbers::pi * friction / (2 * d.rho * d.gamma);
-        t0 = std::acos(kappa) / w;
-        v0 = -d.gamma / w * (d.rho * std::cos(w * t0) + (1 - d.rho) / 2 * std::cos(2 * w * t0 + d.phi));
-    }
-    [[nodiscard]] double v_D() const { return v0 + friction * T / 4; }
-    /// Position about the drift line at a time in the cycle.
-    [[nodiscard]] double x(double t) const {
-        double u = std::fmod(t - t0, T);
-        if (u < 0) u += T;
-        const double h = T / 2, r = u - h;
-        const double moved =
-            u < h ? v0 * u + friction * u * u / 2
-                  : v0 * h + friction * h * h / 2 + (v0 + friction * h) * r - friction * r * r / 2;
-        return moved - v_D() * u;
-    }
+/// A walker's settled motion: drift velocity and position about the drift line.
+struct Motion {
+    double v_D = 0;
+    std::function<double(double t)> x;
 };
+
+/// Two slips of half a period: velocities meet where v_B(t0 + T/2) - v_B(t0) = mu g T/2.
+Motion two_slips(const Drive& d) {
+    const double T = 1 / d.frequency, w = two_pi * d.frequency;
+    const double t0 = std::acos(std::numbers::pi * friction / (2 * d.rho * d.gamma)) / w;
+    const double v0 =
+        -d.gamma / w * (d.rho * std::cos(w * t0) + (1 - d.rho) / 2 * std::cos(2 * w * t0 + d.phi));
+    const double v_D = v0 + friction * T / 4;
+    return {v_D, [=](double t) {
+                double u = std::fmod(t - t0, T);
+                if (u < 0) u += T;
+                const double h = T / 2, r = u - h;
+                const double moved =
+                    u < h ? v0 * u + friction * u * u / 2
+                          : v0 * h + friction * h * h / 2 + (v0 + friction * h) * r - friction * r * r / 2;
+                return moved - v_D * u;
+            }};
+}
+
+/// Steps of T/20000, friction as an impulse that at most stops the sliding: sticks exactly.
+Motion stepped(const Drive& d) {
+    constexpr int steps = 20000, periods = 80;
+    const double h = 1 / (d.frequency * steps);
+    Harmonics<Acceleration> v_B = harmonics(d);
+    for (int q = 1; q <= 2; ++q) v_B.at(q) /= std::complex<double>(0, two_pi * d.frequency * q);
+    std::vector<double> x(steps + 1, 0.0);
+    double v = 0;
+    for (int i = 0; i < periods * steps; ++i) {
+        const int now = i % steps;
+        if (now == 0) x[0] = 0;
+        const double base = value_at(v_B, two_pi * (now + 1) / steps), sliding = v - base, before = v;
+        v = base + std::copysign(std::max(std::abs(sliding) - friction * h, 0.0), sliding);
+        x[static_cast<std::size_t>(now) + 1] = x[static_cast<std::size_t>(now)] + h * (v + before) / 2;
+    }
+    const double D = x.back(), f = d.frequency;
+    return {D * f, [=](double t) {
+                const double p = t * f - std::floor(t * f), at = p * steps;
+                const auto i = std::min(static_cast<std::size_t>(at), static_cast<std::size_t>(steps - 1));
+                return x[i] + (x[i + 1] - x[i]) * (at - static_cast<double>(i)) - D * p;
+            }};
+}
+
+Motion motion_of(const SyntheticRun& run) {
+    return run.may_stick ? stepped(run.drive) : two_slips(run.drive);
+}
 
 class Noise {
 public:
@@ -51,9 +81,9 @@ private:
 };
 
 /// Position of the drift line at each start of a period, jitter and settling included.
-std::vector<double> drift_steps(const SyntheticRun& run) {
+std::vector<double> drift_steps(const SyntheticRun& run, double v_D) {
     Noise jitter(run.seed * 7919 + 1, run.drift_jitter, 0);
-    const double D = true_v_D(run) / run.drive.frequency;
+    const double D = v_D / run.drive.frequency;
     std::vector<double> x{0};
     double settling = run.settling;
     for (int k = 0; k < run.periods + 2; ++k) {
@@ -93,18 +123,18 @@ double base_position(const SyntheticRun& r, double t) {
 
 }  // namespace
 
-double true_v_D(const SyntheticRun& run) { return Slips(run.drive).v_D(); }
+double drift_velocity(const SyntheticRun& run) { return motion_of(run).v_D; }
 
 Measurement make_measurement(const SyntheticRun& run) {
-    const Slips slips(run.drive);
-    const auto line = drift_steps(run);
+    const Motion motion = motion_of(run);
+    const auto line = drift_steps(run, motion.v_D);
     Measurement m;
     m.frequency_hz = run.drive.frequency;
     for (int v = 0; v < run.views; ++v) {
         m.walkers.push_back(see(run, v, run.track_scale, [&](double t) {
             const double periods = std::max(0.0, t * run.drive.frequency);
             const auto k = static_cast<std::size_t>(periods);
-            return slips.x(t) + line[k] + (line[k + 1] - line[k]) * (periods - static_cast<double>(k));
+            return motion.x(t) + line[k] + (line[k + 1] - line[k]) * (periods - static_cast<double>(k));
         }));
         m.bases.push_back(see(run, v, -run.track_scale, [&](double t) { return base_position(run, t); }));
     }

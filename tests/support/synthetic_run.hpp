@@ -14,7 +14,8 @@ namespace shaker {
 /// little third harmonic, seen at mid-exposure by perfect cameras plus noise.
 struct SyntheticRun {
     Drive drive{20.0, 1.5 * paper_g, 0.5, 0.0};
-    double third = 0.0;  // third harmonic of a_B, m/s^2
+    bool may_stick = false;  // any drive, by small steps: v_D to 1e-4 of gamma/omega
+    double third = 0.0;      // third harmonic of a_B, m/s^2
     int periods = 40;
     double frame_rate_hz = 1000;
     int views = 1;
@@ -34,7 +35,7 @@ struct SyntheticRun {
 };
 
 /// Drift velocity of that walker, m/s.
-double true_v_D(const SyntheticRun& run);
+double drift_velocity(const SyntheticRun& run);
 Measurement make_measurement(const SyntheticRun& run);
 
 /// The lab session of the workplace: exact positions plus noise, and the accelerometer's own file. Empty when

@@ -1,0 +1,160 @@
+// Tracking: cost and error of each kind against its bound, with cv::matchTemplate and cv::phaseCorrelate on
+// the same frames
+#include <cmath>
+#include <limits>
+#include <opencv2/imgproc.hpp>
+
+#include "tests/bench/cost.hpp"
+#include "tests/bench/table.hpp"
+#include "tests/support/tracking_scene.hpp"
+
+namespace shaker {
+namespace {
+
+constexpr int frames = 100;
+constexpr double noise = 3;
+
+struct Result {
+    std::vector<double> error_px, cost_us;
+    double sd_px = std::numeric_limits<double>::quiet_NaN();
+    int lost = 0;
+};
+
+struct Movie {
+    std::vector<test::Shot> shots;
+    std::vector<double> shift;
+};
+
+Movie movie_of(const test::TrackingScene& scene) {
+    Movie movie;
+    std::mt19937_64 random{17};
+    std::uniform_real_distribution<double> step{-0.4, 0.4};
+    double shift = 0;
+    for (int i = 0; i < frames; ++i) {
+        movie.shift.push_back(shift);
+        movie.shots.push_back(scene.picture({shift, 0}).expose({.noise = noise}, random));
+        shift += step(random);
+    }
+    return movie;
+}
+
+/// Frame 0 sets up and does not count. `locate` returns x in px, NaN when it found nothing.
+template <class Locate>
+Result measure(const Movie& movie, Locate locate) {
+    Result result;
+    for (std::size_t i = 0; i < movie.shots.size(); ++i) {
+        const double before = bench::cpu_ns();
+        const double x = locate(movie.shots[i]);
+        const double after = bench::cpu_ns();
+        if (i == 0) continue;
+        result.cost_us.push_back(1e-3 * (after - before));
+        if (std::isfinite(x)) {
+            result.error_px.push_back(x - movie.shift[i]);
+        } else {
+            ++result.lost;
+        }
+    }
+    return result;
+}
+
+double rms_about_mean(const std::vector<double>& v) {
+    double mean = 0, sum = 0;
+    for (const double x : v) mean += x / static_cast<double>(v.size());
+    for (const double x : v) sum += (x - mean) * (x - mean);
+    return std::sqrt(sum / static_cast<double>(v.size()));
+}
+
+double median(std::vector<double> v) {
+    const auto middle = v.begin() + static_cast<std::ptrdiff_t>(v.size() / 2);
+    std::nth_element(v.begin(), middle, v.end());
+    return *middle;
+}
+
+cv::Mat grey(const test::Shot& shot) {
+    return {shot.height, shot.width, CV_8UC1, const_cast<std::byte*>(shot.pixels.data()),
+            static_cast<std::size_t>(shot.stride)};
+}
+
+cv::Rect region(const test::TrackingScene& scene) {
+    const auto& r = scene.view.targets.front().roi_px;
+    return {r[0], r[1], r[2], r[3]};
+}
+
+Result by_tracker(const test::TrackingScene& scene, const Movie& movie) {
+    test::Follower follow{scene.view};
+    std::vector<double> sds;
+    Result result = measure(movie, [&](const test::Shot& shot) {
+        const Fix fix = follow(shot);
+        if (found(fix.state)) sds.push_back(fix.sd_px);
+        return fix.x_px;
+    });
+    result.sd_px = median(sds);
+    return result;
+}
+
+// Frame 0's region, searched within 12 px of where it was last; the peak by a parabola.
+Result by_match_template(const test::TrackingScene& scene, const Movie& movie) {
+    constexpr int reach = 12;
+    const cv::Rect start = region(scene);
+    cv::Mat pattern, score;
+    int x = start.x;
+    return measure(movie, [&](const test::Shot& shot) {
+        const cv::Mat picture = grey(shot);
+        if (pattern.empty()) pattern = picture(start).clone();
+        const int x0 = std::max(0, x - reach), x1 = std::min(shot.width, x + start.width + reach);
+        cv::matchTemplate(picture(cv::Rect{x0, start.y, x1 - x0, start.height}), pattern, score,
+                          cv::TM_CCOEFF_NORMED);
+        cv::Point best;
+        cv::minMaxLoc(score, nullptr, nullptr, nullptr, &best);
+        x = x0 + best.x;
+        if (best.x < 1 || best.x + 1 >= score.cols) return std::numeric_limits<double>::quiet_NaN();
+        const float* s = score.ptr<float>(0) + best.x;
+        const double left = s[-1], here = s[0], right = s[1];
+        return x - start.x + 0.5 * (left - right) / (left - 2 * here + right);
+    });
+}
+
+Result by_phase_correlation(const test::TrackingScene& scene, const Movie& movie) {
+    const cv::Rect start = region(scene);
+    cv::Mat pattern, window, now;
+    return measure(movie, [&](const test::Shot& shot) {
+        grey(shot)(start).convertTo(now, CV_64F);
+        if (pattern.empty()) {
+            pattern = now.clone();
+            cv::createHanningWindow(window, start.size(), CV_64F);
+        }
+        return cv::phaseCorrelate(pattern, now, window).x;
+    });
+}
+
+bench::Row row(const test::TrackingScene& scene, const std::string& method, const Result& result) {
+    return {
+        {"kind", scene.name},
+        {"method", method},
+        {"cost", median(result.cost_us), "us/frame"},
+        {"rms error",
+         result.error_px.empty() ? std::numeric_limits<double>::quiet_NaN() : rms_about_mean(result.error_px),
+         "px"},
+        {"sd claimed", result.sd_px, "px"},
+        {"Cramer-Rao bound", scene.bound(noise), "px"},
+        {"lost", static_cast<double>(result.lost)},
+        {"conditions", std::to_string(scene.width) + "x" + std::to_string(scene.height) + ", contrast " +
+                           std::to_string(static_cast<int>(scene.contrast)) + ", noise 3, PSF 0.8 px"}};
+}
+
+}  // namespace
+}  // namespace shaker
+
+int main(int argc, char** argv) {
+    using namespace shaker;
+    cv::setNumThreads(1);
+    bench::Table table;
+    for (const test::TrackingScene& scene : test::tracking_scenes()) {
+        const Movie movie = movie_of(scene);
+        table.add(row(scene, "this", by_tracker(scene, movie)));
+        table.add(row(scene, "matchTemplate + parabola", by_match_template(scene, movie)));
+        table.add(row(scene, "phaseCorrelate, Hann", by_phase_correlation(scene, movie)));
+    }
+    table.print(argc, argv);
+    return 0;
+}

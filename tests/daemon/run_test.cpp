@@ -1,0 +1,151 @@
+// The main job, run as its user runs it.
+#include <gtest/gtest.h>
+
+#include <cstdio>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <sstream>
+
+#include "tests/support/program.hpp"
+
+namespace shaker {
+namespace {
+
+using nlohmann::json;
+using test::fresh_folder;
+using test::Outcome;
+using test::shakerd;
+
+std::string bytes(const std::filesystem::path& file) {
+    std::ifstream in{file, std::ios::binary};
+    std::ostringstream text;
+    text << in.rdbuf();
+    return text.str();
+}
+
+json run(const std::string& arguments, const std::filesystem::path& folder) {
+    const Outcome o = shakerd("run --json " + arguments, folder);
+    EXPECT_EQ(o.status, 0) << o.err;
+    return json::parse(o.out);
+}
+
+void expect_true_drift(const json& r) {
+    const double v = r["v_D_mps"], se = r["v_D_se_mps"], truth = r["v_D_true_mps"];
+    EXPECT_LE(std::abs(v - truth), 3 * se) << "truth " << truth;
+    EXPECT_LE(std::abs(v - truth), 0.01 * std::abs(truth));
+    EXPECT_GT(se, 0);
+}
+
+TEST(RunTest, ThePapersDriveGivesTheTrueDriftAndReplaysToTheBit) {
+    const auto folder = fresh_folder();
+    const json r = run("--periods 40 -o run.nxs", folder);
+    expect_true_drift(r);
+    EXPECT_NEAR(r["v_D_true_mps"].get<double>(), 14.5824e-3,
+                0.01 * 14.5824e-3);  // the paper's drive, exact Coulomb
+    EXPECT_NEAR(r["gamma_mps2"].get<double>(), 9.8, 2e-3 * 9.8);
+    EXPECT_NEAR(r["phi_rad"].get<double>(), 0, 3e-3);
+    EXPECT_EQ(r["frames_lost"], 0);
+    const Outcome replay = shakerd("replay run.nxs", folder);
+    EXPECT_EQ(replay.status, 0) << replay.err;
+    EXPECT_NE(replay.out.find("replay: identical"), std::string::npos) << replay.out;
+    EXPECT_FALSE(std::filesystem::exists(folder / "run.nxs.part"));
+}
+
+TEST(RunTest, TheSameSeedGivesTheSameBytes) {
+    const auto folder = fresh_folder();
+    run("--periods 6 -o a.nxs", folder);
+    run("--periods 6 -o b.nxs", folder);
+    EXPECT_TRUE(bytes(folder / "a.nxs") == bytes(folder / "b.nxs"));
+    std::ofstream{folder / "seed.toml"} << "seed = 9\n";
+    run("--periods 6 --scene seed.toml -o c.nxs", folder);
+    EXPECT_FALSE(bytes(folder / "a.nxs") == bytes(folder / "c.nxs"));
+}
+
+TEST(RunTest, AChangedRecordingIsSeenOnReplay) {
+    const auto folder = fresh_folder();
+    run("--periods 4 --no-frames -o run.nxs", folder);
+    EXPECT_EQ(shakerd("replay run.nxs", folder).status, 0);
+    const std::string change =
+        "/usr/bin/python3 -c \"import h5py,sys; f=h5py.File(sys.argv[1],'r+'); "
+        "f['entry/raw/accelerometer/counts'][5000:9000:7,0]+=1\" '" +
+        (folder / "run.nxs").string() + "'";
+    ASSERT_EQ(std::system(change.c_str()), 0);
+    const Outcome o = shakerd("replay run.nxs", folder);
+    EXPECT_EQ(o.status, 4);
+    EXPECT_NE(o.out.find("NOT identical"), std::string::npos);
+    EXPECT_NE(o.err.find("results/"), std::string::npos) << o.err;
+}
+
+TEST(RunTest, HarderScenesGiveTheirTrueDriftToo) {
+    const auto folder = fresh_folder();
+    std::ofstream{folder / "hard.toml"}
+        << "seed = 5\ntilt_deg = 0.2\n[walker]\nmu_k = 0.15\nmu_s = 0.2\nstart_mm = -30\n"
+           "[accelerometer]\nclock_ppm = -80\nyaw_deg = 33\n"
+           "[top]\nnoise_dn = 4\n[side]\nalong_x = -1.0\n";
+    expect_true_drift(run("--scene hard.toml --gamma 0.8g --phi 20deg --periods 20", folder));
+    expect_true_drift(
+        run("--scene hard.toml --gamma 1.2g --phi 80deg --rho 0.6 --frequency 25Hz --periods 20", folder));
+}
+
+TEST(RunTest, ThreadsFindWhatLockstepFinds) {
+    const auto folder = fresh_folder();
+    expect_true_drift(run("--periods 10 --threads -o threads.nxs", folder));
+    EXPECT_EQ(shakerd("replay threads.nxs", folder).status,
+              0);  // and what threads recorded replays in lockstep
+}
+
+TEST(RunTest, SymmetricDrivesDoNotDrift) {
+    const json r = run("--rho 1 --gamma 0.8g --periods 20", fresh_folder());
+    EXPECT_LE(std::abs(r["v_D_mps"].get<double>()), 3 * r["v_D_se_mps"].get<double>() + 2e-5);
+}
+
+TEST(RunTest, BadInputIsRefusedByNameWithStatusTwoAndNothingWritten) {
+    const auto folder = fresh_folder();
+    std::ofstream{folder / "bad.toml"} << "[walker]\nmu = 0.1\n";
+    const std::pair<const char*, const char*> cases[] = {
+        {"run --gamma 1.5Hz -o x.nxs", "--gamma"},
+        {"run --gamma 900g -o x.nxs", "--gamma"},
+        {"run --gamma nan -o x.nxs", "--gamma"},
+        {"run --phi 35m -o x.nxs", "--phi"},
+        {"run --rho 1.5 -o x.nxs", "--rho"},
+        {"run --frequency 0Hz -o x.nxs", "--frequency"},
+        {"run --periods 1 -o x.nxs", "periods"},
+        {"run --rig hw: -o x.nxs", "hw:"},
+        {"run --scene none.toml -o x.nxs", "none.toml"},
+        {"run --scene bad.toml -o x.nxs", "walker.mu"},
+        {"run --no-such-option", "--no-such-option"},
+        {"replay none.nxs", "none.nxs"},
+        {"replay bad.toml", "bad.toml"},
+        {"frobnicate", "frobnicate"},
+        {"", "subcommand"},
+        {"predict --mu -1", "--mu"},
+        {"predict --json none.json", "none.json"},
+        {"reduce none.toml", "none.toml"},
+        {"track bad.toml -o x.csv", "bad.toml"},
+    };
+    for (const auto& [arguments, named] : cases) {
+        const Outcome o = shakerd(arguments, folder);
+        EXPECT_EQ(o.status, 2) << arguments << "\n" << o.err;
+        EXPECT_NE((o.err + o.out).find(named), std::string::npos) << arguments << "\n" << o.err;
+        EXPECT_FALSE(std::filesystem::exists(folder / "x.nxs") ||
+                     std::filesystem::exists(folder / "x.nxs.part"));
+    }
+    EXPECT_FALSE(std::filesystem::exists(folder / "x.csv"));
+}
+
+TEST(RunTest, ADiskThatCannotBeWrittenIsADeviceErrorNamingTheFile) {
+    const auto folder = fresh_folder();
+    const Outcome o = shakerd("run --periods 2 -o no/such/folder/x.nxs", folder);
+    EXPECT_EQ(o.status, 3);
+    EXPECT_NE(o.err.find("no/such/folder/x.nxs"), std::string::npos) << o.err;
+}
+
+TEST(RunTest, HelpSaysWhatThereIs) {
+    const Outcome o = shakerd("--help", fresh_folder());
+    EXPECT_EQ(o.status, 0);
+    for (const char* word : {"run", "replay", "reduce", "track", "predict", "Exit status"})
+        EXPECT_NE(o.out.find(word), std::string::npos) << word;
+}
+
+}  // namespace
+}  // namespace shaker

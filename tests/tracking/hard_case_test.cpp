@@ -1,0 +1,237 @@
+// What happens when part or all of a target is hidden, and what is refused at the start.
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "drivers/errors.hpp"
+#include "tests/support/tracking_scene.hpp"
+
+namespace shaker {
+namespace {
+
+using test::Follower, test::TestPicture, test::TrackingScene;
+
+class HardCaseTest : public testing::TestWithParam<std::string> {
+protected:
+    const TrackingScene& scene_ = test::tracking_scene(GetParam());
+    std::mt19937_64 random_{5};
+    [[nodiscard]] test::Shot shot(const TestPicture& picture) {
+        return picture.expose({.noise = 3}, random_);
+    }
+
+    /// An error has to be within four of the claimed standard deviations, or half of it claimed and flagged.
+    static void expect_honest(const Fix& fix, double error, int frame) {
+        if (!found(fix.state)) {
+            EXPECT_TRUE(std::isnan(fix.x_px) && std::isnan(fix.y_px) && std::isnan(fix.sd_px));
+            return;
+        }
+        ASSERT_TRUE(std::isfinite(fix.x_px) && std::isfinite(fix.y_px) && fix.sd_px > 0) << "frame " << frame;
+        if (fix.state == TrackState::ok) {
+            EXPECT_LT(std::abs(error), 4 * fix.sd_px) << "frame " << frame;
+        }
+    }
+
+    /// Mean place over the first frames, in full view: what later frames are compared with.
+    double settle(Follower& follow) {
+        double sum = 0;
+        for (int i = 0; i < 16; ++i) sum += follow(shot(scene_.picture({0, 0}))).x_px / 16;
+        return sum;
+    }
+};
+
+// The view goes dark grey for ten frames: no frame of them may be called found, and the second after is.
+TEST_P(HardCaseTest, IsLostBehindACoverAndFoundAgainWithinTwoFrames) {
+    Follower follow{scene_.view};
+    const double origin = settle(follow);
+    for (int i = 0; i < 40; ++i) {
+        const double shift = 1.2 * std::sin(0.2 * i);
+        TestPicture picture = scene_.picture({shift, 0});
+        const bool covered = i >= 10 && i < 20;
+        if (covered) picture.cover({0, 0, picture.width(), picture.height()}, 70);
+        const Fix fix = follow(shot(picture));
+        if (covered) {
+            EXPECT_EQ(fix.state, TrackState::lost) << "frame " << i;
+        }
+        if (i == 20) {
+            EXPECT_TRUE(fix.state == TrackState::lost || fix.state == TrackState::reacquired);
+        }
+        if (!covered && i != 20) {
+            EXPECT_TRUE(found(fix.state)) << "frame " << i;
+        }
+        if (found(fix.state)) {
+            EXPECT_LT(std::abs(fix.x_px - shift - origin), 0.2) << "frame " << i;
+        }
+    }
+}
+
+// A card slides over the target from the left, over all of it, and off again. Never a wrong place.
+TEST_P(HardCaseTest, NeverReportsAWrongPlaceWhileACardSlidesOver) {
+    Follower follow{scene_.view};
+    const double origin = settle(follow);
+    int last_found = -1;
+    for (int i = 0; i < 60; ++i) {
+        TestPicture picture = scene_.picture({0, 0});
+        const int edge = scene_.width * (i < 30 ? i : 59 - i) / 24;
+        picture.cover({0, 0, edge, scene_.height}, 110);
+        const Fix fix = follow(shot(picture));
+        const double error = fix.x_px - origin;
+        expect_honest(fix, error, i);
+        if (found(fix.state)) {
+            EXPECT_LT(std::abs(error), 0.5) << "frame " << i;
+            last_found = i;
+        }
+    }
+    EXPECT_EQ(last_found, 59);
+}
+
+TEST_P(HardCaseTest, IsHonestUnderASaturatedHighlightAndAQuarterHidden) {
+    Follower follow{scene_.view};
+    const double origin = settle(follow);
+    const auto& roi = scene_.view.targets.front().roi_px;
+    for (int i = 0; i < 60; ++i) {
+        const double shift = 1.5 * std::sin(0.4 * i);
+        TestPicture picture = scene_.picture({shift, 0});
+        const double size = 0.08 * roi[2];
+        picture.disc({roi[0] + 0.3 * roi[2], roi[1] + 0.3 * roi[3]}, size, 400, 1);
+        picture.cover({roi[0] + 3 * roi[2] / 4, 0, roi[0] + roi[2], scene_.height}, 90);
+        const Fix fix = follow(shot(picture));
+        expect_honest(fix, fix.x_px - shift - origin, i);
+    }
+}
+
+TEST_P(HardCaseTest, RefusesARegionOutsideOfTheImageAndNamesIt) {
+    View view = scene_.view;
+    view.targets.front().roi_px = {scene_.width - 10, 0, 40, 30};
+    const test::Shot frame = shot(scene_.picture({0, 0}));
+    ViewTracker tracker{view};
+    try {
+        tracker.update(frame.view(), {});
+        FAIL() << "accepted";
+    } catch (const InputError& e) {
+        const std::string words = e.what();
+        EXPECT_NE(words.find("camera test"), std::string::npos) << words;
+        EXPECT_NE(words.find("target " + scene_.name), std::string::npos) << words;
+        EXPECT_NE(words.find("roi_px [" + std::to_string(scene_.width - 10)), std::string::npos) << words;
+    }
+}
+
+TEST_P(HardCaseTest, RefusesARegionThatIsTooSmallOrShowsNothing) {
+    const test::Shot frame = shot(scene_.picture({0, 0}));
+    View small = scene_.view;
+    small.targets.front().roi_px[2] = 3;
+    EXPECT_THROW(ViewTracker{small}.update(frame.view(), {}), InputError);
+    std::mt19937_64 random{1};
+    const test::Shot blank = TestPicture{scene_.width, scene_.height, 100}.expose({}, random);
+    EXPECT_THROW(ViewTracker{scene_.view}.update(blank.view(), {}), InputError);
+    if (scene_.name == "patch") return;  // noise is a texture
+    const test::Shot noise = TestPicture{scene_.width, scene_.height, 100}.expose({.noise = 5}, random);
+    EXPECT_THROW(ViewTracker{scene_.view}.update(noise.view(), {}), InputError);
+}
+
+TEST_P(HardCaseTest, RefusesAPictureThatChangesItsSize) {
+    Follower follow{scene_.view};
+    const test::Shot frame = shot(scene_.picture({0, 0}));
+    follow(frame);
+    test::Shot cut = frame;
+    cut.height -= 1;
+    EXPECT_THROW(follow(cut), InputError);
+}
+
+INSTANTIATE_TEST_SUITE_P(Tracking, HardCaseTest,
+                         testing::Values("disc", "dot", "rectangle", "dots", "bars", "patch"),
+                         [](const auto& kind) { return kind.param; });
+
+// 4 px a frame out of the picture on the right and back in, the rim half cut on the way.
+TEST(LeavingTest, ADiscThatLeavesIsLostAndFoundAgainWithoutAWrongAccept) {
+    const TrackingScene& scene = test::tracking_scene("disc");
+    Follower follow{scene.view};
+    std::mt19937_64 random{3};
+    double origin = 0;
+    int lost = 0;
+    for (int i = 0; i < 150; ++i) {
+        const double shift = i < 75 ? 4.0 * i : 4.0 * (149 - i);
+        const Fix fix = follow(scene.picture({shift, 0}).expose({.noise = 3}, random));
+        if (i == 0) origin = fix.x_px;
+        lost += found(fix.state) ? 0 : 1;
+        const double right = origin + shift + 50;
+        if (origin + shift - 50 > scene.width + 2) {
+            EXPECT_EQ(fix.state, TrackState::lost) << "frame " << i;
+        }
+        if (right < scene.width - 8) {
+            EXPECT_TRUE(found(fix.state)) << "frame " << i;
+        }
+        if (found(fix.state)) {
+            EXPECT_LT(std::abs(fix.x_px - shift - origin), 0.3) << "frame " << i;
+        }
+    }
+    EXPECT_GT(lost, 30);
+    EXPECT_LT(lost, 100);
+}
+
+TEST(LengthTest, ADiameterAWidthAndAPitchThatAreNotGivenAreMeasured) {
+    for (const std::string name : {"disc", "dot", "rectangle", "bars"}) {
+        const TrackingScene& scene = test::tracking_scene(name);
+        View unknown = scene.view;
+        Target& target = unknown.targets.front();
+        target.diameter_mm = target.width_mm = target.pitch_mm = 0;
+        std::mt19937_64 random{2};
+        const test::Shot frame = scene.picture({0, 0}).expose({.noise = 2}, random);
+        const Fix measured = Follower{unknown}(frame), given = Follower{scene.view}(frame);
+        EXPECT_NEAR(measured.x_px, given.x_px, 0.02) << name;
+    }
+}
+
+TEST(LengthTest, AWrongLengthIsRefused) {
+    std::mt19937_64 random{2};
+    for (const std::string name : {"disc", "rectangle", "dots", "bars"}) {
+        const TrackingScene& scene = test::tracking_scene(name);
+        View wrong = scene.view;
+        Target& target = wrong.targets.front();
+        target.diameter_mm *= 1.6;
+        target.width_mm *= 1.6;
+        target.pitch_mm *= 1.6;
+        const test::Shot frame = scene.picture({0, 0}).expose({.noise = 2}, random);
+        EXPECT_THROW(ViewTracker{wrong}.update(frame.view(), {}), InputError) << name;
+    }
+}
+
+TEST(DirectionTest, KindsThatMeasureOneDirectionRefuseADiagonalAxis) {
+    std::mt19937_64 random{2};
+    for (const std::string name : {"rectangle", "bars"}) {
+        const TrackingScene& scene = test::tracking_scene(name);
+        View diagonal = scene.view;
+        diagonal.along = {std::sqrt(0.5), std::sqrt(0.5)};
+        const test::Shot frame = scene.picture({0, 0}).expose({.noise = 2}, random);
+        EXPECT_THROW(ViewTracker{diagonal}.update(frame.view(), {}), InputError) << name;
+    }
+}
+
+// The same picture on its side, measured along y, gives the same number.
+TEST(DirectionTest, BarsAndRectanglesAreMeasuredAlongYToo) {
+    for (const std::string name : {"rectangle", "bars"}) {
+        const TrackingScene& scene = test::tracking_scene(name);
+        View upright = scene.view;
+        upright.along = {0, -1};
+        auto& roi = upright.targets.front().roi_px;
+        roi = {roi[1], roi[0], roi[3], roi[2]};
+        Follower one{scene.view}, other{upright};
+        std::mt19937_64 random{2};
+        for (int i = 0; i < 5; ++i) {
+            const test::Shot frame = scene.picture({0.3 * i, 0}).expose({.noise = 2}, random);
+            test::Shot turned = frame;
+            turned.width = frame.height;
+            turned.height = frame.width;
+            turned.stride = frame.height;
+            for (int y = 0; y < frame.height; ++y) {
+                for (int x = 0; x < frame.width; ++x) {
+                    *(turned.pixels.data() + std::ptrdiff_t{x} * frame.height + y) =
+                        *(frame.view().row(y) + x);
+                }
+            }
+            EXPECT_NEAR(one(frame).x_px, other(turned).y_px, 1e-6) << name << " frame " << i;
+        }
+    }
+}
+
+}  // namespace
+}  // namespace shaker
