@@ -298,7 +298,8 @@ TEST_F(SessionDamageTest, MutantsAreReadOrRefusedAndNothingElse) {
     const int refused = refused_mutants(folder_, bytes_of(file_), 400, 20);
     EXPECT_GT(refused, 20);
     EXPECT_LT(refused, 400);
-    EXPECT_LT(peak_megabytes() - before_MB, 500) << "the file has 0.2 MB; the rest is for what a sanitiser keeps";
+    EXPECT_LT(peak_megabytes() - before_MB, 500)
+        << "the file has 0.2 MB; the rest is for what a sanitiser keeps";
 }
 
 // The library's checksums stop most mutants of a recording before anything of ours sees them; here none do.
@@ -313,7 +314,8 @@ TEST_F(SessionDamageTest, MutantsWithoutChecksumsAreReadOrRefusedToo) {
     const int refused = refused_mutants(folder_, bytes, 600, 21, 198);
     EXPECT_GT(refused, 60);
     EXPECT_LT(refused, 600);
-    EXPECT_LT(peak_megabytes() - before_MB, 500) << "the file has 0.2 MB; the rest is for what a sanitiser keeps";
+    EXPECT_LT(peak_megabytes() - before_MB, 500)
+        << "the file has 0.2 MB; the rest is for what a sanitiser keeps";
 }
 
 }  // namespace
