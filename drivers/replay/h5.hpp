@@ -69,13 +69,14 @@ Handle open_group(hid_t parent, const std::string& path);
 std::vector<std::string> names_in(hid_t parent, const std::string& path);
 
 /// Reading throws InputError naming the path when it is missing, of another type than T or a fixed-length
-/// text, kept in other files, damaged, or larger than `limit` elements or than the file can hold: what is
-/// taken from memory is bounded by the size of the file.
+/// text, kept in other files, compressed, damaged, or larger than `limit` elements or than the file can hold:
+/// what is taken from memory is bounded by the size of the file.
+///
+/// Shape and size of the elements of a data set.
 struct Description {
     std::vector<hsize_t> shape;
     std::size_t element;  // bytes
 };
-/// Of a data set, whose elements all fit into the file.
 Description description_of(hid_t parent, const std::string& path);
 template <Element T>
 std::vector<T> read(hid_t parent, const std::string& path, std::size_t limit = 400'000'000);

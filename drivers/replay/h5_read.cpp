@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <limits>
 #include <optional>
 
 #include "drivers/errors.hpp"
@@ -9,8 +10,6 @@ namespace shaker::h5 {
 namespace {
 
 constexpr std::size_t text_limit = 16U << 20U;
-// The best that deflate does; other filters that HDF5 brings along do no better on numbers.
-constexpr hsize_t most_compressed = 1100;
 
 [[noreturn]] void refuse(const std::string& path, const std::string& why) {
     throw InputError{"recording: \"" + path + "\" " + why};
@@ -62,29 +61,56 @@ Opened opened(hid_t parent, const std::string& path) {
     return {std::move(set), std::move(type), extents(space.get(), path)};
 }
 
-/// Elements of a data set whose values, and pieces in which they are read, fit into the file that is there.
-std::size_t counted(const Opened& data, const std::string& path) {
+/// Bytes of a shape, refused when they are more than `most`.
+hsize_t bytes_of(const std::vector<hsize_t>& shape, hsize_t element, hsize_t most, const std::string& path) {
+    std::optional<hsize_t> bytes = element;
+    for (const hsize_t n : shape) bytes = bytes ? product(*bytes, n, most) : bytes;
+    if (!bytes) refuse(path, "claims to be larger than the file");
+    return *bytes;
+}
+
+/// Refuses chunks in rows `first` to `last` (not included) that are not as long in the file as their shape
+/// says: HDF5 1.10 takes memory for the one and copies by the other.
+void expect_chunks(const Opened& data, const std::vector<hsize_t>& chunk, hsize_t bytes, hsize_t first,
+                   hsize_t last, const std::string& path) {
+    std::vector<hsize_t> at(chunk.size(), 0);
+    at[0] = first - first % chunk[0];
+    while (at[0] < last) {
+        unsigned filters = 0;
+        haddr_t address = 0;
+        hsize_t stored = 0;
+        readable(H5Dget_chunk_info_by_coord(data.set.get(), at.data(), &filters, &address, &stored), path);
+        if (address != HADDR_UNDEF && stored != bytes)
+            refuse(path, "has a chunk of another size than it claims");
+        std::size_t axis = at.size() - 1;
+        while ((at[axis] += chunk[axis]) >= data.shape[axis] && axis > 0) at[axis--] = 0;
+    }
+}
+
+/// Elements of a data set, of which rows `first` to `last` (not included, or the end) are safe to read after
+/// this.
+std::size_t counted(const Opened& data, const std::string& path, hsize_t first = 0,
+                    hsize_t last = std::numeric_limits<hsize_t>::max()) {
     const Handle create = readable(H5Dget_create_plist(data.set.get()), path);
     const H5D_layout_t layout = H5Pget_layout(create.get());
     if (layout == H5D_VIRTUAL || H5Pget_external_count(create.get()) != 0)
         refuse(path, "is kept in other files");
-    const bool filtered = H5Pget_nfilters(create.get()) > 0;
-    const hsize_t most = file_size(data.set.get(), path) * (filtered ? most_compressed : 1);
-    const auto size_of = [&](const std::vector<hsize_t>& shape) {
-        std::optional<hsize_t> bytes = H5Tget_size(data.type.get());
-        for (const hsize_t n : shape) bytes = bytes ? product(*bytes, n, most) : bytes;
-        if (!bytes) refuse(path, "claims to be larger than the file");
-        return *bytes;
-    };
-    const bool empty = std::ranges::find(data.shape, hsize_t{0}) != data.shape.end();
-    const hsize_t bytes = empty ? 0 : size_of(data.shape);
-    if (layout == H5D_CHUNKED && !empty) {
+    if (H5Pget_nfilters(create.get()) != 0)
+        refuse(path, "is compressed, which recordings of shakerd are not");
+    if (std::ranges::find(data.shape, hsize_t{0}) != data.shape.end()) return 0;
+    const hsize_t element = H5Tget_size(data.type.get());
+    const hsize_t most = file_size(data.set.get(), path);
+    const hsize_t bytes = bytes_of(data.shape, element, most, path);
+    if (layout == H5D_CHUNKED) {
         std::vector<hsize_t> chunk(data.shape.size());
         const int rank = H5Pget_chunk(create.get(), static_cast<int>(chunk.size()), chunk.data());
-        if (rank != static_cast<int>(chunk.size())) refuse(path, "has chunks of another rank");
-        size_of(chunk);
+        if (chunk.empty() || rank != static_cast<int>(chunk.size()) ||
+            std::ranges::find(chunk, hsize_t{0}) != chunk.end())
+            refuse(path, "has chunks of another rank");
+        expect_chunks(data, chunk, bytes_of(chunk, element, most, path), first, std::min(last, data.shape[0]),
+                      path);
     }
-    return static_cast<std::size_t>(bytes / std::max<std::size_t>(1, H5Tget_size(data.type.get())));
+    return static_cast<std::size_t>(bytes / element);
 }
 
 /// Same kind, size and layout of bits, in either order of bytes.
@@ -171,7 +197,7 @@ std::vector<std::string> names_in(hid_t parent, const std::string& path) {
 
 Description description_of(hid_t parent, const std::string& path) {
     Opened data = opened(parent, path);
-    counted(data, path);
+    counted(data, path, 0, 0);  // the rows are looked at when they are read
     return {std::move(data.shape), H5Tget_size(data.type.get())};
 }
 
@@ -219,7 +245,7 @@ template <Element T>
 void read_row(hid_t parent, const std::string& path, hsize_t index, std::span<T> row) {
     const Opened data = opened(parent, path);
     expect_type<T>(data, path);
-    const std::size_t count = counted(data, path);
+    const std::size_t count = counted(data, path, index, index + 1);
     if (data.shape.empty() || index >= data.shape[0] || count / data.shape[0] != row.size())
         refuse(path, "has no row " + std::to_string(index) + " of the expected size");
     std::vector<hsize_t> start(data.shape.size(), 0);

@@ -1,3 +1,5 @@
+#include <spdlog/fmt/fmt.h>
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -34,7 +36,7 @@ View read_view(hid_t entry, const std::string& camera) {
     const std::vector<std::string> names = h5::names_in(entry, path + "/targets");
     view.targets.resize(names.size());
     for (const std::string& name : names) {
-        const std::string at = path + "/targets/" + name;
+        const std::string at = fmt::format("{}/targets/{}", path, name);
         Target& t = view.targets[place(entry, at, names.size())];
         if (!t.name.empty())
             throw InputError{"recording: " + at + "@order is that of \"" + t.name + "\" too"};
@@ -171,7 +173,7 @@ std::vector<std::string> SessionReader::names(const std::string& path) const {
 std::vector<Column> SessionReader::table(const std::string& path) const {
     std::vector<Column> columns;
     for (const std::string& name : h5::names_in(opened_->entry.get(), path)) {
-        const std::string at = path + "/" + name;
+        const std::string at = fmt::format("{}/{}", path, name);
         columns.push_back({name, h5::read_attribute_text(opened_->entry.get(), at, "units"),
                            h5::read<double>(opened_->entry.get(), at)});
     }

@@ -42,7 +42,7 @@ inline SessionHeader small_header() {
 
 inline FramePtr small_frame(int picture, int width, int height, unsigned bits) {
     Frame f;
-    f.tick = {3 * picture};
+    f.tick = {std::int64_t{3} * picture};
     f.arrived = HostTime{std::chrono::nanoseconds{1'000'000'007LL * picture}};
     if (picture != 1) f.mid_exposure = master_time(0.01 * picture + 1e-17);
     f.quality = picture == 2 ? Quality::gap | Quality::late : Quality::good;
@@ -61,7 +61,7 @@ inline FramePtr small_frame(int picture, int width, int height, unsigned bits) {
 inline std::vector<AccelBlock> small_blocks() {
     std::vector<AccelBlock> blocks;
     for (int b = 0; b < 4; ++b) {
-        AccelBlock block{.first = {64 * b + (b == 3 ? 1000 : 0)},
+        AccelBlock block{.first = {std::int64_t{64} * b + (b == 3 ? 1000 : 0)},
                          .arrived = HostTime{std::chrono::nanoseconds{16'000'000LL * b - 5}},
                          .quality = b == 3 ? Quality::gap | Quality::clipped : Quality::good,
                          .size = b == 3 ? 17 : 64};
@@ -85,8 +85,8 @@ inline Session small_session() {
         c.command.frequency = 25 + std::numbers::pi * i;
         c.command.ramp_periods = 1 + i;
         c.command.sequence = UINT64_MAX - static_cast<std::uint64_t>(i);
-        c.first = {(std::int64_t{1} << 40) + 1920 * i};
-        c.ramp = 1920 * (1 + i);
+        c.first = {(std::int64_t{1} << 40) + std::int64_t{1920} * i};
+        c.ramp = std::int64_t{1920} * (1 + i);
         c.phase = turns_of(3, UINT64_MAX - 5) * static_cast<unsigned>(i);
         c.step = turns_per_sample(c.command.frequency, 48000);
         s.changes.push_back(c);
@@ -126,9 +126,10 @@ inline Session read_session(const std::filesystem::path& file) {
     AccelBlock block;
     while (rig.accelerometer && rig.accelerometer->read(block, no_wait)) s.blocks.push_back(block);
     for (const auto& camera : rig.cameras) s.frames.push_back(all_frames(*camera));
-    for (const std::string& camera : reader.names("tracks"))
-        for (const std::string& target : reader.names("tracks/" + camera))
-            s.walker = reader.table("tracks/" + camera + "/" + target);
+    for (const std::string& camera : reader.names("tracks")) {
+        const std::filesystem::path group = std::filesystem::path{"tracks"} / camera;
+        for (const std::string& target : reader.names(group)) s.walker = reader.table(group / target);
+    }
     s.v_D = reader.scalar("results/v_D");
     return s;
 }
