@@ -34,7 +34,8 @@ struct DriveWords {
     }
     /// `drive` with what was typed.
     [[nodiscard]] Drive over(Drive drive) const {
-        const auto set = [](const char* option, const std::string& text, Dimension dimension, Range range, double& x) {
+        const auto set = [](const char* option, const std::string& text, Dimension dimension, Range range,
+                            double& x) {
             if (!text.empty()) x = parse_quantity(option, text, dimension, range);
         };
         set("--frequency", frequency, Dimension::frequency, drive_limits.frequency, drive.frequency);
@@ -103,15 +104,18 @@ int command_line(int argc, char** argv) {
     int periods = 0;
     bool no_frames = false;
     CLI::App& run_app = *app.add_subcommand("run", "Drive a rig, measure, track, reduce and record");
-    run_app.add_option("--rig", run_options.rig, "Which rig: sim: is the simulated bench")->capture_default_str();
+    run_app.add_option("--rig", run_options.rig, "Which rig: sim: is the simulated bench")
+        ->capture_default_str();
     run_app.add_option("--scene", scene, "TOML file that changes the simulated bench (see README)");
-    run_app.add_option("--settings", settings, "TOML file with a table [run]; options on the command line win");
+    run_app.add_option("--settings", settings,
+                       "TOML file with a table [run]; options on the command line win");
     run_drive.add_to(run_app);
     run_app.add_option("--periods", periods, "Drive periods to measure once all has settled [40]")
         ->check(CLI::Range(2, most_periods));
     run_app.add_option("-o,--output", run_options.out, "Recording (HDF5); without it nothing is kept");
     run_app.add_flag("--no-frames", no_frames, "Record tracks and counts but not the pictures");
-    run_app.add_flag("--threads", run_options.threads, "One thread a loop, as on hardware, instead of lockstep");
+    run_app.add_flag("--threads", run_options.threads,
+                     "One thread a loop, as on hardware, instead of lockstep");
     add_json(run_app, run_options.json);
     run_app.footer("Example: shakerd run --rig sim: --gamma 1.5g --phi 35deg --periods 40 -o run.nxs");
 

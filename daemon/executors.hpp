@@ -22,13 +22,13 @@ struct Execution {
     std::vector<std::string> refused;  // of real-time scheduling, one sentence each
 };
 
-/// Calls every loop in turn, each until it has nothing to do, until `done`. Deterministic: the first loop is the one
-/// that moves virtual time (the output) and does one step a round.
+/// Calls every loop in turn, each until it has nothing to do, until `done`. Deterministic: the first loop is
+/// the one that moves virtual time (the output) and does one step a round.
 Execution run_lockstep(std::vector<Loop>& loops, const std::function<bool()>& done);
 
-/// One thread a loop until `done`, asked by the last loop (the reduction) after each of its steps; then `unblock` is
-/// called so that no loop waits on a device any more, and all are joined. A loop that throws ends the run and its
-/// error is thrown from here.
+/// One thread a loop until `done`, asked by the last loop (the reduction) after each of its steps; then
+/// `unblock` is called so that no loop waits on a device any more, and all are joined. A loop that throws
+/// ends the run and its error is thrown from here.
 Execution run_threaded(std::vector<Loop>& loops, const std::function<bool()>& done,
                        const std::function<void()>& unblock);
 

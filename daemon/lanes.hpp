@@ -27,7 +27,8 @@ struct Counters {
     std::atomic<std::uint64_t> samples_clamped{0};
 };
 
-/// Rings of samples hold 10 s and more of the paper's rates; those of frames hold less than a camera's pool has.
+/// Rings of samples hold 10 s and more of the paper's rates; those of frames hold less than a camera's pool
+/// has.
 struct Lanes {
     explicit Lanes(std::size_t cameras) {
         for (std::size_t i = 0; i < cameras; ++i) frames.emplace_back(128);

@@ -139,7 +139,8 @@ void run(const RunOptions& options) {
         rig.accelerometer->stop();
         for (const auto& camera : rig.cameras) camera->stop();
     };
-    const Execution execution = options.threads ? run_threaded(loops, done, unblock) : run_lockstep(loops, done);
+    const Execution execution =
+        options.threads ? run_threaded(loops, done, unblock) : run_lockstep(loops, done);
     for (const std::string& refused : execution.refused) spdlog::warn("{}", refused);
     acquisition.collect();
 

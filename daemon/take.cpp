@@ -90,7 +90,8 @@ std::vector<std::string> notes_on(const Take& take) {
     const auto blocks_with = [&](Quality flag) {
         return std::ranges::count_if(take.blocks, [&](const AccelBlock& b) { return has(b.quality, flag); });
     };
-    note(blocks_with(Quality::clipped), " accelerometer blocks hold samples at the end of the sensor's range");
+    note(blocks_with(Quality::clipped),
+         " accelerometer blocks hold samples at the end of the sensor's range");
     note(blocks_with(Quality::gap), " accelerometer blocks come after missing samples");
     note(blocks_with(Quality::late), " accelerometer blocks came late");
     note(take.blocks_lost, " accelerometer blocks were lost because the reduction did not keep up");

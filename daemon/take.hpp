@@ -35,8 +35,8 @@ Take empty_take(const Rig& rig);
 void add_fixes(Take& take, std::size_t first_track, const View& view, const Frame& frame,
                const std::vector<Fix>& fixes);
 
-/// What the operator should know about the data: blocks that were clipped, late or behind a gap, what was lost on the
-/// way. One sentence each.
+/// What the operator should know about the data: blocks that were clipped, late or behind a gap, what was
+/// lost on the way. One sentence each.
 std::vector<std::string> notes_on(const Take& take);
 
 /// What a reduction needs. Accelerometer stamps of a live run are put on master time by the arrival stamps

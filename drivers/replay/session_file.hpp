@@ -47,8 +47,10 @@ public:
     void add(const DriveChange& change);
     void add(const AccelBlock& block);
     void add(std::size_t camera, const Frame& frame);
-    /// A whole table under /entry, e.g. "tracks/top/walker"; attributes make it the default plot where wanted.
-    void table(const std::string& path, const std::vector<Column>& columns, const std::string& nx_class = "NXcollection",
+    /// A whole table under /entry, e.g. "tracks/top/walker"; attributes make it the default plot where
+    /// wanted.
+    void table(const std::string& path, const std::vector<Column>& columns,
+               const std::string& nx_class = "NXcollection",
                const std::map<std::string, std::string>& attributes = {});
     /// A number under /entry with its unit.
     void scalar(const std::string& path, double value, const std::string& units);
@@ -82,7 +84,8 @@ private:
     std::unique_ptr<Opened> opened_;
 };
 
-/// The recorded streams as a Rig: accelerometer blocks and, where frames were kept, cameras. The reader outlives it.
+/// The recorded streams as a Rig: accelerometer blocks and, where frames were kept, cameras. The reader
+/// outlives it.
 Rig replay_rig(const SessionReader& reader);
 
 }  // namespace shaker

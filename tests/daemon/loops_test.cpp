@@ -80,7 +80,8 @@ TEST(LoopsTest, TheAccelerometerStepHandsOnOrCountsAndTakesNoMemory) {
 TEST(ExecutorsTest, LockstepGivesEveryOtherLoopAllItWantsAfterEachStepOfTheFirst) {
     std::string order;
     int queued = 0, rounds = 0;
-    std::vector<Loop> loops{{"first", 0, true, [&](std::chrono::milliseconds) {
+    std::vector<Loop> loops{{"first", 0, true,
+                             [&](std::chrono::milliseconds) {
                                  order += 'A';
                                  queued = 2;
                                  ++rounds;
@@ -98,10 +99,12 @@ TEST(ExecutorsTest, LockstepGivesEveryOtherLoopAllItWantsAfterEachStepOfTheFirst
 
 TEST(ExecutorsTest, AThreadThatThrowsEndsTheRunWithItsError) {
     std::atomic<bool> unblocked{false};
-    std::vector<Loop> loops{{"fails", 0, true, [](std::chrono::milliseconds) -> bool { throw std::runtime_error{"gone"}; }},
-                            {"waits", 0, false, [](std::chrono::milliseconds) { return false; }}};
+    std::vector<Loop> loops{
+        {"fails", 0, true, [](std::chrono::milliseconds) -> bool { throw std::runtime_error{"gone"}; }},
+        {"waits", 0, false, [](std::chrono::milliseconds) { return false; }}};
     try {
-        run_threaded(loops, [] { return false; }, [&] { unblocked = true; });
+        run_threaded(
+            loops, [] { return false; }, [&] { unblocked = true; });
         FAIL() << "nothing was thrown";
     } catch (const std::runtime_error& e) {
         EXPECT_STREQ(e.what(), "gone");

@@ -101,7 +101,8 @@ TEST(RunTest, SymmetricDrivesDoNotDrift) {
 
 TEST(RunTest, SettingsComeFromAFileAndOptionsWin) {
     const auto folder = fresh_folder();
-    std::ofstream{folder / "run.toml"} << "[run]\ngamma_mps2 = 6\nphi_rad = 0.3\nperiods = 4\nkeep_frames = false\n";
+    std::ofstream{folder / "run.toml"}
+        << "[run]\ngamma_mps2 = 6\nphi_rad = 0.3\nperiods = 4\nkeep_frames = false\n";
     const json r = run("--settings run.toml --phi 0.2 -o a.nxs", folder);
     EXPECT_NEAR(r["gamma_mps2"].get<double>(), 6, 0.02);
     EXPECT_NEAR(r["phi_rad"].get<double>(), 0.2, 0.01);
