@@ -11,14 +11,15 @@ namespace shaker {
 
 namespace {
 
-MotionSeries series_of(const TargetTrack& t) {
+// Losses count in the part that is reduced; positions are cut to it by the reduction.
+MotionSeries series_of(const TargetTrack& t, double from_s, double to_s) {
     MotionSeries s;
     s.view = t.camera;
     for (const Track& k : t.tracks) {
         s.stream_from_s = std::min(s.stream_from_s, seconds(k.time));
         s.stream_to_s = std::max(s.stream_to_s, seconds(k.time));
         if (!found(k.fix.state) || !std::isfinite(k.x_m)) {
-            ++s.lost;
+            if (seconds(k.time) >= from_s && seconds(k.time) <= to_s) ++s.lost;
             continue;
         }
         s.t_s.push_back(seconds(k.time));
@@ -107,8 +108,8 @@ Measurement measurement_of(const Take& take, double frequency_hz, double from_s,
     m.to_s = to_s;
     m.accelerometer = accelerations_of(take);
     for (const TargetTrack& t : take.tracks) {
-        if (t.target.name == "walker") m.walkers.push_back(series_of(t));
-        if (t.target.name == "base") m.bases.push_back(series_of(t));
+        if (t.target.name == "walker") m.walkers.push_back(series_of(t, from_s, to_s));
+        if (t.target.name == "base") m.bases.push_back(series_of(t, from_s, to_s));
     }
     return m;
 }
