@@ -16,7 +16,8 @@ foreach(area drivers simulated replay calibration tracking control reduction dae
   if(sources)
     add_executable(${area}_tests ${sources})
     target_link_libraries(${area}_tests PRIVATE test_support GTest::gtest_main)
-    gtest_discover_tests(${area}_tests DISCOVERY_TIMEOUT 60 PROPERTIES TIMEOUT 600)
+    gtest_discover_tests(${area}_tests DISCOVERY_TIMEOUT 60 PROPERTIES TIMEOUT 600
+      ENVIRONMENT "TSAN_OPTIONS=suppressions=${PROJECT_SOURCE_DIR}/tests/support/tsan.supp")
   endif()
 endforeach()
 if(TARGET daemon_tests)

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <opencv2/core/utility.hpp>
 
 #include "drivers/errors.hpp"
 #include "tracking/constellation.hpp"
@@ -208,7 +209,11 @@ void ViewTracker::Impl::part_claims() {
     }
 }
 
-ViewTracker::ViewTracker(const View& view) : impl_{std::make_unique<Impl>()} { impl_->view = view; }
+// Tracking belongs to its camera's thread: OpenCV is told not to start threads of its own beside it.
+ViewTracker::ViewTracker(const View& view) : impl_{std::make_unique<Impl>()} {
+    cv::setNumThreads(1);
+    impl_->view = view;
+}
 ViewTracker::~ViewTracker() = default;
 ViewTracker::ViewTracker(ViewTracker&&) noexcept = default;
 ViewTracker& ViewTracker::operator=(ViewTracker&&) noexcept = default;
