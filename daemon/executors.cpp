@@ -24,14 +24,14 @@ private:
 
 // Asks for what a thread of this loop needs; returns what was refused.
 std::vector<std::string> prepare_thread(const Loop& loop) {
-    constexpr std::size_t stack = 256 * 1024;
+    constexpr std::size_t stack = 262144;  // bytes
     std::vector<std::string> refused{name_thread(loop.name)};
     if (loop.fifo_priority > 0) {
         refused.push_back(prefault_stack(stack));
         refused.push_back(use_fifo_priority(loop.fifo_priority));
     }
     std::erase(refused, "");
-    for (std::string& why : refused) why = loop.name + ": " + why;
+    for (std::string& why : refused) why.insert(0, loop.name + ": ");
     return refused;
 }
 

@@ -11,7 +11,7 @@ constexpr double largest_gap = 0.1;  // turns
 }  // namespace
 
 struct HarmonicEstimator::Work {
-    int harmonics;
+    Eigen::Index harmonics;
     Eigen::Vector3d axis;
     Eigen::MatrixXd basis;  // a row a sample
     Eigen::MatrixX3d a;
@@ -23,7 +23,7 @@ struct HarmonicEstimator::Work {
     Eigen::LLT<decltype(normal)> solver;
 
     Work(int k, int samples, std::array<double, 3> u)
-        : harmonics{k}, axis{u[0], u[1], u[2]}, basis{samples, 2 * k + 1}, a{samples, 3} {}
+        : harmonics{k}, axis{u[0], u[1], u[2]}, basis{samples, 2 * Eigen::Index{k} + 1}, a{samples, 3} {}
     [[nodiscard]] bool complete() const {
         const double edge =
             std::max(first - static_cast<double>(period), static_cast<double>(period) + 1 - last);
@@ -47,7 +47,7 @@ std::optional<PeriodEstimate> HarmonicEstimator::Work::estimate() {
     if (!complete()) return std::nullopt;
     const auto b = basis.topRows(rows);
     const auto y = a.topRows(rows);
-    const int columns = 2 * harmonics + 1;
+    const Eigen::Index columns = 2 * harmonics + 1;
     normal.resize(columns, columns);
     normal.noalias() = b.transpose().lazyProduct(b);
     right.noalias() = b.transpose().lazyProduct(y);
@@ -59,8 +59,8 @@ std::optional<PeriodEstimate> HarmonicEstimator::Work::estimate() {
     e.period = period;
     e.samples = static_cast<int>(rows);
     e.axis = {u[0], u[1], u[2]};
-    for (int q = 1; q <= harmonics; ++q)
-        e.along.at(q) = {right.row(2 * q - 1).dot(u), right.row(2 * q).dot(u)};
+    for (Eigen::Index q = 1; q <= harmonics; ++q)
+        e.along.at(static_cast<int>(q)) = {right.row(2 * q - 1).dot(u), right.row(2 * q).dot(u)};
     double squares = 0;
     for (Eigen::Index i = 0; i < rows; ++i) {
         const double r = (y.row(i) - b.row(i) * right).dot(u);
@@ -96,7 +96,7 @@ std::optional<PeriodEstimate> HarmonicEstimator::add(double turns, const std::ar
     const std::complex<double> z = std::polar(1.0, two_pi * (turns - static_cast<double>(period)));
     std::complex<double> power = 1;
     w.basis(w.rows, 0) = 1;
-    for (int q = 1; q <= w.harmonics; ++q) {
+    for (Eigen::Index q = 1; q <= w.harmonics; ++q) {
         power *= z;
         w.basis(w.rows, 2 * q - 1) = power.imag();
         w.basis(w.rows, 2 * q) = power.real();

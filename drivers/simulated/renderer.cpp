@@ -95,7 +95,7 @@ void Renderer::draw_marks(double shift_px, float weight) {
                     weight * (strip + (mark - strip) * edge(0.5 * mark_px_ - r));
             }
         }
-        float* row = &scene_[static_cast<std::size_t>(y * camera_.width)];
+        float* row = &scene_[static_cast<std::size_t>(y) * light_.size()];
         for (int x = 0; x < camera_.width; ++x)
             row[x] += profile_[static_cast<std::size_t>(x)] - weight * row_ground();
     }
@@ -113,7 +113,7 @@ void Renderer::draw_disc(double centre_px, float weight) {
         const int x1 = std::min(camera_.width - 1, static_cast<int>(centre_px + std::sqrt(reach)));
         const double inner = (radius - edge_reach_px) * (radius - edge_reach_px) - dy * dy;
         const double solid = radius > edge_reach_px && inner > 0 ? std::sqrt(inner) : -1;
-        float* row = &scene_[static_cast<std::size_t>(y * camera_.width)];
+        float* row = &scene_[static_cast<std::size_t>(y) * light_.size()];
         for (int x = x0; x <= x1; ++x) {
             const double dx = x - centre_px;
             const float cover = std::abs(dx) < solid ? 1.0F : edge(radius - std::hypot(dx, dy));
@@ -134,7 +134,7 @@ void Renderer::draw_silhouette(double centre_px, float weight) {
     for (int y = y0; y <= y1; ++y) {
         const float high =
             weight * edge(y - (layout_.walker_y - layout_.walker_half_height)) * (shadow - backlight);
-        float* row = &scene_[static_cast<std::size_t>(y * camera_.width)];
+        float* row = &scene_[static_cast<std::size_t>(y) * light_.size()];
         for (int x = x0; x <= x1; ++x) row[x] += high * profile_[static_cast<std::size_t>(x)];
     }
 }
