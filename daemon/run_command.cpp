@@ -82,7 +82,7 @@ void print_truth(const Reduction& r, double v_D, const Scene& scene, const Speed
     fmt::print("the simulated truth beside it:\n  {:<22}{:>24} mm/s\n", "v_D of the scene",
                fmt::format("{:.4f}", 1e3 * v_D));
     fmt::print("  {:<22}{:>24}\n", "measured minus true",
-               fmt::format("{:+.4f} mm/s = {:+.3f} % = {:+.2f} standard errors", 1e3 * off, 100 * off / v_D,
+               fmt::format("{:+.3f} um/s = {:+.5f} % = {:+.2f} standard errors", 1e6 * off, 100 * off / v_D,
                            off / r.v_D.sigma));
     fmt::print("  {:<22}{:>24} mm/s\n", "Coulomb on this base",
                fmt::format("{:.4f}", 1e3 * coulomb_drift(r, scene)));
