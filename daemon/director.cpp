@@ -9,10 +9,9 @@
 namespace shaker {
 
 namespace {
-constexpr int controlled = 8;         // harmonics
-constexpr double most_samples = 1.2;  // of the nominal number a period
-// Two periods pass until a change is in force (its ramp) and the suspension's transient is gone.
-constexpr double transient_periods = 1.0;
+constexpr int controlled = 8;            // harmonics
+constexpr double most_samples = 1.2;     // of the nominal number a period
+constexpr double transient_periods = 1;  // after a ramp, until the suspension has followed
 }  // namespace
 
 Director::Director(const RunPlan& plan, double dac_rate_hz, const AccelerometerInfo& accelerometer, Say say)
@@ -77,17 +76,18 @@ void Director::period_done(const PeriodEstimate& estimate, Mailbox<DriveCommand>
     const double began_s = static_cast<double>(estimate.period) / frequency_;
     const bool driving = state_ == RunState::settle || state_ == RunState::measure;
     if (!driving || began_s < steady_from_s_) return;
-    const Equaliser::Report report = equaliser_.update(estimate.along, estimate.sd);
-    locked_ = report.locked;
+    // While it is measured the drive stays as it is: a change is a transient.
+    if (state_ == RunState::settle) correct(estimate, drive);
     const Drive got = drive_of(estimate.along, frequency_);
     say_(fmt::format("{:7.3f} s  gamma {:.4f} m/s^2  phi {:+.3f} deg  drive {}", began_s, got.gamma,
                      got.phi * 180 / std::numbers::pi, locked_ ? "locked" : "settling"));
-    if (report.reached < 1)
-        say_(fmt::format("the DAC's {} V reach only {:.1f} % of the asked gamma", plan_.volts_limit,
-                         100 * report.reached));
-    // While it is measured the drive stays as it is: a change is a transient, and the reduction uses what
-    // was.
-    if (state_ == RunState::settle && !locked_) command(equaliser_.volts(), 1, drive);
+}
+
+void Director::correct(const PeriodEstimate& estimate, Mailbox<DriveCommand>& drive) {
+    const Equaliser::Report report = equaliser_.update(estimate.along, estimate.sd);
+    locked_ = report.locked;
+    reached_ = report.reached;
+    if (!locked_) command(equaliser_.volts(), 1, drive);
 }
 
 void Director::take_tracks(const Take& take) {
@@ -116,8 +116,11 @@ void Director::advance(Mailbox<DriveCommand>& drive) {
             const bool late = now_s_ - settle_from_s_ > plan_.settle_at_most / frequency_;
             if (!(locked_ && now_s_ > steady_from_s_ && walker_settled_) && !late) break;
             if (late)
-                say_(fmt::format("not settled after {} periods; measuring all the same",
-                                 plan_.settle_at_most));
+                note(fmt::format("{} had not settled after {} periods; it was measured all the same",
+                                 locked_ ? "the walker" : "the drive", plan_.settle_at_most));
+            if (reached_ < 1)
+                note(fmt::format("the DAC's {} V reach only {:.1f} % of the asked gamma", plan_.volts_limit,
+                                 100 * reached_));
             state_ = RunState::measure;
             from_s_ = std::ceil(now_s_ * frequency_) / frequency_;
             to_s_ = from_s_ + plan_.periods / frequency_;
@@ -139,8 +142,7 @@ void Director::advance(Mailbox<DriveCommand>& drive) {
     }
 }
 
-// Drifts of whole periods since the drive has been steady; the precision wanted is one ten-thousandth of V /
-// f.
+// Takes the drifts of whole periods since the drive has been steady, to one ten-thousandth of V / f.
 bool Director::settled_since_steady() const {
     std::vector<double> since;
     double sigma = 1e-4 * plan_.drive.gamma / (two_pi * frequency_ * frequency_);
@@ -150,6 +152,11 @@ bool Director::settled_since_steady() const {
         sigma = std::max(sigma, p.drift.sigma);
     }
     return settled(since, sigma);
+}
+
+void Director::note(const std::string& what) {
+    say_(what);
+    notes_.push_back(what);
 }
 
 void Director::command(const Harmonics<Voltage>& volts, int ramp_periods, Mailbox<DriveCommand>& drive) {

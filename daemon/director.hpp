@@ -41,12 +41,16 @@ public:
     /// Part of master time that was measured, s; whole periods of the drive.
     [[nodiscard]] double from_s() const noexcept { return from_s_; }
     [[nodiscard]] double to_s() const noexcept { return to_s_; }
+    /// What a reader of the results should know of how the run went.
+    [[nodiscard]] const std::vector<std::string>& notes() const noexcept { return notes_; }
 
 private:
     void take_stamps(const Take& take);
     void take_accelerations(const Take& take, Mailbox<DriveCommand>& drive);
     void take_tracks(const Take& take);
     void period_done(const PeriodEstimate& estimate, Mailbox<DriveCommand>& drive);
+    void correct(const PeriodEstimate& estimate, Mailbox<DriveCommand>& drive);
+    void note(const std::string& what);
     void advance(Mailbox<DriveCommand>& drive);
     void command(const Harmonics<Voltage>& volts, int ramp_periods, Mailbox<DriveCommand>& drive);
     [[nodiscard]] bool settled_since_steady() const;
@@ -68,7 +72,9 @@ private:
     double steady_from_s_ = 0;  // the newest change of the drive has been in effect since
     double settle_from_s_ = 0;
     double from_s_ = 0, to_s_ = 0, silent_s_ = 0;
+    double reached_ = 1;  // share of the asked gamma that the voltage limit lets through
     std::vector<PeriodFold::Period> drifts_;
+    std::vector<std::string> notes_;
 };
 
 }  // namespace shaker

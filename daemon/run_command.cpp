@@ -5,6 +5,7 @@
 #include <chrono>
 #include <cmath>
 #include <cstdio>
+#include <iterator>
 #include <numbers>
 
 #include "daemon/acquisition.hpp"
@@ -147,6 +148,7 @@ void run(const RunOptions& options) {
     const Take& take = acquisition.take();
     Reduction r = reduce(measurement_of(take, header.frequency_hz, director.from_s(), director.to_s()));
     for (std::string& note : notes_on(take)) r.notes.push_back(std::move(note));
+    std::ranges::copy(director.notes(), std::back_inserter(r.notes));
     double v_D = NAN;
     if (bench.world) {
         const std::vector<PoseTruth> poses = bench.world->truth(0);

@@ -11,7 +11,7 @@ namespace shaker {
 /// What a run may be asked for; SI.
 struct DriveLimits {
     Range frequency{1, 1000};
-    Range gamma{0, 100 * paper_g};
+    Range gamma{0.01, 100 * paper_g};
     Range rho{0, 1};
     Range phi{-2 * two_pi, 2 * two_pi};
 };

@@ -131,6 +131,16 @@ TEST(RunTest, AWalkerThatLeavesTheViewIsReducedFromWhatWasSeenAndTheLossIsTold) 
     EXPECT_NEAR(used + lost, 2 * 20 * 50, 4);  // two views, 50 frames a period
 }
 
+TEST(RunTest, ADriveBeyondTheVoltageLimitKeepsItsShapeAndSaysHowMuchItReached) {
+    const auto folder = fresh_folder();
+    std::ofstream{folder / "weak.toml"} << "[shaker]\namplifier_gain = 1.0\n";
+    const json r = run("--scene weak.toml --gamma 2g --phi 0.5 --periods 4", folder);
+    EXPECT_LT(r["gamma_mps2"].get<double>(), 0.9 * 19.6);
+    EXPECT_NEAR(r["phi_rad"].get<double>(), 0.5, 0.01);
+    EXPECT_NEAR(r["rho"].get<double>(), 0.5, 0.005);
+    EXPECT_NE(r["notes"].dump().find("% of the asked gamma"), std::string::npos) << r["notes"];
+}
+
 TEST(RunTest, BadInputIsRefusedByNameWithStatusTwoAndNothingWritten) {
     const auto folder = fresh_folder();
     std::ofstream{folder / "bad.toml"} << "[walker]\nmu = 0.1\n";
