@@ -35,7 +35,9 @@ bool Acquisition::collect() {
     }
     take_.blocks_lost = lanes_.lost.blocks_lost;
     take_.frames_lost = lanes_.lost.frames_lost;
-    return collect_frames() || any;
+    any = collect_frames() || any;
+    if (!take_.played.empty()) lanes_.gathered = take_.played.back().tick.n;
+    return any;
 }
 
 bool Acquisition::collect_frames() {

@@ -24,6 +24,7 @@ namespace shaker {
 namespace {
 
 constexpr std::size_t block_samples = 240;  // 5 ms at 48 kHz
+constexpr double most_lead_s = 0.1;         // of a simulated rig's output before the reduction, with threads
 
 double common_frame_rate(const Rig& rig) {
     const double fps = rig.cameras.empty() ? 0 : rig.cameras.front()->view().frame_rate_hz;
@@ -125,7 +126,14 @@ void run(const RunOptions& options) {
     Director director{plan, dac.rate_hz, rig.accelerometer->info(),
                       [](const std::string& what) { spdlog::info("{}", what); }};
 
-    std::vector<Loop> loops{{"output", 70, true, [&](std::chrono::milliseconds) {
+    // Real time paces real hardware; virtual time must not run away from a reduction that shares the
+    // processor.
+    const auto lead = static_cast<std::int64_t>(most_lead_s * dac.rate_hz);
+    const bool wait_for_reduction = bench.world != nullptr && options.threads;
+    std::vector<Loop> loops{{"output", 70, !wait_for_reduction, [&](std::chrono::milliseconds) {
+                                 const std::int64_t ahead =
+                                     output.synthesiser.tick().n - acquisition.lanes().gathered;
+                                 if (wait_for_reduction && ahead > lead) return false;
                                  output_step(output, *rig.dac, acquisition.lanes());
                                  return true;
                              }}};
