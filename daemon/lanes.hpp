@@ -38,7 +38,8 @@ struct Lanes {
     Ring<DriveChange> changes{1024};
     Ring<AccelBlock> blocks{1024};
     std::list<Ring<TrackedFrame>> frames;
-    std::atomic<std::int64_t> gathered{0};  // DAC sample up to which the reduction has gathered what was played
+    std::atomic<std::int64_t> gathered{
+        0};  // DAC sample up to which the reduction has gathered what was played
     Counters lost;
 };
 
