@@ -3,7 +3,9 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdint>
 #include <numbers>
+#include <utility>
 #include <vector>
 
 #include "calibration/camera_scale.hpp"
@@ -26,12 +28,21 @@ Subject subject_of(const View& view, const Target& target) {
 Box region_in(const Subject& subject, const ImageView& image) {
     const auto& r = subject.target.roi_px;
     if (r[2] < 4 || r[3] < 4) throw InputError{subject.label + ": width and height must be 4 px or more"};
-    const bool inside = r[0] >= 0 && r[1] >= 0 && r[2] <= image.width - r[0] && r[3] <= image.height - r[1];
-    if (!inside) {
+    // Drawn a little over the edge of the image, a region still says what is meant.
+    const auto clipped = [](int from, int size, int limit) {
+        const std::int64_t end = std::int64_t{from} + size;
+        return std::pair{std::clamp(from, 0, limit),
+                         static_cast<int>(std::clamp<std::int64_t>(end, 0, limit))};
+    };
+    const auto [x0, x1] = clipped(r[0], r[2], image.width);
+    const auto [y0, y1] = clipped(r[1], r[3], image.height);
+    const double share = (static_cast<double>(x1) - x0) * (static_cast<double>(y1) - y0) /
+                         (static_cast<double>(r[2]) * static_cast<double>(r[3]));
+    if (share < 0.5 || x1 - x0 < 4 || y1 - y0 < 4) {
         throw InputError{subject.label + ": must lie inside the image of " + std::to_string(image.width) +
-                         " x " + std::to_string(image.height) + " px"};
+                         " x " + std::to_string(image.height) + " px, half of it at least"};
     }
-    return {r[0], r[1], r[0] + r[2], r[1] + r[3]};
+    return {x0, y0, x1, y1};
 }
 
 Levels levels_in(const Subject& subject, const ImageView& image, const Box& box) {

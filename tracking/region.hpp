@@ -18,7 +18,8 @@ struct Subject {
 
 Subject subject_of(const View& view, const Target& target);
 
-/// The target's region as a box. Throws InputError when it is under 4 px or not inside the image.
+/// The target's region as a box, clipped to the image. Throws InputError when it is under 4 px or less than
+/// half of it is inside.
 Box region_in(const Subject& subject, const ImageView& image);
 
 /// Levels of a region: 1st, 50th and 99th percentile.

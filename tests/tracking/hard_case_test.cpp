@@ -5,6 +5,7 @@
 
 #include "drivers/errors.hpp"
 #include "tests/support/tracking_scene.hpp"
+#include "tracking/region.hpp"
 
 namespace shaker {
 namespace {
@@ -113,6 +114,26 @@ TEST_P(HardCaseTest, RefusesARegionOutsideOfTheImageAndNamesIt) {
         EXPECT_NE(words.find("target " + scene_.name), std::string::npos) << words;
         EXPECT_NE(words.find("roi_px [" + std::to_string(scene_.width - 10)), std::string::npos) << words;
     }
+}
+
+TEST(RegionTest, DrawnALittleOverTheEdgeOfTheImageItIsClipped) {
+    View view;
+    view.mm_per_px = 0.25;
+    const ImageView image{nullptr, 512, 144, 512, 1};
+    const auto region = [&](std::array<int, 4> roi) {
+        Target target;
+        target.roi_px = roi;
+        return region_in(subject_of(view, target), image);
+    };
+    const Box over = region({95, 20, 165, 125});  // ends one row below the image
+    EXPECT_EQ((std::array{over.x0, over.y0, over.x1, over.y1}), (std::array{95, 20, 260, 144}));
+    const Box left = region({-10, -5, 40, 40});
+    EXPECT_EQ((std::array{left.x0, left.y0, left.x1, left.y1}), (std::array{0, 0, 30, 35}));
+    constexpr int huge = std::numeric_limits<int>::max();
+    for (const std::array<int, 4>& roi :
+         {std::array{500, 0, 40, 30}, std::array{-30, 0, 40, 30}, std::array{5000, 20, 165, 125},
+          std::array{0, 0, huge, huge}, std::array{-huge, -huge, huge, huge}})
+        EXPECT_THROW(region(roi), InputError) << roi[0];
 }
 
 TEST_P(HardCaseTest, RefusesARegionThatIsTooSmallOrShowsNothing) {
