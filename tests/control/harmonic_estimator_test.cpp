@@ -78,8 +78,8 @@ TEST(HarmonicEstimatorTest, AddDoesNotAllocate) {
     Sensor s;
     HarmonicEstimator e{8, 300, {}};
     estimates(s, e, 500, 1 / per_period);
-    std::vector<std::array<double, 3>> a;
-    for (int i = 0; i < 500; ++i) a.push_back(s.at(i / per_period));
+    std::vector<std::array<double, 3>> a(500);
+    for (std::size_t i = 0; i < a.size(); ++i) a[i] = s.at(static_cast<double>(i) / per_period);
     int found = 0;
     {
         const test::NoAlloc guard;

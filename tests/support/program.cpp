@@ -31,8 +31,8 @@ Outcome shakerd(const std::string& arguments, const std::filesystem::path& folde
 
 std::filesystem::path fresh_folder() {
     const auto* info = testing::UnitTest::GetInstance()->current_test_info();
-    const auto folder = std::filesystem::path{testing::TempDir()} /
-                        (std::string{"shakerd-"} + info->test_suite_name() + "-" + info->name());
+    auto folder = std::filesystem::path{testing::TempDir()} /
+                  (std::string{"shakerd-"} + info->test_suite_name() + "-" + info->name());
     std::filesystem::remove_all(folder);
     std::filesystem::create_directories(folder);
     return folder;
