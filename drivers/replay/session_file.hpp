@@ -71,7 +71,6 @@ public:
     [[nodiscard]] const SessionHeader& header() const noexcept;
     [[nodiscard]] std::vector<PlayTime> play_times() const;
     [[nodiscard]] std::vector<DriveChange> changes() const;
-    [[nodiscard]] bool has(const std::string& path) const;
     /// A table as it was written: columns in alphabetical order.
     [[nodiscard]] std::vector<Column> table(const std::string& path) const;
     [[nodiscard]] std::vector<std::string> names(const std::string& path) const;

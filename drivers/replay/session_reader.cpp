@@ -164,8 +164,6 @@ std::vector<DriveChange> SessionReader::changes() const {
     return out;
 }
 
-bool SessionReader::has(const std::string& path) const { return h5::exists(opened_->entry.get(), path); }
-
 std::vector<std::string> SessionReader::names(const std::string& path) const {
     return h5::names_in(opened_->entry.get(), path);
 }
