@@ -62,11 +62,9 @@ void Director::take_accelerations(const Take& take, Mailbox<DriveCommand>& drive
         clock_.add(block);
         if (!clock_.ready()) continue;
         for (int i = 0; i < block.size; ++i) {
-            const auto& c = block.counts[static_cast<std::size_t>(i)];
-            const double scale = accelerometer_.mps2_per_count;
+            const auto a = accelerometer_.acceleration(block.counts[static_cast<std::size_t>(i)]);
             const double turns = frequency_ * seconds(clock_.master({block.first.n + i}));
-            if (const auto done = estimator_.add(turns, {scale * c[0], scale * c[1], scale * c[2]}))
-                period_done(*done, drive);
+            if (const auto done = estimator_.add(turns, a)) period_done(*done, drive);
         }
     }
 }

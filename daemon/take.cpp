@@ -44,9 +44,7 @@ AccelSeries accelerations_of(const Take& take) {
             s.t_s.push_back(take.played.empty() ? take.accelerometer.first_sample_s +
                                                       static_cast<double>(tick.n) / take.accelerometer.rate_hz
                                                 : seconds(clock.master(tick)));
-            const auto& c = b.counts[static_cast<std::size_t>(i)];
-            const double scale = take.accelerometer.mps2_per_count;
-            s.a_mps2.push_back({scale * c[0], scale * c[1], scale * c[2]});
+            s.a_mps2.push_back(take.accelerometer.acceleration(b.counts[static_cast<std::size_t>(i)]));
         }
     }
     return s;

@@ -22,15 +22,20 @@ constexpr bool has(Quality set, Quality flag) noexcept {
 
 /// Tells when a sample of the drive is heard: what a DAC's clock is fitted to.
 struct PlayTime {
-    DacTick tick;    // first sample of the block
+    DacTick tick;    // of any sample near the block
     HostTime heard;  // when it leaves the converter
+    /// Above 0 when the device ran empty: the block just given was not played, the output is at zero, and the
+    /// next block begins this many samples after the end of that one. Ticks keep their place in time to a few
+    /// samples; the clock's fit begins anew.
+    std::int64_t lost = 0;
 };
 
 /// Consecutive accelerometer samples: sample i has tick first.n + i, one index instead of 64 stamps.
 struct AccelBlock {
     static constexpr int capacity = 64;
     AccelTick first;
-    HostTime arrived;     // when read() returned; only the clock map looks at it
+    HostTime arrived;     // of the last sample: the device's own stamp where it has host time, else when
+                          // read() got it; only the clock map looks at it
     Quality quality{};    // gap: samples are missing before `first`
     int size = capacity;  // valid samples; less than `capacity` only before a gap and at the end
     std::array<std::array<std::int32_t, 3>, capacity> counts{};
@@ -50,7 +55,8 @@ struct ImageView {
 struct Frame {
     CameraTick tick;
     HostTime arrived;
-    std::optional<MasterTime> mid_exposure;  // known when triggered by the DAC, or told by a recorded session
+    std::optional<CameraStamp> stamp;        // start of the exposure on the camera's own clock
+    std::optional<MasterTime> mid_exposure;  // known on the simulated rig, or told by a recorded session
     Quality quality{};
     int width = 0;
     int height = 0;

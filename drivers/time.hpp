@@ -42,5 +42,6 @@ struct Tick {
 using DacTick = Tick<struct DacClock>;              // one per sample the shaker is fed
 using AccelTick = Tick<struct AccelerometerClock>;  // one per accelerometer sample
 using CameraTick = Tick<struct CameraClock>;        // one per exposure, counting missed ones
+using CameraStamp = Tick<struct CameraStampClock>;  // nanosecond of a camera's own clock
 
 }  // namespace shaker

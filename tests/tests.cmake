@@ -9,13 +9,13 @@ if(SHAKER_SANITIZE)
 endif()
 file(GLOB support CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/tests/support/*.cpp)
 add_library(test_support STATIC ${support})
-target_link_libraries(test_support PUBLIC daemon GTest::gtest shaker_opencv shaker_hdf5 Eigen3::Eigen
+target_link_libraries(test_support PUBLIC daemon drivers_mock GTest::gtest shaker_opencv shaker_hdf5 Eigen3::Eigen
                       nlohmann_json::nlohmann_json Boost::headers)
 target_compile_definitions(test_support PUBLIC
   SHAKER_SOURCE_DIR="${PROJECT_SOURCE_DIR}" SHAKER_BINARY_DIR="${PROJECT_BINARY_DIR}"
   SHAKER_SANITIZED=${sanitized})
 
-foreach(area drivers simulated replay calibration tracking control reduction daemon)
+foreach(area drivers hardware mock simulated replay calibration tracking control reduction daemon)
   file(GLOB sources CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/tests/${area}/*_test.cpp)
   if(sources)
     add_executable(${area}_tests ${sources})

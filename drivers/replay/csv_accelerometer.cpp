@@ -111,7 +111,7 @@ public:
         ticks_ = std::move(grid.ticks);
         info_ = {.name = description.file.filename().string(),
                  .rate_hz = 1 / grid.step_s,
-                 .mps2_per_count = 1 / scale,
+                 .mps2_per_count = {1 / scale, 1 / scale, 1 / scale},
                  .first_sample_s = grid.first_s,
                  .clock_uncertainty_s = description.clock_uncertainty_s,
                  .shaker_axis = description.shaker_axis};

@@ -58,11 +58,14 @@ AccelerometerInfo read_accelerometer(hid_t entry) {
     AccelerometerInfo a;
     a.name = h5::read_attribute_text(entry, path, "name");
     a.rate_hz = h5::read_attribute(entry, path, "rate_hz");
-    a.mps2_per_count = h5::read_attribute(entry, path, "mps2_per_count");
     a.first_sample_s = h5::read_attribute(entry, path, "first_sample_s");
     a.clock_uncertainty_s = h5::read_attribute(entry, path, "clock_uncertainty_s");
-    for (std::size_t k = 0; k < 3; ++k)
-        a.shaker_axis[k] = h5::read_attribute(entry, path, std::string{"shaker_axis_"} + "xyz"[k]);
+    for (std::size_t k = 0; k < 3; ++k) {
+        const std::string axis(1, "xyz"[k]);
+        a.offset_counts[k] = h5::read_attribute(entry, path, "offset_counts_" + axis);
+        a.mps2_per_count[k] = h5::read_attribute(entry, path, "mps2_per_count_" + axis);
+        a.shaker_axis[k] = h5::read_attribute(entry, path, "shaker_axis_" + axis);
+    }
     return a;
 }
 

@@ -21,11 +21,13 @@ void describe(hid_t group, const DacInfo& dac) {
 void describe(hid_t group, const AccelerometerInfo& a) {
     h5::set_attribute(group, "name", a.name);
     h5::set_attribute(group, "rate_hz", a.rate_hz);
-    h5::set_attribute(group, "mps2_per_count", a.mps2_per_count);
     h5::set_attribute(group, "first_sample_s", a.first_sample_s);
     h5::set_attribute(group, "clock_uncertainty_s", a.clock_uncertainty_s);
-    for (std::size_t k = 0; k < 3; ++k)
+    for (std::size_t k = 0; k < 3; ++k) {
+        h5::set_attribute(group, fmt::format("offset_counts_{}", "xyz"[k]), a.offset_counts[k]);
+        h5::set_attribute(group, fmt::format("mps2_per_count_{}", "xyz"[k]), a.mps2_per_count[k]);
         h5::set_attribute(group, fmt::format("shaker_axis_{}", "xyz"[k]), a.shaker_axis[k]);
+    }
 }
 
 void describe(hid_t group, const View& view) {

@@ -34,7 +34,7 @@ AccelerometerModel::AccelerometerModel(const Scene& scene)
 }
 
 AccelerometerInfo AccelerometerModel::info() const {
-    return {.name = "simulated accelerometer", .rate_hz = p_.rate_hz, .mps2_per_count = lsb_};
+    return {.name = "simulated accelerometer", .rate_hz = p_.rate_hz, .mps2_per_count = {lsb_, lsb_, lsb_}};
 }
 
 double AccelerometerModel::low_passed(double a) noexcept {

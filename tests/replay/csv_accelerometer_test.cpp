@@ -55,7 +55,7 @@ TEST(CsvAccelerometerTest, EveryDigitOfTheTextSurvives) {
     EXPECT_NEAR(info.first_sample_s, 0, 1e-12);
     EXPECT_EQ(info.clock_uncertainty_s, 0.03);
     EXPECT_EQ(info.shaker_axis, (std::array<double, 3>{0, 1, 0}));
-    EXPECT_EQ(info.mps2_per_count, 1e-7);  // the largest, 148.59, is 1.5e9 counts; one more digit is too many
+    EXPECT_EQ(info.mps2_per_count[0], 1e-7);  // the largest, 148.59, is 1.5e9 counts; one more digit is too many
     const auto blocks = all_blocks(*device);
     ASSERT_EQ(blocks.size(), 3U);
     EXPECT_TRUE(device->ended());
@@ -65,9 +65,9 @@ TEST(CsvAccelerometerTest, EveryDigitOfTheTextSurvives) {
         EXPECT_EQ(block.quality, Quality::good);
         for (int k = 0; k < block.size; ++k, ++i) {
             const auto& counts = block.counts[static_cast<std::size_t>(k)];
-            EXPECT_NEAR(counts[0] * info.mps2_per_count, rows[i].ax, 0.51e-7);  // half a count
-            EXPECT_NEAR(counts[1] * info.mps2_per_count, rows[i].ay, 0.51e-7);
-            EXPECT_NEAR(counts[2] * info.mps2_per_count, rows[i].az, 0.51e-7);
+            EXPECT_NEAR(counts[0] * info.mps2_per_count[0], rows[i].ax, 0.51e-7);  // half a count
+            EXPECT_NEAR(counts[1] * info.mps2_per_count[1], rows[i].ay, 0.51e-7);
+            EXPECT_NEAR(counts[2] * info.mps2_per_count[2], rows[i].az, 0.51e-7);
         }
     }
     EXPECT_EQ(i, rows.size());
