@@ -6,6 +6,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "drivers/errors.hpp"
+
 namespace shaker {
 
 namespace {
@@ -30,7 +32,7 @@ Director::Director(const RunPlan& plan, double dac_rate_hz, const AccelerometerI
 
 bool Director::step(const Take& take, Mailbox<DriveCommand>& drive) {
     const std::size_t before = plays_ + blocks_ + changes_ + tracks_;
-    take_stamps(take);
+    take_stamps(take, drive);
     if (!started_ && plays_ > 0) {
         started_ = true;
         say_(fmt::format("soft start over {} periods", plan_.soft_start));
@@ -42,18 +44,40 @@ bool Director::step(const Take& take, Mailbox<DriveCommand>& drive) {
     return plays_ + blocks_ + changes_ + tracks_ != before;
 }
 
-void Director::take_stamps(const Take& take) {
+void Director::take_stamps(const Take& take, Mailbox<DriveCommand>& drive) {
     for (; plays_ < take.played.size(); ++plays_) {
-        clock_.add(take.played[plays_]);
-        now_s_ = static_cast<double>(take.played[plays_].tick.n) / dac_rate_hz_;
+        const PlayTime& played = take.played[plays_];
+        clock_.add(played);
+        if (played.lost > 0)
+            start_again(played.lost, drive);
+        else
+            now_s_ = static_cast<double>(played.tick.n) / dac_rate_hz_;
     }
     for (; changes_ < take.changes.size(); ++changes_) {
         const DriveChange& c = take.changes[changes_];
         const double in_force = static_cast<double>(c.first.n + c.ramp) / dac_rate_hz_;
         steady_from_s_ = in_force + transient_periods / frequency_;
-        if (state_ == RunState::ramp) settle_from_s_ = in_force;
+        // The silence after lost time has no number: the ramp up from it is still to come.
+        if (state_ == RunState::ramp && c.command.sequence == sequence_) settle_from_s_ = in_force;
         if (state_ == RunState::ramp_down) silent_s_ = in_force;
     }
+}
+
+// The DAC ran empty and stands at zero: what was measured so far is cut, the drive comes up softly once more.
+void Director::start_again(std::int64_t lost, Mailbox<DriveCommand>& drive) {
+    if (state_ == RunState::done) return;
+    note(fmt::format("the DAC ran empty at {:.3f} s and stood still for {:.1f} ms", now_s_,
+                     1e3 * static_cast<double>(lost) / dac_rate_hz_));
+    if (state_ == RunState::ramp_down) {  // it is silent already
+        state_ = RunState::done;
+        return;
+    }
+    if (++restarts_ > plan_.most_restarts)
+        throw DeviceError{fmt::format("the DAC ran empty {} times in one run; given up", restarts_)};
+    locked_ = false;
+    if (started_) command(equaliser_.volts(), plan_.soft_start, drive);
+    state_ = RunState::ramp;
+    settle_from_s_ = 0;
 }
 
 void Director::take_accelerations(const Take& take, Mailbox<DriveCommand>& drive) {
@@ -94,7 +118,7 @@ void Director::take_tracks(const Take& take) {
     if (walker == take.tracks.end()) return;
     for (; tracks_ < walker->tracks.size(); ++tracks_) {
         const Track& t = walker->tracks[tracks_];
-        if (!found(t.fix.state)) continue;
+        if (!found(t.fix.state) || !std::isfinite(seconds(t.time))) continue;
         if (const auto period = fold_.add(seconds(t.time), t.x_m, t.sd_m)) {
             drifts_.push_back(*period);
             walker_settled_ = settled_since_steady();

@@ -21,6 +21,7 @@ struct RunPlan {
     int periods = 40;          // to measure
     int soft_start = 10;       // periods of the ramps at both ends
     int settle_at_most = 400;  // periods; then it measures all the same and says so
+    int most_restarts = 3;     // after the DAC ran empty; then the run fails
     double volts_limit = 1;    // of the DAC
     std::array<std::complex<double>, max_harmonics> response{};  // m/s^2 a volt at f, 2f, ...
 };
@@ -45,7 +46,8 @@ public:
     [[nodiscard]] const std::vector<std::string>& notes() const noexcept { return notes_; }
 
 private:
-    void take_stamps(const Take& take);
+    void take_stamps(const Take& take, Mailbox<DriveCommand>& drive);
+    void start_again(std::int64_t lost, Mailbox<DriveCommand>& drive);
     void take_accelerations(const Take& take, Mailbox<DriveCommand>& drive);
     void take_tracks(const Take& take);
     void period_done(const PeriodEstimate& estimate, Mailbox<DriveCommand>& drive);
@@ -67,6 +69,7 @@ private:
     RunState state_ = RunState::ramp;
     std::size_t plays_ = 0, blocks_ = 0, changes_ = 0, tracks_ = 0;  // how much of the take has been seen
     std::uint64_t sequence_ = 0;
+    int restarts_ = 0;
     bool started_ = false, locked_ = false, walker_settled_ = false;
     double now_s_ = 0;          // master time played
     double steady_from_s_ = 0;  // the newest change of the drive has been in effect since

@@ -153,8 +153,11 @@ void run(const RunOptions& options) {
     for (const std::string& refused : execution.refused) spdlog::warn("{}", refused);
     acquisition.collect();
 
-    const Take& take = acquisition.take();
+    Take& take = acquisition.take();
+    std::vector<std::string> notes;
+    settle_times(take, notes);
     Reduction r = reduce(measurement_of(take, header.frequency_hz, director.from_s(), director.to_s()));
+    std::ranges::move(notes, std::back_inserter(r.notes));
     for (std::string& note : notes_on(take)) r.notes.push_back(std::move(note));
     std::ranges::copy(director.notes(), std::back_inserter(r.notes));
     double v_D = NAN;

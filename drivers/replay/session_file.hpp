@@ -8,6 +8,7 @@
 //   /entry/raw/<camera>         frames (when kept), ticks, mid-exposure times, arrival stamps, view
 //   /entry/tracks/<camera>/<target>, /entry/periods, /entry/results, /entry/cycle, /entry/truth
 #include <filesystem>
+#include <limits>
 #include <map>
 #include <memory>
 #include <string>
@@ -17,6 +18,9 @@
 #include "drivers/synthesiser.hpp"
 
 namespace shaker {
+
+/// Stands in raw/<camera>/stamp for a frame without one.
+inline constexpr std::int64_t no_stamp = std::numeric_limits<std::int64_t>::min();
 
 /// What a recording says about itself before the first sample.
 struct SessionHeader {
