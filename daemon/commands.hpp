@@ -21,6 +21,17 @@ struct RunOptions {
 /// Drives the rig, measures, tracks, reduces, records.
 void run(const RunOptions& options);
 
+struct CheckOptions {
+    std::string rig = "sim:";
+    std::filesystem::path scene;  // of the simulated rig
+    double frequency_hz = 20;
+    double level = 0.02;  // of the DAC's full scale, each of two harmonics
+    bool json = false;
+};
+/// Opens every device of a rig, plays a low-level self-test and tells what is right and what to look at.
+/// False when something is bad.
+bool check(const CheckOptions& options);
+
 struct ReplayOptions {
     std::filesystem::path file;
     bool json = false;

@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "drivers/drive.hpp"
 #include "drivers/simulated/world.hpp"
@@ -15,7 +16,8 @@ namespace shaker {
 struct OpenRig {
     std::unique_ptr<World> world;  // of a simulated rig; outlives `rig`
     Rig rig;
-    Scene scene;  // of a simulated rig
+    Scene scene;                       // of a simulated rig
+    std::vector<std::string> granted;  // what the devices were asked for and gave, one sentence each
     /// The shaker's response by its data sheet, m/s^2 a volt, at f, 2f, ...
     std::array<std::complex<double>, max_harmonics> response{};
 };

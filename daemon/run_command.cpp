@@ -8,10 +8,9 @@
 #include <iterator>
 #include <numbers>
 
-#include "daemon/acquisition.hpp"
 #include "daemon/commands.hpp"
 #include "daemon/director.hpp"
-#include "daemon/loops.hpp"
+#include "daemon/drive_rig.hpp"
 #include "daemon/recording.hpp"
 #include "daemon/results.hpp"
 #include "daemon/rigs.hpp"
@@ -22,21 +21,6 @@
 namespace shaker {
 
 namespace {
-
-constexpr std::size_t block_samples = 240;  // 5 ms at 48 kHz
-constexpr double most_lead_s = 0.1;         // of a simulated rig's output before the reduction, with threads
-
-double common_frame_rate(const Rig& rig) {
-    const double fps = rig.cameras.empty() ? 0 : rig.cameras.front()->view().frame_rate_hz;
-    for (const auto& camera : rig.cameras)
-        if (camera->view().frame_rate_hz != fps)
-            throw InputError{
-                fmt::format("camera \"{}\": frame_rate_hz = {} is not the {} of camera \"{}\"; one trigger "
-                            "serves all",
-                            camera->view().camera, camera->view().frame_rate_hz, fps,
-                            rig.cameras.front()->view().camera)};
-    return fps;
-}
 
 // Where the walker really was, between the two nearest exposures. A straight line between frames 1 ms apart
 // is off by at most mu g h^2 / 8, 0.14 um.
@@ -118,7 +102,7 @@ void run(const RunOptions& options) {
 
     Recording recording{options.out, header, Recording::Unfinished::keep};
     Acquisition acquisition{rig, recording.writer()};
-    Output output{dac, options.drive.frequency, common_frame_rate(rig), block_samples};
+    Output output{dac, options.drive.frequency, trigger_rate(rig), dac.block_frames};
     const RunPlan plan{.drive = options.drive,
                        .periods = options.periods,
                        .volts_limit = 0.95 * dac.full_scale_V,
@@ -126,32 +110,11 @@ void run(const RunOptions& options) {
     Director director{plan, dac.rate_hz, rig.accelerometer->info(),
                       [](const std::string& what) { spdlog::info("{}", what); }};
 
-    // Real time paces real hardware; virtual time must not run away from a reduction that shares the
-    // processor.
-    const auto lead = static_cast<std::int64_t>(most_lead_s * dac.rate_hz);
-    const bool wait_for_reduction = bench.world != nullptr && options.threads;
-    std::vector<Loop> loops{{"output", 70, !wait_for_reduction, [&](std::chrono::milliseconds) {
-                                 const std::int64_t ahead =
-                                     output.synthesiser.tick().n - acquisition.lanes().gathered;
-                                 if (wait_for_reduction && ahead > lead) return false;
-                                 output_step(output, *rig.dac, acquisition.lanes());
-                                 return true;
-                             }}};
-    for (Loop& loop : acquisition.sensor_loops()) loops.push_back(std::move(loop));
-    loops.push_back({"reduction", 0, false, [&](std::chrono::milliseconds) {
-                         const bool any = acquisition.collect();
-                         return director.step(acquisition.take(), acquisition.lanes().drive) || any;
-                     }});
-    const auto done = [&] { return director.state() == RunState::done; };
-    const auto unblock = [&] {
-        rig.dac->stop();
-        rig.accelerometer->stop();
-        for (const auto& camera : rig.cameras) camera->stop();
-    };
-    const Execution execution =
-        options.threads ? run_threaded(loops, done, unblock) : run_lockstep(loops, done);
+    const Execution execution = drive_rig(
+        bench, acquisition, output, options.threads,
+        [&](const Take& take, Mailbox<DriveCommand>& drive) { return director.step(take, drive); },
+        [&] { return director.state() == RunState::done; });
     for (const std::string& refused : execution.refused) spdlog::warn("{}", refused);
-    acquisition.collect();
 
     Take& take = acquisition.take();
     std::vector<std::string> notes;
@@ -159,6 +122,7 @@ void run(const RunOptions& options) {
     Reduction r = reduce(measurement_of(take, header.frequency_hz, director.from_s(), director.to_s()));
     std::ranges::move(notes, std::back_inserter(r.notes));
     for (std::string& note : notes_on(take)) r.notes.push_back(std::move(note));
+    std::ranges::move(notes_on(rig), std::back_inserter(r.notes));
     std::ranges::copy(director.notes(), std::back_inserter(r.notes));
     double v_D = NAN;
     if (bench.world) {

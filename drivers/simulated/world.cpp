@@ -48,6 +48,7 @@ struct World::State {
         CameraTruth truth;
         Renderer renderer;
         CameraTick next{};
+        bool expose = false;  // with the next sample, without a trigger
         std::deque<Exposure> open{}, done{};
         std::vector<PoseTruth> poses{};
         bool overflow = false;
@@ -95,7 +96,7 @@ struct World::State {
 void World::State::step(double volts, bool trigger) {
     const PlantState before = plant.state();
     for (Eye& eye : eyes) {
-        if (!trigger) continue;
+        if (!std::exchange(eye.expose, false) && !trigger) continue;
         eye.open.push_back({.tick = eye.next, .start_s = now()});
         ++eye.next.n;
     }
@@ -140,7 +141,9 @@ class SimulatedDac final : public Dac {
 public:
     explicit SimulatedDac(World::State& s) : s_{s} {}
     [[nodiscard]] DacInfo info() const override {
-        return {"simulated DAC", s_.scene.dac_rate_hz, s_.scene.dac_full_scale_v};
+        return {.name = "simulated DAC",
+                .rate_hz = s_.scene.dac_rate_hz,
+                .full_scale_V = s_.scene.dac_full_scale_v};
     }
     PlayTime write(std::span<const double> volts, std::span<const double> trigger) override {
         if (volts.size() != trigger.size()) throw DeviceError{"simulated DAC: channels of different length"};
@@ -237,6 +240,11 @@ Rig World::rig() {
     for (std::size_t i = 0; i < state_->eyes.size(); ++i)
         rig.cameras.push_back(std::make_unique<SimulatedCamera>(*state_, i));
     return rig;
+}
+
+void World::expose_next(std::size_t index) {
+    const std::scoped_lock lock{state_->mutex};
+    state_->eyes.at(index).expose = true;
 }
 
 std::vector<PoseTruth> World::truth(std::size_t index) const {

@@ -30,6 +30,9 @@ public:
     World& operator=(const World&) = delete;
     /// The devices: one DAC, one accelerometer, the scene's cameras.
     Rig rig();
+    /// The next sample that is played starts an exposure of camera `index`, as a camera has that runs by its
+    /// own clock.
+    void expose_next(std::size_t index);
     /// Truth of the exposures of camera `index` so far, in order of their ticks.
     [[nodiscard]] std::vector<PoseTruth> truth(std::size_t index) const;
     /// CPU time spent on rendering so far, s.
