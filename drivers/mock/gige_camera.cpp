@@ -190,11 +190,14 @@ struct GigeCamera::State {
         static_cast<void>(name_thread("mock-" + settings.serial.substr(0, 10)));
         std::unique_lock lock{mutex};
         while (!stop.stop_requested()) {
+            if (queue.empty()) {
+                changed.wait(lock, stop, [&] { return !queue.empty(); });
+                continue;
+            }
             if (std::chrono::steady_clock::now() < stalled_until) {
                 changed.wait_until(lock, stop, stalled_until, [] { return false; });
                 continue;
             }
-            if (!changed.wait(lock, stop, [&] { return !queue.empty(); })) break;
             const Shot shot = std::move(queue.front());
             queue.pop_front();
             const double ratio = loss;
@@ -235,7 +238,10 @@ struct GigeCamera::State {
         if (!control) return {};
         Shot shot;
         shot.request = request_of(*control);
-        if (!shot.request.acquiring) return {};
+        const auto& region = shot.request.region_px;
+        const bool inside =
+            region[0] + region[2] <= settings.width && region[1] + region[3] <= settings.height;
+        if (!shot.request.acquiring || !inside) return {};
         if (shot.request.triggered && shot.request.source == "Software") {
             if (control->get(GigeRegister::trigger_software) == 0) return {};
             control->set(GigeRegister::trigger_software, 0);
