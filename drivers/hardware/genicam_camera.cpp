@@ -10,6 +10,7 @@
 
 #include "drivers/errors.hpp"
 #include "drivers/hardware/genicam_stream.hpp"
+#include "drivers/quantity.hpp"
 
 namespace shaker {
 namespace {
@@ -121,6 +122,7 @@ private:
         away_since_ = next_attempt_ = time;
         pause_ = first_pause;
         exposures_.reopened();
+        stream_->forsake();
         closing_ = std::move(stream_);
     }
 
@@ -136,7 +138,7 @@ private:
                 auto stream = std::make_unique<GenicamStream>(settings_, view_.camera);
                 if (stream->picture() != picture_)
                     throw DeviceError{"camera \"" + view_.camera + "\" (" + settings_.id +
-                                      ") came back with other pictures"};
+                                      "): came back with other pictures"};
                 stream->start(*buffers_);
                 return stream;
             });
@@ -150,7 +152,7 @@ private:
             const double away_s = std::chrono::duration<double>{now() - away_since_}.count();
             if (away_s > settings_.give_up_s)
                 throw DeviceError{std::string{error.what()} + "; it has been away for " +
-                                  std::to_string(std::lround(away_s)) + " s"};
+                                  to_text(0.1 * std::round(10 * away_s)) + " s"};
             next_attempt_ = now() + pause_;
             pause_ = std::min(2 * pause_, longest_pause);
         }

@@ -120,11 +120,11 @@ private:
                  [&](GError** e) { arv_camera_set_exposure_time_auto(camera_, ARV_AUTO_OFF, e); });
         double min = 0, max = 0;
         call("exposure", [&](GError** e) { arv_camera_get_exposure_time_bounds(camera_, &min, &max, e); });
-        require_range("exposure", asked_.exposure_s, 1e-6 * min, 1e-6 * max, " s");
+        require_range("exposure", asked_.exposure_s, min / 1e6, max / 1e6, " s");
         call("exposure",
              [&](GError** e) { arv_camera_set_exposure_time(camera_, 1e6 * asked_.exposure_s, e); });
         picture.exposure_s =
-            1e-6 * call("exposure", [&](GError** e) { return arv_camera_get_exposure_time(camera_, e); });
+            call("exposure", [&](GError** e) { return arv_camera_get_exposure_time(camera_, e); }) / 1e6;
         tell("exposure", picture.exposure_s, asked_.exposure_s, " s");
     }
 

@@ -134,6 +134,7 @@ GenicamStream::~GenicamStream() {
 
 const GenicamPicture& GenicamStream::picture() const noexcept { return state_->picture; }
 const std::vector<std::string>& GenicamStream::granted() const noexcept { return state_->granted; }
+void GenicamStream::forsake() noexcept { state_->control_lost = true; }
 bool GenicamStream::control_lost() const noexcept { return state_->control_lost; }
 
 void GenicamStream::start(PictureBuffers& buffers) {

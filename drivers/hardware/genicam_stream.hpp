@@ -38,6 +38,8 @@ public:
     std::optional<ReceivedPicture> receive(std::chrono::microseconds wait);
     /// Exposes one picture when it is triggered by software. Returns false when the camera did not answer.
     bool trigger() noexcept;
+    /// The camera is taken for dead: nothing more is said to it than must be, since each word takes seconds.
+    void forsake() noexcept;
     /// The camera does not answer any more, or somebody else took it. Any thread.
     [[nodiscard]] bool control_lost() const noexcept;
 
