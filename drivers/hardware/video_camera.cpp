@@ -98,7 +98,9 @@ private:
 class MovieCamera final : public Camera {
 public:
     MovieCamera(const VideoSettings& settings, View view, std::vector<std::string>& granted)
-        : view_{std::move(view)}, paced_{settings.paced}, source_{settings.file, cv::CAP_ANY, view_.camera} {
+        : view_{std::move(view)},
+          paced_{settings.paced},
+          source_{settings.file, cv::CAP_FFMPEG, view_.camera} {
         const double own = source_.capture().get(cv::CAP_PROP_FPS);
         view_.frame_rate_hz = settings.frame_rate_hz > 0 ? settings.frame_rate_hz : own;
         if (!(view_.frame_rate_hz > 0))

@@ -18,24 +18,27 @@ namespace {
 
 using namespace std::chrono_literals;
 
-constexpr int width = 48, height = 32, frames = 20;
+constexpr int width = 48, height = 32, frames = 20, many_frames = 300;
 constexpr double rate_hz = 50;
 
 class VideoCameraTest : public ::testing::Test {
 protected:
     void SetUp() override {
         settings_.file = test::fresh_folder() / "movie.avi";
+        view_.camera = "top";
+        write_movie(frames);
+    }
+    void write_movie(int count) const {
         cv::VideoWriter writer{settings_.file.string(), cv::CAP_FFMPEG,
                                cv::VideoWriter::fourcc('M', 'J', 'P', 'G'), rate_hz, cv::Size{width, height}};
         cv::Mat picture(height, width, CV_8UC3);
-        for (int i = 0; i < frames; ++i) {
+        for (int i = 0; i < count; ++i) {
             picture.forEach<cv::Vec3b>([&](cv::Vec3b& pixel, const int* at) {
                 pixel = {static_cast<uchar>(5 * at[1] + 10 * i), static_cast<uchar>(7 * at[0]),
                          static_cast<uchar>(3 * i)};
             });
             writer.write(picture);
         }
-        view_.camera = "top";
     }
     std::string refusal() {
         try {
@@ -98,11 +101,18 @@ TEST_F(VideoCameraTest, AReadThatWaitsForTheNextPictureEndsWithItsWait) {
 }
 
 TEST_F(VideoCameraTest, ReadersThatHoldEveryFrameMakeAFastMovieWait) {
+    write_movie(many_frames);
     settings_.paced = false;
     std::vector<FramePtr> held;
     const auto camera = open_video_camera(settings_, view_);
-    while (FramePtr frame = camera->read(0ms)) held.push_back(frame);
-    EXPECT_EQ(held.size(), static_cast<std::size_t>(frames));  // fewer than the pool has
+    while (FramePtr frame = camera->read(0ms)) held.push_back(std::move(frame));
+    EXPECT_EQ(held.size(), 256u);  // as many as the pool has
+    EXPECT_FALSE(camera->ended());
+    held.clear();
+    while (FramePtr frame = camera->read(0ms)) held.push_back(std::move(frame));
+    EXPECT_TRUE(camera->ended());
+    EXPECT_EQ(held.back()->tick.n, many_frames - 1);
+    EXPECT_EQ(camera->counts().taken, static_cast<std::uint64_t>(many_frames));
     EXPECT_EQ(camera->counts().lost, 0u);
 }
 
