@@ -1,6 +1,9 @@
 #include "drivers/mock/iiod.hpp"
 
 #include <algorithm>
+#include <boost/asio/executor_work_guard.hpp>
+#include <boost/asio/io_context.hpp>
+#include <boost/asio/post.hpp>
 #include <chrono>
 #include <cmath>
 #include <optional>
@@ -63,8 +66,7 @@ struct Iiod::State {
     LateStamps late{};
     std::jthread thread{};
 
-    explicit State(IiodDescription description)
-        : shared{.device = IiodDevice{std::move(description)}} {}
+    explicit State(IiodDescription description) : shared{.device = IiodDevice{std::move(description)}} {}
     State(const State&) = delete;
     State& operator=(const State&) = delete;
     ~State() {
@@ -147,7 +149,7 @@ double Iiod::rate_hz() const noexcept { return state_->shared.rate_hz; }
 
 IiodCounts Iiod::counts() const noexcept {
     const State& s = *state_;
-    return {s.pushed,         s.dropped,       s.unheard, s.shared.served, s.shared.overflowed,
+    return {s.pushed,        s.dropped, s.unheard, s.shared.served, s.shared.overflowed,
             s.shared.unread, s.accepted};
 }
 

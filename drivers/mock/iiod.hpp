@@ -1,6 +1,6 @@
 #pragma once
-// An IIO daemon with one accelerometer and no hardware: real libiio clients read from it over TCP what another
-// thread pushes in. With faults on command.
+// An IIO daemon with one accelerometer and no hardware: real libiio clients read from it over TCP what
+// another thread pushes in. With faults on command.
 #include <cstdint>
 #include <memory>
 #include <span>

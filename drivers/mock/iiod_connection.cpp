@@ -1,6 +1,10 @@
 #include "drivers/mock/iiod_connection.hpp"
 
 #include <algorithm>
+#include <boost/asio/buffer.hpp>
+#include <boost/asio/read.hpp>
+#include <boost/asio/read_until.hpp>
+#include <boost/asio/write.hpp>
 #include <cerrno>
 #include <chrono>
 
@@ -36,16 +40,17 @@ void IiodConnection::receive() {
 void IiodConnection::receive_value(IiodCommand command) {
     if (command.number > longest_value) return close();
     const std::size_t size = command.number, missing = size - std::min(size, in_.size());
-    asio::async_read(socket_, asio::dynamic_buffer(in_), asio::transfer_exactly(missing),
-                     [self = shared_from_this(), command = std::move(command)](error_code error, std::size_t) {
-                         if (error) return self->close();
-                         const std::string value = self->in_.substr(0, command.number);
-                         self->in_.erase(0, command.number);
-                         const int rc = self->shared_.device.write(command, value);
-                         self->shared_.rate_hz = self->shared_.device.rate_hz();
-                         self->reply(rc < 0 ? rc : static_cast<std::int64_t>(command.number));
-                         self->receive();
-                     });
+    asio::async_read(
+        socket_, asio::dynamic_buffer(in_), asio::transfer_exactly(missing),
+        [self = shared_from_this(), command = std::move(command)](error_code error, std::size_t) {
+            if (error) return self->close();
+            const std::string value = self->in_.substr(0, command.number);
+            self->in_.erase(0, command.number);
+            const int rc = self->shared_.device.write(command, value);
+            self->shared_.rate_hz = self->shared_.device.rate_hz();
+            self->reply(rc < 0 ? rc : static_cast<std::int64_t>(command.number));
+            self->receive();
+        });
 }
 
 void IiodConnection::execute(const IiodCommand& command) {
@@ -95,7 +100,8 @@ void IiodConnection::execute(const IiodCommand& command) {
 
 void IiodConnection::open(const IiodCommand& command) {
     IiodDevice& device = shared_.device;
-    if (!device.is_device(command.device)) return reply(device.is_trigger(command.device) ? -EINVAL : -ENODEV);
+    if (!device.is_device(command.device))
+        return reply(device.is_trigger(command.device) ? -EINVAL : -ENODEV);
     Buffer buffer;
     if (buffer_) return reply(-EBUSY);
     if (!decode_iiod_mask(command.mask, buffer.mask) || (buffer.mask & ~IiodDevice::all_channels) != 0 ||

@@ -1,15 +1,15 @@
 #pragma once
 // One client of the mock iiod: answers its commands and streams its buffer. Everything here runs on the
 // server's one thread.
-#include <utility>
-
-#include <boost/asio.hpp>
 #include <atomic>
+#include <boost/asio/ip/tcp.hpp>
+#include <boost/asio/steady_timer.hpp>
 #include <cstdint>
 #include <deque>
 #include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "drivers/mock/iiod_device.hpp"
@@ -21,8 +21,8 @@ namespace shaker {
 struct IiodShared {
     IiodDevice device;
     std::atomic<double> rate_hz{device.rate_hz()};  // for other threads
-    bool silent = false;  // nothing leaves: replies wait until it is over
-    bool triggered = true;  // the device has its trigger
+    bool silent = false;                            // nothing leaves: replies wait until it is over
+    bool triggered = true;                          // the device has its trigger
     std::atomic<std::uint64_t> served{0}, overflowed{0}, unread{0};
 };
 

@@ -38,10 +38,17 @@ constexpr std::string_view document_type = R"(<!DOCTYPE context [
 std::string escaped(std::string_view text) {
     std::string out;
     for (const char c : text) switch (c) {
-            case '&': out += "&amp;"; break;
-            case '<': out += "&lt;"; break;
-            case '"': out += "&quot;"; break;
-            default: out += c;
+            case '&':
+                out += "&amp;";
+                break;
+            case '<':
+                out += "&lt;";
+                break;
+            case '"':
+                out += "&quot;";
+                break;
+            default:
+                out += c;
         }
     return out;
 }
@@ -84,8 +91,9 @@ std::string IiodDevice::xml() const {
                attribute("sampling_frequency_available", "in_accel_sampling_frequency_available") +
                "</channel>";
     }
-    xml += "<channel id=\"timestamp\" type=\"input\">"
-           "<scan-element index=\"3\" format=\"le:s64/64>>0\" /></channel>";
+    xml +=
+        "<channel id=\"timestamp\" type=\"input\">"
+        "<scan-element index=\"3\" format=\"le:s64/64>>0\" /></channel>";
     xml += attribute("current_timestamp_clock");
     if (!d_.serial.empty()) xml += attribute("serial_number");
     xml += "<buffer-attribute name=\"length_align_bytes\" /></device>";

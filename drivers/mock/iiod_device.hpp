@@ -16,12 +16,12 @@ struct IiodDescription {
     std::string label{};   // none when empty
     std::string serial{};  // attribute serial_number, none when empty
     double rate_hz = 4000;
-    std::vector<double> rates_hz{4000, 2000, 1000, 500, 250, 125};  // a client may choose among these
+    std::vector<double> rates_hz{4000, 2000, 1000, 500, 250, 125};          // a client may choose among these
     std::array<double, 3> mps2_per_count{3.8245e-5, 3.8245e-5, 3.8245e-5};  // attribute scale
     std::array<double, 3> offset_counts{};                                  // attribute offset
-    int bits = 20;           // of 16 (up to 16) or 32, big endian, at the upper end; 1 to 32
-    bool monotonic = true;   // whether the clock of the stamps may be set to monotonic
-    std::size_t fifo = 0;    // samples of the kernel's FIFO a buffer; 0: samples times buffers, as asked
+    int bits = 20;          // of 16 (up to 16) or 32, big endian, at the upper end; 1 to 32
+    bool monotonic = true;  // whether the clock of the stamps may be set to monotonic
+    std::size_t fifo = 0;   // samples of the kernel's FIFO a buffer; 0: samples times buffers, as asked
 };
 
 /// One conversion.

@@ -31,18 +31,18 @@ struct IiodCommand {
     std::string device;
     IiodOwner owner = IiodOwner::device;
     std::string channel;
-    bool output = false;      // of the channel
-    std::string attribute;    // empty: all of them
-    std::string trigger;      // empty: none
-    std::uint64_t number = 0; // TIMEOUT: ms; WRITE, READBUF: bytes; OPEN: samples; SET: buffers
-    std::string mask;         // as it came; decode_iiod_mask() reads it
+    bool output = false;       // of the channel
+    std::string attribute;     // empty: all of them
+    std::string trigger;       // empty: none
+    std::uint64_t number = 0;  // TIMEOUT: ms; WRITE, READBUF: bytes; OPEN: samples; SET: buffers
+    std::string mask;          // as it came; decode_iiod_mask() reads it
 };
 
 /// One line without its end. Verbs in upper or lower case; ZPRINT and WRITEBUF are refused.
 IiodCommand parse_iiod_command(std::string_view line);
 
-/// Bit i is channel i. Returns false unless the text is exactly eight hexadecimal digits, which is what up to 32
-/// channels take.
+/// Bit i is channel i. Returns false unless the text is exactly eight hexadecimal digits, which is what up to
+/// 32 channels take.
 bool decode_iiod_mask(std::string_view text, std::uint32_t& mask) noexcept;
 std::string encode_iiod_mask(std::uint32_t mask);
 

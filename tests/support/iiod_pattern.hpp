@@ -1,5 +1,6 @@
 #pragma once
-// Samples that tell their own number, fed to a mock iiod in real time: what a client lost is then known exactly.
+// Samples that tell their own number, fed to a mock iiod in real time: what a client lost is then known
+// exactly.
 #include <array>
 #include <atomic>
 #include <cstdint>
