@@ -5,6 +5,7 @@
 #include <array>
 #include <cerrno>
 #include <charconv>
+#include <csignal>
 
 #include "drivers/errors.hpp"
 
@@ -19,7 +20,11 @@ std::string iio_words(int rc) {
 }
 
 IioContextHandle open_iio_context(const std::string& uri) {
-    IioContextHandle context{iio_create_context_from_uri(uri.c_str())};
+    // libiio writes to sockets without forbidding the signal: a peer that hangs up would end the process.
+    if (struct sigaction action{}; sigaction(SIGPIPE, nullptr, &action) == 0 && action.sa_handler == SIG_DFL)
+        std::signal(SIGPIPE, SIG_IGN);
+    std::string scratch = uri;  // libiio 0.24 writes a NUL over the colon before a port
+    IioContextHandle context{iio_create_context_from_uri(scratch.data())};
     if (!context) throw DeviceError{uri + ": " + iio_words(errno)};
     return context;
 }

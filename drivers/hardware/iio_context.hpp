@@ -18,7 +18,8 @@ using IioContextHandle = std::unique_ptr<iio_context, IioContextEnd>;
 /// libiio's words for -errno.
 std::string iio_words(int rc);
 /// Throws DeviceError with the address and libiio's words. May block for as long as libiio likes: 5 s for
-/// each of connecting, describing and so on, which it does not let one change.
+/// each of connecting, describing and so on, which it does not let one change. From the first call on the
+/// process ignores SIGPIPE, unless it handles it: libiio's writes to a peer that is gone would end it.
 IioContextHandle open_iio_context(const std::string& uri);
 
 /// An attribute's text, of the channel or, where that is null, of the device; empty when it cannot be read.

@@ -66,7 +66,7 @@ void IiodConnection::execute(const IiodCommand& command) {
         case IiodVerb::version:
             return put("0.24.mockiio\n");
         case IiodVerb::timeout:
-            timeout_ms_ = command.number;
+            shared_.timeout_ms = command.number;
             return reply(0);
         case IiodVerb::read:
             if (const int rc = device.read(command, value); rc < 0) return reply(rc);
@@ -129,8 +129,8 @@ void IiodConnection::read_buffer(const IiodCommand& command) {
 }
 
 void IiodConnection::await_samples() {
-    if (timeout_ms_ == 0) return;
-    deadline_.expires_after(std::chrono::milliseconds{timeout_ms_});
+    if (shared_.timeout_ms == 0) return;
+    deadline_.expires_after(std::chrono::milliseconds{shared_.timeout_ms});
     deadline_.async_wait([self = shared_from_this()](error_code error) {
         if (!error && self->buffer_ && self->buffer_->wanted > 0) self->end_buffer(-ETIMEDOUT);
     });

@@ -23,6 +23,7 @@ struct IiodShared {
     std::atomic<double> rate_hz{device.rate_hz()};  // for other threads
     bool silent = false;                            // nothing leaves: replies wait until it is over
     bool triggered = true;                          // the device has its trigger
+    std::uint64_t timeout_ms = 1000;                // without samples before a READBUF fails; 0: none
     std::atomic<std::uint64_t> served{0}, overflowed{0}, unread{0};
 };
 
@@ -76,7 +77,6 @@ private:
     bool sending_ = false;
     std::optional<Buffer> buffer_;
     std::size_t buffers_ = 4;
-    std::uint64_t timeout_ms_ = 1000;
 };
 
 }  // namespace shaker
