@@ -44,7 +44,7 @@ foreach(source ${benches})
   target_link_libraries(bench_${name} PRIVATE test_support benchmark::benchmark)
 endforeach()
 
-# Programs that tests/peers/* point other people's clients at: tests/peers/<name>.cpp.
+# Programs for the scripts in tests/peers, which try the mock devices against software of others.
 file(GLOB peers CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/tests/peers/*.cpp)
 foreach(source ${peers})
   get_filename_component(name ${source} NAME_WE)
