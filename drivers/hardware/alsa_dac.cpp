@@ -65,7 +65,8 @@ struct AlsaDac::State {
     int note_time();
     void go_on(int outcome, std::int64_t wanted_end);
     int fill_behind();
-    void restart(int error);
+    int put_silence(std::int64_t samples);
+    int restart(int error);
     void play_out() noexcept;
     [[nodiscard]] OutputFrames make_frames() const;
     [[nodiscard]] HostTime deadline() const noexcept {
@@ -163,10 +164,10 @@ void AlsaDac::State::go_on(int outcome, std::int64_t wanted_end) {
     const std::int64_t end_of_drive = end;
     ++incidents;
     if (outcome > 0) outcome = fill_behind();
-    if (outcome < 0) restart(outcome);
     frames.restart();
+    while (outcome != told_to_stop && (outcome != done || end <= wanted_end))
+        outcome = outcome == done ? put_silence(wanted_end + 1 - end) : restart(outcome);
     if (outcome == told_to_stop) return;
-    end = std::max(end, wanted_end + 1);
     last.lost = end - wanted_end;
     lost += static_cast<std::uint64_t>(end - end_of_drive);
 }
@@ -193,7 +194,17 @@ int AlsaDac::State::fill_behind() {
     return done;
 }
 
-void AlsaDac::State::restart(int error) {
+// At most a period of it, behind the silence that is there.
+int AlsaDac::State::put_silence(std::int64_t samples) {
+    const std::int64_t n = std::min<std::int64_t>(samples, settings.period_frames);
+    if (const int outcome = wait_until_queued(buffer - n, margin); outcome != done)
+        return outcome == came_late ? -EPIPE : outcome;
+    if (pcm->write_silence(n) != n) return -EPIPE;
+    end += n;
+    return done;
+}
+
+int AlsaDac::State::restart(int error) {
     slipped = 0;
     while (error != done) {
         if (!passes(error)) pcm->fail("playing has ended", error);
@@ -212,6 +223,7 @@ void AlsaDac::State::restart(int error) {
         }
         error = begin();
     }
+    return error;
 }
 
 // The end of a device's life: what was written, and the ramp where it is not there yet. Bounded.
@@ -250,7 +262,7 @@ PlayTime AlsaDac::write(std::span<const double> volts, std::span<const double> t
     if (s.stopping) return s.last;
     s.last.lost = 0;
     int outcome = s.running ? done : s.begin();
-    if (outcome != done) s.restart(outcome);
+    if (outcome != done) static_cast<void>(s.restart(outcome));
     const auto most = static_cast<std::size_t>(s.settings.period_frames);
     for (std::size_t at = 0; at < volts.size(); at += most) {
         const std::size_t n = std::min(most, volts.size() - at);

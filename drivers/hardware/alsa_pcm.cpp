@@ -271,7 +271,7 @@ int AlsaPcm::wait(int wake_fd, std::chrono::nanoseconds at_most) noexcept {
     const int error = snd_pcm_poll_descriptors_revents(s.pcm, s.polled.data(), count, &events);
     if (error < 0) return error;
     if ((events & (POLLERR | POLLNVAL | POLLHUP)) == 0) return 0;
-    const int broken = s.stream_error();
+    const int broken = queued().error;  // makes libasound look at the stream
     return broken != 0 ? broken : -EIO;
 }
 

@@ -80,7 +80,7 @@ double MockDac::largest_step(std::size_t from, std::size_t until) const {
 
 double test_drive(std::int64_t tick) {
     const double turns = static_cast<double>(tick % 480) / 480;
-    return 0.3 * std::sin(2 * std::numbers::pi * turns) + 0.3 * std::cos(4 * std::numbers::pi * turns);
+    return 0.3 * std::sin(2 * std::numbers::pi * turns) + 0.3 * std::sin(4 * std::numbers::pi * turns);
 }
 
 std::vector<double> test_block(std::int64_t tick, std::size_t n) {
