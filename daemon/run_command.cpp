@@ -93,7 +93,7 @@ void run(const RunOptions& options) {
                     options.drive.phi, options.drive.rho, options.drive.frequency);
     header.kind = "run";
     header.config = run_settings_text(options);
-    if (bench.world) header.scene = scene_text(bench.scene);
+    header.rig = bench.world ? scene_text(bench.scene) : bench.rig_text;
     header.frequency_hz = Synthesiser::realised(options.drive.frequency, dac.rate_hz);
     header.dac = dac;
     header.accelerometer = rig.accelerometer->info();

@@ -27,7 +27,7 @@ struct SessionHeader {
     std::string title;
     std::string kind;                 // "run" of shakerd, or "session" recorded elsewhere
     std::string config;               // settings as TOML
-    std::string scene;                // TOML of a simulated scene; empty for real ones
+    std::string rig;                  // TOML: a simulated scene, or the rig file of real devices
     double frequency_hz = 0;          // nominal
     DacInfo dac;                      // rate 0: no DAC in this session
     AccelerometerInfo accelerometer;  // rate 0: none

@@ -93,7 +93,7 @@ SessionReader::SessionReader(const std::filesystem::path& file) : opened_{std::m
     header.title = h5::read_text(e, "title");
     header.kind = h5::read_text(e, "process/kind");
     header.config = h5::read_text(e, "process/config_text");
-    header.scene = h5::read_text(e, "process/scene_text");
+    header.rig = h5::read_text(e, "process/rig_text");
     header.frequency_hz = h5::read_attribute(e, "process", "frequency_hz");
     header.keep_frames = whole(e, "process", "keep_frames", 0, 1) != 0;
     header.dac = {h5::read_attribute_text(e, "raw/drive", "name"),

@@ -132,7 +132,7 @@ SessionWriter::SessionWriter(const std::filesystem::path& file, const SessionHea
     h5::write_text(process.get(), "version", SHAKER_VERSION);
     h5::write_text(process.get(), "kind", header.kind);
     h5::write_text(process.get(), "config_text", header.config);
-    h5::write_text(process.get(), "scene_text", header.scene);
+    h5::write_text(process.get(), "rig_text", header.rig);
     h5::set_attribute(process.get(), "frequency_hz", header.frequency_hz);
     h5::set_attribute(process.get(), "keep_frames", std::int64_t{header.keep_frames});
 

@@ -36,7 +36,7 @@ TEST_F(SessionFileTest, HeaderComesBack) {
     EXPECT_EQ(b.title, a.title);
     EXPECT_EQ(b.kind, a.kind);
     EXPECT_EQ(b.config, a.config);
-    EXPECT_EQ(b.scene, "");
+    EXPECT_EQ(b.rig, "");
     EXPECT_EQ(b.frequency_hz, a.frequency_hz);
     EXPECT_TRUE(b.keep_frames);
     EXPECT_EQ(b.dac.name, a.dac.name);
