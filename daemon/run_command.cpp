@@ -22,17 +22,6 @@ namespace shaker {
 
 namespace {
 
-// Where the walker really was, between the two nearest exposures. A straight line between frames 1 ms apart
-// is off by at most mu g h^2 / 8, 0.14 um.
-double walker_at(const std::vector<PoseTruth>& poses, double t) {
-    const auto after =
-        std::ranges::lower_bound(poses, t, {}, [](const PoseTruth& p) { return seconds(p.time); });
-    if (after == poses.end() || after == poses.begin()) return NAN;
-    const auto before = std::prev(after);
-    const double u = (t - seconds(before->time)) / (seconds(after->time) - seconds(before->time));
-    return std::lerp(before->walker, after->walker, u);
-}
-
 void record_truth(SessionWriter& file, const World& world, const std::string& camera, std::size_t index,
                   double v_D) {
     std::vector<double> frame, t, base, walker;
@@ -126,9 +115,7 @@ void run(const RunOptions& options) {
     std::ranges::copy(director.notes(), std::back_inserter(r.notes));
     double v_D = NAN;
     if (bench.world) {
-        const std::vector<PoseTruth> poses = bench.world->truth(0);
-        v_D = (walker_at(poses, director.to_s()) - walker_at(poses, director.from_s())) /
-              (director.to_s() - director.from_s());
+        v_D = drift_velocity(bench.world->truth(0), director.from_s(), director.to_s());
         for (std::size_t i = 0; recording.writer() != nullptr && i < header.views.size(); ++i)
             record_truth(*recording.writer(), *bench.world, header.views[i].camera, i, v_D);
     }

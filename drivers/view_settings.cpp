@@ -50,11 +50,10 @@ std::array<int, 4> read_roi(SettingsTable& table) {
 }
 
 Target read_target(SettingsTable& table, std::set<std::string>& names, double distance_mm) {
-    constexpr TargetKind kinds[] = {TargetKind::disc, TargetKind::rectangle, TargetKind::dots,
-                                    TargetKind::bars, TargetKind::patch};
     Target target;
     target.name = name_at(table, names);
-    target.kind = kinds[table.choice("kind", {"disc", "rectangle", "dots", "bars", "patch"})];
+    target.kind =
+        static_cast<TargetKind>(table.choice("kind", {"disc", "rectangle", "dots", "bars", "patch"}));
     const auto length = [&](std::string_view key, std::initializer_list<TargetKind> needed_by) {
         const bool needed = std::find(needed_by.begin(), needed_by.end(), target.kind) != needed_by.end();
         return needed ? table.number(key, length_mm) : table.number(key, length_mm, 0);
@@ -102,6 +101,32 @@ View read_view(SettingsTable& table, std::set<std::string>& taken) {
         table.fail("target", "camera \"" + view.camera +
                                  "\" has nothing to follow: at least one [[camera.target]] was expected");
     return view;
+}
+
+std::string view_text(const View& view) {
+    constexpr std::array kinds{"disc", "rectangle", "dots", "bars", "patch"};
+    std::string text;
+    const auto number = [&](const char* key, double x) {
+        if (x != 0) text += key + (" = " + to_text(x)) + "\n";
+    };
+    text += "name = \"" + view.camera + "\"\n";
+    number("frame_rate_hz", view.frame_rate_hz);
+    number("exposure_s", view.exposure_s);
+    number("mm_per_px", view.mm_per_px);
+    number("distance_mm", view.distance_mm);
+    text += "along = [" + to_text(view.along[0]) + ", " + to_text(view.along[1]) + "]\n";
+    for (const Target& t : view.targets) {
+        text += "[[camera.target]]\nname = \"" + t.name + "\"\nkind = \"" +
+                kinds.at(static_cast<std::size_t>(t.kind)) + "\"\n";
+        number("diameter_mm", t.diameter_mm);
+        number("width_mm", t.width_mm);
+        number("pitch_mm", t.pitch_mm);
+        number("offset_mm", t.offset_mm);
+        text += "roi_px = [";
+        for (std::size_t i = 0; i < 4; ++i) text += (i == 0 ? "" : ", ") + std::to_string(t.roi_px[i]);
+        text += t.polarity == Polarity::dark ? "]\npolarity = \"dark\"\n" : "]\n";
+    }
+    return text;
 }
 
 }  // namespace shaker

@@ -15,6 +15,9 @@ namespace shaker {
 /// they are added. Other keys are left to the caller. InputError as SettingsTable gives it.
 View read_view(SettingsTable& table, std::set<std::string>& taken);
 
+/// The same keys and tables as TOML, for a table [[camera]].
+std::string view_text(const View& view);
+
 /// A unit vector in the axes of an accelerometer, of length 1 within 0.1 %, made exactly so.
 std::array<double, 3> read_axis(SettingsTable& table, std::string_view key);
 

@@ -5,16 +5,9 @@
 
 #include "drivers/devices.hpp"
 #include "drivers/simulated/scene.hpp"
+#include "drivers/simulated/truth.hpp"
 
 namespace shaker {
-
-/// Where base and walker really were in the middle of one exposure, m on the shaker's axis.
-struct PoseTruth {
-    CameraTick tick;
-    MasterTime time;
-    double base = 0;
-    double walker = 0;
-};
 
 /// One virtual bench; it outlives the devices it hands out. Everything is deterministic: same scene, same
 /// samples in, same bytes out, whatever thread calls. Virtual time moves only when the DAC is written.
