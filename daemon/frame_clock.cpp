@@ -9,7 +9,7 @@ namespace shaker {
 
 namespace {
 constexpr std::size_t learning_frames = 64;
-constexpr double jump_frames = 0.4;
+constexpr double jump_frames = 0.4, least_jump_s = 5e-3;  // the soonest arrival may vary by milliseconds
 constexpr double patience_s = 0.5;  // longer than this machine or its network stands still
 constexpr std::size_t least_patience = 100;
 
@@ -19,7 +19,7 @@ double frame_s(const View& view) { return view.frame_rate_hz > 0 ? 1 / view.fram
 FrameClock::FrameClock(const View& view, double dac_rate_hz)
     : view_{view},
       dac_rate_hz_{dac_rate_hz},
-      jump_{std::llround(1e9 * jump_frames * frame_s(view))},
+      jump_{std::llround(1e9 * std::max(jump_frames * frame_s(view), least_jump_s))},
       patience_{std::max(least_patience, static_cast<std::size_t>(patience_s / frame_s(view)))},
       ticks_{1 / frame_s(view)} {
     begin_epoch(0);
@@ -38,7 +38,7 @@ void FrameClock::add(const FrameStamp& frame) {
     ++frames_;
 }
 
-// No frame can arrive much sooner than the soonest; a long row of late ones is not the network's doing.
+// No frame can arrive much sooner than the soonest of many; a long row of late ones is not the network's doing.
 void FrameClock::add_stamp(const FrameStamp& frame) {
     if (const auto map = epochs_.back().stamps.map()) {
         const auto delay = frame.arrived - map->at(*frame.stamp);
@@ -46,7 +46,8 @@ void FrameClock::add_stamp(const FrameStamp& frame) {
             late_.push_back(frame);
         else
             late_.clear();
-        if (delay < -jump_ || late_.size() >= patience_) {
+        const bool soonest_known = frames_ - epochs_.back().first >= 3 * patience_;  // and in the map
+        if ((soonest_known && delay < -jump_) || late_.size() >= patience_) {
             begin_epoch(frames_ + 1 - std::max<std::size_t>(late_.size(), 1));
             for (const FrameStamp& late : late_) epochs_.back().stamps.add(*late.stamp, late.arrived);
             if (late_.empty()) epochs_.back().stamps.add(*frame.stamp, frame.arrived);

@@ -52,15 +52,15 @@ private:
     void say(Verdict verdict, const std::string& device, std::string text) {
         findings_.push_back({verdict, device, std::move(text)});
     }
-    void clock(const std::string& device, double nominal_hz, double ppm, double residual_s) {
-        say(std::abs(ppm) > most_ppm ? Verdict::warning : Verdict::good, device,
+    template <class Clock>
+    void clock(const std::string& device, double nominal_hz, const ClockTracker<Clock>& c) {
+        const bool crystal = std::abs(c.ppm()) < most_ppm + 4 * c.ppm_sigma();
+        say(crystal ? Verdict::good : Verdict::warning, device,
             fmt::format(
-                "{:.6g} Hz asked, runs {:+.2f} ppm against the host's clock; its stamps scatter {:.3g} "
-                "us{}",
-                nominal_hz, ppm, 1e6 * residual_s,
-                std::abs(ppm) > most_ppm ? "; no crystal is that far off: is the rate converted on "
-                                           "the way?"
-                                         : ""));
+                "{:.6g} Hz, runs {} ppm fast against the host's clock; its stamps come {:.3g} us after "
+                "the soonest, on average{}",
+                nominal_hz, with_error(c.ppm(), c.ppm_sigma()), 1e6 * c.residual().count(),
+                crystal ? "" : "; no crystal is that far off: is the rate converted on the way?"));
     }
     void losses(const std::string& device, const char* what, const DeviceCounts& c) {
         const bool clean = c.lost == 0 && c.incidents == 0 && c.reopened == 0;
@@ -89,7 +89,7 @@ void Judge::dac() {
     const std::string name = rig_.dac->info().name;
     ClockTracker<DacClock> tracker{take_.dac_rate_hz};
     for (const PlayTime& p : take_.played) follow(tracker, p);
-    clock(name, take_.dac_rate_hz, tracker.ppm(), tracker.residual().count());
+    clock(name, take_.dac_rate_hz, tracker);
     losses(name, "samples played", rig_.dac->counts());
 }
 
@@ -101,7 +101,7 @@ void Judge::accelerometer() {
     }
     ClockTracker<AccelerometerClock> tracker{info.rate_hz};
     for (const AccelBlock& b : take_.blocks) tracker.add({b.first.n + b.size - 1}, b.arrived);
-    clock(info.name, info.rate_hz, tracker.ppm(), tracker.residual().count());
+    clock(info.name, info.rate_hz, tracker);
     losses(info.name, "samples", rig_.accelerometer->counts());
     std::array<std::vector<double>, 3> quiet;
     const AccelSeries& s = measured_.accelerometer;
@@ -168,10 +168,7 @@ void Judge::camera(std::size_t index) {
     ClockTracker<CameraStampClock> tracker{1e9};
     for (const FrameStamp& f : taken.untimed)
         if (f.stamp) tracker.add(*f.stamp, f.arrived);
-    say(Verdict::good, name,
-        fmt::format("its clock runs {:+.2f} ppm against the host's; frames come {:.3g} us after the soonest, "
-                    "on average",
-                    tracker.ppm(), 1e6 * tracker.residual().count()));
+    clock(name, view.frame_rate_hz, tracker);
 }
 
 std::optional<Motion> Judge::by_accelerometer() {

@@ -145,6 +145,10 @@ public:
                 .rate_hz = s_.scene.dac_rate_hz,
                 .full_scale_V = s_.scene.dac_full_scale_v};
     }
+    [[nodiscard]] DeviceCounts counts() const noexcept override {
+        const std::scoped_lock lock{s_.mutex};
+        return {.taken = static_cast<std::uint64_t>(s_.n)};
+    }
     PlayTime write(std::span<const double> volts, std::span<const double> trigger) override {
         if (volts.size() != trigger.size()) throw DeviceError{"simulated DAC: channels of different length"};
         std::unique_lock lock{s_.mutex};
@@ -164,12 +168,19 @@ class SimulatedAccelerometer final : public Accelerometer {
 public:
     explicit SimulatedAccelerometer(World::State& s) : s_{s} {}
     [[nodiscard]] AccelerometerInfo info() const override { return s_.sensor.info(); }
+    [[nodiscard]] DeviceCounts counts() const noexcept override {
+        const std::scoped_lock lock{s_.mutex};
+        return counts_;
+    }
     bool read(AccelBlock& block, std::chrono::milliseconds wait) override {
         std::unique_lock lock{s_.mutex};
         s_.moved.wait_for(lock, wait, [&] { return s_.stopped || s_.accel_ready(); });
         if (!s_.accel_ready()) return false;
         block = s_.blocks.front();
         s_.blocks.pop_front();
+        counts_.taken += static_cast<std::uint64_t>(block.size);
+        counts_.lost += static_cast<std::uint64_t>(block.first.n - next_);
+        next_ = block.first.n + block.size;
         s_.moved.notify_all();
         return true;
     }
@@ -181,6 +192,8 @@ public:
 
 private:
     World::State& s_;
+    DeviceCounts counts_;
+    std::int64_t next_ = 0;
 };
 
 class SimulatedCamera final : public Camera {
@@ -188,6 +201,10 @@ public:
     SimulatedCamera(World::State& s, std::size_t index)
         : s_{s}, eye_{s.eyes[index]}, pool_{pool_frames, eye_.truth.width, eye_.truth.height, 1} {}
     [[nodiscard]] const View& view() const override { return eye_.truth.view; }
+    [[nodiscard]] DeviceCounts counts() const noexcept override {
+        const std::scoped_lock lock{s_.mutex};
+        return counts_;
+    }
     FramePtr read(std::chrono::milliseconds wait) override {
         Exposure e;
         {
@@ -212,6 +229,9 @@ public:
         eye_.renderer.render(e.poses, e.tick, frame->pixels);
         const std::scoped_lock lock{s_.mutex};
         eye_.render_s += cpu_seconds() - before;
+        ++counts_.taken;
+        counts_.lost += static_cast<std::uint64_t>(e.tick.n - next_);
+        next_ = e.tick.n + 1;
         return frame;
     }
     [[nodiscard]] bool ended() const noexcept override {
@@ -225,6 +245,8 @@ private:
     World::State::Eye& eye_;
     FramePool pool_;
     bool lost_ = false;
+    DeviceCounts counts_;
+    std::int64_t next_ = 0;
 };
 
 }  // namespace

@@ -68,6 +68,26 @@ TEST(FrameClockTest, ATriggeredFrameIsOnItsPulseToTheSampleWhateverTheArrival) {
     EXPECT_EQ(clock.jumps(), 0U);
 }
 
+// A client that has just started is slow with the first pictures: none of them tells how soon one can come.
+TEST(FrameClockTest, FirstFramesThatCameLateAreNoJumpOfTheStamps) {
+    for (const double slow_s : {2.5e-3, 40e-3}) {
+        FrameClock clock{view_at(200, true), dac_hz};
+        TestCamera camera;
+        std::vector<FrameStamp> frames;
+        for (std::int64_t k = 0; k < 500; ++k) {
+            frames.push_back(camera.frame(k, static_cast<double>(TriggerTrain::pulse(k, dac_hz, 200))));
+            const double late = slow_s * std::max(0.0, 1 - static_cast<double>(k) / 30);
+            frames.back().arrived += std::chrono::nanoseconds{std::llround(1e9 * late)};
+            clock.add(frames.back());
+        }
+        EXPECT_EQ(clock.jumps(), 0U);
+        for (std::size_t k = 0; k < frames.size(); ++k)
+            ASSERT_NEAR(seconds(clock.mid_exposure(k, frames[k], dac_map())),
+                        static_cast<double>(k) / 200 + 5e-6 + 2e-4, 1e-12)
+                << "first frame " << slow_s << " s late, frame " << k;
+    }
+}
+
 TEST(FrameClockTest, AFreeRunningCameraIsPlacedByItsStampsTo20us) {
     FrameClock clock{view_at(200, false), dac_hz};
     TestCamera camera;
