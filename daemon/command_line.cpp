@@ -133,6 +133,15 @@ int command_line(int argc, char** argv) {
     add_json(check_app, check_options.json);
     check_app.footer("Exit status 3 when a device is not fit to run.");
 
+    DevicesOptions devices_options;
+    CLI::App& devices_app = *app.add_subcommand("devices", "List what is connected and what it can do");
+    devices_app.add_option("--iio", devices_options.iio,
+                           "Look for accelerometers there too, e.g. ip:192.168.1.7");
+    devices_app.add_option("--pcm", devices_options.pcm, "This PCM instead of the sound cards' own");
+    devices_app.add_option("--alsa-config", devices_options.alsa_config, "File that defines it")
+        ->check(CLI::ExistingFile);
+    add_json(devices_app, devices_options.json);
+
     ReplayOptions replay_options;
     CLI::App& replay_app =
         *app.add_subcommand("replay", "Recompute a recording's results from its raw streams");
@@ -181,6 +190,7 @@ int command_line(int argc, char** argv) {
         run(run_options);
     }
     if (check_app.parsed() && !check(check_options)) return exit_device;
+    if (devices_app.parsed()) list_devices(devices_options);
     if (replay_app.parsed() && !replay(replay_options)) return exit_not_identical;
     if (reduce_app.parsed()) {
         reduce_options.keep_frames = !reduce_no_frames;

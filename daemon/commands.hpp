@@ -3,6 +3,7 @@
 // doing on standard error, and throws InputError or DeviceError when it cannot.
 #include <filesystem>
 #include <string>
+#include <vector>
 
 #include "drivers/drive.hpp"
 
@@ -31,6 +32,15 @@ struct CheckOptions {
 /// Opens every device of a rig, plays a low-level self-test and tells what is right and what to look at.
 /// False when something is bad.
 bool check(const CheckOptions& options);
+
+struct DevicesOptions {
+    std::vector<std::string> iio;       // further places to look for accelerometers: "ip:host:port"
+    std::string pcm;                    // this PCM instead of the sound cards' own
+    std::filesystem::path alsa_config;  // that defines it
+    bool json = false;
+};
+/// Prints what is connected and what it can do, in the words of a rig file.
+void list_devices(const DevicesOptions& options);
 
 struct ReplayOptions {
     std::filesystem::path file;
