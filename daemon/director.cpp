@@ -13,6 +13,7 @@ namespace shaker {
 namespace {
 constexpr int controlled = 8;            // harmonics
 constexpr double most_samples = 1.2;     // of the nominal number a period
+constexpr double least_repeats = 16;     // of a sample, before it is taken for frozen
 constexpr double transient_periods = 1;  // after a ramp, until the suspension has followed
 }  // namespace
 
@@ -80,9 +81,25 @@ void Director::start_again(std::int64_t lost, Mailbox<DriveCommand>& drive) {
     settle_from_s_ = 0;
 }
 
+// A base that is driven never shows the same sample for half a period. A controller that believed it would
+// raise the drive.
+void Director::watch(const AccelBlock& block) {
+    for (int i = 0; i < block.size; ++i) {
+        const auto& counts = block.counts[static_cast<std::size_t>(i)];
+        repeats_ = counts == last_counts_ ? repeats_ + 1 : 0;
+        last_counts_ = counts;
+    }
+    const bool driving = state_ == RunState::settle || state_ == RunState::measure;
+    if (driving && repeats_ >= std::max(least_repeats, 0.5 * accelerometer_.rate_hz / frequency_))
+        throw DeviceError{
+            fmt::format("{}: the same sample {} times in a row while the base is driven: it is frozen",
+                        accelerometer_.name, repeats_ + 1)};
+}
+
 void Director::take_accelerations(const Take& take, Mailbox<DriveCommand>& drive) {
     for (; blocks_ < take.blocks.size(); ++blocks_) {
         const AccelBlock& block = take.blocks[blocks_];
+        watch(block);
         clock_.add(block);
         if (!clock_.ready()) continue;
         for (int i = 0; i < block.size; ++i) {

@@ -48,6 +48,7 @@ public:
 private:
     void take_stamps(const Take& take, Mailbox<DriveCommand>& drive);
     void start_again(std::int64_t lost, Mailbox<DriveCommand>& drive);
+    void watch(const AccelBlock& block);
     void take_accelerations(const Take& take, Mailbox<DriveCommand>& drive);
     void take_tracks(const Take& take);
     void period_done(const PeriodEstimate& estimate, Mailbox<DriveCommand>& drive);
@@ -70,6 +71,8 @@ private:
     std::size_t plays_ = 0, blocks_ = 0, changes_ = 0, tracks_ = 0;  // how much of the take has been seen
     std::uint64_t sequence_ = 0;
     int restarts_ = 0;
+    std::array<std::int32_t, 3> last_counts_{};  // of the accelerometer
+    int repeats_ = 0;                            // of the last sample
     bool started_ = false, locked_ = false, walker_settled_ = false;
     double now_s_ = 0;          // master time played
     double steady_from_s_ = 0;  // the newest change of the drive has been in effect since

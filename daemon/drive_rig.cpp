@@ -10,13 +10,6 @@ namespace {
 
 constexpr double most_lead_s = 0.1;  // of a simulated rig's output before the reduction, with threads
 
-void note_counts(std::vector<std::string>& notes, const std::string& device, const char* what,
-                 const DeviceCounts& c) {
-    if (c.lost == 0 && c.incidents == 0 && c.reopened == 0) return;
-    notes.push_back(fmt::format("{}: {} {} lost of {}, {} incidents, reopened {} times", device, c.lost, what,
-                                c.taken + c.lost, c.incidents, c.reopened));
-}
-
 }  // namespace
 
 double trigger_rate(const Rig& rig) {
@@ -65,14 +58,14 @@ Execution drive_rig(OpenRig& bench, Acquisition& acquisition, Output& output, bo
     return execution;
 }
 
-std::vector<std::string> notes_on(const Rig& rig) {
-    std::vector<std::string> notes;
-    if (rig.dac) note_counts(notes, rig.dac->info().name, "samples of time", rig.dac->counts());
+std::vector<DeviceReport> device_reports(const Rig& rig) {
+    std::vector<DeviceReport> reports;
+    if (rig.dac) reports.push_back({rig.dac->info().name, "samples", rig.dac->counts()});
     if (rig.accelerometer)
-        note_counts(notes, rig.accelerometer->info().name, "samples", rig.accelerometer->counts());
+        reports.push_back({rig.accelerometer->info().name, "samples", rig.accelerometer->counts()});
     for (const auto& camera : rig.cameras)
-        note_counts(notes, "camera \"" + camera->view().camera + "\"", "frames", camera->counts());
-    return notes;
+        reports.push_back({"camera \"" + camera->view().camera + "\"", "frames", camera->counts()});
+    return reports;
 }
 
 }  // namespace shaker

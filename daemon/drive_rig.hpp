@@ -5,6 +5,7 @@
 #include "daemon/acquisition.hpp"
 #include "daemon/executors.hpp"
 #include "daemon/loops.hpp"
+#include "daemon/results.hpp"
 #include "daemon/rigs.hpp"
 
 namespace shaker {
@@ -20,7 +21,7 @@ using Lead = std::function<bool(const Take&, Mailbox<DriveCommand>&)>;
 Execution drive_rig(OpenRig& bench, Acquisition& acquisition, Output& output, bool threads, const Lead& lead,
                     const std::function<bool()>& done);
 
-/// What every device has counted, one sentence for each that lost something.
-std::vector<std::string> notes_on(const Rig& rig);
+/// What every device has counted: the DAC, the accelerometer, the cameras.
+std::vector<DeviceReport> device_reports(const Rig& rig);
 
 }  // namespace shaker

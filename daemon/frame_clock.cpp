@@ -38,7 +38,8 @@ void FrameClock::add(const FrameStamp& frame) {
     ++frames_;
 }
 
-// No frame can arrive much sooner than the soonest of many; a long row of late ones is not the network's doing.
+// No frame can arrive much sooner than the soonest of many; a long row of late ones is not the network's
+// doing.
 void FrameClock::add_stamp(const FrameStamp& frame) {
     if (const auto map = epochs_.back().stamps.map()) {
         const auto delay = frame.arrived - map->at(*frame.stamp);

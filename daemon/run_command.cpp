@@ -111,7 +111,8 @@ void run(const RunOptions& options) {
     Reduction r = reduce(measurement_of(take, header.frequency_hz, director.from_s(), director.to_s()));
     std::ranges::move(notes, std::back_inserter(r.notes));
     for (std::string& note : notes_on(take)) r.notes.push_back(std::move(note));
-    std::ranges::move(notes_on(rig), std::back_inserter(r.notes));
+    const std::vector<DeviceReport> devices = device_reports(rig);
+    std::ranges::move(notes_on(devices), std::back_inserter(r.notes));
     std::ranges::copy(director.notes(), std::back_inserter(r.notes));
     double v_D = NAN;
     if (bench.world) {
@@ -122,9 +123,14 @@ void run(const RunOptions& options) {
     recording.finish(take, r, director.from_s(), director.to_s());
 
     if (options.json) {
-        std::map<std::string, double> more;
+        ClockTracker<DacClock> clock{dac.rate_hz};
+        for (const PlayTime& played : take.played) follow(clock, played);
+        std::map<std::string, double> more{{"from_s", director.from_s()},
+                                           {"to_s", director.to_s()},
+                                           {"dac_ppm", clock.ppm()},
+                                           {"dac_ppm_se", clock.ppm_sigma()}};
         if (bench.world) more["v_D_true_mps"] = v_D;
-        std::fputs((results_json(r, more) + "\n").c_str(), stdout);
+        std::fputs((results_json(r, more, devices) + "\n").c_str(), stdout);
         return;
     }
     fmt::print("{}\n", header.title);

@@ -15,7 +15,7 @@ target_compile_definitions(test_support PUBLIC
   SHAKER_SOURCE_DIR="${PROJECT_SOURCE_DIR}" SHAKER_BINARY_DIR="${PROJECT_BINARY_DIR}"
   SHAKER_SANITIZED=${sanitized})
 
-foreach(area drivers hardware mock simulated replay calibration tracking control reduction daemon)
+foreach(area drivers hardware mock simulated replay calibration tracking control reduction daemon loop)
   file(GLOB sources CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/tests/${area}/*_test.cpp)
   if(sources)
     add_executable(${area}_tests ${sources})
@@ -32,6 +32,7 @@ if(TARGET mock_tests)
 endif()
 if(TARGET daemon_tests)
   add_dependencies(daemon_tests shakerd)
+  add_dependencies(loop_tests shakerd shaker-mock)
 endif()
 add_dependencies(test_support shaker_mock_pcm)
 

@@ -1,6 +1,7 @@
 #include "drivers/mock/bench.hpp"
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <limits>
 #include <random>
@@ -50,6 +51,7 @@ struct Bench::State {
     [[nodiscard]] double host_s(double dac_s) const { return dac_s / (1 + 1e-6 * settings.dac_ppm); }
     void play(const std::stop_token& stop);
     void play(std::span<const double> first, std::span<const double> second);
+    void find_pulses(std::span<double> share);
     void send_samples();
     void send_pictures(const std::stop_token& stop, Eye& eye);
     std::int64_t until_free_exposure(std::int64_t most);
@@ -62,7 +64,9 @@ struct Bench::State {
     std::vector<Eye> eyes;
     std::filesystem::path rig_file;
     double trigger_before = 0;
-    std::int64_t played = 0;  // samples of the world
+    std::uint64_t streams_seen = 0;             // when the trigger line last rose
+    std::atomic<std::int64_t> first_pulse{-1};  // of the newest stream: sample of the world
+    std::int64_t played = 0;                    // samples of the world
     std::mt19937_64 random{1};
     std::exponential_distribution<double> interrupt_s;
     std::jthread player;
@@ -104,11 +108,22 @@ void Bench::State::play(const std::stop_token& stop) {
             second.resize(n);
             converter.take(first, second);
             for (double& share : first) share *= settings.scene.dac_full_scale_v;
-            for (double& share : second)  // only where it rises
-                share = std::exchange(trigger_before, share) <= 0.5 && share > 0.5 ? 1 : 0;
+            find_pulses(second);
             play(first, second);
             send_samples();
         }
+    }
+}
+
+// 1 where the trigger line rises, 0 elsewhere.
+void Bench::State::find_pulses(std::span<double> share) {
+    for (std::size_t i = 0; i < share.size(); ++i) {
+        const bool rises = std::exchange(trigger_before, share[i]) <= 0.5 && share[i] > 0.5;
+        share[i] = rises ? 1 : 0;
+        if (!rises) continue;
+        const std::uint64_t streams = converter.counts().streams;
+        if (std::exchange(streams_seen, streams) != streams)
+            first_pulse = played + static_cast<std::int64_t>(i);
     }
 }
 
@@ -197,9 +212,8 @@ std::vector<std::string> Bench::camera_names() const {
 }
 
 double Bench::drift(double from_s, double to_s) const {
-    const std::vector<std::int64_t> starts = state_->converter.stream_starts();
-    if (starts.empty()) return NAN;
-    const double began_s = static_cast<double>(starts.back()) / state_->settings.scene.dac_rate_hz;
+    if (state_->first_pulse < 0) return NAN;
+    const double began_s = static_cast<double>(state_->first_pulse) / state_->settings.scene.dac_rate_hz;
     return drift_velocity(state_->world.truth(0), began_s + from_s, began_s + to_s);
 }
 

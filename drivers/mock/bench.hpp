@@ -46,8 +46,8 @@ public:
     /// By the scene's name ("top", "side"). Throws InputError.
     [[nodiscard]] GigeCamera& camera(const std::string& name);
     [[nodiscard]] std::vector<std::string> camera_names() const;
-    /// The walker's true drift velocity, m/s, between two times (s) of the stream that was started last. NaN
-    /// where no camera has seen it.
+    /// The walker's true drift velocity, m/s, between two times after the first trigger pulse of the newest
+    /// stream, s. NaN where no camera has seen it.
     [[nodiscard]] double drift(double from_s, double to_s) const;
 
 private:

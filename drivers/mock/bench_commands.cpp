@@ -180,7 +180,8 @@ const Actions& questions() {
          {"", "what every device has sent and lost",
           [](Bench& b, Words&, Json& answer) { answer["counts"] = counts_of(b); }}},
         {"drift",
-         {"FROM TO", "the walker's true v_D between these times of the newest stream, s",
+         {"FROM TO",
+          "the walker's true v_D between these times after the newest stream's first trigger pulse, s",
           [](Bench& b, Words& w, Json& answer) {
               const double from = w.number("FROM", experiment_s), to = w.number("TO", experiment_s);
               const double v = b.drift(from, to);

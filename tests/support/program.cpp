@@ -18,10 +18,11 @@ std::string content(const std::filesystem::path& file) {
 }
 }  // namespace
 
-Outcome shakerd(const std::string& arguments, const std::filesystem::path& folder) {
+Outcome shakerd(const std::string& arguments, const std::filesystem::path& folder, int limit_s) {
     const auto out = folder / ".out", err = folder / ".err";
-    const std::string command = "cd '" + folder.string() + "' && '" SHAKER_BINARY_DIR "/shakerd' " +
-                                arguments + " >'" + out.string() + "' 2>'" + err.string() + "' </dev/null";
+    const std::string command = "cd '" + folder.string() + "' && timeout -k 5 " + std::to_string(limit_s) +
+                                " '" SHAKER_BINARY_DIR "/shakerd' " + arguments + " >'" + out.string() +
+                                "' 2>'" + err.string() + "' </dev/null";
     const int status = std::system(command.c_str());
     Outcome o{WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status), content(out), content(err)};
     std::filesystem::remove(out);
