@@ -1,9 +1,10 @@
 #include "drivers/mock/bench.hpp"
 
 #include <algorithm>
-#include <atomic>
 #include <cmath>
 #include <limits>
+#include <map>
+#include <mutex>
 #include <random>
 #include <stop_token>
 #include <thread>
@@ -64,9 +65,9 @@ struct Bench::State {
     std::vector<Eye> eyes;
     std::filesystem::path rig_file;
     double trigger_before = 0;
-    std::uint64_t streams_seen = 0;             // when the trigger line last rose
-    std::atomic<std::int64_t> first_pulse{-1};  // of the newest stream: sample of the world
-    std::int64_t played = 0;                    // samples of the world
+    mutable std::mutex pulses;
+    std::map<std::uint64_t, std::int64_t> first_pulse;  // of each stream: sample of the world
+    std::int64_t played = 0;                            // samples of the world
     std::mt19937_64 random{1};
     std::exponential_distribution<double> interrupt_s;
     std::jthread player;
@@ -122,8 +123,8 @@ void Bench::State::find_pulses(std::span<double> share) {
         share[i] = rises ? 1 : 0;
         if (!rises) continue;
         const std::uint64_t streams = converter.counts().streams;
-        if (std::exchange(streams_seen, streams) != streams)
-            first_pulse = played + static_cast<std::int64_t>(i);
+        const std::scoped_lock lock{pulses};
+        first_pulse.try_emplace(streams, played + static_cast<std::int64_t>(i));
     }
 }
 
@@ -211,9 +212,11 @@ std::vector<std::string> Bench::camera_names() const {
     return names;
 }
 
-double Bench::drift(double from_s, double to_s) const {
-    if (state_->first_pulse < 0) return NAN;
-    const double began_s = static_cast<double>(state_->first_pulse) / state_->settings.scene.dac_rate_hz;
+double Bench::drift(std::uint64_t stream, double from_s, double to_s) const {
+    const std::scoped_lock lock{state_->pulses};
+    const auto found = state_->first_pulse.find(stream);
+    if (found == state_->first_pulse.end()) return NAN;
+    const double began_s = static_cast<double>(found->second) / state_->settings.scene.dac_rate_hz;
     return drift_velocity(state_->world.truth(0), began_s + from_s, began_s + to_s);
 }
 

@@ -180,11 +180,11 @@ const Actions& questions() {
          {"", "what every device has sent and lost",
           [](Bench& b, Words&, Json& answer) { answer["counts"] = counts_of(b); }}},
         {"drift",
-         {"FROM TO",
-          "the walker's true v_D between these times after the newest stream's first trigger pulse, s",
+         {"STREAM FROM TO", "the walker's true v_D between times (s) after the stream's first trigger pulse",
           [](Bench& b, Words& w, Json& answer) {
+              const std::uint64_t stream = w.count("STREAM");
               const double from = w.number("FROM", experiment_s), to = w.number("TO", experiment_s);
-              const double v = b.drift(from, to);
+              const double v = b.drift(stream, from, to);
               answer["v_D_mps"] = std::isfinite(v) ? Json(v) : Json(nullptr);
           }}}};
     return actions;

@@ -60,7 +60,7 @@ TEST(ClosedRunTest, FortyPeriodsGiveTheTrueDriftTheClocksErrorAndTheExactWavefor
     const nlohmann::json r = run.results();
     ASSERT_FALSE(r.empty());
 
-    const double v_true = run.bench.drift(r.at("from_s"), r.at("to_s"));
+    const double v_true = run.bench.drift(1, r.at("from_s"), r.at("to_s"));
     const double v_D = r.at("v_D_mps");
     EXPECT_NEAR(v_D / v_true, 1, 0.01);
     EXPECT_NEAR(v_D, v_true, 8 * r.at("v_D_se_mps").get<double>() + 1e-4 * v_true);
@@ -90,7 +90,7 @@ TEST(ClosedRunTest, FortyPeriodsGiveTheTrueDriftTheClocksErrorAndTheExactWavefor
 
 TEST(ClosedRunTest, CheckFindsTheBenchFitAndTellsEachClock) {
     BenchRun run{-80};
-    const Outcome o = shakerd("check --json --rig '" + run.bench.rig_file().string() + "'", run.folder, 60);
+    const Outcome o = shakerd("check --json --rig '" + run.bench.rig_file().string() + "'", run.folder);
     ASSERT_EQ(o.status, 0) << o.out << o.err;
     const auto j = nlohmann::json::parse(o.out);
     EXPECT_TRUE(j.at("sound"));
@@ -117,7 +117,7 @@ TEST(ClosedRunTest, CheckSeesACrossedWire) {
     ASSERT_NE(at, std::string::npos);
     text.replace(at, std::strlen("amplifier_gain = -10"), "amplifier_gain = 10");
     std::ofstream{rig} << text;
-    const Outcome o = shakerd("check --rig '" + rig.string() + "'", run.folder, 60);
+    const Outcome o = shakerd("check --rig '" + rig.string() + "'", run.folder);
     EXPECT_EQ(o.status, 3);
     EXPECT_NE(o.out.find("polarity is inverted"), std::string::npos) << o.out << o.err;
     EXPECT_NE(o.out.find("the bench is not fit to run"), std::string::npos) << o.out;

@@ -28,15 +28,14 @@ BenchRun::BenchRun(double dac_ppm, const std::string& changes)
     : folder{fresh_folder()}, bench{settings_for(folder, dac_ppm, changes)} {}
 
 BenchRun::~BenchRun() {
-    if (program_.valid()) program_.wait();
+    program_.reset();
     std::error_code ignored;
     std::filesystem::remove_all(folder, ignored);
 }
 
 void BenchRun::start(const std::string& options) {
-    program_ = std::async(std::launch::async, [this, options] {
-        return shakerd("run --json --rig '" + bench.rig_file().string() + "' " + options, folder, 60);
-    });
+    program_ = std::make_unique<Program>(
+        "shakerd", "run --json --rig '" + bench.rig_file().string() + "' " + options, folder);
 }
 
 bool BenchRun::played(double seconds) {
@@ -45,11 +44,12 @@ bool BenchRun::played(double seconds) {
         const auto starts = bench.dac().stream_starts();
         if (!starts.empty() && static_cast<double>(bench.dac().taken() - starts.back()) > seconds * rate_hz)
             return true;
-        if (program_.wait_for(std::chrono::milliseconds{5}) == std::future_status::ready) return false;
+        if (program_->ended()) return false;
+        std::this_thread::sleep_for(std::chrono::milliseconds{2});
     }
 }
 
-Outcome BenchRun::finish() { return program_.get(); }
+Outcome BenchRun::finish() { return program_->wait(60); }
 
 nlohmann::json BenchRun::results() {
     const Outcome o = finish();

@@ -1,8 +1,7 @@
 #pragma once
 // The whole program against the mock bench: real libasound, libiio and Aravis on both sides.
 #include <filesystem>
-#include <functional>
-#include <future>
+#include <memory>
 #include <nlohmann/json.hpp>
 #include <string>
 
@@ -25,8 +24,10 @@ public:
     void start(const std::string& options);
     /// Waits until the newest stream has played so many seconds; false when the program ended before.
     bool played(double seconds);
-    /// The end of the program: within a minute, else it is killed and its status is 124 or 137.
+    /// The end of the program: within a minute, else it is killed.
     Outcome finish();
+    /// The running program.
+    [[nodiscard]] Program& program() { return *program_; }
     /// Results of a program that ended well; an empty object otherwise, with a test failure.
     nlohmann::json results();
 
@@ -34,7 +35,7 @@ public:
     Bench bench;
 
 private:
-    std::future<Outcome> program_;
+    std::unique_ptr<Program> program_;
 };
 
 /// Counts of one device in the results, found by a part of its name.
