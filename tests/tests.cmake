@@ -38,3 +38,11 @@ foreach(source ${benches})
   add_executable(bench_${name} ${source})
   target_link_libraries(bench_${name} PRIVATE test_support benchmark::benchmark)
 endforeach()
+
+# Programs that tests/peers/* point other people's clients at: tests/peers/<name>.cpp.
+file(GLOB peers CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/tests/peers/*.cpp)
+foreach(source ${peers})
+  get_filename_component(name ${source} NAME_WE)
+  add_executable(peer_${name} ${source})
+  target_link_libraries(peer_${name} PRIVATE test_support)
+endforeach()
