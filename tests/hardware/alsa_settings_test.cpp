@@ -15,7 +15,7 @@ using test::MockDac;
 
 AlsaSettings read(const std::string& text) {
     SettingsTable table = SettingsTable::from_text(text, "rigs/bench.toml");
-    const AlsaSettings settings = read_alsa_settings(table);
+    AlsaSettings settings = read_alsa_settings(table);
     table.finish();
     return settings;
 }
