@@ -73,6 +73,9 @@ void expect_silence_after(MockDac& mock, std::size_t end) {
     mock.listen_for(Seconds{0.35});
     ASSERT_LT(mock.next_sound(0), end) << "it never drove";
     EXPECT_GT(mock.largest_step(0, mock.first.size()), 0.9 * steepest) << "it did not drive at level";
+    std::printf("silent %.1f ms after; largest step %.5f of full scale, the drive's own is %.5f\n",
+                (static_cast<double>(mock.end_of_sound()) - static_cast<double>(end)) / 48,
+                mock.largest_step(0, mock.first.size()), steepest);
     EXPECT_LE(mock.end_of_sound(), end + static_cast<std::size_t>(mock.settings.buffer_frames) + ten_ms);
     EXPECT_LT(mock.largest_step(0, mock.first.size()), 1.001 * steepest);
     EXPECT_EQ(mock.second.back(), 0);
