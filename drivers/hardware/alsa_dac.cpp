@@ -48,7 +48,8 @@ struct AlsaDac::State {
     std::int64_t buffer,
         ramp;  // samples; ramp: what lies behind the drive, 0 where nothing can be taken back
     std::int64_t margin, slip_limit;
-    std::int64_t end = 0;  // tick of the sample after the last one written of the drive
+    std::int64_t end = 0;     // tick of the sample after the last one written of the drive
+    std::int64_t driven = 0;  // samples of the drive written since there was silence
     PlayTime last{};
     std::int64_t slipped = 0;  // samples by which ticks are behind time
     int recoveries = 0;        // since a block was played
@@ -100,6 +101,7 @@ AlsaDac::State::~State() {
 // Starts the stream full of silence: the first block has the same way to go as all that follow.
 int AlsaDac::State::begin() {
     if (const int error = pcm->prepare(); error < 0) return error;
+    driven = 0;
     const std::int64_t written = pcm->write_silence(buffer);
     if (written != buffer) return written < 0 ? static_cast<int>(written) : -EPIPE;
     if (const int error = pcm->start(); error < 0) return error;
@@ -139,6 +141,7 @@ int AlsaDac::State::put(std::span<const double> volts, std::span<const double> t
     const std::int64_t written = pcm->write(bytes);
     if (written != n + ramp) return written < 0 ? static_cast<int>(written) : -EPIPE;
     end += n;
+    driven += n;
     taken += static_cast<std::uint64_t>(n);
     // Was the old ramp reached while it was being replaced?
     if (ramp > 0 && Seconds{host_now() - before}.count() * settings.rate_hz >= static_cast<double>(left))
@@ -186,6 +189,7 @@ int AlsaDac::State::fill_behind() {
     if (queued.error < 0) return queued.error;
     const std::int64_t silence = buffer - queued.frames;
     if (pcm->write_silence(silence) != silence) return -EPIPE;
+    driven = 0;
     end += silence + std::exchange(slipped, 0);
     AlsaDelay delay{};
     if (const int error = pcm->delay(delay); error < 0) return error;
@@ -209,8 +213,11 @@ int AlsaDac::State::restart(int error) {
     while (error != done) {
         if (!passes(error)) pcm->fail("playing has ended", error);
         const AlsaPcm::Queued queued = pcm->queued();
-        if (queued.error == 0)
-            taken -= static_cast<std::uint64_t>(std::max<std::int64_t>(0, queued.frames - ramp));
+        if (queued.error == 0 && queued.frames > ramp) {
+            const auto unheard = static_cast<std::uint64_t>(std::min(queued.frames - ramp, driven));
+            taken -= unheard;
+            lost += unheard;
+        }
         if (++recoveries > recoveries_in_a_row) {
             if (opened_anew) pcm->fail("nothing could be played after it was opened again", error);
             opened_anew = true;

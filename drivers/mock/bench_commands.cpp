@@ -22,7 +22,7 @@ public:
 
     std::string next(const char* expected) {
         std::string word;
-        if (!(in_ >> word)) throw InputError{"\"" + line_ + "\": " + expected + " was expected at its end"};
+        if (!(in_ >> word)) fail(std::string{expected} + " was expected at its end");
         return word;
     }
     double number(const char* name, Range allowed) {
@@ -35,8 +35,8 @@ public:
             used = 0;
         }
         if (used != word.size() || !(x >= allowed.min && x <= allowed.max))
-            throw InputError{"\"" + line_ + "\": " + name + " = \"" + word +
-                             "\" is not allowed: " + to_text(allowed) + " was expected"};
+            fail(std::string{name} + " = \"" + word + "\" is not allowed: " + to_text(allowed) +
+                 " was expected");
         return x;
     }
     std::uint64_t count(const char* name) { return static_cast<std::uint64_t>(number(name, {1, 1e9})); }
@@ -45,8 +45,9 @@ public:
     }
     void finish() {
         std::string word;
-        if (in_ >> word) throw InputError{"\"" + line_ + "\": \"" + word + "\" is too much"};
+        if (in_ >> word) fail("\"" + word + "\" is too much");
     }
+    [[noreturn]] void fail(const std::string& why) const { throw InputError{"\"" + line_ + "\": " + why}; }
 
 private:
     std::string line_;
@@ -55,89 +56,74 @@ private:
 
 constexpr Range duration_s{1e-3, 3600}, clock_s{-3600, 3600}, experiment_s{0, 1e6};
 
+template <class Device>
 struct Action {
     const char* arguments;
     const char* meaning;
-    std::function<void(Bench&, Words&, Json&)> act;
+    std::function<void(Device&, Words&, Json&)> act;
 };
-using Actions = std::map<std::string, Action>;
+template <class Device>
+using Actions = std::map<std::string, Action<Device>>;
 
-const Actions& dac_actions() {
-    static const Actions actions{
+const Actions<Converter>& dac_actions() {
+    static const Actions<Converter> actions{
         {"underrun",
          {"", "the stream stops, as if it had run dry",
-          [](Bench& b, Words&, Json&) { b.dac().cause_underrun(); }}},
+          [](Converter& d, Words&, Json&) { d.cause_underrun(); }}},
         {"stall",
          {"SECONDS", "playing stands still",
-          [](Bench& b, Words& w, Json&) { b.dac().stall(Seconds{w.number("SECONDS", duration_s)}); }}},
-        {"unplug", {"", "the device is gone", [](Bench& b, Words&, Json&) { b.dac().unplug(); }}},
-        {"plug", {"", "it is back", [](Bench& b, Words&, Json&) { b.dac().plug(); }}}};
+          [](Converter& d, Words& w, Json&) { d.stall(Seconds{w.number("SECONDS", duration_s)}); }}},
+        {"unplug", {"", "the device is gone", [](Converter& d, Words&, Json&) { d.unplug(); }}},
+        {"plug", {"", "it is back", [](Converter& d, Words&, Json&) { d.plug(); }}}};
     return actions;
 }
 
-const Actions& accelerometer_actions() {
-    static const Actions actions{
+const Actions<Iiod>& accelerometer_actions() {
+    static const Actions<Iiod> actions{
         {"silence",
          {"SECONDS", "nothing is sent, then all of it at once",
-          [](Bench& b, Words& w, Json&) { b.accelerometer().silence(w.number("SECONDS", duration_s)); }}},
+          [](Iiod& a, Words& w, Json&) { a.silence(w.number("SECONDS", duration_s)); }}},
         {"freeze",
          {"SECONDS", "the last sample is repeated",
-          [](Bench& b, Words& w, Json&) { b.accelerometer().freeze(w.number("SECONDS", duration_s)); }}},
+          [](Iiod& a, Words& w, Json&) { a.freeze(w.number("SECONDS", duration_s)); }}},
         {"drop",
          {"SAMPLES", "the next samples are lost",
-          [](Bench& b, Words& w, Json&) { b.accelerometer().drop(w.count("SAMPLES")); }}},
+          [](Iiod& a, Words& w, Json&) { a.drop(w.count("SAMPLES")); }}},
         {"disconnect",
-         {"", "clients are cut off and may come back",
-          [](Bench& b, Words&, Json&) { b.accelerometer().disconnect(); }}},
+         {"", "clients are cut off and may come back", [](Iiod& a, Words&, Json&) { a.disconnect(); }}},
         {"error",
          {"ERRNO", "every open buffer ends with this error, e.g. -110",
-          [](Bench& b, Words& w, Json&) {
-              b.accelerometer().error(static_cast<int>(w.number("ERRNO", {-133, -1})));
+          [](Iiod& a, Words& w, Json&) {
+              a.error(static_cast<int>(w.number("ERRNO", {-133, -1})));
           }}},
         {"shift",
          {"SECONDS", "the clock of the stamps jumps",
-          [](Bench& b, Words& w, Json&) {
-              b.accelerometer().shift_stamps(w.nanoseconds("SECONDS", clock_s));
-          }}},
+          [](Iiod& a, Words& w, Json&) { a.shift_stamps(w.nanoseconds("SECONDS", clock_s)); }}},
         {"jitter",
-         {"SECONDS", "stamps are late in bursts, by up to this; 0 ends it", [](Bench& b, Words& w, Json&) {
-              b.accelerometer().jitter_stamps(w.nanoseconds("SECONDS", {0, 1}));
+         {"SECONDS", "stamps are late in bursts, by up to this; 0 ends it", [](Iiod& a, Words& w, Json&) {
+              a.jitter_stamps(w.nanoseconds("SECONDS", {0, 1}));
           }}}};
     return actions;
 }
 
-// The camera's name comes first.
-GigeCamera& camera(Bench& b, Words& w) { return b.camera(w.next("the camera's name")); }
-
-const Actions& camera_actions() {
-    static const Actions actions{
+const Actions<GigeCamera>& camera_actions() {
+    static const Actions<GigeCamera> actions{
         {"lose",
-         {"NAME SHARE", "each packet is lost with this probability; 0 ends it",
-          [](Bench& b, Words& w, Json&) {
-              GigeCamera& c = camera(b, w);
+         {"SHARE", "each packet is lost with this probability; 0 ends it",
+          [](GigeCamera& c, Words& w, Json&) {
               c.lose(w.number("SHARE", {0, 1}));
           }}},
         {"stall",
-         {"NAME SECONDS", "nothing is sent, then all of it at once",
-          [](Bench& b, Words& w, Json&) {
-              GigeCamera& c = camera(b, w);
-              c.stall(w.number("SECONDS", duration_s));
-          }}},
+         {"SECONDS", "nothing is sent, then all of it at once",
+          [](GigeCamera& c, Words& w, Json&) { c.stall(w.number("SECONDS", duration_s)); }}},
         {"drop",
-         {"NAME FRAMES", "the next exposures are not sent",
-          [](Bench& b, Words& w, Json&) {
-              GigeCamera& c = camera(b, w);
-              c.drop(w.count("FRAMES"));
-          }}},
+         {"FRAMES", "the next exposures are not sent",
+          [](GigeCamera& c, Words& w, Json&) { c.drop(w.count("FRAMES")); }}},
         {"shift",
-         {"NAME SECONDS", "the clock of the stamps jumps",
-          [](Bench& b, Words& w, Json&) {
-              GigeCamera& c = camera(b, w);
-              c.shift_stamps(w.nanoseconds("SECONDS", clock_s));
-          }}},
-        {"unplug", {"NAME", "the cable is pulled", [](Bench& b, Words& w, Json&) { camera(b, w).unplug(); }}},
-        {"plug",
-         {"NAME", "it is back, started afresh", [](Bench& b, Words& w, Json&) { camera(b, w).plug(); }}}};
+         {"SECONDS", "the clock of the stamps jumps",
+          [](GigeCamera& c, Words& w, Json&) { c.shift_stamps(w.nanoseconds("SECONDS", clock_s)); }}},
+        {"unplug", {"", "the cable is pulled", [](GigeCamera& c, Words&, Json&) { c.unplug(); }}},
+        {"plug", {"", "it is back, started afresh", [](GigeCamera& c, Words&, Json&) { c.plug(); }}}};
     return actions;
 }
 
@@ -168,14 +154,8 @@ Json counts_of(Bench& b) {
     return j;
 }
 
-const std::map<std::string, Actions>& devices() {
-    static const std::map<std::string, Actions> all{
-        {"dac", dac_actions()}, {"accelerometer", accelerometer_actions()}, {"camera", camera_actions()}};
-    return all;
-}
-
-const Actions& questions() {
-    static const Actions actions{
+const Actions<Bench>& questions() {
+    static const Actions<Bench> actions{
         {"counts",
          {"", "what every device has sent and lost",
           [](Bench& b, Words&, Json& answer) { answer["counts"] = counts_of(b); }}},
@@ -190,39 +170,52 @@ const Actions& questions() {
     return actions;
 }
 
-const Action& find(const Actions& actions, const std::string& word, const std::string& line) {
-    if (const auto found = actions.find(word); found != actions.end()) return found->second;
-    std::string known;
-    for (const auto& [name, action] : actions) known += (known.empty() ? "" : ", ") + name;
-    throw InputError{"\"" + line + "\": \"" + word + "\" is not understood; one of " + known +
-                     " was expected"};
+template <class Device>
+void act(const Actions<Device>& actions, Device& device, const std::string& word, Words& words, Json& answer,
+         const char* otherwise = "") {
+    const auto found = actions.find(word);
+    if (found == actions.end()) {
+        std::string known = otherwise;
+        for (const auto& [name, action] : actions) known += (known.empty() ? "" : ", ") + name;
+        words.fail("\"" + word + "\" is not understood; one of " + known + " was expected");
+    }
+    found->second.act(device, words, answer);
+}
+
+template <class Device>
+std::string help(const std::string& before, const Actions<Device>& actions) {
+    constexpr std::size_t width = 36;
+    std::string text;
+    for (const auto& [name, action] : actions) {
+        std::string left = "  " + before + name + " " + action.arguments;
+        left.resize(std::max(left.size() + 1, width), ' ');
+        text += left + action.meaning + "\n";
+    }
+    return text;
 }
 
 }  // namespace
 
 std::string bench_help() {
-    std::string text;
-    const auto add = [&](const std::string& device, const Actions& actions) {
-        for (const auto& [name, action] : actions) {
-            std::string left = "  " + device + name + " " + action.arguments;
-            left.resize(std::max<std::size_t>(left.size() + 1, 36), ' ');
-            text += left + action.meaning + "\n";
-        }
-    };
-    for (const auto& [device, actions] : devices()) add(device + " ", actions);
-    add("", questions());
-    return text + "  quit\n";
+    return help("dac ", dac_actions()) + help("accelerometer ", accelerometer_actions()) +
+           help("camera NAME ", camera_actions()) + help("", questions()) + "  quit\n";
 }
 
 std::string bench_command(Bench& bench, const std::string& line) {
+    constexpr const char* fault = "what shall go wrong";
     Words words{line};
-    const std::string first = words.next("a command");
     Json answer{{"ok", true}};
-    const auto device = devices().find(first);
-    const Action& action = device != devices().end()
-                               ? find(device->second, words.next("what shall go wrong"), line)
-                               : find(questions(), first, line);
-    action.act(bench, words, answer);
+    const std::string first = words.next("a command");
+    if (first == "dac") {
+        act(dac_actions(), bench.dac(), words.next(fault), words, answer);
+    } else if (first == "accelerometer") {
+        act(accelerometer_actions(), bench.accelerometer(), words.next(fault), words, answer);
+    } else if (first == "camera") {
+        GigeCamera& camera = bench.camera(words.next("the camera's name"));
+        act(camera_actions(), camera, words.next(fault), words, answer);
+    } else {
+        act(questions(), bench, first, words, answer, "accelerometer, camera, dac");
+    }
     words.finish();
     return answer.dump();
 }

@@ -27,7 +27,8 @@ std::filesystem::path memory_folder() {
 
 }  // namespace
 
-MockDac::MockDac(double ppm) : folder{memory_folder()}, converter{folder / "converter", rate_hz, ppm} {
+MockDac::MockDac(double ppm, const std::filesystem::path& log)
+    : folder{memory_folder()}, converter{folder / "converter", rate_hz, ppm, log} {
     std::ofstream{folder / "asound.conf"}
         << "pcm_type.shaker_mock { lib \"" SHAKER_BINARY_DIR "/shaker_mock_pcm.so\" }\n"
         << "pcm.shaker { type shaker_mock converter \"" << (folder / "converter").string() << "\" }\n";

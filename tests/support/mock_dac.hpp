@@ -16,7 +16,7 @@ namespace shaker::test {
 /// 48 kHz. Default settings: 10 ms periods in 200 ms, which no stall of this kind of machine empties.
 class MockDac {
 public:
-    explicit MockDac(double ppm = 0);
+    explicit MockDac(double ppm = 0, const std::filesystem::path& log = {});
     MockDac(const MockDac&) = delete;
     MockDac& operator=(const MockDac&) = delete;
     ~MockDac();
