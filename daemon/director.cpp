@@ -11,8 +11,10 @@
 namespace shaker {
 
 namespace {
-constexpr int controlled = 8;            // harmonics
-constexpr double most_samples = 1.2;     // of the nominal number a period
+constexpr int controlled = 8;                   // harmonics
+constexpr double most_samples = 1.2;            // of the nominal number a period
+constexpr double accelerometer_patience_s = 8;  // its driver gives up before
+constexpr double camera_patience_s = 2;
 constexpr double least_repeats = 16;     // of a sample, before it is taken for frozen
 constexpr double transient_periods = 1;  // after a ramp, until the suspension has followed
 }  // namespace
@@ -102,6 +104,7 @@ void Director::take_accelerations(const Take& take, Mailbox<DriveCommand>& drive
         watch(block);
         clock_.add(block);
         if (!clock_.ready()) continue;
+        accelerations_until_s_ = seconds(clock_.master({block.first.n + block.size}));
         for (int i = 0; i < block.size; ++i) {
             const auto a = accelerometer_.acceleration(block.counts[static_cast<std::size_t>(i)]);
             const double turns = frequency_ * seconds(clock_.master({block.first.n + i}));
@@ -132,10 +135,13 @@ void Director::correct(const PeriodEstimate& estimate, Mailbox<DriveCommand>& dr
 void Director::take_tracks(const Take& take) {
     const auto walker =
         std::ranges::find_if(take.tracks, [](const auto& t) { return t.target.name == "walker"; });
-    if (walker == take.tracks.end()) return;
+    watches_walker_ = walker != take.tracks.end();
+    if (!watches_walker_) return;
     for (; tracks_ < walker->tracks.size(); ++tracks_) {
         const Track& t = walker->tracks[tracks_];
-        if (!found(t.fix.state) || !std::isfinite(seconds(t.time))) continue;
+        if (!std::isfinite(seconds(t.time))) continue;
+        tracks_until_s_ = std::max(tracks_until_s_, seconds(t.time));
+        if (!found(t.fix.state)) continue;
         if (const auto period = fold_.add(seconds(t.time), t.x_m, t.sd_m)) {
             drifts_.push_back(*period);
             walker_settled_ = settled_since_steady();
@@ -167,8 +173,7 @@ void Director::advance(Mailbox<DriveCommand>& drive) {
             break;
         }
         case RunState::measure:
-            // The accelerometer's and the cameras' last data arrive a little later.
-            if (now_s_ < to_s_ + 2 / frequency_) break;
+            if (now_s_ < to_s_ + 2 / frequency_ || stragglers_may_come()) break;
             state_ = RunState::ramp_down;
             say_("soft stop");
             command({}, plan_.soft_start, drive);
@@ -179,6 +184,19 @@ void Director::advance(Mailbox<DriveCommand>& drive) {
         case RunState::done:
             break;
     }
+}
+
+// What a sensor measured comes later than it was measured, by seconds when its connection is in trouble.
+bool Director::stragglers_may_come() {
+    const auto missing = [&](double until_s, double patience_s, const char* what) {
+        if (until_s > to_s_ - 2 / frequency_) return false;
+        if (now_s_ < to_s_ + patience_s) return true;
+        note(fmt::format("{} end at {:.3f} s, {:.3f} s before the measurement", what, until_s,
+                         to_s_ - until_s));
+        return false;
+    };
+    return missing(accelerations_until_s_, accelerometer_patience_s, "the accelerometer's data") ||
+           (watches_walker_ && missing(tracks_until_s_, camera_patience_s, "the walker's pictures"));
 }
 
 // Takes the drifts of whole periods since the drive has been steady, to one ten-thousandth of V / f.

@@ -56,6 +56,7 @@ private:
     void note(const std::string& what);
     void advance(Mailbox<DriveCommand>& drive);
     void command(const Harmonics<Voltage>& volts, int ramp_periods, Mailbox<DriveCommand>& drive);
+    [[nodiscard]] bool stragglers_may_come();
     [[nodiscard]] bool settled_since_steady() const;
 
     RunPlan plan_;
@@ -73,11 +74,12 @@ private:
     int restarts_ = 0;
     std::array<std::int32_t, 3> last_counts_{};  // of the accelerometer
     int repeats_ = 0;                            // of the last sample
-    bool started_ = false, locked_ = false, walker_settled_ = false;
+    bool started_ = false, locked_ = false, watches_walker_ = false, walker_settled_ = false;
     double now_s_ = 0;          // master time played
     double steady_from_s_ = 0;  // the newest change of the drive has been in effect since
     double settle_from_s_ = 0;
     double from_s_ = 0, to_s_ = 0, silent_s_ = 0;
+    double accelerations_until_s_ = 0, tracks_until_s_ = 0;  // of what has come
     double reached_ = 1;  // share of the asked gamma that the voltage limit lets through
     std::vector<PeriodFold::Period> drifts_;
     std::vector<std::string> notes_;

@@ -36,6 +36,12 @@ if(TARGET daemon_tests)
 endif()
 add_dependencies(test_support shaker_mock_pcm)
 
+# On demand only: tests/run --long.
+file(GLOB long_sources CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/tests/long/*_test.cpp)
+add_executable(long_tests ${long_sources})
+target_link_libraries(long_tests PRIVATE test_support GTest::gtest_main)
+add_dependencies(long_tests shakerd)
+
 add_test(NAME include_order COMMAND ${PROJECT_SOURCE_DIR}/tests/include_order ${PROJECT_SOURCE_DIR})
 
 # One program a bench: tests/bench/<name>.cpp; tests/bench/run starts them.

@@ -1,6 +1,7 @@
 #include "drivers/mock/bench.hpp"
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <limits>
 #include <map>
@@ -65,6 +66,10 @@ struct Bench::State {
     std::vector<Eye> eyes;
     std::filesystem::path rig_file;
     double trigger_before = 0;
+    const double spacing =
+        settings.scene.dac_rate_hz / settings.scene.cameras[0].view.frame_rate_hz;  // samples
+    std::int64_t last_pulse = -1;                                                   // sample of the world
+    std::atomic<std::uint64_t> pulses_left_out = 0;
     mutable std::mutex pulses;
     std::map<std::uint64_t, std::int64_t> first_pulse;  // of each stream: sample of the world
     std::int64_t played = 0;                            // samples of the world
@@ -122,9 +127,14 @@ void Bench::State::find_pulses(std::span<double> share) {
         const bool rises = std::exchange(trigger_before, share[i]) <= 0.5 && share[i] > 0.5;
         share[i] = rises ? 1 : 0;
         if (!rises) continue;
+        const std::int64_t sample = played + static_cast<std::int64_t>(i), apart = sample - last_pulse;
+        if (last_pulse >= 0 && static_cast<double>(apart) < settings.scene.dac_rate_hz)
+            pulses_left_out +=
+                static_cast<std::uint64_t>(std::lround(static_cast<double>(apart) / spacing) - 1);
+        last_pulse = sample;
         const std::uint64_t streams = converter.counts().streams;
         const std::scoped_lock lock{pulses};
-        first_pulse.try_emplace(streams, played + static_cast<std::int64_t>(i));
+        first_pulse.try_emplace(streams, sample);
     }
 }
 
@@ -211,6 +221,8 @@ std::vector<std::string> Bench::camera_names() const {
     for (const Eye& eye : state_->eyes) names.push_back(eye.camera.view().camera);
     return names;
 }
+
+std::uint64_t Bench::pulses_left_out() const { return state_->pulses_left_out; }
 
 double Bench::drift(std::uint64_t stream, double from_s, double to_s) const {
     const std::scoped_lock lock{state_->pulses};

@@ -46,6 +46,8 @@ public:
     /// By the scene's name ("top", "side"). Throws InputError.
     [[nodiscard]] GigeCamera& camera(const std::string& name);
     [[nodiscard]] std::vector<std::string> camera_names() const;
+    /// Trigger pulses that should have been between two others less than 1 s apart: the DAC stood empty.
+    [[nodiscard]] std::uint64_t pulses_left_out() const;
     /// The walker's true drift velocity, m/s, between two times after the first trigger pulse of a stream
     /// (s); streams are counted from 1 on. NaN where no camera has seen it.
     [[nodiscard]] double drift(std::uint64_t stream, double from_s, double to_s) const;

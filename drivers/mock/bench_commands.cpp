@@ -136,6 +136,7 @@ Json counts_of(Bench& b) {
              {"underruns", d.underruns},
              {"replayed", d.replayed},
              {"missed", d.missed},
+             {"pulses_left_out", b.pulses_left_out()},
              {"timeline", b.dac().taken()},
              {"stream_starts", b.dac().stream_starts()}}},
            {"accelerometer",

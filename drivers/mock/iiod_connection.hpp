@@ -44,11 +44,16 @@ public:
     void close();
 
 private:
+    struct Held {
+        IiodSample sample;
+        std::uint64_t overflowed_before = 0;  // samples lost just before it
+    };
     struct Buffer {
         std::uint32_t mask = 0;
         std::size_t samples = 0;   // of a whole buffer
         std::size_t capacity = 0;  // of the FIFO
-        std::deque<IiodSample> fifo{};
+        std::deque<Held> fifo{};
+        std::uint64_t overflowed_last = 0;  // samples lost since the newest in the FIFO
         std::size_t wanted = 0;  // samples still to be sent for this READBUF
         bool mask_due = false;
         bool short_end = false;  // the bytes asked for were not whole samples

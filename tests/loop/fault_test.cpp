@@ -91,8 +91,7 @@ TEST_F(FaultTest, ABrokenConnectionToTheAccelerometerIsMadeAnew) {
     ASSERT_FALSE(r.empty());
     EXPECT_EQ(device(r, "adxl355").at("reopened"), 1);
     const IiodCounts c = run.bench.accelerometer().counts();
-    EXPECT_EQ(device(r, "adxl355").at("lost").get<std::uint64_t>() > 0,
-              c.unread + c.overflowed + c.dropped > 0);
+    EXPECT_LE(device(r, "adxl355").at("lost").get<std::uint64_t>(), c.unread + c.overflowed + c.unheard);
 }
 
 TEST_F(FaultTest, AnErrorOfTheAccelerometersBufferBuildsItAnew) {
@@ -172,7 +171,7 @@ TEST_F(FaultTest, ADacThatNeverMovesAgainEndsTheRunWithoutSpinning) {
     run.bench.dac().stall(Seconds{60});
     const Outcome o = run.finish();
     EXPECT_EQ(o.status, 3) << o.out;
-    EXPECT_NE(o.err.find("shaker_mock"), std::string::npos) << o.err;
+    EXPECT_NE(o.err.find("the DAC ran empty 4 times"), std::string::npos) << o.err;
     const auto waited_s = static_cast<double>(run.bench.dac().taken() - before) / 48000;
     EXPECT_LT(o.cpu_s / (measuring_s + waited_s), most_cpu);
 }
