@@ -11,6 +11,10 @@
 
 namespace shaker {
 
+namespace {
+constexpr const char* rate_attribute = "sampling_frequency";
+}
+
 void IioContextEnd::operator()(iio_context* context) const noexcept { iio_context_destroy(context); }
 
 std::string iio_words(int rc) {
@@ -47,6 +51,39 @@ std::optional<double> iio_number(const iio_device* device, const iio_channel* ch
         return std::nullopt;
     return value;
 }
+
+IioRate iio_rate(const iio_device* device, const iio_channel* channel) {
+    if (iio_device_find_attr(device, rate_attribute) != nullptr) return {device, nullptr};
+    if (iio_channel_find_attr(channel, rate_attribute) != nullptr) return {device, channel};
+    const iio_device* trigger = iio_trigger(device);
+    if (trigger != nullptr && iio_device_find_attr(trigger, rate_attribute) != nullptr)
+        return {trigger, nullptr};
+    return {};
+}
+
+std::optional<std::string> IioRate::text() const {
+    return exists() ? iio_text(device, channel, rate_attribute) : std::nullopt;
+}
+
+std::optional<std::string> IioRate::choice() const {
+    return exists() ? iio_text(device, channel, "sampling_frequency_available") : std::nullopt;
+}
+
+std::optional<double> IioRate::hz() const {
+    return exists() ? iio_number(device, channel, rate_attribute) : std::nullopt;
+}
+
+long IioRate::set(const std::string& hz) const {
+    return channel != nullptr ? iio_channel_attr_write(channel, rate_attribute, hz.c_str())
+                              : iio_device_attr_write(device, rate_attribute, hz.c_str());
+}
+
+const iio_device* iio_trigger(const iio_device* device) {
+    const iio_device* trigger = nullptr;
+    return iio_device_get_trigger(device, &trigger) == 0 ? trigger : nullptr;
+}
+
+std::string iio_string(const char* text) { return text == nullptr ? std::string{} : std::string{text}; }
 
 std::optional<std::string> iio_serial(const iio_device* device) {
     for (const char* attribute : {"serial_number", "serial"})

@@ -27,6 +27,24 @@ std::optional<std::string> iio_text(const iio_device* device, const iio_channel*
                                     const char* attribute);
 /// Likewise its first number, as the C locale writes it.
 std::optional<double> iio_number(const iio_device* device, const iio_channel* channel, const char* attribute);
+/// Where a device's rate is to be read and set: an attribute of the device, of the channel, or of the trigger
+/// that the device has now, as the driver's author liked.
+struct IioRate {
+    const iio_device* device = nullptr;    // or trigger
+    const iio_channel* channel = nullptr;  // where set, the attribute is the channel's
+    [[nodiscard]] bool exists() const noexcept { return device != nullptr; }
+    /// Its text, and that of the rates to choose among; empty where not told.
+    [[nodiscard]] std::optional<std::string> text() const;
+    [[nodiscard]] std::optional<std::string> choice() const;
+    [[nodiscard]] std::optional<double> hz() const;
+    /// 0 or more, or -errno. Only where it exists.
+    [[nodiscard]] long set(const std::string& hz) const;
+};
+IioRate iio_rate(const iio_device* device, const iio_channel* channel);
+/// The trigger that the device has now, or null.
+const iio_device* iio_trigger(const iio_device* device);
+/// A C string of libiio's, which may be null: empty then.
+std::string iio_string(const char* text);
 /// The device's own serial number, where it tells one.
 std::optional<std::string> iio_serial(const iio_device* device);
 

@@ -286,33 +286,36 @@ double cpu_s() {
     return static_cast<double>(t.tv_sec) + 1e-9 * static_cast<double>(t.tv_nsec);
 }
 
-TEST(IioAccelerometerTest, AServerThatIsGoneIsLookedForWithoutABusyLoop) {
-    auto iiod = std::make_unique<Iiod>(IiodDescription{});
-    IioSettings s = settings_for(*iiod);
-    s.give_up_s = 1;
-    const auto device = open_iio_accelerometer(s);
+/// A driver that streams and gives up after 1 s, and then its server goes.
+struct Bereaved {
+    std::unique_ptr<Iiod> iiod = std::make_unique<Iiod>(IiodDescription{});
+    std::uint16_t port = iiod->port();
+    std::unique_ptr<Accelerometer> device;
     AccelBlock block;
-    device->read(block, milliseconds{10});
-    iiod.reset();
+
+    Bereaved() {
+        IioSettings s = settings_for(*iiod);
+        s.give_up_s = 1;
+        device = open_iio_accelerometer(s);
+        device->read(block, milliseconds{10});
+        iiod.reset();
+    }
+};
+
+TEST(IioAccelerometerTest, AServerThatIsGoneIsLookedForWithoutABusyLoop) {
+    Bereaved b;
     const double before = cpu_s();
-    EXPECT_THROW(while (!device->read(block, milliseconds{50})){}, DeviceError);
+    EXPECT_THROW(while (!b.device->read(b.block, milliseconds{50})){}, DeviceError);
     EXPECT_LT(cpu_s() - before, 0.5);  // of one second; a busy loop would take all of it
-    EXPECT_EQ(device->counts().reopened, 0U);
+    EXPECT_EQ(b.device->counts().reopened, 0U);
 }
 
 TEST(IioAccelerometerTest, AnotherDeviceInItsPlaceIsNotTaken) {
-    auto iiod = std::make_unique<Iiod>(IiodDescription{});
-    const std::uint16_t port = iiod->port();
-    IioSettings s = settings_for(*iiod);
-    s.give_up_s = 1;
-    const auto device = open_iio_accelerometer(s);
-    AccelBlock block;
-    device->read(block, milliseconds{10});
-    iiod.reset();
-    iiod = std::make_unique<Iiod>(IiodDescription{.mps2_per_count = {1, 1, 1}}, port);
-    const test::PatternFeeder feeder{*iiod, 4000};
+    Bereaved b;
+    Iiod other{{.mps2_per_count = {1, 1, 1}}, b.port};
+    const test::PatternFeeder feeder{other, 4000};
     try {
-        while (!device->read(block, milliseconds{50})) {
+        while (!b.device->read(b.block, milliseconds{50})) {
         }
         FAIL() << "its samples were taken";
     } catch (const DeviceError& e) {
