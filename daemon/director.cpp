@@ -120,6 +120,9 @@ void Director::period_done(const PeriodEstimate& estimate, Mailbox<DriveCommand>
     if (!driving || began_s < steady_from_s_) return;
     // While it is measured the drive stays as it is: a change is a transient.
     if (state_ == RunState::settle) correct(estimate, drive);
+    // What stays the same is told once a second.
+    if (state_ == RunState::measure && began_s < told_s_ + 1) return;
+    told_s_ = began_s;
     const Drive got = drive_of(estimate.along, frequency_);
     say_(fmt::format("{:7.3f} s  gamma {:.4f} m/s^2  phi {:+.3f} deg  drive {}", began_s, got.gamma,
                      got.phi * 180 / std::numbers::pi, locked_ ? "locked" : "settling"));

@@ -76,6 +76,7 @@ private:
     int repeats_ = 0;                            // of the last sample
     bool started_ = false, locked_ = false, watches_walker_ = false, walker_settled_ = false;
     double now_s_ = 0;          // master time played
+    double told_s_ = 0;         // of the period that was told last
     double steady_from_s_ = 0;  // the newest change of the drive has been in effect since
     double settle_from_s_ = 0;
     double from_s_ = 0, to_s_ = 0, silent_s_ = 0;

@@ -257,6 +257,8 @@ int poll_revents(snd_pcm_ioplug_t* io, pollfd* fds, unsigned int count, unsigned
 
 int close(snd_pcm_ioplug_t* io) {
     stop(io);
+    const Plugin& p = plugin_of(io);
+    if (p.phase() == Phase::ran_dry) --p.memory().underrun_count;  // it had come to its end
     const std::unique_ptr<Plugin> owned{&plugin_of(io)};
     return 0;
 }

@@ -91,7 +91,7 @@ TEST(ClosedRunTest, FortyPeriodsGiveTheTrueDriftTheClocksErrorAndTheExactWavefor
 TEST(ClosedRunTest, CheckFindsTheBenchFitAndTellsEachClock) {
     BenchRun run{-80};
     const Outcome o = shakerd("check --json --rig '" + run.bench.rig_file().string() + "'", run.folder);
-    ASSERT_EQ(o.status, 0) << o.out << o.err;
+    ASSERT_EQ(o.status, 0) << o.out << end_of(o.err);
     const auto j = nlohmann::json::parse(o.out);
     EXPECT_TRUE(j.at("sound"));
     const auto says = [&](const std::string& device, const std::string& words) {
@@ -124,7 +124,7 @@ TEST(ClosedRunTest, CheckSeesACrossedWire) {
     std::ofstream{rig} << text;
     const Outcome o = shakerd("check --rig '" + rig.string() + "'", run.folder);
     EXPECT_EQ(o.status, 3);
-    EXPECT_NE(o.out.find("polarity is inverted"), std::string::npos) << o.out << o.err;
+    EXPECT_NE(o.out.find("polarity is inverted"), std::string::npos) << o.out << end_of(o.err);
     EXPECT_NE(o.out.find("the bench is not fit to run"), std::string::npos) << o.out;
 }
 

@@ -22,7 +22,7 @@ struct FaultTest : testing::Test {
 
     void SetUp() override {
         run.start(options);
-        ASSERT_TRUE(run.played(measuring_s)) << run.finish().err;
+        ASSERT_TRUE(run.played(measuring_s)) << end_of(run.finish().err);
     }
     /// The run ended well, and v_D is still within 1 % of the truth: ticks keep their place, so the first
     /// stream's pulses tell the time.
@@ -58,8 +58,8 @@ TEST_F(FaultTest, AnUnpluggedDacEndsTheRunByName) {
     run.bench.dac().unplug();
     const Outcome o = run.finish();
     EXPECT_EQ(o.status, 3);
-    EXPECT_NE(o.err.find("shaker_mock"), std::string::npos) << o.err;
-    EXPECT_NE(o.err.find("No such device"), std::string::npos) << o.err;
+    EXPECT_NE(o.err.find("shaker_mock"), std::string::npos) << end_of(o.err);
+    EXPECT_NE(o.err.find("No such device"), std::string::npos) << end_of(o.err);
 }
 
 TEST_F(FaultTest, SamplesThatTheAccelerometerLosesAreCountedToTheLastOne) {
@@ -82,7 +82,7 @@ TEST_F(FaultTest, AFrozenAccelerometerEndsTheRun) {
     run.bench.accelerometer().freeze(2);
     const Outcome o = run.finish();
     EXPECT_EQ(o.status, 3);
-    EXPECT_NE(o.err.find("it is frozen"), std::string::npos) << o.err;
+    EXPECT_NE(o.err.find("it is frozen"), std::string::npos) << end_of(o.err);
 }
 
 TEST_F(FaultTest, ABrokenConnectionToTheAccelerometerIsMadeAnew) {
@@ -160,7 +160,7 @@ TEST_F(FaultTest, AnAccelerometerThatStaysSilentEndsTheRunWithoutSpinning) {
     run.bench.accelerometer().silence(60);
     const Outcome o = run.finish();
     EXPECT_EQ(o.status, 3) << o.out;
-    EXPECT_NE(o.err.find("adxl355"), std::string::npos) << o.err;
+    EXPECT_NE(o.err.find("adxl355"), std::string::npos) << end_of(o.err);
     const auto played_s = static_cast<double>(run.bench.dac().counts().frames) / 48000;
     EXPECT_GT(played_s, measuring_s + 4) << "5 s of patience";
     EXPECT_LT(o.cpu_s / played_s, most_cpu);
@@ -171,7 +171,7 @@ TEST_F(FaultTest, ADacThatNeverMovesAgainEndsTheRunWithoutSpinning) {
     run.bench.dac().stall(Seconds{60});
     const Outcome o = run.finish();
     EXPECT_EQ(o.status, 3) << o.out;
-    EXPECT_NE(o.err.find("the DAC ran empty 4 times"), std::string::npos) << o.err;
+    EXPECT_NE(o.err.find("the DAC ran empty 4 times"), std::string::npos) << end_of(o.err);
     const auto waited_s = static_cast<double>(run.bench.dac().taken() - before) / 48000;
     EXPECT_LT(o.cpu_s / (measuring_s + waited_s), most_cpu);
 }

@@ -180,7 +180,7 @@ TEST(IiodTest, AFullFifoLosesTheNewestAndCountsThem) {
     ASSERT_EQ(c.refill(), 200);
     ASSERT_EQ(c.refill(), 200);
     EXPECT_EQ(c.values<std::int32_t>("accel_x")[49], 99);
-    push(iiod, 200, 50);
+    push(iiod, 130, 180);
     ASSERT_EQ(c.refill(), 200);
     c.buffer.reset();
     EXPECT_EQ(iiod.counts().unread, 0U);

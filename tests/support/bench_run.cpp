@@ -53,8 +53,13 @@ Outcome BenchRun::finish() { return program_->wait(60); }
 
 nlohmann::json BenchRun::results() {
     const Outcome o = finish();
-    EXPECT_EQ(o.status, 0) << o.err;
+    EXPECT_EQ(o.status, 0) << end_of(o.err);
     return o.status == 0 ? nlohmann::json::parse(o.out) : nlohmann::json::object();
+}
+
+std::string end_of(const std::string& text) {
+    constexpr std::size_t most = 2000;
+    return text.size() <= most ? text : "..." + text.substr(text.size() - most);
 }
 
 nlohmann::json device(const nlohmann::json& results, const std::string& name) {

@@ -38,6 +38,8 @@ private:
     std::unique_ptr<Program> program_;
 };
 
+/// The last lines of what a program said.
+std::string end_of(const std::string& text);
 /// Counts of one device in the results, found by a part of its name.
 nlohmann::json device(const nlohmann::json& results, const std::string& name);
 /// Whether a note in the results holds these words.
