@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <chrono>
+#include <fstream>
 #include <thread>
 
 #include "tests/support/mock_cameras.hpp"
@@ -11,10 +12,15 @@ namespace shaker::test {
 
 namespace {
 
+std::string content(const std::filesystem::path& file) {
+    std::ifstream in{file};
+    return {std::istreambuf_iterator<char>{in}, {}};
+}
+
 BenchSettings settings_for(const std::filesystem::path& folder, double dac_ppm, const std::string& changes) {
     if (const std::string refused = private_network(); !refused.empty()) throw std::runtime_error{refused};
     BenchSettings s;
-    s.scene = parse_scene("[top]\nframe_rate_hz = 200\n[side]\nframe_rate_hz = 200\n" + changes, "test");
+    s.scene = parse_scene(content(SHAKER_SOURCE_DIR "/tests/support/slow_cameras.toml") + changes, "test");
     s.folder = folder;
     s.plugin = SHAKER_BINARY_DIR "/shaker_mock_pcm.so";
     s.dac_ppm = dac_ppm;
