@@ -10,6 +10,7 @@ constexpr std::size_t most_stamps =
     16384;  // 20 s of blocks of 64 at 48 kHz; beyond that the window is shorter
 constexpr std::int64_t refit_ns = 500'000'000;
 constexpr double ns_to_know_rate = 2e9;
+constexpr std::size_t parts = 16;  // of the window
 
 // What is assumed before stamps can tell: crystals within 100 ppm, delays that vary by a millisecond.
 constexpr double first_rate_sigma = 100e-6;
@@ -97,9 +98,24 @@ void LineUnderStamps::follow_hull(Vertex mean) noexcept {
     const Vertex a = *(after - 1);
     excess_rate_ = (b.y - a.y) / (b.x - a.x);
     const double y = a.y + excess_rate_ * (mean.x - a.x);
-    scatter_ns_ = mean.y - y;
+    // Delays that hang together leave their lowest points in the parts of the window far above the line; as
+    // much as that takes the place of the scatter. The same where they are independent.
+    scatter_ns_ = std::max(mean.y - y, lowest_of_parts(mean, y) * static_cast<double>(size_) / parts);
     set_line(mean, y, excess_rate_, scatter_ns_, 0);
     excess_rate_sigma_ = line_->sigma_rate;
+}
+
+double LineUnderStamps::lowest_of_parts(Vertex mean, double y) const noexcept {
+    double sum = 0;
+    for (std::size_t k = 0; k < parts; ++k) {
+        double lowest = INFINITY;
+        for (std::size_t i = k * size_ / parts; i < (k + 1) * size_ / parts; ++i) {
+            const Vertex p = point(i);
+            lowest = std::min(lowest, p.y - y - excess_rate_ * (p.x - mean.x));
+        }
+        sum += std::isfinite(lowest) ? lowest : 0;
+    }
+    return sum / parts;
 }
 
 void LineUnderStamps::follow_known_rate(Vertex mean) noexcept {

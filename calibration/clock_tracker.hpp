@@ -45,6 +45,8 @@ private:
     void fit() noexcept;
     [[nodiscard]] Vertex mean() const noexcept;
     void build_hull() noexcept;
+    /// Mean over the parts of the window of their lowest stamp above the line through `mean` at y.
+    [[nodiscard]] double lowest_of_parts(Vertex mean, double y) const noexcept;
     void follow_hull(Vertex mean) noexcept;
     void follow_known_rate(Vertex mean) noexcept;
     void set_line(Vertex mean, double y, double excess_rate, double scatter_ns,
@@ -60,7 +62,7 @@ private:
     std::int64_t fitted_ns_ = 0;
     double excess_rate_ = 0;  // ns a tick above nominal, of the last fit that could tell
     double excess_rate_sigma_;
-    double scatter_ns_;  // mean delay beyond the shortest, likewise
+    double scatter_ns_;  // of delays beyond the shortest, likewise
 };
 
 /// A device's clock: give it every (tick, stamp) pair in order, ask for the map when needed. One thread.

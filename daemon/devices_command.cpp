@@ -90,7 +90,7 @@ Json json_of(const std::vector<T>& all) {
 
 std::string text_of(const IioContextSeen& c) {
     std::string s;
-    if (!c.trouble.empty()) s += fmt::format("  {}: {}\n", c.uri, c.trouble);
+    if (!c.trouble.empty()) s += fmt::format("  {}\n", c.trouble);
     for (const IioDeviceSeen& d : c.devices) {
         s += fmt::format("  uri = \"{}\"  device = \"{}\"\n", c.uri, d.serial.empty() ? d.name : d.serial);
         s += fmt::format("      {} ({}), channels {}, {} stamps\n", d.name, d.id, fmt::join(d.channels, ", "),

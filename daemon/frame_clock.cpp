@@ -10,6 +10,7 @@ namespace shaker {
 namespace {
 constexpr std::size_t learning_frames = 64;
 constexpr double jump_frames = 0.4, least_jump_s = 5e-3;  // the soonest arrival may vary by milliseconds
+constexpr double odd_step = 0.02;                         // of a frame
 constexpr double patience_s = 0.5;  // longer than this machine or its network stands still
 constexpr std::size_t least_patience = 100;
 
@@ -38,25 +39,35 @@ void FrameClock::add(const FrameStamp& frame) {
     ++frames_;
 }
 
-// No frame can arrive much sooner than the soonest of many; a long row of late ones is not the network's
-// doing.
+// A clock that jumped shows twice: the step of the stamps is not that of the count, and from then on every
+// frame comes sooner than any could, or all of a long row late. Neither alone is one: pulses are left out,
+// and computers stand still.
 void FrameClock::add_stamp(const FrameStamp& frame) {
-    if (const auto map = epochs_.back().stamps.map()) {
+    const double period_ns = 1e9 * frame_s(view_);
+    if (before_) {
+        const double step_ns = static_cast<double>(frame.stamp->n - before_->stamp->n);
+        const double counted_ns = period_ns * static_cast<double>(frame.tick.n - before_->tick.n);
+        suspect_ = suspect_ || std::abs(step_ns - counted_ns) > odd_step * period_ns;
+    }
+    before_ = frame;
+    if (const auto map = epochs_.back().stamps.map(); map && suspect_) {
         const auto delay = frame.arrived - map->at(*frame.stamp);
-        if (delay > jump_)
-            late_.push_back(frame);
-        else
-            late_.clear();
-        const bool soonest_known = frames_ - epochs_.back().first >= 3 * patience_;  // and in the map
-        if ((soonest_known && delay < -jump_) || late_.size() >= patience_) {
-            begin_epoch(frames_ + 1 - std::max<std::size_t>(late_.size(), 1));
+        if (delay > jump_) late_.push_back(frame);
+        if (delay < -jump_ || late_.size() >= patience_) {
+            if (late_.empty()) late_.push_back(frame);
+            begin_epoch(frames_ + 1 - late_.size());
             for (const FrameStamp& late : late_) epochs_.back().stamps.add(*late.stamp, late.arrived);
-            if (late_.empty()) epochs_.back().stamps.add(*frame.stamp, frame.arrived);
-            late_.clear();
+            forget_suspicion();
             return;
         }
+        if (delay <= jump_) forget_suspicion();
     }
     epochs_.back().stamps.add(*frame.stamp, frame.arrived);
+}
+
+void FrameClock::forget_suspicion() {
+    suspect_ = false;
+    late_.clear();
 }
 
 // DAC sample at which the camera's stamp says the exposure started, late by the shortest arrival.

@@ -39,6 +39,7 @@ private:
     };
     void begin_epoch(std::size_t first);
     void add_stamp(const FrameStamp& frame);
+    void forget_suspicion();
     [[nodiscard]] double start_sample(std::size_t number, const FrameStamp& frame,
                                       const ClockMap<DacClock>& dac) const;
     void learn_lag(const ClockMap<DacClock>& dac);
@@ -49,8 +50,10 @@ private:
     std::size_t patience_;           // frames that must all be late before it is believed
     std::vector<Epoch> epochs_;
     ClockTracker<CameraClock> ticks_;
-    std::vector<FrameStamp> late_;   // the newest frames, all of them later than a jump
-    std::vector<FrameStamp> first_;  // frames that the lag is learnt from
+    std::optional<FrameStamp> before_;  // the newest frame with a stamp
+    bool suspect_ = false;              // the stamps' step was not that of the count
+    std::vector<FrameStamp> late_;      // the newest frames since then, all of them later than a jump
+    std::vector<FrameStamp> first_;     // frames that the lag is learnt from
     std::size_t frames_ = 0;
     bool lag_known_ = false;
     double lag_samples_ = 0;  // of the stamps behind the pulses

@@ -74,6 +74,7 @@ void print_truth(const Reduction& r, double v_D, const Scene& scene, const Speed
 void run(const RunOptions& options) {
     OpenRig bench = open_rig(options.rig, options.scene, options.drive.frequency,
                              options.threads ? World::Pace::paced : World::Pace::lockstep);
+    for (const std::string& granted : bench.granted) spdlog::info("{}", granted);
     Rig& rig = bench.rig;
     const DacInfo dac = rig.dac->info();
     SessionHeader header;

@@ -19,6 +19,7 @@ MotionSeries series_of(const TargetTrack& t, double from_s, double to_s) {
     for (const Track& k : t.tracks) {
         s.stream_from_s = std::min(s.stream_from_s, seconds(k.time));
         s.stream_to_s = std::max(s.stream_to_s, seconds(k.time));
+        if (!std::isfinite(seconds(k.time))) continue;
         if (!found(k.fix.state) || !std::isfinite(k.x_m)) {
             if (seconds(k.time) >= from_s && seconds(k.time) <= to_s) ++s.lost;
             continue;
@@ -97,11 +98,22 @@ void settle_times(Take& take, std::vector<std::string>& notes) {
         if (clock.jumps() > 0)
             notes.push_back("camera \"" + c.view.camera + "\": its time stamps jumped " +
                             std::to_string(clock.jumps()) + " times; its clock was found anew after each");
-        for (std::size_t i = 0; i < c.view.targets.size(); ++i) {
-            std::vector<Track>& tracks = take.tracks[c.first_track + i].tracks;
-            for (std::size_t k = 0; k < tracks.size(); ++k)
-                tracks[k].time = clock.mid_exposure(k, c.untimed[k], *dac.map());
+        std::size_t doubtful = 0;
+        double before_s = -INFINITY;
+        for (std::size_t k = 0; k < c.untimed.size(); ++k) {
+            MasterTime time = clock.mid_exposure(k, c.untimed[k], *dac.map());
+            if (seconds(time) > before_s) {
+                before_s = seconds(time);
+            } else {
+                time = master_time(NAN);
+                ++doubtful;
+            }
+            for (std::size_t i = 0; i < c.view.targets.size(); ++i)
+                take.tracks[c.first_track + i].tracks.at(k).time = time;
         }
+        if (doubtful > 0)
+            notes.push_back("camera \"" + c.view.camera + "\": " + std::to_string(doubtful) +
+                            " frames claim a time that another one has; they are left out");
     }
 }
 

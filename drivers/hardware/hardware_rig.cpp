@@ -1,5 +1,7 @@
 #include "drivers/hardware/hardware_rig.hpp"
 
+#include <spdlog/fmt/fmt.h>
+
 #include <set>
 #include <utility>
 #include <variant>
@@ -35,7 +37,7 @@ CameraSettings read_camera(SettingsTable& table, std::set<std::string>& names) {
 }
 
 void tell(std::vector<std::string>& all, const std::string& device, const std::vector<std::string>& lines) {
-    for (const std::string& line : lines) all.push_back(device + ": " + line);
+    for (const std::string& line : lines) all.push_back(fmt::format("{}: {}", device, line));
 }
 
 }  // namespace

@@ -1,5 +1,7 @@
 #include "drivers/mock/bench_commands.hpp"
 
+#include <spdlog/fmt/fmt.h>
+
 #include <cmath>
 #include <functional>
 #include <map>
@@ -185,13 +187,10 @@ void act(const Actions<Device>& actions, Device& device, const std::string& word
 
 template <class Device>
 std::string help(const std::string& before, const Actions<Device>& actions) {
-    constexpr std::size_t width = 36;
     std::string text;
-    for (const auto& [name, action] : actions) {
-        std::string left = "  " + before + name + " " + action.arguments;
-        left.resize(std::max(left.size() + 1, width), ' ');
-        text += left + action.meaning + "\n";
-    }
+    for (const auto& [name, action] : actions)
+        text += fmt::format("  {:<33} {}\n", fmt::format("{}{} {}", before, name, action.arguments),
+                            action.meaning);
     return text;
 }
 

@@ -33,8 +33,8 @@ std::string bench_serial(const std::string& name) {
 }
 
 std::filesystem::path write_bench_files(const BenchSettings& s, std::uint16_t iiod_port) {
-    const std::filesystem::path config = s.folder / "asound.conf",
-                                rig = std::filesystem::absolute(s.folder / "rig.toml");
+    const std::filesystem::path config = s.folder / "asound.conf";
+    std::filesystem::path rig = std::filesystem::absolute(s.folder / "rig.toml");
     write(config, fmt::format("pcm_type.shaker_mock {{ lib \"{}\" }}\n"
                               "pcm.shaker_mock {{ type shaker_mock converter \"{}\" }}\n",
                               std::filesystem::absolute(s.plugin).string(),

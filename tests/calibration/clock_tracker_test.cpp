@@ -112,6 +112,30 @@ TEST(ClockTrackerTest, UncertaintyCoversTheErrorFromTheFirstStampOn) {
     EXPECT_LE(outside, all / 50) << "of " << all << " maps, outside of 3 sigma";
 }
 
+// A busy computer is late for a while, not by chance each time: the delay wanders over 0.2 s.
+TEST(ClockTrackerTest, UncertaintyOfTheRateCoversDelaysThatHangTogether) {
+    int outside = 0;
+    double squares = 0;  // of the error, in standard errors
+    constexpr int seeds = 200;
+    for (unsigned seed = 1; seed <= seeds; ++seed) {
+        ClockTracker<struct CameraClock> tracker{200};
+        std::mt19937 rng{seed};
+        std::normal_distribution<double> normal;
+        const double keep = std::exp(-1 / (200 * 0.2));
+        double wander = normal(rng);
+        for (std::int64_t n = 0; n < 1000; ++n) {
+            wander = keep * wander + std::sqrt(1 - keep * keep) * normal(rng);
+            const double ns = 5e6 * static_cast<double>(n) / (1 + 25e-6) + 1e6 * std::abs(wander);
+            tracker.add({n}, HostTime{std::chrono::nanoseconds{std::llround(ns)}});
+        }
+        const double off = (tracker.ppm() - 25) / tracker.ppm_sigma();
+        outside += std::abs(off) > 2 ? 1 : 0;
+        squares += off * off / seeds;
+    }
+    EXPECT_LE(outside, seeds / 10) << "of " << seeds << " outside of 2 sigma";
+    EXPECT_GT(std::sqrt(squares), 0.2) << "the error bars should not be far too long either";
+}
+
 TEST(ClockTrackerTest, ARestartForgetsTheOffsetAndKeepsTheRate) {
     ClockTracker<struct DacClock> tracker{rate};
     Device device{37.5, usual_delay, 3};

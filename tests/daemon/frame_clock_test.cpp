@@ -88,6 +88,23 @@ TEST(FrameClockTest, FirstFramesThatCameLateAreNoJumpOfTheStamps) {
     }
 }
 
+TEST(FrameClockTest, AComputerThatIsLateForSecondsIsNoJumpOfTheStamps) {
+    FrameClock clock{view_at(200, true), dac_hz};
+    TestCamera camera;
+    std::vector<FrameStamp> frames;
+    for (std::int64_t k = 0; k < 3000; ++k) {
+        frames.push_back(camera.frame(k, static_cast<double>(TriggerTrain::pulse(k, dac_hz, 200))));
+        if (k < 700 || (k > 1000 && k < 1800))
+            frames.back().arrived += std::chrono::milliseconds{130 + k % 50};
+        clock.add(frames.back());
+    }
+    EXPECT_EQ(clock.jumps(), 0U);
+    for (std::size_t k = 0; k < frames.size(); ++k)
+        ASSERT_NEAR(seconds(clock.mid_exposure(k, frames[k], dac_map())),
+                    static_cast<double>(k) / 200 + 5e-6 + 2e-4, 1e-12)
+            << "frame " << k;
+}
+
 TEST(FrameClockTest, AFreeRunningCameraIsPlacedByItsStampsTo20us) {
     FrameClock clock{view_at(200, false), dac_hz};
     TestCamera camera;

@@ -38,6 +38,10 @@ private:
     std::unique_ptr<Program> program_;
 };
 
+/// A sanitiser's build is too slow for real time: frames come late there and are lost. What is left to be
+/// shown is that threads and memory are in order; the program itself exits with an error when they are not.
+inline constexpr bool in_real_time = SHAKER_SANITIZED == 0;
+
 /// The last lines of what a program said.
 std::string end_of(const std::string& text);
 /// Counts of one device in the results, found by a part of its name.
