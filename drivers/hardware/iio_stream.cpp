@@ -202,6 +202,9 @@ void IioStream::start() {
     const auto samples = static_cast<std::size_t>(s.facts.buffer_samples);
     BufferHandle fresh{iio_device_create_buffer(s.device, samples, false)};
     if (!fresh) s.fail("buffer of " + std::to_string(samples) + " samples: " + iio_words(errno));
+    // A buffer has a connection of its own, which finds whoever serves there by now.
+    if (iio_number(s.device, s.axes[0], "scale") != s.facts.mps2_per_count[0])
+        s.fail("does not answer as it did when it was opened");
     const std::scoped_lock lock{s.mutex};
     if (s.cancelled) iio_buffer_cancel(fresh.get());
     s.buffer = std::move(fresh);

@@ -42,7 +42,8 @@ public:
 
     [[nodiscard]] const IioFacts& facts() const noexcept;
 
-    /// Starts the buffer, or starts it anew. Throws DeviceError. The reader's thread.
+    /// Starts the buffer, or starts it anew. Throws DeviceError, also when it is another device by now. The
+    /// reader's thread.
     void start();
     /// Waits for a whole buffer, at most for the timeout. 0 and the samples, valid until the next call; or
     /// -errno, after which only destruction makes sense: -EBADF after cancel(), -EPIPE when the other side is

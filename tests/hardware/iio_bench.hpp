@@ -82,11 +82,12 @@ private:
     std::size_t samples_ = 0;
 };
 
-/// Mock, feeder and driver.
+/// Mock, feeder and driver. Unless told otherwise it bears a machine that stands still for seconds without a
+/// loss or a broken connection.
 struct IioBench {
-    explicit IioBench(const IiodDescription& description = {}) : iiod{description} {}
+    explicit IioBench(const IiodDescription& description = {.fifo = 65536}) : iiod{description} {}
 
-    void open(IioStamps stamps = IioStamps::host, double timeout_s = 1, double give_up_s = 8) {
+    void open(IioStamps stamps = IioStamps::host, double timeout_s = 10, double give_up_s = 30) {
         IioSettings s = settings_for(iiod);
         s.stamps = stamps;
         s.timeout_s = timeout_s;

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include "drivers/errors.hpp"
 #include "drivers/hardware/iio_devices.hpp"
 #include "tests/hardware/iio_bench.hpp"
 #include "tests/support/no_alloc.hpp"
@@ -31,6 +32,15 @@ TEST(IioStreamTest, ABufferThatWouldOutlastTheTimeoutIsMadeSmaller) {
     EXPECT_EQ(stream.facts().buffer_samples, 12);  // 0.1 s
     ASSERT_EQ(stream.facts().notes.size(), 1U);
     EXPECT_NE(stream.facts().notes[0].find("buffers of 12 samples"), std::string::npos);
+}
+
+TEST(IioStreamTest, ABufferOfADeviceThatWasReplacedIsNotTaken) {
+    auto iiod = std::make_unique<Iiod>(IiodDescription{});
+    const std::uint16_t port = iiod->port();
+    IioStream stream{test::settings_for(*iiod)};
+    iiod.reset();
+    iiod = std::make_unique<Iiod>(IiodDescription{.mps2_per_count = {1, 1, 1}}, port);
+    EXPECT_THROW(stream.start(), DeviceError);
 }
 
 TEST(IioDevicesTest, WhatIsThereIsListedAndWhatIsNotSaysWhy) {
