@@ -1,6 +1,10 @@
 #include "daemon/self_test.hpp"
 
+#include <spdlog/fmt/fmt.h>
+
 #include <cmath>
+
+#include "drivers/errors.hpp"
 
 namespace shaker {
 
@@ -16,7 +20,13 @@ void SelfTest::post(const Harmonics<Voltage>& volts, Mailbox<DriveCommand>& driv
 
 bool SelfTest::step(const Take& take, Mailbox<DriveCommand>& drive) {
     const bool any = plays_ != take.played.size() || changes_ != take.changes.size();
-    plays_ = take.played.size();
+    for (; plays_ < take.played.size(); ++plays_)
+        if (const PlayTime& p = take.played[plays_]; p.lost > 0)
+            throw DeviceError{
+                fmt::format("the DAC ran empty at {:.3f} s and stood still for {:.1f} ms: has the computer "
+                            "too much to do, or is buffer_frames too small?",
+                            static_cast<double>(p.tick.n) / dac_rate_hz_,
+                            1e3 * static_cast<double>(p.lost) / dac_rate_hz_)};
     for (; changes_ < take.changes.size(); ++changes_) {
         const DriveChange& c = take.changes[changes_];
         if (c.command.sequence == sequence_)

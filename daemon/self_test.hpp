@@ -31,7 +31,8 @@ struct TimeSpan {
 class SelfTest {
 public:
     SelfTest(const SelfTestPlan& plan, double dac_rate_hz);
-    /// False when nothing had come.
+    /// False when nothing had come. Throws DeviceError when the DAC ran empty: what was asked of it is gone
+    /// then.
     bool step(const Take& take, Mailbox<DriveCommand>& drive);
     [[nodiscard]] bool done() const noexcept { return state_ == State::done; }
     /// Without a drive, and with the drive in force and the base settled.

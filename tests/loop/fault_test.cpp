@@ -153,6 +153,17 @@ TEST_F(FaultTest, StampsOfTheAccelerometerThatJumpAreAnIncident) {
     EXPECT_GE(device(r, "adxl355").at("incidents"), 1);
 }
 
+TEST(CheckFaultTest, ADacThatRunsEmptyInTheSelfTestIsAFinding) {
+    BenchRun run;
+    Program check{"shakerd", "check --rig '" + run.bench.rig_file().string() + "'", run.folder};
+    while (run.bench.dac().counts().frames < 48000 && !check.ended())
+        std::this_thread::sleep_for(std::chrono::milliseconds{2});
+    run.bench.dac().cause_underrun();
+    const Outcome o = check.wait(60);
+    EXPECT_EQ(o.status, 3) << o.out << end_of(o.err);
+    EXPECT_NE(o.out.find("BAD  self-test: the DAC ran empty"), std::string::npos) << o.out;
+}
+
 // Trouble that does not end: the run fails in bounded time, and nothing spins while it waits. A loop that
 // does would use a whole processor; the program at work uses a fifth of one.
 constexpr double most_cpu = 0.6;

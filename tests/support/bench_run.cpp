@@ -63,6 +63,11 @@ nlohmann::json BenchRun::results() {
     return o.status == 0 ? nlohmann::json::parse(o.out) : nlohmann::json::object();
 }
 
+void expect_order(const Outcome& o) {
+    EXPECT_TRUE(o.status == 0 || o.status == 3) << o.status << "\n" << end_of(o.err);
+    EXPECT_EQ(o.err.find("Sanitizer"), std::string::npos) << o.err;
+}
+
 std::string end_of(const std::string& text) {
     constexpr std::size_t most = 2000;
     return text.size() <= most ? text : "..." + text.substr(text.size() - most);

@@ -38,9 +38,11 @@ private:
     std::unique_ptr<Program> program_;
 };
 
-/// A sanitiser's build is too slow for real time: frames come late there and are lost. What is left to be
-/// shown is that threads and memory are in order; the program itself exits with an error when they are not.
+/// A sanitiser's build is too slow for real time: data come late there, the DAC runs empty. What is left to
+/// be shown is that threads and memory are in order.
 inline constexpr bool in_real_time = SHAKER_SANITIZED == 0;
+/// It ended well or gave up in good order, and no sanitiser had anything to say.
+void expect_order(const Outcome& outcome);
 
 /// The last lines of what a program said.
 std::string end_of(const std::string& text);
