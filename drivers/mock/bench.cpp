@@ -1,5 +1,7 @@
 #include "drivers/mock/bench.hpp"
 
+#include <spdlog/spdlog.h>
+
 #include <algorithm>
 #include <atomic>
 #include <cmath>
@@ -54,6 +56,7 @@ struct Bench::State {
     void play(const std::stop_token& stop);
     void play(std::span<const double> first, std::span<const double> second);
     void find_pulses(std::span<double> share);
+    void tell_when_late();
     void send_samples();
     void send_pictures(const std::stop_token& stop, Eye& eye);
     std::int64_t until_free_exposure(std::int64_t most);
@@ -66,6 +69,7 @@ struct Bench::State {
     std::vector<Eye> eyes;
     std::filesystem::path rig_file;
     double trigger_before = 0;
+    bool told_late = false;
     const double spacing =
         settings.scene.dac_rate_hz / settings.scene.cameras[0].view.frame_rate_hz;  // samples
     std::int64_t last_pulse = -1;                                                   // sample of the world
@@ -114,11 +118,21 @@ void Bench::State::play(const std::stop_token& stop) {
             second.resize(n);
             converter.take(first, second);
             for (double& share : first) share *= settings.scene.dac_full_scale_v;
+            tell_when_late();
             find_pulses(second);
             play(first, second);
             send_samples();
         }
     }
+}
+
+void Bench::State::tell_when_late() {
+    const std::uint64_t missed = converter.counts().missed;
+    if (missed == 0 || std::exchange(told_late, true)) return;
+    spdlog::warn(
+        "this computer is too slow for the mock bench: {} samples of the DAC were gone before the "
+        "simulated world had felt them; slower cameras cost less",
+        missed);
 }
 
 // 1 where the trigger line rises, 0 elsewhere.
