@@ -15,14 +15,7 @@ target_compile_definitions(test_support PUBLIC
   SHAKER_SOURCE_DIR="${PROJECT_SOURCE_DIR}" SHAKER_BINARY_DIR="${PROJECT_BINARY_DIR}"
   SHAKER_SANITIZED=${sanitized})
 
-# What runs in the virtual machine of tests/vm/run, and the host's part of it.
-add_library(vm_support STATIC tests/vm/drive_device.cpp tests/vm/pattern.cpp)
-target_link_libraries(vm_support PUBLIC calibration drivers)
-add_executable(vm_probe tests/vm/probe.cpp)
-target_link_libraries(vm_probe PRIVATE vm_support drivers_hardware spdlog::spdlog)
-add_executable(uhid_accelerometer tests/vm/uhid_accelerometer.cpp)
-
-foreach(area drivers hardware mock simulated replay calibration tracking control reduction daemon vm)
+foreach(area drivers hardware mock simulated replay calibration tracking control reduction daemon)
   file(GLOB sources CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/tests/${area}/*_test.cpp)
   if(sources)
     add_executable(${area}_tests ${sources})
@@ -31,7 +24,6 @@ foreach(area drivers hardware mock simulated replay calibration tracking control
       ENVIRONMENT "TSAN_OPTIONS=suppressions=${PROJECT_SOURCE_DIR}/tests/support/tsan.supp")
   endif()
 endforeach()
-target_link_libraries(vm_tests PRIVATE vm_support)
 if(TARGET daemon_tests)
   add_dependencies(daemon_tests shakerd)
 endif()
@@ -45,3 +37,5 @@ foreach(source ${benches})
   add_executable(bench_${name} ${source})
   target_link_libraries(bench_${name} PRIVATE test_support benchmark::benchmark)
 endforeach()
+
+include(tests/vm/vm.cmake)
