@@ -2,6 +2,7 @@
 find_package(GTest REQUIRED)
 find_package(benchmark REQUIRED)
 include(GoogleTest)
+include(tests/vm/vm.cmake)
 
 set(sanitized 0)
 if(SHAKER_SANITIZE)
@@ -37,5 +38,3 @@ foreach(source ${benches})
   add_executable(bench_${name} ${source})
   target_link_libraries(bench_${name} PRIVATE test_support benchmark::benchmark)
 endforeach()
-
-include(tests/vm/vm.cmake)
