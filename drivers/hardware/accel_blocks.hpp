@@ -1,0 +1,41 @@
+#pragma once
+// Numbered samples into blocks for another thread. Real-time once built.
+#include <array>
+#include <atomic>
+#include <cstdint>
+#include <optional>
+
+#include "drivers/data.hpp"
+#include "drivers/devices.hpp"
+#include "drivers/handover.hpp"
+
+namespace shaker {
+
+/// Full blocks, short ones only before a gap, handed over through a ring. One thread adds, one other takes.
+class AccelBlocks {
+public:
+    /// Counts at or beyond these, of each axis, are clipped.
+    using Limits = std::array<std::array<std::int64_t, 2>, 3>;
+    explicit AccelBlocks(const Limits& limits) : limits_{limits}, ring_{capacity} {}
+
+    /// The next sample; `lost` are missing before it. True when a block was handed over.
+    bool add(std::int64_t tick, std::int64_t lost, const std::array<std::int32_t, 3>& counts,
+             HostTime arrived) noexcept;
+    [[nodiscard]] std::optional<AccelBlock> take() noexcept { return ring_.pop(); }
+
+    /// Samples handed over, and lost: before they came and because nobody took them. Any thread.
+    [[nodiscard]] std::uint64_t taken() const noexcept { return taken_; }
+    [[nodiscard]] std::uint64_t lost() const noexcept { return lost_; }
+
+private:
+    static constexpr std::size_t capacity = 256;  // blocks: 4 s at 4 kHz
+
+    void hand_over() noexcept;
+
+    Limits limits_;
+    Ring<AccelBlock> ring_;
+    AccelBlock block_{.first = {}, .arrived = {}, .size = 0};
+    std::atomic<std::uint64_t> taken_{0}, lost_{0};
+};
+
+}  // namespace shaker

@@ -1,0 +1,165 @@
+#include "drivers/hardware/sample_grid.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+namespace shaker {
+namespace {
+
+constexpr double learn_s = 0.25;
+constexpr std::size_t learn_least = 32, learn_most = 16384;  // samples
+constexpr double rate_tolerance = 0.15;
+constexpr double clear_ns = 50e6, far_clear_ns = 400e6;
+constexpr std::size_t clear_samples = 16;
+constexpr double far_ns = 20e6;
+constexpr int window = 32;                           // samples whose lowest stamp moves the line
+constexpr double place_gain = 0.5, rate_gain = 0.1;  // damped: the line settles within about 10 windows
+constexpr double lag_drift = 500e-6;                 // sensor's clock against the host's, at most
+
+/// Wraps where a stamp is nonsense instead of being undefined.
+constexpr std::int64_t minus(std::int64_t a, std::int64_t b) noexcept {
+    return static_cast<std::int64_t>(static_cast<std::uint64_t>(a) - static_cast<std::uint64_t>(b));
+}
+
+std::size_t samples_to_learn(double rate_hz) {
+    return std::clamp(static_cast<std::size_t>(learn_s * rate_hz), learn_least, learn_most);
+}
+
+}  // namespace
+
+SampleGrid::SampleGrid(double rate_hz)
+    : nominal_ns_{1e9 / rate_hz},
+      step_ns_{nominal_ns_},
+      learning_{samples_to_learn(rate_hz)},
+      waiting_{std::max(4 * learning_, std::size_t{1024})},
+      placed_{waiting_.capacity()} {}
+
+double SampleGrid::above_line(std::size_t i) const noexcept {
+    const std::int64_t stamp = minus(waiting_[i].stamp_ns, minus(origin_ns_, correction_ns_));
+    return static_cast<double>(stamp) - (due_ns_ + step_ns_ * static_cast<double>(i));
+}
+
+double SampleGrid::lag_ns(std::size_t i) const noexcept {
+    return static_cast<double>(minus(minus(waiting_[i].arrived_ns, waiting_[i].stamp_ns), correction_ns_));
+}
+
+void SampleGrid::add(const TimedSample& sample) noexcept {
+    waiting_.push_back(sample);
+    if (learning_ > 0) {
+        if (waiting_.size() < learning_) return;
+        learn_rate();
+    }
+    settle();
+}
+
+std::optional<PlacedSample> SampleGrid::next() noexcept {
+    if (placed_.empty()) return std::nullopt;
+    const PlacedSample first = placed_.front();
+    placed_.pop_front();
+    return first;
+}
+
+/// The median slope between the lowest stamps of short stretches: late stamps, stamps that several samples
+/// share and a loss leave it alone.
+void SampleGrid::learn_rate() noexcept {
+    origin_ns_ = waiting_.front().stamp_ns;
+    const std::size_t stretch = learning_ / lows_.size();
+    for (std::size_t k = 0; k < lows_.size(); ++k) {
+        lows_[k] = above_line(k * stretch);
+        for (std::size_t i = 1; i < stretch; ++i) lows_[k] = std::min(lows_[k], above_line(k * stretch + i));
+    }
+    constexpr std::size_t apart = stretches / 4, middle = (stretches - apart) / 2;
+    for (std::size_t k = 0; k + apart < lows_.size(); ++k) lows_[k] = lows_[k + apart] - lows_[k];
+    std::nth_element(lows_.begin(), lows_.begin() + middle, lows_.end() - apart);
+    const double excess = lows_[middle] / static_cast<double>(apart * stretch);
+    if (std::abs(excess / nominal_ns_) <= rate_tolerance) step_ns_ += excess;
+    double lowest = 0;
+    for (std::size_t i = 0; i < learn_least; ++i) lowest = std::min(lowest, above_line(i));
+    if (lowest > -far_ns) due_ns_ = lowest;
+    learning_ = 0;
+}
+
+void SampleGrid::settle() noexcept {
+    while (held_ < waiting_.size()) {
+        const double above = above_line(held_);
+        const bool off = std::abs(above) > step_ns_ / 2;
+        if (held_ == 0 && !off) {
+            place_first(0);
+        } else if (held_ == 0 || (off && (above > 0) == held_above_)) {
+            held_above_ = above > 0;
+            held_lowest_ns_ = held_ == 0 ? above : std::min(held_lowest_ns_, above);
+            ++held_;
+            if (clear()) decide();
+        } else {
+            for (; held_ > 0; --held_) place_first(0);
+        }
+    }
+}
+
+bool SampleGrid::clear() const noexcept {
+    if (waiting_.full() && held_ == waiting_.size()) return true;
+    const auto span = static_cast<double>(minus(waiting_[held_ - 1].stamp_ns, waiting_.front().stamp_ns));
+    const bool far = std::abs(held_lowest_ns_) > far_ns;
+    return held_ >= clear_samples && std::abs(span) >= (far ? far_clear_ns : clear_ns);
+}
+
+void SampleGrid::decide() noexcept {
+    double lag = lag_ns(0);
+    for (std::size_t i = 1; i < held_; ++i) lag = std::min(lag, lag_ns(i));
+    held_ = 0;
+    const double above = held_lowest_ns_, lag_change = lag_known_ ? lag - least_lag_ns_ : 0;
+    std::int64_t lost = 0;
+    if (above < -far_ns || (above > far_ns && lag_change < -above / 2)) {
+        lost = follow_clock(lag_known_ ? lag_change : -above);
+    } else if (above < 0) {
+        due_ns_ += above;  // the line was too high
+    } else {
+        lost = std::llround(above / step_ns_);
+        due_ns_ += step_ns_ * static_cast<double>(lost);
+    }
+    place_first(lost);
+}
+
+/// By what the stamps have fallen behind the host, less the step of the sensor's clock, the samples are late.
+std::int64_t SampleGrid::follow_clock(double lag_change_ns) noexcept {
+    ++clock_steps_;
+    const double late = held_lowest_ns_ + lag_change_ns;
+    const std::int64_t lost = late > far_ns ? std::llround(late / step_ns_) : 0;
+    correction_ns_ += std::llround(step_ns_ * static_cast<double>(lost) - held_lowest_ns_);
+    due_ns_ += step_ns_ * static_cast<double>(lost);
+    return lost;
+}
+
+void SampleGrid::place_first(std::int64_t lost) noexcept {
+    const double above = above_line(0), lag = lag_ns(0);
+    PlacedSample placed{waiting_.front(), tick_ + lost, lost};
+    // A stamp below the line is a slip of the clock that did not last: the line knows better.
+    if (above < -step_ns_ / 2)
+        placed.sample.stamp_ns = origin_ns_ + std::llround(due_ns_);
+    else
+        placed.sample.stamp_ns += correction_ns_;
+    placed_.push_back(placed);
+    waiting_.pop_front();
+    tick_ += lost + 1;
+    due_ns_ += step_ns_;
+    follow(above, lag);
+}
+
+void SampleGrid::follow(double above_ns, double lag_ns) noexcept {
+    if (std::abs(above_ns) <= step_ns_ / 2) {
+        lowest_ns_ = on_line_ == 0 ? above_ns : std::min(lowest_ns_, above_ns);
+        ++on_line_;
+        least_lag_ns_ = lag_known_ ? std::min(least_lag_ns_ + lag_drift * step_ns_, lag_ns) : lag_ns;
+        lag_known_ = true;
+    }
+    if (++window_ < window) return;
+    if (on_line_ > 0) {
+        due_ns_ += place_gain * lowest_ns_;
+        step_ns_ = std::clamp(step_ns_ + rate_gain * lowest_ns_ / window, nominal_ns_ * (1 - rate_tolerance),
+                              nominal_ns_ * (1 + rate_tolerance));
+    }
+    window_ = on_line_ = 0;
+}
+
+}  // namespace shaker

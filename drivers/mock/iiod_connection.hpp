@@ -1,0 +1,82 @@
+#pragma once
+// One client of the mock iiod: answers its commands and streams its buffer. Everything here runs on the
+// server's one thread.
+#include <atomic>
+#include <boost/asio/ip/tcp.hpp>
+#include <boost/asio/steady_timer.hpp>
+#include <cstdint>
+#include <deque>
+#include <memory>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "drivers/mock/iiod_device.hpp"
+#include "drivers/mock/iiod_protocol.hpp"
+
+namespace shaker {
+
+/// What all connections have in common.
+struct IiodShared {
+    IiodDevice device;
+    std::atomic<double> rate_hz{device.rate_hz()};  // for other threads
+    bool silent = false;                            // nothing leaves: replies wait until it is over
+    bool triggered = true;                          // the device has its trigger
+    std::atomic<std::uint64_t> served{0}, overflowed{0}, unread{0};
+};
+
+class IiodConnection : public std::enable_shared_from_this<IiodConnection> {
+public:
+    IiodConnection(boost::asio::ip::tcp::socket socket, IiodShared& shared);
+
+    void start() { receive(); }
+    [[nodiscard]] bool buffer_open() const noexcept { return buffer_.has_value(); }
+    [[nodiscard]] bool closed() const noexcept { return !socket_.is_open(); }
+    /// A conversion for the buffer's FIFO; serve() afterwards sends what is due.
+    void offer(const IiodSample& sample);
+    void serve();
+    /// Ends the buffer: its READBUF, the one under way or the next, is answered with -errno.
+    void fail(int error);
+    /// Silence is over.
+    void flush() { send(); }
+    void close();
+
+private:
+    struct Buffer {
+        std::uint32_t mask = 0;
+        std::size_t samples = 0;   // of a whole buffer
+        std::size_t capacity = 0;  // of the FIFO
+        std::deque<IiodSample> fifo{};
+        std::size_t wanted = 0;  // samples still to be sent for this READBUF
+        bool mask_due = false;
+        bool short_end = false;  // the bytes asked for were not whole samples
+        int error = 0;           // what the next READBUF is answered with
+    };
+
+    void receive();
+    void receive_value(IiodCommand command);
+    void execute(const IiodCommand& command);
+    void open(const IiodCommand& command);
+    void read_buffer(const IiodCommand& command);
+    void await_samples();
+    void send_piece(std::size_t samples);
+    void drop_buffer();
+    void end_buffer(int error);
+    void reply(std::int64_t number) { put(std::to_string(number) + "\n"); }
+    void put(const std::string& text);
+    void send();
+
+    boost::asio::ip::tcp::socket socket_;
+    boost::asio::steady_timer deadline_;
+    IiodShared& shared_;
+    std::string in_;
+    std::vector<char> out_, leaving_;
+    std::uint64_t out_samples_ = 0, leaving_samples_ = 0;
+    bool sending_ = false;
+    std::optional<Buffer> buffer_;
+    std::size_t buffers_ = 4;
+    std::uint64_t timeout_ms_ = 1000;
+};
+
+}  // namespace shaker
