@@ -82,6 +82,7 @@ std::shared_ptr<Frame> FramePool::acquire() noexcept {
         if (slot.out.exchange(true, std::memory_order_acquire)) continue;
         slot.frame.tick = {};
         slot.frame.arrived = {};
+        slot.frame.stamp.reset();
         slot.frame.mid_exposure.reset();
         slot.frame.quality = {};
         return {&slot.frame, [](Frame*) {}, SlotAllocator<Frame>{store_, slot}};

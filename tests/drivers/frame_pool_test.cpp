@@ -45,6 +45,7 @@ TEST(FramePoolTest, AReusedFrameCarriesNothingOfTheOneBefore) {
     auto frame = pool.acquire();
     frame->tick.n = 5;
     frame->arrived = HostTime{std::chrono::nanoseconds{7}};
+    frame->stamp = CameraStamp{8};
     frame->mid_exposure = master_time(3);
     frame->quality = Quality::gap;
     frame.reset();
@@ -52,6 +53,7 @@ TEST(FramePoolTest, AReusedFrameCarriesNothingOfTheOneBefore) {
     ASSERT_NE(frame, nullptr);
     EXPECT_EQ(frame->tick.n, 0);
     EXPECT_EQ(frame->arrived, HostTime{});
+    EXPECT_FALSE(frame->stamp.has_value());
     EXPECT_FALSE(frame->mid_exposure.has_value());
     EXPECT_EQ(frame->quality, Quality::good);
 }

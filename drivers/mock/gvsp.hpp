@@ -1,0 +1,43 @@
+#pragma once
+// Packets of the GigE Vision stream protocol, version 1 (block ids of 16 bits), as a camera sends them.
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace shaker {
+
+/// What the first packet of a picture tells.
+struct GvspLeader {
+    std::int64_t stamp = 0;          // ticks of the camera's clock
+    std::uint32_t pixel_format = 0;  // PFNC code
+    int x = 0;                       // region of the sensor, pixels
+    int y = 0;
+    int width = 0;
+    int height = 0;
+    bool chunks = false;  // the payload ends with chunks
+};
+
+/// One picture cut into packets: leader, payload, trailer.
+class GvspBlock {
+public:
+    /// `packet_bytes` is the size on the wire, IP and UDP headers included, as the packet size register has
+    /// it. `payload` must stay valid while packets are asked for. `id` is 1 to 65535.
+    GvspBlock(std::uint16_t id, const GvspLeader& leader, std::span<const std::byte> payload,
+              std::size_t packet_bytes);
+    [[nodiscard]] std::size_t packets() const noexcept;
+    /// UDP content of packet `index`, valid until the next call.
+    std::span<const std::byte> packet(std::size_t index);
+
+private:
+    void begin(unsigned format, std::size_t index);
+    void put(std::uint64_t value, int bytes);
+
+    std::uint16_t id_;
+    GvspLeader leader_;
+    std::span<const std::byte> payload_;
+    std::size_t piece_;  // bytes of payload in a packet
+    std::vector<std::byte> out_;
+};
+
+}  // namespace shaker
