@@ -34,6 +34,7 @@ endif()
 if(TARGET daemon_tests)
   add_dependencies(daemon_tests shakerd)
 endif()
+add_dependencies(test_support shaker_mock_pcm)
 
 add_test(NAME include_order COMMAND ${PROJECT_SOURCE_DIR}/tests/include_order ${PROJECT_SOURCE_DIR})
 

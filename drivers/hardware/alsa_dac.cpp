@@ -1,0 +1,272 @@
+#include "drivers/hardware/alsa_dac.hpp"
+
+#include <sys/eventfd.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <atomic>
+#include <cerrno>
+#include <ctime>
+#include <limits>
+#include <utility>
+
+#include "drivers/errors.hpp"
+#include "drivers/hardware/host_now.hpp"
+#include "drivers/hardware/output_frames.hpp"
+#include "drivers/hardware/pcm_codec.hpp"
+#include "drivers/hardware/playing_clock.hpp"
+
+namespace shaker {
+
+namespace {
+
+constexpr int recoveries_in_a_row = 3;
+constexpr double least_slip_s = 0.01;
+// A ramp that is nearly reached is left alone: replacing it takes time too.
+constexpr double margin_s = 5e-4;
+
+// Outcomes besides libasound's errors.
+constexpr int done = 0, came_late = 1, stood_still_meanwhile = 2, told_to_stop = 3;
+
+bool passes(int error) noexcept {
+    return error == -EPIPE || error == -ESTRPIPE || error == -ETIMEDOUT || error == -EAGAIN;
+}
+
+}  // namespace
+
+struct AlsaDac::State {
+    AlsaSettings settings;
+    std::unique_ptr<AlsaPcm> pcm;
+    AlsaGranted granted = pcm->granted();
+    OutputFrames frames;
+    PlayingClock clock;
+    int wake = -1;  // readable once stop() was called
+    std::atomic<bool> stopping = false;
+    std::atomic<std::uint64_t> taken = 0, lost = 0, incidents = 0, reopened = 0;
+
+    bool running = false;
+    std::int64_t buffer,
+        ramp;  // samples; ramp: what lies behind the drive, 0 where nothing can be taken back
+    std::int64_t margin, slip_limit;
+    std::int64_t end = 0;  // tick of the sample after the last one written of the drive
+    PlayTime last{};
+    std::int64_t slipped = 0;  // samples by which ticks are behind time
+    int recoveries = 0;        // since a block was played
+    bool opened_anew = false;  // since a block was played
+
+    explicit State(const AlsaSettings& s);
+    State(const State&) = delete;
+    State& operator=(const State&) = delete;
+    ~State();
+
+    int begin();
+    int put(std::span<const double> volts, std::span<const double> trigger);
+    int wait_until_queued(std::int64_t most, std::int64_t least);
+    int note_time();
+    void go_on(int outcome, std::int64_t wanted_end);
+    int fill_behind();
+    void restart(int error);
+    void play_out() noexcept;
+    [[nodiscard]] OutputFrames make_frames() const;
+    [[nodiscard]] HostTime deadline() const noexcept {
+        return host_now() + std::chrono::nanoseconds{2'000'000'000 * buffer / settings.rate_hz};
+    }
+};
+
+OutputFrames AlsaDac::State::make_frames() const {
+    const AlsaGranted& got = pcm->granted();
+    return {settings, PcmCodec{got.format, got.significant_bits, settings.full_scale_V},
+            static_cast<std::size_t>(got.channels), static_cast<std::size_t>(got.period_frames)};
+}
+
+AlsaDac::State::State(const AlsaSettings& s)
+    : settings{s},
+      pcm{std::make_unique<AlsaPcm>(s)},
+      frames{make_frames()},
+      clock{static_cast<double>(s.rate_hz)},
+      wake{::eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK)},
+      buffer{s.buffer_frames},
+      ramp{pcm->granted().rewinds ? s.ramp_frames() : 0},
+      margin{static_cast<std::int64_t>(margin_s * s.rate_hz)},
+      slip_limit{std::max<std::int64_t>(2L * s.period_frames,
+                                        static_cast<std::int64_t>(least_slip_s * s.rate_hz))} {}
+
+AlsaDac::State::~State() {
+    play_out();
+    if (wake >= 0) ::close(wake);
+}
+
+// Starts the stream full of silence: the first block has the same way to go as all that follow.
+int AlsaDac::State::begin() {
+    if (const int error = pcm->prepare(); error < 0) return error;
+    const std::int64_t written = pcm->write_silence(buffer);
+    if (written != buffer) return written < 0 ? static_cast<int>(written) : -EPIPE;
+    if (const int error = pcm->start(); error < 0) return error;
+    AlsaDelay delay{};
+    if (const int error = pcm->delay(delay); error < 0) return error;
+    if (running) end = clock.tick_at(delay.at) + delay.frames - ramp;
+    running = true;
+    last = {DacTick{end + ramp - delay.frames}, delay.at};
+    clock.begin(last);
+    return done;
+}
+
+// Returns once no more than `most` frames are queued; late when fewer than `least`.
+int AlsaDac::State::wait_until_queued(std::int64_t most, std::int64_t least) {
+    const HostTime until = deadline();
+    for (;;) {
+        const HostTime now = host_now();
+        const AlsaPcm::Queued queued = pcm->queued();
+        if (queued.error < 0) return queued.error;
+        if (queued.frames < least) return came_late;
+        if (queued.frames <= most) return done;
+        if (stopping) return told_to_stop;
+        if (now >= until) return -ETIMEDOUT;
+        if (const int error = pcm->wait(wake, until - now); error < 0) return error;
+    }
+}
+
+int AlsaDac::State::put(std::span<const double> volts, std::span<const double> trigger) {
+    const auto n = static_cast<std::int64_t>(volts.size());
+    const std::int64_t least = ramp > 0 ? ramp + margin : std::numeric_limits<std::int64_t>::min();
+    if (const int outcome = wait_until_queued(buffer - n, least); outcome != done) return outcome;
+    const auto bytes =
+        frames.block(volts, trigger, {end}).first(static_cast<std::size_t>(n + ramp) * frames.frame_bytes());
+    const HostTime before = host_now();
+    std::int64_t left = 0;
+    if (ramp > 0 && (left = pcm->rewind(ramp)) < 0) return came_late;
+    const std::int64_t written = pcm->write(bytes);
+    if (written != n + ramp) return written < 0 ? static_cast<int>(written) : -EPIPE;
+    end += n;
+    taken += static_cast<std::uint64_t>(n);
+    // Was the old ramp reached while it was being replaced?
+    if (ramp > 0 && Seconds{host_now() - before}.count() * settings.rate_hz >= static_cast<double>(left))
+        return came_late;
+    return note_time();
+}
+
+int AlsaDac::State::note_time() {
+    AlsaDelay delay{};
+    if (const int error = pcm->delay(delay); error < 0) return error;
+    last = {DacTick{end + ramp - delay.frames}, delay.at};
+    slipped = clock.note(last);
+    if (slipped > slip_limit) return stood_still_meanwhile;
+    slipped = 0;
+    recoveries = 0;
+    opened_anew = false;
+    return done;
+}
+
+// After trouble: silence, from which the next block begins. `wanted_end`: where the block that was given
+// should have ended.
+void AlsaDac::State::go_on(int outcome, std::int64_t wanted_end) {
+    const std::int64_t end_of_drive = end;
+    ++incidents;
+    if (outcome > 0) outcome = fill_behind();
+    if (outcome < 0) restart(outcome);
+    frames.restart();
+    if (outcome == told_to_stop) return;
+    end = std::max(end, wanted_end + 1);
+    last.lost = end - wanted_end;
+    lost += static_cast<std::uint64_t>(end - end_of_drive);
+}
+
+// Lets the ramp play and puts silence behind it, in the same stream. Ticks go where they belong in time again
+// when the stream stood still.
+int AlsaDac::State::fill_behind() {
+    const auto tail = static_cast<std::int64_t>(frames.ramp_frames());
+    const int outcome = wait_until_queued(std::min(buffer - tail, buffer / 2), margin);
+    if (outcome != done) return outcome == came_late ? -EPIPE : outcome;
+    if (ramp == 0 && tail > 0) {  // a device that takes nothing back can still be given the ramp now
+        if (pcm->write(frames.ramp()) != tail) return -EPIPE;
+        end += tail;
+    }
+    const AlsaPcm::Queued queued = pcm->queued();
+    if (queued.error < 0) return queued.error;
+    const std::int64_t silence = buffer - queued.frames;
+    if (pcm->write_silence(silence) != silence) return -EPIPE;
+    end += silence + std::exchange(slipped, 0);
+    AlsaDelay delay{};
+    if (const int error = pcm->delay(delay); error < 0) return error;
+    last = {DacTick{end + ramp - delay.frames}, delay.at};
+    clock.begin(last);
+    return done;
+}
+
+void AlsaDac::State::restart(int error) {
+    slipped = 0;
+    while (error != done) {
+        if (!passes(error)) pcm->fail("playing has ended", error);
+        const AlsaPcm::Queued queued = pcm->queued();
+        if (queued.error == 0)
+            taken -= static_cast<std::uint64_t>(std::max<std::int64_t>(0, queued.frames - ramp));
+        if (++recoveries > recoveries_in_a_row) {
+            if (opened_anew) pcm->fail("nothing could be played after it was opened again", error);
+            opened_anew = true;
+            recoveries = 1;
+            pcm.reset();
+            pcm = std::make_unique<AlsaPcm>(settings);
+            ramp = pcm->granted().rewinds ? settings.ramp_frames() : 0;
+            frames = make_frames();
+            ++reopened;
+        }
+        error = begin();
+    }
+}
+
+// The end of a device's life: what was written, and the ramp where it is not there yet. Bounded.
+void AlsaDac::State::play_out() noexcept {
+    if (!running || pcm == nullptr) return;
+    const HostTime until = deadline();
+    const auto tail = static_cast<std::int64_t>(frames.ramp_frames());
+    bool ramped = ramp > 0 || tail == 0;
+    for (AlsaPcm::Queued queued = pcm->queued(); queued.error == 0 && queued.frames > 0 && host_now() < until;
+         queued = pcm->queued()) {
+        if (!ramped && buffer - queued.frames >= tail) ramped = pcm->write(frames.ramp()) == tail;
+        const timespec pause{.tv_sec = 0, .tv_nsec = 1'000'000};
+        ::nanosleep(&pause, nullptr);
+    }
+    pcm->drop();
+}
+
+AlsaDac::AlsaDac(const AlsaSettings& settings) : state_{new State{settings}} {}
+AlsaDac::~AlsaDac() = default;
+
+DacInfo AlsaDac::info() const {
+    const AlsaSettings& s = state_->settings;
+    return {s.pcm, static_cast<double>(s.rate_hz), s.full_scale_V};
+}
+
+DeviceCounts AlsaDac::counts() const noexcept {
+    const State& s = *state_;
+    return {.taken = s.taken, .lost = s.lost, .incidents = s.incidents, .reopened = s.reopened};
+}
+
+const AlsaGranted& AlsaDac::granted() const noexcept { return state_->granted; }
+
+PlayTime AlsaDac::write(std::span<const double> volts, std::span<const double> trigger) {
+    State& s = *state_;
+    if (volts.size() != trigger.size()) throw DeviceError{s.settings.pcm + ": channels of different length"};
+    if (s.stopping) return s.last;
+    s.last.lost = 0;
+    int outcome = s.running ? done : s.begin();
+    if (outcome != done) s.restart(outcome);
+    const auto most = static_cast<std::size_t>(s.settings.period_frames);
+    for (std::size_t at = 0; at < volts.size(); at += most) {
+        const std::size_t n = std::min(most, volts.size() - at);
+        const std::int64_t wanted_end = s.end + static_cast<std::int64_t>(volts.size() - at);
+        outcome = s.put(volts.subspan(at, n), trigger.subspan(at, n));
+        if (outcome == done) continue;
+        if (outcome != told_to_stop) s.go_on(outcome, wanted_end);
+        break;
+    }
+    return s.last;
+}
+
+void AlsaDac::stop() noexcept {
+    state_->stopping = true;
+    const std::uint64_t one = 1;
+    static_cast<void>(!::write(state_->wake, &one, sizeof one));
+}
+
+}  // namespace shaker

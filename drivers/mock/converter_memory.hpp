@@ -1,0 +1,102 @@
+#pragma once
+// The memory that a mock converter's owner and the PCM plug-in share, as a mapped file: clock, faults, the
+// stream's pointers and the samples. Lock-free: either side may die at any instruction and the other goes on.
+#include <array>
+#include <atomic>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+
+namespace shaker {
+
+/// One sample of both channels, left-justified codes of 32 bits. Valid for count `index` only.
+struct ConverterSlot {
+    std::atomic<std::int64_t> index;
+    std::atomic<std::int32_t> first, second;
+};
+
+/// Two counts run through it. The timeline counts samples of the converter's clock and never stands still.
+/// The play count is the same less the samples during which playing stood still; streams live in it.
+struct ConverterMemory {
+    static constexpr std::uint64_t version = 0x73686b6d6f636b01;
+    static constexpr std::size_t slots_held = std::size_t{1} << 18U;
+    static constexpr std::size_t stalls_held = 256, starts_held = 4096;
+    static constexpr std::int64_t none = -1;
+
+    enum class Phase : std::uint64_t { idle = 0, running = 1, ran_dry = 2 };
+    struct Stall {
+        std::atomic<std::int64_t> from, until;  // timeline
+    };
+
+    std::atomic<std::uint64_t> ready;  // == version once the rest is in place
+    double rate_hz, ppm;
+    std::int64_t epoch_ns;  // CLOCK_MONOTONIC of timeline sample 0
+
+    // Faults: written by the owner.
+    std::atomic<bool> underrun, unplugged;
+    std::array<Stall, stalls_held> stalls;
+    std::atomic<std::size_t> stall_count;
+
+    // The stream: written by the plug-in, but for running -> ran_dry, which whoever sees it first does.
+    std::atomic<std::uint64_t> state;         // 4 * (times it changed) + phase
+    std::atomic<std::int64_t> start;          // play count of the stream's frame 0
+    std::atomic<std::int64_t> written;        // application pointer: frames since `start`
+    std::atomic<std::int64_t> plays_on;       // frames beyond it after which the stream stops
+    std::atomic<std::int64_t> buffer_frames;  // ring size
+    std::atomic<bool> silences;               // played frames are replaced by zeros
+    std::array<std::atomic<std::int64_t>, starts_held> starts;  // play count at which each stream started
+    std::atomic<std::uint64_t> start_count, underrun_count;
+
+    std::array<ConverterSlot, slots_held> slots;
+
+    /// Timeline samples per nanosecond.
+    [[nodiscard]] double samples_per_ns() const noexcept { return 1e-9 * rate_hz * (1 + 1e-6 * ppm); }
+    /// Samples of the timeline that are over at this time; the next one is being put out.
+    [[nodiscard]] std::int64_t due(std::int64_t monotonic_ns) const noexcept {
+        return static_cast<std::int64_t>(
+            std::floor(samples_per_ns() * static_cast<double>(monotonic_ns - epoch_ns)));
+    }
+    /// Play count at a sample of the timeline.
+    [[nodiscard]] std::int64_t play_count(std::int64_t timeline) const noexcept {
+        std::int64_t count = timeline;
+        const std::size_t n = stall_count.load(std::memory_order_acquire);
+        for (std::size_t i = 0; i < n; ++i) {
+            const std::int64_t from = stalls[i].from, until = stalls[i].until;
+            if (timeline > from) count -= (timeline < until ? timeline : until) - from;
+        }
+        return count;
+    }
+    [[nodiscard]] ConverterSlot& slot(std::int64_t play) noexcept {
+        return slots[static_cast<std::size_t>(play) % slots_held];
+    }
+    void put(std::int64_t play, std::int32_t first, std::int32_t second) noexcept {
+        ConverterSlot& s = slot(play);
+        s.index.store(none, std::memory_order_release);
+        s.first.store(first, std::memory_order_release);
+        s.second.store(second, std::memory_order_release);
+        s.index.store(play, std::memory_order_release);
+    }
+    /// Forgets what was written for [from, until).
+    void erase(std::int64_t from, std::int64_t until) noexcept {
+        for (std::int64_t play = from; play < until; ++play) slot(play).index.store(none);
+    }
+
+    [[nodiscard]] static Phase phase(std::uint64_t state) noexcept { return static_cast<Phase>(state % 4); }
+    [[nodiscard]] static std::uint64_t changed(std::uint64_t state, Phase to) noexcept {
+        return 4 * (state / 4 + 1) + static_cast<std::uint64_t>(to);
+    }
+    /// Play count at which the stream stops for want of data.
+    [[nodiscard]] std::int64_t dry_at() const noexcept { return start + written + plays_on; }
+    /// Whether the stream whose state was `seen` has nothing for `play` any more. Counted once, whichever
+    /// side sees it first.
+    bool dry(std::uint64_t seen, std::int64_t play) noexcept {
+        if (phase(seen) == Phase::idle || play < dry_at()) return false;
+        if (phase(seen) == Phase::ran_dry) return true;
+        if (!state.compare_exchange_strong(seen, changed(seen, Phase::ran_dry))) return dry(seen, play);
+        ++underrun_count;
+        return true;
+    }
+};
+static_assert(std::atomic<std::int64_t>::is_always_lock_free && std::atomic<bool>::is_always_lock_free);
+
+}  // namespace shaker
