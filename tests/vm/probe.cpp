@@ -108,8 +108,11 @@ void cameras(Arguments a) {
     const Seconds duration{std::stod(a[0])};
     const double rate_hz = std::stod(a[1]);
     std::vector<std::unique_ptr<Camera>> devices;
-    for (const std::string& file : a.subspan(2))
-        devices.push_back(open_video_camera(settings(file, read_video_settings), View{.camera = file}));
+    for (const std::string& file : a.subspan(2)) {
+        View view;
+        view.camera = file;
+        devices.push_back(open_video_camera(settings(file, read_video_settings), view));
+    }
     std::vector<std::future<Watched>> watching;
     for (const auto& device : devices)
         watching.push_back(std::async(std::launch::async, [&] { return watch(*device, duration); }));
