@@ -3,6 +3,7 @@
 #include <chrono>
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <optional>
 #include <vector>
 
@@ -94,6 +95,11 @@ public:
     /// How much faster than nominal the device runs, in millionths; 0 before the first stamp.
     [[nodiscard]] double ppm() const noexcept {
         return fit_.line() ? 1e6 * (nominal_ns_ / fit_.line()->ns_per_tick - 1) : 0.0;
+    }
+    /// Standard deviation of ppm(), for delays that are independent of one another; infinite before the first
+    /// stamp.
+    [[nodiscard]] double ppm_sigma() const noexcept {
+        return fit_.line() ? 1e6 * fit_.line()->sigma_rate : std::numeric_limits<double>::infinity();
     }
     /// How late the stamps are on average, beyond the shortest delay.
     [[nodiscard]] Seconds residual() const noexcept {

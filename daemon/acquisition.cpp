@@ -1,18 +1,21 @@
 #include "daemon/acquisition.hpp"
 
 #include <algorithm>
+#include <cmath>
 
 #include "daemon/loops.hpp"
 
 namespace shaker {
 
 Acquisition::Acquisition(Rig& rig, SessionWriter* file)
-    : rig_{rig}, file_{file}, lanes_{rig.cameras.size()}, take_{empty_take(rig)} {
-    std::size_t tracks = 0;
+    : rig_{rig},
+      file_{file},
+      lanes_{rig.cameras.size()},
+      take_{empty_take(rig)},
+      dac_clock_{take_.dac_rate_hz} {
     for (const auto& camera : rig.cameras) {
         trackers_.emplace_back(camera->view());
-        first_track_.push_back(tracks);
-        tracks += camera->view().targets.size();
+        frame_clocks_.emplace_back(camera->view(), take_.dac_rate_hz);
     }
 }
 
@@ -21,6 +24,7 @@ bool Acquisition::collect() {
     while (const auto played = lanes_.played.pop()) {
         any = true;
         take_.played.push_back(*played);
+        follow(dac_clock_, *played);
         if (file_ != nullptr) file_->add(*played);
     }
     while (const auto change = lanes_.changes.pop()) {
@@ -46,13 +50,22 @@ bool Acquisition::collect_frames() {
     for (Ring<TrackedFrame>& ring : lanes_.frames) {
         while (const auto tracked = ring.pop()) {
             any = true;
-            add_fixes(take_, first_track_[camera], rig_.cameras[camera]->view(), *tracked->frame,
-                      tracked->fixes);
+            add_fixes(take_, camera, *tracked->frame, tracked->fixes, time_of(camera, *tracked->frame));
             if (file_ != nullptr) file_->add(camera, *tracked->frame);
         }
         ++camera;
     }
     return any;
+}
+
+// Live times are provisional: settle_times() finds them from all stamps.
+MasterTime Acquisition::time_of(std::size_t camera, const Frame& frame) {
+    if (frame.mid_exposure) return *frame.mid_exposure;
+    const FrameStamp stamp{frame.tick, frame.stamp, frame.arrived};
+    const std::size_t number = take_.cameras[camera].untimed.size();
+    frame_clocks_[camera].add(stamp);
+    const auto dac = dac_clock_.map();
+    return dac ? frame_clocks_[camera].mid_exposure(number, stamp, *dac) : master_time(NAN);
 }
 
 std::vector<Loop> Acquisition::sensor_loops() {

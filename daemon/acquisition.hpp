@@ -4,7 +4,9 @@
 #include <chrono>
 #include <vector>
 
+#include "daemon/drive_clock.hpp"
 #include "daemon/executors.hpp"
+#include "daemon/frame_clock.hpp"
 #include "daemon/lanes.hpp"
 #include "daemon/take.hpp"
 #include "drivers/devices.hpp"
@@ -29,13 +31,15 @@ public:
 
 private:
     bool collect_frames();
+    [[nodiscard]] MasterTime time_of(std::size_t camera, const Frame& frame);
 
     Rig& rig_;
     SessionWriter* file_;
     Lanes lanes_;
     std::vector<ViewTracker> trackers_;
-    std::vector<std::size_t> first_track_;  // of each camera, in take_.tracks
     Take take_;
+    ClockTracker<DacClock> dac_clock_;
+    std::vector<FrameClock> frame_clocks_;
 };
 
 /// Reads a recorded rig from beginning to end in one thread.

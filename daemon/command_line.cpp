@@ -17,6 +17,8 @@ constexpr const char* about =
     "the walker\n"
     "on it do, and says the walker's drift v_D while the experiment runs.\n";
 
+constexpr const char* rig_help = "A rig file (TOML) that names the devices, or sim: for the simulated bench";
+
 constexpr const char* ending =
     "\nQuantities carry units: 1.5g, 14.7m/s^2, 35deg, 0.61rad, 20Hz; a bare number is SI.\n"
     "Exit status: 0 done; 1 failure; 2 input refused, nothing written; 3 device or disk failed;\n"
@@ -104,8 +106,7 @@ int command_line(int argc, char** argv) {
     int periods = 0;
     bool no_frames = false;
     CLI::App& run_app = *app.add_subcommand("run", "Drive a rig, measure, track, reduce and record");
-    run_app.add_option("--rig", run_options.rig, "Which rig: sim: is the simulated bench")
-        ->capture_default_str();
+    run_app.add_option("--rig", run_options.rig, rig_help)->capture_default_str();
     run_app.add_option("--scene", scene, "TOML file that changes the simulated bench (see README)");
     run_app.add_option("--settings", settings,
                        "TOML file with a table [run]; options on the command line win");
@@ -118,6 +119,28 @@ int command_line(int argc, char** argv) {
                      "One thread a loop, as on hardware, instead of lockstep");
     add_json(run_app, run_options.json);
     run_app.footer("Example: shakerd run --rig sim: --gamma 1.5g --phi 35deg --periods 40 -o run.nxs");
+
+    CheckOptions check_options;
+    CLI::App& check_app = *app.add_subcommand("check", "Open every device of a rig and test it at low level");
+    check_app.add_option("--rig", check_options.rig, rig_help)->capture_default_str();
+    check_app.add_option("--scene", check_options.scene, "TOML file that changes the simulated bench");
+    check_app.add_option("--frequency", check_options.frequency_hz, "Hz, of the first of two harmonics")
+        ->capture_default_str()
+        ->check(CLI::Range(drive_limits.frequency.min, drive_limits.frequency.max));
+    check_app.add_option("--level", check_options.level, "Of the DAC's full scale, each harmonic")
+        ->capture_default_str()
+        ->check(CLI::Range(0.0, 0.2));
+    add_json(check_app, check_options.json);
+    check_app.footer("Exit status 3 when a device is not fit to run.");
+
+    DevicesOptions devices_options;
+    CLI::App& devices_app = *app.add_subcommand("devices", "List what is connected and what it can do");
+    devices_app.add_option("--iio", devices_options.iio,
+                           "Look for accelerometers there too, e.g. ip:192.168.1.7");
+    devices_app.add_option("--pcm", devices_options.pcm, "This PCM instead of the sound cards' own");
+    devices_app.add_option("--alsa-config", devices_options.alsa_config, "File that defines it")
+        ->check(CLI::ExistingFile);
+    add_json(devices_app, devices_options.json);
 
     ReplayOptions replay_options;
     CLI::App& replay_app =
@@ -166,6 +189,8 @@ int command_line(int argc, char** argv) {
         if (no_frames) run_options.keep_frames = false;
         run(run_options);
     }
+    if (check_app.parsed() && !check(check_options)) return exit_device;
+    if (devices_app.parsed()) list_devices(devices_options);
     if (replay_app.parsed() && !replay(replay_options)) return exit_not_identical;
     if (reduce_app.parsed()) {
         reduce_options.keep_frames = !reduce_no_frames;

@@ -3,6 +3,7 @@
 // doing on standard error, and throws InputError or DeviceError when it cannot.
 #include <filesystem>
 #include <string>
+#include <vector>
 
 #include "drivers/drive.hpp"
 
@@ -20,6 +21,26 @@ struct RunOptions {
 };
 /// Drives the rig, measures, tracks, reduces, records.
 void run(const RunOptions& options);
+
+struct CheckOptions {
+    std::string rig = "sim:";
+    std::filesystem::path scene;  // of the simulated rig
+    double frequency_hz = 20;
+    double level = 0.02;  // of the DAC's full scale, each of two harmonics
+    bool json = false;
+};
+/// Opens every device of a rig, plays a low-level self-test and tells what is right and what to look at.
+/// False when something is bad.
+bool check(const CheckOptions& options);
+
+struct DevicesOptions {
+    std::vector<std::string> iio;       // further places to look for accelerometers: "ip:host:port"
+    std::string pcm;                    // this PCM instead of the sound cards' own
+    std::filesystem::path alsa_config;  // that defines it
+    bool json = false;
+};
+/// Prints what is connected and what it can do, in the words of a rig file.
+void list_devices(const DevicesOptions& options);
 
 struct ReplayOptions {
     std::filesystem::path file;

@@ -21,6 +21,7 @@ struct RunPlan {
     int periods = 40;          // to measure
     int soft_start = 10;       // periods of the ramps at both ends
     int settle_at_most = 400;  // periods; then it measures all the same and says so
+    int most_restarts = 3;     // after the DAC ran empty; then the run fails
     double volts_limit = 1;    // of the DAC
     std::array<std::complex<double>, max_harmonics> response{};  // m/s^2 a volt at f, 2f, ...
 };
@@ -45,7 +46,9 @@ public:
     [[nodiscard]] const std::vector<std::string>& notes() const noexcept { return notes_; }
 
 private:
-    void take_stamps(const Take& take);
+    void take_stamps(const Take& take, Mailbox<DriveCommand>& drive);
+    void start_again(std::int64_t lost, Mailbox<DriveCommand>& drive);
+    void watch(const AccelBlock& block);
     void take_accelerations(const Take& take, Mailbox<DriveCommand>& drive);
     void take_tracks(const Take& take);
     void period_done(const PeriodEstimate& estimate, Mailbox<DriveCommand>& drive);
@@ -53,6 +56,7 @@ private:
     void note(const std::string& what);
     void advance(Mailbox<DriveCommand>& drive);
     void command(const Harmonics<Voltage>& volts, int ramp_periods, Mailbox<DriveCommand>& drive);
+    [[nodiscard]] bool stragglers_may_come();
     [[nodiscard]] bool settled_since_steady() const;
 
     RunPlan plan_;
@@ -67,11 +71,16 @@ private:
     RunState state_ = RunState::ramp;
     std::size_t plays_ = 0, blocks_ = 0, changes_ = 0, tracks_ = 0;  // how much of the take has been seen
     std::uint64_t sequence_ = 0;
-    bool started_ = false, locked_ = false, walker_settled_ = false;
+    int restarts_ = 0;
+    std::array<std::int32_t, 3> last_counts_{};  // of the accelerometer
+    int repeats_ = 0;                            // of the last sample
+    bool started_ = false, locked_ = false, watches_walker_ = false, walker_settled_ = false;
     double now_s_ = 0;          // master time played
+    double told_s_ = 0;         // of the period that was told last
     double steady_from_s_ = 0;  // the newest change of the drive has been in effect since
     double settle_from_s_ = 0;
     double from_s_ = 0, to_s_ = 0, silent_s_ = 0;
+    double accelerations_until_s_ = 0, tracks_until_s_ = 0;  // of what has come
     double reached_ = 1;  // share of the asked gamma that the voltage limit lets through
     std::vector<PeriodFold::Period> drifts_;
     std::vector<std::string> notes_;

@@ -5,12 +5,20 @@
 
 namespace shaker {
 
+/// Hears of a block that was played; after lost time the map begins anew.
+inline void follow(ClockTracker<DacClock>& dac, const PlayTime& played) noexcept {
+    if (played.lost > 0)
+        dac.restart();
+    else
+        dac.add(played.tick, played.heard);
+}
+
 /// Two clock maps joined over host time: accelerometer tick to host time to DAC sample.
 class DriveClock {
 public:
     DriveClock(double dac_rate_hz, double accelerometer_rate_hz)
         : dac_rate_hz_{dac_rate_hz}, dac_{dac_rate_hz}, accelerometer_{accelerometer_rate_hz} {}
-    void add(const PlayTime& played) noexcept { dac_.add(played.tick, played.heard); }
+    void add(const PlayTime& played) noexcept { follow(dac_, played); }
     /// A block arrives when its last sample has been taken.
     void add(const AccelBlock& block) noexcept {
         accelerometer_.add({block.first.n + block.size - 1}, block.arrived);

@@ -16,6 +16,11 @@ void output_step(Output& output, Dac& dac, Lanes& lanes) {
     if (change != nullptr && !lanes.changes.push(*change)) ++lanes.lost.changes_lost;
     const PlayTime played = dac.write(output.volts, output.pulses);
     if (!lanes.played.push(played)) ++lanes.lost.plays_lost;
+    if (played.lost > 0) {  // never go on at level: what comes next starts from silence
+        output.synthesiser.silence(played.lost);
+        output.triggers.skip(played.lost);
+        if (!lanes.changes.push(*output.synthesiser.change())) ++lanes.lost.changes_lost;
+    }
     lanes.lost.samples_clamped = output.synthesiser.clamped();
 }
 

@@ -1,7 +1,9 @@
 #include <spdlog/fmt/fmt.h>
 #include <spdlog/spdlog.h>
 
+#include <algorithm>
 #include <cstdio>
+#include <iterator>
 
 #include "daemon/acquisition.hpp"
 #include "daemon/commands.hpp"
@@ -22,10 +24,15 @@ bool replay(const ReplayOptions& options) {
     take.dac_rate_hz = header.dac.rate_hz;
     take.played = file.play_times();
     take.changes = file.changes();
-    if (!header.keep_frames) read_tracks(file, take);
+    std::vector<std::string> notes;
+    if (header.keep_frames)
+        settle_times(take, notes);
+    else
+        read_tracks(file, take);
 
-    const Reduction reduction = reduce(measurement_of(
+    Reduction reduction = reduce(measurement_of(
         take, header.frequency_hz, file.scalar("process/reduced_from"), file.scalar("process/reduced_to")));
+    std::ranges::move(notes, std::back_inserter(reduction.notes));
     std::vector<RecordedTable> tables = tables_of(reduction);
     for (RecordedTable& t : tables_of(take)) tables.push_back(std::move(t));
     const std::vector<RecordedNumber> numbers = numbers_of(reduction);

@@ -54,7 +54,17 @@ std::string results_text(const Reduction& r) {
     return s;
 }
 
-std::string results_json(const Reduction& r, const std::map<std::string, double>& more) {
+std::vector<std::string> notes_on(const std::vector<DeviceReport>& devices) {
+    std::vector<std::string> notes;
+    for (const auto& [device, what, c] : devices)
+        if (c.lost > 0 || c.incidents > 0 || c.reopened > 0)
+            notes.push_back(fmt::format("{}: {} {} lost of {}, {} incidents, reopened {} times", device,
+                                        c.lost, what, c.taken + c.lost, c.incidents, c.reopened));
+    return notes;
+}
+
+std::string results_json(const Reduction& r, const std::map<std::string, double>& more,
+                         const std::vector<DeviceReport>& devices) {
     nlohmann::json j;
     for (const auto& [key, value] : more) j[key] = number(value);
     const auto put = [&](const char* key, const char* se_key, const Estimate& e) {
@@ -91,6 +101,13 @@ std::string results_json(const Reduction& r, const std::map<std::string, double>
                                 {"D_se_m", number(p.drift.sigma)},
                                 {"gamma_mps2", number(p.gamma.value)},
                                 {"phi_rad", number(p.phi.value)}});
+    for (const auto& [device, what, c] : devices)
+        j["devices"].push_back({{"device", device},
+                                {"what", what},
+                                {"taken", c.taken},
+                                {"lost", c.lost},
+                                {"incidents", c.incidents},
+                                {"reopened", c.reopened}});
     j["notes"] = r.notes;
     return j.dump(2);
 }

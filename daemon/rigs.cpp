@@ -1,21 +1,51 @@
 #include "daemon/rigs.hpp"
 
+#include <fstream>
+#include <iterator>
+
 #include "drivers/errors.hpp"
+#include "drivers/hardware/hardware_rig.hpp"
 #include "drivers/simulated/shaker_plant.hpp"
 
 namespace shaker {
 
 namespace {
 
+void predict_response(OpenRig& open, const Scene& sheet, double frequency) {
+    for (std::size_t k = 0; k < max_harmonics; ++k) {
+        const auto [re, im] = ShakerPlant::response(sheet, static_cast<double>(k + 1) * frequency);
+        open.response[k] = {re, im};
+    }
+}
+
 OpenRig open_simulated(const std::filesystem::path& scene, double frequency, World::Pace pace) {
     OpenRig open;
     open.scene = scene.empty() ? paper_scene() : read_scene(scene);
     open.world = std::make_unique<World>(open.scene, pace);
     open.rig = open.world->rig();
-    for (std::size_t k = 0; k < max_harmonics; ++k) {
-        const auto [re, im] = ShakerPlant::response(open.scene, static_cast<double>(k + 1) * frequency);
-        open.response[k] = {re, im};
-    }
+    predict_response(open, open.scene, frequency);
+    return open;
+}
+
+OpenRig open_file(const std::filesystem::path& file, double frequency) {
+    if (!std::filesystem::is_regular_file(file))
+        throw InputError{"--rig \"" + file.string() +
+                         "\": no such file; a rig file (TOML) was expected, or sim: for the simulated bench"};
+    OpenRig open;
+    std::ifstream in{file};
+    open.rig_text.assign(std::istreambuf_iterator<char>{in}, {});
+    SettingsTable root = SettingsTable::from_file(file);
+    Scene sheet = paper_scene();
+    sheet.shaker = read_shaker(root.table("shaker"));
+    if (root.tables("camera").empty())
+        root.fail("camera", "at least one [[camera]] that sees the base was expected");
+    for (const char* device : {"dac", "accelerometer"})
+        if (!root.has(device)) root.fail(device, std::string{"a table ["} + device + "] was expected");
+    HardwareRig bench = open_hardware_rig(root);
+    open.rig = std::move(bench.rig);
+    open.rig.name = file.string();
+    open.granted = std::move(bench.granted);
+    predict_response(open, sheet, frequency);
     return open;
 }
 
@@ -24,7 +54,10 @@ OpenRig open_simulated(const std::filesystem::path& scene, double frequency, Wor
 OpenRig open_rig(const std::string& name, const std::filesystem::path& scene, double frequency,
                  World::Pace pace) {
     if (name == "sim:") return open_simulated(scene, frequency, pace);
-    throw InputError{"--rig \"" + name + "\": no such rig; there is \"sim:\" (the simulated bench)"};
+    if (!scene.empty())
+        throw InputError{"--scene \"" + scene.string() +
+                         "\": only the simulated bench (--rig sim:) has a scene"};
+    return open_file(name, frequency);
 }
 
 }  // namespace shaker

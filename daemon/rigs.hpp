@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "drivers/drive.hpp"
 #include "drivers/simulated/world.hpp"
@@ -15,12 +16,16 @@ namespace shaker {
 struct OpenRig {
     std::unique_ptr<World> world;  // of a simulated rig; outlives `rig`
     Rig rig;
-    Scene scene;  // of a simulated rig
+    Scene scene;                       // of a simulated rig
+    std::string rig_text;              // of a rig of real devices: its file
+    std::vector<std::string> granted;  // what the devices were asked for and gave, one sentence each
     /// The shaker's response by its data sheet, m/s^2 a volt, at f, 2f, ...
     std::array<std::complex<double>, max_harmonics> response{};
 };
 
-/// "sim:" is the simulated rig; `scene` (may be empty) changes it. InputError for a name that is not known.
+/// "sim:" is the simulated rig; `scene` (may be empty) changes it. Any other name is a rig file: the devices
+/// it names (hardware_rig.hpp) and [shaker], the data sheet of shaker and amplifier. InputError for what is
+/// in the file, DeviceError for a device that cannot be opened.
 OpenRig open_rig(const std::string& name, const std::filesystem::path& scene, double frequency,
                  World::Pace pace);
 

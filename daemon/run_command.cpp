@@ -8,10 +8,9 @@
 #include <iterator>
 #include <numbers>
 
-#include "daemon/acquisition.hpp"
 #include "daemon/commands.hpp"
 #include "daemon/director.hpp"
-#include "daemon/loops.hpp"
+#include "daemon/drive_rig.hpp"
 #include "daemon/recording.hpp"
 #include "daemon/results.hpp"
 #include "daemon/rigs.hpp"
@@ -22,32 +21,6 @@
 namespace shaker {
 
 namespace {
-
-constexpr std::size_t block_samples = 240;  // 5 ms at 48 kHz
-constexpr double most_lead_s = 0.1;         // of a simulated rig's output before the reduction, with threads
-
-double common_frame_rate(const Rig& rig) {
-    const double fps = rig.cameras.empty() ? 0 : rig.cameras.front()->view().frame_rate_hz;
-    for (const auto& camera : rig.cameras)
-        if (camera->view().frame_rate_hz != fps)
-            throw InputError{
-                fmt::format("camera \"{}\": frame_rate_hz = {} is not the {} of camera \"{}\"; one trigger "
-                            "serves all",
-                            camera->view().camera, camera->view().frame_rate_hz, fps,
-                            rig.cameras.front()->view().camera)};
-    return fps;
-}
-
-// Where the walker really was, between the two nearest exposures. A straight line between frames 1 ms apart
-// is off by at most mu g h^2 / 8, 0.14 um.
-double walker_at(const std::vector<PoseTruth>& poses, double t) {
-    const auto after =
-        std::ranges::lower_bound(poses, t, {}, [](const PoseTruth& p) { return seconds(p.time); });
-    if (after == poses.end() || after == poses.begin()) return NAN;
-    const auto before = std::prev(after);
-    const double u = (t - seconds(before->time)) / (seconds(after->time) - seconds(before->time));
-    return std::lerp(before->walker, after->walker, u);
-}
 
 void record_truth(SessionWriter& file, const World& world, const std::string& camera, std::size_t index,
                   double v_D) {
@@ -109,7 +82,7 @@ void run(const RunOptions& options) {
                     options.drive.phi, options.drive.rho, options.drive.frequency);
     header.kind = "run";
     header.config = run_settings_text(options);
-    if (bench.world) header.scene = scene_text(bench.scene);
+    header.rig = bench.world ? scene_text(bench.scene) : bench.rig_text;
     header.frequency_hz = Synthesiser::realised(options.drive.frequency, dac.rate_hz);
     header.dac = dac;
     header.accelerometer = rig.accelerometer->info();
@@ -118,7 +91,7 @@ void run(const RunOptions& options) {
 
     Recording recording{options.out, header, Recording::Unfinished::keep};
     Acquisition acquisition{rig, recording.writer()};
-    Output output{dac, options.drive.frequency, common_frame_rate(rig), block_samples};
+    Output output{dac, options.drive.frequency, trigger_rate(rig), dac.block_frames};
     const RunPlan plan{.drive = options.drive,
                        .periods = options.periods,
                        .volts_limit = 0.95 * dac.full_scale_V,
@@ -126,51 +99,38 @@ void run(const RunOptions& options) {
     Director director{plan, dac.rate_hz, rig.accelerometer->info(),
                       [](const std::string& what) { spdlog::info("{}", what); }};
 
-    // Real time paces real hardware; virtual time must not run away from a reduction that shares the
-    // processor.
-    const auto lead = static_cast<std::int64_t>(most_lead_s * dac.rate_hz);
-    const bool wait_for_reduction = bench.world != nullptr && options.threads;
-    std::vector<Loop> loops{{"output", 70, !wait_for_reduction, [&](std::chrono::milliseconds) {
-                                 const std::int64_t ahead =
-                                     output.synthesiser.tick().n - acquisition.lanes().gathered;
-                                 if (wait_for_reduction && ahead > lead) return false;
-                                 output_step(output, *rig.dac, acquisition.lanes());
-                                 return true;
-                             }}};
-    for (Loop& loop : acquisition.sensor_loops()) loops.push_back(std::move(loop));
-    loops.push_back({"reduction", 0, false, [&](std::chrono::milliseconds) {
-                         const bool any = acquisition.collect();
-                         return director.step(acquisition.take(), acquisition.lanes().drive) || any;
-                     }});
-    const auto done = [&] { return director.state() == RunState::done; };
-    const auto unblock = [&] {
-        rig.dac->stop();
-        rig.accelerometer->stop();
-        for (const auto& camera : rig.cameras) camera->stop();
-    };
-    const Execution execution =
-        options.threads ? run_threaded(loops, done, unblock) : run_lockstep(loops, done);
+    const Execution execution = drive_rig(
+        bench, acquisition, output, options.threads,
+        [&](const Take& take, Mailbox<DriveCommand>& drive) { return director.step(take, drive); },
+        [&] { return director.state() == RunState::done; });
     for (const std::string& refused : execution.refused) spdlog::warn("{}", refused);
-    acquisition.collect();
 
-    const Take& take = acquisition.take();
+    Take& take = acquisition.take();
+    std::vector<std::string> notes;
+    settle_times(take, notes);
     Reduction r = reduce(measurement_of(take, header.frequency_hz, director.from_s(), director.to_s()));
+    std::ranges::move(notes, std::back_inserter(r.notes));
     for (std::string& note : notes_on(take)) r.notes.push_back(std::move(note));
+    const std::vector<DeviceReport> devices = device_reports(rig);
+    std::ranges::move(notes_on(devices), std::back_inserter(r.notes));
     std::ranges::copy(director.notes(), std::back_inserter(r.notes));
     double v_D = NAN;
     if (bench.world) {
-        const std::vector<PoseTruth> poses = bench.world->truth(0);
-        v_D = (walker_at(poses, director.to_s()) - walker_at(poses, director.from_s())) /
-              (director.to_s() - director.from_s());
+        v_D = drift_velocity(bench.world->truth(0), director.from_s(), director.to_s());
         for (std::size_t i = 0; recording.writer() != nullptr && i < header.views.size(); ++i)
             record_truth(*recording.writer(), *bench.world, header.views[i].camera, i, v_D);
     }
     recording.finish(take, r, director.from_s(), director.to_s());
 
     if (options.json) {
-        std::map<std::string, double> more;
+        ClockTracker<DacClock> clock{dac.rate_hz};
+        for (const PlayTime& played : take.played) follow(clock, played);
+        std::map<std::string, double> more{{"from_s", director.from_s()},
+                                           {"to_s", director.to_s()},
+                                           {"dac_ppm", clock.ppm()},
+                                           {"dac_ppm_se", clock.ppm_sigma()}};
         if (bench.world) more["v_D_true_mps"] = v_D;
-        std::fputs((results_json(r, more) + "\n").c_str(), stdout);
+        std::fputs((results_json(r, more, devices) + "\n").c_str(), stdout);
         return;
     }
     fmt::print("{}\n", header.title);

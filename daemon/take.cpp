@@ -5,6 +5,7 @@
 
 #include "calibration/camera_scale.hpp"
 #include "daemon/drive_clock.hpp"
+#include "daemon/frame_clock.hpp"
 #include "drivers/errors.hpp"
 
 namespace shaker {
@@ -59,26 +60,49 @@ Take empty_take(const Rig& rig) {
     else
         take.accelerometer.rate_hz = 0;
     if (rig.dac) take.dac_rate_hz = rig.dac->info().rate_hz;
-    for (const auto& camera : rig.cameras)
+    for (const auto& camera : rig.cameras) {
+        take.cameras.push_back({camera->view(), take.tracks.size(), {}});
         for (const Target& target : camera->view().targets)
             take.tracks.push_back({camera->view().camera, target, {}});
+    }
     return take;
 }
 
-void add_fixes(Take& take, std::size_t first_track, const View& view, const Frame& frame,
-               const std::vector<Fix>& fixes) {
-    if (!frame.mid_exposure)
-        throw DeviceError{"camera \"" + view.camera + "\": a frame came without the time of its exposure"};
+void add_fixes(Take& take, std::size_t camera, const Frame& frame, const std::vector<Fix>& fixes,
+               MasterTime time) {
+    CameraTake& from = take.cameras.at(camera);
+    if (frame.mid_exposure)
+        time = *frame.mid_exposure;
+    else
+        from.untimed.push_back({frame.tick, frame.stamp, frame.arrived});
     for (std::size_t i = 0; i < fixes.size(); ++i) {
-        const Target& target = view.targets[i];
-        Track track{.tick = frame.tick, .time = *frame.mid_exposure, .fix = fixes[i]};
+        const Target& target = from.view.targets[i];
+        Track track{.tick = frame.tick, .time = time, .fix = fixes[i]};
         if (found(fixes[i].state)) {
-            track.x_m = metres_along(view, target.offset_mm, fixes[i].x_px, fixes[i].y_px);
-            track.sd_m = 1e-3 * mm_per_px_at(view, target.offset_mm) * fixes[i].sd_px;
+            track.x_m = metres_along(from.view, target.offset_mm, fixes[i].x_px, fixes[i].y_px);
+            track.sd_m = 1e-3 * mm_per_px_at(from.view, target.offset_mm) * fixes[i].sd_px;
         }
-        take.tracks[first_track + i].tracks.push_back(track);
+        take.tracks[from.first_track + i].tracks.push_back(track);
     }
     ++take.frames;
+}
+
+void settle_times(Take& take, std::vector<std::string>& notes) {
+    ClockTracker<DacClock> dac{take.dac_rate_hz};
+    for (const PlayTime& p : take.played) follow(dac, p);
+    for (CameraTake& c : take.cameras) {
+        if (c.untimed.empty() || !dac.map()) continue;
+        FrameClock clock{c.view, take.dac_rate_hz};
+        for (const FrameStamp& f : c.untimed) clock.add(f);
+        if (clock.jumps() > 0)
+            notes.push_back("camera \"" + c.view.camera + "\": its time stamps jumped " +
+                            std::to_string(clock.jumps()) + " times; its clock was found anew after each");
+        for (std::size_t i = 0; i < c.view.targets.size(); ++i) {
+            std::vector<Track>& tracks = take.tracks[c.first_track + i].tracks;
+            for (std::size_t k = 0; k < tracks.size(); ++k)
+                tracks[k].time = clock.mid_exposure(k, c.untimed[k], *dac.map());
+        }
+    }
 }
 
 std::vector<std::string> notes_on(const Take& take) {

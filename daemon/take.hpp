@@ -3,6 +3,7 @@
 #include <string>
 #include <vector>
 
+#include "daemon/frame_clock.hpp"
 #include "daemon/reduction/measurement.hpp"
 #include "drivers/devices.hpp"
 #include "drivers/synthesiser.hpp"
@@ -17,12 +18,20 @@ struct TargetTrack {
     std::vector<Track> tracks;
 };
 
+/// The frames of one camera and which tracks were made of them.
+struct CameraTake {
+    View view;
+    std::size_t first_track = 0;      // of its targets, in Take::tracks
+    std::vector<FrameStamp> untimed;  // every frame, in the order of the tracks; empty when times were told
+};
+
 struct Take {
     AccelerometerInfo accelerometer;  // rate 0: none
     std::vector<AccelBlock> blocks;
     std::vector<PlayTime> played;      // empty for a session without a DAC
     std::vector<DriveChange> changes;  // likewise
     double dac_rate_hz = 0;
+    std::vector<CameraTake> cameras;
     std::vector<TargetTrack> tracks;
     std::uint64_t blocks_lost = 0, frames_lost = 0, frames = 0;
 };
@@ -30,10 +39,15 @@ struct Take {
 /// A Take with a track for every target of the cameras.
 Take empty_take(const Rig& rig);
 
-/// Adds the fixes of a frame; the views tell the scale. `first_track`: index of the view's first target in
-/// take.tracks.
-void add_fixes(Take& take, std::size_t first_track, const View& view, const Frame& frame,
-               const std::vector<Fix>& fixes);
+/// Adds the fixes of a frame of a camera; its view tells the scale. `time`: of mid-exposure where the frame
+/// does not tell it, as far as it is known so far (NaN: not yet).
+void add_fixes(Take& take, std::size_t camera, const Frame& frame, const std::vector<Fix>& fixes,
+               MasterTime time);
+
+/// Gives every track whose frames did not tell their time the one that all stamps of the take say. What it
+/// says depends on the recorded stamps alone.
+/// Adds a note for a camera whose stamps jumped.
+void settle_times(Take& take, std::vector<std::string>& notes);
 
 /// What the operator should know about the data: blocks that were clipped, late or behind a gap, what was
 /// lost on the way. One sentence each.

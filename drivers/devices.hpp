@@ -27,6 +27,7 @@ struct DacInfo {
     std::string name;
     double rate_hz = 48000;
     double full_scale_V = 1;
+    std::size_t block_frames = 240;  // samples a write; 5 ms at 48 kHz
 };
 
 /// Feeds the shaker; its sample counter is the master time.

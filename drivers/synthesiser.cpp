@@ -116,6 +116,7 @@ Synthesiser::Synthesiser(double rate_hz, double frequency, double limit_V)
     if (!(limit_V > 0 && std::isfinite(limit_V)))
         throw InputError{"voltage limit " + std::to_string(limit_V) + " V: must be positive"};
     step_ = turns_per_sample(frequency, rate_hz);
+    change_.command.frequency = frequency;
 }
 
 void Synthesiser::set(const DriveCommand& command) noexcept {
@@ -152,6 +153,16 @@ void Synthesiser::skip(std::int64_t samples) noexcept {
         }
         samples -= n;
     }
+}
+
+void Synthesiser::silence(std::int64_t samples) noexcept {
+    pending_.reset();
+    skip(samples);
+    if (ramping_) end_ramp();
+    volts_ = {};
+    order_ = 0;
+    change_ = {{.volts = {}, .frequency = change_.command.frequency}, tick_, 0, phase_, step_};
+    changed_ = true;
 }
 
 std::int64_t Synthesiser::next_stretch(std::int64_t wanted) noexcept {

@@ -51,8 +51,11 @@ public:
     void fill(std::span<double> volts) noexcept;
     /// Goes on as if `samples` samples had been filled, for time the device lost.
     void skip(std::int64_t samples) noexcept;
+    /// The device stood empty for `samples`: goes on as skip() does, but silent from there on, and forgets a
+    /// command that waits. change() tells it as a change to no volts with a ramp of 0 samples.
+    void silence(std::int64_t samples) noexcept;
 
-    /// Last change that began inside the last fill() or skip(); null when none did.
+    /// Last change that began inside the last fill(), skip() or silence(); null when none did.
     [[nodiscard]] const DriveChange* change() const noexcept { return changed_ ? &change_ : nullptr; }
     /// Samples cut at the limit since the start. Must stay 0.
     [[nodiscard]] std::uint64_t clamped() const noexcept { return clamped_; }

@@ -1,5 +1,6 @@
 #pragma once
 // The camera trigger on the DAC's second channel: one sample of 1 at the start of each exposure. Real-time.
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <span>
@@ -13,10 +14,22 @@ public:
     /// fps 0: no pulses.
     TriggerTrain(double rate_hz, double fps) noexcept : spacing_{fps > 0 ? rate_hz / fps : 0} {}
 
+    /// Goes on as if `samples` samples had been filled: their pulses are not sent.
+    void skip(std::int64_t samples) noexcept {
+        tick_ += samples;
+        if (spacing_ <= 0) return;
+        pulses_ = std::max(pulses_, static_cast<std::int64_t>(static_cast<double>(tick_) / spacing_));
+        while (at(pulses_) < tick_) ++pulses_;
+    }
+    /// Sample of pulse k, k from 0 on, of a train of `fps` at `rate_hz`.
+    static std::int64_t pulse(std::int64_t k, double rate_hz, double fps) noexcept {
+        return std::llround(static_cast<double>(k) * (rate_hz / fps));
+    }
+
     /// The next samples of the channel.
     void fill(std::span<double> out) noexcept {
         for (double& sample : out) {
-            const bool pulse = spacing_ > 0 && tick_ == std::llround(static_cast<double>(pulses_) * spacing_);
+            const bool pulse = spacing_ > 0 && tick_ == at(pulses_);
             sample = pulse ? 1 : 0;
             pulses_ += pulse ? 1 : 0;
             ++tick_;
@@ -24,6 +37,10 @@ public:
     }
 
 private:
+    [[nodiscard]] std::int64_t at(std::int64_t k) const noexcept {
+        return std::llround(static_cast<double>(k) * spacing_);
+    }
+
     double spacing_;  // samples
     std::int64_t tick_ = 0, pulses_ = 0;
 };

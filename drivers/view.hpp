@@ -29,6 +29,12 @@ struct View {
     std::array<double, 2> along{1, 0};  // image direction of +x, the shaker's axis; unit length
     double frame_rate_hz = 0;
     double exposure_s = 0;
+    /// Exposures start at the pulses of the DAC's second channel, this long after them. Otherwise the camera
+    /// runs by its own clock, and `arrival_delay_s` is the least time from the start of an exposure until the
+    /// host has heard of it.
+    bool dac_triggered = false;
+    double trigger_delay_s = 0;
+    double arrival_delay_s = 0;
     std::vector<Target> targets;
 };
 

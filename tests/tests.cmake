@@ -16,7 +16,7 @@ target_compile_definitions(test_support PUBLIC
   SHAKER_SOURCE_DIR="${PROJECT_SOURCE_DIR}" SHAKER_BINARY_DIR="${PROJECT_BINARY_DIR}"
   SHAKER_SANITIZED=${sanitized})
 
-foreach(area drivers hardware mock simulated replay calibration tracking control reduction daemon)
+foreach(area drivers hardware mock simulated replay calibration tracking control reduction daemon loop)
   file(GLOB sources CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/tests/${area}/*_test.cpp)
   if(sources)
     add_executable(${area}_tests ${sources})
@@ -33,8 +33,15 @@ if(TARGET mock_tests)
 endif()
 if(TARGET daemon_tests)
   add_dependencies(daemon_tests shakerd)
+  add_dependencies(loop_tests shakerd shaker-mock)
 endif()
 add_dependencies(test_support shaker_mock_pcm)
+
+# On demand only: tests/run --long.
+file(GLOB long_sources CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/tests/long/*_test.cpp)
+add_executable(long_tests ${long_sources})
+target_link_libraries(long_tests PRIVATE test_support GTest::gtest_main)
+add_dependencies(long_tests shakerd)
 
 add_test(NAME include_order COMMAND ${PROJECT_SOURCE_DIR}/tests/include_order ${PROJECT_SOURCE_DIR})
 
@@ -46,7 +53,7 @@ foreach(source ${benches})
   target_link_libraries(bench_${name} PRIVATE test_support benchmark::benchmark)
 endforeach()
 
-# Programs that tests/peers/* point other people's clients at: tests/peers/<name>.cpp.
+# Programs for the scripts in tests/peers, which try the mock devices against software of others.
 file(GLOB peers CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/tests/peers/*.cpp)
 foreach(source ${peers})
   get_filename_component(name ${source} NAME_WE)

@@ -48,7 +48,8 @@ struct AlsaDac::State {
     std::int64_t buffer,
         ramp;  // samples; ramp: what lies behind the drive, 0 where nothing can be taken back
     std::int64_t margin, slip_limit;
-    std::int64_t end = 0;  // tick of the sample after the last one written of the drive
+    std::int64_t end = 0;     // tick of the sample after the last one written of the drive
+    std::int64_t driven = 0;  // samples of the drive written since there was silence
     PlayTime last{};
     std::int64_t slipped = 0;  // samples by which ticks are behind time
     int recoveries = 0;        // since a block was played
@@ -65,7 +66,8 @@ struct AlsaDac::State {
     int note_time();
     void go_on(int outcome, std::int64_t wanted_end);
     int fill_behind();
-    void restart(int error);
+    int put_silence(std::int64_t samples);
+    int restart(int error);
     void play_out() noexcept;
     [[nodiscard]] OutputFrames make_frames() const;
     [[nodiscard]] HostTime deadline() const noexcept {
@@ -99,6 +101,7 @@ AlsaDac::State::~State() {
 // Starts the stream full of silence: the first block has the same way to go as all that follow.
 int AlsaDac::State::begin() {
     if (const int error = pcm->prepare(); error < 0) return error;
+    driven = 0;
     const std::int64_t written = pcm->write_silence(buffer);
     if (written != buffer) return written < 0 ? static_cast<int>(written) : -EPIPE;
     if (const int error = pcm->start(); error < 0) return error;
@@ -138,6 +141,7 @@ int AlsaDac::State::put(std::span<const double> volts, std::span<const double> t
     const std::int64_t written = pcm->write(bytes);
     if (written != n + ramp) return written < 0 ? static_cast<int>(written) : -EPIPE;
     end += n;
+    driven += n;
     taken += static_cast<std::uint64_t>(n);
     // Was the old ramp reached while it was being replaced?
     if (ramp > 0 && Seconds{host_now() - before}.count() * settings.rate_hz >= static_cast<double>(left))
@@ -163,10 +167,10 @@ void AlsaDac::State::go_on(int outcome, std::int64_t wanted_end) {
     const std::int64_t end_of_drive = end;
     ++incidents;
     if (outcome > 0) outcome = fill_behind();
-    if (outcome < 0) restart(outcome);
     frames.restart();
+    while (outcome != told_to_stop && (outcome != done || end <= wanted_end))
+        outcome = outcome == done ? put_silence(wanted_end + 1 - end) : restart(outcome);
     if (outcome == told_to_stop) return;
-    end = std::max(end, wanted_end + 1);
     last.lost = end - wanted_end;
     lost += static_cast<std::uint64_t>(end - end_of_drive);
 }
@@ -185,6 +189,7 @@ int AlsaDac::State::fill_behind() {
     if (queued.error < 0) return queued.error;
     const std::int64_t silence = buffer - queued.frames;
     if (pcm->write_silence(silence) != silence) return -EPIPE;
+    driven = 0;
     end += silence + std::exchange(slipped, 0);
     AlsaDelay delay{};
     if (const int error = pcm->delay(delay); error < 0) return error;
@@ -193,13 +198,26 @@ int AlsaDac::State::fill_behind() {
     return done;
 }
 
-void AlsaDac::State::restart(int error) {
+// At most a period of it, behind the silence that is there.
+int AlsaDac::State::put_silence(std::int64_t samples) {
+    const std::int64_t n = std::min<std::int64_t>(samples, settings.period_frames);
+    if (const int outcome = wait_until_queued(buffer - n, margin); outcome != done)
+        return outcome == came_late ? -EPIPE : outcome;
+    if (pcm->write_silence(n) != n) return -EPIPE;
+    end += n;
+    return done;
+}
+
+int AlsaDac::State::restart(int error) {
     slipped = 0;
     while (error != done) {
         if (!passes(error)) pcm->fail("playing has ended", error);
         const AlsaPcm::Queued queued = pcm->queued();
-        if (queued.error == 0)
-            taken -= static_cast<std::uint64_t>(std::max<std::int64_t>(0, queued.frames - ramp));
+        if (queued.error == 0 && queued.frames > ramp) {
+            const auto unheard = static_cast<std::uint64_t>(std::min(queued.frames - ramp, driven));
+            taken -= unheard;
+            lost += unheard;
+        }
         if (++recoveries > recoveries_in_a_row) {
             if (opened_anew) pcm->fail("nothing could be played after it was opened again", error);
             opened_anew = true;
@@ -212,6 +230,7 @@ void AlsaDac::State::restart(int error) {
         }
         error = begin();
     }
+    return error;
 }
 
 // The end of a device's life: what was written, and the ramp where it is not there yet. Bounded.
@@ -250,7 +269,7 @@ PlayTime AlsaDac::write(std::span<const double> volts, std::span<const double> t
     if (s.stopping) return s.last;
     s.last.lost = 0;
     int outcome = s.running ? done : s.begin();
-    if (outcome != done) s.restart(outcome);
+    if (outcome != done) static_cast<void>(s.restart(outcome));
     const auto most = static_cast<std::size_t>(s.settings.period_frames);
     for (std::size_t at = 0; at < volts.size(); at += most) {
         const std::size_t n = std::min(most, volts.size() - at);

@@ -71,7 +71,6 @@ struct AlsaPcm::State {
     void agree_frames(snd_pcm_hw_params_t* hw, const AlsaSettings& settings);
     void set_software(int stop_threshold);
     bool takes_back();
-    [[nodiscard]] std::int64_t status_delay() noexcept;
     [[nodiscard]] int stream_error() const noexcept;
 };
 
@@ -161,24 +160,26 @@ void AlsaPcm::State::set_software(int stop_threshold) {
     granted.stop_threshold = stop_threshold;
 }
 
-// Writes a period of silence and takes it back. The kernel's PCMs say truly how many frames went back; of
-// others libasound moves only its own pointer and says "all", so they must show it in their own delay too.
+// Writes a period of silence and takes it back in steps. The kernel's PCMs say truly how many frames went
+// back; of others libasound moves only its own pointer and says "all", so each step must show in what they
+// say of their delay. (Not in snd_pcm_status: its delay is libasound's pointer again when the device knows
+// none.)
 bool AlsaPcm::State::takes_back() {
-    const auto period = static_cast<snd_pcm_uframes_t>(granted.period_frames);
+    constexpr int steps = 4;
+    const snd_pcm_sframes_t step = granted.period_frames / steps;
     check(snd_pcm_prepare(pcm), "cannot be made ready to play");
-    const auto written = snd_pcm_writei(pcm, silence.data(), period);
+    const auto written = snd_pcm_writei(pcm, silence.data(), static_cast<snd_pcm_uframes_t>(steps * step));
     if (written < 0) check(static_cast<int>(written), "does not take samples");
-    const std::int64_t before = status_delay();
-    const bool back = snd_pcm_rewind(pcm, period) == static_cast<snd_pcm_sframes_t>(period) &&
-                      snd_pcm_avail(pcm) == granted.buffer_frames;
     const bool kernel = snd_pcm_type(pcm) == SND_PCM_TYPE_HW;
-    const bool shown = before - status_delay() == granted.period_frames;
+    bool back = true;
+    for (int left = steps - 1; back && left >= 0; --left) {
+        snd_pcm_sframes_t delay = 0;
+        back = snd_pcm_rewind(pcm, static_cast<snd_pcm_uframes_t>(step)) == step &&
+               (kernel || (snd_pcm_delay(pcm, &delay) == 0 && delay == left * step));
+    }
+    back = back && snd_pcm_avail(pcm) == granted.buffer_frames;
     snd_pcm_drop(pcm);
-    return back && (kernel || shown);
-}
-
-std::int64_t AlsaPcm::State::status_delay() noexcept {
-    return snd_pcm_status(pcm, status.get()) == 0 ? snd_pcm_status_get_delay(status.get()) : 0;
+    return back;
 }
 
 int AlsaPcm::State::stream_error() const noexcept {
@@ -271,7 +272,7 @@ int AlsaPcm::wait(int wake_fd, std::chrono::nanoseconds at_most) noexcept {
     const int error = snd_pcm_poll_descriptors_revents(s.pcm, s.polled.data(), count, &events);
     if (error < 0) return error;
     if ((events & (POLLERR | POLLNVAL | POLLHUP)) == 0) return 0;
-    const int broken = s.stream_error();
+    const int broken = queued().error;  // makes libasound look at the stream
     return broken != 0 ? broken : -EIO;
 }
 

@@ -42,12 +42,13 @@ ExposurePlace ExposureCounter::next(const ExposureSign& sign) noexcept {
         place.clock_jumped = !late;
         if (!late) stamp_ns.reset();
     }
+    const std::int64_t passed_ns = stamp_ns.value_or(host_ns);
     std::int64_t step = by_id;
     const bool pause = !reopened_ && pause_ns_ > 0 && by_id == 1 && stamp_ns.value_or(0) > pause_ns_;
     if (reopened_)
-        step = periods(stamp_ns.value_or(host_ns));
+        step = periods(passed_ns);
     else if (stamp_ns && !pause)
-        step = std::max(by_id, periods(*stamp_ns));
+        step = std::max(by_id, periods(passed_ns));
     place.tick = {last_->tick + step};
     place.missed = step - 1;
     place.gap = step > 1 || pause || place.clock_jumped || reopened_;

@@ -44,7 +44,8 @@ struct Unref {
 
 struct GenicamStream::State {
     std::atomic<bool> control_lost = false;  // outlives the camera, whose thread sets it
-    std::string refused{};                   // what the receiving thread was refused
+    std::atomic<bool> receiving = false;     // the receiving thread has set `refused`
+    std::string refused{};                   // what it was refused
     GenicamSettings settings;
     std::string name;
     GenicamPicture picture{};
@@ -67,13 +68,14 @@ struct GenicamStream::State {
         auto& state = *static_cast<State*>(self);
         static_cast<void>(name_thread("gvsp-" + state.name.substr(0, 10)));
         state.refused = use_fifo_priority(receiver_priority);
+        state.receiving = true;
     }
 
     void open_stream() {
         GError* error = nullptr;
         stream.reset(arv_camera_create_stream(camera.get(), on_stream, this, &error));
         if (error != nullptr || stream == nullptr) fail("no stream", error);
-        if (!refused.empty()) granted.push_back("receiving thread: " + refused);
+        if (receiving && !refused.empty()) granted.push_back("receiving thread: " + refused);
         if (!ARV_IS_GV_STREAM(stream.get())) return;
         const double wanted =
             socket_seconds * settings.frame_rate_hz * 2.0 * static_cast<double>(picture.payload_bytes);

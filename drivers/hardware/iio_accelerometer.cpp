@@ -28,6 +28,7 @@ namespace {
 
 using std::chrono::milliseconds;
 constexpr milliseconds first_pause{20}, longest_pause{500};
+constexpr milliseconds polite_wait{100};
 // How far a stamp of the host's clock can be from the arrival.
 constexpr std::int64_t stamp_ahead_ns = 100'000'000, stamp_behind_ns = 10'000'000'000;
 
@@ -123,10 +124,10 @@ private:
     bool handed_over_ = false;                          // a block, of the samples just taken
     // both threads
     AccelBlocks blocks_;
-    Doorbell bell_{}, stop_bell_{};
+    Doorbell bell_{}, stop_bell_{}, end_bell_{};
     std::atomic<std::int64_t> last_data_ns_{0};
     std::atomic<std::uint64_t> incidents_{0}, clock_steps_{0}, reopened_{0};
-    std::atomic<bool> stopping_{false}, drained_{false};
+    std::atomic<bool> stopping_{false}, drained_{false}, reader_ended_{false};
     std::jthread reader_{};
 };
 
@@ -159,8 +160,10 @@ void IioAccelerometer::stop() noexcept {
     stopping_ = true;
     stop_bell_.ring();
     bell_.ring();
+    // A sensor that runs ends the wait by itself; libiio complains aloud when it is cancelled.
+    if (reader_.joinable()) end_bell_.wait(polite_wait);
     const std::scoped_lock lock{mutex_};
-    if (stream_) stream_->cancel();
+    if (stream_ && !reader_ended_) stream_->cancel();
 }
 
 void IioAccelerometer::run() noexcept {
@@ -184,6 +187,8 @@ void IioAccelerometer::run() noexcept {
         wait = std::clamp(2 * wait, first_pause, longest_pause);
         connected = !stopping_ && reconnected();
     }
+    reader_ended_ = true;
+    end_bell_.ring();
 }
 
 /// What has gathered since the device was opened is old, and more than that may have been lost.

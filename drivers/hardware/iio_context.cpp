@@ -5,10 +5,15 @@
 #include <array>
 #include <cerrno>
 #include <charconv>
+#include <csignal>
 
 #include "drivers/errors.hpp"
 
 namespace shaker {
+
+namespace {
+constexpr const char* rate_attribute = "sampling_frequency";
+}
 
 void IioContextEnd::operator()(iio_context* context) const noexcept { iio_context_destroy(context); }
 
@@ -19,7 +24,11 @@ std::string iio_words(int rc) {
 }
 
 IioContextHandle open_iio_context(const std::string& uri) {
-    IioContextHandle context{iio_create_context_from_uri(uri.c_str())};
+    // libiio writes to sockets without forbidding the signal: a peer that hangs up would end the process.
+    if (struct sigaction action{}; sigaction(SIGPIPE, nullptr, &action) == 0 && action.sa_handler == SIG_DFL)
+        std::signal(SIGPIPE, SIG_IGN);
+    std::string scratch = uri;  // libiio 0.24 writes a NUL over the colon before a port
+    IioContextHandle context{iio_create_context_from_uri(scratch.data())};
     if (!context) throw DeviceError{uri + ": " + iio_words(errno)};
     return context;
 }
@@ -42,6 +51,39 @@ std::optional<double> iio_number(const iio_device* device, const iio_channel* ch
         return std::nullopt;
     return value;
 }
+
+IioRate iio_rate(const iio_device* device, const iio_channel* channel) {
+    if (iio_device_find_attr(device, rate_attribute) != nullptr) return {device, nullptr};
+    if (iio_channel_find_attr(channel, rate_attribute) != nullptr) return {device, channel};
+    const iio_device* trigger = iio_trigger(device);
+    if (trigger != nullptr && iio_device_find_attr(trigger, rate_attribute) != nullptr)
+        return {trigger, nullptr};
+    return {};
+}
+
+std::optional<std::string> IioRate::text() const {
+    return exists() ? iio_text(device, channel, rate_attribute) : std::nullopt;
+}
+
+std::optional<std::string> IioRate::choice() const {
+    return exists() ? iio_text(device, channel, "sampling_frequency_available") : std::nullopt;
+}
+
+std::optional<double> IioRate::hz() const {
+    return exists() ? iio_number(device, channel, rate_attribute) : std::nullopt;
+}
+
+long IioRate::set(const std::string& hz) const {
+    return channel != nullptr ? iio_channel_attr_write(channel, rate_attribute, hz.c_str())
+                              : iio_device_attr_write(device, rate_attribute, hz.c_str());
+}
+
+const iio_device* iio_trigger(const iio_device* device) {
+    const iio_device* trigger = nullptr;
+    return iio_device_get_trigger(device, &trigger) == 0 ? trigger : nullptr;
+}
+
+std::string iio_string(const char* text) { return text == nullptr ? std::string{} : std::string{text}; }
 
 std::optional<std::string> iio_serial(const iio_device* device) {
     for (const char* attribute : {"serial_number", "serial"})

@@ -2,15 +2,11 @@
 
 #include <iio.h>
 
-#include <cerrno>
-
 #include "drivers/errors.hpp"
 #include "drivers/hardware/iio_context.hpp"
 
 namespace shaker {
 namespace {
-
-std::string text_of(const char* text) { return text == nullptr ? std::string{} : std::string{text}; }
 
 struct ScanEnd {
     void operator()(iio_scan_context* scan) const noexcept { iio_scan_context_destroy(scan); }
@@ -22,7 +18,7 @@ std::vector<std::string> scanned(const char* backend) {
     if (!scan) return uris;
     iio_context_info** list = nullptr;
     const ssize_t count = iio_scan_context_get_info_list(scan.get(), &list);
-    for (ssize_t i = 0; i < count; ++i) uris.push_back(text_of(iio_context_info_get_uri(list[i])));
+    for (ssize_t i = 0; i < count; ++i) uris.push_back(iio_string(iio_context_info_get_uri(list[i])));
     if (count >= 0) iio_context_info_list_free(list);
     return uris;
 }
@@ -35,37 +31,35 @@ std::string format_of(const iio_channel* channel) {
 
 IioDeviceSeen seen(const std::string& uri, const iio_device* device) {
     IioDeviceSeen d{.uri = uri,
-                    .id = text_of(iio_device_get_id(device)),
-                    .name = text_of(iio_device_get_name(device)),
-                    .label = text_of(iio_device_get_label(device)),
+                    .id = iio_string(iio_device_get_id(device)),
+                    .name = iio_string(iio_device_get_name(device)),
+                    .label = iio_string(iio_device_get_label(device)),
                     .serial = iio_serial(device).value_or("")};
     const iio_channel* first = nullptr;
     for (unsigned i = 0; i < iio_device_get_channels_count(device); ++i) {
         const iio_channel* channel = iio_device_get_channel(device, i);
         if (!iio_channel_is_scan_element(channel) || iio_channel_is_output(channel)) continue;
-        const std::string id = text_of(iio_channel_get_id(channel));
+        const std::string id = iio_string(iio_channel_get_id(channel));
         d.channels.push_back(id + " " + format_of(channel));
         if (first == nullptr) first = channel;
         d.has_stamps = d.has_stamps || id == "timestamp";
     }
-    const bool own = iio_device_find_attr(device, "sampling_frequency") != nullptr;
-    const iio_channel* owner = own ? nullptr : first;
-    d.rate_hz = iio_text(device, owner, "sampling_frequency").value_or("");
-    d.rates_hz = iio_text(device, owner, "sampling_frequency_available").value_or("");
-    const iio_device* trigger = nullptr;
-    if (iio_device_get_trigger(device, &trigger) == 0 && trigger != nullptr)
-        d.trigger = text_of(iio_device_get_name(trigger));
+    if (first == nullptr) return d;
+    const IioRate rate = iio_rate(device, first);
+    d.rate_hz = rate.text().value_or("");
+    d.rates_hz = rate.choice().value_or("");
+    if (const iio_device* trigger = iio_trigger(device)) d.trigger = iio_string(iio_device_get_name(trigger));
     return d;
 }
 
 IioContextSeen look_at(const std::string& uri) try {
     IioContextSeen place{.uri = uri};
     const IioContextHandle context = open_iio_context(uri);
-    place.description = text_of(iio_context_get_description(context.get()));
+    place.description = iio_string(iio_context_get_description(context.get()));
     for (unsigned i = 0; i < iio_context_get_devices_count(context.get()); ++i) {
         const iio_device* device = iio_context_get_device(context.get(), i);
         if (iio_device_is_trigger(device)) {
-            place.triggers.push_back(text_of(iio_device_get_name(device)));
+            place.triggers.push_back(iio_string(iio_device_get_name(device)));
             continue;
         }
         IioDeviceSeen found = seen(uri, device);

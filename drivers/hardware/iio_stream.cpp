@@ -15,7 +15,6 @@ namespace shaker {
 namespace {
 
 constexpr double rate_tolerance = 0.01;  // between what was asked and what the device made of it
-constexpr const char* rate_attribute = "sampling_frequency";
 constexpr const char* clock_attribute = "current_timestamp_clock";
 
 struct BufferEnd {
@@ -23,16 +22,14 @@ struct BufferEnd {
 };
 using BufferHandle = std::unique_ptr<iio_buffer, BufferEnd>;
 
-std::string text_of(const char* text) { return text == nullptr ? std::string{} : std::string{text}; }
-
 std::string described(const iio_device* device) {
-    const std::string name = text_of(iio_device_get_name(device));
-    return name.empty() ? text_of(iio_device_get_id(device)) : name;
+    const std::string name = iio_string(iio_device_get_name(device));
+    return name.empty() ? iio_string(iio_device_get_id(device)) : name;
 }
 
 bool answers_to(const iio_device* device, const std::string& who) {
-    return text_of(iio_device_get_id(device)) == who || text_of(iio_device_get_name(device)) == who ||
-           text_of(iio_device_get_label(device)) == who || iio_serial(device) == who;
+    return iio_string(iio_device_get_id(device)) == who || iio_string(iio_device_get_name(device)) == who ||
+           iio_string(iio_device_get_label(device)) == who || iio_serial(device) == who;
 }
 
 IioChannel channel_of(const iio_channel* channel) {
@@ -145,27 +142,17 @@ void IioStream::Impl::set_trigger() {
         fail("trigger \"" + settings.trigger + "\": " + iio_words(rc));
 }
 
-/// The attribute belongs to the device, to its channels or to its trigger, as the driver's author liked.
 void IioStream::Impl::set_rate() {
-    const iio_device* trigger = nullptr;
-    if (iio_device_get_trigger(device, &trigger) < 0) trigger = nullptr;
-    const auto has = [](const iio_device* d) {
-        return d != nullptr && iio_device_find_attr(d, rate_attribute) != nullptr;
-    };
-    const iio_device* owner = has(device) ? device : has(trigger) ? trigger : nullptr;
-    const iio_channel* channel =
-        owner != device && iio_channel_find_attr(axes[0], rate_attribute) != nullptr ? axes[0] : nullptr;
-    if (settings.rate_hz && (owner != nullptr || channel != nullptr)) {
+    const IioRate place = iio_rate(device, axes[0]);
+    if (settings.rate_hz && place.exists()) {
         const std::string text = to_text(*settings.rate_hz);
-        const auto rc = channel != nullptr ? iio_channel_attr_write(channel, rate_attribute, text.c_str())
-                                           : iio_device_attr_write(owner, rate_attribute, text.c_str());
-        const auto choice = iio_text(owner, channel, "sampling_frequency_available");
+        const long rc = place.set(text);
+        const auto choice = place.choice();
         if (rc < 0)
             fail("rate of " + text + " Hz: " + iio_words(static_cast<int>(rc)) +
                  (choice ? "; there is " + *choice : ""));
     }
-    std::optional<double> rate;
-    if (owner != nullptr || channel != nullptr) rate = iio_number(owner, channel, rate_attribute);
+    const std::optional<double> rate = place.hz();
     if (!rate && !settings.rate_hz) fail("does not tell its rate; give rate_hz");
     if (!rate) facts.notes.emplace_back("the device does not tell its rate: rate_hz is believed");
     facts.rate_hz = rate ? *rate : *settings.rate_hz;

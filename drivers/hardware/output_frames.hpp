@@ -42,7 +42,6 @@ private:
     std::size_t channels_;
     SecondChannel kind_;
     bool dither_;
-    double limit_V_;
     double level_V_;  // of the second channel
     std::int64_t pulse_samples_;
     Turns tone_;                       // a sample

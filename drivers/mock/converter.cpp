@@ -77,7 +77,7 @@ std::array<std::int32_t, 2> Converter::State::sample(std::int64_t timeline) {
 std::array<std::int32_t, 2> Converter::State::from_stream(std::int64_t play) {
     const std::uint64_t state = memory.state;
     const bool dry = memory.dry(state, play);
-    ConverterSlot& slot = memory.slot(play);
+    const ConverterSlot& slot = memory.heard(play);
     const std::int64_t index = slot.index.load(std::memory_order_acquire);
     if (index > play) ++missed;
     if (dry) return {};
@@ -104,7 +104,7 @@ Converter::Converter(const std::filesystem::path& file, double rate_hz, double p
     m.rate_hz = rate_hz;
     m.ppm = ppm;
     m.epoch_ns = now_ns();
-    for (ConverterSlot& slot : m.slots) slot.index.store(ConverterMemory::none, std::memory_order_relaxed);
+    for (ConverterSlot& slot : m.slots) slot.index.store(ConverterSlot::none, std::memory_order_relaxed);
     m.ready.store(ConverterMemory::version, std::memory_order_release);
     if (log.empty()) return;
     state_->log.open(log, std::ios::binary);

@@ -15,7 +15,7 @@ namespace shaker {
 struct ConverterCounts {
     std::uint64_t frames = 0;     // played from a stream (silence that a client wrote is counted too)
     std::uint64_t streams = 0;    // started
-    std::uint64_t underruns = 0;  // streams that ran dry or were made to
+    std::uint64_t underruns = 0;  // streams that ran dry, or were made to, and were not closed then
     std::uint64_t replayed = 0;   // old samples that a stream repeated for want of new ones
     std::uint64_t missed = 0;     // overwritten before take() came for them: the owner is seconds late
 };

@@ -11,17 +11,25 @@ namespace shaker {
 
 /// One sample of both channels, left-justified codes of 32 bits. Valid for count `index` only.
 struct ConverterSlot {
+    static constexpr std::int64_t none = -1;
     std::atomic<std::int64_t> index;
     std::atomic<std::int32_t> first, second;
+
+    void put(std::int64_t play, std::int32_t a, std::int32_t b) noexcept {
+        index.store(none, std::memory_order_release);
+        first.store(a, std::memory_order_release);
+        second.store(b, std::memory_order_release);
+        index.store(play, std::memory_order_release);
+    }
 };
 
 /// Two counts run through it. The timeline counts samples of the converter's clock and never stands still.
 /// The play count is the same less the samples during which playing stood still; streams live in it.
 struct ConverterMemory {
-    static constexpr std::uint64_t version = 0x73686b6d6f636b01;
+    static constexpr std::uint64_t version = 0x73686b6d6f636b02;
     static constexpr std::size_t slots_held = std::size_t{1} << 18U;
+    static constexpr std::size_t staged_held = std::size_t{1} << 18U;
     static constexpr std::size_t stalls_held = 256, starts_held = 4096;
-    static constexpr std::int64_t none = -1;
 
     enum class Phase : std::uint64_t { idle = 0, running = 1, ran_dry = 2 };
     struct Stall {
@@ -48,6 +56,10 @@ struct ConverterMemory {
     std::atomic<std::uint64_t> start_count, underrun_count;
 
     std::array<ConverterSlot, slots_held> slots;
+    // A write shows all at once, as one system call of a kernel PCM does, however its process ends: frames go
+    // to `staged`, `commit` makes them valid, then they move to `slots`.
+    std::array<ConverterSlot, staged_held> staged;
+    std::atomic<std::uint64_t> commit;  // play count of the first << 20 | how many; 0: none
 
     /// Timeline samples per nanosecond.
     [[nodiscard]] double samples_per_ns() const noexcept { return 1e-9 * rate_hz * (1 + 1e-6 * ppm); }
@@ -70,15 +82,33 @@ struct ConverterMemory {
         return slots[static_cast<std::size_t>(play) % slots_held];
     }
     void put(std::int64_t play, std::int32_t first, std::int32_t second) noexcept {
-        ConverterSlot& s = slot(play);
-        s.index.store(none, std::memory_order_release);
-        s.first.store(first, std::memory_order_release);
-        s.second.store(second, std::memory_order_release);
-        s.index.store(play, std::memory_order_release);
+        slot(play).put(play, first, second);
+    }
+    [[nodiscard]] ConverterSlot& stage(std::int64_t play) noexcept {
+        return staged[static_cast<std::size_t>(play) % staged_held];
+    }
+    /// Makes the staged frames [from, until) valid.
+    void publish(std::int64_t from, std::int64_t until) noexcept {
+        if (from >= until) return;
+        commit = static_cast<std::uint64_t>(from) << 20U | static_cast<std::uint64_t>(until - from);
+        for (std::int64_t play = from; play < until; ++play) {
+            const ConverterSlot& s = stage(play);
+            put(play, s.first, s.second);
+        }
+        commit = 0;
+    }
+    /// Where the sample for `play` is, if there is any: its index tells.
+    [[nodiscard]] ConverterSlot& heard(std::int64_t play) noexcept {
+        const std::uint64_t last = commit;
+        const auto from = static_cast<std::int64_t>(last >> 20U);
+        const auto until = from + static_cast<std::int64_t>(last & 0xfffffU);
+        ConverterSlot& in_flight = stage(play);
+        return play >= from && play < until && in_flight.index == play ? in_flight : slot(play);
     }
     /// Forgets what was written for [from, until).
     void erase(std::int64_t from, std::int64_t until) noexcept {
-        for (std::int64_t play = from; play < until; ++play) slot(play).index.store(none);
+        commit = 0;
+        for (std::int64_t play = from; play < until; ++play) slot(play).index.store(ConverterSlot::none);
     }
 
     [[nodiscard]] static Phase phase(std::uint64_t state) noexcept { return static_cast<Phase>(state % 4); }

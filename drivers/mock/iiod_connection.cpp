@@ -66,7 +66,7 @@ void IiodConnection::execute(const IiodCommand& command) {
         case IiodVerb::version:
             return put("0.24.mockiio\n");
         case IiodVerb::timeout:
-            timeout_ms_ = command.number;
+            shared_.timeout_ms = command.number;
             return reply(0);
         case IiodVerb::read:
             if (const int rc = device.read(command, value); rc < 0) return reply(rc);
@@ -129,18 +129,20 @@ void IiodConnection::read_buffer(const IiodCommand& command) {
 }
 
 void IiodConnection::await_samples() {
-    if (timeout_ms_ == 0) return;
-    deadline_.expires_after(std::chrono::milliseconds{timeout_ms_});
+    if (shared_.timeout_ms == 0) return;
+    deadline_.expires_after(std::chrono::milliseconds{shared_.timeout_ms});
     deadline_.async_wait([self = shared_from_this()](error_code error) {
         if (!error && self->buffer_ && self->buffer_->wanted > 0) self->end_buffer(-ETIMEDOUT);
     });
 }
 
 void IiodConnection::offer(const IiodSample& sample) {
-    if (buffer_->fifo.size() >= buffer_->capacity)
+    if (buffer_->fifo.size() >= buffer_->capacity) {
         ++shared_.overflowed;
-    else
-        buffer_->fifo.push_back(sample);
+        ++buffer_->overflowed_last;
+    } else {
+        buffer_->fifo.push_back({sample, std::exchange(buffer_->overflowed_last, 0)});
+    }
 }
 
 void IiodConnection::serve() {
@@ -156,7 +158,7 @@ void IiodConnection::send_piece(std::size_t samples) {
     std::string head = std::to_string(samples * shared_.device.sample_size(b.mask)) + "\n";
     if (std::exchange(b.mask_due, false)) head += encode_iiod_mask(b.mask) + "\n";
     out_.insert(out_.end(), head.begin(), head.end());
-    for (std::size_t i = 0; i < samples; ++i) shared_.device.encode(b.fifo[i], b.mask, out_);
+    for (std::size_t i = 0; i < samples; ++i) shared_.device.encode(b.fifo[i].sample, b.mask, out_);
     b.fifo.erase(b.fifo.begin(), b.fifo.begin() + static_cast<std::ptrdiff_t>(samples));
     out_samples_ += samples;
     b.wanted -= samples;
@@ -183,7 +185,11 @@ void IiodConnection::end_buffer(int error) {
 
 void IiodConnection::drop_buffer() {
     deadline_.cancel();
-    shared_.unread += buffer_->fifo.size();
+    // Losses that no later sample has told the client of are not counted against it.
+    std::uint64_t untold = buffer_->overflowed_last;
+    for (const Held& held : buffer_->fifo) untold += held.overflowed_before;
+    shared_.overflowed -= untold;
+    shared_.unread += buffer_->fifo.size() + untold;
     buffer_.reset();
 }
 

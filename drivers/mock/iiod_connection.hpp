@@ -23,6 +23,7 @@ struct IiodShared {
     std::atomic<double> rate_hz{device.rate_hz()};  // for other threads
     bool silent = false;                            // nothing leaves: replies wait until it is over
     bool triggered = true;                          // the device has its trigger
+    std::uint64_t timeout_ms = 1000;                // without samples before a READBUF fails; 0: none
     std::atomic<std::uint64_t> served{0}, overflowed{0}, unread{0};
 };
 
@@ -43,11 +44,16 @@ public:
     void close();
 
 private:
+    struct Held {
+        IiodSample sample;
+        std::uint64_t overflowed_before = 0;  // samples lost just before it
+    };
     struct Buffer {
         std::uint32_t mask = 0;
         std::size_t samples = 0;   // of a whole buffer
         std::size_t capacity = 0;  // of the FIFO
-        std::deque<IiodSample> fifo{};
+        std::deque<Held> fifo{};
+        std::uint64_t overflowed_last = 0;  // samples lost since the newest in the FIFO
         std::size_t wanted = 0;  // samples still to be sent for this READBUF
         bool mask_due = false;
         bool short_end = false;  // the bytes asked for were not whole samples
@@ -76,7 +82,6 @@ private:
     bool sending_ = false;
     std::optional<Buffer> buffer_;
     std::size_t buffers_ = 4;
-    std::uint64_t timeout_ms_ = 1000;
 };
 
 }  // namespace shaker

@@ -51,7 +51,7 @@ bool is_listed(int fd, const in_addr& address) {
 /// The first alias of the loopback interface that has no address.
 std::string free_alias(int fd) {
     for (int i = 1; i < 64; ++i) {
-        const std::string name = "lo:" + std::to_string(i);
+        std::string name = "lo:" + std::to_string(i);
         ifreq r = request(name);
         if (ioctl(fd, SIOCGIFADDR, &r) != 0) return name;
     }

@@ -207,9 +207,12 @@ snd_pcm_sframes_t transfer(snd_pcm_ioplug_t* io, const snd_pcm_channel_area_t* a
         const std::int64_t frame = p.written + static_cast<std::int64_t>(i);
         p.ring[static_cast<std::size_t>(frame) % p.ring.size()] = f;
         // What is written behind the converter's back is not heard.
-        if (running && m.start + frame >= played) m.put(m.start + frame, f.first, f.second);
+        if (running && m.start + frame >= played)
+            m.stage(m.start + frame).put(m.start + frame, f.first, f.second);
     }
+    const std::int64_t begins = p.written;
     p.written += static_cast<std::int64_t>(size);
+    if (running) m.publish(std::max(played, m.start + begins), m.start + p.written);
     p.highest = std::max(p.highest, p.written);
     m.written = p.written;  // libasound moves its own after this
     return static_cast<snd_pcm_sframes_t>(size);
@@ -254,6 +257,8 @@ int poll_revents(snd_pcm_ioplug_t* io, pollfd* fds, unsigned int count, unsigned
 
 int close(snd_pcm_ioplug_t* io) {
     stop(io);
+    const Plugin& p = plugin_of(io);
+    if (p.phase() == Phase::ran_dry) --p.memory().underrun_count;  // it had come to its end
     const std::unique_ptr<Plugin> owned{&plugin_of(io)};
     return 0;
 }

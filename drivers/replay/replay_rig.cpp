@@ -61,9 +61,11 @@ public:
           at_{"raw/" + view.camera + "/"},
           tick_{h5::read<std::int64_t>(entry_, at_ + "tick")},
           arrived_{h5::read<std::int64_t>(entry_, at_ + "arrived")},
+          stamp_{h5::read<std::int64_t>(entry_, at_ + "stamp")},
           mid_{h5::read<double>(entry_, at_ + "mid_exposure")},
           quality_{h5::read<std::uint8_t>(entry_, at_ + "quality")} {
-        if (arrived_.size() != tick_.size() || mid_.size() != tick_.size() || quality_.size() != tick_.size())
+        if (arrived_.size() != tick_.size() || stamp_.size() != tick_.size() ||
+            mid_.size() != tick_.size() || quality_.size() != tick_.size())
             throw InputError{"recording: " + at_ + " has columns of different length"};
         if (tick_.empty()) return;
         const auto [shape, bytes] = h5::description_of(entry_, at_ + "frames");
@@ -82,6 +84,7 @@ public:
         auto frame = std::make_shared<Frame>();
         frame->tick = {tick_[next_]};
         frame->arrived = HostTime{std::chrono::nanoseconds{arrived_[next_]}};
+        if (stamp_[next_] != no_stamp) frame->stamp = CameraStamp{stamp_[next_]};
         if (mid_[next_] == mid_[next_]) frame->mid_exposure = master_time(mid_[next_]);
         frame->quality = static_cast<Quality>(quality_[next_]);
         frame->width = width_;
@@ -106,7 +109,7 @@ private:
     hid_t entry_;
     View view_;
     std::string at_;
-    std::vector<std::int64_t> tick_, arrived_;
+    std::vector<std::int64_t> tick_, arrived_, stamp_;
     std::vector<double> mid_;
     std::vector<std::uint8_t> quality_;
     int width_ = 0, height_ = 0, bytes_ = 1;

@@ -8,6 +8,7 @@
 //   /entry/raw/<camera>         frames (when kept), ticks, mid-exposure times, arrival stamps, view
 //   /entry/tracks/<camera>/<target>, /entry/periods, /entry/results, /entry/cycle, /entry/truth
 #include <filesystem>
+#include <limits>
 #include <map>
 #include <memory>
 #include <string>
@@ -18,12 +19,15 @@
 
 namespace shaker {
 
+/// Stands in raw/<camera>/stamp for a frame without one.
+inline constexpr std::int64_t no_stamp = std::numeric_limits<std::int64_t>::min();
+
 /// What a recording says about itself before the first sample.
 struct SessionHeader {
     std::string title;
     std::string kind;                 // "run" of shakerd, or "session" recorded elsewhere
     std::string config;               // settings as TOML
-    std::string scene;                // TOML of a simulated scene; empty for real ones
+    std::string rig;                  // TOML: a simulated scene, or the rig file of real devices
     double frequency_hz = 0;          // nominal
     DacInfo dac;                      // rate 0: no DAC in this session
     AccelerometerInfo accelerometer;  // rate 0: none

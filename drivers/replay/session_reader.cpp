@@ -33,6 +33,9 @@ View read_view(hid_t entry, const std::string& camera) {
     view.along = {h5::read_attribute(entry, path, "along_x"), h5::read_attribute(entry, path, "along_y")};
     view.frame_rate_hz = h5::read_attribute(entry, path, "frame_rate_hz");
     view.exposure_s = h5::read_attribute(entry, path, "exposure_s");
+    view.dac_triggered = whole(entry, path, "dac_triggered", 0, 1) != 0;
+    view.trigger_delay_s = h5::read_attribute(entry, path, "trigger_delay_s");
+    view.arrival_delay_s = h5::read_attribute(entry, path, "arrival_delay_s");
     const std::vector<std::string> names = h5::names_in(entry, path + "/targets");
     view.targets.resize(names.size());
     for (const std::string& name : names) {
@@ -90,7 +93,7 @@ SessionReader::SessionReader(const std::filesystem::path& file) : opened_{std::m
     header.title = h5::read_text(e, "title");
     header.kind = h5::read_text(e, "process/kind");
     header.config = h5::read_text(e, "process/config_text");
-    header.scene = h5::read_text(e, "process/scene_text");
+    header.rig = h5::read_text(e, "process/rig_text");
     header.frequency_hz = h5::read_attribute(e, "process", "frequency_hz");
     header.keep_frames = whole(e, "process", "keep_frames", 0, 1) != 0;
     header.dac = {h5::read_attribute_text(e, "raw/drive", "name"),
@@ -119,9 +122,11 @@ const SessionHeader& SessionReader::header() const noexcept { return opened_->he
 std::vector<PlayTime> SessionReader::play_times() const {
     const auto tick = h5::read<std::int64_t>(opened_->entry.get(), "raw/drive/play_tick");
     const auto heard = h5::read<std::int64_t>(opened_->entry.get(), "raw/drive/play_heard");
+    const auto lost = h5::read<std::int64_t>(opened_->entry.get(), "raw/drive/play_lost");
     same_length(heard, tick.size(), "raw/drive/play_heard");
+    same_length(lost, tick.size(), "raw/drive/play_lost");
     std::vector<PlayTime> out(tick.size());
-    for (std::size_t i = 0; i < out.size(); ++i) out[i] = {{tick[i]}, host(heard[i])};
+    for (std::size_t i = 0; i < out.size(); ++i) out[i] = {{tick[i]}, host(heard[i]), lost[i]};
     return out;
 }
 

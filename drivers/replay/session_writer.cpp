@@ -37,6 +37,9 @@ void describe(hid_t group, const View& view) {
     h5::set_attribute(group, "along_y", view.along[1]);
     h5::set_attribute(group, "frame_rate_hz", view.frame_rate_hz);
     h5::set_attribute(group, "exposure_s", view.exposure_s);
+    h5::set_attribute(group, "dac_triggered", std::int64_t{view.dac_triggered});
+    h5::set_attribute(group, "trigger_delay_s", view.trigger_delay_s);
+    h5::set_attribute(group, "arrival_delay_s", view.arrival_delay_s);
     std::int64_t order = 0;
     for (const Target& t : view.targets) {
         const h5::Handle g = h5::make_group(group, "targets/" + t.name, "NXcollection");
@@ -60,13 +63,13 @@ struct SessionWriter::Streams {
         h5::Handle group;
         h5::Appender<std::uint8_t> pixels8;
         h5::Appender<std::uint16_t> pixels16;
-        h5::Appender<std::int64_t> tick, arrived;
+        h5::Appender<std::int64_t> tick, arrived, stamp;
         h5::Appender<double> mid_exposure;
         h5::Appender<std::uint8_t> quality;
     };
     h5::Handle file, entry;
     bool keep_frames = true;
-    h5::Appender<std::int64_t> play_tick, play_heard;
+    h5::Appender<std::int64_t> play_tick, play_heard, play_lost;
     std::vector<DriveChange> changes;
     h5::Appender<std::int32_t> counts;
     h5::Appender<std::int64_t> block_first, block_arrived;
@@ -86,6 +89,7 @@ void SessionWriter::Streams::open_drive(const DacInfo& dac) {
     describe(g.get(), dac);
     play_tick = {g.get(), "play_tick", {}, stamp_chunk, "1"};
     play_heard = {g.get(), "play_heard", {}, stamp_chunk, "ns"};
+    play_lost = {g.get(), "play_lost", {}, stamp_chunk, "1"};
 }
 
 void SessionWriter::Streams::open_accelerometer(const AccelerometerInfo& info) {
@@ -105,6 +109,7 @@ void SessionWriter::Streams::open_camera(const View& view, std::int64_t order) {
     describe(c.group.get(), view);
     c.tick = {c.group.get(), "tick", {}, stamp_chunk, "1"};
     c.arrived = {c.group.get(), "arrived", {}, stamp_chunk, "ns"};
+    c.stamp = {c.group.get(), "stamp", {}, stamp_chunk, "ns"};
     c.mid_exposure = {c.group.get(), "mid_exposure", {}, stamp_chunk, "s"};
     c.quality = {c.group.get(), "quality", {}, stamp_chunk, "1"};
 }
@@ -127,7 +132,7 @@ SessionWriter::SessionWriter(const std::filesystem::path& file, const SessionHea
     h5::write_text(process.get(), "version", SHAKER_VERSION);
     h5::write_text(process.get(), "kind", header.kind);
     h5::write_text(process.get(), "config_text", header.config);
-    h5::write_text(process.get(), "scene_text", header.scene);
+    h5::write_text(process.get(), "rig_text", header.rig);
     h5::set_attribute(process.get(), "frequency_hz", header.frequency_hz);
     h5::set_attribute(process.get(), "keep_frames", std::int64_t{header.keep_frames});
 
@@ -141,6 +146,7 @@ SessionWriter::SessionWriter(const std::filesystem::path& file, const SessionHea
 void SessionWriter::add(const PlayTime& played) {
     streams_->play_tick.append(played.tick.n);
     streams_->play_heard.append(played.heard.time_since_epoch().count());
+    streams_->play_lost.append(played.lost);
 }
 
 void SessionWriter::add(const DriveChange& change) { streams_->changes.push_back(change); }
@@ -164,6 +170,7 @@ void SessionWriter::add(std::size_t camera, const Frame& frame) {
     c->size = size;
     c->tick.append(frame.tick.n);
     c->arrived.append(frame.arrived.time_since_epoch().count());
+    c->stamp.append(frame.stamp ? frame.stamp->n : no_stamp);
     c->mid_exposure.append(frame.mid_exposure ? seconds(*frame.mid_exposure)
                                               : std::numeric_limits<double>::quiet_NaN());
     c->quality.append(static_cast<std::uint8_t>(frame.quality));
@@ -243,8 +250,8 @@ void SessionWriter::Streams::write_changes() {
 
 void SessionWriter::flush() {
     streams_->write_changes();
-    for (auto* a :
-         {&streams_->play_tick, &streams_->play_heard, &streams_->block_first, &streams_->block_arrived})
+    for (auto* a : {&streams_->play_tick, &streams_->play_heard, &streams_->play_lost, &streams_->block_first,
+                    &streams_->block_arrived})
         a->flush();
     streams_->counts.flush();
     streams_->block_quality.flush();
@@ -252,6 +259,7 @@ void SessionWriter::flush() {
     for (Streams::CameraStream& c : streams_->cameras) {
         c.tick.flush();
         c.arrived.flush();
+        c.stamp.flush();
         c.mid_exposure.flush();
         c.quality.flush();
         c.pixels8.flush();

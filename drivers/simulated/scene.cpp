@@ -48,6 +48,7 @@ CameraTruth camera(const char* name, bool side, int height, double distance_mm) 
     c.view.distance_mm = distance_mm;
     c.view.frame_rate_hz = 1000;
     c.view.exposure_s = 3e-4;
+    c.view.dac_triggered = true;
     Target walker{.name = "walker", .kind = side ? TargetKind::rectangle : TargetKind::disc};
     walker.polarity = side ? Polarity::dark : Polarity::bright;
     walker.offset_mm = side ? 15 : 12;
@@ -78,6 +79,21 @@ void visit_camera(Visitor&& v, CameraTruth& c) {
     v("latency_s", c.latency_s, {0, 1});
 }
 
+template <class Part>
+void visit_shaker(Part&& sh, ShakerTruth& s) {
+    sh("moving_mass_kg", s.moving_mass_kg, positive);
+    sh("base_mass_kg", s.base_mass_kg, {0, 1e3});
+    sh("stiffness_npm", s.stiffness_npm, {0, 1e9});
+    sh("damping_nspm", s.damping_nspm, {0, 1e6});
+    sh("resistance_ohm", s.resistance_ohm, {0.01, 1e3});
+    sh("inductance_h", s.inductance_h, {1e-5, 1});
+    sh("force_factor_npa", s.force_factor_npa, {0.01, 1e3});
+    sh("amplifier_gain", s.amplifier_gain, {-1e3, 1e3});
+    sh("amplifier_limit_v", s.amplifier_limit_v, {0.01, 1e3});
+    sh("high_pass_1_hz", s.high_pass_hz[0], {0, 1e3});
+    sh("high_pass_2_hz", s.high_pass_hz[1], {0, 1e3});
+}
+
 template <class Visitor>
 void visit(Visitor&& v, Scene& s) {
     v.root("gravity_mps2", s.gravity, {0.1, 100});
@@ -85,18 +101,7 @@ void visit(Visitor&& v, Scene& s) {
     auto&& dac = v.table("dac");
     dac("rate_hz", s.dac_rate_hz, {8000, 400e3});
     dac("full_scale_v", s.dac_full_scale_v, {0.01, 100});
-    auto&& sh = v.table("shaker");
-    sh("moving_mass_kg", s.shaker.moving_mass_kg, positive);
-    sh("base_mass_kg", s.shaker.base_mass_kg, {0, 1e3});
-    sh("stiffness_npm", s.shaker.stiffness_npm, {0, 1e9});
-    sh("damping_nspm", s.shaker.damping_nspm, {0, 1e6});
-    sh("resistance_ohm", s.shaker.resistance_ohm, {0.01, 1e3});
-    sh("inductance_h", s.shaker.inductance_h, {1e-5, 1});
-    sh("force_factor_npa", s.shaker.force_factor_npa, {0.01, 1e3});
-    sh("amplifier_gain", s.shaker.amplifier_gain, {-1e3, 1e3});
-    sh("amplifier_limit_v", s.shaker.amplifier_limit_v, {0.01, 1e3});
-    sh("high_pass_1_hz", s.shaker.high_pass_hz[0], {0, 1e3});
-    sh("high_pass_2_hz", s.shaker.high_pass_hz[1], {0, 1e3});
+    visit_shaker(v.table("shaker"), s.shaker);
     auto&& w = v.table("walker");
     w("mass_kg", s.walker.mass_kg, {1e-6, 100});
     w("diameter_mm", s.walker.diameter_mm, {1, 1000});
@@ -213,6 +218,21 @@ std::string scene_text(const Scene& scene) {
     w.text = fmt::format("seed = {}\n", s.seed);
     visit(w, s);
     return w.text;
+}
+
+ShakerTruth read_shaker(SettingsTable table) {
+    ShakerTruth shaker;
+    Reader::Part part{std::move(table)};
+    visit_shaker(part, shaker);
+    part.table.finish();
+    return shaker;
+}
+
+std::string shaker_text(const ShakerTruth& shaker) {
+    ShakerTruth s = shaker;
+    Writer writer;
+    visit_shaker(writer.table("shaker"), s);
+    return writer.text;
 }
 
 }  // namespace shaker

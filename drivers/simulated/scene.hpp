@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <string>
 
+#include "drivers/settings_table.hpp"
 #include "drivers/view.hpp"
 
 namespace shaker {
@@ -75,6 +76,10 @@ Scene paper_scene();
 /// out of range are refused (InputError) with file, line, key, value and range.
 Scene read_scene(const std::filesystem::path& file);
 Scene parse_scene(const std::string& toml, const std::string& file_name);
+
+/// The table [shaker] of a scene, which a rig file has too: the shaker's and the amplifier's data sheet.
+ShakerTruth read_shaker(SettingsTable table);
+std::string shaker_text(const ShakerTruth& shaker);
 
 /// The same as TOML that read_scene() accepts, every number to the last digit: what a recording stores.
 std::string scene_text(const Scene& scene);

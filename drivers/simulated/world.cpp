@@ -48,6 +48,7 @@ struct World::State {
         CameraTruth truth;
         Renderer renderer;
         CameraTick next{};
+        bool expose = false;  // with the next sample, without a trigger
         std::deque<Exposure> open{}, done{};
         std::vector<PoseTruth> poses{};
         bool overflow = false;
@@ -95,7 +96,7 @@ struct World::State {
 void World::State::step(double volts, bool trigger) {
     const PlantState before = plant.state();
     for (Eye& eye : eyes) {
-        if (!trigger) continue;
+        if (!std::exchange(eye.expose, false) && !trigger) continue;
         eye.open.push_back({.tick = eye.next, .start_s = now()});
         ++eye.next.n;
     }
@@ -140,7 +141,13 @@ class SimulatedDac final : public Dac {
 public:
     explicit SimulatedDac(World::State& s) : s_{s} {}
     [[nodiscard]] DacInfo info() const override {
-        return {"simulated DAC", s_.scene.dac_rate_hz, s_.scene.dac_full_scale_v};
+        return {.name = "simulated DAC",
+                .rate_hz = s_.scene.dac_rate_hz,
+                .full_scale_V = s_.scene.dac_full_scale_v};
+    }
+    [[nodiscard]] DeviceCounts counts() const noexcept override {
+        const std::scoped_lock lock{s_.mutex};
+        return {.taken = static_cast<std::uint64_t>(s_.n)};
     }
     PlayTime write(std::span<const double> volts, std::span<const double> trigger) override {
         if (volts.size() != trigger.size()) throw DeviceError{"simulated DAC: channels of different length"};
@@ -161,12 +168,19 @@ class SimulatedAccelerometer final : public Accelerometer {
 public:
     explicit SimulatedAccelerometer(World::State& s) : s_{s} {}
     [[nodiscard]] AccelerometerInfo info() const override { return s_.sensor.info(); }
+    [[nodiscard]] DeviceCounts counts() const noexcept override {
+        const std::scoped_lock lock{s_.mutex};
+        return counts_;
+    }
     bool read(AccelBlock& block, std::chrono::milliseconds wait) override {
         std::unique_lock lock{s_.mutex};
         s_.moved.wait_for(lock, wait, [&] { return s_.stopped || s_.accel_ready(); });
         if (!s_.accel_ready()) return false;
         block = s_.blocks.front();
         s_.blocks.pop_front();
+        counts_.taken += static_cast<std::uint64_t>(block.size);
+        counts_.lost += static_cast<std::uint64_t>(block.first.n - next_);
+        next_ = block.first.n + block.size;
         s_.moved.notify_all();
         return true;
     }
@@ -178,6 +192,8 @@ public:
 
 private:
     World::State& s_;
+    DeviceCounts counts_;
+    std::int64_t next_ = 0;
 };
 
 class SimulatedCamera final : public Camera {
@@ -185,6 +201,10 @@ public:
     SimulatedCamera(World::State& s, std::size_t index)
         : s_{s}, eye_{s.eyes[index]}, pool_{pool_frames, eye_.truth.width, eye_.truth.height, 1} {}
     [[nodiscard]] const View& view() const override { return eye_.truth.view; }
+    [[nodiscard]] DeviceCounts counts() const noexcept override {
+        const std::scoped_lock lock{s_.mutex};
+        return counts_;
+    }
     FramePtr read(std::chrono::milliseconds wait) override {
         Exposure e;
         {
@@ -209,6 +229,9 @@ public:
         eye_.renderer.render(e.poses, e.tick, frame->pixels);
         const std::scoped_lock lock{s_.mutex};
         eye_.render_s += cpu_seconds() - before;
+        ++counts_.taken;
+        counts_.lost += static_cast<std::uint64_t>(e.tick.n - next_);
+        next_ = e.tick.n + 1;
         return frame;
     }
     [[nodiscard]] bool ended() const noexcept override {
@@ -222,6 +245,8 @@ private:
     World::State::Eye& eye_;
     FramePool pool_;
     bool lost_ = false;
+    DeviceCounts counts_;
+    std::int64_t next_ = 0;
 };
 
 }  // namespace
@@ -237,6 +262,11 @@ Rig World::rig() {
     for (std::size_t i = 0; i < state_->eyes.size(); ++i)
         rig.cameras.push_back(std::make_unique<SimulatedCamera>(*state_, i));
     return rig;
+}
+
+void World::expose_next(std::size_t index) {
+    const std::scoped_lock lock{state_->mutex};
+    state_->eyes.at(index).expose = true;
 }
 
 std::vector<PoseTruth> World::truth(std::size_t index) const {

@@ -5,16 +5,9 @@
 
 #include "drivers/devices.hpp"
 #include "drivers/simulated/scene.hpp"
+#include "drivers/simulated/truth.hpp"
 
 namespace shaker {
-
-/// Where base and walker really were in the middle of one exposure, m on the shaker's axis.
-struct PoseTruth {
-    CameraTick tick;
-    MasterTime time;
-    double base = 0;
-    double walker = 0;
-};
 
 /// One virtual bench; it outlives the devices it hands out. Everything is deterministic: same scene, same
 /// samples in, same bytes out, whatever thread calls. Virtual time moves only when the DAC is written.
@@ -30,6 +23,9 @@ public:
     World& operator=(const World&) = delete;
     /// The devices: one DAC, one accelerometer, the scene's cameras.
     Rig rig();
+    /// The next sample that is played starts an exposure of camera `index`, as a camera has that runs by its
+    /// own clock.
+    void expose_next(std::size_t index);
     /// Truth of the exposures of camera `index` so far, in order of their ticks.
     [[nodiscard]] std::vector<PoseTruth> truth(std::size_t index) const;
     /// CPU time spent on rendering so far, s.

@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <utility>
+
 #include "daemon/executors.hpp"
 #include "tests/support/no_alloc.hpp"
 
@@ -16,11 +18,16 @@ public:
         for (const double t : trigger) pulses += t > 0.5 ? 1 : 0;
         const PlayTime played{{samples}, HostTime{std::chrono::nanoseconds{samples * 20833}}};
         samples += static_cast<std::int64_t>(volts.size());
+        if (std::exchange(empty, false)) {
+            samples += 1000;
+            return {played.tick, played.heard, 1000};
+        }
         return played;
     }
     void stop() noexcept override {}
     std::int64_t samples = 0;
     double peak = 0;
+    bool empty = false;  // the next write finds that it ran empty
     int pulses = 0;
 };
 
@@ -62,6 +69,38 @@ TEST(LoopsTest, TheOutputStepPlaysWhatWasAskedAndTakesNoMemory) {
     ASSERT_TRUE(played);
     EXPECT_EQ(played->tick.n, 0);
     EXPECT_EQ(lanes.lost.plays_lost, 0U);
+}
+
+TEST(LoopsTest, ADacThatRanEmptyIsSilentUntilToldOtherwiseAndNothingIsOutOfPlace) {
+    NullDac dac;
+    Lanes lanes{0};
+    Output output{dac.info(), 20, 1000, 240};
+    lanes.drive.post(one_volt());
+    for (int i = 0; i < 100; ++i) output_step(output, dac, lanes);
+    dac.empty = true;
+    {
+        const test::NoAlloc guard;
+        output_step(output, dac, lanes);
+    }
+    EXPECT_EQ(output.synthesiser.tick().n, dac.samples);  // the lost time is skipped
+    dac.peak = 0;
+    dac.pulses = 0;
+    for (int i = 0; i < 200; ++i) output_step(output, dac, lanes);
+    EXPECT_EQ(dac.peak, 0);
+    EXPECT_EQ(dac.pulses, 1000);
+    lanes.drive.post(one_volt());
+    for (int i = 0; i < 20; ++i) output_step(output, dac, lanes);
+    EXPECT_GT(dac.peak, 0.4);
+    ASSERT_TRUE(lanes.changes.pop());
+    const auto silence = lanes.changes.pop();
+    ASSERT_TRUE(silence);
+    EXPECT_EQ(silence->command.volts.order(), 0);
+    EXPECT_EQ(silence->ramp, 0);
+    EXPECT_EQ(silence->first.n, 101 * 240 + 1000);
+    const auto again = lanes.changes.pop();
+    ASSERT_TRUE(again);
+    EXPECT_GT(again->ramp, 0);                     // up from silence by a ramp
+    EXPECT_EQ(high_word(again->phase) >> 54, 0U);  // at the start of a period of the old phase, to a sample
 }
 
 TEST(LoopsTest, TheAccelerometerStepHandsOnOrCountsAndTakesNoMemory) {

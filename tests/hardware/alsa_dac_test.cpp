@@ -2,42 +2,23 @@
 
 #include <gtest/gtest.h>
 
-#include <atomic>
-#include <chrono>
 #include <cmath>
-#include <thread>
+#include <cstdio>
 
 #include "calibration/clock_tracker.hpp"
-#include "drivers/errors.hpp"
 #include "drivers/hardware/pcm_codec.hpp"
 #include "tests/support/mock_dac.hpp"
 #include "tests/support/no_alloc.hpp"
+#include "tests/support/player.hpp"
 
 namespace shaker {
 namespace {
 
 using test::MockDac;
+using test::Player;
 using test::test_block;
 using test::test_drive;
-constexpr std::size_t block = 480;
-
-/// Plays the test drive as the output loop does, counting ticks with what was lost.
-struct Player {
-    Dac& dac;
-    std::int64_t next = 0;
-    std::vector<PlayTime> lost{};
-    std::vector<double> still = std::vector<double>(block);
-
-    PlayTime play(std::size_t blocks = 1) {
-        PlayTime played;
-        for (std::size_t i = 0; i < blocks; ++i) {
-            played = dac.write(test_block(next, block), still);
-            next += static_cast<std::int64_t>(block) + played.lost;
-            if (played.lost > 0) lost.push_back(played);
-        }
-        return played;
-    }
-};
+constexpr std::size_t block = Player::block;
 
 class AlsaFormatTest : public testing::TestWithParam<SampleFormat> {};
 
@@ -104,7 +85,6 @@ TEST(AlsaDacTest, AClockErrorOf37PpmIsFoundWithin1Ppm) {
         ASSERT_EQ(played.lost, 0);
         tracker.add(played.tick, played.heard);
     }
-    RecordProperty("ppm", std::to_string(tracker.ppm()));
     std::printf("clock error %.3f ppm of 37.500, stamps late by %.1f us\n", tracker.ppm(),
                 1e6 * tracker.residual().count());
     EXPECT_NEAR(tracker.ppm(), 37.5, 1);

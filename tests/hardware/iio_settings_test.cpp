@@ -9,7 +9,7 @@ namespace {
 
 IioSettings read(const std::string& text) {
     SettingsTable table = SettingsTable::from_text(text, "bench.toml");
-    const IioSettings settings = read_iio_settings(table);
+    IioSettings settings = read_iio_settings(table);
     table.finish();
     return settings;
 }

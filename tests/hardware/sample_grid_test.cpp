@@ -273,7 +273,7 @@ TEST(SampleGridTest, SlowSensorsAreNumberedToo) {
     std::vector<std::int64_t> ticks;
     for (int n = 0; n < 400; ++n) {
         if (n == 200 || n == 201) continue;
-        grid.add({{n, 0, 0}, n * 20 * ms, n * 20 * ms + ms});
+        grid.add({{n, 0, 0}, 20 * ms * n, 20 * ms * n + ms});
         while (const auto p = grid.next()) ticks.push_back(p->tick - p->sample.counts[0]);
     }
     ASSERT_EQ(ticks.size(), 398U);

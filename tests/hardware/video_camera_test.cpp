@@ -33,10 +33,10 @@ protected:
                                cv::VideoWriter::fourcc('M', 'J', 'P', 'G'), rate_hz, cv::Size{width, height}};
         cv::Mat picture(height, width, CV_8UC3);
         for (int i = 0; i < count; ++i) {
-            picture.forEach<cv::Vec3b>([&](cv::Vec3b& pixel, const int* at) {
-                pixel = {static_cast<uchar>(5 * at[1] + 10 * i), static_cast<uchar>(7 * at[0]),
-                         static_cast<uchar>(3 * i)};
-            });
+            for (int y = 0; y < height; ++y)
+                for (int x = 0; x < width; ++x)
+                    picture.at<cv::Vec3b>(y, x) = {static_cast<uchar>(5 * x + 10 * i),
+                                                   static_cast<uchar>(7 * y), static_cast<uchar>(3 * i)};
             writer.write(picture);
         }
     }

@@ -1,24 +1,16 @@
-// The mock iiod alone, fed with the pattern at 4 kHz, until its standard input ends: what stock clients are
-// pointed at. Prints its port, and at the end what it counted.
-#include <cstdio>
-#include <iostream>
-#include <string>
-
+// The mock iiod at 127.0.0.1, fed with the pattern at 4 kHz, in a network of its own, and a command that sees
+// it: mock_iiod COMMAND [ARGUMENT...]. Exits with the command's status; 77 when the kernel refuses the
+// network.
+#include "tests/support/command.hpp"
 #include "tests/support/iiod_pattern.hpp"
 
-int main() {
+int main(int argc, char** argv) {
     using namespace shaker;
-    Iiod iiod{IiodDescription{.fifo = 16384}};
-    {
+    constexpr std::uint16_t libiios_own_port = 30431;
+    return test::run_among_mocks({argv, static_cast<std::size_t>(argc)}, {}, [](const auto& run_command) {
+        // 4 s of samples: clients that this machine lets wait lose none.
+        Iiod iiod{IiodDescription{.fifo = 16384}, libiios_own_port};
         const test::PatternFeeder feeder{iiod, iiod.rate_hz()};
-        std::printf("%d\n", iiod.port());
-        std::fflush(stdout);
-        std::string line;
-        while (std::getline(std::cin, line)) {
-        }
-    }
-    const IiodCounts counts = iiod.counts();
-    std::printf("pushed %llu served %llu overflowed %llu\n", static_cast<unsigned long long>(counts.pushed),
-                static_cast<unsigned long long>(counts.served),
-                static_cast<unsigned long long>(counts.overflowed));
+        return run_command();
+    });
 }

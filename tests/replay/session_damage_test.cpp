@@ -1,8 +1,11 @@
 // Recordings that are damaged or not recordings at all: an InputError that says where, never a crash.
 #include <gtest/gtest.h>
 #include <sys/resource.h>
+#include <sys/wait.h>
+#include <unistd.h>
 
 #include <algorithm>
+#include <cstdlib>
 #include <random>
 
 #include "drivers/replay/h5.hpp"
@@ -260,62 +263,86 @@ TEST_F(SessionDamageTest, GroupsThatContainThemselvesEndInARefusal) {
     EXPECT_EQ(looped(".", "results/entry"), "accepted") << "what is not asked for does no harm";
 }
 
-/// Peak memory of this program so far, MB.
-double peak_megabytes() {
-    rusage usage{};
-    getrusage(RUSAGE_SELF, &usage);
-    return static_cast<double>(usage.ru_maxrss) / 1024;
+/// What became of damaged copies of a file, each read in a process of its own.
+struct Mutants {
+    int refused = 0;      ///< with an InputError
+    int wrong = 0;        ///< another exception, or an identifier left open
+    int died = 0;         ///< killed by a signal or by a sanitiser
+    double peak_MB = 0;   ///< memory of the largest process
+    std::string example;  ///< of the last that was wrong or died: its number and its changed bytes
+};
+
+enum ReadEnd : int { read_accepted = 20, read_refused, read_wrong };
+
+/// Reads one file and ends this process.
+[[noreturn]] void read_and_exit(const std::filesystem::path& file) {
+    int end = read_wrong;
+    try {
+        end = refusal([&] { read_session(file); }) == "accepted" ? read_accepted : read_refused;
+        if (H5Fget_obj_count(hid_t{H5F_OBJ_ALL}, H5F_OBJ_ALL) != 0) end = read_wrong;
+    } catch (...) {
+        end = read_wrong;
+    }
+    std::_Exit(end);
 }
 
-/// Reads damaged copies of a file, but one; returns how many of them were refused.
-int refused_mutants(const SessionFolder& folder, const std::string& bytes, int mutants, std::uint64_t seed,
-                    int left_out = -1) {
+Mutants read_mutants(const SessionFolder& folder, const std::string& bytes, int mutants, std::uint64_t seed) {
     std::vector<std::size_t> used;
     for (std::size_t i = 0; i < bytes.size(); ++i)
         if (bytes[i] != 0) used.push_back(i);
     std::mt19937_64 random{seed};
-    int refused = 0;
+    Mutants all;
     for (int i = 0; i < mutants; ++i) {
         std::string mutant = bytes;
-        std::string where;
+        std::string where = "mutant " + std::to_string(i) + ", bytes";
         for (std::uint64_t flips = 1 + random() % 3; flips > 0; --flips) {
             // Streams are padded with zeros to whole chunks; what is not zero is mostly structure.
             const std::size_t at = random() % 2 == 0 ? used[random() % used.size()] : random() % bytes.size();
             mutant[at] = static_cast<char>(mutant[at] ^ static_cast<char>(1 + random() % 255));
             where += " " + std::to_string(at);
         }
-        if (i == left_out) continue;
-        SCOPED_TRACE("mutant " + std::to_string(i) + ", bytes" + where);
         const auto file = folder.write("mutant.h5", mutant);
-        EXPECT_NO_THROW(refused += refusal([&] { read_session(file); }) != "accepted") << "not an InputError";
-        EXPECT_EQ(H5Fget_obj_count(hid_t{H5F_OBJ_ALL}, H5F_OBJ_ALL), 0) << "something was left open";
+        const pid_t child = fork();
+        if (child == 0) read_and_exit(file);
+        int status = 0;
+        rusage usage{};
+        wait4(child, &status, 0, &usage);
+        all.peak_MB = std::max(all.peak_MB, static_cast<double>(usage.ru_maxrss) / 1024);
+        const int end = WIFEXITED(status) ? WEXITSTATUS(status) : 0;
+        all.refused += end == read_refused ? 1 : 0;
+        all.wrong += end == read_wrong ? 1 : 0;
+        all.died += end < read_accepted ? 1 : 0;
+        if (end == read_wrong || end < read_accepted) all.example = where;
     }
-    return refused;
+    return all;
 }
 
+// The file has 0.2 MB; the program itself and what a sanitiser keeps are the rest.
+constexpr double most_MB = 800;
+
 TEST_F(SessionDamageTest, MutantsAreReadOrRefusedAndNothingElse) {
-    const double before_MB = peak_megabytes();
-    const int refused = refused_mutants(folder_, bytes_of(file_), 400, 20);
-    EXPECT_GT(refused, 20);
-    EXPECT_LT(refused, 400);
-    EXPECT_LT(peak_megabytes() - before_MB, 500)
-        << "the file has 0.2 MB; the rest is for what a sanitiser keeps";
+    const Mutants all = read_mutants(folder_, bytes_of(file_), 400, 20);
+    EXPECT_GT(all.refused, 20);
+    EXPECT_LT(all.refused, 400);
+    EXPECT_EQ(all.wrong + all.died, 0) << all.example;
+    EXPECT_LT(all.peak_MB, most_MB);
 }
 
 // The library's checksums stop most mutants of a recording before anything of ours sees them; here none do.
+// HDF5 1.10.8 itself reads beyond the end of some damaged attribute and link messages before it hands out
+// anything that could be checked (two of 600 under valgrind, which one moves with the file's layout): those
+// may die, in their own process; ours would show in far more of them.
 TEST_F(SessionDamageTest, MutantsWithoutChecksumsAreReadOrRefusedToo) {
     copy_without_checksums(file_, folder_ / "old.h5");
     const std::string bytes = bytes_of(folder_ / "old.h5");
     ASSERT_EQ(bytes.find("OHDR"), std::string::npos) << "there are headers with checksums";
     ASSERT_EQ(refusal([&] { read_session(folder_ / "old.h5"); }), "accepted");
-    const double before_MB = peak_megabytes();
-    // Mutant 198 (bytes 28627, 118574, 119748): HDF5 1.10.8 reads 8 bytes beyond the end of a damaged
-    // attribute message inside H5Aopen_by_name, before it hands anything out that could be checked.
-    const int refused = refused_mutants(folder_, bytes, 600, 21, 198);
-    EXPECT_GT(refused, 60);
-    EXPECT_LT(refused, 600);
-    EXPECT_LT(peak_megabytes() - before_MB, 500)
-        << "the file has 0.2 MB; the rest is for what a sanitiser keeps";
+    const Mutants all = read_mutants(folder_, bytes, 600, 21);
+    EXPECT_GT(all.refused, 60);
+    EXPECT_LT(all.refused, 600);
+    EXPECT_EQ(all.wrong, 0) << all.example;
+    EXPECT_LE(all.died, 6) << all.example;
+    EXPECT_LT(all.peak_MB, most_MB);
 }
 
 }  // namespace

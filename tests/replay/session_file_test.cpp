@@ -36,7 +36,7 @@ TEST_F(SessionFileTest, HeaderComesBack) {
     EXPECT_EQ(b.title, a.title);
     EXPECT_EQ(b.kind, a.kind);
     EXPECT_EQ(b.config, a.config);
-    EXPECT_EQ(b.scene, "");
+    EXPECT_EQ(b.rig, "");
     EXPECT_EQ(b.frequency_hz, a.frequency_hz);
     EXPECT_TRUE(b.keep_frames);
     EXPECT_EQ(b.dac.name, a.dac.name);
@@ -44,6 +44,7 @@ TEST_F(SessionFileTest, HeaderComesBack) {
     EXPECT_EQ(b.dac.full_scale_V, a.dac.full_scale_V);
     EXPECT_EQ(b.accelerometer.name, a.accelerometer.name);
     EXPECT_EQ(b.accelerometer.rate_hz, a.accelerometer.rate_hz);
+    EXPECT_EQ(b.accelerometer.offset_counts, a.accelerometer.offset_counts);
     EXPECT_EQ(b.accelerometer.mps2_per_count, a.accelerometer.mps2_per_count);
     EXPECT_EQ(b.accelerometer.first_sample_s, a.accelerometer.first_sample_s);
     EXPECT_EQ(b.accelerometer.clock_uncertainty_s, a.accelerometer.clock_uncertainty_s);
@@ -97,6 +98,7 @@ TEST_F(SessionFileTest, PlayTimesComeBack) {
     for (std::size_t i = 0; i < read_.played.size(); ++i) {
         EXPECT_EQ(read_.played[i].tick, written_.played[i].tick);
         EXPECT_EQ(read_.played[i].heard, written_.played[i].heard);
+        EXPECT_EQ(read_.played[i].lost, written_.played[i].lost);
     }
 }
 
@@ -120,6 +122,7 @@ TEST_F(SessionFileTest, FramesOf8And16BitsComeBack) {
             const Frame &a = *written_.frames[k][i], &b = *read_.frames[k][i];
             EXPECT_EQ(b.tick, a.tick);
             EXPECT_EQ(b.arrived, a.arrived);
+            EXPECT_EQ(b.stamp, a.stamp);
             EXPECT_EQ(b.mid_exposure, a.mid_exposure);
             EXPECT_EQ(b.quality, a.quality);
             EXPECT_EQ(b.width, a.width);
@@ -176,7 +179,7 @@ TEST_F(SessionFileTest, EveryNumberHasAUnitAndNoObjectATime) {
     ASSERT_GE(H5Ovisit2(file.get(), H5_INDEX_NAME, H5_ITER_INC, look_at, &walk, H5O_INFO_ALL), 0);
     EXPECT_EQ(walk.without_units, std::vector<std::string>{});
     EXPECT_EQ(walk.with_time, std::vector<std::string>{});
-    EXPECT_EQ(walk.numbers, 2 + 11 + 5 + 2 * 5 + 3 + 1);  // drive, changes, blocks, cameras, table, v_D
+    EXPECT_EQ(walk.numbers, 3 + 11 + 5 + 2 * 6 + 3 + 1);  // drive, changes, blocks, cameras, table, v_D
 }
 
 TEST_F(SessionFileTest, AColumnWithoutAUnitIsAPureNumber) {

@@ -32,11 +32,12 @@ inline SessionHeader small_header() {
     h.config = "frequency = \"25Hz\"\n# größer als nötig\n";
     h.frequency_hz = 25;
     h.dac = {"dac 日本", 48000, 0.7};
-    h.accelerometer = {"ADXL355", 4000.1, 3.9e-6 * 9.8, -0.0123, 0.02, {0.6, 0, -0.8}};
-    View top{"top", 0.11, 500, {0.6, 0.8}, 100, 1e-3, {}};
+    h.accelerometer = {"ADXL355", 4000.1, {0.5, -7, 0},  {3.9e-6 * 9.8, 1e-5, 4e-5},
+                       -0.0123,   0.02,   {0.6, 0, -0.8}};
+    View top{"top", 0.11, 500, {0.6, 0.8}, 100, 1e-3, true, 2e-6, 0, {}};
     top.targets.push_back({"walker", TargetKind::bars, 0, 12, 2.5, {-3, 4, 50, 60}, 7.5, Polarity::dark});
     top.targets.push_back({"base", TargetKind::disc, 9, 0, 0, {1, 2, 3, 4}, 0, Polarity::bright});
-    h.views = {top, View{"side", 0.2, 0, {1, 0}, 50, 2e-3, {}}};
+    h.views = {top, View{"side", 0.2, 0, {1, 0}, 50, 2e-3, false, 0, 3e-4, {}}};
     return h;
 }
 
@@ -44,6 +45,7 @@ inline FramePtr small_frame(int picture, int width, int height, unsigned bits) {
     Frame f;
     f.tick = {std::int64_t{3} * picture};
     f.arrived = HostTime{std::chrono::nanoseconds{1'000'000'007LL * picture}};
+    if (picture != 2) f.stamp = CameraStamp{10'000'000LL * picture - 3};
     if (picture != 1) f.mid_exposure = master_time(0.01 * picture + 1e-17);
     f.quality = picture == 2 ? Quality::gap | Quality::late : Quality::good;
     f.width = width;
@@ -78,7 +80,8 @@ inline Session small_session() {
     s.header = small_header();
     s.blocks = small_blocks();
     for (std::int64_t i = 0; i < 5; ++i)
-        s.played.push_back({{256 * i}, HostTime{std::chrono::nanoseconds{5'333'333 * i - 7}}});
+        s.played.push_back(
+            {{256 * i}, HostTime{std::chrono::nanoseconds{5'333'333 * i - 7}}, i % 3 == 2 ? 77 * i : 0});
     for (int i = 0; i < 3; ++i) {
         DriveChange c;
         for (int q = 1; q <= max_harmonics; ++q) c.command.volts.at(q) = std::polar(0.1 / q, 0.3 * q + i);

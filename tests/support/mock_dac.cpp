@@ -27,7 +27,8 @@ std::filesystem::path memory_folder() {
 
 }  // namespace
 
-MockDac::MockDac(double ppm) : folder{memory_folder()}, converter{folder / "converter", rate_hz, ppm} {
+MockDac::MockDac(double ppm, const std::filesystem::path& log)
+    : folder{memory_folder()}, converter{folder / "converter", rate_hz, ppm, log} {
     std::ofstream{folder / "asound.conf"}
         << "pcm_type.shaker_mock { lib \"" SHAKER_BINARY_DIR "/shaker_mock_pcm.so\" }\n"
         << "pcm.shaker { type shaker_mock converter \"" << (folder / "converter").string() << "\" }\n";
@@ -80,7 +81,7 @@ double MockDac::largest_step(std::size_t from, std::size_t until) const {
 
 double test_drive(std::int64_t tick) {
     const double turns = static_cast<double>(tick % 480) / 480;
-    return 0.3 * std::sin(2 * std::numbers::pi * turns) + 0.3 * std::cos(4 * std::numbers::pi * turns);
+    return 0.3 * std::sin(2 * std::numbers::pi * turns) + 0.3 * std::sin(4 * std::numbers::pi * turns);
 }
 
 std::vector<double> test_block(std::int64_t tick, std::size_t n) {

@@ -16,7 +16,7 @@ namespace shaker::test {
 /// 48 kHz. Default settings: 10 ms periods in 200 ms, which no stall of this kind of machine empties.
 class MockDac {
 public:
-    explicit MockDac(double ppm = 0);
+    explicit MockDac(double ppm = 0, const std::filesystem::path& log = {});
     MockDac(const MockDac&) = delete;
     MockDac& operator=(const MockDac&) = delete;
     ~MockDac();
@@ -40,8 +40,10 @@ public:
     [[nodiscard]] double largest_step(std::size_t from, std::size_t until) const;
 };
 
-/// Two harmonics, f = 100 Hz and 0.3 of full scale each, at a tick of a 48 kHz DAC with 1 V full scale.
+/// Two harmonics of 0.3 V, f = 100 Hz, at a tick of a 48 kHz DAC. Begins at zero.
 double test_drive(std::int64_t tick);
+/// Its steepest step from sample to sample, V.
+constexpr double steepest_step = 2 * std::numbers::pi * 0.3 * (100 + 200) / 48000;
 /// `n` samples of it from `tick` on.
 std::vector<double> test_block(std::int64_t tick, std::size_t n);
 

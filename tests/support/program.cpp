@@ -1,32 +1,83 @@
 #include "tests/support/program.hpp"
 
 #include <gtest/gtest.h>
+#include <spawn.h>
+#include <sys/resource.h>
 #include <sys/wait.h>
+#include <unistd.h>
 
-#include <cstdlib>
+#include <chrono>
+#include <csignal>
 #include <fstream>
 #include <sstream>
+#include <thread>
 
 namespace shaker::test {
 
 namespace {
+
 std::string content(const std::filesystem::path& file) {
     std::ifstream in{file, std::ios::binary};
     std::ostringstream text;
     text << in.rdbuf();
     return text.str();
 }
+
+std::filesystem::path temporary() {
+    std::string name = (std::filesystem::temp_directory_path() / "shakerd-test-XXXXXX").string();
+    ::close(::mkstemp(name.data()));
+    return name;
+}
+
+double seconds_of(const timeval& t) {
+    return static_cast<double>(t.tv_sec) + 1e-6 * static_cast<double>(t.tv_usec);
+}
+
 }  // namespace
 
+Program::Program(const std::string& name, const std::string& arguments, const std::filesystem::path& folder,
+                 const std::string& input)
+    : in_{temporary()}, out_{temporary()}, err_{temporary()} {
+    std::ofstream{in_} << input;
+    std::string command = "cd '" + folder.string() + "' && exec '" SHAKER_BINARY_DIR "/" + name + "' " +
+                          arguments + " >'" + out_.string() + "' 2>'" + err_.string() + "' <'" +
+                          in_.string() + "'";
+    std::string shell = "/bin/sh", option = "-c";
+    char* const words[] = {shell.data(), option.data(), command.data(), nullptr};
+    if (posix_spawn(&pid_, shell.c_str(), nullptr, nullptr, words, environ) != 0)
+        throw std::runtime_error{"no shell"};
+}
+
+Program::~Program() {
+    if (!outcome_) wait(0);
+    for (const auto& file : {in_, out_, err_}) std::filesystem::remove(file);
+}
+
+bool Program::collect(int options) {
+    if (outcome_) return true;
+    int status = 0;
+    rusage usage{};
+    if (wait4(pid_, &status, options, &usage) != pid_) return false;
+    outcome_ = Outcome{WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status), content(out_),
+                       content(err_), seconds_of(usage.ru_utime) + seconds_of(usage.ru_stime)};
+    return true;
+}
+
+bool Program::ended() { return collect(WNOHANG); }
+
+Outcome Program::wait(double limit_s) {
+    using Clock = std::chrono::steady_clock;
+    const auto until = Clock::now() + std::chrono::duration<double>{limit_s};
+    while (!ended() && Clock::now() < until) std::this_thread::sleep_for(std::chrono::milliseconds{2});
+    if (!outcome_) {
+        ::kill(pid_, SIGKILL);
+        collect(0);
+    }
+    return *outcome_;
+}
+
 Outcome shakerd(const std::string& arguments, const std::filesystem::path& folder) {
-    const auto out = folder / ".out", err = folder / ".err";
-    const std::string command = "cd '" + folder.string() + "' && '" SHAKER_BINARY_DIR "/shakerd' " +
-                                arguments + " >'" + out.string() + "' 2>'" + err.string() + "' </dev/null";
-    const int status = std::system(command.c_str());
-    Outcome o{WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status), content(out), content(err)};
-    std::filesystem::remove(out);
-    std::filesystem::remove(err);
-    return o;
+    return Program{"shakerd", arguments, folder}.wait();
 }
 
 std::filesystem::path fresh_folder() {

@@ -1,17 +1,44 @@
 #pragma once
 // Runs the built program as its user does.
+#include <sys/types.h>
+
 #include <filesystem>
+#include <optional>
 #include <string>
 
 namespace shaker::test {
 
 struct Outcome {
-    int status = -1;  // exit status; 128 + n when a signal n ended it
-    std::string out;  // standard output
-    std::string err;  // standard error
+    int status = -1;   // exit status; 128 + n when a signal n ended it
+    std::string out;   // standard output
+    std::string err;   // standard error
+    double cpu_s = 0;  // processor time that it used
 };
 
-/// shakerd with these arguments, as a shell would split them, in `folder`.
+/// A program of the build that runs beside the test. Killed, if need be, at the end of its life.
+class Program {
+public:
+    /// `name` with these arguments, as a shell would split them, in `folder`; `input` is its standard input.
+    Program(const std::string& name, const std::string& arguments, const std::filesystem::path& folder,
+            const std::string& input = {});
+    ~Program();
+    Program(const Program&) = delete;
+    Program& operator=(const Program&) = delete;
+
+    [[nodiscard]] pid_t pid() const noexcept { return pid_; }
+    [[nodiscard]] bool ended();
+    /// Waits for its end; kills it after `limit_s`.
+    Outcome wait(double limit_s = 600);
+
+private:
+    bool collect(int options);
+
+    std::filesystem::path in_, out_, err_;
+    pid_t pid_ = -1;
+    std::optional<Outcome> outcome_;
+};
+
+/// shakerd with these arguments in `folder`, to its end.
 Outcome shakerd(const std::string& arguments, const std::filesystem::path& folder);
 
 /// A new empty folder for the current test.

@@ -1,0 +1,132 @@
+#include "drivers/view_settings.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace shaker {
+namespace {
+
+constexpr Range length_mm{1e-4, 1e5};
+constexpr Range frame_rate_hz{1e-3, 1e8};
+constexpr double unit_length_tolerance = 1e-3;
+
+/// A vector that should have unit length, made exactly so.
+template <std::size_t size>
+std::array<double, size> unit_vector(SettingsTable& table, std::string_view key) {
+    const std::vector<double> given = table.numbers(key, size);
+    double length = 0;
+    for (const double c : given) length = std::hypot(length, c);
+    if (!(std::abs(length - 1) <= unit_length_tolerance))
+        table.fail(key, "a vector of length 1 was expected, this one has length " + to_text(length));
+    std::array<double, size> unit{};
+    for (std::size_t i = 0; i < size; ++i) unit[i] = given[i] / length;
+    return unit;
+}
+
+/// Names go into file names, column names and tables of text.
+std::string name_at(SettingsTable& table, std::set<std::string>& taken) {
+    std::string name = table.text("name");
+    const auto odd = [](unsigned char c) { return c < ' ' || c == ',' || c == '"' || c == '/' || c == 0x7F; };
+    if (name.empty() || std::any_of(name.begin(), name.end(), odd))
+        table.fail("name", "a name without commas, quotes, slashes and control characters was expected");
+    if (!taken.insert(name).second) table.fail("name", "\"" + name + "\" is there twice");
+    return name;
+}
+
+std::array<int, 4> read_roi(SettingsTable& table) {
+    constexpr double most_px = 65536;
+    const std::vector<double> given = table.numbers("roi_px", 4);
+    std::array<int, 4> roi{};
+    for (std::size_t i = 0; i < 4; ++i) {
+        const double least = i < 2 ? 0 : 1;
+        if (given[i] != std::floor(given[i]) || given[i] < least || given[i] > most_px)
+            table.fail("roi_px",
+                       "x, y, width, height in whole pixels were expected, x and y at least 0, width and "
+                       "height at least 1; " +
+                           to_text(given[i]) + " is not allowed");
+        roi[i] = static_cast<int>(given[i]);
+    }
+    return roi;
+}
+
+Target read_target(SettingsTable& table, std::set<std::string>& names, double distance_mm) {
+    Target target;
+    target.name = name_at(table, names);
+    target.kind =
+        static_cast<TargetKind>(table.choice("kind", {"disc", "rectangle", "dots", "bars", "patch"}));
+    const auto length = [&](std::string_view key, std::initializer_list<TargetKind> needed_by) {
+        const bool needed = std::find(needed_by.begin(), needed_by.end(), target.kind) != needed_by.end();
+        return needed ? table.number(key, length_mm) : table.number(key, length_mm, 0);
+    };
+    target.diameter_mm = length("diameter_mm", {TargetKind::disc, TargetKind::dots});
+    target.width_mm = length("width_mm", {TargetKind::rectangle});
+    target.pitch_mm = length("pitch_mm", {TargetKind::bars});
+    if (target.kind == TargetKind::dots && target.pitch_mm > 0 && target.pitch_mm <= target.diameter_mm)
+        table.fail("pitch_mm", "must be more than diameter_mm, which is " + to_text(target.diameter_mm));
+    target.roi_px = read_roi(table);
+    target.offset_mm = table.number("offset_mm", {-1e5, 1e5}, 0);
+    if (distance_mm > 0 && target.offset_mm >= distance_mm)
+        table.fail("offset_mm", to_text(target.offset_mm) +
+                                    " is not allowed: less than the camera's distance_mm, " +
+                                    to_text(distance_mm) + ", was expected");
+    target.polarity =
+        table.choice("polarity", {"bright", "dark"}, 0) == 0 ? Polarity::bright : Polarity::dark;
+    table.finish();
+    return target;
+}
+
+}  // namespace
+
+std::array<double, 3> read_axis(SettingsTable& table, std::string_view key) {
+    return unit_vector<3>(table, key);
+}
+
+View read_view(SettingsTable& table, std::set<std::string>& taken) {
+    View view;
+    view.camera = name_at(table, taken);
+    if (table.has("frame_rate_hz")) view.frame_rate_hz = table.number("frame_rate_hz", frame_rate_hz);
+    view.exposure_s = table.number("exposure_s", {0, 1e3}, 0);
+    if (view.exposure_s * view.frame_rate_hz > 1)
+        table.fail("exposure_s",
+                   to_text(view.exposure_s) + " is not allowed: at most the time between frames, " +
+                       to_text(1 / view.frame_rate_hz) +
+                       " s at frame_rate_hz = " + to_text(view.frame_rate_hz) + ", was expected");
+    view.mm_per_px = table.number("mm_per_px", {1e-6, 1e4});
+    view.distance_mm = table.number("distance_mm", {1, 1e7}, 0);
+    if (table.has("along")) view.along = unit_vector<2>(table, "along");
+    std::set<std::string> target_names;
+    for (SettingsTable& target : table.tables("target"))
+        view.targets.push_back(read_target(target, target_names, view.distance_mm));
+    if (view.targets.empty())
+        table.fail("target", "camera \"" + view.camera +
+                                 "\" has nothing to follow: at least one [[camera.target]] was expected");
+    return view;
+}
+
+std::string view_text(const View& view) {
+    constexpr std::array kinds{"disc", "rectangle", "dots", "bars", "patch"};
+    std::string text;
+    const auto number = [&](const char* key, double x) {
+        if (x != 0) text += key + (" = " + to_text(x)) + "\n";
+    };
+    text += "name = \"" + view.camera + "\"\n";
+    number("frame_rate_hz", view.frame_rate_hz);
+    number("exposure_s", view.exposure_s);
+    number("mm_per_px", view.mm_per_px);
+    number("distance_mm", view.distance_mm);
+    text += "along = [" + to_text(view.along[0]) + ", " + to_text(view.along[1]) + "]\n";
+    for (const Target& t : view.targets) {
+        text += "[[camera.target]]\nname = \"" + t.name + "\"\nkind = \"" +
+                kinds.at(static_cast<std::size_t>(t.kind)) + "\"\n";
+        number("diameter_mm", t.diameter_mm);
+        number("width_mm", t.width_mm);
+        number("pitch_mm", t.pitch_mm);
+        number("offset_mm", t.offset_mm);
+        text += "roi_px = [";
+        for (std::size_t i = 0; i < 4; ++i) text += (i == 0 ? "" : ", ") + std::to_string(t.roi_px[i]);
+        text += t.polarity == Polarity::dark ? "]\npolarity = \"dark\"\n" : "]\n";
+    }
+    return text;
+}
+
+}  // namespace shaker
