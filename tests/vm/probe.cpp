@@ -10,14 +10,17 @@
 #include <stdexcept>
 #include <string>
 #include <string_view>
+#include <utility>
 
 #include "drivers/errors.hpp"
 #include "drivers/hardware/alsa_dac.hpp"
+#include "drivers/hardware/alsa_pcm.hpp"
 #include "drivers/hardware/alsa_settings.hpp"
 #include "drivers/hardware/iio_accelerometer.hpp"
 #include "drivers/hardware/iio_settings.hpp"
 #include "drivers/hardware/video_camera.hpp"
 #include "drivers/hardware/video_settings.hpp"
+#include "tests/vm/death.hpp"
 #include "tests/vm/drive_device.hpp"
 #include "tests/vm/pattern.hpp"
 
@@ -74,6 +77,29 @@ void find(Arguments a) {
                 static_cast<double>(found.exact) >= std::stod(a[3]) * static_cast<double>(frames),
             what);
     proved(what);
+}
+
+// death SETTINGS CAPTURE: the process that drives is killed, another stopped; what is captured then is a
+// ramp.
+void death(Arguments a) {
+    const AlsaSettings dac = settings(a[0], read_alsa_settings);
+    const double buffer_s = static_cast<double>(dac.buffer_frames) / dac.rate_hz;
+    fmt::print("{}\n", AlsaPcm{dac}.granted().text());
+    constexpr double ten_ms = 0.01, rounding = 1.001;
+    for (const auto& [end, name] : {std::pair{End::stopped, "SIGSTOP"}, std::pair{End::killed, "SIGKILL"}}) {
+        for (const double after_s : {0.4, 0.4037, 0.4071}) {  // at several phases of drive and block
+            const AfterDeath heard = hear_a_death(dac, a[1], Seconds{after_s}, end);
+            const std::string what = fmt::format(
+                "{} at level {:.2f}: silent after {:.1f} ms ({:.1f} ms of buffer), largest step {:.5f} of "
+                "full scale, the drive's own is {:.5f}",
+                name, heard.level, 1e3 * heard.sounds_on.count(), 1e3 * buffer_s, heard.largest_step,
+                heard.drive_step);
+            require(heard.level > 0.4 && heard.sounds_on.count() <= buffer_s + ten_ms &&
+                        heard.largest_step <= rounding * heard.drive_step,
+                    what);
+            proved(what);
+        }
+    }
 }
 
 // unplug SETTINGS MARKER: makes the file MARKER while it plays; the device then goes and the DAC says so.
@@ -138,6 +164,7 @@ struct Job {
 };
 constexpr Job jobs[] = {{"play", 5, play},
                         {"find", 4, find},
+                        {"death", 2, death},
                         {"unplug", 2, unplug},
                         {"accelerometer", 2, accelerometer},
                         {"cameras", 3, cameras}};
