@@ -144,7 +144,8 @@ void IioStream::Impl::set_trigger() {
 
 void IioStream::Impl::set_rate() {
     const IioRate place = iio_rate(device, axes[0]);
-    if (settings.rate_hz && place.exists()) {
+    // Some kernel drivers have the attribute and neither tell nor take a value.
+    if (settings.rate_hz && place.hz()) {
         const std::string text = to_text(*settings.rate_hz);
         const long rc = place.set(text);
         const auto choice = place.choice();

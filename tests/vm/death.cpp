@@ -50,14 +50,19 @@ public:
         }
     }
     void listen_for(Seconds duration) {
-        const auto until = std::chrono::steady_clock::now() + duration;
-        while (std::chrono::steady_clock::now() < until) {
+        auto last = std::chrono::steady_clock::now();
+        const auto until = last + duration;
+        while (last < until) {
             std::this_thread::sleep_for(std::chrono::milliseconds{20});
             listen();
+            const auto now = std::chrono::steady_clock::now();
+            longest_pause = std::max<Seconds>(longest_pause, now - last);
+            last = now;
         }
     }
 
     std::vector<std::int32_t> first;  // channel
+    Seconds longest_pause{};
 
 private:
     static void check(int error) {
@@ -110,14 +115,12 @@ AfterDeath hear_a_death(const AlsaSettings& settings, const std::string& capture
         heard.listen_for(Seconds{0.2});
     }
     heard.listen_for(duration);
-    ::kill(driving, end == End::killed ? SIGKILL : SIGSTOP);
-    if (end == End::killed) ::waitpid(driving, nullptr, 0);
-    heard.listen();
     const auto ended = static_cast<std::int64_t>(heard.first.size());
+    ::kill(driving, end == End::killed ? SIGKILL : SIGSTOP);
     heard.listen_for(Seconds{1});
 
     AfterDeath result;
-    result.captured = static_cast<std::int64_t>(heard.first.size());
+    result.longest_pause = heard.longest_pause;
     const auto volts = one_cycle();
     for (std::size_t i = 0; i < cycle; ++i)
         result.drive_step = std::max(result.drive_step, std::abs(volts[(i + 1) % cycle] - volts[i]));
@@ -130,10 +133,8 @@ AfterDeath hear_a_death(const AlsaSettings& settings, const std::string& capture
         result.level = std::max(result.level, share(code));
         result.largest_step = std::max(result.largest_step, share(code - heard.first[i - 1]));
     }
-    if (end == End::stopped) {
-        ::kill(driving, SIGKILL);
-        ::waitpid(driving, nullptr, 0);
-    }
+    ::kill(driving, SIGKILL);
+    ::waitpid(driving, nullptr, 0);
     return result;
 }
 

@@ -15,11 +15,11 @@ enum class End {
 };
 
 struct AfterDeath {
-    double level = 0;           // largest sample before the end, a share of full scale
-    Seconds sounds_on{};        // from the end to the last sample that is not zero, as captured
-    double largest_step = 0;    // from sample to sample, over all that was captured, a share of full scale
-    double drive_step = 0;      // the drive's own
-    std::int64_t captured = 0;  // samples; a gap among them is a DeviceError
+    double level = 0;         // largest sample before the end, a share of full scale
+    Seconds sounds_on{};      // from the end to the last sample that is not zero, as captured
+    double largest_step = 0;  // from sample to sample, over all that was captured, a share of full scale
+    double drive_step = 0;    // the drive's own
+    Seconds longest_pause{};  // between two listenings; 20 ms when nothing stood still
 };
 
 /// A process of its own drives the DAC of `settings` with two harmonics for `duration` and then ends; the

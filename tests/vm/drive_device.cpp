@@ -103,6 +103,7 @@ Watched watch(Camera& camera, Seconds duration) {
             if (!frame) continue;
             ++watched.frames;
             if (!first) first = frame;
+            if (!frame->stamp) ++watched.unstamped;
             if (last && (frame->tick <= last->tick || frame->stamp < last->stamp)) ++watched.backwards;
             last = std::move(frame);
         }

@@ -38,6 +38,7 @@ struct Watched {
     std::int64_t frames = 0;
     std::int64_t span = 0;       // exposures from the first frame to the last, by the driver's ticks
     std::int64_t backwards = 0;  // ticks or stamps that did not rise
+    std::int64_t unstamped = 0;  // frames without the kernel's stamp
     double rate_hz = 0;          // exposures a second by the frames' own stamps
     DeviceCounts counts;
     std::string fault;
