@@ -67,7 +67,8 @@ Heard read_counted_samples(Accelerometer& accelerometer, std::int64_t samples) {
     std::optional<HostTime> first_stamp;
     std::int64_t since_first = 0;
     try {
-        while (heard.samples < samples && !accelerometer.ended()) {
+        const auto until = steady_clock::now() + std::chrono::seconds{60};
+        while (heard.samples < samples && !accelerometer.ended() && steady_clock::now() < until) {
             if (!accelerometer.read(block, std::chrono::milliseconds{200})) continue;
             for (int i = 0; i < block.size; ++i, ++heard.samples) {
                 const auto& [x, y, z] = block.counts[static_cast<std::size_t>(i)];

@@ -31,7 +31,7 @@ struct Heard {
     std::string fault;
 };
 
-/// Reads samples of tests/vm/uhid_accelerometer.cpp. A DeviceError ends it.
+/// Reads samples of tests/vm/uhid_accelerometer.cpp for a minute at most. A DeviceError ends it.
 Heard read_counted_samples(Accelerometer& accelerometer, std::int64_t samples);
 
 struct Watched {

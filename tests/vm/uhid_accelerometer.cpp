@@ -79,6 +79,7 @@ void send_sample(int hid, std::int32_t count) {
 // The feature report: reporting state, power state. What the kernel sets is what it reads. There is no report
 // interval: the kernel's driver keeps it in whole milliseconds, so no rate above 1 kHz could be told.
 using Features = std::array<std::uint8_t, 3>;
+constexpr std::uint8_t all_events = 1;  // of the reporting states
 
 template <std::size_t size>
 void reply(int hid, const uhid_get_report_req& request, const std::array<std::uint8_t, size>& report) {
@@ -106,7 +107,7 @@ void feed(double rate_hz) {
     check(timerfd_settime(timer, 0, &every, nullptr), "timerfd");
     create(hid);
     Features features{report_id};
-    bool wanted = false;
+    bool wanted = false;  // the kernel has set the reporting state to "all events": somebody has a buffer open
     std::int32_t count = 0;
     std::array<pollfd, 2> ready{{{hid, POLLIN, 0}, {timer, POLLIN, 0}}};
     for (;;) {
@@ -114,9 +115,10 @@ void feed(double rate_hz) {
         if (ready[0].revents != 0) {
             uhid_event event{};
             check(static_cast<int>(read(hid, &event, sizeof event)), "read from /dev/uhid");
-            if (event.type == UHID_OPEN) wanted = true;
-            if (event.type == UHID_CLOSE) wanted = false;
-            if (event.type == UHID_SET_REPORT) take(hid, event.u.set_report, features);
+            if (event.type == UHID_SET_REPORT) {
+                take(hid, event.u.set_report, features);
+                wanted = features[1] == all_events;
+            }
             if (event.type == UHID_GET_REPORT && event.u.get_report.rtype == UHID_FEATURE_REPORT)
                 reply(hid, event.u.get_report, features);
             else if (event.type == UHID_GET_REPORT)
