@@ -104,6 +104,7 @@ double share(std::int64_t code) { return std::abs(static_cast<double>(code)) / f
 
 AfterDeath hear_a_death(const AlsaSettings& settings, const std::string& capture, Seconds duration, End end) {
     Capture heard{capture, settings.rate_hz};
+    std::fflush(stdout);
     const pid_t driving = ::fork();
     if (driving == 0) drive(settings);
     const auto sounds = [&] {
