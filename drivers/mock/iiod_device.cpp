@@ -125,7 +125,6 @@ int IiodDevice::read(const IiodCommand& command, std::string& value) const {
         const auto i = static_cast<std::size_t>(k);
         if (name == "scale") return value = to_text(d_.mps2_per_count[i]), 0;
         if (name == "offset") return value = to_text(d_.offset_counts[i]), 0;
-        if (name == "sampling_frequency" && !(d_.rate_hz > 0)) return -EINVAL;
         if (name == "sampling_frequency") return value = to_text(d_.rate_hz), 0;
         if (name != "sampling_frequency_available") return -ENOENT;
         for (const double rate : d_.rates_hz) value += (value.empty() ? "" : " ") + to_text(rate);

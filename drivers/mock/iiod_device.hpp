@@ -15,7 +15,7 @@ struct IiodDescription {
     std::string name = "adxl355";
     std::string label{};   // none when empty
     std::string serial{};  // attribute serial_number, none when empty
-    double rate_hz = 4000;  // 0: as a kernel driver that cannot tell it, -22 to reading and writing
+    double rate_hz = 4000;
     std::vector<double> rates_hz{4000, 2000, 1000, 500, 250, 125};          // a client may choose among these
     std::array<double, 3> mps2_per_count{3.8245e-5, 3.8245e-5, 3.8245e-5};  // attribute scale
     std::array<double, 3> offset_counts{};                                  // attribute offset

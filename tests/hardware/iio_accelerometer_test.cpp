@@ -65,7 +65,7 @@ TEST(IioAccelerometerTest, WhatCannotBeHadIsNamed) {
 }
 
 TEST(IioAccelerometerTest, ARateThatTheDeviceCannotTellIsBelieved) {
-    const Iiod iiod{{.rate_hz = 0}};
+    const Iiod iiod{{.rate_hz = 0, .rates_hz = {}}};
     IioSettings s = settings_for(iiod);
     EXPECT_NE(refusal(s).find("does not tell its rate; give rate_hz"), std::string::npos) << refusal(s);
     s.rate_hz = 4000;

@@ -3,6 +3,7 @@
 #include <spdlog/fmt/fmt.h>
 
 #include <cmath>
+#include <cstdio>
 #include <cstdlib>
 #include <fstream>
 #include <future>
@@ -37,7 +38,11 @@ void require(bool holds, const std::string& otherwise) {
     if (!holds) throw NotProved{otherwise};
 }
 
-void proved(const std::string& what) { fmt::print("proved: {}\n", what); }
+// Told at once: what comes after it may hang.
+void proved(const std::string& what) {
+    fmt::print("proved: {}\n", what);
+    std::fflush(stdout);
+}
 
 // A device's own settings, each in a file of its own as it stands in a rig file.
 template <class Read>

@@ -26,6 +26,8 @@ constexpr std::uint8_t descriptor[] = {
     0x09, 0x73,  // usage: accelerometer 3D
     0xA1, 0x00,  // collection: physical
     0x85, report_id,
+    // feature: report interval, ms
+    0x0A, 0x0E, 0x03, 0x15, 0x00, 0x27, 0xFF, 0xFF, 0xFF, 0x7F, 0x75, 32, 0x95, 1, 0xB1, 0x02,
     // feature: reporting state, one of six
     0x0A, 0x16, 0x03, 0x15, 0x00, 0x25, 0x05, 0x75, 8, 0x95, 1, 0xA1, 0x02,  //
     0x0A, 0x40, 0x08, 0x0A, 0x41, 0x08, 0x0A, 0x42, 0x08, 0x0A, 0x43, 0x08, 0x0A, 0x44, 0x08, 0x0A, 0x45,
@@ -76,10 +78,9 @@ void send_sample(int hid, std::int32_t count) {
     send(hid, event);
 }
 
-// The feature report: reporting state, power state. What the kernel sets is what it reads. There is no report
-// interval: the kernel's driver keeps it in whole milliseconds, so no rate above 1 kHz could be told.
-using Features = std::array<std::uint8_t, 3>;
-constexpr std::uint8_t all_events = 1;  // of the reporting states
+// The feature report: interval, reporting state, power state. What the kernel sets is what it reads. The interval
+// stays 0, "not told": the kernel keeps it in whole milliseconds, so no rate above 1 kHz could be.
+using Features = std::array<std::uint8_t, 7>;
 
 template <std::size_t size>
 void reply(int hid, const uhid_get_report_req& request, const std::array<std::uint8_t, size>& report) {
@@ -107,7 +108,7 @@ void feed(double rate_hz) {
     check(timerfd_settime(timer, 0, &every, nullptr), "timerfd");
     create(hid);
     Features features{report_id};
-    bool wanted = false;  // the kernel has set the reporting state to "all events": somebody has a buffer open
+    bool wanted = false;
     std::int32_t count = 0;
     std::array<pollfd, 2> ready{{{hid, POLLIN, 0}, {timer, POLLIN, 0}}};
     for (;;) {
@@ -115,10 +116,9 @@ void feed(double rate_hz) {
         if (ready[0].revents != 0) {
             uhid_event event{};
             check(static_cast<int>(read(hid, &event, sizeof event)), "read from /dev/uhid");
-            if (event.type == UHID_SET_REPORT) {
-                take(hid, event.u.set_report, features);
-                wanted = features[1] == all_events;
-            }
+            if (event.type == UHID_OPEN) wanted = true;
+            if (event.type == UHID_CLOSE) wanted = false;
+            if (event.type == UHID_SET_REPORT) take(hid, event.u.set_report, features);
             if (event.type == UHID_GET_REPORT && event.u.get_report.rtype == UHID_FEATURE_REPORT)
                 reply(hid, event.u.get_report, features);
             else if (event.type == UHID_GET_REPORT)
