@@ -78,8 +78,8 @@ void send_sample(int hid, std::int32_t count) {
     send(hid, event);
 }
 
-// The feature report: interval, reporting state, power state. What the kernel sets is what it reads. The interval
-// stays 0, "not told": the kernel keeps it in whole milliseconds, so no rate above 1 kHz could be.
+// The feature report: interval, reporting state, power state. What the kernel sets is what it reads. The
+// interval stays 0, "not told": the kernel keeps it in whole milliseconds, so no rate above 1 kHz could be.
 using Features = std::array<std::uint8_t, 7>;
 
 template <std::size_t size>
