@@ -2,6 +2,7 @@
 find_package(GTest REQUIRED)
 find_package(benchmark REQUIRED)
 include(GoogleTest)
+include(tests/vm/vm.cmake)
 
 set(sanitized 0)
 if(SHAKER_SANITIZE)

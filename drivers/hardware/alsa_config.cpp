@@ -2,14 +2,23 @@
 
 #include <alsa/asoundlib.h>
 
+#include <cerrno>
+#include <chrono>
+#include <thread>
+
 #include "drivers/errors.hpp"
 
 namespace shaker {
 
 namespace {
 
+using namespace std::chrono_literals;
+
 constexpr int mode =
     SND_PCM_NONBLOCK | SND_PCM_NO_AUTO_RESAMPLE | SND_PCM_NO_AUTO_CHANNELS | SND_PCM_NO_AUTO_FORMAT;
+
+// A device that a process left by dying is busy until its ramp has played.
+constexpr std::chrono::milliseconds patience = 2s, pause = 50ms;
 
 void check(int error, const std::string& what) {
     if (error < 0) throw DeviceError{what + ": " + snd_strerror(error)};
@@ -40,13 +49,13 @@ Config merged(const std::filesystem::path& file) {
 }  // namespace
 
 AlsaHandle open_alsa_playback(const std::string& name, const std::filesystem::path& file) {
+    const Config config = file.empty() ? nullptr : merged(file);
     snd_pcm_t* pcm = nullptr;
-    int error = 0;
-    if (file.empty()) {
-        error = snd_pcm_open(&pcm, name.c_str(), SND_PCM_STREAM_PLAYBACK, mode);
-    } else {
-        const Config config = merged(file);
-        error = snd_pcm_open_lconf(&pcm, name.c_str(), SND_PCM_STREAM_PLAYBACK, mode, config.get());
+    int error = -EBUSY;
+    for (auto waited = 0ms; error == -EBUSY && waited < patience; waited += pause) {
+        if (waited > 0ms) std::this_thread::sleep_for(pause);
+        error = config ? snd_pcm_open_lconf(&pcm, name.c_str(), SND_PCM_STREAM_PLAYBACK, mode, config.get())
+                       : snd_pcm_open(&pcm, name.c_str(), SND_PCM_STREAM_PLAYBACK, mode);
     }
     check(error, "ALSA device " + name + ": cannot be opened");
     return {pcm, [](void* opened) { snd_pcm_close(static_cast<snd_pcm_t*>(opened)); }};

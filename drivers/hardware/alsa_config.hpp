@@ -10,7 +10,8 @@ namespace shaker {
 using AlsaHandle = std::unique_ptr<void, void (*)(void*)>;
 
 /// The playback PCM `name`, non-blocking and without any conversion put in by libasound. `config` is read
-/// after the system's configuration (empty: none). Throws DeviceError.
+/// after the system's configuration (empty: none). Waits up to 2 s for a device that is busy. Throws
+/// DeviceError.
 AlsaHandle open_alsa_playback(const std::string& name, const std::filesystem::path& config);
 
 }  // namespace shaker

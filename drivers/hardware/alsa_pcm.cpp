@@ -6,11 +6,13 @@
 
 #include <algorithm>
 #include <array>
+#include <optional>
 #include <vector>
 
 #include "drivers/errors.hpp"
 #include "drivers/hardware/alsa_config.hpp"
 #include "drivers/hardware/host_now.hpp"
+#include "drivers/hardware/stream_keeper.hpp"
 
 namespace shaker {
 
@@ -57,6 +59,7 @@ struct AlsaPcm::State {
     AlsaHandle handle;
     snd_pcm_t* pcm = static_cast<snd_pcm_t*>(handle.get());
     std::unique_ptr<snd_pcm_status_t, Release> status = made<snd_pcm_status_t>(snd_pcm_status_malloc);
+    std::optional<StreamKeeper> keeper{};  // ends before the handle is closed
     std::vector<pollfd> polled{};
     std::vector<std::byte> silence{};
     std::size_t frame_bytes = 0;
@@ -71,6 +74,7 @@ struct AlsaPcm::State {
     void agree_frames(snd_pcm_hw_params_t* hw, const AlsaSettings& settings);
     void set_software(int stop_threshold);
     bool takes_back();
+    void keep_open();
     [[nodiscard]] int stream_error() const noexcept;
 };
 
@@ -182,6 +186,14 @@ bool AlsaPcm::State::takes_back() {
     return back;
 }
 
+// A kernel's stream goes on after this process' death until its stop threshold is reached: some time longer.
+void AlsaPcm::State::keep_open() {
+    constexpr double margin_s = 0.05;
+    check(snd_pcm_poll_descriptors(pcm, polled.data(), 1), "cannot be waited for");
+    keeper.emplace(polled.front().fd, Seconds{margin_s + static_cast<double>(granted.stop_threshold) /
+                                                             static_cast<double>(granted.rate_hz)});
+}
+
 int AlsaPcm::State::stream_error() const noexcept {
     switch (snd_pcm_state(pcm)) {
         case SND_PCM_STATE_XRUN:
@@ -212,6 +224,7 @@ AlsaPcm::AlsaPcm(const AlsaSettings& settings)
     const int count = snd_pcm_poll_descriptors_count(s.pcm);
     s.check(count, "cannot be waited for");
     s.polled.resize(static_cast<std::size_t>(count) + 1);
+    if (s.granted.rewinds && snd_pcm_type(s.pcm) == SND_PCM_TYPE_HW) s.keep_open();
 }
 
 AlsaPcm::~AlsaPcm() = default;

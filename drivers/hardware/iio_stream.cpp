@@ -144,7 +144,12 @@ void IioStream::Impl::set_trigger() {
 
 void IioStream::Impl::set_rate() {
     const IioRate place = iio_rate(device, axes[0]);
-    if (settings.rate_hz && place.exists()) {
+    // Some kernel drivers have the attribute and neither tell nor take a rate: it is 0 or cannot be read.
+    const auto told = [&] {
+        const std::optional<double> hz = place.hz();
+        return hz && *hz > 0 ? hz : std::nullopt;
+    };
+    if (settings.rate_hz && told()) {
         const std::string text = to_text(*settings.rate_hz);
         const long rc = place.set(text);
         const auto choice = place.choice();
@@ -152,11 +157,10 @@ void IioStream::Impl::set_rate() {
             fail("rate of " + text + " Hz: " + iio_words(static_cast<int>(rc)) +
                  (choice ? "; there is " + *choice : ""));
     }
-    const std::optional<double> rate = place.hz();
+    const std::optional<double> rate = told();
     if (!rate && !settings.rate_hz) fail("does not tell its rate; give rate_hz");
     if (!rate) facts.notes.emplace_back("the device does not tell its rate: rate_hz is believed");
     facts.rate_hz = rate ? *rate : *settings.rate_hz;
-    if (!(facts.rate_hz > 0)) fail("rate of " + to_text(facts.rate_hz) + " Hz");
     if (settings.rate_hz && std::abs(facts.rate_hz / *settings.rate_hz - 1) > rate_tolerance)
         fail("rate of " + to_text(*settings.rate_hz) + " Hz was asked for, the device made " +
              to_text(facts.rate_hz) + " Hz of it");

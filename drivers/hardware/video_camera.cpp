@@ -253,8 +253,9 @@ private:
         const auto stamp =
             std::chrono::nanoseconds{std::llround(1e6 * source_.capture().get(cv::CAP_PROP_POS_MSEC))};
         const auto age = time.time_since_epoch() - stamp;
-        const bool monotonic = age >= 0ns && age < silence;
-        frame->arrived = monotonic ? HostTime{stamp} : time;
+        // A stamp that is reckoned from the frame rate may lie a little ahead.
+        const bool monotonic = age > -silence && age < silence;
+        frame->arrived = monotonic ? HostTime{std::min(stamp, time.time_since_epoch())} : time;
         if (monotonic) frame->stamp = CameraStamp{stamp.count()};
         const ExposurePlace place = exposures_->next({{}, frame->stamp, frame->arrived});
         frame->tick = place.tick;

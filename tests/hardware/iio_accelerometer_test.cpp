@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <chrono>
 #include <thread>
@@ -61,6 +62,17 @@ TEST(IioAccelerometerTest, WhatCannotBeHadIsNamed) {
     EXPECT_NE(refusal(s).find("accel_w"), std::string::npos);
     s.uri = "ip:127.0.0.1:1";
     EXPECT_NE(refusal(s).find("Connection refused"), std::string::npos) << refusal(s);
+}
+
+TEST(IioAccelerometerTest, ARateThatTheDeviceCannotTellIsBelieved) {
+    const Iiod iiod{{.rate_hz = 0, .rates_hz = {}}};
+    IioSettings s = settings_for(iiod);
+    EXPECT_NE(refusal(s).find("does not tell its rate; give rate_hz"), std::string::npos) << refusal(s);
+    s.rate_hz = 4000;
+    std::vector<std::string> notes;
+    EXPECT_EQ(open_iio_accelerometer(s, &notes)->info().rate_hz, 4000);
+    EXPECT_TRUE(std::ranges::any_of(
+        notes, [](const std::string& note) { return note.find("rate_hz is believed") != note.npos; }));
 }
 
 TEST(IioAccelerometerTest, FourKilohertzArriveWholeExactAndWithTheirStamps) {

@@ -1,0 +1,196 @@
+// The drivers against a real kernel, one job after another (tests/vm/jobs). Each prints a line that begins
+// with "proved: ", or says what is wrong and ends with status 1.
+#include <spdlog/fmt/fmt.h>
+
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <fstream>
+#include <future>
+#include <span>
+#include <stdexcept>
+#include <string>
+#include <string_view>
+#include <utility>
+
+#include "drivers/errors.hpp"
+#include "drivers/hardware/alsa_dac.hpp"
+#include "drivers/hardware/alsa_pcm.hpp"
+#include "drivers/hardware/alsa_settings.hpp"
+#include "drivers/hardware/iio_accelerometer.hpp"
+#include "drivers/hardware/iio_settings.hpp"
+#include "drivers/hardware/video_camera.hpp"
+#include "drivers/hardware/video_settings.hpp"
+#include "tests/vm/death.hpp"
+#include "tests/vm/drive_device.hpp"
+#include "tests/vm/pattern.hpp"
+
+namespace {
+
+using namespace shaker;
+using Arguments = std::span<const std::string>;
+
+struct NotProved : std::runtime_error {
+    using std::runtime_error::runtime_error;
+};
+
+void require(bool holds, const std::string& otherwise) {
+    if (!holds) throw NotProved{otherwise};
+}
+
+// Told at once: what comes after it may hang.
+void proved(const std::string& what) {
+    fmt::print("proved: {}\n", what);
+    std::fflush(stdout);
+}
+
+// A device's own settings, each in a file of its own as it stands in a rig file.
+template <class Read>
+auto settings(const std::string& file, Read read) {
+    SettingsTable table = SettingsTable::from_file(file);
+    auto result = read(table);
+    table.finish();
+    return result;
+}
+
+std::int64_t whole(const std::string& text) { return std::stoll(text); }
+
+// play SETTINGS BITS FRAMES PPM TOLERANCE_PPM: all is played and the clock's error is the one expected.
+void play(Arguments a) {
+    AlsaDac dac{settings(a[0], read_alsa_settings)};
+    const int bits = std::stoi(a[1]);
+    const Played played = play_pattern(dac, bits, whole(a[2]), [] {});
+    require(played.fault.empty(), "the DAC failed: " + played.fault);
+    const double expected = std::stod(a[3]), tolerance = std::stod(a[4]);
+    const std::string clock =
+        fmt::format("clock {:+.0f} ppm by its fit ({:+.0f} expected), stamps {:.2f} ms late on average",
+                    played.ppm, expected, 1e3 * played.residual.count());
+    require(std::abs(played.ppm - expected) <= tolerance, clock);
+    proved(fmt::format("{} frames of {} bits played, {} underruns, {}", played.frames, bits,
+                       played.counts.incidents, clock));
+}
+
+// find RECORDING BITS FRAMES SHARE: the recording holds only what was played, to the bit, and that share of
+// it.
+void find(Arguments a) {
+    const std::int64_t frames = whole(a[2]);
+    const PatternFound found = find_pattern(a[0], std::stoi(a[1]), frames);
+    const std::string what = fmt::format(
+        "{} of {} frames bit-exact at the other end, in {} pieces (longest {}, {} skipped), {} foreign",
+        found.exact, frames, found.pieces, found.longest, found.skipped, found.foreign);
+    require(found.foreign == 0 &&
+                static_cast<double>(found.exact) >= std::stod(a[3]) * static_cast<double>(frames),
+            what);
+    proved(what);
+}
+
+// death SETTINGS CAPTURE: the process that drives is killed, another stopped; what is captured then is a
+// ramp.
+void death(Arguments a) {
+    const AlsaSettings dac = settings(a[0], read_alsa_settings);
+    const double buffer_s = static_cast<double>(dac.buffer_frames) / dac.rate_hz;
+    fmt::print("{}\n", AlsaPcm{dac}.granted().text());
+    constexpr double ten_ms = 0.01, rounding = 1.001;
+    for (const auto& [end, name] : {std::pair{End::stopped, "SIGSTOP"}, std::pair{End::killed, "SIGKILL"}}) {
+        for (const double after_s : {0.4, 0.4037, 0.4071}) {  // at several phases of drive and block
+            AfterDeath heard = hear_a_death(dac, a[1], Seconds{after_s}, end);
+            int repeated = 0;  // a machine that stood still for a buffer's length tells nothing
+            while (heard.longest_pause.count() > buffer_s / 2 && ++repeated < 10)
+                heard = hear_a_death(dac, a[1], Seconds{after_s}, end);
+            const std::string what = fmt::format(
+                "{} at level {:.2f}: silent after {:.1f} ms ({:.1f} ms of buffer), largest step {:.5f} of "
+                "full scale, the drive's own is {:.5f}{}",
+                name, heard.level, 1e3 * heard.sounds_on.count(), 1e3 * buffer_s, heard.largest_step,
+                heard.drive_step, repeated == 0 ? "" : fmt::format(" ({} times repeated)", repeated));
+            require(heard.level > 0.4 && heard.sounds_on.count() <= buffer_s + ten_ms &&
+                        heard.largest_step <= rounding * heard.drive_step,
+                    what);
+            proved(what);
+        }
+    }
+}
+
+// unplug SETTINGS MARKER: makes the file MARKER while it plays; the device then goes and the DAC says so.
+void unplug(Arguments a) {
+    AlsaDac dac{settings(a[0], read_alsa_settings)};
+    constexpr std::int64_t longer_than_any_patience = 48000 * 60;
+    const Played played = play_pattern(dac, 16, longer_than_any_patience, [&] { std::ofstream{a[1]}; });
+    const std::string what = fmt::format("unplugged after {} frames, within {:.0f} ms: \"{}\"", played.frames,
+                                         1e3 * played.last_write_took.count(), played.fault);
+    require(played.fault.find("No such device") != std::string::npos, what);
+    proved(what);
+}
+
+// accelerometer SETTINGS SAMPLES: all are there and right, and the driver says that nothing was lost.
+void accelerometer(Arguments a) {
+    const auto device = open_iio_accelerometer(settings(a[0], read_iio_settings));
+    const Heard heard = read_counted_samples(*device, whole(a[1]));
+    const std::string what = fmt::format(
+        "{} samples at {:.1f} Hz by their stamps: {} missing, {} lost by the driver's count, {} wrong, {} "
+        "misplaced, "
+        "{} incidents{}",
+        heard.samples, heard.rate_hz, heard.missing, heard.counts.lost, heard.wrong, heard.misplaced,
+        heard.counts.incidents, heard.fault.empty() ? "" : "; " + heard.fault);
+    require(heard.samples >= whole(a[1]) && heard.missing == 0 && heard.counts.lost == 0 &&
+                heard.wrong == 0 && heard.misplaced == 0 && heard.fault.empty(),
+            what);
+    proved(what);
+}
+
+// cameras SECONDS RATE_HZ SETTINGS...: all at once; each exposure is a frame or a counted loss.
+void cameras(Arguments a) {
+    const Seconds duration{std::stod(a[0])};
+    const double rate_hz = std::stod(a[1]);
+    // A picture late by half a period or more counts as a loss before it: emulated machines stamp late.
+    constexpr double late_stamps = 0.03;
+    std::vector<std::unique_ptr<Camera>> devices;
+    for (const std::string& file : a.subspan(2)) {
+        View view;
+        view.camera = file;
+        devices.push_back(open_video_camera(settings(file, read_video_settings), view));
+    }
+    std::vector<std::future<Watched>> watching;
+    for (const auto& device : devices)
+        watching.push_back(std::async(std::launch::async, [&] { return watch(*device, duration); }));
+    for (std::size_t i = 0; i < watching.size(); ++i) {
+        const Watched seen = watching[i].get();
+        const auto counted = static_cast<std::int64_t>(seen.counts.lost);
+        const std::string what = fmt::format(
+            "camera {}: {} frames of {} exposures at {:.2f} Hz, {} lost by the driver's count, {} out of "
+            "order, {} without a stamp{}",
+            i, seen.frames, seen.span, seen.rate_hz, counted, seen.backwards, seen.unstamped,
+            seen.fault.empty() ? "" : "; " + seen.fault);
+        require(seen.fault.empty() && seen.backwards == 0 && seen.unstamped == 0 && seen.frames > 0 &&
+                    seen.frames + counted >= seen.span && std::abs(seen.rate_hz / rate_hz - 1) < late_stamps,
+                what);
+        proved(what);
+    }
+}
+
+struct Job {
+    std::string_view name;
+    std::size_t arguments;  // at least
+    void (*run)(Arguments);
+};
+constexpr Job jobs[] = {{"play", 5, play},
+                        {"find", 4, find},
+                        {"death", 2, death},
+                        {"unplug", 2, unplug},
+                        {"accelerometer", 2, accelerometer},
+                        {"cameras", 3, cameras}};
+
+}  // namespace
+
+int main(int argc, char** argv) try {
+    const std::vector<std::string> words(argv + 1, argv + argc);
+    for (const Job& job : jobs)
+        if (!words.empty() && words[0] == job.name && words.size() > job.arguments) {
+            job.run(Arguments{words}.subspan(1));
+            return 0;
+        }
+    fmt::print(stderr, "vm_probe is a part of tests/vm/run; the jobs say how it is called\n");
+    return 2;
+} catch (const std::exception& error) {
+    fmt::print("not proved: {}\n", error.what());
+    return 1;
+}
