@@ -127,13 +127,14 @@ private:
     Doorbell bell_{}, stop_bell_{}, end_bell_{};
     std::atomic<std::int64_t> last_data_ns_{0};
     std::atomic<std::uint64_t> incidents_{0}, clock_steps_{0}, reopened_{0};
-    std::atomic<bool> stopping_{false}, drained_{false}, reader_ended_{false};
+    std::atomic<bool> stopping_{false}, drained_{false}, reader_started_{false}, reader_ended_{false};
     std::jthread reader_{};
 };
 
 bool IioAccelerometer::read(AccelBlock& block, milliseconds wait) {
     if (!reader_.joinable() && !stopping_) {
         last_data_ns_ = now_ns();
+        reader_started_ = true;
         reader_ = std::jthread{[this] { run(); }};
     }
     std::optional<AccelBlock> taken = blocks_.take();
@@ -161,7 +162,7 @@ void IioAccelerometer::stop() noexcept {
     stop_bell_.ring();
     bell_.ring();
     // A sensor that runs ends the wait by itself; libiio complains aloud when it is cancelled.
-    if (reader_.joinable()) end_bell_.wait(polite_wait);
+    if (reader_started_) end_bell_.wait(polite_wait);
     const std::scoped_lock lock{mutex_};
     if (stream_ && !reader_ended_) stream_->cancel();
 }
