@@ -22,8 +22,8 @@ namespace shaker {
 /// Whatever libiio reports, context and buffer are built anew, at once and then every 20 to 500 ms;
 /// counts().incidents and .reopened tell how often, and a clock of the device that was set is an incident
 /// too. A device that comes back with another scale or rate does not count as back. read() throws DeviceError
-/// once nothing has come for give_up_s. stop() ends a wait in libiio within 0.1 s, except for one in connecting:
-/// the destructor may then wait for libiio's own 5 s.
+/// once nothing has come for give_up_s. stop() ends a wait in libiio within 0.1 s, except for one in
+/// connecting: the destructor may then wait for libiio's own 5 s.
 std::unique_ptr<Accelerometer> open_iio_accelerometer(const IioSettings& settings,
                                                       std::vector<std::string>* notes = nullptr);
 

@@ -13,12 +13,12 @@ namespace shaker {
 /// pushed = dropped + unheard + (served + overflowed + unread) of a single client.
 struct IiodCounts {
     std::uint64_t pushed = 0;
-    std::uint64_t dropped = 0;      // on purpose
-    std::uint64_t unheard = 0;      // no client had a buffer open
-    std::uint64_t served = 0;       // sent, summed over clients
-    std::uint64_t overflowed = 0;   // a client's FIFO was full, summed over clients
-    std::uint64_t unread = 0;       // left in a client's FIFO when its buffer was closed, or lost with nothing
-                                    // sent after it that could tell the client; likewise
+    std::uint64_t dropped = 0;     // on purpose
+    std::uint64_t unheard = 0;     // no client had a buffer open
+    std::uint64_t served = 0;      // sent, summed over clients
+    std::uint64_t overflowed = 0;  // a client's FIFO was full, summed over clients
+    std::uint64_t unread = 0;      // left in a client's FIFO when its buffer was closed, or lost with nothing
+                                   // sent after it that could tell the client; likewise
     std::uint64_t connections = 0;  // accepted so far
 };
 

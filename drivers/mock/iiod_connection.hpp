@@ -54,7 +54,7 @@ private:
         std::size_t capacity = 0;  // of the FIFO
         std::deque<Held> fifo{};
         std::uint64_t overflowed_last = 0;  // samples lost since the newest in the FIFO
-        std::size_t wanted = 0;  // samples still to be sent for this READBUF
+        std::size_t wanted = 0;             // samples still to be sent for this READBUF
         bool mask_due = false;
         bool short_end = false;  // the bytes asked for were not whole samples
         int error = 0;           // what the next READBUF is answered with

@@ -64,8 +64,8 @@ public:
           stamp_{h5::read<std::int64_t>(entry_, at_ + "stamp")},
           mid_{h5::read<double>(entry_, at_ + "mid_exposure")},
           quality_{h5::read<std::uint8_t>(entry_, at_ + "quality")} {
-        if (arrived_.size() != tick_.size() || stamp_.size() != tick_.size() ||
-            mid_.size() != tick_.size() || quality_.size() != tick_.size())
+        if (arrived_.size() != tick_.size() || stamp_.size() != tick_.size() || mid_.size() != tick_.size() ||
+            quality_.size() != tick_.size())
             throw InputError{"recording: " + at_ + " has columns of different length"};
         if (tick_.empty()) return;
         const auto [shape, bytes] = h5::description_of(entry_, at_ + "frames");

@@ -55,7 +55,8 @@ TEST(CsvAccelerometerTest, EveryDigitOfTheTextSurvives) {
     EXPECT_NEAR(info.first_sample_s, 0, 1e-12);
     EXPECT_EQ(info.clock_uncertainty_s, 0.03);
     EXPECT_EQ(info.shaker_axis, (std::array<double, 3>{0, 1, 0}));
-    EXPECT_EQ(info.mps2_per_count[0], 1e-7);  // the largest, 148.59, is 1.5e9 counts; one more digit is too many
+    // The largest, 148.59, is 1.5e9 counts; one more digit is too many.
+    EXPECT_EQ(info.mps2_per_count[0], 1e-7);
     const auto blocks = all_blocks(*device);
     ASSERT_EQ(blocks.size(), 3U);
     EXPECT_TRUE(device->ended());
