@@ -9,7 +9,7 @@ namespace {
 
 TEST(TriggerTrainTest, PulsesAreAtTheNearestSamplesOfARateThatDoesNotDivide) {
     TriggerTrain train{48000, 190};
-    std::vector<double> out(48000 * 3);
+    std::vector<double> out(144000);
     train.fill(out);
     std::int64_t k = 0;
     for (std::size_t n = 0; n < out.size(); ++n) {

@@ -77,7 +77,7 @@ TEST(PcmCodecTest, DitherIsAFunctionOfTickAndChannelAlone) {
     }
     // Half a step becomes 0 or 1 with equal chance; channels that know nothing of each other agree in half of
     // the samples: 5 sigma.
-    EXPECT_NEAR(same, n / 2, 800);
+    EXPECT_NEAR(same, 0.5 * n, 800);
 }
 
 }  // namespace

@@ -113,7 +113,7 @@ void death(Arguments a) {
 // unplug SETTINGS MARKER: makes the file MARKER while it plays; the device then goes and the DAC says so.
 void unplug(Arguments a) {
     AlsaDac dac{settings(a[0], read_alsa_settings)};
-    constexpr std::int64_t longer_than_any_patience = 48000 * 60;
+    constexpr std::int64_t longer_than_any_patience = 2'880'000;  // a minute
     const Played played = play_pattern(dac, 16, longer_than_any_patience, [&] { std::ofstream{a[1]}; });
     const std::string what = fmt::format("unplugged after {} frames, within {:.0f} ms: \"{}\"", played.frames,
                                          1e3 * played.last_write_took.count(), played.fault);
@@ -150,6 +150,7 @@ void cameras(Arguments a) {
         devices.push_back(open_video_camera(settings(file, read_video_settings), view));
     }
     std::vector<std::future<Watched>> watching;
+    watching.reserve(devices.size());
     for (const auto& device : devices)
         watching.push_back(std::async(std::launch::async, [&] { return watch(*device, duration); }));
     for (std::size_t i = 0; i < watching.size(); ++i) {
