@@ -31,11 +31,12 @@ constexpr const char* word(Verdict v) {
 std::vector<Finding> find(const CheckOptions& options) {
     std::vector<Finding> findings;
     SelfTestPlan plan{.frequency = options.frequency_hz};
-    OpenRig bench = open_rig(options.rig, options.scene, plan.frequency, World::Pace::lockstep);
+    OpenRig bench = open_rig(options.rig, options.scene, World::Pace::lockstep);
     for (const std::string& granted : bench.granted) findings.push_back({Verdict::good, "opened", granted});
     const DacInfo dac = bench.rig.dac->info();
     plan.volts = options.level * dac.full_scale_V;
-    plan.response = bench.response;
+    for (std::size_t q = 0; q < max_harmonics; ++q)
+        plan.response[q] = bench.response(static_cast<double>(q + 1) * plan.frequency);
     Acquisition acquisition{bench.rig, nullptr};
     Output output{dac, plan.frequency, trigger_rate(bench.rig), dac.block_frames};
     SelfTest test{plan, dac.rate_hz};

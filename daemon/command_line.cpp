@@ -104,7 +104,7 @@ int command_line(int argc, char** argv) {
     DriveWords run_drive;
     std::filesystem::path settings, scene;
     int periods = 0;
-    bool no_frames = false;
+    bool no_frames = false, no_identify = false, open_loop = false;
     CLI::App& run_app = *app.add_subcommand("run", "Drive a rig, measure, track, reduce and record");
     run_app.add_option("--rig", run_options.rig, rig_help)->capture_default_str();
     run_app.add_option("--scene", scene, "TOML file that changes the simulated bench (see README)");
@@ -115,6 +115,9 @@ int command_line(int argc, char** argv) {
         ->check(CLI::Range(2, most_periods));
     run_app.add_option("-o,--output", run_options.out, "Recording (HDF5); without it nothing is kept");
     run_app.add_flag("--no-frames", no_frames, "Record tracks and counts but not the pictures");
+    run_app.add_flag("--no-identify", no_identify,
+                     "Take the data sheet's response instead of finding it out before the run");
+    run_app.add_flag("--open-loop", open_loop, "Do not correct the drive by what was measured");
     run_app.add_flag("--threads", run_options.threads,
                      "One thread a loop, as on hardware, instead of lockstep");
     add_json(run_app, run_options.json);
@@ -187,6 +190,8 @@ int command_line(int argc, char** argv) {
         if (periods > 0) run_options.periods = periods;
         if (!scene.empty()) run_options.scene = scene;
         if (no_frames) run_options.keep_frames = false;
+        if (no_identify) run_options.identify = false;
+        if (open_loop) run_options.closed_loop = false;
         run(run_options);
     }
     if (check_app.parsed() && !check(check_options)) return exit_device;

@@ -16,7 +16,10 @@ struct RunOptions {
     int periods = 40;
     std::filesystem::path out;  // empty: nothing is recorded
     bool keep_frames = true;
-    bool threads = false;  // one thread a loop instead of lockstep
+    bool identify = true;     // find out the response before; else the data sheet's is taken
+    bool closed_loop = true;  // measured harmonics correct the drive
+    double mains_hz = 0;      // fitted beside the harmonics; 0: not
+    bool threads = false;     // one thread a loop instead of lockstep
     bool json = false;
 };
 /// Drives the rig, measures, tracks, reduces, records.

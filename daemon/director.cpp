@@ -5,52 +5,49 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <stdexcept>
 
 #include "drivers/errors.hpp"
 
 namespace shaker {
 
 namespace {
-constexpr int controlled = 8;                   // harmonics
-constexpr double most_samples = 1.2;            // of the nominal number a period
 constexpr double accelerometer_patience_s = 8;  // its driver gives up before
 constexpr double camera_patience_s = 2;
 constexpr double least_repeats = 16;     // of a sample, before it is taken for frozen
 constexpr double transient_periods = 1;  // after a ramp, until the suspension has followed
+constexpr int between_levels = 5;        // periods of the ramps while the response is found out
 }  // namespace
 
 Director::Director(const RunPlan& plan, double dac_rate_hz, const AccelerometerInfo& accelerometer, Say say)
     : plan_{plan},
-      frequency_{Synthesiser::realised(plan.drive.frequency, dac_rate_hz)},
       dac_rate_hz_{dac_rate_hz},
+      frequency_{Synthesiser::realised(plan.keeper.drive.frequency, dac_rate_hz)},
       accelerometer_{accelerometer},
       say_{std::move(say)},
-      clock_{dac_rate_hz, accelerometer.rate_hz},
-      estimator_{controlled, static_cast<int>(most_samples * accelerometer.rate_hz / frequency_) + 2,
-                 accelerometer.shaker_axis},
-      equaliser_{harmonics(plan.drive),
-                 plan.response,
-                 {.harmonics = controlled, .gain = 0.7, .volts_limit = plan.volts_limit}},
-      fold_{0, 1 / frequency_} {}
+      windows_{dac_rate_hz, accelerometer, plan.keeper.drive.frequency, controlled_harmonics, plan.line_hz},
+      keeper_{plan.keeper},
+      walker_{frequency_} {}
+
+void Director::go(RunState next) {
+    if (!may_follow(state_, next))
+        throw std::logic_error{fmt::format("a run cannot go from {} to {}", name(state_), name(next))};
+    state_ = next;
+}
 
 bool Director::step(const Take& take, Mailbox<DriveCommand>& drive) {
-    const std::size_t before = plays_ + blocks_ + changes_ + tracks_;
+    const std::size_t before = plays_ + blocks_ + changes_ + walker_.seen();
     take_stamps(take, drive);
-    if (!started_ && plays_ > 0) {
-        started_ = true;
-        say_(fmt::format("soft start over {} periods", plan_.soft_start));
-        command(equaliser_.volts(), plan_.soft_start, drive);
-    }
     take_accelerations(take, drive);
-    take_tracks(take);
+    walker_.add(take);
     advance(drive);
-    return plays_ + blocks_ + changes_ + tracks_ != before;
+    return plays_ + blocks_ + changes_ + walker_.seen() != before;
 }
 
 void Director::take_stamps(const Take& take, Mailbox<DriveCommand>& drive) {
     for (; plays_ < take.played.size(); ++plays_) {
         const PlayTime& played = take.played[plays_];
-        clock_.add(played);
+        windows_.add(played);
         if (played.lost > 0)
             start_again(played.lost, drive);
         else
@@ -58,29 +55,29 @@ void Director::take_stamps(const Take& take, Mailbox<DriveCommand>& drive) {
     }
     for (; changes_ < take.changes.size(); ++changes_) {
         const DriveChange& c = take.changes[changes_];
-        const double in_force = static_cast<double>(c.first.n + c.ramp) / dac_rate_hz_;
-        steady_from_s_ = in_force + transient_periods / frequency_;
+        windows_.add(c);
         // The silence after lost time has no number: the ramp up from it is still to come.
-        if (state_ == RunState::ramp && c.command.sequence == sequence_) settle_from_s_ = in_force;
-        if (state_ == RunState::ramp_down) silent_s_ = in_force;
+        if (c.command.sequence < awaited_ || c.command.sequence == 0) continue;
+        in_force_s_ = static_cast<double>(c.first.n + c.ramp) / dac_rate_hz_;
+        if (!std::isfinite(steady_from_s_)) steady_from_s_ = in_force_s_ + transient_periods / frequency_;
     }
 }
 
 // The DAC ran empty and stands at zero: what was measured so far is cut, the drive comes up softly once more.
 void Director::start_again(std::int64_t lost, Mailbox<DriveCommand>& drive) {
-    if (state_ == RunState::done) return;
+    if (done_) return;
     note(fmt::format("the DAC ran empty at {:.3f} s and stood still for {:.1f} ms", now_s_,
                      1e3 * static_cast<double>(lost) / dac_rate_hz_));
     if (state_ == RunState::ramp_down) {  // it is silent already
-        state_ = RunState::done;
+        go(RunState::idle);
+        done_ = true;
         return;
     }
     if (++restarts_ > plan_.most_restarts)
         throw DeviceError{fmt::format("the DAC ran empty {} times in one run; given up", restarts_)};
-    locked_ = false;
-    if (started_) command(equaliser_.volts(), plan_.soft_start, drive);
-    state_ = RunState::ramp;
-    settle_from_s_ = 0;
+    measuring_ = false;
+    if (state_ == RunState::run) go(RunState::ramp);
+    if (driving(state_)) command(keeper_.volts(), plan_.soft_start, true, drive);
 }
 
 // A base that is driven never shows the same sample for half a period. A controller that believed it would
@@ -91,8 +88,8 @@ void Director::watch(const AccelBlock& block) {
         repeats_ = counts == last_counts_ ? repeats_ + 1 : 0;
         last_counts_ = counts;
     }
-    const bool driving = state_ == RunState::settle || state_ == RunState::measure;
-    if (driving && repeats_ >= std::max(least_repeats, 0.5 * accelerometer_.rate_hz / frequency_))
+    if (state_ == RunState::run &&
+        repeats_ >= std::max(least_repeats, 0.5 * accelerometer_.rate_hz / frequency_))
         throw DeviceError{
             fmt::format("{}: the same sample {} times in a row while the base is driven: it is frozen",
                         accelerometer_.name, repeats_ + 1)};
@@ -102,91 +99,136 @@ void Director::take_accelerations(const Take& take, Mailbox<DriveCommand>& drive
     for (; blocks_ < take.blocks.size(); ++blocks_) {
         const AccelBlock& block = take.blocks[blocks_];
         watch(block);
-        clock_.add(block);
-        if (!clock_.ready()) continue;
-        accelerations_until_s_ = seconds(clock_.master({block.first.n + block.size}));
-        for (int i = 0; i < block.size; ++i) {
-            const auto a = accelerometer_.acceleration(block.counts[static_cast<std::size_t>(i)]);
-            const double turns = frequency_ * seconds(clock_.master({block.first.n + i}));
-            if (const auto done = estimator_.add(turns, a)) period_done(*done, drive);
-        }
+        for (const MotionWindows::Window& window : windows_.add(block)) window_done(window, drive);
     }
 }
 
-// The one back arrow: an estimate of a period that lay wholly behind the last change corrects the drive.
-void Director::period_done(const PeriodEstimate& estimate, Mailbox<DriveCommand>& drive) {
-    const double began_s = static_cast<double>(estimate.period) / frequency_;
-    const bool driving = state_ == RunState::settle || state_ == RunState::measure;
-    if (!driving || began_s < steady_from_s_) return;
-    // While it is measured the drive stays as it is: a change is a transient.
-    if (state_ == RunState::settle) correct(estimate, drive);
+// The one back arrow: what a window showed corrects the drive.
+void Director::window_done(const MotionWindows::Window& window, Mailbox<DriveCommand>& drive) {
+    if (state_ == RunState::self_test) keeper_.quiet(window.estimate);
+    if (state_ != RunState::identify && state_ != RunState::run) return;
+    // A correction under way is a drive like any other to those that follow every window.
+    const bool newest = window.sequence >= sequence_;
+    switch (keeper_.take(window, newest)) {
+        case DriveKeeper::Outcome::nothing:
+            break;
+        case DriveKeeper::Outcome::step:
+            command(keeper_.volts(), state_ == RunState::identify ? between_levels : 1, true, drive);
+            break;
+        case DriveKeeper::Outcome::correction:
+            command(keeper_.volts(), 1, false, drive);
+            break;
+        case DriveKeeper::Outcome::identified:
+            for (const std::string& finding : findings(*keeper_.identified())) note(finding);
+            start(drive);
+            break;
+    }
+    if (state_ == RunState::run) tell(window);
+}
+
+void Director::tell(const MotionWindows::Window& window) {
     // What stays the same is told once a second.
-    if (state_ == RunState::measure && began_s < told_s_ + 1) return;
-    told_s_ = began_s;
-    const Drive got = drive_of(estimate.along, frequency_);
-    say_(fmt::format("{:7.3f} s  gamma {:.4f} m/s^2  phi {:+.3f} deg  drive {}", began_s, got.gamma,
-                     got.phi * 180 / std::numbers::pi, locked_ ? "locked" : "settling"));
+    const bool locked = keeper_.report().locked;
+    if (window.from_s < told_s_ + (locked ? 1 : 0.25)) return;
+    told_s_ = window.from_s;
+    const Drive got = drive_of(window.estimate.along, frequency_);
+    say_(fmt::format("{:7.3f} s  gamma {:.4f} m/s^2  phi {:+.3f} deg  drive {}", window.from_s, got.gamma,
+                     got.phi * 180 / std::numbers::pi,
+                     !plan_.keeper.equalise ? "open loop" : (locked ? "locked" : "settling")));
 }
 
-void Director::correct(const PeriodEstimate& estimate, Mailbox<DriveCommand>& drive) {
-    const Equaliser::Report report = equaliser_.update(estimate.along, estimate.sd);
-    locked_ = report.locked;
-    reached_ = report.reached;
-    if (!locked_) command(equaliser_.volts(), 1, drive);
-}
-
-void Director::take_tracks(const Take& take) {
-    const auto walker =
-        std::ranges::find_if(take.tracks, [](const auto& t) { return t.target.name == "walker"; });
-    watches_walker_ = walker != take.tracks.end();
-    if (!watches_walker_) return;
-    for (; tracks_ < walker->tracks.size(); ++tracks_) {
-        const Track& t = walker->tracks[tracks_];
-        if (!std::isfinite(seconds(t.time))) continue;
-        tracks_until_s_ = std::max(tracks_until_s_, seconds(t.time));
-        if (!found(t.fix.state)) continue;
-        if (const auto period = fold_.add(seconds(t.time), t.x_m, t.sd_m)) {
-            drifts_.push_back(*period);
-            walker_settled_ = settled_since_steady();
-        }
-    }
+void Director::start(Mailbox<DriveCommand>& drive) {
+    keeper_.begin();
+    go(RunState::ramp);
+    say_(fmt::format("soft start over {} periods", plan_.soft_start));
+    command(keeper_.volts(), plan_.soft_start, true, drive);
 }
 
 void Director::advance(Mailbox<DriveCommand>& drive) {
     switch (state_) {
-        case RunState::ramp:
-            if (settle_from_s_ > 0 && now_s_ >= settle_from_s_) {
-                state_ = RunState::settle;
-                say_("settling: the drive by its measured harmonics, then the walker");
+        case RunState::init:
+            if (windows_.clock().ready()) go(RunState::self_test);
+            break;
+        case RunState::self_test:
+            if (now_s_ < plan_.quiet_s) break;
+            go(RunState::idle);
+            go(RunState::armed);
+            if (keeper_.begin_identification()) {
+                go(RunState::identify);
+                say_("finding out how the base answers to the drive");
+                command(keeper_.volts(), plan_.soft_start, true, drive);
+            } else {
+                start(drive);
             }
             break;
-        case RunState::settle: {
-            const bool late = now_s_ - settle_from_s_ > plan_.settle_at_most / frequency_;
-            if (!(locked_ && now_s_ > steady_from_s_ && walker_settled_) && !late) break;
-            if (late)
-                note(fmt::format("{} had not settled after {} periods; it was measured all the same",
-                                 locked_ ? "the walker" : "the drive", plan_.settle_at_most));
-            if (reached_ < 1)
-                note(fmt::format("the DAC's {} V reach only {:.1f} % of the asked gamma", plan_.volts_limit,
-                                 100 * reached_));
-            state_ = RunState::measure;
-            from_s_ = std::ceil(now_s_ * frequency_) / frequency_;
-            to_s_ = from_s_ + plan_.periods / frequency_;
-            say_(fmt::format("measuring {} periods from {:.3f} s on", plan_.periods, from_s_));
+        case RunState::ramp:
+            if (now_s_ < in_force_s_) break;
+            go(RunState::run);
+            run_from_s_ = in_force_s_;
+            say_("settling: the drive by its measured harmonics, then the walker");
+            break;
+        case RunState::run: {
+            if (measuring_) {
+                if (now_s_ < to_s_ + 2 / frequency_ || stragglers_may_come()) break;
+                go(RunState::ramp_down);
+                say_("soft stop");
+                command({}, plan_.soft_start, true, drive);
+                break;
+            }
+            const bool late = now_s_ - run_from_s_ > plan_.settle_at_most / frequency_;
+            const bool kept = !plan_.keeper.equalise || keeper_.report().locked;
+            const bool steady =
+                now_s_ > steady_from_s_ && walker_.settled_since(steady_from_s_, keeper_.drive().gamma);
+            if ((kept && steady) || late) begin_measuring(late);
             break;
         }
-        case RunState::measure:
-            if (now_s_ < to_s_ + 2 / frequency_ || stragglers_may_come()) break;
-            state_ = RunState::ramp_down;
-            say_("soft stop");
-            command({}, plan_.soft_start, drive);
-            break;
         case RunState::ramp_down:
-            if (silent_s_ > 0 && now_s_ > silent_s_) state_ = RunState::done;
+            if (now_s_ <= in_force_s_) break;
+            go(RunState::idle);
+            done_ = true;
             break;
-        case RunState::done:
+        case RunState::idle:
+        case RunState::armed:
+        case RunState::identify:
+        case RunState::tripped:
             break;
     }
+}
+
+void Director::begin_measuring(bool late) {
+    const Equaliser::Report& report = keeper_.report();
+    if (late)
+        note(fmt::format("{} had not settled after {} periods; it was measured all the same",
+                         report.locked ? "the walker" : "the drive", plan_.settle_at_most));
+    if (report.reached < 1)
+        note(report.unreachable
+                 ? fmt::format("the bench gives no more than {:.1f} % of the asked gamma in this shape",
+                               100 * report.reached)
+                 : fmt::format("the DAC's {} V reach only {:.1f} % of the asked gamma",
+                               plan_.keeper.volts_limit, 100 * report.reached));
+    if (report.noise_limited)
+        note(fmt::format(
+            "the sensor's noise, {:.2g} of gamma in a period, hides whether each harmonic is within "
+            "0.1 %",
+            report.noise));
+    measuring_ = true;
+    from_s_ = std::ceil(now_s_ * frequency_) / frequency_;
+    to_s_ = from_s_ + plan_.periods / frequency_;
+    say_(fmt::format("measuring {} periods from {:.3f} s on", plan_.periods, from_s_));
+}
+
+void Director::set(const Drive& drive, Mailbox<DriveCommand>& mailbox) {
+    if (state_ != RunState::run)
+        throw InputError{fmt::format(
+            "a new set-point was given in state {}; it can be changed in state run only", name(state_))};
+    measuring_ = false;
+    keeper_.set(drive);
+    if (drive.frequency != frequency_) {
+        frequency_ = Synthesiser::realised(drive.frequency, dac_rate_hz_);
+        walker_ = WalkerWatch{frequency_};
+    }
+    command(keeper_.volts(), 1, true, mailbox);
+    run_from_s_ = now_s_;
 }
 
 // What a sensor measured comes later than it was measured, by seconds when its connection is in trouble.
@@ -198,20 +240,8 @@ bool Director::stragglers_may_come() {
                          to_s_ - until_s));
         return false;
     };
-    return missing(accelerations_until_s_, accelerometer_patience_s, "the accelerometer's data") ||
-           (watches_walker_ && missing(tracks_until_s_, camera_patience_s, "the walker's pictures"));
-}
-
-// Takes the drifts of whole periods since the drive has been steady, to one ten-thousandth of V / f.
-bool Director::settled_since_steady() const {
-    std::vector<double> since;
-    double sigma = 1e-4 * plan_.drive.gamma / (two_pi * frequency_ * frequency_);
-    for (const PeriodFold::Period& p : drifts_) {
-        if ((p.k - 1) / frequency_ < steady_from_s_) continue;  // a drift spans two periods
-        since.push_back(p.drift.value);
-        sigma = std::max(sigma, p.drift.sigma);
-    }
-    return settled(since, sigma);
+    return missing(windows_.until_s(), accelerometer_patience_s, "the accelerometer's data") ||
+           (walker_.watches() && missing(walker_.until_s(), camera_patience_s, "the walker's pictures"));
 }
 
 void Director::note(const std::string& what) {
@@ -219,14 +249,16 @@ void Director::note(const std::string& what) {
     notes_.push_back(what);
 }
 
-void Director::command(const Harmonics<Voltage>& volts, int ramp_periods, Mailbox<DriveCommand>& drive) {
+void Director::command(const Harmonics<Voltage>& volts, int ramp_periods, bool transient,
+                       Mailbox<DriveCommand>& drive) {
     drive.post({.volts = volts,
-                .frequency = plan_.drive.frequency,
+                .frequency = keeper_.drive().frequency,
                 .ramp_periods = ramp_periods,
                 .sequence = ++sequence_});
+    if (!transient) return;
     // Until the change is known to be in force, no period counts as settled.
-    steady_from_s_ = INFINITY;
-    walker_settled_ = false;
+    awaited_ = sequence_;
+    in_force_s_ = steady_from_s_ = INFINITY;
 }
 
 }  // namespace shaker

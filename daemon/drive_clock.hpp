@@ -23,6 +23,7 @@ public:
     void add(const AccelBlock& block) noexcept {
         accelerometer_.add({block.first.n + block.size - 1}, block.arrived);
     }
+    [[nodiscard]] double dac_rate_hz() const noexcept { return dac_rate_hz_; }
     /// Both devices have been heard of.
     [[nodiscard]] bool ready() const noexcept { return dac_.map() && accelerometer_.map(); }
     /// Master time of an accelerometer sample by the newest maps; only when ready().

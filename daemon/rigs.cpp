@@ -11,23 +11,23 @@ namespace shaker {
 
 namespace {
 
-void predict_response(OpenRig& open, const Scene& sheet, double frequency) {
-    for (std::size_t k = 0; k < max_harmonics; ++k) {
-        const auto [re, im] = ShakerPlant::response(sheet, static_cast<double>(k + 1) * frequency);
-        open.response[k] = {re, im};
-    }
+std::function<std::complex<double>(double)> predicted_response(const Scene& sheet) {
+    return [sheet](double frequency) {
+        const auto [re, im] = ShakerPlant::response(sheet, frequency);
+        return std::complex<double>{re, im};
+    };
 }
 
-OpenRig open_simulated(const std::filesystem::path& scene, double frequency, World::Pace pace) {
+OpenRig open_simulated(const std::filesystem::path& scene, World::Pace pace) {
     OpenRig open;
     open.scene = scene.empty() ? paper_scene() : read_scene(scene);
     open.world = std::make_unique<World>(open.scene, pace);
     open.rig = open.world->rig();
-    predict_response(open, open.scene, frequency);
+    open.response = predicted_response(open.scene);
     return open;
 }
 
-OpenRig open_file(const std::filesystem::path& file, double frequency) {
+OpenRig open_file(const std::filesystem::path& file) {
     if (!std::filesystem::is_regular_file(file))
         throw InputError{"--rig \"" + file.string() +
                          "\": no such file; a rig file (TOML) was expected, or sim: for the simulated bench"};
@@ -45,19 +45,18 @@ OpenRig open_file(const std::filesystem::path& file, double frequency) {
     open.rig = std::move(bench.rig);
     open.rig.name = file.string();
     open.granted = std::move(bench.granted);
-    predict_response(open, sheet, frequency);
+    open.response = predicted_response(sheet);
     return open;
 }
 
 }  // namespace
 
-OpenRig open_rig(const std::string& name, const std::filesystem::path& scene, double frequency,
-                 World::Pace pace) {
-    if (name == "sim:") return open_simulated(scene, frequency, pace);
+OpenRig open_rig(const std::string& name, const std::filesystem::path& scene, World::Pace pace) {
+    if (name == "sim:") return open_simulated(scene, pace);
     if (!scene.empty())
         throw InputError{"--scene \"" + scene.string() +
                          "\": only the simulated bench (--rig sim:) has a scene"};
-    return open_file(name, frequency);
+    return open_file(name);
 }
 
 }  // namespace shaker

@@ -1,13 +1,12 @@
 #pragma once
 // The rigs a run can be opened on, by name.
-#include <array>
 #include <complex>
 #include <filesystem>
+#include <functional>
 #include <memory>
 #include <string>
 #include <vector>
 
-#include "drivers/drive.hpp"
 #include "drivers/simulated/world.hpp"
 
 namespace shaker {
@@ -19,14 +18,13 @@ struct OpenRig {
     Scene scene;                       // of a simulated rig
     std::string rig_text;              // of a rig of real devices: its file
     std::vector<std::string> granted;  // what the devices were asked for and gave, one sentence each
-    /// The shaker's response by its data sheet, m/s^2 a volt, at f, 2f, ...
-    std::array<std::complex<double>, max_harmonics> response{};
+    /// The shaker's response by its data sheet, m/s^2 a volt, at a frequency.
+    std::function<std::complex<double>(double)> response;
 };
 
 /// "sim:" is the simulated rig; `scene` (may be empty) changes it. Any other name is a rig file: the devices
 /// it names (hardware_rig.hpp) and [shaker], the data sheet of shaker and amplifier. InputError for what is
 /// in the file, DeviceError for a device that cannot be opened.
-OpenRig open_rig(const std::string& name, const std::filesystem::path& scene, double frequency,
-                 World::Pace pace);
+OpenRig open_rig(const std::string& name, const std::filesystem::path& scene, World::Pace pace);
 
 }  // namespace shaker

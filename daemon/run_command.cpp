@@ -72,8 +72,8 @@ void print_truth(const Reduction& r, double v_D, const Scene& scene, const Speed
 }  // namespace
 
 void run(const RunOptions& options) {
-    OpenRig bench = open_rig(options.rig, options.scene, options.drive.frequency,
-                             options.threads ? World::Pace::paced : World::Pace::lockstep);
+    OpenRig bench =
+        open_rig(options.rig, options.scene, options.threads ? World::Pace::paced : World::Pace::lockstep);
     for (const std::string& granted : bench.granted) spdlog::info("{}", granted);
     Rig& rig = bench.rig;
     const DacInfo dac = rig.dac->info();
@@ -93,17 +93,20 @@ void run(const RunOptions& options) {
     Recording recording{options.out, header, Recording::Unfinished::keep};
     Acquisition acquisition{rig, recording.writer()};
     Output output{dac, options.drive.frequency, trigger_rate(rig), dac.block_frames};
-    const RunPlan plan{.drive = options.drive,
-                       .periods = options.periods,
-                       .volts_limit = 0.95 * dac.full_scale_V,
-                       .response = bench.response};
+    const RunPlan plan{.keeper = {.drive = options.drive,
+                                  .volts_limit = 0.95 * dac.full_scale_V,
+                                  .identify = options.identify,
+                                  .equalise = options.closed_loop,
+                                  .sheet = bench.response},
+                       .line_hz = options.mains_hz,
+                       .periods = options.periods};
     Director director{plan, dac.rate_hz, rig.accelerometer->info(),
                       [](const std::string& what) { spdlog::info("{}", what); }};
 
     const Execution execution = drive_rig(
         bench, acquisition, output, options.threads,
         [&](const Take& take, Mailbox<DriveCommand>& drive) { return director.step(take, drive); },
-        [&] { return director.state() == RunState::done; });
+        [&] { return director.done(); });
     for (const std::string& refused : execution.refused) spdlog::warn("{}", refused);
 
     Take& take = acquisition.take();

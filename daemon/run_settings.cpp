@@ -18,6 +18,9 @@ void read_run_settings(const std::filesystem::path& file, RunOptions& options) {
     d.phi = run.number("phi_rad", drive_limits.phi, d.phi);
     options.periods = run.integer("periods", 2, most_periods, options.periods);
     options.keep_frames = run.flag("keep_frames", options.keep_frames);
+    options.identify = run.flag("identify", options.identify);
+    options.closed_loop = run.flag("closed_loop", options.closed_loop);
+    options.mains_hz = run.number("mains_hz", drive_limits.mains, options.mains_hz);
     run.finish();
     root.finish();
 }
@@ -25,8 +28,9 @@ void read_run_settings(const std::filesystem::path& file, RunOptions& options) {
 std::string run_settings_text(const RunOptions& o) {
     return fmt::format(
         "[run]\nrig = \"{}\"\nfrequency_hz = {}\ngamma_mps2 = {}\nrho = {}\nphi_rad = {}\nperiods = {}\n"
-        "keep_frames = {}\n",
-        o.rig, o.drive.frequency, o.drive.gamma, o.drive.rho, o.drive.phi, o.periods, o.keep_frames);
+        "keep_frames = {}\nidentify = {}\nclosed_loop = {}\nmains_hz = {}\n",
+        o.rig, o.drive.frequency, o.drive.gamma, o.drive.rho, o.drive.phi, o.periods, o.keep_frames,
+        o.identify, o.closed_loop, o.mains_hz);
 }
 
 }  // namespace shaker

@@ -3,14 +3,40 @@
 #include <algorithm>
 #include <cmath>
 
-#include "drivers/errors.hpp"
-
 namespace shaker {
 
 namespace {
-// Below this share of the target, harmonic 1 (or 2 where the target has no 1) is taken for missing: an open
-// sensor.
-constexpr double least_motion = 0.1;
+constexpr std::size_t judged_windows = 10;
+constexpr int longest_wait = 40;       // windows for a change to settle
+constexpr int most_blocks = 40;        // at one level
+constexpr double tolerance = 1e-3;     // of gamma, a harmonic
+constexpr double least_motion = 0.05;  // of what the drive must make
+constexpr double noisy = 3e-4;         // of gamma: then errors are followed at half the pace
+
+template <class Unit>
+Harmonics<Unit> combined(const Harmonics<Unit>& x, const Harmonics<Unit>& y, double factor) {
+    Harmonics<Unit> sum = x;
+    for (std::size_t q = 0; q < max_harmonics; ++q) sum.a[q] += factor * y.a[q];
+    return sum;
+}
+
+template <class Unit>
+Harmonics<Unit> scaled(Harmonics<Unit> h, double factor) {
+    for (auto& a : h.a) a *= factor;
+    return h;
+}
+
+double sum_of_amplitudes(const Harmonics<Acceleration>& h) {
+    double sum = 0;
+    for (const auto& a : h.a) sum += std::abs(a);
+    return sum;
+}
+
+bool finite(const MotionWindow& w) {
+    return std::isfinite(w.sd) && std::ranges::all_of(w.measured.a, [](const auto& a) {
+               return std::isfinite(a.real()) && std::isfinite(a.imag());
+           });
+}
 }  // namespace
 
 double peak(const Harmonics<Voltage>& volts) {
@@ -28,56 +54,227 @@ double peak(const Harmonics<Voltage>& volts) {
     return largest;
 }
 
+Harmonics<Acceleration> turned(const Harmonics<Acceleration>& h, double lag) {
+    Harmonics<Acceleration> later;
+    for (int q = 1; q <= max_harmonics; ++q) later.at(q) = h.at(q) * std::polar(1.0, q * lag);
+    return later;
+}
+
+double best_lag(const Harmonics<Acceleration>& wanted, const Harmonics<Acceleration>& measured) {
+    int lead = 1;
+    while (lead < max_harmonics && wanted.at(lead) == 0.0) ++lead;
+    double lag = std::arg(measured.at(lead) * std::conj(wanted.at(lead))) / lead;
+    for (int round = 0; round < 4; ++round) {  // Newton, on the sum of products
+        double slope = 0, curve = 0;
+        for (int q = 1; q <= max_harmonics; ++q) {
+            const std::complex<double> c =
+                std::conj(measured.at(q)) * wanted.at(q) * std::polar(1.0, q * lag);
+            slope -= q * c.imag();
+            curve -= q * q * c.real();
+        }
+        if (!(curve < 0)) break;
+        lag -= std::clamp(slope / curve, -0.3, 0.3);
+    }
+    return lag;
+}
+
 Equaliser::Equaliser(const Harmonics<Acceleration>& target,
                      const std::array<std::complex<double>, max_harmonics>& response,
                      const EqualiserSettings& settings)
-    : target_{target}, response_{response}, settings_{settings} {
-    for (int q = 1; q <= settings_.harmonics; ++q) {
-        const std::complex<double> h = response_[static_cast<std::size_t>(q - 1)];
-        if (!(std::abs(h) > 0) || !std::isfinite(std::abs(h)))
-            throw InputError{"response of the shaker at harmonic " + std::to_string(q) +
-                             " is zero or not finite"};
-        volts_.at(q) = target_.at(q) / h;
-    }
+    : settings_{settings},
+      target_{target},
+      gamma_{sum_of_amplitudes(target)},
+      plant_{settings.harmonics, response},
+      level_{settings.from_below ? 0 : settings.levels.size() - 1},
+      limit_V_{settings.volts_limit} {
+    volts_ = plant_.drive(aim());
     keep_within_limit();
+}
+
+Harmonics<Acceleration> Equaliser::aim() const {
+    return scaled(target_, settings_.levels[level_] * reached_);
+}
+
+Harmonics<Acceleration> Equaliser::error_of(const Harmonics<Acceleration>& measured) const {
+    const Harmonics<Acceleration> wanted = aim();
+    return combined(turned(wanted, best_lag(wanted, measured)), measured, -1);
 }
 
 // Scales drive and target together: the shape stays, gamma is reduced and reported. This is also what keeps
 // the integral from winding up against the limit.
 void Equaliser::keep_within_limit() {
-    const double over = peak(volts_) / settings_.volts_limit;
-    if (over <= 1) return;
-    for (int q = 1; q <= max_harmonics; ++q) {
-        volts_.at(q) /= over;
-        target_.at(q) /= over;
+    const double share = peak(volts_) / limit_V_;
+    if (share > 1) {
+        volts_ = scaled(volts_, 1 / share);
+        drift_ = scaled(drift_, 1 / share);
+        reached_ /= share;
+    } else if (reached_ < 1 && share < 0.9 && !unreachable_) {
+        reached_ = std::min(1.0, 1.02 * reached_);
     }
-    reached_ /= over;
 }
 
-Equaliser::Report Equaliser::update(const Harmonics<Acceleration>& measured, double sd) {
+Equaliser::Report Equaliser::take(const MotionWindow& window) {
     Report report;
-    report.reached = reached_;
-    const int lead = std::abs(target_.at(1)) > 0 ? 1 : 2;
-    double gamma = 0;
-    for (int q = 1; q <= settings_.harmonics; ++q) gamma += std::abs(target_.at(q));
-    const bool finite =
-        std::ranges::all_of(measured.a, [](const auto& a) { return std::isfinite(std::abs(a)); });
-    if (!finite || !std::isfinite(sd) || !(gamma > 0) ||
-        std::abs(measured.at(lead)) < least_motion * std::abs(target_.at(lead)))
-        return report;
-    const double late = (std::arg(target_.at(lead)) - std::arg(measured.at(lead))) / lead;
-    report.noise = sd / gamma;
-    report.locked = true;
-    for (int q = 1; q <= settings_.harmonics; ++q) {
-        const std::complex<double> error = target_.at(q) - measured.at(q) * std::polar(1.0, q * late);
-        double& residual = report.residual[static_cast<std::size_t>(q - 1)];
-        residual = std::abs(error) / gamma;
-        report.locked = report.locked && residual < std::max(settings_.lock_amplitude, 3 * report.noise);
-        volts_.at(q) += settings_.gain * error / response_[static_cast<std::size_t>(q - 1)];
+    const double noise = settings_.noise > 0 ? settings_.noise : window.sd;
+    if (finite(window) && gamma_ > 0 && mode_ != Mode::failed) {
+        const Harmonics<Acceleration> error = error_of(window.measured);
+        report.error = norm(error, settings_.harmonics) / norm(aim(), settings_.harmonics);
+        judge(error, noise, report);
+        report.no_motion = !moves(window, noise);
+        if (report.no_motion)
+            before_.reset();
+        else if (mode_ == Mode::track)
+            follow(window, noise);
+        else if (window.steady)
+            converge(window, noise);
     }
-    keep_within_limit();
+    report.mode = mode_;
+    report.level = settings_.levels[level_] * reached_;
     report.reached = reached_;
+    report.noise = noise / gamma_;
+    report.unreachable = unreachable_;
+    report.gain = gain_;
     return report;
+}
+
+bool Equaliser::moves(const MotionWindow& window, double noise) const {
+    const int k = settings_.harmonics;
+    const double must = norm(plant_.motion(window.volts), k);
+    return norm(window.measured, k) >= least_motion * must || must < 10 * noise * std::sqrt(2.0 * k);
+}
+
+void Equaliser::judge(const Harmonics<Acceleration>& error, double noise, Report& report) {
+    errors_.push_back(error);
+    if (errors_.size() > judged_windows) errors_.pop_front();
+    const auto n = static_cast<double>(errors_.size());
+    const double spread = 3 * noise / std::sqrt(0.5 * n);  // of a complex amplitude's mean
+    const double gamma = gamma_ * settings_.levels[level_] * reached_;
+    report.locked = mode_ == Mode::track && errors_.size() == judged_windows;
+    for (int q = 1; q <= settings_.harmonics; ++q) {
+        std::complex<double> mean = 0;
+        for (const auto& e : errors_) mean += e.at(q) / n;
+        report.residual[static_cast<std::size_t>(q - 1)] = std::abs(mean) / gamma;
+        const double own = std::abs(target_.at(q)) * gamma / gamma_;
+        const double allowed = tolerance * (own > 0 ? own : gamma);
+        report.noise_limited = report.noise_limited || spread > allowed;
+        report.locked = report.locked && std::abs(mean) < std::max(allowed, spread);
+    }
+}
+
+// Waits until a change has died away, then averages a block: one window, four when noise matters.
+void Equaliser::converge(const MotionWindow& window, double noise) {
+    ++waited_;
+    const double root = std::sqrt(2.0 * settings_.harmonics);
+    const double size = norm(error_of(window.measured), settings_.harmonics);
+    const double still = std::max({2 * noise * root, 0.05 * size, 1e-4 * norm(aim(), settings_.harmonics)});
+    const bool settled =
+        before_ && norm(combined(window.measured, *before_, -1), settings_.harmonics) <= still;
+    before_ = window.measured;
+    if (!settled && waited_ < longest_wait) return;
+    sum_ = combined(sum_, window.measured, 1);
+    ++summed_;
+    if (size < 7 * noise * root && summed_ < 4) return;
+    const Block block{volts_, scaled(sum_, 1.0 / summed_)};
+    step(block, noise / std::sqrt(summed_));
+    before_.reset();
+    sum_ = {};
+    waited_ = summed_ = 0;
+}
+
+void Equaliser::step(const Block& block, double noise) {
+    const int k = settings_.harmonics;
+    if (last_)
+        gain_ *= plant_.learn(combined(block.volts, last_->volts, -1),
+                              combined(block.measured, last_->measured, -1), noise);
+    last_ = block;
+    double size = norm(error_of(block.measured), k);
+    const bool top = level_ + 1 == settings_.levels.size();
+    if (top && size < std::max(3e-3 * norm(aim(), k), 3.5 * noise * std::sqrt(2.0 * k))) {
+        mode_ = Mode::track;
+        good_ = {volts_, plant_, settings_.levels[level_]};
+        drift_ = {};
+        far_ = 0;
+        errors_.clear();
+        return;
+    }
+    if (!top && size < 0.15 * norm(aim(), k)) {
+        good_ = {volts_, plant_, settings_.levels[level_]};
+        ++level_;
+        blocks_ = 0;
+        last_error_ = INFINITY;
+        size = norm(error_of(block.measured), k);
+    } else {
+        share_ = size > 1.3 * last_error_ ? std::max(0.25, 0.5 * share_) : std::min(1.0, 1.5 * share_);
+        last_error_ = size;
+        if (++blocks_ > most_blocks) return fall_back();
+    }
+    Harmonics<Voltage> change = plant_.drive(error_of(block.measured));
+    const double most = norm(volts_, k) / std::max(norm(change, k), 1e-300);
+    volts_ = combined(volts_, change, std::min(share_, most));
+    if (good_ && peak(volts_) > 2 * settings_.levels[level_] / good_->level * peak(good_->volts))
+        return fall_back();
+    keep_within_limit();
+}
+
+// Delay compensated: the error is that of the drive which was on during the window, so corrections that are
+// still under way are not made twice. The sum `drift_` takes away what a steady change of the plant would
+// leave.
+void Equaliser::follow(const MotionWindow& window, double noise) {
+    const Harmonics<Acceleration> error = error_of(window.measured);
+    const Harmonics<Voltage> correction = plant_.drive(error);
+    const double mu = settings_.pace * (noise > noisy * gamma_ * reached_ ? 0.5 : 1);
+    drift_ = combined(drift_, correction, 0.2 * mu * mu);
+    volts_ = combined(combined(scaled(volts_, 1 - mu), combined(window.volts, correction, 1), mu), drift_, 1);
+    keep_within_limit();
+    const double size = norm(error, settings_.harmonics), all = norm(aim(), settings_.harmonics);
+    Harmonics<Acceleration> mean;
+    for (const auto& e : errors_) mean = combined(mean, e, 1.0 / static_cast<double>(errors_.size()));
+    far_ = size > std::max(0.02 * all, 8.5 * noise * std::sqrt(2.0 * settings_.harmonics)) ? far_ + 1 : 0;
+    if (far_ >= 3 || (errors_.size() == judged_windows && norm(mean, settings_.harmonics) > 0.01 * all))
+        enter_converge();
+}
+
+void Equaliser::enter_converge() {
+    mode_ = Mode::converge;
+    level_ = settings_.levels.size() - 1;
+    drift_ = {};
+    last_.reset();
+    before_.reset();
+    sum_ = {};
+    waited_ = summed_ = blocks_ = far_ = 0;
+    share_ = 1;
+    last_error_ = INFINITY;
+    errors_.clear();
+}
+
+// More drive brings no more motion, or none of the right shape: back to what worked, and hold that.
+void Equaliser::fall_back() {
+    if (!good_) {
+        mode_ = Mode::failed;
+        volts_ = {};
+        return;
+    }
+    volts_ = good_->volts;
+    plant_ = good_->plant;
+    reached_ *= good_->level;
+    level_ = settings_.levels.size() - 1;
+    limit_V_ = 1.05 * peak(volts_);
+    unreachable_ = true;
+    enter_converge();
+    mode_ = Mode::track;
+}
+
+void Equaliser::retarget(const Harmonics<Acceleration>& target) {
+    const Harmonics<Acceleration> before = aim();
+    target_ = target;
+    gamma_ = sum_of_amplitudes(target);
+    level_ = settings_.levels.size() - 1;
+    if (!unreachable_) reached_ = 1;
+    // In the frame in which the plant is known the old motion came with some lag; the new one keeps it.
+    const double lag = best_lag(before, plant_.motion(volts_));
+    volts_ = combined(volts_, plant_.drive(combined(turned(aim(), lag), turned(before, lag), -1)), 1);
+    keep_within_limit();
+    enter_converge();
 }
 
 }  // namespace shaker

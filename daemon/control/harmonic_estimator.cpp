@@ -1,90 +1,155 @@
 #include "daemon/control/harmonic_estimator.hpp"
 
 #include <Eigen/Dense>
+#include <algorithm>
 #include <cmath>
 
 namespace shaker {
 
 namespace {
-constexpr int most_columns = 2 * max_harmonics + 1;
+constexpr int most_columns = 2 * max_harmonics + 3;
 constexpr double largest_gap = 0.1;  // turns
+using Eigen::Index;
+
+// Two unit vectors that make a right-handed set with u.
+std::array<Eigen::Vector3d, 2> perpendicular(const Eigen::Vector3d& u) {
+    Index least = 0;
+    u.cwiseAbs().minCoeff(&least);
+    const Eigen::Vector3d first = u.cross(Eigen::Vector3d::Unit(least)).normalized();
+    return {first, u.cross(first)};
+}
 }  // namespace
 
+int periods_to_tell(double ratio, int harmonics) {
+    if (!(ratio > 0)) return 1;
+    // Beyond the last harmonic plus a quarter the line is nearest to that one.
+    const double nearest = std::clamp(std::round(ratio), 0.0, static_cast<double>(harmonics));
+    const double distance = std::abs(ratio - nearest);
+    for (int n = 1; n <= 5; ++n)
+        if (n * distance > 0.85) return n;
+    return 0;
+}
+
 struct HarmonicEstimator::Work {
-    Eigen::Index harmonics;
-    Eigen::Vector3d axis;
+    EstimatorSettings s;
+    Index columns;
     Eigen::MatrixXd basis;  // a row a sample
     Eigen::MatrixX3d a;
-    Eigen::Index rows = 0;
-    std::int64_t period = -1;
+    Index rows = 0;
+    std::int64_t window = -1;
     double first = 0, last = 0, gap = 0;  // turns
-    Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, most_columns, most_columns> normal;
+    Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, most_columns, most_columns> normal, inverse;
     Eigen::Matrix<double, Eigen::Dynamic, 3, 0, most_columns, 3> right;
     Eigen::LLT<decltype(normal)> solver;
 
-    Work(int k, int samples, std::array<double, 3> u)
-        : harmonics{k}, axis{u[0], u[1], u[2]}, basis{samples, 2 * Eigen::Index{k} + 1}, a{samples, 3} {}
+    explicit Work(const EstimatorSettings& settings)
+        : s{settings},
+          columns{2 * Index{s.harmonics} + 1 + (s.line > 0 ? 2 : 0)},
+          basis{s.samples, columns},
+          a{s.samples, 3} {}
     [[nodiscard]] bool complete() const {
-        const double edge =
-            std::max(first - static_cast<double>(period), static_cast<double>(period) + 1 - last);
-        return rows >= 3 * harmonics && std::max(gap, edge) < largest_gap;
+        const double begin = static_cast<double>(window) * s.periods;
+        const double edge = std::max(first - begin, begin + s.periods - last);
+        return rows >= Index{3} * s.harmonics * s.periods && std::max(gap, edge) < largest_gap;
     }
+    void add(double turns, const std::array<double, 3>& sample);
     [[nodiscard]] std::optional<PeriodEstimate> estimate();
     [[nodiscard]] Eigen::Vector3d strongest() const;
+    void spread(PeriodEstimate& e, const Eigen::Vector3d& u);
 };
+
+void HarmonicEstimator::Work::add(double turns, const std::array<double, 3>& sample) {
+    if (rows == basis.rows()) return;
+    const std::complex<double> z = std::polar(1.0, two_pi * (turns - std::floor(turns)));
+    std::complex<double> power = 1;
+    basis(rows, 0) = 1;
+    for (Index q = 1; q <= s.harmonics; ++q) {
+        power *= z;
+        basis(rows, 2 * q - 1) = power.imag();
+        basis(rows, 2 * q) = power.real();
+    }
+    if (s.line > 0) {
+        const double phase = two_pi * s.line * (turns - static_cast<double>(window * s.periods));
+        basis(rows, columns - 2) = std::sin(phase);
+        basis(rows, columns - 1) = std::cos(phase);
+    }
+    for (int k = 0; k < 3; ++k) a(rows, k) = sample[static_cast<std::size_t>(k)];
+    ++rows;
+}
 
 // Principal direction of the lock-in vectors of harmonics 1 and 2: where the shaker moves the sensor.
 Eigen::Vector3d HarmonicEstimator::Work::strongest() const {
     const Eigen::Matrix3d scatter = right.middleRows(1, 4).transpose() * right.middleRows(1, 4);
     const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> eigen{scatter};
     Eigen::Vector3d u = eigen.eigenvectors().col(2);
-    Eigen::Index largest = 0;
+    Index largest = 0;
     u.cwiseAbs().maxCoeff(&largest);
     return u[largest] < 0 ? Eigen::Vector3d{-u} : u;
+}
+
+// What the fit leaves, and what that makes of the amplitudes' errors.
+void HarmonicEstimator::Work::spread(PeriodEstimate& e, const Eigen::Vector3d& u) {
+    double squares = 0;
+    for (Index i = 0; i < rows; ++i) {
+        const double r = (a.row(i) - basis.row(i) * right).dot(u);
+        squares += r * r;
+    }
+    const double variance = squares / static_cast<double>(std::max<Index>(1, rows - columns));
+    e.residual = std::sqrt(variance);
+    inverse.setIdentity(columns, columns);
+    solver.solveInPlace(inverse);
+    const Index n = 2 * Index{s.harmonics};
+    double sum = 0;
+    for (Index i = 0; i < n; ++i) {
+        sum += inverse(i + 1, i + 1);
+        for (Index j = 0; j < n; ++j)
+            e.cov[static_cast<std::size_t>(2 * max_harmonics * i + j)] = variance * inverse(i + 1, j + 1);
+    }
+    e.sd = std::sqrt(variance * sum / static_cast<double>(n));
 }
 
 std::optional<PeriodEstimate> HarmonicEstimator::Work::estimate() {
     if (!complete()) return std::nullopt;
     const auto b = basis.topRows(rows);
-    const auto y = a.topRows(rows);
-    const Eigen::Index columns = 2 * harmonics + 1;
     normal.resize(columns, columns);
     normal.noalias() = b.transpose().lazyProduct(b);
-    right.noalias() = b.transpose().lazyProduct(y);
+    right.noalias() = b.transpose().lazyProduct(a.topRows(rows));
     solver.compute(normal);
     if (solver.info() != Eigen::Success) return std::nullopt;
     solver.solveInPlace(right);
-    const Eigen::Vector3d u = axis.isZero() ? strongest() : axis;
+    const Eigen::Vector3d given{s.axis[0], s.axis[1], s.axis[2]};
+    const Eigen::Vector3d u = given.isZero() ? strongest() : given;
+    const auto across = perpendicular(u);
     PeriodEstimate e;
-    e.period = period;
+    e.period = window * s.periods;
+    e.periods = s.periods;
     e.samples = static_cast<int>(rows);
     e.axis = {u[0], u[1], u[2]};
-    for (Eigen::Index q = 1; q <= harmonics; ++q)
-        e.along.at(static_cast<int>(q)) = {right.row(2 * q - 1).dot(u), right.row(2 * q).dot(u)};
-    double squares = 0;
-    for (Eigen::Index i = 0; i < rows; ++i) {
-        const double r = (y.row(i) - b.row(i) * right).dot(u);
-        squares += r * r;
+    e.mean = {right(0, 0), right(0, 1), right(0, 2)};
+    for (int q = 1; q <= s.harmonics; ++q) {
+        const auto sine = right.row(2 * Index{q} - 1), cosine = right.row(2 * Index{q});
+        e.along.at(q) = {sine.dot(u), cosine.dot(u)};
+        for (std::size_t k = 0; k < 2; ++k) e.across[k].at(q) = {sine.dot(across[k]), cosine.dot(across[k])};
     }
-    const auto freedom = static_cast<double>(std::max<Eigen::Index>(1, rows - columns));
-    e.sd = std::sqrt(2 * squares / freedom / static_cast<double>(rows));
+    if (s.line > 0) e.line = {right.row(columns - 2).dot(u), right.row(columns - 1).dot(u)};
+    spread(e, u);
     if (!std::isfinite(e.sd)) return std::nullopt;
     return e;
 }
 
-HarmonicEstimator::HarmonicEstimator(int harmonics, int samples, std::array<double, 3> axis)
-    : work_{std::make_unique<Work>(harmonics, samples, axis)} {}
+HarmonicEstimator::HarmonicEstimator(const EstimatorSettings& settings)
+    : work_{std::make_unique<Work>(settings)} {}
 HarmonicEstimator::~HarmonicEstimator() = default;
 HarmonicEstimator::HarmonicEstimator(HarmonicEstimator&&) noexcept = default;
 HarmonicEstimator& HarmonicEstimator::operator=(HarmonicEstimator&&) noexcept = default;
 
 std::optional<PeriodEstimate> HarmonicEstimator::add(double turns, const std::array<double, 3>& a) {
     Work& w = *work_;
-    const auto period = static_cast<std::int64_t>(std::floor(turns));
+    const auto window = static_cast<std::int64_t>(std::floor(turns / w.s.periods));
     std::optional<PeriodEstimate> done;
-    if (period != w.period) {
-        if (w.period >= 0) done = w.estimate();
-        w.period = period;
+    if (window != w.window) {
+        if (w.window >= 0) done = w.estimate();
+        w.window = window;
         w.rows = 0;
         w.first = turns;
         w.gap = 0;
@@ -92,17 +157,7 @@ std::optional<PeriodEstimate> HarmonicEstimator::add(double turns, const std::ar
         w.gap = std::max(w.gap, turns - w.last);
     }
     w.last = turns;
-    if (w.rows == w.basis.rows()) return done;
-    const std::complex<double> z = std::polar(1.0, two_pi * (turns - static_cast<double>(period)));
-    std::complex<double> power = 1;
-    w.basis(w.rows, 0) = 1;
-    for (Eigen::Index q = 1; q <= w.harmonics; ++q) {
-        power *= z;
-        w.basis(w.rows, 2 * q - 1) = power.imag();
-        w.basis(w.rows, 2 * q) = power.real();
-    }
-    for (int k = 0; k < 3; ++k) w.a(w.rows, k) = a[static_cast<std::size_t>(k)];
-    ++w.rows;
+    w.add(turns, a);
     return done;
 }
 

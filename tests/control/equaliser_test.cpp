@@ -45,53 +45,82 @@ Toy toy(double magnitude, double psi) {
     return t;
 }
 
-TEST(EqualiserTest, BringsTheBaseToTheTargetWithAResponseThirtyPercentOff) {
+// Windows of settled motion until it has seen `windows` of them.
+Equaliser::Report run(Equaliser& eq, Toy& t, int windows, double sd = 1e-6) {
+    Equaliser::Report r;
+    for (int k = 0; k < windows; ++k) r = eq.take({t.measured(eq.volts()), sd, eq.volts(), true});
+    return r;
+}
+
+TEST(EqualiserTest, BringsTheBaseToTheTargetWithAnyCommonGainOfTheResponse) {
     const Drive drive{.gamma = 12, .rho = 0.4, .phi = 0.7};
-    for (const double psi : {0.0, 0.5, -0.8}) {
-        Toy t = toy(1.3, psi);
-        Equaliser eq{harmonics(drive), nominal()};
-        Equaliser::Report r;
-        for (int k = 0; k < 40; ++k) r = eq.update(t.measured(eq.volts()), 1e-6);
-        EXPECT_TRUE(r.locked);
+    for (const auto& [magnitude, psi] :
+         {std::pair{1.3, 0.5}, {1.3, -0.8}, {5.0, 0.0}, {0.2, 0.0}, {1.0, 0.0}}) {
+        Toy t = toy(magnitude, psi);
+        Equaliser eq{harmonics(drive), nominal(), {.volts_limit = 1e3}};
+        const auto r = run(eq, t, 250);
+        EXPECT_TRUE(r.locked) << magnitude << " " << psi;
         const Drive got = drive_of(t.base(eq.volts()), 20);
         EXPECT_NEAR(got.gamma, 12, 1e-3);
         EXPECT_NEAR(got.rho, 0.4, 1e-4);
         EXPECT_NEAR(got.phi, 0.7, 1e-3);
-        EXPECT_LT(std::abs(t.base(eq.volts()).at(3)), 1e-3);
+        EXPECT_LT(std::abs(t.base(eq.volts()).at(3)), 2e-3);
     }
 }
 
-TEST(EqualiserTest, DivergesBeyondItsStatedLimitAndNotBelow) {
-    // psi = 1.2 rad: the limit is 2 cos(1.2)/1 = 0.7247.
-    for (const double gain : {0.70, 0.75}) {
-        Toy t = toy(1, 1.2);
-        Equaliser eq{
-            harmonics(Drive{.gamma = 5}), nominal(), {.harmonics = 2, .gain = gain, .volts_limit = 1e9}};
-        for (int k = 0; k < 2000; ++k) eq.update(t.measured(eq.volts()), 1e-6);
-        const double error = std::abs(t.base(eq.volts()).at(2) - 2.5);
-        EXPECT_EQ(error < 1e-3, gain < 0.7247) << "gain " << gain << ", error " << error;
+TEST(EqualiserTest, GoesUpInLevelsAndNeverFarBeyondTheTarget) {
+    Toy t = toy(1.3, 0.4);
+    Equaliser eq{harmonics(Drive{.gamma = 9.8}), nominal(), {.volts_limit = 1e3}};
+    EXPECT_NEAR(
+        peak(eq.volts()),
+        0.4 * peak(Equaliser{
+                  harmonics(Drive{.gamma = 9.8}), nominal(), {.volts_limit = 1e3, .from_below = false}}
+                       .volts()),
+        1e-9);
+    for (int k = 0; k < 200; ++k) {
+        run(eq, t, 1);
+        double largest = 0;
+        for (int i = 0; i < 200; ++i)
+            largest = std::max(largest, std::abs(value_at(t.base(eq.volts()), two_pi * i / 200)));
+        ASSERT_LT(largest, 1.2 * 9.8) << "window " << k;
     }
 }
 
-TEST(EqualiserTest, AConstantDelayDoesNotMatter) {
-    for (const double late : {0.0, 0.3, -1.1}) {
+TEST(EqualiserTest, AConstantDelayDoesNotMatterNorOneThatDrifts) {
+    for (const double drift : {0.0, 1e-3}) {
         Toy t = toy(1.1, 0.1);
-        t.late = late;
+        t.late = -0.6;
         Equaliser eq{harmonics(Drive{.gamma = 9.8, .phi = 1.2}), nominal()};
-        for (int k = 0; k < 60; ++k) eq.update(t.measured(eq.volts()), 1e-6);
+        for (int k = 0; k < 400; ++k, t.late += drift) run(eq, t, 1);
         const Drive got = drive_of(t.base(eq.volts()), 20);
-        EXPECT_NEAR(got.phi, 1.2, 1e-6) << "late " << late;
-        EXPECT_NEAR(got.gamma, 9.8, 1e-6);
+        EXPECT_NEAR(got.phi, 1.2, 1e-5) << "drift " << drift;
+        EXPECT_NEAR(got.gamma, 9.8, 1e-4);
     }
 }
 
-TEST(EqualiserTest, NoiseDoesNotKeepItFromLocking) {
-    Toy t = toy(0.8, 0.3);
-    t.noise = 0.02;
-    Equaliser eq{harmonics(Drive{.gamma = 9.8}), nominal()};
-    int locked = 0;
-    for (int k = 0; k < 60; ++k) locked += eq.update(t.measured(eq.volts()), t.noise).locked ? 1 : 0;
-    EXPECT_GT(locked, 15);  // eight complex errors within three sd at once: about every second period
+TEST(EqualiserTest, NoiseReachesTheDriveOnlyInPart) {
+    Toy t = toy(0.9, 0.1);
+    t.noise = 0.002;
+    Equaliser eq{harmonics(Drive{.gamma = 9.8}), nominal(), {.noise = t.noise}};
+    run(eq, t, 200, t.noise);
+    double squares = 0;
+    constexpr int windows = 4000;
+    for (int k = 0; k < windows; ++k) {
+        run(eq, t, 1, t.noise);
+        squares += std::norm(t.base(eq.volts()).at(4)) / windows;
+    }
+    // Type 1 makes sqrt(mu / (2 - mu)) = 0.229 of it at mu = 0.1; the slow sum adds a little.
+    EXPECT_NEAR(std::sqrt(squares) / (t.noise * std::sqrt(2)), 0.24, 0.03);
+}
+
+TEST(EqualiserTest, SaysWhenTheNoiseIsWhatLimits) {
+    Toy t = toy(1, 0);
+    t.noise = 0.03;
+    Equaliser eq{harmonics(Drive{.gamma = 9.8}), nominal(), {.noise = t.noise}};
+    EXPECT_TRUE(run(eq, t, 200, t.noise).noise_limited);
+    t.noise = 0.001;
+    Equaliser quiet{harmonics(Drive{.gamma = 9.8}), nominal(), {.noise = t.noise}};
+    EXPECT_FALSE(run(quiet, t, 200, t.noise).noise_limited);
 }
 
 TEST(EqualiserTest, TheLimitScalesTheShapeAndSaysSo) {
@@ -99,25 +128,65 @@ TEST(EqualiserTest, TheLimitScalesTheShapeAndSaysSo) {
     const Drive drive{.gamma = 100, .rho = 0.5, .phi = 0.4};
     Equaliser eq{harmonics(drive), nominal(), {.volts_limit = 0.5}};
     Equaliser::Report r;
-    for (int k = 0; k < 100; ++k) {
-        r = eq.update(t.measured(eq.volts()), 1e-6);
+    for (int k = 0; k < 200; ++k) {
+        r = run(eq, t, 1);
         ASSERT_LE(peak(eq.volts()), 0.5 * (1 + 1e-3));  // 512 points with a parabola: 3e-5 at 16 harmonics
     }
     const Drive got = drive_of(t.base(eq.volts()), 20);
-    EXPECT_NEAR(got.gamma, 100 * r.reached, 0.05 * got.gamma);
+    EXPECT_NEAR(got.gamma, 100 * r.reached, 0.02 * got.gamma);
     EXPECT_LT(r.reached, 1);
-    EXPECT_NEAR(got.rho, 0.5, 0.01);
-    EXPECT_NEAR(got.phi, 0.4, 0.02);
+    EXPECT_NEAR(got.rho, 0.5, 0.002);
+    EXPECT_NEAR(got.phi, 0.4, 0.005);
 }
 
 TEST(EqualiserTest, NeverRaisesTheDriveOnMissingOrBrokenData) {
-    Equaliser eq{harmonics(Drive{.gamma = 9.8}), nominal()};
-    const Harmonics<Voltage> before = eq.volts();
-    Harmonics<Acceleration> broken;
-    EXPECT_FALSE(eq.update(broken, 1e-3).locked);  // nothing moves
-    broken.at(1) = NAN;
-    EXPECT_FALSE(eq.update(broken, 1e-3).locked);
-    EXPECT_EQ(eq.volts(), before);
+    Toy t = toy(1, 0);
+    for (const int before : {0, 5, 200}) {  // at the start, converging, tracking
+        Equaliser eq{harmonics(Drive{.gamma = 9.8}), nominal()};
+        run(eq, t, before);
+        const Harmonics<Voltage> volts = eq.volts();
+        Harmonics<Acceleration> broken;
+        for (int k = 0; k < 50; ++k) {
+            const auto r = eq.take({broken, 1e-3, volts, true});
+            EXPECT_TRUE(r.no_motion);
+            EXPECT_FALSE(before == 0 && r.locked);
+        }
+        broken.at(1) = NAN;
+        eq.take({broken, 1e-3, volts, true});
+        eq.take({t.measured(volts), NAN, volts, true});
+        EXPECT_EQ(eq.volts(), volts);
+    }
+}
+
+TEST(EqualiserTest, ANewTargetIsReachedAtOnceAsFarAsThePlantIsKnown) {
+    Toy t = toy(1.3, 0.3);
+    t.late = 0.4;
+    Equaliser eq{harmonics(Drive{.gamma = 9.8}), nominal(), {.volts_limit = 1e3}};
+    run(eq, t, 250);
+    const Drive next{.gamma = 14.7, .rho = 0.5, .phi = 1.5};
+    eq.retarget(harmonics(next));
+    Drive got = drive_of(t.base(eq.volts()), 20);
+    EXPECT_NEAR(got.gamma, 14.7, 0.3);
+    EXPECT_NEAR(got.phi, 1.5, 0.15);
+    run(eq, t, 100);
+    got = drive_of(t.base(eq.volts()), 20);
+    EXPECT_NEAR(got.gamma, 14.7, 1e-3);
+    EXPECT_NEAR(got.phi, 1.5, 1e-4);
+}
+
+TEST(EqualiserTest, APlantThatGivesNoMoreIsLeftAtWhatItGave) {
+    Toy t = toy(1, 0);
+    Equaliser eq{harmonics(Drive{.gamma = 9.8}), nominal(), {.volts_limit = 1e3}};
+    Equaliser::Report r;
+    for (int k = 0; k < 600; ++k) {  // harmonic 1 saturates at 0.8 of what is asked
+        Harmonics<Acceleration> a = t.measured(eq.volts());
+        const double size = std::abs(a.at(1));
+        a.at(1) *= 3.92 * std::tanh(size / 3.92) / size;
+        r = eq.take({a, 1e-6, eq.volts(), true});
+    }
+    EXPECT_TRUE(r.unreachable);
+    EXPECT_LT(r.reached, 0.95);
+    EXPECT_GT(r.reached, 0.3);
 }
 
 TEST(EqualiserTest, PeakIsTheLargestValueOfThePeriod) {

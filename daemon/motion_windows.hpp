@@ -1,0 +1,50 @@
+#pragma once
+// What a controller sees: for each window of whole periods, the base's harmonics beside the drive that made
+// them.
+#include <vector>
+
+#include "daemon/control/drive_history.hpp"
+#include "daemon/control/equaliser.hpp"
+#include "daemon/control/harmonic_estimator.hpp"
+#include "daemon/drive_clock.hpp"
+#include "drivers/devices.hpp"
+
+namespace shaker {
+
+class MotionWindows {
+public:
+    struct Window {
+        PeriodEstimate estimate;
+        MotionWindow motion;         // steady: no change in the window; whether a newer command waits is
+                                     // not known here
+        std::uint64_t sequence = 0;  // of the newest command applied
+        double from_s = 0, to_s = 0;
+    };
+    /// line_hz: of the mains; 0: none.
+    MotionWindows(double dac_rate_hz, const AccelerometerInfo& accelerometer, double frequency, int harmonics,
+                  double line_hz);
+
+    void add(const PlayTime& played) { clock_.add(played); }
+    void add(const DriveChange& change);
+    /// Windows that ended with this block, oldest first. Those of a time when the frequency changed are left
+    /// out.
+    std::vector<Window> add(const AccelBlock& block);
+    /// Master time of the end of the last block, s; 0 until the clocks are known.
+    [[nodiscard]] double until_s() const noexcept { return until_s_; }
+    [[nodiscard]] const DriveHistory& history() const noexcept { return history_; }
+    [[nodiscard]] const DriveClock& clock() const noexcept { return clock_; }
+
+private:
+    [[nodiscard]] EstimatorSettings estimator_settings(double frequency) const;
+
+    AccelerometerInfo accelerometer_;
+    int harmonics_;
+    double line_hz_;
+    DriveClock clock_;
+    DriveHistory history_;
+    HarmonicEstimator estimator_;
+    double tuned_from_s_ = 0;  // the estimator's frequency is the drive's from here on
+    double until_s_ = 0;
+};
+
+}  // namespace shaker

@@ -1,0 +1,37 @@
+#include "daemon/walker_watch.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "drivers/drive.hpp"
+
+namespace shaker {
+
+void WalkerWatch::add(const Take& take) {
+    const auto walker =
+        std::ranges::find_if(take.tracks, [](const auto& t) { return t.target.name == "walker"; });
+    watches_ = walker != take.tracks.end();
+    if (!watches_) return;
+    for (; seen_ < walker->tracks.size(); ++seen_) {
+        const Track& t = walker->tracks[seen_];
+        lost_ = found(t.fix.state) ? 0 : lost_ + 1;
+        if (!std::isfinite(seconds(t.time))) continue;
+        until_s_ = std::max(until_s_, seconds(t.time));
+        if (!found(t.fix.state)) continue;
+        x_m_ = t.x_m;
+        if (const auto period = fold_.add(seconds(t.time), t.x_m, t.sd_m)) drifts_.push_back(*period);
+    }
+}
+
+bool WalkerWatch::settled_since(double from_s, double gamma) const {
+    std::vector<double> since;
+    double sigma = 1e-4 * gamma / (two_pi * frequency_ * frequency_);
+    for (const PeriodFold::Period& p : drifts_) {
+        if ((p.k - 1) / frequency_ < from_s) continue;  // a drift spans two periods
+        since.push_back(p.drift.value);
+        sigma = std::max(sigma, p.drift.sigma);
+    }
+    return settled(since, sigma);
+}
+
+}  // namespace shaker

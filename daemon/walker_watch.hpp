@@ -1,0 +1,40 @@
+#pragma once
+// The walker as the first camera sees it while the run is on: whether its drift has settled, where it is.
+#include <optional>
+#include <vector>
+
+#include "daemon/reduction/period_fold.hpp"
+#include "daemon/take.hpp"
+
+namespace shaker {
+
+class WalkerWatch {
+public:
+    explicit WalkerWatch(double frequency) : frequency_{frequency}, fold_{0, 1 / frequency} {}
+    /// What came since the last call.
+    void add(const Take& take);
+    /// Tracks of a walker are being made.
+    [[nodiscard]] bool watches() const noexcept { return watches_; }
+    /// Drifts of whole periods since `from_s` have settled, to one ten-thousandth of V / f at this gamma.
+    [[nodiscard]] bool settled_since(double from_s, double gamma) const;
+    /// Master time up to which tracks have come.
+    [[nodiscard]] double until_s() const noexcept { return until_s_; }
+    /// Newest position, m; empty before the first.
+    [[nodiscard]] std::optional<double> x_m() const noexcept { return x_m_; }
+    /// Frames in a row in which it was not found.
+    [[nodiscard]] int lost() const noexcept { return lost_; }
+    /// Tracks seen so far.
+    [[nodiscard]] std::size_t seen() const noexcept { return seen_; }
+
+private:
+    double frequency_;
+    PeriodFold fold_;
+    std::vector<PeriodFold::Period> drifts_;
+    bool watches_ = false;
+    std::size_t seen_ = 0;
+    double until_s_ = 0;
+    std::optional<double> x_m_;
+    int lost_ = 0;
+};
+
+}  // namespace shaker

@@ -1,0 +1,222 @@
+#include "tests/support/control_bench.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <deque>
+
+#include "drivers/simulated/sensor.hpp"
+
+namespace shaker::test {
+
+namespace {
+
+constexpr int controlled = 8;
+constexpr std::size_t block = 240;  // DAC samples
+
+// What the base really does: harmonics of one period of the drive.
+class Truth {
+public:
+    void add(double turns, double a) {
+        const auto period = static_cast<std::int64_t>(std::floor(turns));
+        if (period != period_) {
+            if (n_ > 0) {
+                for (auto& h : sum_.a) h /= 0.5 * n_;
+                periods.push_back(sum_);
+            }
+            period_ = period;
+            sum_ = {};
+            n_ = 0;
+        }
+        const std::complex<double> z = std::polar(1.0, -two_pi * (turns - std::floor(turns)));
+        std::complex<double> power = a * std::complex<double>{0, 1};
+        for (auto& h : sum_.a) h += power *= z;
+        ++n_;
+    }
+    std::vector<Harmonics<Acceleration>> periods;
+
+private:
+    std::int64_t period_ = -1;
+    Harmonics<Acceleration> sum_;
+    int n_ = 0;
+};
+
+class Bench {
+public:
+    Bench(const ControlCase& c, std::uint64_t seed)
+        : case_{c},
+          scene_{seeded(c.scene, seed)},
+          plant_{scene_},
+          sensor_{scene_},
+          synthesiser_{scene_.dac_rate_hz, c.drive.frequency, 1e3},
+          windows_{scene_.dac_rate_hz, info(), c.drive.frequency, controlled, 0},
+          volts_(block) {}
+
+    using Each = std::function<void(const MotionWindows::Window&)>;
+    void play(const Harmonics<Voltage>& volts, double frequency, int ramp, int delay) {
+        const auto at = synthesiser_.tick().n +
+                        static_cast<std::int64_t>(delay * scene_.dac_rate_hz / case_.drive.frequency);
+        waiting_.push_back({at, {volts, frequency, ramp, ++sequence_}});
+    }
+    [[nodiscard]] std::uint64_t sequence() const { return sequence_; }
+    [[nodiscard]] ShakerPlant& plant() { return plant_; }
+    Truth truth;
+
+    void step(const Each& each) {
+        for (; !waiting_.empty() && waiting_.front().at <= synthesiser_.tick().n; waiting_.pop_front())
+            synthesiser_.set(waiting_.front().command);
+        const std::int64_t first = synthesiser_.tick().n;
+        synthesiser_.fill(volts_);
+        if (const DriveChange* change = synthesiser_.change()) windows_.add(*change);
+        for (std::size_t i = 0; i < block; ++i) {
+            const std::int64_t n = first + static_cast<std::int64_t>(i);
+            plant_.step(std::clamp(volts_[i], -1.0, 1.0));
+            truth.add(windows_.history().turns(static_cast<double>(n + 1) / scene_.dac_rate_hz),
+                      plant_.state().a);
+            if (auto accel = sensor_.step(n + 1, case_.sensor_sign * plant_.state().a))
+                for (const auto& w : windows_.add(*accel)) each(w);
+        }
+        windows_.add(PlayTime{synthesiser_.tick(),
+                              host_time(static_cast<double>(synthesiser_.tick().n) / scene_.dac_rate_hz)});
+    }
+
+private:
+    struct Waiting {
+        std::int64_t at;
+        DriveCommand command;
+    };
+    static Scene seeded(Scene s, std::uint64_t seed) {
+        s.seed = seed;
+        return s;
+    }
+    [[nodiscard]] AccelerometerInfo info() const {
+        AccelerometerInfo i = sensor_.info();
+        const double yaw = scene_.accelerometer.yaw_deg * two_pi / 360;
+        i.shaker_axis = {std::cos(yaw), -std::sin(yaw), 0};
+        return i;
+    }
+    const ControlCase& case_;
+    Scene scene_;
+    ShakerPlant plant_;
+    AccelerometerModel sensor_;
+    Synthesiser synthesiser_;
+    MotionWindows windows_;
+    std::vector<double> volts_;
+    std::deque<Waiting> waiting_;
+    std::uint64_t sequence_ = 0;
+};
+
+double decibel(double share) { return 20 * std::log10(std::max(share, 1e-9)); }
+
+// Errors of a mean of periods against the target, after the time at which it fits best.
+struct Misfit {
+    std::array<double, controlled> share{};  // of gamma
+    double amplitude = 0, phi = 0;           // of harmonics 1 and 2 in shares of gamma; rad
+};
+Misfit misfit(const Harmonics<Acceleration>& mean, const Drive& drive, double reached) {
+    Drive wanted = drive;
+    wanted.gamma *= reached;
+    const Harmonics<Acceleration> target = harmonics(wanted);
+    const Harmonics<Acceleration> fit = turned(target, best_lag(target, mean));
+    Misfit m;
+    for (int q = 1; q <= controlled; ++q)
+        m.share[static_cast<std::size_t>(q - 1)] = std::abs(mean.at(q) - fit.at(q)) / wanted.gamma;
+    for (int q = 1; q <= 2; ++q)
+        m.amplitude =
+            std::max(m.amplitude, std::abs(std::abs(mean.at(q)) - std::abs(fit.at(q))) / wanted.gamma);
+    const bool both = drive.rho > 0 && drive.rho < 1;
+    m.phi = both ? std::remainder(drive_of(mean, drive.frequency).phi - drive.phi, two_pi) : 0;
+    return m;
+}
+
+Harmonics<Acceleration> mean_of(const std::vector<Harmonics<Acceleration>>& all, std::size_t from,
+                                std::size_t to) {
+    Harmonics<Acceleration> sum;
+    for (std::size_t i = from; i < to; ++i)
+        for (std::size_t q = 0; q < max_harmonics; ++q)
+            sum.a[q] += all[i].a[q] / static_cast<double>(to - from);
+    return sum;
+}
+
+bool holds(const Misfit& m, double level) {
+    return m.amplitude < 1e-3 && std::abs(m.phi) < 1e-3 &&
+           std::ranges::all_of(m.share.begin() + 2, m.share.end(), [&](double s) { return s < level; });
+}
+
+void judge(ControlResult& r, const std::vector<Harmonics<Acceleration>>& truth, const Drive& drive) {
+    constexpr std::size_t ten = 10, hundred = 100;
+    for (const auto& [level, lock] : {std::pair{1e-3, &r.lock60}, std::pair{1e-4, &r.lock80}}) {
+        std::size_t from = truth.size() - ten + 1;
+        while (from > 0 && holds(misfit(mean_of(truth, from - 1, from - 1 + ten), drive, r.reached), level))
+            --from;
+        *lock = from + ten > truth.size() ? -1 : static_cast<int>(from);
+    }
+    const Misfit last = misfit(mean_of(truth, truth.size() - hundred, truth.size()), drive, r.reached);
+    r.mean_db = decibel(*std::ranges::max_element(last.share));
+    r.delta_mrad = 1e3 * last.phi;
+    std::array<double, controlled> squares{};
+    double tail = 0;
+    for (std::size_t i = truth.size() - hundred; i < truth.size(); ++i) {
+        const Misfit m = misfit(truth[i], drive, r.reached);
+        for (std::size_t q = 0; q < controlled; ++q) squares[q] += m.share[q] * m.share[q] / hundred;
+        for (int q = controlled + 1; q <= max_harmonics; ++q) tail += std::norm(truth[i].at(q)) / hundred;
+    }
+    r.rms_db = decibel(std::sqrt(*std::ranges::max_element(squares)));
+    r.tail_db = decibel(std::sqrt(tail) / drive.gamma);
+}
+
+}  // namespace
+
+ControlResult run_control(const ControlCase& c, const MakeLaw& make, std::uint64_t seed) {
+    Bench bench{c, seed};
+    ControlResult result;
+    IdentificationSettings settings{
+        .harmonics = controlled, .gamma = c.drive.gamma, .volts_limit = c.volts_limit};
+    for (std::size_t q = 0; q < max_harmonics; ++q) {
+        const auto [re, im] = ShakerPlant::response(c.scene, static_cast<double>(q + 1) * c.drive.frequency);
+        settings.nominal[q] = {re, im};
+    }
+    Identification identification{settings};
+    bench.play(identification.volts(), c.drive.frequency, 10, 0);
+    double noise = 0;
+    while (!identification.done())
+        bench.step([&](const MotionWindows::Window& w) {
+            if (w.sequence == 0) noise = w.estimate.sd;
+            if (w.motion.steady && w.sequence == bench.sequence() && !identification.done() &&
+                identification.take(w.estimate) && !identification.done())
+                bench.play(identification.volts(), c.drive.frequency, 10, 0);
+        });
+    result.response = identification.response();
+    auto response = result.response.h;
+    for (auto& h : response) h *= c.misjudged;
+    Drive drive = c.drive;
+    const auto law = make(harmonics(drive), response,
+                          {.harmonics = controlled, .volts_limit = c.volts_limit, .noise = noise});
+    bench.play(law->volts(), drive.frequency, 1, 0);
+    std::size_t begin = bench.truth.periods.size();
+    auto event = c.events.begin();
+    while (bench.truth.periods.size() < begin + static_cast<std::size_t>(c.periods)) {
+        for (; event != c.events.end() &&
+               bench.truth.periods.size() >= begin + static_cast<std::size_t>(event->period);
+             ++event) {
+            if (event->plant) event->plant(bench.plant());
+            if (!event->drive) continue;
+            drive = *event->drive;
+            law->retarget(harmonics(drive));
+            bench.play(law->volts(), drive.frequency, 1, 0);
+        }
+        bench.step([&](const MotionWindows::Window& w) {
+            MotionWindow motion = w.motion;
+            motion.steady = motion.steady && w.sequence == bench.sequence();
+            if (law->take(motion)) bench.play(law->volts(), drive.frequency, 1, c.latency);
+        });
+        result.gave_up = result.gave_up || law->gave_up();
+    }
+    result.reached = law->reached();
+    begin += static_cast<std::size_t>(c.judged_from);
+    judge(result,
+          {bench.truth.periods.begin() + static_cast<std::ptrdiff_t>(begin), bench.truth.periods.end()},
+          drive);
+    return result;
+}
+
+}  // namespace shaker::test
