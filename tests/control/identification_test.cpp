@@ -4,6 +4,8 @@
 
 #include <random>
 
+#include "daemon/control/equaliser.hpp"
+
 namespace shaker {
 namespace {
 
