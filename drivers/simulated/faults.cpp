@@ -80,6 +80,7 @@ std::vector<SceneFault> of_kinds(const std::vector<SceneFault>& all, std::initia
 std::vector<SceneFault> read_faults(std::vector<SettingsTable> tables,
                                     std::initializer_list<std::string_view> cameras) {
     std::vector<SceneFault> faults;
+    faults.reserve(tables.size());
     for (SettingsTable& table : tables) faults.push_back(read_fault(table, cameras));
     return faults;
 }

@@ -150,10 +150,10 @@ ShakerMotion ShakerLaw::sample_later(const ShakerMotion& m, const Contacts& c, d
     if (!linear_) return stepped(m, c, input, force);
     const bool held = rubs() && c.base == 0, rides = c.walker && c.slip == 0;
     const auto mode = (rides ? 1U : 0U) + (c.stop != 0 ? 2U : 0U);
-    const auto& [by_current, by_x, by_v, by_input, by_force] = samples_[held ? 4 : mode].columns;
+    const std::array<ShakerMotion, 5>& by = samples_[held ? 4 : mode].columns;
     const auto sum = [&](double ShakerMotion::*part) {
-        return by_current.*part * m.current + by_x.*part * m.x + by_v.*part * m.v + by_input.*part * input +
-               by_force.*part * force;
+        return by[0].*part * m.current + by[1].*part * m.x + by[2].*part * m.v + by[3].*part * input +
+               by[4].*part * force;
     };
     return {sum(&ShakerMotion::current), sum(&ShakerMotion::x), sum(&ShakerMotion::v)};
 }
@@ -161,7 +161,7 @@ ShakerMotion ShakerLaw::sample_later(const ShakerMotion& m, const Contacts& c, d
 std::array<double, 3> ShakerLaw::margins(const ShakerMotion& m, double v_R,
                                          const Contacts& c) const noexcept {
     std::array<double, 3> margin{1, 1, 1};
-    if (c.walker)
+    if (c.walker && grip_s_ > 0)
         margin[0] = c.slip != 0 ? c.slip * v_R : grip_s_ - std::abs(base_acceleration(m, c) - downhill_);
     if (rubs()) margin[1] = c.base != 0 ? c.base * m.v : hold_ - std::abs(free_force(m, c));
     // A stop is compressed by `depth` and pushes back with k (depth + tau d depth/dt) as long as that is
@@ -172,20 +172,29 @@ std::array<double, 3> ShakerLaw::margins(const ShakerMotion& m, double v_R,
     return margin;
 }
 
+// Between the ends of a sample a smooth margin bends by (its second derivative) h^2 / 8: with the coil's time
+// constant of several samples, some thousandth of the accelerations and what they do in a sample.
+std::array<double, 3> ShakerLaw::grazes(const Contacts& c) const noexcept {
+    constexpr double share = 5e-3;
+    const double change = share * sample_ * (grip_s_ + hold_ / mass_);  // of a velocity, m/s
+    return {c.slip != 0 ? change : share * grip_s_, c.base != 0 ? change : share * hold_, change * sample_};
+}
+
 // Whether these contacts go on when they are taken up at relative velocities of zero.
 bool ShakerLaw::possible(const ShakerMotion& m, const Contacts& c, bool together, bool still) const noexcept {
     constexpr double tie = 1e-9;  // of the friction: rounding where it has just been overcome
     const double a = base_acceleration(m, c), force = free_force(m, c);
     if (rubs() && c.base == 0 && std::abs(force) > hold_) return false;
     if (rubs() && c.base != 0 && still && c.base * force < -tie * hold_) return false;
-    if (!c.walker || !together) return true;
+    if (!c.walker || grip_s_ == 0 || !together) return true;
     if (c.slip == 0) return std::abs(a - downhill_) <= grip_s_;
     return c.slip * (walker_acceleration(c.slip) - a) >= -tie * grip_s_;
 }
 
 Contacts ShakerLaw::settled(const ShakerMotion& m, Contacts c, bool together, bool still,
                             Released released) const noexcept {
-    const bool slip_open = c.walker && together, base_open = rubs() && still;
+    if (c.walker && grip_s_ == 0) c.slip = 1;  // nothing ever changes for it, whatever the sign
+    const bool slip_open = c.walker && grip_s_ > 0 && together, base_open = rubs() && still;
     for (const int slip : {0, 1, -1})
         for (const int base : {0, 1, -1}) {
             if (slip_open ? slip == 0 && released == Released::walker : slip != c.slip) continue;

@@ -51,6 +51,8 @@ public:
     /// gets below 0. `v_R` is the walker's velocity against the base.
     [[nodiscard]] std::array<double, 3> margins(const ShakerMotion& m, double v_R,
                                                 const Contacts& c) const noexcept;
+    /// Margins above these at both ends of a sample stay positive in between.
+    [[nodiscard]] std::array<double, 3> grazes(const Contacts& c) const noexcept;
     /// A friction that has just been overcome.
     enum class Released { none, walker, base };
     /// The contacts that follow: `together` when walker and base have one velocity, `still` when the base has

@@ -4,7 +4,9 @@
 #include <boost/math/tools/toms748_solve.hpp>
 #include <cmath>
 #include <complex>
+#include <limits>
 #include <numbers>
+#include <utility>
 
 namespace shaker {
 
@@ -53,50 +55,79 @@ void ShakerPlant::move_walker(const ShakerMotion& end, double t) noexcept {
     state_.walker_v += t * a;
 }
 
-// Goes a whole sample on where no contact changes before its end. One that changes and changes back within
-// a sample is not seen: it would differ by less than jerk h^2 / 8, some 1e-7 m/s.
+// Goes a whole sample on where no contact changes or comes near to it.
 bool ShakerPlant::unchanged_sample() {
     const ShakerMotion end = law_.sample_later(motion_, contacts_, output_);
     const double v_R =
         state_.walker_v - motion_.v + h_ * law_.walker_acceleration(contacts_.slip) - (end.v - motion_.v);
-    const auto [walker, base, stop] = law_.margins(end, v_R, contacts_);
-    if (!(walker > 0 && base > 0 && stop > 0)) return false;
+    const bool was_near = std::exchange(near_, is_near(law_.margins(end, v_R, contacts_)));
+    if (was_near || near_) return false;
     move_walker(end, h_);
     motion_ = end;
     return true;
 }
+
+bool ShakerPlant::is_near(const std::array<double, 3>& margins) const noexcept {
+    const auto grazes = law_.grazes(contacts_);
+    return !(margins[0] > grazes[0] && margins[1] > grazes[1] && margins[2] > grazes[2]);
+}
+
+namespace {
+
+// Where a smooth margin that is positive at 0 and `end` is lowest between them by the parabola through its
+// middle, or `end`.
+template <class Margin>
+double lowest(const Margin& margin, double end) {
+    const double first = margin(0), middle = margin(0.5 * end), last = margin(end);
+    const double bend = 2 * (first + last - 2 * middle), slope = 4 * middle - 3 * first - last;
+    const double u = bend > 0 ? -slope / (2 * bend) : 1;
+    return u > 0 && u < 1 ? u * end : end;
+}
+
+// The first instant until `end` at which a margin is not positive, or infinity.
+template <class Margin>
+double first_change(const Margin& margin, double end) {
+    constexpr double never = std::numeric_limits<double>::infinity();
+    double from = 0;
+    if (margin(end) > 0) {
+        if (margin(0) <= 0) return never;  // just taken up
+        end = lowest(margin, end);
+        if (margin(end) > 0) return never;
+    } else if (margin(0) <= 0) {
+        // A contact just taken up starts from zero: look for an instant at which it has got away from it.
+        for (from = 0.5 * end; from > 1e-9 * end && margin(from) <= 0;) from *= 0.5;
+        if (margin(from) <= 0) return 0;
+    }
+    std::uintmax_t iterations = 60;
+    return boost::math::tools::toms748_solve(
+               margin, from, end, [](double a, double b) { return b - a < 1e-16; }, iterations)
+        .second;
+}
+
+}  // namespace
 
 // Goes on to the first change, at most `most` seconds; returns how far.
 double ShakerPlant::advance(double most, bool may_change) {
     const ShakerLaw::Series path = law_.series(motion_, contacts_, output_);
     const double v_R = contacts_.slip == 0 ? 0 : state_.walker_v - motion_.v;
     const double a_w = law_.walker_acceleration(contacts_.slip);
-    const auto margins = [&](double t) {
-        return law_.margins(path.at(t), v_R + (t * a_w - path.gain_of_v(t)), contacts_);
-    };
     double first = most;
     std::size_t changed = 3;
-    const auto at_end = margins(most);
-    for (std::size_t i = 0; i < 3; ++i) {
-        if (at_end[i] > 0 || !may_change) continue;
-        const auto margin = [&](double t) { return margins(t)[i]; };
-        // A contact just taken up starts from zero: look for an instant at which it has got away from it.
-        double from = 0;
-        if (margin(0) <= 0)
-            for (from = 0.5 * most; from > 1e-9 * most && margin(from) <= 0;) from *= 0.5;
-        double t = 0;
-        if (margin(from) > 0) {
-            std::uintmax_t iterations = 60;
-            t = boost::math::tools::toms748_solve(
-                    margin, from, most, [](double a, double b) { return b - a < 1e-16; }, iterations)
-                    .second;
-        }
-        if (changed == 3 || t < first) first = t, changed = i;
+    for (std::size_t i = 0; i < 3 && may_change; ++i) {
+        const double t = first_change(
+            [&](double at) {
+                return law_.margins(path.at(at), v_R + (at * a_w - path.gain_of_v(at)), contacts_)[i];
+            },
+            most);
+        if (t < first || (t == first && changed == 3)) first = t, changed = i;
     }
     const ShakerMotion end = path.at(first);
     move_walker(end, first);
     motion_ = end;
-    if (changed < 3) change(changed);
+    if (changed < 3) {
+        change(changed);
+        near_ = true;
+    }
     return first;
 }
 
@@ -124,6 +155,7 @@ void ShakerPlant::step(double volts) {
         contacts_ =
             law_.settled(motion_, before, before.slip == 0, before.base == 0, ShakerLaw::Released::none);
         events_ += (contacts_.slip != before.slip ? 1 : 0) + (contacts_.base != before.base ? 1 : 0);
+        near_ = near_ || is_near(law_.margins(motion_, state_.walker_v - motion_.v, contacts_));
     }
     if (!unchanged_sample()) {
         const long before = events_;
@@ -145,6 +177,7 @@ void ShakerPlant::set_walker(bool on_table) noexcept {
     contacts_.slip = 0;
     state_.walker_v = on_table ? motion_.v : 0;
     contacts_ = law_.settled(motion_, contacts_, true, contacts_.base == 0, ShakerLaw::Released::none);
+    near_ = true;
 }
 
 std::array<double, 2> ShakerPlant::response(const Scene& scene, double frequency) {

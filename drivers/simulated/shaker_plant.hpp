@@ -42,6 +42,7 @@ public:
 private:
     [[nodiscard]] double amplified(double volts) noexcept;
     [[nodiscard]] bool unchanged_sample();
+    [[nodiscard]] bool is_near(const std::array<double, 3>& margins) const noexcept;
     double advance(double most, bool may_change);
     void change(std::size_t contact);
     void move_walker(const ShakerMotion& end, double t) noexcept;
@@ -58,6 +59,7 @@ private:
     double output_ = 0;
     ShakerMotion motion_;
     Contacts contacts_;
+    bool near_ = true;  // a change of contacts may have been near at the end of the last sample
     PlantState state_;
     long events_ = 0;
 };
