@@ -141,9 +141,10 @@ void Renderer::draw_silhouette(double centre_px, float weight) {
 
 float Renderer::row_ground() const noexcept { return camera_.side ? backlight : ground; }
 
-void Renderer::draw(const Pose& pose, float weight) {
+void Renderer::draw(const Pose& pose, float weight, bool walker) {
     const double along = camera_.view.along[0];
     draw_marks(along * pose.base * layout_.base_px_per_m, weight);
+    if (!walker) return;
     const double centre = layout_.centre_x + along * pose.walker * layout_.walker_px_per_m;
     if (camera_.side)
         draw_silhouette(centre, weight);
@@ -160,7 +161,8 @@ bool Renderer::moves(std::span<const Pose> poses) const noexcept {
            (w1.walker - w0.walker) * layout_.walker_px_per_m > still_px;
 }
 
-void Renderer::render(std::span<const Pose> poses, CameraTick tick, std::span<std::byte> pixels) {
+void Renderer::render(std::span<const Pose> poses, CameraTick tick, std::span<std::byte> pixels,
+                      bool walker) {
     std::ranges::fill(scene_, row_ground());
     const auto share = 1.0 / static_cast<double>(poses.size());
     Pose mean;
@@ -169,9 +171,9 @@ void Renderer::render(std::span<const Pose> poses, CameraTick tick, std::span<st
         mean.walker += share * pose.walker;
     }
     if (moves(poses)) {
-        for (const Pose& pose : poses) draw(pose, static_cast<float>(share));
+        for (const Pose& pose : poses) draw(pose, static_cast<float>(share), walker);
     } else {
-        draw(mean, 1);
+        draw(mean, 1, walker);
     }
     const auto width = static_cast<std::size_t>(camera_.width);
     std::mt19937_64 rng{seed_ ^ (0x9E3779B97F4A7C15U * static_cast<std::uint64_t>(tick.n + 1))};

@@ -32,12 +32,14 @@ PictureLayout layout_of(const CameraTruth& camera, const WalkerTruth& walker);
 class Renderer {
 public:
     Renderer(const CameraTruth& camera, const WalkerTruth& walker, std::uint64_t seed);
-    /// Fills `pixels` (width * height bytes) with the mean over `poses`, which sample the exposure.
-    void render(std::span<const Pose> poses, CameraTick tick, std::span<std::byte> pixels);
+    /// Fills `pixels` (width * height bytes) with the mean over `poses`, which sample the exposure; without a
+    /// walker where none is to be seen.
+    void render(std::span<const Pose> poses, CameraTick tick, std::span<std::byte> pixels,
+                bool walker = true);
 
 private:
     [[nodiscard]] bool moves(std::span<const Pose> poses) const noexcept;
-    void draw(const Pose& pose, float weight);
+    void draw(const Pose& pose, float weight, bool walker);
     void draw_marks(double shift_px, float weight);
     void draw_disc(double centre_px, float weight);
     void draw_silhouette(double centre_px, float weight);

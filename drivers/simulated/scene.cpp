@@ -1,13 +1,12 @@
 #include "drivers/simulated/scene.hpp"
 
-#include <spdlog/fmt/fmt.h>
-
 #include <algorithm>
 #include <cmath>
 #include <list>
 
 #include "drivers/settings_table.hpp"
 #include "drivers/simulated/renderer.hpp"
+#include "drivers/simulated/settings_parts.hpp"
 
 namespace shaker {
 
@@ -63,7 +62,6 @@ CameraTruth camera(const char* name, bool side, int height, double distance_mm) 
     return c;
 }
 
-// One pass over a scene's fields serves reading and writing: each visitor sees key, value and range.
 template <class Visitor>
 void visit_camera(Visitor&& v, CameraTruth& c) {
     v("width_px", c.width, {64, 4096});
@@ -79,21 +77,6 @@ void visit_camera(Visitor&& v, CameraTruth& c) {
     v("latency_s", c.latency_s, {0, 1});
 }
 
-template <class Part>
-void visit_shaker(Part&& sh, ShakerTruth& s) {
-    sh("moving_mass_kg", s.moving_mass_kg, positive);
-    sh("base_mass_kg", s.base_mass_kg, {0, 1e3});
-    sh("stiffness_npm", s.stiffness_npm, {0, 1e9});
-    sh("damping_nspm", s.damping_nspm, {0, 1e6});
-    sh("resistance_ohm", s.resistance_ohm, {0.01, 1e3});
-    sh("inductance_h", s.inductance_h, {1e-5, 1});
-    sh("force_factor_npa", s.force_factor_npa, {0.01, 1e3});
-    sh("amplifier_gain", s.amplifier_gain, {-1e3, 1e3});
-    sh("amplifier_limit_v", s.amplifier_limit_v, {0.01, 1e3});
-    sh("high_pass_1_hz", s.high_pass_hz[0], {0, 1e3});
-    sh("high_pass_2_hz", s.high_pass_hz[1], {0, 1e3});
-}
-
 template <class Visitor>
 void visit(Visitor&& v, Scene& s) {
     v.root("gravity_mps2", s.gravity, {0.1, 100});
@@ -101,7 +84,8 @@ void visit(Visitor&& v, Scene& s) {
     auto&& dac = v.table("dac");
     dac("rate_hz", s.dac_rate_hz, {8000, 400e3});
     dac("full_scale_v", s.dac_full_scale_v, {0.01, 100});
-    visit_shaker(v.table("shaker"), s.shaker);
+    dac("buffer_s", s.dac_buffer_s, {0, 1});
+    v.shaker(s.shaker);
     auto&& w = v.table("walker");
     w("mass_kg", s.walker.mass_kg, {1e-6, 100});
     w("diameter_mm", s.walker.diameter_mm, {1, 1000});
@@ -120,53 +104,41 @@ void visit(Visitor&& v, Scene& s) {
     a("yaw_deg", s.accelerometer.yaw_deg, {-180, 180});
     a("latency_s", s.accelerometer.latency_s, {0, 1});
     a("latency_jitter_s", s.accelerometer.latency_jitter_s, {0, 1});
+    a("block_samples", s.accelerometer.block_samples, {1, 64});
+    a("mains_hz", s.accelerometer.mains_hz, {0, 1e4});
+    a("mains_mps2", s.accelerometer.mains_mps2, {0, 1e3});
     for (CameraTruth& c : s.cameras) visit_camera(v.table(c.view.camera), c);
 }
 
 class Reader {
 public:
     explicit Reader(SettingsTable& root) : root_{root} {}
-    struct Part {
-        SettingsTable table;
-        void operator()(const char* key, double& x, Range r) { x = table.number(key, r, x); }
-        void operator()(const char* key, int& x, Range r) {
-            x = table.integer(key, static_cast<int>(r.min), static_cast<int>(r.max), x);
-        }
-    };
     void root(const char* key, double& x, Range r) { x = root_.number(key, r, x); }
-    Part& table(const std::string& name) {
+    ReadPart& table(const std::string& name) {
         parts_.push_back({root_.table(name)});
         return parts_.back();
     }
+    void shaker(ShakerTruth& s) { s = read_shaker(root_.table("shaker")); }
     void finish() const {
         root_.finish();
-        for (const Part& p : parts_) p.table.finish();
+        for (const ReadPart& p : parts_) p.table.finish();
     }
 
 private:
     SettingsTable& root_;
-    std::list<Part> parts_;
+    std::list<ReadPart> parts_;
 };
 
 class Writer {
 public:
-    struct Part {
-        std::string& text;
-        void operator()(const char* key, double x, Range) const {
-            text += fmt::format("{} = {}\n", key, number(x));
-        }
-        void operator()(const char* key, int x, Range) const { text += fmt::format("{} = {}\n", key, x); }
-    };
-    void root(const char* key, double x, Range) { text += fmt::format("{} = {}\n", key, number(x)); }
-    Part table(const std::string& name) {
+    void root(const char* key, double x, Range) {
+        text += fmt::format("{} = {}\n", key, WritePart::number(x));
+    }
+    WritePart table(const std::string& name) {
         text += "\n[" + name + "]\n";
         return {text};
     }
-    // The shortest text that reads back as the same number; TOML wants a point or an exponent in it.
-    static std::string number(double x) {
-        std::string s = fmt::format("{}", x);
-        return s.find_first_of(".e") == std::string::npos ? s + ".0" : s;
-    }
+    void shaker(const ShakerTruth& s) { text += shaker_text(s); }
     std::string text;
 };
 
@@ -175,6 +147,7 @@ Scene read(SettingsTable& root) {
     s.seed = static_cast<std::uint64_t>(root.integer("seed", 0, 2147483647, 1));
     Reader reader{root};
     visit(reader, s);
+    s.faults = read_faults(root.tables("fault"), {"top", "side"});
     reader.finish();
     if (s.walker.mu_s < s.walker.mu_k && root.table("walker").has("mu_s"))
         root.table("walker").fail("mu_s",
@@ -217,22 +190,7 @@ std::string scene_text(const Scene& scene) {
     Writer w;
     w.text = fmt::format("seed = {}\n", s.seed);
     visit(w, s);
-    return w.text;
-}
-
-ShakerTruth read_shaker(SettingsTable table) {
-    ShakerTruth shaker;
-    Reader::Part part{std::move(table)};
-    visit_shaker(part, shaker);
-    part.table.finish();
-    return shaker;
-}
-
-std::string shaker_text(const ShakerTruth& shaker) {
-    ShakerTruth s = shaker;
-    Writer writer;
-    visit_shaker(writer.table("shaker"), s);
-    return writer.text;
+    return w.text + faults_text(s.faults);
 }
 
 }  // namespace shaker

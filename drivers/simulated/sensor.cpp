@@ -23,9 +23,15 @@ AccelerometerModel::AccelerometerModel(const Scene& scene)
       downhill_{scene.gravity * std::sin(scene.tilt_deg * pi / 180)},
       lsb_{p_.range_mps2 / std::ldexp(1.0, p_.bits - 1)},
       axis_{std::cos(p_.yaw_deg * pi / 180), -std::sin(p_.yaw_deg * pi / 180), 0},
+      start_s_{p_.start_s - scene.dac_buffer_s},
+      faults_{scene.faults,
+              {FaultKind::open, FaultKind::frozen, FaultKind::saturated, FaultKind::flipped,
+               FaultKind::swapped, FaultKind::gain, FaultKind::silent}},
+      drops_{scene.faults, {FaultKind::drop}},
       rng_{scene.seed * 2654435761U + 17},
       noise_{0, p_.noise_mps2_rthz * std::sqrt(p_.rate_hz / 2)},
       jitter_{1 / std::max(p_.latency_jitter_s, 1e-12)} {
+    block_.size = 0;
     // Butterworth low-pass by the bilinear transform, its corner prewarped.
     const double k = std::tan(pi * p_.lowpass_hz / dac_rate_), root2 = std::numbers::sqrt2;
     const double norm = 1 / (1 + root2 * k + k * k);
@@ -44,32 +50,68 @@ double AccelerometerModel::low_passed(double a) noexcept {
     return out;
 }
 
-void AccelerometerModel::convert(double a_base) {
-    auto& counts = block_.counts[static_cast<std::size_t>(block_.size)];
+std::array<std::int32_t, 3> AccelerometerModel::converted(double a_base, double t, Quality& quality) {
     const double along = a_base - downhill_;  // specific force on the tilted base
-    const std::array<double, 3> truth{along * axis_[0], along * axis_[1], gravity_};
+    std::array<double, 3> truth{along * axis_[0], along * axis_[1], gravity_};
+    if (faults_.at(FaultKind::open, t)) truth = {};
+    if (faults_.at(FaultKind::swapped, t)) truth = {truth[1], truth[2], truth[0]};
+    const double scale =
+        faults_.product_at(FaultKind::gain, t) * (faults_.at(FaultKind::flipped, t) ? -1 : 1);
+    const double hum = p_.mains_mps2 * std::sin(2 * pi * p_.mains_hz * t);
+    const double stage = faults_.at(FaultKind::saturated, t) ? 1e12 : 1;
     const double top = std::ldexp(1.0, p_.bits - 1) - 1;
+    std::array<std::int32_t, 3> counts{};
     for (std::size_t k = 0; k < 3; ++k) {
-        const double c = std::round((truth[k] + noise_(rng_)) / lsb_);
-        if (std::abs(c) > top) block_.quality = block_.quality | Quality::clipped;
+        const double c = std::round(stage * (scale * truth[k] + hum + noise_(rng_)) / lsb_);
+        if (std::abs(c) > top) quality = quality | Quality::clipped;
         counts[k] = static_cast<std::int32_t>(std::clamp(c, -top, top));
     }
-    ++block_.size;
+    return counts;
+}
+
+// Whether the sample at t, which has tick next_, is missing.
+bool AccelerometerModel::loses(double t) noexcept {
+    while (const SceneFault* drop = drops_.take(t))
+        dropped_until_ = std::max(dropped_until_, next_) + std::llround(drop->value);
+    return next_ < dropped_until_ || faults_.at(FaultKind::silent, t);
+}
+
+AccelBlock AccelerometerModel::handed_on(double t) {
+    AccelBlock block = block_;
+    block.arrived = host_time(t + p_.latency_s + jitter_(rng_));
+    block_.size = 0;
+    return block;
 }
 
 std::optional<AccelBlock> AccelerometerModel::step(std::int64_t n, double a_base) {
     const double now = low_passed(a_base), before = std::exchange(before_, now);
     // A conversion falls between two DAC samples at most once: the sensor is slower than the DAC.
-    const double t = p_.start_s + static_cast<double>(next_) / (p_.rate_hz * (1 + 1e-6 * p_.clock_ppm));
+    const double t = start_s_ + static_cast<double>(next_) / (p_.rate_hz * (1 + 1e-6 * p_.clock_ppm));
     const double at = t * dac_rate_ - static_cast<double>(n - 1);
     if (at > 1) return std::nullopt;
-    if (block_.size == AccelBlock::capacity || next_ == 0)
-        block_ = {.first = {next_}, .arrived = {}, .size = 0};
-    convert(before + std::clamp(at, 0.0, 1.0) * (now - before));
+    Quality quality{};
+    const auto counts = converted(before + std::clamp(at, 0.0, 1.0) * (now - before), t, quality);
+    const AccelTick tick{next_};
+    const bool lost = loses(t);
     ++next_;
-    if (block_.size < AccelBlock::capacity) return std::nullopt;
-    block_.arrived = host_time(t + p_.latency_s + jitter_(rng_));
-    return block_;
+    if (lost) {
+        gap_ = true;
+        if (block_.size == 0) return std::nullopt;
+        return handed_on(t);
+    }
+    if (faults_.at(FaultKind::frozen, t))
+        quality = {};
+    else
+        last_ = counts;
+    if (block_.size == 0)
+        block_ = {.first = tick,
+                  .arrived = {},
+                  .quality = std::exchange(gap_, false) ? Quality::gap : Quality{},
+                  .size = 0};
+    block_.quality = block_.quality | quality;
+    block_.counts[static_cast<std::size_t>(block_.size++)] = last_;
+    if (block_.size < p_.block_samples) return std::nullopt;
+    return handed_on(t);
 }
 
 }  // namespace shaker

@@ -4,135 +4,194 @@
 #include <boost/math/tools/toms748_solve.hpp>
 #include <cmath>
 #include <complex>
+#include <limits>
 #include <numbers>
+#include <utility>
 
 namespace shaker {
 
 namespace {
 constexpr double pi = std::numbers::pi;
-}
+constexpr long most_changes =
+    20;  // in one sample: more is chatter, and the last contacts are kept to its end
+}  // namespace
 
-ShakerPlant::ShakerPlant(const Scene& scene)
-    : p_{scene.shaker},
-      w_{scene.walker},
-      h_{1 / scene.dac_rate_hz},
-      downhill_{scene.gravity * std::sin(scene.tilt_deg * pi / 180)},
-      normal_{scene.gravity * std::cos(scene.tilt_deg * pi / 180)} {
-    for (std::size_t k = 0; k < 2; ++k) high_pass_gain_[k] = -std::expm1(-2 * pi * p_.high_pass_hz[k] * h_);
-    state_.walker_x = 1e-3 * w_.start_mm;
-    state_.slip = contact({0, 0, 0});
-}
-
-double ShakerPlant::walker_acceleration(int slip) const noexcept {
-    return downhill_ - slip * w_.mu_k * normal_;
-}
-
-ShakerPlant::Vector ShakerPlant::derivative(const Vector& s, int slip) const noexcept {
-    const auto [i, x, v] = s;
-    const double free = p_.force_factor_npa * i - p_.stiffness_npm * x - p_.damping_nspm * v;
-    const double mass = p_.moving_mass_kg + p_.base_mass_kg;
-    // Sticking, the walker rides along and its weight's downhill part acts on both; slipping, friction pulls
-    // the base the way the walker slides.
-    const double a = slip == 0 ? (free + w_.mass_kg * downhill_) / (mass + w_.mass_kg)
-                               : (free + slip * w_.mu_k * w_.mass_kg * normal_) / mass;
-    return {(volts_ - p_.resistance_ohm * i - p_.force_factor_npa * v) / p_.inductance_h, v, a};
-}
-
-// Taylor series of the linear system: a sample is short against its fastest time constant (L/R), so ten terms
-// reach rounding.
-ShakerPlant::Vector ShakerPlant::advanced(const Vector& s, int slip, double t) const noexcept {
-    Vector d = derivative(s, slip), sum = s;
-    const Vector rest = derivative({0, 0, 0}, slip);
-    double c = t;
-    for (int k = 1;; ++k) {
-        for (std::size_t j = 0; j < 3; ++j) sum[j] += c * d[j];
-        if (k == 10) return sum;
-        Vector next = derivative(d, slip);
-        for (std::size_t j = 0; j < 3; ++j) d[j] = next[j] - rest[j];
-        c *= t / (k + 1);
+ShakerPlant::ShakerPlant(const Scene& scene) : p_{scene.shaker}, law_{scene}, h_{1 / scene.dac_rate_hz} {
+    for (std::size_t k = 0; k < 2; ++k) {
+        const double wh = 2 * pi * p_.high_pass_hz[k] * h_;
+        high_pass_gain_[k] = -std::expm1(-wh);
+        high_pass_mean_[k] = wh > 0 ? high_pass_gain_[k] / wh : 1;
     }
+    gain_growth_ = p_.gain_drift_per_min / 60 * h_;
+    state_.walker_x = 1e-3 * scene.walker.start_mm;
+    contacts_.base = law_.rubs() ? 0 : 1;
+    contacts_ = law_.settled(motion_, contacts_, true, true, ShakerLaw::Released::none);
+    state_.slip = contacts_.slip;
+    state_.held = law_.rubs() && contacts_.base == 0;
 }
 
-// What follows when the relative velocity is zero: stick wins where static friction can hold.
-int ShakerPlant::contact(const Vector& s) const noexcept {
-    const double needed = derivative(s, 0)[2] - downhill_;
-    if (std::abs(needed) <= w_.mu_s * normal_) return 0;
-    return needed > 0 ? -1 : 1;
-}
-
-// Time until the contact changes, or more than `left` when it does not in this sample.
-double ShakerPlant::until_change(const Vector& s, double walker_v, int slip, double left) const {
-    const double a_w = walker_acceleration(slip);
-    const auto margin = [&](double t) {
-        const Vector end = advanced(s, slip, t);
-        if (slip != 0) return slip * (walker_v + a_w * t - end[2]);
-        return w_.mu_s * normal_ - std::abs(derivative(end, 0)[2] - downhill_);
-    };
-    if (margin(left) > 0) return 2 * left;
-    // A slip begins at zero relative velocity: look just behind its start.
-    double from = 0;
-    if (margin(0) <= 0) {
-        from = 1e-6 * left;
-        if (margin(from) <= 0) return from;
-    }
-    std::uintmax_t iterations = 60;
-    const auto [lo, hi] = boost::math::tools::toms748_solve(
-        margin, from, left, [](double a, double b) { return std::abs(b - a) < 1e-16; }, iterations);
-    return hi;
-}
-
-void ShakerPlant::step(double volts) {
+double ShakerPlant::amplified(double volts) noexcept {
     double y = volts;
     for (std::size_t k = 0; k < 2; ++k) {  // exact for a held input; what goes on is the sample's mean
         const double out = y - high_pass_[k];
         high_pass_[k] += high_pass_gain_[k] * out;
-        const double wh = 2 * pi * p_.high_pass_hz[k] * h_;
-        y = wh > 0 ? out * high_pass_gain_[k] / wh : out;
+        y = out * high_pass_mean_[k];
     }
-    volts_ = std::clamp(p_.amplifier_gain * y, -p_.amplifier_limit_v, p_.amplifier_limit_v);
+    const double gain =
+        p_.amplifier_gain * gain_factor_ * (1 + gain_growth_ * static_cast<double>(samples_++));
+    const double limit = p_.drive == DriveKind::voltage ? p_.amplifier_limit_v : p_.amplifier_limit_a;
+    return std::clamp(gain * y, -limit, limit);
+}
 
-    Vector s{state_.current, state_.x, state_.v};
-    double left = h_;
-    // Ten changes in 20 us would be chatter; the rest of the sample is then taken in the last mode.
-    for (int changes = 0; left > 0; ++changes) {
-        const double t = changes < 10 ? until_change(s, state_.walker_v, state_.slip, left) : 2 * left;
-        const double dt = std::min(t, left);
-        const Vector end = advanced(s, state_.slip, dt);
-        if (state_.slip == 0) {
-            state_.walker_x += end[1] - s[1];
-            state_.walker_v = end[2];
-        } else {
-            const double a_w = walker_acceleration(state_.slip);
-            state_.walker_x += dt * (state_.walker_v + 0.5 * dt * a_w);
-            state_.walker_v += dt * a_w;
-        }
-        s = end;
-        left -= dt;
-        if (t > dt) break;
-        const int was = state_.slip;
-        if (was != 0) state_.walker_v = s[2];
-        const double needed = derivative(s, 0)[2] - downhill_;
-        state_.slip = was == 0 ? (needed > 0 ? -1 : 1) : contact(s);
-        ++events_;
+void ShakerPlant::move_walker(const ShakerMotion& end, double t) noexcept {
+    if (!contacts_.walker) return;
+    if (contacts_.slip == 0) {
+        state_.walker_x += end.x - motion_.x;
+        state_.walker_v = end.v;
+        return;
     }
-    state_.current = s[0];
-    state_.x = s[1];
-    state_.v = s[2];
-    state_.a = derivative(s, state_.slip)[2];
+    const double a = law_.walker_acceleration(contacts_.slip);
+    state_.walker_x += t * (state_.walker_v + 0.5 * t * a);
+    state_.walker_v += t * a;
+}
+
+// Goes a whole sample on where no contact changes or comes near to it.
+bool ShakerPlant::unchanged_sample() {
+    const ShakerMotion end = law_.sample_later(motion_, contacts_, output_);
+    const double v_R =
+        state_.walker_v - motion_.v + h_ * law_.walker_acceleration(contacts_.slip) - (end.v - motion_.v);
+    const bool was_near = std::exchange(near_, is_near(law_.margins(end, v_R, contacts_)));
+    if (was_near || near_) return false;
+    move_walker(end, h_);
+    motion_ = end;
+    return true;
+}
+
+bool ShakerPlant::is_near(const std::array<double, 3>& margins) const noexcept {
+    const auto grazes = law_.grazes(contacts_);
+    return !(margins[0] > grazes[0] && margins[1] > grazes[1] && margins[2] > grazes[2]);
+}
+
+namespace {
+
+// Where a smooth margin that is positive at 0 and `end` is lowest between them by the parabola through its
+// middle, or `end`.
+template <class Margin>
+double lowest(const Margin& margin, double end) {
+    const double first = margin(0), middle = margin(0.5 * end), last = margin(end);
+    const double bend = 2 * (first + last - 2 * middle), slope = 4 * middle - 3 * first - last;
+    const double u = bend > 0 ? -slope / (2 * bend) : 1;
+    return u > 0 && u < 1 ? u * end : end;
+}
+
+// The first instant until `end` at which a margin is not positive, or infinity.
+template <class Margin>
+double first_change(const Margin& margin, double end) {
+    constexpr double never = std::numeric_limits<double>::infinity();
+    double from = 0;
+    if (margin(end) > 0) {
+        if (margin(0) <= 0) return never;  // just taken up
+        end = lowest(margin, end);
+        if (margin(end) > 0) return never;
+    } else if (margin(0) <= 0) {
+        // A contact just taken up starts from zero: look for an instant at which it has got away from it.
+        for (from = 0.5 * end; from > 1e-9 * end && margin(from) <= 0;) from *= 0.5;
+        if (margin(from) <= 0) return 0;
+    }
+    std::uintmax_t iterations = 60;
+    return boost::math::tools::toms748_solve(
+               margin, from, end, [](double a, double b) { return b - a < 1e-16; }, iterations)
+        .second;
+}
+
+}  // namespace
+
+// Goes on to the first change, at most `most` seconds; returns how far.
+double ShakerPlant::advance(double most, bool may_change) {
+    const ShakerLaw::Series path = law_.series(motion_, contacts_, output_);
+    const double v_R = contacts_.slip == 0 ? 0 : state_.walker_v - motion_.v;
+    const double a_w = law_.walker_acceleration(contacts_.slip);
+    double first = most;
+    std::size_t changed = 3;
+    for (std::size_t i = 0; i < 3 && may_change; ++i) {
+        const double t = first_change(
+            [&](double at) {
+                return law_.margins(path.at(at), v_R + (at * a_w - path.gain_of_v(at)), contacts_)[i];
+            },
+            most);
+        if (t < first || (t == first && changed == 3)) first = t, changed = i;
+    }
+    const ShakerMotion end = path.at(first);
+    move_walker(end, first);
+    motion_ = end;
+    if (changed < 3) {
+        change(changed);
+        near_ = true;
+    }
+    return first;
+}
+
+// What follows where a contact's margin has come to zero: 0 the walker, 1 the slide, 2 an end stop.
+void ShakerPlant::change(std::size_t contact) {
+    const bool rode = contacts_.slip == 0, was_held = contacts_.base == 0;
+    if (contact == 0 && !rode) state_.walker_v = motion_.v;
+    if (contact == 1 && !was_held) {
+        motion_.v = 0;
+        if (rode) state_.walker_v = 0;
+    }
+    if (contact == 2) contacts_.stop = contacts_.stop != 0 ? 0 : (motion_.x < 0 ? -1 : 1);
+    const auto released = contact == 0 && rode       ? ShakerLaw::Released::walker
+                          : contact == 1 && was_held ? ShakerLaw::Released::base
+                                                     : ShakerLaw::Released::none;
+    contacts_ = law_.settled(motion_, contacts_, rode || contact == 0, was_held || contact == 1, released);
+    ++events_;
+}
+
+void ShakerPlant::step(double volts) {
+    output_ = amplified(volts);
+    if (p_.drive == DriveKind::current && output_ != motion_.current) {  // the force jumps
+        motion_.current = output_;
+        const Contacts before = contacts_;
+        contacts_ =
+            law_.settled(motion_, before, before.slip == 0, before.base == 0, ShakerLaw::Released::none);
+        events_ += (contacts_.slip != before.slip ? 1 : 0) + (contacts_.base != before.base ? 1 : 0);
+        near_ = near_ || is_near(law_.margins(motion_, state_.walker_v - motion_.v, contacts_));
+    }
+    if (!unchanged_sample()) {
+        const long before = events_;
+        for (double left = h_; left > 0;)
+            left -= advance(std::min(left, law_.longest_step()), events_ - before < most_changes);
+    }
+    state_.current = motion_.current;
+    state_.x = motion_.x;
+    state_.v = motion_.v;
+    state_.a = law_.base_acceleration(motion_, contacts_);
+    state_.slip = contacts_.slip;
+    state_.held = law_.rubs() && contacts_.base == 0;
+    state_.stop = contacts_.stop;
+}
+
+void ShakerPlant::set_walker(bool on_table) noexcept {
+    if (on_table == contacts_.walker) return;
+    contacts_.walker = on_table;
+    contacts_.slip = 0;
+    state_.walker_v = on_table ? motion_.v : 0;
+    contacts_ = law_.settled(motion_, contacts_, true, contacts_.base == 0, ShakerLaw::Released::none);
+    near_ = true;
 }
 
 std::array<double, 2> ShakerPlant::response(const Scene& scene, double frequency) {
     using namespace std::complex_literals;
     const ShakerTruth& p = scene.shaker;
     const std::complex<double> jw = 2i * pi * frequency;
-    const double mass = p.moving_mass_kg + p.base_mass_kg;
     std::complex<double> chain = p.amplifier_gain;
     for (const double hz : p.high_pass_hz) chain *= jw / (jw + 2 * pi * hz);
+    const std::complex<double> mechanical =  // force / velocity
+        (p.moving_mass_kg + p.base_mass_kg) * jw + p.damping_nspm + p.stiffness_npm / jw;
     const std::complex<double> coil = p.resistance_ohm + jw * p.inductance_h;
-    const std::complex<double> mechanical =
-        mass * jw + p.damping_nspm + p.stiffness_npm / jw;  // force / velocity
+    const double bl = p.force_factor_npa;
     const std::complex<double> velocity =
-        p.force_factor_npa / (coil * mechanical + p.force_factor_npa * p.force_factor_npa);
+        p.drive == DriveKind::voltage ? bl / (coil * mechanical + bl * bl) : bl / mechanical;
     const std::complex<double> h = chain * velocity * jw;
     return {h.real(), h.imag()};
 }

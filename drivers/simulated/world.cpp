@@ -34,6 +34,13 @@ struct Exposure {
     std::array<Pose, 3> poses{};
     std::size_t seen = 0;
     Quality quality{};
+    bool lost = false;   // by a fault of the camera
+    bool walker = true;  // is to be seen
+};
+
+struct Output {
+    double volts = 0;
+    bool trigger = false;
 };
 
 // Value at share u of a sample from positions and velocities at its ends.
@@ -47,11 +54,13 @@ struct World::State {
     struct Eye {
         CameraTruth truth;
         Renderer renderer;
+        LastingFaults faults;
+        FaultQueue losses;
         CameraTick next{};
         bool expose = false;  // with the next sample, without a trigger
         std::deque<Exposure> open{}, done{};
         std::vector<PoseTruth> poses{};
-        bool overflow = false;
+        bool gap = false;  // frames are missing before the next one
         double render_s = 0;
     };
     Scene scene;
@@ -60,16 +69,31 @@ struct World::State {
     AccelerometerModel sensor;
     std::vector<Eye> eyes{};
     std::deque<AccelBlock> blocks{};
-    std::int64_t n = 0;  // samples played
+    std::deque<Output> buffer;  // written and not heard yet
+    std::int64_t n;             // sample to be heard next; below 0 while the buffer fills
+    DeviceCounts dac_counts{};
+    FaultQueue plant_faults, underruns;
     bool overflow = false;
     bool stopped = false;
     mutable std::mutex mutex{};
     std::condition_variable moved{};
 
-    explicit State(const Scene& s, Pace p) : scene{s}, pace{p}, plant{s}, sensor{s} {
-        for (const CameraTruth& c : s.cameras)
-            eyes.push_back(
-                {.truth = c, .renderer = Renderer{c, s.walker, s.seed + 1000 * (1 + eyes.size())}});
+    explicit State(const Scene& s, Pace p)
+        : scene{s},
+          pace{p},
+          plant{s},
+          sensor{s},
+          buffer(static_cast<std::size_t>(std::lround(s.dac_buffer_s * s.dac_rate_hz))),
+          n{-static_cast<std::int64_t>(buffer.size())},
+          plant_faults{s.faults, {FaultKind::amplifier_gain, FaultKind::walker_off, FaultKind::walker_on}},
+          underruns{s.faults, {FaultKind::underrun}} {
+        for (const CameraTruth& c : s.cameras) {
+            const std::string& name = c.view.camera;
+            eyes.push_back({.truth = c,
+                            .renderer = Renderer{c, s.walker, s.seed + 1000 * (1 + eyes.size())},
+                            .faults = {s.faults, {FaultKind::camera_stall, FaultKind::walker_hidden}, name},
+                            .losses = {s.faults, {FaultKind::camera_lose}, name}});
+        }
     }
     [[nodiscard]] double now() const { return static_cast<double>(n) / scene.dac_rate_hz; }
     [[nodiscard]] double due(const Eye& eye, const Exposure& e) const {
@@ -84,7 +108,12 @@ struct World::State {
     [[nodiscard]] bool all_read() const {
         return !accel_ready() && std::ranges::none_of(eyes, [&](const Eye& e) { return frame_ready(e); });
     }
-    void step(double volts, bool trigger);
+    [[nodiscard]] std::int64_t next_written() const { return n + static_cast<std::int64_t>(buffer.size()); }
+    void play(const Output& out);
+    std::int64_t run_empty(std::int64_t block);
+    void step(const Output& out);
+    void cause_faults();
+    void open_exposures(bool trigger);
     void expose(Eye& eye, const PlantState& before);
     void stop() noexcept {
         const std::scoped_lock lock{mutex};
@@ -93,15 +122,51 @@ struct World::State {
     }
 };
 
-void World::State::step(double volts, bool trigger) {
-    const PlantState before = plant.state();
+void World::State::play(const Output& out) {
+    buffer.push_back(out);
+    step(buffer.front());
+    buffer.pop_front();
+}
+
+// When the DAC runs empty before the end of a block that is now due: plays silence for the block and for the
+// time lost behind it, which is returned (samples); else 0.
+std::int64_t World::State::run_empty(std::int64_t block) {
+    std::int64_t lost = 0;
+    while (const SceneFault* f =
+               underruns.take(static_cast<double>(next_written() + block - 1) / scene.dac_rate_hz))
+        lost += std::llround(f->value);
+    if (lost == 0) return 0;
+    for (std::int64_t i = 0; i < block + lost; ++i) play({});
+    dac_counts.lost += static_cast<std::uint64_t>(lost);
+    ++dac_counts.incidents;
+    return lost;
+}
+
+void World::State::cause_faults() {
+    while (const SceneFault* f = plant_faults.take(now())) {
+        if (f->what == FaultKind::amplifier_gain)
+            plant.set_gain_factor(f->value);
+        else
+            plant.set_walker(f->what == FaultKind::walker_on);
+    }
+}
+
+void World::State::open_exposures(bool trigger) {
     for (Eye& eye : eyes) {
         if (!std::exchange(eye.expose, false) && !trigger) continue;
-        eye.open.push_back({.tick = eye.next, .start_s = now()});
+        const bool lost = eye.losses.take(now()) != nullptr || eye.faults.at(FaultKind::camera_stall, now());
+        const bool walker = plant.has_walker() && !eye.faults.at(FaultKind::walker_hidden, now());
+        eye.open.push_back({.tick = eye.next, .start_s = now(), .lost = lost, .walker = walker});
         ++eye.next.n;
     }
+}
+
+void World::State::step(const Output& out) {
+    cause_faults();
+    open_exposures(out.trigger);
+    const PlantState before = plant.state();
     const double limit = scene.dac_full_scale_v;
-    plant.step(std::clamp(volts, -limit, limit));
+    plant.step(std::clamp(out.volts, -limit, limit));
     for (Eye& eye : eyes) expose(eye, before);
     ++n;
     if (auto block = sensor.step(n, plant.state().a)) {
@@ -129,9 +194,8 @@ void World::State::expose(Eye& eye, const PlantState& before) {
         eye.open.pop_front();
         eye.poses.push_back(
             {e.tick, master_time(e.start_s + 0.5 * exposure_s), e.poses[1].base, e.poses[1].walker});
-        if (eye.overflow) e.quality = Quality::gap;
-        eye.overflow = eye.done.size() >= queue_limit;
-        if (!eye.overflow) eye.done.push_back(e);
+        if (std::exchange(eye.gap, e.lost || eye.done.size() >= queue_limit)) e.quality = Quality::gap;
+        if (!eye.gap) eye.done.push_back(e);
     }
 }
 
@@ -147,13 +211,18 @@ public:
     }
     [[nodiscard]] DeviceCounts counts() const noexcept override {
         const std::scoped_lock lock{s_.mutex};
-        return {.taken = static_cast<std::uint64_t>(s_.n)};
+        DeviceCounts counts = s_.dac_counts;
+        counts.taken = static_cast<std::uint64_t>(std::max<std::int64_t>(s_.n, 0)) - counts.lost;
+        return counts;
     }
     PlayTime write(std::span<const double> volts, std::span<const double> trigger) override {
         if (volts.size() != trigger.size()) throw DeviceError{"simulated DAC: channels of different length"};
         std::unique_lock lock{s_.mutex};
-        const PlayTime played{DacTick{s_.n}, host_time(s_.now())};
-        for (std::size_t i = 0; i < volts.size(); ++i) s_.step(volts[i], trigger[i] > 0.5);
+        const std::int64_t first = s_.next_written();
+        PlayTime played{DacTick{first}, host_time(static_cast<double>(first) / s_.scene.dac_rate_hz)};
+        played.lost = s_.run_empty(static_cast<std::int64_t>(volts.size()));
+        for (std::size_t i = 0; i < volts.size() && played.lost == 0; ++i)
+            s_.play({volts[i], trigger[i] > 0.5});
         s_.moved.notify_all();
         if (s_.pace == World::Pace::paced) s_.moved.wait(lock, [&] { return s_.stopped || s_.all_read(); });
         return played;
@@ -226,7 +295,7 @@ public:
         frame->arrived = host_time(s_.due(eye_, e));
         frame->mid_exposure = master_time(e.start_s + 0.5 * eye_.truth.view.exposure_s);
         frame->quality = e.quality;
-        eye_.renderer.render(e.poses, e.tick, frame->pixels);
+        eye_.renderer.render(e.poses, e.tick, frame->pixels, e.walker);
         const std::scoped_lock lock{s_.mutex};
         eye_.render_s += cpu_seconds() - before;
         ++counts_.taken;

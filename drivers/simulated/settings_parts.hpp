@@ -1,0 +1,45 @@
+#pragma once
+// One pass over the fields of a truth serves reading and writing: each visitor sees key, value and range.
+#include <spdlog/fmt/fmt.h>
+
+#include <initializer_list>
+#include <string>
+#include <string_view>
+#include <utility>
+
+#include "drivers/settings_table.hpp"
+
+namespace shaker {
+
+/// Reads a table's fields; what the file does not name keeps its value.
+struct ReadPart {
+    SettingsTable table;
+    void operator()(const char* key, double& x, Range r) { x = table.number(key, r, x); }
+    void operator()(const char* key, int& x, Range r) {
+        x = table.integer(key, static_cast<int>(r.min), static_cast<int>(r.max), x);
+    }
+    template <class Choice>
+    void choice(const char* key, Choice& x, std::initializer_list<std::string_view> names) {
+        x = static_cast<Choice>(table.choice(key, names, static_cast<std::size_t>(x)));
+    }
+};
+
+/// Appends a table's fields to a text that reads back as the same values to the last digit.
+struct WritePart {
+    std::string& text;
+    void operator()(const char* key, double x, Range) const {
+        text += fmt::format("{} = {}\n", key, number(x));
+    }
+    void operator()(const char* key, int x, Range) const { text += fmt::format("{} = {}\n", key, x); }
+    template <class Choice>
+    void choice(const char* key, Choice x, std::initializer_list<std::string_view> names) const {
+        text += fmt::format("{} = \"{}\"\n", key, names.begin()[static_cast<std::size_t>(x)]);
+    }
+    // The shortest such text; TOML wants a point or an exponent in a number that is not whole by kind.
+    static std::string number(double x) {
+        std::string s = fmt::format("{}", x);
+        return s.find_first_of(".e") == std::string::npos ? s + ".0" : s;
+    }
+};
+
+}  // namespace shaker
