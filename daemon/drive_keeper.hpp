@@ -27,6 +27,8 @@ public:
 
     /// Begins to find out the response; false when it is not to be found out.
     bool begin_identification();
+    /// Takes a response that was found out before instead.
+    void adopt(const IdentifiedResponse& response) { identified_ = response; }
     /// Begins to go for the target.
     void begin();
     /// What to play now.

@@ -66,8 +66,9 @@ Harmonics<Voltage> DriveHistory::mean(double from_s, double to_s) const {
 }
 
 bool DriveHistory::steady(double from_s, double to_s) const {
-    return std::ranges::none_of(changes_,
-                                [&](const Change& c) { return c.begin_s < to_s && c.end_s > from_s; });
+    const double sample = 1 / rate_hz_;  // times of samples are not known better
+    return std::ranges::none_of(
+        changes_, [&](const Change& c) { return c.begin_s < to_s - sample && c.end_s > from_s + sample; });
 }
 
 }  // namespace shaker

@@ -14,6 +14,7 @@ constexpr double first_level = 0.1;   // peak acceleration of the first level, b
 constexpr double first_volts = 0.05;  // and at most this share of the limit
 constexpr double raise = 3;           // from level to level
 constexpr double enough = 0.25;       // of gamma: no level begins above it
+constexpr double stuck = 0.3;         // of the data sheet's response: the base may not have come loose
 constexpr int most_levels = 5;
 constexpr double same_gain = 0.1, same_phase = two_pi / 36;
 }  // namespace
@@ -49,6 +50,7 @@ void Identification::conclude_level() {
     found_.below = found_.h;
     Harmonics<Acceleration> mean;
     bool changed = level_ == 0;
+    double answer = 0, sheet = 0;
     for (int q = 1; q <= settings_.harmonics; ++q) {
         const auto i = static_cast<std::size_t>(q - 1);
         for (const auto& w : windows_) mean.at(q) += w.at(q) / n;
@@ -58,6 +60,8 @@ void Identification::conclude_level() {
         found_.floor[i] = std::sqrt(scatter);
         found_.sd[i] = std::sqrt(0.5 * scatter / n) / std::abs(volts_.at(q));
         found_.coherence[i] = std::norm(mean.at(q)) / (std::norm(mean.at(q)) + scatter);
+        answer += std::norm(found_.h[i]);
+        sheet += std::norm(settings_.nominal[i]);
         if (level_ == 0) continue;
         const std::complex<double> ratio = found_.h[i] / found_.below[i];
         const double doubt = 3 * found_.sd[i] / std::abs(found_.h[i]);
@@ -71,8 +75,9 @@ void Identification::conclude_level() {
         found_.level = std::max(found_.level, std::abs(value_at(mean, two_pi * i / 512)));
     ++level_;
     const double next_peak = raise * peak(volts_);
-    done_ = (level_ >= 2 && (!changed || found_.level > enough * settings_.gamma)) || level_ == most_levels ||
-            next_peak > settings_.volts_limit;
+    const bool loose = answer > stuck * stuck * sheet;
+    done_ = (level_ >= 2 && ((!changed && loose) || found_.level > enough * settings_.gamma)) ||
+            level_ == most_levels || next_peak > settings_.volts_limit;
     if (!done_)
         for (auto& v : volts_.a) v *= raise;
 }

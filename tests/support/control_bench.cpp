@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <deque>
+#include <random>
 
 #include "drivers/simulated/sensor.hpp"
 
@@ -10,7 +11,7 @@ namespace shaker::test {
 
 namespace {
 
-constexpr int controlled = 8;
+constexpr int controlled = controlled_harmonics;
 constexpr std::size_t block = 240;  // DAC samples
 
 // What the base really does: harmonics of one period of the drive.
@@ -48,7 +49,7 @@ public:
           plant_{scene_},
           sensor_{scene_},
           synthesiser_{scene_.dac_rate_hz, c.drive.frequency, 1e3},
-          windows_{scene_.dac_rate_hz, info(), c.drive.frequency, controlled, 0},
+          windows_{scene_.dac_rate_hz, info(), c.drive.frequency, controlled, c.mains_hz},
           volts_(block) {}
 
     using Each = std::function<void(const MotionWindows::Window&)>;
@@ -60,6 +61,7 @@ public:
     [[nodiscard]] std::uint64_t sequence() const { return sequence_; }
     [[nodiscard]] ShakerPlant& plant() { return plant_; }
     Truth truth;
+    double sensor_sign = 1;
 
     void step(const Each& each) {
         for (; !waiting_.empty() && waiting_.front().at <= synthesiser_.tick().n; waiting_.pop_front())
@@ -69,10 +71,10 @@ public:
         if (const DriveChange* change = synthesiser_.change()) windows_.add(*change);
         for (std::size_t i = 0; i < block; ++i) {
             const std::int64_t n = first + static_cast<std::int64_t>(i);
-            plant_.step(std::clamp(volts_[i], -1.0, 1.0));
+            plant_.step(converted(volts_[i]));
             truth.add(windows_.history().turns(static_cast<double>(n + 1) / scene_.dac_rate_hz),
                       plant_.state().a);
-            if (auto accel = sensor_.step(n + 1, case_.sensor_sign * plant_.state().a))
+            if (auto accel = sensor_.step(n + 1, sensor_sign * plant_.state().a))
                 for (const auto& w : windows_.add(*accel)) each(w);
         }
         windows_.add(PlayTime{synthesiser_.tick(),
@@ -87,6 +89,13 @@ private:
     static Scene seeded(Scene s, std::uint64_t seed) {
         s.seed = seed;
         return s;
+    }
+    double converted(double volts) {
+        if (case_.dac_bits > 0) {
+            const double lsb = std::ldexp(1.0, 1 - case_.dac_bits);
+            volts = lsb * std::round(volts / lsb + dither_(rng_) - dither_(rng_));
+        }
+        return std::clamp(volts, -1.0, 1.0);
     }
     [[nodiscard]] AccelerometerInfo info() const {
         AccelerometerInfo i = sensor_.info();
@@ -103,6 +112,8 @@ private:
     std::vector<double> volts_;
     std::deque<Waiting> waiting_;
     std::uint64_t sequence_ = 0;
+    std::mt19937_64 rng_{99};
+    std::uniform_real_distribution<double> dither_{0, 1};
 };
 
 double decibel(double share) { return 20 * std::log10(std::max(share, 1e-9)); }
@@ -164,50 +175,63 @@ void judge(ControlResult& r, const std::vector<Harmonics<Acceleration>>& truth, 
     r.tail_db = decibel(std::sqrt(tail) / drive.gamma);
 }
 
+// What the law knows when it begins: the response as it was found out, or the data sheet's.
+Known find_out(const ControlCase& c, Bench& bench, ControlResult& result) {
+    Known known{.drive = c.drive, .response = {}, .sheet = {}, .volts_limit = c.volts_limit};
+    known.sheet = [scene = c.scene](double hz) {
+        const auto [re, im] = ShakerPlant::response(scene, hz);
+        return std::complex<double>{re, im};
+    };
+    IdentificationSettings settings{
+        .harmonics = controlled, .gamma = c.drive.gamma, .volts_limit = c.volts_limit};
+    for (std::size_t q = 0; q < max_harmonics; ++q)
+        settings.nominal[q] = known.sheet(static_cast<double>(q + 1) * c.drive.frequency);
+    Identification identification{settings};
+    bool listened = false;
+    while (!listened || (c.identify && !identification.done()))
+        bench.step([&](const MotionWindows::Window& w) {
+            if (!listened && w.estimate.period > 20) {
+                known.noise = w.estimate.sd;
+                listened = true;
+                if (c.identify) bench.play(identification.volts(), c.drive.frequency, 10, 0);
+            }
+            if (w.motion.steady && w.sequence == bench.sequence() && !identification.done() &&
+                identification.take(w.estimate) && !identification.done())
+                bench.play(identification.volts(), c.drive.frequency, 5, 0);
+        });
+    result.response = identification.response();
+    result.response.frequency = c.drive.frequency;
+    known.response = result.response;
+    for (std::size_t q = 0; q < max_harmonics; ++q)
+        known.response.h[q] = c.misjudged * (c.identify ? result.response.h[q] : settings.nominal[q]);
+    return known;
+}
+
 }  // namespace
 
 ControlResult run_control(const ControlCase& c, const MakeLaw& make, std::uint64_t seed) {
     Bench bench{c, seed};
     ControlResult result;
-    IdentificationSettings settings{
-        .harmonics = controlled, .gamma = c.drive.gamma, .volts_limit = c.volts_limit};
-    for (std::size_t q = 0; q < max_harmonics; ++q) {
-        const auto [re, im] = ShakerPlant::response(c.scene, static_cast<double>(q + 1) * c.drive.frequency);
-        settings.nominal[q] = {re, im};
-    }
-    Identification identification{settings};
-    bench.play(identification.volts(), c.drive.frequency, 10, 0);
-    double noise = 0;
-    while (!identification.done())
-        bench.step([&](const MotionWindows::Window& w) {
-            if (w.sequence == 0) noise = w.estimate.sd;
-            if (w.motion.steady && w.sequence == bench.sequence() && !identification.done() &&
-                identification.take(w.estimate) && !identification.done())
-                bench.play(identification.volts(), c.drive.frequency, 10, 0);
-        });
-    result.response = identification.response();
-    auto response = result.response.h;
-    for (auto& h : response) h *= c.misjudged;
+    const auto law = make(find_out(c, bench, result));
     Drive drive = c.drive;
-    const auto law = make(harmonics(drive), response,
-                          {.harmonics = controlled, .volts_limit = c.volts_limit, .noise = noise});
     bench.play(law->volts(), drive.frequency, 1, 0);
     std::size_t begin = bench.truth.periods.size();
+    const auto passed = [&](int periods) {
+        return bench.truth.periods.size() >= begin + static_cast<std::size_t>(periods);
+    };
     auto event = c.events.begin();
-    while (bench.truth.periods.size() < begin + static_cast<std::size_t>(c.periods)) {
-        for (; event != c.events.end() &&
-               bench.truth.periods.size() >= begin + static_cast<std::size_t>(event->period);
-             ++event) {
+    while (!passed(c.periods)) {
+        for (; event != c.events.end() && passed(event->period); ++event) {
             if (event->plant) event->plant(bench.plant());
+            bench.sensor_sign = event->sensor_sign;
             if (!event->drive) continue;
             drive = *event->drive;
-            law->retarget(harmonics(drive));
+            law->set(drive);
             bench.play(law->volts(), drive.frequency, 1, 0);
         }
         bench.step([&](const MotionWindows::Window& w) {
-            MotionWindow motion = w.motion;
-            motion.steady = motion.steady && w.sequence == bench.sequence();
-            if (law->take(motion)) bench.play(law->volts(), drive.frequency, 1, c.latency);
+            if (law->take(w, w.sequence == bench.sequence()))
+                bench.play(law->volts(), drive.frequency, 1, c.latency);
         });
         result.gave_up = result.gave_up || law->gave_up();
     }
