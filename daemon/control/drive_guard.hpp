@@ -27,9 +27,9 @@ public:
     /// everything is counted as a warning and nothing trips.
     DriveGuard(double rate_hz, double accelerometer_rate_hz, std::optional<Limits> limits);
 
-    /// Before each block. What trips is told once until rearm(). The accelerometer is silent when no block has
-    /// come for missing_s or one and a quarter of a block's own length, whichever is longer, and the first
-    /// has come or the drive is on. The reduction's life counts while the drive is on.
+    /// Before each block. What trips is told once until rearm(). The accelerometer is silent when no block
+    /// has come for missing_s or one and a quarter of a block's own length, whichever is longer, and the
+    /// first has come or the drive is on. The reduction's life counts while the drive is on.
     std::optional<Trip> check(const OutputSigns& signs, Warnings& warnings) noexcept;
     void rearm() noexcept { told_.reset(); }
     /// Limits were given.

@@ -7,7 +7,8 @@ namespace shaker {
 
 namespace {
 
-constexpr double sweep_slack = 8;  // times the motion, while the frequency may pass a resonance
+constexpr double most_slack = 1.5;  // times the change, at the resonance of a shaker that rings long
+constexpr double sweep_slack = 8;   // times the motion, while the frequency may pass a resonance
 
 bool same_frequency(double a, double b) noexcept { return std::abs(a - b) <= 1e-9 * std::abs(b); }
 
@@ -124,7 +125,8 @@ std::optional<PredictedMotion::Sample> PredictedMotion::at(AccelTick tick) noexc
     const double settling = newest_->settling_s * rate_hz_ * newest_->dac_per_tick;  // DAC samples
     double slack = 0;
     if (settling > 0 && change_rms_ > 0) {
-        slack = change_rms_ * (sweeps_ ? sweep_slack : std::min(1.0, 4 * settling / std::max(ramp_, 1.0)));
+        slack =
+            change_rms_ * (sweeps_ ? sweep_slack : std::min(most_slack, 4 * settling / std::max(ramp_, 1.0)));
         if (x > ramp_) slack *= std::exp((ramp_ - x) / (sweeps_ ? 2 * settling : settling));
     }
     return Sample{im, std::sqrt(0.5 * squares), slack};

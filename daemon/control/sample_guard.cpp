@@ -21,6 +21,7 @@ constexpr double longest_window_s = 0.015;
 constexpr double sigmas = 6;          // residual that noise alone may make
 constexpr double least_motion = 10;   // sigmas, below which the prediction is not judged
 constexpr double gone = 3;            // sigmas, below which nothing at all is seen
+constexpr double follows = 0.1;       // of the slack, that a base in motion follows for certain
 constexpr double open_share = 0.3;    // of the predicted motion: less is an open sensor
 constexpr double weak_share = 0.4;    // of the tolerance, where less than open_share is seen
 constexpr double too_much = 2;        // times the predicted motion: the motion itself is wrong
@@ -236,8 +237,8 @@ void SampleGuard::watch_residual(const Vector& a, const Predicted& predicted, co
     const double share = window_.gain();
     const bool weak = share < open_share && window_.predicted() > least_motion * e.sigma &&
                       residual > weak_share * e.tolerance * expected + allowed;
-    const bool nothing =
-        window_.measured() < gone * e.sigma && window_.predicted() > gone * least_motion * e.sigma;
+    const bool nothing = window_.measured() < gone * e.sigma &&
+                         window_.predicted() > gone * least_motion * e.sigma + follows * predicted->slack;
     if (residual <= limit && !weak && !nothing) return;
     if (static_cast<double>(repeats_) >= least_repeats)
         trip(Cause::sensor_frozen, StopKind::soft, static_cast<double>(repeats_) + 1, least_repeats, out);

@@ -106,8 +106,8 @@ TEST(PredictedMotionTest, SlackIsTheShareOfAChangeThatTheBaseStillFollows) {
     synth.skip(1);
     motion.hear(*synth.change());
     const double change = std::sqrt(0.5 * 1.25);
-    EXPECT_NEAR(motion.at({100})->slack, change, 1e-12) << "in the ramp of 50 ms";
-    EXPECT_NEAR(motion.at({200 + 80})->slack, change * std::exp(-1), 1e-9) << "20 ms behind it";
+    EXPECT_NEAR(motion.at({100})->slack, 1.5 * change, 1e-12) << "in the ramp of 50 ms";
+    EXPECT_NEAR(motion.at({200 + 80})->slack, 1.5 * change * std::exp(-1), 1e-9) << "20 ms behind it";
     EXPECT_LT(motion.at({200 + 4000})->slack, 1e-9);
 }
 

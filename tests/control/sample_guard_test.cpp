@@ -90,6 +90,8 @@ TEST(SampleGuardTest, VelocityAndDisplacementAreThoseOfTheMotion) {
         limits.velocity = {INFINITY, share * v};
         Feed by_velocity{limits};
         EXPECT_EQ(by_velocity.trips_after(8000, motion).has_value(), share < 1) << share;
+        Feed no_velocity{without(limits, Cause::velocity)};
+        EXPECT_FALSE(no_velocity.trips_after(8000, motion));
         limits = no_levels();
         limits.displacement = {INFINITY, share * x};
         Feed by_displacement{limits};

@@ -21,7 +21,7 @@ TEST(TripTest, EveryCauseHasANameOfItsOwnAndWordsWithValueAndLimit) {
         EXPECT_EQ(words.find('{'), std::string::npos) << words;
         if (cause == Cause::sensor_not_finite || cause == Cause::operator_stop) continue;
         EXPECT_NE(words.find("12"), std::string::npos) << words;
-        EXPECT_NE(words.find("4"), std::string::npos) << words;
+        EXPECT_NE(words.find('4'), std::string::npos) << words;
     }
     EXPECT_EQ(names.size(), causes);
     EXPECT_STREQ(name(Cause::operator_stop), "operator_stop")

@@ -1,6 +1,7 @@
 // The guard in the loops: from the sample that violates to the ramp of the drive, in played time.
 #include <gtest/gtest.h>
 
+#include <cstdio>
 #include <deque>
 #include <utility>
 #include <vector>
@@ -139,6 +140,7 @@ struct Guarded {
 };
 
 TEST(GuardTest, TheRampBeginsWithTheBlockAfterTheOneWhoseReadingTrips) {
+    std::int64_t worst = 0;
     for (const std::int64_t later : {0, 3, 7, 11}) {
         Guarded run{limits()};
         run.start(0.5);
@@ -152,10 +154,12 @@ TEST(GuardTest, TheRampBeginsWithTheBlockAfterTheOneWhoseReadingTrips) {
         ASSERT_TRUE(run.stop);
         EXPECT_EQ(run.trips.at(0).cause, Cause::acceleration);
         EXPECT_EQ(run.stop->stop, 240) << "hard: 5 ms";
-        EXPECT_LE(run.stop->first.n - read, block + 48) << "one block and 1 ms after the sample was read";
+        worst = std::max(worst, run.stop->first.n - read);
         run.go(0.1);
         EXPECT_EQ(run.zero_from(), run.stop->first.n + 240);
     }
+    std::printf("sample read to ramp, worst of 4: %.2f ms\n", 1e3 * static_cast<double>(worst) / rate);
+    EXPECT_LE(worst, block + 48) << "one block and 1 ms after the sample was read";
     Guarded off{without(Cause::acceleration)};
     off.start(0.5);
     off.base.gain = 60;
@@ -164,6 +168,7 @@ TEST(GuardTest, TheRampBeginsWithTheBlockAfterTheOneWhoseReadingTrips) {
 }
 
 TEST(GuardTest, AnUnpluggedAccelerometerEndsInSilenceWithin80MillisecondsOfItsLastSample) {
+    std::int64_t worst = 0;
     for (int later = 0; later < 16; ++later) {
         Guarded run{limits()};
         run.start(0.5);
@@ -173,9 +178,11 @@ TEST(GuardTest, AnUnpluggedAccelerometerEndsInSilenceWithin80MillisecondsOfItsLa
         run.go(0.2);
         ASSERT_EQ(run.trips.size(), 1U);
         EXPECT_EQ(run.trips[0].cause, Cause::sensor_missing);
-        EXPECT_LE(static_cast<double>(run.zero_from() - last) / rate, 0.080) << later;
+        worst = std::max(worst, run.zero_from() - last);
         EXPECT_EQ(run.stop->stop, 2400) << "soft: 50 ms";
     }
+    std::printf("last sample to silence, worst of 16: %.1f ms\n", 1e3 * static_cast<double>(worst) / rate);
+    EXPECT_LE(static_cast<double>(worst) / rate, 0.080);
     Guarded off{without(Cause::sensor_missing)};
     off.start(0.5);
     off.base.unplugged = true;
