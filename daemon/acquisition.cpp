@@ -3,14 +3,14 @@
 #include <algorithm>
 #include <cmath>
 
-#include "daemon/loops.hpp"
-
 namespace shaker {
 
-Acquisition::Acquisition(Rig& rig, SessionWriter* file)
+Acquisition::Acquisition(Rig& rig, SessionWriter* file, const std::optional<Limits>& limits, double frequency)
     : rig_{rig},
       file_{file},
       lanes_{rig.cameras.size()},
+      input_{SampleGuard{rig.accelerometer ? rig.accelerometer->info() : AccelerometerInfo{},
+                         rig.dac ? rig.dac->info().rate_hz : 1, limits, frequency}},
       take_{empty_take(rig)},
       dac_clock_{take_.dac_rate_hz} {
     for (const auto& camera : rig.cameras) {
@@ -72,7 +72,7 @@ std::vector<Loop> Acquisition::sensor_loops() {
     std::vector<Loop> loops;
     if (rig_.accelerometer)
         loops.push_back({"accelerometer", 65, true, [this](std::chrono::milliseconds wait) {
-                             return accelerometer_step(*rig_.accelerometer, wait, lanes_);
+                             return accelerometer_step(input_, *rig_.accelerometer, wait, lanes_);
                          }});
     auto ring = lanes_.frames.begin();
     for (std::size_t i = 0; i < rig_.cameras.size(); ++i, ++ring)

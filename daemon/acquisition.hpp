@@ -8,6 +8,7 @@
 #include "daemon/executors.hpp"
 #include "daemon/frame_clock.hpp"
 #include "daemon/lanes.hpp"
+#include "daemon/loops.hpp"
 #include "daemon/take.hpp"
 #include "drivers/devices.hpp"
 #include "drivers/replay/session_file.hpp"
@@ -17,8 +18,10 @@ namespace shaker {
 
 class Acquisition {
 public:
-    /// The rig and the file (null: nothing is recorded) outlive this.
-    Acquisition(Rig& rig, SessionWriter* file);
+    /// The rig and the file (null: nothing is recorded) outlive this. limits: what the accelerometer's
+    /// samples are held against; none: they are only counted. frequency: of the output's silent start, Hz.
+    Acquisition(Rig& rig, SessionWriter* file, const std::optional<Limits>& limits = {},
+                double frequency = 20);
 
     /// Moves what is in the rings into the take and the file. False when there was nothing. Reduction thread.
     bool collect();
@@ -36,6 +39,7 @@ private:
     Rig& rig_;
     SessionWriter* file_;
     Lanes lanes_;
+    Input input_;
     std::vector<ViewTracker> trackers_;
     Take take_;
     ClockTracker<DacClock> dac_clock_;

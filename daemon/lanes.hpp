@@ -5,6 +5,8 @@
 #include <list>
 #include <vector>
 
+#include "daemon/control/predicted_motion.hpp"
+#include "daemon/control/trip.hpp"
 #include "drivers/data.hpp"
 #include "drivers/handover.hpp"
 #include "drivers/synthesiser.hpp"
@@ -25,6 +27,7 @@ struct Counters {
     std::atomic<std::uint64_t> blocks_lost{0};
     std::atomic<std::uint64_t> frames_lost{0};
     std::atomic<std::uint64_t> samples_clamped{0};
+    std::atomic<std::uint64_t> trips_lost{0};
 };
 
 /// Rings of samples hold 10 s and more of the paper's rates; those of frames hold less than a camera's pool
@@ -34,6 +37,16 @@ struct Lanes {
         for (std::size_t i = 0; i < cameras; ++i) frames.emplace_back(128);
     }
     Mailbox<DriveCommand> drive;  // reduction to output: the one back arrow
+    // The way of a trip: whoever finds it, the output stops within its next block and tells the reduction.
+    Ring<Trip> sensed{8};   // accelerometer to output
+    Ring<Trip> ordered{8};  // reduction to output: its own findings and the operator's stop
+    Ring<Trip> trips{64};   // output to reduction, in order: the first since a release is the cause
+    std::atomic<bool> stopped{false};           // the output is latched: it refuses commands
+    std::atomic<std::uint64_t> releases{0};     // raised by the reduction to unlatch, as soon as it is silent
+    Mailbox<Expectation> expectation;           // reduction to accelerometer
+    Ring<DriveChange> ahead{64};                // output to accelerometer: what is about to be heard
+    std::atomic<std::uint64_t> blocks_read{0};  // accelerometer's sign of life
+    Warnings warnings;
     Ring<PlayTime> played{8192};  // output to reduction
     Ring<DriveChange> changes{1024};
     Ring<AccelBlock> blocks{1024};

@@ -1,32 +1,101 @@
 #include "daemon/loops.hpp"
 
+#include <algorithm>
+#include <cmath>
+
 namespace shaker {
 
-Output::Output(const DacInfo& dac, double frequency, double frames_per_second, std::size_t block)
-    : synthesiser{dac.rate_hz, frequency, dac.full_scale_V},
+namespace {
+
+double drive_limit(const DacInfo& dac, const std::optional<Limits>& limits) {
+    return limits ? std::min(limits->drive.abort, dac.full_scale_V) : dac.full_scale_V;
+}
+
+// To the reduction and, ahead of the sound, to the guard of the accelerometer.
+void tell(const Output& output, Lanes& lanes) {
+    const DriveChange* change = output.synthesiser.change();
+    if (change == nullptr) return;
+    if (!lanes.changes.push(*change)) ++lanes.lost.changes_lost;
+    if (output.guard.armed() && !lanes.ahead.push(*change)) ++lanes.lost.changes_lost;
+}
+
+void stop(const Trip& trip, Output& output, Lanes& lanes) {
+    if (!lanes.trips.push(trip)) ++lanes.lost.trips_lost;
+    output.synthesiser.stop(output.guard.stop_samples(trip.stop));
+    tell(output, lanes);
+}
+
+double peak(const std::vector<double>& volts) noexcept {
+    double largest = 0;
+    for (const double v : volts) largest = std::max(largest, std::abs(v));
+    return largest;
+}
+
+// What happened in the block before, and what the other threads have done meanwhile.
+OutputSigns signs_of(const Output& output, const Lanes& lanes) {
+    const Synthesiser& s = output.synthesiser;
+    return {.tick = s.tick().n,
+            .silent = s.silent(),
+            .peak_V = peak(output.volts),
+            .clamped = s.clamped(),
+            .largest_clamped_V = s.largest_clamped(),
+            .lost = output.lost,
+            .blocks_read = lanes.blocks_read,
+            .gathered = lanes.gathered};
+}
+
+void answer_trips(Output& output, Lanes& lanes) {
+    const std::uint64_t releases = lanes.releases;
+    if (releases != output.released && output.synthesiser.release()) {
+        output.released = releases;
+        output.guard.rearm();
+    }
+    while (const auto trip = lanes.sensed.pop()) stop(*trip, output, lanes);
+    while (const auto trip = lanes.ordered.pop()) stop(*trip, output, lanes);
+    if (const auto trip = output.guard.check(signs_of(output, lanes), lanes.warnings))
+        stop(*trip, output, lanes);
+}
+
+}  // namespace
+
+Output::Output(const DacInfo& dac, double frequency, double frames_per_second, std::size_t block,
+               const std::optional<Limits>& limits, double accelerometer_rate_hz)
+    : synthesiser{dac.rate_hz, frequency, drive_limit(dac, limits)},
+      guard{dac.rate_hz, accelerometer_rate_hz, limits},
       triggers{dac.rate_hz, frames_per_second},
       volts(block),
       pulses(block) {}
 
 void output_step(Output& output, Dac& dac, Lanes& lanes) {
-    if (const auto command = lanes.drive.take()) output.synthesiser.set(*command);
-    output.synthesiser.fill(output.volts);
+    Synthesiser& synthesiser = output.synthesiser;
+    answer_trips(output, lanes);
+    if (const auto command = lanes.drive.take()) synthesiser.set(*command);
+    synthesiser.fill(output.volts);
     output.triggers.fill(output.pulses);
-    const DriveChange* change = output.synthesiser.change();
-    if (change != nullptr && !lanes.changes.push(*change)) ++lanes.lost.changes_lost;
+    tell(output, lanes);
     const PlayTime played = dac.write(output.volts, output.pulses);
     if (!lanes.played.push(played)) ++lanes.lost.plays_lost;
     if (played.lost > 0) {  // never go on at level: what comes next starts from silence
-        output.synthesiser.silence(played.lost);
+        synthesiser.silence(played.lost);
         output.triggers.skip(played.lost);
-        if (!lanes.changes.push(*output.synthesiser.change())) ++lanes.lost.changes_lost;
+        tell(output, lanes);
     }
-    lanes.lost.samples_clamped = output.synthesiser.clamped();
+    output.lost = played.lost;
+    lanes.stopped = synthesiser.stopped();
+    lanes.lost.samples_clamped = synthesiser.clamped();
 }
 
-bool accelerometer_step(Accelerometer& device, std::chrono::milliseconds wait, Lanes& lanes) {
+bool accelerometer_step(Input& input, Accelerometer& device, std::chrono::milliseconds wait, Lanes& lanes) {
     AccelBlock block;
     if (!device.read(block, wait)) return false;
+    if (const std::uint64_t releases = lanes.releases; releases != input.released) {
+        input.released = releases;
+        input.guard.rearm();
+    }
+    while (const auto change = lanes.ahead.pop()) input.guard.hear(*change);
+    if (const auto expectation = lanes.expectation.take()) input.guard.expect(*expectation);
+    input.guard.check(block, lanes.sensed, lanes.warnings);
+    ++lanes.blocks_read;
     if (!lanes.blocks.push(block)) ++lanes.lost.blocks_lost;
     return true;
 }

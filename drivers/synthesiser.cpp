@@ -51,13 +51,19 @@ void unit_circle(const Phases& phase, Lanes& cosine, Lanes& sine) noexcept {
     }
 }
 
+constexpr std::uint64_t half_turn = std::uint64_t{1} << 63;
+
+/// Cosine of an angle that grows by the same step a sample, for the samples from `first` on.
+void cosines(std::uint64_t from, std::uint64_t step, std::int64_t first, Lanes& cosine) noexcept {
+    Phases phase;
+    for (std::size_t i = 0; i < lanes; ++i) phase[i] = from + (static_cast<std::uint64_t>(first) + i) * step;
+    Lanes sine;
+    unit_circle(phase, cosine, sine);
+}
+
 /// Raised cosine from 0 at sample 0 of the ramp towards 1 at sample `ramp`, for the samples from `first` on.
 void ramp_weights(std::int64_t first, std::int64_t ramp, Lanes& weight) noexcept {
-    const std::uint64_t half_turn = (std::uint64_t{1} << 63) / static_cast<std::uint64_t>(ramp);
-    Phases phase;
-    for (std::size_t i = 0; i < lanes; ++i) phase[i] = (static_cast<std::uint64_t>(first) + i) * half_turn;
-    Lanes sine;
-    unit_circle(phase, weight, sine);
+    cosines(0, half_turn / static_cast<std::uint64_t>(ramp), first, weight);
     for (double& w : weight) w = 0.5 - 0.5 * w;
 }
 
@@ -120,7 +126,7 @@ Synthesiser::Synthesiser(double rate_hz, double frequency, double limit_V)
 }
 
 void Synthesiser::set(const DriveCommand& command) noexcept {
-    if (finite(command.volts) && command.ramp_periods >= 1 &&
+    if (!stopped_ && finite(command.volts) && command.ramp_periods >= 1 &&
         playable(command.frequency, command.volts.order(), rate_hz_))
         pending_ = command;
     else
@@ -128,7 +134,7 @@ void Synthesiser::set(const DriveCommand& command) noexcept {
 }
 
 void Synthesiser::fill(std::span<double> volts) noexcept {
-    changed_ = false;
+    told_.reset();
     while (!volts.empty()) {
         const auto n = next_stretch(static_cast<std::int64_t>(volts.size()));
         const auto stretch = volts.first(static_cast<std::size_t>(n));
@@ -141,7 +147,7 @@ void Synthesiser::fill(std::span<double> volts) noexcept {
 }
 
 void Synthesiser::skip(std::int64_t samples) noexcept {
-    changed_ = false;
+    told_.reset();
     while (samples > 0) {
         const std::int64_t n = next_stretch(samples);
         if (ramping_) {
@@ -161,11 +167,48 @@ void Synthesiser::silence(std::int64_t samples) noexcept {
     if (ramping_) end_ramp();
     volts_ = {};
     order_ = 0;
+    stopping_ = false;
     change_ = {{.volts = {}, .frequency = change_.command.frequency}, tick_, 0, phase_, step_};
-    changed_ = true;
+    told_ = change_;
+}
+
+void Synthesiser::stop(std::int64_t samples) noexcept {
+    samples = std::max<std::int64_t>(samples, 1);
+    pending_.reset();
+    told_.reset();
+    const bool earlier = stopping_ && tick_.n + samples < stop_first_.n + stop_samples_;
+    if (stopped_ && !earlier) return;
+    if (earlier) {
+        const std::uint64_t step = (half_turn - stop_angle_) / static_cast<std::uint64_t>(stop_samples_);
+        stop_angle_ += static_cast<std::uint64_t>(tick_.n - stop_first_.n) * step;
+    } else {
+        stop_angle_ = 0;
+    }
+    stopped_ = stopping_ = true;
+    stop_first_ = tick_;
+    stop_samples_ = samples;
+    told_ = {{.volts = {}, .frequency = change_.command.frequency},
+             tick_,
+             0,
+             phase_,
+             ramping_ ? change_.step : step_,
+             samples};
+}
+
+bool Synthesiser::release() noexcept {
+    if (stopping_ && tick_.n == stop_first_.n + stop_samples_) end_stop();
+    if (stopping_) return false;
+    stopped_ = false;
+    return true;
 }
 
 std::int64_t Synthesiser::next_stretch(std::int64_t wanted) noexcept {
+    if (stopping_) {
+        if (tick_.n == stop_first_.n + stop_samples_)
+            end_stop();
+        else
+            wanted = std::min(wanted, stop_first_.n + stop_samples_ - tick_.n);
+    }
     if (ramping_ && tick_.n == change_.first.n + change_.ramp) end_ramp();
     if (ramping_) return std::min(wanted, change_.first.n + change_.ramp - tick_.n);
     if (!pending_) return wanted;
@@ -184,7 +227,7 @@ void Synthesiser::begin_change() noexcept {
                turns_per_sample(pending_->frequency, rate_hz_)};
     order_ = std::max(volts_.order(), change_.command.volts.order());
     pending_.reset();
-    changed_ = true;
+    told_ = change_;
     ramping_ = true;
 }
 
@@ -193,6 +236,14 @@ void Synthesiser::end_ramp() noexcept {
     order_ = volts_.order();
     step_ = change_.step;
     ramping_ = false;
+}
+
+// A ramp of the frequency goes on to its end: only its volts are gone.
+void Synthesiser::end_stop() noexcept {
+    stopping_ = false;
+    volts_ = {};
+    change_.command.volts = {};
+    order_ = 0;
 }
 
 void Synthesiser::fill_steady(std::span<double> volts) noexcept {
@@ -249,12 +300,21 @@ void Synthesiser::skip_ramp(std::int64_t samples) noexcept {
     }
 }
 
-/// Copies the first samples of a block out, cut at the limit.
+/// Copies the first samples of a block out, cut at the limit, under the weight of a stop.
 void Synthesiser::put(std::span<const double> block, std::span<double> volts) noexcept {
     for (std::size_t i = 0; i < volts.size(); ++i) {
         const double cut = std::clamp(block[i], -limit_V_, limit_V_);
-        clamped_ += cut != block[i];
+        if (cut != block[i]) {
+            ++clamped_;
+            largest_clamped_ = std::max(largest_clamped_, std::abs(block[i]));
+        }
         volts[i] = cut;
+    }
+    if (stopping_) {
+        Lanes weight;
+        cosines(stop_angle_, (half_turn - stop_angle_) / static_cast<std::uint64_t>(stop_samples_),
+                tick_.n - stop_first_.n, weight);
+        for (std::size_t i = 0; i < volts.size(); ++i) volts[i] *= 0.5 + 0.5 * weight[i];
     }
     tick_.n += static_cast<std::int64_t>(volts.size());
 }

@@ -25,6 +25,10 @@ struct DriveChange {
     std::int64_t ramp = 0;  // samples
     Turns phase = 0;        // at `first`
     Turns step = 0;         // phase a sample after the ramp
+    /// > 0: no command but a stop. What was being played, mid-ramp or not, goes on under a weight that falls
+    /// from 1 at `first` to 0 this many samples later, where silence begins; `command` has no volts, `ramp`
+    /// is 0. In the midst of another stop the weight goes on from where that one had brought it.
+    std::int64_t stop = 0;
 };
 
 /// Fills blocks of samples. Starts silent at phase 0; a command is taken at the next start of a period (the
@@ -54,12 +58,25 @@ public:
     /// The device stood empty for `samples`: goes on as skip() does, but silent from there on, and forgets a
     /// command that waits. change() tells it as a change to no volts with a ramp of 0 samples.
     void silence(std::int64_t samples) noexcept;
+    /// From the next sample on, whatever would have been played, ramps included, is multiplied by a raised
+    /// cosine from 1 to 0 over `samples` (at least 1), then silence. A command that waits is forgotten and
+    /// every one given before release() is refused. During a stop, one that would end earlier makes what is
+    /// left of the weight steeper, without a step; any other changes nothing. change() tells a stop at once.
+    void stop(std::int64_t samples) noexcept;
+    /// After a stop has ended in silence: commands are taken again. False when it has not ended yet.
+    bool release() noexcept;
+    /// A stop is under way, or was and has not been released.
+    [[nodiscard]] bool stopped() const noexcept { return stopped_; }
+    /// The next sample is zero, and so are all that follow until a command is taken.
+    [[nodiscard]] bool silent() const noexcept { return order_ == 0; }
 
-    /// Last change that began inside the last fill(), skip() or silence(); null when none did.
-    [[nodiscard]] const DriveChange* change() const noexcept { return changed_ ? &change_ : nullptr; }
+    /// Last change that began inside the last fill(), skip(), silence() or stop(); null when none did.
+    [[nodiscard]] const DriveChange* change() const noexcept { return told_ ? &*told_ : nullptr; }
     /// Samples cut at the limit since the start. Must stay 0.
     [[nodiscard]] std::uint64_t clamped() const noexcept { return clamped_; }
-    /// Commands refused because they were not finite or not playable at this rate.
+    /// Largest |volts| among those that were cut, before they were; 0 when none was.
+    [[nodiscard]] double largest_clamped() const noexcept { return largest_clamped_; }
+    /// Commands refused because they were not finite or not playable at this rate, or came during a stop.
     [[nodiscard]] std::uint64_t refused() const noexcept { return refused_; }
     /// Next sample to be filled and its phase.
     [[nodiscard]] DacTick tick() const noexcept { return tick_; }
@@ -77,6 +94,7 @@ private:
     void fill_ramp(std::span<double> volts) noexcept;
     void skip_ramp(std::int64_t samples) noexcept;
     void end_ramp() noexcept;
+    void end_stop() noexcept;
     void put(std::span<const double> block, std::span<double> volts) noexcept;
 
     double rate_hz_;
@@ -87,11 +105,17 @@ private:
     Turns last_step_;           // what led to phase_: the phase has just wrapped when phase_ < last_step_
     Harmonics<Voltage> volts_;  // steady, or before the ramp
     int order_ = 0;             // harmonics that are not silent, those of the ramp's end included
-    DriveChange change_;
-    bool changed_ = false;
+    DriveChange change_;        // whose ramp is played, or was played last
+    std::optional<DriveChange> told_;
     bool ramping_ = false;
+    bool stopped_ = false, stopping_ = false;
+    DacTick stop_first_;
+    std::int64_t stop_samples_ = 0;
+    std::uint64_t stop_angle_ =
+        0;  // of the weight's cosine at stop_first_, 2^-64 turns; silence is at half a turn
     std::optional<DriveCommand> pending_;
     std::uint64_t clamped_ = 0;
+    double largest_clamped_ = 0;
     std::uint64_t refused_ = 0;
 };
 

@@ -3,7 +3,8 @@
 //
 //   /entry                      NXentry: title, definition of the default plot
 //   /entry/process              program, version, settings as TOML, the scene if simulated
-//   /entry/raw/drive            every drive change (enough to regenerate each sample), play times
+//   /entry/raw/drive            every drive change (enough to regenerate each sample; those with
+//                               stop_samples > 0 are stops, see DriveChange), play times
 //   /entry/raw/accelerometer    counts as they came, block stamps
 //   /entry/raw/<camera>         frames (when kept), ticks, mid-exposure times, arrival stamps, view
 //   /entry/tracks/<camera>/<target>, /entry/periods, /entry/results, /entry/cycle, /entry/truth

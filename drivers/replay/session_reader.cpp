@@ -134,6 +134,10 @@ std::vector<DriveChange> SessionReader::changes() const {
     const std::string g = "raw/drive/changes/";
     const auto first = h5::read<std::int64_t>(opened_->entry.get(), g + "first_tick");
     const auto ramp = h5::read<std::int64_t>(opened_->entry.get(), g + "ramp_samples");
+    // Recordings made before there were stops have none.
+    const auto stop = h5::exists(opened_->entry.get(), g + "stop_samples")
+                          ? h5::read<std::int64_t>(opened_->entry.get(), g + "stop_samples")
+                          : std::vector<std::int64_t>(first.size(), 0);
     const auto ramp_periods = h5::read<std::int64_t>(opened_->entry.get(), g + "ramp_periods");
     const auto phase = h5::read<std::uint64_t>(opened_->entry.get(), g + "phase");
     const auto phase_low = h5::read<std::uint64_t>(opened_->entry.get(), g + "phase_low");
@@ -144,6 +148,7 @@ std::vector<DriveChange> SessionReader::changes() const {
     const auto re = h5::read<double>(opened_->entry.get(), g + "harmonics_re");
     const auto im = h5::read<double>(opened_->entry.get(), g + "harmonics_im");
     same_length(ramp, first.size(), g + "ramp_samples");
+    same_length(stop, first.size(), g + "stop_samples");
     same_length(ramp_periods, first.size(), g + "ramp_periods");
     same_length(phase, first.size(), g + "phase");
     same_length(phase_low, first.size(), g + "phase_low");
@@ -156,6 +161,9 @@ std::vector<DriveChange> SessionReader::changes() const {
     for (const std::int64_t n : ramp_periods)
         if (n < 1 || n > std::numeric_limits<int>::max())
             throw InputError{"recording: " + g + "ramp_periods " + std::to_string(n) + " is not 1 or more"};
+    for (const std::int64_t n : stop)
+        if (n < 0)
+            throw InputError{"recording: " + g + "stop_samples " + std::to_string(n) + " is not 0 or more"};
     std::vector<DriveChange> out(first.size());
     for (std::size_t i = 0; i < out.size(); ++i) {
         DriveChange& c = out[i];
@@ -166,6 +174,7 @@ std::vector<DriveChange> SessionReader::changes() const {
         c.command.sequence = sequence[i];
         c.first = {first[i]};
         c.ramp = ramp[i];
+        c.stop = stop[i];
         c.phase = turns_of(phase[i], phase_low[i]);
         c.step = turns_of(step[i], step_low[i]);
     }

@@ -215,12 +215,13 @@ void SessionWriter::text(const std::string& path, const std::string& text) {
 }
 
 void SessionWriter::Streams::write_changes() {
-    std::vector<std::int64_t> first, ramp, ramp_periods;
+    std::vector<std::int64_t> first, ramp, stop, ramp_periods;
     std::vector<std::uint64_t> phase, phase_low, step, step_low, sequence;
     std::vector<double> re, im, frequency;
     for (const DriveChange& c : changes) {
         first.push_back(c.first.n);
         ramp.push_back(c.ramp);
+        stop.push_back(c.stop);
         ramp_periods.push_back(c.command.ramp_periods);
         phase.push_back(high_word(c.phase));
         phase_low.push_back(low_word(c.phase));
@@ -237,6 +238,7 @@ void SessionWriter::Streams::write_changes() {
     const h5::Handle g = h5::make_group(entry.get(), "raw/drive/changes", "NXcollection");
     h5::write<std::int64_t>(g.get(), "first_tick", first, {n}, "1");
     h5::write<std::int64_t>(g.get(), "ramp_samples", ramp, {n}, "1");
+    h5::write<std::int64_t>(g.get(), "stop_samples", stop, {n}, "1");
     h5::write<std::int64_t>(g.get(), "ramp_periods", ramp_periods, {n}, "1");
     h5::write<std::uint64_t>(g.get(), "phase", phase, {n}, "1");
     h5::write<std::uint64_t>(g.get(), "phase_low", phase_low, {n}, "1");

@@ -1,9 +1,12 @@
-// Single steps of the real-time path (Google Benchmark): hand-over, frame pool, synthesiser, clock tracker.
+// Single steps of the real-time path (Google Benchmark): hand-over, frame pool, synthesiser, guards, clock
+// tracker.
 #include <benchmark/benchmark.h>
 
 #include <array>
 
 #include "calibration/clock_tracker.hpp"
+#include "daemon/control/drive_guard.hpp"
+#include "daemon/control/sample_guard.hpp"
 #include "drivers/frame_pool.hpp"
 #include "drivers/handover.hpp"
 #include "drivers/synthesiser.hpp"
@@ -54,6 +57,49 @@ void BM_synthesiser_fill_256(benchmark::State& state) {
     state.SetItemsProcessed(state.iterations() * 256);
 }
 BENCHMARK(BM_synthesiser_fill_256)->ArgNames({"K", "ramped"})->ArgsProduct({{2, 8, 16}, {0, 1}});
+
+/// Blocks of 64 samples of a base that is driven; `predicted`: with a prediction of so many harmonics beside
+/// it.
+void BM_sample_guard_check_64(benchmark::State& state) {
+    const auto harmonics = static_cast<int>(state.range(0));
+    Limits limits;
+    limits.acceleration = limits.velocity = limits.displacement = {50, 100};
+    SampleGuard guard{
+        {.name = "bench", .mps2_per_count = {1e-3, 1e-3, 1e-3}, .shaker_axis = {1, 0, 0}}, 48000, limits};
+    DriveChange change{.command = {.volts = {}, .frequency = 20}, .first = {0}, .ramp = 2400};
+    for (int q = 1; q <= harmonics; ++q) change.command.volts.at(q) = {0.1, 0.02};
+    change.step = turns_per_sample(20, 48000);
+    Expectation expectation{.sigma = 0.01, .tolerance = 1e6};
+    expectation.response.fill(10);
+    guard.hear(change);
+    if (harmonics > 0) guard.expect(expectation);
+    AccelBlock block;
+    for (int i = 0; i < block.size; ++i)
+        block.counts[static_cast<std::size_t>(i)] = {i * 37 % 100, i * 53 % 100, 9800 + i % 3};
+    Ring<Trip> trips{8};
+    Warnings warnings;
+    for (auto _ : state) {
+        guard.check(block, trips, warnings);
+        block.first.n += block.size;
+    }
+    state.SetItemsProcessed(state.iterations() * block.size);
+}
+BENCHMARK(BM_sample_guard_check_64)->ArgName("predicted")->Arg(0)->Arg(2)->Arg(8)->Arg(16);
+
+void BM_drive_guard_check(benchmark::State& state) {
+    Limits limits;
+    limits.drive = {0.8, 1};
+    DriveGuard guard{48000, 4000, limits};
+    OutputSigns signs{.silent = false};
+    Warnings warnings;
+    for (auto _ : state) {
+        signs.tick += 240;
+        ++signs.blocks_read;
+        ++signs.gathered;
+        benchmark::DoNotOptimize(guard.check(signs, warnings));
+    }
+}
+BENCHMARK(BM_drive_guard_check);
 
 /// A stamp every 5.3 ms, the fits of each half second included.
 void BM_clock_tracker_add(benchmark::State& state) {

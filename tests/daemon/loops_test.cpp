@@ -106,9 +106,10 @@ TEST(LoopsTest, ADacThatRanEmptyIsSilentUntilToldOtherwiseAndNothingIsOutOfPlace
 TEST(LoopsTest, TheAccelerometerStepHandsOnOrCountsAndTakesNoMemory) {
     NullAccelerometer device;
     Lanes lanes{0};
+    Input input{SampleGuard{device.info(), 48000, Limits{}}};
     {
         const test::NoAlloc guard;
-        for (int i = 0; i < 1100; ++i) accelerometer_step(device, {}, lanes);
+        for (int i = 0; i < 1100; ++i) accelerometer_step(input, device, {}, lanes);
     }
     int got = 0;
     while (lanes.blocks.pop()) ++got;

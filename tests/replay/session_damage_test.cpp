@@ -119,11 +119,13 @@ TEST_F(SessionDamageTest, LengthsThatDoNotFitEachOtherAreNamed) {
     using Whole = std::vector<std::int64_t>;
     expect_in(refusal_with("raw/drive/play_heard", Whole{1, 2}, {2}), {"raw/drive/play_heard", "2", "5"});
     expect_in(refusal_with("raw/drive/changes/ramp_samples", Whole{1, 2}, {2}), {"changes/ramp_samples"});
+    expect_in(refusal_with("raw/drive/changes/stop_samples", Whole{1, 2}, {2}), {"changes/stop_samples"});
     expect_in(refusal_with("raw/drive/changes/phase_low", std::vector<std::uint64_t>{1, 2}, {2}),
               {"changes/phase_low"});
     expect_in(refusal_with("raw/drive/changes/harmonics_re", std::vector<double>(47), {47}),
               {"harmonics_re", "47"});
     expect_in(refusal_with("raw/drive/changes/ramp_periods", Whole{1, 0, 1}, {3}), {"ramp_periods", "0"});
+    expect_in(refusal_with("raw/drive/changes/stop_samples", Whole{0, -3, 1}, {3}), {"stop_samples", "-3"});
     expect_in(refusal_with("raw/drive/changes/ramp_periods", Whole{1, 1LL << 40, 1}, {3}), {"ramp_periods"});
     expect_in(refusal_with("raw/accelerometer/block_first", Whole{1, 2}, {2}), {"raw/accelerometer"});
     expect_in(refusal_with("raw/top/tick", Whole{1, 2}, {2}), {"raw/top"});

@@ -88,9 +88,20 @@ TEST_F(SessionFileTest, DriveChangesComeBackWithAll128BitsOfTheirPhase) {
         EXPECT_EQ(b.command.sequence, a.command.sequence);
         EXPECT_EQ(b.first, a.first);
         EXPECT_EQ(b.ramp, a.ramp);
+        EXPECT_EQ(b.stop, a.stop);
         EXPECT_TRUE(b.phase == a.phase);
         EXPECT_TRUE(b.step == a.step);
     }
+}
+
+TEST_F(SessionFileTest, ARecordingFromBeforeThereWereStopsHasNone) {
+    {
+        const h5::Handle file{H5Fopen(file_.c_str(), H5F_ACC_RDWR, H5P_DEFAULT), "file"};
+        h5::check(H5Ldelete(file.get(), "entry/raw/drive/changes/stop_samples", H5P_DEFAULT), "deleting");
+    }
+    const std::vector<DriveChange> changes = SessionReader{file_}.changes();
+    ASSERT_EQ(changes.size(), written_.changes.size());
+    for (const DriveChange& c : changes) EXPECT_EQ(c.stop, 0);
 }
 
 TEST_F(SessionFileTest, PlayTimesComeBack) {
@@ -179,7 +190,7 @@ TEST_F(SessionFileTest, EveryNumberHasAUnitAndNoObjectATime) {
     ASSERT_GE(H5Ovisit2(file.get(), H5_INDEX_NAME, H5_ITER_INC, look_at, &walk, H5O_INFO_ALL), 0);
     EXPECT_EQ(walk.without_units, std::vector<std::string>{});
     EXPECT_EQ(walk.with_time, std::vector<std::string>{});
-    EXPECT_EQ(walk.numbers, 3 + 11 + 5 + 2 * 6 + 3 + 1);  // drive, changes, blocks, cameras, table, v_D
+    EXPECT_EQ(walk.numbers, 3 + 12 + 5 + 2 * 6 + 3 + 1);  // drive, changes, blocks, cameras, table, v_D
 }
 
 TEST_F(SessionFileTest, AColumnWithoutAUnitIsAPureNumber) {

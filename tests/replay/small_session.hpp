@@ -90,6 +90,7 @@ inline Session small_session() {
         c.command.sequence = UINT64_MAX - static_cast<std::uint64_t>(i);
         c.first = {(std::int64_t{1} << 40) + std::int64_t{1920} * i};
         c.ramp = std::int64_t{1920} * (1 + i);
+        c.stop = i == 2 ? 2400 : 0;
         c.phase = turns_of(3, UINT64_MAX - 5) * static_cast<unsigned>(i);
         c.step = turns_per_sample(c.command.frequency, 48000);
         s.changes.push_back(c);

@@ -1,0 +1,283 @@
+#include <gtest/gtest.h>
+
+#include <array>
+#include <cmath>
+#include <random>
+#include <vector>
+
+#include "drivers/synthesiser.hpp"
+#include "tests/support/no_alloc.hpp"
+#include "tests/support/splatter.hpp"
+
+namespace shaker {
+namespace {
+
+constexpr double rate = 48000;
+constexpr double f = 20;
+constexpr std::int64_t period = 2400;
+
+std::vector<double> play(Synthesiser& synth, std::int64_t samples) {
+    std::vector<double> volts(static_cast<std::size_t>(samples));
+    synth.fill(volts);
+    return volts;
+}
+
+double weight(std::int64_t i, std::int64_t samples) {
+    return 0.5 + 0.5 * std::cos(std::numbers::pi * static_cast<double>(i) / static_cast<double>(samples));
+}
+
+/// Two that have been told the same: one to be stopped, one to go on.
+struct Pair {
+    Synthesiser stopped{rate, f, 1}, goes_on{rate, f, 1};
+    void set(const DriveCommand& c) {
+        stopped.set(c);
+        goes_on.set(c);
+    }
+    void skip(std::int64_t samples) {
+        stopped.skip(samples);
+        goes_on.skip(samples);
+    }
+};
+
+// The angle of the weight's cosine is kept to 2^-64 turn a sample, the cosine to 2e-16.
+constexpr double rounding = 1e-14;
+
+void expect_weighted(Pair& pair, std::int64_t samples) {
+    pair.stopped.stop(samples);
+    const std::vector<double> got = play(pair.stopped, samples + 3000);
+    const std::vector<double> want = play(pair.goes_on, samples + 3000);
+    for (std::int64_t i = 0; i < std::ssize(got); ++i) {
+        const auto k = static_cast<std::size_t>(i);
+        if (i < samples)
+            ASSERT_NEAR(got[k], want[k] * weight(i, samples), rounding) << i;
+        else
+            ASSERT_EQ(got[k], 0) << i;
+    }
+    EXPECT_TRUE(pair.stopped.phase() == pair.goes_on.phase()) << "the phase runs on";
+}
+
+TEST(SynthesiserStopTest, WhatWouldHaveBeenPlayedFallsByARaisedCosineAndIsSilentThen) {
+    for (const std::int64_t begin : {12000, 12001, 13333}) {
+        Pair pair;
+        pair.set(test::biharmonic(0.9, 1, f));
+        pair.skip(begin);
+        expect_weighted(pair, 2400);
+    }
+}
+
+TEST(SynthesiserStopTest, AStopInMidRampWeighsTheRampAsItGoesOn) {
+    Pair pair;
+    DriveCommand c = test::biharmonic(0.9, 1, f);
+    c.ramp_periods = 4;
+    pair.set(c);
+    pair.skip(5000);
+    expect_weighted(pair, 2400);  // ends before the ramp would
+    Pair later;
+    later.set(c);
+    later.skip(4 * period - 100);
+    expect_weighted(later, 2400);  // the ramp ends on the way
+}
+
+TEST(SynthesiserStopTest, AStopInMidRampOfTheFrequencyKeepsThePhaseOfTheRamp) {
+    Pair pair;
+    pair.set(test::biharmonic(0.9, 1, f));
+    pair.skip(2 * period);
+    DriveCommand faster = test::biharmonic(0.5, 2, 31.7);
+    faster.ramp_periods = 3;
+    pair.set(faster);
+    pair.skip(period);
+    expect_weighted(pair, 1200);
+    pair.skip(4 * period);
+    EXPECT_TRUE(pair.stopped.phase() == pair.goes_on.phase()) << "also behind the end of the ramp";
+}
+
+TEST(SynthesiserStopTest, ACommandThatWaitsIsForgottenAndLaterOnesAreRefusedUntilRelease) {
+    Synthesiser synth{rate, f, 1};
+    synth.set(test::biharmonic(0.5, 0, f));
+    play(synth, 3 * period + 10);
+    synth.set(test::biharmonic(0.9, 0, f));
+    synth.stop(240);
+    EXPECT_FALSE(synth.release()) << "not before the stop has ended";
+    synth.set(test::biharmonic(0.7, 0, f));
+    EXPECT_EQ(synth.refused(), 1U);
+    play(synth, 240);
+    EXPECT_TRUE(synth.stopped());
+    for (const double v : play(synth, 5 * period)) ASSERT_EQ(v, 0);
+    synth.set(test::biharmonic(0.7, 0, f));
+    EXPECT_EQ(synth.refused(), 2U);
+    EXPECT_TRUE(synth.silent());
+    EXPECT_TRUE(synth.release());
+    EXPECT_FALSE(synth.stopped());
+    for (const double v : play(synth, 2 * period)) ASSERT_EQ(v, 0) << "what was forgotten stays forgotten";
+    synth.set(test::biharmonic(0.7, 0, f));
+    play(synth, period);
+    ASSERT_NE(synth.change(), nullptr);
+    EXPECT_EQ(high_word(synth.change()->phase) >> 54, 0U) << "at a start of a period of the old phase";
+}
+
+TEST(SynthesiserStopTest, AShorterStopDuringAStopIsSteeperAndHasNoStep) {
+    Pair pair;
+    pair.set(test::biharmonic(0.9, 1, f));
+    pair.skip(3 * period);
+    pair.stopped.stop(2400);
+    std::vector<double> got = play(pair.stopped, 1000);
+    pair.stopped.stop(240);
+    ASSERT_NE(pair.stopped.change(), nullptr);
+    EXPECT_EQ(pair.stopped.change()->first.n, 3 * period + 1000);
+    for (const double v : play(pair.stopped, 500)) got.push_back(v);
+    const std::vector<double> want = play(pair.goes_on, 1500);
+    // The angle of the cosine was 1000/2400 of half a turn; the rest of it takes 240 samples.
+    for (std::int64_t i = 0; i < 1500; ++i) {
+        const double angle = i < 1000
+                                 ? static_cast<double>(i) / 2400
+                                 : 1000.0 / 2400 + (1 - 1000.0 / 2400) * static_cast<double>(i - 1000) / 240;
+        const double w = i < 1240 ? 0.5 + 0.5 * std::cos(std::numbers::pi * angle) : 0;
+        ASSERT_NEAR(got[static_cast<std::size_t>(i)], want[static_cast<std::size_t>(i)] * w, rounding) << i;
+    }
+}
+
+TEST(SynthesiserStopTest, AStopThatWouldEndLaterChangesNothingNorIsItTold) {
+    Pair pair;
+    pair.set(test::biharmonic(0.9, 1, f));
+    pair.skip(3 * period);
+    pair.stopped.stop(240);
+    pair.goes_on.stop(240);
+    EXPECT_EQ(play(pair.stopped, 100), play(pair.goes_on, 100));
+    pair.stopped.stop(2400);
+    EXPECT_EQ(pair.stopped.change(), nullptr);
+    pair.stopped.stop(140);  // ends at the same sample
+    EXPECT_EQ(pair.stopped.change(), nullptr);
+    EXPECT_EQ(play(pair.stopped, 1000), play(pair.goes_on, 1000));
+    pair.stopped.stop(1);
+    EXPECT_EQ(pair.stopped.change(), nullptr) << "it is silent already";
+}
+
+TEST(SynthesiserStopTest, ASteadyDriveStopsWithTheSlopeOfItsWeightAlone) {
+    Synthesiser synth{rate, f, 1};
+    synth.set(test::biharmonic(1, 0.3, f));
+    synth.skip(3 * period);
+    synth.stop(2400);
+    double last = play(synth, 1).back();
+    double largest = 0;
+    for (const double v : play(synth, 3000)) {
+        largest = std::max(largest, std::abs(v - last));
+        last = v;
+    }
+    // The signal's own slope is at most (1/2 + 2/2) w / rate, the weight's at most pi / (2 x 2400).
+    EXPECT_LE(largest, 1.5 * two_pi * f / rate + std::numbers::pi / 4800);
+}
+
+TEST(SynthesiserStopTest, AStopOfOnePeriodSplashesAsLittleAsASoftStart) {
+    std::vector<double> signal;
+    Synthesiser synth{rate, f, 1};
+    synth.set(test::biharmonic(1, 0.3, f));
+    synth.skip(3 * period);
+    for (const double v : play(synth, 33600)) signal.push_back(v);
+    synth.stop(2400);
+    for (const double v : play(synth, 33600)) signal.push_back(v);
+    // A stop begins anywhere in the period: its curvature at both ends is worth 20 dB against a ramp that
+    // begins where the drive crosses zero (-100 dB). A cut would be at -35 dB.
+    EXPECT_LT(test::splatter_db(signal, rate, 500), -80);
+}
+
+TEST(SynthesiserStopTest, SizesOfBlocksDoNotMatter) {
+    const auto played = [](auto next_size) {
+        Synthesiser synth{rate, f, 2};
+        synth.set(test::biharmonic(1, 0.3, 31.7));
+        std::vector<double> got;
+        const auto until = [&](std::int64_t end) {
+            while (std::ssize(got) < end)
+                for (const double v : play(synth, std::min(next_size(), end - std::ssize(got))))
+                    got.push_back(v);
+        };
+        until(4001);
+        synth.stop(2400);
+        until(5003);
+        synth.stop(333);
+        until(9000);
+        return got;
+    };
+    std::int64_t n = 0;
+    EXPECT_EQ(played([] { return std::int64_t{100000}; }), played([&] { return n++ % 97 + 1; }));
+}
+
+// What a record stores, the changes, gives back each sample, stops and releases included.
+TEST(SynthesiserStopTest, ReplayingTheChangesGivesIdenticalSamples) {
+    std::mt19937_64 random{7};
+    std::uniform_real_distribution<double> unit{0, 1};
+    Synthesiser live{rate, f, 3};
+    std::vector<DriveChange> changes;
+    std::vector<double> want;
+    int stops = 0;
+    for (int i = 0; i < 2000; ++i) {
+        if (i % 7 == 0) live.set(test::biharmonic(unit(random), 6 * unit(random), 10 + 50 * unit(random)));
+        if (i % 100 == 40 || (i % 100 == 42 && unit(random) < 0.5)) {
+            live.stop(static_cast<std::int64_t>(100 + 3000 * unit(random)));
+            if (live.change() != nullptr) {
+                EXPECT_GT(live.change()->stop, 0);
+                changes.push_back(*live.change());
+                ++stops;
+            }
+        }
+        if (i % 100 == 60) {
+            EXPECT_TRUE(live.release());
+        }
+        for (const double v : play(live, 256)) want.push_back(v);
+        if (live.change() != nullptr) changes.push_back(*live.change());
+    }
+    ASSERT_GE(stops, 22);
+
+    Synthesiser again{rate, f, 3};
+    std::vector<double> got;
+    for (const DriveChange& change : changes) {
+        for (const double v : play(again, change.first.n - again.tick().n)) got.push_back(v);
+        ASSERT_TRUE(again.phase() == change.phase);
+        if (change.stop > 0) {
+            again.stop(change.stop);
+        } else {
+            ASSERT_TRUE(again.release());
+            again.set(change.command);
+        }
+    }
+    for (const double v : play(again, std::ssize(want) - std::ssize(got))) got.push_back(v);
+    EXPECT_EQ(got, want);
+}
+
+TEST(SynthesiserStopTest, SkippingGoesWhereFillingGoes) {
+    Pair pair;
+    pair.set(test::biharmonic(0.9, 1, f));
+    pair.skip(3 * period);
+    pair.stopped.stop(2400);
+    pair.goes_on.stop(2400);
+    play(pair.stopped, 700);
+    pair.goes_on.skip(700);
+    EXPECT_EQ(play(pair.stopped, 3000), play(pair.goes_on, 3000));
+}
+
+TEST(SynthesiserStopTest, ADeviceThatRunsEmptyDuringAStopStaysStopped) {
+    Synthesiser synth{rate, f, 1};
+    synth.set(test::biharmonic(0.9, 1, f));
+    synth.skip(3 * period);
+    synth.stop(2400);
+    play(synth, 240);
+    synth.silence(100);
+    for (const double v : play(synth, 5000)) ASSERT_EQ(v, 0);
+    EXPECT_TRUE(synth.stopped());
+    EXPECT_TRUE(synth.release());
+}
+
+TEST(SynthesiserStopTest, DoesNotAllocate) {
+    Synthesiser synth{rate, f, 1};
+    synth.set(test::biharmonic(0.9, 1, f));
+    synth.skip(3 * period);
+    std::array<double, 240> block;
+    const test::NoAlloc guard;
+    synth.stop(2400);
+    for (int i = 0; i < 5; ++i) synth.fill(block);
+    synth.stop(240);
+    for (int i = 0; i < 5; ++i) synth.fill(block);
+    EXPECT_TRUE(synth.release());
+}
+
+}  // namespace
+}  // namespace shaker
