@@ -23,6 +23,7 @@ OpenRig open_simulated(const std::filesystem::path& scene, World::Pace pace) {
     open.scene = scene.empty() ? paper_scene() : read_scene(scene);
     open.world = std::make_unique<World>(open.scene, pace);
     open.rig = open.world->rig();
+    open.shaker = open.scene.shaker;
     open.response = predicted_response(open.scene);
     return open;
 }
@@ -36,7 +37,7 @@ OpenRig open_file(const std::filesystem::path& file) {
     open.rig_text.assign(std::istreambuf_iterator<char>{in}, {});
     SettingsTable root = SettingsTable::from_file(file);
     Scene sheet = paper_scene();
-    sheet.shaker = read_shaker(root.table("shaker"));
+    sheet.shaker = open.shaker = read_shaker(root.table("shaker"));
     if (root.tables("camera").empty())
         root.fail("camera", "at least one [[camera]] that sees the base was expected");
     for (const char* device : {"dac", "accelerometer"})

@@ -16,6 +16,7 @@ struct OpenRig {
     std::unique_ptr<World> world;  // of a simulated rig; outlives `rig`
     Rig rig;
     Scene scene;                       // of a simulated rig
+    ShakerTruth shaker;                // data sheet of shaker and amplifier, of any rig
     std::string rig_text;              // of a rig of real devices: its file
     std::vector<std::string> granted;  // what the devices were asked for and gave, one sentence each
     /// The shaker's response by its data sheet, m/s^2 a volt, at a frequency.

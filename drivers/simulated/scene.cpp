@@ -12,8 +12,6 @@ namespace shaker {
 
 namespace {
 
-constexpr Range positive{1e-9, 1e9};
-
 // Regions of the resting scene, as an operator would draw them: a little larger than the target.
 void place_regions(Scene& scene) {
     for (CameraTruth& c : scene.cameras) {

@@ -76,9 +76,9 @@ bool AccelerometerModel::loses(double t) noexcept {
     return next_ < dropped_until_ || faults_.at(FaultKind::silent, t);
 }
 
-AccelBlock AccelerometerModel::handed_on(double t) {
+AccelBlock AccelerometerModel::handed_on() {
     AccelBlock block = block_;
-    block.arrived = host_time(t + p_.latency_s + jitter_(rng_));
+    block.arrived = host_time(filled_s_ + p_.latency_s + jitter_(rng_));
     block_.size = 0;
     return block;
 }
@@ -97,7 +97,7 @@ std::optional<AccelBlock> AccelerometerModel::step(std::int64_t n, double a_base
     if (lost) {
         gap_ = true;
         if (block_.size == 0) return std::nullopt;
-        return handed_on(t);
+        return handed_on();
     }
     if (faults_.at(FaultKind::frozen, t))
         quality = {};
@@ -109,9 +109,10 @@ std::optional<AccelBlock> AccelerometerModel::step(std::int64_t n, double a_base
                   .quality = std::exchange(gap_, false) ? Quality::gap : Quality{},
                   .size = 0};
     block_.quality = block_.quality | quality;
+    filled_s_ = t;
     block_.counts[static_cast<std::size_t>(block_.size++)] = last_;
     if (block_.size < p_.block_samples) return std::nullopt;
-    return handed_on(t);
+    return handed_on();
 }
 
 }  // namespace shaker

@@ -20,7 +20,7 @@ private:
     [[nodiscard]] double low_passed(double a) noexcept;
     [[nodiscard]] std::array<std::int32_t, 3> converted(double a_base, double t, Quality& quality);
     [[nodiscard]] bool loses(double t) noexcept;
-    [[nodiscard]] AccelBlock handed_on(double t);
+    [[nodiscard]] AccelBlock handed_on();
 
     AccelerometerTruth p_;
     double dac_rate_;
@@ -33,6 +33,7 @@ private:
     double start_s_;         // true time of tick 0
     std::int64_t next_ = 0;  // tick of the next conversion
     AccelBlock block_{};     // being filled
+    double filled_s_ = 0;    // true time of its last sample
     bool gap_ = false;       // samples are missing before the next one
     std::array<std::int32_t, 3> last_{};
     LastingFaults faults_;

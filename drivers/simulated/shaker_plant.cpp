@@ -89,10 +89,10 @@ template <class Margin>
 double first_change(const Margin& margin, double end) {
     constexpr double never = std::numeric_limits<double>::infinity();
     double from = 0;
-    if (margin(end) > 0) {
+    if (!(margin(end) <= 0)) {
         if (margin(0) <= 0) return never;  // just taken up
         end = lowest(margin, end);
-        if (margin(end) > 0) return never;
+        if (!(margin(end) <= 0)) return never;
     } else if (margin(0) <= 0) {
         // A contact just taken up starts from zero: look for an instant at which it has got away from it.
         for (from = 0.5 * end; from > 1e-9 * end && margin(from) <= 0;) from *= 0.5;

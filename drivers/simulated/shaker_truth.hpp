@@ -30,7 +30,7 @@ struct ShakerTruth {
     double resistance_ohm = 2;
     double inductance_h = 0.5e-3;
     double force_factor_npa = 6.78;       // Bl at x = 0
-    double force_factor_falloff_pm2 = 0;  // b in Bl(x) = Bl (1 - b x^2), 1/m^2
+    double force_factor_falloff_pm2 = 0;  // b in Bl(x) = Bl (1 - b x^2), 1/m^2, for |x| well below b^(-1/2)
     double static_friction_n = 0;         // of the slide; holds the base up to this force
     double kinetic_friction_n = 0;        // brakes the base with this force while it moves
     double stop_travel_mm = 0;            // the base is free within +- this; 0: no end stops

@@ -37,5 +37,15 @@ int main(int argc, char** argv) {
     Scene scene = paper_scene();
     add(table, "B&K 4809, walker sticks", scene, 0.12 * 9.8);
     add(table, "B&K 4809, walker slips", scene, 9.8);
+    Scene current = scene;
+    current.shaker.drive = DriveKind::current;
+    add(table, "the same, current drive", current, 9.8);
+    Scene rubbing = scene;
+    rubbing.shaker.static_friction_n = rubbing.shaker.kinetic_friction_n = 0.3;
+    add(table, "the same, slide rubs", rubbing, 9.8);
+    Scene bent = scene;
+    bent.shaker.cubic_stiffness_npm3 = 4e10;
+    bent.shaker.force_factor_falloff_pm2 = 1e4;
+    add(table, "the same, cubic stiffness, Bl(x)", bent, 9.8);
     table.print(argc, argv);
 }

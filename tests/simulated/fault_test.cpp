@@ -226,10 +226,19 @@ TEST(FaultTest, ABufferDelaysWhatIsHeardByItsLength) {
     EXPECT_EQ(h.frames[0][20].tick.n, 20);
 }
 
-TEST(FaultTest, BlocksAreAsLongAsTheSceneSays) {
-    const Heard h = play("[accelerometer]\nblock_samples = 8\nlatency_jitter_s = 0.0\n");
-    for (const AccelBlock& b : h.blocks) EXPECT_EQ(b.size, 8);
-    EXPECT_GT(h.blocks.size(), 8 * healthy().blocks.size());
+TEST(FaultTest, BlocksAreAsLongAsTheSceneSaysAndArriveWithTheirLastSample) {
+    const std::string eights = "[accelerometer]\nblock_samples = 8\nlatency_jitter_s = 0.0\n";
+    const Heard h = play(eights + fault("drop", 0.5, "value = 3"));
+    std::size_t shorter = 0;
+    for (const AccelBlock& b : h.blocks) {
+        shorter += b.size < 8 ? 1 : 0;
+        const auto last = static_cast<double>(b.first.n + b.size - 1);
+        const double latency = std::chrono::duration<double>(b.arrived - healthy().played[0].heard).count() -
+                               0.0031 - last / (4000 * (1 + 37.5e-6));
+        EXPECT_NEAR(latency, 0.0008, 1e-8);
+    }
+    EXPECT_LE(shorter, 1U);
+    EXPECT_GT(h.blocks.size(), 7 * healthy().blocks.size());
 }
 
 TEST(FaultTest, HumIsOnAllAxes) {

@@ -88,6 +88,30 @@ TEST(PlantContactsTest, AWalkerSlidesDownABaseThatIsHeld) {
     EXPECT_GT(loose.state().x, 0);
 }
 
+TEST(PlantContactsTest, AGripThatIsExceededOnlyBetweenTwoSamplesLetsGo) {
+    // A base that rings: the peak of its acceleration is above the walker's grip, no sample of it is.
+    Scene s = test::one_newton_a_volt();
+    const double k = s.shaker.stiffness_npm = 1e4;
+    ShakerPlant riding{s};
+    riding.step(1e4);
+    riding.step(0);
+    const PlantState& ring = riding.state();
+    const double peak = std::sqrt(k) * std::hypot(std::sqrt(k) * ring.x, ring.v);
+    long samples = 2;
+    double sampled = 0;
+    for (; ring.v > 0; ++samples) {
+        riding.step(0);
+        sampled = std::max(sampled, std::abs(ring.a));
+    }
+    ASSERT_LT(sampled, peak * (1 - 1e-9));
+    s.walker.mu_s = 0.5 * (peak + sampled) / s.gravity;
+    s.walker.mu_k = 0.5 * s.walker.mu_s;
+    ShakerPlant plant{s};
+    plant.step(1e4);
+    for (long i = 1; i < samples; ++i) plant.step(0);
+    EXPECT_EQ(plant.state().slip, 1);
+}
+
 TEST(PlantContactsTest, AnEndStopReturnsWhatItsDampingLeaves) {
     // Against a spring and damper that push and never pull, a mass without other forces comes back with
     // exp(-zeta phi / root) of its velocity, root = sqrt(1 - zeta^2), phi = atan2(2 zeta root, 2 zeta^2 - 1).

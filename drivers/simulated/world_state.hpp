@@ -1,0 +1,83 @@
+#pragma once
+// The inside of a simulated bench: plant, sensors and queues, one DAC sample after the other.
+#include <array>
+#include <condition_variable>
+#include <cstddef>
+#include <cstdint>
+#include <deque>
+#include <mutex>
+#include <vector>
+
+#include "drivers/simulated/renderer.hpp"
+#include "drivers/simulated/sensor.hpp"
+#include "drivers/simulated/shaker_plant.hpp"
+#include "drivers/simulated/world.hpp"
+
+namespace shaker {
+
+/// One picture between trigger and reader. Its poses are at Chebyshev's instants in the exposure: their plain
+/// mean is exact for motion of third order in time.
+struct Exposure {
+    CameraTick tick;
+    double start_s = 0;
+    std::array<Pose, 3> poses{};
+    std::size_t seen = 0;
+    Quality quality{};
+    bool lost = false;   // by a fault of the camera
+    bool walker = true;  // is to be seen
+};
+
+/// One sample of the DAC.
+struct Output {
+    double volts = 0;
+    bool trigger = false;
+};
+
+/// What is not const is used under `mutex`.
+struct World::State {
+    struct Eye {
+        CameraTruth truth;
+        Renderer renderer;
+        LastingFaults faults;
+        FaultQueue losses;
+        CameraTick next{};
+        bool expose = false;  // with the next sample, without a trigger
+        std::deque<Exposure> open{}, done{};
+        std::vector<PoseTruth> poses{};
+        bool gap = false;  // frames are missing before the next one
+        double render_s = 0;
+    };
+    Scene scene;
+    Pace pace;
+    ShakerPlant plant;
+    AccelerometerModel sensor;
+    std::vector<Eye> eyes{};
+    std::deque<AccelBlock> blocks{};
+    std::deque<Output> buffer;  // written and not heard yet
+    std::int64_t n;             // sample to be heard next; below 0 while the buffer fills
+    DeviceCounts dac_counts{};
+    FaultQueue plant_faults, underruns;
+    bool overflow = false;
+    bool stopped = false;
+    mutable std::mutex mutex{};
+    std::condition_variable moved{};
+
+    State(const Scene& s, Pace p);
+    [[nodiscard]] double now() const { return static_cast<double>(n) / scene.dac_rate_hz; }
+    [[nodiscard]] double due(const Eye& eye, const Exposure& e) const {
+        return e.start_s + eye.truth.view.exposure_s + eye.truth.latency_s;
+    }
+    [[nodiscard]] bool accel_ready() const;
+    [[nodiscard]] bool frame_ready(const Eye& eye) const;
+    [[nodiscard]] bool all_read() const;
+    [[nodiscard]] std::int64_t next_written() const { return n + static_cast<std::int64_t>(buffer.size()); }
+    void play(const Output& out);
+    std::int64_t run_empty(std::int64_t block);
+    void step(const Output& out);
+    void cause_faults();
+    void open_exposures(bool trigger);
+    void expose(Eye& eye, const PlantState& before);
+    void stop() noexcept;
+};
+
+}  // namespace shaker
