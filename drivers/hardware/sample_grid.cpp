@@ -13,7 +13,12 @@ constexpr double rate_tolerance = 0.15;
 constexpr double clear_ns = 50e6, far_clear_ns = 400e6;
 constexpr std::size_t clear_samples = 16;
 constexpr double far_ns = 20e6;
-constexpr int window = 32;                           // samples whose lowest stamp moves the line
+constexpr std::size_t most_late = 4;  // samples in a row, each by more than half a step
+constexpr double clear_rise = 0.75;   // steps
+constexpr double whole = 0.02;        // steps from a whole number
+constexpr double never_early = 0.25;  // steps that the line may be above the lower edge of the stamps
+constexpr double most_excess = 0.1;   // steps: what one window may say of the line's rate
+constexpr int window = 32;            // samples whose lowest stamp moves the line
 constexpr double place_gain = 0.5, rate_gain = 0.1;  // damped: the line settles within about 10 windows
 constexpr double lag_drift = 500e-6;                 // sensor's clock against the host's, at most
 
@@ -104,7 +109,28 @@ bool SampleGrid::clear() const noexcept {
     return held_ >= clear_samples && std::abs(span) >= (far ? far_clear_ns : clear_ns);
 }
 
+/// How many of the held samples come before the loss: they are late by chance, not by whole steps. Those
+/// behind it are all higher above the line by what is missing.
+std::size_t SampleGrid::late_before_loss() const noexcept {
+    std::size_t late = 0;
+    const double steps = held_lowest_ns_ / step_ns_;
+    if (steps > 0.5 && std::abs(steps - std::round(steps)) < whole) return 0;
+    double lowest = above_line(held_ - 1);
+    for (std::size_t i = held_ - 1; i > 0; --i) {
+        lowest = std::min(lowest, above_line(i));
+        if (i <= most_late && lowest > held_lowest_ns_ + clear_rise * step_ns_) late = i;
+    }
+    return late;
+}
+
 void SampleGrid::decide() noexcept {
+    if (held_lowest_ns_ > 0) {
+        if (const std::size_t late = late_before_loss(); late > 0) {
+            held_ = 0;
+            for (std::size_t i = 0; i < late; ++i) place_first(0);
+            return;
+        }
+    }
     double lag = lag_ns(0);
     for (std::size_t i = 1; i < held_; ++i) lag = std::min(lag, lag_ns(i));
     held_ = 0;
@@ -115,7 +141,7 @@ void SampleGrid::decide() noexcept {
     } else if (above < 0) {
         due_ns_ += above;  // the line was too high
     } else {
-        lost = std::llround(above / step_ns_);
+        lost = static_cast<std::int64_t>(std::floor(above / step_ns_ + never_early));
         due_ns_ += step_ns_ * static_cast<double>(lost);
     }
     place_first(lost);
@@ -156,7 +182,8 @@ void SampleGrid::follow(double above_ns, double lag_ns) noexcept {
     if (++window_ < window) return;
     if (on_line_ > 0) {
         due_ns_ += place_gain * lowest_ns_;
-        step_ns_ = std::clamp(step_ns_ + rate_gain * lowest_ns_ / window, nominal_ns_ * (1 - rate_tolerance),
+        const double excess = std::clamp(lowest_ns_, -most_excess * step_ns_, most_excess * step_ns_);
+        step_ns_ = std::clamp(step_ns_ + rate_gain * excess / window, nominal_ns_ * (1 - rate_tolerance),
                               nominal_ns_ * (1 + rate_tolerance));
     }
     window_ = on_line_ = 0;

@@ -28,7 +28,8 @@ struct PlacedSample {
 ///
 /// - a later stamp is on the line: nothing was lost, the stamps were late;
 /// - all stamps of 50 ms (and of at least 16 samples) stay above the line: as many samples are missing as the
-///   lowest of them is above it, before the first held back;
+///   lowest of them is above it, before the first held back, or before the first of those that are all higher
+///   by a step or more, where up to four in front of them were only late;
 /// - they stay more than 20 ms off the line for 0.4 s: that many are missing, if the host had to wait for
 /// them;
 ///   if not, or if they are below the line, the sensor's clock was set. Stamps are corrected by the step from
@@ -56,6 +57,7 @@ private:
     void learn_rate() noexcept;
     void settle() noexcept;
     [[nodiscard]] bool clear() const noexcept;
+    [[nodiscard]] std::size_t late_before_loss() const noexcept;
     void decide() noexcept;
     [[nodiscard]] std::int64_t follow_clock(double lag_change_ns) noexcept;
     void place_first(std::int64_t lost) noexcept;

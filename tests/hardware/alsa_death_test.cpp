@@ -13,6 +13,7 @@
 #include "drivers/hardware/alsa_dac.hpp"
 #include "drivers/hardware/alsa_pcm.hpp"
 #include "drivers/hardware/output_frames.hpp"
+#include "tests/support/in_real_time.hpp"
 #include "tests/support/mock_dac.hpp"
 #include "tests/support/player.hpp"
 
@@ -83,7 +84,14 @@ void expect_silence_after(MockDac& mock, std::size_t end) {
     EXPECT_EQ(mock.converter.counts().missed, 0U);
 }
 
-TEST(AlsaDeathTest, AKilledProcessLeavesARamp) {
+class AlsaDeathTest : public ::testing::Test {
+protected:
+    void SetUp() override {
+        if (!test::in_real_time) GTEST_SKIP() << "judges real time, to the millisecond";
+    }
+};
+
+TEST_F(AlsaDeathTest, AKilledProcessLeavesARamp) {
     for (const double after_s : {0.4, 0.4037, 0.4071}) {  // at several phases of drive and block
         MockDac mock;
         const Driving driving{drives(mock.settings)};
@@ -93,7 +101,7 @@ TEST(AlsaDeathTest, AKilledProcessLeavesARamp) {
     }
 }
 
-TEST(AlsaDeathTest, AStoppedProcessLeavesARampAndDoesNotGoOnAtLevel) {
+TEST_F(AlsaDeathTest, AStoppedProcessLeavesARampAndDoesNotGoOnAtLevel) {
     MockDac mock;
     const Driving driving{drives(mock.settings)};
     mock.listen_for(Seconds{0.4});
@@ -107,7 +115,7 @@ TEST(AlsaDeathTest, AStoppedProcessLeavesARampAndDoesNotGoOnAtLevel) {
     EXPECT_EQ(mock.converter.counts().streams, 2U);
 }
 
-TEST(AlsaDeathTest, AWriterThatHangsLeavesARamp) {
+TEST_F(AlsaDeathTest, AWriterThatHangsLeavesARamp) {
     MockDac mock;
     constexpr std::size_t blocks = 37;
     const Driving driving{drives(mock.settings, blocks)};
@@ -119,7 +127,7 @@ TEST(AlsaDeathTest, AWriterThatHangsLeavesARamp) {
     EXPECT_GT(mock.end_of_sound(), drive + blocks * Player::block + 2300);
 }
 
-TEST(AlsaDeathTest, AProcessThatDiesWithItsRampTakenBackLeavesItToBeHeard) {
+TEST_F(AlsaDeathTest, AProcessThatDiesWithItsRampTakenBackLeavesItToBeHeard) {
     MockDac mock;
     constexpr std::int64_t silence = 4800;
     const Driving driving{[&s = mock.settings] {

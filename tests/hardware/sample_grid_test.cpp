@@ -158,6 +158,37 @@ TEST(SampleGridTest, LossesAmongLateStampsAreCountedToo) {
     EXPECT_EQ(run.placed.back().tick, run.placed.back().sample.counts[0]);
 }
 
+TEST(SampleGridTest, LossesAreCountedExactlyForHoursWhereEveryStampIsLateByChance) {
+    constexpr std::int64_t samples = 20'000'000;  // 83 minutes
+    SampleGrid grid{rate_hz};
+    const Sensor sensor;
+    std::mt19937_64 random{5};
+    std::exponential_distribution<double> late{1 / 100e3};  // ns: an eighth of them by more than a whole step
+    std::geometric_distribution<std::int64_t> apart{1.0 / 20000};
+    std::uniform_int_distribution<std::int64_t> gap{1, 300};
+    std::int64_t lost = 0, counted = 0, displaced = 0, next_loss = 5000;
+    for (std::int64_t n = 0; n < samples; ++n) {
+        if (n == next_loss && n < samples - 10000) {
+            const std::int64_t missing = gap(random);
+            lost += missing;
+            n += missing;
+            next_loss = n + 1 + apart(random);
+        }
+        TimedSample sample = sensor.sample(n);
+        sample.stamp_ns += std::llround(late(random));
+        sample.counts[0] = static_cast<std::int32_t>(n);
+        grid.add(sample);
+        while (const auto p = grid.next()) {
+            counted += p->lost;
+            if (p->tick != p->sample.counts[0]) ++displaced;
+        }
+    }
+    EXPECT_GT(lost, 100000);
+    EXPECT_EQ(counted, lost);
+    // A late stamp just before a loss may be taken for its first sample.
+    EXPECT_LT(displaced, 200);
+}
+
 TEST(SampleGridTest, ALossWhileTheRateIsMeasuredIsCounted) {
     Numbering run;
     const Sensor sensor;

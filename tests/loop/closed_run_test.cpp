@@ -8,6 +8,7 @@
 #include "drivers/replay/session_file.hpp"
 #include "drivers/synthesiser.hpp"
 #include "tests/support/bench_run.hpp"
+#include "tests/support/in_real_time.hpp"
 
 namespace shaker::test {
 namespace {

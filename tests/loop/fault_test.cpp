@@ -9,6 +9,7 @@
 #include <thread>
 
 #include "tests/support/bench_run.hpp"
+#include "tests/support/in_real_time.hpp"
 
 namespace shaker::test {
 namespace {

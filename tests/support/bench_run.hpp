@@ -38,9 +38,6 @@ private:
     std::unique_ptr<Program> program_;
 };
 
-/// A sanitiser's build is too slow for real time: data come late there, the DAC runs empty. What is left to
-/// be shown is that threads and memory are in order.
-inline constexpr bool in_real_time = SHAKER_SANITIZED == 0;
 /// It ended well, or gave up in good order for want of data or of a device, and no sanitiser had anything to
 /// say.
 void expect_order(const Outcome& outcome);
