@@ -32,6 +32,10 @@ bool Acquisition::collect() {
         take_.changes.push_back(*change);
         if (file_ != nullptr) file_->add(*change);
     }
+    while (const auto trip = lanes_.trips.pop()) {
+        any = true;
+        take_.trips.push_back(*trip);
+    }
     while (const auto block = lanes_.blocks.pop()) {
         any = true;
         take_.blocks.push_back(*block);

@@ -45,7 +45,7 @@ std::vector<Finding> find(const CheckOptions& options) {
     try {
         const Execution execution = drive_rig(
             bench, acquisition, output, false,
-            [&](const Take& take, Mailbox<DriveCommand>& drive) { return test.step(take, drive); },
+            [&](const Take& take, Lanes& lanes) { return test.step(take, lanes.drive); },
             [&] { return test.done(); });
         for (const std::string& refused : execution.refused)
             findings.push_back({Verdict::warning, "real time", refused});

@@ -14,8 +14,8 @@ namespace shaker {
 namespace {
 constexpr double accelerometer_patience_s = 8;  // its driver gives up before
 constexpr double camera_patience_s = 2;
-constexpr double least_repeats = 16;     // of a sample, before it is taken for frozen
 constexpr double transient_periods = 1;  // after a ramp, until the suspension has followed
+constexpr double aftermath_s = 0.3;      // recorded after a trip
 constexpr int between_levels = 5;        // periods of the ramps while the response is found out
 }  // namespace
 
@@ -27,7 +27,8 @@ Director::Director(const RunPlan& plan, double dac_rate_hz, const AccelerometerI
       say_{std::move(say)},
       windows_{dac_rate_hz, accelerometer, plan.keeper.drive.frequency, controlled_harmonics, plan.line_hz},
       keeper_{plan.keeper},
-      walker_{frequency_} {}
+      walker_{frequency_},
+      guard_{plan.limits, accelerometer, dac_rate_hz} {}
 
 void Director::go(RunState next) {
     if (!may_follow(state_, next))
@@ -35,21 +36,36 @@ void Director::go(RunState next) {
     state_ = next;
 }
 
-bool Director::step(const Take& take, Mailbox<DriveCommand>& drive) {
-    const std::size_t before = plays_ + blocks_ + changes_ + walker_.seen();
-    take_stamps(take, drive);
-    take_accelerations(take, drive);
+bool Director::step(const Take& take, Lanes& lanes) {
+    const std::size_t before = plays_ + blocks_ + changes_ + trips_ + walker_.seen();
+    take_trips(take);
+    take_stamps(take, lanes);
+    take_accelerations(take, lanes);
     walker_.add(take);
-    advance(drive);
-    return plays_ + blocks_ + changes_ + walker_.seen() != before;
+    if (state_ == RunState::run) guard_.look(walker_, now_s_, lanes);
+    advance(lanes);
+    return plays_ + blocks_ + changes_ + trips_ + walker_.seen() != before;
 }
 
-void Director::take_stamps(const Take& take, Mailbox<DriveCommand>& drive) {
+// The first of them is the cause; the output has begun its ramp to zero.
+void Director::take_trips(const Take& take) {
+    for (; trips_ < take.trips.size(); ++trips_) {
+        const Trip& trip = take.trips[trips_];
+        note(fmt::format("stopped in state {}: {}", name(state_), text(trip)));
+        if (state_ == RunState::tripped) continue;
+        trip_ = trip;
+        tripped_s_ = now_s_;
+        measuring_ = false;
+        go(RunState::tripped);
+    }
+}
+
+void Director::take_stamps(const Take& take, Lanes& lanes) {
     for (; plays_ < take.played.size(); ++plays_) {
         const PlayTime& played = take.played[plays_];
         windows_.add(played);
         if (played.lost > 0)
-            start_again(played.lost, drive);
+            start_again(played.lost, lanes);
         else
             now_s_ = static_cast<double>(played.tick.n) / dac_rate_hz_;
     }
@@ -57,15 +73,15 @@ void Director::take_stamps(const Take& take, Mailbox<DriveCommand>& drive) {
         const DriveChange& c = take.changes[changes_];
         windows_.add(c);
         // The silence after lost time has no number: the ramp up from it is still to come.
-        if (c.command.sequence < awaited_ || c.command.sequence == 0) continue;
+        if (c.stop > 0 || c.command.sequence < awaited_ || c.command.sequence == 0) continue;
         in_force_s_ = static_cast<double>(c.first.n + c.ramp) / dac_rate_hz_;
         if (!std::isfinite(steady_from_s_)) steady_from_s_ = in_force_s_ + transient_periods / frequency_;
     }
 }
 
 // The DAC ran empty and stands at zero: what was measured so far is cut, the drive comes up softly once more.
-void Director::start_again(std::int64_t lost, Mailbox<DriveCommand>& drive) {
-    if (done_) return;
+void Director::start_again(std::int64_t lost, Lanes& lanes) {
+    if (done_ || state_ == RunState::tripped) return;
     note(fmt::format("the DAC ran empty at {:.3f} s and stood still for {:.1f} ms", now_s_,
                      1e3 * static_cast<double>(lost) / dac_rate_hz_));
     if (state_ == RunState::ramp_down) {  // it is silent already
@@ -77,50 +93,40 @@ void Director::start_again(std::int64_t lost, Mailbox<DriveCommand>& drive) {
         throw DeviceError{fmt::format("the DAC ran empty {} times in one run; given up", restarts_)};
     measuring_ = false;
     if (state_ == RunState::run) go(RunState::ramp);
-    if (driving(state_)) command(keeper_.volts(), plan_.soft_start, true, drive);
+    if (driving(state_)) command(keeper_.volts(), plan_.soft_start, true, lanes);
 }
 
-// A base that is driven never shows the same sample for half a period. A controller that believed it would
-// raise the drive.
-void Director::watch(const AccelBlock& block) {
-    for (int i = 0; i < block.size; ++i) {
-        const auto& counts = block.counts[static_cast<std::size_t>(i)];
-        repeats_ = counts == last_counts_ ? repeats_ + 1 : 0;
-        last_counts_ = counts;
-    }
-    if (state_ == RunState::run &&
-        repeats_ >= std::max(least_repeats, 0.5 * accelerometer_.rate_hz / frequency_))
-        throw DeviceError{
-            fmt::format("{}: the same sample {} times in a row while the base is driven: it is frozen",
-                        accelerometer_.name, repeats_ + 1)};
-}
-
-void Director::take_accelerations(const Take& take, Mailbox<DriveCommand>& drive) {
+void Director::take_accelerations(const Take& take, Lanes& lanes) {
     for (; blocks_ < take.blocks.size(); ++blocks_) {
         const AccelBlock& block = take.blocks[blocks_];
-        watch(block);
-        for (const MotionWindows::Window& window : windows_.add(block)) window_done(window, drive);
+        last_tick_ = {block.first.n + block.size - 1};
+        for (const MotionWindows::Window& window : windows_.add(block)) window_done(window, lanes);
     }
 }
 
 // The one back arrow: what a window showed corrects the drive.
-void Director::window_done(const MotionWindows::Window& window, Mailbox<DriveCommand>& drive) {
+void Director::window_done(const MotionWindows::Window& window, Lanes& lanes) {
     if (state_ == RunState::self_test) keeper_.quiet(window.estimate);
     if (state_ != RunState::identify && state_ != RunState::run) return;
     // A correction under way is a drive like any other to those that follow every window.
     const bool newest = window.sequence >= sequence_;
-    switch (keeper_.take(window, newest)) {
+    const DriveKeeper::Outcome outcome = keeper_.take(window, newest);
+    guard_.look(window, keeper_, state_ == RunState::run && plan_.keeper.equalise, windows_.clock(),
+                last_tick_, lanes);
+    switch (outcome) {
         case DriveKeeper::Outcome::nothing:
             break;
         case DriveKeeper::Outcome::step:
-            command(keeper_.volts(), state_ == RunState::identify ? between_levels : 1, true, drive);
+            if (const IdentifiedResponse* found = keeper_.found()) guard_.look(*found, false, now_s_, lanes);
+            command(keeper_.volts(), state_ == RunState::identify ? between_levels : 1, true, lanes);
             break;
         case DriveKeeper::Outcome::correction:
-            command(keeper_.volts(), 1, false, drive);
+            command(keeper_.volts(), 1, false, lanes);
             break;
         case DriveKeeper::Outcome::identified:
             for (const std::string& finding : findings(*keeper_.identified())) note(finding);
-            start(drive);
+            guard_.look(*keeper_.identified(), true, now_s_, lanes);
+            start(lanes);
             break;
     }
     if (state_ == RunState::run) tell(window);
@@ -137,14 +143,14 @@ void Director::tell(const MotionWindows::Window& window) {
                      !plan_.keeper.equalise ? "open loop" : (locked ? "locked" : "settling")));
 }
 
-void Director::start(Mailbox<DriveCommand>& drive) {
+void Director::start(Lanes& lanes) {
     keeper_.begin();
     go(RunState::ramp);
     say_(fmt::format("soft start over {} periods", plan_.soft_start));
-    command(keeper_.volts(), plan_.soft_start, true, drive);
+    command(keeper_.volts(), plan_.soft_start, true, lanes);
 }
 
-void Director::advance(Mailbox<DriveCommand>& drive) {
+void Director::advance(Lanes& lanes) {
     switch (state_) {
         case RunState::init:
             if (windows_.clock().ready()) go(RunState::self_test);
@@ -156,9 +162,9 @@ void Director::advance(Mailbox<DriveCommand>& drive) {
             if (keeper_.begin_identification()) {
                 go(RunState::identify);
                 say_("finding out how the base answers to the drive");
-                command(keeper_.volts(), plan_.soft_start, true, drive);
+                command(keeper_.volts(), plan_.soft_start, true, lanes);
             } else {
-                start(drive);
+                start(lanes);
             }
             break;
         case RunState::ramp:
@@ -172,13 +178,14 @@ void Director::advance(Mailbox<DriveCommand>& drive) {
                 if (now_s_ < to_s_ + 2 / frequency_ || stragglers_may_come()) break;
                 go(RunState::ramp_down);
                 say_("soft stop");
-                command({}, plan_.soft_start, true, drive);
+                command({}, plan_.soft_start, true, lanes);
                 break;
             }
             const bool late = now_s_ - run_from_s_ > plan_.settle_at_most / frequency_;
             const bool kept = !plan_.keeper.equalise || keeper_.report().locked;
             const bool steady =
-                now_s_ > steady_from_s_ && walker_.settled_since(steady_from_s_, keeper_.drive().gamma);
+                now_s_ > steady_from_s_ &&
+                (!walker_.watches() || walker_.settled_since(steady_from_s_, keeper_.drive().gamma));
             if ((kept && steady) || late) begin_measuring(late);
             break;
         }
@@ -187,10 +194,12 @@ void Director::advance(Mailbox<DriveCommand>& drive) {
             go(RunState::idle);
             done_ = true;
             break;
+        case RunState::tripped:  // what led to it is still on its way
+            done_ = done_ || now_s_ > tripped_s_ + aftermath_s;
+            break;
         case RunState::idle:
         case RunState::armed:
         case RunState::identify:
-        case RunState::tripped:
             break;
     }
 }
@@ -217,7 +226,7 @@ void Director::begin_measuring(bool late) {
     say_(fmt::format("measuring {} periods from {:.3f} s on", plan_.periods, from_s_));
 }
 
-void Director::set(const Drive& drive, Mailbox<DriveCommand>& mailbox) {
+void Director::set(const Drive& drive, Lanes& lanes) {
     if (state_ != RunState::run)
         throw InputError{fmt::format(
             "a new set-point was given in state {}; it can be changed in state run only", name(state_))};
@@ -227,8 +236,25 @@ void Director::set(const Drive& drive, Mailbox<DriveCommand>& mailbox) {
         frequency_ = Synthesiser::realised(drive.frequency, dac_rate_hz_);
         walker_ = WalkerWatch{frequency_};
     }
-    command(keeper_.volts(), 1, true, mailbox);
+    command(keeper_.volts(), 1, true, lanes);
     run_from_s_ = now_s_;
+}
+
+void Director::stop(Lanes& lanes) {
+    if (!lanes.ordered.push({.cause = Cause::operator_stop,
+                             .on_dac_clock = true,
+                             .tick = static_cast<std::int64_t>(now_s_ * dac_rate_hz_)}))
+        ++lanes.lost.trips_lost;
+}
+
+void Director::clear(Lanes& lanes) {
+    if (state_ != RunState::tripped)
+        throw InputError{fmt::format("nothing to clear: the run is in state {}", name(state_))};
+    if (!done_) throw InputError{"the drive is not silent yet; clear the trip when it is"};
+    ++lanes.releases;
+    guard_.rearm();
+    trip_.reset();
+    go(RunState::idle);
 }
 
 // What a sensor measured comes later than it was measured, by seconds when its connection is in trouble.
@@ -249,14 +275,14 @@ void Director::note(const std::string& what) {
     notes_.push_back(what);
 }
 
-void Director::command(const Harmonics<Voltage>& volts, int ramp_periods, bool transient,
-                       Mailbox<DriveCommand>& drive) {
-    drive.post({.volts = volts,
-                .frequency = keeper_.drive().frequency,
-                .ramp_periods = ramp_periods,
-                .sequence = ++sequence_});
+void Director::command(const Harmonics<Voltage>& volts, int ramp_periods, bool transient, Lanes& lanes) {
+    lanes.drive.post({.volts = volts,
+                      .frequency = keeper_.drive().frequency,
+                      .ramp_periods = ramp_periods,
+                      .sequence = ++sequence_});
     if (!transient) return;
     // Until the change is known to be in force, no period counts as settled.
+    guard_.settling();
     awaited_ = sequence_;
     in_force_s_ = steady_from_s_ = INFINITY;
 }

@@ -1,18 +1,18 @@
 #pragma once
 // Leads one run through its states: silence, identification, soft start, settling with the measured harmonics
 // correcting the drive, measuring, soft stop.
-#include <array>
 #include <functional>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "daemon/drive_keeper.hpp"
+#include "daemon/lanes.hpp"
 #include "daemon/motion_windows.hpp"
+#include "daemon/run_guard.hpp"
 #include "daemon/run_states.hpp"
 #include "daemon/take.hpp"
 #include "daemon/walker_watch.hpp"
-#include "drivers/handover.hpp"
 
 namespace shaker {
 
@@ -24,6 +24,7 @@ struct RunPlan {
     int settle_at_most = 400;  // periods; then it measures all the same and says so
     int most_restarts = 3;     // after the DAC ran empty; then the run fails
     double quiet_s = 0.6;      // of silence before the drive
+    Limits limits;             // what stops the drive
 };
 
 /// A state machine over what has been gathered. It reads the take and answers with drive commands: nothing
@@ -35,9 +36,13 @@ public:
 
     /// Looks at what came since the last call and posts a command when the drive should change. False when
     /// nothing had come.
-    bool step(const Take& take, Mailbox<DriveCommand>& drive);
+    bool step(const Take& take, Lanes& lanes);
     /// A new set-point while it runs: the drive goes there over one period, settles and is measured anew.
-    void set(const Drive& drive, Mailbox<DriveCommand>& mailbox);
+    void set(const Drive& drive, Lanes& lanes);
+    /// The operator stops the run: a ramp to zero at once, which counts as a trip.
+    void stop(Lanes& lanes);
+    /// The operator has seen why it tripped: the run may be armed again. Refused while something is wrong.
+    void clear(Lanes& lanes);
 
     [[nodiscard]] RunState state() const noexcept { return state_; }
     /// The run is over and the shaker silent.
@@ -47,22 +52,23 @@ public:
     [[nodiscard]] double to_s() const noexcept { return to_s_; }
     /// What a reader of the results should know of how the run went.
     [[nodiscard]] const std::vector<std::string>& notes() const noexcept { return notes_; }
+    /// Why the drive was stopped; empty unless it was.
+    [[nodiscard]] const std::optional<Trip>& trip() const noexcept { return trip_; }
     [[nodiscard]] const DriveKeeper& keeper() const noexcept { return keeper_; }
 
 private:
     void go(RunState next);
-    void take_stamps(const Take& take, Mailbox<DriveCommand>& drive);
-    void start_again(std::int64_t lost, Mailbox<DriveCommand>& drive);
-    void watch(const AccelBlock& block);
-    void take_accelerations(const Take& take, Mailbox<DriveCommand>& drive);
-    void window_done(const MotionWindows::Window& window, Mailbox<DriveCommand>& drive);
+    void take_trips(const Take& take);
+    void take_stamps(const Take& take, Lanes& lanes);
+    void start_again(std::int64_t lost, Lanes& lanes);
+    void take_accelerations(const Take& take, Lanes& lanes);
+    void window_done(const MotionWindows::Window& window, Lanes& lanes);
     void tell(const MotionWindows::Window& window);
-    void advance(Mailbox<DriveCommand>& drive);
-    void start(Mailbox<DriveCommand>& drive);
+    void advance(Lanes& lanes);
+    void start(Lanes& lanes);
     void begin_measuring(bool late);
     void note(const std::string& what);
-    void command(const Harmonics<Voltage>& volts, int ramp_periods, bool transient,
-                 Mailbox<DriveCommand>& drive);
+    void command(const Harmonics<Voltage>& volts, int ramp_periods, bool transient, Lanes& lanes);
     [[nodiscard]] bool stragglers_may_come();
     [[nodiscard]] double frequency() const noexcept { return frequency_; }
 
@@ -74,16 +80,19 @@ private:
     MotionWindows windows_;
     DriveKeeper keeper_;
     WalkerWatch walker_;
+    RunGuard guard_;
     RunState state_ = RunState::init;
     bool done_ = false, measuring_ = false;
     std::size_t plays_ = 0, blocks_ = 0, changes_ = 0;  // how much of the take has been seen
     std::uint64_t sequence_ = 0;
     std::uint64_t awaited_ = 0;  // command that ends the state once it is in force
     int restarts_ = 0;
-    std::array<std::int32_t, 3> last_counts_{};  // of the accelerometer
-    int repeats_ = 0;                            // of the last sample
-    double now_s_ = 0;                           // master time played
-    double told_s_ = 0;                          // of the period that was told last
+    std::size_t trips_ = 0;  // likewise
+    std::optional<Trip> trip_;
+    double tripped_s_ = 0;
+    AccelTick last_tick_{};     // of the accelerometer
+    double now_s_ = 0;          // master time played
+    double told_s_ = 0;         // of the period that was told last
     double steady_from_s_ = 0;  // the newest large change of the drive has been in effect since
     double in_force_s_ = 0;     // of the awaited command; infinite while it is not
     double run_from_s_ = 0, from_s_ = 0, to_s_ = 0;

@@ -43,6 +43,10 @@ public:
 
     [[nodiscard]] const Drive& drive() const noexcept { return settings_.drive; }
     [[nodiscard]] const std::optional<IdentifiedResponse>& identified() const noexcept { return identified_; }
+    /// What the levels so far have found out, while it is being found out; else null.
+    [[nodiscard]] const IdentifiedResponse* found() const noexcept {
+        return identification_ ? &identification_->response() : nullptr;
+    }
     /// Of the last window; default before the first.
     [[nodiscard]] const Equaliser::Report& report() const noexcept { return report_; }
     /// m/s^2, sd of an amplitude's part in one window with the drive off; 0: not known.

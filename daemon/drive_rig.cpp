@@ -45,7 +45,7 @@ Execution drive_rig(OpenRig& bench, Acquisition& acquisition, Output& output, bo
     for (Loop& loop : acquisition.sensor_loops()) loops.push_back(std::move(loop));
     loops.push_back({"reduction", 0, false, [&](std::chrono::milliseconds) {
                          const bool any = acquisition.collect();
-                         return lead(acquisition.take(), acquisition.lanes().drive) || any;
+                         return lead(acquisition.take(), acquisition.lanes()) || any;
                      }});
     const auto unblock = [&] {
         rig.dac->stop();

@@ -14,8 +14,8 @@ namespace shaker {
 /// when two of them differ: one train serves all.
 double trigger_rate(const Rig& rig);
 
-/// What leads a run: looks at the take, may post a drive; false when nothing had come.
-using Lead = std::function<bool(const Take&, Mailbox<DriveCommand>&)>;
+/// What leads a run: looks at the take, may post to the loops; false when nothing had come.
+using Lead = std::function<bool(const Take&, Lanes&)>;
 
 /// Until `done`, which is asked after each call of `lead`. Hardware runs threaded whatever `threads` says.
 Execution drive_rig(OpenRig& bench, Acquisition& acquisition, Output& output, bool threads, const Lead& lead,

@@ -17,6 +17,9 @@ int main(int argc, char** argv) try {
 } catch (const shaker::DeviceError& e) {
     spdlog::error("shakerd: {}", e.what());
     return shaker::exit_device;
+} catch (const shaker::TripError& e) {
+    spdlog::error("shakerd: the drive was stopped: {}", e.what());
+    return shaker::exit_tripped;
 } catch (const std::exception& e) {
     spdlog::critical("shakerd: {}", e.what());
     return shaker::exit_failure;

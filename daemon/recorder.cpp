@@ -125,6 +125,21 @@ std::vector<RecordedTable> tables_of(const Take& take) {
     return tables;
 }
 
+void write_trips(SessionWriter& file, const Take& take) {
+    if (take.trips.empty()) return;
+    file.table("trips",
+               {column("cause", "1", take.trips, [](const Trip& t) { return static_cast<int>(t.cause); }),
+                column("hard", "1", take.trips, [](const Trip& t) { return t.stop == StopKind::hard; }),
+                column("value", "1", take.trips, [](const Trip& t) { return t.value; }),
+                column("limit", "1", take.trips, [](const Trip& t) { return t.limit; }),
+                column("harmonic", "1", take.trips, [](const Trip& t) { return t.harmonic; }),
+                column("on_dac_clock", "1", take.trips, [](const Trip& t) { return t.on_dac_clock; }),
+                column("tick", "1", take.trips, [](const Trip& t) { return t.tick; })});
+    std::string words;
+    for (const Trip& t : take.trips) words += text(t) + "\n";
+    file.text("trips/words", words);
+}
+
 void write(SessionWriter& file, const std::vector<RecordedNumber>& numbers) {
     for (const RecordedNumber& n : numbers) file.scalar(n.path, n.value, n.units);
 }

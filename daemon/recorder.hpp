@@ -31,6 +31,8 @@ std::vector<RecordedTable> tables_of(const Reduction& reduction);
 /// Every target's track, likewise.
 std::vector<RecordedTable> tables_of(const Take& take);
 
+/// Why the drive was stopped: cause by its number and in words; nothing when it was not.
+void write_trips(SessionWriter& file, const Take& take);
 void write(SessionWriter& file, const std::vector<RecordedNumber>& numbers);
 void write(SessionWriter& file, const std::vector<RecordedTable>& tables);
 

@@ -24,6 +24,17 @@ void Recording::finish(const Take& take, const Reduction& reduction, double from
     write(*writer_, tables_of(take));
     write(*writer_, tables_of(reduction));
     write(*writer_, numbers_of(reduction));
+    complete();
+}
+
+void Recording::finish(const Take& take) {
+    if (!writer_) return;
+    write(*writer_, tables_of(take));
+    write_trips(*writer_, take);
+    complete();
+}
+
+void Recording::complete() {
     writer_->flush();
     writer_.reset();
     std::filesystem::rename(part_, file_);

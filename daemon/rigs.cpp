@@ -2,6 +2,7 @@
 
 #include <fstream>
 #include <iterator>
+#include <utility>
 
 #include "drivers/errors.hpp"
 #include "drivers/hardware/hardware_rig.hpp"
@@ -18,13 +19,31 @@ std::function<std::complex<double>(double)> predicted_response(const Scene& shee
     };
 }
 
+// What the base may do by the data sheets; the table [limits] may say otherwise.
+Limits limits_for(const ShakerTruth& shaker, double walker_kg, const Rig& rig, SettingsTable table) {
+    const ShakerSheet& s = shaker.sheet;
+    return read_limits(std::move(table), {.max_force_n = s.max_force_n,
+                                          .moving_mass_kg = shaker.moving_mass_kg,
+                                          .load_kg = shaker.base_mass_kg + walker_kg,
+                                          .stroke_m = 1e-3 * s.stroke_mm,
+                                          .max_velocity_mps = s.max_velocity_mps,
+                                          .max_acceleration_mps2 = s.max_acceleration_mps2,
+                                          .sensor_range_mps2 = rig.accelerometer->info().range_mps2,
+                                          .full_scale_V = rig.dac->info().full_scale_V});
+}
+
 OpenRig open_simulated(const std::filesystem::path& scene, World::Pace pace) {
     OpenRig open;
-    open.scene = scene.empty() ? paper_scene() : read_scene(scene);
+    SettingsTable root =
+        scene.empty() ? SettingsTable::from_text("", "scene") : SettingsTable::from_file(scene);
+    SettingsTable limits = root.table("limits");
+    open.scene = read_scene(root);
     open.world = std::make_unique<World>(open.scene, pace);
     open.rig = open.world->rig();
     open.shaker = open.scene.shaker;
     open.response = predicted_response(open.scene);
+    open.limits = limits_for(open.shaker, open.scene.walker.mass_kg, open.rig, std::move(limits));
+    open.rig_text = scene_text(open.scene) + "\n" + limits_text(open.limits);
     return open;
 }
 
@@ -38,6 +57,7 @@ OpenRig open_file(const std::filesystem::path& file) {
     SettingsTable root = SettingsTable::from_file(file);
     Scene sheet = paper_scene();
     sheet.shaker = open.shaker = read_shaker(root.table("shaker"));
+    SettingsTable limits = root.table("limits");
     if (root.tables("camera").empty())
         root.fail("camera", "at least one [[camera]] that sees the base was expected");
     for (const char* device : {"dac", "accelerometer"})
@@ -47,6 +67,7 @@ OpenRig open_file(const std::filesystem::path& file) {
     open.rig.name = file.string();
     open.granted = std::move(bench.granted);
     open.response = predicted_response(sheet);
+    open.limits = limits_for(open.shaker, 0, open.rig, std::move(limits));
     return open;
 }
 

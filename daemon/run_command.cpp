@@ -9,6 +9,7 @@
 #include <numbers>
 
 #include "daemon/commands.hpp"
+#include "daemon/control/envelope.hpp"
 #include "daemon/director.hpp"
 #include "daemon/drive_rig.hpp"
 #include "daemon/recording.hpp"
@@ -58,6 +59,21 @@ struct Speed {
     double wall_s, virtual_s, render_s;
 };
 
+// Before anything moves: what is asked for must be within the limits. The DAC may run empty: a run comes up
+// softly again by itself, some times.
+Limits limits_of_run(const OpenRig& bench, const Drive& drive) {
+    PlannedMotion plan{.target = harmonics(drive),
+                       .frequency = drive.frequency,
+                       .moving_kg = bench.shaker.moving_mass_kg + bench.shaker.base_mass_kg +
+                                    (bench.world ? bench.scene.walker.mass_kg : 0)};
+    for (std::size_t q = 0; q < max_harmonics; ++q)
+        plan.response[q] = bench.response(static_cast<double>(q + 1) * drive.frequency);
+    require_within(demands(plan, bench.limits));
+    Limits limits = bench.limits;
+    limits.detectors.reset(static_cast<std::size_t>(Cause::underrun));
+    return limits;
+}
+
 void print_truth(const Reduction& r, double v_D, const Drive& asked, const Scene& scene, const Speed& speed) {
     const double off = r.v_D.value - v_D;
     fmt::print("the simulated truth beside it:\n  {:<22}{:>24} mm/s\n", "v_D of the scene",
@@ -92,7 +108,7 @@ void run(const RunOptions& options) {
                     options.drive.phi, options.drive.rho, options.drive.frequency);
     header.kind = "run";
     header.config = run_settings_text(options);
-    header.rig = bench.world ? scene_text(bench.scene) : bench.rig_text;
+    header.rig = bench.rig_text;
     header.frequency_hz = Synthesiser::realised(options.drive.frequency, dac.rate_hz);
     header.dac = dac;
     header.accelerometer = rig.accelerometer->info();
@@ -100,25 +116,32 @@ void run(const RunOptions& options) {
     header.keep_frames = options.keep_frames;
 
     Recording recording{options.out, header, Recording::Unfinished::keep};
-    Acquisition acquisition{rig, recording.writer()};
-    Output output{dac, options.drive.frequency, trigger_rate(rig), dac.block_frames};
+    const Limits limits = limits_of_run(bench, options.drive);
+    Acquisition acquisition{rig, recording.writer(), limits, options.drive.frequency};
+    Output output{dac,    options.drive.frequency,          trigger_rate(rig), dac.block_frames,
+                  limits, rig.accelerometer->info().rate_hz};
     const RunPlan plan{.keeper = {.drive = options.drive,
-                                  .volts_limit = 0.95 * dac.full_scale_V,
+                                  .volts_limit = 0.95 * limits.drive.abort,
                                   .identify = options.identify,
                                   .equalise = options.closed_loop,
                                   .sheet = bench.response},
                        .line_hz = options.mains_hz,
-                       .periods = options.periods};
+                       .periods = options.periods,
+                       .limits = limits};
     Director director{plan, dac.rate_hz, rig.accelerometer->info(),
                       [](const std::string& what) { spdlog::info("{}", what); }};
 
     const Execution execution = drive_rig(
         bench, acquisition, output, options.threads,
-        [&](const Take& take, Mailbox<DriveCommand>& drive) { return director.step(take, drive); },
+        [&](const Take& take, Lanes& lanes) { return director.step(take, lanes); },
         [&] { return director.done(); });
     for (const std::string& refused : execution.refused) spdlog::warn("{}", refused);
 
     Take& take = acquisition.take();
+    if (director.trip()) {
+        recording.finish(take);
+        throw TripError{text(*director.trip())};
+    }
     std::vector<std::string> notes;
     settle_times(take, notes);
     Reduction r = reduce(measurement_of(take, header.frequency_hz, director.from_s(), director.to_s()));

@@ -62,7 +62,7 @@ Take empty_take(const Rig& rig) {
         take.accelerometer.rate_hz = 0;
     if (rig.dac) take.dac_rate_hz = rig.dac->info().rate_hz;
     for (const auto& camera : rig.cameras) {
-        take.cameras.push_back({camera->view(), take.tracks.size(), {}});
+        take.cameras.push_back({.view = camera->view(), .first_track = take.tracks.size(), .untimed = {}});
         for (const Target& target : camera->view().targets)
             take.tracks.push_back({camera->view().camera, target, {}});
     }
@@ -72,6 +72,8 @@ Take empty_take(const Rig& rig) {
 void add_fixes(Take& take, std::size_t camera, const Frame& frame, const std::vector<Fix>& fixes,
                MasterTime time) {
     CameraTake& from = take.cameras.at(camera);
+    from.width = frame.width;
+    from.height = frame.height;
     if (frame.mid_exposure)
         time = *frame.mid_exposure;
     else

@@ -3,6 +3,7 @@
 #include <string>
 #include <vector>
 
+#include "daemon/control/trip.hpp"
 #include "daemon/frame_clock.hpp"
 #include "daemon/reduction/measurement.hpp"
 #include "drivers/devices.hpp"
@@ -21,6 +22,7 @@ struct TargetTrack {
 /// The frames of one camera and which tracks were made of them.
 struct CameraTake {
     View view;
+    int width = 0, height = 0;        // px, of the newest frame
     std::size_t first_track = 0;      // of its targets, in Take::tracks
     std::vector<FrameStamp> untimed;  // every frame, in the order of the tracks; empty when times were told
 };
@@ -30,6 +32,7 @@ struct Take {
     std::vector<AccelBlock> blocks;
     std::vector<PlayTime> played;      // empty for a session without a DAC
     std::vector<DriveChange> changes;  // likewise
+    std::vector<Trip> trips;           // as the output answered them; the first is the cause
     double dac_rate_hz = 0;
     std::vector<CameraTake> cameras;
     std::vector<TargetTrack> tracks;

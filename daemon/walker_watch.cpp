@@ -7,11 +7,25 @@
 
 namespace shaker {
 
+namespace {
+
+// Of the outline from the nearer end of the picture, along the shaker's axis.
+double edge_distance_mm(const Track& t, const Target& target, const CameraTake& camera) {
+    const bool across = std::abs(camera.view.along[1]) > std::abs(camera.view.along[0]);
+    const double at = across ? t.fix.y_px : t.fix.x_px, size = across ? camera.height : camera.width;
+    const double extent_mm = std::max(target.diameter_mm, target.width_mm);
+    return std::min(at, size - at) * camera.view.mm_per_px - 0.5 * extent_mm;
+}
+
+}  // namespace
+
 void WalkerWatch::add(const Take& take) {
     const auto walker =
         std::ranges::find_if(take.tracks, [](const auto& t) { return t.target.name == "walker"; });
     watches_ = walker != take.tracks.end();
     if (!watches_) return;
+    const auto camera =
+        std::ranges::find(take.cameras, walker->camera, [](const CameraTake& c) { return c.view.camera; });
     for (; seen_ < walker->tracks.size(); ++seen_) {
         const Track& t = walker->tracks[seen_];
         lost_ = found(t.fix.state) ? 0 : lost_ + 1;
@@ -19,6 +33,8 @@ void WalkerWatch::add(const Take& take) {
         until_s_ = std::max(until_s_, seconds(t.time));
         if (!found(t.fix.state)) continue;
         x_m_ = t.x_m;
+        if (camera != take.cameras.end() && camera->width > 0)
+            edge_mm_ = edge_distance_mm(t, walker->target, *camera);
         if (const auto period = fold_.add(seconds(t.time), t.x_m, t.sd_m)) drifts_.push_back(*period);
     }
 }

@@ -21,6 +21,9 @@ public:
     [[nodiscard]] double until_s() const noexcept { return until_s_; }
     /// Newest position, m; empty before the first.
     [[nodiscard]] std::optional<double> x_m() const noexcept { return x_m_; }
+    /// Least distance of its outline from the ends of the picture along the shaker's axis, mm; empty before
+    /// it was seen.
+    [[nodiscard]] std::optional<double> edge_mm() const noexcept { return edge_mm_; }
     /// Frames in a row in which it was not found.
     [[nodiscard]] int lost() const noexcept { return lost_; }
     /// Tracks seen so far.
@@ -33,7 +36,7 @@ private:
     bool watches_ = false;
     std::size_t seen_ = 0;
     double until_s_ = 0;
-    std::optional<double> x_m_;
+    std::optional<double> x_m_, edge_mm_;
     int lost_ = 0;
 };
 

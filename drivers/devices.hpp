@@ -4,6 +4,7 @@
 #include <array>
 #include <chrono>
 #include <cstdint>
+#include <limits>
 #include <memory>
 #include <span>
 #include <string>
@@ -53,6 +54,7 @@ struct AccelerometerInfo {
     std::array<double, 3> mps2_per_count{1, 1, 1};
     double first_sample_s = 0;            // its own clock at tick 0
     double clock_uncertainty_s = 0.02;    // its stamps may be early or late by up to this against master time
+    double range_mps2 = std::numeric_limits<double>::infinity();  // a sample there is saturated
     std::array<double, 3> shaker_axis{};  // unit vector in sensor axes, or all 0: find it from the motion
 
     /// One sample in m/s^2, sensor axes.

@@ -14,4 +14,9 @@ struct DeviceError : std::runtime_error {
     using std::runtime_error::runtime_error;
 };
 
+/// The drive was stopped because a limit was violated: what, by how much. Exit status 5.
+struct TripError : std::runtime_error {
+    using std::runtime_error::runtime_error;
+};
+
 }  // namespace shaker

@@ -28,6 +28,15 @@ void DriveHistory::add(const DriveChange& change) {
              .sequence = change.command.sequence,
              .begin_s = static_cast<double>(change.first.n) / rate_hz_,
              .end_s = static_cast<double>(change.first.n + change.ramp) / rate_hz_};
+    if (change.stop > 0) {  // the phase runs on under the stop
+        c.volts = {};
+        c.frequency = before.frequency;
+        c.end_s = static_cast<double>(change.first.n + change.stop) / rate_hz_;
+        c.begin_turns = turns(c.begin_s);
+        c.end_turns = turns(c.end_s);
+        changes_.push_back(c);
+        return;
+    }
     // A change begins in the first sample of a turn; its phase says how far in.
     const double expected = turns(c.begin_s);
     const double part = static_cast<double>(static_cast<long double>(change.phase) * 0x1p-128L);

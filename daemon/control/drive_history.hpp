@@ -12,7 +12,8 @@ public:
     /// Silent at phase 0 and this frequency from sample 0 on.
     DriveHistory(double rate_hz, double frequency);
 
-    /// In the order in which they were applied. The newest few hundred are kept.
+    /// In the order in which they were applied. The newest few hundred are kept. A stop in the middle of a
+    /// ramp counts as one from the ramp's end: what comes after it is silence either way.
     void add(const DriveChange& change);
 
     /// Turns of the drive's phase at an instant, s of master time, whole ones counted.

@@ -75,7 +75,8 @@ void Identification::conclude_level() {
         found_.level = std::max(found_.level, std::abs(value_at(mean, two_pi * i / 512)));
     ++level_;
     const double next_peak = raise * peak(volts_);
-    const bool loose = answer > stuck * stuck * sheet;
+    found_.gain = std::sqrt(answer / sheet);
+    const bool loose = found_.gain > stuck;
     done_ = (level_ >= 2 && ((!changed && loose) || found_.level > enough * settings_.gamma)) ||
             level_ == most_levels || next_peak > settings_.volts_limit;
     if (!done_)
@@ -89,6 +90,11 @@ std::vector<std::string> findings(const IdentifiedResponse& r) {
             "the base answers {:+.0f} degrees from the data sheet at harmonic 1: is the shaker, the "
             "amplifier or the sensor connected the wrong way round?",
             r.turn * 360 / two_pi));
+    if (r.gain > 2 || r.gain < 0.5)
+        said.push_back(
+            fmt::format("the base answers {:.2f} times as strongly as the data sheet says: are the "
+                        "amplifier's gain, full_scale_V and the masses right?",
+                        r.gain));
     for (int q = 1; q <= r.harmonics; ++q) {
         const auto i = static_cast<std::size_t>(q - 1);
         if (r.coherence[i] < 0.95)

@@ -30,6 +30,7 @@ struct IdentifiedResponse {
     std::array<std::complex<double>, max_harmonics> below{};  // h at the level before
     double level = 0;                                         // peak acceleration at the highest level, m/s^2
     bool nonlinear = false;  // the two differ by more than 10 % or 10 degrees at a harmonic
+    double gain = 1;         // rms of h against the data sheet's
     /// Phase of h against the data sheet's at harmonic 1, rad: beyond 90 degrees something is connected the
     /// wrong way round.
     double turn = 0;
@@ -44,7 +45,7 @@ public:
     /// A window of the newest drive, unchanged all through. True when volts() changed or it is done.
     bool take(const PeriodEstimate& window);
     [[nodiscard]] bool done() const noexcept { return done_; }
-    /// Only when done().
+    /// Of the newest level that was concluded.
     [[nodiscard]] const IdentifiedResponse& response() const noexcept { return found_; }
 
 private:

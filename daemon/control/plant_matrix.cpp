@@ -39,9 +39,18 @@ Eigen::Matrix2d turn(std::complex<double> c) {
 
 struct PlantMatrix::Work {
     Index k;
-    Eigen::MatrixXd j;
+    Eigen::MatrixXd j, inverse;
     Vector scale;  // |first response|, twice a harmonic
     int common_gains = 0;
+
+    // Of j with its columns scaled; what is nearly singular stays out.
+    void invert() {
+        Eigen::BDCSVD<Eigen::MatrixXd> svd{j * scale.cwiseInverse().asDiagonal(),
+                                           Eigen::ComputeThinU | Eigen::ComputeThinV};
+        svd.setThreshold(least_singular);
+        inverse =
+            scale.cwiseInverse().asDiagonal() * svd.solve(Eigen::MatrixXd::Identity(2 * k, 2 * k)).eval();
+    }
 };
 
 PlantMatrix::PlantMatrix(int harmonics, const std::array<std::complex<double>, max_harmonics>& response)
@@ -57,6 +66,7 @@ PlantMatrix::PlantMatrix(int harmonics, const std::array<std::complex<double>, m
         work_->j.block<2, 2>(2 * q, 2 * q) = turn(h);
         work_->scale.segment<2>(2 * q).setConstant(std::abs(h));
     }
+    work_->invert();
 }
 PlantMatrix::PlantMatrix(const PlantMatrix& other) : work_{std::make_unique<Work>(*other.work_)} {}
 PlantMatrix& PlantMatrix::operator=(const PlantMatrix& other) {
@@ -70,12 +80,7 @@ Harmonics<Acceleration> PlantMatrix::motion(const Harmonics<Voltage>& volts) con
 }
 
 Harmonics<Voltage> PlantMatrix::drive(const Harmonics<Acceleration>& motion) const {
-    const auto scaling = work_->scale.cwiseInverse();
-    Eigen::BDCSVD<Eigen::MatrixXd> svd{work_->j * scaling.asDiagonal(),
-                                       Eigen::ComputeThinU | Eigen::ComputeThinV};
-    svd.setThreshold(least_singular);
-    const Vector scaled = svd.solve(vector_of(motion, work_->k));
-    return harmonics_of<Voltage>(scaling.cwiseProduct(scaled));
+    return harmonics_of<Voltage>(work_->inverse * vector_of(motion, work_->k));
 }
 
 std::complex<double> PlantMatrix::learn(const Harmonics<Voltage>& stepped,
@@ -106,6 +111,7 @@ std::complex<double> PlantMatrix::learn(const Harmonics<Voltage>& stepped,
     const Vector scaled = w.scale.cwiseProduct(du);
     const Vector direction = scaled.cwiseProduct(w.scale) / scaled.squaredNorm();
     w.j += (dy - w.j * du) * direction.transpose();
+    w.invert();
     return gain;
 }
 

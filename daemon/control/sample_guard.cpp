@@ -8,15 +8,19 @@ namespace shaker {
 
 namespace {
 
-constexpr double mean_s = 4;            // time constant of what is taken for gravity
-constexpr double integral_periods = 2;  // time constant of the leaky integrals
-constexpr double settled = 6;           // time constants until an integral is believed
-constexpr double peak_periods = 8;      // time constant of the peak that transverse motion is compared to
-constexpr double least_along = 1;       // m/s^2, below which motion has no direction
-constexpr int most_railed = 6;          // samples in a row
-constexpr double least_repeats = 16;    // samples in a row
-constexpr double idle_repeats_s = 1;    // counted as a warning
-constexpr double least_swing = 8;       // counts the prediction moves, before equal samples are suspect
+constexpr double mean_s = 4;              // time constant of what is taken for gravity
+constexpr double integral_periods = 2;    // time constant of the leaky integrals
+constexpr double settled = 6;             // time constants until an integral is believed
+constexpr double peak_periods = 8;        // time constant of the peak that transverse motion is compared to
+constexpr double gravity_known_s = 0.25;  // after which the mean is gravity
+constexpr double least_gravity = 4;       // m/s^2 across the axis; below it nothing is judged
+constexpr double most_gravity_change = 0.5;  // share of it
+constexpr int few_samples = 3;               // in a row
+constexpr double least_along = 1;            // m/s^2, below which motion has no direction
+constexpr int most_railed = 6;               // samples in a row
+constexpr double least_repeats = 16;         // samples in a row
+constexpr double idle_repeats_s = 1;         // counted as a warning
+constexpr double least_swing = 8;            // counts the prediction moves, before equal samples are suspect
 constexpr double longest_window_s = 0.015;
 constexpr double sigmas = 6;          // residual that noise alone may make
 constexpr double least_motion = 10;   // sigmas, below which the prediction is not judged
@@ -97,6 +101,7 @@ void SampleGuard::judge(const std::array<std::int32_t, 3>& counts, bool railed,
         return;
     }
     ++seen_;
+    watch_gravity(a, out);
     const double gain = 1 / std::min(static_cast<double>(seen_), mean_s * sensor_.rate_hz);
     for (std::size_t k = 0; k < 3; ++k) {
         mean_[k] += gain * (a[k] - mean_[k]);
@@ -218,6 +223,28 @@ void SampleGuard::watch_transverse(const Vector& a, const Findings& out) noexcep
     if (along_peak_ < least_along) return;
     const double across = std::sqrt(std::max(0.0, dot(a, a) - on_axis * on_axis));
     watch_level(Cause::transverse, across / along_peak_, limits_.transverse, StopKind::soft, out);
+}
+
+// The part of gravity across the shaker's axis does not change while the sensor is sound, whatever the drive
+// does: a lead that came off, a sign, axes or a gain that changed show in a few samples, at rest too.
+void SampleGuard::watch_gravity(const Vector& raw, const Findings& out) noexcept {
+    if (!axis_known_ || static_cast<double>(seen_) < gravity_known_s * sensor_.rate_hz) return;
+    const auto beside = [this](const Vector& v) {
+        const double along = dot(axis_, v);
+        return Vector{v[0] - along * axis_[0], v[1] - along * axis_[1], v[2] - along * axis_[2]};
+    };
+    const Vector before = beside(mean_), now = beside(raw);
+    const double square = dot(before, before);
+    if (square < least_gravity * least_gravity) return;
+    const double share = dot(before, now) / square;
+    odd_gravity_ = std::abs(share - 1) > most_gravity_change ? odd_gravity_ + 1 : 0;
+    if (odd_gravity_ < few_samples) return;
+    if (std::sqrt(dot(now, now) / square) < most_gravity_change)
+        trip(Cause::sensor_open, StopKind::soft, share, most_gravity_change, out);
+    else if (share < -most_gravity_change)
+        trip(Cause::polarity, StopKind::soft, share, most_gravity_change, out);
+    else
+        trip(Cause::gravity, StopKind::soft, share, 1 + most_gravity_change, out);
 }
 
 // A quarter of a period is judged by how far it is off; by less where hardly any of the motion is seen; and

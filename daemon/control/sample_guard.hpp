@@ -16,10 +16,10 @@ namespace shaker {
 
 /// What is judged, each until the first trip: size of the acceleration along the shaker's axis, of velocity
 /// and displacement (leaky integrals with a time constant of two periods: 0.7 % short at the drive's
-/// frequency, settled to 1 % after ten periods of a step of the sensor's offset), motion across the axis, the
-/// end of the sensor's range, equal samples, gaps, and the residual to the prediction. The constant part of
-/// the signal (gravity) is followed with a time constant of 4 s. Until the axis is known the size of the
-/// vector stands for the motion along it.
+/// frequency, settled to 1 % after ten periods of a step of the sensor's offset), motion across the axis, a
+/// change of gravity across it, the end of the sensor's range, equal samples, gaps, and the residual to the
+/// prediction. The constant part of the signal (gravity) is followed with a time constant of 4 s. Until the
+/// axis is known the size of the vector stands for the motion along it.
 ///
 /// After the first trip nothing trips but a hard cause after a soft one, until rearm().
 class SampleGuard {
@@ -55,6 +55,7 @@ private:
     [[nodiscard]] double allowance(const PredictedMotion::Sample& predicted) const noexcept;
     void watch_motion(const Vector& a, const Findings& out) noexcept;
     void watch_transverse(const Vector& a, const Findings& out) noexcept;
+    void watch_gravity(const Vector& raw, const Findings& out) noexcept;
     void watch_residual(const Vector& a, const Predicted& predicted, const Findings& out) noexcept;
     void watch_level(Cause cause, double value, const Level& level, StopKind kind,
                      const Findings& out) noexcept;
@@ -87,7 +88,8 @@ private:
     double frequency_ = 0;             // that leak_ and the windows are for
     std::int64_t integrals_from_ = 0;  // `seen_` from which they are settled
     double along_peak_ = 0, peak_leak_ = 0;
-    int railed_ = 0;  // samples in a row
+    int odd_gravity_ = 0;  // samples in a row
+    int railed_ = 0;       // samples in a row
     std::array<std::int32_t, 3> last_counts_{};
     struct Run {  // of equal counts
         int repeats = 0;

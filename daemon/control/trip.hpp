@@ -22,8 +22,9 @@ enum class Cause : std::uint8_t {
     residual,           // m/s^2, measured minus predicted, rms of a quarter period
     loop_divergence,    // residual of the loop as a share of the target
     harmonic_band,      // dB of a harmonic against its target
-    gain_limit,         // drive a motion against what was identified
+    gain_limit,         // motion a drive against what is known of the shaker, or its inverse
     polarity,           // share of the predicted motion that is seen: below zero
+    gravity,            // share of the gravity across the axis that is still seen where it was
     walker_edge,        // mm from the edge of the base
     tracking_lost,      // frames in a row
     camera_missing,     // s without pictures
@@ -32,7 +33,7 @@ enum class Cause : std::uint8_t {
     clock,              // ppm between two clocks
     operator_stop,      // asked for
 };
-inline constexpr std::size_t causes = 22;
+inline constexpr std::size_t causes = 23;
 
 /// Soft: the measurement is no longer valid. Hard: the motion itself is wrong.
 enum class StopKind : std::uint8_t { soft, hard };

@@ -100,6 +100,7 @@ void visit(Visitor&& v, Scene& s) {
     a("range_mps2", s.accelerometer.range_mps2, {1, 1e5});
     a("bits", s.accelerometer.bits, {8, 31});
     a("yaw_deg", s.accelerometer.yaw_deg, {-180, 180});
+    a("axis_told", s.accelerometer.axis_told, {0, 1});
     a("latency_s", s.accelerometer.latency_s, {0, 1});
     a("latency_jitter_s", s.accelerometer.latency_jitter_s, {0, 1});
     a("block_samples", s.accelerometer.block_samples, {1, 64});
@@ -140,7 +141,9 @@ public:
     std::string text;
 };
 
-Scene read(SettingsTable& root) {
+}  // namespace
+
+Scene read_scene(SettingsTable& root) {
     Scene s = paper_scene();
     s.seed = static_cast<std::uint64_t>(root.integer("seed", 0, 2147483647, 1));
     Reader reader{root};
@@ -164,8 +167,6 @@ Scene read(SettingsTable& root) {
     return s;
 }
 
-}  // namespace
-
 Scene paper_scene() {
     Scene s;
     s.cameras = {camera("top", false, 96, 600), camera("side", true, 64, 450)};
@@ -175,12 +176,12 @@ Scene paper_scene() {
 
 Scene read_scene(const std::filesystem::path& file) {
     SettingsTable root = SettingsTable::from_file(file);
-    return read(root);
+    return read_scene(root);
 }
 
 Scene parse_scene(const std::string& toml, const std::string& file_name) {
     SettingsTable root = SettingsTable::from_text(toml, file_name);
-    return read(root);
+    return read_scene(root);
 }
 
 std::string scene_text(const Scene& scene) {

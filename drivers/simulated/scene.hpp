@@ -30,6 +30,7 @@ struct AccelerometerTruth {
     double range_mps2 = 78.5;         // +-8 g
     int bits = 20;
     double yaw_deg = 2;                // mounting: the sensor's x is turned about z against the shaker's axis
+    int axis_told = 0;                 // 1: it is known where the shaker's axis lies in it
     double latency_s = 0.0008;         // least delay until a block is in the host's hands
     double latency_jitter_s = 100e-6;  // mean of the exponential part
     int block_samples = 64;            // handed on together
@@ -67,6 +68,8 @@ Scene paper_scene();
 /// A scene from a TOML file: paper_scene() with what the file changes. Unknown keys, wrong types and values
 /// out of range are refused (InputError) with file, line, key, value and range.
 Scene read_scene(const std::filesystem::path& file);
+/// From a table that may have had tables taken out of it before: what is left must be of a scene.
+Scene read_scene(SettingsTable& root);
 Scene parse_scene(const std::string& toml, const std::string& file_name);
 
 /// The same as TOML that read_scene() accepts, every number to the last digit: what a recording stores.

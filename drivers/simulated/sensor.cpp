@@ -40,7 +40,12 @@ AccelerometerModel::AccelerometerModel(const Scene& scene)
 }
 
 AccelerometerInfo AccelerometerModel::info() const {
-    return {.name = "simulated accelerometer", .rate_hz = p_.rate_hz, .mps2_per_count = {lsb_, lsb_, lsb_}};
+    AccelerometerInfo info{.name = "simulated accelerometer",
+                           .rate_hz = p_.rate_hz,
+                           .mps2_per_count = {lsb_, lsb_, lsb_},
+                           .range_mps2 = p_.range_mps2};
+    if (p_.axis_told == 1) info.shaker_axis = axis_;
+    return info;
 }
 
 double AccelerometerModel::low_passed(double a) noexcept {

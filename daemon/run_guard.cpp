@@ -1,0 +1,88 @@
+#include "daemon/run_guard.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace shaker {
+
+namespace {
+constexpr double strong = 0.1;  // of the largest harmonic: then its own ratio of motion to drive is known
+constexpr double loose = 0.6;   // tolerance while the response is a data sheet's or being found out
+constexpr double tight = 0.3;   // and once it was measured
+constexpr double clear_of_noise = 30;  // sd
+constexpr std::int64_t apart = 4000;   // ticks over which the sensor's rate against the DAC's is taken
+// Clear of the noise: its axis and its ratio to the drive mean something.
+bool moves(const MotionWindows::Window& window, double noise) {
+    return norm(window.motion.measured, controlled_harmonics) >
+               clear_of_noise * noise * std::sqrt(2.0 * controlled_harmonics) &&
+           norm(window.motion.volts, controlled_harmonics) > 0;
+}
+}  // namespace
+
+void RunGuard::order(const Trip& trip, Lanes& lanes) {
+    if (ordered_) return;
+    ordered_ = true;
+    if (!lanes.ordered.push(trip)) ++lanes.lost.trips_lost;
+}
+
+void RunGuard::look(const MotionWindows::Window& window, const DriveKeeper& keeper, bool taken,
+                    const DriveClock& clock, AccelTick tick, Lanes& lanes) {
+    const JudgedWindow judged{.estimate = window.estimate,
+                              .motion = window.motion,
+                              .response = keeper.response_at(keeper.drive().frequency),
+                              .target = taken ? harmonics(keeper.drive()) : Harmonics<Acceleration>{},
+                              .report = keeper.report(),
+                              .noise = keeper.noise(),
+                              .tick = tick_at(window.to_s),
+                              .followed = taken};
+    if (const auto trip = loop_.check(judged, lanes.warnings))
+        order(*trip, lanes);
+    else if (window.motion.steady && moves(window, keeper.noise()))
+        lanes.expectation.post(expectation(window, keeper, clock, tick));
+}
+
+// The ratio of motion to drive where the motion is strong, the response elsewhere: a weak harmonic of the
+// motion may be the plant's own distortion, which the drive takes away.
+Expectation RunGuard::expectation(const MotionWindows::Window& window, const DriveKeeper& keeper,
+                                  const DriveClock& clock, AccelTick tick) const {
+    Expectation e{.response = keeper.response_at(keeper.drive().frequency),
+                  .frequency = keeper.drive().frequency,
+                  .axis = window.estimate.axis,
+                  .at = tick};
+    double largest = 0;
+    for (const auto& a : window.motion.measured.a) largest = std::max(largest, std::abs(a));
+    for (std::size_t q = 0; q < max_harmonics; ++q) {
+        const std::complex<double> volts = window.motion.volts.a[q], motion = window.motion.measured.a[q];
+        if (std::abs(motion) > strong * largest && std::abs(volts) > 0) e.response[q] = motion / volts;
+    }
+    e.dac_sample = dac_rate_hz_ * seconds(clock.master(tick));
+    e.dac_per_tick = (e.dac_sample - dac_rate_hz_ * seconds(clock.master({tick.n - apart}))) / apart;
+    e.sigma = keeper.noise() * std::sqrt(0.5 * window.estimate.samples);
+    e.tolerance = keeper.identified() || keeper.report().locked ? tight : loose;
+    return e;
+}
+
+void RunGuard::look(const IdentifiedResponse& response, bool ended, double now_s, Lanes& lanes) {
+    const bool axis_known = std::ranges::any_of(accelerometer_.shaker_axis, [](double u) { return u != 0; });
+    if (const auto trip = loop_.check(response, axis_known, ended, tick_at(now_s))) order(*trip, lanes);
+}
+
+void RunGuard::look(const WalkerWatch& walker, double now_s, Lanes& lanes) {
+    const auto on = [&](Cause cause) { return limits_.detectors[static_cast<std::size_t>(cause)]; };
+    if (walker.lost() >= limits_.tracking_lost_frames && on(Cause::tracking_lost))
+        order({.cause = Cause::tracking_lost,
+               .on_dac_clock = true,
+               .value = static_cast<double>(walker.lost()),
+               .limit = static_cast<double>(limits_.tracking_lost_frames),
+               .tick = tick_at(now_s)},
+              lanes);
+    if (walker.edge_mm() && *walker.edge_mm() < limits_.edge_mm && on(Cause::walker_edge))
+        order({.cause = Cause::walker_edge,
+               .on_dac_clock = true,
+               .value = *walker.edge_mm(),
+               .limit = limits_.edge_mm,
+               .tick = tick_at(now_s)},
+              lanes);
+}
+
+}  // namespace shaker

@@ -1,0 +1,46 @@
+#pragma once
+// The safety that needs more than samples: windows of the base, the walker's place, the cameras. And what the
+// guard of the samples is told to expect.
+#include "daemon/control/loop_guard.hpp"
+#include "daemon/drive_keeper.hpp"
+#include "daemon/lanes.hpp"
+#include "daemon/motion_windows.hpp"
+#include "daemon/run_states.hpp"
+#include "daemon/walker_watch.hpp"
+
+namespace shaker {
+
+class RunGuard {
+public:
+    RunGuard(const Limits& limits, const AccelerometerInfo& accelerometer, double dac_rate_hz)
+        : limits_{limits}, accelerometer_{accelerometer}, dac_rate_hz_{dac_rate_hz}, loop_{limits} {}
+
+    /// A window in a state with a drive; `taken`: the keeper has had it. Orders a stop when something is
+    /// wrong, else tells the guard of the samples what this drive makes of the base.
+    void look(const MotionWindows::Window& window, const DriveKeeper& keeper, bool taken,
+              const DriveClock& clock, AccelTick tick, Lanes& lanes);
+    /// What was found out of the response, at the end or at one of its levels.
+    void look(const IdentifiedResponse& response, bool ended, double now_s, Lanes& lanes);
+    /// The walker, while the base is driven.
+    void look(const WalkerWatch& walker, double now_s, Lanes& lanes);
+    /// A large change of the drive was ordered.
+    void settling() noexcept { loop_.settling(); }
+    /// After a trip: look afresh.
+    void rearm() noexcept { ordered_ = false, loop_.settling(); }
+
+private:
+    void order(const Trip& trip, Lanes& lanes);
+    [[nodiscard]] std::int64_t tick_at(double now_s) const {
+        return static_cast<std::int64_t>(now_s * dac_rate_hz_);
+    }
+    [[nodiscard]] Expectation expectation(const MotionWindows::Window& window, const DriveKeeper& keeper,
+                                          const DriveClock& clock, AccelTick tick) const;
+
+    Limits limits_;
+    AccelerometerInfo accelerometer_;
+    double dac_rate_hz_;
+    LoopGuard loop_;
+    bool ordered_ = false;  // a stop, which will come back as a trip
+};
+
+}  // namespace shaker

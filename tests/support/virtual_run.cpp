@@ -1,0 +1,76 @@
+#include "tests/support/virtual_run.hpp"
+
+#include <cmath>
+
+#include "daemon/control/envelope.hpp"
+#include "drivers/simulated/shaker_plant.hpp"
+#include "drivers/simulated/world.hpp"
+
+namespace shaker::test {
+
+VirtualRun run_virtually(const VirtualRunSettings& settings) {
+    const Scene scene = parse_scene(settings.scene, "scene");
+    World world{scene};
+    Rig rig = world.rig();
+    rig.cameras.clear();
+    const DacInfo dac = rig.dac->info();
+    const AccelerometerInfo info = rig.accelerometer->info();
+    const ShakerTruth& s = scene.shaker;
+    Limits limits = limits_of({.max_force_n = s.sheet.max_force_n,
+                               .moving_mass_kg = s.moving_mass_kg,
+                               .load_kg = s.base_mass_kg + scene.walker.mass_kg,
+                               .stroke_m = 1e-3 * s.sheet.stroke_mm,
+                               .max_velocity_mps = s.sheet.max_velocity_mps,
+                               .max_acceleration_mps2 = s.sheet.max_acceleration_mps2,
+                               .sensor_range_mps2 = scene.accelerometer.range_mps2,
+                               .full_scale_V = dac.full_scale_V});
+    limits.detectors = settings.detectors;
+    const double f = settings.drive.frequency;
+    Acquisition acquisition{rig, nullptr, limits, f};
+    Output output{dac, f, 0, dac.block_frames, limits, info.rate_hz};
+    // The data sheet does not know of what is wrong with this shaker.
+    Scene sheet = paper_scene();
+    sheet.shaker = scene.shaker;
+    RunPlan plan{.keeper = {.drive = settings.drive,
+                            .volts_limit = 0.95 * dac.full_scale_V,
+                            .identify = settings.identify,
+                            .sheet =
+                                [sheet](double hz) {
+                                    const auto [re, im] = ShakerPlant::response(sheet, hz);
+                                    return std::complex<double>{re, im};
+                                }},
+                 .periods = settings.periods,
+                 .limits = limits};
+    VirtualRun run;
+    Director director{plan, dac.rate_hz, info, [](const std::string&) {}};
+    Lanes& lanes = acquisition.lanes();
+    std::vector<Loop> loops = acquisition.sensor_loops();
+    while (!director.done()) {
+        const double now_s = static_cast<double>(output.synthesiser.tick().n) / dac.rate_hz;
+        if (now_s > settings.longest_s) break;
+        output_step(output, *rig.dac, lanes);
+        for (std::size_t i = 0; i < output.volts.size(); ++i) {
+            if (output.volts[i] == 0) continue;
+            run.largest_V = std::max(run.largest_V, std::abs(output.volts[i]));
+            run.silent_s = now_s + static_cast<double>(i) / dac.rate_hz;
+        }
+        while (loops[0].step(std::chrono::milliseconds{0})) {
+        }
+        acquisition.collect();
+        director.step(acquisition.take(), lanes);
+        run.entered_s.try_emplace(director.state(), now_s);
+        if (settings.each) settings.each(director, lanes, now_s);
+    }
+    for (const DriveChange& c : acquisition.take().changes)
+        if (c.stop > 0 && run.stop_began_s == 0)
+            run.stop_began_s = static_cast<double>(c.first.n) / dac.rate_hz;
+    run.ended = director.state();
+    run.trip = director.trip();
+    run.notes = director.notes();
+    for (std::size_t i = 0; i < causes; ++i)
+        if (const auto n = lanes.warnings[static_cast<Cause>(i)]; n > 0)
+            run.warnings[static_cast<Cause>(i)] = n;
+    return run;
+}
+
+}  // namespace shaker::test
