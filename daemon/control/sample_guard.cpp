@@ -222,7 +222,11 @@ void SampleGuard::watch_transverse(const Vector& a, const Findings& out) noexcep
     along_peak_ = std::max(std::abs(on_axis), peak_leak_ * along_peak_);
     if (along_peak_ < least_along) return;
     const double across = std::sqrt(std::max(0.0, dot(a, a) - on_axis * on_axis));
-    watch_level(Cause::transverse, across / along_peak_, limits_.transverse, StopKind::soft, out);
+    // As many samples as a change of gravity needs to be told from motion.
+    beside_ = across / along_peak_ > limits_.transverse.abort ? beside_ + 1 : 0;
+    const Level level{limits_.transverse.warn, beside_ < few_samples ? std::numeric_limits<double>::infinity()
+                                                                     : limits_.transverse.abort};
+    watch_level(Cause::transverse, across / along_peak_, level, StopKind::soft, out);
 }
 
 // The part of gravity across the shaker's axis does not change while the sensor is sound, whatever the drive

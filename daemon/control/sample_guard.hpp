@@ -88,8 +88,8 @@ private:
     double frequency_ = 0;             // that leak_ and the windows are for
     std::int64_t integrals_from_ = 0;  // `seen_` from which they are settled
     double along_peak_ = 0, peak_leak_ = 0;
-    int odd_gravity_ = 0;  // samples in a row
-    int railed_ = 0;       // samples in a row
+    int odd_gravity_ = 0, beside_ = 0;  // samples in a row
+    int railed_ = 0;                    // samples in a row
     std::array<std::int32_t, 3> last_counts_{};
     struct Run {  // of equal counts
         int repeats = 0;
