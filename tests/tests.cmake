@@ -26,10 +26,13 @@ foreach(area ${areas})
     add_executable(${area}_tests ${sources})
     target_link_libraries(${area}_tests PRIVATE test_support GTest::gtest_main)
     set(alone FALSE)
-    if(area MATCHES "hardware|mock|loop")  # against real time: another test beside it takes its processor
+    set(label "virtual time")
+    if(area MATCHES "hardware|mock|loop")  # another test beside it takes its processor
       set(alone TRUE)
+      set(label "real time")
     endif()
     gtest_discover_tests(${area}_tests DISCOVERY_TIMEOUT 60 PROPERTIES TIMEOUT 600 RUN_SERIAL ${alone}
+      LABELS ${label}
       ENVIRONMENT "TSAN_OPTIONS=suppressions=${PROJECT_SOURCE_DIR}/tests/support/tsan.supp")
   endif()
 endforeach()

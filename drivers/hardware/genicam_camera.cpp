@@ -3,13 +3,13 @@
 #include <algorithm>
 #include <atomic>
 #include <cmath>
-#include <ctime>
 #include <future>
 #include <thread>
 #include <utility>
 
 #include "drivers/errors.hpp"
 #include "drivers/hardware/genicam_stream.hpp"
+#include "drivers/hardware/host_now.hpp"
 #include "drivers/quantity.hpp"
 
 namespace shaker {
@@ -22,12 +22,6 @@ constexpr std::size_t least_given = 16, most_given = 256;   // frames with reade
 constexpr std::size_t most_bytes = std::size_t{256} << 20;  // that they may take together
 constexpr std::chrono::milliseconds attention{10};          // how soon stop() and a lost control are seen
 constexpr std::chrono::milliseconds first_pause{100}, longest_pause{2000};  // between attempts to reopen
-
-HostTime now() noexcept {
-    timespec t{};
-    clock_gettime(CLOCK_MONOTONIC, &t);
-    return HostTime{std::chrono::seconds{t.tv_sec} + std::chrono::nanoseconds{t.tv_nsec}};
-}
 
 std::chrono::nanoseconds nanoseconds(double s) { return std::chrono::nanoseconds{std::llround(1e9 * s)}; }
 
@@ -53,7 +47,7 @@ public:
         view_.exposure_s = picture_.exposure_s;
         buffers_ = make_buffers(picture_);
         stream_->start(*buffers_);
-        heard_ = next_trigger_ = now();
+        heard_ = next_trigger_ = host_now();
     }
 
     [[nodiscard]] const std::vector<std::string>& granted() const { return stream_->granted(); }
@@ -65,11 +59,11 @@ public:
     }
 
     FramePtr read(std::chrono::milliseconds wait) override {
-        const HostTime until = now() + wait;
+        const HostTime until = host_now() + wait;
         while (!stopped_) {
-            const auto left = std::clamp<std::chrono::nanoseconds>(until - now(), 0ns, attention);
+            const auto left = std::clamp<std::chrono::nanoseconds>(until - host_now(), 0ns, attention);
             if (FramePtr frame = stream_ != nullptr ? receive(left) : reopen(left)) return frame;
-            if (now() >= until) break;
+            if (host_now() >= until) break;
         }
         return nullptr;
     }
@@ -78,7 +72,7 @@ private:
     FramePtr receive(std::chrono::nanoseconds wait) {
         if (settings_.trigger == CameraTrigger::software) wait = std::min(wait, trigger());
         const auto received = stream_->receive(std::chrono::ceil<std::chrono::microseconds>(wait));
-        const HostTime time = now();
+        const HostTime time = host_now();
         if (received) {
             heard_ = time;
             return received->whole ? place(*received) : broken();
@@ -109,7 +103,7 @@ private:
 
     /// Asks for a picture when one is due; returns the time to the next.
     std::chrono::nanoseconds trigger() {
-        const HostTime time = now();
+        const HostTime time = host_now();
         if (time >= next_trigger_) {
             if (!stream_->trigger()) ++incidents_;
             next_trigger_ = std::max(next_trigger_ + period_, time);
@@ -129,8 +123,9 @@ private:
     /// Closing and opening take seconds each when a camera does not answer, so another thread does both.
     FramePtr reopen(std::chrono::nanoseconds wait) {
         if (!attempt_.valid()) {
-            if (now() < next_attempt_) {
-                std::this_thread::sleep_for(std::min<std::chrono::nanoseconds>(wait, next_attempt_ - now()));
+            if (host_now() < next_attempt_) {
+                std::this_thread::sleep_for(
+                    std::min<std::chrono::nanoseconds>(wait, next_attempt_ - host_now()));
                 return nullptr;
             }
             attempt_ = std::async(std::launch::async, [this] {
@@ -147,13 +142,13 @@ private:
         try {
             stream_ = attempt_.get();
             ++reopened_;
-            heard_ = next_trigger_ = now();
+            heard_ = next_trigger_ = host_now();
         } catch (const DeviceError& error) {
-            const double away_s = std::chrono::duration<double>{now() - away_since_}.count();
+            const double away_s = std::chrono::duration<double>{host_now() - away_since_}.count();
             if (away_s > settings_.give_up_s)
                 throw DeviceError{std::string{error.what()} + "; it has been away for " +
                                   to_text(0.1 * std::round(10 * away_s)) + " s"};
-            next_attempt_ = now() + pause_;
+            next_attempt_ = host_now() + pause_;
             pause_ = std::min(2 * pause_, longest_pause);
         }
         return nullptr;

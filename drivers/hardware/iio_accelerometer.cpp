@@ -17,6 +17,7 @@
 
 #include "drivers/errors.hpp"
 #include "drivers/hardware/accel_blocks.hpp"
+#include "drivers/hardware/host_now.hpp"
 #include "drivers/hardware/iio_context.hpp"
 #include "drivers/hardware/iio_stream.hpp"
 #include "drivers/hardware/sample_grid.hpp"
@@ -32,9 +33,7 @@ constexpr milliseconds polite_wait{100};
 // How far a stamp of the host's clock can be from the arrival.
 constexpr std::int64_t stamp_ahead_ns = 100'000'000, stamp_behind_ns = 10'000'000'000;
 
-std::int64_t now_ns() noexcept {
-    return std::chrono::nanoseconds{std::chrono::steady_clock::now().time_since_epoch()}.count();
-}
+std::int64_t now_ns() noexcept { return host_now().time_since_epoch().count(); }
 HostTime host_time(std::int64_t ns) noexcept { return HostTime{std::chrono::nanoseconds{ns}}; }
 
 /// Wakes one thread that sleeps in wait(); a wake-up before the wait is not lost. Does not lock.

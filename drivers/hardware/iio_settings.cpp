@@ -1,25 +1,18 @@
 #include "drivers/hardware/iio_settings.hpp"
 
 #include <algorithm>
-#include <cmath>
 
-#include "drivers/quantity.hpp"
+#include "drivers/view_settings.hpp"
 
 namespace shaker {
 namespace {
-
-constexpr double unit_length_tolerance = 1e-3;
 
 std::array<double, 3> axis_at(SettingsTable& table, std::string_view key) {
     if (table.is_text(key) || !table.has(key)) {
         table.choice(key, {"fit"}, 0);
         return {};
     }
-    const std::vector<double> given = table.numbers(key, 3);
-    const double length = std::hypot(given[0], given[1], given[2]);
-    if (!(std::abs(length - 1) <= unit_length_tolerance))
-        table.fail(key, "a vector of length 1 was expected, this one has length " + to_text(length));
-    return {given[0] / length, given[1] / length, given[2] / length};
+    return read_axis(table, key);
 }
 
 bool is_uri(const std::string& text) {

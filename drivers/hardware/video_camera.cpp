@@ -9,7 +9,6 @@
 #include <cmath>
 #include <condition_variable>
 #include <cstring>
-#include <ctime>
 #include <mutex>
 #include <opencv2/imgproc.hpp>
 #include <opencv2/videoio.hpp>
@@ -18,6 +17,7 @@
 #include "drivers/errors.hpp"
 #include "drivers/frame_pool.hpp"
 #include "drivers/hardware/exposure_counter.hpp"
+#include "drivers/hardware/host_now.hpp"
 #include "drivers/quantity.hpp"
 
 namespace shaker {
@@ -29,12 +29,6 @@ constexpr std::size_t most_bytes = std::size_t{256} << 20;  // of frames with re
 constexpr std::size_t least_frames = 16, most_frames = 256;
 constexpr std::chrono::seconds silence{2};
 constexpr std::chrono::milliseconds attention{10};  // how soon stop() is seen while a device is waited for
-
-HostTime now() noexcept {
-    timespec t{};
-    clock_gettime(CLOCK_MONOTONIC, &t);
-    return HostTime{std::chrono::seconds{t.tv_sec} + std::chrono::nanoseconds{t.tv_nsec}};
-}
 
 std::string why_unreadable(const std::filesystem::path& path) {
     const int fd = ::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);
@@ -123,7 +117,7 @@ public:
 
     FramePtr read(std::chrono::milliseconds wait) override {
         if (ended()) return nullptr;
-        if (!began_) began_ = now();
+        if (!began_) began_ = host_now();
         const double media_s = static_cast<double>(next_) / view_.frame_rate_hz;
         const auto media = std::chrono::nanoseconds{std::llround(1e9 * media_s)};
         if (paced_ && !reached(*began_ + media, wait)) return nullptr;
@@ -134,7 +128,7 @@ public:
         } else {
             frame->tick = {next_};
             frame->stamp = CameraStamp{media.count()};
-            frame->arrived = now();
+            frame->arrived = host_now();
             frame->quality = next_ > last_ + 1 ? Quality::gap : Quality::good;
             last_ = next_;
             ++taken_;
@@ -151,11 +145,11 @@ private:
     /// False when it is not time yet after `wait`.
     bool reached(HostTime due, std::chrono::milliseconds wait) {
         std::unique_lock lock{mutex_};
-        const auto left = due - now();
+        const auto left = due - host_now();
         if (left.count() <= 0) return true;
         changed_.wait_for(lock, std::min<std::chrono::nanoseconds>(left, wait),
                           [&] { return stopped_.load(); });
-        return !stopped_ && now() >= due;
+        return !stopped_ && host_now() >= due;
     }
 
     View view_;
@@ -183,7 +177,7 @@ public:
         granted.push_back("pictures of " + std::to_string(size.width) + " x " + std::to_string(size.height));
         const double period_s = view_.frame_rate_hz > 0 ? 1 / view_.frame_rate_hz : 0;
         exposures_.emplace(ExposureCounter::Ids::wide, std::llround(1e9 * period_s), 0);
-        heard_ = now();
+        heard_ = host_now();
     }
 
     [[nodiscard]] const View& view() const override { return view_; }
@@ -192,12 +186,12 @@ public:
     void stop() noexcept override { stopped_ = true; }
 
     FramePtr read(std::chrono::milliseconds wait) override {
-        const HostTime until = now() + wait;
+        const HostTime until = host_now() + wait;
         while (!stopped_) {
-            if (ready(std::clamp<std::chrono::nanoseconds>(until - now(), 1ms, attention)))
+            if (ready(std::clamp<std::chrono::nanoseconds>(until - host_now(), 1ms, attention)))
                 if (FramePtr frame = take()) return frame;
-            if (now() - heard_ > silence) source_.fail("sent no picture for 2 s");
-            if (now() >= until) break;
+            if (host_now() - heard_ > silence) source_.fail("sent no picture for 2 s");
+            if (host_now() >= until) break;
         }
         return nullptr;
     }
@@ -239,7 +233,7 @@ private:
 
     FramePtr take() {
         if (!source_.capture().grab()) source_.fail("is gone");
-        const HostTime time = now();
+        const HostTime time = host_now();
         heard_ = time;
         if (!source_.retrieve()) {
             ++incidents_;
