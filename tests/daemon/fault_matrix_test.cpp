@@ -61,9 +61,9 @@ TEST_P(FaultMatrixTest, Trips) {
 
 INSTANTIATE_TEST_SUITE_P(All, FaultMatrixTest,
                          ::testing::Combine(::testing::ValuesIn(faults), ::testing::ValuesIn(states)),
-                         [](const auto& info) {
-                             return std::string{std::get<0>(info.param).name} + "_in_" +
-                                    name(std::get<1>(info.param));
+                         [](const auto& from) {
+                             return std::string{std::get<0>(from.param).name} + "_in_" +
+                                    name(std::get<1>(from.param));
                          });
 
 TEST(VirtualRunTest, AHealthyRunGoesThroughItsStatesWithoutATrip) {

@@ -32,8 +32,13 @@ inline SessionHeader small_header() {
     h.config = "frequency = \"25Hz\"\n# größer als nötig\n";
     h.frequency_hz = 25;
     h.dac = {"dac 日本", 48000, 0.7};
-    h.accelerometer = {"ADXL355", 4000.1, {0.5, -7, 0},  {3.9e-6 * 9.8, 1e-5, 4e-5},
-                       -0.0123,   0.02,   {0.6, 0, -0.8}};
+    h.accelerometer = {.name = "ADXL355",
+                       .rate_hz = 4000.1,
+                       .offset_counts = {0.5, -7, 0},
+                       .mps2_per_count = {3.9e-6 * 9.8, 1e-5, 4e-5},
+                       .first_sample_s = -0.0123,
+                       .clock_uncertainty_s = 0.02,
+                       .shaker_axis = {0.6, 0, -0.8}};
     View top{"top", 0.11, 500, {0.6, 0.8}, 100, 1e-3, true, 2e-6, 0, {}};
     top.targets.push_back({"walker", TargetKind::bars, 0, 12, 2.5, {-3, 4, 50, 60}, 7.5, Polarity::dark});
     top.targets.push_back({"base", TargetKind::disc, 9, 0, 0, {1, 2, 3, 4}, 0, Polarity::bright});
