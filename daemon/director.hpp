@@ -1,6 +1,7 @@
 #pragma once
 // Leads one run through its states: silence, identification, soft start, settling with the measured harmonics
 // correcting the drive, measuring, soft stop.
+#include <cmath>
 #include <functional>
 #include <optional>
 #include <string>
@@ -61,6 +62,9 @@ private:
     void take_trips(const Take& take);
     void take_stamps(const Take& take, Lanes& lanes);
     void start_again(std::int64_t lost, Lanes& lanes);
+    void blame_dac();
+    void unlatch(Lanes& lanes);
+    void arm(Lanes& lanes);
     void take_accelerations(const Take& take, Lanes& lanes);
     void window_done(const MotionWindows::Window& window, Lanes& lanes);
     void tell(const MotionWindows::Window& window);
@@ -87,6 +91,10 @@ private:
     std::uint64_t sequence_ = 0;
     std::uint64_t awaited_ = 0;  // command that ends the state once it is in force
     int restarts_ = 0;
+    std::int64_t lost_ = 0;      // samples, when the DAC ran empty last
+    double lost_s_ = -INFINITY;  // and where
+    bool excused_ = false,
+         released_ = false;  // the trip: it was the DAC's fault, and the drive may come back
     std::size_t trips_ = 0;  // likewise
     std::optional<Trip> trip_;
     double tripped_s_ = 0;

@@ -150,6 +150,7 @@ void run(const RunOptions& options) {
     const std::vector<DeviceReport> devices = device_reports(rig);
     std::ranges::move(notes_on(devices), std::back_inserter(r.notes));
     std::ranges::copy(director.notes(), std::back_inserter(r.notes));
+    std::ranges::move(notes_on(acquisition.lanes().warnings), std::back_inserter(r.notes));
     double v_D = NAN;
     if (bench.world) {
         v_D = drift_velocity(bench.world->truth(0), director.from_s(), director.to_s());

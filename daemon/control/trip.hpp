@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <string>
+#include <vector>
 
 namespace shaker {
 
@@ -70,5 +71,8 @@ public:
 private:
     std::array<std::atomic<std::uint64_t>, causes> counts_{};
 };
+
+/// One line a cause that was counted: how often, and what to look at.
+std::vector<std::string> notes_on(const Warnings& warnings);
 
 }  // namespace shaker
