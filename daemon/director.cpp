@@ -106,7 +106,10 @@ void Director::take_accelerations(const Take& take, Lanes& lanes) {
 
 // The one back arrow: what a window showed corrects the drive.
 void Director::window_done(const MotionWindows::Window& window, Lanes& lanes) {
-    if (state_ == RunState::self_test) keeper_.quiet(window.estimate);
+    if (state_ == RunState::self_test) {
+        keeper_.quiet(window.estimate);
+        guard_.look_at_rest(window, lanes);
+    }
     if (state_ != RunState::identify && state_ != RunState::run) return;
     // A correction under way is a drive like any other to those that follow every window.
     const bool newest = window.sequence >= sequence_;

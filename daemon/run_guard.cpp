@@ -9,8 +9,11 @@ namespace {
 constexpr double strong = 0.1;  // of the largest harmonic: then its own ratio of motion to drive is known
 constexpr double loose = 0.6;   // tolerance while the response is a data sheet's or being found out
 constexpr double tight = 0.3;   // and once it was measured
-constexpr double clear_of_noise = 30;  // sd
-constexpr std::int64_t apart = 4000;   // ticks over which the sensor's rate against the DAC's is taken
+constexpr double clear_of_noise = 30;         // sd
+constexpr double standard_gravity = 9.80665;  // m/s^2
+constexpr double least_gravity = 0.5;  // m/s^2; a sensor that shows less has no constant part, but an offset
+constexpr double most_gravity_off = 0.4;  // share of it
+constexpr std::int64_t apart = 4000;      // ticks over which the sensor's rate against the DAC's is taken
 // Clear of the noise: its axis and its ratio to the drive mean something.
 bool moves(const MotionWindows::Window& window, double noise) {
     return norm(window.motion.measured, controlled_harmonics) >
@@ -23,6 +26,19 @@ void RunGuard::order(const Trip& trip, Lanes& lanes) {
     if (ordered_) return;
     ordered_ = true;
     if (!lanes.ordered.push(trip)) ++lanes.lost.trips_lost;
+}
+
+void RunGuard::look_at_rest(const MotionWindows::Window& window, Lanes& lanes) {
+    const auto& g = window.estimate.mean;
+    const double seen = std::hypot(g[0], g[1], g[2]), share = seen / standard_gravity;
+    if (seen < least_gravity || std::abs(share - 1) < most_gravity_off) return;
+    if (!limits_.detectors[static_cast<std::size_t>(Cause::gravity)]) return;
+    order({.cause = Cause::gravity,
+           .on_dac_clock = true,
+           .value = share,
+           .limit = 1 + most_gravity_off,
+           .tick = tick_at(window.to_s)},
+          lanes);
 }
 
 void RunGuard::look(const MotionWindows::Window& window, const DriveKeeper& keeper, bool taken,

@@ -15,6 +15,8 @@ public:
     RunGuard(const Limits& limits, const AccelerometerInfo& accelerometer, double dac_rate_hz)
         : limits_{limits}, accelerometer_{accelerometer}, dac_rate_hz_{dac_rate_hz}, loop_{limits} {}
 
+    /// A window without a drive: of the earth's gravity the sensor must show what it should, or nothing.
+    void look_at_rest(const MotionWindows::Window& window, Lanes& lanes);
     /// A window in a state with a drive; `taken`: the keeper has had it. Orders a stop when something is
     /// wrong, else tells the guard of the samples what this drive makes of the base.
     void look(const MotionWindows::Window& window, const DriveKeeper& keeper, bool taken,
