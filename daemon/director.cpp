@@ -114,8 +114,9 @@ void Director::window_done(const MotionWindows::Window& window, Lanes& lanes) {
     // A correction under way is a drive like any other to those that follow every window.
     const bool newest = window.sequence >= sequence_;
     const DriveKeeper::Outcome outcome = keeper_.take(window, newest);
-    guard_.look(window, keeper_, state_ == RunState::run && plan_.keeper.equalise, windows_.clock(),
-                last_tick_, lanes);
+    // A window from before the newest large change is none of the target that is gone for now.
+    const bool followed = state_ == RunState::run && plan_.keeper.equalise && window.from_s >= in_force_s_;
+    guard_.look(window, keeper_, followed, windows_.clock(), last_tick_, lanes);
     switch (outcome) {
         case DriveKeeper::Outcome::nothing:
             break;

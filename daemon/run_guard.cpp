@@ -41,16 +41,16 @@ void RunGuard::look_at_rest(const MotionWindows::Window& window, Lanes& lanes) {
           lanes);
 }
 
-void RunGuard::look(const MotionWindows::Window& window, const DriveKeeper& keeper, bool taken,
+void RunGuard::look(const MotionWindows::Window& window, const DriveKeeper& keeper, bool followed,
                     const DriveClock& clock, AccelTick tick, Lanes& lanes) {
     const JudgedWindow judged{.estimate = window.estimate,
                               .motion = window.motion,
                               .response = keeper.response_at(keeper.drive().frequency),
-                              .target = taken ? harmonics(keeper.drive()) : Harmonics<Acceleration>{},
+                              .target = followed ? harmonics(keeper.drive()) : Harmonics<Acceleration>{},
                               .report = keeper.report(),
                               .noise = keeper.noise(),
                               .tick = tick_at(window.to_s),
-                              .followed = taken};
+                              .followed = followed};
     if (const auto trip = loop_.check(judged, lanes.warnings))
         order(*trip, lanes);
     else if (window.motion.steady && moves(window, keeper.noise()))

@@ -17,9 +17,10 @@ public:
 
     /// A window without a drive: of the earth's gravity the sensor must show what it should, or nothing.
     void look_at_rest(const MotionWindows::Window& window, Lanes& lanes);
-    /// A window in a state with a drive; `taken`: the keeper has had it. Orders a stop when something is
+    /// A window in a state with a drive; `followed`: the keeper has had it, and its
+    /// newest large change was in force all through it. Orders a stop when something is
     /// wrong, else tells the guard of the samples what this drive makes of the base.
-    void look(const MotionWindows::Window& window, const DriveKeeper& keeper, bool taken,
+    void look(const MotionWindows::Window& window, const DriveKeeper& keeper, bool followed,
               const DriveClock& clock, AccelTick tick, Lanes& lanes);
     /// What was found out of the response, at the end or at one of its levels.
     void look(const IdentifiedResponse& response, bool ended, double now_s, Lanes& lanes);

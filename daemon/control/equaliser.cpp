@@ -266,13 +266,21 @@ void Equaliser::fall_back() {
 
 void Equaliser::retarget(const Harmonics<Acceleration>& target) {
     const Harmonics<Acceleration> before = aim();
+    const double worked = gamma_ * settings_.levels[level_] * reached_;
     target_ = target;
     gamma_ = sum_of_amplitudes(target);
     level_ = settings_.levels.size() - 1;
-    if (!unreachable_) reached_ = 1;
+    // What another target could not reach says nothing of this one.
+    reached_ = 1;
+    unreachable_ = false;
+    limit_V_ = settings_.volts_limit;
     // In the frame in which the plant is known the old motion came with some lag; the new one keeps it.
     const double lag = best_lag(before, plant_.motion(volts_));
     volts_ = combined(volts_, plant_.drive(combined(turned(aim(), lag), turned(before, lag), -1)), 1);
+    if (good_) {  // what worked is known to this strength, in the new shape as far as the plant is known
+        const double share = gamma_ > worked ? worked / gamma_ : 1;
+        good_ = {scaled(volts_, share), plant_, share};
+    }
     keep_within_limit();
     enter_converge();
 }
