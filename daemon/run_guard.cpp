@@ -10,6 +10,7 @@ constexpr double strong = 0.1;  // of the largest harmonic: then its own ratio o
 constexpr double loose = 0.6;   // tolerance while the response is a data sheet's or being found out
 constexpr double tight = 0.3;   // and once it was measured
 constexpr double clear_of_noise = 30;         // sd
+constexpr double same = 0.1;                  // of the motion, that it may differ from the window before
 constexpr double standard_gravity = 9.80665;  // m/s^2
 constexpr double least_gravity = 0.5;  // m/s^2; a sensor that shows less has no constant part, but an offset
 constexpr double most_gravity_off = 0.4;  // share of it
@@ -19,6 +20,11 @@ bool moves(const MotionWindows::Window& window, double noise) {
     return norm(window.motion.measured, controlled_harmonics) >
                clear_of_noise * noise * std::sqrt(2.0 * controlled_harmonics) &&
            norm(window.motion.volts, controlled_harmonics) > 0;
+}
+double distance(const Harmonics<Acceleration>& a, const Harmonics<Acceleration>& b) {
+    double squares = 0;
+    for (std::size_t q = 0; q < max_harmonics; ++q) squares += std::norm(a.a[q] - b.a[q]);
+    return std::sqrt(squares);
 }
 }  // namespace
 
@@ -53,8 +59,11 @@ void RunGuard::look(const MotionWindows::Window& window, const DriveKeeper& keep
                               .followed = followed};
     if (const auto trip = loop_.check(judged, lanes.warnings))
         order(*trip, lanes);
-    else if (window.motion.steady && moves(window, keeper.noise()))
+    else if (window.motion.steady && moves(window, keeper.noise()) &&
+             distance(window.motion.measured, before_) <
+                 same * norm(window.motion.measured, controlled_harmonics))
         lanes.expectation.post(expectation(window, keeper, clock, tick));
+    before_ = window.motion.measured;
 }
 
 // The ratio of motion to drive where the motion is strong, the response elsewhere: a weak harmonic of the

@@ -17,16 +17,16 @@ public:
 
     /// A window without a drive: of the earth's gravity the sensor must show what it should, or nothing.
     void look_at_rest(const MotionWindows::Window& window, Lanes& lanes);
-    /// A window in a state with a drive; `followed`: the keeper has had it, and its
-    /// newest large change was in force all through it. Orders a stop when something is
-    /// wrong, else tells the guard of the samples what this drive makes of the base.
+    /// A window in a state with a drive; `followed`: the keeper has had it, and its target was gone for all
+    /// through it. Orders a stop when something is wrong, else tells the guard of the samples what this drive
+    /// makes of the base once that no longer changes.
     void look(const MotionWindows::Window& window, const DriveKeeper& keeper, bool followed,
               const DriveClock& clock, AccelTick tick, Lanes& lanes);
     /// What was found out of the response, at the end or at one of its levels.
     void look(const IdentifiedResponse& response, bool ended, double now_s, Lanes& lanes);
     /// The walker, while the base is driven.
     void look(const WalkerWatch& walker, double now_s, Lanes& lanes);
-    /// A large change of the drive was ordered.
+    /// Another target, or a drive that comes up anew, was ordered.
     void settling() noexcept { loop_.settling(); }
     /// After a trip: look afresh.
     void rearm() noexcept { ordered_ = false, loop_.settling(); }
@@ -43,7 +43,8 @@ private:
     AccelerometerInfo accelerometer_;
     double dac_rate_hz_;
     LoopGuard loop_;
-    bool ordered_ = false;  // a stop, which will come back as a trip
+    Harmonics<Acceleration> before_;  // as the last window showed it
+    bool ordered_ = false;            // a stop, which will come back as a trip
 };
 
 }  // namespace shaker

@@ -40,7 +40,7 @@ public:
     /// drive is wrong as well; on the way the base may still stick.
     std::optional<Trip> check(const IdentifiedResponse& response, bool axis_known, bool ended,
                               std::int64_t tick) const;
-    /// A new target or a large step: nothing is judged against the target until the loop is near it again.
+    /// A new target, or a drive that comes up: nothing is judged against it until the loop is near it.
     void settling() noexcept { near_ = false, off_ = 0; }
 
 private:

@@ -27,12 +27,13 @@ const std::set<Cause> of_cameras_and_clocks{Cause::tracking_lost, Cause::walker_
                                             Cause::clock};
 
 const std::string bench = "[accelerometer]\naxis_told = 1\nblock_samples = 10\n";
-constexpr double running_s = 7;  // a run with the data sheet's response is in state run from 2 s on
+// A run with the data sheet's response is in state run from 2 s on and at its target from 5 s on.
+constexpr double running_s = 8;
 
 /// A run that takes the data sheet for the response, and a fault while it is in state run.
 Scenario running(const std::string& fault) {
-    return {.run = {.scene = bench + "[[fault]]\nat_s = 3.0137\n" + fault + "\n",
-                    .periods = 100,
+    return {.run = {.scene = bench + "[[fault]]\nat_s = 6.0137\n" + fault + "\n",
+                    .periods = 200,
                     .identify = false,
                     .longest_s = running_s}};
 }
@@ -50,17 +51,27 @@ const std::map<Cause, Scenario>& scenarios() {
         s[Cause::displacement] = running([](Limits& l) { l.displacement.abort = 0.2e-3; });
         s[Cause::drive] = running([](Limits& l) { l.drive.abort = 0.1; });
         s[Cause::sensor_open] = running("what = \"open\"");
+        s[Cause::sensor_open].instead = {Cause::transverse};
         s[Cause::sensor_frozen] = running("what = \"frozen\"");
+        s[Cause::sensor_frozen].instead = {Cause::loop_divergence};
         s[Cause::sensor_saturated] = running("what = \"saturated\"");
+        s[Cause::sensor_saturated].faster = {Cause::acceleration, Cause::residual,   Cause::polarity,
+                                             Cause::sensor_open,  Cause::transverse, Cause::gravity,
+                                             Cause::sensor_frozen};
+        s[Cause::sensor_saturated].instead = {Cause::velocity, Cause::displacement, Cause::loop_divergence};
         s[Cause::sensor_missing] = running("what = \"silent\"\nfor_s = 100");
-        s[Cause::residual] = running("what = \"amplifier_gain\"\nvalue = 1.6");
-        s[Cause::polarity] = running("what = \"amplifier_gain\"\nvalue = -1");
+        s[Cause::residual] = running("what = \"amplifier_gain\"\nvalue = 2");
+        s[Cause::residual].instead = {Cause::loop_divergence};
+        s[Cause::polarity] = running("what = \"flipped\"");
+        s[Cause::polarity].instead = {Cause::transverse};
         s[Cause::gravity] = running("what = \"swapped\"");
+        s[Cause::gravity].instead = {Cause::transverse};
         s[Cause::underrun] = running("what = \"underrun\"\nvalue = 480");
-        s[Cause::loop_divergence] = running("what = \"amplifier_gain\"\nvalue = 1.7");
+        s[Cause::loop_divergence] = running("what = \"amplifier_gain\"\nvalue = 1.8");
         s[Cause::loop_divergence].faster = {Cause::residual};
-        s[Cause::harmonic_band] = running("what = \"amplifier_gain\"\nvalue = 1.45");
-        s[Cause::harmonic_band].faster = {Cause::residual};
+        s[Cause::loop_divergence].instead = {Cause::harmonic_band};
+        s[Cause::harmonic_band] = running("what = \"amplifier_gain\"\nvalue = 1.8");
+        s[Cause::harmonic_band].faster = {Cause::residual, Cause::loop_divergence};
         // Sideways: it is mounted 35 degrees from where it is told to be.
         s[Cause::transverse] = {
             .run = {.scene = bench + "yaw_deg = 35\n", .identify = false, .longest_s = running_s}};
