@@ -33,6 +33,23 @@ INSTANTIATE_TEST_SUITE_P(All, FaultMatrixTest,
                              return std::get<0>(from.param).name + "_in_" + name(std::get<1>(from.param));
                          });
 
+TEST(TripTimeTest, ACrossedLimitIsTheRampOfTheDriveOneBlockAndAMillisecondLater) {
+    for (int seed = 1; seed <= 12; ++seed) {
+        const test::Crossing crossing = test::cross_limit(seed);
+        EXPECT_LE(crossing.to_ramp_s, test::limit_to_ramp_s) << "seed " << seed;
+        EXPECT_LE(crossing.to_silence_s, test::limit_to_silence_s) << "seed " << seed;
+    }
+}
+
+// Wherever in the output's block the last sound sample lies.
+TEST(TripTimeTest, ALostOrFrozenSensorIsSilenceWithin80Milliseconds) {
+    for (const FaultCase& fault : test::fault_cases()) {
+        if (fault.name != "silent" && fault.name != "frozen") continue;
+        for (int seed = 1; seed <= 12; ++seed)
+            EXPECT_LE(test::inject(fault, RunState::run, seed).to_silence_s(), 0.08) << fault.name << seed;
+    }
+}
+
 TEST(VirtualRunTest, AHealthyRunGoesThroughItsStatesWithoutATrip) {
     const VirtualRun run = run_virtually({.scene = "[accelerometer]\naxis_told = 1\n"});
     EXPECT_EQ(run.ended, RunState::idle);

@@ -163,11 +163,6 @@ double moment(RunState state, int seed) {
     }
 }
 
-const Answer& answer_of(const FaultCase& fault, RunState state) {
-    const auto at = std::ranges::find(lasting_states, state) - lasting_states.begin();
-    return fault.answers.at(static_cast<std::size_t>(at));
-}
-
 }  // namespace
 
 const std::vector<FaultCase>& fault_cases() {
@@ -181,10 +176,15 @@ const std::vector<FaultCase>& fault_cases() {
     return cases;
 }
 
+const Answer& answer_to(const FaultCase& fault, RunState state) {
+    const auto at = std::ranges::find(lasting_states, state) - lasting_states.begin();
+    return fault.answers.at(static_cast<std::size_t>(at));
+}
+
 Injected inject(const FaultCase& fault, RunState state, int seed) {
     const VirtualRun& without = healthy(seed);
     const double at_s = without.entered_s.at(state) + moment(state, seed);
-    const bool shows_at_rest = answer_of(fault, state).silent_within_s == at_once;
+    const bool shows_at_rest = answer_to(fault, state).silent_within_s == at_once;
     Detectors detectors = all_detectors;
     for (const Cause c : fault.off) detectors.reset(static_cast<std::size_t>(c));
     return {
@@ -195,7 +195,7 @@ Injected inject(const FaultCase& fault, RunState state, int seed) {
 }
 
 std::string complaint(const FaultCase& fault, RunState state, const Injected& injected) {
-    const Answer& answer = answer_of(fault, state);
+    const Answer& answer = answer_to(fault, state);
     const VirtualRun& run = injected.run;
     if (run.largest_V > 0.951) return fmt::format("{} V were driven, 0.95 are allowed", run.largest_V);
     if (answer.kind == Answer::never_drive) return run.largest_V > 0 ? "something was driven" : "";
@@ -214,6 +214,17 @@ std::string complaint(const FaultCase& fault, RunState state, const Injected& in
         return fmt::format("silent {:.1f} ms after, {:.0f} are allowed: {}", 1e3 * injected.to_silence_s(),
                            1e3 * answer.silent_within_s, text(*run.trip));
     return "";
+}
+
+Crossing cross_limit(int seed) {
+    const VirtualRun run = run_virtually(
+        {.scene = fmt::format("seed = {}\n[accelerometer]\naxis_told = 1\nblock_samples = 1\nlatency_s = {}\n"
+                              "latency_jitter_s = 2e-5\nstart_s = {}\n",
+                              seed, 0.0003, 0.0031 + 0.00037 * seed),
+         .identify = false,
+         .limits = [seed](Limits& l) { l.acceleration.abort = 4 + 0.13 * seed; }});
+    if (!run.trip || run.trip->cause != acceleration) return {INFINITY, INFINITY};
+    return {run.stop_began_s - run.violated_s(), run.silent_s - run.violated_s()};
 }
 
 }  // namespace shaker::test

@@ -37,6 +37,7 @@ struct FaultCase {
 };
 
 const std::vector<FaultCase>& fault_cases();
+const Answer& answer_to(const FaultCase& fault, RunState state);
 
 /// A run with a fault.
 struct Injected {
@@ -53,5 +54,14 @@ Injected inject(const FaultCase& fault, RunState state, int seed);
 
 /// What is wrong with it, in words; empty when all is as it must be.
 std::string complaint(const FaultCase& fault, RunState state, const Injected& injected);
+
+/// A sensor that hands on every sample within 0.3 ms, and a base that crosses its limit of acceleration: from
+/// the violating sample to the first of the ramp, and to silence.
+struct Crossing {
+    double to_ramp_s = 0, to_silence_s = 0;
+};
+inline constexpr double limit_to_ramp_s = 0.006;      // a block of the output and 1 ms
+inline constexpr double limit_to_silence_s = 0.0112;  // and the ramp of a hard stop
+Crossing cross_limit(int seed);
 
 }  // namespace shaker::test
