@@ -104,6 +104,7 @@ void Director::take_stamps(const Take& take, Lanes& lanes) {
         // The silence after lost time has no number: the ramp up from it is still to come.
         if (c.stop > 0 || c.command.sequence < awaited_ || c.command.sequence == 0) continue;
         in_force_s_ = static_cast<double>(c.first.n + c.ramp) / dac_rate_hz_;
+        if (c.command.sequence >= target_sequence_) target_from_s_ = std::min(target_from_s_, in_force_s_);
         if (!std::isfinite(steady_from_s_)) steady_from_s_ = in_force_s_ + transient_periods / frequency_;
     }
 }
@@ -128,7 +129,7 @@ void Director::start_again(std::int64_t lost, Lanes& lanes) {
     }
     measuring_ = false;
     if (state_ == RunState::run) go(RunState::ramp);
-    if (driving(state_)) command(keeper_.volts(), plan_.soft_start, true, lanes);
+    if (driving(state_)) go_for_target(plan_.soft_start, lanes);
 }
 
 void Director::take_accelerations(const Take& take, Lanes& lanes) {
@@ -141,13 +142,17 @@ void Director::take_accelerations(const Take& take, Lanes& lanes) {
 
 // The one back arrow: what a window showed corrects the drive.
 void Director::window_done(const MotionWindows::Window& window, Lanes& lanes) {
-    if (state_ == RunState::self_test) keeper_.quiet(window.estimate);
+    if (state_ == RunState::self_test) {
+        keeper_.quiet(window.estimate);
+        guard_.look_at_rest(window, lanes);
+    }
     if (state_ != RunState::identify && state_ != RunState::run) return;
     // A correction under way is a drive like any other to those that follow every window.
     const bool newest = window.sequence >= sequence_;
     const DriveKeeper::Outcome outcome = keeper_.take(window, newest);
-    guard_.look(window, keeper_, state_ == RunState::run && plan_.keeper.equalise, windows_.clock(),
-                last_tick_, lanes);
+    // A window from before the target was changed is none of this one's.
+    const bool followed = state_ == RunState::run && plan_.keeper.equalise && window.from_s >= target_from_s_;
+    guard_.look(window, keeper_, followed, windows_.clock(), last_tick_, lanes);
     switch (outcome) {
         case DriveKeeper::Outcome::nothing:
             break;
@@ -193,7 +198,15 @@ void Director::start(Lanes& lanes) {
     keeper_.begin();
     go(RunState::ramp);
     say_(fmt::format("soft start over {} periods", plan_.soft_start));
-    command(keeper_.volts(), plan_.soft_start, true, lanes);
+    go_for_target(plan_.soft_start, lanes);
+}
+
+// From here to where the keeper wants to go: until that is in force nothing is judged against it.
+void Director::go_for_target(int ramp_periods, Lanes& lanes) {
+    command(keeper_.volts(), ramp_periods, true, lanes);
+    guard_.settling();
+    target_sequence_ = sequence_;
+    target_from_s_ = INFINITY;
 }
 
 void Director::advance(Lanes& lanes) {
@@ -279,7 +292,7 @@ void Director::set(const Drive& drive, Lanes& lanes) {
         frequency_ = Synthesiser::realised(drive.frequency, dac_rate_hz_);
         walker_ = WalkerWatch{frequency_};
     }
-    command(keeper_.volts(), 1, true, lanes);
+    go_for_target(1, lanes);
     run_from_s_ = now_s_;
 }
 
@@ -325,7 +338,6 @@ void Director::command(const Harmonics<Voltage>& volts, int ramp_periods, bool t
                       .sequence = ++sequence_});
     if (!transient) return;
     // Until the change is known to be in force, no period counts as settled.
-    guard_.settling();
     awaited_ = sequence_;
     in_force_s_ = steady_from_s_ = INFINITY;
 }

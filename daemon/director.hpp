@@ -70,6 +70,7 @@ private:
     void tell(const MotionWindows::Window& window);
     void advance(Lanes& lanes);
     void start(Lanes& lanes);
+    void go_for_target(int ramp_periods, Lanes& lanes);
     void begin_measuring(bool late);
     void note(const std::string& what);
     void command(const Harmonics<Voltage>& volts, int ramp_periods, bool transient, Lanes& lanes);
@@ -98,11 +99,13 @@ private:
     std::size_t trips_ = 0;  // likewise
     std::optional<Trip> trip_;
     double tripped_s_ = 0;
-    AccelTick last_tick_{};     // of the accelerometer
-    double now_s_ = 0;          // master time played
-    double told_s_ = 0;         // of the period that was told last
-    double steady_from_s_ = 0;  // the newest large change of the drive has been in effect since
-    double in_force_s_ = 0;     // of the awaited command; infinite while it is not
+    AccelTick last_tick_{};              // of the accelerometer
+    double now_s_ = 0;                   // master time played
+    double told_s_ = 0;                  // of the period that was told last
+    double steady_from_s_ = 0;           // the newest large change of the drive has been in effect since
+    double in_force_s_ = 0;              // of the awaited command; infinite while it is not
+    std::uint64_t target_sequence_ = 0;  // command that goes for the present target first
+    double target_from_s_ = INFINITY;    // it has been in force since; infinite while it is not
     double run_from_s_ = 0, from_s_ = 0, to_s_ = 0;
     std::vector<std::string> notes_;
 };

@@ -50,10 +50,12 @@ void answer_trips(Output& output, Lanes& lanes) {
         output.released = releases;
         output.guard.rearm();
     }
-    while (const auto trip = lanes.sensed.pop()) stop(*trip, output, lanes);
-    while (const auto trip = lanes.ordered.pop()) stop(*trip, output, lanes);
+    // Its own findings first: where the DAC ran empty, that is why the base was not where it should have
+    // been.
     if (const auto trip = output.guard.check(signs_of(output, lanes), lanes.warnings))
         stop(*trip, output, lanes);
+    while (const auto trip = lanes.sensed.pop()) stop(*trip, output, lanes);
+    while (const auto trip = lanes.ordered.pop()) stop(*trip, output, lanes);
 }
 
 }  // namespace

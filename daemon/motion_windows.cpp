@@ -23,6 +23,7 @@ EstimatorSettings MotionWindows::estimator_settings(double frequency) const {
     EstimatorSettings s;
     s.harmonics = harmonics_;
     s.axis = accelerometer_.shaker_axis;
+    s.before = axis_;
     s.periods = std::max(1, periods);
     s.line = periods > 0 ? ratio : 0;
     s.samples = static_cast<int>(most_samples * s.periods * accelerometer_.rate_hz / frequency) + 2;
@@ -48,6 +49,7 @@ std::vector<MotionWindows::Window> MotionWindows::add(const AccelBlock& block) {
         const auto a = accelerometer_.acceleration(block.counts[static_cast<std::size_t>(i)]);
         const auto done = estimator_.add(history_.turns(at_s), a);
         if (!done) continue;
+        axis_ = done->axis;
         Window w{.estimate = *done, .motion = {}};
         w.to_s = at_s;
         w.from_s = at_s - done->periods / history_.frequency();

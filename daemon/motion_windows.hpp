@@ -1,6 +1,7 @@
 #pragma once
 // What a controller sees: for each window of whole periods, the base's harmonics beside the drive that made
 // them.
+#include <array>
 #include <vector>
 
 #include "daemon/control/drive_history.hpp"
@@ -42,8 +43,9 @@ private:
     double line_hz_;
     DriveClock clock_;
     DriveHistory history_;
+    std::array<double, 3> axis_{};  // as the newest window found it
     HarmonicEstimator estimator_;
-    double tuned_from_s_ = 0;  // the estimator's frequency is the drive's from here on
+    double tuned_from_s_ = 0;       // the estimator's frequency is the drive's from here on
     double until_s_ = 0;
 };
 

@@ -9,12 +9,21 @@ namespace {
 constexpr double strong = 0.1;  // of the largest harmonic: then its own ratio of motion to drive is known
 constexpr double loose = 0.6;   // tolerance while the response is a data sheet's or being found out
 constexpr double tight = 0.3;   // and once it was measured
-constexpr double clear_of_noise = 30;  // sd
+constexpr double clear_of_noise = 30;         // sd
+constexpr double same = 0.1;                  // of the motion, that it may differ from the window before
+constexpr double standard_gravity = 9.80665;  // m/s^2
+constexpr double least_gravity = 0.5;  // m/s^2; a sensor that shows less has no constant part, but an offset
+constexpr double most_gravity_off = 0.4;  // share of it
 // Clear of the noise: its axis and its ratio to the drive mean something.
 bool moves(const MotionWindows::Window& window, double noise) {
     return norm(window.motion.measured, controlled_harmonics) >
                clear_of_noise * noise * std::sqrt(2.0 * controlled_harmonics) &&
            norm(window.motion.volts, controlled_harmonics) > 0;
+}
+double distance(const Harmonics<Acceleration>& a, const Harmonics<Acceleration>& b) {
+    double squares = 0;
+    for (std::size_t q = 0; q < max_harmonics; ++q) squares += std::norm(a.a[q] - b.a[q]);
+    return std::sqrt(squares);
 }
 }  // namespace
 
@@ -24,20 +33,36 @@ void RunGuard::order(const Trip& trip, Lanes& lanes) {
     if (!lanes.ordered.push(trip)) ++lanes.lost.trips_lost;
 }
 
-void RunGuard::look(const MotionWindows::Window& window, const DriveKeeper& keeper, bool taken,
+void RunGuard::look_at_rest(const MotionWindows::Window& window, Lanes& lanes) {
+    const auto& g = window.estimate.mean;
+    const double seen = std::hypot(g[0], g[1], g[2]), share = seen / standard_gravity;
+    if (seen < least_gravity || std::abs(share - 1) < most_gravity_off) return;
+    if (!limits_.detectors[static_cast<std::size_t>(Cause::gravity)]) return;
+    order({.cause = Cause::gravity,
+           .on_dac_clock = true,
+           .value = share,
+           .limit = 1 + most_gravity_off,
+           .tick = tick_at(window.to_s)},
+          lanes);
+}
+
+void RunGuard::look(const MotionWindows::Window& window, const DriveKeeper& keeper, bool followed,
                     const DriveClock& clock, AccelTick tick, Lanes& lanes) {
     const JudgedWindow judged{.estimate = window.estimate,
                               .motion = window.motion,
                               .response = keeper.response_at(keeper.drive().frequency),
-                              .target = taken ? harmonics(keeper.drive()) : Harmonics<Acceleration>{},
+                              .target = followed ? harmonics(keeper.drive()) : Harmonics<Acceleration>{},
                               .report = keeper.report(),
                               .noise = keeper.noise(),
                               .tick = tick_at(window.to_s),
-                              .followed = taken};
+                              .followed = followed};
     if (const auto trip = loop_.check(judged, lanes.warnings))
         order(*trip, lanes);
-    else if (window.motion.steady && moves(window, keeper.noise()))
+    else if (window.motion.steady && moves(window, keeper.noise()) &&
+             distance(window.motion.measured, before_) <
+                 same * norm(window.motion.measured, controlled_harmonics))
         lanes.expectation.post(expectation(window, keeper, clock, tick, lanes.warnings));
+    before_ = window.motion.measured;
 }
 
 // The ratio of motion to drive where the motion is strong, the response elsewhere: a weak harmonic of the

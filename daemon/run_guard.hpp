@@ -20,9 +20,12 @@ public:
           loop_{limits},
           clocks_{accelerometer.rate_hz} {}
 
-    /// A window in a state with a drive; `taken`: the keeper has had it. Orders a stop when something is
-    /// wrong, else tells the guard of the samples what this drive makes of the base.
-    void look(const MotionWindows::Window& window, const DriveKeeper& keeper, bool taken,
+    /// A window without a drive: of the earth's gravity the sensor must show what it should, or nothing.
+    void look_at_rest(const MotionWindows::Window& window, Lanes& lanes);
+    /// A window in a state with a drive; `followed`: the keeper has had it, and its target was gone for all
+    /// through it. Orders a stop when something is wrong, else tells the guard of the samples what this drive
+    /// makes of the base once that no longer changes.
+    void look(const MotionWindows::Window& window, const DriveKeeper& keeper, bool followed,
               const DriveClock& clock, AccelTick tick, Lanes& lanes);
     /// What was found out of the response, at the end or at one of its levels.
     void look(const IdentifiedResponse& response, bool ended, double now_s, Lanes& lanes);
@@ -30,7 +33,7 @@ public:
     void look(const WalkerWatch& walker, double now_s, Lanes& lanes);
     /// The cameras, while the base is driven.
     void look(const std::vector<CameraTake>& cameras, double now_s, Lanes& lanes);
-    /// A large change of the drive was ordered.
+    /// Another target, or a drive that comes up anew, was ordered.
     void settling() noexcept { loop_.settling(); }
     /// After a trip: look afresh.
     void rearm() noexcept { ordered_ = false, loop_.settling(), clocks_.reset(); }
@@ -49,7 +52,8 @@ private:
     double dac_rate_hz_;
     LoopGuard loop_;
     ClockWatch clocks_;
-    bool ordered_ = false;  // a stop, which will come back as a trip
+    Harmonics<Acceleration> before_;  // as the last window showed it
+    bool ordered_ = false;            // a stop, which will come back as a trip
 };
 
 }  // namespace shaker

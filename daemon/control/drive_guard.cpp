@@ -47,7 +47,7 @@ std::optional<Trip> DriveGuard::find(const OutputSigns& s, Warnings& warnings) n
                 trip(Cause::underrun, StopKind::hard, static_cast<double>(s.lost), 0, s.tick, warnings))
             return t;
     const double silent_s = static_cast<double>(s.tick - block_at_) / rate_hz_;
-    if (has_accelerometer_ && silent_s > patience_s_)
+    if (has_accelerometer_ && silent_s >= patience_s_)
         if (const auto t =
                 trip(Cause::sensor_missing, StopKind::soft, silent_s, patience_s_, s.tick, warnings))
             return t;

@@ -11,6 +11,7 @@ constexpr int longest_wait = 40;       // windows for a change to settle
 constexpr int most_blocks = 40;        // at one level
 constexpr double tolerance = 1e-3;     // of gamma, a harmonic
 constexpr double least_motion = 0.05;  // of what the drive must make
+constexpr double least_lesson = 0.01;  // of the target: what less of a step did may be the walker's doing
 constexpr double noisy = 3e-4;         // of gamma: then errors are followed at half the pace
 
 template <class Unit>
@@ -85,6 +86,7 @@ Equaliser::Equaliser(const Harmonics<Acceleration>& target,
       target_{target},
       gamma_{sum_of_amplitudes(target)},
       plant_{settings.harmonics, response},
+      first_{plant_},
       level_{settings.from_below ? 0 : settings.levels.size() - 1},
       limit_V_{settings.volts_limit} {
     volts_ = plant_.drive(aim());
@@ -183,13 +185,16 @@ void Equaliser::converge(const MotionWindow& window, double noise) {
 
 void Equaliser::step(const Block& block, double noise) {
     const int k = settings_.harmonics;
-    if (last_)
-        gain_ *= plant_.learn(combined(block.volts, last_->volts, -1),
-                              combined(block.measured, last_->measured, -1), noise);
+    if (last_) {
+        const Harmonics<Voltage> stepped = combined(block.volts, last_->volts, -1);
+        if (norm(plant_.motion(stepped), k) > least_lesson * norm(aim(), k))
+            gain_ *= plant_.learn(stepped, combined(block.measured, last_->measured, -1), noise);
+    }
     last_ = block;
     double size = norm(error_of(block.measured), k);
     const bool top = level_ + 1 == settings_.levels.size();
-    if (top && size < std::max(3e-3 * norm(aim(), k), 3.5 * noise * std::sqrt(2.0 * k))) {
+    const double near = blocks_ < most_blocks ? 3e-3 : 0.01;  // what is reached so nearly is not out of reach
+    if (top && size < std::max(near * norm(aim(), k), 3.5 * noise * std::sqrt(2.0 * k))) {
         mode_ = Mode::track;
         good_ = {volts_, plant_, settings_.levels[level_]};
         drift_ = {};
@@ -266,13 +271,28 @@ void Equaliser::fall_back() {
 
 void Equaliser::retarget(const Harmonics<Acceleration>& target) {
     const Harmonics<Acceleration> before = aim();
+    const double worked = gamma_ * settings_.levels[level_] * reached_;
     target_ = target;
     gamma_ = sum_of_amplitudes(target);
     level_ = settings_.levels.size() - 1;
-    if (!unreachable_) reached_ = 1;
+    // What another target could not reach says nothing of this one.
+    reached_ = 1;
+    unreachable_ = false;
+    limit_V_ = settings_.volts_limit;
+    // What was learned near one target may mislead far from it: the response that tells the present motion
+    // best.
+    const auto misfit = [&](const PlantMatrix& plant) {
+        const Harmonics<Acceleration> told = plant.motion(volts_);
+        return norm(combined(turned(before, best_lag(before, told)), told, -1), settings_.harmonics);
+    };
+    if (misfit(first_) < misfit(plant_)) plant_ = first_;
     // In the frame in which the plant is known the old motion came with some lag; the new one keeps it.
     const double lag = best_lag(before, plant_.motion(volts_));
     volts_ = combined(volts_, plant_.drive(combined(turned(aim(), lag), turned(before, lag), -1)), 1);
+    if (good_) {  // what worked is known to this strength, in the new shape as far as the plant is known
+        const double share = gamma_ > worked ? worked / gamma_ : 1;
+        good_ = {scaled(volts_, share), plant_, share};
+    }
     keep_within_limit();
     enter_converge();
 }

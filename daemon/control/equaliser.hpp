@@ -86,8 +86,8 @@ private:
 
     EqualiserSettings settings_;
     Harmonics<Acceleration> target_;
-    double gamma_ = 0;  // sum of the target's amplitudes
-    PlantMatrix plant_;
+    double gamma_ = 0;           // sum of the target's amplitudes
+    PlantMatrix plant_, first_;  // as it is known now, and as it was identified
     Harmonics<Voltage> volts_;
     Mode mode_ = Mode::converge;
     std::size_t level_ = 0;

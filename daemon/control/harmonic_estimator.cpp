@@ -8,7 +8,8 @@ namespace shaker {
 
 namespace {
 constexpr int most_columns = 2 * max_harmonics + 3;
-constexpr double largest_gap = 0.1;  // turns
+constexpr double largest_gap = 0.1;    // turns
+constexpr double one_direction = 100;  // times the second eigenvalue: then there is one, and not noise alone
 using Eigen::Index;
 
 // Two unit vectors that make a right-handed set with u.
@@ -54,7 +55,7 @@ struct HarmonicEstimator::Work {
     }
     void add(double turns, const std::array<double, 3>& sample);
     [[nodiscard]] std::optional<PeriodEstimate> estimate();
-    [[nodiscard]] Eigen::Vector3d strongest() const;
+    [[nodiscard]] Eigen::Vector3d strongest();
     void spread(PeriodEstimate& e, const Eigen::Vector3d& u);
 };
 
@@ -77,14 +78,18 @@ void HarmonicEstimator::Work::add(double turns, const std::array<double, 3>& sam
     ++rows;
 }
 
-// Principal direction of the lock-in vectors of harmonics 1 and 2: where the shaker moves the sensor.
-Eigen::Vector3d HarmonicEstimator::Work::strongest() const {
+// Principal direction of the lock-in vectors of harmonics 1 and 2: where the shaker moves the sensor. Once it
+// was found its sign stays, also where two components are equally large.
+Eigen::Vector3d HarmonicEstimator::Work::strongest() {
     const Eigen::Matrix3d scatter = right.middleRows(1, 4).transpose() * right.middleRows(1, 4);
     const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> eigen{scatter};
     Eigen::Vector3d u = eigen.eigenvectors().col(2);
+    const Eigen::Vector3d before{s.before[0], s.before[1], s.before[2]};
     Index largest = 0;
     u.cwiseAbs().maxCoeff(&largest);
-    return u[largest] < 0 ? Eigen::Vector3d{-u} : u;
+    if (before.isZero() ? u[largest] < 0 : u.dot(before) < 0) u = -u;
+    if (eigen.eigenvalues()[2] > one_direction * eigen.eigenvalues()[1]) s.before = {u[0], u[1], u[2]};
+    return u;
 }
 
 // What the fit leaves, and what that makes of the amplitudes' errors.

@@ -36,9 +36,10 @@ struct EstimatorSettings {
     int harmonics = 8;             // K, 2..16
     int samples = 300;             // the most a window has
     std::array<double, 3> axis{};  // all 0: the direction in which harmonics 1 and 2 are strongest, with the
-                                   // sign that makes its largest component positive
+                                   // sign that makes its largest component positive, or the one of before
     int periods = 1;               // of a window
-    double line = 0;               // mains frequency over the drive's; 0: no line is fitted
+    std::array<double, 3> before{};  // where that direction was found before; all 0: nowhere
+    double line = 0;                 // mains frequency over the drive's; 0: no line is fitted
 };
 
 /// Fewest whole periods in which a line at `ratio` times the drive's frequency can be told from harmonics

@@ -6,10 +6,11 @@
 namespace shaker {
 
 namespace {
-constexpr double least_share = 0.02;   // of the motion that must be there
-constexpr double clear_of_noise = 30;  // below this many sd nothing is said of a motion
-constexpr double most_drive = 4;       // times what the response asks for
-constexpr double divergence = 0.5;     // of the target
+constexpr double least_share = 0.02;    // of the motion that must be there
+constexpr double equal_samples = 1e-9;  // m/s^2, sd: no sensor that lives has so little noise
+constexpr double clear_of_noise = 30;   // below this many sd nothing is said of a motion
+constexpr double most_drive = 4;        // times what the response asks for
+constexpr double divergence = 0.5;      // of the target
 constexpr double band_db = 3, band_warn_db = 1;
 constexpr int off_windows = 2;
 constexpr double least_coherence = 0.5;
@@ -49,9 +50,15 @@ std::optional<Trip> LoopGuard::check(const JudgedWindow& w, Warnings& warnings) 
     }
     const double expected = norm(must, max_harmonics), seen = norm(w.motion.measured, max_harmonics);
     const double floor = clear_of_noise * w.noise * std::sqrt(2.0 * max_harmonics);
-    silent_ = expected > floor && w.noise > 0 && seen < least_share * expected ? silent_ + 1 : 0;
-    if (silent_ >= 1 && on(Cause::sensor_open))
-        return trip(Cause::sensor_open, StopKind::soft, seen / expected, least_share);
+    const bool equal = w.motion.sd < equal_samples;
+    if (expected > floor && (w.noise > 0 || equal) && seen < least_share * expected) {
+        if (equal && on(Cause::sensor_frozen)) {
+            const double period = static_cast<double>(w.estimate.samples) / w.estimate.periods;
+            return trip(Cause::sensor_frozen, StopKind::soft, w.estimate.samples, 0.25 * period);
+        }
+        if (!equal && on(Cause::sensor_open))
+            return trip(Cause::sensor_open, StopKind::soft, seen / expected, least_share);
+    }
     for (int q = 1; q <= 2; ++q) {
         const double along = std::abs(w.motion.measured.at(q)), beside = across(w.estimate, q);
         if (!(std::max(along, beside) > floor) || w.noise <= 0) continue;
@@ -109,7 +116,7 @@ std::optional<Trip> LoopGuard::check(const IdentifiedResponse& r, bool axis_know
     };
     const double best =
         *std::max_element(r.coherence.begin(), r.coherence.begin() + std::max(r.harmonics, 1));
-    if (best < least_coherence && on(Cause::sensor_open))
+    if (!(best >= least_coherence) && on(Cause::sensor_open))
         return trip(Cause::sensor_open, best, least_coherence);
     if ((r.gain > most_gain || (ended && r.gain < 1 / most_gain)) && on(Cause::gain_limit))
         return trip(Cause::gain_limit, r.gain, r.gain > 1 ? most_gain : 1 / most_gain);

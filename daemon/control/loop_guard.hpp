@@ -31,16 +31,16 @@ public:
     explicit LoopGuard(const Limits& limits) : limits_{limits} {}
 
     /// In this order: no numbers; next to none of the motion that the drive must make (an open sensor, a
-    /// loose cable); motion across the axis; more drive than four times what the response asks for; a loop
-    /// that failed or, once it was near its target, is away by half of it; a harmonic 3 dB off in two windows
-    /// in a row. Warnings are counted.
+    /// loose cable; a frozen sensor when there is no noise either); motion across the axis; more drive than
+    /// four times what the response asks for; a loop that failed or, once it was near its target, is away by
+    /// half of it; a harmonic 3 dB off in two windows in a row. Warnings are counted.
     std::optional<Trip> check(const JudgedWindow& window, Warnings& warnings);
     /// Of what was found out: an open sensor, a gain four times off or a polarity against the data sheet's.
     /// `axis_known`: else the sign of the sensor's axis is not known either. At the end too little motion a
     /// drive is wrong as well; on the way the base may still stick.
     std::optional<Trip> check(const IdentifiedResponse& response, bool axis_known, bool ended,
                               std::int64_t tick) const;
-    /// A new target or a large step: nothing is judged against the target until the loop is near it again.
+    /// A new target, or a drive that comes up: nothing is judged against it until the loop is near it.
     void settling() noexcept { near_ = false, off_ = 0; }
 
 private:
@@ -49,8 +49,7 @@ private:
 
     Limits limits_;
     bool near_ = false;
-    int off_ = 0;     // windows in a row with a harmonic out of its band
-    int silent_ = 0;  // windows in a row without motion
+    int off_ = 0;  // windows in a row with a harmonic out of its band
 };
 
 }  // namespace shaker

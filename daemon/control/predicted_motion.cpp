@@ -17,13 +17,21 @@ bool same_frequency(double a, double b) noexcept { return std::abs(a - b) <= 1e-
 void PredictedMotion::expect(const Expectation& expectation) noexcept {
     if (newest_ && !same_frequency(expectation.frequency, newest_->frequency)) before_ = newest_;
     newest_ = expectation;
-    mapped_ = true;
+    mapped_ = expectation.dac_sample >= map_from_;
     predict(from_);
     predict(to_);
     weigh();
 }
 
 void PredictedMotion::hear(const DriveChange& change) noexcept {
+    if (change.ramp == 0 && change.stop == 0) {  // the device stood empty: what it played last is not known
+        waiting_count_ = 0;
+        begin(change);
+        from_ = to_;
+        map_from_ = first_;  // an older map of the clocks is not to be trusted
+        mapped_ = false;
+        return;
+    }
     if (waiting_count_ == most_waiting) {  // without a map nothing is taken: only the last ones matter then
         begin(waiting_[first_waiting_]);
         first_waiting_ = (first_waiting_ + 1) % most_waiting;
@@ -43,11 +51,6 @@ void PredictedMotion::begin(const DriveChange& change) noexcept {
     to_ = {.volts = change.command.volts,
            .frequency = change.command.frequency,
            .step = 0x1p-64 * static_cast<double>(high_word(change.step))};
-    if (change.ramp ==
-        0) {  // the device stood empty: silence, and the map of the clocks is not to be trusted
-        from_ = to_;
-        mapped_ = false;
-    }
     first_ = static_cast<double>(change.first.n);
     ramp_ = static_cast<double>(change.ramp);
     phase_ = 0x1p-64 * static_cast<double>(high_word(change.phase));
@@ -96,7 +99,6 @@ std::optional<PredictedMotion::Sample> PredictedMotion::at(AccelTick tick) noexc
         begin(waiting_[first_waiting_]);
         first_waiting_ = (first_waiting_ + 1) % most_waiting;
         --waiting_count_;
-        if (!mapped_) return std::nullopt;
     }
     if (stopped_ || !to_.known || (!from_.known && *now < first_ + ramp_)) return std::nullopt;
 

@@ -40,7 +40,8 @@ public:
     /// One of the frequency that is played corrects the prediction at once; one of another frequency waits
     /// for the change to it.
     void expect(const Expectation& expectation) noexcept;
-    /// A change of the drive, told before it is heard, in order.
+    /// A change of the drive, told before it is heard, in order. Silence after lost time counts at once: the
+    /// time before it was not as it had been told.
     void hear(const DriveChange& change) noexcept;
 
     struct Sample {
@@ -82,6 +83,7 @@ private:
     std::size_t first_waiting_ = 0, waiting_count_ = 0;
     End from_, to_;
     double first_ = 0, ramp_ = 0;  // DAC samples
+    double map_from_ = 0;          // DAC sample: maps of the clocks from before it no longer hold
     double phase_ = 0;             // turns at first_
     double change_rms_ = 0;        // of to_ minus from_
     int order_ = 0;

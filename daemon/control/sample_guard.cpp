@@ -14,7 +14,7 @@ constexpr double settled = 6;             // time constants until an integral is
 constexpr double peak_periods = 8;        // time constant of the peak that transverse motion is compared to
 constexpr double gravity_known_s = 0.25;  // after which the mean is gravity
 constexpr double least_gravity = 4;       // m/s^2 across the axis; below it nothing is judged
-constexpr double most_gravity_change = 0.5;  // share of it
+constexpr double most_gravity_change = 0.4;  // share of it
 constexpr int few_samples = 3;               // in a row
 constexpr double least_along = 1;            // m/s^2, below which motion has no direction
 constexpr int most_railed = 6;               // samples in a row
@@ -230,7 +230,8 @@ void SampleGuard::watch_transverse(const Vector& a, const Findings& out) noexcep
 }
 
 // The part of gravity across the shaker's axis does not change while the sensor is sound, whatever the drive
-// does: a lead that came off, a sign, axes or a gain that changed show in a few samples, at rest too.
+// does: a lead that came off, a sign, axes or a gain that changed show in a few samples, at rest too. What
+// may be motion across the axis within its own limit is none.
 void SampleGuard::watch_gravity(const Vector& raw, const Findings& out) noexcept {
     if (!axis_known_ || static_cast<double>(seen_) < gravity_known_s * sensor_.rate_hz) return;
     const auto beside = [this](const Vector& v) {
@@ -238,12 +239,14 @@ void SampleGuard::watch_gravity(const Vector& raw, const Findings& out) noexcept
         return Vector{v[0] - along * axis_[0], v[1] - along * axis_[1], v[2] - along * axis_[2]};
     };
     const Vector before = beside(mean_), now = beside(raw);
-    const double square = dot(before, before);
-    if (square < least_gravity * least_gravity) return;
+    const double square = dot(before, before), size = std::sqrt(square);
+    if (size < least_gravity) return;
     const double share = dot(before, now) / square;
-    odd_gravity_ = std::abs(share - 1) > most_gravity_change ? odd_gravity_ + 1 : 0;
+    const double motion = along_peak_ > least_along ? limits_.transverse.abort * along_peak_ : 0;
+    odd_gravity_ =
+        size * std::abs(share - 1) > std::max(most_gravity_change * size, motion) ? odd_gravity_ + 1 : 0;
     if (odd_gravity_ < few_samples) return;
-    if (std::sqrt(dot(now, now) / square) < most_gravity_change)
+    if (std::sqrt(dot(now, now)) < most_gravity_change * size)
         trip(Cause::sensor_open, StopKind::soft, share, most_gravity_change, out);
     else if (share < -most_gravity_change)
         trip(Cause::polarity, StopKind::soft, share, most_gravity_change, out);

@@ -48,7 +48,7 @@ constexpr std::array<Words, causes> words{{
      "look at the amplifier's gain, full_scale_V and the masses; identify anew"},
     {"polarity", "", 100, "%", "the base moves against its prediction: {0} of it, {1} is the least",
      "look at the wiring of the amplifier and the sensor's direction"},
-    {"gravity", "", 100, "%", "of gravity {0} is left where it was, 50 % to {1} are allowed",
+    {"gravity", "", 100, "%", "gravity is {0} of what it was or must be, 60 % to {1} are allowed",
      "look at the sensor's mounting, its axes, its power and its scale"},
     {"walker_edge", "mm", 1, "mm", "the walker is {0} from the edge, {1} are the least", "bring it back"},
     {"tracking_lost", "frames", 1, "frames", "the walker was not found in {0} in a row, {1} are allowed",

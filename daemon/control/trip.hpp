@@ -25,7 +25,7 @@ enum class Cause : std::uint8_t {
     harmonic_band,      // dB of a harmonic against its target
     gain_limit,         // motion a drive against what is known of the shaker, or its inverse
     polarity,           // share of the predicted motion that is seen: below zero
-    gravity,            // share of the gravity across the axis that is still seen where it was
+    gravity,            // seen, as a share of what was seen before or of the earth's
     walker_edge,        // mm from the edge of the base
     tracking_lost,      // frames in a row
     camera_missing,     // s without pictures

@@ -65,6 +65,7 @@ const std::vector<Fault> faults{
          };
      },
      {Cause::polarity, Cause::residual}},
+    // Much of the motion then lies where gravity was: it looks like a change of it.
     {"AxesSwapped",
      [](GuardBench& b) {
          b.sensor = [](double, GuardBench::Counts& c) {
@@ -72,7 +73,7 @@ const std::vector<Fault> faults{
              return true;
          };
      },
-     {Cause::residual, Cause::transverse, Cause::sensor_open},
+     {Cause::residual, Cause::transverse, Cause::sensor_open, Cause::gravity},
      0.025},  // the half of the motion that the second axis has is still there
     {"SensorTimesATenth",
      [](GuardBench& b) {
@@ -161,8 +162,8 @@ TEST_P(FaultTest, TripsInEveryStateOfTheDrive) {
 TEST_P(FaultTest, WithItsDetectorsOffItDoesNotTrip) {
     const Fault& fault = GetParam();
     Limits limits = test::bench_limits();
-    for (const Cause c :
-         {Cause::residual, Cause::polarity, Cause::sensor_open, Cause::sensor_frozen, Cause::transverse})
+    for (const Cause c : {Cause::residual, Cause::polarity, Cause::sensor_open, Cause::sensor_frozen,
+                          Cause::transverse, Cause::gravity})
         limits.detectors.reset(static_cast<std::size_t>(c));
     limits.acceleration = limits.velocity = limits.displacement = {};
     limits.sensor_range_mps2 = INFINITY;

@@ -1,6 +1,7 @@
 #include "tests/support/virtual_run.hpp"
 
 #include <cmath>
+#include <utility>
 
 #include "daemon/control/envelope.hpp"
 #include "drivers/simulated/shaker_plant.hpp"
@@ -8,22 +9,50 @@
 
 namespace shaker::test {
 
+namespace {
+
+/// Another's samples under what it is told to say of itself.
+class ToldAccelerometer final : public Accelerometer {
+public:
+    ToldAccelerometer(std::unique_ptr<Accelerometer> inner, const AccelerometerInfo& info)
+        : inner_{std::move(inner)}, info_{info} {}
+    [[nodiscard]] AccelerometerInfo info() const override { return info_; }
+    bool read(AccelBlock& block, std::chrono::milliseconds wait) override {
+        return inner_->read(block, wait);
+    }
+    [[nodiscard]] bool ended() const noexcept override { return inner_->ended(); }
+    void stop() noexcept override { inner_->stop(); }
+
+private:
+    std::unique_ptr<Accelerometer> inner_;
+    AccelerometerInfo info_;
+};
+
+}  // namespace
+
+Limits limits_of(const Scene& scene) {
+    const ShakerTruth& s = scene.shaker;
+    return shaker::limits_of({.max_force_n = s.sheet.max_force_n,
+                              .moving_mass_kg = s.moving_mass_kg,
+                              .load_kg = s.base_mass_kg + scene.walker.mass_kg,
+                              .stroke_m = 1e-3 * s.sheet.stroke_mm,
+                              .max_velocity_mps = s.sheet.max_velocity_mps,
+                              .max_acceleration_mps2 = s.sheet.max_acceleration_mps2,
+                              .sensor_range_mps2 = scene.accelerometer.range_mps2,
+                              .full_scale_V = scene.dac_full_scale_v});
+}
+
 VirtualRun run_virtually(const VirtualRunSettings& settings) {
     const Scene scene = parse_scene(settings.scene, "scene");
     World world{scene};
     Rig rig = world.rig();
     rig.cameras.clear();
     const DacInfo dac = rig.dac->info();
-    const AccelerometerInfo info = rig.accelerometer->info();
-    const ShakerTruth& s = scene.shaker;
-    Limits limits = limits_of({.max_force_n = s.sheet.max_force_n,
-                               .moving_mass_kg = s.moving_mass_kg,
-                               .load_kg = s.base_mass_kg + scene.walker.mass_kg,
-                               .stroke_m = 1e-3 * s.sheet.stroke_mm,
-                               .max_velocity_mps = s.sheet.max_velocity_mps,
-                               .max_acceleration_mps2 = s.sheet.max_acceleration_mps2,
-                               .sensor_range_mps2 = scene.accelerometer.range_mps2,
-                               .full_scale_V = dac.full_scale_V});
+    AccelerometerInfo info = rig.accelerometer->info();
+    if (settings.told) settings.told(info);
+    rig.accelerometer = std::make_unique<ToldAccelerometer>(std::move(rig.accelerometer), info);
+    Limits limits = limits_of(scene);
+    if (settings.limits) settings.limits(limits);
     limits.detectors = settings.detectors;
     const double f = settings.drive.frequency;
     Acquisition acquisition{rig, nullptr, limits, f};
@@ -39,9 +68,11 @@ VirtualRun run_virtually(const VirtualRunSettings& settings) {
                                     const auto [re, im] = ShakerPlant::response(sheet, hz);
                                     return std::complex<double>{re, im};
                                 }},
+                 .line_hz = settings.line_hz,
                  .periods = settings.periods,
                  .limits = limits};
     VirtualRun run;
+    run.dac_rate_hz = dac.rate_hz;
     Director director{plan, dac.rate_hz, info, [](const std::string&) {}};
     Lanes& lanes = acquisition.lanes();
     std::vector<Loop> loops = acquisition.sensor_loops();
@@ -56,8 +87,11 @@ VirtualRun run_virtually(const VirtualRunSettings& settings) {
         }
         while (loops[0].step(std::chrono::milliseconds{0})) {
         }
+        if (now_s >= settings.stalls_at_s && now_s < settings.stalls_at_s + settings.stalls_for_s) continue;
         acquisition.collect();
+        const RunState before = director.state();
         director.step(acquisition.take(), lanes);
+        if (director.state() == RunState::tripped && before != RunState::tripped) run.tripped_in = before;
         run.entered_s.try_emplace(director.state(), now_s);
         if (settings.each) settings.each(director, lanes, now_s);
     }
