@@ -54,6 +54,12 @@ public:
     [[nodiscard]] const std::vector<std::string>& notes() const noexcept { return notes_; }
     /// Why the drive was stopped; empty unless it was.
     [[nodiscard]] const std::optional<Trip>& trip() const noexcept { return trip_; }
+    /// What the run was at when each trip of the take happened.
+    struct Stop {
+        RunState state;
+        bool measuring;  // from_s() to to_s(), which may have been over
+    };
+    [[nodiscard]] const std::vector<Stop>& stops() const noexcept { return stops_; }
     [[nodiscard]] const DriveKeeper& keeper() const noexcept { return keeper_; }
 
 private:
@@ -87,7 +93,7 @@ private:
     std::uint64_t sequence_ = 0;
     std::uint64_t awaited_ = 0;  // command that ends the state once it is in force
     int restarts_ = 0;
-    std::size_t trips_ = 0;  // likewise
+    std::vector<Stop> stops_;  // likewise, one a trip
     std::optional<Trip> trip_;
     double tripped_s_ = 0;
     AccelTick last_tick_{};     // of the accelerometer
