@@ -15,20 +15,21 @@ namespace shaker {
 
 namespace {
 
+// Where a run's end is all there is, its targets are not where the tracker would begin to look.
+bool tracks_anew(const SessionHeader& header) { return header.keep_frames && header.kind != "trip"; }
+
 // The raw streams of a recording, and its tracks: from the pictures, or as they were stored.
 Take take_of(const SessionReader& file, std::vector<std::string>& notes) {
     const SessionHeader& header = file.header();
-    // Where a run's end is all there is, its targets are not where the tracker would begin to look.
-    const bool from_pictures = header.keep_frames && header.kind != "trip";
     Rig rig = replay_rig(file);
-    if (!from_pictures) rig.cameras.clear();
+    if (!tracks_anew(header)) rig.cameras.clear();
     Acquisition acquisition{rig, nullptr};
     read_all(acquisition);
     Take take = std::move(acquisition.take());
     take.dac_rate_hz = header.dac.rate_hz;
     take.played = file.play_times();
     take.changes = file.changes();
-    if (from_pictures)
+    if (tracks_anew(header))
         settle_times(take, notes);
     else
         read_tracks(file, take);
@@ -66,7 +67,7 @@ bool replay(const ReplayOptions& options) {
     if (!options.json)
         for (const RecordedTrip& trip : trips) fmt::print("a limit stopped this run {}\n", text(trip));
     spdlog::info("replaying \"{}\" from {}", header.title,
-                 header.keep_frames ? "frames and counts" : "tracks and counts");
+                 tracks_anew(header) ? "frames and counts" : "tracks and counts");
     std::vector<std::string> notes;
     const Take take = take_of(file, notes);
     Recomputed now{.numbers = {}, .tables = tables_of(take)};

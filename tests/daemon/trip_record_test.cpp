@@ -111,11 +111,13 @@ Take long_take() {
     for (std::int64_t n = 0; n < 40000; n += 40)
         take.blocks.push_back(
             {.first = {n}, .arrived = host(static_cast<double>(n + 39) / 4000), .size = 40});
-    for (std::int64_t n = 0; n < 480000; n += 24000) take.changes.push_back({.first = {n}, .ramp = 2400});
+    for (std::int64_t n = 0; n < 480000; n += 24000)
+        take.changes.push_back({.command = {}, .first = {n}, .ramp = 2400});
     take.cameras.push_back({});
     take.tracks.push_back({});
     for (std::int64_t n = 0; n < 1000; ++n)
-        take.tracks[0].tracks.push_back({.tick = {n}, .time = master_time(0.01 * static_cast<double>(n))});
+        take.tracks[0].tracks.push_back(
+            {.tick = {n}, .time = master_time(0.01 * static_cast<double>(n)), .fix = {}});
     return take;
 }
 
