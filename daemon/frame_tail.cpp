@@ -9,7 +9,7 @@ namespace {
 constexpr double until_noticed_s = 0.2;  // from the sample that violates until the reduction hears of it
 constexpr double after_s = 0.5;          // a run goes on for 0.3 s after a trip
 std::size_t frames_in(double s, double rate_hz) {
-    return static_cast<std::size_t>(std::max(1.0, std::ceil(s * rate_hz)));
+    return static_cast<std::size_t>(std::max(1.0, std::ceil(s * rate_hz - 1e-6)));
 }
 }  // namespace
 

@@ -138,6 +138,7 @@ Take tail_of(const Take& take, double from_s) {
 }
 
 MeasuredPart part_before(const MeasuredPart& planned, double at_s, double frequency_hz) {
+    if (!std::isfinite(at_s)) return {};
     const double until_s = std::min(planned.to_s, at_s - doubtful_periods / frequency_hz);
     const double periods = std::floor((until_s - planned.from_s) * frequency_hz + 1e-6);
     if (!(periods >= least_periods)) return {};
