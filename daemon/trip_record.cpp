@@ -17,6 +17,7 @@ constexpr double least_periods = 2;     // of a reduction
 
 std::vector<std::string> words_of(const std::vector<RecordedTrip>& trips, auto&& word) {
     std::vector<std::string> words;
+    words.reserve(trips.size());
     for (const RecordedTrip& t : trips) words.emplace_back(word(t));
     return words;
 }
