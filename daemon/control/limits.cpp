@@ -35,7 +35,7 @@ struct NumberKey {
 };
 constexpr std::array<NumberKey, 7> number_keys{{{&Limits::force_n, "force_n", positive},
                                                 {&Limits::sensor_range_mps2, "sensor_range_mps2", positive},
-                                                {&Limits::edge_mm, "edge_mm", {0, 1e4}},
+                                                {&Limits::edge_mm, "edge_mm", {-1e4, 1e4}},
                                                 {&Limits::soft_stop_s, "soft_stop_s", {0.02, 0.2}},
                                                 {&Limits::hard_stop_s, "hard_stop_s", {0.001, 0.02}},
                                                 {&Limits::missing_s, "missing_s", {0.001, 10}},

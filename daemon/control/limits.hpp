@@ -29,7 +29,7 @@ struct Limits {
     Level transverse{0.25, 0.5};                               // share of the peak along the axis
     double force_n = std::numeric_limits<double>::infinity();  // peak; held against predictions only
     double sensor_range_mps2 = std::numeric_limits<double>::infinity();  // a sample there is saturated
-    double edge_mm = 5;             // least distance of the walker from the edge of the base
+    double edge_mm = 5;             // least distance of the walker from the edge of the base; below 0: it may leave
     int tracking_lost_frames = 20;  // in a row
     double soft_stop_s = 0.05;      // ramps to zero
     double hard_stop_s = 0.005;
