@@ -36,7 +36,8 @@ Transverse transverse(std::complex<double> along, const std::array<std::complex<
                       const Vector& axis, double sd) noexcept {
     const std::array r{across[0] / along, across[1] / along};
     const double share = std::sqrt(std::norm(r[0]) + std::norm(r[1]));
-    Transverse t{.share = {share, sd / std::abs(along) * std::hypot(1, share)},
+    Transverse t{.amplitude = {std::hypot(std::abs(across[0]), std::abs(across[1])), sd},
+                 .share = {share, sd / std::abs(along) * std::hypot(1, share)},
                  .in_phase = std::hypot(r[0].real(), r[1].real()),
                  .quadrature = std::hypot(r[0].imag(), r[1].imag())};
     // The longer axis of the ellipse.

@@ -2,6 +2,8 @@
 // Copies of a camera's newest frames in bounded memory: what a trip's recording shows of the time before it.
 #include <cstddef>
 #include <cstdint>
+#include <cstdlib>
+#include <memory>
 #include <vector>
 
 #include "drivers/data.hpp"
@@ -17,8 +19,8 @@ class FrameTail {
 public:
     /// rate_hz: exposures a second; one that delivers more of them is kept for less time.
     explicit FrameTail(double rate_hz);
-    /// Copies a frame; the oldest gives way to it. After hold() a frame that finds no room is counted
-    /// instead.
+    /// Copies a frame; the oldest gives way to it. Counted instead: one that finds no room after hold(), and
+    /// one of another size than the first. Throws std::bad_alloc when there is no memory at the first.
     void push(const Frame& frame);
     /// The drive was stopped: what led to it stays.
     void hold() noexcept { held_ = true; }
@@ -26,19 +28,26 @@ public:
     [[nodiscard]] std::size_t size() const noexcept { return before_ + after_; }
     /// No frame has been left out so far.
     [[nodiscard]] bool whole() const noexcept { return whole_; }
-    /// From the oldest on.
-    [[nodiscard]] const Frame& operator[](std::size_t i) const noexcept;
-    /// The most frames there ever are; as many of width x height x bytes_per_pixel bytes is what it takes of
-    /// memory: 2.7 s x rate x size.
-    [[nodiscard]] std::size_t capacity() const noexcept { return most_before_ + most_after_; }
-    /// Of pixels, as they are held now.
-    [[nodiscard]] std::size_t bytes() const noexcept;
-    /// Frames without room after hold().
+    /// A copy; 0 is the oldest.
+    [[nodiscard]] Frame operator[](std::size_t i) const;
+    /// The most frames there ever are: 2.7 s x rate.
+    [[nodiscard]] std::size_t capacity() const noexcept { return slots_.size(); }
+    /// Memory for pixels, taken at the first frame and touched as it is used: capacity() x width x height x
+    /// bytes_per_pixel, to the next 2 MiB.
+    [[nodiscard]] std::size_t bytes() const noexcept { return bytes_; }
     [[nodiscard]] std::uint64_t lost() const noexcept { return lost_; }
 
 private:
-    std::size_t most_before_, most_after_;
-    std::vector<Frame> slots_;  // a ring of most_before_, then those after hold()
+    struct Free {
+        void operator()(std::byte* p) const noexcept { std::free(p); }
+    };
+    void begin(std::size_t frame_bytes);
+    void put(std::size_t slot, const Frame& frame);
+
+    std::size_t most_before_;
+    std::vector<Frame> slots_;  // without pixels: a ring of most_before_, then those after hold()
+    std::unique_ptr<std::byte, Free> pixels_;
+    std::size_t frame_bytes_ = 0, bytes_ = 0;
     std::size_t oldest_ = 0, before_ = 0, after_ = 0;
     bool held_ = false, whole_ = true;
     std::uint64_t lost_ = 0;

@@ -67,6 +67,8 @@ RecordedTable transverse_table(const std::string& path, const std::vector<double
                                const std::vector<Transverse>& across) {
     std::vector<Column> columns{
         {"frequency", "Hz", frequency_hz},
+        column("amplitude", "m/s^2", across, [](const Transverse& t) { return t.amplitude.value; }),
+        column("amplitude_errors", "m/s^2", across, [](const Transverse& t) { return t.amplitude.sigma; }),
         column("share", "1", across, [](const Transverse& t) { return t.share.value; }),
         column("share_errors", "1", across, [](const Transverse& t) { return t.share.sigma; }),
         column("in_phase", "1", across, [](const Transverse& t) { return t.in_phase; }),

@@ -123,6 +123,8 @@ std::string results_json(const Reduction& r, const std::map<std::string, double>
                                   {"amplitude_se_mps2", number(h.amplitude.sigma)},
                                   {"phase_rad", number(h.phase.value)},
                                   {"phase_se_rad", number(h.phase.sigma)},
+                                  {"across_mps2", number(h.across.amplitude.value)},
+                                  {"across_se_mps2", number(h.across.amplitude.sigma)},
                                   {"across", number(h.across.share.value)},
                                   {"across_se", number(h.across.share.sigma)},
                                   {"across_in_phase", number(h.across.in_phase)},

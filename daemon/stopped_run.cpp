@@ -40,7 +40,7 @@ void write_findings(SessionWriter& file, const StoppedRun& run, const Take& take
 void warn_of_lost(const StoppedRun& run) {
     for (std::size_t i = 0; i < run.tails.size(); ++i)
         if (const auto lost = run.tails[i].lost(); lost > 0)
-            spdlog::warn("camera \"{}\": {} pictures after the trip found no room",
+            spdlog::warn("camera \"{}\": {} pictures found no room in its tail",
                          run.header.views[i].camera, lost);
 }
 

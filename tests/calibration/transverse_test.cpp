@@ -37,6 +37,7 @@ TEST(TransverseTest, ATurnedSensorIsInPhaseAndRockingInQuadrature) {
     const std::complex<double> along = std::polar(9.8, 0.7);
     const Transverse turned = of({along, 0.03 * along, 0}, {1, 0, 0});
     EXPECT_NEAR(turned.share.value, 0.03, 1e-12);
+    EXPECT_NEAR(turned.amplitude.value, 0.03 * 9.8, 1e-12);
     EXPECT_NEAR(turned.in_phase, 0.03, 1e-12);
     EXPECT_NEAR(turned.quadrature, 0, 1e-12);
     EXPECT_NEAR(std::abs(turned.direction[1]), 1, 1e-9);
@@ -71,6 +72,7 @@ TEST(TransverseTest, SigmaIsTheSpreadUnderNoise) {
         squares += s * s;
     }
     const double mean = sum / draws, spread = std::sqrt(squares / draws - mean * mean);
+    EXPECT_EQ(of({10, 0.5, 0.3}, {1, 0, 0}, sd).amplitude.sigma, sd);
     EXPECT_NEAR(spread / of({10, 0.5, 0.3}, {1, 0, 0}, sd).share.sigma, 1, 0.15);
 }
 

@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
 namespace shaker {
 namespace {
 
@@ -60,7 +62,30 @@ TEST(FrameTailTest, MemoryIsBoundedByRateAndSize) {
         tail.push(frame(n));
         most = std::max(most, tail.bytes());
     }
-    EXPECT_EQ(most, 270U * 24);
+    EXPECT_EQ(most, 2U << 20U);  // 270 x 24 bytes, to the next 2 MiB
+}
+
+TEST(FrameTailTest, MemoryIsWhatSoManyPicturesTake) {
+    FrameTail tail{100};
+    Frame big = frame(0);
+    big.width = 640;
+    big.height = 200;
+    big.pixels.assign(128000, std::byte{1});
+    tail.push(big);
+    EXPECT_GE(tail.bytes(), 270U * 128000);
+    EXPECT_LT(tail.bytes(), 270U * 128000 + (2U << 20U));
+}
+
+TEST(FrameTailTest, AFrameOfAnotherSizeIsCountedInstead) {
+    FrameTail tail{100};
+    tail.push(frame(0));
+    Frame other = frame(1);
+    other.pixels.resize(25);
+    tail.push(other);
+    tail.push(frame(2));
+    ASSERT_EQ(tail.size(), 2U);
+    EXPECT_EQ(tail[1].tick.n, 2);
+    EXPECT_EQ(tail.lost(), 1U);
 }
 
 TEST(FrameTailTest, ACameraThatTellsNoRateStillHasItsNewestFrame) {
