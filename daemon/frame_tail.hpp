@@ -20,7 +20,7 @@ public:
     /// rate_hz: exposures a second; one that delivers more of them is kept for less time.
     explicit FrameTail(double rate_hz);
     /// Copies a frame; the oldest gives way to it. Counted instead: one that finds no room after hold(), and
-    /// one of another size than the first. Throws std::bad_alloc when there is no memory at the first.
+    /// one of another size than the first. Throws std::bad_alloc when there is no memory for it.
     void push(const Frame& frame);
     /// The drive was stopped: what led to it stays.
     void hold() noexcept { held_ = true; }
@@ -32,9 +32,10 @@ public:
     [[nodiscard]] Frame operator[](std::size_t i) const;
     /// The most frames there ever are: 2.7 s x rate.
     [[nodiscard]] std::size_t capacity() const noexcept { return slots_.size(); }
-    /// Memory for pixels, taken at the first frame and touched as it is used: capacity() x width x height x
-    /// bytes_per_pixel, to the next 2 MiB.
-    [[nodiscard]] std::size_t bytes() const noexcept { return bytes_; }
+    /// Memory for pixels, taken in pieces of up to 16 MiB as it is needed: at most capacity() x width x
+    /// height x bytes_per_pixel and, because pieces hold whole frames, a sixteenth more (frames up to 1 MiB)
+    /// and the rest of a piece.
+    [[nodiscard]] std::size_t bytes() const noexcept;
     [[nodiscard]] std::uint64_t lost() const noexcept { return lost_; }
 
 private:
@@ -42,12 +43,14 @@ private:
         void operator()(std::byte* p) const noexcept { std::free(p); }
     };
     void begin(std::size_t frame_bytes);
+    [[nodiscard]] std::byte* pixels_of(std::size_t slot) const noexcept;
     void put(std::size_t slot, const Frame& frame);
 
     std::size_t most_before_;
     std::vector<Frame> slots_;  // without pixels: a ring of most_before_, then those after hold()
-    std::unique_ptr<std::byte, Free> pixels_;
-    std::size_t frame_bytes_ = 0, bytes_ = 0;
+    std::vector<std::unique_ptr<std::byte, Free>> pieces_;
+    std::size_t frame_bytes_ = 0;
+    std::size_t piece_bytes_ = 0, piece_frames_ = 1;
     std::size_t oldest_ = 0, before_ = 0, after_ = 0;
     bool held_ = false, whole_ = true;
     std::uint64_t lost_ = 0;

@@ -22,7 +22,7 @@ using test::shakerd;
 
 // A bench whose accelerometer fails at at_s, with cameras of 200 pictures a second.
 std::filesystem::path bench(const std::string& what, double at_s) {
-    const auto folder = fresh_folder();
+    auto folder = fresh_folder();
     std::ofstream{folder / "scene.toml"} << "[top]\nframe_rate_hz = 200\n[side]\nframe_rate_hz = 200\n"
                                          << "[[fault]]\nat_s = " << at_s << "\nwhat = \"" << what << "\"\n";
     return folder;
