@@ -40,8 +40,8 @@ void write_findings(SessionWriter& file, const StoppedRun& run, const Take& take
 void warn_of_lost(const StoppedRun& run) {
     for (std::size_t i = 0; i < run.tails.size(); ++i)
         if (const auto lost = run.tails[i].lost(); lost > 0)
-            spdlog::warn("camera \"{}\": {} pictures found no room in its tail",
-                         run.header.views[i].camera, lost);
+            spdlog::warn("camera \"{}\": {} pictures found no room in its tail", run.header.views[i].camera,
+                         lost);
 }
 
 }  // namespace
