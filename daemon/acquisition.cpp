@@ -19,6 +19,10 @@ Acquisition::Acquisition(Rig& rig, SessionWriter* file, const std::optional<Limi
     }
 }
 
+void Acquisition::keep_tails() {
+    for (const auto& camera : rig_.cameras) tails_.emplace_back(camera->view().frame_rate_hz);
+}
+
 bool Acquisition::collect() {
     bool any = false;
     while (const auto played = lanes_.played.pop()) {
@@ -35,6 +39,7 @@ bool Acquisition::collect() {
     while (const auto trip = lanes_.trips.pop()) {
         any = true;
         take_.trips.push_back(*trip);
+        for (FrameTail& tail : tails_) tail.hold();
     }
     while (const auto block = lanes_.blocks.pop()) {
         any = true;
@@ -56,6 +61,7 @@ bool Acquisition::collect_frames() {
             any = true;
             add_fixes(take_, camera, *tracked->frame, tracked->fixes, time_of(camera, *tracked->frame));
             if (file_ != nullptr) file_->add(camera, *tracked->frame);
+            if (!tails_.empty()) tails_[camera].push(*tracked->frame);
         }
         ++camera;
     }

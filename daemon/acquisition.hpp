@@ -7,6 +7,7 @@
 #include "daemon/drive_clock.hpp"
 #include "daemon/executors.hpp"
 #include "daemon/frame_clock.hpp"
+#include "daemon/frame_tail.hpp"
 #include "daemon/lanes.hpp"
 #include "daemon/loops.hpp"
 #include "daemon/take.hpp"
@@ -23,6 +24,10 @@ public:
     Acquisition(Rig& rig, SessionWriter* file, const std::optional<Limits>& limits = {},
                 double frequency = 20);
 
+    /// From now on copies of the newest frames are kept, for a trip.
+    void keep_tails();
+    /// One a camera; empty without keep_tails().
+    [[nodiscard]] const std::vector<FrameTail>& tails() const noexcept { return tails_; }
     /// Moves what is in the rings into the take and the file. False when there was nothing. Reduction thread.
     bool collect();
     /// The loops that read the devices: accelerometer, then cameras.
@@ -44,6 +49,7 @@ private:
     Take take_;
     ClockTracker<DacClock> dac_clock_;
     std::vector<FrameClock> frame_clocks_;
+    std::vector<FrameTail> tails_;
 };
 
 /// Reads a recorded rig from beginning to end in one thread.

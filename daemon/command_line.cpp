@@ -22,7 +22,7 @@ constexpr const char* rig_help = "A rig file (TOML) that names the devices, or s
 constexpr const char* ending =
     "\nQuantities carry units: 1.5g, 14.7m/s^2, 35deg, 0.61rad, 20Hz; a bare number is SI.\n"
     "Exit status: 0 done; 1 failure; 2 input refused, nothing written; 3 device or disk failed;\n"
-    "4 replay is not identical.\n";
+    "4 replay is not identical; 5 a limit stopped the drive.\n";
 
 // The drive's words as typed, read after parsing so that errors name option, value and range.
 struct DriveWords {
@@ -113,8 +113,15 @@ int command_line(int argc, char** argv) {
     run_drive.add_to(run_app);
     run_app.add_option("--periods", periods, "Drive periods to measure once all has settled [40]")
         ->check(CLI::Range(2, most_periods));
-    run_app.add_option("-o,--output", run_options.out, "Recording (HDF5); without it nothing is kept");
-    run_app.add_flag("--no-frames", no_frames, "Record tracks and counts but not the pictures");
+    run_app.add_option("-o,--output", run_options.out, "Recording (HDF5); without it only trips are kept");
+    run_app
+        .add_option("--trips", run_options.trips,
+                    "Folder for trip-<UTC>.nxs, the last 2 s of a run that a limit stopped and that\n"
+                    "has no --output")
+        ->capture_default_str()
+        ->check(CLI::ExistingDirectory);
+    run_app.add_flag("--no-frames", no_frames,
+                     "Record tracks and counts but not the pictures, except the last 2 s before a trip");
     run_app.add_flag("--no-identify", no_identify,
                      "Take the data sheet's response instead of finding it out before the run");
     run_app.add_flag("--open-loop", open_loop, "Do not correct the drive by what was measured");

@@ -14,7 +14,8 @@ struct RunOptions {
     std::filesystem::path scene;  // empty: the paper's bench
     Drive drive;
     int periods = 40;
-    std::filesystem::path out;  // empty: nothing is recorded
+    std::filesystem::path out;          // empty: nothing is recorded
+    std::filesystem::path trips = ".";  // folder for the last seconds of a stopped run that is not recorded
     bool keep_frames = true;
     bool identify = true;     // find out the response before; else the data sheet's is taken
     bool closed_loop = true;  // measured harmonics correct the drive

@@ -37,7 +37,7 @@ void Director::go(RunState next) {
 }
 
 bool Director::step(const Take& take, Lanes& lanes) {
-    const std::size_t before = plays_ + blocks_ + changes_ + trips_ + walker_.seen();
+    const std::size_t before = plays_ + blocks_ + changes_ + stops_.size() + walker_.seen();
     take_trips(take);
     take_stamps(take, lanes);
     take_accelerations(take, lanes);
@@ -45,13 +45,14 @@ bool Director::step(const Take& take, Lanes& lanes) {
     if (state_ == RunState::run) guard_.look(walker_, now_s_, lanes);
     if (driving(state_)) guard_.look(take.cameras, now_s_, lanes);
     advance(lanes);
-    return plays_ + blocks_ + changes_ + trips_ + walker_.seen() != before;
+    return plays_ + blocks_ + changes_ + stops_.size() + walker_.seen() != before;
 }
 
 // The first of them is the cause; the output has begun its ramp to zero.
 void Director::take_trips(const Take& take) {
-    for (; trips_ < take.trips.size(); ++trips_) {
-        const Trip& trip = take.trips[trips_];
+    while (stops_.size() < take.trips.size()) {
+        const Trip& trip = take.trips[stops_.size()];
+        stops_.push_back({state_, measuring_});
         note(fmt::format("stopped in state {}: {}", name(state_), text(trip)));
         if (state_ == RunState::tripped) continue;
         trip_ = trip;

@@ -55,6 +55,12 @@ public:
     [[nodiscard]] const std::vector<std::string>& notes() const noexcept { return notes_; }
     /// Why the drive was stopped; empty unless it was.
     [[nodiscard]] const std::optional<Trip>& trip() const noexcept { return trip_; }
+    /// What the run was at when each trip of the take happened.
+    struct Stop {
+        RunState state;
+        bool measuring;  // from_s() to to_s(), which may have been over
+    };
+    [[nodiscard]] const std::vector<Stop>& stops() const noexcept { return stops_; }
     [[nodiscard]] const DriveKeeper& keeper() const noexcept { return keeper_; }
 
 private:
@@ -94,9 +100,9 @@ private:
     int restarts_ = 0;
     std::int64_t lost_ = 0;      // samples, when the DAC ran empty last
     double lost_s_ = -INFINITY;  // and where
-    bool excused_ = false,
-         released_ = false;  // the trip: it was the DAC's fault, and the drive may come back
-    std::size_t trips_ = 0;  // likewise
+    bool excused_ = false;       // the trip: it was the DAC's fault, and the drive may come back
+    bool released_ = false;
+    std::vector<Stop> stops_;  // one a trip
     std::optional<Trip> trip_;
     double tripped_s_ = 0;
     AccelTick last_tick_{};              // of the accelerometer

@@ -63,6 +63,27 @@ std::vector<RecordedNumber> numbers_of(const Reduction& r) {
     return list;
 }
 
+RecordedTable transverse_table(const std::string& path, const std::vector<double>& frequency_hz,
+                               const std::vector<Transverse>& across) {
+    std::vector<Column> columns{
+        {"frequency", "Hz", frequency_hz},
+        column("amplitude", "m/s^2", across, [](const Transverse& t) { return t.amplitude.value; }),
+        column("amplitude_errors", "m/s^2", across, [](const Transverse& t) { return t.amplitude.sigma; }),
+        column("share", "1", across, [](const Transverse& t) { return t.share.value; }),
+        column("share_errors", "1", across, [](const Transverse& t) { return t.share.sigma; }),
+        column("in_phase", "1", across, [](const Transverse& t) { return t.in_phase; }),
+        column("quadrature", "1", across, [](const Transverse& t) { return t.quadrature; })};
+    for (std::size_t k = 0; k < 3; ++k)
+        columns.push_back(column(fmt::format("direction_{}", "xyz"[k]), "1", across,
+                                 [k](const Transverse& t) { return t.direction[k]; }));
+    return {path,
+            columns,
+            "NXdata",
+            {{"signal", "share"},
+             {"axes", "frequency"},
+             {"title", "motion across the shaker's axis over that along it"}}};
+}
+
 std::vector<RecordedTable> tables_of(const Reduction& r) {
     std::vector<RecordedTable> tables;
     tables.push_back(
@@ -74,6 +95,13 @@ std::vector<RecordedTable> tables_of(const Reduction& r) {
           column("phase_errors", "rad", r.harmonics, [](const auto& h) { return h.phase.sigma; })},
          "NXcollection",
          {}});
+    std::vector<double> frequency;
+    std::vector<Transverse> across;
+    for (const MeasuredHarmonic& h : r.harmonics) {
+        frequency.push_back(h.q * r.frequency.value);
+        across.push_back(h.across);
+    }
+    tables.push_back(transverse_table("transverse", frequency, across));
     tables.push_back(
         {"periods",
          {column("k", "1", r.periods, [](const auto& p) { return p.k; }),
@@ -125,19 +153,12 @@ std::vector<RecordedTable> tables_of(const Take& take) {
     return tables;
 }
 
-void write_trips(SessionWriter& file, const Take& take) {
-    if (take.trips.empty()) return;
-    file.table("trips",
-               {column("cause", "1", take.trips, [](const Trip& t) { return static_cast<int>(t.cause); }),
-                column("hard", "1", take.trips, [](const Trip& t) { return t.stop == StopKind::hard; }),
-                column("value", "1", take.trips, [](const Trip& t) { return t.value; }),
-                column("limit", "1", take.trips, [](const Trip& t) { return t.limit; }),
-                column("harmonic", "1", take.trips, [](const Trip& t) { return t.harmonic; }),
-                column("on_dac_clock", "1", take.trips, [](const Trip& t) { return t.on_dac_clock; }),
-                column("tick", "1", take.trips, [](const Trip& t) { return t.tick; })});
-    std::string words;
-    for (const Trip& t : take.trips) words += text(t) + "\n";
-    file.text("trips/words", words);
+void write(SessionWriter& file, const Reduction& reduction, double from_s, double to_s) {
+    file.scalar("process/reduced_from", from_s, "s");
+    file.scalar("process/reduced_to", to_s, "s");
+    write(file, tables_of(reduction));
+    write(file, numbers_of(reduction));
+    file.show("cycle");
 }
 
 void write(SessionWriter& file, const std::vector<RecordedNumber>& numbers) {

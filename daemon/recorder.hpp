@@ -28,11 +28,14 @@ struct RecordedTable {
 /// A reduction as it is stored: what is written and what a replay is held against are the same list.
 std::vector<RecordedNumber> numbers_of(const Reduction& reduction);
 std::vector<RecordedTable> tables_of(const Reduction& reduction);
+/// Motion across the shaker's axis, harmonic by harmonic.
+RecordedTable transverse_table(const std::string& path, const std::vector<double>& frequency_hz,
+                               const std::vector<Transverse>& across);
 /// Every target's track, likewise.
 std::vector<RecordedTable> tables_of(const Take& take);
 
-/// Why the drive was stopped: cause by its number and in words; nothing when it was not.
-void write_trips(SessionWriter& file, const Take& take);
+/// A reduction with the part of master time it was made from.
+void write(SessionWriter& file, const Reduction& reduction, double from_s, double to_s);
 void write(SessionWriter& file, const std::vector<RecordedNumber>& numbers);
 void write(SessionWriter& file, const std::vector<RecordedTable>& tables);
 

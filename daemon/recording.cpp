@@ -19,22 +19,13 @@ Recording::~Recording() {
 
 void Recording::finish(const Take& take, const Reduction& reduction, double from_s, double to_s) {
     if (!writer_) return;
-    writer_->scalar("process/reduced_from", from_s, "s");
-    writer_->scalar("process/reduced_to", to_s, "s");
-    write(*writer_, tables_of(take));
-    write(*writer_, tables_of(reduction));
-    write(*writer_, numbers_of(reduction));
-    complete();
+    write(*writer_, reduction, from_s, to_s);
+    finish(take);
 }
 
 void Recording::finish(const Take& take) {
     if (!writer_) return;
     write(*writer_, tables_of(take));
-    write_trips(*writer_, take);
-    complete();
-}
-
-void Recording::complete() {
     writer_->flush();
     writer_.reset();
     std::filesystem::rename(part_, file_);

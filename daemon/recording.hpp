@@ -21,11 +21,10 @@ public:
     [[nodiscard]] SessionWriter* writer() noexcept { return writer_.get(); }
     /// Adds tracks, results and the part of master time they were made from, and completes the file.
     void finish(const Take& take, const Reduction& reduction, double from_s, double to_s);
-    /// Likewise of a run without results, because the drive was stopped.
+    /// Adds tracks and completes the file.
     void finish(const Take& take);
 
 private:
-    void complete();
     std::filesystem::path file_, part_;
     Unfinished unfinished_;
     std::unique_ptr<SessionWriter> writer_;

@@ -19,6 +19,36 @@ std::string line(const std::string& name, const Estimate& e, double scale, const
 
 nlohmann::json number(double x) { return std::isfinite(x) ? nlohmann::json(x) : nlohmann::json(nullptr); }
 
+nlohmann::json list_of(const std::vector<RecordedTrip>& trips) {
+    nlohmann::json list = nlohmann::json::array();
+    for (const RecordedTrip& t : trips)
+        list.push_back({{"cause", name(t.trip.cause)},
+                        {"value", number(t.trip.value)},
+                        {"limit", number(t.trip.limit)},
+                        {"unit", unit_of(t.trip.cause)},
+                        {"harmonic", t.trip.harmonic},
+                        {"time_s", number(t.at_s)},
+                        {"stop", t.trip.stop == StopKind::hard ? "hard" : "soft"},
+                        {"state", t.state},
+                        {"words", text(t)}});
+    return list;
+}
+
+// Each harmonic whose motion across the axis stands out of the noise.
+std::string across_text(const Reduction& r) {
+    std::string s;
+    for (const MeasuredHarmonic& h : r.harmonics) {
+        const Transverse& t = h.across;
+        if (!(h.amplitude.value > 10 * h.amplitude.sigma && t.share.value > 4 * t.share.sigma)) continue;
+        s += line(fmt::format("across, harmonic {}", h.q), t.share, 100, "% of the motion along the axis");
+        s.back() = ';';
+        s +=
+            fmt::format(" {:.3f} % in phase, {:.3f} % in quadrature, along ({:+.2f}, {:+.2f}, {:+.2f})\n",
+                        100 * t.in_phase, 100 * t.quadrature, t.direction[0], t.direction[1], t.direction[2]);
+    }
+    return s;
+}
+
 }  // namespace
 
 std::string with_error(double value, double sigma) {
@@ -41,6 +71,7 @@ std::string results_text(const Reduction& r) {
     for (const MeasuredHarmonic& h : r.harmonics)
         if (h.q > 2 && h.amplitude.value > 3 * h.amplitude.sigma)
             s += line(fmt::format("harmonic {}", h.q), h.amplitude, 100 / r.gamma.value, "% of gamma");
+    s += across_text(r);
     s += line("accelerometer late", r.accelerometer_late_s, 1e3, "ms");
     s += line("accelerometer clock", r.accelerometer_ppm, 1, "ppm");
     s += line("position residual", {r.fit_residual_x_m.value, NAN}, 1e6, "um rms");
@@ -64,8 +95,9 @@ std::vector<std::string> notes_on(const std::vector<DeviceReport>& devices) {
 }
 
 std::string results_json(const Reduction& r, const std::map<std::string, double>& more,
-                         const std::vector<DeviceReport>& devices) {
+                         const std::vector<DeviceReport>& devices, const std::vector<RecordedTrip>& trips) {
     nlohmann::json j;
+    if (!trips.empty()) j["trips"] = list_of(trips);
     for (const auto& [key, value] : more) j[key] = number(value);
     const auto put = [&](const char* key, const char* se_key, const Estimate& e) {
         j[key] = number(e.value);
@@ -90,7 +122,14 @@ std::string results_json(const Reduction& r, const std::map<std::string, double>
                                   {"amplitude_mps2", number(h.amplitude.value)},
                                   {"amplitude_se_mps2", number(h.amplitude.sigma)},
                                   {"phase_rad", number(h.phase.value)},
-                                  {"phase_se_rad", number(h.phase.sigma)}});
+                                  {"phase_se_rad", number(h.phase.sigma)},
+                                  {"across_mps2", number(h.across.amplitude.value)},
+                                  {"across_se_mps2", number(h.across.amplitude.sigma)},
+                                  {"across", number(h.across.share.value)},
+                                  {"across_se", number(h.across.share.sigma)},
+                                  {"across_in_phase", number(h.across.in_phase)},
+                                  {"across_quadrature", number(h.across.quadrature)},
+                                  {"across_direction", h.across.direction}});
     j["stick"] = nlohmann::json::array();
     for (const StickInterval& k : r.stick) j["stick"].push_back({k.from, k.to});
     j["periods"] = nlohmann::json::array();
@@ -110,6 +149,10 @@ std::string results_json(const Reduction& r, const std::map<std::string, double>
                                 {"reopened", c.reopened}});
     j["notes"] = r.notes;
     return j.dump(2);
+}
+
+std::string trips_json(const std::vector<RecordedTrip>& trips, const std::string& why) {
+    return nlohmann::json{{"trips", list_of(trips)}, {"not_reduced", why}}.dump(2);
 }
 
 }  // namespace shaker

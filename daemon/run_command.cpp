@@ -12,10 +12,12 @@
 #include "daemon/control/envelope.hpp"
 #include "daemon/director.hpp"
 #include "daemon/drive_rig.hpp"
+#include "daemon/identification_record.hpp"
 #include "daemon/recording.hpp"
 #include "daemon/results.hpp"
 #include "daemon/rigs.hpp"
 #include "daemon/run_settings.hpp"
+#include "daemon/stopped_run.hpp"
 #include "drivers/errors.hpp"
 #include "drivers/simulated/steady_state.hpp"
 
@@ -74,6 +76,29 @@ Limits limits_of_run(const OpenRig& bench, const Drive& drive) {
     return limits;
 }
 
+// What a stopped run leaves behind; says where. Trouble with the file does not hide why it was stopped.
+std::string record_stop(const RunOptions& options, Recording& recording, const SessionHeader& header,
+                        const Director& director, Acquisition& acquisition) try {
+    const std::vector<Director::Stop>& stops = director.stops();
+    const DriveKeeper& keeper = director.keeper();
+    const StoppedRun run{.header = header,
+                         .take = acquisition.take(),
+                         .tails = acquisition.tails(),
+                         .trips = recorded_trips(acquisition.take(), stops),
+                         .planned = stops.front().measuring ? MeasuredPart{director.from_s(), director.to_s()}
+                                                            : MeasuredPart{},
+                         .identified = keeper.identified() ? &*keeper.identified() : keeper.found()};
+    if (recording.writer() != nullptr) {
+        finish(recording, run);
+        return "recorded: " + options.out.string();
+    }
+    const std::filesystem::path file = trip_file(options.trips, std::chrono::system_clock::now());
+    record_tail(run, file);
+    return fmt::format("its last {} s: {}", tail_s, file.string());
+} catch (const std::exception& e) {
+    return fmt::format("nothing could be recorded: {}", e.what());
+}
+
 void print_truth(const Reduction& r, double v_D, const Drive& asked, const Scene& scene, const Speed& speed) {
     const double off = r.v_D.value - v_D;
     fmt::print("the simulated truth beside it:\n  {:<22}{:>24} mm/s\n", "v_D of the scene",
@@ -118,6 +143,7 @@ void run(const RunOptions& options) {
     Recording recording{options.out, header, Recording::Unfinished::keep};
     const Limits limits = limits_of_run(bench, options.drive);
     Acquisition acquisition{rig, recording.writer(), limits, options.drive.frequency};
+    if (options.out.empty() || !options.keep_frames) acquisition.keep_tails();
     Output output{dac,    options.drive.frequency,          trigger_rate(rig), dac.block_frames,
                   limits, rig.accelerometer->info().rate_hz};
     const RunPlan plan{.keeper = {.drive = options.drive,
@@ -138,12 +164,12 @@ void run(const RunOptions& options) {
     for (const std::string& refused : execution.refused) spdlog::warn("{}", refused);
 
     Take& take = acquisition.take();
-    if (director.trip()) {
-        recording.finish(take);
-        throw TripError{text(*director.trip())};
-    }
     std::vector<std::string> notes;
     settle_times(take, notes);
+    if (director.trip()) {
+        const std::string file = record_stop(options, recording, header, director, acquisition);
+        throw TripError{text(*director.trip()) + "; " + file};
+    }
     Reduction r = reduce(measurement_of(take, header.frequency_hz, director.from_s(), director.to_s()));
     std::ranges::move(notes, std::back_inserter(r.notes));
     for (std::string& note : notes_on(take)) r.notes.push_back(std::move(note));
@@ -157,6 +183,8 @@ void run(const RunOptions& options) {
         for (std::size_t i = 0; recording.writer() != nullptr && i < header.views.size(); ++i)
             record_truth(*recording.writer(), *bench.world, header.views[i].camera, i, v_D);
     }
+    if (const auto& found = director.keeper().identified(); found && recording.writer() != nullptr)
+        write_identification(*recording.writer(), *found);
     recording.finish(take, r, director.from_s(), director.to_s());
 
     if (options.json) {

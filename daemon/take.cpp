@@ -4,7 +4,6 @@
 #include <cmath>
 
 #include "calibration/camera_scale.hpp"
-#include "daemon/drive_clock.hpp"
 #include "daemon/frame_clock.hpp"
 #include "drivers/errors.hpp"
 
@@ -35,11 +34,7 @@ AccelSeries accelerations_of(const Take& take) {
     AccelSeries s;
     s.clock_uncertainty_s = take.accelerometer.clock_uncertainty_s;
     s.shaker_axis = take.accelerometer.shaker_axis;
-    DriveClock clock{take.dac_rate_hz, take.accelerometer.rate_hz};
-    if (!take.played.empty()) {
-        for (const PlayTime& p : take.played) clock.add(p);
-        for (const AccelBlock& b : take.blocks) clock.add(b);
-    }
+    const DriveClock clock = drive_clock(take);
     for (const AccelBlock& b : take.blocks) {
         for (int i = 0; i < b.size; ++i) {
             const AccelTick tick{b.first.n + i};
@@ -67,6 +62,13 @@ Take empty_take(const Rig& rig) {
             take.tracks.push_back({camera->view().camera, target, {}});
     }
     return take;
+}
+
+DriveClock drive_clock(const Take& take) {
+    DriveClock clock{take.dac_rate_hz, take.accelerometer.rate_hz};
+    for (const PlayTime& p : take.played) clock.add(p);
+    for (const AccelBlock& b : take.blocks) clock.add(b);
+    return clock;
 }
 
 void add_fixes(Take& take, std::size_t camera, const Frame& frame, const std::vector<Fix>& fixes,

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "daemon/control/trip.hpp"
+#include "daemon/drive_clock.hpp"
 #include "daemon/frame_clock.hpp"
 #include "daemon/reduction/measurement.hpp"
 #include "drivers/devices.hpp"
@@ -42,6 +43,9 @@ struct Take {
 
 /// A Take with a track for every target of the cameras.
 Take empty_take(const Rig& rig);
+
+/// The clocks of DAC and accelerometer as all stamps of a take tell them.
+DriveClock drive_clock(const Take& take);
 
 /// Adds the fixes of a frame of a camera; its view tells the scale. `time`: of mid-exposure where the frame
 /// does not tell it, as far as it is known so far (NaN: not yet).

@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "calibration/transverse.hpp"
+
 namespace shaker {
 
 namespace {
@@ -11,14 +13,6 @@ constexpr int most_columns = 2 * max_harmonics + 3;
 constexpr double largest_gap = 0.1;    // turns
 constexpr double one_direction = 100;  // times the second eigenvalue: then there is one, and not noise alone
 using Eigen::Index;
-
-// Two unit vectors that make a right-handed set with u.
-std::array<Eigen::Vector3d, 2> perpendicular(const Eigen::Vector3d& u) {
-    Index least = 0;
-    u.cwiseAbs().minCoeff(&least);
-    const Eigen::Vector3d first = u.cross(Eigen::Vector3d::Unit(least)).normalized();
-    return {first, u.cross(first)};
-}
 }  // namespace
 
 int periods_to_tell(double ratio, int harmonics) {
@@ -124,7 +118,7 @@ std::optional<PeriodEstimate> HarmonicEstimator::Work::estimate() {
     solver.solveInPlace(right);
     const Eigen::Vector3d given{s.axis[0], s.axis[1], s.axis[2]};
     const Eigen::Vector3d u = given.isZero() ? strongest() : given;
-    const auto across = perpendicular(u);
+    const auto across = across_axes({u[0], u[1], u[2]});
     PeriodEstimate e;
     e.period = window * s.periods;
     e.periods = s.periods;
@@ -134,7 +128,10 @@ std::optional<PeriodEstimate> HarmonicEstimator::Work::estimate() {
     for (int q = 1; q <= s.harmonics; ++q) {
         const auto sine = right.row(2 * Index{q} - 1), cosine = right.row(2 * Index{q});
         e.along.at(q) = {sine.dot(u), cosine.dot(u)};
-        for (std::size_t k = 0; k < 2; ++k) e.across[k].at(q) = {sine.dot(across[k]), cosine.dot(across[k])};
+        for (std::size_t k = 0; k < 2; ++k) {
+            const Eigen::Map<const Eigen::Vector3d> beside{across[k].data()};
+            e.across[k].at(q) = {sine.dot(beside), cosine.dot(beside)};
+        }
     }
     if (s.line > 0) e.line = {right.row(columns - 2).dot(u), right.row(columns - 1).dot(u)};
     spread(e, u);

@@ -17,7 +17,7 @@ struct PeriodEstimate {
     int periods = 1;          // of the window
     int samples = 0;
     Harmonics<Acceleration> along;                    // on the shaker's axis
-    std::array<Harmonics<Acceleration>, 2> across{};  // on the two axes perpendicular to it
+    std::array<Harmonics<Acceleration>, 2> across{};  // on across_axes(axis)
     double sd = 0;                                    // of each amplitude's sine and cosine part, rms over q
     std::array<double, 3> axis{};                     // the shaker's axis in sensor axes
     std::array<double, 3> mean{};                     // gravity and offset, sensor axes

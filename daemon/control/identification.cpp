@@ -37,7 +37,7 @@ Identification::Identification(const IdentificationSettings& settings) : setting
 
 bool Identification::take(const PeriodEstimate& window) {
     if (done_ || ++settled_ <= settings_.settle) return false;
-    windows_.push_back(window.along);
+    windows_.push_back(window);
     if (static_cast<int>(windows_.size()) < settings_.average) return false;
     conclude_level();
     settled_ = 0;
@@ -53,9 +53,9 @@ void Identification::conclude_level() {
     double answer = 0, sheet = 0;
     for (int q = 1; q <= settings_.harmonics; ++q) {
         const auto i = static_cast<std::size_t>(q - 1);
-        for (const auto& w : windows_) mean.at(q) += w.at(q) / n;
+        for (const auto& w : windows_) mean.at(q) += w.along.at(q) / n;
         double scatter = 0;
-        for (const auto& w : windows_) scatter += std::norm(w.at(q) - mean.at(q)) / (n - 1);
+        for (const auto& w : windows_) scatter += std::norm(w.along.at(q) - mean.at(q)) / (n - 1);
         found_.h[i] = mean.at(q) / volts_.at(q);
         found_.floor[i] = std::sqrt(scatter);
         found_.sd[i] = std::sqrt(0.5 * scatter / n) / std::abs(volts_.at(q));
@@ -73,6 +73,9 @@ void Identification::conclude_level() {
     found_.level = 0;
     for (int i = 0; i < 512; ++i)
         found_.level = std::max(found_.level, std::abs(value_at(mean, two_pi * i / 512)));
+    found_.levels.push_back(
+        {peak(volts_), found_.level, found_.h, found_.sd, found_.coherence, found_.floor});
+    conclude_across(mean);
     ++level_;
     const double next_peak = raise * peak(volts_);
     found_.gain = std::sqrt(answer / sheet);
@@ -81,6 +84,33 @@ void Identification::conclude_level() {
             level_ == most_levels || next_peak > settings_.volts_limit;
     if (!done_)
         for (auto& v : volts_.a) v *= raise;
+}
+
+// In sensor axes, since each window may have found an axis of its own.
+void Identification::conclude_across(const Harmonics<Acceleration>& mean) {
+    const auto n = static_cast<double>(windows_.size());
+    found_.axis = {};
+    for (const PeriodEstimate& w : windows_)
+        for (std::size_t k = 0; k < 3; ++k) found_.axis[k] += w.axis[k] / n;
+    const auto beside = across_axes(found_.axis);
+    const auto on = [&](const PeriodEstimate& w, std::size_t to, int q) {
+        const auto own = across_axes(w.axis);
+        std::complex<double> sum = 0;
+        for (std::size_t k = 0; k < 3; ++k)
+            sum += beside[to][k] * (w.axis[k] * w.along.at(q) + own[0][k] * w.across[0].at(q) +
+                                    own[1][k] * w.across[1].at(q));
+        return sum;
+    };
+    for (int q = 1; q <= settings_.harmonics; ++q) {
+        std::array<std::complex<double>, 2> across{};
+        double scatter = 0;
+        for (std::size_t to = 0; to < 2; ++to) {
+            for (const PeriodEstimate& w : windows_) across[to] += on(w, to, q) / n;
+            for (const PeriodEstimate& w : windows_) scatter += std::norm(on(w, to, q) - across[to]);
+        }
+        found_.across[static_cast<std::size_t>(q - 1)] =
+            transverse(mean.at(q), across, found_.axis, std::sqrt(scatter / 4 / (n - 1) / n));
+    }
 }
 
 std::vector<std::string> findings(const IdentifiedResponse& r) {

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "calibration/transverse.hpp"
 #include "daemon/control/harmonic_estimator.hpp"
 #include "drivers/drive.hpp"
 
@@ -17,6 +18,15 @@ struct IdentificationSettings {
     int settle = 25;         // windows after a change
     int average = 20;        // windows a level
     std::array<std::complex<double>, max_harmonics> nominal{};  // data sheet, m/s^2 a volt
+};
+
+/// What one level of the drive showed, lowest first in a list of them.
+struct IdentifiedLevel {
+    double peak_V = 0, peak_mps2 = 0;                     // of drive and motion over a period
+    std::array<std::complex<double>, max_harmonics> h{};  // m/s^2 a volt
+    std::array<double, max_harmonics> sd{};               // of each part of h
+    std::array<double, max_harmonics> coherence{};        // 0..1
+    std::array<double, max_harmonics> floor{};            // m/s^2
 };
 
 /// How the base answers at f, 2f, ...
@@ -34,6 +44,9 @@ struct IdentifiedResponse {
     /// Phase of h against the data sheet's at harmonic 1, rad: beyond 90 degrees something is connected the
     /// wrong way round.
     double turn = 0;
+    std::array<double, 3> axis{};  // the shaker's, in sensor axes, mean of the highest level
+    std::array<Transverse, max_harmonics> across{};  // motion beside it, at the highest level
+    std::vector<IdentifiedLevel> levels;
     [[nodiscard]] bool polarity_doubtful() const { return std::abs(turn) > 0.25 * two_pi; }
 };
 
@@ -50,10 +63,11 @@ public:
 
 private:
     void conclude_level();
+    void conclude_across(const Harmonics<Acceleration>& mean);
 
     IdentificationSettings settings_;
     Harmonics<Voltage> volts_;
-    std::vector<Harmonics<Acceleration>> windows_;  // of this level
+    std::vector<PeriodEstimate> windows_;  // of this level
     int settled_ = 0, level_ = 0;
     bool done_ = false;
     IdentifiedResponse found_;

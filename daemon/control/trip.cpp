@@ -2,6 +2,8 @@
 
 #include <spdlog/fmt/fmt.h>
 
+#include <algorithm>
+
 namespace shaker {
 
 namespace {
@@ -69,6 +71,12 @@ const Words& of(Cause cause) noexcept { return words[static_cast<std::size_t>(ca
 }  // namespace
 
 const char* name(Cause cause) noexcept { return of(cause).name; }
+
+std::optional<Cause> cause_named(std::string_view word) noexcept {
+    const auto at = std::ranges::find(words, word, &Words::name);
+    if (at == words.end()) return std::nullopt;
+    return static_cast<Cause>(at - words.begin());
+}
 
 const char* unit_of(Cause cause) noexcept { return of(cause).unit; }
 

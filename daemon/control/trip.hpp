@@ -4,7 +4,9 @@
 #include <atomic>
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace shaker {
@@ -52,6 +54,8 @@ struct Trip {
 
 /// One word, as settings and remote commands have it: "sensor_frozen".
 const char* name(Cause cause) noexcept;
+/// The cause of such a word; none when there is no such cause.
+std::optional<Cause> cause_named(std::string_view word) noexcept;
 /// Of value and limit; empty for a share.
 const char* unit_of(Cause cause) noexcept;
 /// What happened with value, limit and unit, and what to look at: one line for the operator.

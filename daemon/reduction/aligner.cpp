@@ -316,6 +316,7 @@ Alignment align(const Measurement& m, std::vector<std::string>& notes) {
         if (pass == 1) notes.insert(notes.end(), said.begin(), said.end());
     }
     const double sign = lag.clock.flipped ? -1 : 1;
+    out.first_sample = own.first;
     for (std::size_t i = 0; i < own.t.size(); ++i) {
         out.t_s.push_back(lag.clock.at(own.t[i]));
         out.along_mps2.push_back(sign * own.along[i]);

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "daemon/reduction/across_measured.hpp"
 #include "daemon/reduction/aligner.hpp"
 #include "daemon/reduction/cycle.hpp"
 #include "daemon/reduction/drift.hpp"
@@ -92,6 +93,7 @@ Reduction reduce(const Measurement& measurement) {
     out.phi = asked.phi;
     out.v_rms = asked.v_rms;
     out.harmonics = asked.harmonics;
+    measure_across(drive, m.accelerometer, out.harmonics);
 
     const Drift drift = measure_drift(m.walkers, f, out.notes);
     out.v_D = drift.v_D;

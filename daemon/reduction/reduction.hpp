@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "calibration/estimate.hpp"
+#include "calibration/transverse.hpp"
 #include "daemon/reduction/measurement.hpp"
 
 namespace shaker {
@@ -12,8 +13,9 @@ namespace shaker {
 /// One harmonic of the base acceleration, with the time origin where harmonic 1 has phase 0.
 struct MeasuredHarmonic {
     int q = 0;
-    Estimate amplitude;  // m/s^2
-    Estimate phase;      // rad, against sin(q w t)
+    Estimate amplitude;   // m/s^2
+    Estimate phase;       // rad, against sin(q w t)
+    Transverse across{};  // motion beside the shaker's axis
 };
 
 /// One drive period: from a start (harmonic 1 of a_B crosses zero upwards) to the next.

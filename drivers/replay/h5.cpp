@@ -18,6 +18,18 @@ Handle fixed_text(std::size_t size) {
     return type;
 }
 
+// Texts behind each other, each as long as the longest.
+std::pair<std::size_t, std::string> as_block(const std::vector<std::string>& texts) {
+    std::size_t longest = 1;
+    for (const std::string& t : texts) longest = std::max(longest, t.size());
+    std::string block;
+    for (std::string t : texts) {
+        t.resize(longest, '\0');
+        block += t;
+    }
+    return {longest, block};
+}
+
 }  // namespace
 
 std::string own_words() {
@@ -107,13 +119,7 @@ void set_attribute(hid_t object, const std::string& name, const std::string& tex
 }
 
 void set_attribute(hid_t object, const std::string& name, const std::vector<std::string>& texts) {
-    std::size_t longest = 1;
-    for (const std::string& t : texts) longest = std::max(longest, t.size());
-    std::string block;
-    for (std::string t : texts) {
-        t.resize(longest, '\0');
-        block += t;
-    }
+    const auto [longest, block] = as_block(texts);
     const Handle type = fixed_text(longest);
     const hsize_t count = texts.size();
     const Handle space{H5Screate_simple(1, &count, nullptr), name};
@@ -162,6 +168,20 @@ void write_text(hid_t parent, const std::string& name, const std::string& text) 
         name};
     const std::string padded = text.empty() ? std::string(1, '\0') : text;
     check(H5Dwrite(set.get(), type.get(), H5S_ALL, H5S_ALL, H5P_DEFAULT, padded.data()), name);
+}
+
+void write_texts(hid_t parent, const std::string& name, const std::vector<std::string>& texts) {
+    const Handle create = plist(H5P_DATASET_CREATE);
+    check(H5Pset_obj_track_times(create.get(), false), name);
+    const auto [longest, block] = as_block(texts);
+    const Handle type = fixed_text(longest);
+    const hsize_t count = texts.size();
+    const Handle space{H5Screate_simple(1, &count, nullptr), name};
+    const Handle set{
+        H5Dcreate2(parent, name.c_str(), type.get(), space.get(), H5P_DEFAULT, create.get(), H5P_DEFAULT),
+        name};
+    if (!texts.empty())
+        check(H5Dwrite(set.get(), type.get(), H5S_ALL, H5S_ALL, H5P_DEFAULT, block.data()), name);
 }
 
 template <Element T>

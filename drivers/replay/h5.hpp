@@ -61,6 +61,8 @@ template <Element T>
 void write(hid_t parent, const std::string& name, std::span<const T> values, std::vector<hsize_t> shape,
            const std::string& units);
 void write_text(hid_t parent, const std::string& name, const std::string& text);
+/// A column of fixed-length strings, all as long as the longest.
+void write_texts(hid_t parent, const std::string& name, const std::vector<std::string>& texts);
 
 bool exists(hid_t parent, const std::string& path);
 /// Throws InputError naming the path when it is not a group.
@@ -81,6 +83,8 @@ Description description_of(hid_t parent, const std::string& path);
 template <Element T>
 std::vector<T> read(hid_t parent, const std::string& path, std::size_t limit = 400'000'000);
 std::string read_text(hid_t parent, const std::string& path);
+std::vector<std::string> read_texts(hid_t parent, const std::string& path);
+bool has_attribute(hid_t parent, const std::string& path, const std::string& name);
 std::string read_attribute_text(hid_t parent, const std::string& path, const std::string& name);
 double read_attribute(hid_t parent, const std::string& path, const std::string& name);
 /// Row `index` along the first axis into `row`, whose size is the product of the other extents.

@@ -224,6 +224,23 @@ std::string read_text(hid_t parent, const std::string& path) {
     return trimmed(std::move(text));
 }
 
+std::vector<std::string> read_texts(hid_t parent, const std::string& path) {
+    const Opened data = opened(parent, path);
+    expect_text(data.type.get(), path);
+    const std::size_t count = counted(data, path), length = H5Tget_size(data.type.get());
+    std::string block(count * length, '\0');
+    if (count > 0)
+        readable(H5Dread(data.set.get(), data.type.get(), H5S_ALL, H5S_ALL, H5P_DEFAULT, block.data()), path);
+    std::vector<std::string> texts;
+    for (std::size_t i = 0; i < count; ++i) texts.push_back(trimmed(block.substr(i * length, length)));
+    return texts;
+}
+
+bool has_attribute(hid_t parent, const std::string& path, const std::string& name) {
+    be_quiet();
+    return exists(parent, path) && H5Aexists_by_name(parent, path.c_str(), name.c_str(), H5P_DEFAULT) > 0;
+}
+
 std::string read_attribute_text(hid_t parent, const std::string& path, const std::string& name) {
     const Attribute a = attribute_at(parent, path, name);
     expect_text(a.type.get(), a.what);

@@ -7,7 +7,14 @@
 //                               stop_samples > 0 are stops, see DriveChange), play times
 //   /entry/raw/accelerometer    counts as they came, block stamps
 //   /entry/raw/<camera>         frames (when kept), ticks, mid-exposure times, arrival stamps, view
+//   /entry/raw/<camera>/tail    the pictures around a trip, where frames are not kept: frames, tick,
+//                               mid_exposure
 //   /entry/tracks/<camera>/<target>, /entry/periods, /entry/results, /entry/cycle, /entry/truth
+//   /entry/identification       how the base answers to the drive
+//   /entry/trips                why the drive was stopped; then /entry/process@ended_by_trip is 1
+//
+// A recording of kind "trip" holds the last seconds of a run of which nothing else was kept: ticks have the
+// numbers they had in the run, the first block and the first frames are marked as coming after a gap.
 #include <filesystem>
 #include <limits>
 #include <map>
@@ -26,14 +33,15 @@ inline constexpr std::int64_t no_stamp = std::numeric_limits<std::int64_t>::min(
 /// What a recording says about itself before the first sample.
 struct SessionHeader {
     std::string title;
-    std::string kind;                 // "run" of shakerd, or "session" recorded elsewhere
-    std::string config;               // settings as TOML
-    std::string rig;                  // TOML: a simulated scene, or the rig file of real devices
-    double frequency_hz = 0;          // nominal
-    DacInfo dac;                      // rate 0: no DAC in this session
+    std::string kind;         // "run" of shakerd, "trip": the end of a run, or "session" recorded elsewhere
+    std::string config;       // settings as TOML
+    std::string rig;          // TOML: a simulated scene, or the rig file of real devices
+    double frequency_hz = 0;  // nominal
+    DacInfo dac;              // rate 0: no DAC in this session
     AccelerometerInfo accelerometer;  // rate 0: none
     std::vector<View> views;
     bool keep_frames = true;
+    bool ended_by_trip = false;  // as read; a writer is told by end_by_trip()
 };
 
 /// A column of a table: its name, its unit as UDUNITS text, and its values.
@@ -60,6 +68,14 @@ public:
     /// A number under /entry with its unit.
     void scalar(const std::string& path, double value, const std::string& units);
     void text(const std::string& path, const std::string& text);
+    /// A column of texts under /entry.
+    void texts(const std::string& path, const std::vector<std::string>& texts);
+    /// A picture of the last seconds, in a recording that keeps no frames.
+    void tail(std::size_t camera, const Frame& frame);
+    /// A limit stopped the drive; once.
+    void end_by_trip();
+    /// What a viewer shows first: the path of an NXdata group under /entry; once.
+    void show(const std::string& path);
     /// Writes what waits in buffers; called by the owner before the file is complete.
     void flush();
 
@@ -80,6 +96,11 @@ public:
     [[nodiscard]] std::vector<Column> table(const std::string& path) const;
     [[nodiscard]] std::vector<std::string> names(const std::string& path) const;
     [[nodiscard]] double scalar(const std::string& path) const;
+    [[nodiscard]] std::string text(const std::string& path) const;
+    /// Columns of their own, for tables that hold both.
+    [[nodiscard]] std::vector<double> numbers(const std::string& path) const;
+    [[nodiscard]] std::vector<std::string> texts(const std::string& path) const;
+    [[nodiscard]] bool has(const std::string& path) const;
 
     struct Opened;
     [[nodiscard]] const Opened& opened() const noexcept { return *opened_; }

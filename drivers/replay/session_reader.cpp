@@ -96,6 +96,8 @@ SessionReader::SessionReader(const std::filesystem::path& file) : opened_{std::m
     header.rig = h5::read_text(e, "process/rig_text");
     header.frequency_hz = h5::read_attribute(e, "process", "frequency_hz");
     header.keep_frames = whole(e, "process", "keep_frames", 0, 1) != 0;
+    header.ended_by_trip =
+        h5::has_attribute(e, "process", "ended_by_trip") && whole(e, "process", "ended_by_trip", 0, 1) != 0;
     header.dac = {h5::read_attribute_text(e, "raw/drive", "name"),
                   h5::read_attribute(e, "raw/drive", "rate_hz"),
                   h5::read_attribute(e, "raw/drive", "full_scale_V")};
@@ -201,5 +203,19 @@ double SessionReader::scalar(const std::string& path) const {
     if (values.size() != 1) throw InputError{"recording: \"" + path + "\" is not one number"};
     return values.front();
 }
+
+std::string SessionReader::text(const std::string& path) const {
+    return h5::read_text(opened_->entry.get(), path);
+}
+
+std::vector<double> SessionReader::numbers(const std::string& path) const {
+    return h5::read<double>(opened_->entry.get(), path);
+}
+
+std::vector<std::string> SessionReader::texts(const std::string& path) const {
+    return h5::read_texts(opened_->entry.get(), path);
+}
+
+bool SessionReader::has(const std::string& path) const { return h5::exists(opened_->entry.get(), path); }
 
 }  // namespace shaker

@@ -1,6 +1,7 @@
 #include <spdlog/fmt/fmt.h>
 
 #include <list>
+#include <optional>
 
 #include "drivers/errors.hpp"
 #include "drivers/replay/h5.hpp"
@@ -55,17 +56,61 @@ void describe(hid_t group, const View& view) {
     }
 }
 
+double time_of(const Frame& frame) {
+    return frame.mid_exposure ? seconds(*frame.mid_exposure) : std::numeric_limits<double>::quiet_NaN();
+}
+
+// The data set "frames" of a group, made with the first of them: only then their size is known.
+class Pictures {
+public:
+    void append(hid_t group, std::size_t camera, const Frame& frame) {
+        const std::array<int, 3> size{frame.width, frame.height, frame.bytes_per_pixel};
+        if (size_ == std::array<int, 3>{}) begin(group, size);
+        if (size_ != size)
+            throw DeviceError{
+                fmt::format("camera {}: a frame of {} x {} pixels of {} bytes after frames of {} x {} of {}",
+                            camera, size[0], size[1], size[2], size_[0], size_[1], size_[2])};
+        const std::byte* pixels = frame.pixels.data();
+        if (frame.bytes_per_pixel == 1)
+            pixels8_.append({reinterpret_cast<const std::uint8_t*>(pixels), frame.pixels.size()});
+        else
+            pixels16_.append({reinterpret_cast<const std::uint16_t*>(pixels), frame.pixels.size() / 2});
+    }
+    void flush() {
+        pixels8_.flush();
+        pixels16_.flush();
+    }
+
+private:
+    void begin(hid_t group, const std::array<int, 3>& size) {
+        size_ = size;
+        const std::vector<hsize_t> row{static_cast<hsize_t>(size[1]), static_cast<hsize_t>(size[0])};
+        if (size[2] == 1)
+            pixels8_ = {group, "frames", row, 1, "count"};
+        else
+            pixels16_ = {group, "frames", row, 1, "count"};
+    }
+    std::array<int, 3> size_{};  // width, height, bytes a pixel; 0 before the first frame
+    h5::Appender<std::uint8_t> pixels8_;
+    h5::Appender<std::uint16_t> pixels16_;
+};
+
 }  // namespace
 
 struct SessionWriter::Streams {
-    struct CameraStream {
-        std::array<int, 3> size{};  // width, height, bytes a pixel; 0 before the first frame
+    struct Tail {
         h5::Handle group;
-        h5::Appender<std::uint8_t> pixels8;
-        h5::Appender<std::uint16_t> pixels16;
+        Pictures pictures;
+        h5::Appender<std::int64_t> tick;
+        h5::Appender<double> mid_exposure;
+    };
+    struct CameraStream {
+        h5::Handle group;
+        Pictures pictures;
         h5::Appender<std::int64_t> tick, arrived, stamp;
         h5::Appender<double> mid_exposure;
         h5::Appender<std::uint8_t> quality;
+        std::optional<Tail> tail;
     };
     h5::Handle file, entry;
     bool keep_frames = true;
@@ -125,7 +170,6 @@ SessionWriter::SessionWriter(const std::filesystem::path& file, const SessionHea
     h5::set_attribute(streams_->file.get(), "default", std::string{"entry"});
     h5::set_attribute(streams_->file.get(), "creator", std::string{"shakerd"});
     streams_->entry = h5::make_group(streams_->file.get(), "entry", "NXentry");
-    h5::set_attribute(streams_->entry.get(), "default", std::string{"cycle"});
     h5::write_text(streams_->entry.get(), "title", header.title);
     const h5::Handle process = h5::make_group(streams_->entry.get(), "process", "NXprocess");
     h5::write_text(process.get(), "program", "shakerd");
@@ -161,33 +205,25 @@ void SessionWriter::add(const AccelBlock& block) {
 
 void SessionWriter::add(std::size_t camera, const Frame& frame) {
     auto c = std::next(streams_->cameras.begin(), static_cast<std::ptrdiff_t>(camera));
-    const std::array<int, 3> size{frame.width, frame.height, frame.bytes_per_pixel};
-    const bool first = c->size == std::array<int, 3>{};
-    if (streams_->keep_frames && !first && c->size != size)
-        throw DeviceError{
-            fmt::format("camera {}: a frame of {} x {} pixels of {} bytes after frames of {} x {} of {}",
-                        camera, size[0], size[1], size[2], c->size[0], c->size[1], c->size[2])};
-    c->size = size;
+    if (streams_->keep_frames) c->pictures.append(c->group.get(), camera, frame);
     c->tick.append(frame.tick.n);
     c->arrived.append(frame.arrived.time_since_epoch().count());
     c->stamp.append(frame.stamp ? frame.stamp->n : no_stamp);
-    c->mid_exposure.append(frame.mid_exposure ? seconds(*frame.mid_exposure)
-                                              : std::numeric_limits<double>::quiet_NaN());
+    c->mid_exposure.append(time_of(frame));
     c->quality.append(static_cast<std::uint8_t>(frame.quality));
-    if (!streams_->keep_frames) return;
-    if (first) {
-        const std::vector<hsize_t> row{static_cast<hsize_t>(frame.height), static_cast<hsize_t>(frame.width)};
-        if (frame.bytes_per_pixel == 1)
-            c->pixels8 = {c->group.get(), "frames", row, 1, "count"};
-        else
-            c->pixels16 = {c->group.get(), "frames", row, 1, "count"};
+}
+
+void SessionWriter::tail(std::size_t camera, const Frame& frame) {
+    auto c = std::next(streams_->cameras.begin(), static_cast<std::ptrdiff_t>(camera));
+    if (!c->tail) {
+        Streams::Tail& t = c->tail.emplace();
+        t.group = h5::make_group(c->group.get(), "tail", "NXcollection");
+        t.tick = {t.group.get(), "tick", {}, stamp_chunk, "1"};
+        t.mid_exposure = {t.group.get(), "mid_exposure", {}, stamp_chunk, "s"};
     }
-    if (frame.bytes_per_pixel == 1) {
-        c->pixels8.append({reinterpret_cast<const std::uint8_t*>(frame.pixels.data()), frame.pixels.size()});
-    } else {
-        c->pixels16.append(
-            {reinterpret_cast<const std::uint16_t*>(frame.pixels.data()), frame.pixels.size() / 2});
-    }
+    c->tail->pictures.append(c->tail->group.get(), camera, frame);
+    c->tail->tick.append(frame.tick.n);
+    c->tail->mid_exposure.append(time_of(frame));
 }
 
 void SessionWriter::table(const std::string& path, const std::vector<Column>& columns,
@@ -212,6 +248,20 @@ void SessionWriter::scalar(const std::string& path, double value, const std::str
 void SessionWriter::text(const std::string& path, const std::string& text) {
     streams_->make_room(path);
     h5::write_text(streams_->entry.get(), path, text);
+}
+
+void SessionWriter::texts(const std::string& path, const std::vector<std::string>& texts) {
+    streams_->make_room(path);
+    h5::write_texts(streams_->entry.get(), path, texts);
+}
+
+void SessionWriter::end_by_trip() {
+    const h5::Handle process = h5::open_group(streams_->entry.get(), "process");
+    h5::set_attribute(process.get(), "ended_by_trip", std::int64_t{1});
+}
+
+void SessionWriter::show(const std::string& path) {
+    h5::set_attribute(streams_->entry.get(), "default", path);
 }
 
 void SessionWriter::Streams::write_changes() {
@@ -264,8 +314,11 @@ void SessionWriter::flush() {
         c.stamp.flush();
         c.mid_exposure.flush();
         c.quality.flush();
-        c.pixels8.flush();
-        c.pixels16.flush();
+        c.pictures.flush();
+        if (!c.tail) continue;
+        c.tail->pictures.flush();
+        c.tail->tick.flush();
+        c.tail->mid_exposure.flush();
     }
     h5::check(H5Fflush(streams_->file.get(), H5F_SCOPE_GLOBAL), "flushing the recording");
 }

@@ -92,5 +92,54 @@ TEST(IdentificationTest, StaysWithinAQuarterOfTheTargetOnTheWayUp) {
     EXPECT_LT(largest * 8, 0.8 * 9.8);
 }
 
+// A shaker that loses a fifth of its gain from level to level.
+TEST(IdentificationTest, EveryLevelIsKeptWithItsOwnResponse) {
+    double first_peak = 0;
+    const auto plant = [&](int q, const Harmonics<Voltage>& u) {
+        if (first_peak == 0) first_peak = peak(u);
+        const double gain = std::pow(0.8, std::log(peak(u) / first_peak) / std::log(3.0));
+        return gain * sheet()[static_cast<std::size_t>(q - 1)] * u.at(q);
+    };
+    const IdentifiedResponse r = identify(plant, 1e-4);
+    ASSERT_GE(r.levels.size(), 2U);
+    for (std::size_t k = 0; k < r.levels.size(); ++k) {
+        const IdentifiedLevel& level = r.levels[k];
+        EXPECT_NEAR(level.peak_V / r.levels[0].peak_V, std::pow(3.0, k), 1e-9);
+        EXPECT_NEAR(std::abs(level.h[0] / sheet()[0]), std::pow(0.8, k), 0.01);
+        EXPECT_GT(level.sd[0], 0);
+    }
+    EXPECT_EQ(r.levels.back().h, r.h);
+    EXPECT_EQ(r.levels.back().peak_mps2, r.level);
+}
+
+// The axis is found anew in each window, so that the same motion lies otherwise on the axes across it.
+TEST(IdentificationTest, MotionAcrossTheAxisIsThatOfTheSensorHoweverTheAxisScatters) {
+    Identification id{{.nominal = sheet()}};
+    std::mt19937_64 rng{3};
+    std::normal_distribution<double> gauss{0, 1e-4};
+    while (!id.done()) {
+        PeriodEstimate w;
+        w.axis = {std::cos(gauss(rng)), gauss(rng), 0};  // the smaller of y and z may be either
+        (std::abs(gauss(rng)) < 7e-5 ? w.axis[2] : w.axis[1]) = gauss(rng);
+        const auto across = across_axes(w.axis);
+        for (int q = 1; q <= 8; ++q) {
+            const std::complex<double> x = sheet()[static_cast<std::size_t>(q - 1)] * id.volts().at(q);
+            const std::array<std::complex<double>, 3> a{x, 0.0, x * std::complex<double>{0, 0.03}};
+            for (std::size_t k = 0; k < 3; ++k) {
+                w.along.at(q) += w.axis[k] * a[k];
+                for (std::size_t to = 0; to < 2; ++to) w.across[to].at(q) += across[to][k] * a[k];
+            }
+        }
+        id.take(w);
+    }
+    for (std::size_t i = 0; i < 8; ++i) {
+        const Transverse& t = id.response().across[i];
+        EXPECT_NEAR(t.share.value, 0.03, 1e-3);
+        EXPECT_NEAR(t.quadrature, 0.03, 1e-3);
+        EXPECT_NEAR(t.direction[2], 1, 0.01);
+    }
+    EXPECT_NEAR(id.response().axis[0], 1, 1e-6);
+}
+
 }  // namespace
 }  // namespace shaker

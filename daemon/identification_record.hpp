@@ -1,0 +1,13 @@
+#pragma once
+// How the base answered to the drive, as a recording keeps it.
+#include "daemon/control/identification.hpp"
+#include "drivers/replay/session_file.hpp"
+
+namespace shaker {
+
+/// The group "identification": NXdata "response" (against frequency, highest level: magnitude, phase, their
+/// errors, coherence, noise floor, and what changed since the lowest level), one NXdata a level ("level_1",
+/// ...), NXdata "transverse", and polarity, gain and turn against the data sheet, and the shaker's axis.
+void write_identification(SessionWriter& file, const IdentifiedResponse& response);
+
+}  // namespace shaker

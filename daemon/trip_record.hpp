@@ -1,0 +1,42 @@
+#pragma once
+// Why a run was stopped, as its recording says it, and the recording of a run's last seconds.
+#include <string>
+#include <vector>
+
+#include "daemon/control/trip.hpp"
+#include "daemon/director.hpp"
+#include "daemon/take.hpp"
+#include "drivers/replay/session_file.hpp"
+
+namespace shaker {
+
+/// A trip and what the run was at.
+struct RecordedTrip {
+    Trip trip;
+    std::string state;  // of the run: "identify"
+    double at_s = 0;    // master time of the sample that violated; NaN while the sensor's clock was not known
+};
+
+/// "at 3.021 s in state run: soft stop, ..."
+std::string text(const RecordedTrip& trip);
+
+/// The trips of a take, in their order; stops: one a trip.
+std::vector<RecordedTrip> recorded_trips(const Take& take, const std::vector<Director::Stop>& stops);
+/// The table "trips" and the flag in the header.
+void write_trips(SessionWriter& file, const std::vector<RecordedTrip>& trips);
+/// As they were written; empty for a run that ended well. InputError naming what is wrong in the table.
+std::vector<RecordedTrip> read_trips(const SessionReader& file);
+
+/// What a take, whose times are settled, holds from master time from_s on, with the drive that was in force
+/// then. Where something was left out before it, the first block is marked as coming after a gap.
+Take tail_of(const Take& take, double from_s);
+
+/// Whole periods of a measurement, s, that a stop leaves of it.
+struct MeasuredPart {
+    double from_s = 0, to_s = 0;
+};
+/// What was measured before a trip at at_s: all but the last two periods before it, which may show what led
+/// to it. Empty (to_s <= from_s) when that is less than two periods.
+MeasuredPart part_before(const MeasuredPart& planned, double at_s, double frequency_hz);
+
+}  // namespace shaker

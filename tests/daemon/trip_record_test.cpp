@@ -1,0 +1,165 @@
+#include "daemon/trip_record.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <functional>
+
+#include "daemon/stopped_run.hpp"
+#include "drivers/replay/h5.hpp"
+#include "tests/replay/small_session.hpp"
+
+namespace shaker {
+namespace {
+
+using session_test::expect_in;
+using session_test::SessionFolder;
+
+const std::vector<RecordedTrip> two{
+    {{.cause = Cause::polarity,
+      .stop = StopKind::hard,
+      .harmonic = 2,
+      .value = -0.9,
+      .limit = 0.3,
+      .tick = 7719},
+     "run",
+     1.9331},
+    {{.cause = Cause::drive, .on_dac_clock = true, .value = 0.97, .limit = 0.95, .tick = 100000},
+     "tripped",
+     NAN}};
+
+class TripRecordTest : public ::testing::Test {
+protected:
+    TripRecordTest() {
+        SessionWriter writer{file_, session_test::small_header()};
+        write_trips(writer, two);
+        writer.flush();
+    }
+    // What is said of the file after a change of its group "trips".
+    std::string refusal(const std::function<void(hid_t trips)>& change) {
+        {
+            const h5::Handle file{H5Fopen(file_.c_str(), H5F_ACC_RDWR, H5P_DEFAULT), "file"};
+            change(h5::open_group(file.get(), "entry/trips").get());
+        }
+        return session_test::refusal([&] { read_trips(SessionReader{file_}); });
+    }
+    SessionFolder folder_;
+    std::filesystem::path file_ = folder_ / "trip.nxs";
+};
+
+TEST_F(TripRecordTest, CauseValueLimitTimeAndStateComeBack) {
+    const std::vector<RecordedTrip> read = read_trips(SessionReader{file_});
+    ASSERT_EQ(read.size(), two.size());
+    for (std::size_t i = 0; i < two.size(); ++i) {
+        EXPECT_EQ(text(read[i]), text(two[i]));
+        EXPECT_EQ(read[i].trip.cause, two[i].trip.cause);
+        EXPECT_EQ(read[i].trip.stop, two[i].trip.stop);
+        EXPECT_EQ(read[i].trip.on_dac_clock, two[i].trip.on_dac_clock);
+        EXPECT_EQ(read[i].trip.harmonic, two[i].trip.harmonic);
+        EXPECT_EQ(read[i].trip.value, two[i].trip.value);
+        EXPECT_EQ(read[i].trip.limit, two[i].trip.limit);
+        EXPECT_EQ(read[i].trip.tick, two[i].trip.tick);
+        EXPECT_EQ(read[i].state, two[i].state);
+    }
+    EXPECT_EQ(read[0].at_s, two[0].at_s);
+    EXPECT_TRUE(std::isnan(read[1].at_s));
+}
+
+TEST_F(TripRecordTest, ARunThatEndedWellHasNone) {
+    { SessionWriter{folder_ / "well.nxs", session_test::small_header()}.flush(); }
+    EXPECT_TRUE(read_trips(SessionReader{folder_ / "well.nxs"}).empty());
+}
+
+TEST_F(TripRecordTest, AMalformedTableIsNamed) {
+    const auto replace = [](const char* name, const std::vector<std::string>& texts) {
+        return [=](hid_t trips) {
+            h5::check(H5Ldelete(trips, name, H5P_DEFAULT), name);
+            h5::write_texts(trips, name, texts);
+        };
+    };
+    expect_in(refusal(replace("stop", {"soft"})), {"trips/stop", "1 rows", "2"});
+    expect_in(refusal(replace("stop", {"soft", "medium"})), {"trips/stop", "medium"});
+    expect_in(refusal(replace("stop", {"hard", "soft"})), {"accepted"});
+    expect_in(refusal(replace("cause", {"polarity", "boredom"})), {"trips/cause", "boredom"});
+    expect_in(refusal(replace("cause", {})), {"no row"});
+    expect_in(refusal([](hid_t trips) { H5Ldelete(trips, "cause", H5P_DEFAULT); }), {"trips/cause"});
+}
+
+TEST_F(TripRecordTest, NumbersThatAreNoTicksOrOfAnotherLengthAreNamed) {
+    const auto replace = [](const char* name, const std::vector<double>& values) {
+        return [=](hid_t trips) {
+            h5::check(H5Ldelete(trips, name, H5P_DEFAULT), name);
+            h5::write<double>(trips, name, values, {values.size()}, "1");
+        };
+    };
+    expect_in(refusal(replace("tick", {1, 2.5})), {"trips/tick", "2.5"});
+    expect_in(refusal(replace("tick", {1, NAN})), {"trips/tick"});
+    expect_in(refusal(replace("tick", {1, 2})), {"accepted"});
+    expect_in(refusal(replace("harmonic", {1e12, 2})), {"trips/harmonic"});
+    expect_in(refusal(replace("harmonic", {1, 2})), {"accepted"});
+    expect_in(refusal(replace("value", {1, 2, 3})), {"trips/value", "3 rows"});
+}
+
+// 10 s of a run: DAC at 48 kHz, accelerometer at 4 kHz, both clocks exact.
+Take long_take() {
+    Take take;
+    take.dac_rate_hz = 48000;
+    take.accelerometer.rate_hz = 4000;
+    const auto host = [](double s) { return HostTime{std::chrono::nanoseconds{std::llround(1e9 * s)}}; };
+    for (std::int64_t n = 0; n < 480000; n += 240)
+        take.played.push_back({{n}, host(static_cast<double>(n) / 48000)});
+    for (std::int64_t n = 0; n < 40000; n += 40)
+        take.blocks.push_back(
+            {.first = {n}, .arrived = host(static_cast<double>(n + 39) / 4000), .size = 40});
+    for (std::int64_t n = 0; n < 480000; n += 24000)
+        take.changes.push_back({.command = {}, .first = {n}, .ramp = 2400});
+    take.cameras.push_back({});
+    take.tracks.push_back({});
+    for (std::int64_t n = 0; n < 1000; ++n)
+        take.tracks[0].tracks.push_back(
+            {.tick = {n}, .time = master_time(0.01 * static_cast<double>(n)), .fix = {}});
+    return take;
+}
+
+TEST(TailTest, HoldsTheLastSecondsOfAllStreamsUnderTheirNumbers) {
+    const Take tail = tail_of(long_take(), 8);
+    EXPECT_EQ(tail.played.front().tick.n, 8 * 48000);
+    EXPECT_EQ(tail.played.back().tick.n, 480000 - 240);
+    // The first block whose end is not before 8 s: one that ends there may be counted to either side.
+    EXPECT_NEAR(static_cast<double>(tail.blocks.front().first.n), 8 * 4000, 40);
+    EXPECT_TRUE(has(tail.blocks.front().quality, Quality::gap));
+    EXPECT_FALSE(has(tail.blocks[1].quality, Quality::gap));
+    EXPECT_EQ(tail.tracks[0].tracks.front().tick.n, 800);
+    EXPECT_EQ(tail.tracks[0].tracks.size(), 200U);
+    // The ramp that began at 8 s leads there from the drive before, which is needed too.
+    ASSERT_GE(tail.changes.size(), 2U);
+    EXPECT_EQ(tail.changes[0].first.n, 7.5 * 48000);
+}
+
+TEST(TailTest, ARunShorterThanThatIsWhole) {
+    const Take take = long_take(), tail = tail_of(take, -1);
+    EXPECT_EQ(tail.blocks.size(), take.blocks.size());
+    EXPECT_EQ(tail.changes.size(), take.changes.size());
+    EXPECT_FALSE(has(tail.blocks.front().quality, Quality::gap));
+}
+
+TEST(TailTest, WhatMayShowTheFaultIsNotReduced) {
+    const MeasuredPart part = part_before({3, 5}, 4.5, 20);
+    EXPECT_EQ(part.from_s, 3);
+    EXPECT_NEAR(part.to_s, 4.4, 1e-9);  // two periods before
+    EXPECT_NEAR(part_before({3, 5}, 9, 20).to_s, 5, 1e-9);
+    for (const MeasuredPart& none : {part_before({3, 5}, 3.19, 20), part_before({3, 5}, NAN, 20),
+                                     part_before({3, 5}, 1, 20), part_before({}, 4, 20)})
+        EXPECT_FALSE(none.to_s > none.from_s);
+}
+
+TEST(TailTest, TheFilesNameIsTheTimeAndNeverTaken) {
+    const SessionFolder folder;
+    const auto at = std::chrono::system_clock::from_time_t(1795271405);
+    EXPECT_EQ(trip_file(folder / ".", at).filename(), "trip-20261121T143005Z.nxs");
+    folder.write("trip-20261121T143005Z.nxs", "");
+    EXPECT_EQ(trip_file(folder / ".", at).filename(), "trip-20261121T143005Z-2.nxs");
+}
+
+}  // namespace
+}  // namespace shaker
