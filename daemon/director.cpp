@@ -43,6 +43,7 @@ bool Director::step(const Take& take, Lanes& lanes) {
     take_accelerations(take, lanes);
     walker_.add(take);
     if (state_ == RunState::run) guard_.look(walker_, now_s_, lanes);
+    if (driving(state_)) guard_.look(take.cameras, now_s_, lanes);
     advance(lanes);
     return plays_ + blocks_ + changes_ + stops_.size() + walker_.seen() != before;
 }
@@ -55,10 +56,39 @@ void Director::take_trips(const Take& take) {
         note(fmt::format("stopped in state {}: {}", name(state_), text(trip)));
         if (state_ == RunState::tripped) continue;
         trip_ = trip;
+        cause_ = stops_.size() - 1;
         tripped_s_ = now_s_;
-        measuring_ = false;
+        measuring_ = excused_ = released_ = false;
         go(RunState::tripped);
+        if (now_s_ < lost_s_ + aftermath_s) blame_dac();
     }
+}
+
+// A base that stood still because the DAC had run empty may be noticed before the DAC is. The drive comes
+// back softly where it may after an underrun.
+void Director::blame_dac() {
+    if (trip_->cause != Cause::residual && trip_->cause != Cause::sensor_open) return;
+    note("the base stood still because the DAC had run empty");
+    trip_ =
+        Trip{.cause = Cause::underrun,
+             .on_dac_clock = true,
+             .value = static_cast<double>(lost_),
+             .tick = trip_->on_dac_clock ? trip_->tick : static_cast<std::int64_t>(lost_s_ * dac_rate_hz_)};
+    excused_ = !plan_.limits.detectors[static_cast<std::size_t>(Cause::underrun)];
+}
+
+void Director::unlatch(Lanes& lanes) {
+    if (!released_) {
+        ++lanes.releases;
+        released_ = true;
+        return;
+    }
+    if (lanes.stopped) return;
+    guard_.rearm();
+    trip_.reset();
+    excused_ = false;
+    go(RunState::idle);
+    arm(lanes);
 }
 
 void Director::take_stamps(const Take& take, Lanes& lanes) {
@@ -82,7 +112,9 @@ void Director::take_stamps(const Take& take, Lanes& lanes) {
 
 // The DAC ran empty and stands at zero: what was measured so far is cut, the drive comes up softly once more.
 void Director::start_again(std::int64_t lost, Lanes& lanes) {
-    if (done_ || state_ == RunState::tripped) return;
+    lost_ = lost;
+    lost_s_ = now_s_;
+    if (done_) return;
     note(fmt::format("the DAC ran empty at {:.3f} s and stood still for {:.1f} ms", now_s_,
                      1e3 * static_cast<double>(lost) / dac_rate_hz_));
     if (state_ == RunState::ramp_down) {  // it is silent already
@@ -92,6 +124,10 @@ void Director::start_again(std::int64_t lost, Lanes& lanes) {
     }
     if (++restarts_ > plan_.most_restarts)
         throw DeviceError{fmt::format("the DAC ran empty {} times in one run; given up", restarts_)};
+    if (state_ == RunState::tripped) {
+        blame_dac();
+        return;
+    }
     measuring_ = false;
     if (state_ == RunState::run) go(RunState::ramp);
     if (driving(state_)) command(keeper_.volts(), plan_.soft_start, true, lanes);
@@ -144,6 +180,17 @@ void Director::tell(const MotionWindows::Window& window) {
                      !plan_.keeper.equalise ? "open loop" : (locked ? "locked" : "settling")));
 }
 
+void Director::arm(Lanes& lanes) {
+    go(RunState::armed);
+    if (!keeper_.identified() && keeper_.begin_identification()) {
+        go(RunState::identify);
+        say_("finding out how the base answers to the drive");
+        command(keeper_.volts(), plan_.soft_start, true, lanes);
+    } else {
+        start(lanes);
+    }
+}
+
 void Director::start(Lanes& lanes) {
     keeper_.begin();
     go(RunState::ramp);
@@ -159,14 +206,7 @@ void Director::advance(Lanes& lanes) {
         case RunState::self_test:
             if (now_s_ < plan_.quiet_s) break;
             go(RunState::idle);
-            go(RunState::armed);
-            if (keeper_.begin_identification()) {
-                go(RunState::identify);
-                say_("finding out how the base answers to the drive");
-                command(keeper_.volts(), plan_.soft_start, true, lanes);
-            } else {
-                start(lanes);
-            }
+            arm(lanes);
             break;
         case RunState::ramp:
             if (now_s_ < in_force_s_) break;
@@ -196,7 +236,11 @@ void Director::advance(Lanes& lanes) {
             done_ = true;
             break;
         case RunState::tripped:  // what led to it is still on its way
-            done_ = done_ || now_s_ > tripped_s_ + aftermath_s;
+            if (now_s_ < tripped_s_ + aftermath_s) break;
+            if (excused_)
+                unlatch(lanes);
+            else
+                done_ = true;
             break;
         case RunState::idle:
         case RunState::armed:

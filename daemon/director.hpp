@@ -1,6 +1,7 @@
 #pragma once
 // Leads one run through its states: silence, identification, soft start, settling with the measured harmonics
 // correcting the drive, measuring, soft stop.
+#include <cmath>
 #include <functional>
 #include <optional>
 #include <string>
@@ -60,6 +61,8 @@ public:
         bool measuring;  // from_s() to to_s(), which may have been over
     };
     [[nodiscard]] const std::vector<Stop>& stops() const noexcept { return stops_; }
+    /// Which trip of the take is trip(): the last of those that did not come in state tripped.
+    [[nodiscard]] std::size_t cause() const noexcept { return cause_; }
     [[nodiscard]] const DriveKeeper& keeper() const noexcept { return keeper_; }
 
 private:
@@ -67,6 +70,9 @@ private:
     void take_trips(const Take& take);
     void take_stamps(const Take& take, Lanes& lanes);
     void start_again(std::int64_t lost, Lanes& lanes);
+    void blame_dac();
+    void unlatch(Lanes& lanes);
+    void arm(Lanes& lanes);
     void take_accelerations(const Take& take, Lanes& lanes);
     void window_done(const MotionWindows::Window& window, Lanes& lanes);
     void tell(const MotionWindows::Window& window);
@@ -94,6 +100,11 @@ private:
     std::uint64_t awaited_ = 0;  // command that ends the state once it is in force
     int restarts_ = 0;
     std::vector<Stop> stops_;  // likewise, one a trip
+    std::size_t cause_ = 0;
+    std::int64_t lost_ = 0;      // samples, when the DAC ran empty last
+    double lost_s_ = -INFINITY;  // and where
+    bool excused_ = false,
+         released_ = false;  // the trip: it was the DAC's fault, and the drive may come back
     std::optional<Trip> trip_;
     double tripped_s_ = 0;
     AccelTick last_tick_{};     // of the accelerometer

@@ -41,11 +41,11 @@ struct Lanes {
     Ring<Trip> sensed{8};   // accelerometer to output
     Ring<Trip> ordered{8};  // reduction to output: its own findings and the operator's stop
     Ring<Trip> trips{64};   // output to reduction, in order: the first since a release is the cause
-    std::atomic<bool> stopped{false};           // the output is latched: it refuses commands
-    std::atomic<std::uint64_t> releases{0};     // raised by the reduction to unlatch, as soon as it is silent
-    Mailbox<Expectation> expectation;           // reduction to accelerometer
-    Ring<DriveChange> ahead{64};                // output to accelerometer: what is about to be heard
-    std::atomic<std::uint64_t> blocks_read{0};  // accelerometer's sign of life
+    std::atomic<bool> stopped{false};        // the output is latched: it refuses commands
+    std::atomic<std::uint64_t> releases{0};  // raised by the reduction to unlatch, as soon as it is silent
+    Mailbox<Expectation> expectation;        // reduction to accelerometer
+    Ring<DriveChange> ahead{64};             // output to accelerometer: what is about to be heard
+    std::atomic<std::uint64_t> signs_of_life{0};  // of the accelerometer
     Warnings warnings;
     Ring<PlayTime> played{8192};  // output to reduction
     Ring<DriveChange> changes{1024};

@@ -40,7 +40,7 @@ OutputSigns signs_of(const Output& output, const Lanes& lanes) {
             .clamped = s.clamped(),
             .largest_clamped_V = s.largest_clamped(),
             .lost = output.lost,
-            .blocks_read = lanes.blocks_read,
+            .signs_of_life = lanes.signs_of_life,
             .gathered = lanes.gathered};
 }
 
@@ -87,7 +87,12 @@ void output_step(Output& output, Dac& dac, Lanes& lanes) {
 
 bool accelerometer_step(Input& input, Accelerometer& device, std::chrono::milliseconds wait, Lanes& lanes) {
     AccelBlock block;
-    if (!device.read(block, wait)) return false;
+    const bool came = device.read(block, wait);
+    if (const std::uint64_t heard = device.heard(); came || heard != input.heard) {
+        input.heard = heard;
+        ++lanes.signs_of_life;
+    }
+    if (!came) return false;
     if (const std::uint64_t releases = lanes.releases; releases != input.released) {
         input.released = releases;
         input.guard.rearm();
@@ -95,7 +100,6 @@ bool accelerometer_step(Input& input, Accelerometer& device, std::chrono::millis
     while (const auto change = lanes.ahead.pop()) input.guard.hear(*change);
     if (const auto expectation = lanes.expectation.take()) input.guard.expect(*expectation);
     input.guard.check(block, lanes.sensed, lanes.warnings);
-    ++lanes.blocks_read;
     if (!lanes.blocks.push(block)) ++lanes.lost.blocks_lost;
     return true;
 }

@@ -32,6 +32,7 @@ struct Output {
 struct Input {
     SampleGuard guard;
     std::uint64_t released = 0;  // Lanes::releases that were answered
+    std::uint64_t heard = 0;     // Accelerometer::heard() of the last step
 };
 
 /// Answers trips, its own among them, and the operator's release, takes the newest drive, fills one block and

@@ -29,6 +29,7 @@ Limits limits_for(const ShakerTruth& shaker, double walker_kg, const Rig& rig, S
                                           .max_velocity_mps = s.max_velocity_mps,
                                           .max_acceleration_mps2 = s.max_acceleration_mps2,
                                           .sensor_range_mps2 = rig.accelerometer->info().range_mps2,
+                                          .sensor_block_s = rig.accelerometer->info().block_s,
                                           .full_scale_V = rig.dac->info().full_scale_V});
 }
 

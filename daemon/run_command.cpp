@@ -79,15 +79,15 @@ Limits limits_of_run(const OpenRig& bench, const Drive& drive) {
 // What a stopped run leaves behind; says where. Trouble with the file does not hide why it was stopped.
 std::string record_stop(const RunOptions& options, Recording& recording, const SessionHeader& header,
                         const Director& director, Acquisition& acquisition) try {
-    const std::vector<Director::Stop>& stops = director.stops();
+    const bool measuring = director.stops().at(director.cause()).measuring;
     const DriveKeeper& keeper = director.keeper();
-    const StoppedRun run{.header = header,
-                         .take = acquisition.take(),
-                         .tails = acquisition.tails(),
-                         .trips = recorded_trips(acquisition.take(), stops),
-                         .planned = stops.front().measuring ? MeasuredPart{director.from_s(), director.to_s()}
-                                                            : MeasuredPart{},
-                         .identified = keeper.identified() ? &*keeper.identified() : keeper.found()};
+    const StoppedRun run{
+        .header = header,
+        .take = acquisition.take(),
+        .tails = acquisition.tails(),
+        .trips = recorded_trips(acquisition.take(), director),
+        .planned = measuring ? MeasuredPart{director.from_s(), director.to_s()} : MeasuredPart{},
+        .identified = keeper.identified() ? &*keeper.identified() : keeper.found()};
     if (recording.writer() != nullptr) {
         finish(recording, run);
         return "recorded: " + options.out.string();
@@ -176,6 +176,7 @@ void run(const RunOptions& options) {
     const std::vector<DeviceReport> devices = device_reports(rig);
     std::ranges::move(notes_on(devices), std::back_inserter(r.notes));
     std::ranges::copy(director.notes(), std::back_inserter(r.notes));
+    std::ranges::move(notes_on(acquisition.lanes().warnings), std::back_inserter(r.notes));
     double v_D = NAN;
     if (bench.world) {
         v_D = drift_velocity(bench.world->truth(0), director.from_s(), director.to_s());

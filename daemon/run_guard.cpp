@@ -10,7 +10,6 @@ constexpr double strong = 0.1;  // of the largest harmonic: then its own ratio o
 constexpr double loose = 0.6;   // tolerance while the response is a data sheet's or being found out
 constexpr double tight = 0.3;   // and once it was measured
 constexpr double clear_of_noise = 30;  // sd
-constexpr std::int64_t apart = 4000;   // ticks over which the sensor's rate against the DAC's is taken
 // Clear of the noise: its axis and its ratio to the drive mean something.
 bool moves(const MotionWindows::Window& window, double noise) {
     return norm(window.motion.measured, controlled_harmonics) >
@@ -38,13 +37,13 @@ void RunGuard::look(const MotionWindows::Window& window, const DriveKeeper& keep
     if (const auto trip = loop_.check(judged, lanes.warnings))
         order(*trip, lanes);
     else if (window.motion.steady && moves(window, keeper.noise()))
-        lanes.expectation.post(expectation(window, keeper, clock, tick));
+        lanes.expectation.post(expectation(window, keeper, clock, tick, lanes.warnings));
 }
 
 // The ratio of motion to drive where the motion is strong, the response elsewhere: a weak harmonic of the
 // motion may be the plant's own distortion, which the drive takes away.
 Expectation RunGuard::expectation(const MotionWindows::Window& window, const DriveKeeper& keeper,
-                                  const DriveClock& clock, AccelTick tick) const {
+                                  const DriveClock& clock, AccelTick tick, Warnings& warnings) {
     Expectation e{.response = keeper.response_at(keeper.drive().frequency),
                   .frequency = keeper.drive().frequency,
                   .axis = window.estimate.axis,
@@ -56,7 +55,7 @@ Expectation RunGuard::expectation(const MotionWindows::Window& window, const Dri
         if (std::abs(motion) > strong * largest && std::abs(volts) > 0) e.response[q] = motion / volts;
     }
     e.dac_sample = dac_rate_hz_ * seconds(clock.master(tick));
-    e.dac_per_tick = (e.dac_sample - dac_rate_hz_ * seconds(clock.master({tick.n - apart}))) / apart;
+    e.dac_per_tick = clocks_.look(clock, tick, warnings);
     e.sigma = keeper.noise() * std::sqrt(0.5 * window.estimate.samples);
     e.tolerance = keeper.identified() || keeper.report().locked ? tight : loose;
     return e;
@@ -67,22 +66,23 @@ void RunGuard::look(const IdentifiedResponse& response, bool ended, double now_s
     if (const auto trip = loop_.check(response, axis_known, ended, tick_at(now_s))) order(*trip, lanes);
 }
 
+void RunGuard::found(Cause cause, double value, double limit, double now_s, Lanes& lanes) {
+    if (!limits_.detectors[static_cast<std::size_t>(cause)]) return;
+    order({.cause = cause, .on_dac_clock = true, .value = value, .limit = limit, .tick = tick_at(now_s)},
+          lanes);
+}
+
 void RunGuard::look(const WalkerWatch& walker, double now_s, Lanes& lanes) {
-    const auto on = [&](Cause cause) { return limits_.detectors[static_cast<std::size_t>(cause)]; };
-    if (walker.lost() >= limits_.tracking_lost_frames && on(Cause::tracking_lost))
-        order({.cause = Cause::tracking_lost,
-               .on_dac_clock = true,
-               .value = static_cast<double>(walker.lost()),
-               .limit = static_cast<double>(limits_.tracking_lost_frames),
-               .tick = tick_at(now_s)},
-              lanes);
-    if (walker.edge_mm() && *walker.edge_mm() < limits_.edge_mm && on(Cause::walker_edge))
-        order({.cause = Cause::walker_edge,
-               .on_dac_clock = true,
-               .value = *walker.edge_mm(),
-               .limit = limits_.edge_mm,
-               .tick = tick_at(now_s)},
-              lanes);
+    if (walker.lost() >= limits_.tracking_lost_frames)
+        found(Cause::tracking_lost, walker.lost(), limits_.tracking_lost_frames, now_s, lanes);
+    if (walker.edge_mm() && *walker.edge_mm() < limits_.edge_mm)
+        found(Cause::walker_edge, *walker.edge_mm(), limits_.edge_mm, now_s, lanes);
+}
+
+void RunGuard::look(const std::vector<CameraTake>& cameras, double now_s, Lanes& lanes) {
+    for (const CameraTake& c : cameras)
+        if (now_s - c.until_s > limits_.camera_missing_s)
+            found(Cause::camera_missing, now_s - c.until_s, limits_.camera_missing_s, now_s, lanes);
 }
 
 }  // namespace shaker

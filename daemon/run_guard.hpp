@@ -1,6 +1,7 @@
 #pragma once
 // The safety that needs more than samples: windows of the base, the walker's place, the cameras. And what the
 // guard of the samples is told to expect.
+#include "daemon/clock_watch.hpp"
 #include "daemon/control/loop_guard.hpp"
 #include "daemon/drive_keeper.hpp"
 #include "daemon/lanes.hpp"
@@ -13,7 +14,11 @@ namespace shaker {
 class RunGuard {
 public:
     RunGuard(const Limits& limits, const AccelerometerInfo& accelerometer, double dac_rate_hz)
-        : limits_{limits}, accelerometer_{accelerometer}, dac_rate_hz_{dac_rate_hz}, loop_{limits} {}
+        : limits_{limits},
+          accelerometer_{accelerometer},
+          dac_rate_hz_{dac_rate_hz},
+          loop_{limits},
+          clocks_{accelerometer.rate_hz} {}
 
     /// A window in a state with a drive; `taken`: the keeper has had it. Orders a stop when something is
     /// wrong, else tells the guard of the samples what this drive makes of the base.
@@ -23,23 +28,27 @@ public:
     void look(const IdentifiedResponse& response, bool ended, double now_s, Lanes& lanes);
     /// The walker, while the base is driven.
     void look(const WalkerWatch& walker, double now_s, Lanes& lanes);
+    /// The cameras, while the base is driven.
+    void look(const std::vector<CameraTake>& cameras, double now_s, Lanes& lanes);
     /// A large change of the drive was ordered.
     void settling() noexcept { loop_.settling(); }
     /// After a trip: look afresh.
-    void rearm() noexcept { ordered_ = false, loop_.settling(); }
+    void rearm() noexcept { ordered_ = false, loop_.settling(), clocks_.reset(); }
 
 private:
     void order(const Trip& trip, Lanes& lanes);
+    void found(Cause cause, double value, double limit, double now_s, Lanes& lanes);
     [[nodiscard]] std::int64_t tick_at(double now_s) const {
         return static_cast<std::int64_t>(now_s * dac_rate_hz_);
     }
     [[nodiscard]] Expectation expectation(const MotionWindows::Window& window, const DriveKeeper& keeper,
-                                          const DriveClock& clock, AccelTick tick) const;
+                                          const DriveClock& clock, AccelTick tick, Warnings& warnings);
 
     Limits limits_;
     AccelerometerInfo accelerometer_;
     double dac_rate_hz_;
     LoopGuard loop_;
+    ClockWatch clocks_;
     bool ordered_ = false;  // a stop, which will come back as a trip
 };
 

@@ -80,6 +80,7 @@ void add_fixes(Take& take, std::size_t camera, const Frame& frame, const std::ve
         time = *frame.mid_exposure;
     else
         from.untimed.push_back({frame.tick, frame.stamp, frame.arrived});
+    if (std::isfinite(seconds(time))) from.until_s = std::max(from.until_s, seconds(time));
     for (std::size_t i = 0; i < fixes.size(); ++i) {
         const Target& target = from.view.targets[i];
         Track track{.tick = frame.tick, .time = time, .fix = fixes[i]};

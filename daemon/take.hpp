@@ -24,6 +24,7 @@ struct TargetTrack {
 struct CameraTake {
     View view;
     int width = 0, height = 0;        // px, of the newest frame
+    double until_s = 0;               // master time of the newest frame
     std::size_t first_track = 0;      // of its targets, in Take::tracks
     std::vector<FrameStamp> untimed;  // every frame, in the order of the tracks; empty when times were told
 };

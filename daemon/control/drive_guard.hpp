@@ -11,14 +11,14 @@ namespace shaker {
 
 /// The output before a block: what became of the one before.
 struct OutputSigns {
-    std::int64_t tick = 0;          // next sample to be played
-    bool silent = true;             // nothing is driven
-    double peak_V = 0;              // of the block
-    std::uint64_t clamped = 0;      // samples cut at the limit since the start
-    double largest_clamped_V = 0;   // asked for, among those
-    std::int64_t lost = 0;          // samples the DAC stood empty
-    std::uint64_t blocks_read = 0;  // of the accelerometer, since the start
-    std::int64_t gathered = 0;      // mark that the reduction moves on while it lives
+    std::int64_t tick = 0;            // next sample to be played
+    bool silent = true;               // nothing is driven
+    double peak_V = 0;                // of the block
+    std::uint64_t clamped = 0;        // samples cut at the limit since the start
+    double largest_clamped_V = 0;     // asked for, among those
+    std::int64_t lost = 0;            // samples the DAC stood empty
+    std::uint64_t signs_of_life = 0;  // of the accelerometer, since the start
+    std::int64_t gathered = 0;        // mark that the reduction moves on while it lives
 };
 
 class DriveGuard {

@@ -33,13 +33,15 @@ struct NumberKey {
     const char* key;
     Range allowed;
 };
-constexpr std::array<NumberKey, 7> number_keys{{{&Limits::force_n, "force_n", positive},
+constexpr std::array<NumberKey, 8> number_keys{{{&Limits::force_n, "force_n", positive},
                                                 {&Limits::sensor_range_mps2, "sensor_range_mps2", positive},
                                                 {&Limits::edge_mm, "edge_mm", {-1e4, 1e4}},
                                                 {&Limits::soft_stop_s, "soft_stop_s", {0.02, 0.2}},
                                                 {&Limits::hard_stop_s, "hard_stop_s", {0.001, 0.02}},
                                                 {&Limits::missing_s, "missing_s", {0.001, 10}},
+                                                {&Limits::camera_missing_s, "camera_missing_s", {0.01, 1e4}},
                                                 {&Limits::watchdog_s, "watchdog_s", {0.01, 60}}}};
+constexpr double blocks_missing = 1.75;
 constexpr int most_frames = 100000;
 
 void read_level(SettingsTable& table, const LevelKeys& keys, Level& level_now) {
@@ -64,6 +66,7 @@ Limits limits_of(const DataSheet& sheet, double margin) {
     l.drive = {warn_share * sheet.full_scale_V, sheet.full_scale_V};
     l.force_n = margin * sheet.max_force_n;
     l.sensor_range_mps2 = sheet.sensor_range_mps2;
+    l.missing_s = std::max(l.missing_s, blocks_missing * sheet.sensor_block_s);
     return l;
 }
 

@@ -61,7 +61,7 @@ constexpr std::array<Words, causes> words{{
      "look at the load of the computer, or make buffer_frames larger"},
     {"watchdog", "s", 1e3, "ms", "the control stood still for {0} of {1} allowed",
      "look at the load of the computer"},
-    {"clock", "ppm", 1, "ppm", "two clocks differ by {0}, {1} are allowed",
+    {"clock", "ppm", 1, "ppm", "a clock changed its rate by {0}, {1} are allowed",
      "look at the sample rates of the devices"},
     {"operator_stop", "", 1, "", "the operator asked for it", ""},
 }};
@@ -91,6 +91,17 @@ std::string text(const Trip& trip) {
     line += fmt::format(" ({} sample {})", trip.on_dac_clock ? "DAC" : "accelerometer", trip.tick);
     if (*w.action != 0) line += fmt::format("; {}", w.action);
     return line;
+}
+
+std::vector<std::string> notes_on(const Warnings& warnings) {
+    std::vector<std::string> notes;
+    for (std::size_t i = 0; i < causes; ++i) {
+        const auto cause = static_cast<Cause>(i);
+        if (const std::uint64_t n = warnings[cause]; n > 0)
+            notes.push_back(fmt::format("{} warnings: {}{}{}", n, name(cause),
+                                        *of(cause).action != 0 ? "; " : "", of(cause).action));
+    }
+    return notes;
 }
 
 }  // namespace shaker

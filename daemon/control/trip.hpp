@@ -7,6 +7,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <vector>
 
 namespace shaker {
 
@@ -74,5 +75,8 @@ public:
 private:
     std::array<std::atomic<std::uint64_t>, causes> counts_{};
 };
+
+/// One line a cause that was counted: how often, and what to look at.
+std::vector<std::string> notes_on(const Warnings& warnings);
 
 }  // namespace shaker

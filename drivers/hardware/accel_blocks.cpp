@@ -2,12 +2,10 @@
 
 namespace shaker {
 
-bool AccelBlocks::add(std::int64_t tick, std::int64_t lost, const std::array<std::int32_t, 3>& counts,
+void AccelBlocks::add(std::int64_t tick, std::int64_t lost, const std::array<std::int32_t, 3>& counts,
                       HostTime arrived) noexcept {
-    bool handed = false;
     if (lost > 0) {
-        handed = block_.size > 0;
-        if (handed) hand_over();
+        if (block_.size > 0) hand_over();
         block_.quality = block_.quality | Quality::gap;
         lost_ += static_cast<std::uint64_t>(lost);
     }
@@ -17,9 +15,7 @@ bool AccelBlocks::add(std::int64_t tick, std::int64_t lost, const std::array<std
     for (std::size_t k = 0; k < 3; ++k)
         if (counts[k] <= limits_[k][0] || counts[k] >= limits_[k][1])
             block_.quality = block_.quality | Quality::clipped;
-    if (block_.size < AccelBlock::capacity) return handed;
-    hand_over();
-    return true;
+    if (block_.size == size_) hand_over();
 }
 
 void AccelBlocks::hand_over() noexcept {

@@ -1,5 +1,6 @@
 #pragma once
 // Numbered samples into blocks for another thread. Real-time once built.
+#include <algorithm>
 #include <array>
 #include <atomic>
 #include <cstdint>
@@ -16,10 +17,14 @@ class AccelBlocks {
 public:
     /// Counts at or beyond these, of each axis, are clipped.
     using Limits = std::array<std::array<std::int64_t, 2>, 3>;
-    explicit AccelBlocks(const Limits& limits) : limits_{limits}, ring_{capacity} {}
+    /// size: samples of a full block, as many as the device hands over at a time, up to AccelBlock::capacity.
+    AccelBlocks(const Limits& limits, int size)
+        : limits_{limits},
+          size_{std::clamp(size, 1, AccelBlock::capacity)},
+          ring_{capacity / static_cast<std::size_t>(size_)} {}
 
-    /// The next sample; `lost` are missing before it. True when a block was handed over.
-    bool add(std::int64_t tick, std::int64_t lost, const std::array<std::int32_t, 3>& counts,
+    /// The next sample; `lost` are missing before it.
+    void add(std::int64_t tick, std::int64_t lost, const std::array<std::int32_t, 3>& counts,
              HostTime arrived) noexcept;
     [[nodiscard]] std::optional<AccelBlock> take() noexcept { return ring_.pop(); }
 
@@ -28,11 +33,12 @@ public:
     [[nodiscard]] std::uint64_t lost() const noexcept { return lost_; }
 
 private:
-    static constexpr std::size_t capacity = 256;  // blocks: 4 s at 4 kHz
+    static constexpr std::size_t capacity = 16384;  // samples: 4 s at 4 kHz
 
     void hand_over() noexcept;
 
     Limits limits_;
+    int size_;
     Ring<AccelBlock> ring_;
     AccelBlock block_{.first = {}, .arrived = {}, .size = 0};
     std::atomic<std::uint64_t> taken_{0}, lost_{0};

@@ -70,6 +70,17 @@ AccelBlocks::Limits limits_of(const IioFacts& facts, const std::optional<double>
     return limits;
 }
 
+// What it can show on every axis, whichever way up: as told, or as the format holds.
+double range_of(const IioFacts& facts, const std::optional<double>& range_mps2) {
+    if (range_mps2) return *range_mps2;
+    double range = std::numeric_limits<double>::infinity();
+    for (std::size_t k = 0; k < 3; ++k)
+        for (const std::int64_t count : limits_of(facts.scan.axes[k].format))
+            range = std::min(range, std::abs((static_cast<double>(count) + facts.offset_counts[k]) *
+                                             facts.mps2_per_count[k]));
+    return range;
+}
+
 class IioAccelerometer final : public Accelerometer {
 public:
     explicit IioAccelerometer(const IioSettings& settings)
@@ -77,7 +88,7 @@ public:
           stream_{std::make_unique<IioStream>(settings)},
           facts_{stream_->facts()},
           grid_{facts_.rate_hz},
-          blocks_{limits_of(facts_, settings.range_mps2)} {
+          blocks_{limits_of(facts_, settings.range_mps2), settings.buffer_samples} {
         stream_->start();
     }
     IioAccelerometer(const IioAccelerometer&) = delete;
@@ -91,11 +102,14 @@ public:
                 .offset_counts = facts_.offset_counts,
                 .mps2_per_count = facts_.mps2_per_count,
                 .clock_uncertainty_s = settings_.clock_uncertainty_s,
+                .range_mps2 = range_of(facts_, settings_.range_mps2),
+                .block_s = settings_.buffer_samples / facts_.rate_hz,
                 .shaker_axis = settings_.shaker_axis};
     }
     [[nodiscard]] DeviceCounts counts() const noexcept override {
         return {blocks_.taken(), blocks_.lost(), incidents_ + clock_steps_, reopened_};
     }
+    [[nodiscard]] std::uint64_t heard() const noexcept override { return heard_; }
     bool read(AccelBlock& block, milliseconds wait) override;
     [[nodiscard]] bool ended() const noexcept override { return stopping_ && drained_; }
     void stop() noexcept override;
@@ -120,12 +134,11 @@ private:
     SampleGrid grid_;
     std::int64_t next_tick_ = 0, last_arrived_ns_ = 0;  // without stamps
     bool broken_ = false;                               // since the last sample
-    bool handed_over_ = false;                          // a block, of the samples just taken
     // both threads
     AccelBlocks blocks_;
     Doorbell bell_{}, stop_bell_{}, end_bell_{};
     std::atomic<std::int64_t> last_data_ns_{0};
-    std::atomic<std::uint64_t> incidents_{0}, clock_steps_{0}, reopened_{0};
+    std::atomic<std::uint64_t> heard_{0}, incidents_{0}, clock_steps_{0}, reopened_{0};
     std::atomic<bool> stopping_{false}, drained_{false}, reader_started_{false}, reader_ended_{false};
     std::jthread reader_{};
 };
@@ -228,7 +241,7 @@ void IioAccelerometer::take(std::span<const std::byte> samples) noexcept {
     const std::int64_t now = now_ns();
     last_data_ns_ = now;
     const IioScan& scan = facts_.scan;
-    handed_over_ = false;
+    heard_ += samples.size() / scan.size;
     for (std::size_t left = samples.size() / scan.size; left-- > 0; samples = samples.subspan(scan.size)) {
         TimedSample sample;
         for (std::size_t k = 0; k < 3; ++k)
@@ -244,7 +257,7 @@ void IioAccelerometer::take(std::span<const std::byte> samples) noexcept {
         while (const auto placed = grid_.next()) add(*placed);
     }
     clock_steps_ = grid_.clock_steps();
-    if (handed_over_) bell_.ring();
+    bell_.ring();
 }
 
 /// Without a stamp.
@@ -264,7 +277,7 @@ void IioAccelerometer::add(const PlacedSample& placed) noexcept {
     const std::int64_t lag = sample.arrived_ns - sample.stamp_ns;
     const bool stamped = facts_.stamps == IioStamps::host && lag > -stamp_ahead_ns && lag < stamp_behind_ns;
     const std::int64_t at = stamped ? sample.stamp_ns : sample.arrived_ns;
-    handed_over_ = blocks_.add(placed.tick, placed.lost, sample.counts, host_time(at)) || handed_over_;
+    blocks_.add(placed.tick, placed.lost, sample.counts, host_time(at));
 }
 
 }  // namespace

@@ -16,6 +16,7 @@ namespace shaker {
 namespace {
 
 constexpr double period_s = 0.01, buffer_s = 0.2;  // a buffer longer than the stalls of a busy computer
+constexpr double missing_s = 0.25, watchdog_s = 2;
 
 void write(const std::filesystem::path& file, const std::string& text) {
     std::ofstream out{file};
@@ -44,10 +45,12 @@ std::filesystem::path write_bench_files(const BenchSettings& s, std::uint16_t ii
         "[dac]\npcm = \"shaker_mock\"\nalsa_config = \"asound.conf\"\nrate_hz = {:.0f}\nformat = \"S32\"\n"
         "period_frames = {:.0f}\nbuffer_frames = {:.0f}\nfull_scale_V = {}\nsecond_channel = \"trigger\"\n\n"
         "[accelerometer]\nuri = \"ip:127.0.0.1:{}\"\ndevice = \"{}\"\nrate_hz = {}\nstamps = \"host\"\n"
-        "range_mps2 = {}\n\n{}",
+        "range_mps2 = {}\n\n"
+        "[limits]  # a busy computer stalls for longer than a shaker's should\nmissing_s = {}\nwatchdog_s = "
+        "{}\n\n{}",
         s.scene.dac_rate_hz, period_s * s.scene.dac_rate_hz, buffer_s * s.scene.dac_rate_hz,
         s.scene.dac_full_scale_v, iiod_port, IiodDescription{}.name, s.scene.accelerometer.rate_hz,
-        s.scene.accelerometer.range_mps2, shaker_text(s.scene.shaker));
+        s.scene.accelerometer.range_mps2, missing_s, watchdog_s, shaker_text(s.scene.shaker));
     for (const CameraTruth& c : s.scene.cameras)
         text += fmt::format(
             "\n[[camera]]\ndriver = \"genicam\"\nid = \"Shaker-Mock-{}\"\ntrigger = \"dac\"\n"

@@ -43,7 +43,8 @@ AccelerometerInfo AccelerometerModel::info() const {
     AccelerometerInfo info{.name = "simulated accelerometer",
                            .rate_hz = p_.rate_hz,
                            .mps2_per_count = {lsb_, lsb_, lsb_},
-                           .range_mps2 = p_.range_mps2};
+                           .range_mps2 = p_.range_mps2,
+                           .block_s = p_.block_samples / p_.rate_hz};
     if (p_.axis_told == 1) info.shaker_axis = axis_;
     return info;
 }

@@ -94,7 +94,7 @@ void BM_drive_guard_check(benchmark::State& state) {
     Warnings warnings;
     for (auto _ : state) {
         signs.tick += 240;
-        ++signs.blocks_read;
+        ++signs.signs_of_life;
         ++signs.gathered;
         benchmark::DoNotOptimize(guard.check(signs, warnings));
     }

@@ -54,6 +54,20 @@ TEST(RunTest, ThePapersDriveGivesTheTrueDriftAndReplaysToTheBit) {
     EXPECT_FALSE(std::filesystem::exists(folder / "run.nxs.part"));
 }
 
+// AC coupling, the walker's reaction and the shaker's own distortion stand between the asked drive and the base.
+TEST(RunTest, WithTheLoopClosedTheDriftIsThatOfTheAskedDriveWithItOpenItIsNot) {
+    const auto folder = fresh_folder();
+    const auto off = [&](const std::string& loop) {
+        const json r = run("--gamma 1g --phi 35deg --periods " + paper_periods + loop, folder);
+        const double asked = r["v_D_asked_mps"], v = r["v_D_mps"];
+        std::printf("%-12s v_D %.4f mm/s, the asked drive gives %.4f: %+.3f %%\n", loop.c_str(), 1e3 * v,
+                    1e3 * asked, 100 * (v / asked - 1));
+        return std::abs(v / asked - 1);
+    };
+    EXPECT_LT(off(""), 0.005);
+    EXPECT_GT(off(" --open-loop"), 0.01);
+}
+
 TEST(RunTest, TheSameSeedGivesTheSameBytes) {
     const auto folder = fresh_folder();
     run("--no-identify --periods 6 -o a.nxs", folder);
@@ -86,8 +100,9 @@ TEST(RunTest, HarderScenesGiveTheirTrueDriftToo) {
            "[accelerometer]\nclock_ppm = -80\nyaw_deg = 33\n"
            "[top]\nnoise_dn = 4\n[side]\nalong_x = -1.0\n";
     expect_true_drift(run("--scene hard.toml --gamma 0.8g --phi 20deg --periods 20", folder));
-    expect_true_drift(
-        run("--no-identify --scene hard.toml --gamma 1.2g --phi 80deg --rho 0.6 --frequency 25Hz --periods 20", folder));
+    expect_true_drift(run(
+        "--no-identify --scene hard.toml --gamma 1.2g --phi 80deg --rho 0.6 --frequency 25Hz --periods 20",
+        folder));
 }
 
 TEST(RunTest, ThreadsFindWhatLockstepFinds) {

@@ -21,6 +21,8 @@ public:
     BenchRun& operator=(const BenchRun&) = delete;
 
     /// Starts `shakerd run` on the bench with these options, besides --rig and --json.
+    /// Changes a line of the rig file: `key` = `value`. Before start().
+    void rig(const std::string& key, const std::string& value);
     void start(const std::string& options);
     /// Waits until the newest stream has played so many seconds; false when the program ended before.
     bool played(double seconds);
