@@ -36,6 +36,10 @@ bool Acquisition::collect() {
         take_.changes.push_back(*change);
         if (file_ != nullptr) file_->add(*change);
     }
+    if (const std::uint64_t releases = lanes_.releases; releases != released_) {
+        released_ = releases;
+        for (FrameTail& tail : tails_) tail.release();
+    }
     while (const auto trip = lanes_.trips.pop()) {
         any = true;
         take_.trips.push_back(*trip);

@@ -50,6 +50,7 @@ private:
     ClockTracker<DacClock> dac_clock_;
     std::vector<FrameClock> frame_clocks_;
     std::vector<FrameTail> tails_;
+    std::uint64_t released_ = 0;  // Lanes::releases that were answered
 };
 
 /// Reads a recorded rig from beginning to end in one thread.

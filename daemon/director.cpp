@@ -56,6 +56,7 @@ void Director::take_trips(const Take& take) {
         note(fmt::format("stopped in state {}: {}", name(state_), text(trip)));
         if (state_ == RunState::tripped) continue;
         trip_ = trip;
+        cause_ = stops_.size() - 1;
         tripped_s_ = now_s_;
         measuring_ = excused_ = released_ = false;
         go(RunState::tripped);

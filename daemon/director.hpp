@@ -61,6 +61,8 @@ public:
         bool measuring;  // from_s() to to_s(), which may have been over
     };
     [[nodiscard]] const std::vector<Stop>& stops() const noexcept { return stops_; }
+    /// Which trip of the take is trip(): the last of those that did not come in state tripped.
+    [[nodiscard]] std::size_t cause() const noexcept { return cause_; }
     [[nodiscard]] const DriveKeeper& keeper() const noexcept { return keeper_; }
 
 private:
@@ -98,11 +100,20 @@ private:
     std::uint64_t sequence_ = 0;
     std::uint64_t awaited_ = 0;  // command that ends the state once it is in force
     int restarts_ = 0;
+<<<<<<< HEAD
     std::int64_t lost_ = 0;      // samples, when the DAC ran empty last
     double lost_s_ = -INFINITY;  // and where
     bool excused_ = false;       // the trip: it was the DAC's fault, and the drive may come back
     bool released_ = false;
     std::vector<Stop> stops_;  // one a trip
+=======
+    std::vector<Stop> stops_;  // likewise, one a trip
+    std::size_t cause_ = 0;
+    std::int64_t lost_ = 0;      // samples, when the DAC ran empty last
+    double lost_s_ = -INFINITY;  // and where
+    bool excused_ = false,
+         released_ = false;  // the trip: it was the DAC's fault, and the drive may come back
+>>>>>>> record
     std::optional<Trip> trip_;
     double tripped_s_ = 0;
     AccelTick last_tick_{};              // of the accelerometer

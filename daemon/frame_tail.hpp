@@ -24,6 +24,11 @@ public:
     void push(const Frame& frame);
     /// The drive was stopped: what led to it stays.
     void hold() noexcept { held_ = true; }
+    /// The run goes on all the same: the tail begins anew.
+    void release() noexcept {
+        oldest_ = before_ = after_ = 0;
+        held_ = whole_ = false;
+    }
 
     [[nodiscard]] std::size_t size() const noexcept { return before_ + after_; }
     /// No frame has been left out so far.

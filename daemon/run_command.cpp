@@ -79,15 +79,15 @@ Limits limits_of_run(const OpenRig& bench, const Drive& drive) {
 // What a stopped run leaves behind; says where. Trouble with the file does not hide why it was stopped.
 std::string record_stop(const RunOptions& options, Recording& recording, const SessionHeader& header,
                         const Director& director, Acquisition& acquisition) try {
-    const std::vector<Director::Stop>& stops = director.stops();
+    const bool measuring = director.stops().at(director.cause()).measuring;
     const DriveKeeper& keeper = director.keeper();
-    const StoppedRun run{.header = header,
-                         .take = acquisition.take(),
-                         .tails = acquisition.tails(),
-                         .trips = recorded_trips(acquisition.take(), stops),
-                         .planned = stops.front().measuring ? MeasuredPart{director.from_s(), director.to_s()}
-                                                            : MeasuredPart{},
-                         .identified = keeper.identified() ? &*keeper.identified() : keeper.found()};
+    const StoppedRun run{
+        .header = header,
+        .take = acquisition.take(),
+        .tails = acquisition.tails(),
+        .trips = recorded_trips(acquisition.take(), director),
+        .planned = measuring ? MeasuredPart{director.from_s(), director.to_s()} : MeasuredPart{},
+        .identified = keeper.identified() ? &*keeper.identified() : keeper.found()};
     if (recording.writer() != nullptr) {
         finish(recording, run);
         return "recorded: " + options.out.string();

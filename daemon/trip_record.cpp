@@ -62,13 +62,14 @@ std::string text(const RecordedTrip& trip) {
     return fmt::format("{}in state {}: {}", when, trip.state, text(trip.trip));
 }
 
-std::vector<RecordedTrip> recorded_trips(const Take& take, const std::vector<Director::Stop>& stops) {
+std::vector<RecordedTrip> recorded_trips(const Take& take, const Director& director) {
     const DriveClock clock = drive_clock(take);
     std::vector<RecordedTrip> trips;
-    for (const Trip& t : take.trips) {
+    for (std::size_t i = director.cause(); i < take.trips.size(); ++i) {
+        const Trip& t = i == director.cause() && director.trip() ? *director.trip() : take.trips[i];
         double at_s = static_cast<double>(t.tick) / take.dac_rate_hz;
         if (!t.on_dac_clock) at_s = clock.ready() ? seconds(clock.master({t.tick})) : NAN;
-        trips.push_back({t, name(stops.at(trips.size()).state), at_s});
+        trips.push_back({t, name(director.stops().at(i).state), at_s});
     }
     return trips;
 }

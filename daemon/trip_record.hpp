@@ -20,8 +20,9 @@ struct RecordedTrip {
 /// "at 3.021 s in state run: soft stop, ..."
 std::string text(const RecordedTrip& trip);
 
-/// The trips of a take, in their order; stops: one a trip.
-std::vector<RecordedTrip> recorded_trips(const Take& take, const std::vector<Director::Stop>& stops);
+/// Why a run was stopped in the end, first of all the director's trip(): those of a take from then on, in
+/// their order. A trip that was excused or cleared before is not among them.
+std::vector<RecordedTrip> recorded_trips(const Take& take, const Director& director);
 /// The table "trips" and the flag in the header.
 void write_trips(SessionWriter& file, const std::vector<RecordedTrip>& trips);
 /// As they were written; empty for a run that ended well. InputError naming what is wrong in the table.

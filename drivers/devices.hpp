@@ -52,8 +52,8 @@ struct AccelerometerInfo {
     double rate_hz = 4000;                  // nominal, on its own clock
     std::array<double, 3> offset_counts{};  // acceleration = (count + offset) mps2_per_count, each axis
     std::array<double, 3> mps2_per_count{1, 1, 1};
-    double first_sample_s = 0;            // its own clock at tick 0
-    double clock_uncertainty_s = 0.02;    // its stamps may be early or late by up to this against master time
+    double first_sample_s = 0;          // its own clock at tick 0
+    double clock_uncertainty_s = 0.02;  // its stamps may be early or late by up to this against master time
     double range_mps2 = std::numeric_limits<double>::infinity();  // a sample there is saturated
     double block_s = 0;                                           // of sampling that comes at a time, about
     std::array<double, 3> shaker_axis{};  // unit vector in sensor axes, or all 0: find it from the motion
@@ -73,7 +73,8 @@ public:
     [[nodiscard]] virtual AccelerometerInfo info() const = 0;
     /// Any thread.
     [[nodiscard]] virtual DeviceCounts counts() const noexcept { return {}; }
-    /// Its sign of life: samples that came, also those whose place in time is still being decided. Any thread.
+    /// Its sign of life: samples that came, also those whose place in time is still being decided. Any
+    /// thread.
     [[nodiscard]] virtual std::uint64_t heard() const noexcept { return counts().taken; }
     /// The next block in order. Waits at most `wait`; false when none came or the recording has ended. One
     /// thread.

@@ -43,6 +43,17 @@ TEST(FrameTailTest, AfterATripWhatLedToItStaysAndWhatFollowsIsAdded) {
     EXPECT_EQ(tail.lost(), 650U);
 }
 
+TEST(FrameTailTest, ARunThatGoesOnAfterATripBeginsItsTailAnew) {
+    FrameTail tail{100};
+    for (std::int64_t n = 0; n < 300; ++n) tail.push(frame(n));
+    tail.hold();
+    for (std::int64_t n = 300; n < 330; ++n) tail.push(frame(n));
+    tail.release();
+    for (std::int64_t n = 330; n < 700; ++n) tail.push(frame(n));
+    expect_run(tail, 480, 699);
+    EXPECT_FALSE(tail.whole());
+}
+
 TEST(FrameTailTest, AShortRunIsWhole) {
     FrameTail tail{100};
     for (std::int64_t n = 0; n < 5; ++n) tail.push(frame(n));

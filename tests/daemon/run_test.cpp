@@ -54,7 +54,8 @@ TEST(RunTest, ThePapersDriveGivesTheTrueDriftAndReplaysToTheBit) {
     EXPECT_FALSE(std::filesystem::exists(folder / "run.nxs.part"));
 }
 
-// AC coupling, the walker's reaction and the shaker's own distortion stand between the asked drive and the base.
+// AC coupling, the walker's reaction and the shaker's own distortion stand between the asked drive and the
+// base.
 TEST(RunTest, WithTheLoopClosedTheDriftIsThatOfTheAskedDriveWithItOpenItIsNot) {
     const auto folder = fresh_folder();
     const auto off = [&](const std::string& loop) {
