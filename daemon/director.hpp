@@ -100,20 +100,12 @@ private:
     std::uint64_t sequence_ = 0;
     std::uint64_t awaited_ = 0;  // command that ends the state once it is in force
     int restarts_ = 0;
-<<<<<<< HEAD
     std::int64_t lost_ = 0;      // samples, when the DAC ran empty last
     double lost_s_ = -INFINITY;  // and where
     bool excused_ = false;       // the trip: it was the DAC's fault, and the drive may come back
     bool released_ = false;
     std::vector<Stop> stops_;  // one a trip
-=======
-    std::vector<Stop> stops_;  // likewise, one a trip
-    std::size_t cause_ = 0;
-    std::int64_t lost_ = 0;      // samples, when the DAC ran empty last
-    double lost_s_ = -INFINITY;  // and where
-    bool excused_ = false,
-         released_ = false;  // the trip: it was the DAC's fault, and the drive may come back
->>>>>>> record
+    std::size_t cause_ = 0;    // which of them stopped it
     std::optional<Trip> trip_;
     double tripped_s_ = 0;
     AccelTick last_tick_{};              // of the accelerometer
