@@ -59,7 +59,7 @@ void RunGuard::look(const MotionWindows::Window& window, const DriveKeeper& keep
                               .followed = followed};
     if (const auto trip = loop_.check(judged, lanes.warnings))
         order(*trip, lanes);
-    else if (window.motion.steady && moves(window, keeper.noise()) &&
+    else if (moves(window, keeper.noise()) &&  // also under small corrections, which never end
              distance(window.motion.measured, before_) <
                  same * norm(window.motion.measured, controlled_harmonics))
         lanes.expectation.post(expectation(window, keeper, clock, tick));
