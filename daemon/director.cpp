@@ -152,9 +152,10 @@ void Director::window_done(const MotionWindows::Window& window, Lanes& lanes) {
     // A correction under way is a drive like any other to those that follow every window.
     const bool newest = window.sequence >= sequence_;
     const DriveKeeper::Outcome outcome = keeper_.take(window, newest);
-    // A window from before the target was changed is none of this one's.
-    const bool followed = state_ == RunState::run && plan_.keeper.equalise && window.from_s >= target_from_s_;
-    guard_.look(window, keeper_, followed, windows_.clock(), last_tick_, lanes);
+    // A window from before the target was changed is none of this one's, nor of its frequency.
+    const bool current = state_ == RunState::identify || window.from_s >= target_from_s_;
+    const bool followed = current && state_ == RunState::run && plan_.keeper.equalise;
+    guard_.look(window, keeper_, {current, followed}, windows_.clock(), last_tick_, lanes);
     switch (outcome) {
         case DriveKeeper::Outcome::nothing:
             break;

@@ -45,7 +45,7 @@ private:
     DriveHistory history_;
     std::array<double, 3> axis_{};  // as the newest window found it
     HarmonicEstimator estimator_;
-    double tuned_from_s_ = 0;       // the estimator's frequency is the drive's from here on
+    double tuned_from_s_ = 0;  // the estimator's frequency is the drive's from here on
     double until_s_ = 0;
 };
 

@@ -46,19 +46,21 @@ void RunGuard::look_at_rest(const MotionWindows::Window& window, Lanes& lanes) {
           lanes);
 }
 
-void RunGuard::look(const MotionWindows::Window& window, const DriveKeeper& keeper, bool followed,
+void RunGuard::look(const MotionWindows::Window& window, const DriveKeeper& keeper, Standing standing,
                     const DriveClock& clock, AccelTick tick, Lanes& lanes) {
-    const JudgedWindow judged{.estimate = window.estimate,
-                              .motion = window.motion,
-                              .response = keeper.response_at(keeper.drive().frequency),
-                              .target = followed ? harmonics(keeper.drive()) : Harmonics<Acceleration>{},
-                              .report = keeper.report(),
-                              .noise = keeper.noise(),
-                              .tick = tick_at(window.to_s),
-                              .followed = followed};
+    const JudgedWindow judged{
+        .estimate = window.estimate,
+        .motion = window.motion,
+        .response = keeper.response_at(keeper.drive().frequency),
+        .target = standing.followed ? harmonics(keeper.drive()) : Harmonics<Acceleration>{},
+        .report = keeper.report(),
+        .noise = keeper.noise(),
+        .tick = tick_at(window.to_s),
+        .followed = standing.followed};
     if (const auto trip = loop_.check(judged, lanes.warnings))
         order(*trip, lanes);
-    else if (window.motion.steady && moves(window, keeper.noise()) &&
+    else if (standing.current &&
+             moves(window, keeper.noise()) &&  // also under small corrections, which never end
              distance(window.motion.measured, before_) <
                  same * norm(window.motion.measured, controlled_harmonics))
         lanes.expectation.post(expectation(window, keeper, clock, tick, lanes.warnings));

@@ -22,10 +22,14 @@ public:
 
     /// A window without a drive: of the earth's gravity the sensor must show what it should, or nothing.
     void look_at_rest(const MotionWindows::Window& window, Lanes& lanes);
-    /// A window in a state with a drive; `followed`: the keeper has had it, and its target was gone for all
-    /// through it. Orders a stop when something is wrong, else tells the guard of the samples what this drive
-    /// makes of the base once that no longer changes.
-    void look(const MotionWindows::Window& window, const DriveKeeper& keeper, bool followed,
+    /// How a window stands to the target: that was gone for all through it; and the keeper's equaliser has
+    /// had the window.
+    struct Standing {
+        bool current = false, followed = false;
+    };
+    /// A window in a state with a drive. Orders a stop when something is wrong, else tells the guard of the
+    /// samples what this drive makes of the base once that no longer changes.
+    void look(const MotionWindows::Window& window, const DriveKeeper& keeper, Standing standing,
               const DriveClock& clock, AccelTick tick, Lanes& lanes);
     /// What was found out of the response, at the end or at one of its levels.
     void look(const IdentifiedResponse& response, bool ended, double now_s, Lanes& lanes);

@@ -11,7 +11,6 @@ constexpr int longest_wait = 40;       // windows for a change to settle
 constexpr int most_blocks = 40;        // at one level
 constexpr double tolerance = 1e-3;     // of gamma, a harmonic
 constexpr double least_motion = 0.05;  // of what the drive must make
-constexpr double least_lesson = 0.01;  // of the target: what less of a step did may be the walker's doing
 constexpr double noisy = 3e-4;         // of gamma: then errors are followed at half the pace
 
 template <class Unit>
@@ -185,11 +184,9 @@ void Equaliser::converge(const MotionWindow& window, double noise) {
 
 void Equaliser::step(const Block& block, double noise) {
     const int k = settings_.harmonics;
-    if (last_) {
-        const Harmonics<Voltage> stepped = combined(block.volts, last_->volts, -1);
-        if (norm(plant_.motion(stepped), k) > least_lesson * norm(aim(), k))
-            gain_ *= plant_.learn(stepped, combined(block.measured, last_->measured, -1), noise);
-    }
+    if (last_)
+        gain_ *= plant_.learn(combined(block.volts, last_->volts, -1),
+                              combined(block.measured, last_->measured, -1), noise);
     last_ = block;
     double size = norm(error_of(block.measured), k);
     const bool top = level_ + 1 == settings_.levels.size();

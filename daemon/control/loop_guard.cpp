@@ -13,6 +13,7 @@ constexpr double most_drive = 4;        // times what the response asks for
 constexpr double divergence = 0.5;      // of the target
 constexpr double band_db = 3, band_warn_db = 1;
 constexpr int off_windows = 2;
+constexpr double least_harmonic = 0.1;  // of the target: a smaller one may be off by more and does no harm
 constexpr double least_coherence = 0.5;
 constexpr double most_gain = 4;  // of the response found, against the data sheet's, and its inverse
 
@@ -88,11 +89,12 @@ std::optional<Trip> LoopGuard::judge_target(const JudgedWindow& w, Warnings& war
     if (!near_) return std::nullopt;
     if (w.report.error > divergence && on(Cause::loop_divergence))
         return trip(Cause::loop_divergence, w.report.error, divergence);
+    const double all = norm(w.target, max_harmonics) * w.report.reached;
     double worst = 0;
     int which = 0;
     for (int q = 1; q <= max_harmonics; ++q) {
         const double wanted = std::abs(w.target.at(q)) * w.report.reached;
-        if (!(wanted > clear_of_noise * w.noise)) continue;
+        if (!(wanted > std::max(clear_of_noise * w.noise, least_harmonic * all))) continue;
         const double off = std::abs(20 * std::log10(std::abs(w.motion.measured.at(q)) / wanted));
         if (off > worst) worst = off, which = q;
     }

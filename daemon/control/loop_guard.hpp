@@ -33,7 +33,8 @@ public:
     /// In this order: no numbers; next to none of the motion that the drive must make (an open sensor, a
     /// loose cable; a frozen sensor when there is no noise either); motion across the axis; more drive than
     /// four times what the response asks for; a loop that failed or, once it was near its target, is away by
-    /// half of it; a harmonic 3 dB off in two windows in a row. Warnings are counted.
+    /// half of it; a harmonic of a tenth of the target or more that is 3 dB off in two windows in a row.
+    /// Warnings are counted.
     std::optional<Trip> check(const JudgedWindow& window, Warnings& warnings);
     /// Of what was found out: an open sensor, a gain four times off or a polarity against the data sheet's.
     /// `axis_known`: else the sign of the sensor's axis is not known either. At the end too little motion a

@@ -52,7 +52,7 @@ public:
         double most = most_gamma;
         for (const Demand& q : demands(planned(d), limits_))
             most = std::min(most, headroom * q.limit / q.value);
-        d.gamma = chance_.by_ratio(std::min(0.2 * paper_g, most), most);
+        d.gamma = chance_.by_ratio(std::min(0.25 * paper_g, most), most);
         return d;
     }
     [[nodiscard]] double stays_s() { return chance_.by_ratio(1, 20); }
@@ -99,8 +99,8 @@ Scene sound_bench(std::uint64_t seed, double length_s) {
     s.shaker.base_mass_kg = loaded.base_kg;
     s.shaker.gain_drift_per_min = chance(-0.1, 0.1) / (length_s / 60);
     s.walker.mass_kg = chance(0.03, 0.08);
-    s.walker.mu_k = chance(0.05, 0.2);
-    s.walker.mu_s = s.walker.mu_k * (1 + chance(0, 0.3));
+    s.walker.mu_k = chance(0.08, 0.15);
+    s.walker.mu_s = s.walker.mu_k * (1 + chance(0, 0.2));
     AccelerometerTruth& a = s.accelerometer;
     a.rate_hz = 1000;
     a.lowpass_hz = 400;

@@ -24,7 +24,7 @@ struct Endurance {
 /// guard of the samples is made for: 8 kHz and 1 kHz, so that hours pass in seconds.
 Scene sound_bench(std::uint64_t seed, double length_s);
 
-/// One run of about that length on it: silence, identification, ramp; then set-points over gamma (0.2 g to
+/// One run of about that length on it: silence, identification, ramp; then set-points over gamma (0.25 g to
 /// what shaker, sensor and DAC allow), rho, phi and 15..25 Hz, 1 to 20 s each and until
 /// it is reached, 20 s at the most; ramp down.
 Endurance endure(std::uint64_t seed, double length_s);
