@@ -115,6 +115,7 @@ void Director::take_stamps(const Take& take, Lanes& lanes) {
 void Director::start_again(std::int64_t lost, Lanes& lanes) {
     lost_ = lost;
     lost_s_ = now_s_;
+    guard_.clocks_lost();
     if (done_) return;
     note(fmt::format("the DAC ran empty at {:.3f} s and stood still for {:.1f} ms", now_s_,
                      1e3 * static_cast<double>(lost) / dac_rate_hz_));
@@ -295,6 +296,7 @@ void Director::set(const Drive& drive, Lanes& lanes) {
         frequency_ = Synthesiser::realised(drive.frequency, dac_rate_hz_);
         walker_ = WalkerWatch{frequency_};
     }
+    guard_.expect_another(lanes);
     go_for_target(1, lanes);
     run_from_s_ = now_s_;
 }

@@ -7,8 +7,9 @@ namespace shaker {
 
 namespace {
 constexpr double strong = 0.1;  // of the largest harmonic: then its own ratio of motion to drive is known
-constexpr double loose = 0.6;   // tolerance while the response is a data sheet's or being found out
-constexpr double tight = 0.3;   // and once it was measured
+constexpr double loose =
+    0.6;  // tolerance while the response is a data sheet's, being found out, or of another target
+constexpr double tight = 0.3;                 // and once it was measured
 constexpr double clear_of_noise = 30;         // sd
 constexpr double same = 0.1;                  // of the motion, that it may differ from the window before
 constexpr double standard_gravity = 9.80665;  // m/s^2
@@ -62,8 +63,10 @@ void RunGuard::look(const MotionWindows::Window& window, const DriveKeeper& keep
     else if (standing.current &&
              moves(window, keeper.noise()) &&  // also under small corrections, which never end
              distance(window.motion.measured, before_) <
-                 same * norm(window.motion.measured, controlled_harmonics))
-        lanes.expectation.post(expectation(window, keeper, clock, tick, lanes.warnings));
+                 same * norm(window.motion.measured, controlled_harmonics)) {
+        posted_ = expectation(window, keeper, clock, tick, lanes.warnings);
+        lanes.expectation.post(*posted_);
+    }
     before_ = window.motion.measured;
 }
 
@@ -86,6 +89,12 @@ Expectation RunGuard::expectation(const MotionWindows::Window& window, const Dri
     e.sigma = keeper.noise() * std::sqrt(0.5 * window.estimate.samples);
     e.tolerance = keeper.identified() || keeper.report().locked ? tight : loose;
     return e;
+}
+
+void RunGuard::expect_another(Lanes& lanes) {
+    if (!posted_) return;
+    posted_->tolerance = loose;
+    lanes.expectation.post(*posted_);
 }
 
 void RunGuard::look(const IdentifiedResponse& response, bool ended, double now_s, Lanes& lanes) {

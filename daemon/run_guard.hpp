@@ -1,6 +1,8 @@
 #pragma once
 // The safety that needs more than samples: windows of the base, the walker's place, the cameras. And what the
 // guard of the samples is told to expect.
+#include <optional>
+
 #include "daemon/clock_watch.hpp"
 #include "daemon/control/loop_guard.hpp"
 #include "daemon/drive_keeper.hpp"
@@ -39,8 +41,13 @@ public:
     void look(const std::vector<CameraTake>& cameras, double now_s, Lanes& lanes);
     /// Another target, or a drive that comes up anew, was ordered.
     void settling() noexcept { loop_.settling(); }
+    /// Before another target is gone for: what the base makes of it is known less well than what it makes of
+    /// the present one, until a window has shown it.
+    void expect_another(Lanes& lanes);
+    /// The DAC ran empty: the clocks as they were known tell nothing any more.
+    void clocks_lost() noexcept { posted_.reset(); }
     /// After a trip: look afresh.
-    void rearm() noexcept { ordered_ = false, loop_.settling(), clocks_.reset(); }
+    void rearm() noexcept { ordered_ = false, loop_.settling(), clocks_.reset(), posted_.reset(); }
 
 private:
     void order(const Trip& trip, Lanes& lanes);
@@ -56,6 +63,7 @@ private:
     double dac_rate_hz_;
     LoopGuard loop_;
     ClockWatch clocks_;
+    std::optional<Expectation> posted_;
     Harmonics<Acceleration> before_;  // as the last window showed it
     bool ordered_ = false;            // a stop, which will come back as a trip
 };

@@ -9,6 +9,8 @@ namespace {
 constexpr std::size_t judged_windows = 10;
 constexpr int longest_wait = 40;       // windows for a change to settle
 constexpr int most_blocks = 40;        // at one level
+constexpr int fresh_blocks = 15;       // after so many the response begins anew as it was identified
+constexpr double small_step = 0.1;     // of the target
 constexpr double tolerance = 1e-3;     // of gamma, a harmonic
 constexpr double least_motion = 0.05;  // of what the drive must make
 constexpr double noisy = 3e-4;         // of gamma: then errors are followed at half the pace
@@ -60,22 +62,33 @@ Harmonics<Acceleration> turned(const Harmonics<Acceleration>& h, double lag) {
     return later;
 }
 
+// The best of the places where one harmonic alone would fit best: from a weak one, which anything may have
+// turned, the way to the summit can begin in the wrong valley.
 double best_lag(const Harmonics<Acceleration>& wanted, const Harmonics<Acceleration>& measured) {
-    int lead = 1;
-    while (lead < max_harmonics && wanted.at(lead) == 0.0) ++lead;
-    double lag = std::arg(measured.at(lead) * std::conj(wanted.at(lead))) / lead;
+    Harmonics<Acceleration> product;
+    for (int q = 1; q <= max_harmonics; ++q) product.at(q) = std::conj(measured.at(q)) * wanted.at(q);
+    double lag = 0, most = -INFINITY;
+    for (int q = 1; q <= max_harmonics; ++q) {
+        if (product.at(q) == 0.0) continue;
+        for (int turn = 0; turn < q; ++turn) {
+            const double place = (two_pi * turn - std::arg(product.at(q))) / q;
+            double fit = 0;
+            for (int k = 1; k <= max_harmonics; ++k)
+                fit += (product.at(k) * std::polar(1.0, k * place)).real();
+            if (fit > most) most = fit, lag = place;
+        }
+    }
     for (int round = 0; round < 4; ++round) {  // Newton, on the sum of products
         double slope = 0, curve = 0;
         for (int q = 1; q <= max_harmonics; ++q) {
-            const std::complex<double> c =
-                std::conj(measured.at(q)) * wanted.at(q) * std::polar(1.0, q * lag);
+            const std::complex<double> c = product.at(q) * std::polar(1.0, q * lag);
             slope -= q * c.imag();
             curve -= q * q * c.real();
         }
         if (!(curve < 0)) break;
         lag -= std::clamp(slope / curve, -0.3, 0.3);
     }
-    return lag;
+    return std::remainder(lag, two_pi);
 }
 
 Equaliser::Equaliser(const Harmonics<Acceleration>& target,
@@ -185,8 +198,7 @@ void Equaliser::converge(const MotionWindow& window, double noise) {
 void Equaliser::step(const Block& block, double noise) {
     const int k = settings_.harmonics;
     if (last_)
-        gain_ *= plant_.learn(combined(block.volts, last_->volts, -1),
-                              combined(block.measured, last_->measured, -1), noise);
+        learn(combined(block.volts, last_->volts, -1), combined(block.measured, last_->measured, -1), noise);
     last_ = block;
     double size = norm(error_of(block.measured), k);
     const bool top = level_ + 1 == settings_.levels.size();
@@ -209,6 +221,7 @@ void Equaliser::step(const Block& block, double noise) {
         share_ = size > 1.3 * last_error_ ? std::max(0.25, 0.5 * share_) : std::min(1.0, 1.5 * share_);
         last_error_ = size;
         if (++blocks_ > most_blocks) return fall_back();
+        if (blocks_ % fresh_blocks == 0) plant_ = first_;  // what was learned leads nowhere
     }
     Harmonics<Voltage> change = plant_.drive(error_of(block.measured));
     const double most = norm(volts_, k) / std::max(norm(change, k), 1e-300);
@@ -216,6 +229,16 @@ void Equaliser::step(const Block& block, double noise) {
     if (good_ && peak(volts_) > 2 * settings_.levels[level_] / good_->level * peak(good_->volts))
         return fall_back();
     keep_within_limit();
+}
+
+// A small step that moved the base quite otherwise than foretold tells of something else that changed
+// meanwhile, as when a walker was put on the base, and nothing of the response.
+void Equaliser::learn(const Harmonics<Voltage>& stepped, const Harmonics<Acceleration>& moved, double noise) {
+    const int k = settings_.harmonics;
+    const Harmonics<Acceleration> foretold = plant_.motion(stepped);
+    const double size = norm(foretold, k), off = norm(combined(moved, foretold, -1), k);
+    if (off > size && size < small_step * norm(aim(), k)) return;
+    gain_ *= plant_.learn(stepped, moved, noise);
 }
 
 // Delay compensated: the error is that of the drive which was on during the window, so corrections that are

@@ -78,6 +78,7 @@ private:
     [[nodiscard]] bool moves(const MotionWindow& window, double noise) const;
     void converge(const MotionWindow& window, double noise);
     void step(const Block& block, double noise);
+    void learn(const Harmonics<Voltage>& stepped, const Harmonics<Acceleration>& moved, double noise);
     void follow(const MotionWindow& window, double noise);
     void judge(const Harmonics<Acceleration>& error, double noise, Report& report);
     void enter_converge();
