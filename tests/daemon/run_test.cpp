@@ -164,6 +164,26 @@ TEST(RunTest, AWalkerNearTheEdgeStopsTheDriveAndOneThatIsLostToo) {
     EXPECT_NE(lost.err.find("tracking_lost"), std::string::npos) << lost.err;
 }
 
+TEST(RunTest, ACameraThatIsSilentStopsTheDriveWhereItMustNotBe) {
+    const auto folder = fresh_folder();
+    const std::string stall =
+        "[[fault]]\nwhat = \"camera_stall\"\nat_s = 2\nfor_s = 0.5\ncamera = \"side\"\n";
+    std::ofstream{folder / "stall.toml"} << stall;
+    run("--no-identify --scene stall.toml --gamma 0.7g --periods 4", folder);
+    std::ofstream{folder / "strict.toml"} << "[limits]\ncamera_missing_s = 0.1\n" << stall;
+    const Outcome o = shakerd("run --no-identify --scene strict.toml --gamma 0.7g --periods 4", folder);
+    EXPECT_EQ(o.status, 5);
+    EXPECT_NE(o.err.find("camera_missing"), std::string::npos) << o.err;
+}
+
+TEST(RunTest, AWalkerThatIsCoveredStopsTheDrive) {
+    const auto folder = fresh_folder();
+    std::ofstream{folder / "hand.toml"} << "[[fault]]\nwhat = \"walker_hidden\"\nat_s = 2\n";
+    const Outcome o = shakerd("run --no-identify --scene hand.toml --gamma 0.7g --periods 4", folder);
+    EXPECT_EQ(o.status, 5);
+    EXPECT_NE(o.err.find("tracking_lost"), std::string::npos) << o.err;
+}
+
 TEST(RunTest, ADriveBeyondTheLimitsIsRefusedWithFiguresBeforeAnythingMoves) {
     const auto folder = fresh_folder();
     std::ofstream{folder / "weak.toml"} << "[shaker]\namplifier_gain = 1.0\n";
