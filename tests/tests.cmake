@@ -16,9 +16,9 @@ target_compile_definitions(test_support PUBLIC
   SHAKER_SOURCE_DIR="${PROJECT_SOURCE_DIR}" SHAKER_BINARY_DIR="${PROJECT_BINARY_DIR}"
   SHAKER_SANITIZED=${sanitized})
 
-set(areas drivers hardware mock simulated replay calibration tracking control reduction daemon loop)
+set(areas drivers hardware mock simulated replay calibration tracking control reduction daemon safety loop)
 if(SHAKER_SANITIZE MATCHES thread)
-  list(REMOVE_ITEM areas calibration tracking control reduction)  # of one thread each
+  list(REMOVE_ITEM areas calibration tracking control reduction safety)  # of one thread each
 endif()
 foreach(area ${areas})
   file(GLOB sources CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/tests/${area}/*_test.cpp)

@@ -15,7 +15,7 @@ using test::VirtualRun;
 
 int seeds() {
     const char* text = std::getenv("SHAKER_SEEDS");
-    return text != nullptr ? std::atoi(text) : 3;
+    return text != nullptr ? std::atoi(text) : (SHAKER_SANITIZED ? 1 : 3);
 }
 
 class FaultMatrixTest : public ::testing::TestWithParam<std::tuple<FaultCase, RunState>> {};
