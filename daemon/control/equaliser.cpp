@@ -11,6 +11,7 @@ constexpr int longest_wait = 40;       // windows for a change to settle
 constexpr int most_blocks = 40;        // at one level
 constexpr int fresh_blocks = 15;       // after so many the response begins anew as it was identified
 constexpr double small_step = 0.1;     // of the target
+constexpr double least_event = 0.01;   // likewise; less is the last of the way, where plants are least linear
 constexpr double tolerance = 1e-3;     // of gamma, a harmonic
 constexpr double least_motion = 0.05;  // of what the drive must make
 constexpr double noisy = 3e-4;         // of gamma: then errors are followed at half the pace
@@ -236,8 +237,8 @@ void Equaliser::step(const Block& block, double noise) {
 void Equaliser::learn(const Harmonics<Voltage>& stepped, const Harmonics<Acceleration>& moved, double noise) {
     const int k = settings_.harmonics;
     const Harmonics<Acceleration> foretold = plant_.motion(stepped);
-    const double size = norm(foretold, k), off = norm(combined(moved, foretold, -1), k);
-    if (off > size && size < small_step * norm(aim(), k)) return;
+    const double size = norm(foretold, k), off = norm(combined(moved, foretold, -1), k), all = norm(aim(), k);
+    if (off > 1.5 * size && size < small_step * all && norm(moved, k) > least_event * all) return;
     gain_ *= plant_.learn(stepped, moved, noise);
 }
 
