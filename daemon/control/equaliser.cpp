@@ -7,10 +7,12 @@ namespace shaker {
 
 namespace {
 constexpr std::size_t judged_windows = 10;
-constexpr int longest_wait = 40;       // windows for a change to settle
-constexpr int most_blocks = 40;        // at one level
-constexpr int fresh_blocks = 15;       // after so many the response begins anew as it was identified
-constexpr double small_step = 0.1;     // of the target
+constexpr int longest_wait = 40;  // windows for a change to settle
+constexpr int most_blocks = 40;   // at one level
+constexpr int fresh_blocks = 15;  // after so many the response begins anew as it was identified
+constexpr double much_worse = 3, least_harm = 0.03;  // of the error before; of the target
+constexpr double near_enough = 0.3;                  // of the target
+constexpr double small_step = 0.1;                   // of the target
 constexpr double least_event = 0.01;   // likewise; less is the last of the way, where plants are least linear
 constexpr double tolerance = 1e-3;     // of gamma, a harmonic
 constexpr double least_motion = 0.05;  // of what the drive must make
@@ -218,12 +220,22 @@ void Equaliser::step(const Block& block, double noise) {
         blocks_ = 0;
         last_error_ = INFINITY;
         size = norm(error_of(block.measured), k);
+    } else if (size > much_worse * last_error_ && size > least_harm * norm(aim(), k) &&
+               blocks_ < most_blocks) {
+        // The step did harm: it is taken back, and with it what had been learned.
+        ++blocks_;
+        volts_ = before_step_;
+        plant_ = first_;
+        share_ = 0.5;
+        last_.reset();
+        return;
     } else {
         share_ = size > 1.3 * last_error_ ? std::max(0.25, 0.5 * share_) : std::min(1.0, 1.5 * share_);
         last_error_ = size;
         if (++blocks_ > most_blocks) return fall_back();
         if (blocks_ % fresh_blocks == 0) plant_ = first_;  // what was learned leads nowhere
     }
+    before_step_ = block.volts;
     Harmonics<Voltage> change = plant_.drive(error_of(block.measured));
     const double most = norm(volts_, k) / std::max(norm(change, k), 1e-300);
     volts_ = combined(volts_, change, std::min(share_, most));
@@ -275,6 +287,9 @@ void Equaliser::enter_converge() {
 
 // More drive brings no more motion, or none of the right shape: back to what worked, and hold that.
 void Equaliser::fall_back() {
+    // What came near does no harm: it is held.
+    if (!good_ && last_error_ < near_enough * norm(aim(), settings_.harmonics))
+        good_ = {before_step_, first_, settings_.levels[level_]};
     if (!good_) {
         mode_ = Mode::failed;
         volts_ = {};

@@ -99,6 +99,7 @@ private:
     std::optional<Good> good_;
     // Converging.
     std::optional<Block> last_;
+    Harmonics<Voltage> before_step_;
     std::optional<Harmonics<Acceleration>> before_;
     Harmonics<Acceleration> sum_;
     int waited_ = 0, summed_ = 0, blocks_ = 0;
