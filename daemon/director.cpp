@@ -23,7 +23,6 @@ Director::Director(const RunPlan& plan, double dac_rate_hz, const AccelerometerI
     : plan_{plan},
       dac_rate_hz_{dac_rate_hz},
       frequency_{Synthesiser::realised(plan.keeper.drive.frequency, dac_rate_hz)},
-      accelerometer_{accelerometer},
       say_{std::move(say)},
       windows_{dac_rate_hz, accelerometer, plan.keeper.drive.frequency, controlled_harmonics, plan.line_hz},
       keeper_{plan.keeper},

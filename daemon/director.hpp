@@ -83,12 +83,10 @@ private:
     void note(const std::string& what);
     void command(const Harmonics<Voltage>& volts, int ramp_periods, bool transient, Lanes& lanes);
     [[nodiscard]] bool stragglers_may_come();
-    [[nodiscard]] double frequency() const noexcept { return frequency_; }
 
     RunPlan plan_;
     double dac_rate_hz_;
     double frequency_;  // as it is really played, Hz
-    AccelerometerInfo accelerometer_;
     Say say_;
     MotionWindows windows_;
     DriveKeeper keeper_;

@@ -27,11 +27,11 @@ std::int64_t DriveGuard::stop_samples(StopKind kind) const noexcept {
 
 std::optional<Trip> DriveGuard::check(const OutputSigns& signs, Warnings& warnings) noexcept {
     const bool waits_for_first = signs.silent && signs.signs_of_life == 0;
-    if (signs.signs_of_life != blocks_ || waits_for_first) block_at_ = signs.tick;
+    if (signs.signs_of_life != signs_of_life_ || waits_for_first) block_at_ = signs.tick;
     if (signs.gathered != gathered_ || signs.silent) gathered_at_ = signs.tick;
     const std::optional<Trip> found = find(signs, warnings);
     clamped_ = signs.clamped;
-    blocks_ = signs.signs_of_life;
+    signs_of_life_ = signs.signs_of_life;
     gathered_ = signs.gathered;
     return found;
 }

@@ -48,7 +48,7 @@ private:
     bool has_accelerometer_;
     double patience_s_;  // with the accelerometer
     Detectors told_;     // since rearm()
-    std::uint64_t clamped_ = 0, blocks_ = 0;
+    std::uint64_t clamped_ = 0, signs_of_life_ = 0;
     std::int64_t gathered_ = 0;
     std::int64_t block_at_ = 0, gathered_at_ = 0;  // ticks of the last signs of life
 };

@@ -41,7 +41,7 @@ std::optional<Trip> LoopGuard::check(const JudgedWindow& w, Warnings& warnings) 
         if (on(Cause::sensor_not_finite)) return trip(Cause::sensor_not_finite, StopKind::soft, NAN, 0);
         return std::nullopt;
     }
-    Harmonics<Acceleration> must, asked_volts;
+    Harmonics<Acceleration> must;
     double drive = 0, asked = 0;
     for (int q = 1; q <= max_harmonics; ++q) {
         const std::complex<double> h = w.response[static_cast<std::size_t>(q - 1)];
