@@ -65,12 +65,12 @@ TEST(AlsaFaultTest, AnUnderrunIsCountedAndTheNextBlockBeginsWhereItWasSaid) {
 
 TEST(AlsaFaultTest, ABlockThatComesWhenTheRampIsHeardIsNotPlayed) {
     MockDac mock;
-    mock.settings.buffer_frames = 14400;
-    mock.settings.ramp_s = 0.15;  // 7200 samples: 150 ms to hit, and `live` as in the other tests
+    mock.settings.buffer_frames = 11040;
+    mock.settings.ramp_s = 0.08;  // 3840 samples: 80 ms to hit, and `live` as in the other tests
     AlsaDac dac{mock.settings};
     Player player{dac};
     player.play(30);
-    pause_for(0.2);
+    pause_for(0.18);
     player.play(40);
     pause_for(0.16);
     mock.listen();
