@@ -102,7 +102,8 @@ void HarmonicEstimator::Work::spread(PeriodEstimate& e, const Eigen::Vector3d& u
     for (Index i = 0; i < n; ++i) {
         sum += inverse(i + 1, i + 1);
         for (Index j = 0; j < n; ++j)
-            e.cov[static_cast<std::size_t>(2 * max_harmonics * i + j)] = variance * inverse(i + 1, j + 1);
+            e.cov[static_cast<std::size_t>(i)][static_cast<std::size_t>(j)] =
+                variance * inverse(i + 1, j + 1);
     }
     e.sd = std::sqrt(variance * sum / static_cast<double>(n));
 }

@@ -27,9 +27,9 @@ struct PeriodEstimate {
     /// Of `along`: covariance of component i with j, 2(q-1) for the sine part of harmonic q (the real part of
     /// its amplitude), 2(q-1)+1 for the cosine part; for white noise of the residual's size.
     [[nodiscard]] double covariance(int i, int j) const {
-        return cov.at(static_cast<std::size_t>(2 * max_harmonics * i + j));
+        return cov.at(static_cast<std::size_t>(i)).at(static_cast<std::size_t>(j));
     }
-    std::array<double, 4 * max_harmonics * max_harmonics> cov{};
+    std::array<std::array<double, 2UL * max_harmonics>, 2UL * max_harmonics> cov{};
 };
 
 struct EstimatorSettings {

@@ -31,6 +31,7 @@ public:
         mm_ = pp_ = mp_ = 0;
         for (std::size_t i = 0; i < filled_; ++i) count(pairs_[i], 1);
     }
+    [[nodiscard]] std::size_t size() const noexcept { return size_; }
     [[nodiscard]] bool full() const noexcept { return filled_ == size_; }
     /// Rms of measured, predicted, and their difference.
     [[nodiscard]] double measured() const noexcept { return root(mm_); }

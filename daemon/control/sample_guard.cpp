@@ -263,14 +263,15 @@ void SampleGuard::watch_residual(const Vector& a, const Predicted& predicted, co
     }
     window_.add(dot(axis_, a), predicted->value);
     const Expectation& e = motion_.expectation();
+    follow_tolerance(e.tolerance);
     const double expected = std::max(predicted->rms, window_.predicted());
     if (!window_.full() || expected <= least_motion * e.sigma) return;
     const double allowed = allowance(*predicted);
-    const double limit = e.tolerance * expected + allowed;
+    const double limit = tolerance_ * expected + allowed;
     const double residual = window_.residual();
     const double share = window_.gain();
     const bool weak = share < open_share && window_.predicted() > least_motion * e.sigma &&
-                      residual > weak_share * e.tolerance * expected + allowed;
+                      residual > weak_share * tolerance_ * expected + allowed;
     const bool nothing = window_.measured() < gone * e.sigma &&
                          window_.predicted() > gone * least_motion * e.sigma + follows * predicted->slack;
     if (residual <= limit && !weak && !nothing) return;
@@ -284,6 +285,16 @@ void SampleGuard::watch_residual(const Vector& a, const Predicted& predicted, co
         trip(Cause::residual,
              window_.measured() > too_much * window_.predicted() ? StopKind::hard : StopKind::soft, residual,
              limit, out);
+}
+
+// What was predicted by the expectation before is not held against the closer bounds of the new one.
+void SampleGuard::follow_tolerance(double told) noexcept {
+    if (told >= tolerance_) {
+        tolerance_ = told;
+        judged_ = 0;
+    } else if (++judged_ > window_.size()) {
+        tolerance_ = told;
+    }
 }
 
 void SampleGuard::watch_level(Cause cause, double value, const Level& level, StopKind kind,

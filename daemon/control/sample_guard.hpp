@@ -66,6 +66,7 @@ private:
     [[nodiscard]] double size_along(const Vector& a) const noexcept;
     [[nodiscard]] double in_quarter_period(double at_least) const noexcept;
     void integrate(const Vector& a) noexcept;
+    void follow_tolerance(double told) noexcept;
     void follow_frequency() noexcept;
     void trip(Cause cause, StopKind kind, double value, double limit, const Findings& out) noexcept;
 
@@ -76,6 +77,8 @@ private:
     double lsb_;  // the coarsest axis', m/s^2
     PredictedMotion motion_;
     ResidualWindow window_;
+    double tolerance_ = 0;    // of the oldest prediction in the window
+    std::size_t judged_ = 0;  // samples since closer bounds were told
     Vector axis_;
     bool axis_known_;
 

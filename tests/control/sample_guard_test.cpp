@@ -286,6 +286,24 @@ TEST(SampleGuardTest, UntilTheAxisIsKnownTheSizeOfTheVectorStandsForIt) {
         10, [](int i) { return i == 5 ? 25 : 0; }, 0.1));
 }
 
+TEST(SampleGuardTest, APredictionIsHeldToTheBoundsThatWereToldWithIt) {
+    for (const bool right : {true, false}) {
+        test::GuardBench bench{{}, test::bench_limits()};
+        Expectation rough = bench.expectation(20);  // 60 % off, and said to be rough
+        for (std::complex<double>& h : rough.response) h *= 1.6;
+        rough.tolerance = 0.6;
+        bench.guard.expect(rough);
+        bench.synth.set(bench.command({.gamma = 20}));
+        bench.run(1);
+        ASSERT_TRUE(bench.trips.empty()) << text(bench.trips.front());
+        Expectation close = right ? bench.expectation(20) : rough;
+        close.tolerance = 0.3;
+        bench.guard.expect(close);
+        bench.run(0.1);
+        EXPECT_EQ(bench.trips.empty(), right);
+    }
+}
+
 TEST(SampleGuardTest, TakesNoMemory) {
     test::GuardBench bench{{}, test::bench_limits()};
     bench.guard.expect(bench.expectation(20));
