@@ -37,8 +37,9 @@ std::vector<ControlResult> run_seeds(const ControlCase& c, const test::MakeLaw& 
 }
 
 // Median and largest; a seed that never locks counts as infinitely late.
-std::string spread(std::vector<ControlResult> r, int ControlResult::*lock) {
+std::string spread(const std::vector<ControlResult>& r, int ControlResult::*lock) {
     std::vector<int> n;
+    n.reserve(r.size());
     for (const auto& one : r) n.push_back(one.*lock < 0 ? 1'000'000 : one.*lock);
     std::ranges::sort(n);
     const auto text = [](int v) { return v >= 1'000'000 ? std::string{"never"} : std::to_string(v); };

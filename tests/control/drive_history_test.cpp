@@ -50,14 +50,15 @@ TEST(DriveHistoryTest, TheMeanIsThatOfTheSamples) {
     Played p;
     p.on(2400);
     p.synthesiser.set(command(1, 20, 3, 1));
-    p.on(2400 * 6);
+    p.on(14400);
     p.synthesiser.set(command(0.25, 20, 1, 2));
-    p.on(2400 * 6);
+    p.on(14400);
     for (int period = 0; period < 12; ++period) {
         const double from = 0.05 * period;
         double sum = 0;  // lock-in over the period
-        for (int i = 0; i < 2400; ++i)
-            sum += p.volts[static_cast<std::size_t>(2400 * period + i)] * std::sin(two_pi * i / 2400) / 1200;
+        for (std::size_t i = 0; i < 2400; ++i)
+            sum += p.volts[2400 * static_cast<std::size_t>(period) + i] *
+                   std::sin(two_pi * static_cast<double>(i) / 2400) / 1200;
         // A ramp bends the sine a little: what it does to the lock-in is not what it does to the mean.
         EXPECT_NEAR(p.history.mean(from, from + 0.05).at(1).real(), sum, 0.06) << period;
         const bool steady = period == 0 || (period >= 4 && period <= 6) || period >= 8;
