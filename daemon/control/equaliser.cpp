@@ -11,8 +11,10 @@ constexpr int longest_wait = 40;  // windows for a change to settle
 constexpr int most_blocks = 40;   // at one level
 constexpr int fresh_blocks = 15;  // after so many the response begins anew as it was identified
 constexpr double much_worse = 3, least_harm = 0.03;  // of the error before; of the target
-constexpr double near_enough = 0.3;                  // of the target
-constexpr double small_step = 0.1;                   // of the target
+constexpr double slightly_worse = 1.1;
+constexpr int most_worse = 1;          // steps in a row
+constexpr double near_enough = 0.3;    // of the target
+constexpr double small_step = 0.1;     // of the target
 constexpr double least_event = 0.01;   // likewise; less is the last of the way, where plants are least linear
 constexpr double tolerance = 1e-3;     // of gamma, a harmonic
 constexpr double least_motion = 0.05;  // of what the drive must make
@@ -220,10 +222,12 @@ void Equaliser::step(const Block& block, double noise) {
         blocks_ = 0;
         last_error_ = INFINITY;
         size = norm(error_of(block.measured), k);
-    } else if (size > much_worse * last_error_ && size > least_harm * norm(aim(), k) &&
-               blocks_ < most_blocks) {
-        // The step did harm: it is taken back, and with it what had been learned.
+    } else if (does_harm(size) && blocks_ < most_blocks) {
+        // The step is taken back, and with it what had been learned. Where that helps nothing it was not to
+        // blame.
         ++blocks_;
+        worse_ = 0;
+        last_error_ = size;
         volts_ = before_step_;
         plant_ = first_;
         share_ = 0.5;
@@ -242,6 +246,13 @@ void Equaliser::step(const Block& block, double noise) {
     if (good_ && peak(volts_) > 2 * settings_.levels[level_] / good_->level * peak(good_->volts))
         return fall_back();
     keep_within_limit();
+}
+
+// Much worse at once, or worse step by step.
+bool Equaliser::does_harm(double size) {
+    worse_ = size > slightly_worse * last_error_ ? worse_ + 1 : 0;
+    return size > least_harm * norm(aim(), settings_.harmonics) &&
+           (size > much_worse * last_error_ || worse_ > most_worse);
 }
 
 // A small step that moved the base quite otherwise than foretold tells of something else that changed
@@ -282,6 +293,7 @@ void Equaliser::enter_converge() {
     waited_ = summed_ = blocks_ = far_ = 0;
     share_ = 1;
     last_error_ = INFINITY;
+    worse_ = 0;
     errors_.clear();
 }
 

@@ -78,6 +78,7 @@ private:
     [[nodiscard]] bool moves(const MotionWindow& window, double noise) const;
     void converge(const MotionWindow& window, double noise);
     void step(const Block& block, double noise);
+    [[nodiscard]] bool does_harm(double size);
     void learn(const Harmonics<Voltage>& stepped, const Harmonics<Acceleration>& moved, double noise);
     void follow(const MotionWindow& window, double noise);
     void judge(const Harmonics<Acceleration>& error, double noise, Report& report);
@@ -103,6 +104,7 @@ private:
     std::optional<Harmonics<Acceleration>> before_;
     Harmonics<Acceleration> sum_;
     int waited_ = 0, summed_ = 0, blocks_ = 0;
+    int worse_ = 0;  // steps in a row after which the error was larger
     double share_ = 1, last_error_ = INFINITY;
     // Following.
     Harmonics<Voltage> drift_;

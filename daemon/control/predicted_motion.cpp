@@ -46,6 +46,7 @@ void PredictedMotion::begin(const DriveChange& change) noexcept {
         stopped_ = true;
         return;
     }
+    left_ = stopped_ ? 0 : slack_at(static_cast<double>(change.first.n) - first_);
     from_ = stopped_ ? End{.volts = {}, .frequency = to_.frequency, .step = to_.step} : to_;
     stopped_ = false;
     to_ = {.volts = change.command.volts,
@@ -87,6 +88,20 @@ void PredictedMotion::weigh() noexcept {
     order_ = std::max(from_.volts.order(), to_.volts.order());
 }
 
+// What the newest change leaves, and under it what those before have left.
+double PredictedMotion::slack_at(double x) const noexcept {
+    const double settling =
+        newest_ ? newest_->settling_s * rate_hz_ * newest_->dac_per_tick : 0;  // DAC samples
+    if (!(settling > 0)) return 0;
+    double slack = 0;
+    if (change_rms_ > 0) {
+        slack =
+            change_rms_ * (sweeps_ ? sweep_slack : std::min(most_slack, 4 * settling / std::max(ramp_, 1.0)));
+        if (x > ramp_) slack *= std::exp((ramp_ - x) / (sweeps_ ? 2 * settling : settling));
+    }
+    return std::max(slack, left_ * std::exp(-std::max(x, 0.0) / settling));
+}
+
 std::optional<double> PredictedMotion::dac_sample(AccelTick tick) const noexcept {
     if (!mapped_) return std::nullopt;
     return newest_->dac_sample + newest_->dac_per_tick * static_cast<double>(tick.n - newest_->at.n);
@@ -124,14 +139,7 @@ std::optional<PredictedMotion::Sample> PredictedMotion::at(AccelTick tick) noexc
         re = sum_re * c - sum_im * s;
         im = sum_re * s + sum_im * c;
     }
-    const double settling = newest_->settling_s * rate_hz_ * newest_->dac_per_tick;  // DAC samples
-    double slack = 0;
-    if (settling > 0 && change_rms_ > 0) {
-        slack =
-            change_rms_ * (sweeps_ ? sweep_slack : std::min(most_slack, 4 * settling / std::max(ramp_, 1.0)));
-        if (x > ramp_) slack *= std::exp((ramp_ - x) / (sweeps_ ? 2 * settling : settling));
-    }
-    return Sample{im, std::sqrt(0.5 * squares), slack};
+    return Sample{im, std::sqrt(0.5 * squares), slack_at(x)};
 }
 
 }  // namespace shaker

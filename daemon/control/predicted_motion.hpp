@@ -75,6 +75,8 @@ private:
     void begin(const DriveChange& change) noexcept;
     void predict(End& end) const noexcept;
     void weigh() noexcept;
+    /// Of the newest change, x DAC samples after its first.
+    [[nodiscard]] double slack_at(double x) const noexcept;
 
     double rate_hz_;
     std::optional<Expectation> newest_, before_;  // before_: of another frequency than the newest
@@ -86,6 +88,7 @@ private:
     double map_from_ = 0;          // DAC sample: maps of the clocks from before it no longer hold
     double phase_ = 0;             // turns at first_
     double change_rms_ = 0;        // of to_ minus from_
+    double left_ = 0;              // slack at first_ of the changes before
     int order_ = 0;
     double frequency_;
 };

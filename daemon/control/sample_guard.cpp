@@ -270,8 +270,10 @@ void SampleGuard::watch_residual(const Vector& a, const Predicted& predicted, co
     const double limit = tolerance_ * expected + allowed;
     const double residual = window_.residual();
     const double share = window_.gain();
-    const bool weak = share < open_share && window_.predicted() > least_motion * e.sigma &&
-                      residual > weak_share * tolerance_ * expected + allowed;
+    // Where less is predicted than the prediction may be off, a small share says nothing.
+    const double doubt = weak_share * tolerance_ * expected + allowed;
+    const bool weak = share < open_share && window_.predicted() > std::max(doubt, least_motion * e.sigma) &&
+                      residual > doubt;
     const bool nothing = window_.measured() < gone * e.sigma &&
                          window_.predicted() > gone * least_motion * e.sigma + follows * predicted->slack;
     if (residual <= limit && !weak && !nothing) return;

@@ -189,6 +189,21 @@ TEST(EqualiserTest, APlantThatGivesNoMoreIsLeftAtWhatItGave) {
     EXPECT_GT(r.reached, 0.3);
 }
 
+// A walker that begins to slide takes a fifth of the motion from one window to the next.
+TEST(EqualiserTest, AChangeOfThePlantThatFollowsAStepIsCorrectedAndNotTakenForItsHarm) {
+    for (int after = 1; after <= 12; ++after) {
+        Toy t = toy(1, 0);
+        Equaliser eq{harmonics(Drive{.gamma = 9.8}), nominal(), {.volts_limit = 1e3}};
+        ASSERT_TRUE(run(eq, t, 120).locked);
+        for (std::complex<double>& h : t.h) h *= 0.8;
+        run(eq, t, 3);
+        for (int k = 0; k < after; ++k) run(eq, t, 1);
+        for (std::complex<double>& h : t.h) h /= 0.8;
+        const auto r = run(eq, t, 60);
+        EXPECT_LT(r.error, 1e-3) << after;
+    }
+}
+
 TEST(EqualiserTest, PeakIsTheLargestValueOfThePeriod) {
     Harmonics<Voltage> h;
     h.at(1) = std::polar(0.7, 0.3);
