@@ -189,7 +189,11 @@ void Equaliser::converge(const MotionWindow& window, double noise) {
     const bool settled =
         before_ && norm(combined(window.measured, *before_, -1), settings_.harmonics) <= still;
     before_ = window.measured;
-    if (!settled && waited_ < longest_wait) return;
+    if (!settled && waited_ < longest_wait) {
+        sum_ = {};  // what came before was of another state of the plant
+        summed_ = 0;
+        return;
+    }
     sum_ = combined(sum_, window.measured, 1);
     ++summed_;
     if (size < 7 * noise * root && summed_ < 4) return;
