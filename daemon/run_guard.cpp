@@ -64,23 +64,26 @@ void RunGuard::look(const MotionWindows::Window& window, const DriveKeeper& keep
              moves(window, keeper.noise()) &&  // also under small corrections, which never end
              distance(window.motion.measured, before_) <
                  same * norm(window.motion.measured, controlled_harmonics)) {
-        posted_ = expectation(window, keeper, clock, tick, lanes.warnings);
+        posted_ = expectation(window, judged.target, keeper, clock, tick, lanes.warnings);
         lanes.expectation.post(*posted_);
     }
     before_ = window.motion.measured;
 }
 
-// The ratio of motion to drive where the motion is strong, the response elsewhere: a weak harmonic of the
-// motion may be the plant's own distortion, which the drive takes away.
-Expectation RunGuard::expectation(const MotionWindows::Window& window, const DriveKeeper& keeper,
-                                  const DriveClock& clock, AccelTick tick, Warnings& warnings) {
+// The ratio of motion to drive where the motion is strong and meant, the response elsewhere: what is weak, or
+// in no target, may be the plant's own distortion or the walker's, which the drive takes away.
+Expectation RunGuard::expectation(const MotionWindows::Window& window, const Harmonics<Acceleration>& target,
+                                  const DriveKeeper& keeper, const DriveClock& clock, AccelTick tick,
+                                  Warnings& warnings) {
     Expectation e{.response = keeper.response_at(keeper.drive().frequency),
                   .frequency = keeper.drive().frequency,
                   .axis = window.estimate.axis,
                   .at = tick};
     double largest = 0;
     for (const auto& a : window.motion.measured.a) largest = std::max(largest, std::abs(a));
+    const bool aimed = norm(target, max_harmonics) > 0;
     for (std::size_t q = 0; q < max_harmonics; ++q) {
+        if (aimed && target.a[q] == 0.0) continue;
         const std::complex<double> volts = window.motion.volts.a[q], motion = window.motion.measured.a[q];
         if (std::abs(motion) > strong * largest && std::abs(volts) > 0) e.response[q] = motion / volts;
     }

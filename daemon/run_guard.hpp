@@ -55,7 +55,9 @@ private:
     [[nodiscard]] std::int64_t tick_at(double now_s) const {
         return static_cast<std::int64_t>(now_s * dac_rate_hz_);
     }
-    [[nodiscard]] Expectation expectation(const MotionWindows::Window& window, const DriveKeeper& keeper,
+    /// target: what the drive is corrected towards; empty when it is not.
+    [[nodiscard]] Expectation expectation(const MotionWindows::Window& window,
+                                          const Harmonics<Acceleration>& target, const DriveKeeper& keeper,
                                           const DriveClock& clock, AccelTick tick, Warnings& warnings);
 
     Limits limits_;
