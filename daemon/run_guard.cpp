@@ -9,6 +9,7 @@ namespace {
 constexpr double strong = 0.1;  // of the largest harmonic: then its own ratio of motion to drive is known
 constexpr double loose =
     0.6;  // tolerance while the response is a data sheet's, being found out, or of another target
+constexpr double near = 0.1;                  // of the target: the loop's error when it has nearly arrived
 constexpr double tight = 0.3;                 // and once it was measured
 constexpr double clear_of_noise = 30;         // sd
 constexpr double same = 0.1;                  // of the motion, that it may differ from the window before
@@ -90,7 +91,9 @@ Expectation RunGuard::expectation(const MotionWindows::Window& window, const Har
     e.dac_sample = dac_rate_hz_ * seconds(clock.master(tick));
     e.dac_per_tick = clocks_.look(clock, tick, warnings);
     e.sigma = keeper.noise() * std::sqrt(0.5 * window.estimate.samples);
-    e.tolerance = keeper.identified() || keeper.report().locked ? tight : loose;
+    // On the way to a target a walker may take the place of what the drive is about to change.
+    const bool on_the_way = aimed && keeper.report().error > near;
+    e.tolerance = !on_the_way && (keeper.identified() || keeper.report().locked) ? tight : loose;
     return e;
 }
 
