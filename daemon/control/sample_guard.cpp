@@ -279,7 +279,7 @@ void SampleGuard::watch_residual(const Vector& a, const Predicted& predicted, co
     if (residual <= limit && !weak && !nothing) return;
     if (static_cast<double>(repeats_) >= least_repeats)
         trip(Cause::sensor_frozen, StopKind::soft, static_cast<double>(repeats_) + 1, least_repeats, out);
-    else if (share < -0.5)
+    else if (share < -0.5 && window_.measured() <= too_much * window_.predicted())
         trip(Cause::polarity, StopKind::soft, share, open_share, out);
     else if (window_.measured() < open_share * window_.predicted())
         trip(Cause::sensor_open, StopKind::soft, window_.measured() / window_.predicted(), open_share, out);
