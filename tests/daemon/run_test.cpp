@@ -146,7 +146,7 @@ TEST(RunTest, AClippingSensorStopsTheDrive) {
 TEST(RunTest, AWalkerThatLeavesTheViewIsReducedFromWhatWasSeenAndTheLossIsTold) {
     const auto folder = fresh_folder();
     std::ofstream{folder / "wide.toml"} << "[limits]\nedge_mm = -100\ntracking_lost_frames = 100000\n";
-    const json r = run("--no-identify --scene wide.toml --gamma 3g --periods 20", folder);
+    const json r = run("--no-identify --scene wide.toml --gamma 2.7g --periods 20", folder);
     expect_true_drift(r);
     const int used = r["frames"], lost = r["frames_lost"];
     EXPECT_GT(lost, 100);
