@@ -9,8 +9,8 @@ namespace {
 constexpr double strong = 0.1;  // of the largest harmonic: then its own ratio of motion to drive is known
 constexpr double loose =
     0.6;  // tolerance while the response is a data sheet's, being found out, or of another target
-constexpr double near = 0.1;                  // of the target: the loop's error when it has nearly arrived
 constexpr double tight = 0.3;                 // and once it was measured
+constexpr double near = 0.1;                  // of the target: the loop's error when it has nearly arrived
 constexpr double clear_of_noise = 30;         // sd
 constexpr double same = 0.1;                  // of the motion, that it may differ from the window before
 constexpr double standard_gravity = 9.80665;  // m/s^2
