@@ -17,6 +17,10 @@ constexpr double camera_patience_s = 2;
 constexpr double transient_periods = 1;  // after a ramp, until the suspension has followed
 constexpr double aftermath_s = 0.3;      // recorded after a trip
 constexpr int between_levels = 5;        // periods of the ramps while the response is found out
+
+bool contradicts_prediction(Cause cause) {
+    return cause == Cause::residual || cause == Cause::sensor_open || cause == Cause::polarity;
+}
 }  // namespace
 
 Director::Director(const RunPlan& plan, double dac_rate_hz, const AccelerometerInfo& accelerometer, Say say)
@@ -63,10 +67,11 @@ void Director::take_trips(const Take& take) {
     }
 }
 
-// A base that stood still because the DAC had run empty may be noticed before the DAC is. The drive comes
-// back softly where it may after an underrun.
+// A base that stood still, or swung out by itself, because the DAC had run empty may be noticed before the
+// DAC is. The drive comes back softly where it may after an underrun; what was not the DAC's doing shows
+// again.
 void Director::blame_dac() {
-    if (trip_->cause != Cause::residual && trip_->cause != Cause::sensor_open) return;
+    if (!contradicts_prediction(trip_->cause)) return;
     note("the base stood still because the DAC had run empty");
     trip_ =
         Trip{.cause = Cause::underrun,
