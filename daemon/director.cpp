@@ -72,7 +72,7 @@ void Director::take_trips(const Take& take) {
 // again.
 void Director::blame_dac() {
     if (!contradicts_prediction(trip_->cause)) return;
-    note("the base stood still because the DAC had run empty");
+    note("the base did not follow because the DAC had run empty");
     trip_ =
         Trip{.cause = Cause::underrun,
              .on_dac_clock = true,
