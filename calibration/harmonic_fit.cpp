@@ -1,145 +1,20 @@
 #include "calibration/harmonic_fit.hpp"
 
-#include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
-#include <string>
 
+#include "calibration/harmonic_model.hpp"
+#include "calibration/harmonic_sums.hpp"
+#include "calibration/phasors.hpp"
 #include "drivers/drive.hpp"
-#include "drivers/errors.hpp"
 
 namespace shaker {
 namespace {
 
-using Complexes = std::vector<std::complex<double>>;
-
-struct Model {
-    double frequency;
-    double origin;
-    double
-        half_span;  // the slope's column runs over about -1..1, so that the normal equations stay well scaled
-    int order;
-    bool slope;
-    const Complexes* derivative_of = nullptr;  // with it, a last column: the signal's derivative by frequency
-
-    [[nodiscard]] int unknowns(std::size_t streams) const {
-        return 2 * order + (slope ? 1 : 0) + static_cast<int>(streams) + (derivative_of ? 1 : 0);
-    }
-};
-
 /// Turns less their whole number; std::remainder is exact too but ten times slower.
 double fraction(double turns) { return turns - std::rint(turns); }
-
-template <class Row>
-void fill_row(const Model& m, double t, int stream, Row row) {
-    const double dt = t - m.origin;
-    const std::complex<double> z = std::polar(1.0, two_pi * fraction(m.frequency * dt));
-    std::complex<double> zq = 1;
-    double derivative = 0;
-    for (int q = 1; q <= m.order; ++q) {
-        zq *= z;
-        row(2 * (q - 1)) = zq.imag();
-        row(2 * (q - 1) + 1) = zq.real();
-        if (m.derivative_of) {
-            derivative += two_pi * q * dt * ((*m.derivative_of)[static_cast<std::size_t>(q - 1)] * zq).real();
-        }
-    }
-    if (m.slope) row(2 * m.order) = dt / m.half_span;
-    row(2 * m.order + (m.slope ? 1 : 0) + stream) = 1;
-    if (m.derivative_of) row(row.size() - 1) = derivative;
-}
-
-struct Solution {
-    Eigen::VectorXd p;
-    Eigen::MatrixXd inverse;  // of the normal matrix
-    double chi2 = 0;
-    double square_sum = 0;  // of plain residuals
-    std::size_t samples = 0;
-};
-
-void require_solvable(const Model& m, int unknowns, std::size_t samples, double reciprocal_condition) {
-    if (samples <= static_cast<std::size_t>(unknowns)) {
-        throw InputError("harmonic fit: " + std::to_string(samples) + " samples for " +
-                         std::to_string(unknowns) + " unknowns (harmonics up to " + std::to_string(m.order) +
-                         "); more samples are needed");
-    }
-    if (!(reciprocal_condition > 1e-11)) {
-        throw InputError("harmonic fit: the sample times cannot tell " + std::to_string(m.order) +
-                         " harmonics of " + std::to_string(m.frequency) + " Hz apart");
-    }
-}
-
-double sd_of(const HarmonicSamples& s, std::size_t i) { return s.sd.empty() ? 1.0 : s.sd[i]; }
-
-Solution solve(std::span<const HarmonicSamples> streams, const Model& m) {
-    constexpr int block = 128;
-    const int n = m.unknowns(streams.size());
-    Eigen::MatrixXd normal = Eigen::MatrixXd::Zero(n, n), rows(n, block);
-    Eigen::VectorXd right = Eigen::VectorXd::Zero(n), values(block);
-    Solution out;
-    for (std::size_t s = 0; s < streams.size(); ++s) {
-        const auto& in = streams[s];
-        for (std::size_t begin = 0; begin < in.t.size(); begin += block) {
-            const std::size_t end = std::min(begin + block, in.t.size());
-            rows.setZero();
-            values.setZero();
-            for (std::size_t i = begin; i < end; ++i) {
-                const auto k = static_cast<Eigen::Index>(i - begin);
-                fill_row(m, in.t[i], static_cast<int>(s), rows.col(k));
-                rows.col(k) /= sd_of(in, i);
-                values(k) = in.y[i] / sd_of(in, i);
-            }
-            normal.selfadjointView<Eigen::Lower>().rankUpdate(rows);
-            right.noalias() += rows * values;
-        }
-        out.samples += in.t.size();
-    }
-    // Columns differ in size (the derivative's most of all): scale them before the decomposition.
-    const Eigen::VectorXd d = normal.diagonal().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
-    normal = normal.selfadjointView<Eigen::Lower>();
-    const Eigen::MatrixXd scaled = d.asDiagonal() * normal * d.asDiagonal();
-    const Eigen::LLT<Eigen::MatrixXd> llt(scaled);
-    require_solvable(m, n, out.samples, llt.info() == Eigen::Success ? llt.rcond() : 0.0);
-    out.inverse = d.asDiagonal() * llt.solve(Eigen::MatrixXd::Identity(n, n)) * d.asDiagonal();
-    out.p = d.asDiagonal() * llt.solve(d.asDiagonal() * right);
-    return out;
-}
-
-void add_residuals(std::span<const HarmonicSamples> streams, const Model& m, Solution& s) {
-    Eigen::VectorXd row = Eigen::VectorXd::Zero(s.p.size());
-    for (std::size_t k = 0; k < streams.size(); ++k) {
-        for (std::size_t i = 0; i < streams[k].t.size(); ++i) {
-            row.setZero();
-            fill_row(m, streams[k].t[i], static_cast<int>(k), row.head(row.size()));
-            const double r = streams[k].y[i] - row.dot(s.p);
-            s.square_sum += r * r;
-            s.chi2 += r * r / (sd_of(streams[k], i) * sd_of(streams[k], i));
-        }
-    }
-}
-
-Model model_for(std::span<const HarmonicSamples> streams, double frequency, int order, bool slope) {
-    double weight = 0, sum = 0, low = 1e300, high = -1e300;
-    for (const auto& s : streams) {
-        for (std::size_t i = 0; i < s.t.size(); ++i) {
-            const double w = 1 / (sd_of(s, i) * sd_of(s, i));
-            weight += w;
-            sum += w * s.t[i];
-        }
-        if (!s.t.empty()) {
-            low = std::min(low, s.t.front());
-            high = std::max(high, s.t.back());
-        }
-    }
-    return {frequency, weight > 0 ? sum / weight : 0.0, std::max((high - low) / 2, 1e-9), order, slope};
-}
-
-Complexes amplitudes(const Eigen::VectorXd& p, int order) {
-    Complexes a;
-    for (Eigen::Index q = 0; q < order; ++q) a.emplace_back(p(2 * q), p(2 * q + 1));
-    return a;
-}
 
 /// The samples of each stream that lie within `half_width` of `centre`.
 std::vector<HarmonicSamples> window(std::span<const HarmonicSamples> streams, double centre,
@@ -157,24 +32,65 @@ std::vector<HarmonicSamples> window(std::span<const HarmonicSamples> streams, do
     return out;
 }
 
+/// Sums over all streams, each with a constant of its own; the derivative's column is the last.
+NormalEquations sums_of(std::span<const HarmonicSamples> streams, const HarmonicModel& m,
+                        const std::vector<std::vector<int>>& columns) {
+    const Eigen::Index n = m.columns() + static_cast<int>(streams.size()) - 1;
+    NormalEquations out{Eigen::MatrixXd::Zero(n, n), Eigen::MatrixXd::Zero(n, 1)};
+    for (std::size_t k = 0; k < streams.size(); ++k) {
+        const HarmonicSamples& s = streams[k];
+        const NormalEquations one = normal_equations(m, s.t, s.sd, {&s.y, 1});
+        out.normal(columns[k], columns[k]) += one.normal;
+        out.right(columns[k], 0) += one.right;
+    }
+    return out;
+}
+
+/// Where the columns of each stream's model are among all unknowns.
+std::vector<std::vector<int>> columns_of(const HarmonicModel& m, std::size_t streams) {
+    std::vector<std::vector<int>> out(streams);
+    for (std::size_t k = 0; k < streams; ++k) {
+        for (int i = 0; i < m.constant_column(); ++i) out[k].push_back(i);
+        out[k].push_back(m.constant_column() + static_cast<int>(k));
+        if (!m.derivative_of.empty()) out[k].push_back(m.constant_column() + static_cast<int>(streams));
+    }
+    return out;
+}
+
 Estimate refine_in(std::span<const HarmonicSamples> streams, double frequency, int order) {
+    constexpr double slight = 1e-6;  // a relative step that leaves the amplitudes what they are
     const double start = frequency;
     double sigma = std::numeric_limits<double>::quiet_NaN();
+    std::size_t samples = 0;
+    for (const auto& s : streams) samples += s.t.size();
+    HarmonicModel m = model_of(streams, frequency, order, Slope::none);
+    std::vector<std::complex<double>> a;
     for (int iteration = 0; iteration < 8; ++iteration) {
-        Model m = model_for(streams, frequency, order, false);
-        const Complexes a = amplitudes(solve(streams, m).p, order);
-        m.derivative_of = &a;
-        Solution s = solve(streams, m);
-        const double step = s.p(s.p.size() - 1);
-        const double sd_of_unit_noise = std::sqrt(s.inverse(s.p.size() - 1, s.p.size() - 1));
+        m.frequency_hz = frequency;
+        m.derivative_of = {};
+        if (a.empty())
+            a = amplitudes(solve(m, sums_of(streams, m, columns_of(m, streams.size())), samples).p, order);
+        m.derivative_of = a;
+        const auto columns = columns_of(m, streams.size());
+        const Solution s = solve(m, sums_of(streams, m, columns), samples);
+        const Eigen::Index last = s.p.rows() - 1;
+        const double step = s.p(last);
         frequency += step;
         if (!std::isfinite(frequency) || std::abs(frequency / start - 1) > 0.05) break;
         if (std::abs(step) < 1e-10 * frequency || iteration == 7) {
-            add_residuals(streams, m, s);
-            const auto freedom = static_cast<double>(s.samples) - static_cast<double>(s.p.size());
-            sigma = sd_of_unit_noise * std::sqrt(s.chi2 / freedom);
+            double chi2 = 0;
+            for (std::size_t k = 0; k < streams.size(); ++k) {
+                const HarmonicSamples& in = streams[k];
+                chi2 += remainders(m, in.t, in.sd, {&in.y, 1}, s.p(columns[k], Eigen::all)).front().chi2;
+            }
+            const auto freedom = static_cast<double>(samples) - static_cast<double>(s.p.rows());
+            sigma = std::sqrt(s.inverse(last, last) * chi2 / freedom);
             break;
         }
+        if (std::abs(step) > slight * frequency)
+            a.clear();
+        else
+            a = amplitudes(s.p, order);
     }
     return {frequency, sigma};
 }
@@ -186,6 +102,17 @@ double HarmonicFit::periodic(double t_s) const noexcept {
     std::complex<double> sum = 0;
     for (auto it = a.rbegin(); it != a.rend(); ++it) sum = (sum + *it) * z;
     return sum.imag();
+}
+
+void HarmonicFit::periodic(std::span<const double> t_s, std::span<double> out) const noexcept {
+    constexpr std::size_t block = Phasors::size;
+    for (std::size_t begin = 0; begin < t_s.size(); begin += block) {
+        const std::size_t count = std::min(block, t_s.size() - begin);
+        std::array<double, block> turns{};
+        for (std::size_t i = 0; i < count; ++i) turns[i] = frequency_hz * (t_s[begin + i] - origin_s);
+        std::copy_n(polynomial(a, phasors(turns)).im.begin(), count,
+                    out.begin() + static_cast<std::ptrdiff_t>(begin));
+    }
 }
 
 double HarmonicFit::cov(int i, int j) const {
@@ -213,45 +140,48 @@ double HarmonicFit::phase_sd(int q) const {
 
 HarmonicFit fit_harmonics(std::span<const HarmonicSamples> streams, double frequency_hz, int order,
                           Slope slope) {
-    const Model m = model_for(streams, frequency_hz, order, slope == Slope::free);
-    Solution s = solve(streams, m);
-    add_residuals(streams, m, s);
-    HarmonicFit fit;
-    fit.frequency_hz = frequency_hz;
-    fit.origin_s = m.origin;
-    fit.a = amplitudes(s.p, order);
-    fit.samples = s.samples;
-    const double freedom = static_cast<double>(s.samples) - static_cast<double>(s.p.size());
-    fit.scale = std::sqrt(s.chi2 / freedom);
-    fit.rms = std::sqrt(s.square_sum / freedom);
-    const double variance = s.chi2 / freedom;
-    for (int i = 0; i < 2 * order; ++i) {
-        for (int j = 0; j < 2 * order; ++j) fit.covariance.push_back(variance * s.inverse(i, j));
+    return HarmonicSums(streams, frequency_hz, order, slope).fit(order);
+}
+
+std::vector<HarmonicFit> fit_signals(std::span<const double> t,
+                                     std::span<const std::span<const double>> signals, double frequency_hz,
+                                     int order) {
+    const HarmonicSamples times{t, {}, {}};
+    const HarmonicModel m = model_of({&times, 1}, frequency_hz, order, Slope::none);
+    const Solution solved = solve(m, normal_equations(m, t, {}, signals), t.size());
+    const std::vector<Remainder> left = remainders(m, t, {}, signals, solved.p);
+    std::vector<HarmonicFit> out(signals.size());
+    for (std::size_t i = 0; i < out.size(); ++i) {
+        out[i].samples = t.size();
+        out[i].stream_rms = {std::sqrt(left[i].chi2 / static_cast<double>(t.size()))};
+        set_solution(out[i], m, solved, static_cast<Eigen::Index>(i), left[i]);
     }
-    const int k = 2 * order;
-    fit.slope = {0, 0};
-    if (m.slope) fit.slope = {s.p(k) / m.half_span, std::sqrt(variance * s.inverse(k, k)) / m.half_span};
-    for (std::size_t i = 0; i < streams.size(); ++i) {
-        fit.constants.push_back(s.p(k + (m.slope ? 1 : 0) + static_cast<int>(i)));
-    }
-    return fit;
+    return out;
 }
 
 Estimate refine_frequency(std::span<const HarmonicSamples> streams, double near_hz, int order) {
-    const Model all = model_for(streams, near_hz, order, false);
-    double low = all.origin, high = all.origin;
+    return refine_frequency(streams, Estimate{near_hz, std::numeric_limits<double>::infinity()}, order);
+}
+
+Estimate refine_frequency(std::span<const HarmonicSamples> streams, const Estimate& near, int order) {
+    // Within this part of a turn at the ends of a window Gauss-Newton goes the right way at once.
+    constexpr double safe_turns = 0.01;
+    const HarmonicModel all = model_of(streams, near.value, order, Slope::none);
+    double low = all.origin_s, high = all.origin_s;
     for (const auto& s : streams) {
         if (s.t.empty()) continue;
         low = std::min(low, s.t.front());
         high = std::max(high, s.t.back());
     }
-    const double reach = std::max(all.origin - low, high - all.origin);
-    double frequency = near_hz;
-    for (double half = 4 / near_hz; half < reach; half *= 4) {
-        const auto part = window(streams, all.origin, half);
+    const double reach = std::max(all.origin_s - low, high - all.origin_s);
+    const double known = safe_turns / (order * 4 * near.sigma);
+    double frequency = near.value;
+    for (double half = 4 / near.value; half < reach; half *= 4) {
+        if (4 * half < known) continue;
+        const auto part = window(streams, all.origin_s, half);
         std::size_t samples = 0;
         for (const auto& s : part) samples += s.t.size();
-        if (samples < 4 * static_cast<std::size_t>(all.unknowns(part.size()) + 1)) continue;
+        if (samples < 4 * (static_cast<std::size_t>(all.constant_column()) + part.size() + 1)) continue;
         const Estimate f = refine_in(part, frequency, order);
         if (std::isfinite(f.sigma)) frequency = f.value;
     }

@@ -27,11 +27,14 @@ struct HarmonicFit {
     double scale = 0;  // sqrt(chi^2 / degrees of freedom): residuals in units of sd
     double rms = 0;    // residuals, plain, in the unit of y
     std::size_t samples = 0;
+    std::vector<double> stream_rms;  // residuals of each stream in units of its sd
 
     [[nodiscard]] int order() const noexcept { return static_cast<int>(a.size()); }
     [[nodiscard]] std::complex<double> at(int q) const { return a.at(static_cast<std::size_t>(q - 1)); }
     /// Periodic part alone.
     [[nodiscard]] double periodic(double t_s) const noexcept;
+    /// The same at many times, much faster; `out` is as long as `t_s`.
+    void periodic(std::span<const double> t_s, std::span<double> out) const noexcept;
     /// Covariance of component i with j, i = 2(q-1) for Re a_q, 2(q-1)+1 for Im a_q.
     [[nodiscard]] double cov(int i, int j) const;
     /// Standard deviation of |a_q|, and of its phase in rad (at most that of an unknown phase, pi/sqrt 3).
@@ -46,10 +49,19 @@ enum class Slope { none, free };
 HarmonicFit fit_harmonics(std::span<const HarmonicSamples> streams, double frequency_hz, int order,
                           Slope slope);
 
+/// The same fit, without slope and weights, to each of several signals that have their samples at the same
+/// times.
+std::vector<HarmonicFit> fit_signals(std::span<const double> t,
+                                     std::span<const std::span<const double>> signals, double frequency_hz,
+                                     int order);
+
 /// The frequency that fits best, with its standard deviation, by Gauss-Newton from `near_hz` on windows
 /// growing from 8 periods: `near_hz` may be wrong by 1 %, however long the record. NaN sigma when it did not
 /// converge.
 Estimate refine_frequency(std::span<const HarmonicSamples> streams, double near_hz, int order);
+/// The same from what is known already with a standard deviation: only the windows that it cannot do without
+/// are gone through.
+Estimate refine_frequency(std::span<const HarmonicSamples> streams, const Estimate& near, int order);
 
 /// Harmonics that `samples_per_period` can carry: a third of them, at most `most`; at least 1.
 int order_for(double samples_per_period, int most);

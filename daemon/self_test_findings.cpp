@@ -227,7 +227,7 @@ std::optional<Motion> Judge::by_cameras() const {
         if (cut.t_s.size() > 50) held.push_back(std::move(cut));
     }
     if (held.empty()) return {};
-    const HarmonicFit fit = fit_views(held, test_.plan().frequency, 2, Slope::free).fit;
+    const HarmonicFit fit = fit_views(sums_of(held, test_.plan().frequency, 2, Slope::free), 2).fit;
     const Complex turn = std::polar(1.0, -two_pi * fit.frequency_hz * fit.origin_s);
     const double w2 = std::pow(two_pi * fit.frequency_hz, 2);
     return Motion{{-w2 * fit.at(1) * turn, -4 * w2 * fit.at(2) * turn * turn},

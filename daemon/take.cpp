@@ -15,6 +15,7 @@ namespace {
 MotionSeries series_of(const TargetTrack& t, double from_s, double to_s) {
     MotionSeries s;
     s.view = t.camera;
+    for (std::vector<double>* list : {&s.t_s, &s.x_m, &s.sd_m}) list->reserve(t.tracks.size());
     for (const Track& k : t.tracks) {
         s.stream_from_s = std::min(s.stream_from_s, seconds(k.time));
         s.stream_to_s = std::max(s.stream_to_s, seconds(k.time));
@@ -35,6 +36,10 @@ AccelSeries accelerations_of(const Take& take) {
     s.clock_uncertainty_s = take.accelerometer.clock_uncertainty_s;
     s.shaker_axis = take.accelerometer.shaker_axis;
     const DriveClock clock = drive_clock(take);
+    std::size_t samples = 0;
+    for (const AccelBlock& b : take.blocks) samples += static_cast<std::size_t>(b.size);
+    s.t_s.reserve(samples);
+    s.a_mps2.reserve(samples);
     for (const AccelBlock& b : take.blocks) {
         for (int i = 0; i < b.size; ++i) {
             const AccelTick tick{b.first.n + i};

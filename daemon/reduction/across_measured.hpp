@@ -7,9 +7,7 @@
 
 namespace shaker {
 
-/// Fits the samples of an alignment across its axis like those along it, and sets MeasuredHarmonic::across;
-/// errors from the scatter across the axis.
-void measure_across(const Alignment& drive, const AccelSeries& samples,
-                    std::vector<MeasuredHarmonic>& harmonics);
+/// Sets MeasuredHarmonic::across; errors from the scatter across the axis.
+void measure_across(const Alignment& drive, std::vector<MeasuredHarmonic>& harmonics);
 
 }  // namespace shaker

@@ -3,7 +3,9 @@
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
+#include "calibration/transverse.hpp"
 #include "daemon/reduction/usable_part.hpp"
 #include "drivers/drive.hpp"
 #include "drivers/errors.hpp"
@@ -20,22 +22,30 @@ std::string rounded(double x, int digits) {
     return text.data();
 }
 
-std::array<HarmonicSamples, 3> axes_of(const std::vector<double>& t, std::array<std::vector<double>, 3>& a) {
-    return {HarmonicSamples{t, a[0], {}}, HarmonicSamples{t, a[1], {}}, HarmonicSamples{t, a[2], {}}};
+/// Samples from the first on, as many as there are times, along some direction in sensor axes.
+std::vector<double> along(const std::array<double, 3>& u, const AccelSeries& s, std::size_t first,
+                          std::size_t count) {
+    std::vector<double> y;
+    y.reserve(count);
+    for (std::size_t i = 0; i < count; ++i) {
+        const auto& a = s.a_mps2[first + i];
+        y.push_back(a[0] * u[0] + a[1] * u[1] + a[2] * u[2]);
+    }
+    return y;
 }
 
 /// Principal direction of the motion at harmonics 1 and 2, the largest component positive.
-Eigen::Vector3d principal_axis(const std::vector<double>& t, const AccelSeries& s, std::size_t first,
-                               double f, int order) {
-    std::array<std::vector<double>, 3> a;
-    for (std::size_t i = 0; i < t.size(); ++i) {
-        for (std::size_t k = 0; k < 3; ++k) a[k].push_back(s.a_mps2[first + i][k]);
-    }
+Eigen::Vector3d principal_axis(std::span<const double> t, const AccelSeries& s, std::size_t first, double f,
+                               int order) {
+    const std::vector<double> x = along({1, 0, 0}, s, first, t.size()),
+                              y = along({0, 1, 0}, s, first, t.size()),
+                              z = along({0, 0, 1}, s, first, t.size());
+    const std::array<std::span<const double>, 3> axes{x, y, z};
+    const std::vector<HarmonicFit> fits = fit_signals(t, axes, f, order);
     Eigen::Matrix3Xd lock_in(3, 4);
     lock_in.setZero();
-    const auto streams = axes_of(t, a);
     for (int k = 0; k < 3; ++k) {
-        const auto fit = fit_harmonics({&streams[static_cast<std::size_t>(k)], 1}, f, order, Slope::none);
+        const HarmonicFit& fit = fits[static_cast<std::size_t>(k)];
         for (int q = 1; q <= std::min(order, 2); ++q) {
             lock_in(k, q - 1) = fit.at(q).real();
             lock_in(k, q + 1) = fit.at(q).imag();
@@ -51,34 +61,34 @@ Eigen::Vector3d principal_axis(const std::vector<double>& t, const AccelSeries& 
 /// Accelerometer samples within a window of its own clock, and what they say on that clock.
 struct OwnClock {
     std::size_t first = 0;
-    std::vector<double> t, along;
+    std::span<const double> t;
+    std::vector<double> along;
     Eigen::Vector3d axis;
     Estimate frequency;
     HarmonicFit fit;
 };
 
-OwnClock on_own_clock(const AccelSeries& s, Span window, double near_hz) {
+OwnClock on_own_clock(const AccelSeries& s, Span window, const Estimate& near) {
+    const double near_hz = near.value;
     OwnClock out;
     const auto low = std::lower_bound(s.t_s.begin(), s.t_s.end(), window.from_s);
     const auto high = std::upper_bound(low, s.t_s.end(), window.to_s);
     out.first = static_cast<std::size_t>(low - s.t_s.begin());
-    out.t.assign(low, high);
-    const double span = out.t.empty() ? 0.0 : out.t.back() - out.t.front() + median_step(out.t);
+    out.t = {low, high};
+    const double step = median_step(out.t);
+    const double span = out.t.empty() ? 0.0 : out.t.back() - out.t.front() + step;
     if (span * near_hz < 2 - 1e-6) {
         throw InputError("cameras and accelerometer have " + rounded(span * near_hz, 2) +
                          " drive periods in common; at least 2 are needed");
     }
-    const double rate = 1 / (median_step(out.t) * near_hz);
+    const double rate = 1 / (step * near_hz);
     const int few = order_for(rate, 4);
     const Eigen::Vector3d given(s.shaker_axis[0], s.shaker_axis[1], s.shaker_axis[2]);
     out.axis = given.norm() > 0 ? Eigen::Vector3d(given.normalized())
                                 : principal_axis(out.t, s, out.first, near_hz, few);
-    for (std::size_t i = 0; i < out.t.size(); ++i) {
-        const auto& a = s.a_mps2[out.first + i];
-        out.along.push_back(out.axis.dot(Eigen::Vector3d(a[0], a[1], a[2])));
-    }
+    out.along = along({out.axis(0), out.axis(1), out.axis(2)}, s, out.first, out.t.size());
     const HarmonicSamples samples{out.t, out.along, {}};
-    out.frequency = refine_frequency({&samples, 1}, near_hz, few);
+    out.frequency = refine_frequency({&samples, 1}, near, few);
     if (!std::isfinite(out.frequency.sigma)) out.frequency = {near_hz, clock_prior * near_hz};
     out.fit = fit_harmonics({&samples, 1}, out.frequency.value, few, Slope::none);
     return out;
@@ -89,9 +99,10 @@ bool stands_out(const HarmonicFit& fit, int q) { return std::abs(fit.at(q)) > 4 
 /// Harmonics of the base's position up to the highest that stands out of the noise.
 HarmonicFit base_motion(const Measurement& m, double f) {
     int order = order_for(frames_per_period(m.bases, f), 12);
-    HarmonicFit fit = fit_views(m.bases, f, order, Slope::none).fit;
+    const HarmonicSums sums = sums_of(m.bases, f, order, Slope::none);
+    HarmonicFit fit = fit_views(sums, order).fit;
     while (order > 2 && !stands_out(fit, order)) --order;
-    return order < fit.order() ? fit_views(m.bases, f, order, Slope::none).fit : fit;
+    return order < fit.order() ? fit_views(sums, order).fit : fit;
 }
 
 Estimate base_frequency(const Measurement& m) {
@@ -292,6 +303,17 @@ double gain_of(const HarmonicFit& accel, const HarmonicFit& base, std::vector<st
     return gain;
 }
 
+void fit_acceleration(const AccelSeries& s, std::size_t first, Alignment& out) {
+    const double f = out.frequency.value, rate = 1 / (median_step(out.t_s) * f);
+    const auto axes = across_axes(out.shaker_axis);
+    const std::vector<double> aside = along(axes[0], s, first, out.t_s.size()),
+                              up = along(axes[1], s, first, out.t_s.size());
+    const std::array<std::span<const double>, 3> signals{out.along_mps2, aside, up};
+    std::vector<HarmonicFit> fits = fit_signals(out.t_s, signals, f, order_for(rate, max_harmonics));
+    out.acceleration = std::move(fits[0]);
+    out.across = {std::move(fits[1]), std::move(fits[2])};
+}
+
 }  // namespace
 
 Alignment align(const Measurement& m, std::vector<std::string>& notes) {
@@ -303,12 +325,14 @@ Alignment align(const Measurement& m, std::vector<std::string>& notes) {
     // First with all samples that may belong to the cameras' span, then with those that do.
     const double reach = m.accelerometer.clock_uncertainty_s;
     Span window{common.from_s - reach, common.to_s + reach};
+    constexpr double unknown = std::numeric_limits<double>::infinity();
     Alignment out;
     OwnClock own;
     Lag lag;
     for (int pass = 0; pass < 2; ++pass) {
         std::vector<std::string> said;
-        own = on_own_clock(m.accelerometer, window, pass == 0 ? base_f.value : own.frequency.value);
+        own = on_own_clock(m.accelerometer, window,
+                           pass == 0 ? Estimate{base_f.value, unknown} : own.frequency);
         lag = rates(m, base_f, own);
         if (pass == 0) out.base = base_motion(m, lag.frequency.value);
         set_lag(lag, own, out.base, m.accelerometer, said);
@@ -316,19 +340,16 @@ Alignment align(const Measurement& m, std::vector<std::string>& notes) {
         if (pass == 1) notes.insert(notes.end(), said.begin(), said.end());
     }
     const double sign = lag.clock.flipped ? -1 : 1;
-    out.first_sample = own.first;
-    for (std::size_t i = 0; i < own.t.size(); ++i) {
-        out.t_s.push_back(lag.clock.at(own.t[i]));
-        out.along_mps2.push_back(sign * own.along[i]);
-    }
+    out.t_s.reserve(own.t.size());
+    for (const double t : own.t) out.t_s.push_back(lag.clock.at(t));
+    out.along_mps2 = std::move(own.along);
+    if (lag.clock.flipped)
+        for (double& a : out.along_mps2) a = -a;
     for (int k = 0; k < 3; ++k) out.shaker_axis[static_cast<std::size_t>(k)] = sign * own.axis(k);
     out.frequency = lag.frequency;
     out.late_s = lag.clock.late;
     out.ppm = lag.clock.ppm;
-    const HarmonicSamples samples{out.t_s, out.along_mps2, {}};
-    const double rate = 1 / (median_step(out.t_s) * lag.frequency.value);
-    out.acceleration =
-        fit_harmonics({&samples, 1}, lag.frequency.value, order_for(rate, max_harmonics), Slope::none);
+    fit_acceleration(m.accelerometer, own.first, out);
     out.track_gain = gain_of(out.acceleration, out.base, notes);
     return out;
 }

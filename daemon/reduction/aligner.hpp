@@ -17,10 +17,10 @@ struct Alignment {
     HarmonicFit
         acceleration;  // of the base along the shaker's axis, m/s^2; its constant is gravity and offset
     std::array<double, 3> shaker_axis{};
+    std::array<HarmonicFit, 2> across;  // likewise, on the shaker axis' across_axes()
     Estimate late_s, ppm;
-    double track_gain = 0;  // base acceleration by the cameras over that by the accelerometer; NaN at rest
-    std::size_t first_sample = 0;    // of the series, on the way to t_s
-    std::vector<double> t_s;         // accelerometer samples that the cameras cover, on master time
+    double track_gain = 0;    // base acceleration by the cameras over that by the accelerometer; NaN at rest
+    std::vector<double> t_s;  // accelerometer samples that the cameras cover, on master time
     std::vector<double> along_mps2;  // those samples along the shaker's axis
 };
 

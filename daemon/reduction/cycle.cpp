@@ -51,7 +51,7 @@ struct Local {
 
 /// Quartic through the samples within `reach` of phase p. NaN when they are too few or too close together.
 Local quartic_at(std::span<const Folded> folded, double p, double reach) {
-    Eigen::Matrix<double, 5, 5> normal = Eigen::Matrix<double, 5, 5>::Zero();
+    std::array<double, 9> moments{};  // of w u^k: all that the normal equations hold
     Eigen::Matrix<double, 5, 1> right = Eigen::Matrix<double, 5, 1>::Zero();
     double squares = 0;
     int count = 0;
@@ -60,15 +60,21 @@ Local quartic_at(std::span<const Folded> folded, double p, double reach) {
                                             [](const Folded& s, double value) { return s.phase < value; });
         for (auto s = first; s != folded.end() && s->phase + turn <= p + reach; ++s) {
             const double u = (s->phase + turn - p) / reach, w = 1 / (s->sd_m * s->sd_m);
-            Eigen::Matrix<double, 5, 1> row;
-            row << 1, u, u * u, u * u * u, u * u * u * u;
-            normal += w * row * row.transpose();
-            right += w * s->x_m * row;
+            double power = w;
+            for (int k = 0; k < 9; ++k) {
+                moments[static_cast<std::size_t>(k)] += power;
+                if (k < 5) right(k) += power * s->x_m;
+                power *= u;
+            }
             squares += w * s->x_m * s->x_m;
             ++count;
         }
     }
     if (count < 6) return {};
+    Eigen::Matrix<double, 5, 5> normal;
+    for (int i = 0; i < 5; ++i) {
+        for (int k = 0; k < 5; ++k) normal(i, k) = moments[static_cast<std::size_t>(i + k)];
+    }
     const Eigen::LDLT<Eigen::Matrix<double, 5, 5>> ldlt(normal);
     if (!(ldlt.rcond() > 1e-9)) return {};
     const Eigen::Matrix<double, 5, 1> c = ldlt.solve(right);
@@ -116,12 +122,13 @@ std::vector<Folded> fold(std::span<const MotionSeries> walkers, const Drift& dri
     const Wander wander(drift, span_of(walkers).from_s, frequency_hz);
     const HarmonicFit& fit = drift.motion.fit;
     std::vector<Folded> out;
+    out.reserve(drift.residuals.size());
     for (std::size_t v = 0; v < walkers.size(); ++v) {
         for (std::size_t i = 0; i < walkers[v].t_s.size(); ++i) {
             const double t = walkers[v].t_s[i], p = (t - t0_s) * frequency_hz;
             const double line = fit.constants[v] + fit.slope.value * (t - fit.origin_s);
-            out.push_back(
-                {p - std::floor(p), walkers[v].x_m[i] - line - wander.at(t), drift.motion.sd[v][i]});
+            out.push_back({p - std::floor(p), walkers[v].x_m[i] - line - wander.at(t),
+                           walkers[v].sd_m[i] * drift.motion.scale[v]});
         }
     }
     std::stable_sort(out.begin(), out.end(),

@@ -14,11 +14,18 @@ constexpr int most_harmonics = 12;  // more follow the noise rather than the kin
 
 std::vector<Residual> residuals_of(std::span<const MotionSeries> views, const ViewsFit& motion) {
     std::vector<Residual> out;
+    std::size_t positions = 0;
+    for (const MotionSeries& view : views) positions += view.t_s.size();
+    out.reserve(positions);
+    const HarmonicFit& fit = motion.fit;
     for (std::size_t v = 0; v < views.size(); ++v) {
-        for (std::size_t i = 0; i < views[v].t_s.size(); ++i) {
-            const double t = views[v].t_s[i];
-            const double line = motion.fit.constants[v] + motion.fit.slope.value * (t - motion.fit.origin_s);
-            out.push_back({t, views[v].x_m[i] - line - motion.fit.periodic(t), motion.sd[v][i]});
+        const MotionSeries& view = views[v];
+        std::vector<double> periodic(view.t_s.size());
+        fit.periodic(view.t_s, periodic);
+        for (std::size_t i = 0; i < view.t_s.size(); ++i) {
+            const double t = view.t_s[i];
+            const double line = fit.constants[v] + fit.slope.value * (t - fit.origin_s);
+            out.push_back({t, view.x_m[i] - line - periodic[i], view.sd_m[i] * motion.scale[v]});
         }
     }
     std::stable_sort(out.begin(), out.end(),
@@ -34,14 +41,14 @@ std::string percent(double x) {
 
 /// Views whose scales differ see different drifts of the same walker: half the difference is an error of
 /// both.
-double disagreement(std::span<const MotionSeries> views, double f, int order, double v_D,
+double disagreement(std::span<const MotionSeries> views, const HarmonicSums& sums, double v_D,
                     std::vector<std::string>& notes) {
     if (views.size() < 2) return 0;
     std::size_t lowest = 0, highest = 0;
     std::vector<Estimate> v;
     for (std::size_t i = 0; i < views.size(); ++i) {
-        if (views[i].t_s.size() < 2 * static_cast<std::size_t>(order) + 4) return 0;
-        v.push_back(fit_views(views.subspan(i, 1), f, order, Slope::free).fit.slope);
+        if (views[i].t_s.size() < 2 * static_cast<std::size_t>(sums.order()) + 4) return 0;
+        v.push_back(sums.of_stream(i).fit(sums.order()).slope);
         if (v[i].value < v[lowest].value) lowest = i;
         if (v[i].value > v[highest].value) highest = i;
     }
@@ -148,18 +155,20 @@ Drift measure_drift(std::span<const MotionSeries> walkers, double frequency_hz,
                     std::vector<std::string>& notes) {
     Drift out;
     const int order = order_for(frames_per_period(walkers, frequency_hz), most_harmonics);
-    out.motion = fit_views(walkers, frequency_hz, order, Slope::free);
+    const HarmonicSums sums = sums_of(walkers, frequency_hz, order, Slope::free);
+    out.motion = fit_views(sums, order);
     out.residuals = residuals_of(walkers, out.motion);
     out.residual_m = {out.motion.fit.rms, rms_claimed(walkers)};
     const Estimate line = out.motion.fit.slope;
     // Periods counted so that a record of n whole periods gives n means, wherever the drive's period starts.
-    const auto means = period_means(out.residuals, span_of(walkers).from_s, frequency_hz);
+    const double start_s = span_of(walkers).from_s;
+    const auto means = period_means(out.residuals, start_s, frequency_hz);
     double sigma = 3 * line.sigma;
     if (means.size() < 3) {
         notes.push_back(std::to_string(means.size()) +
                         " whole periods are too few to tell how much the drift itself scatters");
     } else {
-        out.spread = drift_spread(means, error_of_mean(out.residuals, span_of(walkers).from_s, frequency_hz));
+        out.spread = drift_spread(means, error_of_mean(out.residuals, start_s, frequency_hz));
         sigma = std::max(line.sigma, out.spread.sigma_m * frequency_hz);
     }
     const DriftSpread& s = out.spread;
@@ -169,7 +178,7 @@ Drift measure_drift(std::span<const MotionSeries> walkers, double frequency_hz,
                         " over the run; v_D's error holds its value at the end");
         sigma += std::abs(s.trend_m) * frequency_hz / 4;
     }
-    out.v_D = {line.value, std::hypot(sigma, disagreement(walkers, frequency_hz, order, line.value, notes))};
+    out.v_D = {line.value, std::hypot(sigma, disagreement(walkers, sums, line.value, notes))};
     return out;
 }
 

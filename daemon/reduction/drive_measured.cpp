@@ -1,9 +1,11 @@
 #include "daemon/reduction/drive_measured.hpp"
 
 #include <Eigen/Dense>
+#include <algorithm>
 #include <cmath>
 #include <complex>
 
+#include "calibration/phasors.hpp"
 #include "drivers/drive.hpp"
 
 namespace shaker {
@@ -115,18 +117,24 @@ std::vector<PeriodResult> drive_by_period(const HarmonicFit& fit, std::span<cons
         count = 0;
     };
     int now = -1;
-    for (std::size_t i = 0; i < t_s.size(); ++i) {
-        const double periods = (t_s[i] - t0_s) * f;
-        if (periods < 0) continue;
-        if (static_cast<int>(periods) != now) finish(now);
-        now = static_cast<int>(periods);
-        const double turns = f * (t_s[i] - fit.origin_s);
-        const auto z = std::polar(1.0, two_pi * (turns - std::rint(turns)));
-        const auto z2 = z * z;
-        const Row row{z.imag(), z.real(), z2.imag(), z2.real(), 1.0};
-        normal += row * row.transpose();
-        right += (a_mps2[i] - fit.constants[0] - fit.periodic(t_s[i])) * row;
-        ++count;
+    constexpr std::size_t block = Phasors::size;
+    std::array<double, block> turns{}, periodic{};
+    for (std::size_t begin = 0; begin < t_s.size(); begin += block) {
+        const std::size_t samples = std::min(block, t_s.size() - begin);
+        for (std::size_t i = 0; i < samples; ++i) turns[i] = f * (t_s[begin + i] - fit.origin_s);
+        const Phasors z = phasors(turns);
+        fit.periodic(t_s.subspan(begin, samples), periodic);
+        for (std::size_t i = 0; i < samples; ++i) {
+            const double periods = (t_s[begin + i] - t0_s) * f;
+            if (periods < 0) continue;
+            if (static_cast<int>(periods) != now) finish(now);
+            now = static_cast<int>(periods);
+            const double c = z.re[i], s = z.im[i];
+            const Row row{s, c, 2 * s * c, c * c - s * s, 1.0};
+            normal += row * row.transpose();
+            right += (a_mps2[begin + i] - fit.constants[0] - periodic[i]) * row;
+            ++count;
+        }
     }
     finish(now);
     return out;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "daemon/reduction/across_measured.hpp"
 #include "daemon/reduction/aligner.hpp"
@@ -52,11 +53,13 @@ void widen_by_scatter(Estimate& e, const std::vector<PeriodResult>& periods, Est
     if (n >= 4) e.sigma = std::max(e.sigma, std::sqrt(squares / (n - 1) / n) * few_periods_factor(n - 1));
 }
 
-void count_frames(const Measurement& all, const Measurement& used, Reduction& out) {
-    for (const MotionSeries& w : used.walkers) out.frames += static_cast<int>(w.t_s.size());
-    int lost_bases = 0;
-    for (const MotionSeries& w : all.walkers) out.frames_lost += w.lost;
-    for (const MotionSeries& b : all.bases) lost_bases += b.lost;
+int lost_in(const std::vector<MotionSeries>& views) {
+    int lost = 0;
+    for (const MotionSeries& v : views) lost += v.lost;
+    return lost;
+}
+
+void note_lost(int lost_bases, Reduction& out) {
     if (out.frames_lost > 0) {
         out.notes.push_back("the walker was lost in " + std::to_string(out.frames_lost) + " of " +
                             std::to_string(out.frames + out.frames_lost) + " frames; they were left out");
@@ -74,10 +77,13 @@ Estimate ratio(double value, const Estimate& over, const Estimate& under) {
 
 }  // namespace
 
-Reduction reduce(const Measurement& measurement) {
-    const Measurement m = usable_part(measurement);
+Reduction reduce(Measurement measurement) {
     Reduction out;
-    count_frames(measurement, m, out);
+    out.frames_lost = lost_in(measurement.walkers);
+    const int lost_bases = lost_in(measurement.bases);
+    const Measurement m = usable_part(std::move(measurement));
+    for (const MotionSeries& w : m.walkers) out.frames += static_cast<int>(w.t_s.size());
+    note_lost(lost_bases, out);
     const Alignment drive = align(m, out.notes);
     const double f = drive.frequency.value;
     out.frequency = drive.frequency;
@@ -93,7 +99,7 @@ Reduction reduce(const Measurement& measurement) {
     out.phi = asked.phi;
     out.v_rms = asked.v_rms;
     out.harmonics = asked.harmonics;
-    measure_across(drive, m.accelerometer, out.harmonics);
+    measure_across(drive, out.harmonics);
 
     const Drift drift = measure_drift(m.walkers, f, out.notes);
     out.v_D = drift.v_D;

@@ -66,7 +66,8 @@ struct Reduction {
 };
 
 /// Reduces a run. Throws InputError when there is not enough to reduce: streams with less than two periods in
-/// common, no walker, no base. Deterministic.
-Reduction reduce(const Measurement& measurement);
+/// common, no walker, no base. Deterministic. A measurement that is moved here is not copied: an hour of it
+/// takes 0.8 GB.
+Reduction reduce(Measurement measurement);
 
 }  // namespace shaker

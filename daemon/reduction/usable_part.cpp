@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <string>
 
 #include "drivers/errors.hpp"
@@ -64,39 +65,51 @@ void require_sound(const AccelSeries& s) {
     }
 }
 
-MotionSeries cut(const MotionSeries& s, double from, double to) {
-    MotionSeries out;
-    out.view = s.view;
-    out.lost = s.lost;
-    for (std::size_t i = 0; i < s.t_s.size(); ++i) {
-        if (s.t_s[i] < from || s.t_s[i] > to) continue;
-        out.t_s.push_back(s.t_s[i]);
-        out.x_m.push_back(s.x_m[i]);
-        out.sd_m.push_back(s.sd_m[i]);
+/// Without what is before `from` or after `to`.
+void cut(MotionSeries& s, double from, double to) {
+    const auto first = std::lower_bound(s.t_s.begin(), s.t_s.end(), from) - s.t_s.begin();
+    const auto last = std::upper_bound(s.t_s.begin() + first, s.t_s.end(), to) - s.t_s.begin();
+    for (std::vector<double>* list : {&s.t_s, &s.x_m, &s.sd_m}) {
+        list->erase(list->begin() + last, list->end());
+        list->erase(list->begin(), list->begin() + first);
     }
-    if (out.sd_m.empty()) return out;
-    std::vector<double> sorted = out.sd_m;
-    std::sort(sorted.begin(), sorted.end());
-    const double median = sorted[sorted.size() / 2];
-    const double floor = median > 0 ? median / 3 : 1e-6;
-    for (double& sd : out.sd_m) sd = std::max(sd, floor);
-    return out;
 }
 
-std::vector<MotionSeries> cut_all(const std::vector<MotionSeries>& views, const std::string& target,
-                                  const Measurement& m) {
-    std::vector<MotionSeries> out;
-    for (const MotionSeries& s : views) {
+void raise_too_good(std::vector<double>& sd_m) {
+    if (sd_m.empty()) return;
+    std::vector<double> sorted = sd_m;
+    const auto middle = sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2);
+    std::nth_element(sorted.begin(), middle, sorted.end());
+    const double floor = *middle > 0 ? *middle / 3 : 1e-6;
+    for (double& sd : sd_m) sd = std::max(sd, floor);
+}
+
+/// What the frames of a view cover, lost ones too.
+struct StreamSpan {
+    std::string view;
+    double from_s, to_s;
+};
+
+/// Checks, cuts and leaves out views that see nothing. Returns what their streams covered, where it is known.
+std::vector<StreamSpan> make_usable(std::vector<MotionSeries>& views, const std::string& target, double from,
+                                    double to) {
+    const std::size_t told = views.size();
+    std::vector<StreamSpan> streams;
+    for (MotionSeries& s : views) {
         require_sound(s, target + " in view '" + s.view + "'");
-        MotionSeries part = cut(s, m.from_s, m.to_s);
-        if (part.t_s.size() >= 2) out.push_back(std::move(part));
+        const double half = median_step(s.t_s) / 2;  // as in span_of()
+        if (s.stream_from_s <= s.stream_to_s)
+            streams.push_back({s.view, s.stream_from_s - half, s.stream_to_s + half});
+        cut(s, from, to);
+        raise_too_good(s.sd_m);
     }
-    if (out.empty()) {
-        throw InputError(std::string("no ") + target + ": " + std::to_string(views.size()) +
+    std::erase_if(views, [](const MotionSeries& s) { return s.t_s.size() < 2; });
+    if (views.empty()) {
+        throw InputError(std::string("no ") + target + ": " + std::to_string(told) +
                          " views, none with two or more positions; at least one view must follow the " +
                          target);
     }
-    return out;
+    return streams;
 }
 
 void require_two_periods(double from, double to, double f, const std::string& streams) {
@@ -129,14 +142,13 @@ double frames_per_period(std::span<const MotionSeries> views, double frequency_h
     return most;
 }
 
-Measurement usable_part(const Measurement& m) {
+Measurement usable_part(Measurement m) {
     const double f = m.frequency_hz;
     if (!(f >= 0.01 && f <= 10000)) {
         throw InputError("drive frequency " + std::to_string(f) + " Hz; allowed are 0.01 to 10000 Hz");
     }
-    Measurement out = m;
-    out.walkers = cut_all(m.walkers, "walker", m);
-    out.bases = cut_all(m.bases, "base", m);
+    std::vector<StreamSpan> streams = make_usable(m.walkers, "walker", m.from_s, m.to_s);
+    std::ranges::move(make_usable(m.bases, "base", m.from_s, m.to_s), std::back_inserter(streams));
     require_sound(m.accelerometer);
     const auto& accel = m.accelerometer;
     if (accel.t_s.size() < 2) {
@@ -144,66 +156,45 @@ Measurement usable_part(const Measurement& m) {
                          " samples; the drive is measured with it");
     }
     // Cameras slower than this alias the drive: nothing below would notice.
-    for (const auto* views : {&out.walkers, &out.bases}) {
+    for (const auto* views : {&m.walkers, &m.bases}) {
         if (frames_per_period(*views, f) < 3) {
             throw InputError(
                 "too few frames: " + number(std::round(frames_per_period(*views, f) * 100) / 100) +
                 " a drive period; at least 3 are needed");
         }
     }
-    const Span walker = span_of(out.walkers), base = span_of(out.bases);
+    const Span walker = span_of(m.walkers), base = span_of(m.bases);
     const double from = std::max(walker.from_s, base.from_s), to = std::min(walker.to_s, base.to_s);
     constexpr double rounding = 1e-9;
     require_two_periods(from - rounding, to + rounding, f, "walker and base");
     const double half = median_step(accel.t_s) / 2, reach = accel.clock_uncertainty_s + rounding;
     require_two_periods(std::max(from, accel.t_s.front() - half - reach),
                         std::min(to, accel.t_s.back() + half + reach), f, "cameras and accelerometer");
-    for (const auto* views : {&m.walkers, &m.bases}) {
-        for (const MotionSeries& v : *views) {
-            const double step = median_step(v.t_s) / 2;  // as in span_of()
-            if (v.stream_from_s > v.stream_to_s) continue;
-            require_two_periods(std::max(v.stream_from_s - step, accel.t_s.front() - half - reach),
-                                std::min(v.stream_to_s + step, accel.t_s.back() + half + reach), f,
-                                "view '" + v.view + "' and accelerometer");
-        }
+    for (const StreamSpan& s : streams) {
+        require_two_periods(std::max(s.from_s, accel.t_s.front() - half - reach),
+                            std::min(s.to_s, accel.t_s.back() + half + reach), f,
+                            "view '" + s.view + "' and accelerometer");
     }
     require_two_periods(accel.t_s.front() - half - rounding, accel.t_s.back() + half + rounding, f,
                         "accelerometer samples alone");
-    return out;
+    return m;
 }
 
-namespace {
-
-std::vector<HarmonicSamples> samples_of(std::span<const MotionSeries> views,
-                                        const std::vector<std::vector<double>>& sd) {
-    std::vector<HarmonicSamples> out;
-    for (std::size_t v = 0; v < views.size(); ++v) out.push_back({views[v].t_s, views[v].x_m, sd[v]});
-    return out;
+HarmonicSums sums_of(std::span<const MotionSeries> views, double frequency_hz, int order, Slope slope) {
+    std::vector<HarmonicSamples> samples;
+    for (const MotionSeries& v : views) samples.push_back({v.t_s, v.x_m, v.sd_m});
+    return {samples, frequency_hz, order, slope};
 }
 
-}  // namespace
-
-ViewsFit fit_views(std::span<const MotionSeries> views, double frequency_hz, int order, Slope slope) {
-    ViewsFit out;
-    for (const MotionSeries& v : views) out.sd.push_back(v.sd_m);
-    out.fit = fit_harmonics(samples_of(views, out.sd), frequency_hz, order, slope);
+ViewsFit fit_views(const HarmonicSums& sums, int order) {
+    const HarmonicFit as_claimed = sums.fit(order);
     const double share =  // of the unknowns, in each view's own degrees of freedom
-        1 - static_cast<double>(2 * order + 2) / static_cast<double>(out.fit.samples);
-    for (std::size_t v = 0; v < views.size(); ++v) {
-        double chi2 = 0;
-        for (std::size_t i = 0; i < views[v].t_s.size(); ++i) {
-            const double t = views[v].t_s[i];
-            const double model =
-                out.fit.constants[v] + out.fit.slope.value * (t - out.fit.origin_s) + out.fit.periodic(t);
-            const double r = (views[v].x_m[i] - model) / out.sd[v][i];
-            chi2 += r * r;
-        }
-        const double freedom = static_cast<double>(views[v].t_s.size()) * std::max(share, 0.1);
-        // Data without any noise still need finite weights.
-        out.scale.push_back(std::max(std::sqrt(chi2 / freedom), 1e-6));
-        for (double& sd : out.sd[v]) sd *= out.scale.back();
-    }
-    out.fit = fit_harmonics(samples_of(views, out.sd), frequency_hz, order, slope);
+        1 - static_cast<double>(2 * order + 2) / static_cast<double>(as_claimed.samples);
+    ViewsFit out;
+    // Data without any noise still need finite weights.
+    for (const double rms : as_claimed.stream_rms)
+        out.scale.push_back(std::max(rms / std::sqrt(std::max(share, 0.1)), 1e-6));
+    out.fit = sums.fit(order, out.scale);
     return out;
 }
 

@@ -3,7 +3,7 @@
 #include <span>
 #include <vector>
 
-#include "calibration/harmonic_fit.hpp"
+#include "calibration/harmonic_sums.hpp"
 #include "daemon/reduction/measurement.hpp"
 
 namespace shaker {
@@ -13,7 +13,7 @@ namespace shaker {
 /// Accelerometer samples stay whole: their clock is not known yet. Throws InputError naming the stream: no
 /// walker, no base or no accelerometer, lists of different lengths, values that are not finite, times that do
 /// not increase, a nominal frequency out of 0.01..10000 Hz, less than two drive periods in common.
-Measurement usable_part(const Measurement& m);
+Measurement usable_part(Measurement m);
 
 /// First and last time that all of these cover between them.
 struct Span {
@@ -25,12 +25,14 @@ Span span_of(std::span<const MotionSeries> views);
 /// Harmonics of one target seen by all views, each with its own constant.
 struct ViewsFit {
     HarmonicFit fit;
-    std::vector<double> scale;            // a view: residual rms in units of what its tracker claimed
-    std::vector<std::vector<double>> sd;  // m, a view and position: claimed sd times the view's scale
+    std::vector<double> scale;  // a view: residual rms in units of what its tracker claimed
 };
 
-/// Fits twice: the second time each view's weights come from its own residuals.
-ViewsFit fit_views(std::span<const MotionSeries> views, double frequency_hz, int order, Slope slope);
+/// What fits of one target need, gathered from all views, which outlive it.
+HarmonicSums sums_of(std::span<const MotionSeries> views, double frequency_hz, int order, Slope slope);
+
+/// Fits harmonics 1..order twice: the second time each view's weights come from its own residuals.
+ViewsFit fit_views(const HarmonicSums& sums, int order);
 
 /// Frames of the fastest view in one period.
 double frames_per_period(std::span<const MotionSeries> views, double frequency_hz);
