@@ -4,6 +4,8 @@
 #include <iostream>
 
 #include "daemon/commands.hpp"
+#include "daemon/confined.hpp"
+#include "daemon/exit_status.hpp"
 #include "daemon/predict.hpp"
 #include "daemon/run_settings.hpp"
 #include "drivers/quantity.hpp"
@@ -203,7 +205,9 @@ int command_line(int argc, char** argv) {
     }
     if (check_app.parsed() && !check(check_options)) return exit_device;
     if (devices_app.parsed()) list_devices(devices_options);
-    if (replay_app.parsed() && !replay(replay_options)) return exit_not_identical;
+    if (replay_app.parsed())
+        return confined(replay_options.file.string(), confinement_for(replay_options.file),
+                        [&] { return replay(replay_options) ? exit_ok : exit_not_identical; });
     if (reduce_app.parsed()) {
         reduce_options.keep_frames = !reduce_no_frames;
         reduce_session(reduce_options);

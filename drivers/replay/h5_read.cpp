@@ -4,6 +4,7 @@
 
 #include "drivers/errors.hpp"
 #include "drivers/replay/h5.hpp"
+#include "drivers/replay/h5_bounded.hpp"
 
 namespace shaker::h5 {
 
@@ -38,6 +39,17 @@ std::optional<hsize_t> product(hsize_t a, hsize_t b, hsize_t most) {
     return a * b;
 }
 
+/// Why HDF5 did not open what `path` names.
+std::string why_not(hid_t parent, const std::string& path) {
+    std::string words = own_words();
+    for (std::size_t end = path.find('/', 1);; end = path.find('/', end + 1)) {
+        H5L_info_t link{};
+        if (H5Lget_info(parent, path.substr(0, end).c_str(), &link, H5P_DEFAULT) < 0) return words;
+        if (link.type >= H5L_TYPE_UD_MIN) return "it is a link to another file, and no other file is opened";
+        if (end == std::string::npos) return words;
+    }
+}
+
 struct Opened {
     Handle set, type;
     std::vector<hsize_t> shape;
@@ -54,7 +66,7 @@ std::vector<hsize_t> extents(hid_t space, const std::string& path) {
 Opened opened(hid_t parent, const std::string& path) {
     be_quiet();
     const hid_t id = H5Dopen2(parent, path.c_str(), H5P_DEFAULT);
-    if (id < 0) throw InputError{"recording has no data set \"" + path + "\": " + own_words()};
+    if (id < 0) throw InputError{"recording has no data set \"" + path + "\": " + why_not(parent, path)};
     Handle set{id, path};
     Handle type = readable(H5Dget_type(set.get()), path);
     const Handle space = readable(H5Dget_space(set.get()), path);
@@ -143,7 +155,7 @@ Attribute attribute_at(hid_t parent, const std::string& path, const std::string&
     be_quiet();
     const std::string what = path + "@" + name;
     const hid_t id = H5Aopen_by_name(parent, path.c_str(), name.c_str(), H5P_DEFAULT, H5P_DEFAULT);
-    if (id < 0) throw InputError{"recording has no attribute \"" + what + "\": " + own_words()};
+    if (id < 0) throw InputError{"recording has no attribute \"" + what + "\": " + why_not(parent, path)};
     Handle attribute{id, what};
     const Handle space = readable(H5Aget_space(id), what);
     if (H5Sget_simple_extent_npoints(space.get()) != 1) refuse(what, "is not one value");
@@ -156,20 +168,40 @@ std::string trimmed(std::string text) {
     return text;
 }
 
+/// Refuses a group of which not every link can be read. HDF5 1.10 lists a small group by a table, and where
+/// it cannot fill that it frees entries that it never set; to look for a name that is not there reads them
+/// all.
+void expect_links(hid_t group, const std::string& path) {
+    const htri_t found = H5Lexists(group, "\x01", H5P_DEFAULT);
+    readable(found, path);
+    if (found > 0) refuse(path, "has a name that none has");
+}
+
+/// A file names no code to load and no other file to open, whoever made it.
+void stay_in_the_file() {
+    check(H5PLset_loading_state(0), "refusing plug-ins");
+    if (H5Lis_registered(H5L_TYPE_EXTERNAL) > 0)
+        check(H5Lunregister(H5L_TYPE_EXTERNAL), "refusing links to other files");
+}
+
 }  // namespace
 
 Handle open_file(const std::filesystem::path& file) {
     be_quiet();
+    stay_in_the_file();
     if (!std::filesystem::is_regular_file(file)) throw InputError{file.string() + ": no such file"};
     if (H5Fis_hdf5(file.c_str()) <= 0) throw InputError{file.string() + ": not an HDF5 file"};
-    const hid_t id = H5Fopen(file.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT);
+    const Handle access = bounded_access();
+    const hid_t id = H5Fopen(file.c_str(), H5F_ACC_RDONLY, access.get());
     if (id < 0) throw InputError{file.string() + ": cannot be opened: " + own_words()};
     return {id, file.string()};
 }
 
 Handle open_group(hid_t parent, const std::string& path) {
     be_quiet();
-    return readable(H5Gopen2(parent, path.c_str(), H5P_DEFAULT), path);
+    const hid_t id = H5Gopen2(parent, path.c_str(), H5P_DEFAULT);
+    if (id < 0) refuse(path, "cannot be read: " + why_not(parent, path));
+    return {id, path};
 }
 
 bool exists(hid_t parent, const std::string& path) {
@@ -184,14 +216,17 @@ std::vector<std::string> names_in(hid_t parent, const std::string& path) {
     std::vector<std::string> names;
     if (!exists(parent, path)) return names;
     const Handle group = open_group(parent, path);
+    expect_links(group.get(), path);
+    // In the order of the file: to sort them HDF5 1.10 makes a table of large groups too.
     readable(H5Literate(
-                 group.get(), H5_INDEX_NAME, H5_ITER_INC, nullptr,
+                 group.get(), H5_INDEX_NAME, H5_ITER_NATIVE, nullptr,
                  [](hid_t, const char* name, const H5L_info_t*, void* out) -> herr_t {
                      static_cast<std::vector<std::string>*>(out)->emplace_back(name);
                      return 0;
                  },
                  &names),
              path);
+    std::ranges::sort(names);
     return names;
 }
 
