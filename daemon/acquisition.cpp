@@ -5,9 +5,10 @@
 
 namespace shaker {
 
-Acquisition::Acquisition(Rig& rig, SessionWriter* file, const std::optional<Limits>& limits, double frequency)
+Acquisition::Acquisition(Rig& rig, Recording* recording, const std::optional<Limits>& limits,
+                         double frequency)
     : rig_{rig},
-      file_{file},
+      recording_{recording},
       lanes_{rig.cameras.size()},
       input_{SampleGuard{rig.accelerometer ? rig.accelerometer->info() : AccelerometerInfo{},
                          rig.dac ? rig.dac->info().rate_hz : 1, limits, frequency}},
@@ -29,12 +30,12 @@ bool Acquisition::collect() {
         any = true;
         take_.played.push_back(*played);
         follow(dac_clock_, *played);
-        if (file_ != nullptr) file_->add(*played);
+        if (recording_ != nullptr) recording_->add(*played);
     }
     while (const auto change = lanes_.changes.pop()) {
         any = true;
         take_.changes.push_back(*change);
-        if (file_ != nullptr) file_->add(*change);
+        if (recording_ != nullptr) recording_->add(*change);
     }
     if (const std::uint64_t releases = lanes_.releases; releases != released_) {
         released_ = releases;
@@ -48,7 +49,7 @@ bool Acquisition::collect() {
     while (const auto block = lanes_.blocks.pop()) {
         any = true;
         take_.blocks.push_back(*block);
-        if (file_ != nullptr) file_->add(*block);
+        if (recording_ != nullptr) recording_->add(*block);
     }
     take_.blocks_lost = lanes_.lost.blocks_lost;
     take_.frames_lost = lanes_.lost.frames_lost;
@@ -64,12 +65,20 @@ bool Acquisition::collect_frames() {
         while (const auto tracked = ring.pop()) {
             any = true;
             add_fixes(take_, camera, *tracked->frame, tracked->fixes, time_of(camera, *tracked->frame));
-            if (file_ != nullptr) file_->add(camera, *tracked->frame);
+            if (recording_ != nullptr) recording_->add(camera, *tracked->frame, newest_tracks(camera));
             if (!tails_.empty()) tails_[camera].push(*tracked->frame);
         }
         ++camera;
     }
     return any;
+}
+
+std::vector<Track> Acquisition::newest_tracks(std::size_t camera) const {
+    const CameraTake& c = take_.cameras[camera];
+    std::vector<Track> tracks;
+    for (std::size_t i = 0; i < c.view.targets.size(); ++i)
+        tracks.push_back(take_.tracks[c.first_track + i].tracks.back());
+    return tracks;
 }
 
 // Live times are provisional: settle_times() finds them from all stamps.
@@ -102,11 +111,12 @@ bool Acquisition::ended() const {
            std::ranges::all_of(rig_.cameras, [](const auto& c) { return c->ended(); });
 }
 
-void read_all(Acquisition& acquisition) {
+void read_all(Acquisition& acquisition, const std::function<void()>& each) {
     std::vector<Loop> loops = acquisition.sensor_loops();
     while (!acquisition.ended()) {
         for (Loop& loop : loops) loop.step(std::chrono::milliseconds{0});
         acquisition.collect();
+        each();
     }
 }
 

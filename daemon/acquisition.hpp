@@ -2,6 +2,7 @@
 // The sensor side of any rig: devices and trackers on one side of the rings, the gathered Take and the
 // recording on the other.
 #include <chrono>
+#include <functional>
 #include <vector>
 
 #include "daemon/drive_clock.hpp"
@@ -10,18 +11,18 @@
 #include "daemon/frame_tail.hpp"
 #include "daemon/lanes.hpp"
 #include "daemon/loops.hpp"
+#include "daemon/recording.hpp"
 #include "daemon/take.hpp"
 #include "drivers/devices.hpp"
-#include "drivers/replay/session_file.hpp"
 #include "tracking/tracker.hpp"
 
 namespace shaker {
 
 class Acquisition {
 public:
-    /// The rig and the file (null: nothing is recorded) outlive this. limits: what the accelerometer's
+    /// The rig and the recording (null: there is none) outlive this. limits: what the accelerometer's
     /// samples are held against; none: they are only counted. frequency: of the output's silent start, Hz.
-    Acquisition(Rig& rig, SessionWriter* file, const std::optional<Limits>& limits = {},
+    Acquisition(Rig& rig, Recording* recording, const std::optional<Limits>& limits = {},
                 double frequency = 20);
 
     /// From now on copies of the newest frames are kept, for a trip.
@@ -39,10 +40,11 @@ public:
 
 private:
     bool collect_frames();
+    [[nodiscard]] std::vector<Track> newest_tracks(std::size_t camera) const;
     [[nodiscard]] MasterTime time_of(std::size_t camera, const Frame& frame);
 
     Rig& rig_;
-    SessionWriter* file_;
+    Recording* recording_;
     Lanes lanes_;
     Input input_;
     std::vector<ViewTracker> trackers_;
@@ -53,7 +55,8 @@ private:
     std::uint64_t released_ = 0;  // Lanes::releases that were answered
 };
 
-/// Reads a recorded rig from beginning to end in one thread.
-void read_all(Acquisition& acquisition);
+/// Reads a recorded rig from beginning to end in one thread. each: called after every round.
+void read_all(
+    Acquisition& acquisition, const std::function<void()>& each = [] {});
 
 }  // namespace shaker

@@ -89,6 +89,17 @@ struct PredictWords {
     }
 };
 
+void add_frames(CLI::App& app, std::string& word) {
+    app.add_option("--frames", word,
+                   "Pictures to record: off, region (the part targets can be in) or full [region];\n"
+                   "of a run that a limit stopped the last 2 s are kept always")
+        ->check(CLI::IsMember({"off", "region", "full"}));
+}
+
+void set_frames(KeptPictures& pictures, const std::string& word) {
+    if (const auto kept = kept_pictures_named(word)) pictures = *kept;
+}
+
 void add_json(CLI::App& app, bool& json) {
     app.add_flag("--json", json, "Print one JSON object, SI units in the key names");
 }
@@ -106,7 +117,8 @@ int command_line(int argc, char** argv) {
     DriveWords run_drive;
     std::filesystem::path settings, scene;
     int periods = 0;
-    bool no_frames = false, no_identify = false, open_loop = false;
+    std::string run_frames;
+    bool no_identify = false, open_loop = false;
     CLI::App& run_app = *app.add_subcommand("run", "Drive a rig, measure, track, reduce and record");
     run_app.add_option("--rig", run_options.rig, rig_help)->capture_default_str();
     run_app.add_option("--scene", scene, "TOML file that changes the simulated bench (see README)");
@@ -122,13 +134,14 @@ int command_line(int argc, char** argv) {
                     "has no --output")
         ->capture_default_str()
         ->check(CLI::ExistingDirectory);
-    run_app.add_flag("--no-frames", no_frames,
-                     "Record tracks and counts but not the pictures, except the last 2 s before a trip");
+    add_frames(run_app, run_frames);
     run_app.add_flag("--no-identify", no_identify,
                      "Take the data sheet's response instead of finding it out before the run");
     run_app.add_flag("--open-loop", open_loop, "Do not correct the drive by what was measured");
     run_app.add_flag("--threads", run_options.threads,
                      "One thread a loop, as on hardware, instead of lockstep");
+    run_app.add_flag("--real-time", run_options.real_time,
+                     "With --threads: a simulated rig takes the time that a real one takes");
     add_json(run_app, run_options.json);
     run_app.footer("Example: shakerd run --rig sim: --gamma 1.5g --phi 35deg --periods 40 -o run.nxs");
 
@@ -158,16 +171,55 @@ int command_line(int argc, char** argv) {
     CLI::App& replay_app =
         *app.add_subcommand("replay", "Recompute a recording's results from its raw streams");
     replay_app.add_option("file", replay_options.file, "Recording")->required();
+    std::string from = "best", speed = "max";
+    replay_app
+        .add_option("--from", from,
+                    "raw: from the pictures; tracks: from the stored positions;\n"
+                    "best: raw where every picture was kept")
+        ->capture_default_str()
+        ->check(CLI::IsMember({"best", "raw", "tracks"}));
+    replay_app.add_option("--speed", speed, "max, or real: as slowly as it was recorded")
+        ->capture_default_str()
+        ->check(CLI::IsMember({"max", "real"}));
+    replay_app.add_option("--set", replay_options.set,
+                          "key=value: reduce with this instead of what was recorded, and say what\n"
+                          "changes, e.g. top.mm_per_px=0.1 or from_s=3.5 (an unknown key lists all)");
     add_json(replay_app, replay_options.json);
     replay_app.footer("Exit status 4 when any number differs in any bit from the recorded one.");
 
+    RecoverOptions recover_options;
+    CLI::App& recover_app =
+        *app.add_subcommand("recover", "Finish what a crash left of a recording, or verify a finished one");
+    recover_app.add_option("file", recover_options.file, "Recording, or its .part")->required();
+    add_json(recover_app, recover_options.json);
+    recover_app.footer(
+        "The .part stays as it is. Exit status 4 when a finished file is not what was written.");
+
+    ExportOptions export_options;
+    std::string format = "csv";
+    CLI::App& export_app = *app.add_subcommand("export", "Write a recording's tables as CSV or MAT files");
+    export_app.add_option("file", export_options.file, "Recording")->required();
+    export_app.add_option("-o,--output", export_options.folder,
+                          "Folder, made if need be [FILE.export, FILE without its ending]");
+    export_app.add_option("--format", format, "csv: a file a table; mat: one file, a struct a table")
+        ->capture_default_str()
+        ->check(CLI::IsMember({"csv", "mat"}));
+    export_app
+        .add_option("--what", export_options.what,
+                    "tracks,accelerometer,results,periods,cycle,... or all, which leaves out drive, every\n"
+                    "sample of it (an unknown word lists what there is)")
+        ->delimiter(',')
+        ->capture_default_str();
+    add_json(export_app, export_options.json);
+    export_app.footer("Example: shakerd export run.nxs --what tracks,drive. Nothing is written over.");
+
     ReduceOptions reduce_options;
-    bool reduce_no_frames = false;
+    std::string reduce_frames;
     CLI::App& reduce_app = *app.add_subcommand("reduce", "Reduce a session that shakerd did not record");
     reduce_app.add_option("session", reduce_options.session, "session.toml: movies, accelerations, geometry")
         ->required();
     reduce_app.add_option("-o,--output", reduce_options.out, "Recording (HDF5) that replays");
-    reduce_app.add_flag("--no-frames", reduce_no_frames, "Do not copy the pictures into the recording");
+    add_frames(reduce_app, reduce_frames);
     add_json(reduce_app, reduce_options.json);
 
     TrackOptions track_options;
@@ -198,18 +250,36 @@ int command_line(int argc, char** argv) {
         run_options.drive = run_drive.over(run_options.drive);
         if (periods > 0) run_options.periods = periods;
         if (!scene.empty()) run_options.scene = scene;
-        if (no_frames) run_options.keep_frames = false;
+        set_frames(run_options.pictures, run_frames);
         if (no_identify) run_options.identify = false;
         if (open_loop) run_options.closed_loop = false;
         run(run_options);
     }
     if (check_app.parsed() && !check(check_options)) return exit_device;
     if (devices_app.parsed()) list_devices(devices_options);
+    if (from != "best")
+        replay_options.from = from == "raw" ? ReplayOptions::From::raw : ReplayOptions::From::tracks;
+    replay_options.real_time = speed == "real";
     if (replay_app.parsed())
         return confined(replay_options.file.string(), confinement_for(replay_options.file),
                         [&] { return replay(replay_options) ? exit_ok : exit_not_identical; });
+    if (recover_app.parsed()) {
+        Confinement allowed = confinement_for(recover_options.file);
+        allowed.writes_files = true;
+        return confined(recover_options.file.string(), allowed,
+                        [&] { return recover(recover_options) ? exit_ok : exit_not_identical; });
+    }
+    if (export_app.parsed()) {
+        if (format == "mat") export_options.format = ExportOptions::Format::mat;
+        Confinement allowed = confinement_for(export_options.file);
+        allowed.writes_files = true;
+        return confined(export_options.file.string(), allowed, [&] {
+            export_recording(export_options);
+            return exit_ok;
+        });
+    }
     if (reduce_app.parsed()) {
-        reduce_options.keep_frames = !reduce_no_frames;
+        set_frames(reduce_options.pictures, reduce_frames);
         reduce_session(reduce_options);
     }
     if (track_app.parsed()) track_session(track_options);

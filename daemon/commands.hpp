@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "drivers/drive.hpp"
+#include "drivers/replay/session_file.hpp"
 
 namespace shaker {
 
@@ -16,11 +17,12 @@ struct RunOptions {
     int periods = 40;
     std::filesystem::path out;          // empty: nothing is recorded
     std::filesystem::path trips = ".";  // folder for the last seconds of a stopped run that is not recorded
-    bool keep_frames = true;
+    KeptPictures pictures = KeptPictures::region;
     bool identify = true;     // find out the response before; else the data sheet's is taken
     bool closed_loop = true;  // measured harmonics correct the drive
     double mains_hz = 0;      // fitted beside the harmonics; 0: not
     bool threads = false;     // one thread a loop instead of lockstep
+    bool real_time = false;   // with threads, a simulated rig is no faster than a real one
     bool json = false;
 };
 /// Drives the rig, measures, tracks, reduces, records.
@@ -47,16 +49,40 @@ struct DevicesOptions {
 void list_devices(const DevicesOptions& options);
 
 struct ReplayOptions {
+    enum class From { best, raw, tracks };
     std::filesystem::path file;
+    From from = From::best;          // pictures where all of them were kept; else the stored tracks
+    bool real_time = false;          // as slowly as it was recorded, told second by second
+    std::vector<std::string> set{};  // "key=value": reduced with these instead of what was recorded
     bool json = false;
 };
-/// Recomputes a recording's results from its raw streams. True when they are identical to the bit.
+/// Recomputes a recording's results from its raw streams. True when they are identical to the bit, or when
+/// other settings were asked for and what changed was told.
 bool replay(const ReplayOptions& options);
+
+struct RecoverOptions {
+    std::filesystem::path file;  // or its .part
+    bool json = false;
+};
+/// Finishes what a crash left of a recording: a new file under its name with all that can be vouched for. One
+/// that was finished is only held against its checksums; false when it is not what was written.
+bool recover(const RecoverOptions& options);
+
+struct ExportOptions {
+    enum class Format { csv, mat };
+    std::filesystem::path file;
+    std::filesystem::path folder;  // empty: FILE's name with the ending .export, beside it
+    Format format = Format::csv;
+    std::vector<std::string> what{"all"};  // first parts of tables' names
+    bool json = false;
+};
+/// Writes a recording's tables as files for other people's tools, never over one that exists.
+void export_recording(const ExportOptions& options);
 
 struct ReduceOptions {
     std::filesystem::path session;
     std::filesystem::path out;  // empty: nothing is recorded
-    bool keep_frames = true;
+    KeptPictures pictures = KeptPictures::region;
     bool json = false;
 };
 /// Reduces a session that shakerd did not record.

@@ -20,6 +20,7 @@
 #include "daemon/exit_status.hpp"
 #include "daemon/syscall_filter.hpp"
 #include "drivers/errors.hpp"
+#include "drivers/replay/session_file.hpp"
 
 namespace shaker {
 
@@ -32,6 +33,12 @@ constexpr bool limits_memory = false;
 #else
 constexpr bool limits_memory = true;
 #endif
+
+std::uint64_t bytes_of(const std::filesystem::path& file) {
+    std::error_code missing;  // is told by who opens it
+    const std::uintmax_t size = std::filesystem::file_size(file, missing);
+    return missing ? 0 : size;
+}
 
 // A limit that is lower already stays.
 void lower(__rlimit_resource resource, rlim_t soft, rlim_t hard) {
@@ -87,10 +94,13 @@ bool is_crash(int signal) {
 }  // namespace
 
 Confinement confinement_for(const std::filesystem::path& file) {
-    std::error_code missing;  // is told by who opens it
-    const std::uintmax_t size = std::filesystem::file_size(file, missing);
-    const std::uint64_t bytes = missing ? 0 : size;
-    return {.memory_bytes = (std::uint64_t{4} << 30U) + 20 * bytes, .processor_s = 600 + 60 * (bytes >> 30U)};
+    const std::uint64_t bytes = bytes_of(file);
+    std::uint64_t pictures = 0;
+    std::error_code missing;
+    for (const auto& picture : std::filesystem::directory_iterator{pictures_folder(file), missing})
+        pictures += bytes_of(picture.path());
+    return {.memory_bytes = (std::uint64_t{4} << 30U) + 20 * bytes,
+            .processor_s = 600 + 60 * ((bytes + pictures) >> 30U)};
 }
 
 ChildEnd run_confined(const std::string& file, const Confinement& allowed, const std::function<int()>& work) {

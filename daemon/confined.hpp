@@ -15,7 +15,8 @@ struct Confinement {
     bool writes_files = false;   // may open files for writing, make, rename and remove them
 };
 
-/// Far more than a sound file of this size needs: 4 GiB and 20 times the file, 600 s and 60 s a GiB.
+/// Far more than a sound file of this size needs: 4 GiB and 20 times the file, 600 s and 60 s a GiB of it
+/// and of its pictures.
 Confinement confinement_for(const std::filesystem::path& file);
 
 /// How a confined child ended.

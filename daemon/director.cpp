@@ -305,11 +305,11 @@ void Director::set(const Drive& drive, Lanes& lanes) {
     run_from_s_ = now_s_;
 }
 
-void Director::stop(Lanes& lanes) {
-    if (!lanes.ordered.push({.cause = Cause::operator_stop,
-                             .on_dac_clock = true,
-                             .tick = static_cast<std::int64_t>(now_s_ * dac_rate_hz_)}))
-        ++lanes.lost.trips_lost;
+void Director::stop(Lanes& lanes, const Trip& why) {
+    Trip trip = why;
+    trip.on_dac_clock = true;
+    trip.tick = static_cast<std::int64_t>(now_s_ * dac_rate_hz_);
+    if (!lanes.ordered.push(trip)) ++lanes.lost.trips_lost;
 }
 
 void Director::clear(Lanes& lanes) {

@@ -40,8 +40,8 @@ public:
     bool step(const Take& take, Lanes& lanes);
     /// A new set-point while it runs: the drive goes there over one period, settles and is measured anew.
     void set(const Drive& drive, Lanes& lanes);
-    /// The operator stops the run: a ramp to zero at once, which counts as a trip.
-    void stop(Lanes& lanes);
+    /// The run is stopped from outside: a ramp to zero at once, which counts as a trip.
+    void stop(Lanes& lanes, const Trip& why = {.cause = Cause::operator_stop});
     /// The operator has seen why it tripped: the run may be armed again. Refused while something is wrong.
     void clear(Lanes& lanes);
 

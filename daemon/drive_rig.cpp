@@ -27,8 +27,10 @@ double trigger_rate(const Rig& rig) {
     return first == nullptr ? 0 : first->frame_rate_hz;
 }
 
+bool runs_threaded(const OpenRig& bench, bool threads) { return threads || bench.world == nullptr; }
+
 Execution drive_rig(OpenRig& bench, Acquisition& acquisition, Output& output, bool threads, const Lead& lead,
-                    const std::function<bool()>& done) {
+                    const std::function<bool()>& done, const std::function<bool()>& recorder) {
     Rig& rig = bench.rig;
     const bool simulated = bench.world != nullptr;
     // Real time paces real hardware; virtual time must not run away from a reduction that shares the
@@ -43,6 +45,8 @@ Execution drive_rig(OpenRig& bench, Acquisition& acquisition, Output& output, bo
                                  return true;
                              }}};
     for (Loop& loop : acquisition.sensor_loops()) loops.push_back(std::move(loop));
+    if (recorder)
+        loops.push_back({"recorder", 20, false, [&](std::chrono::milliseconds) { return recorder(); }});
     loops.push_back({"reduction", 0, false, [&](std::chrono::milliseconds) {
                          const bool any = acquisition.collect();
                          return lead(acquisition.take(), acquisition.lanes()) || any;
@@ -53,7 +57,7 @@ Execution drive_rig(OpenRig& bench, Acquisition& acquisition, Output& output, bo
         for (const auto& camera : rig.cameras) camera->stop();
     };
     Execution execution =
-        threads || !simulated ? run_threaded(loops, done, unblock) : run_lockstep(loops, done);
+        runs_threaded(bench, threads) ? run_threaded(loops, done, unblock) : run_lockstep(loops, done);
     acquisition.collect();
     return execution;
 }

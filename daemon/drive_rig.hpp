@@ -17,9 +17,11 @@ double trigger_rate(const Rig& rig);
 /// What leads a run: looks at the take, may post to the loops; false when nothing had come.
 using Lead = std::function<bool(const Take&, Lanes&)>;
 
-/// Until `done`, which is asked after each call of `lead`. Hardware runs threaded whatever `threads` says.
+/// Whether a run on this rig has one thread a loop: hardware has, whatever was asked for.
+bool runs_threaded(const OpenRig& bench, bool threads);
+/// Until `done`, which is asked after each call of `lead`. recorder: writes what was gathered.
 Execution drive_rig(OpenRig& bench, Acquisition& acquisition, Output& output, bool threads, const Lead& lead,
-                    const std::function<bool()>& done);
+                    const std::function<bool()>& done, const std::function<bool()>& recorder = {});
 
 /// What every device has counted: the DAC, the accelerometer, the cameras.
 std::vector<DeviceReport> device_reports(const Rig& rig);

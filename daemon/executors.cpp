@@ -37,6 +37,13 @@ std::vector<std::string> prepare_thread(const Loop& loop) {
 
 }  // namespace
 
+void Pacer::wait_until(double s) {
+    const auto since =
+        std::chrono::duration_cast<std::chrono::steady_clock::duration>(std::chrono::duration<double>{s});
+    if (!begin_) begin_ = std::chrono::steady_clock::now() - since;
+    std::this_thread::sleep_until(*begin_ + since);
+}
+
 Execution run_lockstep(std::vector<Loop>& loops, const std::function<bool()>& done) {
     const Stopwatch watch;
     constexpr std::chrono::milliseconds no_wait{0};

@@ -2,6 +2,7 @@
 // Two ways to run one set of steps: in one thread on virtual time, or one thread a loop on real time.
 #include <chrono>
 #include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -20,6 +21,16 @@ struct Loop {
 struct Execution {
     double wall_s = 0;
     std::vector<std::string> refused;  // of real-time scheduling, one sentence each
+};
+
+/// Waits for real time where data are older than it.
+class Pacer {
+public:
+    /// Returns when s seconds have passed since the first call's s.
+    void wait_until(double s);
+
+private:
+    std::optional<std::chrono::steady_clock::time_point> begin_;
 };
 
 /// Calls every loop in turn, each until it has nothing to do, until `done`. Deterministic: the first loop is

@@ -4,8 +4,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <span>
 
 #include "daemon/recorder.hpp"
+#include "daemon/session_places.hpp"
 
 namespace shaker {
 
@@ -13,6 +15,7 @@ namespace {
 
 constexpr const char* response_units = "m/s^2/V";
 constexpr const char* group = "identification/";
+constexpr std::size_t most_levels = 4;  // the highest ones, that a recording has places for
 
 std::vector<double> values(int harmonics, auto&& value) {
     std::vector<double> v;
@@ -42,45 +45,61 @@ std::map<std::string, std::string> plot_of(const std::string& signal, const std:
     return {{"signal", signal}, {"axes", "frequency"}, {"title", title}};
 }
 
-void write_levels(SessionWriter& file, const IdentifiedResponse& r) {
-    int number = 0;
-    for (const IdentifiedLevel& level : r.levels) {
-        const std::string path = fmt::format("{}level_{}", group, ++number);
-        file.table(path, columns_of(r, level), "NXdata",
-                   plot_of("magnitude", fmt::format("response at {:.3g} m/s^2", level.peak_mps2)));
-        file.scalar(path + "_peak_acceleration", level.peak_mps2, "m/s^2");
-        file.scalar(path + "_peak_drive", level.peak_V, "V");
-    }
-}
+struct Record {
+    std::vector<RecordedTable> tables;
+    std::vector<RecordedNumber> numbers;
+};
 
-void write_transverse(SessionWriter& file, const IdentifiedResponse& r) {
-    const std::vector<double> frequency =
-        values(r.harmonics, [&](std::size_t i) { return static_cast<double>(i + 1) * r.frequency; });
-    write(file, {transverse_table(std::string{group} + "transverse", frequency,
-                                  {r.across.begin(), r.across.begin() + r.harmonics})});
-}
-
-}  // namespace
-
-void write_identification(SessionWriter& file, const IdentifiedResponse& r) {
-    if (r.levels.empty()) return;
+Record record_of(const IdentifiedResponse& r, std::span<const IdentifiedLevel> levels) {
+    Record record;
     const IdentifiedLevel &low = r.levels.front(), &high = r.levels.back();
     std::vector<Column> columns = columns_of(r, high);
     columns.push_back({"gain_change", "1",
                        values(r.harmonics, [&](std::size_t i) { return std::abs(high.h[i] / low.h[i]); })});
     columns.push_back({"phase_change", "rad",
                        values(r.harmonics, [&](std::size_t i) { return std::arg(high.h[i] / low.h[i]); })});
-    file.table(std::string{group} + "response", columns, "NXdata",
-               plot_of("magnitude", "acceleration of the base a volt of the drive"));
-    write_levels(file, r);
-    write_transverse(file, r);
+    record.tables.push_back({std::string{group} + "response", columns, "NXdata",
+                             plot_of("magnitude", "acceleration of the base a volt of the drive")});
     const auto number = [&](const std::string& name, double value, const char* units) {
-        file.scalar(group + name, value, units);
+        record.numbers.push_back({group + name, value, units});
     };
+    int k = 0;
+    for (const IdentifiedLevel& level : levels) {
+        const std::string name = fmt::format("level_{}", ++k);
+        record.tables.push_back(
+            {group + name, columns_of(r, level), "NXdata", plot_of("magnitude", "response at one level")});
+        number(name + "_peak_acceleration", level.peak_mps2, "m/s^2");
+        number(name + "_peak_drive", level.peak_V, "V");
+    }
+    const std::vector<double> frequency =
+        values(r.harmonics, [&](std::size_t i) { return static_cast<double>(i + 1) * r.frequency; });
+    record.tables.push_back(transverse_table(std::string{group} + "transverse", frequency,
+                                             {r.across.begin(), r.across.begin() + r.harmonics}));
     number("polarity", r.polarity_doubtful() ? -1 : 1, "1");
     number("turn", r.turn, "rad");
     number("gain", r.gain, "1");
-    for (std::size_t k = 0; k < 3; ++k) number(fmt::format("shaker_axis_{}", "xyz"[k]), r.axis[k], "1");
+    for (std::size_t i = 0; i < 3; ++i) number(fmt::format("shaker_axis_{}", "xyz"[i]), r.axis[i], "1");
+    return record;
+}
+
+}  // namespace
+
+std::vector<GroupLayout> identification_places() {
+    IdentifiedResponse empty;
+    empty.levels.resize(most_levels);
+    const Record record = record_of(empty, empty.levels);
+    std::vector<GroupLayout> places;
+    places.push_back(layout_of("identification", record.numbers));
+    for (const RecordedTable& t : record.tables) places.push_back(layout_of(t));
+    return places;
+}
+
+void write_identification(SessionWriter& file, const IdentifiedResponse& r) {
+    if (r.levels.empty()) return;
+    const std::span<const IdentifiedLevel> all{r.levels};
+    const Record record = record_of(r, all.last(std::min(all.size(), most_levels)));
+    write(file, record.tables);
+    write(file, record.numbers);
 }
 
 }  // namespace shaker

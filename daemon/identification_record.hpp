@@ -8,6 +8,9 @@ namespace shaker {
 /// The group "identification": NXdata "response" (against frequency, highest level: magnitude, phase, their
 /// errors, coherence, noise floor, and what changed since the lowest level), one NXdata a level ("level_1",
 /// ...), NXdata "transverse", and polarity, gain and turn against the data sheet, and the shaker's axis.
+/// Of the levels the four highest are kept.
 void write_identification(SessionWriter& file, const IdentifiedResponse& response);
+/// What that needs places for.
+std::vector<GroupLayout> identification_places();
 
 }  // namespace shaker

@@ -134,39 +134,138 @@ std::vector<RecordedTable> tables_of(const Reduction& r) {
     return tables;
 }
 
+std::vector<double> row_of(const Track& k) {
+    return {static_cast<double>(k.tick.n),
+            seconds(k.time),
+            k.fix.x_px,
+            k.fix.y_px,
+            k.fix.sd_px,
+            k.x_m,
+            k.sd_m,
+            static_cast<double>(static_cast<int>(k.fix.state))};
+}
+
+RecordedTable track_table(const TargetTrack& t) {
+    RecordedTable table{track_path(t),
+                        {{"frame", "1", {}},
+                         {"t", "s", {}},
+                         {"x_px", "px", {}},
+                         {"y_px", "px", {}},
+                         {"sd_px", "px", {}},
+                         {"x", "m", {}},
+                         {"x_errors", "m", {}},
+                         {"state", "1", {}}},
+                        "NXdata",
+                        {{"signal", "x"}, {"axes", "t"}}};
+    for (Column& c : table.columns) c.values.reserve(t.tracks.size());
+    for (const Track& k : t.tracks) {
+        const std::vector<double> row = row_of(k);
+        for (std::size_t i = 0; i < row.size(); ++i) table.columns[i].values.push_back(row[i]);
+    }
+    return table;
+}
+
 std::vector<RecordedTable> tables_of(const Take& take) {
     std::vector<RecordedTable> tables;
-    for (const TargetTrack& t : take.tracks) {
-        tables.push_back(
-            {track_path(t),
-             {column("frame", "1", t.tracks, [](const Track& k) { return k.tick.n; }),
-              column("t", "s", t.tracks, [](const Track& k) { return seconds(k.time); }),
-              column("x_px", "px", t.tracks, [](const Track& k) { return k.fix.x_px; }),
-              column("y_px", "px", t.tracks, [](const Track& k) { return k.fix.y_px; }),
-              column("sd_px", "px", t.tracks, [](const Track& k) { return k.fix.sd_px; }),
-              column("x", "m", t.tracks, [](const Track& k) { return k.x_m; }),
-              column("x_errors", "m", t.tracks, [](const Track& k) { return k.sd_m; }),
-              column("state", "1", t.tracks, [](const Track& k) { return static_cast<int>(k.fix.state); })},
-             "NXdata",
-             {{"signal", "x"}, {"axes", "t"}}});
-    }
+    for (const TargetTrack& t : take.tracks) tables.push_back(track_table(t));
     return tables;
 }
 
+void write_times(SessionWriter& file, const Take& take) {
+    for (const TargetTrack& t : take.tracks) {
+        std::vector<double> times;
+        times.reserve(t.tracks.size());
+        for (const Track& k : t.tracks) times.push_back(seconds(k.time));
+        file.replace(track_path(t) + "/t", times);
+    }
+}
+
+RecordedTable clock_table(const Take& take) {
+    RecordedTable table{"clocks",
+                        {{"stream", "1", {}},
+                         {"ppm", "1e-6", {}},
+                         {"ppm_errors", "1e-6", {}},
+                         {"delay", "s", {}},
+                         {"stamps", "1", {}}}};
+    const auto row = [&](double stream, const auto& clock, std::size_t stamps) {
+        const std::array<double, 5> values{stream, clock.ppm(), clock.ppm_sigma(), clock.residual().count(),
+                                           static_cast<double>(stamps)};
+        for (std::size_t i = 0; i < values.size(); ++i) table.columns[i].values.push_back(values[i]);
+    };
+    if (!take.played.empty()) {
+        ClockTracker<DacClock> dac{take.dac_rate_hz};
+        for (const PlayTime& p : take.played) follow(dac, p);
+        row(0, dac, take.played.size());
+    }
+    if (!take.blocks.empty() && !take.played.empty()) {
+        ClockTracker<AccelerometerClock> accelerometer{take.accelerometer.rate_hz};
+        for (const AccelBlock& b : take.blocks) accelerometer.add({b.first.n + b.size - 1}, b.arrived);
+        row(1, accelerometer, take.blocks.size());
+    }
+    for (std::size_t c = 0; c < take.cameras.size(); ++c) {
+        const CameraTake& camera = take.cameras[c];
+        if (camera.untimed.empty() || !(camera.view.frame_rate_hz > 0)) continue;
+        ClockTracker<CameraClock> frames{camera.view.frame_rate_hz};
+        for (const FrameStamp& f : camera.untimed) frames.add(f.tick, f.arrived);
+        row(static_cast<double>(2 + c), frames, camera.untimed.size());
+    }
+    return table;
+}
+
+RecordedTable gap_table(const Take& take) {
+    RecordedTable table{"gaps", {{"stream", "1", {}}, {"first", "1", {}}, {"count", "1", {}}}};
+    const auto row = [&](std::size_t stream, std::int64_t first, std::int64_t count) {
+        table.columns[0].values.push_back(static_cast<double>(stream));
+        table.columns[1].values.push_back(static_cast<double>(first));
+        table.columns[2].values.push_back(static_cast<double>(count));
+    };
+    for (const PlayTime& p : take.played)
+        if (p.lost > 0) row(0, p.tick.n, p.lost);
+    std::int64_t next = take.blocks.empty() ? 0 : take.blocks.front().first.n;
+    for (const AccelBlock& b : take.blocks) {
+        if (b.first.n != next) row(1, next, b.first.n - next);
+        next = b.first.n + b.size;
+    }
+    for (std::size_t c = 0; c < take.cameras.size(); ++c) {
+        if (take.cameras[c].view.targets.empty()) continue;
+        const std::vector<Track>& frames = take.tracks[take.cameras[c].first_track].tracks;
+        for (std::size_t i = 1; i < frames.size(); ++i)
+            if (const std::int64_t n = frames[i].tick.n - frames[i - 1].tick.n - 1; n != 0)
+                row(2 + c, frames[i - 1].tick.n + 1, n);
+    }
+    return table;
+}
+
+RecordedTable truth_table(const std::string& camera, const std::vector<PoseTruth>& poses) {
+    return {"truth/" + camera,
+            {column("frame", "1", poses, [](const PoseTruth& p) { return p.tick.n; }),
+             column("t", "s", poses, [](const PoseTruth& p) { return seconds(p.time); }),
+             column("x_base", "m", poses, [](const PoseTruth& p) { return p.base; }),
+             column("x_walker", "m", poses, [](const PoseTruth& p) { return p.walker; })}};
+}
+
+std::vector<RecordedNumber> picture_numbers(const std::string& camera, const PictureCounts& counts) {
+    const auto number = [&](const char* what, std::uint64_t n) {
+        return RecordedNumber{fmt::format("pictures/{}/{}", camera, what), static_cast<double>(n), "1"};
+    };
+    return {number("produced", counts.produced), number("stored", counts.stored),
+            number("dropped", counts.dropped), number("not_kept", counts.not_kept)};
+}
+
 void write(SessionWriter& file, const Reduction& reduction, double from_s, double to_s) {
-    file.scalar("process/reduced_from", from_s, "s");
-    file.scalar("process/reduced_to", to_s, "s");
+    file.scalar("process/reduced_from", from_s);
+    file.scalar("process/reduced_to", to_s);
     write(file, tables_of(reduction));
     write(file, numbers_of(reduction));
-    file.show("cycle");
+    file.texts("results/notes/text", reduction.notes);
 }
 
 void write(SessionWriter& file, const std::vector<RecordedNumber>& numbers) {
-    for (const RecordedNumber& n : numbers) file.scalar(n.path, n.value, n.units);
+    for (const RecordedNumber& n : numbers) file.scalar(n.path, n.value);
 }
 
 void write(SessionWriter& file, const std::vector<RecordedTable>& tables) {
-    for (const RecordedTable& t : tables) file.table(t.path, t.columns, t.nx_class, t.attributes);
+    for (const RecordedTable& t : tables) file.rows(t.path, t.columns);
 }
 
 std::vector<std::string> differences(const SessionReader& file, const std::vector<RecordedNumber>& numbers,
@@ -195,8 +294,8 @@ std::vector<std::string> differences(const SessionReader& file, const std::vecto
     return found;
 }
 
-void read_tracks(const SessionReader& file, Take& take) {
-    for (const View& view : file.header().views) {
+void read_tracks(const SessionReader& file, const SessionHeader& header, Take& take) {
+    for (const View& view : header.views) {
         for (const Target& target : view.targets) {
             TargetTrack t{view.camera, target, {}};
             const std::string path = track_path(t);
@@ -218,6 +317,7 @@ void read_tracks(const SessionReader& file, Take& take) {
             fill("x_errors", [](Track& k, double v) { k.sd_m = v; });
             fill("state",
                  [](Track& k, double v) { k.fix.state = static_cast<TrackState>(static_cast<int>(v)); });
+            for (Track& k : t.tracks) scale(k, view, target);
             take.tracks.push_back(std::move(t));
         }
     }

@@ -1,33 +1,112 @@
 #pragma once
-// A recording that appears under its name only when it is complete.
+// A recording while it is made: fed by the reduction, written by a loop of its own, under its name only when
+// it is complete.
+#include <atomic>
 #include <filesystem>
 #include <memory>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <variant>
+#include <vector>
 
 #include "daemon/recorder.hpp"
-#include "drivers/replay/session_file.hpp"
+#include "daemon/run_log.hpp"
+#include "drivers/handover.hpp"
 
 namespace shaker {
 
-/// Writes FILE.part and renames it to FILE on finish(). Without a file name everything here does nothing.
+class FrameStore;
+
+/// What becomes of FILE.part when a recording is never finished: a live run's data exist nowhere else.
+enum class Unfinished { keep, discard };
+
+struct RecordingSettings {
+    Unfinished unfinished = Unfinished::keep;
+    /// Of a live run: a thread of its own calls step(), what was flushed is seen onto the disk each half
+    /// second, and up to 2 s of pictures wait in memory. Otherwise add() writes each piece of data itself.
+    bool live = false;
+    std::uint64_t least_free_bytes = std::uint64_t{1} << 30U;  // on the disk; then nothing more is recorded
+};
+
+/// Without a file name everything here does nothing. add() is for the reduction's thread and, live, never
+/// waits for the disk; step() is for the recorder's thread; what else there is for either when the other has
+/// ended.
 class Recording {
 public:
-    /// What becomes of FILE.part when finish() is never reached: a live run's data exist nowhere else.
-    enum class Unfinished { keep, discard };
-    Recording(const std::filesystem::path& file, const SessionHeader& header, Unfinished unfinished);
+    /// InputError when the disk has less room than it must have for a beginning, DeviceError when the file
+    /// cannot be made.
+    Recording(const std::filesystem::path& file, const SessionHeader& header,
+              const RecordingSettings& settings);
     ~Recording();
     Recording(const Recording&) = delete;
     Recording& operator=(const Recording&) = delete;
-    /// Null when nothing is recorded.
-    [[nodiscard]] SessionWriter* writer() noexcept { return writer_.get(); }
-    /// Adds tracks, results and the part of master time they were made from, and completes the file.
-    void finish(const Take& take, const Reduction& reduction, double from_s, double to_s);
-    /// Adds tracks and completes the file.
+    [[nodiscard]] bool on() const noexcept { return writer_ != nullptr; }
+
+    void add(const PlayTime& played) { push(played); }
+    void add(const DriveChange& change) { push(change); }
+    void add(const AccelBlock& block) { push(block); }
+    void add(const LogEntry& entry) { push(entry); }
+    /// What is being measured from now on.
+    void add(const MeasuredPart& part) { push(part); }
+    /// A frame and where its targets are. Its picture is left out and counted when too many wait.
+    void add(std::size_t camera, const Frame& frame, std::span<const Track> tracks);
+
+    /// Writes what waits; false when nothing did. After a failure what comes is counted and not written.
+    bool step();
+    /// Why nothing is recorded any more; any thread.
+    [[nodiscard]] std::optional<std::string> failure() const;
+    /// What waits to be written, as a share of what may wait; any thread.
+    [[nodiscard]] double backlog() const noexcept;
+    /// Pieces of data that found no room or came after a failure.
+    [[nodiscard]] std::uint64_t lost() const noexcept { return lost_; }
+    [[nodiscard]] const std::vector<PictureCounts>& pictures() const noexcept { return counts_; }
+
+    /// Where everything else of the recording goes, once all that waits has been written.
+    [[nodiscard]] SessionWriter& writer();
+    /// One picture of the last seconds, where a recording does not keep whole ones.
+    void tail(std::size_t camera, const Frame& frame);
+    /// Adds tracks' final times, clocks, gaps and counts, and gives the file its name. DeviceError when
+    /// something of it could not be written; then FILE.part stays.
     void finish(const Take& take);
+    /// Likewise, with results and the part of master time they were made from.
+    void finish(const Take& take, const Reduction& reduction, double from_s, double to_s);
 
 private:
+    struct Entry {
+        std::size_t camera;
+        Frame frame;  // without pixels
+        FramePtr picture;
+        std::vector<double> rows;  // of all targets behind each other
+    };
+    using Piece = std::variant<PlayTime, DriveChange, AccelBlock, LogEntry, MeasuredPart, Entry>;
+    class Pictures;
+
+    void push(const Piece& piece);
+    void write(const Piece& piece);
+    void write(const Entry& entry);
+    void tell_time(double s);
+    void flush();
+    void fail(const std::string& why) noexcept;
+    void tell_journal(const LogEntry& entry) noexcept;
+
     std::filesystem::path file_, part_;
-    Unfinished unfinished_;
+    RecordingSettings settings_;
+    SessionHeader header_;
     std::unique_ptr<SessionWriter> writer_;
+    std::unique_ptr<Journal> journal_;
+    std::vector<std::unique_ptr<FrameStore>> stores_, tails_;
+    std::vector<std::unique_ptr<Pictures>> waiting_;
+    std::vector<std::vector<std::size_t>> tables_;  // of tracks: a camera, a target
+    bool tracks_written_ = false;                   // with the frames, as they came
+    std::vector<PictureCounts> counts_;
+    std::optional<Ring<Piece>> ring_;
+    std::atomic<std::uint64_t> pushed_{0}, popped_{0}, lost_{0};
+    double now_s_ = 0, flushed_s_ = 0;
+    std::string state_;         // of the run, when it was told last
+    mutable std::mutex mutex_;  // of failure_
+    std::optional<std::string> failure_;
+    std::atomic<bool> failed_{false};
 };
 
 }  // namespace shaker

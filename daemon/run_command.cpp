@@ -13,31 +13,21 @@
 #include "daemon/director.hpp"
 #include "daemon/drive_rig.hpp"
 #include "daemon/identification_record.hpp"
-#include "daemon/recording.hpp"
+#include "daemon/paced_dac.hpp"
+#include "daemon/recording_watch.hpp"
 #include "daemon/results.hpp"
 #include "daemon/rigs.hpp"
 #include "daemon/run_settings.hpp"
+#include "daemon/session_places.hpp"
 #include "daemon/stopped_run.hpp"
+#include "daemon/time_text.hpp"
 #include "drivers/errors.hpp"
+#include "drivers/region_camera.hpp"
 #include "drivers/simulated/steady_state.hpp"
 
 namespace shaker {
 
 namespace {
-
-void record_truth(SessionWriter& file, const World& world, const std::string& camera, std::size_t index,
-                  double v_D) {
-    std::vector<double> frame, t, base, walker;
-    for (const PoseTruth& p : world.truth(index)) {
-        frame.push_back(static_cast<double>(p.tick.n));
-        t.push_back(seconds(p.time));
-        base.push_back(p.base);
-        walker.push_back(p.walker);
-    }
-    file.table("truth/" + camera,
-               {{"frame", "1", frame}, {"t", "s", t}, {"x_base", "m", base}, {"x_walker", "m", walker}});
-    if (index == 0) file.scalar("truth/v_D", v_D, "m/s");
-}
 
 Harmonics<Acceleration> measured_base(const Reduction& r) {
     Harmonics<Acceleration> base;
@@ -56,6 +46,8 @@ double coulomb_drift(const Harmonics<Acceleration>& base, double frequency, cons
     setting.friction = {scene.walker.mu_k, scene.walker.mu_s, 0};
     return settle(WalkerLaw{setting}).v_D;
 }
+
+using Recorder = std::function<bool()>;
 
 struct Speed {
     double wall_s, virtual_s, render_s;
@@ -88,7 +80,7 @@ std::string record_stop(const RunOptions& options, Recording& recording, const S
         .trips = recorded_trips(acquisition.take(), director),
         .planned = measuring ? MeasuredPart{director.from_s(), director.to_s()} : MeasuredPart{},
         .identified = keeper.identified() ? &*keeper.identified() : keeper.found()};
-    if (recording.writer() != nullptr) {
+    if (recording.on()) {
         finish(recording, run);
         return "recorded: " + options.out.string();
     }
@@ -126,6 +118,8 @@ void run(const RunOptions& options) {
         open_rig(options.rig, options.scene, options.threads ? World::Pace::paced : World::Pace::lockstep);
     for (const std::string& granted : bench.granted) spdlog::info("{}", granted);
     Rig& rig = bench.rig;
+    if (options.threads && options.real_time && bench.world)
+        rig.dac = std::make_unique<PacedDac>(std::move(rig.dac));
     const DacInfo dac = rig.dac->info();
     SessionHeader header;
     header.title =
@@ -137,13 +131,18 @@ void run(const RunOptions& options) {
     header.frequency_hz = Synthesiser::realised(options.drive.frequency, dac.rate_hz);
     header.dac = dac;
     header.accelerometer = rig.accelerometer->info();
+    header.pictures = options.pictures;
+    const bool live = runs_threaded(bench, options.threads);
+    header.started = live ? local_time_text() : epoch_text;
+    if (live) header.identifier = new_identifier();
+    if (options.pictures == KeptPictures::region && !options.out.empty()) take_regions(rig);
     for (const auto& camera : rig.cameras) header.views.push_back(camera->view());
-    header.keep_frames = options.keep_frames;
+    header.groups = session_places(header, bench.world != nullptr);
 
-    Recording recording{options.out, header, Recording::Unfinished::keep};
+    Recording recording{options.out, header, {.live = live}};
     const Limits limits = limits_of_run(bench, options.drive);
-    Acquisition acquisition{rig, recording.writer(), limits, options.drive.frequency};
-    if (options.out.empty() || !options.keep_frames) acquisition.keep_tails();
+    Acquisition acquisition{rig, &recording, limits, options.drive.frequency};
+    if (options.out.empty() || options.pictures == KeptPictures::off) acquisition.keep_tails();
     Output output{dac,    options.drive.frequency,          trigger_rate(rig), dac.block_frames,
                   limits, rig.accelerometer->info().rate_hz};
     const RunPlan plan{.keeper = {.drive = options.drive,
@@ -157,10 +156,16 @@ void run(const RunOptions& options) {
     Director director{plan, dac.rate_hz, rig.accelerometer->info(),
                       [](const std::string& what) { spdlog::info("{}", what); }};
 
+    RecordingWatch watch{recording};
     const Execution execution = drive_rig(
         bench, acquisition, output, options.threads,
-        [&](const Take& take, Lanes& lanes) { return director.step(take, lanes); },
-        [&] { return director.done(); });
+        [&](const Take& take, Lanes& lanes) {
+            const bool any = director.step(take, lanes);
+            watch.look(director, take, lanes);
+            return any;
+        },
+        [&] { return director.done(); },
+        live && recording.on() ? Recorder{[&] { return recording.step(); }} : Recorder{});
     for (const std::string& refused : execution.refused) spdlog::warn("{}", refused);
 
     Take& take = acquisition.take();
@@ -168,6 +173,11 @@ void run(const RunOptions& options) {
     settle_times(take, notes);
     if (director.trip()) {
         const std::string file = record_stop(options, recording, header, director, acquisition);
+        if (const auto why = recording.failure())
+            throw DeviceError{
+                fmt::format("{}; the drive came down softly ({}); \"shakerd recover {}\" finishes what was "
+                            "recorded before",
+                            *why, text(*director.trip()), options.out.string() + ".part")};
         throw TripError{text(*director.trip()) + "; " + file};
     }
     Reduction r = reduce(measurement_of(take, header.frequency_hz, director.from_s(), director.to_s()));
@@ -180,11 +190,12 @@ void run(const RunOptions& options) {
     double v_D = NAN;
     if (bench.world) {
         v_D = drift_velocity(bench.world->truth(0), director.from_s(), director.to_s());
-        for (std::size_t i = 0; recording.writer() != nullptr && i < header.views.size(); ++i)
-            record_truth(*recording.writer(), *bench.world, header.views[i].camera, i, v_D);
+        if (recording.on()) recording.writer().scalar("truth/v_D", v_D);
+        for (std::size_t i = 0; recording.on() && i < header.views.size(); ++i)
+            write(recording.writer(), {truth_table(header.views[i].camera, bench.world->truth(i))});
     }
-    if (const auto& found = director.keeper().identified(); found && recording.writer() != nullptr)
-        write_identification(*recording.writer(), *found);
+    if (const auto& found = director.keeper().identified(); found && recording.on())
+        write_identification(recording.writer(), *found);
     recording.finish(take, r, director.from_s(), director.to_s());
 
     if (options.json) {

@@ -17,7 +17,8 @@ void read_run_settings(const std::filesystem::path& file, RunOptions& options) {
     d.rho = run.number("rho", drive_limits.rho, d.rho);
     d.phi = run.number("phi_rad", drive_limits.phi, d.phi);
     options.periods = run.integer("periods", 2, most_periods, options.periods);
-    options.keep_frames = run.flag("keep_frames", options.keep_frames);
+    if (run.has("frames"))
+        options.pictures = static_cast<KeptPictures>(run.choice("frames", {"off", "region", "full"}, 1));
     options.identify = run.flag("identify", options.identify);
     options.closed_loop = run.flag("closed_loop", options.closed_loop);
     options.mains_hz = run.number("mains_hz", drive_limits.mains, options.mains_hz);
@@ -28,8 +29,8 @@ void read_run_settings(const std::filesystem::path& file, RunOptions& options) {
 std::string run_settings_text(const RunOptions& o) {
     return fmt::format(
         "[run]\nrig = \"{}\"\nfrequency_hz = {}\ngamma_mps2 = {}\nrho = {}\nphi_rad = {}\nperiods = {}\n"
-        "keep_frames = {}\nidentify = {}\nclosed_loop = {}\nmains_hz = {}\n",
-        o.rig, o.drive.frequency, o.drive.gamma, o.drive.rho, o.drive.phi, o.periods, o.keep_frames,
+        "frames = \"{}\"\nidentify = {}\nclosed_loop = {}\nmains_hz = {}\n",
+        o.rig, o.drive.frequency, o.drive.gamma, o.drive.rho, o.drive.phi, o.periods, name(o.pictures),
         o.identify, o.closed_loop, o.mains_hz);
 }
 

@@ -20,7 +20,7 @@ inline constexpr DriveLimits drive_limits{};
 inline constexpr int most_periods = 1'000'000;
 
 /// Changes `options` by the table [run] of a file: rig, scene, frequency_hz, gamma_mps2, rho, phi_rad,
-/// periods, keep_frames, identify, closed_loop,
+/// periods, frames, identify, closed_loop,
 /// mains_hz. InputError with file, line, key, value and range for anything else.
 void read_run_settings(const std::filesystem::path& file, RunOptions& options);
 

@@ -12,7 +12,9 @@
 #include "daemon/commands.hpp"
 #include "daemon/recording.hpp"
 #include "daemon/results.hpp"
+#include "daemon/session_places.hpp"
 #include "drivers/errors.hpp"
+#include "drivers/region_camera.hpp"
 #include "drivers/replay/lab_session.hpp"
 
 namespace shaker {
@@ -147,11 +149,13 @@ void reduce_session(const ReduceOptions& options) {
     header.frequency_hz = session.description.drive->frequency_hz;
     header.dac.rate_hz = 0;
     header.accelerometer = session.rig.accelerometer->info();
+    if (options.pictures == KeptPictures::region && !options.out.empty()) take_regions(session.rig);
     for (const auto& camera : session.rig.cameras) header.views.push_back(camera->view());
-    header.keep_frames = options.keep_frames;
+    header.pictures = options.pictures;
+    header.groups = session_places(header, false);
 
-    Recording recording{options.out, header, Recording::Unfinished::discard};
-    Acquisition acquisition{session.rig, recording.writer()};
+    Recording recording{options.out, header, {.unfinished = Unfinished::discard}};
+    Acquisition acquisition{session.rig, &recording};
     spdlog::info("tracking {} cameras", session.rig.cameras.size());
     read_all(acquisition);
     const Take& take = acquisition.take();

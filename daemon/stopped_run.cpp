@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "daemon/identification_record.hpp"
+#include "daemon/session_places.hpp"
 #include "drivers/errors.hpp"
 
 namespace shaker {
@@ -47,9 +48,9 @@ void warn_of_lost(const StoppedRun& run) {
 }  // namespace
 
 void finish(Recording& recording, const StoppedRun& run) {
-    SessionWriter& file = *recording.writer();
+    SessionWriter& file = recording.writer();
     for (std::size_t i = 0; i < run.tails.size(); ++i)
-        for (std::size_t k = 0; k < run.tails[i].size(); ++k) file.tail(i, run.tails[i][k]);
+        for (std::size_t k = 0; k < run.tails[i].size(); ++k) recording.tail(i, run.tails[i][k]);
     warn_of_lost(run);
     write_findings(file, run, run.take, -INFINITY);
     recording.finish(run.take);
@@ -58,17 +59,17 @@ void finish(Recording& recording, const StoppedRun& run) {
 void record_tail(const StoppedRun& run, const std::filesystem::path& file) {
     SessionHeader header = run.header;
     header.kind = "trip";
-    header.keep_frames = true;
+    header.pictures = KeptPictures::full;
+    header.groups = session_places(header, false);
     double at_s = run.trips.front().at_s;
     if (!std::isfinite(at_s) && !run.take.played.empty())
         at_s = static_cast<double>(run.take.played.back().tick.n) / run.take.dac_rate_hz;
     const double from_s = at_s - tail_s;
     const Take take = tail_of(run.take, from_s);
-    Recording recording{file, header, Recording::Unfinished::discard};
-    SessionWriter& writer = *recording.writer();
-    for (const PlayTime& p : take.played) writer.add(p);
-    for (const DriveChange& c : take.changes) writer.add(c);
-    for (const AccelBlock& b : take.blocks) writer.add(b);
+    Recording recording{file, header, {.unfinished = Unfinished::discard}};
+    for (const PlayTime& p : take.played) recording.add(p);
+    for (const DriveChange& c : take.changes) recording.add(c);
+    for (const AccelBlock& b : take.blocks) recording.add(b);
     for (std::size_t i = 0; i < run.tails.size(); ++i) {
         const CameraTake& camera = take.cameras[i];
         const FrameTail& tail = run.tails[i];
@@ -83,11 +84,11 @@ void record_tail(const StoppedRun& run, const std::filesystem::path& file) {
             }
             if (gap) frame.quality = frame.quality | Quality::gap;
             gap = false;
-            writer.add(i, frame);
+            recording.add(i, frame, {});
         }
     }
     warn_of_lost(run);
-    write_findings(writer, run, take, from_s);
+    write_findings(recording.writer(), run, take, from_s);
     recording.finish(take);
 }
 

@@ -76,6 +76,12 @@ DriveClock drive_clock(const Take& take) {
     return clock;
 }
 
+void scale(Track& track, const View& view, const Target& target) {
+    if (!found(track.fix.state)) return;
+    track.x_m = metres_along(view, target.offset_mm, track.fix.x_px, track.fix.y_px);
+    track.sd_m = 1e-3 * mm_per_px_at(view, target.offset_mm) * track.fix.sd_px;
+}
+
 void add_fixes(Take& take, std::size_t camera, const Frame& frame, const std::vector<Fix>& fixes,
                MasterTime time) {
     CameraTake& from = take.cameras.at(camera);
@@ -89,10 +95,7 @@ void add_fixes(Take& take, std::size_t camera, const Frame& frame, const std::ve
     for (std::size_t i = 0; i < fixes.size(); ++i) {
         const Target& target = from.view.targets[i];
         Track track{.tick = frame.tick, .time = time, .fix = fixes[i]};
-        if (found(fixes[i].state)) {
-            track.x_m = metres_along(from.view, target.offset_mm, fixes[i].x_px, fixes[i].y_px);
-            track.sd_m = 1e-3 * mm_per_px_at(from.view, target.offset_mm) * fixes[i].sd_px;
-        }
+        scale(track, from.view, target);
         take.tracks[from.first_track + i].tracks.push_back(track);
     }
     ++take.frames;

@@ -52,6 +52,9 @@ DriveClock drive_clock(const Take& take);
 void add_fixes(Take& take, std::size_t camera, const Frame& frame, const std::vector<Fix>& fixes,
                MasterTime time);
 
+/// A fix in metres along the shaker's axis, where it was found.
+void scale(Track& track, const View& view, const Target& target);
+
 /// Gives every track whose frames did not tell their time the one that all stamps of the take say. What it
 /// says depends on the recorded stamps alone.
 /// Adds a note for a camera whose stamps jumped.

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "daemon/session_places.hpp"
 #include "drivers/errors.hpp"
 
 namespace shaker {
@@ -55,6 +56,16 @@ StopKind stop_of(const std::string& word) {
     return word == "hard" ? StopKind::hard : StopKind::soft;
 }
 
+RecordedTable trip_table(const std::vector<RecordedTrip>& trips) {
+    return {"trips",
+            {column("value", "1", trips, [](const auto& t) { return t.trip.value; }),
+             column("limit", "1", trips, [](const auto& t) { return t.trip.limit; }),
+             column("harmonic", "1", trips, [](const auto& t) { return t.trip.harmonic; }),
+             column("on_dac_clock", "1", trips, [](const auto& t) { return t.trip.on_dac_clock; }),
+             column("tick", "1", trips, [](const auto& t) { return t.trip.tick; }),
+             column("time", "s", trips, [](const auto& t) { return t.at_s; })}};
+}
+
 }  // namespace
 
 std::string text(const RecordedTrip& trip) {
@@ -74,15 +85,17 @@ std::vector<RecordedTrip> recorded_trips(const Take& take, const Director& direc
     return trips;
 }
 
+std::vector<GroupLayout> trip_places() {
+    GroupLayout places = layout_of(trip_table({}));
+    const std::size_t word = 32, sentence = 512;  // bytes
+    for (const char* name : {"cause", "unit", "stop", "state"})
+        places.places.push_back({name, "", Place::Kind::texts, word, false});
+    places.places.push_back({"words", "", Place::Kind::texts, sentence, false});
+    return {places};
+}
+
 void write_trips(SessionWriter& file, const std::vector<RecordedTrip>& trips) {
-    file.end_by_trip();
-    file.table("trips",
-               {column("value", "1", trips, [](const auto& t) { return t.trip.value; }),
-                column("limit", "1", trips, [](const auto& t) { return t.trip.limit; }),
-                column("harmonic", "1", trips, [](const auto& t) { return t.trip.harmonic; }),
-                column("on_dac_clock", "1", trips, [](const auto& t) { return t.trip.on_dac_clock; }),
-                column("tick", "1", trips, [](const auto& t) { return t.trip.tick; }),
-                column("time", "s", trips, [](const auto& t) { return t.at_s; })});
+    write(file, {trip_table(trips)});
     file.texts("trips/cause", words_of(trips, [](const auto& t) { return name(t.trip.cause); }));
     file.texts("trips/unit", words_of(trips, [](const auto& t) { return unit_of(t.trip.cause); }));
     file.texts("trips/stop", words_of(trips, [](const auto& t) {
@@ -93,9 +106,7 @@ void write_trips(SessionWriter& file, const std::vector<RecordedTrip>& trips) {
 }
 
 std::vector<RecordedTrip> read_trips(const SessionReader& file) {
-    if (!file.header().ended_by_trip) return {};
     const std::vector<std::string> cause = file.texts("trips/cause");
-    if (cause.empty()) throw InputError{"recording: process@ended_by_trip is 1, but trips has no row"};
     const std::size_t n = cause.size();
     const auto numbers = [&](const std::string& name) {
         return same_length(file.numbers("trips/" + name), n, name);

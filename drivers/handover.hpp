@@ -25,6 +25,8 @@ public:
     }
     /// Whether the next push() would fail. Writer's thread only.
     [[nodiscard]] bool full() const noexcept { return queue_.write_available() == 0; }
+    /// Whether there is nothing to pop(). Reader's thread only.
+    [[nodiscard]] bool empty() const noexcept { return queue_.read_available() == 0; }
     /// The oldest value, or empty. Reader's thread only.
     [[nodiscard]] std::optional<T> pop() noexcept(std::is_nothrow_move_constructible_v<T>) {
         std::optional<T> value;

@@ -36,6 +36,7 @@ struct View {
     double trigger_delay_s = 0;
     double arrival_delay_s = 0;
     std::vector<Target> targets;
+    std::array<int, 2> origin_px{};  // of its pictures on the sensor, when they are part of what that sees
 };
 
 }  // namespace shaker

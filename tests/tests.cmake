@@ -33,7 +33,8 @@ foreach(area ${areas})
     endif()
     gtest_discover_tests(${area}_tests DISCOVERY_TIMEOUT 60 PROPERTIES TIMEOUT 600 RUN_SERIAL ${alone}
       LABELS ${label}
-      ENVIRONMENT "TSAN_OPTIONS=suppressions=${PROJECT_SOURCE_DIR}/tests/support/tsan.supp")
+      ENVIRONMENT "TSAN_OPTIONS=suppressions=${PROJECT_SOURCE_DIR}/tests/support/tsan.supp"
+      ENVIRONMENT_MODIFICATION "LSAN_OPTIONS=set:suppressions=${PROJECT_SOURCE_DIR}/tests/support/lsan.supp:print_suppressions=0")
   endif()
 endforeach()
 if(TARGET hardware_tests)
@@ -47,6 +48,16 @@ if(TARGET daemon_tests)
   add_dependencies(loop_tests shakerd shaker-mock)
 endif()
 add_dependencies(test_support shaker_mock_pcm)
+
+# What is put between a program and its disk by LD_PRELOAD: tests/preload/<name>.cpp.
+file(GLOB preloads CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/tests/preload/*.cpp)
+foreach(source ${preloads})
+  get_filename_component(name ${source} NAME_WE)
+  add_library(preload_${name} MODULE ${source})
+  target_include_directories(preload_${name} PRIVATE ${PROJECT_SOURCE_DIR})
+  set_target_properties(preload_${name} PROPERTIES PREFIX "")
+  add_dependencies(test_support preload_${name})
+endforeach()
 
 add_test(NAME include_order COMMAND ${PROJECT_SOURCE_DIR}/tests/include_order ${PROJECT_SOURCE_DIR})
 
@@ -66,6 +77,9 @@ foreach(source ${benches})
   get_filename_component(name ${source} NAME_WE)
   add_executable(bench_${name} ${source})
   target_link_libraries(bench_${name} PRIVATE test_support benchmark::benchmark)
+  if(name MATCHES "kills|power_cuts|disk_faults")  # of the whole program
+    add_dependencies(bench_${name} shakerd)
+  endif()
 endforeach()
 
 # Programs for the scripts in tests/peers, which try the mock devices against software of others.
@@ -75,3 +89,8 @@ foreach(source ${peers})
   add_executable(peer_${name} ${source})
   target_link_libraries(peer_${name} PRIVATE test_support)
 endforeach()
+
+# This one needs no device and no rights.
+add_test(NAME peers_hdf5 COMMAND ${PROJECT_SOURCE_DIR}/tests/peers/hdf5)
+set_tests_properties(peers_hdf5 PROPERTIES ENVIRONMENT SHAKER_BUILD=${PROJECT_BINARY_DIR} SKIP_RETURN_CODE 77
+                     TIMEOUT 300 RUN_SERIAL TRUE LABELS "real time")

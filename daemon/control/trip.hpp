@@ -34,9 +34,10 @@ enum class Cause : std::uint8_t {
     underrun,           // samples the DAC stood empty
     watchdog,           // s without a sign of life of the reduction
     clock,              // ppm between two clocks
+    recorder,           // s for which nothing could be recorded
     operator_stop,      // asked for
 };
-inline constexpr std::size_t causes = 23;
+inline constexpr std::size_t causes = 24;
 
 /// Soft: the measurement is no longer valid. Hard: the motion itself is wrong.
 enum class StopKind : std::uint8_t { soft, hard };

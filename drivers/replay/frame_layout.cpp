@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "drivers/replay/disk_file.hpp"
+#include "drivers/replay/frame_types.hpp"
 #include "drivers/replay/h5_image.hpp"
 
 namespace shaker {

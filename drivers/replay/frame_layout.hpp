@@ -12,7 +12,6 @@
 #include <vector>
 
 #include "drivers/replay/frame_record.hpp"
-#include "drivers/replay/h5.hpp"
 
 namespace shaker {
 
@@ -38,10 +37,6 @@ struct FrameSegmentImage {
     std::uint64_t bytes = 0;
 };
 FrameSegmentImage image_of(const FrameSegmentInfo& info);
-
-/// HDF5's names for a pixel and for a FrameRecord in a file.
-hid_t pixel_type(const FrameShape& shape);
-h5::Handle record_type();
 
 std::filesystem::path segment_file(const std::filesystem::path& folder, const std::string& camera,
                                    std::uint64_t segment);

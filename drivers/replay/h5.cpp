@@ -1,7 +1,11 @@
 #include "drivers/replay/h5.hpp"
 
+#include <fcntl.h>
+#include <unistd.h>
+
 #include <algorithm>
-#include <numeric>
+#include <cerrno>
+#include <system_error>
 
 #include "drivers/errors.hpp"
 
@@ -9,13 +13,15 @@ namespace shaker::h5 {
 
 namespace {
 
+constexpr hsize_t page = 4096;  // bytes, of disks and of the kernel
+
 Handle plist(hid_t kind) { return {H5Pcreate(kind), "property list"}; }
 
-Handle fixed_text(std::size_t size) {
-    Handle type{H5Tcopy(H5T_C_S1), "string type"};
-    check(H5Tset_size(type.get(), std::max<std::size_t>(1, size)), "string size");
-    check(H5Tset_cset(type.get(), H5T_CSET_UTF8), "string character set");
-    return type;
+// Links and attributes of a group lie in its header, however many: one block with one checksum.
+void keep_together(hid_t create) {
+    constexpr unsigned most = 4096;
+    check(H5Pset_link_phase_change(create, most, most), "group");
+    check(H5Pset_attr_phase_change(create, most, most), "group");
 }
 
 // Texts behind each other, each as long as the longest.
@@ -30,6 +36,15 @@ std::pair<std::size_t, std::string> as_block(const std::vector<std::string>& tex
     return {longest, block};
 }
 
+// HDF5 tells time, descriptor and buffer around the system's own words.
+std::string shortened(const std::string& words) {
+    const std::string quote = "error message = '";
+    const std::size_t call = words.find(": time = "), at = words.find(quote);
+    if (call == std::string::npos || at == std::string::npos) return words;
+    const std::size_t from = at + quote.size();
+    return words.substr(0, call) + ": " + words.substr(from, words.find('\'', from) - from);
+}
+
 }  // namespace
 
 std::string own_words() {
@@ -42,11 +57,17 @@ std::string own_words() {
             return 0;
         },
         &words);
-    return words.empty() ? "unknown HDF5 error" : words;
+    return words.empty() ? "unknown HDF5 error" : shortened(words);
 }
 
 // HDF5 prints its error stack by itself unless told not to; what it says is thrown instead.
-void be_quiet() { H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr); }
+// At the end of the program it would go through its files once more, and dies of one that could not be
+// written.
+void be_quiet() {
+    static const herr_t at_end = H5dont_atexit();
+    static_cast<void>(at_end);
+    H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);
+}
 
 Handle::Handle(hid_t id, const std::string& what) : id_{id} {
     if (id < 0) throw DeviceError{what + ": " + own_words()};
@@ -63,6 +84,13 @@ Handle::~Handle() {
 
 void check(herr_t status, const std::string& what) {
     if (status < 0) throw DeviceError{what + ": " + own_words()};
+}
+
+Handle text_type(std::size_t bytes) {
+    Handle type{H5Tcopy(H5T_C_S1), "string type"};
+    check(H5Tset_size(type.get(), std::max<std::size_t>(1, bytes)), "string size");
+    check(H5Tset_cset(type.get(), H5T_CSET_UTF8), "string character set");
+    return type;
 }
 
 template <>
@@ -93,10 +121,32 @@ hid_t type_of<std::uint16_t>() noexcept {
 Handle create_file(const std::filesystem::path& file) {
     be_quiet();
     const Handle access = plist(H5P_FILE_ACCESS);
-    check(H5Pset_libver_bounds(access.get(), H5F_LIBVER_V18, H5F_LIBVER_LATEST), file.string());
+    check(H5Pset_libver_bounds(access.get(), H5F_LIBVER_LATEST, H5F_LIBVER_LATEST), file.string());
+    check(H5Pset_alignment(access.get(), 1, page), file.string());
     const Handle create = plist(H5P_FILE_CREATE);
     check(H5Pset_obj_track_times(create.get(), false), file.string());  // same content, same bytes
+    keep_together(create.get());
     return {H5Fcreate(file.c_str(), H5F_ACC_TRUNC, create.get(), access.get()), file.string()};
+}
+
+void let_others_read(hid_t file) { check(H5Fstart_swmr_write(file), "letting others read the recording"); }
+
+void sync(hid_t file, const std::string& name) {
+    void* descriptor = nullptr;
+    check(H5Fget_vfd_handle(file, H5P_DEFAULT, &descriptor), name);
+    if (::fdatasync(*static_cast<int*>(descriptor)) != 0)
+        throw DeviceError{name + ": " + std::generic_category().message(errno)};
+}
+
+void close_file(Handle file, const std::string& name) {
+    const ssize_t open = H5Fget_obj_count(file.get(), H5F_OBJ_ALL);
+    if (open != 1) throw DeviceError{name + ": " + std::to_string(open - 1) + " objects are still open"};
+    check(H5Fclose(file.release()), name);
+    const int descriptor = ::open(name.c_str(), O_RDONLY | O_CLOEXEC);
+    const bool synced = descriptor >= 0 && ::fsync(descriptor) == 0;
+    const int error = errno;
+    if (descriptor >= 0) ::close(descriptor);
+    if (!synced) throw DeviceError{name + ": " + std::generic_category().message(error)};
 }
 
 Handle make_group(hid_t parent, const std::string& path, const std::string& nx_class) {
@@ -105,13 +155,14 @@ Handle make_group(hid_t parent, const std::string& path, const std::string& nx_c
         if (!exists(parent, path.substr(0, end))) make_group(parent, path.substr(0, end), "NXcollection");
     const Handle create = plist(H5P_GROUP_CREATE);
     check(H5Pset_obj_track_times(create.get(), false), path);
+    keep_together(create.get());
     Handle group{H5Gcreate2(parent, path.c_str(), H5P_DEFAULT, create.get(), H5P_DEFAULT), path};
     if (!nx_class.empty()) set_attribute(group.get(), "NX_class", nx_class);
     return group;
 }
 
 void set_attribute(hid_t object, const std::string& name, const std::string& text) {
-    const Handle type = fixed_text(text.size());
+    const Handle type = text_type(text.size());
     const Handle space{H5Screate(H5S_SCALAR), name};
     const Handle a{H5Acreate2(object, name.c_str(), type.get(), space.get(), H5P_DEFAULT, H5P_DEFAULT), name};
     const std::string padded = text.empty() ? std::string(1, '\0') : text;
@@ -120,7 +171,7 @@ void set_attribute(hid_t object, const std::string& name, const std::string& tex
 
 void set_attribute(hid_t object, const std::string& name, const std::vector<std::string>& texts) {
     const auto [longest, block] = as_block(texts);
-    const Handle type = fixed_text(longest);
+    const Handle type = text_type(longest);
     const hsize_t count = texts.size();
     const Handle space{H5Screate_simple(1, &count, nullptr), name};
     const Handle a{H5Acreate2(object, name.c_str(), type.get(), space.get(), H5P_DEFAULT, H5P_DEFAULT), name};
@@ -158,10 +209,19 @@ void write(hid_t parent, const std::string& name, std::span<const T> values, std
     set_attribute(set.get(), "units", units.empty() ? "1" : units);
 }
 
+Handle make_value(hid_t parent, const std::string& name, hid_t type) {
+    const Handle create = plist(H5P_DATASET_CREATE);
+    check(H5Pset_obj_track_times(create.get(), false), name);
+    check(H5Pset_alloc_time(create.get(), H5D_ALLOC_TIME_EARLY), name);
+    const Handle space{H5Screate(H5S_SCALAR), name};
+    return {H5Dcreate2(parent, name.c_str(), type, space.get(), H5P_DEFAULT, create.get(), H5P_DEFAULT),
+            name};
+}
+
 void write_text(hid_t parent, const std::string& name, const std::string& text) {
     const Handle create = plist(H5P_DATASET_CREATE);
     check(H5Pset_obj_track_times(create.get(), false), name);
-    const Handle type = fixed_text(text.size());
+    const Handle type = text_type(text.size());
     const Handle space{H5Screate(H5S_SCALAR), name};
     const Handle set{
         H5Dcreate2(parent, name.c_str(), type.get(), space.get(), H5P_DEFAULT, create.get(), H5P_DEFAULT),
@@ -174,7 +234,7 @@ void write_texts(hid_t parent, const std::string& name, const std::vector<std::s
     const Handle create = plist(H5P_DATASET_CREATE);
     check(H5Pset_obj_track_times(create.get(), false), name);
     const auto [longest, block] = as_block(texts);
-    const Handle type = fixed_text(longest);
+    const Handle type = text_type(longest);
     const hsize_t count = texts.size();
     const Handle space{H5Screate_simple(1, &count, nullptr), name};
     const Handle set{
@@ -184,54 +244,6 @@ void write_texts(hid_t parent, const std::string& name, const std::vector<std::s
         check(H5Dwrite(set.get(), type.get(), H5S_ALL, H5S_ALL, H5P_DEFAULT, block.data()), name);
 }
 
-template <Element T>
-Appender<T>::Appender(hid_t parent, const std::string& name, std::vector<hsize_t> row, hsize_t chunk,
-                      const std::string& units)
-    : extent_{std::move(row)}, chunk_rows_{static_cast<std::size_t>(chunk)} {
-    row_size_ = std::accumulate(extent_.begin(), extent_.end(), std::size_t{1}, std::multiplies<>{});
-    extent_.insert(extent_.begin(), 0);
-    std::vector<hsize_t> most = extent_, chunks = extent_;
-    most[0] = H5S_UNLIMITED;
-    chunks[0] = chunk;
-    const Handle create = plist(H5P_DATASET_CREATE);
-    check(H5Pset_chunk(create.get(), static_cast<int>(chunks.size()), chunks.data()), name);
-    check(H5Pset_obj_track_times(create.get(), false), name);
-    const Handle space{H5Screate_simple(static_cast<int>(extent_.size()), extent_.data(), most.data()), name};
-    set_ = {
-        H5Dcreate2(parent, name.c_str(), type_of<T>(), space.get(), H5P_DEFAULT, create.get(), H5P_DEFAULT),
-        name};
-    set_attribute(set_.get(), "units", units.empty() ? "1" : units);
-    waiting_.reserve(row_size_ * chunk_rows_);
-}
-
-template <Element T>
-void Appender<T>::append(std::span<const T> rows) {
-    waiting_.insert(waiting_.end(), rows.begin(), rows.end());
-    if (waiting_.size() >= row_size_ * chunk_rows_) flush();
-}
-
-template <Element T>
-void Appender<T>::flush() {
-    if (waiting_.empty()) return;
-    std::vector<hsize_t> start(extent_.size(), 0), count = extent_;
-    start[0] = extent_[0];
-    count[0] = waiting_.size() / row_size_;
-    extent_[0] += count[0];
-    check(H5Dset_extent(set_.get(), extent_.data()), "growing a stream");
-    const Handle space{H5Dget_space(set_.get()), "stream"};
-    check(H5Sselect_hyperslab(space.get(), H5S_SELECT_SET, start.data(), nullptr, count.data(), nullptr),
-          "stream");
-    const Handle memory{H5Screate_simple(static_cast<int>(count.size()), count.data(), nullptr), "stream"};
-    check(H5Dwrite(set_.get(), type_of<T>(), memory.get(), space.get(), H5P_DEFAULT, waiting_.data()),
-          "stream");
-    waiting_.clear();
-}
-
-template class Appender<double>;
-template class Appender<std::int64_t>;
-template class Appender<std::int32_t>;
-template class Appender<std::uint8_t>;
-template class Appender<std::uint16_t>;
 template void write(hid_t, const std::string&, std::span<const double>, std::vector<hsize_t>,
                     const std::string&);
 template void write(hid_t, const std::string&, std::span<const std::int64_t>, std::vector<hsize_t>,

@@ -1,4 +1,6 @@
 #include <algorithm>
+#include <array>
+#include <fstream>
 #include <limits>
 #include <optional>
 
@@ -82,9 +84,14 @@ hsize_t bytes_of(const std::vector<hsize_t>& shape, hsize_t element, hsize_t mos
 }
 
 /// Refuses chunks in rows `first` to `last` (not included) that are not as long in the file as their shape
-/// says: HDF5 1.10 takes memory for the one and copies by the other.
+/// says: HDF5 1.10 takes memory for the one and copies by the other. Only the old index keeps their length;
+/// in those of later formats the library would look for each chunk through all of the index, however long
+/// that claims to be.
 void expect_chunks(const Opened& data, const std::vector<hsize_t>& chunk, hsize_t bytes, hsize_t first,
                    hsize_t last, const std::string& path) {
+    H5D_chunk_index_t index{};
+    readable(H5Dget_chunk_index_type(data.set.get(), &index), path);
+    if (index != H5D_CHUNK_IDX_BTREE) return;
     std::vector<hsize_t> at(chunk.size(), 0);
     at[0] = first - first % chunk[0];
     while (at[0] < last) {
@@ -184,17 +191,50 @@ void stay_in_the_file() {
         check(H5Lunregister(H5L_TYPE_EXTERNAL), "refusing links to other files");
 }
 
+/// The file says that somebody has it open for writing, or died before closing it: a byte of the superblock
+/// of version 3.
+bool has_a_writer(const std::filesystem::path& file) {
+    std::array<char, 12> begin{};
+    std::ifstream{file, std::ios::binary}.read(begin.data(), begin.size());
+    return begin[8] == 3 && begin[11] != 0;
+}
+
 }  // namespace
 
-Handle open_file(const std::filesystem::path& file) {
+Handle open_file(const std::filesystem::path& file, Access access) {
     be_quiet();
     stay_in_the_file();
     if (!std::filesystem::is_regular_file(file)) throw InputError{file.string() + ": no such file"};
     if (H5Fis_hdf5(file.c_str()) <= 0) throw InputError{file.string() + ": not an HDF5 file"};
-    const Handle access = bounded_access();
-    const hid_t id = H5Fopen(file.c_str(), H5F_ACC_RDONLY, access.get());
+    const bool growing = access == Access::growing;
+    const Handle way = growing ? Handle{H5Pcreate(H5P_FILE_ACCESS), file.string()} : bounded_access();
+    // What is being written may be read half: once more then, but not for ever.
+    constexpr unsigned attempts = 20;
+    if (growing) check(H5Pset_metadata_read_attempts(way.get(), attempts), file.string());
+    const unsigned how = growing ? H5F_ACC_RDONLY | H5F_ACC_SWMR_READ : H5F_ACC_RDONLY;
+    const hid_t id = H5Fopen(file.c_str(), how, way.get());
+    if (id >= 0) return {id, file.string()};
+    const std::string why = own_words();
+    if (!growing && has_a_writer(file))
+        throw InputError{file.string() +
+                         ": is still being written, or was never finished: then \"shakerd recover " +
+                         file.string() + "\" finishes it"};
+    throw InputError{file.string() + ": cannot be opened: " + why};
+}
+
+Handle open_to_mend(const std::filesystem::path& file) {
+    be_quiet();
+    stay_in_the_file();
+    const Handle access{H5Pcreate(H5P_FILE_ACCESS), file.string()};
+    const hbool_t clear = 1;  // the mark of a writer that never closed it; what h5clear does too
+    check(H5Pset(access.get(), "clear_status_flags", &clear), file.string());
+    check(H5Pset_libver_bounds(access.get(), H5F_LIBVER_LATEST, H5F_LIBVER_LATEST), file.string());
+    const hid_t id = H5Fopen(file.c_str(), H5F_ACC_RDWR, access.get());
     if (id < 0) throw InputError{file.string() + ": cannot be opened: " + own_words()};
-    return {id, file.string()};
+    Handle opened{id, file.string()};
+    // A writer that dies within a flush has objects behind the end that the file tells of.
+    check(H5Fincrement_filesize(id, 0), file.string());
+    return opened;
 }
 
 Handle open_group(hid_t parent, const std::string& path) {
@@ -257,6 +297,23 @@ std::string read_text(hid_t parent, const std::string& path) {
     std::string text(H5Tget_size(data.type.get()), '\0');
     readable(H5Dread(data.set.get(), data.type.get(), H5S_ALL, H5S_ALL, H5P_DEFAULT, text.data()), path);
     return trimmed(std::move(text));
+}
+
+Bytes read_bytes(hid_t parent, const std::string& path) {
+    const Opened data = opened(parent, path);
+    const H5T_class_t kind = H5Tget_class(data.type.get());
+    if (kind == H5T_STRING)
+        expect_text(data.type.get(), path);
+    else if (kind != H5T_INTEGER && kind != H5T_FLOAT)
+        refuse(path, "is neither numbers nor text");
+    Bytes bytes;
+    bytes.row = H5Tget_size(data.type.get());
+    bytes.values.resize(counted(data, path) * bytes.row);
+    for (std::size_t axis = 1; axis < data.shape.size(); ++axis) bytes.row *= data.shape[axis];
+    if (!bytes.values.empty())
+        readable(H5Dread(data.set.get(), data.type.get(), H5S_ALL, H5S_ALL, H5P_DEFAULT, bytes.values.data()),
+                 path);
+    return bytes;
 }
 
 std::vector<std::string> read_texts(hid_t parent, const std::string& path) {

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "drivers/errors.hpp"
+#include "drivers/replay/frame_types.hpp"
 
 namespace shaker {
 

@@ -6,6 +6,7 @@
 namespace shaker {
 
 struct SessionReader::Opened {
+    std::filesystem::path path;
     h5::Handle file, entry;
     SessionHeader header;
 };

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "drivers/replay/frame_types.hpp"
 #include "drivers/replay/h5_image.hpp"
 
 namespace shaker {

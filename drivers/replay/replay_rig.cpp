@@ -1,4 +1,7 @@
+#include <optional>
+
 #include "drivers/errors.hpp"
+#include "drivers/replay/frame_reader.hpp"
 #include "drivers/replay/opened_session.hpp"
 
 namespace shaker {
@@ -7,8 +10,8 @@ namespace {
 
 class RecordedAccelerometer final : public Accelerometer {
 public:
-    explicit RecordedAccelerometer(const SessionReader& r)
-        : info_{r.header().accelerometer},
+    RecordedAccelerometer(const SessionReader& r, const AccelerometerInfo& info)
+        : info_{info},
           counts_{h5::read<std::int32_t>(r.opened().entry.get(), "raw/accelerometer/counts")},
           first_{h5::read<std::int64_t>(r.opened().entry.get(), "raw/accelerometer/block_first")},
           arrived_{h5::read<std::int64_t>(r.opened().entry.get(), "raw/accelerometer/block_arrived")},
@@ -53,52 +56,28 @@ private:
     std::size_t next_ = 0, sample_ = 0;
 };
 
-class RecordedCameraStream final : public Camera {
+class RecordedCamera final : public Camera {
 public:
-    RecordedCameraStream(const SessionReader& r, const View& view)
-        : entry_{r.opened().entry.get()},
-          view_{view},
-          at_{"raw/" + view.camera + "/"},
-          tick_{h5::read<std::int64_t>(entry_, at_ + "tick")},
-          arrived_{h5::read<std::int64_t>(entry_, at_ + "arrived")},
-          stamp_{h5::read<std::int64_t>(entry_, at_ + "stamp")},
-          mid_{h5::read<double>(entry_, at_ + "mid_exposure")},
-          quality_{h5::read<std::uint8_t>(entry_, at_ + "quality")} {
-        if (arrived_.size() != tick_.size() || stamp_.size() != tick_.size() || mid_.size() != tick_.size() ||
-            quality_.size() != tick_.size())
-            throw InputError{"recording: " + at_ + " has columns of different length"};
-        if (tick_.empty()) return;
-        const auto [shape, bytes] = h5::description_of(entry_, at_ + "frames");
-        if (shape.size() != 3 || shape[0] != tick_.size() || shape[1] > 20000 || shape[2] > 20000)
-            throw InputError{"recording: " + at_ + "frames is not " + std::to_string(tick_.size()) +
-                             " pictures of at most 20000 x 20000 pixels"};
-        if (bytes != 1 && bytes != 2)
-            throw InputError{"recording: " + at_ + "frames has neither 8 nor 16 bits"};
-        height_ = static_cast<int>(shape[1]);
-        width_ = static_cast<int>(shape[2]);
-        bytes_ = static_cast<int>(bytes);
+    RecordedCamera(const SessionReader& r, const View& view)
+        : view_{view},
+          tick_{h5::read<std::int64_t>(r.opened().entry.get(), "raw/" + view.camera + "/tick")},
+          picture_{h5::read<std::uint64_t>(r.opened().entry.get(), "raw/" + view.camera + "/picture")} {
+        if (picture_.size() != tick_.size())
+            throw InputError{"recording: raw/" + view.camera + " has columns of different length"};
+        if (!tick_.empty()) pictures_.emplace(pictures_folder(r.file()), view.camera);
     }
     [[nodiscard]] const View& view() const override { return view_; }
     FramePtr read(std::chrono::milliseconds) override {
         if (ended()) return nullptr;
-        auto frame = std::make_shared<Frame>();
-        frame->tick = {tick_[next_]};
-        frame->arrived = HostTime{std::chrono::nanoseconds{arrived_[next_]}};
-        if (stamp_[next_] != no_stamp) frame->stamp = CameraStamp{stamp_[next_]};
-        if (mid_[next_] == mid_[next_]) frame->mid_exposure = master_time(mid_[next_]);
-        frame->quality = static_cast<Quality>(quality_[next_]);
-        frame->width = width_;
-        frame->height = height_;
-        frame->bytes_per_pixel = bytes_;
-        const std::size_t pixels = static_cast<std::size_t>(width_) * static_cast<std::size_t>(height_);
-        frame->pixels.resize(pixels * static_cast<std::size_t>(bytes_));
-        if (bytes_ == 1) {
-            h5::read_row<std::uint8_t>(entry_, at_ + "frames", next_,
-                                       {reinterpret_cast<std::uint8_t*>(frame->pixels.data()), pixels});
-        } else {
-            h5::read_row<std::uint16_t>(entry_, at_ + "frames", next_,
-                                        {reinterpret_cast<std::uint16_t*>(frame->pixels.data()), pixels});
-        }
+        const std::string which =
+            "recording: raw/" + view_.camera + "/picture " + std::to_string(picture_[next_]);
+        if (picture_[next_] == 0 || picture_[next_] > pictures_->count())
+            throw InputError{which + " is not one of the " + std::to_string(pictures_->count()) +
+                             " that were kept"};
+        FramePtr frame = pictures_->read(picture_[next_] - 1);
+        if (frame->tick.n != tick_[next_])
+            throw InputError{which + " is of frame " + std::to_string(frame->tick.n) + ", not of " +
+                             std::to_string(tick_[next_])};
         ++next_;
         return frame;
     }
@@ -106,26 +85,22 @@ public:
     void stop() noexcept override { next_ = tick_.size(); }
 
 private:
-    hid_t entry_;
     View view_;
-    std::string at_;
-    std::vector<std::int64_t> tick_, arrived_, stamp_;
-    std::vector<double> mid_;
-    std::vector<std::uint8_t> quality_;
-    int width_ = 0, height_ = 0, bytes_ = 1;
+    std::vector<std::int64_t> tick_;
+    std::vector<std::uint64_t> picture_;
+    std::optional<FrameReader> pictures_;
     std::size_t next_ = 0;
 };
 
 }  // namespace
 
-Rig replay_rig(const SessionReader& reader) {
+Rig replay_rig(const SessionReader& reader, const SessionHeader& header, bool pictures) {
     Rig rig;
     rig.name = "replay:";
-    if (reader.header().accelerometer.rate_hz > 0)
-        rig.accelerometer = std::make_unique<RecordedAccelerometer>(reader);
-    if (!reader.header().keep_frames) return rig;
-    for (const View& view : reader.header().views)
-        rig.cameras.push_back(std::make_unique<RecordedCameraStream>(reader, view));
+    if (header.accelerometer.rate_hz > 0)
+        rig.accelerometer = std::make_unique<RecordedAccelerometer>(reader, header.accelerometer);
+    for (const View& view : header.views)
+        if (pictures) rig.cameras.push_back(std::make_unique<RecordedCamera>(reader, view));
     return rig;
 }
 

@@ -6,71 +6,12 @@
 
 #include "drivers/errors.hpp"
 #include "drivers/replay/opened_session.hpp"
+#include "drivers/replay/seals.hpp"
+#include "drivers/replay/session_describe.hpp"
 
 namespace shaker {
 
 namespace {
-
-int whole(hid_t at, const std::string& path, const std::string& name, int min, int max) {
-    const double v = h5::read_attribute(at, path, name);
-    if (!(v >= min && v <= max && v == std::floor(v)))
-        throw InputError{"recording: " + path + "@" + name + " = " + std::to_string(v) +
-                         " is not a whole number in " + std::to_string(min) + ".." + std::to_string(max)};
-    return static_cast<int>(v);
-}
-
-/// The attribute "order" of one of `count` things.
-std::size_t place(hid_t entry, const std::string& path, std::size_t count) {
-    return static_cast<std::size_t>(whole(entry, path, "order", 0, static_cast<int>(count) - 1));
-}
-
-View read_view(hid_t entry, const std::string& camera) {
-    const std::string path = "raw/" + camera;
-    View view;
-    view.camera = camera;
-    view.mm_per_px = h5::read_attribute(entry, path, "mm_per_px");
-    view.distance_mm = h5::read_attribute(entry, path, "distance_mm");
-    view.along = {h5::read_attribute(entry, path, "along_x"), h5::read_attribute(entry, path, "along_y")};
-    view.frame_rate_hz = h5::read_attribute(entry, path, "frame_rate_hz");
-    view.exposure_s = h5::read_attribute(entry, path, "exposure_s");
-    view.dac_triggered = whole(entry, path, "dac_triggered", 0, 1) != 0;
-    view.trigger_delay_s = h5::read_attribute(entry, path, "trigger_delay_s");
-    view.arrival_delay_s = h5::read_attribute(entry, path, "arrival_delay_s");
-    const std::vector<std::string> names = h5::names_in(entry, path + "/targets");
-    view.targets.resize(names.size());
-    for (const std::string& name : names) {
-        const std::string at = fmt::format("{}/targets/{}", path, name);
-        Target& t = view.targets[place(entry, at, names.size())];
-        if (!t.name.empty())
-            throw InputError{"recording: " + at + "@order is that of \"" + t.name + "\" too"};
-        t.name = name;
-        t.kind = static_cast<TargetKind>(whole(entry, at, "kind", 0, static_cast<int>(TargetKind::patch)));
-        t.polarity = static_cast<Polarity>(whole(entry, at, "polarity", 0, 1));
-        t.diameter_mm = h5::read_attribute(entry, at, "diameter_mm");
-        t.width_mm = h5::read_attribute(entry, at, "width_mm");
-        t.pitch_mm = h5::read_attribute(entry, at, "pitch_mm");
-        t.offset_mm = h5::read_attribute(entry, at, "offset_mm");
-        for (std::size_t k = 0; k < 4; ++k)
-            t.roi_px[k] = whole(entry, at, std::string{"roi_"} + "xywh"[k] + "_px", -100000, 100000);
-    }
-    return view;
-}
-
-AccelerometerInfo read_accelerometer(hid_t entry) {
-    const std::string path = "raw/accelerometer";
-    AccelerometerInfo a;
-    a.name = h5::read_attribute_text(entry, path, "name");
-    a.rate_hz = h5::read_attribute(entry, path, "rate_hz");
-    a.first_sample_s = h5::read_attribute(entry, path, "first_sample_s");
-    a.clock_uncertainty_s = h5::read_attribute(entry, path, "clock_uncertainty_s");
-    for (std::size_t k = 0; k < 3; ++k) {
-        const std::string axis(1, "xyz"[k]);
-        a.offset_counts[k] = h5::read_attribute(entry, path, "offset_counts_" + axis);
-        a.mps2_per_count[k] = h5::read_attribute(entry, path, "mps2_per_count_" + axis);
-        a.shaker_axis[k] = h5::read_attribute(entry, path, "shaker_axis_" + axis);
-    }
-    return a;
-}
 
 template <class T>
 void same_length(const std::vector<T>& a, std::size_t n, const std::string& path) {
@@ -83,30 +24,59 @@ HostTime host(std::int64_t ns) { return HostTime{std::chrono::nanoseconds{ns}}; 
 
 }  // namespace
 
-SessionReader::SessionReader(const std::filesystem::path& file) : opened_{std::make_unique<Opened>()} {
-    opened_->file = h5::open_file(file);
+const char* name(KeptPictures kept) noexcept {
+    switch (kept) {
+        case KeptPictures::off:
+            return "off";
+        case KeptPictures::region:
+            return "region";
+        case KeptPictures::full:
+            return "full";
+    }
+    return "off";
+}
+
+std::optional<KeptPictures> kept_pictures_named(const std::string& word) noexcept {
+    for (const KeptPictures kept : {KeptPictures::off, KeptPictures::region, KeptPictures::full})
+        if (word == name(kept)) return kept;
+    return std::nullopt;
+}
+
+std::filesystem::path pictures_folder(std::filesystem::path recording) {
+    if (recording.extension() == ".part") recording.replace_extension();
+    return recording.replace_extension(".frames");
+}
+
+SessionReader::SessionReader(const std::filesystem::path& file, Open open)
+    : opened_{std::make_unique<Opened>()} {
+    opened_->path = file;
+    opened_->file = h5::open_file(file, open == Open::growing ? h5::Access::growing : h5::Access::finished);
     if (!h5::exists(opened_->file.get(), "entry"))
         throw InputError{file.string() + ": not a recording of shakerd: it has no group \"entry\""};
     opened_->entry = h5::open_group(opened_->file.get(), "entry");
     const hid_t e = opened_->entry.get();
     SessionHeader& header = opened_->header;
     header.title = h5::read_text(e, "title");
+    if (h5::exists(e, "start_time")) header.started = h5::read_text(e, "start_time");
+    if (h5::exists(e, "experiment_identifier")) header.identifier = h5::read_text(e, "experiment_identifier");
     header.kind = h5::read_text(e, "process/kind");
     header.config = h5::read_text(e, "process/config_text");
     header.rig = h5::read_text(e, "process/rig_text");
+    header.user = h5::read_text(e, "user/name");
+    header.sample = h5::read_text(e, "sample/name");
     header.frequency_hz = h5::read_attribute(e, "process", "frequency_hz");
-    header.keep_frames = whole(e, "process", "keep_frames", 0, 1) != 0;
-    header.ended_by_trip =
-        h5::has_attribute(e, "process", "ended_by_trip") && whole(e, "process", "ended_by_trip", 0, 1) != 0;
-    header.dac = {h5::read_attribute_text(e, "raw/drive", "name"),
-                  h5::read_attribute(e, "raw/drive", "rate_hz"),
-                  h5::read_attribute(e, "raw/drive", "full_scale_V")};
-    header.accelerometer = read_accelerometer(e);
-    header.views.resize(static_cast<std::size_t>(whole(e, "process", "cameras", 0, 64)));
+    const std::string pictures = h5::read_attribute_text(e, "process", "pictures");
+    const auto kept = kept_pictures_named(pictures);
+    if (!kept)
+        throw InputError{"recording: process@pictures \"" + pictures + "\" is none of off, region, full"};
+    header.pictures = *kept;
+    header.dac = read_dac(e, "raw/drive");
+    header.accelerometer = read_accelerometer(e, "raw/accelerometer");
+    header.views.resize(static_cast<std::size_t>(whole_attribute(e, "process", "cameras", 0, 64)));
     std::size_t cameras = 0;
     for (const std::string& name : h5::names_in(e, "raw")) {
         if (name == "drive" || name == "accelerometer") continue;
-        View& view = header.views.at(place(e, "raw/" + name, header.views.size()));
+        View& view = header.views.at(place_of(e, "raw/" + name, header.views.size()));
         if (!view.camera.empty())
             throw InputError{"recording: raw/" + name + "@order is that of \"" + view.camera + "\" too"};
         view = read_view(e, name);
@@ -136,10 +106,7 @@ std::vector<DriveChange> SessionReader::changes() const {
     const std::string g = "raw/drive/changes/";
     const auto first = h5::read<std::int64_t>(opened_->entry.get(), g + "first_tick");
     const auto ramp = h5::read<std::int64_t>(opened_->entry.get(), g + "ramp_samples");
-    // Recordings made before there were stops have none.
-    const auto stop = h5::exists(opened_->entry.get(), g + "stop_samples")
-                          ? h5::read<std::int64_t>(opened_->entry.get(), g + "stop_samples")
-                          : std::vector<std::int64_t>(first.size(), 0);
+    const auto stop = h5::read<std::int64_t>(opened_->entry.get(), g + "stop_samples");
     const auto ramp_periods = h5::read<std::int64_t>(opened_->entry.get(), g + "ramp_periods");
     const auto phase = h5::read<std::uint64_t>(opened_->entry.get(), g + "phase");
     const auto phase_low = h5::read<std::uint64_t>(opened_->entry.get(), g + "phase_low");
@@ -188,11 +155,12 @@ std::vector<std::string> SessionReader::names(const std::string& path) const {
 }
 
 std::vector<Column> SessionReader::table(const std::string& path) const {
+    const hid_t e = opened_->entry.get();
     std::vector<Column> columns;
-    for (const std::string& name : h5::names_in(opened_->entry.get(), path)) {
+    for (const std::string& name : h5::names_in(e, path)) {
         const std::string at = fmt::format("{}/{}", path, name);
-        columns.push_back({name, h5::read_attribute_text(opened_->entry.get(), at, "units"),
-                           h5::read<double>(opened_->entry.get(), at)});
+        if (!h5::has_attribute(e, at, "units") || h5::description_of(e, at).shape.size() != 1) continue;
+        columns.push_back({name, h5::read_attribute_text(e, at, "units"), h5::read<double>(e, at)});
     }
     if (columns.empty()) throw InputError{"recording has no table \"" + path + "\""};
     return columns;
@@ -215,6 +183,57 @@ std::vector<double> SessionReader::numbers(const std::string& path) const {
 std::vector<std::string> SessionReader::texts(const std::string& path) const {
     return h5::read_texts(opened_->entry.get(), path);
 }
+
+std::vector<std::string> SessionReader::damage() const {
+    const hid_t e = opened_->entry.get();
+    std::vector<std::string> found;
+    for (const SealedColumn& column : read_seals(e)) {
+        const hsize_t sealed = column.pieces.empty() ? 0 : column.pieces.back().to;
+        const h5::Bytes bytes = h5::read_bytes(e, column.path);
+        const hsize_t good = column.good_rows(bytes.values, bytes.row);
+        if (good != sealed)
+            found.push_back(fmt::format("{} is not what was written from row {} on", column.path, good));
+    }
+    return found;
+}
+
+std::vector<Frame> SessionReader::frames(const std::string& camera) const {
+    const hid_t e = opened_->entry.get();
+    const std::string at = "raw/" + camera + "/";
+    const auto tick = h5::read<std::int64_t>(e, at + "tick"),
+               arrived = h5::read<std::int64_t>(e, at + "arrived"),
+               stamp = h5::read<std::int64_t>(e, at + "stamp");
+    const auto mid = h5::read<double>(e, at + "mid_exposure");
+    const auto quality = h5::read<std::uint8_t>(e, at + "quality");
+    same_length(arrived, tick.size(), at + "arrived");
+    same_length(stamp, tick.size(), at + "stamp");
+    same_length(mid, tick.size(), at + "mid_exposure");
+    same_length(quality, tick.size(), at + "quality");
+    std::vector<Frame> frames(tick.size());
+    for (std::size_t i = 0; i < frames.size(); ++i) {
+        frames[i].tick = {tick[i]};
+        frames[i].arrived = host(arrived[i]);
+        if (stamp[i] != no_stamp) frames[i].stamp = CameraStamp{stamp[i]};
+        if (!std::isnan(mid[i])) frames[i].mid_exposure = master_time(mid[i]);
+        frames[i].quality = static_cast<Quality>(quality[i]);
+    }
+    return frames;
+}
+
+std::vector<std::uint64_t> SessionReader::pictures_of(const std::string& camera) const {
+    return h5::read<std::uint64_t>(opened_->entry.get(), "raw/" + camera + "/picture");
+}
+
+std::uint64_t SessionReader::frames_without_picture() const {
+    std::uint64_t without = 0;
+    for (const View& view : opened_->header.views) {
+        const std::vector<std::uint64_t> pictures = pictures_of(view.camera);
+        without += static_cast<std::uint64_t>(std::ranges::count(pictures, std::uint64_t{0}));
+    }
+    return without;
+}
+
+const std::filesystem::path& SessionReader::file() const noexcept { return opened_->path; }
 
 bool SessionReader::has(const std::string& path) const { return h5::exists(opened_->entry.get(), path); }
 

@@ -1,162 +1,155 @@
 #include <spdlog/fmt/fmt.h>
 
-#include <list>
-#include <optional>
+#include <algorithm>
+#include <cmath>
 
 #include "drivers/errors.hpp"
-#include "drivers/replay/h5.hpp"
-#include "drivers/replay/session_file.hpp"
+#include "drivers/replay/nexus.hpp"
+#include "drivers/replay/session_describe.hpp"
+#include "drivers/replay/session_streams.hpp"
 
 namespace shaker {
 
 namespace {
 
-constexpr hsize_t stamp_chunk = 1024;
-
-void describe(hid_t group, const DacInfo& dac) {
-    h5::set_attribute(group, "name", dac.name);
-    h5::set_attribute(group, "rate_hz", dac.rate_hz);
-    h5::set_attribute(group, "full_scale_V", dac.full_scale_V);
+// Chunks of few seconds, but not so many that their index outgrows a page of the disk within hours.
+hsize_t chunk_rows(double rows_per_s) {
+    constexpr double chunk_s = 4;
+    constexpr hsize_t least = 512, most = 65536;
+    hsize_t rows = least;
+    while (rows < most && static_cast<double>(rows) < chunk_s * rows_per_s) rows *= 2;
+    return rows;
 }
 
-void describe(hid_t group, const AccelerometerInfo& a) {
-    h5::set_attribute(group, "name", a.name);
-    h5::set_attribute(group, "rate_hz", a.rate_hz);
-    h5::set_attribute(group, "first_sample_s", a.first_sample_s);
-    h5::set_attribute(group, "clock_uncertainty_s", a.clock_uncertainty_s);
-    for (std::size_t k = 0; k < 3; ++k) {
-        h5::set_attribute(group, fmt::format("offset_counts_{}", "xyz"[k]), a.offset_counts[k]);
-        h5::set_attribute(group, fmt::format("mps2_per_count_{}", "xyz"[k]), a.mps2_per_count[k]);
-        h5::set_attribute(group, fmt::format("shaker_axis_{}", "xyz"[k]), a.shaker_axis[k]);
-    }
-}
-
-void describe(hid_t group, const View& view) {
-    h5::set_attribute(group, "mm_per_px", view.mm_per_px);
-    h5::set_attribute(group, "distance_mm", view.distance_mm);
-    h5::set_attribute(group, "along_x", view.along[0]);
-    h5::set_attribute(group, "along_y", view.along[1]);
-    h5::set_attribute(group, "frame_rate_hz", view.frame_rate_hz);
-    h5::set_attribute(group, "exposure_s", view.exposure_s);
-    h5::set_attribute(group, "dac_triggered", std::int64_t{view.dac_triggered});
-    h5::set_attribute(group, "trigger_delay_s", view.trigger_delay_s);
-    h5::set_attribute(group, "arrival_delay_s", view.arrival_delay_s);
-    std::int64_t order = 0;
-    for (const Target& t : view.targets) {
-        const h5::Handle g = h5::make_group(group, "targets/" + t.name, "NXcollection");
-        h5::set_attribute(g.get(), "order", order++);
-        h5::set_attribute(g.get(), "kind", std::int64_t{static_cast<int>(t.kind)});
-        h5::set_attribute(g.get(), "polarity", std::int64_t{static_cast<int>(t.polarity)});
-        h5::set_attribute(g.get(), "diameter_mm", t.diameter_mm);
-        h5::set_attribute(g.get(), "width_mm", t.width_mm);
-        h5::set_attribute(g.get(), "pitch_mm", t.pitch_mm);
-        h5::set_attribute(g.get(), "offset_mm", t.offset_mm);
-        for (std::size_t k = 0; k < 4; ++k)
-            h5::set_attribute(g.get(), fmt::format("roi_{}_px", "xywh"[k]), std::int64_t{t.roi_px[k]});
-    }
-}
+constexpr double change_rate = 50;  // drive changes a second, at most about
 
 double time_of(const Frame& frame) {
     return frame.mid_exposure ? seconds(*frame.mid_exposure) : std::numeric_limits<double>::quiet_NaN();
 }
 
-// The data set "frames" of a group, made with the first of them: only then their size is known.
-class Pictures {
-public:
-    void append(hid_t group, std::size_t camera, const Frame& frame) {
-        const std::array<int, 3> size{frame.width, frame.height, frame.bytes_per_pixel};
-        if (size_ == std::array<int, 3>{}) begin(group, size);
-        if (size_ != size)
-            throw DeviceError{
-                fmt::format("camera {}: a frame of {} x {} pixels of {} bytes after frames of {} x {} of {}",
-                            camera, size[0], size[1], size[2], size_[0], size_[1], size_[2])};
-        const std::byte* pixels = frame.pixels.data();
-        if (frame.bytes_per_pixel == 1)
-            pixels8_.append({reinterpret_cast<const std::uint8_t*>(pixels), frame.pixels.size()});
-        else
-            pixels16_.append({reinterpret_cast<const std::uint16_t*>(pixels), frame.pixels.size() / 2});
-    }
-    void flush() {
-        pixels8_.flush();
-        pixels16_.flush();
-    }
-
-private:
-    void begin(hid_t group, const std::array<int, 3>& size) {
-        size_ = size;
-        const std::vector<hsize_t> row{static_cast<hsize_t>(size[1]), static_cast<hsize_t>(size[0])};
-        if (size[2] == 1)
-            pixels8_ = {group, "frames", row, 1, "count"};
-        else
-            pixels16_ = {group, "frames", row, 1, "count"};
-    }
-    std::array<int, 3> size_{};  // width, height, bytes a pixel; 0 before the first frame
-    h5::Appender<std::uint8_t> pixels8_;
-    h5::Appender<std::uint16_t> pixels16_;
-};
-
 }  // namespace
 
-struct SessionWriter::Streams {
-    struct Tail {
-        h5::Handle group;
-        Pictures pictures;
-        h5::Appender<std::int64_t> tick;
-        h5::Appender<double> mid_exposure;
-    };
-    struct CameraStream {
-        h5::Handle group;
-        Pictures pictures;
-        h5::Appender<std::int64_t> tick, arrived, stamp;
-        h5::Appender<double> mid_exposure;
-        h5::Appender<std::uint8_t> quality;
-        std::optional<Tail> tail;
-    };
-    h5::Handle file, entry;
-    bool keep_frames = true;
-    h5::Appender<std::int64_t> play_tick, play_heard, play_lost;
-    std::vector<DriveChange> changes;
-    h5::Appender<std::int32_t> counts;
-    h5::Appender<std::int64_t> block_first, block_arrived;
-    h5::Appender<std::uint8_t> block_quality, block_size;
-    std::list<CameraStream> cameras;
-
-    void open_drive(const DacInfo& dac);
-    void open_accelerometer(const AccelerometerInfo& info);
-    void open_camera(const View& view, std::int64_t order);
-    void write_changes();
-    /// The group that `path` lies in.
-    void make_room(const std::string& path);
-};
+Numbered* SessionWriter::Streams::grow(const std::string& path, hid_t type, std::vector<hsize_t> row,
+                                       double rows_per_s, const std::string& units, bool provisional) {
+    columns.push_back(path);
+    growing.push_back({{entry.get(), path, type, std::move(row), chunk_rows(rows_per_s), units},
+                       columns.size() - 1,
+                       provisional});
+    by_path[path] = &growing.back();
+    return &growing.back();
+}
 
 void SessionWriter::Streams::open_drive(const DacInfo& dac) {
     const h5::Handle g = h5::make_group(entry.get(), "raw/drive", "NXcollection");
     describe(g.get(), dac);
-    play_tick = {g.get(), "play_tick", {}, stamp_chunk, "1"};
-    play_heard = {g.get(), "play_heard", {}, stamp_chunk, "ns"};
-    play_lost = {g.get(), "play_lost", {}, stamp_chunk, "1"};
+    const double rate = dac.rate_hz / static_cast<double>(std::max<std::size_t>(1, dac.block_frames));
+    play_tick = grow("raw/drive/play_tick", H5T_NATIVE_INT64, {}, rate, "1");
+    play_heard = grow("raw/drive/play_heard", H5T_NATIVE_INT64, {}, rate, "ns");
+    play_lost = grow("raw/drive/play_lost", H5T_NATIVE_INT64, {}, rate, "1");
+    h5::make_group(entry.get(), "raw/drive/changes", "NXcollection");
+    const auto whole = [&](const char* what, hid_t type) {
+        return grow(fmt::format("raw/drive/changes/{}", what), type, {}, change_rate, "1");
+    };
+    change = {
+        .first = whole("first_tick", H5T_NATIVE_INT64),
+        .ramp = whole("ramp_samples", H5T_NATIVE_INT64),
+        .stop = whole("stop_samples", H5T_NATIVE_INT64),
+        .ramp_periods = whole("ramp_periods", H5T_NATIVE_INT64),
+        .phase = whole("phase", H5T_NATIVE_UINT64),
+        .phase_low = whole("phase_low", H5T_NATIVE_UINT64),
+        .step = whole("step", H5T_NATIVE_UINT64),
+        .step_low = whole("step_low", H5T_NATIVE_UINT64),
+        .sequence = whole("sequence", H5T_NATIVE_UINT64),
+        .frequency = grow("raw/drive/changes/frequency", H5T_NATIVE_DOUBLE, {}, change_rate, "Hz"),
+        .re = grow("raw/drive/changes/harmonics_re", H5T_NATIVE_DOUBLE, {max_harmonics}, change_rate, "V"),
+        .im = grow("raw/drive/changes/harmonics_im", H5T_NATIVE_DOUBLE, {max_harmonics}, change_rate, "V")};
 }
 
 void SessionWriter::Streams::open_accelerometer(const AccelerometerInfo& info) {
     const h5::Handle g = h5::make_group(entry.get(), "raw/accelerometer", "NXcollection");
     describe(g.get(), info);
-    counts = {g.get(), "counts", {3}, 4096, "count"};
-    block_first = {g.get(), "block_first", {}, stamp_chunk, "1"};
-    block_arrived = {g.get(), "block_arrived", {}, stamp_chunk, "ns"};
-    block_quality = {g.get(), "block_quality", {}, stamp_chunk, "1"};
-    block_size = {g.get(), "block_size", {}, stamp_chunk, "1"};
+    const double blocks = info.rate_hz / AccelBlock::capacity;
+    counts = grow("raw/accelerometer/counts", H5T_NATIVE_INT32, {3}, info.rate_hz, "count");
+    block_first = grow("raw/accelerometer/block_first", H5T_NATIVE_INT64, {}, blocks, "1");
+    block_arrived = grow("raw/accelerometer/block_arrived", H5T_NATIVE_INT64, {}, blocks, "ns");
+    block_quality = grow("raw/accelerometer/block_quality", H5T_NATIVE_UINT8, {}, blocks, "1");
+    block_size = grow("raw/accelerometer/block_size", H5T_NATIVE_UINT8, {}, blocks, "1");
 }
 
 void SessionWriter::Streams::open_camera(const View& view, std::int64_t order) {
-    CameraStream& c = cameras.emplace_back();
-    c.group = h5::make_group(entry.get(), "raw/" + view.camera, "NXcollection");
-    h5::set_attribute(c.group.get(), "order", order);
-    describe(c.group.get(), view);
-    c.tick = {c.group.get(), "tick", {}, stamp_chunk, "1"};
-    c.arrived = {c.group.get(), "arrived", {}, stamp_chunk, "ns"};
-    c.stamp = {c.group.get(), "stamp", {}, stamp_chunk, "ns"};
-    c.mid_exposure = {c.group.get(), "mid_exposure", {}, stamp_chunk, "s"};
-    c.quality = {c.group.get(), "quality", {}, stamp_chunk, "1"};
+    const std::string path = "raw/" + view.camera;
+    const h5::Handle g = h5::make_group(entry.get(), path, "NXcollection");
+    h5::set_attribute(g.get(), "order", order);
+    describe(g.get(), view);
+    const auto column = [&](const char* what, hid_t type, const char* units) {
+        return grow(fmt::format("{}/{}", path, what), type, {}, view.frame_rate_hz, units);
+    };
+    cameras.push_back({.tick = column("tick", H5T_NATIVE_INT64, "1"),
+                       .arrived = column("arrived", H5T_NATIVE_INT64, "ns"),
+                       .stamp = column("stamp", H5T_NATIVE_INT64, "ns"),
+                       .mid_exposure = column("mid_exposure", H5T_NATIVE_DOUBLE, "s"),
+                       .quality = column("quality", H5T_NATIVE_UINT8, "1"),
+                       .picture = column("picture", H5T_NATIVE_UINT64, "1")});
+}
+
+void SessionWriter::Streams::open_once(const std::string& path, const Place& place) {
+    const bool number = place.kind == Place::Kind::number;
+    h5::Handle type = number ? h5::Handle{H5Tcopy(H5T_NATIVE_DOUBLE), path} : h5::text_type(place.text_bytes);
+    h5::Handle set = h5::make_value(entry.get(), path, type.get());
+    if (number) {
+        const double unknown = std::numeric_limits<double>::quiet_NaN();
+        h5::check(H5Dwrite(set.get(), type.get(), H5S_ALL, H5S_ALL, H5P_DEFAULT, &unknown), path);
+        h5::set_attribute(set.get(), "units", place.units.empty() ? std::string{"1"} : place.units);
+    }
+    columns.push_back(path);
+    once.emplace(path, Once{std::move(set), std::move(type), columns.size() - 1});
+}
+
+void SessionWriter::Streams::open_group(const GroupLayout& layout) {
+    if (!h5::exists(entry.get(), layout.path)) h5::make_group(entry.get(), layout.path, layout.nx_class);
+    const h5::Handle group = h5::open_group(entry.get(), layout.path);
+    for (const auto& [key, text] : layout.attributes) set_plot_attribute(group.get(), key, text);
+    std::vector<Numbered*> table;
+    for (const Place& p : layout.places) {
+        const std::string path = fmt::format("{}/{}", layout.path, p.name);
+        if (p.kind == Place::Kind::numbers) {
+            table.push_back(grow(path, H5T_NATIVE_DOUBLE, {}, layout.rows_per_s, p.units, p.provisional));
+        } else if (p.kind == Place::Kind::texts) {
+            grow(path, h5::text_type(p.text_bytes).get(), {}, layout.rows_per_s, "");
+        } else {
+            open_once(path, p);
+        }
+    }
+    table_of[layout.path] = tables.size();
+    tables.push_back(std::move(table));
+}
+
+void SessionWriter::Streams::begin(const SessionHeader& header) {
+    h5::set_attribute(file.get(), "NX_class", std::string{"NXroot"});
+    h5::set_attribute(file.get(), "default", std::string{"entry"});
+    h5::set_attribute(file.get(), "creator", std::string{"shakerd"});
+    h5::set_attribute(file.get(), "creator_version", std::string{SHAKER_VERSION});
+    entry = h5::make_group(file.get(), "entry", "NXentry");
+    const hid_t e = entry.get();
+    h5::write_text(e, "title", header.title);
+    define_entry(e, header.groups);
+    if (!header.started.empty()) {
+        h5::write_text(e, "start_time", header.started);
+        open_once("end_time", {"end_time", "", Place::Kind::text, header.started.size()});
+    }
+    if (!header.identifier.empty()) h5::write_text(e, "experiment_identifier", header.identifier);
+    const h5::Handle process = h5::make_group(e, "process", "NXprocess");
+    describe_program(process.get(), header.config);
+    h5::write_text(process.get(), "version", SHAKER_VERSION);
+    h5::write_text(process.get(), "kind", header.kind);
+    h5::write_text(process.get(), "rig_text", header.rig);
+    h5::set_attribute(process.get(), "frequency_hz", header.frequency_hz);
+    h5::set_attribute(process.get(), "pictures", std::string{shaker::name(header.pictures)});
+    h5::set_attribute(process.get(), "cameras", static_cast<std::int64_t>(header.views.size()));
+    for (const auto& [group, text] : {std::pair{"user", header.user}, std::pair{"sample", header.sample}}) {
+        const h5::Handle g = h5::make_group(e, group, std::string{"NX"} + group);
+        h5::write_text(g.get(), "name", text.empty() ? "not said" : text);
+    }
 }
 
 SessionWriter::~SessionWriter() = default;
@@ -164,163 +157,160 @@ SessionWriter::~SessionWriter() = default;
 SessionWriter::SessionWriter(const std::filesystem::path& file, const SessionHeader& header)
     : streams_{std::make_unique<Streams>()} {
     Streams& s = *streams_;
+    s.name = file.string();
     s.file = h5::create_file(file);
-    s.keep_frames = header.keep_frames;
-    h5::set_attribute(streams_->file.get(), "NX_class", std::string{"NXroot"});
-    h5::set_attribute(streams_->file.get(), "default", std::string{"entry"});
-    h5::set_attribute(streams_->file.get(), "creator", std::string{"shakerd"});
-    streams_->entry = h5::make_group(streams_->file.get(), "entry", "NXentry");
-    h5::write_text(streams_->entry.get(), "title", header.title);
-    const h5::Handle process = h5::make_group(streams_->entry.get(), "process", "NXprocess");
-    h5::write_text(process.get(), "program", "shakerd");
-    h5::write_text(process.get(), "version", SHAKER_VERSION);
-    h5::write_text(process.get(), "kind", header.kind);
-    h5::write_text(process.get(), "config_text", header.config);
-    h5::write_text(process.get(), "rig_text", header.rig);
-    h5::set_attribute(process.get(), "frequency_hz", header.frequency_hz);
-    h5::set_attribute(process.get(), "keep_frames", std::int64_t{header.keep_frames});
-
-    h5::set_attribute(process.get(), "cameras", static_cast<std::int64_t>(header.views.size()));
+    s.begin(header);
     s.open_drive(header.dac);
     s.open_accelerometer(header.accelerometer);
     for (std::size_t k = 0; k < header.views.size(); ++k)
         s.open_camera(header.views[k], static_cast<std::int64_t>(k));
+    for (const GroupLayout& g : header.groups) s.open_group(g);
+    link_sensors(s.entry.get());
+    s.seals.emplace(s.entry.get(), s.columns);
+    h5::let_others_read(s.file.get());
+}
+
+SessionWriter::SessionWriter(std::unique_ptr<Streams> streams) : streams_{std::move(streams)} {}
+SessionWriter::SessionWriter(SessionWriter&&) noexcept = default;
+SessionWriter& SessionWriter::operator=(SessionWriter&&) noexcept = default;
+
+SessionWriter SessionWriter::mend(const std::filesystem::path& copy) {
+    auto streams = std::make_unique<Streams>();
+    streams->name = copy.string();
+    streams->file = h5::open_to_mend(copy);
+    streams->entry = h5::open_group(streams->file.get(), "entry");
+    streams->mend();
+    return SessionWriter{std::move(streams)};
 }
 
 void SessionWriter::add(const PlayTime& played) {
-    streams_->play_tick.append(played.tick.n);
-    streams_->play_heard.append(played.heard.time_since_epoch().count());
-    streams_->play_lost.append(played.lost);
+    streams_->play_tick->data.append(played.tick.n);
+    streams_->play_heard->data.append(std::int64_t{played.heard.time_since_epoch().count()});
+    streams_->play_lost->data.append(played.lost);
 }
 
-void SessionWriter::add(const DriveChange& change) { streams_->changes.push_back(change); }
+void SessionWriter::add(const DriveChange& c) {
+    const auto& to = streams_->change;
+    to.first->data.append(c.first.n);
+    to.ramp->data.append(c.ramp);
+    to.stop->data.append(c.stop);
+    to.ramp_periods->data.append(std::int64_t{c.command.ramp_periods});
+    to.phase->data.append(high_word(c.phase));
+    to.phase_low->data.append(low_word(c.phase));
+    to.step->data.append(high_word(c.step));
+    to.step_low->data.append(low_word(c.step));
+    to.sequence->data.append(c.command.sequence);
+    to.frequency->data.append(c.command.frequency);
+    for (const std::complex<double>& a : c.command.volts.a) {
+        to.re->data.append(a.real());
+        to.im->data.append(a.imag());
+    }
+}
 
 void SessionWriter::add(const AccelBlock& block) {
-    streams_->block_first.append(block.first.n);
-    streams_->block_arrived.append(block.arrived.time_since_epoch().count());
-    streams_->block_quality.append(static_cast<std::uint8_t>(block.quality));
-    streams_->block_size.append(static_cast<std::uint8_t>(block.size));
-    streams_->counts.append({block.counts.front().data(), 3 * static_cast<std::size_t>(block.size)});
+    streams_->block_first->data.append(block.first.n);
+    streams_->block_arrived->data.append(std::int64_t{block.arrived.time_since_epoch().count()});
+    streams_->block_quality->data.append(static_cast<std::uint8_t>(block.quality));
+    streams_->block_size->data.append(static_cast<std::uint8_t>(block.size));
+    streams_->counts->data.append(
+        std::span<const std::int32_t>{block.counts.front().data(), 3 * static_cast<std::size_t>(block.size)});
 }
 
-void SessionWriter::add(std::size_t camera, const Frame& frame) {
-    auto c = std::next(streams_->cameras.begin(), static_cast<std::ptrdiff_t>(camera));
-    if (streams_->keep_frames) c->pictures.append(c->group.get(), camera, frame);
-    c->tick.append(frame.tick.n);
-    c->arrived.append(frame.arrived.time_since_epoch().count());
-    c->stamp.append(frame.stamp ? frame.stamp->n : no_stamp);
-    c->mid_exposure.append(time_of(frame));
-    c->quality.append(static_cast<std::uint8_t>(frame.quality));
+void SessionWriter::add(std::size_t camera, const Frame& frame, std::uint64_t picture) {
+    const Streams::CameraStream& c = streams_->cameras.at(camera);
+    c.tick->data.append(frame.tick.n);
+    c.arrived->data.append(std::int64_t{frame.arrived.time_since_epoch().count()});
+    c.stamp->data.append(frame.stamp ? frame.stamp->n : no_stamp);
+    c.mid_exposure->data.append(time_of(frame));
+    c.quality->data.append(static_cast<std::uint8_t>(frame.quality));
+    c.picture->data.append(picture);
 }
 
-void SessionWriter::tail(std::size_t camera, const Frame& frame) {
-    auto c = std::next(streams_->cameras.begin(), static_cast<std::ptrdiff_t>(camera));
-    if (!c->tail) {
-        Streams::Tail& t = c->tail.emplace();
-        t.group = h5::make_group(c->group.get(), "tail", "NXcollection");
-        t.tick = {t.group.get(), "tick", {}, stamp_chunk, "1"};
-        t.mid_exposure = {t.group.get(), "mid_exposure", {}, stamp_chunk, "s"};
-    }
-    c->tail->pictures.append(c->tail->group.get(), camera, frame);
-    c->tail->tick.append(frame.tick.n);
-    c->tail->mid_exposure.append(time_of(frame));
+Numbered& SessionWriter::Streams::column(const std::string& path) {
+    const auto it = by_path.find(path);
+    if (it == by_path.end())
+        throw DeviceError{name + ": no place was made for the column \"" + path +
+                          "\" before the first sample"};
+    return *it->second;
 }
 
-void SessionWriter::table(const std::string& path, const std::vector<Column>& columns,
-                          const std::string& nx_class, const std::map<std::string, std::string>& attributes) {
-    const h5::Handle group = h5::make_group(streams_->entry.get(), path, nx_class);
-    for (const auto& [name, text] : attributes) h5::set_attribute(group.get(), name, text);
+std::size_t SessionWriter::table(const std::string& path) const {
+    const auto it = streams_->table_of.find(path);
+    if (it == streams_->table_of.end())
+        throw DeviceError{streams_->name + ": no place was made for \"" + path +
+                          "\" before the first sample"};
+    return it->second;
+}
+
+void SessionWriter::row(std::size_t table, std::span<const double> values) {
+    const std::vector<Numbered*>& columns = streams_->tables.at(table);
+    for (std::size_t i = 0; i < columns.size(); ++i) columns[i]->data.append(values[i]);
+}
+
+void SessionWriter::rows(const std::string& path, const std::vector<Column>& columns) {
     for (const Column& c : columns)
-        h5::write<double>(group.get(), c.name, c.values, {c.values.size()}, c.units);
-}
-
-void SessionWriter::Streams::make_room(const std::string& path) {
-    const std::size_t slash = path.rfind('/');
-    if (slash != std::string::npos && !h5::exists(entry.get(), path.substr(0, slash)))
-        h5::make_group(entry.get(), path.substr(0, slash), "NXcollection");
-}
-
-void SessionWriter::scalar(const std::string& path, double value, const std::string& units) {
-    streams_->make_room(path);
-    h5::write<double>(streams_->entry.get(), path, {&value, 1}, {}, units);
-}
-
-void SessionWriter::text(const std::string& path, const std::string& text) {
-    streams_->make_room(path);
-    h5::write_text(streams_->entry.get(), path, text);
+        streams_->column(path + "/" + c.name).data.append(std::span<const double>{c.values});
 }
 
 void SessionWriter::texts(const std::string& path, const std::vector<std::string>& texts) {
-    streams_->make_room(path);
-    h5::write_texts(streams_->entry.get(), path, texts);
+    for (const std::string& t : texts) streams_->column(path).data.append_text(t);
 }
 
-void SessionWriter::end_by_trip() {
-    const h5::Handle process = h5::open_group(streams_->entry.get(), "process");
-    h5::set_attribute(process.get(), "ended_by_trip", std::int64_t{1});
+void SessionWriter::replace(const std::string& path, const std::vector<double>& values) {
+    Numbered& column = streams_->column(path);
+    column.data.flush();
+    column.data.replace(std::as_bytes(std::span{values}));
 }
 
-void SessionWriter::show(const std::string& path) {
-    h5::set_attribute(streams_->entry.get(), "default", path);
+void SessionWriter::replace_pictures(const std::string& camera, const std::vector<std::uint64_t>& pictures) {
+    streams_->column("raw/" + camera + "/picture").data.replace(std::as_bytes(std::span{pictures}));
 }
 
-void SessionWriter::Streams::write_changes() {
-    std::vector<std::int64_t> first, ramp, stop, ramp_periods;
-    std::vector<std::uint64_t> phase, phase_low, step, step_low, sequence;
-    std::vector<double> re, im, frequency;
-    for (const DriveChange& c : changes) {
-        first.push_back(c.first.n);
-        ramp.push_back(c.ramp);
-        stop.push_back(c.stop);
-        ramp_periods.push_back(c.command.ramp_periods);
-        phase.push_back(high_word(c.phase));
-        phase_low.push_back(low_word(c.phase));
-        step.push_back(high_word(c.step));
-        step_low.push_back(low_word(c.step));
-        sequence.push_back(c.command.sequence);
-        frequency.push_back(c.command.frequency);
-        for (const std::complex<double>& a : c.command.volts.a) {
-            re.push_back(a.real());
-            im.push_back(a.imag());
-        }
-    }
-    const hsize_t n = changes.size();
-    const h5::Handle g = h5::make_group(entry.get(), "raw/drive/changes", "NXcollection");
-    h5::write<std::int64_t>(g.get(), "first_tick", first, {n}, "1");
-    h5::write<std::int64_t>(g.get(), "ramp_samples", ramp, {n}, "1");
-    h5::write<std::int64_t>(g.get(), "stop_samples", stop, {n}, "1");
-    h5::write<std::int64_t>(g.get(), "ramp_periods", ramp_periods, {n}, "1");
-    h5::write<std::uint64_t>(g.get(), "phase", phase, {n}, "1");
-    h5::write<std::uint64_t>(g.get(), "phase_low", phase_low, {n}, "1");
-    h5::write<std::uint64_t>(g.get(), "step", step, {n}, "1");
-    h5::write<std::uint64_t>(g.get(), "step_low", step_low, {n}, "1");
-    h5::write<std::uint64_t>(g.get(), "sequence", sequence, {n}, "1");
-    h5::write<double>(g.get(), "frequency", frequency, {n}, "Hz");
-    h5::write<double>(g.get(), "harmonics_re", re, {n, max_harmonics}, "V");
-    h5::write<double>(g.get(), "harmonics_im", im, {n, max_harmonics}, "V");
+void SessionWriter::clear(const std::string& path) {
+    for (const auto& [name, column] : streams_->by_path)
+        if (name.starts_with(path + "/")) column->data.cut(0, 0);
+}
+
+void SessionWriter::Streams::write_once(const std::string& path, std::span<const std::byte> value) {
+    const auto it = once.find(path);
+    if (it == once.end())
+        throw DeviceError{name + ": no place was made for \"" + path + "\" before the first sample"};
+    it->second.write(value, path);
+}
+
+void SessionWriter::scalar(const std::string& path, double value) {
+    streams_->write_once(path, std::as_bytes(std::span{&value, 1}));
+}
+
+void SessionWriter::text(const std::string& path, const std::string& text) {
+    const auto it = streams_->once.find(path);
+    std::string padded = text;
+    if (it != streams_->once.end()) padded.resize(H5Tget_size(it->second.type.get()), '\0');
+    streams_->write_once(path, std::as_bytes(std::span{padded}));
 }
 
 void SessionWriter::flush() {
-    streams_->write_changes();
-    for (auto* a : {&streams_->play_tick, &streams_->play_heard, &streams_->play_lost, &streams_->block_first,
-                    &streams_->block_arrived})
-        a->flush();
-    streams_->counts.flush();
-    streams_->block_quality.flush();
-    streams_->block_size.flush();
-    for (Streams::CameraStream& c : streams_->cameras) {
-        c.tick.flush();
-        c.arrived.flush();
-        c.stamp.flush();
-        c.mid_exposure.flush();
-        c.quality.flush();
-        c.pictures.flush();
-        if (!c.tail) continue;
-        c.tail->pictures.flush();
-        c.tail->tick.flush();
-        c.tail->mid_exposure.flush();
+    for (Numbered& n : streams_->growing) {
+        n.data.flush();
+        const std::int64_t checksum{n.data.take_checksum()};
+        streams_->seals->add(n.column, n.data.rows(), n.provisional ? SealEntry::unchecked : checksum);
     }
-    h5::check(H5Fflush(streams_->file.get(), H5F_SCOPE_GLOBAL), "flushing the recording");
+    for (const auto& [path, o] : streams_->once) streams_->seals->add(o.column, o.written, o.checksum);
+    streams_->seals->flush();
+    h5::check(H5Fflush(streams_->file.get(), H5F_SCOPE_GLOBAL), streams_->name);
+}
+
+void SessionWriter::sync() { h5::sync(streams_->file.get(), streams_->name); }
+
+void SessionWriter::close() {
+    flush();
+    sync();
+    std::unique_ptr<Streams> last = std::move(streams_);
+    streams_ = std::make_unique<Streams>();
+    const std::string file = last->name;
+    h5::Handle handle = std::move(last->file);
+    last.reset();
+    h5::close_file(std::move(handle), file);
 }
 
 }  // namespace shaker

@@ -64,9 +64,9 @@ Cost cost_of(const std::filesystem::path& said, const std::function<int()>& work
 
 int record(const std::filesystem::path& file, double seconds) {
     const test::LongTake run = test::make_long_take({.seconds = seconds});
-    Recording recording{file, run.header, Recording::Unfinished::discard};
-    test::record_raw(*recording.writer(), run.take);
-    recording.writer()->scalar("truth/v_D", run.v_D, "m/s");
+    Recording recording{file, run.header, {.unfinished = Unfinished::discard}};
+    test::record_raw(recording, run.take);
+    recording.writer().scalar("truth/v_D", run.v_D);
     const Reduction r = reduce(measurement_of(run.take, run.header.frequency_hz, run.from_s, run.to_s));
     recording.finish(run.take, r, run.from_s, run.to_s);
     return 0;

@@ -81,7 +81,7 @@ TEST(RunTest, TheSameSeedGivesTheSameBytes) {
 
 TEST(RunTest, AChangedRecordingIsSeenOnReplay) {
     const auto folder = fresh_folder();
-    run("--no-identify --periods 4 --no-frames -o run.nxs", folder);
+    run("--no-identify --periods 4 --frames off -o run.nxs", folder);
     EXPECT_EQ(shakerd("replay run.nxs", folder).status, 0);
     const std::string change =
         "/usr/bin/python3 -c \"import h5py,sys; f=h5py.File(sys.argv[1],'r+'); "
@@ -121,7 +121,7 @@ TEST(RunTest, SymmetricDrivesDoNotDrift) {
 TEST(RunTest, SettingsComeFromAFileAndOptionsWin) {
     const auto folder = fresh_folder();
     std::ofstream{folder / "run.toml"}
-        << "[run]\ngamma_mps2 = 6\nphi_rad = 0.3\nperiods = 4\nkeep_frames = false\n";
+        << "[run]\ngamma_mps2 = 6\nphi_rad = 0.3\nperiods = 4\nframes = \"off\"\n";
     const json r = run("--no-identify --settings run.toml --phi 0.2 -o a.nxs", folder);
     EXPECT_NEAR(r["gamma_mps2"].get<double>(), 6, 0.02);
     EXPECT_NEAR(r["phi_rad"].get<double>(), 0.2, 0.01);

@@ -3,7 +3,9 @@
 #include <gtest/gtest.h>
 
 #include <cstdio>
+#include <functional>
 
+#include "drivers/errors.hpp"
 #include "drivers/replay/h5.hpp"
 #include "drivers/replay/opened_session.hpp"
 #include "tests/replay/small_session.hpp"
@@ -38,7 +40,9 @@ TEST_F(SessionFileTest, HeaderComesBack) {
     EXPECT_EQ(b.config, a.config);
     EXPECT_EQ(b.rig, "");
     EXPECT_EQ(b.frequency_hz, a.frequency_hz);
-    EXPECT_TRUE(b.keep_frames);
+    EXPECT_EQ(b.pictures, a.pictures);
+    EXPECT_EQ(b.started, a.started);
+    EXPECT_EQ(b.user, a.user);
     EXPECT_EQ(b.dac.name, a.dac.name);
     EXPECT_EQ(b.dac.rate_hz, a.dac.rate_hz);
     EXPECT_EQ(b.dac.full_scale_V, a.dac.full_scale_V);
@@ -49,8 +53,7 @@ TEST_F(SessionFileTest, HeaderComesBack) {
     EXPECT_EQ(b.accelerometer.first_sample_s, a.accelerometer.first_sample_s);
     EXPECT_EQ(b.accelerometer.clock_uncertainty_s, a.accelerometer.clock_uncertainty_s);
     EXPECT_EQ(b.accelerometer.shaker_axis, a.accelerometer.shaker_axis);
-    const SessionReader reader{file_};
-    EXPECT_EQ(h5::read_text(reader.opened().entry.get(), "process/note"), written_.note);
+    EXPECT_EQ(read_.note, written_.note);
 }
 
 TEST_F(SessionFileTest, ViewsAndTargetsComeBackInTheirOrder) {
@@ -92,16 +95,6 @@ TEST_F(SessionFileTest, DriveChangesComeBackWithAll128BitsOfTheirPhase) {
         EXPECT_TRUE(b.phase == a.phase);
         EXPECT_TRUE(b.step == a.step);
     }
-}
-
-TEST_F(SessionFileTest, ARecordingFromBeforeThereWereStopsHasNone) {
-    {
-        const h5::Handle file{H5Fopen(file_.c_str(), H5F_ACC_RDWR, H5P_DEFAULT), "file"};
-        h5::check(H5Ldelete(file.get(), "entry/raw/drive/changes/stop_samples", H5P_DEFAULT), "deleting");
-    }
-    const std::vector<DriveChange> changes = SessionReader{file_}.changes();
-    ASSERT_EQ(changes.size(), written_.changes.size());
-    for (const DriveChange& c : changes) EXPECT_EQ(c.stop, 0);
 }
 
 TEST_F(SessionFileTest, PlayTimesComeBack) {
@@ -190,37 +183,60 @@ TEST_F(SessionFileTest, EveryNumberHasAUnitAndNoObjectATime) {
     ASSERT_GE(H5Ovisit2(file.get(), H5_INDEX_NAME, H5_ITER_INC, look_at, &walk, H5O_INFO_ALL), 0);
     EXPECT_EQ(walk.without_units, std::vector<std::string>{});
     EXPECT_EQ(walk.with_time, std::vector<std::string>{});
-    EXPECT_EQ(walk.numbers, 3 + 12 + 5 + 2 * 6 + 3 + 1);  // drive, changes, blocks, cameras, table, v_D
+    EXPECT_EQ(walk.numbers,
+              3 + 12 + 5 + 2 * 6 + 3 + 1 + 4);  // drive, changes, blocks, cameras, table, v_D, seals
 }
 
 TEST_F(SessionFileTest, AColumnWithoutAUnitIsAPureNumber) {
-    written_.walker[0].units = "";
+    written_.header.groups[0].places[0].units = "";
     write_session(written_, folder_ / "pure.h5");
     EXPECT_EQ(SessionReader{folder_ / "pure.h5"}.table("tracks/top/walker")[0].units, "1");
 }
 
-TEST_F(SessionFileTest, ScalarsAndTextsLieRightUnderEntryToo) {
-    {
-        SessionWriter writer{folder_ / "flat.h5", small_header()};
-        writer.scalar("answer", 42, "1");
-        writer.text("new/group/word", "ж");
-        writer.flush();
+TEST_F(SessionFileTest, WhatNoPlaceWasMadeForIsRefusedByName) {
+    SessionWriter writer{folder_ / "new.h5", small_header()};
+    for (const std::function<void()>& late :
+         {std::function<void()>{[&] { writer.scalar("results/late", 1); }},
+          {[&] { writer.text("process/late", "x"); }},
+          {[&] {
+              writer.rows("results", {{"late", "1", {1}}});
+          }},
+          {[&] { writer.texts("results/late", {"x"}); }}}) {
+        try {
+            late();
+            FAIL() << "a new object while others read";
+        } catch (const DeviceError& e) {
+            expect_in(e.what(), {"late", "before the first sample"});
+        }
     }
-    const SessionReader reader{folder_ / "flat.h5"};
-    EXPECT_EQ(reader.scalar("answer"), 42);
-    EXPECT_EQ(h5::read_text(reader.opened().entry.get(), "new/group/word"), "ж");
 }
 
-TEST_F(SessionFileTest, FramesThatChangeTheirSizeAreADeviceError) {
-    SessionWriter writer{folder_ / "sizes.h5", small_header()};
-    writer.add(0, *small_frame(0, 8, 6, 8));
-    EXPECT_THROW(writer.add(0, *small_frame(1, 6, 8, 8)), DeviceError);
-    EXPECT_THROW(writer.add(0, *small_frame(1, 8, 6, 16)), DeviceError);
-    writer.add(0, *small_frame(1, 8, 6, 8));
+TEST_F(SessionFileTest, WhatWasNeverToldIsNotKnown) {
+    { SessionWriter{folder_ / "empty.h5", small_header()}.close(); }
+    const SessionReader reader{folder_ / "empty.h5"};
+    EXPECT_TRUE(std::isnan(reader.scalar("results/v_D")));
+    EXPECT_EQ(reader.text("process/note"), "");
+    EXPECT_EQ(reader.numbers("tracks/top/walker/x").size(), 0U);
+    EXPECT_EQ(reader.damage(), std::vector<std::string>{});
+}
+
+TEST_F(SessionFileTest, AFileThatIsBeingWrittenShowsWhatWasFlushed) {
+    SessionWriter writer{folder_ / "growing.h5", small_header()};
+    const auto rows = [&] {
+        return SessionReader{folder_ / "growing.h5", SessionReader::Open::growing}
+            .numbers("tracks/top/walker/x")
+            .size();
+    };
+    EXPECT_EQ(rows(), 0U);
+    writer.rows("tracks/top/walker", written_.walker);
+    EXPECT_EQ(rows(), 0U) << "it was not flushed";
+    writer.flush();
+    EXPECT_EQ(rows(), 3U);
+    expect_in(refusal([&] { SessionReader{folder_ / "growing.h5"}; }), {"growing.h5", "recover"});
 }
 
 TEST_F(SessionFileTest, WithoutKeptFramesThereAreNoCameras) {
-    written_.header.keep_frames = false;
+    written_.header.pictures = KeptPictures::off;
     write_session(written_, folder_ / "lean.h5");
     const Session lean = read_session(folder_ / "lean.h5");
     EXPECT_EQ(lean.frames.size(), 0U);
@@ -258,7 +274,7 @@ print(e["title"][()].decode())
 v = e["results/v_D"]
 print(float(v[()]).hex(), v.attrs["units"].decode())
 for camera in "top", "side":
-    f = e["raw"][camera]["frames"]
+    f = h5py.File(sys.argv[1].replace(".h5", ".frames/" + camera + ".h5"), "r")["frames"]
     print(f.shape, f.dtype, int(f[1, 3, 2]), f.attrs["units"].decode())
 print(e["tracks/top/walker"].attrs["signal"].decode(), e["raw/drive/changes/step_low"].dtype)
 )",

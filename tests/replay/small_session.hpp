@@ -7,6 +7,7 @@
 #include <numbers>
 #include <vector>
 
+#include "drivers/replay/frame_store.hpp"
 #include "drivers/replay/session_file.hpp"
 #include "tests/replay/session_folder.hpp"
 
@@ -43,6 +44,16 @@ inline SessionHeader small_header() {
     top.targets.push_back({"walker", TargetKind::bars, 0, 12, 2.5, {-3, 4, 50, 60}, 7.5, Polarity::dark});
     top.targets.push_back({"base", TargetKind::disc, 9, 0, 0, {1, 2, 3, 4}, 0, Polarity::bright});
     h.views = {top, View{"side", 0.2, 0, {1, 0}, 50, 2e-3, false, 0, 3e-4, {}}};
+    h.pictures = KeptPictures::full;
+    h.started = "2026-11-22T03:14:15+01:00";
+    h.user = "Zoë";
+    h.groups = {{"tracks/top/walker",
+                 "NXdata",
+                 {{"signal", "x"}, {"axes", "t"}},
+                 {{"t", "s"}, {"x", "m"}, {"x_errors", "m"}},
+                 100},
+                {"results", "NXcollection", {}, {{"v_D", "m/s", Place::Kind::number}}},
+                {"process", "NXprocess", {}, {{"note", "", Place::Kind::text, 40}}}};
     return h;
 }
 
@@ -113,15 +124,21 @@ inline Session small_session() {
 
 inline void write_session(const Session& s, const std::filesystem::path& file) {
     SessionWriter writer{file, s.header};
+    std::filesystem::remove_all(pictures_folder(file));
     for (const PlayTime& p : s.played) writer.add(p);
     for (const DriveChange& c : s.changes) writer.add(c);
     for (const AccelBlock& b : s.blocks) writer.add(b);
-    for (std::size_t k = 0; k < s.frames.size(); ++k)
-        for (const FramePtr& f : s.frames[k]) writer.add(k, *f);
-    writer.table("tracks/top/walker", s.walker, "NXdata", {{"signal", "x"}, {"axes", "t"}});
-    writer.scalar("results/v_D", s.v_D, "m/s");
-    writer.text("process/note", s.note);
+    for (std::size_t k = 0; k < s.frames.size(); ++k) {
+        FrameStore store{pictures_folder(file), s.header.views[k].camera, 64};
+        const bool kept = s.header.pictures != KeptPictures::off;
+        for (const FramePtr& f : s.frames[k]) writer.add(k, *f, kept ? store.add(*f) : 0);
+        if (kept) store.finish();
+    }
     writer.flush();
+    writer.rows("tracks/top/walker", s.walker);
+    writer.scalar("results/v_D", s.v_D);
+    writer.text("process/note", s.note);
+    writer.close();
 }
 
 /// All that a recording of this kind can be asked for.
@@ -131,7 +148,7 @@ inline Session read_session(const std::filesystem::path& file) {
     s.header = reader.header();
     s.played = reader.play_times();
     s.changes = reader.changes();
-    Rig rig = replay_rig(reader);
+    Rig rig = replay_rig(reader, reader.header(), reader.frames_without_picture() == 0);
     AccelBlock block;
     while (rig.accelerometer && rig.accelerometer->read(block, no_wait)) s.blocks.push_back(block);
     for (const auto& camera : rig.cameras) s.frames.push_back(all_frames(*camera));
@@ -140,6 +157,7 @@ inline Session read_session(const std::filesystem::path& file) {
         for (const std::string& target : reader.names(group)) s.walker = reader.table(group / target);
     }
     s.v_D = reader.scalar("results/v_D");
+    s.note = reader.text("process/note");
     return s;
 }
 

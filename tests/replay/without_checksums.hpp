@@ -23,7 +23,12 @@ inline herr_t copy_attribute(hid_t from, const char* name, const H5A_info_t*, vo
 inline h5::Handle copy_dataset(hid_t from, hid_t file, const char* name) {
     const h5::Handle type{H5Dget_type(from), name};
     const h5::Handle space{H5Dget_space(from), name};
-    const h5::Handle create{H5Dget_create_plist(from), name};
+    const h5::Handle was{H5Dget_create_plist(from), name}, create{H5Pcreate(H5P_DATASET_CREATE), name};
+    if (H5Pget_layout(was.get()) == H5D_CHUNKED) {  // of the old kind
+        std::vector<hsize_t> chunk(static_cast<std::size_t>(H5Sget_simple_extent_ndims(space.get())));
+        H5Pget_chunk(was.get(), static_cast<int>(chunk.size()), chunk.data());
+        h5::check(H5Pset_chunk(create.get(), static_cast<int>(chunk.size()), chunk.data()), name);
+    }
     h5::Handle set{H5Dcreate2(file, name, type.get(), space.get(), H5P_DEFAULT, create.get(), H5P_DEFAULT),
                    name};
     const auto values = static_cast<std::size_t>(H5Sget_simple_extent_npoints(space.get()));

@@ -4,6 +4,7 @@
 #include <random>
 
 #include "calibration/camera_scale.hpp"
+#include "daemon/session_places.hpp"
 #include "drivers/errors.hpp"
 #include "drivers/simulated/sensor.hpp"
 #include "drivers/simulated/steady_state.hpp"
@@ -106,7 +107,7 @@ LongTake make_long_take(const LongRun& run) {
     h.frequency_hz = run.drive.frequency;
     h.dac = {"exact", scene.dac_rate_hz, scene.dac_full_scale_v, 240};
     h.accelerometer = sensor.info();
-    h.keep_frames = false;
+    h.pictures = KeptPictures::off;
     out.take.accelerometer = h.accelerometer;
     out.take.dac_rate_hz = h.dac.rate_hz;
     for (const CameraTruth& camera : scene.cameras) {
@@ -120,13 +121,14 @@ LongTake make_long_take(const LongRun& run) {
     const SteadyState settled = settle(law);
     out.v_D = settled.v_D;
     out.to_s = run.seconds;
+    h.groups = session_places(h, true);
     for (std::size_t i = 0; i < h.views.size(); ++i) see(out, run, law, settled.v0, i);
     feel(out, run, sensor);
     play(out, run, h.dac.block_frames);
     return out;
 }
 
-void record_raw(SessionWriter& file, const Take& take) {
+void record_raw(Recording& file, const Take& take) {
     for (const PlayTime& played : take.played) file.add(played);
     for (const DriveChange& change : take.changes) file.add(change);
     for (const AccelBlock& block : take.blocks) file.add(block);
@@ -135,7 +137,7 @@ void record_raw(SessionWriter& file, const Take& take) {
             Frame frame;
             frame.tick = k.tick;
             frame.mid_exposure = k.time;
-            file.add(i, frame);
+            file.add(i, frame, {});
         }
     }
 }

@@ -2,8 +2,8 @@
 // Runs of an hour with known truth and no pictures: exact motion as trackers and devices would tell it.
 #include <cstdint>
 
+#include "daemon/recording.hpp"
 #include "daemon/take.hpp"
-#include "drivers/replay/session_file.hpp"
 
 namespace shaker::test {
 
@@ -30,6 +30,6 @@ struct LongTake {
 LongTake make_long_take(const LongRun& run);
 
 /// Gives every raw stream of it to a recording, as a run would.
-void record_raw(SessionWriter& file, const Take& take);
+void record_raw(Recording& file, const Take& take);
 
 }  // namespace shaker::test

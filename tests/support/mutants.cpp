@@ -102,7 +102,7 @@ MutantTrials::MutantTrials(const fs::path& folder, bool pictures) : folder_{fold
                              .drive = {},
                              .periods = 3,
                              .out = file,
-                             .keep_frames = pictures,
+                             .pictures = pictures ? KeptPictures::region : KeptPictures::off,
                              .identify = false,
                              .closed_loop = false};
     // In a child too: this process is not to have started a thread.

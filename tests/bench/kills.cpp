@@ -1,0 +1,71 @@
+// Recordings of runs that are killed by SIGKILL at moments by chance: what is recovered, what is lost
+//   --count N (200): runs with 2 x 200 pictures a second; a tenth as many with 2 x 1000, one at a time
+//   --seed N (1)   --jobs N (2): runs at a time   --folder PATH (the temporary one): on the disk to be tried
+#include "tests/support/kills.hpp"
+
+#include <spdlog/fmt/fmt.h>
+
+#include <algorithm>
+#include <cstdio>
+#include <string>
+
+#include "tests/bench/option.hpp"
+#include "tests/bench/table.hpp"
+
+namespace {
+
+using namespace shaker;
+
+double median(std::vector<double> values) {
+    std::ranges::sort(values);
+    return values[values.size() / 2];
+}
+
+std::string of(std::ptrdiff_t some, std::size_t all) { return fmt::format("{} of {}", some, all); }
+
+bench::Row row(const std::string& what, const std::vector<test::Kill>& kills) {
+    std::vector<double> series, pictures;
+    for (const test::Kill& k : kills) {
+        if (!test::went_well(k))
+            std::fprintf(stderr, "killed at %.3f s: %s\n", k.at_s,
+                         k.wrong.empty() ? "" : k.wrong.front().c_str());
+        if (!k.recovered) continue;
+        series.push_back(k.series_lost_s);
+        pictures.push_back(k.pictures_lost);
+    }
+    const auto count = [&](auto member) { return of(std::ranges::count(kills, true, member), kills.size()); };
+    bench::Row r{
+        {"run", what},
+        {"recovered", count(&test::Kill::recovered)},
+        {"content verified",
+         of(std::ranges::count_if(kills, [](const auto& k) { return k.wrong.empty(); }), kills.size())},
+        {"whole when recovered again", count(&test::Kill::whole)},
+        {"replayed to the bit", count(&test::Kill::replayed)},
+        {"with results", count(&test::Kill::reduced)}};
+    if (series.empty()) return r;
+    r.push_back({"series lost, median", median(series), "s"});
+    r.push_back({"worst series lost", std::ranges::max(series), "s"});
+    r.push_back({"allowed", 0.6, "s"});
+    r.push_back({"pictures lost a camera, median", median(pictures)});
+    r.push_back({"worst pictures lost", std::ranges::max(pictures)});
+    return r;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+    const int count = bench::whole_option(argc, argv, "--count", 200, 1);
+    const auto seed = static_cast<std::uint64_t>(bench::whole_option(argc, argv, "--seed", 1, 0));
+    const int jobs = bench::whole_option(argc, argv, "--jobs", 2, 1);
+    const auto folder = bench::own_folder(argc, argv, "shakerd-kills");
+    bench::Table table;
+    test::KilledRun slow{.scene = SHAKER_SOURCE_DIR "/tests/support/slow_cameras.toml"};
+    table.add(row("2 x 200 pictures a second", test::kill_runs(slow, count, seed, jobs, folder / "slow")));
+    const int full = std::max(1, count / 10);
+    table.add(row("2 x 1000 pictures a second", test::kill_runs({}, full, seed + 1, 1, folder / "full")));
+    table.print(argc, argv);
+    std::error_code ignored;
+    std::filesystem::remove(folder / "slow", ignored);  // what did not go well stays
+    std::filesystem::remove(folder / "full", ignored);
+    std::filesystem::remove(folder, ignored);
+}
