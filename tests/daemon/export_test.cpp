@@ -174,7 +174,8 @@ def check(column):
 TEST_F(ExportedRun, CsvHoldsEveryNumberToTheLastDigit) {
     const Outcome o = exported("-o csv --json");
     ASSERT_EQ(o.status, 0) << o.err;
-    for (const auto& t : nlohmann::json::parse(o.out)["tables"])
+    const nlohmann::json said = nlohmann::json::parse(o.out);
+    for (const auto& t : said["tables"])
         EXPECT_TRUE(std::filesystem::exists(folder_ / t["file"].get<std::string>())) << t;
     EXPECT_FALSE(std::filesystem::exists(folder_ / "csv/drive.csv"));
     python("csv.check.py", std::string{compare} + R"(
