@@ -288,6 +288,8 @@ void Recording::finish(const Take& take) {
     else
         shaker::write(file, tables_of(take));
     shaker::write(file, {clock_table(take), gap_table(take)});
+    // Pieces of data that found no room: none, unless the recorder stood still and the stop came too late.
+    file.scalar("process/pieces_lost", static_cast<double>(lost_));
     for (std::size_t c = 0; c < counts_.size(); ++c)
         shaker::write(file, picture_numbers(header_.views[c].camera, counts_[c]));
     if (!header_.started.empty()) file.text("end_time", time_text_after(header_.started, now_s_));

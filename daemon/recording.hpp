@@ -60,7 +60,6 @@ public:
     [[nodiscard]] double backlog() const noexcept;
     /// Pieces of data that found no room or came after a failure.
     [[nodiscard]] std::uint64_t lost() const noexcept { return lost_; }
-    [[nodiscard]] const std::vector<PictureCounts>& pictures() const noexcept { return counts_; }
 
     /// Where everything else of the recording goes, once all that waits has been written.
     [[nodiscard]] SessionWriter& writer();

@@ -44,6 +44,7 @@ std::vector<GroupLayout> session_places(const SessionHeader& header, bool truth)
                       {},
                       {{"reduced_from", "s", Place::Kind::number, 0, false},
                        {"reduced_to", "s", Place::Kind::number, 0, false},
+                       {"pieces_lost", "1", Place::Kind::number, 0, false},
                        {"not_reduced", "", Place::Kind::text, sentence, false},
                        {"recovered", "", Place::Kind::text, sentence, false}},
                       0});

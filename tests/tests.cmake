@@ -20,21 +20,43 @@ set(areas drivers hardware mock simulated replay calibration tracking control re
 if(SHAKER_SANITIZE MATCHES thread)
   list(REMOVE_ITEM areas replay calibration tracking control reduction safety)  # of one thread each
 endif()
+# Minutes of computing that a sanitiser makes many more, on code that other tests take it through as well:
+# tests/run --all leaves these to the preset without one.
+set(slow "*FaultMatrixTest.*:EnduranceTest.*:*ClosedLoopTest.*:*CoverageTest.*:*FineTest.*:*LongRunTest.*:PlantTableTest.*")
+string(APPEND slow ":*IdentityTest.*:*EveryKindTest.*:*HardCaseTest.*:*NormalDriving.*:PowerCutsTest.*")
+function(list_tests program filter alone label)
+  gtest_discover_tests(${program} TEST_FILTER "${filter}" DISCOVERY_TIMEOUT 60
+    PROPERTIES TIMEOUT 600 RUN_SERIAL ${alone} LABELS "${label}"
+    ENVIRONMENT "TSAN_OPTIONS=suppressions=${PROJECT_SOURCE_DIR}/tests/support/tsan.supp"
+    ENVIRONMENT_MODIFICATION "LSAN_OPTIONS=set:suppressions=${PROJECT_SOURCE_DIR}/tests/support/lsan.supp:print_suppressions=0")
+endfunction()
+
 foreach(area ${areas})
   file(GLOB sources CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/tests/${area}/*_test.cpp)
   if(sources)
     add_executable(${area}_tests ${sources})
     target_link_libraries(${area}_tests PRIVATE test_support GTest::gtest_main)
+    # Assertions cost the compiler most of the build's time: they are optimised less than what they look at.
+    target_compile_options(${area}_tests PRIVATE -O1 -g1)
+    if(SHAKER_SANITIZE MATCHES undefined)
+      target_compile_options(${area}_tests PRIVATE -fno-sanitize=undefined)
+    endif()
+    if(precompiled)
+      target_precompile_headers(${area}_tests REUSE_FROM ${precompiled})
+    else()
+      set(precompiled ${area}_tests)
+      target_precompile_headers(${area}_tests PRIVATE <gtest/gtest.h> <algorithm> <array> <chrono> <cmath> <complex>
+        <filesystem> <fstream> <functional> <map> <memory> <nlohmann/json.hpp> <optional> <random> <span>
+        <spdlog/fmt/fmt.h> <string> <thread> <vector>)
+    endif()
     set(alone FALSE)
     set(label "virtual time")
     if(area MATCHES "hardware|mock|loop")  # another test beside it takes its processor
       set(alone TRUE)
       set(label "real time")
     endif()
-    gtest_discover_tests(${area}_tests DISCOVERY_TIMEOUT 60 PROPERTIES TIMEOUT 600 RUN_SERIAL ${alone}
-      LABELS ${label}
-      ENVIRONMENT "TSAN_OPTIONS=suppressions=${PROJECT_SOURCE_DIR}/tests/support/tsan.supp"
-      ENVIRONMENT_MODIFICATION "LSAN_OPTIONS=set:suppressions=${PROJECT_SOURCE_DIR}/tests/support/lsan.supp:print_suppressions=0")
+    list_tests(${area}_tests "-${slow}" ${alone} "${label}")
+    list_tests(${area}_tests "${slow}" ${alone} "${label}, slow")
   endif()
 endforeach()
 if(TARGET hardware_tests)

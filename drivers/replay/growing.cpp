@@ -27,8 +27,8 @@ Growing::Growing(hid_t parent, const std::string& name, hid_t type, std::vector<
         set_attribute(set_.get(), "units", units.empty() ? std::string{"1"} : units);
 }
 
-Growing::Growing(hid_t parent, const std::string& path)
-    : name_{path}, set_{H5Dopen2(parent, path.c_str(), H5P_DEFAULT), path} {
+Growing::Growing(hid_t parent, const std::string& path, hsize_t rows, std::uint32_t checksum)
+    : name_{path}, set_{H5Dopen2(parent, path.c_str(), H5P_DEFAULT), path}, checksum_{checksum} {
     type_ = {H5Dget_type(set_.get()), path};
     const Handle space{H5Dget_space(set_.get()), path};
     const int rank = H5Sget_simple_extent_ndims(space.get());
@@ -40,14 +40,59 @@ Growing::Growing(hid_t parent, const std::string& path)
     row_bytes_ = H5Tget_size(type_.get());
     for (std::size_t axis = 1; axis < extent_.size(); ++axis) row_bytes_ *= extent_[axis];
     chunk_bytes_ = row_bytes_;
+    const Bytes kept = read_first_bytes(parent, path);
+    if (kept.values.size() < rows * row_bytes_)
+        throw InputError{"recording: \"" + path + "\" has no " + std::to_string(rows) +
+                         " rows that can be read"};
+    if (resize(rows) && takes_rows()) return;
+    remake(parent);
+    add(std::span{kept.values}.first(rows * row_bytes_));
+    flush();
+    checksum_ = checksum;
 }
 
-void Growing::cut(hsize_t rows, std::uint32_t checksum) {
-    if (rows != extent_[0]) {
-        extent_[0] = rows;
-        check(H5Dset_extent(set_.get(), extent_.data()), name_);
-    }
-    checksum_ = checksum;
+bool Growing::resize(hsize_t rows) noexcept {
+    std::vector<hsize_t> extent = extent_;
+    extent[0] = rows;
+    if (H5Dset_extent(set_.get(), extent.data()) < 0) return false;
+    extent_[0] = rows;
+    return true;
+}
+
+// Tried with one row: what is torn behind the last one is met when the column grows.
+bool Growing::takes_rows() try {
+    const hsize_t rows = extent_[0];
+    if (!resize(rows + 1)) return false;
+    write(rows, std::vector<std::byte>(row_bytes_));
+    return resize(rows);
+} catch (const DeviceError&) {
+    return false;
+}
+
+// Another data set of the same description under its name. The old one stays where nothing leads to: to free
+// it HDF5 would go through what is torn.
+void Growing::remake(hid_t parent) {
+    const Handle create{H5Dget_create_plist(set_.get()), name_};
+    const std::string units =
+        H5Aexists(set_.get(), "units") > 0 ? read_attribute_text(parent, name_, "units") : "";
+    check(H5Oincr_refcount(set_.get()), name_);
+    check(H5Ldelete(parent, name_.c_str(), H5P_DEFAULT), name_);
+    std::vector<hsize_t> most = extent_;
+    extent_[0] = 0;
+    most[0] = H5S_UNLIMITED;
+    const Handle space{H5Screate_simple(static_cast<int>(extent_.size()), extent_.data(), most.data()),
+                       name_};
+    set_ = {
+        H5Dcreate2(parent, name_.c_str(), type_.get(), space.get(), H5P_DEFAULT, create.get(), H5P_DEFAULT),
+        name_};
+    if (!units.empty()) set_attribute(set_.get(), "units", units);
+}
+
+void Growing::clear() {
+    extent_[0] = 0;
+    waiting_.clear();
+    checksum_ = 0;
+    check(H5Dset_extent(set_.get(), extent_.data()), name_);
 }
 
 void Growing::add(std::span<const std::byte> rows) {

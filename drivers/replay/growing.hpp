@@ -11,8 +11,9 @@ public:
     Growing(hid_t parent, const std::string& name, hid_t type, std::vector<hsize_t> row, hsize_t chunk,
             const std::string& units);
 
-    /// One that is there, to be gone on with. InputError when it does not grow.
-    Growing(hid_t parent, const std::string& path);
+    /// One that is there, of which only the first rows are kept, to be gone on with; what was appended in
+    /// them has this checksum. Where its index is torn it is made anew. InputError when it does not grow.
+    Growing(hid_t parent, const std::string& path, hsize_t rows, std::uint32_t checksum);
 
     /// Adds whole rows; they are written when a chunk of them has gathered, or by flush().
     template <Element T>
@@ -30,12 +31,15 @@ public:
     void replace(std::span<const std::byte> rows);
 
     [[nodiscard]] hsize_t rows() const noexcept;
-    /// Keeps the first rows only; what was appended in them has this checksum.
-    void cut(hsize_t rows, std::uint32_t checksum);
+    /// Takes all rows out again.
+    void clear();
     /// Of all bytes appended since the last call.
     [[nodiscard]] std::uint32_t take_checksum() noexcept { return std::exchange(checksum_, 0); }
 
 private:
+    [[nodiscard]] bool resize(hsize_t rows) noexcept;
+    [[nodiscard]] bool takes_rows();
+    void remake(hid_t parent);
     void add(std::span<const std::byte> rows);
     void write(hsize_t first, std::span<const std::byte> rows);
 

@@ -111,6 +111,8 @@ struct Bytes {
     std::size_t row = 1;
 };
 Bytes read_bytes(hid_t parent, const std::string& path);
+/// Its first rows, as many as can be read: all of them, unless its index is torn.
+Bytes read_first_bytes(hid_t parent, const std::string& path);
 std::vector<std::string> read_texts(hid_t parent, const std::string& path);
 bool has_attribute(hid_t parent, const std::string& path, const std::string& name);
 std::string read_attribute_text(hid_t parent, const std::string& path, const std::string& name);

@@ -1,6 +1,7 @@
 #include "drivers/replay/seals.hpp"
 
 #include <algorithm>
+#include <cstring>
 
 #include "drivers/errors.hpp"
 #include "drivers/replay/crc32c.hpp"
@@ -19,8 +20,14 @@ h5::Growing column(hid_t entry, const char* name) {
 }
 
 std::vector<SealEntry> read_entries(hid_t entry) {
-    const auto read = [&](const char* name) {
-        return h5::read<std::int64_t>(entry, std::string{group} + name);
+    const auto read = [&](const char* name) {  // a torn index may hide the last of them
+        const h5::Bytes bytes = h5::read_first_bytes(entry, std::string{group} + name);
+        if (bytes.row != sizeof(std::int64_t))
+            throw InputError{std::string{"recording: \""} + group + name +
+                             "\" is not a column of 64-bit numbers"};
+        std::vector<std::int64_t> values(bytes.values.size() / sizeof(std::int64_t));
+        if (!values.empty()) std::memcpy(values.data(), bytes.values.data(), bytes.values.size());
+        return values;
     };
     const auto seal = read("seal"), column = read("column"), rows = read("rows"), checksum = read("checksum");
     // A crash may leave one of them longer than another.
@@ -54,13 +61,11 @@ SealWriter::SealWriter(hid_t entry, const std::vector<std::string>& columns)
 }
 
 SealWriter::SealWriter(hid_t entry, std::size_t columns)
-    : seal_{entry, std::string{group} + "seal"},
-      column_{entry, std::string{group} + "column"},
-      rows_{entry, std::string{group} + "rows"},
-      checksum_{entry, std::string{group} + "checksum"},
-      sealed_(columns, 0) {
-    for (h5::Growing* g : {&seal_, &column_, &rows_, &checksum_}) g->cut(0, 0);
-}
+    : seal_{entry, std::string{group} + "seal", 0, 0},
+      column_{entry, std::string{group} + "column", 0, 0},
+      rows_{entry, std::string{group} + "rows", 0, 0},
+      checksum_{entry, std::string{group} + "checksum", 0, 0},
+      sealed_(columns, 0) {}
 
 void SealWriter::add(std::size_t column, hsize_t rows, std::int64_t checksum) {
     if (rows == sealed_[column]) return;

@@ -65,8 +65,8 @@ public:
     /// DeviceError when that is not possible.
     SessionWriter(const std::filesystem::path& file, const SessionHeader& header);
     /// Goes on with a copy of a file whose writer died, cut to what can be vouched for: each column to its
-    /// last whole seal, and those that belong together to the same length. InputError when nothing of it can
-    /// be.
+    /// last whole seal, and those that belong together to the same length. It takes no more of the streams.
+    /// InputError when nothing of it can be vouched for.
     static SessionWriter mend(const std::filesystem::path& copy);
     SessionWriter(SessionWriter&&) noexcept;
     SessionWriter& operator=(SessionWriter&&) noexcept;

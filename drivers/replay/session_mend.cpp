@@ -26,12 +26,10 @@ struct Vouched {
     }
 };
 
-Vouched vouched(hid_t entry, const SealedColumn& column) try {
-    Vouched v{h5::read_bytes(entry, column.path), 0};
+Vouched vouched(hid_t entry, const SealedColumn& column) {
+    Vouched v{h5::read_first_bytes(entry, column.path), 0};
     v.rows = column.good_rows(v.bytes.values, v.bytes.row);
     return v;
-} catch (const InputError&) {  // its index is torn: nothing of it can be had
-    return {};
 }
 
 // Samples of the blocks that are left, and blocks for the samples that are left.
@@ -75,8 +73,7 @@ void SessionWriter::Streams::mend() {
         if (path != samples) good[k].rows = rows_of[family_of(path)];
         const bool provisional = std::ranges::any_of(
             sealed[k].pieces, [](const SealedPiece& p) { return p.checksum == SealEntry::unchecked; });
-        growing.push_back({{entry.get(), path}, k, provisional});
-        growing.back().data.cut(good[k].rows, good[k].checksum());
+        growing.push_back({{entry.get(), path, good[k].rows, good[k].checksum()}, k, provisional});
         by_path[path] = &growing.back();
     }
     seals.emplace(entry.get(), columns.size());

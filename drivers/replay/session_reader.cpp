@@ -191,8 +191,11 @@ std::vector<std::string> SessionReader::damage() const {
         const hsize_t sealed = column.pieces.empty() ? 0 : column.pieces.back().to;
         const h5::Bytes bytes = h5::read_bytes(e, column.path);
         const hsize_t good = column.good_rows(bytes.values, bytes.row);
+        const bool once = h5::description_of(e, column.path).shape.empty();
         if (good != sealed)
             found.push_back(fmt::format("{} is not what was written from row {} on", column.path, good));
+        else if (!once && bytes.values.size() != sealed * bytes.row)
+            found.push_back(fmt::format("{}: nothing vouches for the rows from {} on", column.path, sealed));
     }
     return found;
 }

@@ -268,7 +268,7 @@ void SessionWriter::replace_pictures(const std::string& camera, const std::vecto
 
 void SessionWriter::clear(const std::string& path) {
     for (const auto& [name, column] : streams_->by_path)
-        if (name.starts_with(path + "/")) column->data.cut(0, 0);
+        if (name.starts_with(path + "/")) column->data.clear();
 }
 
 void SessionWriter::Streams::write_once(const std::string& path, std::span<const std::byte> value) {

@@ -1,18 +1,14 @@
 // Segments that are damaged, or made by somebody else: an InputError that says where, never a crash.
 #include <gtest/gtest.h>
-#include <sys/resource.h>
-#include <sys/wait.h>
-#include <unistd.h>
 
 #include <algorithm>
-#include <cstdlib>
-#include <random>
 
 #include "drivers/replay/frame_check.hpp"
 #include "drivers/replay/frame_reader.hpp"
 #include "drivers/replay/frame_store.hpp"
 #include "drivers/replay/frame_types.hpp"
 #include "tests/replay/many_pictures.hpp"
+#include "tests/replay/mutants_of_file.hpp"
 #include "tests/replay/without_checksums.hpp"
 
 namespace shaker::session_test {
@@ -191,62 +187,14 @@ TEST_F(FrameDamageTest, SegmentsThatContradictEachOtherAreRefused) {
     EXPECT_EQ(refusal([&] { FrameReader(frames_, "top"); }), "accepted");
 }
 
-/// What became of damaged copies, each read in a process of its own.
-struct Mutants {
-    int refused = 0, wrong = 0, died = 0;
-    double peak_MB = 0;
-    std::string example;
-};
-
-enum ReadEnd : int { read_accepted = 20, read_refused, read_wrong };
-
-[[noreturn]] void read_and_exit(const std::filesystem::path& folder) {
-    int end = read_wrong;
-    try {
-        end = refusal([&] { read_all(folder); }) == "accepted" ? read_accepted : read_refused;
-        if (H5Fget_obj_count(hid_t{H5F_OBJ_ALL}, H5F_OBJ_ALL) != 0) end = read_wrong;
-    } catch (...) {
-        end = read_wrong;
-    }
-    std::_Exit(end);
+/// The first segment with damage, half of it in the structure at its begin, as its folder is read.
+Mutants mutants_of(const std::filesystem::path& folder, const std::filesystem::path& file, int mutants,
+                   std::uint64_t seed) {
+    return read_mutants({file, bytes_of(file), 1000, [&] { read_all(folder); }}, mutants, seed);
 }
-
-Mutants read_mutants(const std::filesystem::path& folder, const std::filesystem::path& file, int mutants,
-                     std::uint64_t seed) {
-    const std::string bytes = bytes_of(file);
-    std::vector<std::size_t> used;
-    for (std::size_t i = 0; i < bytes.size(); ++i)
-        if (bytes[i] != 0) used.push_back(i);
-    std::mt19937_64 random{seed};
-    Mutants all;
-    for (int i = 0; i < mutants; ++i) {
-        std::string mutant = bytes;
-        std::string where = "mutant " + std::to_string(i) + ", bytes";
-        for (std::uint64_t flips = 1 + random() % 3; flips > 0; --flips) {
-            const std::size_t at = random() % 2 == 0 ? used[random() % used.size()] : random() % 1000;
-            mutant[at] = static_cast<char>(mutant[at] ^ static_cast<char>(1 + random() % 255));
-            where += " " + std::to_string(at);
-        }
-        std::ofstream{file, std::ios::binary} << mutant;
-        const pid_t child = fork();
-        if (child == 0) read_and_exit(folder);
-        int status = 0;
-        rusage usage{};
-        wait4(child, &status, 0, &usage);
-        all.peak_MB = std::max(all.peak_MB, static_cast<double>(usage.ru_maxrss) / 1024);
-        const int end = WIFEXITED(status) ? WEXITSTATUS(status) : 0;
-        all.refused += end == read_refused ? 1 : 0;
-        all.wrong += end == read_wrong ? 1 : 0;
-        all.died += end < read_accepted ? 1 : 0;
-        if (end == read_wrong || end < read_accepted) all.example = where;
-    }
-    return all;
-}
-
-constexpr double most_MB = 800;  // the program itself and what a sanitiser keeps
 
 TEST_F(FrameDamageTest, MutantsAreReadOrRefusedAndNothingElse) {
-    const Mutants all = read_mutants(frames_, file_, 400, 30);
+    const Mutants all = mutants_of(frames_, file_, 400, 30);
     EXPECT_GT(all.refused, 100);
     EXPECT_EQ(all.wrong + all.died, 0) << all.example;
     EXPECT_LT(all.peak_MB, most_MB);
@@ -267,7 +215,7 @@ TEST_F(FrameDamageTest, MutantsWithoutChecksumsAreReadOrRefusedToo) {
     put(bytes_of(folder_ / "old.h5"));
     ASSERT_EQ(bytes_of(file_).find("OHDR"), std::string::npos) << "there are headers with checksums";
     ASSERT_EQ(refusal([&] { read_all(frames_); }), "accepted");
-    const Mutants all = read_mutants(frames_, file_, 600, 31);
+    const Mutants all = mutants_of(frames_, file_, 600, 31);
     EXPECT_GT(all.refused, 60);
     EXPECT_EQ(all.wrong, 0) << all.example;
     EXPECT_LE(all.died, 6) << all.example;

@@ -1,14 +1,10 @@
 // Recordings that are damaged or not recordings at all: an InputError that says where, never a crash.
 #include <gtest/gtest.h>
-#include <sys/resource.h>
-#include <sys/wait.h>
-#include <unistd.h>
 
 #include <algorithm>
-#include <cstdlib>
-#include <random>
 
 #include "drivers/replay/h5.hpp"
+#include "tests/replay/mutants_of_file.hpp"
 #include "tests/replay/small_session.hpp"
 #include "tests/replay/without_checksums.hpp"
 
@@ -266,65 +262,13 @@ TEST_F(SessionDamageTest, GroupsThatContainThemselvesEndInARefusal) {
     EXPECT_EQ(looped(".", "results/entry"), "accepted") << "what is not asked for does no harm";
 }
 
-/// What became of damaged copies of a file, each read in a process of its own.
-struct Mutants {
-    int refused = 0;      ///< with an InputError
-    int wrong = 0;        ///< another exception, or an identifier left open
-    int died = 0;         ///< killed by a signal or by a sanitiser
-    double peak_MB = 0;   ///< memory of the largest process
-    std::string example;  ///< of the last that was wrong or died: its number and its changed bytes
-};
-
-enum ReadEnd : int { read_accepted = 20, read_refused, read_wrong };
-
-/// Reads one file and ends this process.
-[[noreturn]] void read_and_exit(const std::filesystem::path& file) {
-    int end = read_wrong;
-    try {
-        end = refusal([&] { read_session(file); }) == "accepted" ? read_accepted : read_refused;
-        if (H5Fget_obj_count(hid_t{H5F_OBJ_ALL}, H5F_OBJ_ALL) != 0) end = read_wrong;
-    } catch (...) {
-        end = read_wrong;
-    }
-    std::_Exit(end);
+Mutants mutants_of(const SessionFolder& folder, const std::string& bytes, int mutants, std::uint64_t seed) {
+    const std::filesystem::path file = folder / "mutant.h5";
+    return read_mutants({file, bytes, bytes.size(), [&] { read_session(file); }}, mutants, seed);
 }
-
-Mutants read_mutants(const SessionFolder& folder, const std::string& bytes, int mutants, std::uint64_t seed) {
-    std::vector<std::size_t> used;
-    for (std::size_t i = 0; i < bytes.size(); ++i)
-        if (bytes[i] != 0) used.push_back(i);
-    std::mt19937_64 random{seed};
-    Mutants all;
-    for (int i = 0; i < mutants; ++i) {
-        std::string mutant = bytes;
-        std::string where = "mutant " + std::to_string(i) + ", bytes";
-        for (std::uint64_t flips = 1 + random() % 3; flips > 0; --flips) {
-            // Streams are padded with zeros to whole chunks; what is not zero is mostly structure.
-            const std::size_t at = random() % 2 == 0 ? used[random() % used.size()] : random() % bytes.size();
-            mutant[at] = static_cast<char>(mutant[at] ^ static_cast<char>(1 + random() % 255));
-            where += " " + std::to_string(at);
-        }
-        const auto file = folder.write("mutant.h5", mutant);
-        const pid_t child = fork();
-        if (child == 0) read_and_exit(file);
-        int status = 0;
-        rusage usage{};
-        wait4(child, &status, 0, &usage);
-        all.peak_MB = std::max(all.peak_MB, static_cast<double>(usage.ru_maxrss) / 1024);
-        const int end = WIFEXITED(status) ? WEXITSTATUS(status) : 0;
-        all.refused += end == read_refused ? 1 : 0;
-        all.wrong += end == read_wrong ? 1 : 0;
-        all.died += end < read_accepted ? 1 : 0;
-        if (end == read_wrong || end < read_accepted) all.example = where;
-    }
-    return all;
-}
-
-// The file has 0.2 MB; the program itself and what a sanitiser keeps are the rest.
-constexpr double most_MB = 800;
 
 TEST_F(SessionDamageTest, MutantsAreReadOrRefusedAndNothingElse) {
-    const Mutants all = read_mutants(folder_, bytes_of(file_), 400, 20);
+    const Mutants all = mutants_of(folder_, bytes_of(file_), 400, 20);
     EXPECT_GT(all.refused, 20);
     EXPECT_LT(all.refused, 400);
     EXPECT_EQ(all.wrong + all.died, 0) << all.example;
@@ -340,7 +284,7 @@ TEST_F(SessionDamageTest, MutantsWithoutChecksumsAreReadOrRefusedToo) {
     const std::string bytes = bytes_of(folder_ / "old.h5");
     ASSERT_EQ(bytes.find("OHDR"), std::string::npos) << "there are headers with checksums";
     ASSERT_EQ(refusal([&] { read_session(folder_ / "old.h5"); }), "accepted");
-    const Mutants all = read_mutants(folder_, bytes, 600, 21);
+    const Mutants all = mutants_of(folder_, bytes, 600, 21);
     EXPECT_GT(all.refused, 60);
     EXPECT_LT(all.refused, 600);
     EXPECT_EQ(all.wrong, 0) << all.example;
