@@ -12,6 +12,7 @@ file(GLOB support CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/tests/support/*.cpp)
 add_library(test_support STATIC ${support})
 target_link_libraries(test_support PUBLIC daemon drivers_mock GTest::gtest shaker_opencv shaker_hdf5 Eigen3::Eigen
                       nlohmann_json::nlohmann_json Boost::headers)
+compile_fast(test_support)
 target_compile_definitions(test_support PUBLIC
   SHAKER_SOURCE_DIR="${PROJECT_SOURCE_DIR}" SHAKER_BINARY_DIR="${PROJECT_BINARY_DIR}"
   SHAKER_SANITIZED=${sanitized})
@@ -23,7 +24,12 @@ endif()
 # Minutes of computing that a sanitiser makes many more, on code that other tests take it through as well:
 # tests/run --all leaves these to the preset without one.
 set(slow "*FaultMatrixTest.*:EnduranceTest.*:*ClosedLoopTest.*:*CoverageTest.*:*FineTest.*:*LongRunTest.*:PlantTableTest.*")
+string(APPEND slow ":RunTest.The*:RunTest.With*:RunTest.Harder*:RunTest.ADrive*:RunTest.AWalker*:RunTest.Symmetric*:TripTimeTest.*")
 string(APPEND slow ":*IdentityTest.*:*EveryKindTest.*:*HardCaseTest.*:*NormalDriving.*:PowerCutsTest.*")
+if(SHAKER_SANITIZE MATCHES thread)  # of one thread each
+  string(APPEND slow ":RunTest.A*:RunTest.B*:RunTest.S*:SessionTest.*:StoppedRunTest.*:ExportedRun.*:RecoverTest.*")
+  string(APPEND slow ":MutantsTest.*:IdentificationRecordTest.*:PredictTest.*")
+endif()
 function(list_tests program filter alone label)
   gtest_discover_tests(${program} TEST_FILTER "${filter}" DISCOVERY_TIMEOUT 60
     PROPERTIES TIMEOUT 600 RUN_SERIAL ${alone} LABELS "${label}"
@@ -31,13 +37,17 @@ function(list_tests program filter alone label)
     ENVIRONMENT_MODIFICATION "LSAN_OPTIONS=set:suppressions=${PROJECT_SOURCE_DIR}/tests/support/lsan.supp:print_suppressions=0")
 endfunction()
 
+if(SHAKER_SANITIZE)  # Eigen's intrinsics need it
+  set_source_files_properties(tests/tracking/building_swing_test.cpp tests/calibration/harmonic_sums_test.cpp
+    PROPERTIES COMPILE_OPTIONS -O1 SKIP_PRECOMPILE_HEADERS ON)
+endif()
 foreach(area ${areas})
   file(GLOB sources CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/tests/${area}/*_test.cpp)
   if(sources)
     add_executable(${area}_tests ${sources})
     target_link_libraries(${area}_tests PRIVATE test_support GTest::gtest_main)
     # Assertions cost the compiler most of the build's time: they are optimised less than what they look at.
-    target_compile_options(${area}_tests PRIVATE -O1 -g1)
+    target_compile_options(${area}_tests PRIVATE -O$<NOT:${sanitized}> -g1)
     if(SHAKER_SANITIZE MATCHES undefined)
       target_compile_options(${area}_tests PRIVATE -fno-sanitize=undefined)
     endif()

@@ -45,8 +45,8 @@ struct PlantMatrix::Work {
 
     // Of j with its columns scaled; what is nearly singular stays out.
     void invert() {
-        Eigen::BDCSVD<Eigen::MatrixXd> svd{j * scale.cwiseInverse().asDiagonal(),
-                                           Eigen::ComputeThinU | Eigen::ComputeThinV};
+        Eigen::JacobiSVD<Eigen::MatrixXd> svd{j * scale.cwiseInverse().asDiagonal(),
+                                              Eigen::ComputeThinU | Eigen::ComputeThinV};
         svd.setThreshold(least_singular);
         inverse =
             scale.cwiseInverse().asDiagonal() * svd.solve(Eigen::MatrixXd::Identity(2 * k, 2 * k)).eval();

@@ -37,8 +37,23 @@ std::string bytes_of(const std::filesystem::path& file) {
 class SessionMendTest : public ::testing::Test {
 protected:
     SessionMendTest() {
-        write_session(long_session(), folder_ / "whole.nxs");
+        write(long_session(), folder_ / "whole.nxs");
         whole_ = bytes_of(folder_ / "whole.nxs");
+    }
+    // With a seal every now and then, as a run has them.
+    static void write(const Session& s, const std::filesystem::path& file) {
+        SessionWriter writer{file, s.header};
+        for (const DriveChange& c : s.changes) writer.add(c);
+        for (const AccelBlock& b : s.blocks) writer.add(b);
+        for (std::size_t k = 0; k < s.frames.size(); ++k)
+            for (const FramePtr& f : s.frames[k]) writer.add(k, *f, 0);
+        writer.rows("tracks/top/walker", s.walker);
+        for (std::size_t i = 0; i < s.played.size(); ++i) {
+            writer.add(s.played[i]);
+            if (i % 1000 == 999) writer.flush();
+        }
+        writer.scalar("results/v_D", s.v_D);
+        writer.close();
     }
     // Columns and their rows after the mending of a file with these bytes, each a beginning of the written
     // one.
@@ -87,9 +102,10 @@ TEST_F(SessionMendTest, AnyTornBlockOfAnIndexCostsNoMoreThanItsFamily) {
             std::set<std::string> families;
             for (const auto& [path, rows] : mended(torn)) {
                 const std::string group = path.substr(0, path.rfind('/'));
-                if (std::string{"EADB"} == kind && rows != all.at(path))
-                    EXPECT_GE(rows, 2048U) << path << ": the first chunks are known to the index itself";
-                if (rows != all.at(path)) families.insert(group == "tracks/top/walker" ? "raw/top" : group);
+                if (rows == all.at(path)) continue;
+                families.insert(group == "tracks/top/walker" ? "raw/top" : group);
+                const std::size_t known_to_the_index_itself = std::string{"EADB"} == kind ? 2048 : 0;
+                EXPECT_GE(rows, known_to_the_index_itself) << path;
             }
             of_all += families.size() > 1 ? 1 : 0;
         }
