@@ -29,9 +29,10 @@ std::span<const Argument> read_arguments(Text& text, std::span<const Parameter> 
     std::size_t count = 0;
     text.skip_blanks();
     for (bool more = !at_end(text); more; more = skip_separator(text)) {
+        const Element element = read_element(text);
         if (count == parameters.size())
             throw Error{Code::parameter_not_allowed, "takes at most " + values(count)};
-        into[count] = to_argument(read_element(text), parameters[count]);
+        into[count] = to_argument(element, parameters[count]);
         ++count;
     }
     for (std::size_t i = count; i < parameters.size(); ++i) {

@@ -98,13 +98,12 @@ void CommandTree::add(std::uint32_t command, std::size_t i, std::uint32_t node, 
 
 std::uint32_t CommandTree::child(std::uint32_t from, const HeaderNode& node) {
     const std::uint32_t brief = follow(from, node.keyword.brief), full = follow(from, node.keyword.full);
-    if (brief != none && full != none && brief != full)
-        throw InputError{node.written + ": its two forms are those of two other mnemonics"};
-    const std::uint32_t known = brief != none ? brief : full;
-    const std::uint32_t to = known != none ? known : static_cast<std::uint32_t>(leaves_.size());
-    if (known == none) leaves_.emplace_back();
-    if (brief == none) connect(from, node.keyword.brief, to);
-    if (follow(from, node.keyword.full) == none) connect(from, node.keyword.full, to);
+    if (brief != full) throw InputError{node.written + ": one of its forms is one of another mnemonic"};
+    if (brief != none) return brief;
+    const auto to = static_cast<std::uint32_t>(leaves_.size());
+    leaves_.emplace_back();
+    connect(from, node.keyword.brief, to);
+    if (node.keyword.full != node.keyword.brief) connect(from, node.keyword.full, to);
     return to;
 }
 
