@@ -19,6 +19,7 @@ public:
     std::size_t below(std::size_t n) { return std::uniform_int_distribution<std::size_t>{0, n - 1}(random_); }
     std::string message() {
         std::string text;
+        if (below(3) == 0) text = "FREQ 33;HARM3:AMPL?;:FETC:DRIF?;*STB?;:REC:NOTE 'it''s';NOTE?;";
         for (std::size_t words = below(12); words > 0; --words) text += word();
         for (std::size_t flips = below(3); flips > 0 && !text.empty(); --flips)
             text[below(text.size())] = static_cast<char>(below(256));
