@@ -10,8 +10,8 @@ if(SHAKER_SANITIZE)
 endif()
 file(GLOB support CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/tests/support/*.cpp)
 add_library(test_support STATIC ${support})
-target_link_libraries(test_support PUBLIC daemon daemon_remote_scpi drivers_mock GTest::gtest shaker_opencv shaker_hdf5 Eigen3::Eigen
-                      nlohmann_json::nlohmann_json Boost::headers)
+target_link_libraries(test_support PUBLIC daemon daemon_remote_scpi drivers_mock GTest::gtest shaker_opencv
+                      shaker_hdf5 Eigen3::Eigen nlohmann_json::nlohmann_json Boost::headers)
 target_compile_definitions(test_support PUBLIC
   SHAKER_SOURCE_DIR="${PROJECT_SOURCE_DIR}" SHAKER_BINARY_DIR="${PROJECT_BINARY_DIR}"
   SHAKER_SANITIZED=${sanitized})

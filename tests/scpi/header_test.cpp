@@ -106,6 +106,7 @@ TEST(ScpiHeaderTest, RepliesOfOneMessageAreOneLine) {
 
 std::string refusal(std::vector<std::string> headers) {
     std::vector<Command> rows;
+    rows.reserve(headers.size());
     for (std::string& header : headers) rows.push_back({.header = std::move(header), .set = [](Call&) {}});
     try {
         const CommandTree tree{std::move(rows)};

@@ -129,7 +129,7 @@ TEST(ScpiReplyTest, HelpListsWhatIsUnderstoodAndNothingElse) {
         list = client.ask("SYST:HELP:HEAD?");
     }
     ASSERT_EQ(list[0], '#');
-    const auto head = static_cast<std::size_t>(2 + (list[1] - '0'));
+    const std::size_t head = 2 + static_cast<std::size_t>(list[1] - '0');
     ASSERT_EQ(std::stoul(list.substr(2, head - 2)), list.size() - head - 1);
     std::size_t lines = 0;
     for (std::size_t at = head; at + 1 < list.size(); ++lines) {

@@ -58,8 +58,7 @@ private:
     /// What stands at a node: a command, and which of the levels above carry its numbers.
     struct Leaf {
         std::uint32_t command = none;
-        std::array<std::int8_t, deepest>
-            slots{};  // by level: which <...> of the header; -1: none may be given
+        std::array<int, deepest> slots{};  // by level: which <...> of the header; -1: none may be given
     };
 
     void add(std::uint32_t command, std::size_t i, std::uint32_t node, std::size_t level, Leaf leaf);

@@ -66,7 +66,7 @@ private:
 
     const std::string& header_;
     std::string_view rest_;
-    std::int8_t slots_ = 0;
+    int slots_ = 0;
 };
 
 }  // namespace

@@ -13,8 +13,8 @@ struct HeaderNode {
     Keyword keyword;
     std::string written;  // "HARMonic"
     bool optional = false;
-    bool before = false;    // optional, and written "[SOURce:]": messages name it; "[:STATe]" they leave out
-    std::int8_t slot = -1;  // which of the header's numbers stands behind it; -1: none
+    bool before = false;  // optional, and written "[SOURce:]": messages name it; "[:STATe]" they leave out
+    int slot = -1;        // which of the header's numbers stands behind it; -1: none
     std::uint16_t first = 1, last = 1;  // of that number
 };
 
