@@ -10,16 +10,16 @@ if(SHAKER_SANITIZE)
 endif()
 file(GLOB support CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/tests/support/*.cpp)
 add_library(test_support STATIC ${support})
-target_link_libraries(test_support PUBLIC daemon drivers_mock GTest::gtest shaker_opencv shaker_hdf5 Eigen3::Eigen
-                      nlohmann_json::nlohmann_json Boost::headers)
+target_link_libraries(test_support PUBLIC daemon daemon_remote_scpi drivers_mock GTest::gtest shaker_opencv
+                      shaker_hdf5 Eigen3::Eigen nlohmann_json::nlohmann_json Boost::headers)
 compile_fast(test_support)
 target_compile_definitions(test_support PUBLIC
   SHAKER_SOURCE_DIR="${PROJECT_SOURCE_DIR}" SHAKER_BINARY_DIR="${PROJECT_BINARY_DIR}"
   SHAKER_SANITIZED=${sanitized})
 
-set(areas drivers hardware mock simulated replay calibration tracking control reduction daemon safety loop)
+set(areas drivers hardware mock simulated scpi replay calibration tracking control reduction daemon safety loop)
 if(SHAKER_SANITIZE MATCHES thread)
-  list(REMOVE_ITEM areas replay calibration tracking control reduction safety)  # of one thread each
+  list(REMOVE_ITEM areas scpi replay calibration tracking control reduction safety)  # of one thread each
 endif()
 # Minutes of computing that a sanitiser makes many more, on code that other tests take it through as well:
 # tests/run --all leaves these to the preset without one.

@@ -1,0 +1,191 @@
+#include "daemon/remote/scpi/command_tree.hpp"
+
+#include <algorithm>
+#include <utility>
+
+#include "daemon/remote/scpi/error.hpp"
+#include "drivers/errors.hpp"
+
+namespace shaker::scpi {
+namespace {
+
+/// All of a header that cannot be understood, for the message; colons and question marks included.
+std::string header_at(const char* from, const Text& text) {
+    const char* end = from;
+    while (end != text.end && (is_word(*end) || *end == ':' || *end == '*' || *end == '?')) ++end;
+    return printable({from, static_cast<std::size_t>(end - from)});
+}
+
+[[noreturn]] void refuse_character(const Text& text, const char* from) {
+    const std::string_view raw{from, static_cast<std::size_t>(text.at - from) + (text.empty() ? 0U : 1U)};
+    constexpr std::string_view plain = "*?:;,.+-/()'\"#<>";
+    if (text.peek() == ',') throw Error{Code::invalid_separator, printable(raw)};
+    const bool syntax =
+        is_blank(text.peek()) || is_digit(text.peek()) || plain.find(text.peek()) != std::string_view::npos;
+    throw Error{syntax ? Code::syntax : Code::invalid_character, printable(raw)};
+}
+
+/// A mnemonic and the number behind it.
+struct Word {
+    Mnemonic mnemonic;
+    std::uint16_t number = no_number;
+};
+
+Word read_mnemonic(Text& text, const char* header) {
+    const char* const from = text.at;
+    if (text.peek() == '*') ++text.at;
+    if (!is_letter(text.peek())) refuse_character(text, header);
+    while (is_word(text.peek())) ++text.at;
+    const char* end = text.at;
+    while (is_digit(end[-1])) --end;
+    const auto length = static_cast<std::size_t>(end - from);
+    if (length > longest_mnemonic)
+        throw Error{Code::mnemonic_too_long, printable({from, length}) + ", allowed 12 characters"};
+    Word word{.mnemonic = mnemonic({from, length})};
+    if (end == text.at) return word;
+    unsigned number = 0;
+    for (; end != text.at; ++end)
+        number = std::min(10 * number + static_cast<unsigned>(*end - '0'), unsigned{no_number} - 1);
+    word.number = static_cast<std::uint16_t>(number);
+    return word;
+}
+
+}  // namespace
+
+std::string Found::name() const {
+    std::string name;
+    for (const HeaderNode& node : *pattern) {
+        if (node.optional && !node.before) continue;
+        if (!name.empty()) name += ':';
+        name += node.written;
+        if (node.slot >= 0) name += std::to_string(suffixes.at(static_cast<std::size_t>(node.slot)));
+    }
+    return query ? name + "?" : name;
+}
+
+CommandTree::CommandTree(std::vector<Command> commands)
+    : commands_{std::move(commands)}, leaves_(1), edges_(64) {
+    for (const Command& command : commands_) patterns_.push_back(read_pattern(command.header));
+    Leaf none_yet;
+    none_yet.slots.fill(-1);
+    for (std::uint32_t i = 0; i < commands_.size(); ++i) {
+        const std::size_t most =
+            std::max(commands_[i].parameters.size(), commands_[i].query_parameters.size());
+        if (most > most_parameters)
+            throw InputError{commands_[i].header + ": " + std::to_string(most) +
+                             " parameters, allowed at most " + std::to_string(most_parameters)};
+        add(i, 0, 0, 0, none_yet);
+    }
+}
+
+void CommandTree::add(std::uint32_t command, std::size_t i, std::uint32_t node, std::size_t level,
+                      Leaf leaf) {
+    const HeaderPattern& pattern = patterns_[command];
+    if (i == pattern.size()) {
+        leaf.command = command;
+        if (level == 0) throw InputError{commands_[command].header + ": all of it is optional"};
+        if (leaves_[node].command != none)
+            throw InputError{commands_[command].header + " is the same header as " +
+                             commands_[leaves_[node].command].header};
+        leaves_[node] = leaf;
+        return;
+    }
+    if (pattern[i].optional) add(command, i + 1, node, level, leaf);
+    if (level == deepest) throw InputError{commands_[command].header + ": more than 8 mnemonics"};
+    leaf.slots[level] = pattern[i].slot;
+    add(command, i + 1, child(node, pattern[i]), level + 1, leaf);
+}
+
+std::uint32_t CommandTree::child(std::uint32_t from, const HeaderNode& node) {
+    const std::uint32_t brief = follow(from, node.keyword.brief), full = follow(from, node.keyword.full);
+    if (brief != full) throw InputError{node.written + ": one of its forms is one of another mnemonic"};
+    if (brief != none) return brief;
+    const auto to = static_cast<std::uint32_t>(leaves_.size());
+    leaves_.emplace_back();
+    connect(from, node.keyword.brief, to);
+    if (node.keyword.full != node.keyword.brief) connect(from, node.keyword.full, to);
+    return to;
+}
+
+void CommandTree::connect(std::uint32_t from, const Mnemonic& word, std::uint32_t to) {
+    if (2 * (edge_count_ + 1) > edges_.size()) {
+        const std::vector<Edge> old = std::exchange(edges_, std::vector<Edge>(2 * edges_.size()));
+        for (const Edge& edge : old)
+            if (edge.from != none) edges_[place(edge.from, edge.word)] = edge;
+    }
+    edges_[place(from, word)] = {word, from, to};
+    ++edge_count_;
+}
+
+std::uint32_t CommandTree::follow(std::uint32_t from, const Mnemonic& word) const noexcept {
+    const Edge& edge = edges_[place(from, word)];
+    return edge.from == none ? none : edge.to;
+}
+
+std::size_t CommandTree::place(std::uint32_t from, const Mnemonic& word) const noexcept {
+    const std::uint64_t low = word.tail | (std::uint64_t{from} << 32U);
+    std::uint64_t hash = (word.head ^ (low * 0x9e3779b97f4a7c15U)) * 0xd6e8feb86659fd93U;
+    hash ^= hash >> 32U;
+    const std::size_t mask = edges_.size() - 1;
+    std::size_t i = hash & mask;
+    while (edges_[i].from != none && !(edges_[i].from == from && edges_[i].word == word)) i = (i + 1) & mask;
+    return i;
+}
+
+Found CommandTree::find(Text& text, Path& path) const {
+    const char* const from = text.at;
+    const bool common = text.peek() == '*', root = text.peek() == ':';
+    Path here = common || root ? Path{} : path, parent;
+    if (root) ++text.at;
+    bool known = true;
+    for (;;) {
+        parent = here;
+        const Word word = read_mnemonic(text, from);
+        const bool fits = known && here.depth < deepest;
+        const std::uint32_t next = fits ? follow(here.node, word.mnemonic) : none;
+        known = next != none;
+        if (known) {
+            here.node = next;
+            here.numbers[here.depth++] = word.number;
+        }
+        if (common || text.peek() != ':') break;
+        ++text.at;
+    }
+    const bool query = text.peek() == '?';
+    if (query) ++text.at;
+    if (!known || leaves_[here.node].command == none)
+        throw Error{Code::undefined_header, header_at(from, text)};
+    const Found found = at_leaf(here, query);
+    if (!(query ? found.command->query : found.command->set))
+        throw Error{Code::undefined_header,
+                    header_at(from, text) + (query ? ", this has no query" : ", this is a query only")};
+    if (!is_blank(text.peek()) && text.peek() != ';') refuse_character(text, from);
+    if (!common) path = parent;
+    return found;
+}
+
+Found CommandTree::at_leaf(const Path& path, bool query) const {
+    const Leaf& leaf = leaves_[path.node];
+    Found found{.command = &commands_[leaf.command], .pattern = &patterns_[leaf.command], .query = query};
+    found.suffixes.fill(1);
+    for (const HeaderNode& node : *found.pattern) found.suffix_count += node.slot >= 0 ? 1U : 0U;
+    for (std::size_t level = 0; level < path.depth; ++level) {
+        const std::uint16_t number = path.numbers[level];
+        if (number == no_number) continue;
+        if (leaf.slots[level] < 0)
+            throw Error{Code::header_suffix_out_of_range,
+                        std::to_string(number) + " in " + found.name() + ", no number belongs there"};
+        found.suffixes[static_cast<std::size_t>(leaf.slots[level])] = number;
+    }
+    for (const HeaderNode& node : *found.pattern) {
+        if (node.slot < 0) continue;
+        const std::uint16_t number = found.suffixes[static_cast<std::size_t>(node.slot)];
+        if (number < node.first || number > node.last)
+            throw Error{Code::header_suffix_out_of_range, found.name() + ", allowed " + node.written +
+                                                              std::to_string(node.first) + " to " +
+                                                              std::to_string(node.last)};
+    }
+    return found;
+}
+
+}  // namespace shaker::scpi

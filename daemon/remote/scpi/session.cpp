@@ -1,0 +1,259 @@
+#include "daemon/remote/scpi/session.hpp"
+
+#include <algorithm>
+#include <utility>
+
+#include "drivers/errors.hpp"
+
+namespace shaker::scpi {
+namespace {
+
+constexpr std::size_t cost_of_a_message = 64;  // bytes, besides its text
+
+bool has_bounds(const Found& found) {
+    const Command& command = *found.command;
+    return found.query && command.query_parameters.empty() && command.parameters.size() == 1 &&
+           command.parameters.front().numeric();
+}
+
+}  // namespace
+
+Session::Session(Shared shared, std::string name)
+    : shared_{shared}, name_{std::move(name)}, status_{shared.status} {}
+
+Session::~Session() { shared_.lock.release(*this); }
+
+void Session::feed(std::string_view bytes) {
+    for (;;) {
+        switch (framer_.take(bytes)) {
+            case Framer::Event::none:
+                return;
+            case Framer::Event::too_long:
+                report(Code::input_overrun, "message of more than " + std::to_string(input_limit) + " bytes");
+                break;
+            case Framer::Event::message:
+                accept(framer_.message());
+                break;
+        }
+    }
+}
+
+void Session::accept(Text message) {
+    poll();
+    if (!waiting()) return run_message(message);
+    Path path;
+    bool urgent = false;
+    while (run_urgent(message, path)) urgent = true;
+    if (urgent) drop_withheld();
+    message.skip_blanks();
+    if (message.empty()) return;
+    if (withheld_bytes_ + message.size() + cost_of_a_message > input_limit)
+        return report(Code::input_overrun,
+                      "more than " + std::to_string(input_limit) + " bytes behind a wait");
+    withheld_bytes_ += message.size() + cost_of_a_message;
+    withheld_.emplace_back(message.at, message.end);
+}
+
+void Session::poll() {
+    if (opc_ && !shared_.instrument.pending()) {
+        opc_ = false;
+        status_.raise_event(esr::operation_complete);
+    }
+    while (waiting() && !shared_.instrument.pending()) {
+        if (std::exchange(wait_, Wait::none) == Wait::reply) response_ += response_.empty() ? "1" : ";1";
+        std::string rest = std::exchange(remainder_, {});
+        run_units({rest.data(), rest.data() + rest.size()});
+        if (!waiting()) end_message();
+        while (!waiting() && !withheld_.empty()) {
+            std::string next = std::move(withheld_.front());
+            withheld_.pop_front();
+            withheld_bytes_ -= next.size() + cost_of_a_message;
+            run_message({next.data(), next.data() + next.size()});
+        }
+    }
+}
+
+void Session::finish() {
+    if (framer_.begun().find('?') != std::string_view::npos)
+        report(Code::query_unterminated, printable(framer_.begun()));
+    framer_ = Framer{input_limit};
+}
+
+void Session::run_message(Text message) {
+    path_ = {};
+    response_.clear();
+    run_units(message);
+    if (!waiting()) end_message();
+}
+
+void Session::run_units(Text rest) {
+    for (bool blank = false;; blank = false) {
+        for (; !rest.empty() && (is_blank(*rest.at) || *rest.at == ';'); ++rest.at)
+            blank = is_blank(*rest.at);
+        if (rest.empty()) return;
+        if (!run_unit(rest, path_, blank)) {
+            while (run_urgent(rest, path_)) {
+            }
+            return;
+        }
+        if (waiting()) return hold(rest);
+    }
+}
+
+/// Moves `rest` to the end of its first unit. False when what follows may not be understood as it was meant.
+bool Session::run_unit(Text& rest, Path& path, bool behind_blank) {
+    const char* const from = rest.at;
+    try {
+        const Found found = shared_.tree.find(rest, path);
+        run_values(found, rest);
+        return true;
+    } catch (const Error& error) {
+        report(error.code, error.what());
+        if (rest.at != from) behind_blank = is_blank(rest.at[-1]) || rest.at[-1] == ',';
+        rest.at = first_unit(rest, behind_blank).end;
+        return !is_command_error(error.code);
+    }
+}
+
+void Session::run_values(const Found& found, Text& rest) {
+    std::string_view gap = " ";  // "FREQuency 500 HZ, allowed ..."
+    const auto about = [&](const std::exception& error) { return found.name().append(gap) + error.what(); };
+    try {
+        Bound bound{};
+        if (has_bounds(found) && read_bound(rest, bound)) {
+            const double value = value_of(found.command->parameters.front(), bound);
+            return answer([&](Reply& reply) { reply.number(value); });
+        }
+        const auto& parameters = found.query ? found.command->query_parameters : found.command->parameters;
+        Arguments arguments;
+        const std::span<const Argument> values = read_arguments(rest, parameters, arguments);
+        gap = ": ";
+        execute(found, values);
+    } catch (const Error& error) {
+        throw Error{error.code, about(error)};
+    } catch (const InputError& error) {
+        throw Error{Code::parameter, about(error)};
+    } catch (const DeviceError& error) {
+        throw Error{Code::hardware, about(error)};
+    } catch (const TripError& error) {
+        throw Error{Code::abort, error.what()};
+    } catch (const std::exception& error) {
+        throw Error{Code::system, about(error)};
+    }
+}
+
+void Session::execute(const Found& found, std::span<const Argument> arguments) {
+    const std::span suffixes = std::span{found.suffixes}.first(found.suffix_count);
+    const Command& command = *found.command;
+    if (found.query)
+        return answer([&](Reply& reply) {
+            Call call{*this, arguments, suffixes, reply};
+            command.query(call);
+        });
+    if (command.guarded && !shared_.lock.allows(*this))
+        throw Error{Code::command_protected, "control is held by " + printable(shared_.lock.owner())};
+    std::string none;
+    Reply silent{none, format_, 0};
+    Call call{*this, arguments, suffixes, silent};
+    command.set(call);
+}
+
+/// A query that fails says nothing at all.
+template <class Write>
+void Session::answer(Write write) {
+    const std::size_t before = response_.size();
+    if (before > 0) response_ += ';';
+    Reply reply{response_, format_, output_limit};
+    try {
+        write(reply);
+        if (reply.overflown())
+            throw Error{Code::query_deadlocked,
+                        "more than " + std::to_string(output_limit) + " bytes in the replies to one message"};
+        if (reply.empty() && !waiting()) throw Error{Code::system, "no reply was written"};
+    } catch (...) {
+        response_.resize(before);
+        throw;
+    }
+    if (reply.empty()) response_.resize(before);  // *OPC? answers later
+}
+
+/// The rest of a message that waits. `path_` stays where it is for it.
+void Session::hold(Text rest) {
+    while (run_urgent(rest, path_)) {
+    }
+    remainder_.assign(rest.at, rest.end);
+}
+
+/// Runs the next urgent unit in `rest` and moves behind it; false, and `rest` as it was, when there is none.
+/// What cannot be understood before its turn comes is passed by.
+bool Session::run_urgent(Text& rest, Path& path) {
+    Text look = rest;
+    Path there = path;
+    std::size_t passed = 0;
+    while (!look.empty()) {
+        Text unit = first_unit(look, false);
+        look.at = unit.end + (unit.end != look.end ? 1 : 0);
+        unit.skip_blanks();
+        if (unit.empty()) continue;
+        const Text begin = unit;
+        const Path before = there;
+        try {
+            const Found found = shared_.tree.find(unit, there);
+            if (found.command->urgent && !found.query) {
+                unit = begin;
+                path = before;
+                run_unit(unit, path, false);
+                rest = look;
+                if (passed > 0) tell_dropped(passed);
+                return true;
+            }
+        } catch (const Error&) {
+            there = before;
+        }
+        ++passed;
+    }
+    return false;
+}
+
+void Session::drop_withheld() {
+    const std::size_t lost = withheld_.size() + (remainder_.empty() ? 0 : 1);
+    remainder_.clear();
+    withheld_.clear();
+    withheld_bytes_ = 0;
+    if (lost > 0) tell_dropped(lost);
+}
+
+void Session::tell_dropped(std::size_t count) {
+    report(Code::execution, std::to_string(count) + " that waited in front of ABORt were dropped");
+}
+
+void Session::end_message() {
+    if (response_.empty()) return;
+    if (output().size() + response_.size() + 1 > output_limit)
+        report(Code::query_interrupted, "a message came before the replies to earlier ones were read");
+    else
+        (output_ += response_) += '\n';
+    response_.clear();
+}
+
+std::string_view Session::output() const noexcept { return std::string_view{output_}.substr(sent_); }
+
+void Session::sent(std::size_t bytes) {
+    sent_ += std::min(bytes, output_.size() - sent_);
+    if (2 * sent_ < output_.size()) return;
+    output_.erase(0, sent_);
+    sent_ = 0;
+}
+
+std::uint8_t Session::status_byte() noexcept {
+    return status_.status_byte(!response_.empty() || !output().empty());
+}
+
+void Session::complete_operation() {
+    opc_ = shared_.instrument.pending();
+    if (!opc_) status_.raise_event(esr::operation_complete);
+}
+
+void Session::wait(bool reply) noexcept { wait_ = reply ? Wait::reply : Wait::silent; }
+
+}  // namespace shaker::scpi
