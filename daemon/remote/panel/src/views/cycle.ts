@@ -1,0 +1,64 @@
+// x(t) and v(t) of the walker averaged over the periods, with v_B: Fig. 2 of the paper. Bands are one standard error.
+import { channel, type SampleFrame } from "../frames";
+import { axis, common, dashes, line, Plot, type Columns } from "../plot";
+import type { Store } from "../store";
+import type { Theme, Themes } from "../theme";
+
+const metre = 1e3;  // in mm
+
+function banded(frame: SampleFrame, mean: number, error: number): Columns {
+    const centre = channel(frame, mean, metre), width = channel(frame, error, metre);
+    const edge = (sign: number): (number | null)[] =>
+        centre.map((value, i) => (value === null ? null : value + sign * (width[i] ?? 0)));
+    return [edge(1), edge(-1), centre];
+}
+
+function options(theme: Theme, label: string, unit: string) {
+    return {
+        ...common,
+        scales: { x: { time: false, range: [0, 1] as [number, number] }, y: {} },
+        axes: [axis(theme, "t/T"), axis(theme, `${label}, ${unit}`)],
+    };
+}
+
+function band(theme: Theme): { series: [number, number]; fill: string }[] {
+    return [{ series: [1, 2], fill: `${theme.walker}55` }];
+}
+
+const hidden = { points: { show: false }, width: 0 };
+
+export function makeCycle(xBox: HTMLElement, vBox: HTMLElement, store: Store, themes: Themes): () => void {
+    const x = new Plot(xBox, themes, (theme) => ({
+        ...options(theme, "x", "mm"),
+        axes: [{ ...axis(theme, ""), label: "", size: 20 }, axis(theme, "x, mm", { size: 46 })],
+        legend: { show: false },
+        series: [{}, hidden, hidden, line("x", theme.walker, dashes.solid)],
+        bands: band(theme),
+    }));
+    const v = new Plot(vBox, themes, (theme) => ({
+        ...options(theme, "v", "mm/s"),
+        axes: [axis(theme, "t/T"), axis(theme, "v, mm/s", { size: 46 })],
+        legend: { ...common.legend, filter: (_u: unknown, i: number) => i > 2 },
+        series: [
+            {}, hidden, hidden,
+            line("v, walker", theme.walker, dashes.solid),
+            line("v_B, base", theme.base, dashes.dashed, { width: 1.5 }),
+        ],
+        bands: band(theme),
+    }));
+    let seen: SampleFrame | null = null;
+    let columns: { x: Columns; v: Columns } = { x: [[], [], [], []], v: [[], [], [], [], []] };
+    return () => {
+        if (seen === store.cycle && !x.stale && !v.stale) return;
+        const frame = (seen = store.cycle);
+        if (frame) {
+            const phase = Array.from({ length: frame.count }, (_, i) => (i + 0.5) / frame.count);
+            columns = {
+                x: [phase, ...banded(frame, 0, 1)],
+                v: [phase, ...banded(frame, 2, 3), channel(frame, 4, metre)],
+            };
+        }
+        x.draw(columns.x);
+        v.draw(columns.v);
+    };
+}

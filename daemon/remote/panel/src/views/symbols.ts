@@ -1,0 +1,44 @@
+// The signs of the curves: colour and shape together, so that either alone tells them apart.
+import type { Colour, Theme } from "../theme";
+
+type Shape = (ctx: CanvasRenderingContext2D | Path2D, x: number, y: number, r: number) => void;
+
+const polygon = (angles: number[]): Shape => (path, x, y, r) => {
+    angles.forEach((degrees, i) => {
+        const a = (degrees * Math.PI) / 180;
+        if (i === 0) path.moveTo(x + r * Math.cos(a), y - r * Math.sin(a));
+        else path.lineTo(x + r * Math.cos(a), y - r * Math.sin(a));
+    });
+    path.closePath();
+};
+
+const shapes: Shape[] = [
+    (path, x, y, r) => { path.moveTo(x + r, y); path.arc(x, y, r * 0.9, 0, 2 * Math.PI); },
+    polygon([45, 135, 225, 315]),
+    polygon([90, 210, 330]),
+    polygon([0, 90, 180, 270]),
+    polygon([270, 30, 150]),
+    polygon([90, 162, 234, 306, 18]),
+];
+const colours: Colour[] = ["series-1", "series-2", "series-3", "series-4", "series-5", "series-6"];
+
+export interface Sign { colour: string; shape: Shape; filled: boolean }
+
+/** Filled ones first, then hollow ones: twelve, then they repeat. */
+export function sign(index: number, theme: Theme): Sign {
+    const turn = Math.floor(index / colours.length);
+    return {
+        colour: theme[colours[index % colours.length]!],
+        shape: shapes[(index + turn) % shapes.length]!,
+        filled: turn % 2 === 0,
+    };
+}
+
+export function drawSign(ctx: CanvasRenderingContext2D, s: Sign, x: number, y: number, r: number): void {
+    ctx.beginPath();
+    s.shape(ctx, x, y, r);
+    ctx.strokeStyle = s.colour;
+    ctx.fillStyle = s.colour;
+    if (s.filled) ctx.fill();
+    ctx.stroke();
+}
