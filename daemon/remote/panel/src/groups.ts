@@ -5,7 +5,11 @@ import type { Point } from "./protocol";
 export const paperG = 9.8;  // m/s^2
 
 export interface PlottedPoint { x: number; v: number; sigma: number | null; closed: number | null }  // mm/s
-export interface Curve { label: string; points: PlottedPoint[] }
+/** `single`: points that are on no curve. */
+export interface Curve { label: string; single: boolean; points: PlottedPoint[] }
+
+export const maxCurves = 6;
+const leastPoints = 3;
 
 interface Axis { x(p: Point): number; same(p: Point): number; label(value: number): string }
 
@@ -30,7 +34,10 @@ export const axes: Record<"gamma" | "phi", Axis> = {
 
 const inMillimetres = (metres: number | null): number | null => (metres === null ? null : metres * 1e3);
 
-/** Curves in the order of their parameter, each in the order of x. */
+/**
+ * Points that share their other parameter make a curve when there are at least three; of more curves than maxCurves the
+ * longest stay. They come in the order of their parameter, each in the order of x; all other points come last, as one.
+ */
 export function curves(points: Point[], axis: Axis): Curve[] {
     const found = new Map<number, PlottedPoint[]>();
     for (const p of points) {
@@ -44,7 +51,13 @@ export function curves(points: Point[], axis: Axis): Curve[] {
             closed: inMillimetres(p.closed_form_mps),
         });
     }
-    return [...found.entries()]
+    const groups = [...found.entries()].sort(([a, p], [b, q]) => q.length - p.length || a - b);
+    const drawn = groups.filter(([, list], i) => list.length >= leastPoints && i < maxCurves);
+    const rest = groups.filter((group) => !drawn.includes(group)).flatMap(([, list]) => list);
+    const inOrder = (list: PlottedPoint[]): PlottedPoint[] => list.sort((a, b) => a.x - b.x);
+    const result = drawn
         .sort(([a], [b]) => a - b)
-        .map(([key, list]) => ({ label: axis.label(key), points: list.sort((a, b) => a.x - b.x) }));
+        .map(([key, list]) => ({ label: axis.label(key), single: false, points: inOrder(list) }));
+    if (rest.length) result.push({ label: "others", single: true, points: inOrder(rest) });
+    return result;
 }

@@ -31,22 +31,16 @@ export class Plot {
     /** True when drawing is due though the data are the same. */
     get stale(): boolean {
         return this.themeVersion !== this.themes.version || this.plot?.width !== this.width ||
-            this.plot.height !== this.room();
+            this.plot.height !== this.height;
     }
 
     draw(data: Columns): void {
-        if (this.width < 40) return;
+        if (this.width < 40 || this.height < 40) return;
         if (this.themeVersion !== this.themes.version) this.remake(data);
         const plot = this.plot!;
-        if (plot.width !== this.width || plot.height !== this.room())
-            plot.setSize({ width: this.width, height: this.room() });
+        if (plot.width !== this.width || plot.height !== this.height)
+            plot.setSize({ width: this.width, height: this.height });
         plot.setData(data as uPlot.AlignedData);
-    }
-
-    /** The legend is below the canvas, in the same box. */
-    private room(): number {
-        const legend = this.plot?.root.querySelector<HTMLElement>(".u-legend");
-        return Math.max(60, this.height - (legend?.offsetHeight ?? 0));
     }
 
     private remake(data: Columns): void {
@@ -59,7 +53,7 @@ export class Plot {
     }
 }
 
-export function axis(theme: Theme, label: string, more: uPlot.Axis = {}): uPlot.Axis {
+function axis(theme: Theme, label: string, size: number, more: uPlot.Axis): uPlot.Axis {
     return {
         label,
         labelSize: 18,
@@ -70,22 +64,17 @@ export function axis(theme: Theme, label: string, more: uPlot.Axis = {}): uPlot.
         grid: { stroke: theme.grid, width: 1 },
         ticks: { stroke: theme.grid, width: 1, size: 4 },
         gap: 3,
-        size: label.includes("/") ? 40 : 26,
+        size,
         ...more,
     };
 }
 
-export function line(label: string, stroke: string, dash: number[], more: uPlot.Series = {}): uPlot.Series {
-    return { label, stroke, width: 2, dash, points: { show: false }, ...more };
+export const xAxis = (theme: Theme, label: string, more: uPlot.Axis = {}): uPlot.Axis => axis(theme, label, 26, more);
+export const yAxis = (theme: Theme, label: string, more: uPlot.Axis = {}): uPlot.Axis => axis(theme, label, 46, more);
+
+export function line(stroke: string, dash: number[], width = 2): uPlot.Series {
+    return { stroke, width, dash, points: { show: false } };
 }
 
-/** What all plots have in common: no zoom by dragging, which would hide data from an operator unasked. */
-export const common: Pick<Options, "cursor" | "legend"> = {
-    cursor: { drag: { x: false, y: false }, points: { size: 6 } },
-    legend: { live: false, markers: { dash: (u, i) => legendDash(u.series[i]!.dash ?? []) } },
-};
-
-function legendDash(dash: number[]): string {
-    if (dash.length === 0) return "solid";
-    return dash[0]! > 3 ? "dashed" : "dotted";
-}
+/** No zoom by dragging, which would hide data from an operator unasked; the keys of the lines are in the page. */
+export const common: Pick<Options, "cursor" | "legend"> = { cursor: { show: false }, legend: { show: false } };

@@ -1,6 +1,6 @@
 // x(t) and v(t) of the walker averaged over the periods, with v_B: Fig. 2 of the paper. Bands are one standard error.
 import { channel, type SampleFrame } from "../frames";
-import { axis, common, dashes, line, Plot, type Columns } from "../plot";
+import { common, dashes, line, Plot, xAxis, yAxis, type Columns, type Options } from "../plot";
 import type { Store } from "../store";
 import type { Theme, Themes } from "../theme";
 
@@ -13,37 +13,26 @@ function banded(frame: SampleFrame, mean: number, error: number): Columns {
     return [edge(1), edge(-1), centre];
 }
 
-function options(theme: Theme, label: string, unit: string) {
-    return {
-        ...common,
-        scales: { x: { time: false, range: [0, 1] as [number, number] }, y: {} },
-        axes: [axis(theme, "t/T"), axis(theme, `${label}, ${unit}`)],
-    };
-}
-
 function band(theme: Theme): { series: [number, number]; fill: string }[] {
     return [{ series: [1, 2], fill: `${theme.walker}55` }];
 }
 
+const scales: NonNullable<Options["scales"]> = { x: { time: false, range: [0, 1] }, y: {} };
 const hidden = { points: { show: false }, width: 0 };
 
 export function makeCycle(xBox: HTMLElement, vBox: HTMLElement, store: Store, themes: Themes): () => void {
     const x = new Plot(xBox, themes, (theme) => ({
-        ...options(theme, "x", "mm"),
-        axes: [{ ...axis(theme, ""), label: "", size: 20 }, axis(theme, "x, mm", { size: 46 })],
-        legend: { show: false },
-        series: [{}, hidden, hidden, line("x", theme.walker, dashes.solid)],
+        ...common,
+        scales,
+        axes: [xAxis(theme, "", { size: 20, labelSize: 4 }), yAxis(theme, "x, mm")],
+        series: [{}, hidden, hidden, line(theme.walker, dashes.solid)],
         bands: band(theme),
     }));
     const v = new Plot(vBox, themes, (theme) => ({
-        ...options(theme, "v", "mm/s"),
-        axes: [axis(theme, "t/T"), axis(theme, "v, mm/s", { size: 46 })],
-        legend: { ...common.legend, filter: (_u: unknown, i: number) => i > 2 },
-        series: [
-            {}, hidden, hidden,
-            line("v, walker", theme.walker, dashes.solid),
-            line("v_B, base", theme.base, dashes.dashed, { width: 1.5 }),
-        ],
+        ...common,
+        scales,
+        axes: [xAxis(theme, "t/T"), yAxis(theme, "v, mm/s")],
+        series: [{}, hidden, hidden, line(theme.walker, dashes.solid), line(theme.base, dashes.dashed, 1.5)],
         bands: band(theme),
     }));
     let seen: SampleFrame | null = null;

@@ -2,7 +2,7 @@
 import type uPlot from "uplot";
 import { byId, setRows } from "../dom";
 import { decibels, fixed, number, unknown, withError } from "../format";
-import { axis, common, Plot, type Columns } from "../plot";
+import { common, Plot, xAxis, yAxis, type Columns } from "../plot";
 import type { Harmonic, Known } from "../protocol";
 import type { Store } from "../store";
 import type { Theme, Themes } from "../theme";
@@ -43,7 +43,7 @@ function drawBars(u: uPlot, harmonics: Harmonic[], theme: Theme): void {
         }
         if (typeof target === "number" && phase !== null) {
             ctx.fillStyle = theme.text;
-            ctx.fillText(milliradians(phase), x, top - 6 * ratio);
+            ctx.fillText(fixed(phase * 1e3, 1), x, top - 6 * ratio);
         }
     });
     ctx.restore();
@@ -69,12 +69,10 @@ export function makeHarmonics(box: HTMLElement, store: Store, themes: Themes): (
     let harmonics: Harmonic[] = [];
     const plot = new Plot(box, themes, (theme) => ({
         ...common,
-        legend: { show: false },
-        cursor: { show: false },
-        scales: { x: { time: false, range: (_u, _low, high) => [0.4, (high ?? 8) + 0.6] }, y: { range: [floor, 14] } },
+        scales: { x: { time: false, range: (_u, _low, high) => [0.4, (high ?? 8) + 0.6] }, y: { range: [floor, 20] } },
         axes: [
-            axis(theme, "n f", { grid: { show: false }, incrs: [1], space: 10 }),
-            axis(theme, "dB of γ", { size: 40, incrs: [20], space: 14 }),
+            xAxis(theme, "n f", { grid: { show: false }, incrs: [1], space: 10 }),
+            yAxis(theme, "dB of γ", { incrs: [20, 40], space: 18 }),
         ],
         series: [{}, { paths: () => null, points: { show: false } }, { paths: () => null, points: { show: false } }],
         hooks: { draw: [(u) => drawBars(u, harmonics, theme)] },

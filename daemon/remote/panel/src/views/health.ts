@@ -2,7 +2,7 @@
 import uPlot from "uplot";
 import { byId, setRows, setText } from "../dom";
 import { fixed, number, prefixed, unknown } from "../format";
-import { axis, common, Plot, type Columns } from "../plot";
+import { common, Plot, xAxis, yAxis, type Columns } from "../plot";
 import type { Clock, Jitter, Loss, State } from "../protocol";
 import type { Store } from "../store";
 import type { Themes } from "../theme";
@@ -28,7 +28,7 @@ function jitterColumns(jitter: Jitter): Columns {
 const barPaths = uPlot.paths.bars!({ size: [0.8, 40] });
 
 function edgeWords(bins: number[], index: number): string {
-    if (index < bins.length) return prefixed(bins[index], "s");
+    if (index < bins.length) return prefixed(bins[index], "s", 1);
     return "more";
 }
 
@@ -59,18 +59,16 @@ function makeJitter(box: HTMLElement, store: Store, themes: Themes): () => void 
     let bins: number[] = [];
     const plot = new Plot(box, themes, (theme) => ({
         ...common,
-        legend: { show: false },
-        cursor: { show: false },
         scales: {
             x: { time: false, range: (_u, low, high) => [(low ?? 0) - 0.6, (high ?? 1) + 0.6] },
             y: { distr: 3, range: (_u, _low, high) => [0.5, Math.max(10, (high ?? 1) * 2)] },
         },
         axes: [
-            axis(theme, "wake-up late by less than", {
+            xAxis(theme, "wake-up late by less than", {
                 grid: { show: false }, incrs: [1, 2, 3, 4, 5, 10], space: 48,
                 values: (_u, splits) => splits.map((i) => (Number.isInteger(i) ? edgeWords(bins, i) : "")),
             }),
-            axis(theme, "count", { size: 46 }),
+            yAxis(theme, "count", { grid: { show: false }, ticks: { show: false } }),
         ],
         series: [{}, {
             stroke: theme["series-1"], fill: `${theme["series-1"]}99`, width: 1, points: { show: false },

@@ -1,23 +1,25 @@
 // The last seconds as they come: where walker and base are, and the acceleration's envelope.
 import type { Rolling } from "../rolling";
-import { axis, common, dashes, line, Plot, type Columns } from "../plot";
+import { common, dashes, line, Plot, xAxis, yAxis, type Columns } from "../plot";
 import type { Theme, Themes } from "../theme";
+
+type Look = [stroke: string, dash: number[]];
 
 interface Strip {
     window: number;  // s
     scale: number;   // from SI to what is shown
     label: string;
-    names: [string, string];
-    look: (theme: Theme) => [stroke: string, dash: number[]][];
+    first: number;  // channel that is drawn first, below the other
+    look: (theme: Theme) => [Look, Look];
 }
 
 export const trackStrip: Strip = {
-    window: 20, scale: 1e3, label: "x, mm", names: ["walker", "base"],
+    window: 20, scale: 1e3, label: "x, mm", first: 0,
     look: (theme) => [[theme.walker, dashes.solid], [theme.base, dashes.dotted]],
 };
 export const accelerationStrip: Strip = {
-    window: 5, scale: 1, label: "a, m/s²", names: ["target", "measured"],
-    look: (theme) => [[theme.target, dashes.dashed], [theme.measured, dashes.solid]],
+    window: 5, scale: 1, label: "a, m/s²", first: 1,
+    look: (theme) => [[theme.measured, dashes.solid], [theme.target, dashes.dashed]],
 };
 
 export function makeLive(box: HTMLElement, stream: Rolling, strip: Strip, themes: Themes): { plot: Plot; draw: () => void } {
@@ -25,13 +27,12 @@ export function makeLive(box: HTMLElement, stream: Rolling, strip: Strip, themes
         const [first, second] = strip.look(theme);
         return {
             ...common,
-            cursor: { show: false },
             scales: { x: { time: false, range: [-strip.window, 0] }, y: {} },
-            axes: [axis(theme, "t, s before now"), axis(theme, strip.label, { size: 46 })],
+            axes: [xAxis(theme, "t, s before now"), yAxis(theme, strip.label)],
             series: [
                 {},
-                line(strip.names[0], first![0], first![1], { width: 1.5 }),
-                line(strip.names[1], second![0], second![1], { width: 1.5 }),
+                line(first[0], first[1], 1.5),
+                line(second[0], second[1], 1.5),
             ],
         };
     });
@@ -42,7 +43,8 @@ export function makeLive(box: HTMLElement, stream: Rolling, strip: Strip, themes
         draw: () => {
             if (seen === stream.version && !plot.stale) return;
             seen = stream.version;
-            data = stream.envelope(stream.newest, strip.window, Math.max(50, plot.pixels), strip.scale);
+            const [time, ...channels] = stream.envelope(stream.newest, strip.window, Math.max(50, plot.pixels), strip.scale);
+            data = [time!, channels[strip.first]!, channels[1 - strip.first]!];
             plot.draw(data);
         },
     };

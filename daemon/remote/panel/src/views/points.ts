@@ -2,7 +2,7 @@
 import type uPlot from "uplot";
 import { make } from "../dom";
 import { curves, type axes, type Curve } from "../groups";
-import { axis, common, Plot, type Columns } from "../plot";
+import { common, Plot, xAxis, yAxis, type Columns } from "../plot";
 import type { Store } from "../store";
 import type { Theme, Themes } from "../theme";
 import { drawSign, sign } from "./symbols";
@@ -16,13 +16,13 @@ function drawCurves(u: uPlot, found: Curve[], theme: Theme): void {
     ctx.rect(u.bbox.left, u.bbox.top, u.bbox.width, u.bbox.height);
     ctx.clip();
     found.forEach((curve, i) => {
-        const look = sign(i, theme);
+        const look = sign(curve.single ? null : i, theme);
         ctx.lineWidth = 1.5 * ratio;
         ctx.strokeStyle = look.colour;
         ctx.setLineDash([6 * ratio, 4 * ratio]);
         ctx.beginPath();
         let drawing = false;
-        for (const point of curve.points) {
+        for (const point of curve.single ? [] : curve.points) {
             if (point.closed !== null) {
                 if (drawing) ctx.lineTo(x(point.x), y(point.closed));
                 else ctx.moveTo(x(point.x), y(point.closed));
@@ -62,7 +62,7 @@ function keyItem(label: string, draw: (ctx: CanvasRenderingContext2D) => void): 
 }
 
 function showKey(list: HTMLElement, found: Curve[], theme: Theme): void {
-    const items = found.map((curve, i) => keyItem(curve.label, (ctx) => drawSign(ctx, sign(i, theme), 11, 7, 4.5)));
+    const items = found.map((curve, i) => keyItem(curve.label, (ctx) => drawSign(ctx, sign(curve.single ? null : i, theme), 11, 7, 4.5)));
     const closed = keyItem("closed form, no stick", (ctx) => {
         ctx.strokeStyle = theme.closed;
         ctx.setLineDash([6, 4]);
@@ -92,13 +92,11 @@ export function makePoints(
     let told = "";
     const plot = new Plot(box, themes, (theme) => ({
         ...common,
-        legend: { show: false },
-        cursor: { show: false },
         scales: {
             x: { time: false, range: (_u, low, high) => padded(low ?? 0, high ?? 1) },
             y: { range: () => range(found) },
         },
-        axes: [axis(theme, label), axis(theme, "v_D, mm/s", { size: 46 })],
+        axes: [xAxis(theme, label), yAxis(theme, "v_D, mm/s")],
         series: [{}, { paths: () => null, points: { show: false } }],
         hooks: { draw: [(u) => drawCurves(u, found, theme)] },
     }));

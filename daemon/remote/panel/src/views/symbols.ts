@@ -1,7 +1,7 @@
 // The signs of the curves: colour and shape together, so that either alone tells them apart.
 import type { Colour, Theme } from "../theme";
 
-type Shape = (ctx: CanvasRenderingContext2D | Path2D, x: number, y: number, r: number) => void;
+type Shape = (path: CanvasRenderingContext2D, x: number, y: number, r: number) => void;
 
 const polygon = (angles: number[]): Shape => (path, x, y, r) => {
     angles.forEach((degrees, i) => {
@@ -20,18 +20,20 @@ const shapes: Shape[] = [
     polygon([270, 30, 150]),
     polygon([90, 162, 234, 306, 18]),
 ];
+const cross: Shape = (path, x, y, r) => {
+    for (const way of [1, -1]) {
+        path.moveTo(x - 0.7 * r, y - 0.7 * way * r);
+        path.lineTo(x + 0.7 * r, y + 0.7 * way * r);
+    }
+};
 const colours: Colour[] = ["series-1", "series-2", "series-3", "series-4", "series-5", "series-6"];
 
-export interface Sign { colour: string; shape: Shape; filled: boolean }
+export interface Sign { colour: string; shape: Shape }
 
-/** Filled ones first, then hollow ones: twelve, then they repeat. */
-export function sign(index: number, theme: Theme): Sign {
-    const turn = Math.floor(index / colours.length);
-    return {
-        colour: theme[colours[index % colours.length]!],
-        shape: shapes[(index + turn) % shapes.length]!,
-        filled: turn % 2 === 0,
-    };
+/** As many signs as there are colours; `null` is that of points beside the curves. */
+export function sign(index: number | null, theme: Theme): Sign {
+    if (index === null) return { colour: theme.faint, shape: cross };
+    return { colour: theme[colours[index % colours.length]!], shape: shapes[index % shapes.length]! };
 }
 
 export function drawSign(ctx: CanvasRenderingContext2D, s: Sign, x: number, y: number, r: number): void {
@@ -39,6 +41,6 @@ export function drawSign(ctx: CanvasRenderingContext2D, s: Sign, x: number, y: n
     s.shape(ctx, x, y, r);
     ctx.strokeStyle = s.colour;
     ctx.fillStyle = s.colour;
-    if (s.filled) ctx.fill();
+    ctx.fill();
     ctx.stroke();
 }

@@ -1,6 +1,6 @@
 // a_B over two periods, the target against what was measured.
 import { channel, type SampleFrame } from "../frames";
-import { axis, common, dashes, line, Plot, type Columns } from "../plot";
+import { common, dashes, line, Plot, xAxis, yAxis, type Columns } from "../plot";
 import type { Store } from "../store";
 import type { Themes } from "../theme";
 
@@ -8,11 +8,11 @@ export function makeWaveform(box: HTMLElement, store: Store, themes: Themes): { 
     const plot = new Plot(box, themes, (theme) => ({
         ...common,
         scales: { x: { time: false }, y: {} },
-        axes: [axis(theme, "t, ms"), axis(theme, "a, m/s²")],
+        axes: [xAxis(theme, "t, ms"), yAxis(theme, "a, m/s²")],
         series: [
             {},
-            line("target", theme.target, dashes.dashed),
-            line("measured", theme.measured, dashes.solid),
+            line(theme.measured, dashes.solid, 3),
+            line(theme.target, dashes.dashed),  // above: where both agree it shows through the gaps
         ],
     }));
     let seen: SampleFrame | null = null;
@@ -25,7 +25,7 @@ export function makeWaveform(box: HTMLElement, store: Store, themes: Themes): { 
             if (frame)
                 data = [
                     Array.from({ length: frame.count }, (_, i) => i * frame.dt * 1e3),
-                    channel(frame, 0, 1), channel(frame, 1, 1),
+                    channel(frame, 1, 1), channel(frame, 0, 1),
                 ];
             plot.draw(data);
         },
