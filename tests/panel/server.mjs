@@ -14,9 +14,10 @@ const accelerationRate = 4000;
 
 export async function startServer(folder, port = 0) {
     const clients = new Set();
-    const bench = new Bench((event) => { for (const client of clients) client.text(event); });
+    let played = null;
+    const bench = new Bench((event) => { if (!played?.mute) for (const client of clients) client.text(event); });
     const pictures = makePictures();
-    const played = { bench, requests: [], refuse: null, silent: false, port: 0, dropAll, close, subscribed: () => [...clients].flatMap((c) => [...c.streams.keys()]) };
+    played = { bench, requests: [], refuse: null, silent: false, mute: false, port: 0, dropAll, close, subscribed: () => [...clients].flatMap((c) => [...c.streams.keys()]) };
 
     const files = createServer((request, response) => void serve(request, response));
     async function serve(request, response) {
@@ -47,6 +48,7 @@ export async function startServer(folder, port = 0) {
         }, () => clients.delete(client));
         client.streams = streams;
         clients.add(client);
+        if (played.mute) return;
         for (const event of bench.events) client.text(event);
         client.text(bench.message());
     });
@@ -84,7 +86,7 @@ export async function startServer(folder, port = 0) {
     const timer = setInterval(() => {
         bench.step(tick);
         ticks++;
-        for (const client of clients) {
+        for (const client of played.mute ? [] : clients) {
             if (client.backlog() > 1 << 20) continue;  // a slow client misses messages, the bench does not wait
             if (ticks % 3 === 0) client.text(bench.message());
             for (const wish of client.streams.values()) {

@@ -13,8 +13,8 @@ interface Receiver {
 export class Connection {
     /** performance.now() of when it was lost; null while connected. */
     lostAt: number | null = performance.now();
-    /** How often it was opened. */
-    opened = 0;
+    /** Whether anything was ever received. */
+    heard = false;
     private socket: WebSocket | null = null;
     private delay = firstDelay;
     private heardAt = 0;
@@ -46,14 +46,14 @@ export class Connection {
         this.socket = socket;
         this.heardAt = performance.now();
         socket.onopen = () => {
-            this.lostAt = null;
-            this.opened++;
             this.receiver.connected();
             for (const message of this.wanted.values()) this.send(message);
         };
         socket.onmessage = ({ data }: MessageEvent<string | ArrayBuffer>) => {
             this.heardAt = performance.now();
             this.delay = firstDelay;
+            this.lostAt = null;  // only now: who accepts but says nothing is no daemon
+            this.heard = true;
             if (typeof data === "string") this.receiver.text(data);
             else this.receiver.binary(data);
         };

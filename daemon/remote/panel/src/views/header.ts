@@ -59,7 +59,7 @@ function showLink(link: HTMLElement, connection: Connection): void {
     }
     // The banner is an alert: its text must not change with every second, or it is read out with every second.
     lostSince ||= new Date(Date.now() - (performance.now() - lostAt)).toLocaleTimeString();
-    const what = connection.opened ? "What is shown is old." : "Nothing was received yet.";
+    const what = connection.heard ? "What is shown is old." : "Nothing was received yet.";
     setText(link, `Not connected since ${lostSince}. ${what} Trying again; ABORT is sent all the same.`);
 }
 
