@@ -44,8 +44,8 @@ loop.add(makeHarmonics(box("harmonics"), store, themes), 5, box("harmonics-card"
 loop.add(makeCycle(box("cycle-x"), box("cycle-v"), store, themes), 5, box("cycle-card"));
 loop.add(makePoints(box("points-gamma"), box("key-gamma"), axes.gamma, "γ, g", store, themes), 2, box("gamma-card"));
 loop.add(makePoints(box("points-phi"), box("key-phi"), axes.phi, "φ, degrees", store, themes), 2, box("phi-card"));
-loop.add(track.draw, 10, box("live-card"));
-loop.add(acceleration.draw, 10, box("live-card"));
+loop.add(track.draw, 5, box("live-card"));
+loop.add(acceleration.draw, 5, box("live-card"));
 loop.add(cameras.draw, 15, box("cameras-card"));
 loop.add(makeHealth(box("jitter"), store, themes), 2, box("health-card"));
 loop.add(makeLog(box("log"), store), 5, box("log-card"));

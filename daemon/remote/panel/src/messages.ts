@@ -56,10 +56,15 @@ function parsed(text: string): unknown {
     }
 }
 
+/** Sections that a state leaves out are as they were `before`: the points need not come ten times a second. */
+function kept(raw: Record<string, unknown>, before: State | null): Partial<State> {
+    return Object.fromEntries(Object.entries(before ?? {}).filter(([name]) => !(name in raw)));
+}
+
 /** Null for what is no message that this page knows. */
-export function parseMessage(text: string): Message | null {
+export function parseMessage(text: string, before: State | null = null): Message | null {
     const raw = object(parsed(text));
-    if (raw["type"] === "state") return { type: "state", state: stateOf(raw) };
+    if (raw["type"] === "state") return { type: "state", state: { ...stateOf(raw), ...kept(raw, before) } };
     if (raw["type"] === "event") return { type: "event", event: eventOf(raw) };
     return null;
 }

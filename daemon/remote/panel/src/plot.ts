@@ -69,6 +69,11 @@ function axis(theme: Theme, label: string, size: number, more: uPlot.Axis): uPlo
     };
 }
 
+/** A range that shows silence as silence: noise below `size` is not blown up. */
+export function atLeast(size: number): uPlot.Scale {
+    return { range: { min: { pad: 0.1, soft: -size, mode: 2 }, max: { pad: 0.1, soft: size, mode: 2 } } };
+}
+
 export const xAxis = (theme: Theme, label: string, more: uPlot.Axis = {}): uPlot.Axis => axis(theme, label, 26, more);
 export const yAxis = (theme: Theme, label: string, more: uPlot.Axis = {}): uPlot.Axis => axis(theme, label, 46, more);
 

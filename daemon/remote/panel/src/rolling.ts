@@ -35,44 +35,39 @@ export class Rolling {
     }
 
     /**
-     * [seconds before `end`, channel, channel, ...] of the last `window` seconds in at most 2 * buckets + 2 points:
-     * the least and the greatest of each bucket where there are more points than that.
+     * [seconds before `end`, least, greatest, least, greatest, ...], a pair a channel, of the last `window` seconds in at
+     * most buckets + 1 points. A bucket with a gap in it has neither.
      */
     envelope(end: number, window: number, buckets: number, scale: number): Column[] {
-        let from = this.held;
-        while (from > 0 && this.time(from - 1) >= end - window) from--;
-        const columns: Column[] = Array.from({ length: this.channels + 1 }, () => []);
-        if (this.held - from <= 2 * buckets) this.copy(columns, from, end, scale);
-        else this.reduce(columns, from, end, window, buckets, scale);
-        return columns;
-    }
-
-    private copy(columns: Column[], from: number, end: number, scale: number): void {
-        for (let i = from; i < this.held; i++) {
-            columns[0]!.push(this.time(i) - end);
-            for (let c = 0; c < this.channels; c++) columns[c + 1]!.push(finite(this.value(i, c) * scale));
-        }
-    }
-
-    private reduce(columns: Column[], from: number, end: number, window: number, buckets: number, scale: number): void {
+        const columns: Column[] = Array.from({ length: 2 * this.channels + 1 }, () => []);
         const width = window / buckets;
-        for (let i = from; i < this.held;) {
+        let i = this.held;
+        while (i > 0 && this.time(i - 1) >= end - window) i--;
+        while (i < this.held) {
             // Buckets stand still on the time axis; else the envelope flickers as it moves.
             const bucket = Math.floor(this.time(i) / width);
             let stop = i + 1;
             while (stop < this.held && Math.floor(this.time(stop) / width) === bucket) stop++;
-            columns[0]!.push(bucket * width - end, (bucket + 0.5) * width - end);
+            columns[0]!.push((bucket + 0.5) * width - end);
             for (let c = 0; c < this.channels; c++) {
-                let least = Infinity, greatest = -Infinity;
-                for (let k = i; k < stop; k++) {
-                    const value = this.value(k, c);
-                    if (value < least) least = value;
-                    if (value > greatest) greatest = value;
-                }
-                columns[c + 1]!.push(finite(least * scale), finite(greatest * scale));
+                const [least, greatest] = this.extremes(i, stop, c);
+                columns[2 * c + 1]!.push(finite(least * scale));
+                columns[2 * c + 2]!.push(finite(greatest * scale));
             }
             i = stop;
         }
+        return columns;
+    }
+
+    private extremes(from: number, stop: number, c: number): [number, number] {
+        let least = Infinity, greatest = -Infinity;
+        for (let k = from; k < stop; k++) {
+            const value = this.value(k, c);
+            if (Number.isNaN(value)) return [NaN, NaN];
+            if (value < least) least = value;
+            if (value > greatest) greatest = value;
+        }
+        return [least, greatest];
     }
 
     private row(time: number, value: (channel: number) => number): void {

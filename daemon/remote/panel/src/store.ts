@@ -16,7 +16,7 @@ export class Store {
     eventCount = 0;
     waveform: SampleFrame | null = null;
     cycle: SampleFrame | null = null;
-    readonly acceleration = new Rolling(32768, 2);
+    readonly acceleration = new Rolling(98304, 2);
     readonly track = new Rolling(16384, 2);
     readonly pictures: (PictureFrame | null)[] = Array.from({ length: maxCameras }, () => null);
     /** Messages that could not be read. */
@@ -27,7 +27,7 @@ export class Store {
     get missed(): number { return this.gaps; }
 
     text(message: string): void {
-        const parsed = parseMessage(message);
+        const parsed = parseMessage(message, this.state);
         if (!parsed) this.unreadable++;
         if (parsed?.type === "state") {
             this.state = parsed.state;

@@ -17,25 +17,26 @@ const rate = 10;  // Hz
 
 const look = (kind: number) => looks[Math.min(kind & 15, looks.length - 1)]!;
 
-/** How far the canvas is larger than the screen shows it decides how thick a line must be. */
-function drawMark(ctx: CanvasRenderingContext2D, mark: Mark, scale: number): void {
+/** `zoom`: CSS px a px of the picture. */
+function drawMark(ctx: CanvasRenderingContext2D, mark: Mark, zoom: number): void {
     const { name, colour, dash } = look(mark.kind);
     const trouble = states[(mark.kind >> 4) & 3] ?? "";
+    const x = mark.x * zoom, y = mark.y * zoom;
     for (const [stroke, width, lines] of [["#000", 4, []], [colour, 2, dash]] as const) {
         ctx.strokeStyle = stroke;
-        ctx.lineWidth = width * scale;
-        ctx.setLineDash(lines.map((length) => length * scale));
-        ctx.strokeRect(mark.x, mark.y, mark.width, mark.height);
+        ctx.lineWidth = width;
+        ctx.setLineDash(lines);
+        ctx.strokeRect(x, y, mark.width * zoom, mark.height * zoom);
     }
     ctx.setLineDash([]);
-    ctx.font = `${12 * scale}px system-ui, sans-serif`;
-    ctx.lineWidth = 3 * scale;
+    ctx.font = "12px system-ui, sans-serif";
+    ctx.lineWidth = 3;
     ctx.strokeStyle = "#000";
     ctx.fillStyle = colour;
     const words = trouble ? `${name}: ${trouble}` : name;
-    const y = mark.y > 16 * scale ? mark.y - 5 * scale : mark.y + 14 * scale;
-    ctx.strokeText(words, mark.x + 2 * scale, y);
-    ctx.fillText(words, mark.x + 2 * scale, y);
+    const baseline = y > 16 ? y - 5 : y + 14;
+    ctx.strokeText(words, x + 2, baseline);
+    ctx.fillText(words, x + 2, baseline);
 }
 
 function describe(name: string, frame: PictureFrame): string {
@@ -78,16 +79,18 @@ class CameraView {
 
     private paint(bitmap: ImageBitmap, frame: PictureFrame): void {
         const { canvas } = this;
-        if (canvas.width !== bitmap.width || canvas.height !== bitmap.height) {
-            canvas.width = bitmap.width;
-            canvas.height = bitmap.height;
+        const across = Math.max(1, canvas.clientWidth), zoom = across / bitmap.width, down = bitmap.height * zoom;
+        const width = Math.round(across * devicePixelRatio), height = Math.round(down * devicePixelRatio);
+        if (canvas.width !== width || canvas.height !== height) {
+            canvas.width = width;
+            canvas.height = height;
             canvas.style.aspectRatio = `${bitmap.width} / ${bitmap.height}`;
         }
         const ctx = canvas.getContext("2d");
         if (!ctx) return;
-        ctx.drawImage(bitmap, 0, 0);
-        const scale = canvas.width / Math.max(1, canvas.clientWidth);
-        for (const mark of frame.marks) drawMark(ctx, mark, scale);
+        ctx.setTransform(width / across, 0, 0, height / down, 0, 0);
+        ctx.drawImage(bitmap, 0, 0, across, down);
+        for (const mark of frame.marks) drawMark(ctx, mark, zoom);
         setText(this.caption, describe(this.name, frame));
     }
 }

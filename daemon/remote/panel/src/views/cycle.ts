@@ -1,6 +1,7 @@
 // x(t) and v(t) of the walker averaged over the periods, with v_B: Fig. 2 of the paper. Bands are one standard error.
+import type uPlot from "uplot";
 import { channel, type SampleFrame } from "../frames";
-import { common, dashes, line, Plot, xAxis, yAxis, type Columns, type Options } from "../plot";
+import { atLeast, common, dashes, line, Plot, xAxis, yAxis, type Columns } from "../plot";
 import type { Store } from "../store";
 import type { Theme, Themes } from "../theme";
 
@@ -17,20 +18,20 @@ function band(theme: Theme): { series: [number, number]; fill: string }[] {
     return [{ series: [1, 2], fill: `${theme.walker}55` }];
 }
 
-const scales: NonNullable<Options["scales"]> = { x: { time: false, range: [0, 1] }, y: {} };
+const phase: uPlot.Scale = { time: false, range: [0, 1] };
 const hidden = { points: { show: false }, width: 0 };
 
 export function makeCycle(xBox: HTMLElement, vBox: HTMLElement, store: Store, themes: Themes): () => void {
     const x = new Plot(xBox, themes, (theme) => ({
         ...common,
-        scales,
+        scales: { x: phase, y: atLeast(0.01) },
         axes: [xAxis(theme, "", { size: 20, labelSize: 4 }), yAxis(theme, "x, mm")],
         series: [{}, hidden, hidden, line(theme.walker, dashes.solid)],
         bands: band(theme),
     }));
     const v = new Plot(vBox, themes, (theme) => ({
         ...common,
-        scales,
+        scales: { x: phase, y: atLeast(1) },
         axes: [xAxis(theme, "t/T"), yAxis(theme, "v, mm/s")],
         series: [{}, hidden, hidden, line(theme.walker, dashes.solid), line(theme.base, dashes.dashed, 1.5)],
         bands: band(theme),
@@ -41,10 +42,10 @@ export function makeCycle(xBox: HTMLElement, vBox: HTMLElement, store: Store, th
         if (seen === store.cycle && !x.stale && !v.stale) return;
         const frame = (seen = store.cycle);
         if (frame) {
-            const phase = Array.from({ length: frame.count }, (_, i) => (i + 0.5) / frame.count);
+            const turns = Array.from({ length: frame.count }, (_, i) => (i + 0.5) / frame.count);
             columns = {
-                x: [phase, ...banded(frame, 0, 1)],
-                v: [phase, ...banded(frame, 2, 3), channel(frame, 4, metre)],
+                x: [turns, ...banded(frame, 0, 1)],
+                v: [turns, ...banded(frame, 2, 3), channel(frame, 4, metre)],
             };
         }
         x.draw(columns.x);

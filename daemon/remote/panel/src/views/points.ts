@@ -21,14 +21,8 @@ function drawCurves(u: uPlot, found: Curve[], theme: Theme): void {
         ctx.strokeStyle = look.colour;
         ctx.setLineDash([6 * ratio, 4 * ratio]);
         ctx.beginPath();
-        let drawing = false;
-        for (const point of curve.single ? [] : curve.points) {
-            if (point.closed !== null) {
-                if (drawing) ctx.lineTo(x(point.x), y(point.closed));
-                else ctx.moveTo(x(point.x), y(point.closed));
-            }
-            drawing = point.closed !== null;
-        }
+        for (const point of curve.single ? [] : curve.points)
+            if (point.closed !== null) ctx.lineTo(x(point.x), y(point.closed));
         ctx.stroke();
         ctx.setLineDash([]);
         for (const point of curve.points) {

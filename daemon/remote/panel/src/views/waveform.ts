@@ -1,13 +1,13 @@
 // a_B over two periods, the target against what was measured.
 import { channel, type SampleFrame } from "../frames";
-import { common, dashes, line, Plot, xAxis, yAxis, type Columns } from "../plot";
+import { atLeast, common, dashes, line, Plot, xAxis, yAxis, type Columns } from "../plot";
 import type { Store } from "../store";
 import type { Themes } from "../theme";
 
 export function makeWaveform(box: HTMLElement, store: Store, themes: Themes): { plot: Plot; draw: () => void } {
     const plot = new Plot(box, themes, (theme) => ({
         ...common,
-        scales: { x: { time: false }, y: {} },
+        scales: { x: { time: false }, y: atLeast(1) },
         axes: [xAxis(theme, "t, ms"), yAxis(theme, "a, m/s²")],
         series: [
             {},
