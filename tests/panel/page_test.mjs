@@ -87,6 +87,20 @@ async function keepPicture(page, viewport, name) {
     await page.screenshot({ path: join(folder, `${name}-whole.png`) });
 }
 
+test("Words of any length fit a phone", async () => {
+    const { bench } = stage.server;
+    await running(stage);
+    const { page } = await openPage(stage, { viewport: phone });
+    bench.recording = "walker_on_glass_".repeat(7);
+    bench.trip = { cause: "acceleration", text: "x".repeat(300), t_s: 123456.7 };
+    bench.log("warning", "/a/very/long/path".repeat(20));
+    await until(async () => (await text(page, "trip-text")).includes("xxx"), "the trip is told");
+    await page.locator("#log").scrollIntoViewIfNeeded();
+    await until(async () => /very\/long/.test(await text(page, "log")), "the event is told");
+    assert.equal(await overflow(page), 0);
+    bench.recording = bench.trip = null;
+});
+
 test("The theme's button changes the colours of page and plots, and a reload keeps them", async () => {
     const { page } = await openPage(stage, { colorScheme: "light" });
     const ground = () => page.evaluate(() => getComputedStyle(document.body).backgroundColor);

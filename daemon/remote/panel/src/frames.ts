@@ -22,7 +22,10 @@ export interface SampleFrame {
     values: Float32Array;  // point by point, its channels together
 }
 
-/** In px of the picture; x, y is the upper left corner. */
+/**
+ * In px of the picture; x, y is the upper left corner. Low half of `kind`: 0 walker, 1 base, others else. Its high half is
+ * the state of the track: 0 ok, 1 degraded, 2 lost, 3 reacquired.
+ */
 export interface Mark { x: number; y: number; width: number; height: number; kind: number }
 
 export interface PictureFrame {

@@ -17,12 +17,13 @@ export class Themes {
     /** Grows with each change of the colours. */
     version = 0;
     private choice: Choice;
+    private readonly prefersDark = matchMedia("(prefers-color-scheme: dark)");
 
     constructor(private readonly button: HTMLButtonElement) {
         const stored = localStorage.getItem(key) as Choice | null;
         this.choice = stored && choices.includes(stored) ? stored : "auto";
         this.current = this.apply();
-        matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => { this.current = this.apply(); });
+        this.prefersDark.addEventListener("change", () => { this.current = this.apply(); });
         button.addEventListener("click", () => {
             this.choice = choices[(choices.indexOf(this.choice) + 1) % choices.length]!;
             localStorage.setItem(key, this.choice);
@@ -31,8 +32,8 @@ export class Themes {
     }
 
     private apply(): Theme {
-        if (this.choice === "auto") delete document.documentElement.dataset["theme"];
-        else document.documentElement.dataset["theme"] = this.choice;
+        const automatic = this.prefersDark.matches ? "dark" : "light";
+        document.documentElement.dataset["theme"] = this.choice === "auto" ? automatic : this.choice;
         this.button.textContent = words[this.choice];
         this.version++;
         const style = getComputedStyle(document.documentElement);

@@ -12,7 +12,7 @@ const looks: { name: string; colour: string; dash: number[] }[] = [
     { name: "base", colour: "#56b4e9", dash: [8, 5] },
     { name: "other", colour: "#cc79a7", dash: [2, 4] },
 ];
-const states = ["", "degraded", "lost", "found again"];  // the high half of a mark's kind; the low half says of what
+const states = ["", "degraded", "lost", "found again"];
 const rate = 10;  // Hz
 
 const look = (kind: number) => looks[Math.min(kind & 15, looks.length - 1)]!;
