@@ -226,6 +226,19 @@ test("A socket that is open but silent is taken for lost", async () => {
     await page.waitForFunction(() => document.getElementById("link").hidden, null, { timeout: 8000 });
 });
 
+test("A part of the page that fails leaves state, trip and ABORT alone", async () => {
+    const { bench } = server;
+    const { page, troubles } = await openPage(stage);
+    bench.message = () => ({ ...Object.getPrototypeOf(bench).message.call(bench), losses: [{ stream: "camera:top" }] });
+    await page.locator("#health-card").scrollIntoViewIfNeeded();
+    await until(() => troubles.some((trouble) => /TypeError/.test(trouble)), "the table of losses fails");
+    await page.keyboard.press("Escape");
+    await isTripped(page);
+    assert.match(await page.locator("#trip-text").textContent(), /^Tripped at [\d.]+ s: operator_stop/);
+    assert.equal(troubles.length, 1, "it is told once");
+    delete bench.message;
+});
+
 test("Everything can be reached and read by keyboard and screen reader", async () => {
     const { page } = await openPage(stage);
     const unnamed = await page.evaluate(() => [...document.querySelectorAll("button, input, select, [tabindex]")]

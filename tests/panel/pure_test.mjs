@@ -150,6 +150,7 @@ test("Points of a sweep become one curve each, in order; what is on none comes l
     for (const gamma of [3, 1, 2]) for (const phi of [Math.PI / 2, 0])
         points.push({ gamma_mps2: gamma * g, phi_rad: phi, v_D_mps: gamma / 1e3, sigma_mps: 1e-4, closed_form_mps: null });
     points.push({ gamma_mps2: g, phi_rad: -3, v_D_mps: 0, sigma_mps: null, closed_form_mps: 1e-3 });
+    points.push({ ...points[0], v_D_mps: null });
     const found = curves(points, axes.gamma);
     assert.deepEqual(found.map((curve) => [curve.label, curve.single, curve.points.map((p) => Math.round(p.x))]),
         [["φ = 0°", false, [1, 2, 3]], ["φ = 90°", false, [1, 2, 3]], ["others", true, [1]]]);

@@ -41,6 +41,7 @@ const inMillimetres = (metres: number | null): number | null => (metres === null
 export function curves(points: Point[], axis: Axis): Curve[] {
     const found = new Map<number, PlottedPoint[]>();
     for (const p of points) {
+        if (![p.gamma_mps2, p.phi_rad, p.v_D_mps].every(Number.isFinite)) continue;
         const key = axis.same(p);
         const list = found.get(key) ?? [];
         found.set(key, list);

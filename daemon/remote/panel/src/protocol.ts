@@ -7,7 +7,7 @@ export type Known = number | null;
 
 export interface Estimate { value: Known; sigma: Known }
 
-export interface Trip { cause: string; text: string; t_s: number }
+export interface Trip { cause: string; text: string; t_s: Known }
 
 export interface Session {
     state: RunState;
@@ -53,7 +53,7 @@ export interface Walker { x_m: number; low_m: number; high_m: number }
 export interface Point {
     gamma_mps2: number;
     phi_rad: number;
-    v_D_mps: number;
+    v_D_mps: number;  // a point without one of these three is not drawn
     sigma_mps: Known;
     closed_form_mps: Known;
 }

@@ -88,6 +88,6 @@ export function makeDriveForm(act: Actions, store: Store): (state: State) => voi
         follow(state.drive);
         setText(set, ["idle", "tripped"].includes(state.session.state) ? "Set and arm" : "Set the drive");
         setText(noteLine, note(state, edited()));
-        setHidden(noteLine, state.session.state === "idle" && !edited());
+        setHidden(noteLine, ["idle", "tripped"].includes(state.session.state) && !edited());
     };
 }

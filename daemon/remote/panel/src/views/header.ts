@@ -2,7 +2,7 @@
 import type { Abort, AbortStatus } from "../abort";
 import type { Connection } from "../connection";
 import { byId, setData, setHidden, setText } from "../dom";
-import { duration, fixed } from "../format";
+import { duration, fixed, number } from "../format";
 import type { RunState, Session } from "../protocol";
 import type { Store } from "../store";
 
@@ -32,7 +32,7 @@ export function makeHeader(store: Store, connection: Connection, abort: Abort): 
         setText(recording, session.recording === null ? "" : `● recording ${session.recording}`);
         setHidden(trip, session.trip === null);
         if (session.trip)
-            setText(tripText, `Tripped at ${fixed(session.trip.t_s, 1)} s: ${session.trip.cause}. ${session.trip.text}`);
+            setText(tripText, `Tripped at ${number(session.trip.t_s)} s: ${session.trip.cause}. ${session.trip.text}`);
     };
     const pageTitle = (session: Session | null): string =>
         connection.lostAt !== null ? "not connected – shakerd" : session ? `${session.state} – ${session.program}` : "shakerd";
