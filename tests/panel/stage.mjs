@@ -13,7 +13,7 @@ export async function setStage() {
     const program = "/usr/bin/chromium";
     assert.ok(existsSync(program), `${program} is missing: .ci/install`);
     const args = process.getuid() === 0 ? ["--no-sandbox"] : [];
-    const browser = await chromium.launch({ executablePath: program, args });
+    const browser = await chromium.launch({ executablePath: program, args, handleSIGTERM: false });
     const closePages = () => Promise.all(browser.contexts().map((context) => context.close()));
     return { server, browser, closePages, clear: async () => { await browser.close(); server.close(); } };
 }

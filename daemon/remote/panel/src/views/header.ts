@@ -34,39 +34,39 @@ export function makeHeader(store: Store, connection: Connection, abort: Abort): 
         if (session.trip)
             setText(tripText, `Tripped at ${number(session.trip.t_s)} s: ${session.trip.cause}. ${session.trip.text}`);
     };
-    const pageTitle = (session: Session | null): string =>
-        connection.lostAt !== null ? "not connected – shakerd" : session ? `${session.state} – ${session.program}` : "shakerd";
 
     return () => {
         const session = store.state?.session ?? null;
         if (session) showSession(session);
         showLink(link, connection);
         setText(status, abortWords(abort.status));
-        setData(status, "kind", abort.status.state === "sending" || abort.status.state === "failed" ? "trouble" : "calm");
-        if (document.title !== pageTitle(session)) document.title = pageTitle(session);
+        setData(status, "kind", ["sending", "failed"].includes(abort.status.state) ? "trouble" : "calm");
+        const words = pageTitle(session, connection);
+        if (document.title !== words) document.title = words;
     };
 }
 
-let lostSince = "";
-
+/** The banner is an alert: its text must not change with every second, or it is read out with every second. */
 function showLink(link: HTMLElement, connection: Connection): void {
     const { lostAt } = connection;
     document.body.classList.toggle("stale", lostAt !== null);
     setHidden(link, lostAt === null);
-    if (lostAt === null) {
-        lostSince = "";
-        return;
-    }
-    // The banner is an alert: its text must not change with every second, or it is read out with every second.
-    lostSince ||= new Date(Date.now() - (performance.now() - lostAt)).toLocaleTimeString();
+    if (lostAt === null) return;
+    const since = new Date(performance.timeOrigin + lostAt).toLocaleTimeString();
     const what = connection.heard ? "What is shown is old." : "Nothing was received yet.";
-    setText(link, `Not connected since ${lostSince}. ${what} Trying again; ABORT is sent all the same.`);
+    setText(link, `Not connected since ${since}. ${what} Trying again; ABORT is sent all the same.`);
+}
+
+function pageTitle(session: Session | null, connection: Connection): string {
+    if (connection.lostAt !== null) return "not connected – shakerd";
+    return session ? `${session.state} – ${session.program}` : "shakerd";
 }
 
 function abortWords(status: AbortStatus): string {
     switch (status.state) {
         case "ready": return "Esc or Space";
-        case "sending": return status.error ? `ABORT not through: ${status.error}; attempt ${status.attempt}` : "ABORT sent…";
+        case "sending":
+            return status.error ? `ABORT not through: ${status.error}; attempt ${status.attempt}` : "ABORT sent…";
         case "done": return `ABORT received, ${fixed(status.took_ms, 0)} ms`;
         case "failed": return `ABORT failed: ${status.error}. Use the hardware stop!`;
     }

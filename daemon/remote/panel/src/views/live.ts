@@ -1,4 +1,5 @@
-// The last seconds as they come: where walker and base are, and the acceleration. Many points a pixel: from least to greatest.
+// The last seconds as they come: where walker and base are, and the acceleration. Of many points a pixel the least and
+// the greatest are drawn.
 import type uPlot from "uplot";
 import { atLeast, common, dashes, line, Plot, xAxis, yAxis, type Columns } from "../plot";
 import type { Rolling } from "../rolling";
@@ -41,7 +42,10 @@ export function makeLive(box: HTMLElement, stream: Rolling, strip: Strip, themes
         ...common,
         scales: { x: { time: false, range: [-window, 0] }, y: atLeast(strip.least) },
         axes: [xAxis(theme, "t, s before now"), yAxis(theme, strip.label)],
-        series: [{}, ...strip.looks.flatMap(({ colour, dash }) => [line(theme[colour], dash, 1.5), line(theme[colour], dash, 1.5)])],
+        series: [{}, ...strip.looks.flatMap(({ colour, dash }) => {
+            const edge = line(theme[colour], dash, 1.5);
+            return [edge, { ...edge }];
+        })],
         bands: bands(strip, theme),
     }));
     let seen = -1;

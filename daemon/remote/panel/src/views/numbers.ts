@@ -50,7 +50,8 @@ export function makeNumbers(store: Store): () => void {
 /** A setting as it was given: no digits that nobody typed. */
 function exact(value: number): string {
     const digits = value.toPrecision(9);
-    return fixed(Number(digits), Math.min(decimalsFor(Math.abs(value), 9), (digits.replace(/0+$/, "").split(".")[1] ?? "").length));
+    const typed = digits.replace(/0+$/, "").split(".")[1]?.length ?? 0;
+    return fixed(Number(digits), Math.min(decimalsFor(Math.abs(value), 9), typed));
 }
 
 function makeWalker(): (walker: Walker | null) => void {

@@ -56,7 +56,10 @@ function keyItem(label: string, draw: (ctx: CanvasRenderingContext2D) => void): 
 }
 
 function showKey(list: HTMLElement, found: Curve[], theme: Theme): void {
-    const items = found.map((curve, i) => keyItem(curve.label, (ctx) => drawSign(ctx, sign(curve.single ? null : i, theme), 11, 7, 4.5)));
+    const items = found.map((curve, i) => {
+        const look = sign(curve.single ? null : i, theme);
+        return keyItem(curve.label, (ctx) => drawSign(ctx, look, 11, 7, 4.5));
+    });
     const closed = keyItem("closed form, no stick", (ctx) => {
         ctx.strokeStyle = theme.closed;
         ctx.setLineDash([6, 4]);
