@@ -1,0 +1,44 @@
+// HTTP actions. They go beside the socket, so that an abort needs nothing but one request that gets through.
+
+export type Answer = { ok: true } | { ok: false; error: string };
+export type Actions = (name: string, body?: Record<string, unknown>, patience?: number) => Promise<Answer>;
+
+const tokenKey = "shakerd-token";
+
+/** The token of `#token=...`, taken out of the address bar and kept for reloads of this tab. */
+export function takeToken(): string | null {
+    const given = new URLSearchParams(location.hash.slice(1)).get("token");
+    if (given) {
+        sessionStorage.setItem(tokenKey, given);
+        history.replaceState(null, "", location.pathname + location.search);
+    }
+    return sessionStorage.getItem(tokenKey);
+}
+
+async function errorOf(response: Response): Promise<string> {
+    const body = (await response.json().catch(() => null)) as { error?: unknown } | null;
+    return typeof body?.error === "string" ? body.error : `the daemon answered ${response.status}`;
+}
+
+export function makeActions(token: string | null): Actions {
+    const headers: Record<string, string> = { "Content-Type": "application/json" };
+    if (token) headers["X-Shaker-Token"] = token;
+    return async (name, body, patience = 10_000) => {
+        const limit = new AbortController();
+        const timer = setTimeout(() => limit.abort(), patience);  // ms
+        try {
+            const response = await fetch(`/api/${name}`, {
+                method: "POST",
+                headers,
+                body: body ? JSON.stringify(body) : null,
+                signal: limit.signal,
+                keepalive: true,  // an abort gets out even when the page is closed behind it
+            });
+            return response.ok ? { ok: true } : { ok: false, error: await errorOf(response) };
+        } catch {
+            return { ok: false, error: "no answer from the daemon" };
+        } finally {
+            clearTimeout(timer);
+        }
+    };
+}

@@ -1,0 +1,42 @@
+// Elements of index.html and changes to them that cost nothing when nothing changed.
+
+export function byId<T extends HTMLElement>(id: string, kind: new () => T): T {
+    const element = document.getElementById(id);
+    if (!(element instanceof kind)) throw new Error(`index.html has no ${kind.name} #${id}`);
+    return element;
+}
+
+export function setText(node: Node, text: string): void {
+    if (node.textContent !== text) node.textContent = text;
+}
+
+export function setHidden(element: HTMLElement, hidden: boolean): void {
+    if (element.hidden !== hidden) element.hidden = hidden;
+}
+
+export function setData(element: HTMLElement, name: string, value: string): void {
+    if (element.dataset[name] !== value) element.dataset[name] = value;
+}
+
+export function make<K extends keyof HTMLElementTagNameMap>(
+    tag: K, className = "", text = "",
+): HTMLElementTagNameMap[K] {
+    const element = document.createElement(tag);
+    if (className) element.className = className;
+    if (text) element.textContent = text;
+    return element;
+}
+
+/** Rows of a table body: as many as there are, their cells changed only where the text does. The first is a heading. */
+export function setRows(body: HTMLTableSectionElement, rows: string[][]): void {
+    while (body.rows.length > rows.length) body.deleteRow(-1);
+    rows.forEach((texts, r) => {
+        const row = body.rows[r] ?? body.insertRow();
+        while (row.cells.length < texts.length) {
+            const cell = make(row.cells.length === 0 ? "th" : "td");
+            if (cell.tagName === "TH") cell.setAttribute("scope", "row");
+            row.append(cell);
+        }
+        texts.forEach((text, c) => setText(row.cells[c]!, text));
+    });
+}

@@ -1,0 +1,68 @@
+// The operator's page: a table of contents.
+import { Abort, listenForAbort } from "./abort";
+import { makeActions, takeToken } from "./actions";
+import { Connection } from "./connection";
+import { byId } from "./dom";
+import { axes } from "./groups";
+import { Loop } from "./loop";
+import type { Plot } from "./plot";
+import { Store } from "./store";
+import { Themes } from "./theme";
+import { makeCameras } from "./views/cameras";
+import { makeCycle } from "./views/cycle";
+import { makeForms } from "./views/forms";
+import { makeHarmonics } from "./views/harmonics";
+import { makeHeader } from "./views/header";
+import { makeHealth } from "./views/health";
+import { accelerationStrip, makeLive, trackStrip } from "./views/live";
+import { makeLog } from "./views/log";
+import { makeNumbers } from "./views/numbers";
+import { makePoints } from "./views/points";
+import { makeWaveform } from "./views/waveform";
+
+const act = makeActions(takeToken());
+const abort = new Abort(act);
+listenForAbort(abort);
+
+const store = new Store();
+const socketUrl = `${location.protocol === "https:" ? "wss" : "ws"}://${location.host}/ws`;
+const connection = new Connection(store, socketUrl);
+const themes = new Themes(byId("theme", HTMLButtonElement));
+const loop = new Loop();
+const box = (id: string): HTMLElement => byId(id, HTMLElement);
+
+const waveform = makeWaveform(box("waveform"), store, themes);
+const track = makeLive(box("live-track"), store.track, trackStrip, themes);
+const acceleration = makeLive(box("live-acceleration"), store.acceleration, accelerationStrip, themes);
+const cameras = makeCameras(box("cameras"), box("cameras-card"), store, connection, loop);
+
+loop.add(makeHeader(store, connection, abort), 30);
+loop.add(makeForms(act, store), 10);
+loop.add(makeNumbers(store), 10, box("numbers"));
+loop.add(waveform.draw, 15, box("waveform-card"));
+loop.add(makeHarmonics(box("harmonics"), store, themes), 5, box("harmonics-card"));
+loop.add(makeCycle(box("cycle-x"), box("cycle-v"), store, themes), 5, box("cycle-card"));
+loop.add(makePoints(box("points-gamma"), box("key-gamma"), axes.gamma, "γ, g", store, themes), 2, box("gamma-card"));
+loop.add(makePoints(box("points-phi"), box("key-phi"), axes.phi, "φ, degrees", store, themes), 2, box("phi-card"));
+loop.add(track.draw, 5, box("live-card"));
+loop.add(acceleration.draw, 5, box("live-card"));
+loop.add(cameras.draw, 15, box("cameras-card"));
+loop.add(makeHealth(box("jitter"), store, themes), 2, box("health-card"));
+loop.add(makeLog(box("log"), store), 5, box("log-card"));
+loop.start();
+
+/** While the page is hidden nothing is asked for; the daemon need not make what nobody sees. */
+function subscribe(): void {
+    const streams: [string, Plot | null, number][] = [
+        ["waveform", waveform.plot, 15], ["cycle", null, 2], ["track", track.plot, 10],
+        ["acceleration", acceleration.plot, 10],
+    ];
+    for (const [stream, plot, rate] of streams) {
+        if (document.hidden) connection.unsubscribe(stream);
+        else connection.subscribe(stream, Math.round((plot?.pixels || 400) * devicePixelRatio), rate);
+    }
+    cameras.subscribe();
+}
+document.addEventListener("visibilitychange", subscribe);
+window.setInterval(subscribe, 1000);  // widths change with the window, visibility with scrolling
+subscribe();

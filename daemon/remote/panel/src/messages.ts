@@ -1,0 +1,70 @@
+// Text of the daemon to the types of protocol.ts. What is missing gets a value that shows as "not known".
+import type { Drive, Jitter, LogEvent, Measured, Message, Result, Session, State } from "./protocol";
+
+export const maxPoints = 2000;
+
+const session: Session = {
+    state: "idle", since_s: null, rig: "", recording: null, controller: null, you_control: false,
+    trip: null, program: "shakerd", version: "",
+};
+const drive: Drive = { frequency_hz: null, gamma_mps2: null, rho: null, phi_rad: null, locked: false };
+const measured: Measured = { gamma_mps2: null, phi_rad: null, harmonics: [], rms_mps2: null, volts_peak: null };
+const result: Result = { v_D_mps: null, D_m: null, efficiency: null, mu: null, periods: null, steady: false };
+const jitter: Jitter = { bins_s: [], counts: [], worst_s: null };
+
+function object(value: unknown): Record<string, unknown> {
+    return typeof value === "object" && value !== null && !Array.isArray(value)
+        ? (value as Record<string, unknown>)
+        : {};
+}
+
+/** The section with everything in it; null and missing members take the value of `otherwise`. */
+function section<T extends object>(value: unknown, otherwise: T): T {
+    const given = Object.entries(object(value)).filter(([, member]) => member !== null);
+    return { ...otherwise, ...Object.fromEntries(given) };
+}
+
+function list<T>(value: unknown): T[] {
+    return Array.isArray(value) ? (value as T[]) : [];
+}
+
+function stateOf(raw: Record<string, unknown>): State {
+    return {
+        session: section(raw["session"], session),
+        drive: section(raw["drive"], drive),
+        measured: section(raw["measured"], measured),
+        result: section(raw["result"], result),
+        walker: (raw["walker"] ?? null) as State["walker"],
+        points: list<State["points"][number]>(raw["points"]).slice(-maxPoints),
+        clocks: list(raw["clocks"]),
+        losses: list(raw["losses"]),
+        disk: section(raw["disk"], { free_bytes: null, lag_s: null }),
+        jitter: section(raw["jitter"], jitter),
+        limits: object(raw["limits"]),
+    };
+}
+
+function eventOf(raw: Record<string, unknown>): LogEvent {
+    return { t_s: Number(raw["t_s"]), kind: String(raw["kind"] ?? ""), text: String(raw["text"] ?? "") };
+}
+
+function parsed(text: string): unknown {
+    try {
+        return JSON.parse(text);
+    } catch {
+        return null;
+    }
+}
+
+/** Sections that a state leaves out are as they were `before`: the points need not come ten times a second. */
+function kept(raw: Record<string, unknown>, before: State | null): Partial<State> {
+    return Object.fromEntries(Object.entries(before ?? {}).filter(([name]) => !(name in raw)));
+}
+
+/** Null for what is no message that this page knows. */
+export function parseMessage(text: string, before: State | null = null): Message | null {
+    const raw = object(parsed(text));
+    if (raw["type"] === "state") return { type: "state", state: { ...stateOf(raw), ...kept(raw, before) } };
+    if (raw["type"] === "event") return { type: "event", event: eventOf(raw) };
+    return null;
+}

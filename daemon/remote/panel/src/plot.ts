@@ -1,0 +1,85 @@
+// A uPlot in a box: it follows the box's width and the theme. Nothing is drawn but from draw().
+import uPlot from "uplot";
+import type { Theme, Themes } from "./theme";
+
+export type Columns = (number | null)[][];
+export type Options = Omit<uPlot.Options, "width" | "height">;
+
+/** Dashes of lines, in CSS px: what a colour means, a dash says too. */
+export const dashes = { solid: [] as number[], dashed: [7, 4], dotted: [2, 3] };
+
+export class Plot {
+    private plot: uPlot | null = null;
+    private themeVersion = -1;
+    private width = 0;
+    private height = 0;
+
+    constructor(
+        readonly box: HTMLElement,
+        private readonly themes: Themes,
+        private readonly options: (theme: Theme) => Options,
+    ) {
+        new ResizeObserver(([entry]) => {
+            this.width = Math.floor(entry!.contentRect.width);
+            this.height = Math.floor(entry!.contentRect.height);
+        }).observe(box);
+    }
+
+    /** CSS px across; 0 before it was laid out. */
+    get pixels(): number { return this.width; }
+
+    /** True when drawing is due though the data are the same. */
+    get stale(): boolean {
+        return this.themeVersion !== this.themes.version || this.plot?.width !== this.width ||
+            this.plot.height !== this.height;
+    }
+
+    draw(data: Columns): void {
+        if (this.width < 40 || this.height < 40) return;
+        if (this.themeVersion !== this.themes.version) this.remake(data);
+        const plot = this.plot!;
+        if (plot.width !== this.width || plot.height !== this.height)
+            plot.setSize({ width: this.width, height: this.height });
+        plot.setData(data as uPlot.AlignedData);
+    }
+
+    private remake(data: Columns): void {
+        this.plot?.destroy();
+        this.themeVersion = this.themes.version;
+        this.plot = new uPlot(
+            { ...this.options(this.themes.current), width: this.width, height: this.height },
+            data as uPlot.AlignedData, this.box,
+        );
+    }
+}
+
+function axis(theme: Theme, label: string, size: number, more: uPlot.Axis): uPlot.Axis {
+    return {
+        label,
+        labelSize: 18,
+        labelGap: 0,
+        labelFont: "12px system-ui, sans-serif",
+        font: "11px system-ui, sans-serif",
+        stroke: theme.text,
+        grid: { stroke: theme.grid, width: 1 },
+        ticks: { stroke: theme.grid, width: 1, size: 4 },
+        gap: 3,
+        size,
+        ...more,
+    };
+}
+
+/** A range that shows silence as silence: noise below `size` is not blown up. */
+export function atLeast(size: number): uPlot.Scale {
+    return { range: { min: { pad: 0.1, soft: -size, mode: 2 }, max: { pad: 0.1, soft: size, mode: 2 } } };
+}
+
+export const xAxis = (theme: Theme, label: string, more: uPlot.Axis = {}): uPlot.Axis => axis(theme, label, 26, more);
+export const yAxis = (theme: Theme, label: string, more: uPlot.Axis = {}): uPlot.Axis => axis(theme, label, 46, more);
+
+export function line(stroke: string, dash: number[], width = 2): uPlot.Series {
+    return { stroke, width, dash, points: { show: false } };
+}
+
+/** No zoom by dragging, which would hide data from an operator unasked; the keys of the lines are in the page. */
+export const common: Pick<Options, "cursor" | "legend"> = { cursor: { show: false }, legend: { show: false } };

@@ -1,0 +1,71 @@
+// What came last from the daemon, in bounded memory. Views read it when they draw; nothing here calls them.
+import { decodeFrame, FrameError, streamIds, type PictureFrame, type SampleFrame } from "./frames";
+import { parseMessage } from "./messages";
+import type { LogEvent, State } from "./protocol";
+import { Rolling } from "./rolling";
+
+export const maxEvents = 500;
+const maxCameras = 4;
+
+export class Store {
+    state: State | null = null;
+    /** Grows with each state. */
+    stateVersion = 0;
+    readonly events: LogEvent[] = [];
+    /** How many events there ever were: events[events.length - 1] is number `eventCount`. */
+    eventCount = 0;
+    waveform: SampleFrame | null = null;
+    cycle: SampleFrame | null = null;
+    readonly acceleration = new Rolling(98304, 2);
+    readonly track = new Rolling(16384, 2);
+    readonly pictures: (PictureFrame | null)[] = Array.from({ length: maxCameras }, () => null);
+    /** Messages that could not be read. */
+    unreadable = 0;
+    private gaps = 0;
+
+    /** Messages that came too late or not at all because this page or its network is slow. */
+    get missed(): number { return this.gaps; }
+
+    text(message: string): void {
+        const parsed = parseMessage(message, this.state);
+        if (!parsed) this.unreadable++;
+        if (parsed?.type === "state") {
+            this.state = parsed.state;
+            this.stateVersion++;
+        } else if (parsed?.type === "event") {
+            this.events.push(parsed.event);
+            this.eventCount++;
+            if (this.events.length > maxEvents) this.events.shift();
+        }
+    }
+
+    binary(message: ArrayBuffer): void {
+        try {
+            const frame = decodeFrame(message);
+            if (frame.gap) this.gaps++;
+            if (frame.what === "picture") {
+                if (frame.camera < maxCameras) this.pictures[frame.camera] = frame;
+            } else this.samples(frame);
+        } catch (error) {
+            if (!(error instanceof FrameError)) throw error;
+            this.unreadable++;
+        }
+    }
+
+    /** The daemon tells its last events at every connect, so those of the connection before go. */
+    connected(): void {
+        this.events.length = 0;
+        this.eventCount = 0;
+        this.acceleration.clear();
+        this.track.clear();
+    }
+
+    private samples(frame: SampleFrame): void {
+        switch (frame.stream) {
+            case streamIds.acceleration: this.acceleration.push(frame); break;
+            case streamIds.track: this.track.push(frame); break;
+            case streamIds.waveform: if (frame.channels >= 2) this.waveform = frame; break;
+            case streamIds.cycle: if (frame.channels >= 5) this.cycle = frame; break;
+        }
+    }
+}

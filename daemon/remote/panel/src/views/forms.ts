@@ -1,0 +1,90 @@
+// Forms send one action each and show its answer beside the button that asked.
+import type { Actions } from "../actions";
+import { byId, setData, setHidden, setText } from "../dom";
+import type { Session } from "../protocol";
+import type { Store } from "../store";
+import { makeDriveForm } from "./drive_form";
+
+type Body = () => Record<string, unknown> | { refused: string };
+
+/** Wires a form: `body` says what to send, or why not; `sent` is called when the daemon took it. */
+export function wire(form: HTMLFormElement, act: Actions, body: Body, sent: () => void = () => undefined): void {
+    const answer = form.querySelector("output")!;
+    const button = form.querySelector<HTMLButtonElement>("button:not([type=button])")!;
+    const say = (kind: string, text: string): void => {
+        setData(answer, "kind", kind);
+        setText(answer, text);
+    };
+    let number = 0;
+    form.addEventListener("submit", (event) => {
+        event.preventDefault();
+        if (button.getAttribute("aria-busy") === "true") return;
+        const content = body();
+        if ("refused" in content) return say("error", String(content["refused"]));
+        const mine = ++number;
+        button.setAttribute("aria-busy", "true");  // disabling it would take the focus away
+        say("busy", "…");
+        void act(form.dataset["action"]!, content).then((result) => {
+            button.removeAttribute("aria-busy");
+            if (!result.ok) return say("error", result.error);
+            say("ok", "✓");
+            setTimeout(() => { if (mine === number && answer.dataset["kind"] === "ok") say("", ""); }, 3000);
+            sent();
+        });
+    });
+}
+
+function form(id: string): HTMLFormElement { return byId(id, HTMLFormElement); }
+
+function wireStart(act: Actions): void {
+    const periods = byId("periods", HTMLInputElement);
+    wire(form("start"), act, () => {
+        if (periods.validity.badInput) return { refused: "periods: a whole number, or nothing" };
+        if (periods.value === "") return {};
+        const count = Number(periods.value);
+        return Number.isInteger(count) && count >= 1 ? { periods: count } : { refused: "periods: a whole number from 1" };
+    });
+}
+
+/** The same button begins and ends a recording; what it does stands on it. */
+function wireRecord(act: Actions, store: Store): (session: Session) => void {
+    const name = byId("record-name", HTMLInputElement), frames = byId("record-frames", HTMLSelectElement);
+    const button = byId("record-button", HTMLButtonElement);
+    wire(form("record"), act, () => {
+        if (store.state?.session.recording != null) return { name: null, frames: frames.value };
+        const text = name.value.trim();
+        return text ? { name: text, frames: frames.value } : { refused: "name: needed" };
+    });
+    return (session) => {
+        const on = session.recording !== null;
+        setText(button, on ? "End the recording" : "Record");
+        name.disabled = frames.disabled = on;
+    };
+}
+
+export function makeForms(act: Actions, store: Store): () => void {
+    for (const simple of document.querySelectorAll<HTMLFormElement>("form:not([id])")) wire(simple, act, () => ({}));
+    wire(form("take"), act, () => ({}));
+    wire(form("release"), act, () => ({}));
+    wireStart(act);
+    const showRecord = wireRecord(act, store);
+    const showDrive = makeDriveForm(act, store);
+    const holder = byId("holder", HTMLElement);
+    let seen = -1;
+    return () => {
+        const { state } = store;
+        if (!state || seen === store.stateVersion) return;
+        seen = store.stateVersion;
+        const { session } = state;
+        setText(holder, holderWords(session));
+        setHidden(form("take"), session.you_control);
+        setHidden(form("release"), !session.you_control);
+        showRecord(session);
+        showDrive(state);
+    };
+}
+
+function holderWords({ you_control, controller }: Session): string {
+    if (you_control) return "✓ You have control.";
+    return controller ? `${controller} has control; you watch.` : "Nobody has control; you watch.";
+}

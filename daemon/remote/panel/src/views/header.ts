@@ -1,0 +1,73 @@
+// State, recording, trip, connection, and what becomes of an abort.
+import type { Abort, AbortStatus } from "../abort";
+import type { Connection } from "../connection";
+import { byId, setData, setHidden, setText } from "../dom";
+import { duration, fixed, number } from "../format";
+import type { RunState, Session } from "../protocol";
+import type { Store } from "../store";
+
+/** A sign beside the word: the states differ without their colours. */
+const words: Record<RunState, string> = {
+    idle: "○ idle", armed: "◇ armed", identifying: "≈ identifying", ramping: "▲ ramping", settling: "◐ settling",
+    running: "● running", stopping: "▼ stopping", tripped: "✖ tripped",
+};
+const driving = new Set<RunState>(["identifying", "ramping", "settling", "running", "stopping"]);
+
+export function makeHeader(store: Store, connection: Connection, abort: Abort): () => void {
+    const title = byId("title", HTMLElement), program = byId("program", HTMLElement);
+    const state = byId("state", HTMLElement), more = byId("state-more", HTMLElement);
+    const recording = byId("recording", HTMLElement);
+    const trip = byId("trip", HTMLElement), tripText = byId("trip-text", HTMLElement);
+    const link = byId("link", HTMLElement), status = byId("abort-status", HTMLElement);
+    byId("abort", HTMLButtonElement).addEventListener("click", () => void abort.send());
+
+    const showSession = (session: Session): void => {
+        const kind = session.state === "tripped" ? "tripped" : driving.has(session.state) ? "driving" : "silent";
+        setText(title, session.program);
+        setText(program, `${session.program} ${session.version}`);
+        setText(state, words[session.state] ?? session.state);
+        setData(state, "kind", kind);
+        setText(more, `for ${duration(session.since_s)}, on ${session.rig || "no rig"}`);
+        setHidden(recording, session.recording === null);
+        setText(recording, session.recording === null ? "" : `● recording ${session.recording}`);
+        setHidden(trip, session.trip === null);
+        if (session.trip)
+            setText(tripText, `Tripped at ${number(session.trip.t_s)} s: ${session.trip.cause}. ${session.trip.text}`);
+    };
+
+    return () => {
+        const session = store.state?.session ?? null;
+        if (session) showSession(session);
+        showLink(link, connection);
+        setText(status, abortWords(abort.status));
+        setData(status, "kind", ["sending", "failed"].includes(abort.status.state) ? "trouble" : "calm");
+        const words = pageTitle(session, connection);
+        if (document.title !== words) document.title = words;
+    };
+}
+
+/** The banner is an alert: its text must not change with every second, or it is read out with every second. */
+function showLink(link: HTMLElement, connection: Connection): void {
+    const { lostAt } = connection;
+    document.body.classList.toggle("stale", lostAt !== null);
+    setHidden(link, lostAt === null);
+    if (lostAt === null) return;
+    const since = new Date(performance.timeOrigin + lostAt).toLocaleTimeString();
+    const what = connection.heard ? "What is shown is old." : "Nothing was received yet.";
+    setText(link, `Not connected since ${since}. ${what} Trying again; ABORT is sent all the same.`);
+}
+
+function pageTitle(session: Session | null, connection: Connection): string {
+    if (connection.lostAt !== null) return "not connected – shakerd";
+    return session ? `${session.state} – ${session.program}` : "shakerd";
+}
+
+function abortWords(status: AbortStatus): string {
+    switch (status.state) {
+        case "ready": return "Esc or Space";
+        case "sending":
+            return status.error ? `ABORT not through: ${status.error}; attempt ${status.attempt}` : "ABORT sent…";
+        case "done": return `ABORT received, ${fixed(status.took_ms, 0)} ms`;
+        case "failed": return `ABORT failed: ${status.error}. Use the hardware stop!`;
+    }
+}

@@ -1,0 +1,27 @@
+// The events, newest first: as many nodes as the store keeps events, no more.
+import { make } from "../dom";
+import { fixed } from "../format";
+import type { LogEvent } from "../protocol";
+import { maxEvents, type Store } from "../store";
+
+function item(event: LogEvent): HTMLLIElement {
+    const line = make("li");
+    line.dataset["kind"] = event.kind;
+    line.append(make("time", "", `${fixed(event.t_s, 2)} s`), make("b", "", event.kind), make("span", "", event.text));
+    return line;
+}
+
+export function makeLog(list: HTMLElement, store: Store): () => void {
+    let shown = 0;
+    return () => {
+        if (store.eventCount === shown) return;
+        if (store.eventCount < shown) {
+            list.replaceChildren();
+            shown = 0;
+        }
+        const fresh = Math.min(store.eventCount - shown, store.events.length);
+        if (fresh) list.prepend(...store.events.slice(-fresh).reverse().map(item));
+        while (list.childElementCount > maxEvents) list.lastElementChild?.remove();
+        shown = store.eventCount;
+    };
+}

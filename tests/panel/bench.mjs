@@ -1,0 +1,177 @@
+// The played bench: states, drive and results as the daemon tells them. Time comes from outside, chance from a seed.
+import { closedForm, g, steadyPeriod } from "./motion.mjs";
+
+const mu = 0.113;
+const reach = 0.03;  // m, of the walker to either side
+
+/** mulberry32: the same numbers for the same seed. */
+export function chance(seed) {
+    return () => {
+        seed = (seed + 0x6d2b79f5) | 0;
+        let t = Math.imul(seed ^ (seed >>> 15), 1 | seed);
+        t = (t + Math.imul(t ^ (t >>> 7), 61 | t)) ^ t;
+        return ((t ^ (t >>> 14)) >>> 0) / 4294967296;
+    };
+}
+
+const next = { identifying: ["armed", 2], ramping: ["settling", 1], settling: ["running", 2], stopping: ["idle", 0.5] };
+const ranges = { frequency_hz: [1, 200], gamma_mps2: [0, 40], rho: [0, 1], phi_rad: [-7, 7] };
+
+export class Bench {
+    time = 0;
+    state = "idle";
+    since = 0;
+    drive = { frequency_hz: 20, gamma_mps2: g, rho: 0.5, phi_rad: 0 };
+    control = false;
+    recording = null;
+    trip = null;
+    periods = 0;
+    level = 0;  // of the drive, 0 to 1
+    x = 0;
+    events = [];
+    points = [];
+    random = chance(7);
+
+    constructor(tell) {
+        this.tell = tell;
+        this.motion = steadyPeriod(this.drive, mu);
+        this.sweep();
+        this.log("info", "the bench is open: sim:");
+    }
+
+    log(kind, text) {
+        const event = { type: "event", t_s: this.time, kind, text };
+        this.events = [...this.events, event].slice(-200);
+        this.tell(event);
+    }
+
+    become(state) {
+        this.state = state;
+        this.since = this.time;
+        if (state === "running") this.periods = 0;
+        this.log("state", state);
+    }
+
+    /** Points as a series left them: five phases against gamma, two amplitudes against phi. */
+    sweep() {
+        const add = (gamma, phi) => {
+            const drive = { ...this.drive, gamma_mps2: gamma * g, phi_rad: phi };
+            const { drift, period } = steadyPeriod(drive, mu, 100, 500);
+            const sigma = 0.0002 + 0.0001 * gamma;
+            this.points.push({
+                gamma_mps2: gamma * g, phi_rad: phi, v_D_mps: drift / period + (this.random() - 0.5) * 2 * sigma,
+                sigma_mps: sigma, closed_form_mps: closedForm(drive, mu),
+            });
+        };
+        for (const phi of [0, Math.PI / 4, Math.PI / 2, (3 * Math.PI) / 4])
+            for (let gamma = 0.5; gamma <= 3.01; gamma += 0.25) add(gamma, phi);
+        for (const gamma of [1, 3]) for (let k = -6; k <= 6; k++) add(gamma, (k * Math.PI) / 6);
+    }
+
+    step(dt) {
+        this.time += dt;
+        const [after, seconds] = next[this.state] ?? [];
+        if (after && this.time - this.since > seconds) this.become(after);
+        const wanted = ["ramping", "settling", "running"].includes(this.state) ? 1 : this.state === "identifying" ? 0.1 : 0;
+        this.level += Math.max(-dt / 0.05, Math.min(dt / 0.5, wanted - this.level));
+        if (this.state === "running") this.periods += dt * this.drive.frequency_hz;
+        this.x += (this.level * dt * this.motion.drift) / this.motion.period;
+        if (Math.abs(this.x) > reach) this.x = -Math.sign(this.x) * reach;
+    }
+
+    acceleration(t) {
+        const { frequency_hz: f, gamma_mps2: gamma, rho, phi_rad: phi } = this.drive, p = 2 * Math.PI * f * t;
+        const target = this.level * gamma * (rho * Math.sin(p) + (1 - rho) * Math.sin(2 * p + phi));
+        return [target, target * 1.001 + this.level * 0.05 * Math.sin(3 * p) + (this.random() - 0.5) * 0.4];
+    }
+
+    harmonics() {
+        const { gamma_mps2: gamma, rho } = this.drive;
+        return Array.from({ length: 8 }, (_, i) => {
+            const target = this.level * gamma * ([rho, 1 - rho][i] ?? 0);
+            const wobble = this.level * (this.random() - 0.5);
+            return {
+                n: i + 1, target_mps2: target, measured_mps2: Math.abs(target * (1 + 4e-4 * wobble) + 8e-3 * wobble / (i + 1)),
+                phase_error_rad: target ? 1.2e-3 * wobble : null, sigma_mps2: 0.0015,
+            };
+        });
+    }
+
+    message() {
+        const { drift, period } = this.motion, some = this.state === "running" && this.periods > 4;
+        const error = 1 / Math.sqrt(Math.max(1, this.periods));
+        const estimate = (value, sigma) => some ? { value: value + (this.random() - 0.5) * sigma, sigma } : null;
+        const v = drift / period, scale = this.drive.gamma_mps2 / (2 * Math.PI * this.drive.frequency_hz);
+        return {
+            type: "state",
+            session: {
+                state: this.state, since_s: this.time - this.since, rig: "sim:", recording: this.recording,
+                controller: this.control ? "this page" : null, you_control: this.control, trip: this.trip,
+                program: "shakerd", version: "0.1.0",
+            },
+            drive: { ...this.drive, locked: this.level === 1 },
+            measured: {
+                gamma_mps2: this.level > 0.5 ? this.drive.gamma_mps2 * 1.0003 : null, phi_rad: this.level > 0.5 ? this.drive.phi_rad + 4e-4 : null,
+                harmonics: this.harmonics(), rms_mps2: this.level * this.drive.gamma_mps2 / 2, volts_peak: 0.412 * this.level,
+            },
+            result: {
+                v_D_mps: estimate(v, 6e-4 * error), D_m: estimate(drift, 3e-5 * error),
+                efficiency: estimate(Math.abs(v) / (scale * Math.sqrt(5 / 32)), 0.01 * error), mu: estimate(mu, 0.004 * error),
+                periods: Math.floor(this.periods), steady: this.periods > 20,
+            },
+            walker: { x_m: this.x, low_m: -reach, high_m: reach },
+            points: this.points,
+            clocks: [{ name: "DAC", ppm: 0, residual_s: 2.1e-6 }, { name: "accelerometer", ppm: -37.52, residual_s: 3.4e-6 },
+                { name: "camera top", ppm: 12.04, residual_s: 1.1e-6 }, { name: "camera side", ppm: 11.87, residual_s: 1.2e-6 }],
+            losses: [{ stream: "accelerometer", got: Math.floor(this.time * 4000), lost: 0 },
+                { stream: "camera:top", got: Math.floor(this.time * 1000), lost: 3 },
+                { stream: "camera:side", got: Math.floor(this.time * 1000), lost: 0 }],
+            disk: { free_bytes: 1.12e11, lag_s: 0.042 },
+            jitter: {
+                bins_s: [1e-6, 2e-6, 5e-6, 1e-5, 2e-5, 5e-5, 1e-4, 2e-4, 5e-4, 1e-3],
+                counts: [0, 40, 900, 4200, 2600, 410, 55, 9, 1, 0].map((count) => Math.floor(count * (1 + this.time / 10))),
+                worst_s: 3.1e-4,
+            },
+            limits: { acceleration_abort_mps2: 60, displacement_abort_mm: 4, drive_abort_V: 2 },
+        };
+    }
+
+    /** What an action does: null, or the words of its refusal. */
+    act(name, body) {
+        if (name === "abort") {
+            this.trip = { cause: "operator_stop", text: "ABORT from the page", t_s: this.time };
+            this.become("tripped");
+            return null;
+        }
+        if (name === "control/request") return (this.control = true, null);
+        if (!this.control) return "another has control: request it first";
+        switch (name) {
+            case "control/release": this.control = false; return null;
+            case "clear": this.trip = null; this.become("idle"); return null;
+            case "drive": return this.set(body);
+            case "identify": this.become("identifying"); return null;
+            case "start": return this.start();
+            case "stop": this.become("stopping"); return null;
+            case "record": this.recording = body.name; this.log("record", body.name ?? "ended"); return null;
+            default: return `no action ${name}`;
+        }
+    }
+
+    start() {
+        if (this.state !== "armed") return `start: the state is ${this.state}, it must be armed`;
+        this.become("ramping");
+        return null;
+    }
+
+    set(body) {
+        if (this.state === "tripped") return "drive: tripped; clear the trip first";
+        for (const [key, value] of Object.entries(body)) {
+            const [low, high] = ranges[key] ?? [];
+            if (!(value >= low && value <= high)) return `${key} = ${value}: allowed ${low} to ${high}`;
+        }
+        this.drive = { ...this.drive, ...body };
+        this.motion = steadyPeriod(this.drive, mu);
+        if (this.state === "idle") this.become("armed");
+        return null;
+    }
+}

@@ -1,0 +1,259 @@
+// The page in headless Chromium: what it sends, and what it does when something fails.
+import assert from "node:assert/strict";
+import { join } from "node:path";
+import test, { after, afterEach, before, beforeEach } from "node:test";
+import { idle, openPage, phone, running, setStage, until } from "./stage.mjs";
+
+const folder = process.env.PANEL_SCREENSHOTS;
+let stage, server;
+before(async () => {
+    stage = await setStage();
+    ({ server } = stage);
+});
+after(() => stage.clear());
+afterEach(() => stage.closePages());
+beforeEach(async () => {
+    server.refuse = null;
+    server.silent = false;
+    await idle(stage);
+    server.requests.length = 0;
+});
+
+const last = () => server.requests.at(-1);
+const sent = async (name) => {
+    await until(() => last()?.name === name, `POST ${name}`);
+    return last().body;
+};
+const aborts = () => server.requests.filter(({ name }) => name === "abort").length;
+const press = (page, name) => page.getByRole("button", { name, exact: true }).click();
+const isTripped = (page) => page.waitForFunction(() => document.getElementById("state").textContent.includes("tripped"));
+const refusal = /Failed to load resource/;
+
+test("The drive's form sends the fields that were edited, in SI, with the token", async () => {
+    const { page, troubles } = await openPage(stage);
+    await until(async () => (await page.inputValue("#drive-gamma")) === "1", "the field follows the drive");
+    await page.fill("#drive-gamma", "1.5");
+    await page.fill("#drive-phi", "35");
+    await press(page, "Set and arm");
+    const body = await sent("drive");
+    assert.deepEqual(Object.keys(body), ["gamma_mps2", "phi_rad"]);
+    assert.ok(Math.abs(body.gamma_mps2 - 14.7) < 1e-9 && Math.abs(body.phi_rad - (35 * Math.PI) / 180) < 1e-9);
+    assert.equal(last().token, "opensesame");
+    await page.waitForFunction(() => document.getElementById("state").textContent.includes("armed"));
+    await page.selectOption("#drive-gamma-unit", "mps2");
+    assert.equal(await page.inputValue("#drive-gamma"), "14.7");
+    await page.fill("#drive-rho", "0.4");
+    await page.press("#drive-rho", "Enter");
+    assert.deepEqual(await sent("drive").then(() => until(() => last().body.rho, "rho")).then(() => last().body), { rho: 0.4 });
+    assert.deepEqual(troubles, []);
+});
+
+test("An edited field does not follow the daemon until it is sent or reverted", async () => {
+    const { page } = await openPage(stage);
+    await page.fill("#drive-frequency", "33");
+    server.bench.act("drive", { frequency_hz: 25 });
+    await page.waitForTimeout(400);
+    assert.equal(await page.inputValue("#drive-frequency"), "33");
+    await press(page, "Revert");
+    assert.equal(await page.inputValue("#drive-frequency"), "25");
+    server.bench.act("drive", { frequency_hz: 20 });
+    await until(async () => (await page.inputValue("#drive-frequency")) === "20", "it follows again");
+});
+
+test("Each button sends its action, and the whole way from arming to a stop works", async () => {
+    server.bench.control = false;
+    const { page, troubles } = await openPage(stage);
+    await press(page, "Take control");
+    assert.deepEqual(await sent("control/request"), {});
+    await page.getByText("You have control").waitFor();
+    await press(page, "Set and arm");
+    assert.deepEqual(Object.keys(await sent("drive")).sort(), ["frequency_hz", "gamma_mps2", "phi_rad", "rho"]);
+    await press(page, "Identify");
+    assert.deepEqual(await sent("identify"), {});
+    await until(() => server.bench.state === "armed", "identified");
+    await page.fill("#record-name", "  walk.nxs ");
+    await page.selectOption("#record-frames", "full");
+    await press(page, "Record");
+    assert.deepEqual(await sent("record"), { name: "walk.nxs", frames: "full" });
+    await page.getByText("recording walk.nxs").waitFor();
+    await page.fill("#periods", "40");
+    await press(page, "Start");
+    assert.deepEqual(await sent("start"), { periods: 40 });
+    await page.waitForFunction(() => document.getElementById("state").textContent.includes("running"));
+    await press(page, "Stop");
+    assert.deepEqual(await sent("stop"), {});
+    await press(page, "End the recording");
+    assert.equal((await sent("record")).name, null);
+    await until(() => server.bench.state === "idle", "stopped");
+    await press(page, "Release control");
+    assert.deepEqual(await sent("control/release"), {});
+    await page.getByText("Nobody has control").waitFor();
+    assert.deepEqual(troubles, []);
+});
+
+test("A new drive while it runs is played", async () => {
+    await running(stage);
+    const { page } = await openPage(stage);
+    await page.fill("#drive-gamma", "2");
+    await press(page, "Set the drive");
+    await until(() => server.bench.drive.gamma_mps2 === 19.6, "gamma");
+    await until(async () => Number((await page.locator("#v-D").textContent()).split(" ±")[0]) > 30, "v_D at 2 g");
+});
+
+test("A refusal is shown by the form that asked, in the daemon's words, and goes with the next success", async () => {
+    const { page, troubles } = await openPage(stage);
+    await page.fill("#drive-frequency", "500");
+    await press(page, "Set and arm");
+    const answer = page.locator("#drive output");
+    await page.getByText("frequency_hz = 500: allowed 1 to 200").waitFor();
+    assert.equal(await answer.textContent(), "frequency_hz = 500: allowed 1 to 200");
+    assert.equal(await page.locator("#start output").textContent(), "");
+    if (folder) await page.screenshot({ path: join(folder, "refusal.png") });
+    await press(page, "Start");
+    await until(async () => /must be armed/.test(await page.locator("#start output").textContent()), "the other form");
+    await page.fill("#drive-frequency", "21");
+    await press(page, "Set and arm");
+    await until(async () => !/allowed/.test(await answer.textContent()), "gone");
+    assert.ok(troubles.every((trouble) => refusal.test(trouble)), troubles.join());
+});
+
+test("What is no number, or no whole number of periods, is refused without asking the daemon", async () => {
+    const { page } = await openPage(stage);
+    await page.fill("#drive-rho", "");
+    await press(page, "Set and arm");
+    await page.getByText("rho: a number is needed").waitFor();
+    await page.fill("#periods", "2.5");
+    await press(page, "Start");
+    await page.getByText("periods: a whole number from 1").waitFor();
+    await press(page, "Record");
+    await page.getByText("name: needed").waitFor();
+    assert.deepEqual(server.requests, []);
+});
+
+test("ABORT by click stops the drive, is told, and needs no control; clearing leads back", async () => {
+    await running(stage);
+    server.bench.control = false;
+    const { page, troubles } = await openPage(stage);
+    await page.click("#abort");
+    await sent("abort");
+    assert.equal(last().body, null);
+    await isTripped(page);
+    await until(() => server.bench.level === 0, "silent");
+    assert.match(await page.locator("#abort-status").textContent(), /^ABORT received, \d+ ms$/);
+    assert.match(await page.locator("#trip-text").textContent(), /operator_stop/);
+    server.bench.control = true;
+    if (folder) await page.screenshot({ path: join(folder, "trip.png") });
+    await press(page, "Clear the trip");
+    await sent("clear");
+    await page.waitForFunction(() => document.getElementById("trip").hidden);
+    assert.deepEqual(troubles, []);
+});
+
+test("ABORT by Escape works everywhere, also in a field", async () => {
+    const { page } = await openPage(stage);
+    await page.keyboard.press("Escape");
+    await until(() => aborts() === 1, "one");
+    await page.focus("#record-name");
+    await page.keyboard.press("Escape");
+    await until(() => aborts() === 2, "two");
+    await isTripped(page);
+});
+
+test("Space aborts, even on another button, but not where it is typed", async () => {
+    const { page } = await openPage(stage);
+    await page.focus("#record-name");
+    await page.keyboard.type("a b");
+    await page.waitForTimeout(200);
+    assert.equal(aborts(), 0);
+    assert.equal(await page.inputValue("#record-name"), "a b");
+    await page.focus("#start button");
+    await page.keyboard.press("Space");
+    await until(() => aborts() === 1, "abort");
+    await page.waitForTimeout(200);
+    assert.deepEqual(server.requests.map(({ name }) => name), ["abort"]);
+    await page.focus("#abort");
+    await page.keyboard.press("Space");
+    await until(() => aborts() === 2, "abort on its own button");
+    await page.waitForTimeout(200);
+    assert.equal(aborts(), 2);
+});
+
+test("ABORT gets through while the socket is down, and is repeated until it does", async () => {
+    await running(stage);
+    const { page } = await openPage(stage);
+    server.silent = true;
+    server.dropAll();
+    await page.waitForFunction(() => document.body.classList.contains("stale"));
+    await page.keyboard.press("Escape");
+    await until(() => aborts() >= 3, "repeated");
+    await page.waitForFunction(() => /not through.*attempt \d/.test(document.getElementById("abort-status").textContent));
+    if (folder) await page.screenshot({ path: join(folder, "lost.png") });
+    assert.equal(server.bench.state, "running");
+    server.silent = false;
+    await until(() => server.bench.state === "tripped", "aborted");
+    await page.waitForFunction(() => /received/.test(document.getElementById("abort-status").textContent));
+    const count = aborts();
+    await page.waitForTimeout(1500);
+    assert.equal(aborts(), count, "no more of them once it was received");
+});
+
+test("It says since when it is not connected, greys what is old, and connects again by itself", async () => {
+    const { page } = await openPage(stage, { viewport: phone });
+    const events = await page.locator("#log li").count();
+    server.silent = true;
+    server.dropAll();
+    await page.getByText(/Not connected since \d/).waitFor();
+    assert.ok(Number(await page.evaluate(() => getComputedStyle(document.querySelector(".big")).opacity)) < 0.5);
+    assert.equal(await page.evaluate(() => document.documentElement.scrollWidth), 390);
+    await page.waitForTimeout(1000);
+    server.silent = false;
+    await page.waitForFunction(() => document.getElementById("link").hidden && !document.body.classList.contains("stale"), null, { timeout: 10_000 });
+    await page.locator("#log").scrollIntoViewIfNeeded();
+    await page.waitForTimeout(500);
+    assert.ok(Math.abs((await page.locator("#log li").count()) - server.bench.events.length) <= 1, "the log is not doubled");
+    assert.ok(events <= server.bench.events.length);
+    await until(() => server.subscribed().includes("waveform"), "streams are asked for again");
+});
+
+test("A socket that is open but silent is taken for lost", async () => {
+    const { page } = await openPage(stage);
+    server.mute = true;
+    await page.getByText(/Not connected since/).waitFor({ timeout: 6000 });
+    const since = await page.locator("#link").textContent();
+    await page.waitForTimeout(4000);
+    assert.equal(await page.locator("#link").textContent(), since, "it stays so while the daemon says nothing");
+    server.mute = false;
+    await page.waitForFunction(() => document.getElementById("link").hidden, null, { timeout: 8000 });
+});
+
+test("A part of the page that fails leaves state, trip and ABORT alone", async () => {
+    const { bench } = server;
+    const { page, troubles } = await openPage(stage);
+    bench.message = () => ({ ...Object.getPrototypeOf(bench).message.call(bench), losses: [{ stream: "camera:top" }] });
+    await page.locator("#health-card").scrollIntoViewIfNeeded();
+    await until(() => troubles.some((trouble) => /TypeError/.test(trouble)), "the table of losses fails");
+    await page.keyboard.press("Escape");
+    await isTripped(page);
+    assert.match(await page.locator("#trip-text").textContent(), /^Tripped at [\d.]+ s: operator_stop/);
+    assert.equal(troubles.length, 1, "it is told once");
+    delete bench.message;
+});
+
+test("Everything can be reached and read by keyboard and screen reader", async () => {
+    const { page } = await openPage(stage);
+    const unnamed = await page.evaluate(() => [...document.querySelectorAll("button, input, select, [tabindex]")]
+        .filter((e) => !(e.labels?.length || e.getAttribute("aria-label") || e.getAttribute("aria-labelledby") || e.textContent.trim()))
+        .map((e) => e.outerHTML));
+    assert.deepEqual(unnamed, []);
+    const wanted = await page.evaluate(() => [...document.querySelectorAll("button, input, select, summary, #log")]
+        .filter((e) => !e.disabled && e.offsetParent !== null && e.id).map((e) => e.id));
+    const reached = new Set();
+    for (let k = 0; k < 60; k++) {
+        await page.keyboard.press("Tab");
+        reached.add(await page.evaluate(() => document.activeElement.id));
+    }
+    assert.deepEqual(wanted.filter((id) => !reached.has(id)), []);
+    for (const [id, live] of [["state", "polite"], ["abort-status", "assertive"]])
+        assert.equal(await page.locator(`#${id}`).getAttribute("aria-live"), live);
+    for (const id of ["trip", "link"]) assert.equal(await page.locator(`#${id}`).getAttribute("role"), "alert");
+});

@@ -1,0 +1,161 @@
+// The page in headless Chromium: what it shows.
+import assert from "node:assert/strict";
+import { mkdirSync } from "node:fs";
+import { join } from "node:path";
+import test, { after, afterEach, before } from "node:test";
+import { laptop, openPage, phone, running, setStage, until } from "./stage.mjs";
+
+const folder = process.env.PANEL_SCREENSHOTS;
+let stage;
+before(async () => { stage = await setStage(); });
+after(() => stage.clear());
+afterEach(() => stage.closePages());
+
+const text = (page, id) => page.locator(`#${id}`).textContent();
+const overflow = (page) => page.evaluate(() => document.documentElement.scrollWidth - innerWidth);
+
+test("It loads without a console error, a policy violation, or a request to another host", async () => {
+    const { page, troubles } = await openPage(stage);
+    await page.waitForTimeout(1500);
+    for (const card of await page.locator(".card").all()) await card.scrollIntoViewIfNeeded();
+    await page.waitForTimeout(500);
+    assert.deepEqual(troubles, []);
+    assert.equal(await page.evaluate(() => location.hash), "");
+});
+
+test("It shows the results with their errors, the drive, and the state", async () => {
+    await running(stage);
+    const { page } = await openPage(stage);
+    await until(async () => (await text(page, "v-D")) !== "–", "v_D");
+    const [value, sigma] = (await text(page, "v-D")).split(" ± ").map(Number);
+    assert.ok(Math.abs(value - 14.58) < 5 * sigma && sigma > 0, `${value} ${sigma}`);
+    for (const id of ["D", "efficiency", "mu"]) assert.match(await text(page, id), /^[\d.]+ ± [\d.]+$/);
+    assert.equal(await text(page, "gamma-asked"), "1.000 g (9.800 m/s²)");
+    assert.match(await text(page, "steady"), /✓ steady, \d+ periods/);
+    assert.match(await text(page, "state"), /running/);
+    await page.locator("#log").scrollIntoViewIfNeeded();
+    await until(async () => /running/.test(await text(page, "log")), "the log");
+});
+
+test("Every plot and both cameras move with the data", async () => {
+    await running(stage);
+    const { page } = await openPage(stage);
+    for (const id of ["waveform", "harmonics", "cycle-x", "cycle-v", "live-track", "live-acceleration", "jitter", "cameras"]) {
+        const canvas = page.locator(`#${id} canvas`).first();
+        await canvas.scrollIntoViewIfNeeded();
+        await until(async () => (await canvas.boundingBox())?.width > 100, id);
+        await page.waitForTimeout(700);
+        const before = await canvas.screenshot();
+        await until(async () => !before.equals(await canvas.screenshot()), `${id} moves`);
+    }
+});
+
+test("A new point appears in the plots of the points", async () => {
+    await running(stage);
+    const { page } = await openPage(stage);
+    const canvas = page.locator("#points-gamma canvas");
+    await canvas.scrollIntoViewIfNeeded();
+    await page.waitForTimeout(1500);
+    const before = await canvas.screenshot();
+    await page.waitForTimeout(1200);
+    assert.ok(before.equals(await canvas.screenshot()), "it stands still without a new point");
+    stage.server.bench.points.push({ gamma_mps2: 14.7, phi_rad: 0, v_D_mps: -0.02, sigma_mps: 1e-3, closed_form_mps: null });
+    await until(async () => !before.equals(await canvas.screenshot()), "the point is drawn");
+});
+
+for (const [name, viewport, scale] of [["laptop", laptop, 1], ["phone", phone, 2]])
+    for (const colorScheme of ["light", "dark"])
+        test(`On a ${name} in ${colorScheme} colours nothing is wider than the screen`, async () => {
+            await running(stage);
+            const { page, troubles } = await openPage(stage, { viewport, colorScheme, deviceScaleFactor: scale });
+            await page.waitForTimeout(1500);
+            assert.equal(await overflow(page), 0);
+            const cut = await page.evaluate(() => [...document.querySelectorAll("dd, p, td, th, button, label")]
+                .filter((e) => e.scrollWidth > e.clientWidth + 1 && getComputedStyle(e).display !== "inline" && !e.hidden)
+                .map((e) => `${e.tagName}#${e.id} ${e.textContent}`));
+            assert.deepEqual(cut, []);
+            if (folder) await keepPicture(page, viewport, `${name}-${colorScheme}`);
+            assert.deepEqual(troubles, []);
+        });
+
+async function keepPicture(page, viewport, name) {
+    mkdirSync(folder, { recursive: true });
+    await page.screenshot({ path: join(folder, `${name}.png`) });
+    const height = await page.evaluate(() => document.documentElement.scrollHeight);
+    await page.setViewportSize({ width: viewport.width, height });
+    await page.waitForTimeout(2000);
+    await page.screenshot({ path: join(folder, `${name}-whole.png`) });
+}
+
+test("Words of any length fit a phone", async () => {
+    const { bench } = stage.server;
+    await running(stage);
+    const { page } = await openPage(stage, { viewport: phone });
+    bench.recording = "walker_on_glass_".repeat(7);
+    bench.trip = { cause: "acceleration", text: "x".repeat(300), t_s: 123456.7 };
+    bench.log("warning", "/a/very/long/path".repeat(20));
+    await until(async () => (await text(page, "trip-text")).includes("xxx"), "the trip is told");
+    await page.locator("#log").scrollIntoViewIfNeeded();
+    await until(async () => /very\/long/.test(await text(page, "log")), "the event is told");
+    assert.equal(await overflow(page), 0);
+    bench.recording = bench.trip = null;
+});
+
+test("The theme's button changes the colours of page and plots, and a reload keeps them", async () => {
+    const { page } = await openPage(stage, { colorScheme: "light" });
+    const ground = () => page.evaluate(() => getComputedStyle(document.body).backgroundColor);
+    const light = await ground();
+    await page.click("#theme");
+    await page.click("#theme");
+    assert.match(await text(page, "theme"), /dark/);
+    const dark = await ground();
+    assert.notEqual(dark, light);
+    await page.reload();
+    assert.equal(await ground(), dark);
+});
+
+test("Text is told apart from its ground by 4.5 to 1, in both themes", async () => {
+    for (const colorScheme of ["light", "dark"]) {
+        const { page } = await openPage(stage, { colorScheme });
+        const ratios = await page.evaluate(() => {
+            const style = getComputedStyle(document.documentElement);
+            const rgb = (name) => {
+                const hex = style.getPropertyValue(`--${name}`).trim().replace(/^#(.)(.)(.)$/, "#$1$1$2$2$3$3");
+                return [1, 3, 5].map((at) => parseInt(hex.slice(at, at + 2), 16) / 255);
+            };
+            const light = (name) => rgb(name).map((c) => (c <= 0.03928 ? c / 12.92 : ((c + 0.055) / 1.055) ** 2.4))
+                .reduce((sum, c, i) => sum + c * [0.2126, 0.7152, 0.0722][i], 0);
+            const ratio = (a, b) => (Math.max(light(a), light(b)) + 0.05) / (Math.min(light(a), light(b)) + 0.05);
+            return Object.fromEntries([["text", "card"], ["faint", "card"], ["faint", "page"], ["good", "card"],
+                ["on-accent", "accent"], ["text", "warn-ground"]].map(([a, b]) => [`${a} on ${b}`, ratio(a, b)]));
+        });
+        for (const [pair, ratio] of Object.entries(ratios)) assert.ok(ratio >= 4.5, `${colorScheme}: ${pair} ${ratio.toFixed(2)}`);
+    }
+});
+
+test("Hidden, it asks for nothing and draws nothing; shown again, it does", async () => {
+    await running(stage);
+    const { page } = await openPage(stage);
+    await until(() => stage.server.subscribed().includes("waveform"), "subscribed");
+    const hide = (hidden) => page.evaluate((value) => {
+        Object.defineProperty(document, "hidden", { value, configurable: true });
+        document.dispatchEvent(new Event("visibilitychange"));
+    }, hidden);
+    await hide(true);
+    await until(() => stage.server.subscribed().length === 0, "unsubscribed");
+    const canvas = page.locator("#waveform canvas"), before = await canvas.screenshot();
+    await page.waitForTimeout(500);
+    assert.ok(before.equals(await canvas.screenshot()));
+    await hide(false);
+    await until(() => stage.server.subscribed().includes("waveform"), "subscribed again");
+    await until(async () => !before.equals(await canvas.screenshot()), "drawn again");
+});
+
+test("Cameras are asked for only while they are in view", async () => {
+    const { page } = await openPage(stage, { viewport: phone });
+    await until(() => stage.server.subscribed().includes("waveform"), "subscribed");
+    await page.waitForTimeout(1200);
+    assert.ok(!stage.server.subscribed().some((stream) => stream.startsWith("camera:")));
+    await page.locator("#cameras").scrollIntoViewIfNeeded();
+    await until(() => ["camera:top", "camera:side"].every((stream) => stage.server.subscribed().includes(stream)), "cameras");
+});

@@ -1,0 +1,174 @@
+// What needs no browser: numbers as text, messages, frames, the rolling store, the curves.
+import assert from "node:assert/strict";
+import test from "node:test";
+import { chance } from "./bench.mjs";
+import { picture, samples } from "./frames.mjs";
+import { closedForm, g, steadyPeriod } from "./motion.mjs";
+import { source } from "./sources.mjs";
+
+const { withError, number, prefixed, duration, decibels } = await source("format");
+const { decodeFrame, channel, FrameError } = await source("frames");
+const { parseMessage } = await source("messages");
+const { Rolling } = await source("rolling");
+const { curves, axes, degrees, maxCurves } = await source("groups");
+
+const arrayBuffer = (buffers) => new Uint8Array(Buffer.concat(buffers)).buffer;
+const decoded = (buffers) => decodeFrame(arrayBuffer(buffers));
+
+test("A value has the decimals of its error, which has two digits", () => {
+    for (const [value, sigma, scale, text] of [
+        [0.014582, 0.000099, 1e3, "14.582 ± 0.099"], [-0.014582, 0.00123, 1e3, "−14.6 ± 1.2"], [0.113, 0.0053, 1, "0.1130 ± 0.0053"],
+        [1234, 56, 1, "1234 ± 56"], [123456, 1234, 1, "123456 ± 1234"], [1, 0.0996, 1, "1.00 ± 0.10"], [0.00001, 0.5, 1, "0.00 ± 0.50"],
+        [-0.001, 0.5, 1, "0.00 ± 0.50"], [14.5, 0, 1, "14.50 ± 0"], [14.5, null, 1, "14.50"], [null, 1, 1, "–"], [NaN, 1, 1, "–"],
+        [1, Infinity, 1, "1.000"],
+    ]) assert.equal(withError({ value, sigma }, scale), text);
+    assert.equal(withError(null), "–");
+});
+
+test("Whatever the size of an error, the shown value is off by less than a tenth of it", () => {
+    const random = chance(1);
+    for (let k = 0; k < 2000; k++) {
+        const sigma = 10 ** (random() * 9 - 6), value = (random() - 0.5) * sigma * 10 ** (random() * 4);
+        const [shown, error] = withError({ value, sigma }).replaceAll("−", "-").split(" ± ").map(Number);
+        assert.ok(Math.abs(shown - value) <= Math.min(0.5, sigma / 10), `${value} ${sigma}`);
+        assert.ok(Math.abs(error - sigma) <= sigma / 10);
+    }
+});
+
+test("Numbers, prefixes, durations and levels read as an operator writes them", () => {
+    assert.equal(number(9.8), "9.800");
+    assert.equal(number(0), "0");
+    assert.equal(number(-0.00012346), "−0.0001235");
+    assert.equal(prefixed(1.12e11, "B"), "112 GB");
+    assert.equal(prefixed(3.1e-4, "s"), "310 µs");
+    assert.equal(prefixed(0.9999, "s"), "1.00 s");
+    assert.equal(prefixed(2e-5, "s", 1), "20 µs");
+    assert.equal(prefixed(undefined, "s"), "–");
+    assert.equal(duration(4.24), "4.2 s");
+    assert.equal(duration(187.9), "3 min 07 s");
+    assert.equal(duration(7500), "2 h 05 min");
+    assert.ok(Math.abs(decibels(0.5, 1) + 6.0206) < 1e-4);
+    assert.equal(decibels(0, 1), -Infinity);
+    assert.equal(decibels(1, 0), null);
+});
+
+test("A frame of samples is read as it was written, with its flags", () => {
+    const frame = decoded(samples(2, [[1, 2, 3], [-1, NaN, 0.5]], { first: 2 ** 40, t0: 12.5, dt: 1e-3, flags: 5 }));
+    assert.deepEqual({ ...frame, values: [...frame.values] }, {
+        what: "samples", stream: 2, first: 2 ** 40, t0: 12.5, dt: 1e-3, count: 3, channels: 2, gap: true, pairs: false,
+        decimated: true, values: [1, -1, 2, NaN, 3, 0.5],
+    });
+    assert.deepEqual(channel(frame, 1, 2), [-2, null, 1]);
+});
+
+test("A picture is read with its marks, whatever their number", () => {
+    const jpeg = Buffer.from([0xff, 0xd8, 1, 2, 3, 0xff, 0xd9]);
+    for (let count = 0; count < 10; count++) {
+        const marks = Array.from({ length: count }, (_, i) => ({ x: i, y: 2 * i, width: 10.5, height: 4, kind: i }));
+        const frame = decoded(picture(1, jpeg, 640, 160, marks, { t0: 3 }));
+        assert.deepEqual({ ...frame, jpeg: [...frame.jpeg] },
+            { what: "picture", camera: 1, t0: 3, width: 640, height: 160, gap: false, marks, jpeg: [...jpeg] });
+    }
+});
+
+test("A frame that is cut anywhere, or of another kind or version, is refused", () => {
+    const jpeg = Buffer.alloc(9), mark = { x: 1, y: 2, width: 3, height: 4, kind: 0 };
+    for (const whole of [samples(1, [[1, 2], [3, 4]], {}), picture(0, jpeg, 4, 4, [mark], {})]) {
+        const bytes = arrayBuffer(whole);
+        decodeFrame(bytes);
+        for (let size = 0; size < bytes.byteLength; size++) assert.throws(() => decodeFrame(bytes.slice(0, size)), FrameError);
+    }
+    for (const at of [0, 4]) {
+        const bytes = arrayBuffer(samples(1, [[1]], {}));
+        new Uint8Array(bytes)[at] ^= 0xff;
+        assert.throws(() => decodeFrame(bytes), FrameError);
+    }
+});
+
+test("A state with members missing or null becomes one that can be shown", () => {
+    const { state } = parseMessage(JSON.stringify({ type: "state", session: { state: "running" }, measured: { harmonics: null }, result: null }));
+    assert.equal(state.session.state, "running");
+    assert.equal(state.session.recording, null);
+    assert.deepEqual(state.measured.harmonics, []);
+    assert.equal(state.result.v_D_mps, null);
+    assert.deepEqual(state.points, []);
+    assert.equal(parseMessage('{"type":"weather"}'), null);
+    const { state: later } = parseMessage('{"type":"state","walker":null}', { ...state, points: [1], walker: { x_m: 0 } });
+    assert.deepEqual(later.points, [1], "what is left out stays");
+    assert.equal(later.walker, null, "what is null goes");
+    assert.equal(parseMessage("{"), null);
+    assert.equal(parseMessage("null"), null);
+});
+
+function frameOf(t0, dt, columns, flags = 0) { return decoded(samples(1, columns, { t0, dt, flags })); }
+
+test("The rolling store keeps the newest points in their order and no more", () => {
+    const rolling = new Rolling(100, 2);
+    for (let k = 0; k < 30; k++) {
+        const times = Array.from({ length: 7 }, (_, i) => 7 * k + i);
+        rolling.push(frameOf(7 * k, 1, [times, times.map((t) => -t)]));
+    }
+    assert.equal(rolling.size, 100);
+    assert.equal(rolling.newest, 209);
+    const [time, first, , second] = rolling.envelope(209, 1000, 1000, 1);
+    assert.deepEqual(time, Array.from({ length: 100 }, (_, i) => i - 98.5));
+    assert.deepEqual(first, Array.from({ length: 100 }, (_, i) => i + 110));
+    assert.deepEqual(second, first.map((value) => -value));
+});
+
+test("Decimation keeps every extreme, in one point a bucket", () => {
+    const random = chance(3), rolling = new Rolling(5000, 1);
+    const values = Array.from({ length: 5000 }, () => Math.fround(random() - 0.5));
+    values[1234] = 7;
+    values[4321] = -9;
+    rolling.push(frameOf(0, 1 / 1024, [values]));
+    const [time, least, greatest] = rolling.envelope(rolling.newest, 4, 64, 1);
+    assert.ok(time.length === 64 || time.length === 65);
+    assert.equal(Math.max(...greatest), 7);
+    assert.equal(Math.min(...least), -9);
+    for (let i = 1; i + 1 < time.length; i++) {
+        const middle = (time[i] + rolling.newest) * 1024;
+        const bucket = values.slice(middle - 32, middle + 32);
+        assert.equal(least[i], Math.min(...bucket));
+        assert.equal(greatest[i], Math.max(...bucket));
+    }
+});
+
+test("A gap is a hole in the line; time that runs backwards begins anew", () => {
+    const rolling = new Rolling(100, 1);
+    rolling.push(frameOf(0, 1, [[1, 2]]));
+    rolling.push(frameOf(5, 1, [[3]], 1));
+    assert.deepEqual(rolling.envelope(5, 10, 10, 1)[1], [1, 2, null]);
+    rolling.push(frameOf(6, 1, [[4, 5]]));
+    assert.deepEqual(rolling.envelope(7, 10, 10, 1)[1], [1, 2, null, 4, 5]);
+    rolling.push(frameOf(1, 1, [[9]]));
+    assert.deepEqual(rolling.envelope(1, 10, 50, 1)[1], [9]);
+});
+
+test("Points of a sweep become one curve each, in order; what is on none comes last", () => {
+    const points = [];
+    for (const gamma of [3, 1, 2]) for (const phi of [Math.PI / 2, 0])
+        points.push({ gamma_mps2: gamma * g, phi_rad: phi, v_D_mps: gamma / 1e3, sigma_mps: 1e-4, closed_form_mps: null });
+    points.push({ gamma_mps2: g, phi_rad: -3, v_D_mps: 0, sigma_mps: null, closed_form_mps: 1e-3 });
+    points.push({ ...points[0], v_D_mps: null });
+    const found = curves(points, axes.gamma);
+    assert.deepEqual(found.map((curve) => [curve.label, curve.single, curve.points.map((p) => Math.round(p.x))]),
+        [["φ = 0°", false, [1, 2, 3]], ["φ = 90°", false, [1, 2, 3]], ["others", true, [1]]]);
+    assert.deepEqual(found[2].points[0].closed, 1);
+    const many = Array.from({ length: 60 }, (_, i) => ({ ...points[0], phi_rad: (i % 20) * 0.1 }));
+    assert.equal(curves(many, axes.gamma).length, maxCurves + 1);
+});
+
+test("An angle is shown within half a turn of zero", () => {
+    const near = (a, b) => assert.ok(Math.abs(a - b) < 1e-9, `${a} ${b}`);
+    near(degrees((3 * Math.PI) / 2), -90);
+    near(degrees(-Math.PI), 180);
+    near(degrees(7 * Math.PI), 180);
+});
+
+test("The played walker drifts as a Coulomb walker does, the closed form agrees where nothing sticks", () => {
+    const drive = { frequency_hz: 20, gamma_mps2: g, rho: 0.5, phi_rad: 0 };
+    const { drift, period } = steadyPeriod(drive, 0.113);
+    assert.ok(Math.abs(drift / period - 14.582e-3) < 2e-5);
+    assert.ok(Math.abs(closedForm(drive, 0.113) - 14.582e-3) < 2e-6);
+});

@@ -1,0 +1,18 @@
+// The page's modules as node can load them, and what is installed beside them.
+import { createRequire } from "node:module";
+import { join, resolve } from "node:path";
+import { fileURLToPath, pathToFileURL } from "node:url";
+
+export const project = fileURLToPath(new URL("../../", import.meta.url));
+const panel = join(project, "daemon/remote/panel");
+const require = createRequire(join(panel, "package.json"));
+
+export const { chromium } = require("playwright-core");
+
+/** The exports of src/<name>.ts. */
+export async function source(name) {
+    const { build } = require("esbuild");
+    const outfile = resolve(project, `build/panel_tests/${name}.mjs`);
+    await build({ entryPoints: [join(panel, `src/${name}.ts`)], outfile, bundle: true, format: "esm", logLevel: "error" });
+    return import(pathToFileURL(outfile).href);
+}
