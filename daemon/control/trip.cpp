@@ -63,7 +63,7 @@ constexpr std::array<Words, causes> words{{
      "look at the load of the computer"},
     {"clock", "ppm", 1, "ppm", "a clock changed its rate by {0}, {1} are allowed",
      "look at the sample rates of the devices"},
-    {"recorder", "s", 1, "s", "nothing could be recorded for {0}",
+    {"recorder", "s", 1, "s", "nothing could be recorded for {0}, {1} are allowed",
      "look at the disk: its room, its speed, its health"},
     {"operator_stop", "", 1, "", "the operator asked for it", ""},
 }};
