@@ -26,7 +26,7 @@ endif()
 set(slow "*FaultMatrixTest.*:EnduranceTest.*:*ClosedLoopTest.*:*CoverageTest.*:*FineTest.*:*LongRunTest.*:PlantTableTest.*")
 string(APPEND slow ":RunTest.The*:RunTest.With*:RunTest.Harder*:RunTest.ADrive*:RunTest.AWalker*:RunTest.Symmetric*:TripTimeTest.*")
 string(APPEND slow ":ExportedRun.*:LongRecordTest.*:BuildingSwingTest.*:OtherFilesTest.Addresses*:SessionTest.L*:SessionTest.E*")
-string(APPEND slow ":RecoverTest.A*:RecoverTest.N*:StoppedRunTest.B*:StoppedRunTest.W*:RunTest.AC*:RunTest.B*")
+string(APPEND slow ":RecoverTest.A*:RecoverTest.N*:StoppedRunTest.B*:StoppedRunTest.W*:RunTest.AC*:RunTest.B*:RunTest.Se*:MutantsTest.TheParent*")
 string(APPEND slow ":*IdentityTest.*:*EveryKindTest.*:*HardCaseTest.*:*NormalDriving.*:PowerCutsTest.*")
 if(SHAKER_SANITIZE MATCHES thread)  # of one thread each
   string(APPEND slow ":RunTest.A*:RunTest.B*:RunTest.S*:SessionTest.*:StoppedRunTest.*:ExportedRun.*:RecoverTest.*")
