@@ -61,7 +61,7 @@ TEST(ScpiReplyTest, BlocksOfNumbersHaveTheOrderOfBytesThatWasAskedFor) {
     test::ScpiClient client{bench};
     EXPECT_EQ(client.ask("FORM?;FORM:BORD?"), "ASC,9;NORM\n");
     for (const bool swapped : {false, true}) {
-        client.ask(std::string{"FORM REAL,64;FORM:BORD "} + (swapped ? "SWAP" : "NORM"));
+        client.ask(swapped ? "FORM REAL,64;FORM:BORD SWAP" : "FORM REAL,64;FORM:BORD NORM");
         std::string reply = client.ask("FETC:DRIF?");
         ASSERT_EQ(reply.substr(0, 4), "#232");
         EXPECT_EQ((unpacked<double, std::uint64_t>(reply, 4, swapped)),
