@@ -19,18 +19,22 @@ target_compile_definitions(test_support PUBLIC
 
 set(areas drivers hardware mock simulated scpi replay calibration tracking control reduction daemon safety loop)
 if(SHAKER_SANITIZE MATCHES thread)
-  list(REMOVE_ITEM areas scpi replay calibration tracking control reduction safety)  # of one thread each
+  list(REMOVE_ITEM areas simulated scpi replay calibration tracking control reduction safety)  # of one thread each
 endif()
 # Minutes of computing that a sanitiser makes many more, on code that other tests take it through as well:
 # tests/run --all leaves these to the preset without one.
 set(slow "*FaultMatrixTest.*:EnduranceTest.*:*ClosedLoopTest.*:*CoverageTest.*:*FineTest.*:*LongRunTest.*:PlantTableTest.*")
 string(APPEND slow ":RunTest.The*:RunTest.With*:RunTest.Harder*:RunTest.ADrive*:RunTest.AWalker*:RunTest.Symmetric*:TripTimeTest.*")
 string(APPEND slow ":ExportedRun.*:LongRecordTest.*:BuildingSwingTest.*:OtherFilesTest.Addresses*:SessionTest.L*:SessionTest.E*")
-string(APPEND slow ":RecoverTest.A*:RecoverTest.N*:StoppedRunTest.B*:StoppedRunTest.W*:RunTest.AC*:RunTest.B*:RunTest.Se*:MutantsTest.TheParent*")
+string(APPEND slow ":RecoverTest.A*:RecoverTest.N*:StoppedRunTest.B*:StoppedRunTest.W*:RunTest.AC*:RunTest.B*:RunTest.Se*:MutantsTest.*")
 string(APPEND slow ":*IdentityTest.*:*EveryKindTest.*:*HardCaseTest.*:*NormalDriving.*:PowerCutsTest.*")
-if(SHAKER_SANITIZE MATCHES thread)  # of one thread each
-  string(APPEND slow ":RunTest.A*:RunTest.B*:RunTest.S*:SessionTest.*:StoppedRunTest.*:ExportedRun.*:RecoverTest.*")
-  string(APPEND slow ":MutantsTest.*:IdentificationRecordTest.*:PredictTest.*")
+string(APPEND slow ":RunTest.Threads*")
+set(quick "-${slow}")
+if(SHAKER_SANITIZE MATCHES thread)  # the others have one thread
+  set(quick "Alsa*:Formats/*:GenicamCameraTest.*:IioAccelerometerTest.*:IioStreamTest.*:VideoCameraTest.*:ConverterTest.*")
+  string(APPEND quick ":GigeCameraTest.*:Iiod*:ClosedRunTest.*:*FaultTest.*:ShakerMockTest.*:FramePoolTest.*:RingTest.*")
+  string(APPEND quick ":MailboxTest.*:RealtimeTest.*:LoopsTest.*:ExecutorsTest.*:RecordingTest.*:*DiskFaultsTest.*")
+  set(slow "-${quick}")
 endif()
 function(list_tests program filter alone label)
   gtest_discover_tests(${program} TEST_FILTER "${filter}" DISCOVERY_TIMEOUT 60
@@ -63,14 +67,18 @@ foreach(area ${areas})
     endif()
     set(alone FALSE)
     set(label "virtual time")
+    set(virtual ${area}_tests)
     if(area MATCHES "hardware|mock|loop")  # another test beside it takes its processor
       set(alone TRUE)
       set(label "real time")
+      set(virtual)
     endif()
-    list_tests(${area}_tests "-${slow}" ${alone} "${label}")
+    list(APPEND virtual_programs ${virtual})
+    list_tests(${area}_tests "${quick}" ${alone} "${label}")
     list_tests(${area}_tests "${slow}" ${alone} "${label}, slow")
   endif()
 endforeach()
+add_custom_target(virtual_tests DEPENDS ${virtual_programs})
 if(TARGET hardware_tests)
   target_link_libraries(hardware_tests PRIVATE PkgConfig::libiio)
 endif()
