@@ -40,6 +40,7 @@ void export_recording(const ExportOptions& options) {
         return mat ? stem + ".mat" : joined_name(t.name, '-') + ".csv";
     };
     std::vector<std::string> names;
+    names.reserve(tables.size());
     for (const ExportTable& t : tables) names.push_back(file_of(t));
     NewFiles files{folder, names};
     std::vector<Exported> all;

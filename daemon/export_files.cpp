@@ -68,7 +68,7 @@ NewFiles::~NewFiles() {
 }
 
 std::filesystem::path NewFiles::make(const std::string& name) {
-    const std::filesystem::path file = folder_ / name;
+    std::filesystem::path file = folder_ / name;
     const int descriptor = ::open(file.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
     if (descriptor < 0 && errno == EEXIST) refuse_existing(file);
     if (descriptor < 0) fail(file, errno);

@@ -38,6 +38,7 @@ std::string identifier(const std::string& name, std::set<std::string>& taken) {
 
 Variable struct_of(const std::string& name, const std::vector<std::string>& fields) {
     std::vector<const char*> words;
+    words.reserve(fields.size());
     for (const std::string& f : fields) words.push_back(f.c_str());
     std::array<std::size_t, 2> one{1, 1};
     return owned(
@@ -99,6 +100,7 @@ std::vector<ExportColumn> whole(ExportTable& table) {
 Variable variable_of(const std::string& name, std::vector<ExportColumn>& columns) {
     std::set<std::string> taken{"units"};
     std::vector<std::string> fields;
+    fields.reserve(columns.size());
     for (const ExportColumn& c : columns) fields.push_back(identifier(c.name, taken));
     Variable units = struct_of("units", fields);
     std::vector<std::string> with_units = fields;

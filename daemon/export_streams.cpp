@@ -134,7 +134,8 @@ ExportTable accelerometer_table(const SessionReader& file) {
                 if (!state) {
                     Rig once = replay_rig(file, file.header(), false);
                     SampleTimes times{file, *once.accelerometer};
-                    state = std::make_shared<State>(replay_rig(file, file.header(), false), std::move(times));
+                    state = std::make_shared<State>(
+                        State{replay_rig(file, file.header(), false), std::move(times)});
                 }
                 empty(columns);
                 AccelBlock block;

@@ -58,6 +58,7 @@ ReplaySettings replay_settings(const SessionReader& file, const std::vector<std:
         const auto setting = all.find(key);
         if (setting == all.end()) {
             std::vector<std::string> keys;
+            keys.reserve(all.size());
             for (const auto& [name, unused] : all) keys.push_back(name);
             throw InputError{
                 fmt::format("--set {}: there is no such key; there are {}", key, fmt::join(keys, ", "))};

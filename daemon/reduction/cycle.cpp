@@ -73,7 +73,8 @@ Local quartic_at(std::span<const Folded> folded, double p, double reach) {
     if (count < 6) return {};
     Eigen::Matrix<double, 5, 5> normal;
     for (int i = 0; i < 5; ++i) {
-        for (int k = 0; k < 5; ++k) normal(i, k) = moments[static_cast<std::size_t>(i + k)];
+        for (int k = 0; k < 5; ++k)
+            normal(i, k) = moments[static_cast<std::size_t>(i) + static_cast<std::size_t>(k)];
     }
     const Eigen::LDLT<Eigen::Matrix<double, 5, 5>> ldlt(normal);
     if (!(ldlt.rcond() > 1e-9)) return {};

@@ -11,7 +11,7 @@ constexpr const char* samples = "raw/accelerometer/counts";
 
 // Columns of one row each belong together: those of a group, and all of a camera's.
 std::string family_of(const std::string& path) {
-    const std::string parent = path.substr(0, path.rfind('/'));
+    std::string parent = path.substr(0, path.rfind('/'));
     if (parent.starts_with("tracks/")) return "raw/" + parent.substr(7, parent.find('/', 7) - 7);
     return parent;
 }

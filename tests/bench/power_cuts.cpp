@@ -48,8 +48,8 @@ bench::Row row(const test::PowerCuts& run, Surviving surviving, const Cuts& cuts
         bad += static_cast<double>(c.bad);
         saved += static_cast<double>(c.unsynced_saved);
         if (!c.words.empty() && c.anything_synced)
-            std::fprintf(stderr, "%s, seed %llu: %s\n", name(surviving),
-                         static_cast<unsigned long long>(cuts.seed + k), c.words.c_str());
+            std::fprintf(stderr, "%s, seed %s: %s\n", name(surviving), std::to_string(cuts.seed + k).c_str(),
+                         c.words.c_str());
     }
     return {
         {"what survives", name(surviving)},

@@ -53,11 +53,12 @@ struct Plain {
                     const long double dt = static_cast<long double>(streams[k].t[i]) - origin;
                     for (int q = 1; q <= order; ++q) {
                         const long double angle = 2 * std::numbers::pi_v<long double> * f * q * dt;
-                        row(2 * (q - 1), 0) = std::sin(angle);
-                        row(2 * (q - 1) + 1, 0) = std::cos(angle);
+                        const Eigen::Index sine = 2L * (q - 1);
+                        row(sine, 0) = std::sin(angle);
+                        row(sine + 1, 0) = std::cos(angle);
                     }
-                    row(2 * order, 0) = dt;
-                    row(2 * order + 1 + static_cast<int>(k), 0) = 1;
+                    row(2L * order, 0) = dt;
+                    row(2L * order + 1 + static_cast<int>(k), 0) = 1;
                     const long double sd = static_cast<long double>(streams[k].sd[i]) * scale[k];
                     use(Matrix(row / sd), streams[k].y[i] / sd);
                 }
@@ -91,7 +92,7 @@ TEST_P(AgainstPlainSums, EveryFitIsThatOfThePlainSums) {
         const Plain plain(streams, scale, order);
         const auto variance = static_cast<double>(plain.chi2 / plain.freedom);
         EXPECT_NEAR(fit.scale * fit.scale / variance, 1, 1e-12);
-        EXPECT_NEAR(fit.slope.value, static_cast<double>(plain.p(2 * order, 0)), 2e-12);
+        EXPECT_NEAR(fit.slope.value, static_cast<double>(plain.p(2L * order, 0)), 2e-12);
         for (int k = 0; k < 2; ++k) {
             const double constant =
                 fit.constants[static_cast<std::size_t>(k)] - fit.slope.value * (fit.origin_s - origin);

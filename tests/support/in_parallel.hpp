@@ -11,6 +11,7 @@ template <class Work>
 void in_parallel(int count, int jobs, Work work) {
     std::atomic<int> next{0};
     std::vector<std::jthread> threads;
+    threads.reserve(static_cast<std::size_t>(jobs));
     for (int j = 0; j < jobs; ++j)
         threads.emplace_back([&] {
             for (int i = next++; i < count; i = next++) work(i);
