@@ -25,7 +25,9 @@ private:
 // Asks for what a thread of this loop needs; returns what was refused.
 std::vector<std::string> prepare_thread(const Loop& loop) {
     constexpr std::size_t stack = 262144;  // bytes
-    std::vector<std::string> refused{name_thread(loop.name)};
+    std::vector<std::string> refused;
+    refused.reserve(3);
+    refused.push_back(name_thread(loop.name));
     if (loop.fifo_priority > 0) {
         refused.push_back(prefault_stack(stack));
         refused.push_back(use_fifo_priority(loop.fifo_priority));
