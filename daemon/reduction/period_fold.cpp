@@ -35,6 +35,10 @@ std::optional<PeriodFold::Period> PeriodFold::finish(double t_s, double x_m) noe
 
 std::optional<PeriodFold::Period> PeriodFold::add(double t_s, double x_m, double sd_m) noexcept {
     std::optional<Period> done;
+    if (any_ && t_s < last_t_) {
+        any_ = false;
+        before_.reset();
+    }
     const int k = static_cast<int>(std::floor(std::max((t_s - start_s_) / period_s_, -1.0)));
     if (any_ && k > k_) {
         if (k_ >= 0) {

@@ -20,7 +20,9 @@ public:
 
     /// Periods begin at start_s + k period_s; positions before start_s are ignored.
     PeriodFold(double start_s, double period_s) noexcept : start_s_(start_s), period_s_(period_s) {}
-    /// The next position; times increase. Returns a period when this position lies beyond its end.
+    /// The next position; times increase. One that is earlier than the one before tells that a clock was
+    /// wrong: what was gathered of the period is forgotten and the fold begins anew there. Returns a period
+    /// when this position lies beyond its end.
     std::optional<Period> add(double t_s, double x_m, double sd_m) noexcept;
 
 private:

@@ -61,6 +61,19 @@ TEST(PeriodFoldTest, AGapOfPeriodsIsSkipped) {
     EXPECT_NEAR(periods.back().drift.value, D, 2e-4 * D);
 }
 
+// A camera's clock that was wrong for half a second: as many frames then fall into one period as into ten.
+TEST(PeriodFoldTest, TimesThatWereWrongForAWhileCostTheirPeriodsAndNoMore) {
+    PeriodFold fold{0, 0.05};
+    std::vector<PeriodFold::Period> after;
+    for (int i = 0; i < 3000; ++i) {
+        const double t = 1e-3 * i, told = t >= 0.6 && t < 1.1 ? t + 0.7533 : t;
+        const auto done = fold.add(told, D / 0.05 * t, 2e-6);
+        if (done && t > 1.3) after.push_back(*done);
+    }
+    ASSERT_GT(after.size(), 30U);
+    for (const auto& p : after) EXPECT_NEAR(p.drift.value, D, 1e-9) << p.k;
+}
+
 /// First length at which an approach from `start` sigma, shrinking by c, counts as settled; noise with a
 /// seed.
 std::size_t settles_at(double start, double c, double noise, unsigned seed) {
