@@ -14,9 +14,8 @@
 namespace shaker::test {
 namespace {
 
-constexpr const char* options =
-    "--gamma 0.7g --phi 100deg --periods 40 --no-identify";  // a slow walker: it does not reach the edge when
-                                                             // settling takes long
+// A slow walker: it does not reach the edge when settling takes long.
+constexpr const char* options = "--gamma 0.7g --phi 100deg --periods 40 --no-identify";
 // In the run: the drive has settled by 2.5 s after the start, where the 2 s of measuring begin.
 constexpr double measuring_s = 3;
 
