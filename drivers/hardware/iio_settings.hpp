@@ -22,7 +22,7 @@ struct IioSettings {
     std::optional<double> rate_hz{};  // what sampling_frequency is set to; else left as it is
     std::string trigger{};            // its name or id; empty: left as it is
     int buffer_samples = 64;          // that libiio hands over at a time
-    int kernel_buffers = 16;          // of that size, before samples are lost
+    int kernel_buffers = 64;          // of that size, before samples are lost: 1 s at 4 kHz
     double timeout_s = 1;             // without data before the connection is built anew
     double give_up_s = 5;             // without data before the device has failed
     IioStamps stamps = IioStamps::host;
