@@ -18,6 +18,16 @@ Acquisition::Acquisition(Rig& rig, Recording* recording, const std::optional<Lim
         trackers_.emplace_back(camera->view());
         frame_clocks_.emplace_back(camera->view(), take_.dac_rate_hz);
     }
+    frames_.resize(rig.cameras.size());
+    newest_.resize(rig.cameras.size());
+}
+
+void Acquisition::record(Recording* recording) {
+    recording_ = recording;
+    if (recording_ == nullptr) return;
+    forget(take_);
+    // The drive's state is told by its last change, which the take keeps.
+    for (const DriveChange& c : take_.changes) recording_->add(c);
 }
 
 void Acquisition::keep_tails() {
@@ -41,6 +51,7 @@ bool Acquisition::collect() {
         released_ = releases;
         for (FrameTail& tail : tails_) tail.release();
     }
+    take_.aborts = lanes_.aborts_answered;
     while (const auto trip = lanes_.trips.pop()) {
         any = true;
         take_.trips.push_back(*trip);
@@ -62,11 +73,15 @@ bool Acquisition::collect_frames() {
     bool any = false;
     std::size_t camera = 0;
     for (Ring<TrackedFrame>& ring : lanes_.frames) {
-        while (const auto tracked = ring.pop()) {
+        while (auto tracked = ring.pop()) {
             any = true;
-            add_fixes(take_, camera, *tracked->frame, tracked->fixes, time_of(camera, *tracked->frame));
-            if (recording_ != nullptr) recording_->add(camera, *tracked->frame, newest_tracks(camera));
+            const MasterTime time = time_of(camera, *tracked->frame);
+            add_fixes(take_, camera, *tracked->frame, tracked->fixes, time, settles_live_);
+            if (recording_ != nullptr)
+                recording_->add(camera, *tracked->frame, newest_tracks(camera),
+                                settles_live_ ? std::optional{time} : std::nullopt);
             if (!tails_.empty()) tails_[camera].push(*tracked->frame);
+            if (settles_live_) newest_[camera] = std::move(*tracked);
         }
         ++camera;
     }
@@ -85,7 +100,7 @@ std::vector<Track> Acquisition::newest_tracks(std::size_t camera) const {
 MasterTime Acquisition::time_of(std::size_t camera, const Frame& frame) {
     if (frame.mid_exposure) return *frame.mid_exposure;
     const FrameStamp stamp{frame.tick, frame.stamp, frame.arrived};
-    const std::size_t number = take_.cameras[camera].untimed.size();
+    const std::size_t number = frames_[camera]++;
     frame_clocks_[camera].add(stamp);
     const auto dac = dac_clock_.map();
     return dac ? frame_clocks_[camera].mid_exposure(number, stamp, *dac) : master_time(NAN);

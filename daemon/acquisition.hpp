@@ -25,10 +25,18 @@ public:
     Acquisition(Rig& rig, Recording* recording, const std::optional<Limits>& limits = {},
                 double frequency = 20);
 
+    /// What comes from now on goes there too; null: nowhere. Reduction thread. The take begins anew with it.
+    void record(Recording* recording);
+    /// From now on a frame's time is final as it comes, and told to the recording: nothing is found again
+    /// from all stamps, which a daemon that runs for weeks does not keep.
+    void settle_live() noexcept { settles_live_ = true; }
     /// From now on copies of the newest frames are kept, for a trip.
     void keep_tails();
     /// One a camera; empty without keep_tails().
     [[nodiscard]] const std::vector<FrameTail>& tails() const noexcept { return tails_; }
+    /// A camera's newest frame, kept out of its pool until the next, and where its targets are; null before
+    /// the first. Reduction thread.
+    [[nodiscard]] const TrackedFrame& newest(std::size_t camera) const { return newest_[camera]; }
     /// Moves what is in the rings into the take and the file. False when there was nothing. Reduction thread.
     bool collect();
     /// The loops that read the devices: accelerometer, then cameras.
@@ -51,6 +59,9 @@ private:
     Take take_;
     ClockTracker<DacClock> dac_clock_;
     std::vector<FrameClock> frame_clocks_;
+    std::vector<std::size_t> frames_;  // a camera, so far
+    std::vector<TrackedFrame> newest_;
+    bool settles_live_ = false;
     std::vector<FrameTail> tails_;
     std::uint64_t released_ = 0;  // Lanes::releases that were answered
 };

@@ -6,6 +6,7 @@
 #include "daemon/commands.hpp"
 #include "daemon/confined.hpp"
 #include "daemon/exit_status.hpp"
+#include "daemon/manual_command.hpp"
 #include "daemon/predict.hpp"
 #include "daemon/run_settings.hpp"
 #include "drivers/quantity.hpp"
@@ -19,12 +20,18 @@ constexpr const char* about =
     "the walker\n"
     "on it do, and says the walker's drift v_D while the experiment runs.\n";
 
+constexpr int most_port = 65535;
+
 constexpr const char* rig_help = "A rig file (TOML) that names the devices, or sim: for the simulated bench";
 
-constexpr const char* ending =
-    "\nQuantities carry units: 1.5g, 14.7m/s^2, 35deg, 0.61rad, 20Hz; a bare number is SI.\n"
-    "Exit status: 0 done; 1 failure; 2 input refused, nothing written; 3 device or disk failed;\n"
-    "4 replay is not identical; 5 a limit stopped the drive.\n";
+std::string ending() {
+    std::string text =
+        "\nQuantities carry units: 1.5g, 14.7m/s^2, 35deg, 0.61rad, 20Hz; a bare number is SI.\nExit "
+        "status:\n";
+    for (const ExitMeaning& s : exit_meanings)
+        text += "  " + std::to_string(s.number) + "  " + s.meaning + "\n";
+    return text;
+}
 
 // The drive's words as typed, read after parsing so that errors name option, value and range.
 struct DriveWords {
@@ -106,9 +113,9 @@ void add_json(CLI::App& app, bool& json) {
 
 }  // namespace
 
-int command_line(int argc, char** argv) {
+int command_line(int argc, char** argv, const std::function<void(const ServeOptions&)>& serve) {
     CLI::App app{about, "shakerd"};
-    app.footer(ending);
+    app.footer(ending());
     app.require_subcommand(1);
     app.set_version_flag("--version", "shakerd " SHAKER_VERSION);
     app.get_formatter()->column_width(34);
@@ -144,6 +151,30 @@ int command_line(int argc, char** argv) {
                      "With --threads: a simulated rig takes the time that a real one takes");
     add_json(run_app, run_options.json);
     run_app.footer("Example: shakerd run --rig sim: --gamma 1.5g --phi 35deg --periods 40 -o run.nxs");
+
+    ServeOptions serve_options;
+    CLI::App& serve_app =
+        *app.add_subcommand("serve", "The daemon: a bench on call, with its page and remote control");
+    serve_app
+        .add_option("--settings", serve_options.settings,
+                    "TOML file with the tables [serve] and [run] (see README)")
+        ->check(CLI::ExistingFile);
+    serve_app.add_option("--rig", serve_options.rig, rig_help);
+    serve_app.add_option("--scene", serve_options.scene,
+                         "TOML file that changes the simulated bench (see README)");
+    serve_app
+        .add_option("--http-port", serve_options.http_port,
+                    "Of page, metrics and streams; 0: any that is free [8080]")
+        ->check(CLI::Range(0, most_port));
+    serve_app
+        .add_option("--scpi-port", serve_options.scpi_port,
+                    "Of the instrument language; 0: any that is free [5025]")
+        ->check(CLI::Range(0, most_port));
+    serve_app.add_option("--page", serve_options.page, "Folder of the page's files")
+        ->check(CLI::ExistingDirectory);
+    serve_app.add_option("--recordings", serve_options.recordings, "Folder of recordings [.]")
+        ->check(CLI::ExistingDirectory);
+    serve_app.footer("Example: shakerd serve --rig sim: --page build/panel");
 
     CheckOptions check_options;
     CLI::App& check_app = *app.add_subcommand("check", "Open every device of a rig and test it at low level");
@@ -238,6 +269,8 @@ int command_line(int argc, char** argv) {
     predict_drive.add_to(predict_app);
     predict_words.add_to(predict_app);
 
+    const CLI::App& manual_app = *app.add_subcommand("manual", "Print the manual page")->group("");
+
     try {
         app.parse(argc, argv);
     } catch (const CLI::ParseError& e) {
@@ -255,6 +288,7 @@ int command_line(int argc, char** argv) {
         if (open_loop) run_options.closed_loop = false;
         run(run_options);
     }
+    if (serve_app.parsed()) serve(serve_options);
     if (check_app.parsed() && !check(check_options)) return exit_device;
     if (devices_app.parsed()) list_devices(devices_options);
     if (from != "best")
@@ -283,6 +317,7 @@ int command_line(int argc, char** argv) {
         reduce_session(reduce_options);
     }
     if (track_app.parsed()) track_session(track_options);
+    if (manual_app.parsed()) std::cout << manual_of(app);
     if (predict_app.parsed()) predict_words.print(predict_drive.over({}));
     return exit_ok;
 }

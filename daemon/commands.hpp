@@ -28,6 +28,13 @@ struct RunOptions {
 /// Drives the rig, measures, tracks, reduces, records.
 void run(const RunOptions& options);
 
+struct ServeOptions {
+    std::filesystem::path settings;  // empty: what is built in
+    std::string rig;                 // empty: that of the settings
+    std::filesystem::path scene, page, recordings;
+    int http_port = -1, scpi_port = -1;  // below 0: those of the settings
+};
+
 struct CheckOptions {
     std::string rig = "sim:";
     std::filesystem::path scene;  // of the simulated rig

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <numbers>
 #include <stdexcept>
+#include <utility>
 
 #include "drivers/errors.hpp"
 
@@ -37,6 +38,7 @@ void Director::go(RunState next) {
     if (!may_follow(state_, next))
         throw std::logic_error{fmt::format("a run cannot go from {} to {}", name(state_), name(next))};
     state_ = next;
+    since_s_ = now_s_;
 }
 
 bool Director::step(const Take& take, Lanes& lanes) {
@@ -57,12 +59,12 @@ void Director::take_trips(const Take& take) {
         const Trip& trip = take.trips[stops_.size()];
         stops_.push_back({state_, measuring_});
         note(fmt::format("stopped in state {}: {}", name(state_), text(trip)));
-        if (state_ == RunState::tripped) continue;
+        if (state_ == RunState::tripped && !std::exchange(clearing_, false)) continue;
         trip_ = trip;
         cause_ = stops_.size() - 1;
         tripped_s_ = now_s_;
         measuring_ = excused_ = released_ = false;
-        go(RunState::tripped);
+        if (state_ != RunState::tripped) go(RunState::tripped);
         if (now_s_ < lost_s_ + aftermath_s) blame_dac();
     }
 }
@@ -96,16 +98,16 @@ void Director::unlatch(Lanes& lanes) {
 }
 
 void Director::take_stamps(const Take& take, Lanes& lanes) {
-    for (; plays_ < take.played.size(); ++plays_) {
-        const PlayTime& played = take.played[plays_];
+    for (; plays_ < take.dropped.played + take.played.size(); ++plays_) {
+        const PlayTime& played = take.played[plays_ - take.dropped.played];
         windows_.add(played);
         if (played.lost > 0)
             start_again(played.lost, lanes);
         else
             now_s_ = static_cast<double>(played.tick.n) / dac_rate_hz_;
     }
-    for (; changes_ < take.changes.size(); ++changes_) {
-        const DriveChange& c = take.changes[changes_];
+    for (; changes_ < take.dropped.changes + take.changes.size(); ++changes_) {
+        const DriveChange& c = take.changes[changes_ - take.dropped.changes];
         windows_.add(c);
         // The silence after lost time has no number: the ramp up from it is still to come.
         if (c.stop > 0 || c.command.sequence < awaited_ || c.command.sequence == 0) continue;
@@ -125,11 +127,14 @@ void Director::start_again(std::int64_t lost, Lanes& lanes) {
                      1e3 * static_cast<double>(lost) / dac_rate_hz_));
     if (state_ == RunState::ramp_down) {  // it is silent already
         go(RunState::idle);
-        done_ = true;
+        done_ = !plan_.on_call;
         return;
     }
-    if (++restarts_ > plan_.most_restarts)
-        throw DeviceError{fmt::format("the DAC ran empty {} times in one run; given up", restarts_)};
+    if ((driving(state_) || !plan_.on_call) && ++restarts_ > plan_.most_restarts) {
+        if (!plan_.on_call)
+            throw DeviceError{fmt::format("the DAC ran empty {} times in one run; given up", restarts_)};
+        stop(lanes, {.cause = Cause::underrun, .value = static_cast<double>(lost)});
+    }
     if (state_ == RunState::tripped) {
         blame_dac();
         return;
@@ -140,10 +145,13 @@ void Director::start_again(std::int64_t lost, Lanes& lanes) {
 }
 
 void Director::take_accelerations(const Take& take, Lanes& lanes) {
-    for (; blocks_ < take.blocks.size(); ++blocks_) {
-        const AccelBlock& block = take.blocks[blocks_];
+    for (; blocks_ < take.dropped.blocks + take.blocks.size(); ++blocks_) {
+        const AccelBlock& block = take.blocks[blocks_ - take.dropped.blocks];
         last_tick_ = {block.first.n + block.size - 1};
-        for (const MotionWindows::Window& window : windows_.add(block)) window_done(window, lanes);
+        for (const MotionWindows::Window& window : windows_.add(block)) {
+            newest_ = window;
+            window_done(window, lanes);
+        }
     }
 }
 
@@ -174,13 +182,17 @@ void Director::window_done(const MotionWindows::Window& window, Lanes& lanes) {
         case DriveKeeper::Outcome::identified:
             for (const std::string& finding : findings(*keeper_.identified())) note(finding);
             guard_.look(*keeper_.identified(), true, now_s_, lanes);
-            start(lanes);
+            if (only_identify_)
+                come_down(lanes);
+            else
+                start(lanes);
             break;
     }
     if (state_ == RunState::run) tell(window);
 }
 
 void Director::tell(const MotionWindows::Window& window) {
+    if (plan_.on_call) return;  // who wants to know looks at the state
     // What stays the same is told once a second.
     const bool locked = keeper_.report().locked;
     if (window.from_s < told_s_ + (locked ? 1 : 0.25)) return;
@@ -225,7 +237,7 @@ void Director::advance(Lanes& lanes) {
         case RunState::self_test:
             if (now_s_ < plan_.quiet_s) break;
             go(RunState::idle);
-            arm(lanes);
+            if (!plan_.on_call) arm(lanes);
             break;
         case RunState::ramp:
             if (now_s_ < in_force_s_) break;
@@ -236,9 +248,9 @@ void Director::advance(Lanes& lanes) {
         case RunState::run: {
             if (measuring_) {
                 if (now_s_ < to_s_ + 2 / frequency_ || stragglers_may_come()) break;
-                go(RunState::ramp_down);
-                say_("soft stop");
-                command({}, plan_.soft_start, true, lanes);
+                measured_.push_back({from_s_, to_s_});
+                measuring_ = false;
+                if (!plan_.on_call) come_down(lanes);
                 break;
             }
             const bool late = now_s_ - run_from_s_ > plan_.settle_at_most / frequency_;
@@ -246,17 +258,19 @@ void Director::advance(Lanes& lanes) {
             const bool steady =
                 now_s_ > steady_from_s_ &&
                 (!walker_.watches() || walker_.settled_since(steady_from_s_, keeper_.drive().gamma));
-            if ((kept && steady) || late) begin_measuring(late);
+            if ((kept && steady) || late) begin_measuring(!(kept && steady));
             break;
         }
         case RunState::ramp_down:
             if (now_s_ <= in_force_s_) break;
             go(RunState::idle);
-            done_ = true;
+            done_ = !plan_.on_call;
             break;
         case RunState::tripped:  // what led to it is still on its way
             if (now_s_ < tripped_s_ + aftermath_s) break;
-            if (excused_)
+            if (clearing_)
+                finish_clearing(lanes);
+            else if (excused_)
                 unlatch(lanes);
             else
                 done_ = true;
@@ -268,8 +282,22 @@ void Director::advance(Lanes& lanes) {
     }
 }
 
+void Director::come_down(Lanes& lanes) {
+    go(RunState::ramp_down);
+    say_("soft stop");
+    command({}, plan_.soft_start, true, lanes);
+}
+
 void Director::begin_measuring(bool late) {
+    // Where nothing changed since the measurement before, this one follows it without a gap.
+    const bool follows = !measured_.empty() && to_s_ == measured_.back().to_s && to_s_ > steady_from_s_;
     const Equaliser::Report& report = keeper_.report();
+    measuring_ = true;
+    from_s_ = follows ? to_s_ : std::ceil(now_s_ * frequency_) / frequency_;
+    to_s_ = from_s_ + plan_.periods / frequency_;
+    if (follows) return;
+    say_(fmt::format("measuring {} periods from {:.3f} s on", plan_.periods, from_s_));
+    if (std::exchange(told_late_, true)) return;
     if (late)
         note(fmt::format("{} had not settled after {} periods; it was measured all the same",
                          report.locked ? "the walker" : "the drive", plan_.settle_at_most));
@@ -284,42 +312,6 @@ void Director::begin_measuring(bool late) {
             "the sensor's noise, {:.2g} of gamma in a period, hides whether each harmonic is within "
             "0.1 %",
             report.noise));
-    measuring_ = true;
-    from_s_ = std::ceil(now_s_ * frequency_) / frequency_;
-    to_s_ = from_s_ + plan_.periods / frequency_;
-    say_(fmt::format("measuring {} periods from {:.3f} s on", plan_.periods, from_s_));
-}
-
-void Director::set(const Drive& drive, Lanes& lanes) {
-    if (state_ != RunState::run)
-        throw InputError{fmt::format(
-            "a new set-point was given in state {}; it can be changed in state run only", name(state_))};
-    measuring_ = false;
-    keeper_.set(drive);
-    if (drive.frequency != frequency_) {
-        frequency_ = Synthesiser::realised(drive.frequency, dac_rate_hz_);
-        walker_ = WalkerWatch{frequency_};
-    }
-    guard_.expect_another(lanes);
-    go_for_target(1, lanes);
-    run_from_s_ = now_s_;
-}
-
-void Director::stop(Lanes& lanes, const Trip& why) {
-    Trip trip = why;
-    trip.on_dac_clock = true;
-    trip.tick = static_cast<std::int64_t>(now_s_ * dac_rate_hz_);
-    if (!lanes.ordered.push(trip)) ++lanes.lost.trips_lost;
-}
-
-void Director::clear(Lanes& lanes) {
-    if (state_ != RunState::tripped)
-        throw InputError{fmt::format("nothing to clear: the run is in state {}", name(state_))};
-    if (!done_) throw InputError{"the drive is not silent yet; clear the trip when it is"};
-    ++lanes.releases;
-    guard_.rearm();
-    trip_.reset();
-    go(RunState::idle);
 }
 
 // What a sensor measured comes later than it was measured, by seconds when its connection is in trouble.

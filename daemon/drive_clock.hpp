@@ -23,6 +23,10 @@ public:
     void add(const AccelBlock& block) noexcept {
         accelerometer_.add({block.first.n + block.size - 1}, block.arrived);
     }
+    [[nodiscard]] const ClockTracker<DacClock>& dac() const noexcept { return dac_; }
+    [[nodiscard]] const ClockTracker<AccelerometerClock>& accelerometer() const noexcept {
+        return accelerometer_;
+    }
     [[nodiscard]] double dac_rate_hz() const noexcept { return dac_rate_hz_; }
     /// Both devices have been heard of.
     [[nodiscard]] bool ready() const noexcept { return dac_.map() && accelerometer_.map(); }

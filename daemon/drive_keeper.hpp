@@ -29,6 +29,10 @@ public:
     bool begin_identification();
     /// Takes a response that was found out before instead.
     void adopt(const IdentifiedResponse& response) { identified_ = response; }
+    /// Another target for begin() to go for, of any frequency.
+    void aim(const Drive& drive) { settings_.drive = drive; }
+    /// The response is to be found out anew.
+    void forget() noexcept { identified_.reset(); }
     /// Begins to go for the target.
     void begin();
     /// What to play now.

@@ -37,13 +37,16 @@ Execution drive_rig(OpenRig& bench, Acquisition& acquisition, Output& output, bo
     // processor.
     const auto ahead = static_cast<std::int64_t>(most_lead_s * rig.dac->info().rate_hz);
     const bool wait_for_reduction = simulated && threads;
-    std::vector<Loop> loops{{"output", 70, !wait_for_reduction, [&](std::chrono::milliseconds) {
-                                 if (wait_for_reduction &&
-                                     output.synthesiser.tick().n - acquisition.lanes().gathered > ahead)
-                                     return false;
-                                 output_step(output, *rig.dac, acquisition.lanes());
-                                 return true;
-                             }}};
+    const bool real_time = runs_threaded(bench, threads);
+    const double block_s = static_cast<double>(output.volts.size()) / rig.dac->info().rate_hz;
+    std::vector<Loop> loops{
+        {"output", 70, !wait_for_reduction, [&](std::chrono::milliseconds) {
+             if (wait_for_reduction && output.synthesiser.tick().n - acquisition.lanes().gathered > ahead)
+                 return false;
+             output_step(output, *rig.dac, acquisition.lanes());
+             if (real_time) acquisition.lanes().jitter.took(std::chrono::steady_clock::now(), block_s);
+             return true;
+         }}};
     for (Loop& loop : acquisition.sensor_loops()) loops.push_back(std::move(loop));
     if (recorder)
         loops.push_back({"recorder", 20, false, [&](std::chrono::milliseconds) { return recorder(); }});
@@ -56,8 +59,7 @@ Execution drive_rig(OpenRig& bench, Acquisition& acquisition, Output& output, bo
         if (rig.accelerometer) rig.accelerometer->stop();
         for (const auto& camera : rig.cameras) camera->stop();
     };
-    Execution execution =
-        runs_threaded(bench, threads) ? run_threaded(loops, done, unblock) : run_lockstep(loops, done);
+    Execution execution = real_time ? run_threaded(loops, done, unblock) : run_lockstep(loops, done);
     acquisition.collect();
     return execution;
 }

@@ -5,8 +5,10 @@
 #include <list>
 #include <vector>
 
+#include "daemon/control/limits.hpp"
 #include "daemon/control/predicted_motion.hpp"
 #include "daemon/control/trip.hpp"
+#include "daemon/period_jitter.hpp"
 #include "drivers/data.hpp"
 #include "drivers/handover.hpp"
 #include "drivers/synthesiser.hpp"
@@ -41,10 +43,13 @@ struct Lanes {
     Ring<Trip> sensed{8};   // accelerometer to output
     Ring<Trip> ordered{8};  // reduction to output: its own findings and the operator's stop
     Ring<Trip> trips{64};   // output to reduction, in order: the first since a release is the cause
-    std::atomic<bool> stopped{false};        // the output is latched: it refuses commands
+    std::atomic<std::uint64_t> aborts{0};           // raised by anybody, at any time, to stop
+    std::atomic<std::uint64_t> aborts_answered{0};  // by the output, after its trip
+    std::atomic<bool> stopped{false};               // the output is latched: it refuses commands
     std::atomic<std::uint64_t> releases{0};  // raised by the reduction to unlatch, as soon as it is silent
     Mailbox<Expectation> expectation;        // reduction to accelerometer
-    Ring<DriveChange> ahead{64};             // output to accelerometer: what is about to be heard
+    Mailbox<Limits> output_limits, input_limits;  // reduction to output and accelerometer
+    Ring<DriveChange> ahead{64};                  // output to accelerometer: what is about to be heard
     std::atomic<std::uint64_t> signs_of_life{0};  // of the accelerometer
     Warnings warnings;
     Ring<PlayTime> played{8192};  // output to reduction
@@ -54,6 +59,7 @@ struct Lanes {
     std::atomic<std::int64_t> gathered{
         0};  // DAC sample up to which the reduction has gathered what was played
     Counters lost;
+    PeriodJitter jitter;  // of the output, on real time
 };
 
 }  // namespace shaker

@@ -50,6 +50,17 @@ void answer_trips(Output& output, Lanes& lanes) {
         output.released = releases;
         output.guard.rearm();
     }
+    if (const std::uint64_t aborts = lanes.aborts; aborts != output.aborted) {
+        output.aborted = aborts;
+        const bool over = output.synthesiser.stopped() && output.synthesiser.silent();
+        if (!over)
+            stop({.cause = Cause::operator_stop,
+                  .stop = StopKind::hard,
+                  .on_dac_clock = true,
+                  .tick = output.synthesiser.tick().n},
+                 output, lanes);
+        lanes.aborts_answered = aborts;
+    }
     // Its own findings first: where the DAC ran empty, that is why the base was not where it should have
     // been.
     if (const auto trip = output.guard.check(signs_of(output, lanes), lanes.warnings))
@@ -70,6 +81,7 @@ Output::Output(const DacInfo& dac, double frequency, double frames_per_second, s
 
 void output_step(Output& output, Dac& dac, Lanes& lanes) {
     Synthesiser& synthesiser = output.synthesiser;
+    if (const auto limits = lanes.output_limits.take()) output.guard.hold_to(*limits);
     answer_trips(output, lanes);
     if (const auto command = lanes.drive.take()) synthesiser.set(*command);
     synthesiser.fill(output.volts);
@@ -99,6 +111,7 @@ bool accelerometer_step(Input& input, Accelerometer& device, std::chrono::millis
         input.released = releases;
         input.guard.rearm();
     }
+    if (const auto limits = lanes.input_limits.take()) input.guard.hold_to(*limits);
     while (const auto change = lanes.ahead.pop()) input.guard.hear(*change);
     if (const auto expectation = lanes.expectation.take()) input.guard.expect(*expectation);
     input.guard.check(block, lanes.sensed, lanes.warnings);

@@ -26,6 +26,7 @@ struct Output {
     std::vector<double> volts, pulses;
     std::int64_t lost = 0;       // samples the DAC stood empty behind the last block
     std::uint64_t released = 0;  // Lanes::releases that were answered
+    std::uint64_t aborted = 0;   // Lanes::aborts likewise
 };
 
 /// What the accelerometer's loop owns.

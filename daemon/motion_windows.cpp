@@ -50,6 +50,7 @@ std::vector<MotionWindows::Window> MotionWindows::add(const AccelBlock& block) {
         const auto done = estimator_.add(history_.turns(at_s), a);
         if (!done) continue;
         axis_ = done->axis;
+        mean_ = done->mean;
         Window w{.estimate = *done, .motion = {}};
         w.to_s = at_s;
         w.from_s = at_s - done->periods / history_.frequency();

@@ -34,6 +34,12 @@ public:
     [[nodiscard]] double until_s() const noexcept { return until_s_; }
     [[nodiscard]] const DriveHistory& history() const noexcept { return history_; }
     [[nodiscard]] const DriveClock& clock() const noexcept { return clock_; }
+    /// Along the shaker's axis as the newest window found it, without its constant part; 0 before the first.
+    [[nodiscard]] double along(const std::array<double, 3>& a) const noexcept {
+        double sum = 0;
+        for (std::size_t k = 0; k < 3; ++k) sum += axis_[k] * (a[k] - mean_[k]);
+        return sum;
+    }
 
 private:
     [[nodiscard]] EstimatorSettings estimator_settings(double frequency) const;
@@ -43,7 +49,7 @@ private:
     double line_hz_;
     DriveClock clock_;
     DriveHistory history_;
-    std::array<double, 3> axis_{};  // as the newest window found it
+    std::array<double, 3> axis_{}, mean_{};  // as the newest window found them
     HarmonicEstimator estimator_;
     double tuned_from_s_ = 0;  // the estimator's frequency is the drive's from here on
     double until_s_ = 0;

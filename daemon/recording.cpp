@@ -60,13 +60,13 @@ void require_new(const std::filesystem::path& file) {
 class Recording::Pictures {
 public:
     explicit Pictures(std::size_t most) : most_{most} {}
-    FramePtr copy(const Frame& frame) {
+    FramePtr copy(const Frame& frame, const std::optional<MasterTime>& mid_exposure) {
         std::shared_ptr<Frame> to = acquire(frame);
         if (!to) return nullptr;
         to->tick = frame.tick;
         to->arrived = frame.arrived;
         to->stamp = frame.stamp;
-        to->mid_exposure = frame.mid_exposure;
+        to->mid_exposure = mid_exposure;
         to->quality = frame.quality;
         std::ranges::copy(frame.pixels, to->pixels.begin());
         return to;
@@ -140,19 +140,21 @@ void Recording::push(const Piece& piece) {
     if (!settings_.live) step();
 }
 
-void Recording::add(std::size_t camera, const Frame& frame, std::span<const Track> tracks) {
+void Recording::add(std::size_t camera, const Frame& frame, std::span<const Track> tracks,
+                    const std::optional<MasterTime>& told) {
     if (!on()) return;
     Entry entry{camera, {}, nullptr, {}};
     entry.frame.tick = frame.tick;
     entry.frame.arrived = frame.arrived;
     entry.frame.stamp = frame.stamp;
-    entry.frame.mid_exposure = frame.mid_exposure;
+    entry.frame.mid_exposure = frame.mid_exposure ? frame.mid_exposure : told;
     entry.frame.quality = frame.quality;
     for (const Track& t : tracks) {
         const std::vector<double> row = row_of(t);
         entry.rows.insert(entry.rows.end(), row.begin(), row.end());
     }
-    if (header_.pictures != KeptPictures::off && !failed_) entry.picture = waiting_[camera]->copy(frame);
+    if (header_.pictures != KeptPictures::off && !failed_)
+        entry.picture = waiting_[camera]->copy(frame, entry.frame.mid_exposure);
     push(std::move(entry));
 }
 

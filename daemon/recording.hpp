@@ -49,8 +49,10 @@ public:
     void add(const LogEntry& entry) { push(entry); }
     /// What is being measured from now on.
     void add(const MeasuredPart& part) { push(part); }
-    /// A frame and where its targets are. Its picture is left out and counted when too many wait.
-    void add(std::size_t camera, const Frame& frame, std::span<const Track> tracks);
+    /// A frame and where its targets are. Its picture is left out and counted when too many wait. told: of
+    /// mid-exposure, final, where the frame does not tell it.
+    void add(std::size_t camera, const Frame& frame, std::span<const Track> tracks,
+             const std::optional<MasterTime>& told = {});
 
     /// Writes what waits; false when nothing did. After a failure what comes is counted and not written.
     bool step();

@@ -74,6 +74,14 @@ OpenRig open_file(const std::filesystem::path& file) {
 
 }  // namespace
 
+Limits limits_now(const OpenRig& bench, const std::string& name, const std::filesystem::path& scene) {
+    const std::filesystem::path file = name == "sim:" ? scene : std::filesystem::path{name};
+    if (file.empty()) return bench.limits;
+    SettingsTable root = SettingsTable::from_file(file);
+    return limits_for(bench.shaker, bench.world ? bench.scene.walker.mass_kg : 0, bench.rig,
+                      root.table("limits"));
+}
+
 OpenRig open_rig(const std::string& name, const std::filesystem::path& scene, World::Pace pace) {
     if (name == "sim:") return open_simulated(scene, pace);
     if (!scene.empty())

@@ -31,4 +31,7 @@ struct OpenRig {
 /// in the file, DeviceError for a device that cannot be opened.
 OpenRig open_rig(const std::string& name, const std::filesystem::path& scene, World::Pace pace);
 
+/// The limits of this bench as its files say now, for a reload; the devices stay as they are.
+Limits limits_now(const OpenRig& bench, const std::string& name, const std::filesystem::path& scene);
+
 }  // namespace shaker

@@ -46,6 +46,11 @@ public:
     void expect_another(Lanes& lanes);
     /// The DAC ran empty: the clocks as they were known tell nothing any more.
     void clocks_lost() noexcept { posted_.reset(); }
+    /// Other levels from now on.
+    void hold_to(const Limits& limits) noexcept {
+        limits_ = limits;
+        loop_.hold_to(limits);
+    }
     /// After a trip: look afresh.
     void rearm() noexcept { ordered_ = false, loop_.settling(), clocks_.reset(), posted_.reset(); }
 

@@ -2,13 +2,17 @@
 
 #include <spdlog/fmt/fmt.h>
 
-#include "drivers/settings_table.hpp"
+#include <utility>
 
 namespace shaker {
 
 void read_run_settings(const std::filesystem::path& file, RunOptions& options) {
     SettingsTable root = SettingsTable::from_file(file);
-    SettingsTable run = root.table("run");
+    read_run_table(root.table("run"), options);
+    root.finish();
+}
+
+void read_run_table(SettingsTable run, RunOptions& options) {
     Drive& d = options.drive;
     options.rig = run.text("rig", options.rig);
     if (run.has("scene")) options.scene = run.folder() / run.text("scene");
@@ -23,7 +27,6 @@ void read_run_settings(const std::filesystem::path& file, RunOptions& options) {
     options.closed_loop = run.flag("closed_loop", options.closed_loop);
     options.mains_hz = run.number("mains_hz", drive_limits.mains, options.mains_hz);
     run.finish();
-    root.finish();
 }
 
 std::string run_settings_text(const RunOptions& o) {

@@ -11,6 +11,8 @@ namespace shaker {
 
 namespace {
 
+constexpr double allowance_s = 1;
+
 // Losses count in the part that is reduced; positions are cut to it by the reduction.
 MotionSeries series_of(const TargetTrack& t, double from_s, double to_s) {
     MotionSeries s;
@@ -52,7 +54,55 @@ AccelSeries accelerations_of(const Take& take) {
     return s;
 }
 
+// Moving what is left costs as much as that is long: only when the rest is shorter.
+template <class T>
+std::size_t drop_front(std::vector<T>& list, typename std::vector<T>::iterator keep) {
+    const auto n = keep - list.begin();
+    if (n <= list.end() - keep) return 0;
+    list.erase(list.begin(), keep);
+    return static_cast<std::size_t>(n);
+}
+
 }  // namespace
+
+void drop_before(Take& take, double from_s) {
+    if (take.played.empty()) return;
+    const double from_tick = from_s * take.dac_rate_hz;
+    const double age_s = static_cast<double>(take.played.back().tick.n) / take.dac_rate_hz - from_s;
+    take.dropped.played += drop_front(take.played, std::ranges::find_if(take.played, [&](const PlayTime& p) {
+                                          return static_cast<double>(p.tick.n) >= from_tick;
+                                      }));
+    auto in_force = std::ranges::find_if(take.changes, [&](const DriveChange& c) {
+        return static_cast<double>(c.first.n + c.ramp) > from_tick;
+    });
+    if (in_force != take.changes.begin()) --in_force;
+    take.dropped.changes += drop_front(take.changes, in_force);
+    if (!take.blocks.empty()) {
+        // By the sensor's own count: which of its samples is the newest is known without any clock.
+        const double newest = static_cast<double>(take.blocks.back().first.n);
+        const double oldest = newest - (age_s + allowance_s) * take.accelerometer.rate_hz;
+        take.dropped.blocks +=
+            drop_front(take.blocks, std::ranges::find_if(take.blocks, [&](const AccelBlock& b) {
+                           return static_cast<double>(b.first.n) >= oldest;
+                       }));
+    }
+    for (TargetTrack& t : take.tracks)
+        t.dropped += drop_front(t.tracks, std::ranges::find_if(t.tracks, [&](const Track& k) {
+                                    return seconds(k.time) >= from_s - allowance_s;
+                                }));
+}
+
+void forget(Take& take) {
+    const auto drop = [](auto& list, std::size_t keep) {
+        const std::size_t n = list.size() - std::min(list.size(), keep);
+        list.erase(list.begin(), list.begin() + static_cast<std::ptrdiff_t>(n));
+        return n;
+    };
+    take.dropped.played += drop(take.played, 0);
+    take.dropped.changes += drop(take.changes, 1);
+    take.dropped.blocks += drop(take.blocks, 0);
+    for (TargetTrack& t : take.tracks) t.dropped += drop(t.tracks, 0);
+}
 
 Take empty_take(const Rig& rig) {
     Take take;
@@ -83,13 +133,13 @@ void scale(Track& track, const View& view, const Target& target) {
 }
 
 void add_fixes(Take& take, std::size_t camera, const Frame& frame, const std::vector<Fix>& fixes,
-               MasterTime time) {
+               MasterTime time, bool final) {
     CameraTake& from = take.cameras.at(camera);
     from.width = frame.width;
     from.height = frame.height;
     if (frame.mid_exposure)
         time = *frame.mid_exposure;
-    else
+    else if (!final)
         from.untimed.push_back({frame.tick, frame.stamp, frame.arrived});
     if (std::isfinite(seconds(time))) from.until_s = std::max(from.until_s, seconds(time));
     for (std::size_t i = 0; i < fixes.size(); ++i) {

@@ -18,6 +18,7 @@ struct TargetTrack {
     std::string camera;
     Target target;
     std::vector<Track> tracks;
+    std::size_t dropped = 0;  // from the front by drop_before()
 };
 
 /// The frames of one camera and which tracks were made of them.
@@ -35,22 +36,35 @@ struct Take {
     std::vector<PlayTime> played;      // empty for a session without a DAC
     std::vector<DriveChange> changes;  // likewise
     std::vector<Trip> trips;           // as the output answered them; the first is the cause
+    std::uint64_t aborts = 0;          // the trips of so many aborts are among them
     double dac_rate_hz = 0;
     std::vector<CameraTake> cameras;
     std::vector<TargetTrack> tracks;
     std::uint64_t blocks_lost = 0, frames_lost = 0, frames = 0;
+    /// From the front of each list by drop_before().
+    struct Dropped {
+        std::size_t blocks = 0, played = 0, changes = 0;
+    } dropped;
 };
 
 /// A Take with a track for every target of the cameras.
 Take empty_take(const Rig& rig);
+
+/// Forgets what is older than `from_s` of master time, a second's allowance kept, when that is most of a
+/// list: a daemon runs for weeks. The drive in force then is kept.
+void drop_before(Take& take, double from_s);
+
+/// Forgets all but the drive that is in force: what comes next begins a take of its own.
+void forget(Take& take);
 
 /// The clocks of DAC and accelerometer as all stamps of a take tell them.
 DriveClock drive_clock(const Take& take);
 
 /// Adds the fixes of a frame of a camera; its view tells the scale. `time`: of mid-exposure where the frame
 /// does not tell it, as far as it is known so far (NaN: not yet).
+/// `final`: it stays that, whatever later stamps tell, and no stamp is kept.
 void add_fixes(Take& take, std::size_t camera, const Frame& frame, const std::vector<Fix>& fixes,
-               MasterTime time);
+               MasterTime time, bool final = false);
 
 /// A fix in metres along the shaker's axis, where it was found.
 void scale(Track& track, const View& view, const Target& target);

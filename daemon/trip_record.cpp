@@ -68,11 +68,6 @@ RecordedTable trip_table(const std::vector<RecordedTrip>& trips) {
 
 }  // namespace
 
-std::string text(const RecordedTrip& trip) {
-    const std::string when = std::isfinite(trip.at_s) ? fmt::format("at {:.3f} s ", trip.at_s) : "";
-    return fmt::format("{}in state {}: {}", when, trip.state, text(trip.trip));
-}
-
 std::vector<RecordedTrip> recorded_trips(const Take& take, const Director& director) {
     const DriveClock clock = drive_clock(take);
     std::vector<RecordedTrip> trips;

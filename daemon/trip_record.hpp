@@ -3,23 +3,13 @@
 #include <string>
 #include <vector>
 
-#include "daemon/control/trip.hpp"
 #include "daemon/director.hpp"
+#include "daemon/recorded_trip.hpp"
 #include "daemon/run_log.hpp"
 #include "daemon/take.hpp"
 #include "drivers/replay/session_file.hpp"
 
 namespace shaker {
-
-/// A trip and what the run was at.
-struct RecordedTrip {
-    Trip trip;
-    std::string state;  // of the run: "identify"
-    double at_s = 0;    // master time of the sample that violated; NaN while the sensor's clock was not known
-};
-
-/// "at 3.021 s in state run: soft stop, ..."
-std::string text(const RecordedTrip& trip);
 
 /// Why a run was stopped in the end, first of all the director's trip(): those of a take from then on, in
 /// their order. A trip that was excused or cleared before is not among them.

@@ -9,6 +9,8 @@ namespace shaker {
 
 namespace {
 
+constexpr std::size_t most_drifts = 1000;  // what settles does so in fewer
+
 // Of the outline from the nearer end of the picture, along the shaker's axis.
 double edge_distance_mm(const Track& t, const Target& target, const CameraTake& camera) {
     const bool across = std::abs(camera.view.along[1]) > std::abs(camera.view.along[0]);
@@ -26,8 +28,9 @@ void WalkerWatch::add(const Take& take) {
     if (!watches_) return;
     const auto camera =
         std::ranges::find(take.cameras, walker->camera, [](const CameraTake& c) { return c.view.camera; });
-    for (; seen_ < walker->tracks.size(); ++seen_) {
-        const Track& t = walker->tracks[seen_];
+    seen_ = std::max(seen_, walker->dropped);
+    for (; seen_ < walker->dropped + walker->tracks.size(); ++seen_) {
+        const Track& t = walker->tracks[seen_ - walker->dropped];
         lost_ = found(t.fix.state) ? 0 : lost_ + 1;
         if (!std::isfinite(seconds(t.time))) continue;
         until_s_ = std::max(until_s_, seconds(t.time));
@@ -36,6 +39,7 @@ void WalkerWatch::add(const Take& take) {
         if (camera != take.cameras.end() && camera->width > 0)
             edge_mm_ = edge_distance_mm(t, walker->target, *camera);
         if (const auto period = fold_.add(seconds(t.time), t.x_m, t.sd_m)) drifts_.push_back(*period);
+        if (drifts_.size() > most_drifts) drifts_.pop_front();
     }
 }
 

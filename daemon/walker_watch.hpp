@@ -1,5 +1,6 @@
 #pragma once
 // The walker as the first camera sees it while the run is on: whether its drift has settled, where it is.
+#include <deque>
 #include <optional>
 #include <vector>
 
@@ -32,7 +33,7 @@ public:
 private:
     double frequency_;
     PeriodFold fold_;
-    std::vector<PeriodFold::Period> drifts_;
+    std::deque<PeriodFold::Period> drifts_;  // the newest
     bool watches_ = false;
     std::size_t seen_ = 0;
     double until_s_ = 0;

@@ -10,14 +10,14 @@ if(SHAKER_SANITIZE)
 endif()
 file(GLOB support CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/tests/support/*.cpp)
 add_library(test_support STATIC ${support})
-target_link_libraries(test_support PUBLIC daemon daemon_remote_scpi drivers_mock GTest::gtest shaker_opencv
+target_link_libraries(test_support PUBLIC daemon_remote daemon daemon_remote_scpi drivers_mock GTest::gtest shaker_opencv
                       shaker_hdf5 Eigen3::Eigen nlohmann_json::nlohmann_json Boost::headers)
 compile_fast(test_support)
 target_compile_definitions(test_support PUBLIC
   SHAKER_SOURCE_DIR="${PROJECT_SOURCE_DIR}" SHAKER_BINARY_DIR="${PROJECT_BINARY_DIR}"
   SHAKER_SANITIZED=${sanitized})
 
-set(areas drivers hardware mock simulated scpi replay calibration tracking control reduction daemon safety loop)
+set(areas drivers hardware mock simulated scpi remote replay calibration tracking control reduction daemon safety loop)
 if(SHAKER_SANITIZE MATCHES thread)
   list(REMOVE_ITEM areas simulated scpi replay calibration tracking control reduction safety)  # of one thread each
 endif()
@@ -34,6 +34,7 @@ if(SHAKER_SANITIZE MATCHES thread)  # the others have one thread
   set(quick "Alsa*:Formats/*:GenicamCameraTest.*:IioAccelerometerTest.*:IioStreamTest.*:VideoCameraTest.*:ConverterTest.*")
   string(APPEND quick ":GigeCameraTest.*:Iiod*:ClosedRunTest.*:*FaultTest.*:ShakerMockTest.*:FramePoolTest.*:RingTest.*")
   string(APPEND quick ":MailboxTest.*:RealtimeTest.*:LoopsTest.*:ExecutorsTest.*:RecordingTest.*:*DiskFaultsTest.*")
+  string(APPEND quick ":ScpiPortTest.*:WebTest.*:WebTokenTest.*:ServeTest.*:HostileTest.*")
   set(slow "-${quick}")
 endif()
 function(list_tests program filter alone label)
@@ -68,7 +69,7 @@ foreach(area ${areas})
     set(alone FALSE)
     set(label "virtual time")
     set(virtual ${area}_tests)
-    if(area MATCHES "hardware|mock|loop")  # another test beside it takes its processor
+    if(area MATCHES "hardware|mock|loop|remote")  # another test beside it takes its processor
       set(alone TRUE)
       set(label "real time")
       set(virtual)
@@ -88,6 +89,10 @@ endif()
 if(TARGET daemon_tests)
   add_dependencies(daemon_tests shakerd)
   add_dependencies(loop_tests shakerd shaker-mock)
+endif()
+if(TARGET remote_tests)
+  target_link_libraries(remote_tests PRIVATE daemon_remote_ctl)
+  add_dependencies(remote_tests shakerctl pages)
 endif()
 add_dependencies(test_support shaker_mock_pcm)
 
@@ -119,7 +124,7 @@ foreach(source ${benches})
   get_filename_component(name ${source} NAME_WE)
   add_executable(bench_${name} ${source})
   target_link_libraries(bench_${name} PRIVATE test_support benchmark::benchmark)
-  if(name MATCHES "kills|power_cuts|disk_faults")  # of the whole program
+  if(name MATCHES "kills|power_cuts|disk_faults|remote")  # of the whole program
     add_dependencies(bench_${name} shakerd)
   endif()
 endforeach()
@@ -132,7 +137,16 @@ foreach(source ${peers})
   target_link_libraries(peer_${name} PRIVATE test_support)
 endforeach()
 
-# This one needs no device and no rights.
-add_test(NAME peers_hdf5 COMMAND ${PROJECT_SOURCE_DIR}/tests/peers/hdf5)
-set_tests_properties(peers_hdf5 PROPERTIES ENVIRONMENT SHAKER_BUILD=${PROJECT_BINARY_DIR} SKIP_RETURN_CODE 77
-                     TIMEOUT 300 RUN_SERIAL TRUE LABELS "real time")
+# These need no device; "package" installs where it has the rights.
+foreach(peer hdf5 remote package)
+  add_test(NAME peers_${peer} COMMAND ${PROJECT_SOURCE_DIR}/tests/peers/${peer})
+  set_tests_properties(peers_${peer} PROPERTIES ENVIRONMENT SHAKER_BUILD=${PROJECT_BINARY_DIR} SKIP_RETURN_CODE 77
+                       TIMEOUT 300 RUN_SERIAL TRUE LABELS "real time")
+endforeach()
+
+# The operator's page in a real browser.
+foreach(part pure page control memory daemon)
+  add_test(NAME panel_${part} COMMAND ${PROJECT_SOURCE_DIR}/tests/panel/run --only ${part})
+  set_tests_properties(panel_${part} PROPERTIES ENVIRONMENT SHAKERD=$<TARGET_FILE:shakerd>
+                       TIMEOUT 400 RUN_SERIAL TRUE LABELS "real time")
+endforeach()

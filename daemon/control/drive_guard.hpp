@@ -32,6 +32,8 @@ public:
     /// first has come or the drive is on. The reduction's life counts while the drive is on.
     std::optional<Trip> check(const OutputSigns& signs, Warnings& warnings) noexcept;
     void rearm() noexcept { told_.reset(); }
+    /// Other levels from now on.
+    void hold_to(const Limits& limits) noexcept { limits_ = limits; }
     /// Limits were given.
     [[nodiscard]] bool armed() const noexcept { return armed_; }
     /// Samples of the ramp to zero.

@@ -16,7 +16,6 @@ constexpr int most_worse = 1;          // steps in a row
 constexpr double near_enough = 0.3;    // of the target
 constexpr double small_step = 0.1;     // of the target
 constexpr double least_event = 0.01;   // likewise; less is the last of the way, where plants are least linear
-constexpr double tolerance = 1e-3;     // of gamma, a harmonic
 constexpr double least_motion = 0.05;  // of what the drive must make
 constexpr double noisy = 3e-4;         // of gamma: then errors are followed at half the pace
 
@@ -174,7 +173,7 @@ void Equaliser::judge(const Harmonics<Acceleration>& error, double noise, Report
         for (const auto& e : errors_) mean += e.at(q) / n;
         report.residual[static_cast<std::size_t>(q - 1)] = std::abs(mean) / gamma;
         const double own = std::abs(target_.at(q)) * gamma / gamma_;
-        const double allowed = tolerance * (own > 0 ? own : gamma);
+        const double allowed = kept_within * (own > 0 ? own : gamma);
         report.noise_limited = report.noise_limited || spread > allowed;
         report.locked = report.locked && std::abs(mean) < std::max(allowed, spread);
     }

@@ -12,6 +12,9 @@
 
 namespace shaker {
 
+/// What "locked" means: each harmonic is this share of what is asked of it, or of gamma, off at most.
+inline constexpr double kept_within = 1e-3;
+
 struct EqualiserSettings {
     int harmonics = 8;       // K, 1..16: these are corrected, those the target does not have towards zero
     double volts_limit = 1;  // peak of the planned waveform

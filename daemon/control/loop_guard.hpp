@@ -29,6 +29,8 @@ struct JudgedWindow {
 class LoopGuard {
 public:
     explicit LoopGuard(const Limits& limits) : limits_{limits} {}
+    /// Other levels from now on.
+    void hold_to(const Limits& limits) noexcept { limits_ = limits; }
 
     /// In this order: no numbers; next to none of the motion that the drive must make (an open sensor, a
     /// loose cable; a frozen sensor when there is no noise either); motion across the axis; more drive than

@@ -32,6 +32,8 @@ public:
     void expect(const Expectation& expectation) noexcept;
     void hear(const DriveChange& change) noexcept;
     void rearm() noexcept;
+    /// Other levels from now on.
+    void hold_to(const Limits& limits) noexcept { limits_ = limits; }
     /// Judges a block. What trips goes into `trips` at once.
     void check(const AccelBlock& block, Ring<Trip>& trips, Warnings& warnings) noexcept;
 

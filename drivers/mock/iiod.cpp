@@ -1,9 +1,6 @@
 #include "drivers/mock/iiod.hpp"
 
 #include <algorithm>
-#include <boost/asio/executor_work_guard.hpp>
-#include <boost/asio/io_context.hpp>
-#include <boost/asio/post.hpp>
 #include <chrono>
 #include <cmath>
 #include <optional>
@@ -15,6 +12,10 @@
 #include "drivers/errors.hpp"
 #include "drivers/mock/iiod_connection.hpp"
 #include "drivers/realtime.hpp"
+
+#include <boost/asio/executor_work_guard.hpp>
+#include <boost/asio/io_context.hpp>
+#include <boost/asio/post.hpp>
 
 namespace shaker {
 

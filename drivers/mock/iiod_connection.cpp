@@ -1,12 +1,12 @@
 #include "drivers/mock/iiod_connection.hpp"
 
 #include <algorithm>
+#include <cerrno>
+#include <chrono>
 #include <boost/asio/buffer.hpp>
 #include <boost/asio/read.hpp>
 #include <boost/asio/read_until.hpp>
 #include <boost/asio/write.hpp>
-#include <cerrno>
-#include <chrono>
 
 namespace shaker {
 

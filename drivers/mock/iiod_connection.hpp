@@ -2,8 +2,6 @@
 // One client of the mock iiod: answers its commands and streams its buffer. Everything here runs on the
 // server's one thread.
 #include <atomic>
-#include <boost/asio/ip/tcp.hpp>
-#include <boost/asio/steady_timer.hpp>
 #include <cstdint>
 #include <deque>
 #include <memory>
@@ -14,6 +12,9 @@
 
 #include "drivers/mock/iiod_device.hpp"
 #include "drivers/mock/iiod_protocol.hpp"
+
+#include <boost/asio/ip/tcp.hpp>
+#include <boost/asio/steady_timer.hpp>
 
 namespace shaker {
 

@@ -161,6 +161,11 @@ std::vector<PoseTruth> World::truth(std::size_t index) const {
     return state_->eyes.at(index).poses;
 }
 
+void World::keep_truth_for(double seconds) {
+    const std::scoped_lock lock{state_->mutex};
+    state_->truth_kept_s = seconds;
+}
+
 double World::render_seconds() const {
     const std::scoped_lock lock{state_->mutex};
     double sum = 0;

@@ -28,6 +28,8 @@ public:
     void expose_next(std::size_t index);
     /// Truth of the exposures of camera `index` so far, in order of their ticks.
     [[nodiscard]] std::vector<PoseTruth> truth(std::size_t index) const;
+    /// From now on what is older than so many seconds may be forgotten. Without it all is kept.
+    void keep_truth_for(double seconds);
     /// CPU time spent on rendering so far, s.
     [[nodiscard]] double render_seconds() const;
 

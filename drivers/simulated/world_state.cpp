@@ -109,6 +109,13 @@ void World::State::step(const Output& out) {
     }
 }
 
+// Half of them at a time: what is left is not moved at every exposure.
+void World::State::forget_old(std::vector<PoseTruth>& poses) const {
+    const auto time = [](const PoseTruth& p) { return seconds(p.time); };
+    if (time(poses.front()) > now() - 2 * truth_kept_s) return;
+    poses.erase(poses.begin(), std::ranges::lower_bound(poses, now() - truth_kept_s, {}, time));
+}
+
 // Takes the poses of the instants that fall into the sample just played.
 void World::State::expose(Eye& eye, const PlantState& before) {
     const PlantState& after = plant.state();
@@ -127,6 +134,7 @@ void World::State::expose(Eye& eye, const PlantState& before) {
         eye.open.pop_front();
         eye.poses.push_back(
             {e.tick, master_time(e.start_s + 0.5 * exposure_s), e.poses[1].base, e.poses[1].walker});
+        forget_old(eye.poses);
         if (std::exchange(eye.gap, e.lost || eye.done.size() >= queue_limit)) e.quality = Quality::gap;
         if (!eye.gap) eye.done.push_back(e);
     }

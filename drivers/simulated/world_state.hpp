@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <deque>
+#include <limits>
 #include <mutex>
 #include <vector>
 
@@ -59,6 +60,7 @@ struct World::State {
     FaultQueue plant_faults, underruns;
     bool overflow = false;
     bool stopped = false;
+    double truth_kept_s = std::numeric_limits<double>::infinity();
     mutable std::mutex mutex{};
     std::condition_variable moved{};
 
@@ -77,6 +79,7 @@ struct World::State {
     void cause_faults();
     void open_exposures(bool trigger);
     void expose(Eye& eye, const PlantState& before);
+    void forget_old(std::vector<PoseTruth>& poses) const;
     void stop() noexcept;
 };
 

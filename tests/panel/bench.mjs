@@ -126,7 +126,7 @@ export class Bench {
             losses: [{ stream: "accelerometer", got: Math.floor(this.time * 4000), lost: 0 },
                 { stream: "camera:top", got: Math.floor(this.time * 1000), lost: 3 },
                 { stream: "camera:side", got: Math.floor(this.time * 1000), lost: 0 }],
-            disk: { free_bytes: 1.12e11, lag_s: 0.042 },
+            disk: { free_bytes: 1.12e11, backlog: 0.042 },
             jitter: {
                 bins_s: [1e-6, 2e-6, 5e-6, 1e-5, 2e-5, 5e-5, 1e-4, 2e-4, 5e-4, 1e-3],
                 counts: [0, 40, 900, 4200, 2600, 410, 55, 9, 1, 0].map((count) => Math.floor(count * (1 + this.time / 10))),

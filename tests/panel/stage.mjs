@@ -8,12 +8,16 @@ import { chromium, project } from "./sources.mjs";
 export const laptop = { width: 1366, height: 768 };
 export const phone = { width: 390, height: 844 };
 
-export async function setStage() {
-    const server = await startServer(join(project, "build/panel"));
+export async function openBrowser() {
     const program = "/usr/bin/chromium";
     assert.ok(existsSync(program), `${program} is missing: .ci/install`);
     const args = process.getuid() === 0 ? ["--no-sandbox"] : [];
-    const browser = await chromium.launch({ executablePath: program, args, handleSIGTERM: false });
+    return chromium.launch({ executablePath: program, args, handleSIGTERM: false });
+}
+
+export async function setStage() {
+    const server = await startServer(join(project, "build/panel"));
+    const browser = await openBrowser();
     const closePages = () => Promise.all(browser.contexts().map((context) => context.close()));
     return { server, browser, closePages, clear: async () => { await browser.close(); server.close(); } };
 }

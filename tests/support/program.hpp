@@ -26,6 +26,8 @@ public:
     Program& operator=(const Program&) = delete;
 
     [[nodiscard]] pid_t pid() const noexcept { return pid_; }
+    /// Where its standard error goes.
+    [[nodiscard]] const std::filesystem::path& said() const noexcept { return err_; }
     [[nodiscard]] bool ended();
     /// Waits for its end; kills it after `limit_s`.
     Outcome wait(double limit_s = 600);

@@ -1,37 +1,30 @@
 #pragma once
-// Which session may change what the bench does: SYSTem:LOCK.
+// Which client may change what the bench does: SYSTem:LOCK, and the page's "take control".
 #include <string>
 #include <utility>
 
 namespace shaker::scpi {
 
-class Session;
-
-/// One for all sessions. While nobody holds it anyone may change settings.
+/// One for all clients, each known by a name of its own: an address and port. While nobody holds it anyone
+/// may change settings.
 class ControlLock {
 public:
     /// Whether `who` holds it now.
-    bool request(const Session& who, std::string name) {
-        if (holder_ == nullptr) {
-            holder_ = &who;
-            name_ = std::move(name);
-        }
-        return holder_ == &who;
+    bool request(const std::string& who) {
+        if (owner_.empty()) owner_ = who;
+        return owner_ == who;
     }
-    void release(const Session& who) noexcept {
-        if (holder_ != &who) return;
-        holder_ = nullptr;
-        name_.clear();
+    void release(const std::string& who) noexcept {
+        if (owner_ == who) owner_.clear();
     }
-    [[nodiscard]] bool allows(const Session& who) const noexcept {
-        return holder_ == nullptr || holder_ == &who;
+    [[nodiscard]] bool allows(const std::string& who) const noexcept {
+        return owner_.empty() || owner_ == who;
     }
     /// Empty while nobody holds it.
-    [[nodiscard]] const std::string& owner() const noexcept { return name_; }
+    [[nodiscard]] const std::string& owner() const noexcept { return owner_; }
 
 private:
-    const Session* holder_ = nullptr;
-    std::string name_;
+    std::string owner_;
 };
 
 }  // namespace shaker::scpi

@@ -21,7 +21,7 @@ bool has_bounds(const Found& found) {
 Session::Session(Shared shared, std::string name)
     : shared_{shared}, name_{std::move(name)}, status_{shared.status} {}
 
-Session::~Session() { shared_.lock.release(*this); }
+Session::~Session() { shared_.lock.release(name_); }
 
 void Session::feed(std::string_view bytes) {
     for (;;) {
@@ -150,7 +150,7 @@ void Session::execute(const Found& found, std::span<const Argument> arguments) {
             Call call{*this, arguments, suffixes, reply};
             command.query(call);
         });
-    if (command.guarded && !shared_.lock.allows(*this))
+    if (command.guarded && !shared_.lock.allows(name_))
         throw Error{Code::command_protected, "control is held by " + printable(shared_.lock.owner())};
     std::string none;
     Reply silent{none, format_, 0};

@@ -56,9 +56,8 @@ std::vector<Command> system_commands() {
         {.header = "SYSTem:VERSion", .query = [](Call& call) { call.reply.word("1999.0"); }},
         {.header = "SYSTem:HELP:HEADers", .query = headers},
         {.header = "SYSTem:LOCK:REQuest",
-         .query =
-             [](Call& call) { call.reply.boolean(lock(call).request(call.session, call.session.name())); }},
-        {.header = "SYSTem:LOCK:RELease", .set = [](Call& call) { lock(call).release(call.session); }},
+         .query = [](Call& call) { call.reply.boolean(lock(call).request(call.session.name())); }},
+        {.header = "SYSTem:LOCK:RELease", .set = [](Call& call) { lock(call).release(call.session.name()); }},
         {.header = "SYSTem:LOCK:OWNer", .query = [](Call& call) { call.reply.string(lock(call).owner()); }},
         {.header = "FORMat[:DATA]",
          .parameters = {choice("ASCii|REAL"), optional(integer(0, 64))},

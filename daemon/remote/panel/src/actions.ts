@@ -3,7 +3,16 @@
 export type Answer = { ok: true } | { ok: false; error: string };
 export type Actions = (name: string, body?: Record<string, unknown>, patience?: number) => Promise<Answer>;
 
-const tokenKey = "shakerd-token";
+const tokenKey = "shakerd-token", clientKey = "shakerd-client";
+
+/** What this tab calls itself, so that the daemon knows who holds control; kept over reloads. */
+export function clientName(): string {
+    const known = sessionStorage.getItem(clientKey);
+    if (known) return known;
+    const made = Array.from(crypto.getRandomValues(new Uint8Array(6)), (byte) => (byte % 36).toString(36)).join("");
+    sessionStorage.setItem(clientKey, made);
+    return made;
+}
 
 /** The token of `#token=...`, taken out of the address bar and kept for reloads of this tab. */
 export function takeToken(): string | null {
@@ -20,8 +29,8 @@ async function errorOf(response: Response): Promise<string> {
     return typeof body?.error === "string" ? body.error : `the daemon answered ${response.status}`;
 }
 
-export function makeActions(token: string | null): Actions {
-    const headers: Record<string, string> = { "Content-Type": "application/json" };
+export function makeActions(token: string | null, client: string): Actions {
+    const headers: Record<string, string> = { "Content-Type": "application/json", "X-Shaker-Client": client };
     if (token) headers["X-Shaker-Token"] = token;
     return async (name, body, patience = 10_000) => {
         const limit = new AbortController();

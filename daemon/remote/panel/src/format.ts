@@ -40,7 +40,7 @@ const prefixes: [number, string][] = [[1e9, "G"], [1e6, "M"], [1e3, "k"], [1, ""
 /** With the SI prefix that leaves one to three digits before the point: "3.20 µs", "112 GB". */
 export function prefixed(value: Known | undefined, unit: string, digits = 3): string {
     if (!known(value)) return unknown;
-    if (value === 0) return `0 ${unit}`;
+    if (Math.abs(value) < 1e-12) return `0 ${unit}`;  // nothing here is known better
     const rounded = Math.abs(Number(value.toPrecision(digits)));
     const [factor, prefix] = prefixes.find(([size]) => rounded >= size) ?? [1e-9, "n"];
     return `${number(value / factor, digits)} ${prefix}${unit}`;

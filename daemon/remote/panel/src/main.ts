@@ -1,6 +1,6 @@
 // The operator's page: a table of contents.
 import { Abort, listenForAbort } from "./abort";
-import { makeActions, takeToken } from "./actions";
+import { clientName, makeActions, takeToken } from "./actions";
 import { Connection } from "./connection";
 import { byId } from "./dom";
 import { axes } from "./groups";
@@ -20,12 +20,13 @@ import { makeNumbers } from "./views/numbers";
 import { makePoints } from "./views/points";
 import { makeWaveform } from "./views/waveform";
 
-const act = makeActions(takeToken());
+const token = takeToken(), client = clientName();
+const act = makeActions(token, client);
 const abort = new Abort(act);
 listenForAbort(abort);
 
 const store = new Store();
-const socketUrl = `${location.protocol === "https:" ? "wss" : "ws"}://${location.host}/ws`;
+const socketUrl = `${location.protocol === "https:" ? "wss" : "ws"}://${location.host}/ws?client=${client}${token ? `&token=${encodeURIComponent(token)}` : ""}`;
 const connection = new Connection(store, socketUrl);
 const themes = new Themes(byId("theme", HTMLButtonElement));
 const loop = new Loop();

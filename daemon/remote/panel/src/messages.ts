@@ -38,7 +38,7 @@ function stateOf(raw: Record<string, unknown>): State {
         points: list<State["points"][number]>(raw["points"]).slice(-maxPoints),
         clocks: list(raw["clocks"]),
         losses: list(raw["losses"]),
-        disk: section(raw["disk"], { free_bytes: null, lag_s: null }),
+        disk: section(raw["disk"], { free_bytes: null, backlog: null }),
         jitter: section(raw["jitter"], jitter),
         limits: object(raw["limits"]),
     };

@@ -1,7 +1,7 @@
 // What the daemon sends as text. Every number is SI; null where the daemon does not know it yet.
 
 export type RunState =
-    | "idle" | "armed" | "identifying" | "ramping" | "settling" | "running" | "stopping" | "tripped";
+    | "starting" | "idle" | "armed" | "identifying" | "ramping" | "settling" | "running" | "stopping" | "tripped";
 
 export type Known = number | null;
 
@@ -60,7 +60,7 @@ export interface Point {
 
 export interface Clock { name: string; ppm: Known; residual_s: Known }
 export interface Loss { stream: string; got: number; lost: number }
-export interface Disk { free_bytes: Known; lag_s: Known }
+export interface Disk { free_bytes: Known; backlog: Known }
 /** counts[i] lie below bins_s[i]; a count more than bins lies above the last. */
 export interface Jitter { bins_s: number[]; counts: number[]; worst_s: Known }
 

@@ -8,7 +8,7 @@ import type { Store } from "../store";
 
 /** A sign beside the word: the states differ without their colours. */
 const words: Record<RunState, string> = {
-    idle: "○ idle", armed: "◇ armed", identifying: "≈ identifying", ramping: "▲ ramping", settling: "◐ settling",
+    starting: "… starting", idle: "○ idle", armed: "◇ armed", identifying: "≈ identifying", ramping: "▲ ramping", settling: "◐ settling",
     running: "● running", stopping: "▼ stopping", tripped: "✖ tripped",
 };
 const driving = new Set<RunState>(["identifying", "ramping", "settling", "running", "stopping"]);

@@ -3,7 +3,7 @@ import uPlot from "uplot";
 import { byId, setRows, setText } from "../dom";
 import { fixed, number, prefixed, unknown } from "../format";
 import { common, Plot, xAxis, yAxis, type Columns } from "../plot";
-import type { Clock, Jitter, Loss, State } from "../protocol";
+import type { Clock, Jitter, Known, Loss, State } from "../protocol";
 import type { Store } from "../store";
 import type { Themes } from "../theme";
 
@@ -32,6 +32,11 @@ function edgeWords(bins: number[], index: number): string {
     return "more";
 }
 
+/** What waits for the disk, of what may wait. */
+function share(backlog: Known): string {
+    return backlog === null ? unknown : `${fixed(100 * backlog, 0)} % of its queue`;
+}
+
 export function makeHealth(box: HTMLElement, store: Store, themes: Themes): () => void {
     const free = byId("disk-free", HTMLElement), lag = byId("disk-lag", HTMLElement);
     const worst = byId("jitter-worst", HTMLElement), missed = byId("page-missed", HTMLElement);
@@ -41,7 +46,7 @@ export function makeHealth(box: HTMLElement, store: Store, themes: Themes): () =
     let seen = -1;
     const show = (state: State): void => {
         setText(free, prefixed(state.disk.free_bytes, "B"));
-        setText(lag, prefixed(state.disk.lag_s, "s"));
+        setText(lag, share(state.disk.backlog));
         setText(worst, prefixed(state.jitter.worst_s, "s"));
         setText(missed, `${store.missed} gaps` + (store.unreadable ? `, ${store.unreadable} unreadable` : ""));
         setRows(clocks, state.clocks.map(clockRow));

@@ -1,0 +1,135 @@
+#pragma once
+// What the bench is at, as a value for those who look at it from outside. Every number is SI.
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "daemon/control/envelope.hpp"
+#include "daemon/control/identification.hpp"
+#include "daemon/control/limits.hpp"
+#include "daemon/period_jitter.hpp"
+#include "daemon/reduction/point_pairs.hpp"
+#include "daemon/reduction/reduction.hpp"
+#include "daemon/results.hpp"
+#include "daemon/run_log.hpp"
+#include "daemon/run_states.hpp"
+#include "drivers/devices.hpp"
+#include "drivers/drive.hpp"
+#include "tracking/track.hpp"
+
+namespace shaker {
+
+/// One harmonic of the base's motion in the newest period.
+struct HarmonicState {
+    std::complex<double> target,
+        measured;      // m/s^2; the first that is asked for has the phase it is asked for with
+    double sigma = 0;  // of each part of `measured`
+};
+
+struct BaseState {
+    Drive got;  // gamma, rho and phi that harmonics 1 and 2 amount to
+    std::array<HarmonicState, max_harmonics> harmonics{};
+    int controlled = 0;  // of them
+    double rms = 0;      // m/s^2 along the axis
+    double volts_peak = 0;
+};
+
+struct WalkerState {
+    double x_m = 0;
+    double edge_m = 0;  // of its outline from the nearer end of the picture
+    int lost = 0;       // frames in a row
+};
+
+/// What does not change while the bench is open.
+struct BenchFacts {
+    std::string rig;
+    DacInfo dac;
+    AccelerometerInfo accelerometer;
+    std::vector<View> views;
+    int soft_start_periods = 0;
+    std::filesystem::path recordings;  // folder
+    Estimate mu{NAN, NAN};             // of walker and base, as the settings have it; NaN: not known
+};
+
+struct ClockState {
+    std::string name;
+    double ppm = 0, ppm_sigma = 0;
+    double residual_s = 0;  // mean delay of its stamps beyond the shortest
+};
+
+/// What was lost on the way between the threads since the start.
+struct LostState {
+    std::uint64_t plays = 0, changes = 0, blocks = 0, frames = 0, trips = 0, samples_clamped = 0;
+};
+
+struct RecordingState {
+    std::string name;  // empty: nothing is recorded
+    double backlog = 0;
+    std::uint64_t pieces_lost = 0;
+    double free_bytes = 0;  // where recordings go
+};
+
+/// A camera's newest picture with what is tracked in it.
+struct PictureState {
+    std::string camera;
+    double t_s = 0;
+    FramePtr frame;  // null before the first
+    double px_per_mm = 0;
+    std::vector<Fix> fixes;
+    std::vector<Target> targets;
+};
+
+/// Two periods of the base's motion at even phases, m/s^2.
+struct WaveformState {
+    double t_s = 0, period_s = 0;
+    std::vector<float> asked, measured;
+};
+
+struct BenchState {
+    std::uint64_t answered = 0;  // orders so far
+    RunState state{};
+    double now_s = 0, since_s = 0;  // master time; of the state's beginning
+    std::shared_ptr<const BenchFacts> facts;
+    Drive wanted;
+    std::vector<Demand> predicted;  // peaks of what is wanted
+    int periods = 0;                // of a measurement
+    bool record = false;
+    KeptPictures pictures{};
+    bool armed = false;  // idle, with a drive that was asked for and is within the limits
+    bool locked = false, measuring = false;
+    std::shared_ptr<const IdentifiedResponse> response;  // null before it was found out
+    double reached = 1;                                  // of the asked gamma, that the bench can give
+    std::optional<BaseState> base;
+    WaveformState waveform;  // empty before the clocks are known
+    std::optional<WalkerState> walker;
+    std::vector<PictureState> pictures_now;
+    std::optional<Trip> trip;
+    double trip_s = 0;
+    bool may_clear = false;
+    std::shared_ptr<const Reduction> result;  // of the newest measurement; null before the first
+    std::string not_reduced;                  // why the newest measurement has none
+    std::vector<DrivenPoint> points;          // the newest measurements, oldest first
+    std::vector<MeasuredPart> parts;          // of master time, one a point
+    std::optional<MirrorPair> mirror;         // of the newest of them
+    std::optional<NullPhase> null;            // the newest that was found
+    std::vector<ClockState> clocks;
+    std::vector<DeviceReport> devices;
+    LostState lost;
+    PeriodJitter::Seen jitter;
+    RecordingState recording;
+    Limits limits;
+    std::uint64_t aborts = 0, trips = 0;
+};
+
+/// mu as the newest null phase tells it, else as the settings have it; NaN: not known.
+inline Estimate known_mu(const BenchState& state) {
+    if (state.null && std::isfinite(state.null->mu.value)) return state.null->mu;
+    return state.facts ? state.facts->mu : Estimate{};
+}
+
+}  // namespace shaker

@@ -1,0 +1,41 @@
+#pragma once
+// What clients want of the bench, as it will be once all that was ordered is done: on the thread that serves
+// them.
+#include <functional>
+#include <memory>
+#include <string>
+
+#include "daemon/desk.hpp"
+
+namespace shaker {
+
+class OrderBook {
+public:
+    /// later: runs a function on this thread, from any other.
+    using Later = std::function<void(std::function<void()>)>;
+    OrderBook(Desk& desk, Later later) : desk_{desk}, later_{std::move(later)} {}
+
+    /// The newest state; null before the first.
+    [[nodiscard]] std::shared_ptr<const BenchState> now() const { return desk_.state(); }
+    /// What is wanted, with all orders under way.
+    [[nodiscard]] Drive drive() const;
+    [[nodiscard]] int periods() const;
+    [[nodiscard]] Limits limits() const;
+    /// An order or an abort is under way, or what it began is: a ramp, an identification, a stop.
+    [[nodiscard]] bool pending() const;
+
+    /// Orders; answered(why) is called on this thread, once, with why it was refused, or empty.
+    using Answered = std::function<void(const std::string& refused)>;
+    void order(OrderWhat what, Answered answered);
+    void abort(const std::string& by) { desk_.abort(by); }
+    [[nodiscard]] Desk& desk() noexcept { return desk_; }
+
+private:
+    Desk& desk_;
+    Later later_;
+    std::size_t under_way_ = 0;
+    Drive drive_;  // the last that was ordered
+    Limits limits_;
+};
+
+}  // namespace shaker

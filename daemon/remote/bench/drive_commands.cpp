@@ -1,0 +1,216 @@
+#include <algorithm>
+#include <array>
+#include <cctype>
+#include <cmath>
+#include <numbers>
+
+#include "daemon/control/equaliser.hpp"
+#include "daemon/remote/bench/commands.hpp"
+#include "daemon/remote/scpi/error.hpp"
+#include "daemon/remote/scpi/reply.hpp"
+#include "daemon/remote/scpi/session.hpp"
+#include "daemon/remote/scpi/standard_commands.hpp"
+#include "daemon/run_settings.hpp"
+
+namespace shaker {
+
+namespace {
+
+using scpi::Call;
+using scpi::Code;
+using scpi::Command;
+using scpi::Error;
+
+/// A row that sets one number of the drive, and asks for it.
+Command drive_row(BenchInstrument& bench, const char* header, const char* unit, Range range, double standard,
+                  double Drive::*member) {
+    return {.header = header,
+            .parameters = {scpi::number(unit, range.min, range.max, standard)},
+            .set =
+                [&bench, member](Call& call) {
+                    Drive drive = bench.book().drive();
+                    drive.*member = call.arguments[0].number;
+                    bench.order(call.session, SetDrive{drive});
+                },
+            .query = [&bench, member](Call& call) { call.reply.number(bench.book().drive().*member); },
+            .guarded = true};
+}
+
+void apply(BenchInstrument& bench, Call& call) {
+    const auto a = call.arguments;
+    bench.order(call.session, SetDrive{{a[0].number, a[1].number, a[2].number, a[3].number}});
+}
+
+void output(BenchInstrument& bench, Call& call) {
+    const bool on = call.arguments[0].on;
+    const auto state = bench.state();
+    const bool is_on = driving(state->state) && state->state != RunState::ramp_down;
+    if (on && state->state == RunState::tripped)
+        throw Error{Code::settings_conflict, "OUTPut ON while stopped: " + text(*state->trip)};
+    if (on == is_on && !bench.pending()) return;
+    if (on)
+        bench.order(call.session, Begin{bench.periods});
+    else
+        bench.order(call.session, End{});
+}
+
+void harmonics_row(BenchInstrument& bench, Call& call) {
+    const auto state = bench.state();
+    if (!state->base) throw Error{Code::stale_data, "no period has been measured yet"};
+    const int order = call.arguments.empty() || !call.arguments[0].given
+                          ? state->base->controlled
+                          : static_cast<int>(call.arguments[0].number);
+    std::vector<double> pairs;
+    for (int q = 1; q <= order; ++q) {
+        const std::complex<double> a = state->base->harmonics.at(static_cast<std::size_t>(q - 1)).measured;
+        pairs.push_back(std::abs(a));
+        pairs.push_back(std::arg(a));
+    }
+    call.reply.numbers(pairs);
+}
+
+// SINusoid is all of it in harmonic 1; BIHarmonic the paper's half, unless it is biharmonic already.
+void shape(BenchInstrument& bench, Call& call) {
+    Drive drive = bench.book().drive();
+    const bool sinusoid = call.arguments[0].word == 0;
+    if (sinusoid == (drive.rho == 1)) return;
+    drive.rho = sinusoid ? 1 : Drive{}.rho;
+    bench.order(call.session, SetDrive{drive});
+}
+
+/// The asked amplitude of a harmonic, m/s^2.
+std::complex<double> asked(BenchInstrument& bench, const Call& call) {
+    return harmonics(bench.book().drive()).at(call.suffixes[0]);
+}
+
+/// PREDict:<quantity>?: peak of what is wanted and its limit, in the units of the limits.
+Command predicted_row(BenchInstrument& bench, const std::string& quantity) {
+    std::string name = quantity;
+    const std::size_t shortened = 4;
+    for (std::size_t i = 0; i < std::min(shortened, name.size()); ++i)
+        name[i] = static_cast<char>(std::toupper(static_cast<unsigned char>(name[i])));
+    return {.header = "[SOURce:]PREDict:" + name, .query = [&bench, quantity](Call& call) {
+                for (const Demand& d : bench.state()->predicted) {
+                    if (d.quantity != quantity) continue;
+                    call.reply.number(d.value);
+                    return call.reply.number(d.limit);
+                }
+                throw Error{Code::stale_data, "this bench predicts no " + quantity};
+            }};
+}
+
+void response(BenchInstrument& bench, Call& call) {
+    const auto found = bench.state()->response;
+    if (!found) throw Error{Code::stale_data, "the response has not been found out yet"};
+    std::vector<double> rows;
+    for (int q = 1; q <= found->harmonics; ++q) {
+        const auto i = static_cast<std::size_t>(q - 1);
+        for (const double x : {q * found->frequency, std::abs(found->h.at(i)), std::arg(found->h.at(i)),
+                               found->coherence.at(i), found->floor.at(i)})
+            rows.push_back(x);
+    }
+    call.reply.numbers(rows);
+}
+
+double loop_error(const BenchState& s) {
+    if (!s.base) return std::nan("");
+    double worst = 0;
+    for (int q = 1; q <= s.base->controlled; ++q) {
+        const HarmonicState& h = s.base->harmonics.at(static_cast<std::size_t>(q - 1));
+        worst = std::max(worst, std::abs(h.measured - h.target));
+    }
+    return worst / s.wanted.gamma;
+}
+
+}  // namespace
+
+std::vector<Command> drive_commands(BenchInstrument& bench) {
+    const DriveLimits& l = drive_limits;
+    const auto frequency = scpi::number("HZ", l.frequency.min, l.frequency.max, 20);
+    const auto gamma = scpi::number("M/S2", l.gamma.min, l.gamma.max, paper_g);
+    const auto rho = scpi::number("", l.rho.min, l.rho.max, 0.5);
+    const auto phi = scpi::number("RAD", l.phi.min, l.phi.max, 0);
+    std::vector<Command> rows;
+    rows.push_back(drive_row(bench, "[SOURce:]FREQuency[:FIXed]", "HZ", l.frequency, 20, &Drive::frequency));
+    rows.push_back(
+        drive_row(bench, "[SOURce:]ACCeleration[:LEVel]", "M/S2", l.gamma, paper_g, &Drive::gamma));
+    rows.push_back(drive_row(bench, "[SOURce:]BIHarmonic:RHO", "", l.rho, 0.5, &Drive::rho));
+    rows.push_back(drive_row(bench, "[SOURce:]BIHarmonic:PHASe", "RAD", l.phi, 0, &Drive::phi));
+    rows.push_back({.header = "[SOURce:]APPLy:BIHarmonic",
+                    .parameters = {frequency, gamma, rho, phi},
+                    .set = [&bench](Call& call) { apply(bench, call); },
+                    .query =
+                        [&bench](Call& call) {
+                            const Drive d = bench.book().drive();
+                            for (const double x : {d.frequency, d.gamma, d.rho, d.phi}) call.reply.number(x);
+                        },
+                    .guarded = true});
+    rows.push_back(
+        {.header = "[SOURce:]FUNCtion[:SHAPe]",
+         .parameters = {scpi::choice("SINusoid|BIHarmonic")},
+         .set = [&bench](Call& call) { shape(bench, call); },
+         .query = [&bench](Call& call) { call.reply.word(bench.book().drive().rho == 1 ? "SIN" : "BIH"); },
+         .guarded = true});
+    rows.push_back({.header = "[SOURce:]HARMonic<1..16>:AMPLitude",
+                    .query = [&bench](Call& call) { call.reply.number(std::abs(asked(bench, call))); }});
+    rows.push_back({.header = "[SOURce:]HARMonic<1..16>:PHASe",
+                    .query = [&bench](Call& call) { call.reply.number(std::arg(asked(bench, call))); }});
+    rows.push_back({.header = "[SOURce:]UPDate:MODE",
+                    .parameters = {scpi::choice("PERiod")},  // always at the next start of a period
+                    .set = [](Call&) {},
+                    .query = [](Call& call) { call.reply.word("PER"); },
+                    .guarded = true});
+    for (const char* what : {"acceleration", "velocity", "displacement", "force", "drive"})
+        rows.push_back(predicted_row(bench, what));
+    for (const char* way : {"UP", "DOWN"})
+        rows.push_back({.header = std::string{"OUTPut:RAMP:"} + way, .query = [&bench](Call& call) {
+                            call.reply.number(bench.state()->facts->soft_start_periods /
+                                              bench.book().drive().frequency);
+                        }});
+    rows.push_back({.header = "OUTPut[:STATe]",
+                    .parameters = {scpi::boolean()},
+                    .set = [&bench](Call& call) { output(bench, call); },
+                    .query =
+                        [&bench](Call& call) {
+                            const RunState s = bench.state()->state;
+                            call.reply.boolean(driving(s) && s != RunState::ramp_down);
+                        },
+                    .guarded = true});
+    rows.push_back({.header = "OUTPut:PROTection:TRIPped", .query = [&bench](Call& call) {
+                        call.reply.boolean(bench.state()->state == RunState::tripped);
+                    }});
+    rows.push_back({.header = "OUTPut:PROTection:CAUSe", .query = [&bench](Call& call) {
+                        const auto s = bench.state();
+                        call.reply.string(s->trip ? text(*s->trip) : std::string{});
+                    }});
+    rows.push_back({.header = "OUTPut:PROTection:CLEar",
+                    .set = [&bench](Call& call) { bench.order(call.session, ClearTrip{}); },
+                    .guarded = true});
+    rows.push_back({.header = "CONTrol:IDENtify[:STARt]",
+                    .set = [&bench](Call& call) { bench.order(call.session, Identify{}); },
+                    .guarded = true});
+    rows.push_back(
+        {.header = "CONTrol:IDENtify:RESult", .query = [&bench](Call& call) { response(bench, call); }});
+    rows.push_back({.header = "CONTrol:LOOP[:STATe]", .query = [&bench](Call& call) {
+                        call.reply.boolean(bench.state()->state == RunState::run);
+                    }});
+    rows.push_back(
+        {.header = "CONTrol:LOOP:TOLerance", .query = [](Call& call) { call.reply.number(kept_within); }});
+    rows.push_back({.header = "CONTrol:LOOP:ERRor",
+                    .query = [&bench](Call& call) { call.reply.number(loop_error(*bench.state())); }});
+    rows.push_back({.header = "CONTrol:LOOP:LOCKed",
+                    .query = [&bench](Call& call) { call.reply.boolean(bench.state()->locked); }});
+    rows.push_back({.header = "FETCh:ACCeleration:HARMonics",
+                    .query = [&bench](Call& call) { harmonics_row(bench, call); },
+                    .query_parameters = {scpi::optional(scpi::integer(1, max_harmonics))}});
+    return rows;
+}
+
+std::vector<Command> command_table(BenchInstrument& bench) {
+    std::vector<Command> rows = drive_commands(bench);
+    for (auto* part : {&measure_commands, &sense_commands, &bench_commands})
+        for (Command& row : part(bench)) rows.push_back(std::move(row));
+    return scpi::with_standard_commands(std::move(rows));
+}
+
+}  // namespace shaker

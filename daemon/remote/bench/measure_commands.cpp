@@ -1,0 +1,152 @@
+#include <spdlog/fmt/fmt.h>
+
+#include <array>
+#include <cmath>
+
+#include "daemon/remote/bench/commands.hpp"
+#include "daemon/remote/scpi/error.hpp"
+#include "daemon/remote/scpi/reply.hpp"
+#include "daemon/remote/scpi/session.hpp"
+
+namespace shaker {
+
+namespace {
+
+using scpi::Call;
+using scpi::Code;
+using scpi::Command;
+using scpi::Error;
+
+constexpr double most_periods = 100000;
+
+std::shared_ptr<const Reduction> result_of(const BenchState& state) {
+    if (state.result) return state.result;
+    throw Error{Code::stale_data,
+                state.not_reduced.empty() ? "no measurement is complete yet" : state.not_reduced};
+}
+
+void estimate(Call& call, const Estimate& e) {
+    call.reply.number(e.value);
+    call.reply.number(e.sigma);
+}
+
+/// A query of one estimate of the newest measurement: value, standard error.
+Command estimate_row(BenchInstrument& bench, const char* header, Estimate Reduction::*member) {
+    return {.header = header,
+            .query = [&bench, member](Call& call) { estimate(call, (*result_of(*bench.state())).*member); }};
+}
+
+// Mean and standard error of each bin, behind one another.
+void cycle(Call& call, const std::vector<double>& mean, const std::vector<double>& error) {
+    std::vector<double> pairs;
+    pairs.reserve(2 * mean.size());
+    for (std::size_t i = 0; i < mean.size(); ++i) {
+        pairs.push_back(mean[i]);
+        pairs.push_back(error[i]);
+    }
+    call.reply.numbers(pairs);
+}
+
+void drift(BenchInstrument& bench, Call& call) {
+    const auto state = bench.state();
+    const auto r = result_of(*state);
+    estimate(call, r->v_D);
+    call.reply.number(r->D.value);
+    call.reply.integer(static_cast<std::int64_t>(r->periods.size()));
+    call.reply.boolean(state->measuring);
+}
+
+void record(BenchInstrument& bench, Call& call, bool on, std::string name) {
+    const auto state = bench.state();
+    bench.order(call.session, Record{on, std::move(name), state->pictures});
+}
+
+void mirror(BenchInstrument& bench, Call& call) {
+    const auto state = bench.state();
+    if (!state->mirror)
+        throw Error{Code::stale_data, "the newest measurement has no partner at phi + pi yet"};
+    estimate(call, state->mirror->drift);
+    estimate(call, state->mirror->common);
+}
+
+NullPhase null_of(const BenchState& state) {
+    if (state.null) return *state.null;
+    throw Error{
+        Code::stale_data,
+        fmt::format("no two measurements at rho 0.5 enclose the null of v_D within {} rad", widest_bracket)};
+}
+
+void keep_pictures(BenchInstrument& bench, Call& call) {
+    bench.order(call.session,
+                Record{bench.state()->record, {}, static_cast<KeptPictures>(call.arguments[0].word)});
+}
+
+}  // namespace
+
+std::vector<Command> measure_commands(BenchInstrument& bench) {
+    std::vector<Command> rows;
+    rows.push_back({.header = "FETCh:DRIFt", .query = [&bench](Call& call) { drift(bench, call); }});
+    rows.push_back({.header = "FETCh:MIRRor", .query = [&bench](Call& call) { mirror(bench, call); }});
+    rows.push_back({.header = "FETCh:THETa", .query = [&bench](Call& call) {
+                        estimate(call, null_of(*bench.state()).theta);
+                        call.reply.word("NULL");
+                    }});
+    rows.push_back({.header = "FETCh:MU", .query = [&bench](Call& call) {
+                        estimate(call, null_of(*bench.state()).mu);
+                        call.reply.word("COULOMB");
+                    }});
+    rows.push_back({.header = "FETCh:STEady",
+                    .query = [&bench](Call& call) { call.reply.boolean(bench.state()->measuring); }});
+    rows.push_back({.header = "INITiate:CONTinuous",
+                    .query = [](Call& call) { call.reply.boolean(true); }});  // until OUTPut OFF
+    rows.push_back({.header = "AVERage:SETTle", .query = [](Call& call) { call.reply.word("AUTO"); }});
+    rows.push_back(estimate_row(bench, "FETCh:EFFiciency", &Reduction::efficiency));
+    rows.push_back(estimate_row(bench, "FETCh:ACCeleration:GAMMa", &Reduction::gamma));
+    rows.push_back(estimate_row(bench, "FETCh:ACCeleration:PHASe", &Reduction::phi));
+    rows.push_back({.header = "FETCh:VELocity:CYCLe", .query = [&bench](Call& call) {
+                        const auto r = result_of(*bench.state());
+                        cycle(call, r->cycle.v_mps, r->cycle.v_sd_mps);
+                    }});
+    rows.push_back({.header = "FETCh:POSition:CYCLe", .query = [&bench](Call& call) {
+                        const auto r = result_of(*bench.state());
+                        cycle(call, r->cycle.x_m, r->cycle.x_sd_m);
+                    }});
+    rows.push_back({.header = "FETCh:WALKer:POSition", .query = [&bench](Call& call) {
+                        const auto s = bench.state();
+                        if (!s->walker) throw Error{Code::stale_data, "the walker has not been seen yet"};
+                        call.reply.number(s->walker->x_m);
+                        call.reply.number(s->walker->edge_m);
+                    }});
+    rows.push_back(
+        {.header = "AVERage:PERiods",
+         .parameters = {scpi::integer(2, most_periods, 40)},
+         .set = [&bench](Call& call) { bench.periods = static_cast<int>(call.arguments[0].number); },
+         .query = [&bench](Call& call) { call.reply.integer(bench.periods); },
+         .guarded = true});
+    rows.push_back({.header = "INITiate[:IMMediate]",
+                    .set = [&bench](Call& call) { bench.order(call.session, Begin{bench.periods}); },
+                    .guarded = true});
+    rows.push_back({.header = "RECord[:STATe]",
+                    .parameters = {scpi::boolean(), scpi::optional(scpi::string(64))},
+                    .set =
+                        [&bench](Call& call) {
+                            const auto a = call.arguments;
+                            record(bench, call, a[0].on, a[1].given ? std::string{a[1].text} : std::string{});
+                        },
+                    .query = [&bench](Call& call) { call.reply.boolean(bench.state()->record); },
+                    .guarded = true});
+    rows.push_back({.header = "RECord:NAME",
+                    .query = [&bench](Call& call) { call.reply.string(bench.state()->recording.name); }});
+    rows.push_back({.header = "RECord:RAW:CAMera",
+                    .parameters = {scpi::choice("OFF|REGion|FULL")},
+                    .set = [&bench](Call& call) { keep_pictures(bench, call); },
+                    .query =
+                        [&bench](Call& call) {
+                            constexpr std::array words{"OFF", "REG", "FULL"};
+                            call.reply.word(words.at(static_cast<std::size_t>(bench.state()->pictures)));
+                        },
+                    .guarded = true});
+    return rows;
+}
+
+}  // namespace shaker

@@ -1,0 +1,169 @@
+#include "daemon/remote/ctl/link.hpp"
+
+#include <spdlog/fmt/fmt.h>
+
+#include <nlohmann/json.hpp>
+#include <random>
+#include <utility>
+
+#include "daemon/remote/ctl/trouble.hpp"
+
+#include <boost/asio/io_context.hpp>
+#include <boost/asio/ip/tcp.hpp>
+#include <boost/beast/core.hpp>
+#include <boost/beast/http.hpp>
+#include <boost/beast/websocket.hpp>
+
+namespace shaker::ctl {
+
+namespace {
+
+namespace asio = boost::asio;
+namespace beast = boost::beast;
+namespace http = beast::http;
+using boost::system::error_code;
+using nlohmann::json;
+using Request = http::request<http::string_body>;
+using Response = http::response<http::string_body>;
+
+constexpr std::uint64_t most_body = 64 << 20;  // bytes
+constexpr std::size_t most_message = 16 << 20;
+
+[[noreturn]] void not_reached(const Link& link, const std::string& why) {
+    throw NotReached{link.at.text() + ": " + why};
+}
+
+void require(const Link& link, error_code failed) {
+    if (failed == beast::error::timeout) not_reached(link, "no answer in time");
+    if (failed == http::error::end_of_stream || failed == asio::error::eof)
+        not_reached(link, "the connection was closed without an answer");
+    if (failed) not_reached(link, failed.message());
+}
+
+// Asio's blocking calls know no time limit; one operation at a time with the stream's own does.
+template <class Start>
+void finish(const Link& link, asio::io_context& io, Start start) {
+    error_code result;
+    start([&](error_code failed, auto&&...) { result = failed; });
+    io.restart();
+    io.run();
+    require(link, result);
+}
+
+void connect(const Link& link, asio::io_context& io, beast::tcp_stream& stream) {
+    error_code unknown;
+    asio::ip::tcp::resolver resolver{io};
+    const auto places = resolver.resolve(link.at.host, link.at.port, unknown);
+    require(link, unknown);
+    finish(link, io, [&](auto done) { stream.async_connect(places, done); });
+}
+
+template <class Fields>
+void sign(const Link& link, Fields& request) {
+    request.set(http::field::user_agent, "shakerctl/" SHAKER_VERSION);
+    request.set("X-Shaker-Client", link.client);
+    if (!link.token.empty()) request.set("X-Shaker-Token", link.token);
+}
+
+// What the daemon gave as its reason not to; anything else that says no is no shakerd.
+[[noreturn]] void refuse(const Link& link, const Response& response) {
+    const json said = json::parse(response.body(), nullptr, false);
+    if (said.is_object() && said.contains("error") && said["error"].is_string())
+        throw Refused{said["error"].get<std::string>()};
+    not_reached(link,
+                fmt::format("what answers there is not shakerd: HTTP status {}", response.result_int()));
+}
+
+std::string exchange(const Link& link, Request request, std::chrono::milliseconds within) {
+    asio::io_context io{1};
+    beast::tcp_stream stream{io};
+    stream.expires_after(within);
+    connect(link, io, stream);
+    request.set(http::field::host, link.at.text());
+    sign(link, request);
+    request.keep_alive(false);
+    request.prepare_payload();
+    finish(link, io, [&](auto done) { http::async_write(stream, request, done); });
+    beast::flat_buffer buffer;
+    http::response_parser<http::string_body> parser;
+    parser.body_limit(most_body);
+    finish(link, io, [&](auto done) { http::async_read(stream, buffer, parser, done); });
+    const Response response = parser.release();
+    if (response.result_int() != 200) refuse(link, response);
+    return response.body();
+}
+
+}  // namespace
+
+std::string Link::get(const std::string& path) const {
+    return exchange(*this, {http::verb::get, path, 11}, patience);
+}
+
+json Link::get_json(const std::string& path) const {
+    json answer = json::parse(get(path), nullptr, false);
+    if (!answer.is_object()) not_reached(*this, "what answers there is not shakerd");
+    return answer;
+}
+
+void Link::order(const std::string& action, const json& fields, std::chrono::milliseconds within) const {
+    Request request{http::verb::post, "/api/" + action, 11};
+    request.set(http::field::content_type, "application/json");
+    request.body() = fields.empty() ? "{}" : fields.dump();
+    const json answer = json::parse(exchange(*this, std::move(request), within), nullptr, false);
+    if (!answer.is_object() || answer.value("ok", json{}) != json(true))
+        not_reached(*this, "what answers there is not shakerd");
+}
+
+std::string client_name() {
+    std::random_device chance;
+    std::uniform_int_distribution<int> letter{'a', 'z'};
+    std::string name = "ctl";
+    while (name.size() < 12) name += static_cast<char>(letter(chance));
+    return name;
+}
+
+struct LiveMessages::Socket {
+    Link link;
+    asio::io_context io{1};
+    beast::websocket::stream<beast::tcp_stream> stream{io};
+    beast::flat_buffer buffer{};
+};
+
+LiveMessages::LiveMessages(const Link& link) : socket_{new Socket{.link = link}} {
+    auto& stream = socket_->stream;
+    beast::tcp_stream& tcp = beast::get_lowest_layer(stream);
+    tcp.expires_after(patience);
+    connect(link, socket_->io, tcp);
+    stream.read_message_max(most_message);
+    stream.set_option(beast::websocket::stream_base::decorator(
+        [&link](beast::websocket::request_type& request) { sign(link, request); }));
+    Response answer;
+    try {
+        finish(link, socket_->io,
+               [&](auto done) { stream.async_handshake(answer, link.at.text(), "/ws", done); });
+    } catch (const NotReached&) {
+        if (answer.result_int() < 400) throw;
+        refuse(link, answer);
+    }
+}
+
+LiveMessages::~LiveMessages() = default;
+
+std::optional<json> LiveMessages::next(Clock::time_point until) {
+    Socket& s = *socket_;
+    const auto give_up = Clock::now() + patience;
+    beast::get_lowest_layer(s.stream).expires_at(std::min(until, give_up));
+    s.buffer.consume(s.buffer.size());
+    try {
+        finish(s.link, s.io, [&](auto done) { s.stream.async_read(s.buffer, done); });
+    } catch (const NotReached&) {
+        if (until < give_up && Clock::now() >= until) return std::nullopt;
+        throw;
+    }
+    json message = json::parse(beast::buffers_to_string(s.buffer.data()), nullptr, false);
+    if (!message.is_object() || !message.contains("type") || !message["type"].is_string())
+        not_reached(s.link, "what answers there is not shakerd");
+    return message;
+}
+
+}  // namespace shaker::ctl

@@ -1,0 +1,84 @@
+#include "daemon/remote/ctl/looks.hpp"
+
+#include <spdlog/fmt/chrono.h>
+#include <spdlog/fmt/fmt.h>
+
+#include <ctime>
+#include <nlohmann/json.hpp>
+
+#include "daemon/remote/ctl/state_text.hpp"
+#include "daemon/remote/ctl/terminal.hpp"
+#include "daemon/remote/ctl/trouble.hpp"
+
+namespace shaker::ctl {
+
+namespace {
+
+using nlohmann::json;
+
+constexpr std::chrono::seconds line_every{1};
+
+// ASCII only, so that no terminal finds anything to obey in it.
+std::string line_of(const json& j) { return j.dump(-1, ' ', true, json::error_handler_t::replace) + "\n"; }
+
+Clock::time_point after(const Given& given, const char* option) {
+    if (!given.has(option)) return Clock::time_point::max();
+    return Clock::now() +
+           std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>{given.number(option)});
+}
+
+std::string time_of_day() { return fmt::format("{:%H:%M:%S}", fmt::localtime(std::time(nullptr))); }
+
+}  // namespace
+
+std::optional<json> state_when(const Link& link, Clock::time_point until,
+                               const std::function<bool(const json&)>& wanted) {
+    LiveMessages messages{link};
+    while (auto message = messages.next(until)) {
+        if ((*message)["type"] != "state") continue;
+        if (wanted(*message)) return message;
+        if (state_of(*message) == "tripped") throw Refused{"the drive was stopped: " + trip_of(*message)};
+    }
+    return std::nullopt;
+}
+
+void status(const Given& given) {
+    const json state = link_of(given).get_json("/api/state");
+    print(given.has("--json") ? line_of(state) : state_text(state));
+}
+
+void watch(const Given& given) {
+    const bool whole = given.has("--json");
+    const Clock::time_point until = after(given, "--seconds");
+    LiveMessages messages{link_of(given)};
+    Clock::time_point line_due{};
+    while (const auto message = messages.next(until)) {
+        if (nobody_reads()) return;
+        if (whole) {
+            print(line_of(*message));
+        } else if ((*message)["type"] == "event") {
+            print(event_text(*message) + "\n");
+        } else if (const auto now = Clock::now(); (*message)["type"] == "state" && now >= line_due) {
+            line_due = now + line_every;
+            print(time_of_day() + "  " + state_line(*message) + "\n");
+        }
+    }
+}
+
+void fetch(const Given& given) {
+    const Link link = link_of(given);
+    const std::string what = given.text("WHAT");
+    if (what == "metrics") return print(printable(link.get("/metrics"), true));
+    if (what == "result") return print(line_of(link.get_json("/api/result")));
+    const json state = link.get_json("/api/state");
+    print(line_of(what == "points" ? state.value("points", json::array()) : state));
+}
+
+void wait_for(const Given& given) {
+    const std::string word = given.text("STATE");
+    const auto there = [&](const json& state) { return state_of(state) == word; };
+    if (!state_when(link_of(given), after(given, "--timeout"), there))
+        throw TimedOut{fmt::format("the bench was not {} within {}", word, given.text("--timeout"))};
+}
+
+}  // namespace shaker::ctl

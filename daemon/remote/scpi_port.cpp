@@ -1,0 +1,126 @@
+#include "daemon/remote/scpi_port.hpp"
+
+#include <spdlog/fmt/fmt.h>
+
+#include <algorithm>
+#include <array>
+#include <chrono>
+#include <utility>
+#include <boost/asio/buffer.hpp>
+#include <boost/asio/co_spawn.hpp>
+#include <boost/asio/detached.hpp>
+#include <boost/asio/redirect_error.hpp>
+#include <boost/asio/steady_timer.hpp>
+#include <boost/asio/use_awaitable.hpp>
+#include <boost/asio/write.hpp>
+
+namespace shaker {
+
+namespace asio = boost::asio;
+using asio::use_awaitable;
+
+namespace {
+constexpr std::chrono::seconds patience{5};  // with a client that sends no more and takes no replies
+}
+
+ScpiPort::ScpiPort(OrderBook& book, scpi::ControlLock& lock, std::chrono::milliseconds silence)
+    : lock_{lock},
+      silence_{silence},
+      instrument_{book,
+                  [this](const scpi::Session& by) {
+                      for (const auto& c : clients_)
+                          if (&c->session != &by) c->session.drop_withheld();
+                  },
+                  [this](const std::string& session, const std::string& why) {
+                      for (const auto& c : clients_)
+                          if (c->session.name() == session)
+                              c->session.report(scpi::Code::settings_conflict, why);
+                  }},
+      tree_{command_table(instrument_)} {}
+
+asio::awaitable<void> ScpiPort::serve(asio::ip::tcp::socket socket) {
+    if (clients_.size() >= most_sessions && !make_room()) co_return;
+    std::shared_ptr<Client> client;
+    try {
+        const auto end = socket.remote_endpoint();
+        client = std::make_shared<Client>(scpi::Shared{tree_, instrument_, status_, lock_},
+                                          fmt::format("{}:{}", end.address().to_string(), end.port()),
+                                          std::move(socket));
+        clients_.push_back(client);
+        co_await converse(client);
+    } catch (const std::exception&) {  // a connection that breaks ends itself and nothing else
+    }
+    if (client) clients_.remove(client);
+}
+
+bool ScpiPort::make_room() {
+    const auto since = std::chrono::steady_clock::now() - silence_;
+    auto longest = clients_.end();
+    for (auto c = clients_.begin(); c != clients_.end(); ++c) {
+        const scpi::Session& session = (*c)->session;
+        if ((*c)->heard > since || session.waiting() || lock_.owner() == session.name()) continue;
+        if (longest == clients_.end() || (*c)->heard < (*longest)->heard) longest = c;
+    }
+    if (longest == clients_.end()) return false;
+    boost::system::error_code ignored;
+    (*longest)->socket.close(ignored);
+    clients_.erase(longest);
+    return true;
+}
+
+// It is read on while replies wait to be taken: an ABORt behind them is to be heard.
+asio::awaitable<void> ScpiPort::converse(std::shared_ptr<Client> client) {
+    std::array<char, 4096> bytes{};  // others have their turn after so many
+    boost::system::error_code failed;
+    for (;;) {
+        const std::size_t n = co_await client->socket.async_read_some(
+            asio::buffer(bytes), asio::redirect_error(use_awaitable, failed));
+        if (failed) break;
+        client->heard = std::chrono::steady_clock::now();
+        messages_ += static_cast<std::uint64_t>(
+            std::count(bytes.begin(), bytes.begin() + static_cast<std::ptrdiff_t>(n), '\n'));
+        client->session.feed({bytes.data(), n});
+        begin_flush(client);
+    }
+    client->session.finish();
+    begin_flush(client);
+    if (client->sending) {
+        client->goodbye.expires_after(patience);
+        co_await client->goodbye.async_wait(asio::redirect_error(use_awaitable, failed));
+    }
+    client->socket.close(failed);
+}
+
+void ScpiPort::begin_flush(const std::shared_ptr<Client>& client) {
+    if (client->sending || client->session.output().empty()) return;
+    client->sending = true;
+    asio::co_spawn(client->socket.get_executor(), flush(client), asio::detached);
+}
+
+asio::awaitable<void> ScpiPort::flush(std::shared_ptr<Client> client) {
+    boost::system::error_code failed;
+    while (!failed && !client->session.output().empty()) {
+        const std::string piece{
+            client->session.output()};  // what is executed meanwhile writes to the same place
+        const std::size_t n = co_await asio::async_write(client->socket, asio::buffer(piece),
+                                                         asio::redirect_error(use_awaitable, failed));
+        client->session.sent(n);
+    }
+    client->sending = false;
+    client->goodbye.cancel();
+}
+
+void ScpiPort::look() {
+    const auto state = instrument_.book().now();
+    if (!state) return;
+    show(*state, status_);
+    if (state->trips > trips_ && state->trip)
+        for (const auto& c : clients_) c->session.report(scpi::Code::abort, text(*state->trip));
+    trips_ = state->trips;
+    for (const auto& c : clients_) {
+        c->session.poll();
+        begin_flush(c);
+    }
+}
+
+}  // namespace shaker

@@ -1,0 +1,117 @@
+#include "daemon/remote/web/actions.hpp"
+
+#include <spdlog/fmt/fmt.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <string_view>
+
+#include "daemon/run_settings.hpp"
+#include "drivers/errors.hpp"
+
+namespace shaker::web {
+
+namespace {
+
+using nlohmann::json;
+
+constexpr int bad_request = 400, not_found = 404, conflict = 409;
+constexpr std::array pictures_words{"off", "region", "full"};
+
+double number_at(const json& body, const char* key, double otherwise) {
+    if (!body.contains(key) || body[key].is_null()) return otherwise;
+    if (!body[key].is_number())
+        throw InputError{fmt::format("{}: {} is not a number", key, body[key].dump())};
+    return body[key].get<double>();
+}
+
+OrderWhat drive_of(const json& body, Drive d) {
+    d.frequency = number_at(body, "frequency_hz", d.frequency);
+    d.gamma = number_at(body, "gamma_mps2", d.gamma);
+    d.rho = number_at(body, "rho", d.rho);
+    d.phi = number_at(body, "phi_rad", d.phi);
+    return SetDrive{d};
+}
+
+OrderWhat begin_of(const json& body, int otherwise) {
+    const double periods = number_at(body, "periods", otherwise);
+    if (!(periods >= 1 && periods <= most_periods) || periods != std::floor(periods))
+        throw InputError{
+            fmt::format("periods: {}; a whole number from 1 to {} was expected", periods, most_periods)};
+    return Begin{static_cast<int>(periods)};
+}
+
+OrderWhat record_of(const json& body, const BenchState* now) {
+    Record record{.on = true, .name = {}, .pictures = now ? now->pictures : KeptPictures::off};
+    if (body.contains("on")) {
+        if (!body["on"].is_boolean())
+            throw InputError{fmt::format("on: {} is neither true nor false", body["on"].dump())};
+        record.on = body["on"].get<bool>();
+    }
+    if (body.contains("name") && !body["name"].is_null()) {
+        if (!body["name"].is_string())
+            throw InputError{fmt::format("name: {} is no text", body["name"].dump())};
+        record.name = body["name"].get<std::string>();
+    } else if (body.contains("name") && !body.contains("on")) {
+        record.on = false;  // {"name": null} ends it
+    }
+    if (body.contains("frames")) {
+        const auto word = std::ranges::find(
+            pictures_words, body["frames"].is_string() ? body["frames"].get<std::string>() : std::string{});
+        if (word == pictures_words.end())
+            throw InputError{fmt::format("frames: {}; \"off\", \"region\" or \"full\" was expected",
+                                         body["frames"].dump())};
+        record.pictures = static_cast<KeptPictures>(word - pictures_words.begin());
+    }
+    return record;
+}
+
+std::optional<OrderWhat> order_of(const std::string& name, const json& body, const OrderBook& book) {
+    if (name == "drive") return drive_of(body, book.drive());
+    if (name == "start") return begin_of(body, book.periods());
+    if (name == "stop") return End{};
+    if (name == "identify") return Identify{};
+    if (name == "clear") return ClearTrip{};
+    if (name == "record") return record_of(body, book.now().get());
+    return std::nullopt;
+}
+
+}  // namespace
+
+Answer refusal(int status, const std::string& why) {
+    return {status, json{{"error", why}}.dump(-1, ' ', false, json::error_handler_t::replace)};
+}
+
+void Actions::act(const std::string& name, const std::string& body, const std::string& who,
+                  const std::function<void(Answer)>& done) {
+    const Answer well{200, R"({"ok":true})"};
+    if (name == "abort") {
+        book_.abort(who);
+        return done(well);
+    }
+    if (name == "control/release") {
+        lock_.release(who);
+        return done(well);
+    }
+    const auto held = [&] { return refusal(conflict, "control is held by " + lock_.owner()); };
+    if (name == "control/request") return done(lock_.request(who) ? well : held());
+    try {
+        const json fields = body.empty() ? json::object() : json::parse(body);
+        if (!fields.is_object()) throw InputError{"an object of settings was expected"};
+        const auto order = order_of(name, fields, book_);
+        if (!order) return done(refusal(not_found, "there is no action \"" + name + "\""));
+        if (!lock_.allows(who)) return done(held());
+        book_.order(*order, [done, well](const std::string& refused) {
+            done(refused.empty() ? well : refusal(conflict, refused));
+        });
+    } catch (const json::exception& e) {
+        done(refusal(bad_request, std::string{"not JSON: "} + e.what()));
+    } catch (const InputError& e) {
+        done(refusal(bad_request, e.what()));
+    }
+}
+
+}  // namespace shaker::web

@@ -1,0 +1,189 @@
+#include "daemon/remote/web/live_socket.hpp"
+
+#include <algorithm>
+#include <chrono>
+#include <utility>
+
+#include "daemon/remote/web/live_frames.hpp"
+#include "daemon/remote/web/site.hpp"
+#include "daemon/remote/web/socket_limits.hpp"
+#include "daemon/remote/web/state_json.hpp"
+#include "daemon/remote/web/subscription.hpp"
+
+#include <boost/asio/co_spawn.hpp>
+#include <boost/asio/detached.hpp>
+#include <boost/asio/redirect_error.hpp>
+#include <boost/asio/steady_timer.hpp>
+#include <boost/asio/use_awaitable.hpp>
+#include <boost/beast/core/buffers_to_string.hpp>
+#include <boost/beast/core/flat_buffer.hpp>
+#include <boost/beast/websocket.hpp>
+
+namespace shaker::web {
+
+namespace {
+
+namespace asio = boost::asio;
+namespace beast = boost::beast;
+using asio::use_awaitable;
+using Socket = beast::websocket::stream<beast::tcp_stream>;
+using Clock = std::chrono::steady_clock;
+
+constexpr std::chrono::milliseconds turn{33}, state_every{100};
+constexpr std::chrono::seconds patience{10};  // with one message that is not taken
+
+struct Stream {
+    Subscription wish;
+    Clock::time_point due{};
+    std::uint64_t seen = 0;
+    std::shared_ptr<const Reduction> shown{};
+};
+
+/// What one socket has, shared by its reader, its turns and its sender.
+struct Live {
+    Socket socket;
+    std::shared_ptr<Site> site;
+    std::string who;
+    std::map<std::string, Stream> streams{};
+    std::uint64_t told = 0, answered = 0;  // events; orders
+    Clock::time_point state_due{};
+    RunState shown{};
+    bool open = true;
+    bool sending = false;
+    Clock::time_point begun{};  // of the message that is being sent
+};
+
+// What is new of a stream, as one message; empty: nothing.
+std::string message_of(Stream& stream, Site& site, const BenchState& state) {
+    const std::string& name = stream.wish.stream;
+    LiveFeed& feed = site.book.desk().feed();
+    const auto series = [&](const LiveSeries& s, StreamId id) -> std::string {
+        const LiveSeries::Part part = s.since(stream.seen);
+        if (part.t_s.empty()) return {};
+        stream.seen = part.first + part.t_s.size();
+        return frame_of(decimated(part, s.channels(), stream.wish.width, id));
+    };
+    if (name == "acceleration") return series(feed.acceleration, StreamId::acceleration);
+    if (name == "track") return series(feed.track, StreamId::track);
+    if (name == "waveform")
+        return state.waveform.asked.empty() ? std::string{} : frame_of(waveform_of(state.waveform));
+    if (name == "cycle") {
+        if (!state.result || state.result == stream.shown) return {};
+        stream.shown = state.result;
+        return frame_of(cycle_of(*state.result));
+    }
+    for (std::size_t k = 0; k < state.pictures_now.size(); ++k)
+        if (name == "camera:" + state.pictures_now[k].camera) return picture_frame(state.pictures_now[k], k);
+    return {};
+}
+
+asio::awaitable<void> read(std::shared_ptr<Live> live) {
+    beast::flat_buffer buffer;
+    boost::system::error_code failed;
+    while (!failed) {
+        co_await live->socket.async_read(buffer, asio::redirect_error(use_awaitable, failed));
+        if (failed) break;
+        if (const auto wish = wish_of(beast::buffers_to_string(buffer.data()))) take(*wish, live->streams);
+        buffer.consume(buffer.size());
+    }
+    live->open = false;
+}
+
+asio::awaitable<void> send(Live& live, bool text, const std::string& message) {
+    live.begun = Clock::now();
+    live.socket.text(text);
+    co_await live.socket.async_write(asio::buffer(message), use_awaitable);
+}
+
+void set_next(Stream& stream, Clock::time_point now) {
+    stream.due =
+        now + std::chrono::milliseconds{static_cast<int>(1000 / stream.wish.rate_hz) - turn.count() / 2};
+}
+
+// All that is due.
+asio::awaitable<void> send_due(Live& live) {
+    Site& site = *live.site;
+    for (const BenchEvent& e : site.book.desk().events(live.told)) {
+        live.told = e.number;
+        const std::string text = event_json(e);
+        co_await send(live, true, text);
+    }
+    const auto state = site.book.now();
+    const auto now = Clock::now();
+    if (!state) co_return;
+    if (now >= live.state_due || state->state != live.shown || state->answered != live.answered) {
+        live.state_due = now + state_every - turn / 2;
+        live.shown = state->state;
+        live.answered = state->answered;
+        const std::string text = state_json(*state, {site.lock.owner(), site.lock.owner() == live.who});
+        co_await send(live, true, text);
+    }
+    for (auto it = live.streams.begin(); it != live.streams.end(); ++it) {
+        Stream& stream = it->second;
+        if (now < stream.due) continue;
+        set_next(stream, now);
+        const std::string message = message_of(stream, site, *state);
+        const std::string name = it->first;
+        if (!message.empty()) co_await send(live, false, message);
+        it = live.streams.find(name);  // the reader may have ended it meanwhile
+        if (it == live.streams.end()) break;
+    }
+}
+
+asio::awaitable<void> write(std::shared_ptr<Live> live) {
+    try {
+        co_await send_due(*live);
+    } catch (const std::exception&) {
+        live->open = false;
+    }
+    live->sending = false;
+}
+
+// What is due while the client has not taken what came before it is never made.
+void drop_due(Live& live) {
+    const auto now = Clock::now();
+    if (now >= live.state_due) {
+        live.state_due = now + state_every - turn / 2;
+        ++live.site->served.messages_dropped;
+    }
+    for (auto& [name, stream] : live.streams) {
+        if (now < stream.due) continue;
+        set_next(stream, now);
+        ++live.site->served.messages_dropped;
+    }
+}
+
+// Whoever is slow gets less: what waits here is at most one message.
+asio::awaitable<void> take_turns(std::shared_ptr<Live> live) {
+    asio::steady_timer timer{live->socket.get_executor()};
+    while (live->open) {
+        if (!live->sending) {
+            live->sending = true;
+            asio::co_spawn(live->socket.get_executor(), write(live), asio::detached);
+        } else if (Clock::now() - live->begun < patience) {
+            drop_due(*live);
+        } else {
+            break;
+        }
+        timer.expires_after(turn);
+        co_await timer.async_wait(use_awaitable);
+    }
+}
+
+}  // namespace
+
+asio::awaitable<void> live(beast::tcp_stream stream,
+                           const beast::http::request<beast::http::string_body>& request,
+                           std::shared_ptr<Site> site, const std::string& who) {
+    auto shared = std::make_shared<Live>(Live{Socket{std::move(stream)}, site, who});
+    set_limits(shared->socket);
+    co_await shared->socket.async_accept(request, use_awaitable);
+    ++site->sockets[who];
+    asio::co_spawn(shared->socket.get_executor(), read(shared), asio::detached);
+    co_await take_turns(shared);
+    shared->open = false;
+    if (--site->sockets[who] == 0) site->sockets.erase(who);
+    beast::get_lowest_layer(shared->socket).close();
+}
+
+}  // namespace shaker::web

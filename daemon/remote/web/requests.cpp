@@ -1,0 +1,173 @@
+#include "daemon/remote/web/requests.hpp"
+
+#include <optional>
+#include <string_view>
+#include <utility>
+
+#include "daemon/remote/web/state_json.hpp"
+
+#include <boost/beast/websocket/rfc6455.hpp>
+
+namespace shaker::web {
+
+namespace {
+
+namespace beast = boost::beast;
+namespace http = beast::http;
+
+constexpr std::uint64_t most_body = 65536;  // bytes
+constexpr std::uint32_t most_header = 8192;
+
+std::string_view view(beast::string_view s) { return {s.data(), s.size()}; }
+
+std::string path_of(const Request& request) {
+    const std::string_view target = view(request.target());
+    return std::string{target.substr(0, target.find('?'))};
+}
+
+// "/ws?client=a1&token=b2": what stands behind `key`.
+std::string query_of(std::string_view target, std::string_view key) {
+    auto at = target.find('?');
+    while (at != std::string_view::npos) {
+        const auto end = target.find('&', at + 1);
+        const std::string_view part =
+            target.substr(at + 1, end == std::string_view::npos ? end : end - at - 1);
+        if (part.starts_with(key) && part.substr(key.size()).starts_with('='))
+            return std::string{part.substr(key.size() + 1)};
+        at = end;
+    }
+    return {};
+}
+
+// What of a request its reply depends on.
+struct Manner {
+    unsigned version;
+    bool keep_alive;
+};
+
+Manner manner_of(const Request& request) { return {request.version(), request.keep_alive()}; }
+
+Response reply(Manner manner, int status, std::string type, std::string body) {
+    Response r{static_cast<http::status>(status), manner.version};
+    r.set(http::field::content_type, std::move(type));
+    r.set(http::field::cache_control, "no-store");
+    r.set("X-Content-Type-Options", "nosniff");
+    r.set("Content-Security-Policy",
+          "default-src 'self'; img-src 'self' blob: data:; frame-ancestors 'none'");
+    r.keep_alive(manner.keep_alive);
+    r.body() = std::move(body);
+    r.prepare_payload();
+    return r;
+}
+
+Response reply(Manner manner, const Answer& answer) {
+    return reply(manner, answer.status, "application/json", answer.json);
+}
+
+Response plain(Manner manner, int status, const std::string& text) {
+    return reply(manner, status, "text/plain; charset=utf-8", text + "\n");
+}
+
+Response answer_get(Manner manner, const std::string& path, Site& site, const std::string& who) {
+    const auto state = site.book.now();
+    if (const auto file = site.page.find(path); file != site.page.end())
+        return reply(manner, 200, file->second.type, file->second.content);
+    if (path == "/favicon.ico") return reply(manner, 204, "image/x-icon", "");
+    if (path == "/metrics")
+        return reply(manner, 200, "text/plain; version=0.0.4; charset=utf-8",
+                     metrics_text(state.get(), site.served));
+    if (path == "/healthz") {
+        const bool well = state && state->state != RunState::tripped;
+        return plain(manner, well ? 200 : 503, state ? name(state->state) : "starting");
+    }
+    if (path == "/readyz") {
+        const bool ready = state && state->state != RunState::init && state->state != RunState::self_test;
+        return plain(manner, ready ? 200 : 503, ready ? "ready" : "starting");
+    }
+    if (path == "/api/state") {
+        if (!state) return reply(manner, refusal(503, "the bench has not told of itself yet"));
+        return reply(manner, 200, "application/json",
+                     state_json(*state, {site.lock.owner(), site.lock.owner() == who}));
+    }
+    if (path == "/api/result") {
+        if (state && state->result)
+            return reply(manner, 200, "application/json", result_json(*state->result));
+        return reply(manner,
+                     refusal(404, state && !state->not_reduced.empty() ? state->not_reduced
+                                                                       : "no measurement is complete yet"));
+    }
+    return reply(manner, refusal(404, "there is nothing at " + path));
+}
+
+bool token_right(const Request& request, const Access& access) {
+    if (access.token_allowed(view(request["X-Shaker-Token"]))) return true;
+    return access.token_allowed(query_of(view(request.target()), "token"));
+}
+
+bool needs_token(const std::string& path) {
+    return path.starts_with("/api/") || path == "/ws" || path == "/metrics";
+}
+
+// Why a request is not even looked at; none: it is.
+std::optional<Answer> refused(const Request& request, const Access& access) {
+    const std::string_view host = view(request[http::field::host]);
+    if (!access.host_allowed(host))
+        return refusal(403, "not a name of this daemon: Host " + std::string{host.substr(0, 100)});
+    if (!access.origin_allowed(view(request[http::field::origin]), host))
+        return refusal(403, "a page of another site may not ask this");
+    if (needs_token(path_of(request)) && !token_right(request, access))
+        return refusal(401, "a token is asked for: X-Shaker-Token");
+    return std::nullopt;
+}
+
+bool is_upgrade(const Request& request) {
+    return beast::websocket::is_upgrade(request) && path_of(request) == "/ws";
+}
+
+}  // namespace
+
+void set_limits(RequestParser& parser) {
+    parser.body_limit(most_body);
+    parser.header_limit(most_header);
+}
+
+std::string client_of(const Request& request, const std::string& address) {
+    std::string client{view(request["X-Shaker-Client"])};
+    if (client.empty()) client = query_of(view(request.target()), "client");
+    std::string name = "page";
+    for (const char c : client.substr(0, 12))
+        if ((c >= '0' && c <= '9') || (c >= 'a' && c <= 'z'))
+            name += (name.size() == 4 ? " " : "") + std::string{c};
+    return name + " at " + address;
+}
+
+bool takes_socket(const Request& request, const Site& site) {
+    return is_upgrade(request) && !refused(request, site.access) && site.live_clients < site.most_live;
+}
+
+void answer(const Request& request, Site& site, const std::string& who,
+            const std::function<void(Response)>& done) {
+    const Manner manner = manner_of(request);
+    const std::string path = path_of(request);
+    const bool head = request.method() == http::verb::head;
+    if (const auto why = refused(request, site.access)) return done(reply(manner, *why));
+    if (is_upgrade(request))
+        return done(reply(manner, refusal(503, "as many live sockets as there may be are open")));
+    if (request.method() == http::verb::get || head) {
+        Response response = answer_get(manner, path, site, who);
+        if (head) response.body().clear();
+        return done(std::move(response));
+    }
+    if (request.method() != http::verb::post || !path.starts_with("/api/"))
+        return done(
+            reply(manner, refusal(405, needs_token(path) ? "GET or POST was expected" : "GET was expected")));
+    site.actions.act(path.substr(5), request.body(), who,
+                     [manner, done](const Answer& a) { done(reply(manner, a)); });
+}
+
+Response unanswered(const Request& request) {
+    return reply(manner_of(request),
+                 refusal(503, "the bench did not answer in time; whether it was done is in the log"));
+}
+
+}  // namespace shaker::web

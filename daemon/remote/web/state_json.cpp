@@ -1,0 +1,193 @@
+#include "daemon/remote/web/state_json.hpp"
+
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "daemon/reduction/no_stick.hpp"
+
+namespace shaker::web {
+
+namespace {
+
+using nlohmann::json;
+
+json number(double x) { return std::isfinite(x) ? json(x) : json(nullptr); }
+
+json estimate(const Estimate& e) {
+    if (!std::isfinite(e.value)) return nullptr;
+    return {{"value", e.value}, {"sigma", number(e.sigma)}};
+}
+
+json session(const BenchState& s, const Viewer& viewer) {
+    json trip = nullptr;
+    if (s.trip) trip = {{"cause", name(s.trip->cause)}, {"text", text(*s.trip)}, {"t_s", number(s.trip_s)}};
+    return {{"state", word_of(s)},
+            {"since_s", s.now_s - s.since_s},
+            {"rig", s.facts ? s.facts->rig : ""},
+            {"recording", s.recording.name.empty() ? json(nullptr) : json(s.recording.name)},
+            {"record_next", s.record},
+            {"controller", viewer.controller.empty() ? json(nullptr) : json(viewer.controller)},
+            {"you_control", viewer.controls},
+            {"trip", trip},
+            {"may_clear", s.may_clear},
+            {"identified", s.response != nullptr},
+            {"program", "shakerd"},
+            {"version", SHAKER_VERSION}};
+}
+
+json measured(const BenchState& s) {
+    if (!s.base)
+        return {{"gamma_mps2", nullptr},
+                {"phi_rad", nullptr},
+                {"harmonics", json::array()},
+                {"rms_mps2", nullptr},
+                {"volts_peak", nullptr}};
+    const BaseState& b = *s.base;
+    json harmonics = json::array();
+    for (int n = 1; n <= b.controlled; ++n) {
+        const HarmonicState& h = b.harmonics.at(static_cast<std::size_t>(n - 1));
+        const bool asked = std::abs(h.target) > 0;
+        harmonics.push_back(
+            {{"n", n},
+             {"target_mps2", std::abs(h.target)},
+             {"measured_mps2", std::abs(h.measured)},
+             {"phase_error_rad", asked ? json(std::arg(h.measured / h.target)) : json(nullptr)},
+             {"sigma_mps2", number(h.sigma)}});
+    }
+    return {{"gamma_mps2", b.got.gamma},
+            {"phi_rad", b.got.phi},
+            {"harmonics", harmonics},
+            {"rms_mps2", b.rms},
+            {"volts_peak", b.volts_peak}};
+}
+
+json mu(const BenchState& s) {
+    const Estimate known = known_mu(s);
+    return std::isfinite(known.value) ? estimate(known) : json(nullptr);
+}
+
+json result(const BenchState& s) {
+    if (!s.result)
+        return {{"v_D_mps", nullptr}, {"D_m", nullptr},       {"efficiency", nullptr},
+                {"mu", mu(s)},        {"periods", s.periods}, {"steady", false}};
+    const Reduction& r = *s.result;
+    return {{"v_D_mps", estimate(r.v_D)},
+            {"D_m", estimate(r.D)},
+            {"efficiency", estimate(r.efficiency)},
+            {"mu", mu(s)},
+            {"periods", s.periods},
+            {"steady", s.measuring}};
+}
+
+json points(const BenchState& s) {
+    json list = json::array();
+    const double mu = known_mu(s).value;
+    const auto closed_form = [&](const DrivenPoint& p) {
+        if (!std::isfinite(mu)) return mu;
+        const Drive measured{p.asked.frequency, p.gamma.value, p.asked.rho, p.phi.value};
+        return no_stick(harmonics(measured), measured.frequency, mu).v_D;
+    };
+    for (const DrivenPoint& p : s.points)
+        list.push_back({{"gamma_mps2", number(p.gamma.value)},
+                        {"phi_rad", number(p.phi.value)},
+                        {"v_D_mps", number(p.v_D.value)},
+                        {"sigma_mps", number(p.v_D.sigma)},
+                        {"closed_form_mps", number(closed_form(p))}});
+    return list;
+}
+
+json losses(const BenchState& s) {
+    json list = json::array();
+    for (const DeviceReport& d : s.devices) {
+        std::string stream = d.device;
+        if (const auto quote = stream.find('"'); stream.starts_with("camera ") && quote != std::string::npos)
+            stream = "camera:" + stream.substr(quote + 1, stream.size() - quote - 2);
+        list.push_back({{"stream", stream}, {"got", d.counts.taken}, {"lost", d.counts.lost}});
+    }
+    return list;
+}
+
+json limits(const Limits& l) {
+    return {{"acceleration_abort_mps2", number(l.acceleration.abort)},
+            {"velocity_abort_mps", number(l.velocity.abort)},
+            {"displacement_abort_m", number(l.displacement.abort)},
+            {"drive_abort_V", number(l.drive.abort)},
+            {"transverse_abort", number(l.transverse.abort)},
+            {"edge_m", number(1e-3 * l.edge_mm)}};
+}
+
+}  // namespace
+
+const char* word_of(const BenchState& state) noexcept {
+    switch (state.state) {
+        case RunState::init:
+        case RunState::self_test:
+            return "starting";
+        case RunState::idle:
+            return state.armed ? "armed" : "idle";
+        case RunState::armed:
+            return "armed";
+        case RunState::identify:
+            return "identifying";
+        case RunState::ramp:
+            return "ramping";
+        case RunState::run:
+            return state.measuring ? "running" : "settling";
+        case RunState::ramp_down:
+            return "stopping";
+        case RunState::tripped:
+            return "tripped";
+    }
+    return "starting";
+}
+
+std::string state_json(const BenchState& s, const Viewer& viewer) {
+    json walker = nullptr;
+    if (s.walker) {
+        // The nearer end is known, by the outline's distance from it; the farther one lies as far on the
+        // other side.
+        const double reach =
+            std::isfinite(s.walker->edge_m) ? std::abs(s.walker->x_m) + s.walker->edge_m : NAN;
+        walker = {{"x_m", s.walker->x_m}, {"low_m", number(-reach)}, {"high_m", number(reach)}};
+    }
+    json clocks = json::array();
+    for (const ClockState& c : s.clocks)
+        clocks.push_back({{"name", c.name}, {"ppm", number(c.ppm)}, {"residual_s", number(c.residual_s)}});
+    const json all{
+        {"type", "state"},
+        {"session", session(s, viewer)},
+        {"drive",
+         {{"frequency_hz", s.wanted.frequency},
+          {"gamma_mps2", s.wanted.gamma},
+          {"rho", s.wanted.rho},
+          {"phi_rad", s.wanted.phi},
+          {"locked", s.locked}}},
+        {"measured", measured(s)},
+        {"result", result(s)},
+        {"walker", walker},
+        {"points", points(s)},
+        {"clocks", clocks},
+        {"losses", losses(s)},
+        {"disk", {{"free_bytes", number(s.recording.free_bytes)}, {"backlog", s.recording.backlog}}},
+        {"jitter",
+         {{"bins_s", PeriodJitter::ends_s},
+          {"counts", s.jitter.counts},
+          {"worst_s", s.jitter.worst_s > 0 ? json(s.jitter.worst_s) : json(nullptr)}}},
+        {"limits", limits(s.limits)}};
+    return all.dump(-1, ' ', false, json::error_handler_t::replace);
+}
+
+std::string result_json(const Reduction& r) {
+    json all = json::parse(results_json(r));
+    const Cycle& c = r.cycle;
+    all["cycle"] = {{"phase", c.phase}, {"x_m", c.x_m},           {"x_sd_m", c.x_sd_m},
+                    {"v_mps", c.v_mps}, {"v_sd_mps", c.v_sd_mps}, {"v_base_mps", c.v_base_mps}};
+    return all.dump();
+}
+
+std::string event_json(const BenchEvent& e) {
+    return json{{"type", "event"}, {"t_s", number(e.t_s)}, {"kind", e.kind}, {"text", e.text}}.dump(
+        -1, ' ', false, json::error_handler_t::replace);
+}
+
+}  // namespace shaker::web

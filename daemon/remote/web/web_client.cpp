@@ -1,0 +1,140 @@
+#include "daemon/remote/web/web_client.hpp"
+
+#include <chrono>
+#include <fstream>
+#include <iterator>
+#include <optional>
+#include <utility>
+
+#include "daemon/remote/web/live_socket.hpp"
+#include "daemon/remote/web/requests.hpp"
+
+#include <boost/asio/redirect_error.hpp>
+#include <boost/asio/steady_timer.hpp>
+#include <boost/asio/use_awaitable.hpp>
+#include <boost/beast/core.hpp>
+#include <boost/beast/http.hpp>
+
+namespace shaker::web {
+
+namespace {
+
+namespace asio = boost::asio;
+namespace beast = boost::beast;
+namespace http = beast::http;
+using asio::use_awaitable;
+
+constexpr std::chrono::seconds patience{5};  // with a request that has begun, and with an answer
+
+/// One of those who may be asked to leave, for as long as it lives.
+class Seat {
+public:
+    Seat(Guests& guests, std::function<void()> leave)
+        : guests_{guests}, place_{guests.enter(std::move(leave))} {}
+    Seat(const Seat&) = delete;
+    Seat& operator=(const Seat&) = delete;
+    ~Seat() { guests_.gone(place_); }
+    void heard() { guests_.heard(place_); }
+
+private:
+    Guests& guests_;
+    Guests::Place place_;
+};
+
+/// Counts up for as long as it lives.
+class Counted {
+public:
+    explicit Counted(int& count) : count_{count} { ++count_; }
+    Counted(const Counted&) = delete;
+    Counted& operator=(const Counted&) = delete;
+    ~Counted() { --count_; }
+
+private:
+    int& count_;
+};
+
+// An order is done on the bench's thread; this waits for what it says, or until the bell is cancelled.
+asio::awaitable<Response> answered(const Request& request, Site& site, const std::string& who,
+                                   asio::steady_timer& bell) {
+    auto got = std::make_shared<std::optional<Response>>();
+    auto ring = std::make_shared<asio::steady_timer*>(&bell);
+    answer(request, site, who, [got, ring](Response r) {
+        *got = std::move(r);
+        if (*ring != nullptr) (*ring)->cancel();
+    });
+    if (!*got) {
+        bell.expires_after(2 * patience);
+        boost::system::error_code ignored;
+        co_await bell.async_wait(asio::redirect_error(use_awaitable, ignored));
+    }
+    *ring = nullptr;
+    if (!*got) co_return unanswered(request);
+    co_return std::move(**got);
+}
+
+// Requests and answers, until the client wants no more: then there is nothing to return. Or until it takes
+// the socket with this request.
+asio::awaitable<std::optional<Request>> converse(beast::tcp_stream& stream, Site& site,
+                                                 const std::string& address) {
+    asio::steady_timer bell{stream.get_executor()};
+    Seat seat{site.guests, [&] {
+                  stream.close();
+                  bell.cancel();
+              }};
+    beast::flat_buffer buffer;
+    for (;;) {
+        RequestParser parser;
+        set_limits(parser);
+        stream.expires_after(patience);
+        co_await http::async_read(stream, buffer, parser, use_awaitable);
+        seat.heard();
+        Request request = parser.release();
+        ++site.served.requests;
+        if (takes_socket(request, site)) co_return std::move(request);
+        const Response response = co_await answered(request, site, client_of(request, address), bell);
+        if (response.result_int() >= 400) ++site.served.refused_requests;
+        stream.expires_after(patience);
+        co_await http::async_write(stream, response, use_awaitable);
+        if (!response.keep_alive()) break;
+    }
+    boost::system::error_code ignored;
+    stream.socket().shutdown(asio::ip::tcp::socket::shutdown_send, ignored);
+    co_return std::nullopt;
+}
+
+asio::awaitable<void> attend(asio::ip::tcp::socket socket, const std::shared_ptr<Site>& site) {
+    const std::string address = socket.remote_endpoint().address().to_string();
+    beast::tcp_stream stream{std::move(socket)};
+    const std::optional<Request> upgrade = co_await converse(stream, *site, address);
+    if (!upgrade) co_return;
+    const Counted counted{site->live_clients};
+    stream.expires_never();
+    co_await live(std::move(stream), *upgrade, site, client_of(*upgrade, address));
+}
+
+}  // namespace
+
+std::map<std::string, PageFile> read_page(const std::filesystem::path& folder) {
+    std::map<std::string, PageFile> page;
+    const auto add = [&](const char* path, const char* name, const char* type) {
+        std::ifstream in{folder / name, std::ios::binary};
+        if (!in) return;
+        page[path] = {type, std::string{std::istreambuf_iterator<char>{in}, {}}};
+    };
+    add("/", "index.html", "text/html; charset=utf-8");
+    add("/panel.js", "panel.js", "text/javascript; charset=utf-8");
+    add("/panel.css", "panel.css", "text/css; charset=utf-8");
+    return page;
+}
+
+// A client that breaks off, is slow or talks nonsense ends its own connection and nothing else.
+asio::awaitable<void> serve(asio::ip::tcp::socket socket, std::shared_ptr<Site> site) {
+    if (site->served.web_clients >= site->most_clients && !site->guests.ask_one_to_leave()) co_return;
+    const Counted counted{site->served.web_clients};
+    try {
+        co_await attend(std::move(socket), site);
+    } catch (const std::exception&) {
+    }
+}
+
+}  // namespace shaker::web

@@ -1,0 +1,176 @@
+#include "daemon/run_record.hpp"
+
+#include <spdlog/fmt/chrono.h>
+#include <spdlog/fmt/fmt.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <string_view>
+
+#include "daemon/identification_record.hpp"
+#include "daemon/run_settings.hpp"
+#include "daemon/session_places.hpp"
+#include "daemon/stopped_run.hpp"
+#include "daemon/time_text.hpp"
+#include "drivers/errors.hpp"
+
+namespace shaker {
+
+namespace {
+
+constexpr std::size_t longest_name = 64;
+
+std::string stem_now() {
+    const auto now = std::chrono::system_clock::to_time_t(std::chrono::system_clock::now());
+    return fmt::format("run-{:%Y%m%dT%H%M%SZ}", fmt::gmtime(now));
+}
+
+// A recording that cannot be finished must not end the daemon: it says why, and FILE.part stays.
+template <class Finish>
+std::string said(const std::filesystem::path& file, Finish finish) try {
+    return finish();
+} catch (const std::exception& e) {
+    return fmt::format("{} could not be finished: {}; \"shakerd recover {}\" makes a file of what is there",
+                       file.string(), e.what(), file.string());
+}
+
+}  // namespace
+
+void require_name(const std::string& name) {
+    constexpr std::string_view more = "._-";
+    const auto allowed = [&](char c) {
+        return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') ||
+               more.find(c) != std::string_view::npos;
+    };
+    if (!name.empty() && name.size() <= longest_name && name.front() != '.' &&
+        std::ranges::all_of(name, allowed))
+        return;
+    throw InputError{
+        fmt::format("recording \"{}\": a name of 1 to {} letters, digits, dots, hyphens and underscores that "
+                    "does not begin with a dot was expected",
+                    name.substr(0, longest_name), longest_name)};
+}
+
+void RunRecord::begin(const RunOptions& run, bool record, const std::string& name) {
+    const Rig& rig = bench_.rig;
+    header_ = {};
+    header_.title = fmt::format("gamma {:.4g} m/s^2, phi {:.4g} rad, rho {:.4g}, {:.6g} Hz", run.drive.gamma,
+                                run.drive.phi, run.drive.rho, run.drive.frequency);
+    header_.kind = "run";
+    header_.config = run_settings_text(run);
+    header_.rig = bench_.rig_text;
+    header_.dac = rig.dac->info();
+    header_.frequency_hz = Synthesiser::realised(run.drive.frequency, header_.dac.rate_hz);
+    header_.accelerometer = rig.accelerometer->info();
+    header_.pictures = run.pictures;
+    header_.started = settings_.live ? local_time_text() : epoch_text;
+    if (settings_.live) header_.identifier = new_identifier();
+    for (const auto& camera : rig.cameras) header_.views.push_back(camera->view());
+    header_.groups = session_places(header_, false);
+    if (record) open(name);
+}
+
+void RunRecord::open(const std::string& name) {
+    std::string stem = name;
+    if (stem.empty()) {
+        const std::string now = stem_now();
+        stem = now;
+        for (int k = 2; std::filesystem::exists(settings_.folder / (stem + ".nxs")); ++k)
+            stem = fmt::format("{}-{}", now, k);
+    }
+    require_name(stem);
+    file_ = settings_.folder / (stem + ".nxs");
+    auto recording = std::make_unique<Recording>(file_, header_, RecordingSettings{.live = settings_.live});
+    const std::scoped_lock lock{mutex_};
+    recording_ = std::move(recording);
+    watch_ = std::make_unique<RecordingWatch>(*recording_);
+    acquisition_.record(recording_.get());
+    begun_s_ = INFINITY;
+    told_long_ = false;
+}
+
+RecordingState RunRecord::state() const {
+    std::error_code failed;
+    const std::filesystem::space_info space = std::filesystem::space(settings_.folder, failed);
+    RecordingState s;
+    s.free_bytes = failed ? NAN : static_cast<double>(space.available);
+    if (!on()) return s;
+    s.name = file_.filename().string();
+    s.backlog = recording_->backlog();
+    s.pieces_lost = recording_->lost();
+    return s;
+}
+
+void RunRecord::look(Director& director, Lanes& lanes) {
+    if (!on()) return;
+    begun_s_ = std::min(begun_s_, director.now_s());
+    watch_->look(director, acquisition_.take(), lanes);
+    if (director.now_s() < begun_s_ + settings_.most_s || told_long_) return;
+    if (const RunState s = director.state(); s != RunState::ramp && s != RunState::run) return;
+    told_long_ = true;
+    director.end(lanes);
+}
+
+bool RunRecord::step() {
+    const std::scoped_lock lock{mutex_};
+    return recording_ != nullptr && recording_->step();
+}
+
+void RunRecord::close() {
+    acquisition_.record(nullptr);
+    const std::scoped_lock lock{mutex_};
+    watch_.reset();
+    recording_.reset();
+}
+
+std::string RunRecord::finish(const Director& director) {
+    if (!on()) return {};
+    const std::string what = said(file_, [&] {
+        const std::scoped_lock lock{mutex_};
+        const Take& take = acquisition_.take();
+        if (const auto& found = director.keeper().identified())
+            write_identification(recording_->writer(), *found);
+        try {
+            if (director.measured().empty()) throw InputError{"no measurement was complete"};
+            const MeasuredPart part = director.measured().back();
+            Reduction r = reduce(measurement_of(take, header_.frequency_hz, part.from_s, part.to_s));
+            recording_->finish(take, r, part.from_s, part.to_s);
+        } catch (const InputError& e) {
+            recording_->writer().text("process/not_reduced", e.what());
+            recording_->finish(take);
+        }
+        return "recorded: " + file_.string();
+    });
+    close();
+    return what;
+}
+
+std::string RunRecord::finish_stopped(const Director& director) {
+    const bool measuring = director.stops().at(director.cause()).measuring;
+    const DriveKeeper& keeper = director.keeper();
+    const Take& take = acquisition_.take();
+    const StoppedRun run{
+        .header = header_,
+        .take = take,
+        .tails = acquisition_.tails(),
+        .trips = recorded_trips(take, director),
+        .planned = measuring ? MeasuredPart{director.from_s(), director.to_s()} : MeasuredPart{},
+        .identified = keeper.identified() ? &*keeper.identified() : keeper.found()};
+    if (on()) {
+        const std::string what = said(file_, [&] {
+            const std::scoped_lock lock{mutex_};
+            shaker::finish(*recording_, run);
+            return "recorded: " + file_.string();
+        });
+        close();
+        return what;
+    }
+    const std::filesystem::path file = trip_file(settings_.folder, std::chrono::system_clock::now());
+    return said(file, [&] {
+        record_tail(run, file);
+        return fmt::format("its last {} s: {}", tail_s, file.string());
+    });
+}
+
+}  // namespace shaker

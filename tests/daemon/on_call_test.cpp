@@ -1,0 +1,162 @@
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <fstream>
+
+#include "daemon/commands.hpp"
+#include "tests/support/bench_on_call.hpp"
+#include "tests/support/program.hpp"
+
+namespace shaker {
+namespace {
+
+using test::Answers;
+using test::in;
+using test::orders;
+using test::play_on_call;
+
+// Cameras that are rendered in a fifth of the time.
+constexpr const char* slow = "[top]\nframe_rate_hz = 200\n[side]\nframe_rate_hz = 200\n";
+
+RunOptions quick() {
+    RunOptions run;
+    run.pictures = KeptPictures::off;
+    run.periods = 10;
+    return run;
+}
+
+// The bench waits until it is asked, again after it was stopped.
+auto measured(std::size_t n) {
+    return [n](const BenchState& s) { return s.points.size() >= n; };
+}
+
+TEST(OnCallTest, ItWaitsInIdleIsDrivenMeasuresAgainAndAgainAndComesDown) {
+    const auto folder = test::fresh_folder();
+    Answers answers;
+    const auto r = play_on_call(slow, quick(), folder,
+                                {{in(RunState::idle), orders(Begin{10}, answers)},
+                                 {measured(3), orders(End{}, answers)},
+                                 {in(RunState::idle), [](Desk&) {}}});
+    EXPECT_EQ(answers, (Answers{"", ""}));
+    const auto& parts = r.last.parts;
+    ASSERT_GE(parts.size(), 3U);
+    ASSERT_EQ(parts.size(), r.last.points.size());
+    for (std::size_t i = 1; i < parts.size(); ++i)
+        EXPECT_EQ(parts[i].from_s, parts[i - 1].to_s) << "one measurement follows the other without a gap";
+    EXPECT_EQ(r.last.state, RunState::idle);
+    EXPECT_FALSE(r.last.trip);
+}
+
+TEST(OnCallTest, ASecondRunKeepsTheResponseAndANewSetPointIsMeasured) {
+    const auto folder = test::fresh_folder();
+    Answers answers;
+    Drive other;
+    other.gamma = 7;
+    other.frequency = 25;
+    const auto r = play_on_call(slow, quick(), folder,
+                                {{in(RunState::idle), orders(Begin{10}, answers)},
+                                 {measured(1), orders(End{}, answers)},
+                                 {in(RunState::idle), orders(SetDrive{other}, answers)},
+                                 {in(RunState::idle), orders(Begin{10}, answers)},
+                                 {measured(2), orders(End{}, answers)},
+                                 {in(RunState::idle), [](Desk&) {}}});
+    EXPECT_EQ(answers, Answers(5, ""));
+    EXPECT_EQ(std::ranges::count(r.events, std::string{"identify"}, &BenchEvent::text), 1);
+    const DrivenPoint& last = r.last.points.at(1);
+    EXPECT_NEAR(last.gamma.value, 7, 0.01);
+    EXPECT_EQ(last.asked.frequency, 25);
+}
+
+TEST(OnCallTest, AnAbortIsLatchedUntilItIsClearedAndThenItMayBeDrivenAgain) {
+    const auto folder = test::fresh_folder();
+    Answers answers;
+    const auto r =
+        play_on_call(slow, quick(), folder,
+                     {{in(RunState::idle), orders(Begin{10}, answers)},
+                      {in(RunState::run), [](Desk& d) { d.abort("a test"); }},
+                      {[](const BenchState& s) { return s.may_clear; }, orders(Begin{10}, answers)},
+                      {in(RunState::tripped), orders(ClearTrip{}, answers)},
+                      {in(RunState::idle), orders(Begin{10}, answers)},
+                      {measured(1), orders(End{}, answers)},
+                      {in(RunState::idle), [](Desk&) {}}});
+    ASSERT_EQ(answers.size(), 5U) << testing::PrintToString(answers);
+    EXPECT_NE(answers[1].find("state tripped"), std::string::npos) << answers[1];
+    for (const std::size_t i : {0U, 2U, 3U, 4U}) EXPECT_EQ(answers[i], "");
+    const auto stop = std::ranges::find(r.events, std::string{"trip"}, &BenchEvent::kind);
+    ASSERT_NE(stop, r.events.end());
+    EXPECT_NE(stop->text.find("operator_stop"), std::string::npos) << stop->text;
+}
+
+TEST(OnCallTest, WhatIsRefusedSaysWhyAndChangesNothing) {
+    const auto folder = test::fresh_folder();
+    Answers answers;
+    Drive wild;
+    wild.gamma = 500;
+    Limits raised;
+    const auto r =
+        play_on_call(slow, quick(), folder,
+                     {{in(RunState::idle), orders(SetDrive{wild}, answers)},
+                      {in(RunState::idle), orders(Begin{1}, answers)},
+                      {in(RunState::idle), orders(End{}, answers)},
+                      {in(RunState::idle), orders(ClearTrip{}, answers)},
+                      {in(RunState::idle), orders(LowerLimits{raised}, answers)},
+                      {in(RunState::idle), orders(Record{true, "../x", KeptPictures::off}, answers)}});
+    ASSERT_EQ(answers.size(), 6U);
+    const std::vector<std::string> words{"acceleration",     "periods 1",          "no drive to stop",
+                                         "nothing to clear", "limit acceleration", "\"../x\""};
+    for (std::size_t i = 0; i < words.size(); ++i)
+        EXPECT_NE(answers[i].find(words[i]), std::string::npos) << answers[i];
+    EXPECT_EQ(r.last.wanted.gamma, paper_g);
+}
+
+TEST(OnCallTest, ARunIsRecordedUnderItsNameAndReplaysToTheBit) {
+    const auto folder = test::fresh_folder();
+    Answers answers;
+    const auto r =
+        play_on_call(slow, quick(), folder,
+                     {{in(RunState::idle), orders(Record{true, "first", KeptPictures::off}, answers)},
+                      {in(RunState::idle), orders(Begin{10}, answers)},
+                      {measured(2), orders(End{}, answers)},
+                      {in(RunState::idle), [](Desk&) {}}});
+    EXPECT_EQ(answers, Answers(3, ""));
+    ASSERT_TRUE(std::filesystem::exists(folder / "first.nxs"));
+    EXPECT_TRUE(replay({.file = folder / "first.nxs"}));
+}
+
+TEST(OnCallTest, MemoryStaysWhereItIsHoweverLongItWaits) {
+    const auto folder = test::fresh_folder();
+    std::vector<std::size_t> pages;  // that are resident, each 10 s
+    const auto look = [&](Desk&) {
+        std::size_t size = 0, resident = 0;
+        std::ifstream{"/proc/self/statm"} >> size >> resident;
+        pages.push_back(resident);
+    };
+    std::vector<test::Move> moves;
+    for (int k = 1; k <= 8; ++k)
+        moves.push_back({[k](const BenchState& s) { return s.now_s > 10 * k; }, look});
+    static_cast<void>(play_on_call(slow, quick(), folder, moves, 100));
+    ASSERT_EQ(pages.size(), 8U);
+    EXPECT_LT(pages[7], pages[3] + pages[3] / 200) << "from 40 s to 80 s";
+}
+
+TEST(OnCallTest, LoweredLimitsTrip) {
+    const auto folder = test::fresh_folder();
+    Answers answers;
+    Limits lower;
+    const auto lowered = [&](Desk& desk) {
+        lower = desk.state()->limits;
+        lower.acceleration = {7, 8};
+        desk.order({LowerLimits{lower}, [&](const std::string& refused) { answers.push_back(refused); }});
+    };
+    const auto r = play_on_call(slow, quick(), folder,
+                                {{in(RunState::idle), orders(Begin{10}, answers)},
+                                 {in(RunState::run), lowered},
+                                 {in(RunState::tripped), [](Desk&) {}}});
+    EXPECT_EQ(answers, (Answers{"", ""}));
+    ASSERT_TRUE(r.last.trip);
+    EXPECT_EQ(r.last.trip->cause, Cause::acceleration);
+}
+
+}  // namespace
+}  // namespace shaker

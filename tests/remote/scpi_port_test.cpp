@@ -1,0 +1,129 @@
+#include <gtest/gtest.h>
+
+#include <fstream>
+#include <iterator>
+#include <sstream>
+
+#include "daemon/remote/server.hpp"
+#include "tests/support/played_bench.hpp"
+#include "tests/support/tcp_client.hpp"
+
+namespace shaker {
+namespace {
+
+using test::PlayedBench;
+using test::TcpClient;
+
+struct ScpiPortTest : testing::Test {
+    PlayedBench bench;
+    Server server{bench.desk, {.http_port = 0, .scpi_port = 0}};
+    TcpClient client{server.scpi_port()};
+
+    std::string ask(const std::string& line) { return client.ask(line); }
+};
+
+TEST_F(ScpiPortTest, AWholeRunByCommands) {
+    EXPECT_EQ(ask("*IDN?").substr(0, 8), "shakerd,");
+    EXPECT_EQ(ask("APPL:BIH 25,1G,0.4,30DEG;*OPC?"), "1");
+    EXPECT_EQ(ask("FREQ?;:ACC?;:BIH:RHO?"), "2.50000000E+01;9.80000000E+00;4.00000000E-01");
+    EXPECT_EQ(ask("OUTP ON;*OPC?"), "1");
+    EXPECT_EQ(ask("OUTP?;:SYST:STAT?"), "1;\"run\"");
+    EXPECT_EQ(ask("FETC:DRIF?").substr(0, 14), "1.45000000E-02");
+    EXPECT_EQ(ask("FORM REAL,32;:FETC:VEL:CYCL?").substr(0, 5), "#3512");
+    EXPECT_EQ(ask("FORM ASC;:OUTP OFF;*OPC?"), "1");
+    EXPECT_EQ(ask("SYST:ERR?"), "0,\"No error\"");
+}
+
+TEST_F(ScpiPortTest, ARefusedOrderIsAnErrorOfItsSession) {
+    EXPECT_EQ(ask("ACC 500;*OPC?"), "1");
+    EXPECT_EQ(ask("SYST:ERR?").substr(0, 5), "-221,");
+    EXPECT_EQ(ask("OUTP:PROT:CLE;*OPC?"), "1");
+}
+
+TEST_F(ScpiPortTest, AnyoneMayAbortWhoeverHoldsControl) {
+    TcpClient other{server.scpi_port()};
+    EXPECT_EQ(ask("SYST:LOCK:REQ?"), "1");
+    EXPECT_EQ(other.ask("SYST:LOCK:REQ?"), "0");
+    other.send("OUTP ON");
+    EXPECT_EQ(other.ask("SYST:ERR?").substr(0, 5), "-203,");
+    EXPECT_EQ(bench.aborts, 0);
+    EXPECT_EQ(other.ask("ABOR;*OPC?"), "1");
+    EXPECT_EQ(bench.aborts, 1);
+    EXPECT_EQ(ask("OUTP:PROT:TRIP?"), "1");
+    std::string told;  // to the others within a look at the state
+    for (int i = 0; i < 200 && !told.starts_with("101,"); ++i) told = ask("SYST:ERR?");
+    EXPECT_TRUE(told.starts_with("101,\"Abort;")) << told;
+}
+
+TEST_F(ScpiPortTest, AnAbortOvertakesWhatWaits) {
+    bench.deaf = true;
+    client.send("OUTP ON;*OPC?");
+    client.send("ABOR");
+    for (int i = 0; i < 200 && bench.aborts == 0; ++i)
+        std::this_thread::sleep_for(std::chrono::milliseconds{5});
+    EXPECT_EQ(bench.aborts, 1);
+    bench.deaf = false;
+}
+
+TEST_F(ScpiPortTest, ControlEndsWithTheConnection) {
+    {
+        TcpClient first{server.scpi_port()};
+        EXPECT_EQ(first.ask("SYST:LOCK:REQ?"), "1");
+        EXPECT_EQ(ask("SYST:LOCK:REQ?"), "0");
+    }
+    std::string got;
+    for (int i = 0; i < 200 && got != "1"; ++i) got = ask("SYST:LOCK:REQ?");
+    EXPECT_EQ(got, "1");
+}
+
+// ":STATus:OPERation[:EVENt]?/qonly/" with all that may be left out, and the first of "<1..4>".
+std::string plain(std::string_view row) {
+    std::string header;
+    for (std::size_t i = 0; i < row.size(); ++i) {
+        if (row[i] == '<')
+            header += row[++i], i = row.find('>', i);
+        else if (row[i] != '[' && row[i] != ']')
+            header += row[i];
+    }
+    return header;
+}
+
+TEST_F(ScpiPortTest, ThePageOfTheLanguageHasEveryHeaderOfTheBench) {
+    std::ifstream in{SHAKER_SOURCE_DIR "/daemon/remote/SCPI.md"};
+    const std::string page{std::istreambuf_iterator<char>{in}, {}};
+    client.send("SYST:HELP:HEAD?");
+    std::istringstream list{client.block()};
+    int found = 0;
+    for (std::string row; std::getline(list, row);) {
+        std::string header =
+            row.substr(row.find_first_not_of(':'), row.find_first_of("?/") - row.find_first_not_of(':'));
+        if (header.starts_with('*') || header.starts_with("STATus")) continue;
+        ++found;
+        EXPECT_NE(page.find('`' + header), std::string::npos) << header;
+    }
+    EXPECT_GT(found, 60);
+}
+
+// Each query is asked; whatever it says, no header is unknown and nothing stops answering.
+TEST_F(ScpiPortTest, EveryQueryOfTheListIsAnsweredOrRefusedForAReason) {
+    EXPECT_EQ(ask("OUTP ON;*OPC?"), "1");
+    client.send("SYST:HELP:HEAD?");
+    const std::string list = client.block();
+    std::size_t queries = 0;
+    for (std::size_t at = 0; at < list.size();) {
+        const std::size_t end = std::min(list.find('\n', at), list.size());
+        const std::string header = plain(list.substr(at, end - at));
+        at = end + 1;
+        const std::size_t query = header.find('?');
+        if (query == std::string::npos || header.starts_with("SYSTem:ERRor")) continue;
+        ++queries;
+        client.send("*CLS;" + header.substr(0, query + 1));
+        client.send("SYST:ERR?");
+        const std::string got = client.until("\"\n");
+        EXPECT_EQ(got.find("-113"), std::string::npos) << header << ": " << got;
+    }
+    EXPECT_GT(queries, 30U);
+}
+
+}  // namespace
+}  // namespace shaker

@@ -1,0 +1,150 @@
+#include <gtest/gtest.h>
+
+#include <chrono>
+#include <filesystem>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <thread>
+
+#include "daemon/remote/server.hpp"
+#include "tests/support/played_bench.hpp"
+#include "tests/support/program.hpp"
+#include "tests/support/tcp_client.hpp"
+
+namespace shaker {
+namespace {
+
+using nlohmann::json;
+using test::PlayedBench;
+using test::TcpClient;
+
+struct Got {
+    int status = 0;
+    std::string head, body;
+};
+
+ServerSettings settings_with_page() {
+    const auto folder = test::fresh_folder();
+    std::ofstream{folder / "index.html"} << "<!doctype html>the page";
+    return {.http_port = 0, .scpi_port = 0, .page = folder};
+}
+
+struct WebTest : testing::Test {
+    PlayedBench bench;
+    Server server{bench.desk, settings_with_page()};
+
+    Got request(const std::string& first, const std::string& body = {}, const std::string& more = {},
+                const std::string& host = "localhost") {
+        TcpClient client{server.http_port()};
+        client.send_bytes(first + " HTTP/1.1\r\nHost: " + host + "\r\nConnection: close\r\n" + more +
+                          "Content-Length: " + std::to_string(body.size()) + "\r\n\r\n" + body);
+        const std::string all = client.rest();
+        Got got;
+        const std::size_t end = all.find("\r\n\r\n");
+        if (end == std::string::npos) return got;
+        got.head = all.substr(0, end);
+        got.body = all.substr(end + 4);
+        got.status = std::stoi(all.substr(9, 3));
+        return got;
+    }
+    Got post(const std::string& action, const std::string& body, const std::string& client = "tab1") {
+        return request("POST /api/" + action, body, "X-Shaker-Client: " + client + "\r\n");
+    }
+};
+
+TEST_F(WebTest, ThePageIsServedUnderAPolicyThatLetsNothingElseIn) {
+    const Got got = request("GET /");
+    EXPECT_EQ(got.status, 200);
+    EXPECT_NE(got.body.find("the page"), std::string::npos);
+    EXPECT_NE(got.head.find("Content-Security-Policy: default-src 'self'"), std::string::npos) << got.head;
+    EXPECT_EQ(request("GET /../../etc/passwd").status, 404);
+    EXPECT_EQ(request("GET /favicon.ico").status, 204);
+}
+
+TEST_F(WebTest, MetricsAndHealthSayWhatTheBenchIsAt) {
+    const Got metrics = request("GET /metrics");
+    EXPECT_EQ(metrics.status, 200);
+    EXPECT_NE(metrics.body.find("shakerd_state{state=\"idle\"} 1\n"), std::string::npos) << metrics.body;
+    EXPECT_EQ(request("GET /healthz").status, 200);
+    EXPECT_EQ(request("GET /readyz").status, 200);
+    bench.desk.abort("a test");
+    for (int i = 0; i < 200 && request("GET /healthz").status == 200; ++i)
+        std::this_thread::sleep_for(std::chrono::milliseconds{5});
+    EXPECT_EQ(request("GET /healthz").status, 503);
+}
+
+TEST_F(WebTest, ActionsAreOrdersAndARefusalSaysWhy) {
+    EXPECT_EQ(post("drive", R"({"gamma_mps2": 12, "phi_rad": 0.5})").status, 200);
+    const json state = json::parse(request("GET /api/state").body);
+    EXPECT_EQ(state["drive"]["gamma_mps2"], 12);
+    EXPECT_EQ(state["drive"]["frequency_hz"], 20);
+    const Got beyond = post("drive", R"({"gamma_mps2": 120})");
+    EXPECT_EQ(beyond.status, 409);
+    EXPECT_NE(json::parse(beyond.body)["error"].get<std::string>().find("120"), std::string::npos);
+    EXPECT_EQ(post("drive", R"({"gamma_mps2": "much"})").status, 400);
+    EXPECT_EQ(post("drive", "{").status, 400);
+    EXPECT_EQ(post("dance", "").status, 404);
+    EXPECT_EQ(post("start", "").status, 200);
+    EXPECT_EQ(post("start", "").status, 409);
+}
+
+TEST_F(WebTest, OnlyTheHolderIsObeyedAndAnyoneMayAbort) {
+    EXPECT_EQ(post("control/request", "", "one").status, 200);
+    EXPECT_EQ(post("control/request", "", "two").status, 409);
+    EXPECT_EQ(post("drive", R"({"gamma_mps2": 5})", "two").status, 409);
+    EXPECT_EQ(post("drive", R"({"gamma_mps2": 5})", "one").status, 200);
+    EXPECT_EQ(post("abort", "", "two").status, 200);
+    EXPECT_EQ(bench.aborts, 1);
+    EXPECT_EQ(post("control/release", "", "one").status, 200);
+    EXPECT_EQ(post("control/request", "", "two").status, 200);
+}
+
+TEST_F(WebTest, AnAbortIsDoneWhileEverythingElseWaits) {
+    bench.deaf = true;
+    TcpClient waits{server.http_port()};
+    waits.send_bytes("POST /api/start HTTP/1.1\r\nHost: localhost\r\nContent-Length: 0\r\n\r\n");
+    std::this_thread::sleep_for(std::chrono::milliseconds{20});
+    const auto begin = std::chrono::steady_clock::now();
+    EXPECT_EQ(post("abort", "").status, 200);
+    EXPECT_LT(std::chrono::steady_clock::now() - begin, std::chrono::milliseconds{500});
+    EXPECT_EQ(bench.aborts, 1);
+    bench.deaf = false;
+    EXPECT_NE(waits.until("\r\n\r\n").find("409 Conflict"), std::string::npos)
+        << "what waited when the abort came is refused";
+}
+
+TEST_F(WebTest, OtherSitesAndNamesAreRefused) {
+    EXPECT_EQ(request("GET /api/state", {}, {}, "evil.example").status, 403);
+    EXPECT_EQ(request("POST /api/abort", {}, "Origin: http://evil.example\r\n").status, 403);
+    EXPECT_EQ(bench.aborts, 0);
+    EXPECT_EQ(request("POST /api/abort", {}, "Origin: http://localhost\r\n").status, 200);
+}
+
+TEST_F(WebTest, WhatIsTooLongOrBrokenEndsItsOwnConnectionOnly) {
+    TcpClient babbler{server.http_port()};
+    babbler.send_bytes(std::string(100000, 'x'));
+    EXPECT_TRUE(babbler.closed());
+    TcpClient slow{server.http_port()};
+    slow.send_bytes("GET / HT");
+    EXPECT_EQ(post("drive", std::string(70000, ' ')).status, 0);
+    EXPECT_EQ(request("GET /").status, 200);
+}
+
+TEST(WebTokenTest, WithATokenNothingIsToldOrDoneWithoutIt) {
+    PlayedBench bench;
+    Server server{bench.desk, {.http_port = 0, .scpi_port = 0, .token = "0123456789abcdefghijklmn"}};
+    const auto status = [&](const std::string& more) {
+        TcpClient client{server.http_port()};
+        client.send_bytes("POST /api/abort HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\n" + more +
+                          "Content-Length: 0\r\n\r\n");
+        return client.rest().substr(9, 3);
+    };
+    EXPECT_EQ(status(""), "401");
+    EXPECT_EQ(status("X-Shaker-Token: 0123456789abcdefghijklm\r\n"), "401");
+    EXPECT_EQ(bench.aborts, 0);
+    EXPECT_EQ(status("X-Shaker-Token: 0123456789abcdefghijklmn\r\n"), "200");
+    EXPECT_EQ(bench.aborts, 1);
+}
+
+}  // namespace
+}  // namespace shaker

@@ -1,0 +1,113 @@
+#include "tests/support/played_desk.hpp"
+
+#include <array>
+#include <cmath>
+#include <memory>
+
+namespace shaker::test {
+
+namespace {
+
+std::shared_ptr<const Reduction> some_result() {
+    auto r = std::make_shared<Reduction>();
+    r->v_D = {0.0145, 3e-5};
+    r->D = {0.0145 / 20, 1.5e-6};
+    r->efficiency = {0.47, 0.001};
+    r->frequency = {20, 0};
+    r->gamma = {9.8, 0.001};
+    r->phi = {0.6, 1e-4};
+    for (int i = 0; i < 64; ++i) {
+        const double p = i / 64.0;
+        r->cycle.phase.push_back(p);
+        r->cycle.x_m.push_back(1e-3 * p);
+        r->cycle.x_sd_m.push_back(1e-6);
+        r->cycle.v_mps.push_back(std::sin(two_pi * p));
+        r->cycle.v_sd_mps.push_back(1e-3);
+        r->cycle.v_base_mps.push_back(std::cos(two_pi * p));
+    }
+    return r;
+}
+
+}  // namespace
+
+PlayedDesk::PlayedDesk() {
+    state_.state = RunState::idle;
+    state_.facts = std::make_shared<const BenchFacts>(BenchFacts{.rig = "played",
+                                                                 .dac = {},
+                                                                 .accelerometer = {},
+                                                                 .views = {},
+                                                                 .soft_start_periods = 10,
+                                                                 .recordings = {},
+                                                                 .mu = {}});
+    state_.periods = 40;
+    state_.limits.acceleration = {40, 50};
+    desk.stop_by([this] { ++aborts; });
+    desk.publish(std::make_shared<BenchState>(state_));
+}
+
+std::vector<OrderWhat> PlayedDesk::ordered() const {
+    const std::scoped_lock lock{mutex_};
+    return ordered_;
+}
+
+std::string PlayedDesk::obey(const OrderWhat& what) {
+    if (const auto* set = std::get_if<SetDrive>(&what)) {
+        if (set->drive.gamma > 100) return "acceleration 120 m/s^2: at most 50 is allowed";
+        state_.wanted = set->drive;
+    } else if (std::holds_alternative<Begin>(what)) {
+        if (state_.state != RunState::idle)
+            return "a run was asked for in state " + std::string{name(state_.state)};
+        state_.state = RunState::run;
+        state_.measuring = true;
+        state_.result = some_result();
+    } else if (std::holds_alternative<End>(what)) {
+        state_.state = RunState::idle;
+        state_.measuring = false;
+    } else if (std::holds_alternative<ClearTrip>(what)) {
+        state_.state = RunState::idle;
+        state_.trip.reset();
+    } else if (const auto* record = std::get_if<Record>(&what)) {
+        state_.record = record->on;
+    } else if (const auto* lower = std::get_if<LowerLimits>(&what)) {
+        if (lower->limits.acceleration.abort > state_.limits.acceleration.abort)
+            return "limits are raised in the file only";
+        state_.limits = lower->limits;
+    }
+    return {};
+}
+
+void PlayedDesk::turn() {
+    bool changed = false;
+    if (aborts > 0 && state_.aborts != static_cast<std::uint64_t>(aborts)) {
+        state_.aborts = static_cast<std::uint64_t>(aborts);
+        state_.state = RunState::tripped;
+        state_.trip = Trip{.cause = Cause::operator_stop, .stop = StopKind::hard};
+        state_.may_clear = true;
+        ++state_.trips;
+        changed = true;
+    }
+    while (!deaf) {
+        auto order = desk.next();
+        if (!order) break;
+        const std::string refused = obey(order->what);
+        {
+            const std::scoped_lock lock{mutex_};
+            ordered_.push_back(order->what);
+        }
+        ++state_.answered;
+        desk.publish(std::make_shared<BenchState>(state_));
+        if (order->answer) order->answer(refused);
+    }
+    if (state_.waveform.asked.size() != wave) {
+        state_.waveform.period_s = 0.05;
+        state_.waveform.asked.assign(wave, 1.0F);
+        state_.waveform.measured.assign(wave, 1.0F);
+    }
+    state_.now_s += 1e-3;
+    const float now = static_cast<float>(state_.now_s);
+    desk.feed().acceleration.add(state_.now_s, std::array{std::sin(now), std::cos(now)});
+    if (changed || static_cast<int>(1000 * state_.now_s) % 20 == 0)
+        desk.publish(std::make_shared<BenchState>(state_));
+}
+
+}  // namespace shaker::test
