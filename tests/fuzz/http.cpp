@@ -1,0 +1,118 @@
+// One connection over HTTP: requests one after the other, each answered as the daemon does.
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <sstream>
+#include <string_view>
+
+#include "daemon/remote/web/requests.hpp"
+#include "tests/fuzz/inline_bench.hpp"
+
+#include <boost/asio/io_context.hpp>
+#include <boost/beast/_experimental/test/stream.hpp>
+#include <boost/beast/core/flat_buffer.hpp>
+#include <boost/beast/http.hpp>
+
+namespace {
+
+using namespace shaker;
+using namespace shaker::web;
+using test::require;
+namespace beast = boost::beast;
+namespace http = beast::http;
+
+constexpr const char* token = "0123456789abcdefghijkl";
+
+std::string text(beast::string_view s) { return {s.data(), s.size()}; }
+
+// The daemon's own rules again, in other words: whether this request may change or see anything.
+bool may(const Request& request, bool asks_token) {
+    const std::string host = text(request[http::field::host]), origin = text(request[http::field::origin]);
+    bool known = false;
+    for (const char* name : {"localhost", "127.0.0.1", "[::1]"}) {
+        const std::string start = text(host).substr(0, std::string_view{name}.size());
+        const std::string behind = host.substr(start.size());
+        known = known || (beast::iequals(start, name) && (behind.empty() || behind.front() == ':'));
+    }
+    const bool own = origin.empty() || origin == "http://" + host || origin == "https://" + host;
+    if (!asks_token) return known && own;
+    const std::string target = text(request.target()), word = std::string{"token="} + token;
+    const bool told = text(request["X-Shaker-Token"]) == token ||
+                      target.find("?" + word) != std::string::npos ||
+                      target.find("&" + word) != std::string::npos;
+    return known && own && told;
+}
+
+struct Seen {
+    std::size_t orders;
+    int aborts;
+    std::string owner;
+    bool operator==(const Seen&) const = default;
+};
+
+void look_at(const Response& response) {
+    const unsigned status = response.result_int();
+    require((status >= 200 && status < 300) || (status >= 400 && status < 600), "2xx, 4xx or 5xx");
+    require(response.count(http::field::content_length) == 1 || status == 204, "a length is told");
+    if (text(response[http::field::content_type]) == "application/json" && !response.body().empty())
+        require(nlohmann::json::accept(response.body()), "what is called JSON is JSON");
+    std::ostringstream out;
+    out << response;
+}
+
+}  // namespace
+
+// The first byte says whether a token is asked for, and whether the bench answers in between.
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+    if (size == 0) return 0;
+    const bool with_token = (data[0] & 1U) != 0, prompt = (data[0] & 2U) == 0;
+    test::InlineBench bench;
+    Site site{.book = bench.book,
+              .lock = bench.lock,
+              .actions = Actions{bench.book, bench.lock},
+              .access = {.hosts = {"localhost", "127.0.0.1", "[::1]"}, .token = with_token ? token : ""},
+              .page = {{"/", {"text/html", "the page"}}}};
+    boost::asio::io_context io;
+    beast::test::stream stream{io};
+    stream.append({reinterpret_cast<const char*>(data) + 1, size - 1});
+    stream.close_remote();
+    beast::flat_buffer buffer;
+    for (;;) {
+        RequestParser parser;
+        set_limits(parser);
+        beast::error_code failed;
+        http::read(stream, buffer, parser, failed);
+        if (failed) break;
+        const Request request = parser.release();
+        const auto seen = [&] {
+            return Seen{bench.played.desk.ordered(), bench.played.aborts, bench.lock.owner()};
+        };
+        const Seen before = seen();
+        if (takes_socket(request, site)) {
+            require(may(request, with_token), "a socket only for those who may");
+            break;
+        }
+        int answers = 0;
+        std::optional<Response> response;
+        const std::string who = client_of(request, "192.0.2.1");
+        require(who.starts_with("page") && who.size() < 40, "a client's name is short");
+        answer(request, site, who, [&](Response r) {
+            ++answers;
+            response = std::move(r);
+        });
+        if (answers == 0 && !prompt) response = unanswered(request);
+        const Seen after = seen();
+        bench.settle();
+        require(answers == 1, "one answer, once");
+        look_at(*response);
+        const bool private_path =
+            text(request.target()).starts_with("/api/") || text(request.target()).starts_with("/metrics");
+        if (after != before) require(may(request, with_token), "nothing is done for those who may not");
+        if (response->result_int() == 200)
+            require(may(request, with_token && private_path), "nothing is told to those who may not");
+        if (!response->keep_alive()) break;
+    }
+    return 0;
+}

@@ -1,0 +1,101 @@
+// One client of the instrument language, with the bench's commands behind it.
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+
+#include "daemon/remote/bench/commands.hpp"
+#include "daemon/remote/scpi/session.hpp"
+#include "tests/fuzz/inline_bench.hpp"
+
+namespace {
+
+using namespace shaker;
+using test::require;
+
+// Made anew for each input at the place where the commands, which take long to make, look for it.
+std::optional<BenchInstrument>& the_instrument() {
+    static std::optional<BenchInstrument> instrument;
+    return instrument;
+}
+
+const scpi::CommandTree& commands() {
+    static const scpi::CommandTree tree{command_table(*the_instrument())};
+    return tree;
+}
+
+struct Door {
+    Door() {
+        the_instrument().emplace(
+            bench.book, [](const scpi::Session&) {},
+            [this](const std::string& session, const std::string& why) {
+                if (client != nullptr && client->name() == session)
+                    client->report(scpi::Code::settings_conflict, why);
+            });
+    }
+    [[nodiscard]] scpi::Shared shared() { return {commands(), *the_instrument(), status, bench.lock}; }
+    void go_on() {
+        bench.settle();
+        show(*bench.book.now(), status);
+        client->poll();
+    }
+
+    test::InlineBench bench;
+    scpi::DeviceStatus status;
+    scpi::Session* client = nullptr;
+};
+
+void look_at(const scpi::Session& client, std::size_t before) {
+    const std::string_view output = client.output();
+    require(output.empty() || output.back() == '\n', "a reply ends in LF");
+    require(output.size() >= before, "replies that were not sent stay");
+    require(output.size() <= scpi::Session::output_limit, "replies stay within their limit");
+}
+
+std::string ask(Door& door, scpi::Session& client, std::string_view message) {
+    client.sent(client.output().size());
+    client.feed(message);
+    door.go_on();
+    return std::string{client.output()};
+}
+
+}  // namespace
+
+// The first byte says how the others are cut, whether the bench does its orders in between, and whether
+// somebody else holds control.
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+    if (size == 0) return 0;
+    const std::size_t piece = 1U + (data[0] & 0x3fU);
+    const bool prompt = (data[0] & 0x80U) != 0, held = (data[0] & 0x40U) != 0;
+    Door door;
+    scpi::Session client{door.shared(), "client"};
+    door.client = &client;
+    if (held) door.bench.lock.request("somebody else");
+    std::string_view rest{reinterpret_cast<const char*>(data) + 1, size - 1};
+    while (!rest.empty()) {
+        const std::size_t before = client.output().size();
+        client.feed(rest.substr(0, piece));
+        rest.remove_prefix(std::min(piece, rest.size()));
+        if (prompt) door.go_on();
+        look_at(client, before);
+    }
+    for (std::size_t turns = 0; turns == 0 || client.waiting(); ++turns) {
+        require(turns <= size, "what waits ends");
+        door.go_on();
+    }
+    client.finish();
+    look_at(client, 0);
+    if (held) {
+        require(door.bench.lock.owner() == "somebody else", "control stays where it is");
+        require(door.bench.played.ordered().empty(), "only the holder of control is obeyed");
+    }
+    require(ask(door, client, "*CLS\nSYST:ERR?\n") == "0,\"No error\"\n", "*CLS empties the queue of errors");
+
+    const int aborts = door.bench.played.aborts;
+    scpi::Session other{door.shared(), "other"};
+    other.feed("ABOR\n");
+    require(door.bench.played.aborts == aborts + 1, "an abort of another client reaches the desk");
+    return 0;
+}
