@@ -17,10 +17,8 @@
 #include "daemon/recording_watch.hpp"
 #include "daemon/results.hpp"
 #include "daemon/rigs.hpp"
-#include "daemon/run_settings.hpp"
-#include "daemon/session_places.hpp"
+#include "daemon/run_header.hpp"
 #include "daemon/stopped_run.hpp"
-#include "daemon/time_text.hpp"
 #include "drivers/errors.hpp"
 #include "drivers/region_camera.hpp"
 #include "drivers/simulated/steady_state.hpp"
@@ -121,23 +119,9 @@ void run(const RunOptions& options) {
     if (options.threads && options.real_time && bench.world)
         rig.dac = std::make_unique<PacedDac>(std::move(rig.dac));
     const DacInfo dac = rig.dac->info();
-    SessionHeader header;
-    header.title =
-        fmt::format("gamma {:.4g} m/s^2, phi {:.4g} rad, rho {:.4g}, {:.6g} Hz", options.drive.gamma,
-                    options.drive.phi, options.drive.rho, options.drive.frequency);
-    header.kind = "run";
-    header.config = run_settings_text(options);
-    header.rig = bench.rig_text;
-    header.frequency_hz = Synthesiser::realised(options.drive.frequency, dac.rate_hz);
-    header.dac = dac;
-    header.accelerometer = rig.accelerometer->info();
-    header.pictures = options.pictures;
     const bool live = runs_threaded(bench, options.threads);
-    header.started = live ? local_time_text() : epoch_text;
-    if (live) header.identifier = new_identifier();
     if (options.pictures == KeptPictures::region && !options.out.empty()) take_regions(rig);
-    for (const auto& camera : rig.cameras) header.views.push_back(camera->view());
-    header.groups = session_places(header, bench.world != nullptr);
+    const SessionHeader header = run_header(bench, options, live, bench.world != nullptr);
 
     Recording recording{options.out, header, {.live = live}};
     const Limits limits = limits_of_run(bench, options.drive);

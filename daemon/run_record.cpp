@@ -6,13 +6,14 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <iterator>
 #include <string_view>
 
+#include "daemon/drive_rig.hpp"
 #include "daemon/identification_record.hpp"
-#include "daemon/run_settings.hpp"
-#include "daemon/session_places.hpp"
+#include "daemon/results.hpp"
+#include "daemon/run_header.hpp"
 #include "daemon/stopped_run.hpp"
-#include "daemon/time_text.hpp"
 #include "drivers/errors.hpp"
 
 namespace shaker {
@@ -24,6 +25,16 @@ constexpr std::size_t longest_name = 64;
 std::string stem_now() {
     const auto now = std::chrono::system_clock::to_time_t(std::chrono::system_clock::now());
     return fmt::format("run-{:%Y%m%dT%H%M%SZ}", fmt::gmtime(now));
+}
+
+// A daemon's devices count from its start, a recording from its own.
+std::vector<DeviceReport> lost_since(const std::vector<DeviceReport>& before, std::vector<DeviceReport> now) {
+    for (std::size_t i = 0; i < now.size() && i < before.size(); ++i) {
+        DeviceCounts& c = now[i].counts;
+        const DeviceCounts& b = before[i].counts;
+        c = {c.taken - b.taken, c.lost - b.lost, c.incidents - b.incidents, c.reopened - b.reopened};
+    }
+    return now;
 }
 
 // A recording that cannot be finished must not end the daemon: it says why, and FILE.part stays.
@@ -53,21 +64,8 @@ void require_name(const std::string& name) {
 }
 
 void RunRecord::begin(const RunOptions& run, bool record, const std::string& name) {
-    const Rig& rig = bench_.rig;
-    header_ = {};
-    header_.title = fmt::format("gamma {:.4g} m/s^2, phi {:.4g} rad, rho {:.4g}, {:.6g} Hz", run.drive.gamma,
-                                run.drive.phi, run.drive.rho, run.drive.frequency);
-    header_.kind = "run";
-    header_.config = run_settings_text(run);
-    header_.rig = bench_.rig_text;
-    header_.dac = rig.dac->info();
-    header_.frequency_hz = Synthesiser::realised(run.drive.frequency, header_.dac.rate_hz);
-    header_.accelerometer = rig.accelerometer->info();
-    header_.pictures = run.pictures;
-    header_.started = settings_.live ? local_time_text() : epoch_text;
-    if (settings_.live) header_.identifier = new_identifier();
-    for (const auto& camera : rig.cameras) header_.views.push_back(camera->view());
-    header_.groups = session_places(header_, false);
+    header_ = run_header(bench_, run, settings_.live, false);
+    before_ = device_reports(bench_.rig);
     if (record) open(name);
 }
 
@@ -135,6 +133,10 @@ std::string RunRecord::finish(const Director& director) {
             if (director.measured().empty()) throw InputError{"no measurement was complete"};
             const MeasuredPart part = director.measured().back();
             Reduction r = reduce(measurement_of(take, header_.frequency_hz, part.from_s, part.to_s));
+            std::ranges::move(notes_on(take), std::back_inserter(r.notes));
+            std::ranges::move(notes_on(lost_since(before_, device_reports(bench_.rig))),
+                              std::back_inserter(r.notes));
+            std::ranges::copy(director.notes(), std::back_inserter(r.notes));
             recording_->finish(take, r, part.from_s, part.to_s);
         } catch (const InputError& e) {
             recording_->writer().text("process/not_reduced", e.what());

@@ -54,6 +54,7 @@ private:
     Acquisition& acquisition_;
     RunRecordSettings settings_;
     SessionHeader header_;
+    std::vector<DeviceReport> before_;  // the run
     KeptPictures pictures_{};
     std::filesystem::path file_;
     std::mutex mutex_;  // of recording_, between the two threads

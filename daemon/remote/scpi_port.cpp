@@ -50,7 +50,14 @@ asio::awaitable<void> ScpiPort::serve(asio::ip::tcp::socket socket) {
         co_await converse(client);
     } catch (const std::exception&) {  // a connection that breaks ends itself and nothing else
     }
-    if (client) clients_.remove(client);
+    if (!client) co_return;
+    count_errors(*client);
+    clients_.remove(client);
+}
+
+void ScpiPort::count_errors(Client& client) noexcept {
+    const std::uint64_t reported = client.session.reported();
+    errors_ += reported - std::exchange(client.counted, reported);
 }
 
 bool ScpiPort::make_room() {
@@ -119,6 +126,7 @@ void ScpiPort::look() {
     trips_ = state->trips;
     for (const auto& c : clients_) {
         c->session.poll();
+        count_errors(*c);
         begin_flush(c);
     }
 }

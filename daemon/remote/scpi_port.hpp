@@ -32,6 +32,8 @@ public:
     void tell_streams(std::string address) { instrument_.streams = std::move(address); }
     [[nodiscard]] int sessions() const noexcept { return static_cast<int>(clients_.size()); }
     [[nodiscard]] std::uint64_t messages() const noexcept { return messages_; }
+    /// Errors that its clients were told of.
+    [[nodiscard]] std::uint64_t errors() const noexcept { return errors_; }
     [[nodiscard]] const scpi::CommandTree& tree() const noexcept { return tree_; }
 
 private:
@@ -43,8 +45,10 @@ private:
         boost::asio::steady_timer goodbye{socket.get_executor()};
         std::chrono::steady_clock::time_point heard = std::chrono::steady_clock::now();
         bool sending = false;
+        std::uint64_t counted = 0;  // of its errors
     };
     bool make_room();
+    void count_errors(Client& client) noexcept;
     boost::asio::awaitable<void> converse(std::shared_ptr<Client> client);
     static void begin_flush(const std::shared_ptr<Client>& client);
     static boost::asio::awaitable<void> flush(std::shared_ptr<Client> client);
@@ -55,7 +59,7 @@ private:
     BenchInstrument instrument_;
     scpi::CommandTree tree_;
     std::list<std::shared_ptr<Client>> clients_;
-    std::uint64_t messages_ = 0, trips_ = 0;
+    std::uint64_t messages_ = 0, errors_ = 0, trips_ = 0;
 };
 
 }  // namespace shaker

@@ -107,6 +107,7 @@ struct Server::State {
             scpi.look();
             site->served.scpi_clients = scpi.sessions();
             site->served.scpi_commands = scpi.messages();
+            site->served.scpi_errors = scpi.errors();
             end_stale_control();
         }
     }

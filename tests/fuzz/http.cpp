@@ -1,10 +1,11 @@
 // One connection over HTTP: requests one after the other, each answered as the daemon does.
-#include <array>
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <sstream>
+#include <string>
 #include <string_view>
 
 #include "daemon/remote/web/requests.hpp"
@@ -62,9 +63,25 @@ void look_at(const Response& response) {
     out << response;
 }
 
+// Lines like "drive {...}" as requests whose lengths are right: what is behind them is reached sooner.
+std::string requests_of(std::string_view lines) {
+    std::string out;
+    while (!lines.empty()) {
+        const std::string_view line = lines.substr(0, lines.find('\n'));
+        const std::size_t name = std::min(line.find(' '), line.size());
+        const std::string_view body = line.substr(std::min(name + 1, line.size()));
+        out += "POST /api/" + std::string{line.substr(0, name)} +
+               " HTTP/1.1\r\nHost: localhost\r\nX-Shaker-Token: " + token +
+               "\r\nContent-Length: " + std::to_string(body.size()) + "\r\n\r\n" + std::string{body};
+        lines.remove_prefix(std::min(line.size() + 1, lines.size()));
+    }
+    return out;
+}
+
 }  // namespace
 
-// The first byte says whether a token is asked for, and whether the bench answers in between.
+// The first byte says whether a token is asked for, whether the bench answers in between, and whether the
+// others are what comes over the wire or lines of actions.
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
     if (size == 0) return 0;
     const bool with_token = (data[0] & 1U) != 0, prompt = (data[0] & 2U) == 0;
@@ -76,7 +93,9 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
               .page = {{"/", {"text/html", "the page"}}}};
     boost::asio::io_context io;
     beast::test::stream stream{io};
-    stream.append({reinterpret_cast<const char*>(data) + 1, size - 1});
+    const std::string_view bytes{reinterpret_cast<const char*>(data) + 1, size - 1};
+    const std::string wire = (data[0] & 4U) != 0 ? requests_of(bytes) : std::string{bytes};
+    stream.append({wire.data(), wire.size()});
     stream.close_remote();
     beast::flat_buffer buffer;
     for (;;) {

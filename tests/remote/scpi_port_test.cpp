@@ -104,6 +104,32 @@ TEST_F(ScpiPortTest, ThePageOfTheLanguageHasEveryHeaderOfTheBench) {
     EXPECT_GT(found, 60);
 }
 
+// What can be asked can be set to what it answered; what can only be set is understood: no header is a
+// fiction.
+TEST_F(ScpiPortTest, EverySettingTakesWhatItsQueryAnswers) {
+    client.send("SYST:HELP:HEAD?");
+    std::istringstream list{client.block()};
+    int set = 0;
+    for (std::string row; std::getline(list, row);) {
+        const std::string header = plain(row.substr(0, row.find_first_of("?/")));
+        if (row.find("/qonly/") != std::string::npos) continue;
+        ++set;
+        std::string value;
+        if (row.find("/nquery/") == std::string::npos && header != "*OPC") {
+            value = ask("*CLS;" + header + "?");
+            if (header.find("MEMory") != std::string::npos) continue;
+        } else if (header == "*SAV" || header == "*RCL") {
+            value = "1";
+        }
+        client.send("*CLS;" + header + (value.empty() ? "" : " " + value));
+        std::string told = ask("SYST:ERR?");
+        EXPECT_FALSE(told.starts_with("-1") || told.starts_with("-222") || told.starts_with("-224"))
+            << header << ' ' << value << ": " << told;
+        client.send("OUTP OFF;:OUTP:PROT:CLE;*CLS");
+    }
+    EXPECT_GT(set, 25);
+}
+
 // Each query is asked; whatever it says, no header is unknown and nothing stops answering.
 TEST_F(ScpiPortTest, EveryQueryOfTheListIsAnsweredOrRefusedForAReason) {
     EXPECT_EQ(ask("OUTP ON;*OPC?"), "1");

@@ -73,6 +73,17 @@ TEST_F(WebTest, MetricsAndHealthSayWhatTheBenchIsAt) {
     EXPECT_EQ(request("GET /healthz").status, 503);
 }
 
+TEST_F(WebTest, MetricsCountWhatTheInstrumentLanguageRefused) {
+    TcpClient client{server.scpi_port()};
+    for (int i = 0; i < 3; ++i) client.send("NO:SUCH:HEADER");
+    EXPECT_EQ(client.ask("*IDN?").substr(0, 7), "shakerd");
+    std::string metrics;
+    for (int i = 0; i < 100 && metrics.find("shakerd_scpi_errors_total 3\n") == std::string::npos; ++i)
+        metrics = request("GET /metrics").body;
+    EXPECT_NE(metrics.find("shakerd_scpi_errors_total 3\n"), std::string::npos) << metrics;
+    EXPECT_NE(metrics.find("shakerd_scpi_messages_total 4\n"), std::string::npos) << metrics;
+}
+
 TEST_F(WebTest, ActionsAreOrdersAndARefusalSaysWhy) {
     EXPECT_EQ(post("drive", R"({"gamma_mps2": 12, "phi_rad": 0.5})").status, 200);
     const json state = json::parse(request("GET /api/state").body);

@@ -61,6 +61,10 @@ std::vector<Command> bench_commands(BenchInstrument& bench) {
              },
          .query = [&bench](Call& call) { call.reply.number(1e-3 * bench.book().limits().edge_mm); },
          .guarded = true});
+    rows.push_back({.header = "LIMit:OPEN:STATe", .query = [&bench](Call& call) {
+                        const auto which = static_cast<std::size_t>(Cause::sensor_open);
+                        call.reply.boolean(bench.book().limits().detectors[which]);
+                    }});
     rows.push_back({.header = "SYSTem:STATe",
                     .query = [&bench](Call& call) { call.reply.string(name(bench.state()->state)); }});
     rows.push_back({.header = "SYSTem:CLOCk",

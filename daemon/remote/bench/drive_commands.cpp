@@ -2,6 +2,7 @@
 #include <array>
 #include <cctype>
 #include <cmath>
+#include <limits>
 #include <numbers>
 
 #include "daemon/control/equaliser.hpp"
@@ -185,6 +186,17 @@ std::vector<Command> drive_commands(BenchInstrument& bench) {
                     }});
     rows.push_back({.header = "OUTPut:PROTection:CLEar",
                     .set = [&bench](Call& call) { bench.order(call.session, ClearTrip{}); },
+                    .guarded = true});
+    rows.push_back({.header = "OUTPut:PROTection:LEVel",
+                    .parameters = {scpi::number("V", 0, std::numeric_limits<double>::max())},
+                    .set =
+                        [&bench](Call& call) {
+                            Limits limits = bench.book().limits();
+                            limits.drive.abort = call.arguments[0].number;
+                            limits.drive.warn = std::min(limits.drive.warn, limits.drive.abort);
+                            bench.order(call.session, LowerLimits{limits});
+                        },
+                    .query = [&bench](Call& call) { call.reply.number(bench.book().limits().drive.abort); },
                     .guarded = true});
     rows.push_back({.header = "CONTrol:IDENtify[:STARt]",
                     .set = [&bench](Call& call) { bench.order(call.session, Identify{}); },

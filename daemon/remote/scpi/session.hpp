@@ -52,6 +52,7 @@ public:
 
     /// An error of the device, or a trip: all sessions are told.
     void report(Code code, std::string_view detail) { status_.report(code, detail); }
+    [[nodiscard]] std::uint64_t reported() const noexcept { return status_.reported(); }
     /// After ABORt of another session: what this one withholds was meant for before it. -200 tells what was
     /// lost.
     void drop_withheld();

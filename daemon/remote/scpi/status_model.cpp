@@ -5,6 +5,7 @@
 namespace shaker::scpi {
 
 void StatusModel::report(Code code, std::string_view detail) {
+    ++reported_;
     const Code queued = errors.push(code, detail);
     raise_event(static_cast<std::uint8_t>(event_bit(code) | event_bit(queued)));
 }

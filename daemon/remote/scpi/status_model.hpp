@@ -30,6 +30,8 @@ public:
 
     /// Queues the error and sets the event bit of its class.
     void report(Code code, std::string_view detail);
+    /// How often report() was called.
+    [[nodiscard]] std::uint64_t reported() const noexcept { return reported_; }
     void raise_event(std::uint8_t bits) noexcept { events_ = static_cast<std::uint8_t>(events_ | bits); }
     /// *ESR?: the events, which are then gone.
     std::uint8_t take_events() noexcept;
@@ -44,6 +46,7 @@ public:
     void set_service_mask(std::uint8_t mask) noexcept { service_mask_ = mask & ~stb::master_summary & 0xffU; }
 
 private:
+    std::uint64_t reported_ = 0;
     std::uint8_t events_ = esr::power_on, event_mask_ = 0, service_mask_ = 0;
 };
 

@@ -1,0 +1,32 @@
+#include "daemon/run_header.hpp"
+
+#include <spdlog/fmt/fmt.h>
+
+#include "daemon/recording_watch.hpp"
+#include "daemon/run_settings.hpp"
+#include "daemon/session_places.hpp"
+#include "daemon/time_text.hpp"
+#include "drivers/synthesiser.hpp"
+
+namespace shaker {
+
+SessionHeader run_header(const OpenRig& bench, const RunOptions& run, bool live, bool with_truth) {
+    const Rig& rig = bench.rig;
+    SessionHeader header;
+    header.title = fmt::format("gamma {:.4g} m/s^2, phi {:.4g} rad, rho {:.4g}, {:.6g} Hz", run.drive.gamma,
+                               run.drive.phi, run.drive.rho, run.drive.frequency);
+    header.kind = "run";
+    header.config = run_settings_text(run);
+    header.rig = bench.rig_text;
+    header.dac = rig.dac->info();
+    header.frequency_hz = Synthesiser::realised(run.drive.frequency, header.dac.rate_hz);
+    header.accelerometer = rig.accelerometer->info();
+    header.pictures = run.pictures;
+    header.started = live ? local_time_text() : epoch_text;
+    if (live) header.identifier = new_identifier();
+    for (const auto& camera : rig.cameras) header.views.push_back(camera->view());
+    header.groups = session_places(header, with_truth);
+    return header;
+}
+
+}  // namespace shaker
