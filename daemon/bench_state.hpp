@@ -115,8 +115,10 @@ struct BenchState {
     std::string not_reduced;                  // why the newest measurement has none
     std::vector<DrivenPoint> points;          // the newest measurements, oldest first
     std::vector<MeasuredPart> parts;          // of master time, one a point
-    std::optional<MirrorPair> mirror;         // of the newest of them
-    std::optional<NullPhase> null;            // the newest that was found
+    std::vector<double> closed_form;   // v_D without stick, m/s, one a point; NaN where mu is not known
+    std::optional<MirrorPair> mirror;  // of the newest of them
+    std::optional<NullPhase> null;     // the newest that was found
+    Estimate mu;                       // as that tells it, else as the settings have it; NaN: not known
     std::vector<ClockState> clocks;
     std::vector<DeviceReport> devices;
     LostState lost;
@@ -125,11 +127,5 @@ struct BenchState {
     Limits limits;
     std::uint64_t aborts = 0, trips = 0;
 };
-
-/// mu as the newest null phase tells it, else as the settings have it; NaN: not known.
-inline Estimate known_mu(const BenchState& state) {
-    if (state.null && std::isfinite(state.null->mu.value)) return state.null->mu;
-    return state.facts ? state.facts->mu : Estimate{};
-}
 
 }  // namespace shaker

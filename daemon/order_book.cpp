@@ -50,12 +50,14 @@ void OrderBook::order(OrderWhat what, Answered answered) {
     if (const auto* set = std::get_if<SetDrive>(&what)) drive_ = set->drive;
     if (const auto* lower = std::get_if<LowerLimits>(&what)) limits_ = lower->limits;
     ++under_way_;
-    desk_.order({std::move(what), [this, answered = std::move(answered)](const std::string& refused) {
-                     later_([this, answered, refused] {
-                         --under_way_;
-                         if (answered) answered(refused);
-                     });
-                 }});
+    // The desk may answer when this is gone: what is run later then is not run.
+    desk_.order(
+        {std::move(what), [this, later = later_, answered = std::move(answered)](const std::string& refused) {
+             later([this, answered, refused] {
+                 --under_way_;
+                 if (answered) answered(refused);
+             });
+         }});
 }
 
 }  // namespace shaker

@@ -11,7 +11,8 @@ namespace shaker {
 
 class OrderBook {
 public:
-    /// later: runs a function on this thread, from any other.
+    /// later: runs a function on this thread, from any other; not when this is gone, which it outlives in
+    /// copies.
     using Later = std::function<void(std::function<void()>)>;
     OrderBook(Desk& desk, Later later) : desk_{desk}, later_{std::move(later)} {}
 

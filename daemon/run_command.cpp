@@ -17,7 +17,7 @@
 #include "daemon/recording_watch.hpp"
 #include "daemon/results.hpp"
 #include "daemon/rigs.hpp"
-#include "daemon/run_header.hpp"
+#include "daemon/run_setup.hpp"
 #include "daemon/stopped_run.hpp"
 #include "drivers/errors.hpp"
 #include "drivers/region_camera.hpp"
@@ -129,15 +129,7 @@ void run(const RunOptions& options) {
     if (options.out.empty() || options.pictures == KeptPictures::off) acquisition.keep_tails();
     Output output{dac,    options.drive.frequency,          trigger_rate(rig), dac.block_frames,
                   limits, rig.accelerometer->info().rate_hz};
-    const RunPlan plan{.keeper = {.drive = options.drive,
-                                  .volts_limit = 0.95 * limits.drive.abort,
-                                  .identify = options.identify,
-                                  .equalise = options.closed_loop,
-                                  .sheet = bench.response},
-                       .line_hz = options.mains_hz,
-                       .periods = options.periods,
-                       .limits = limits};
-    Director director{plan, dac.rate_hz, rig.accelerometer->info(),
+    Director director{run_plan(bench, options, limits), dac.rate_hz, rig.accelerometer->info(),
                       [](const std::string& what) { spdlog::info("{}", what); }};
 
     RecordingWatch watch{recording};

@@ -12,7 +12,7 @@
 #include "daemon/drive_rig.hpp"
 #include "daemon/identification_record.hpp"
 #include "daemon/results.hpp"
-#include "daemon/run_header.hpp"
+#include "daemon/run_setup.hpp"
 #include "daemon/stopped_run.hpp"
 #include "drivers/errors.hpp"
 

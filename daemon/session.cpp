@@ -8,7 +8,9 @@
 #include <utility>
 
 #include "daemon/control/envelope.hpp"
+#include "daemon/reduction/no_stick.hpp"
 #include "daemon/run_settings.hpp"
+#include "daemon/run_setup.hpp"
 #include "daemon/state_report.hpp"
 #include "drivers/errors.hpp"
 
@@ -22,16 +24,9 @@ constexpr std::size_t most_points = 500;  // measurements that are shown
 constexpr int longest_measurement_s = 100;
 
 RunPlan plan_of(const OpenRig& bench, const RunOptions& run) {
-    const Limits limits = limits_on_call(bench.limits);
-    return {.keeper = {.drive = run.drive,
-                       .volts_limit = 0.95 * limits.drive.abort,
-                       .identify = run.identify,
-                       .equalise = run.closed_loop,
-                       .sheet = bench.response},
-            .line_hz = run.mains_hz,
-            .periods = run.periods,
-            .limits = limits,
-            .on_call = true};
+    RunPlan plan = run_plan(bench, run, limits_on_call(bench.limits));
+    plan.on_call = true;
+    return plan;
 }
 
 void require(const char* what, double value, Range range, const std::string& unit) {
@@ -75,6 +70,7 @@ Session::Session(OpenRig& bench, Acquisition& acquisition, const SessionSettings
                      .recordings = settings.record.folder,
                      .mu = settings.mu};
     for (const auto& camera : bench.rig.cameras) facts.views.push_back(camera->view());
+    mu_ = facts.mu;
     facts_ = std::make_shared<const BenchFacts>(std::move(facts));
     predicted_ = demanded(run_.drive, limits_);
     acquisition.settle_live();
@@ -268,10 +264,23 @@ void Session::take_outcome() {
             }
             points_.push_back({p.asked, result_->gamma, result_->phi, result_->v_D});
             parts_.push_back(p.part);
-            mirror_ = mirror_pair(points_);
-            if (const auto null = null_phase(points_)) null_ = null;
+            compare_points();
         }
         pending_.pop_front();
+    }
+}
+
+// What the newest point says beside the others, and all beside the closed form.
+void Session::compare_points() {
+    mirror_ = mirror_pair(points_);
+    if (const auto null = null_phase(points_)) null_ = null;
+    if (null_ && std::isfinite(null_->mu.value)) mu_ = null_->mu;
+    closed_form_.clear();
+    for (const DrivenPoint& p : points_) {
+        const Drive measured{p.asked.frequency, p.gamma.value, p.asked.rho, p.phi.value};
+        closed_form_.push_back(std::isfinite(mu_.value)
+                                   ? no_stick(harmonics(measured), measured.frequency, mu_.value).v_D
+                                   : NAN);
     }
 }
 
@@ -342,6 +351,8 @@ void Session::publish() {
     state->parts = parts_;
     state->mirror = mirror_;
     state->null = null_;
+    state->mu = mu_;
+    state->closed_form = closed_form_;
     state->recording = record_.state();
     state->limits = limits_;
     published_s_ = state->now_s;

@@ -64,6 +64,7 @@ private:
     void take_limits(const Limits& limits, Lanes& lanes);
     void measure(const Take& take);
     void take_outcome();
+    void compare_points();
     void follow_states();
     void go_away(Lanes& lanes);
     void tidy(Take& take) const;
@@ -100,6 +101,8 @@ private:
     std::vector<MeasuredPart> parts_;
     std::optional<MirrorPair> mirror_;
     std::optional<NullPhase> null_;
+    std::vector<double> closed_form_;
+    Estimate mu_;
     std::vector<Demand> predicted_;
     std::shared_ptr<const IdentifiedResponse> response_;
     std::atomic<bool> leaving_{false};

@@ -6,6 +6,7 @@
 
 #include <chrono>
 #include <functional>
+#include <mutex>
 #include <thread>
 #include <utility>
 
@@ -63,11 +64,30 @@ web::Access access_of(const ServerSettings& s) {
     return access;
 }
 
+/// The way from the bench's thread to the server's, also when that is gone.
+class Letterbox {
+public:
+    explicit Letterbox(asio::io_context& io) : io_{&io} {}
+    void post(std::function<void()> what) {
+        const std::scoped_lock lock{mutex_};
+        if (io_ != nullptr) asio::post(*io_, std::move(what));
+    }
+    void close() {
+        const std::scoped_lock lock{mutex_};
+        io_ = nullptr;
+    }
+
+private:
+    std::mutex mutex_;
+    asio::io_context* io_;
+};
+
 }  // namespace
 
 struct Server::State {
     scpi::ControlLock lock;  // outlives what is left of connections in `io`
     asio::io_context io{1};
+    std::shared_ptr<Letterbox> letterbox = std::make_shared<Letterbox>(io);
     OrderBook book;
     ScpiPort scpi;
     std::shared_ptr<web::Site> site;
@@ -76,7 +96,7 @@ struct Server::State {
     std::jthread thread;
 
     State(Desk& desk, const ServerSettings& s)
-        : book{desk, [this](std::function<void()> later) { asio::post(io, std::move(later)); }},
+        : book{desk, [box = letterbox](std::function<void()> later) { box->post(std::move(later)); }},
           scpi{book, lock, s.silence},
           site{std::make_shared<web::Site>(
               web::Site{book, lock, web::Actions{book, lock}, access_of(s), web::read_page(s.page)})},
@@ -143,6 +163,7 @@ Server::Server(Desk& desk, const ServerSettings& settings) : state_{std::make_un
 Server::~Server() {
     state_->io.stop();
     if (state_->thread.joinable()) state_->thread.join();
+    state_->letterbox->close();
 }
 
 void Server::adopt(const ServerSettings& settings) {

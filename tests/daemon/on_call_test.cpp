@@ -68,6 +68,18 @@ TEST(OnCallTest, ASecondRunKeepsTheResponseAndANewSetPointIsMeasured) {
     EXPECT_EQ(last.asked.frequency, 25);
 }
 
+TEST(OnCallTest, WhereMuIsKnownTheClosedFormStandsBesideThePoints) {
+    Answers answers;
+    const auto r = play_on_call(slow, quick(), test::fresh_folder(),
+                                {{in(RunState::idle), orders(Begin{20}, answers)},
+                                 {measured(1), orders(End{}, answers)},
+                                 {in(RunState::idle), [](Desk&) {}}},
+                                60, {0.113, 0});
+    ASSERT_EQ(r.last.closed_form.size(), r.last.points.size());
+    EXPECT_NEAR(r.last.closed_form[0] / r.last.points[0].v_D.value, 1, 2e-3) << "this walker never sticks";
+    EXPECT_EQ(r.last.mu.value, 0.113);
+}
+
 TEST(OnCallTest, AnAbortIsLatchedUntilItIsClearedAndThenItMayBeDrivenAgain) {
     const auto folder = test::fresh_folder();
     Answers answers;

@@ -19,7 +19,8 @@ std::function<bool(const BenchState&)> in(RunState state) {
 }
 
 OnCallResult play_on_call(const std::string& scene, const RunOptions& run,
-                          const std::filesystem::path& folder, std::vector<Move> moves, double limit_s) {
+                          const std::filesystem::path& folder, std::vector<Move> moves, double limit_s,
+                          Estimate mu) {
     std::filesystem::path file;
     if (!scene.empty()) {
         file = folder / "scene.toml";
@@ -36,7 +37,7 @@ OnCallResult play_on_call(const std::string& scene, const RunOptions& run,
                   limits,
                   bench.rig.accelerometer->info().rate_hz};
     Desk desk;
-    Session session{bench, acquisition, {.run = run, .record = {.folder = folder}}, desk};
+    Session session{bench, acquisition, {.run = run, .record = {.folder = folder}, .mu = mu}, desk};
     OnCallResult result;
     std::size_t move = 0;
     std::shared_ptr<const BenchState> seen;

@@ -30,8 +30,9 @@ struct OnCallResult {
 };
 
 /// Plays all moves, then leaves. `limit_s` of virtual time: beyond it the moves that are left are told as a
-/// failure of the test, and it leaves.
+/// failure of the test, and it leaves. mu: as the settings of a daemon may have it.
 OnCallResult play_on_call(const std::string& scene, const RunOptions& run,
-                          const std::filesystem::path& folder, std::vector<Move> moves, double limit_s = 60);
+                          const std::filesystem::path& folder, std::vector<Move> moves, double limit_s = 60,
+                          Estimate mu = {});
 
 }  // namespace shaker::test

@@ -3,8 +3,6 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "daemon/reduction/no_stick.hpp"
-
 namespace shaker::web {
 
 namespace {
@@ -61,38 +59,29 @@ json measured(const BenchState& s) {
             {"volts_peak", b.volts_peak}};
 }
 
-json mu(const BenchState& s) {
-    const Estimate known = known_mu(s);
-    return std::isfinite(known.value) ? estimate(known) : json(nullptr);
-}
-
 json result(const BenchState& s) {
     if (!s.result)
         return {{"v_D_mps", nullptr}, {"D_m", nullptr},       {"efficiency", nullptr},
-                {"mu", mu(s)},        {"periods", s.periods}, {"steady", false}};
+                {"mu", estimate(s.mu)},        {"periods", s.periods}, {"steady", false}};
     const Reduction& r = *s.result;
     return {{"v_D_mps", estimate(r.v_D)},
             {"D_m", estimate(r.D)},
             {"efficiency", estimate(r.efficiency)},
-            {"mu", mu(s)},
+            {"mu", estimate(s.mu)},
             {"periods", s.periods},
             {"steady", s.measuring}};
 }
 
 json points(const BenchState& s) {
     json list = json::array();
-    const double mu = known_mu(s).value;
-    const auto closed_form = [&](const DrivenPoint& p) {
-        if (!std::isfinite(mu)) return mu;
-        const Drive measured{p.asked.frequency, p.gamma.value, p.asked.rho, p.phi.value};
-        return no_stick(harmonics(measured), measured.frequency, mu).v_D;
-    };
-    for (const DrivenPoint& p : s.points)
+    for (std::size_t i = 0; i < s.points.size(); ++i) {
+        const DrivenPoint& p = s.points[i];
         list.push_back({{"gamma_mps2", number(p.gamma.value)},
                         {"phi_rad", number(p.phi.value)},
                         {"v_D_mps", number(p.v_D.value)},
                         {"sigma_mps", number(p.v_D.sigma)},
-                        {"closed_form_mps", number(closed_form(p))}});
+                        {"closed_form_mps", number(s.closed_form.at(i))}});
+    }
     return list;
 }
 

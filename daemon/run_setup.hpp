@@ -1,6 +1,7 @@
 #pragma once
-// What a recording of a run says of it before the first sample.
+// What a run begins with: what its recording says of it before the first sample, and its plan.
 #include "daemon/commands.hpp"
+#include "daemon/director.hpp"
 #include "daemon/rigs.hpp"
 #include "drivers/replay/session_file.hpp"
 
@@ -9,5 +10,6 @@ namespace shaker {
 /// live: on real time, with a date and an identifier. with_truth: places for where a simulated walker really
 /// was.
 SessionHeader run_header(const OpenRig& bench, const RunOptions& run, bool live, bool with_truth);
+RunPlan run_plan(const OpenRig& bench, const RunOptions& run, const Limits& limits);
 
 }  // namespace shaker

@@ -1,4 +1,4 @@
-#include "daemon/run_header.hpp"
+#include "daemon/run_setup.hpp"
 
 #include <spdlog/fmt/fmt.h>
 
@@ -27,6 +27,18 @@ SessionHeader run_header(const OpenRig& bench, const RunOptions& run, bool live,
     for (const auto& camera : rig.cameras) header.views.push_back(camera->view());
     header.groups = session_places(header, with_truth);
     return header;
+}
+
+RunPlan run_plan(const OpenRig& bench, const RunOptions& run, const Limits& limits) {
+    constexpr double usable = 0.95;  // of what the drive may reach: room for corrections
+    return {.keeper = {.drive = run.drive,
+                       .volts_limit = usable * limits.drive.abort,
+                       .identify = run.identify,
+                       .equalise = run.closed_loop,
+                       .sheet = bench.response},
+            .line_hz = run.mains_hz,
+            .periods = run.periods,
+            .limits = limits};
 }
 
 }  // namespace shaker
