@@ -28,7 +28,7 @@ string(APPEND slow ":RunTest.The*:RunTest.With*:RunTest.Harder*:RunTest.ADrive*:
 string(APPEND slow ":ExportedRun.*:LongRecordTest.*:BuildingSwingTest.*:OtherFilesTest.Addresses*:SessionTest.L*:SessionTest.E*")
 string(APPEND slow ":RecoverTest.A*:RecoverTest.N*:StoppedRunTest.B*:StoppedRunTest.W*:RunTest.AC*:RunTest.B*:RunTest.Se*:MutantsTest.*")
 string(APPEND slow ":*IdentityTest.*:*EveryKindTest.*:*HardCaseTest.*:*NormalDriving.*:PowerCutsTest.*")
-string(APPEND slow ":RunTest.Threads*")
+string(APPEND slow ":RunTest.Threads*:OnCallTest.M*:OnCallTest.ARun*")
 set(quick "-${slow}")
 if(SHAKER_SANITIZE MATCHES thread)  # the others have one thread
   set(quick "Alsa*:Formats/*:GenicamCameraTest.*:IioAccelerometerTest.*:IioStreamTest.*:VideoCameraTest.*:ConverterTest.*")
