@@ -70,7 +70,8 @@ std::vector<Command> bench_commands(BenchInstrument& bench) {
     rows.push_back({.header = "SYSTem:CLOCk",
                     .query = [&bench](Call& call) { call.reply.number(bench.state()->now_s); }});
     rows.push_back({.header = "SYSTem:HEALth", .query = [&bench](Call& call) {
-                        for (const DeviceReport& d : bench.state()->devices) {
+                        const auto state = bench.state();
+                        for (const DeviceReport& d : state->devices) {
                             call.reply.string(d.device);
                             call.reply.integer(static_cast<std::int64_t>(d.counts.taken));
                             call.reply.integer(static_cast<std::int64_t>(d.counts.lost));

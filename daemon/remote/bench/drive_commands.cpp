@@ -91,7 +91,8 @@ Command predicted_row(BenchInstrument& bench, const std::string& quantity) {
     for (std::size_t i = 0; i < std::min(shortened, name.size()); ++i)
         name[i] = static_cast<char>(std::toupper(static_cast<unsigned char>(name[i])));
     return {.header = "[SOURce:]PREDict:" + name, .query = [&bench, quantity](Call& call) {
-                for (const Demand& d : bench.state()->predicted) {
+                const auto state = bench.state();
+                for (const Demand& d : state->predicted) {
                     if (d.quantity != quantity) continue;
                     call.reply.number(d.value);
                     return call.reply.number(d.limit);
