@@ -34,7 +34,7 @@ if(SHAKER_SANITIZE MATCHES thread)  # the others have one thread
   set(quick "Alsa*:Formats/*:GenicamCameraTest.*:IioAccelerometerTest.*:IioStreamTest.*:VideoCameraTest.*:ConverterTest.*")
   string(APPEND quick ":GigeCameraTest.*:Iiod*:ClosedRunTest.*:*FaultTest.*:ShakerMockTest.*:FramePoolTest.*:RingTest.*")
   string(APPEND quick ":MailboxTest.*:RealtimeTest.*:LoopsTest.*:ExecutorsTest.*:RecordingTest.*:*DiskFaultsTest.*")
-  string(APPEND quick ":ScpiPortTest.*:WebTest.*:WebTokenTest.*:ServeTest.*:HostileTest.*")
+  string(APPEND quick ":ScpiPortTest.*:WebTest.*:WebTokenTest.*:HostileTest.*")
   set(slow "-${quick}")
 endif()
 function(list_tests program filter alone label)

@@ -28,7 +28,6 @@ class Manager {
 public:
     Manager()
         : path_{(std::filesystem::temp_directory_path() / ("notify-" + std::to_string(getpid()))).string()} {
-        socket_ = socket(AF_UNIX, SOCK_DGRAM | SOCK_CLOEXEC, 0);
         sockaddr_un address{};
         address.sun_family = AF_UNIX;
         std::strncpy(address.sun_path, path_.c_str(), sizeof address.sun_path - 1);
@@ -67,7 +66,7 @@ public:
 
 private:
     std::string path_;
-    int socket_ = -1;
+    int socket_ = socket(AF_UNIX, SOCK_DGRAM | SOCK_CLOEXEC, 0);
     std::mutex mutex_;
     std::string heard_;
     // Always: who tells something waits while too much is unheard.
