@@ -9,7 +9,6 @@
 #include <numbers>
 
 #include "daemon/commands.hpp"
-#include "daemon/control/envelope.hpp"
 #include "daemon/director.hpp"
 #include "daemon/drive_rig.hpp"
 #include "daemon/identification_record.hpp"
@@ -54,13 +53,7 @@ struct Speed {
 // Before anything moves: what is asked for must be within the limits. The DAC may run empty: a run comes up
 // softly again by itself, some times.
 Limits limits_of_run(const OpenRig& bench, const Drive& drive) {
-    PlannedMotion plan{.target = harmonics(drive),
-                       .frequency = drive.frequency,
-                       .moving_kg = bench.shaker.moving_mass_kg + bench.shaker.base_mass_kg +
-                                    (bench.world ? bench.scene.walker.mass_kg : 0)};
-    for (std::size_t q = 0; q < max_harmonics; ++q)
-        plan.response[q] = bench.response(static_cast<double>(q + 1) * drive.frequency);
-    require_within(demands(plan, bench.limits));
+    require_within(run_demands(bench, drive, bench.limits));
     Limits limits = bench.limits;
     limits.detectors.reset(static_cast<std::size_t>(Cause::underrun));
     return limits;

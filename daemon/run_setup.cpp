@@ -29,6 +29,16 @@ SessionHeader run_header(const OpenRig& bench, const RunOptions& run, bool live,
     return header;
 }
 
+std::vector<Demand> run_demands(const OpenRig& bench, const Drive& drive, const Limits& limits) {
+    PlannedMotion plan{.target = harmonics(drive),
+                       .frequency = drive.frequency,
+                       .moving_kg = bench.shaker.moving_mass_kg + bench.shaker.base_mass_kg +
+                                    (bench.world ? bench.scene.walker.mass_kg : 0)};
+    for (std::size_t q = 0; q < max_harmonics; ++q)
+        plan.response[q] = bench.response(static_cast<double>(q + 1) * drive.frequency);
+    return demands(plan, limits);
+}
+
 RunPlan run_plan(const OpenRig& bench, const RunOptions& run, const Limits& limits) {
     constexpr double usable = 0.95;  // of what the drive may reach: room for corrections
     return {.keeper = {.drive = run.drive,

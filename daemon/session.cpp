@@ -7,7 +7,6 @@
 #include <cmath>
 #include <utility>
 
-#include "daemon/control/envelope.hpp"
 #include "daemon/reduction/no_stick.hpp"
 #include "daemon/run_settings.hpp"
 #include "daemon/run_setup.hpp"
@@ -72,7 +71,7 @@ Session::Session(OpenRig& bench, Acquisition& acquisition, const SessionSettings
     for (const auto& camera : bench.rig.cameras) facts.views.push_back(camera->view());
     mu_ = facts.mu;
     facts_ = std::make_shared<const BenchFacts>(std::move(facts));
-    predicted_ = demanded(run_.drive, limits_);
+    predicted_ = run_demands(bench_, run_.drive, limits_);
     acquisition.settle_live();
     if (bench.world) bench.world->keep_truth_for(kept_s);
     acquisition.keep_tails();
@@ -113,22 +112,12 @@ bool Session::answer(Lanes& lanes) {
     return any;
 }
 
-std::vector<Demand> Session::demanded(const Drive& drive, const Limits& limits) const {
-    PlannedMotion plan{.target = harmonics(drive),
-                       .frequency = drive.frequency,
-                       .moving_kg = bench_.shaker.moving_mass_kg + bench_.shaker.base_mass_kg +
-                                    (bench_.world ? bench_.scene.walker.mass_kg : 0)};
-    for (std::size_t q = 0; q < max_harmonics; ++q)
-        plan.response[q] = bench_.response(static_cast<double>(q + 1) * drive.frequency);
-    return demands(plan, limits);
-}
-
 void Session::require_possible(const Drive& drive, const Limits& limits) const {
     require("frequency", drive.frequency, drive_limits.frequency, " Hz");
     require("gamma", drive.gamma, drive_limits.gamma, " m/s^2");
     require("rho", drive.rho, drive_limits.rho, "");
     require("phi", drive.phi, drive_limits.phi, " rad");
-    require_within(demanded(drive, limits));
+    require_within(run_demands(bench_, drive, limits));
 }
 
 void Session::obey(const SetDrive& order, Lanes& lanes) {
@@ -143,7 +132,7 @@ void Session::obey(const SetDrive& order, Lanes& lanes) {
             "the drive cannot be changed in state {}; wait until it runs, or stop it", name(state))};
     }
     run_.drive = order.drive;
-    predicted_ = demanded(run_.drive, limits_);
+    predicted_ = run_demands(bench_, run_.drive, limits_);
     armed_ = !driving(state);
 }
 
@@ -224,7 +213,7 @@ void Session::take_limits(const Limits& limits, Lanes& lanes) {
     const auto detectors = limits_.detectors;
     limits_ = limits;
     limits_.detectors = detectors;
-    predicted_ = demanded(run_.drive, limits_);
+    predicted_ = run_demands(bench_, run_.drive, limits_);
     director_.hold_to(limits_, lanes);
 }
 

@@ -59,7 +59,6 @@ private:
     void obey(const Record& order, Lanes& lanes);
     void obey(const LowerLimits& order, Lanes& lanes);
     void obey(const Adopt& order, Lanes& lanes);
-    [[nodiscard]] std::vector<Demand> demanded(const Drive& drive, const Limits& limits) const;
     void require_possible(const Drive& drive, const Limits& limits) const;
     void take_limits(const Limits& limits, Lanes& lanes);
     void measure(const Take& take);
