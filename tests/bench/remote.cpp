@@ -120,7 +120,8 @@ void add(bench::Table& table, const std::string& load, double rate, const Period
 
 int main(int argc, char** argv) {
     const int seconds = bench::whole_option(argc, argv, "--seconds", 10, 1);
-    test::ServedBench bench{"phi_rad = 1.5708\ngamma_mps2 = 3\nperiods = 20\n"};
+    test::ServedBench bench{"phi_rad = 1.5708\ngamma_mps2 = 3\nperiods = 20\n",
+                            bench::own_folder(argc, argv, "shakerd-remote")};
     test::TcpClient control{bench.scpi_port()};
     control.send("OUTP ON");
     if (!bench.becomes("run")) return 1;

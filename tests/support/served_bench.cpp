@@ -6,6 +6,7 @@
 #include <iterator>
 #include <stdexcept>
 #include <thread>
+#include <utility>
 
 namespace shaker::test {
 
@@ -23,7 +24,7 @@ bool soon(double limit_s, Condition condition) {
 
 }  // namespace
 
-ServedBench::ServedBench(const std::string& run) : folder{fresh_folder()} {
+ServedBench::ServedBench(const std::string& run, std::filesystem::path in) : folder{std::move(in)} {
     settings(run);
     program_ = std::make_unique<Program>(
         "shakerd",

@@ -13,7 +13,8 @@ class ServedBench {
 public:
     /// Starts it and waits until it serves; `run`: lines of its table [run]. A walker that drifts slowly,
     /// cameras of 200 pictures a second.
-    explicit ServedBench(const std::string& run = "phi_rad = 1.745\nperiods = 10\n");
+    explicit ServedBench(const std::string& run = "phi_rad = 1.745\nperiods = 10\n",
+                         std::filesystem::path in = fresh_folder());
 
     /// Writes the settings file anew.
     void settings(const std::string& run, const std::string& serve = {}) const;
