@@ -83,7 +83,7 @@ void IiodConnection::execute(const IiodCommand& command) {
             return reply(0);
         case IiodVerb::set_buffers:
             if (!known || command.number < 1) return reply(known ? -EINVAL : -ENODEV);
-            buffers_ = command.number;
+            shared_.buffers = command.number;
             return reply(0);
         case IiodVerb::open:
             return open(command);
@@ -109,7 +109,7 @@ void IiodConnection::open(const IiodCommand& command) {
         return reply(-EINVAL);
     buffer.samples = command.number;
     buffer.capacity =
-        device.fifo() > 0 ? device.fifo() : std::clamp<std::size_t>(buffers_, 1, 64) * buffer.samples;
+        device.fifo() > 0 ? device.fifo() : std::clamp<std::size_t>(shared_.buffers, 1, 64) * buffer.samples;
     buffer_ = std::move(buffer);
     reply(0);
 }

@@ -24,7 +24,9 @@ struct IiodShared {
     std::atomic<double> rate_hz{device.rate_hz()};  // for other threads
     bool silent = false;                            // nothing leaves: replies wait until it is over
     bool triggered = true;                          // the device has its trigger
-    std::uint64_t timeout_ms = 1000;                // without samples before a READBUF fails; 0: none
+    std::size_t buffers = 4;  // of the kernel, for whoever opens the device next: libiio sets them on another
+                              // connection than it opens
+    std::uint64_t timeout_ms = 1000;  // without samples before a READBUF fails; 0: none
     std::atomic<std::uint64_t> served{0}, overflowed{0}, unread{0};
 };
 
@@ -82,7 +84,6 @@ private:
     std::uint64_t out_samples_ = 0, leaving_samples_ = 0;
     bool sending_ = false;
     std::optional<Buffer> buffer_;
-    std::size_t buffers_ = 4;
 };
 
 }  // namespace shaker

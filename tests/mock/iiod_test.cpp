@@ -187,6 +187,17 @@ TEST(IiodTest, AFullFifoLosesTheNewestAndCountsThem) {
     EXPECT_EQ(iiod.counts().overflowed, 30U);
 }
 
+TEST(IiodTest, TheFifoHoldsAsManyBuffersAsTheClientAskedFor) {
+    Iiod iiod{{}};
+    Client c{iiod};
+    ASSERT_EQ(iio_device_set_kernel_buffers_count(c.device, 16), 0);
+    c.open({"accel_x"}, 50);
+    push(iiod, 0, 830);
+    EXPECT_TRUE(soon([&] { return iiod.counts().overflowed == 30; })) << iiod.counts().overflowed;
+    for (int k = 0; k < 16; ++k) ASSERT_EQ(c.refill(), 200);
+    EXPECT_EQ(c.values<std::int32_t>("accel_x")[49], 799);
+}
+
 TEST(IiodTest, EveryPushedSampleIsAccountedFor) {
     Iiod iiod{{.fifo = 64}};
     push(iiod, 0, 10);  // nobody listens
