@@ -34,8 +34,9 @@ struct HarmonicState {
 struct BaseState {
     Drive got;  // gamma, rho and phi that harmonics 1 and 2 amount to
     std::array<HarmonicState, max_harmonics> harmonics{};
-    int controlled = 0;  // of them
-    double rms = 0;      // m/s^2 along the axis
+    int controlled = 0;   // of them
+    double rms = 0;       // m/s^2 along the axis
+    double residual = 0;  // of it, what is neither a harmonic nor mains
     double volts_peak = 0;
 };
 
@@ -98,6 +99,8 @@ struct BenchState {
     Drive wanted;
     std::vector<Demand> predicted;  // peaks of what is wanted
     int periods = 0;                // of a measurement
+    int settle = 0;                 // before it, of the settled drive; 0: until the walker is steady
+    bool closed_loop = true;        // as the runs that follow will be
     bool record = false;
     KeptPictures pictures{};
     bool armed = false;  // idle, with a drive that was asked for and is within the limits
@@ -113,6 +116,7 @@ struct BenchState {
     bool may_clear = false;
     std::shared_ptr<const Reduction> result;  // of the newest measurement; null before the first
     std::string not_reduced;                  // why the newest measurement has none
+    double measured_from_s = NAN;             // master time of that measurement; NaN before the first
     std::vector<DrivenPoint> points;          // the newest measurements, oldest first
     std::vector<MeasuredPart> parts;          // of master time, one a point
     std::vector<double> closed_form;   // v_D without stick, m/s, one a point; NaN where mu is not known

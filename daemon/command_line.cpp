@@ -123,7 +123,7 @@ int command_line(int argc, char** argv, const std::function<void(const ServeOpti
     RunOptions run_options;
     DriveWords run_drive;
     std::filesystem::path settings, scene;
-    int periods = 0;
+    int periods = 0, settle = -1;
     std::string run_frames;
     bool no_identify = false, open_loop = false;
     CLI::App& run_app = *app.add_subcommand("run", "Drive a rig, measure, track, reduce and record");
@@ -134,6 +134,10 @@ int command_line(int argc, char** argv, const std::function<void(const ServeOpti
     run_drive.add_to(run_app);
     run_app.add_option("--periods", periods, "Drive periods to measure once all has settled [40]")
         ->check(CLI::Range(2, most_periods));
+    run_app
+        .add_option("--settle", settle,
+                    "Drive periods of the settled drive before those; 0: until the walker is steady [0]")
+        ->check(CLI::Range(0, most_settle_periods));
     run_app.add_option("-o,--output", run_options.out, "Recording (HDF5); without it only trips are kept");
     run_app
         .add_option("--trips", run_options.trips,
@@ -282,6 +286,7 @@ int command_line(int argc, char** argv, const std::function<void(const ServeOpti
         if (!settings.empty()) read_run_settings(settings, run_options);
         run_options.drive = run_drive.over(run_options.drive);
         if (periods > 0) run_options.periods = periods;
+        if (settle >= 0) run_options.settle = settle;
         if (!scene.empty()) run_options.scene = scene;
         set_frames(run_options.pictures, run_frames);
         if (no_identify) run_options.identify = false;

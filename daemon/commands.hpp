@@ -15,7 +15,8 @@ struct RunOptions {
     std::filesystem::path scene;  // empty: the paper's bench
     Drive drive;
     int periods = 40;
-    std::filesystem::path out;          // empty: nothing is recorded
+    int settle = 0;             // periods of the settled drive before them; 0: until the walker is steady
+    std::filesystem::path out;  // empty: nothing is recorded
     std::filesystem::path trips = ".";  // folder for the last seconds of a stopped run that is not recorded
     KeptPictures pictures = KeptPictures::region;
     bool identify = true;     // find out the response before; else the data sheet's is taken

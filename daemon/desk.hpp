@@ -24,6 +24,7 @@ struct SetDrive {
 };
 struct Begin {
     int periods;
+    int settle = 0;  // periods of the settled drive before them; 0: until the walker is steady
 };
 struct Identify {};
 struct End {};
@@ -36,13 +37,23 @@ struct Record {
 struct LowerLimits {
     Limits limits;  // none above those in force
 };
+/// Of the operator, for the log and the recording: the one that grows, else the next.
+struct Remark {
+    static constexpr std::size_t longest = 400;  // bytes
+    std::string text;
+};
+/// Whether measured harmonics correct the drive, in the runs that follow.
+struct CloseLoop {
+    bool on;
+};
 /// From the settings files only, never from a network.
 struct Adopt {
     Drive drive;
-    int periods;
+    int periods, settle;
     Limits limits;  // may be above those in force
 };
-using OrderWhat = std::variant<SetDrive, Begin, Identify, End, ClearTrip, Record, LowerLimits, Adopt>;
+using OrderWhat =
+    std::variant<SetDrive, Begin, Identify, End, ClearTrip, Record, Remark, CloseLoop, LowerLimits, Adopt>;
 
 struct Order {
     OrderWhat what;

@@ -227,6 +227,7 @@ void Director::go_for_target(int ramp_periods, Lanes& lanes) {
     guard_.settling();
     target_sequence_ = sequence_;
     target_from_s_ = INFINITY;
+    kept_from_s_ = -INFINITY;
 }
 
 void Director::advance(Lanes& lanes) {
@@ -255,9 +256,10 @@ void Director::advance(Lanes& lanes) {
             }
             const bool late = now_s_ - run_from_s_ > plan_.settle_at_most / frequency_;
             const bool kept = !plan_.keeper.equalise || keeper_.report().locked;
+            if (!kept) kept_from_s_ = now_s_;
             const bool steady =
-                now_s_ > steady_from_s_ &&
-                (!walker_.watches() || walker_.settled_since(steady_from_s_, keeper_.drive().gamma));
+                plan_.settle > 0 ? now_s_ > std::max(steady_from_s_, kept_from_s_) + plan_.settle / frequency_
+                                 : now_s_ > steady_from_s_ && walker_settled();
             if ((kept && steady) || late) begin_measuring(!(kept && steady));
             break;
         }
@@ -280,6 +282,10 @@ void Director::advance(Lanes& lanes) {
         case RunState::identify:
             break;
     }
+}
+
+bool Director::walker_settled() const {
+    return !walker_.watches() || walker_.settled_since(steady_from_s_, keeper_.drive().gamma);
 }
 
 void Director::come_down(Lanes& lanes) {

@@ -22,6 +22,7 @@ struct RunPlan {
     KeeperSettings keeper;
     double line_hz = 0;        // mains, fitted beside the harmonics; 0: not
     int periods = 40;          // to measure
+    int settle = 0;            // of the settled drive before them; 0: until the walker is steady
     int soft_start = 10;       // periods of the ramps at both ends
     int settle_at_most = 400;  // periods; then it measures all the same and says so
     int most_restarts = 3;     // after the DAC ran empty; then the run fails
@@ -41,8 +42,11 @@ public:
     /// nothing had come.
     bool step(const Take& take, Lanes& lanes);
     /// On call and in idle: goes for `drive`, with the response found out first where it is not known, and
-    /// measures so many periods again and again. InputError in any other state.
-    void begin(const Drive& drive, int periods, Lanes& lanes);
+    /// measures so many periods again and again; settle: as in RunPlan. InputError in any other state.
+    void begin(const Drive& drive, int periods, int settle, Lanes& lanes);
+    /// On call and in idle: whether measured harmonics correct the drive from the next begin() on. InputError
+    /// in any other state.
+    void close_loop(bool on);
     /// On call and in idle: finds out the response anew, for this drive; then it is silent again. InputError
     /// in any other state, and where responses are not found out.
     void identify(const Drive& drive, Lanes& lanes);
@@ -110,6 +114,7 @@ private:
     void note(const std::string& what);
     void command(const Harmonics<Voltage>& volts, int ramp_periods, bool transient, Lanes& lanes);
     [[nodiscard]] bool stragglers_may_come();
+    [[nodiscard]] bool walker_settled() const;
 
     RunPlan plan_;
     double dac_rate_hz_;
@@ -141,6 +146,7 @@ private:
     double in_force_s_ = 0;              // of the awaited command; infinite while it is not
     std::uint64_t target_sequence_ = 0;  // command that goes for the present target first
     double target_from_s_ = INFINITY;    // it has been in force since; infinite while it is not
+    double kept_from_s_ = -INFINITY;     // the drive has been where it should be, while it settles
     double run_from_s_ = 0, from_s_ = 0, to_s_ = 0;
     std::vector<MeasuredPart> measured_;
     std::optional<MotionWindows::Window> newest_;

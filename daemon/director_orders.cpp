@@ -21,10 +21,20 @@ void Director::aim(const char* what, const Drive& drive, const Lanes& lanes) {
     frequency_ = frequency;
 }
 
-void Director::begin(const Drive& drive, int periods, Lanes& lanes) {
+void Director::begin(const Drive& drive, int periods, int settle, Lanes& lanes) {
     aim("a run", drive, lanes);
     plan_.periods = periods;
+    plan_.settle = settle;
     arm(lanes);
+}
+
+void Director::close_loop(bool on) {
+    if (state_ != RunState::idle)
+        throw InputError{
+            fmt::format("the loop was switched in state {}; it can be while nothing is driven (state idle)",
+                        name(state_))};
+    plan_.keeper.equalise = on;
+    keeper_.close_loop(on);
 }
 
 void Director::identify(const Drive& drive, Lanes& lanes) {

@@ -31,6 +31,8 @@ public:
     void adopt(const IdentifiedResponse& response) { identified_ = response; }
     /// Another target for begin() to go for, of any frequency.
     void aim(const Drive& drive) { settings_.drive = drive; }
+    /// Whether what is measured corrects the drive from the next begin() on.
+    void close_loop(bool on) noexcept { settings_.equalise = on; }
     /// The response is to be found out anew.
     void forget() noexcept { identified_.reset(); }
     /// Begins to go for the target.
@@ -70,5 +72,6 @@ private:
 };
 
 inline constexpr int controlled_harmonics = 8;
+static_assert(controlled_harmonics >= most_driven);
 
 }  // namespace shaker

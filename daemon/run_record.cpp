@@ -7,8 +7,10 @@
 #include <chrono>
 #include <cmath>
 #include <iterator>
+#include <nlohmann/json.hpp>
 #include <string_view>
 
+#include "daemon/desk.hpp"
 #include "daemon/drive_rig.hpp"
 #include "daemon/identification_record.hpp"
 #include "daemon/results.hpp"
@@ -37,6 +39,11 @@ std::vector<DeviceReport> lost_since(const std::vector<DeviceReport>& before, st
     return now;
 }
 
+bool is_utf8(const std::string& text) {
+    return nlohmann::json(text).dump(-1, ' ', false, nlohmann::json::error_handler_t::ignore) ==
+           nlohmann::json(text).dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
+}
+
 // A recording that cannot be finished must not end the daemon: it says why, and FILE.part stays.
 template <class Finish>
 std::string said(const std::filesystem::path& file, Finish finish) try {
@@ -63,6 +70,23 @@ void require_name(const std::string& name) {
                     name.substr(0, longest_name), longest_name)};
 }
 
+void require_remark(const std::string& text) {
+    const bool plain =
+        std::ranges::all_of(text, [](char c) { return static_cast<unsigned char>(c) >= ' ' && c != '\x7f'; });
+    if (!text.empty() && text.size() <= Remark::longest && plain && is_utf8(text)) return;
+    throw InputError{
+        fmt::format("remark of {} bytes: 1 to {} bytes of UTF-8 without control characters are "
+                    "allowed",
+                    text.size(), Remark::longest)};
+}
+
+void RunRecord::remark(const std::string& text, const Director& director) {
+    const LogEntry entry{director.now_s(), name(director.state()), "remark: " + text};
+    if (on()) return recording_->add(entry);
+    if (remarks_.size() == most_remarks) remarks_.pop_front();
+    remarks_.push_back(entry);
+}
+
 void RunRecord::begin(const RunOptions& run, bool record, const std::string& name) {
     header_ = run_header(bench_, run, settings_.live, false);
     before_ = device_reports(bench_.rig);
@@ -83,6 +107,8 @@ void RunRecord::open(const std::string& name) {
     const std::scoped_lock lock{mutex_};
     recording_ = std::move(recording);
     watch_ = std::make_unique<RecordingWatch>(*recording_);
+    for (const LogEntry& remark : remarks_) recording_->add(remark);
+    remarks_.clear();
     acquisition_.record(recording_.get());
     begun_s_ = INFINITY;
     told_long_ = false;

@@ -1,6 +1,7 @@
 #pragma once
 // The recording of one run of a daemon: opened before the drive comes up, finished when it is silent again,
 // and what a stopped run leaves behind.
+#include <deque>
 #include <filesystem>
 #include <memory>
 #include <mutex>
@@ -34,6 +35,8 @@ public:
     void begin(const RunOptions& run, bool record, const std::string& name);
     /// After each step of the director. A recording that becomes too long ends the run.
     void look(Director& director, Lanes& lanes);
+    /// What the operator remarks: into the recording that grows, else into the next.
+    void remark(const std::string& text, const Director& director);
     /// The run is over, the drive silent: finishes the file. Says where, or why not; empty: nothing was
     /// recorded.
     std::string finish(const Director& director);
@@ -62,10 +65,15 @@ private:
     std::unique_ptr<RecordingWatch> watch_;
     double begun_s_ = 0;
     bool told_long_ = false;
+    std::deque<LogEntry> remarks_;  // for the next recording, at most most_remarks
 };
+
+inline constexpr std::size_t most_remarks = 100;
 
 /// A recording's name as it may come from a network: 1 to 64 letters, digits, dots, hyphens and underscores,
 /// no dot in front. InputError naming it otherwise.
 void require_name(const std::string& name);
+/// A remark likewise: 1 to 400 bytes of UTF-8 without control characters.
+void require_remark(const std::string& text);
 
 }  // namespace shaker

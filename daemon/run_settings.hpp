@@ -14,7 +14,7 @@ namespace shaker {
 void read_run_table(SettingsTable run, RunOptions& options);
 
 /// Changes `options` by the table [run] of a file: rig, scene, frequency_hz, gamma_mps2, rho, phi_rad,
-/// periods, frames, identify, closed_loop,
+/// [[run.harmonic]] n (3..8), share, phase_rad; periods, settle_periods, frames, identify, closed_loop,
 /// mains_hz. InputError with file, line, key, value and range for anything else.
 void read_run_settings(const std::filesystem::path& file, RunOptions& options);
 

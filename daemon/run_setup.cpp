@@ -15,6 +15,7 @@ SessionHeader run_header(const OpenRig& bench, const RunOptions& run, bool live,
     SessionHeader header;
     header.title = fmt::format("gamma {:.4g} m/s^2, phi {:.4g} rad, rho {:.4g}, {:.6g} Hz", run.drive.gamma,
                                run.drive.phi, run.drive.rho, run.drive.frequency);
+    if (!run.drive.biharmonic()) header.title += " and overtones";
     header.kind = "run";
     header.config = run_settings_text(run);
     header.rig = bench.rig_text;
@@ -48,6 +49,7 @@ RunPlan run_plan(const OpenRig& bench, const RunOptions& run, const Limits& limi
                        .sheet = bench.response},
             .line_hz = run.mains_hz,
             .periods = run.periods,
+            .settle = run.settle,
             .limits = limits};
 }
 

@@ -117,6 +117,8 @@ void Session::require_possible(const Drive& drive, const Limits& limits) const {
     require("gamma", drive.gamma, drive_limits.gamma, " m/s^2");
     require("rho", drive.rho, drive_limits.rho, "");
     require("phi", drive.phi, drive_limits.phi, " rad");
+    for (const std::complex<double>& share : drive.overtones)
+        require("share of an overtone", std::abs(share), drive_limits.share, " of gamma");
     require_within(run_demands(bench_, drive, limits));
 }
 
@@ -139,11 +141,13 @@ void Session::obey(const SetDrive& order, Lanes& lanes) {
 void Session::obey(const Begin& order, Lanes& lanes) {
     const int most = static_cast<int>(longest_measurement_s * run_.drive.frequency);
     require("periods", order.periods, {2, static_cast<double>(most)}, "");
+    require("settle_periods", order.settle, {0, most_settle_periods}, "");
     require_possible(run_.drive, limits_);
     if (director_.state() != RunState::idle || lanes.stopped)
         throw InputError{fmt::format("a run was asked for in state {}; it can be in state idle only",
                                      name(director_.state()))};
     run_.periods = order.periods;
+    run_.settle = order.settle;
     record_.begin(run_, recorded_, name_);
     name_.clear();
     active_ = true;
@@ -152,7 +156,7 @@ void Session::obey(const Begin& order, Lanes& lanes) {
     result_.reset();
     not_reduced_.clear();
     // Refused when an abort came just now: its trip ends the file.
-    director_.begin(run_.drive, order.periods, lanes);
+    director_.begin(run_.drive, order.periods, order.settle, lanes);
 }
 
 void Session::obey(const Identify& /*order*/, Lanes& lanes) {
@@ -182,6 +186,17 @@ void Session::obey(const Record& order, Lanes& /*lanes*/) {
     run_.pictures = order.pictures;
 }
 
+void Session::obey(const Remark& order, Lanes& /*lanes*/) {
+    require_remark(order.text);
+    record_.remark(order.text, director_);
+    tell("remark", order.text);
+}
+
+void Session::obey(const CloseLoop& order, Lanes& /*lanes*/) {
+    director_.close_loop(order.on);
+    run_.closed_loop = order.on;
+}
+
 void Session::obey(const LowerLimits& order, Lanes& lanes) {
     const Limits &now = limits_, &wanted = order.limits;
     const auto level = [](const char* what, const Level& a, const Level& b) {
@@ -205,6 +220,7 @@ void Session::obey(const Adopt& order, Lanes& lanes) {
     require_possible(order.drive, order.limits);
     run_.drive = order.drive;
     run_.periods = order.periods;
+    run_.settle = order.settle;
     armed_ = false;
     take_limits(order.limits, lanes);
 }
@@ -241,6 +257,7 @@ void Session::take_outcome() {
         if (p.outcome.wait_for(std::chrono::seconds{0}) == std::future_status::timeout) return;
         const Outcome outcome = p.outcome.get();
         changed_ = true;
+        measured_from_s_ = p.part.from_s;
         if (const auto* why = std::get_if<std::string>(&outcome)) {
             not_reduced_ = *why;
             tell("note", "a measurement could not be reduced: " + *why);
@@ -266,7 +283,9 @@ void Session::compare_points() {
     if (null_ && std::isfinite(null_->mu.value)) mu_ = null_->mu;
     closed_form_.clear();
     for (const DrivenPoint& p : points_) {
-        const Drive measured{p.asked.frequency, p.gamma.value, p.asked.rho, p.phi.value};
+        Drive measured = p.asked;
+        measured.gamma = p.gamma.value;
+        measured.phi = p.phi.value;
         closed_form_.push_back(std::isfinite(mu_.value)
                                    ? no_stick(harmonics(measured), measured.frequency, mu_.value).v_D
                                    : NAN);
@@ -331,11 +350,14 @@ void Session::publish() {
     state->response = response_;
     state->wanted = run_.drive;
     state->periods = run_.periods;
+    state->settle = run_.settle;
+    state->closed_loop = run_.closed_loop;
     state->record = recorded_;
     state->pictures = run_.pictures;
     state->trip_s = trip_s_;
     state->result = result_;
     state->not_reduced = not_reduced_;
+    state->measured_from_s = measured_from_s_;
     state->points = points_;
     state->parts = parts_;
     state->mirror = mirror_;

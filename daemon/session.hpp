@@ -2,6 +2,7 @@
 // A bench on call: idle until it is ordered to drive, for weeks. Leads the director, keeps the orders'
 // conditions, has measurements reduced and recorded, and publishes what the bench is at.
 #include <atomic>
+#include <cmath>
 #include <deque>
 #include <future>
 #include <memory>
@@ -21,7 +22,7 @@ class StateReport;
 Limits limits_on_call(Limits limits);
 
 struct SessionSettings {
-    RunOptions run;  // what is wanted at first; identify, closed_loop, mains, pictures for good
+    RunOptions run;  // what is wanted at first; identify, mains, pictures for good
     RunRecordSettings record;
     bool beside = false;    // measurements are reduced in a thread beside this one
     Estimate mu{NAN, NAN};  // of walker and base, where it is known
@@ -57,6 +58,8 @@ private:
     void obey(const End& order, Lanes& lanes);
     void obey(const ClearTrip& order, Lanes& lanes);
     void obey(const Record& order, Lanes& lanes);
+    void obey(const Remark& order, Lanes& lanes);
+    void obey(const CloseLoop& order, Lanes& lanes);
     void obey(const LowerLimits& order, Lanes& lanes);
     void obey(const Adopt& order, Lanes& lanes);
     void require_possible(const Drive& drive, const Limits& limits) const;
@@ -95,6 +98,7 @@ private:
     std::deque<Pending> pending_;
     std::shared_ptr<const Reduction> result_;
     std::string not_reduced_;
+    double measured_from_s_ = NAN;  // of what is either
     std::shared_ptr<const BenchFacts> facts_;
     std::vector<DrivenPoint> points_;
     std::vector<MeasuredPart> parts_;

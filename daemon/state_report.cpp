@@ -94,7 +94,8 @@ BaseState StateReport::base() const {
     base.got = drive_of(w.estimate.along, keeper.drive().frequency);
     base.controlled = controlled_harmonics;
     base.volts_peak = peak_of(w.motion.volts);
-    double squares = w.estimate.residual * w.estimate.residual;
+    base.residual = w.estimate.residual;
+    double squares = base.residual * base.residual;
     for (std::size_t q = 0; q < max_harmonics; ++q) {
         base.harmonics[q] = {target.a[q], got.a[q], w.estimate.sd};
         squares += std::norm(w.estimate.along.a[q]) / 2;

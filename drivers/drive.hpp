@@ -33,12 +33,20 @@ struct Harmonics {
 struct Voltage;       // V at the DAC's output
 struct Acceleration;  // m/s^2 of the base along the shaker's axis
 
-/// What the experimenter asks: a_B = gamma [rho sin wt + (1-rho) sin(2wt + phi)], the paper's Eq. (1).
+inline constexpr int most_driven = 8;  // highest harmonic of the frequency that can be asked for
+
+/// What the experimenter asks: a_B = gamma [rho sin wt + (1-rho) sin(2wt + phi)], the paper's Eq. (1), and
+/// what overtones he adds to it.
 struct Drive {
-    double frequency = 20.0;  // Hz
-    double gamma = paper_g;   // m/s^2
-    double rho = 0.5;         // 0..1
-    double phi = 0.0;         // rad
+    double frequency = 20.0;                                        // Hz
+    double gamma = paper_g;                                         // m/s^2
+    double rho = 0.5;                                               // 0..1
+    double phi = 0.0;                                               // rad
+    std::array<std::complex<double>, most_driven - 2> overtones{};  // harmonics 3 and up, shares of gamma
+
+    [[nodiscard]] bool biharmonic() const noexcept {
+        return overtones == std::array<std::complex<double>, most_driven - 2>{};
+    }
 };
 
 /// The drive as harmonics of the base acceleration.
@@ -46,6 +54,7 @@ inline Harmonics<Acceleration> harmonics(const Drive& d) {
     Harmonics<Acceleration> h;
     h.at(1) = d.gamma * d.rho;
     h.at(2) = std::polar(d.gamma * (1 - d.rho), d.phi);
+    for (std::size_t i = 0; i < d.overtones.size(); ++i) h.a[i + 2] = d.gamma * d.overtones[i];
     return h;
 }
 
@@ -63,7 +72,7 @@ double value_at(const Harmonics<Unit>& h, double phase) noexcept {
 inline Drive drive_of(const Harmonics<Acceleration>& h, double frequency) {
     const double a1 = std::abs(h.at(1)), a2 = std::abs(h.at(2));
     const double phi = std::remainder(std::arg(h.at(2)) - 2 * std::arg(h.at(1)), two_pi);
-    return {frequency, a1 + a2, a1 + a2 > 0 ? a1 / (a1 + a2) : 0.0, phi};
+    return {frequency, a1 + a2, a1 + a2 > 0 ? a1 / (a1 + a2) : 0.0, phi, {}};
 }
 
 }  // namespace shaker

@@ -15,7 +15,8 @@ constexpr double same_phase = 1e-6;  // rad: the same was asked for
 constexpr double bend = 1e-3;  // rad
 
 bool alike(const Drive& a, const Drive& b) {
-    return a.frequency == b.frequency && a.gamma == b.gamma && a.rho == b.rho;
+    return a.frequency == b.frequency && a.gamma == b.gamma && a.rho == b.rho && a.biharmonic() &&
+           b.biharmonic();
 }
 
 // a - b, in -pi..pi.

@@ -42,12 +42,12 @@ void Reload::read() {
         const ServeSettings now = serve_settings(options_);
         require_same(now);
         const Limits limits = limits_now(bench_, now.run.rig, now.run.scene);
-        desk_.order(
-            {Adopt{now.run.drive, now.run.periods, limits}, [this, tell, now](const std::string& refused) {
-                 if (!refused.empty()) return tell("nothing was reloaded: " + refused);
-                 server_.adopt(now.server);
-                 tell("the settings were reloaded");
-             }});
+        desk_.order({Adopt{now.run.drive, now.run.periods, now.run.settle, limits},
+                     [this, tell, now](const std::string& refused) {
+                         if (!refused.empty()) return tell("nothing was reloaded: " + refused);
+                         server_.adopt(now.server);
+                         tell("the settings were reloaded");
+                     }});
     } catch (const std::exception& e) {
         tell(fmt::format("nothing was reloaded: {}", e.what()));
     }

@@ -121,6 +121,7 @@ void ScpiPort::look() {
     const auto state = instrument_.book().now();
     if (!state) return;
     show(*state, status_);
+    status_.set(scpi::Operation::waiting_trigger, instrument_.armed);
     if (state->trips > trips_ && state->trip)
         for (const auto& c : clients_) c->session.report(scpi::Code::abort, text(*state->trip));
     trips_ = state->trips;

@@ -5,6 +5,7 @@
 #include <fstream>
 
 #include "daemon/commands.hpp"
+#include "daemon/run_log.hpp"
 #include "tests/support/bench_on_call.hpp"
 #include "tests/support/program.hpp"
 
@@ -100,6 +101,80 @@ TEST(OnCallTest, AnAbortIsLatchedUntilItIsClearedAndThenItMayBeDrivenAgain) {
     const auto stop = std::ranges::find(r.events, std::string{"trip"}, &BenchEvent::kind);
     ASSERT_NE(stop, r.events.end());
     EXPECT_NE(stop->text.find("operator_stop"), std::string::npos) << stop->text;
+}
+
+TEST(OnCallTest, ItMeasuresSoManyPeriodsAfterTheDriveSettledWhereThatIsAskedFor) {
+    double since_s[2] = {};
+    for (const int settle : {1, 40}) {
+        Answers answers;
+        const auto r = play_on_call(slow, quick(), test::fresh_folder(),
+                                    {{in(RunState::idle), orders(Begin{10, settle}, answers)},
+                                     {measured(1), orders(End{}, answers)},
+                                     {in(RunState::idle), [](Desk&) {}}});
+        const auto run = std::ranges::find(r.events, std::string{"run"}, &BenchEvent::text);
+        ASSERT_NE(run, r.events.end());
+        since_s[settle == 40 ? 1 : 0] = r.last.parts.at(0).from_s - run->t_s;
+    }
+    EXPECT_NEAR(since_s[1] - since_s[0], 39 / 20.0, 2 / 20.0);
+}
+
+TEST(OnCallTest, WithAnOpenLoopTheDriveStaysWhatTheResponseMakesOfIt) {
+    Answers answers;
+    const auto r = play_on_call(slow, quick(), test::fresh_folder(),
+                                {{in(RunState::idle), orders(CloseLoop{false}, answers)},
+                                 {in(RunState::idle), orders(Begin{10}, answers)},
+                                 {measured(1), orders(CloseLoop{true}, answers)},
+                                 {measured(1), orders(End{}, answers)},
+                                 {in(RunState::idle), [](Desk&) {}}});
+    ASSERT_EQ(answers.size(), 4U);
+    EXPECT_NE(answers[2].find("state run"), std::string::npos) << answers[2];
+    EXPECT_FALSE(r.last.closed_loop);
+    EXPECT_GT(std::abs(r.last.points.at(0).gamma.value / paper_g - 1), 2e-3) << "nothing corrected it";
+    EXPECT_EQ(std::ranges::count(r.events, std::string{"identify"}, &BenchEvent::text), 0);
+}
+
+TEST(OnCallTest, OvertonesAreDrivenAsTheyWereAskedFor) {
+    Answers answers;
+    Drive drive;
+    drive.gamma = 7;
+    drive.overtones[0] = std::polar(0.3, 1.0);
+    drive.overtones[3] = std::polar(0.1, -2.0);
+    const auto r = play_on_call(slow, quick(), test::fresh_folder(),
+                                {{in(RunState::idle), orders(SetDrive{drive}, answers)},
+                                 {in(RunState::idle), orders(Begin{10}, answers)},
+                                 {measured(1), orders(End{}, answers)},
+                                 {in(RunState::idle), [](Desk&) {}}});
+    EXPECT_EQ(answers, Answers(3, ""));
+    ASSERT_TRUE(r.last.result);
+    const auto& harmonics = r.last.result->harmonics;
+    for (const auto& [q, amplitude] : {std::pair{3, 2.1}, {6, 0.7}}) {
+        const auto found = std::ranges::find(harmonics, q, &MeasuredHarmonic::q);
+        ASSERT_NE(found, harmonics.end()) << q;
+        EXPECT_NEAR(found->amplitude.value, amplitude, 0.007) << q;
+    }
+}
+
+TEST(OnCallTest, RemarksAreInTheRecordingThatGrowsElseInTheNext) {
+    const auto folder = test::fresh_folder();
+    Answers answers;
+    play_on_call(slow, quick(), folder,
+                 {{in(RunState::idle), orders(Remark{"new paper"}, answers)},
+                  {in(RunState::idle), orders(Remark{std::string(401, 'x')}, answers)},
+                  {in(RunState::idle), orders(Remark{"a\nb"}, answers)},
+                  {in(RunState::idle), orders(Remark{"\xff"}, answers)},
+                  {in(RunState::idle), orders(Record{true, "remarks", KeptPictures::off}, answers)},
+                  {in(RunState::idle), orders(Begin{10}, answers)},
+                  {in(RunState::run), orders(Remark{"the lamp flickers"}, answers)},
+                  {measured(1), orders(End{}, answers)},
+                  {in(RunState::idle), [](Desk&) {}}});
+    ASSERT_EQ(answers.size(), 8U);
+    for (const std::size_t i : {1U, 2U, 3U})
+        EXPECT_NE(answers[i].find("1 to 400"), std::string::npos) << answers[i];
+    std::vector<std::string> texts;
+    for (const LogEntry& entry : read_log(SessionReader{folder / "remarks.nxs"}))
+        if (entry.text.starts_with("remark: ")) texts.push_back(entry.text + " (" + entry.state + ")");
+    EXPECT_EQ(texts,
+              (std::vector<std::string>{"remark: new paper (idle)", "remark: the lamp flickers (run)"}));
 }
 
 TEST(OnCallTest, WhatIsRefusedSaysWhyAndChangesNothing) {

@@ -1,5 +1,7 @@
 #include <gtest/gtest.h>
 
+#include <cmath>
+#include <cstring>
 #include <fstream>
 #include <iterator>
 #include <sstream>
@@ -32,6 +34,82 @@ TEST_F(ScpiPortTest, AWholeRunByCommands) {
     EXPECT_EQ(ask("FORM REAL,32;:FETC:VEL:CYCL?").substr(0, 5), "#3512");
     EXPECT_EQ(ask("FORM ASC;:OUTP OFF;*OPC?"), "1");
     EXPECT_EQ(ask("SYST:ERR?"), "0,\"No error\"");
+}
+
+TEST_F(ScpiPortTest, ReadBeginsWaitsForAMeasurementThatBeganSinceAndAnswersIt) {
+    EXPECT_EQ(ask("READ?;:OUTP?").substr(0, 14), "1.45000000E-02");
+    const std::string got = ask("MEAS? 25,2G;:FREQ?;:ACC?");
+    EXPECT_EQ(got.substr(got.find(';')), ";2.50000000E+01;1.96000000E+01");
+    EXPECT_EQ(ask("SYST:ERR?"), "0,\"No error\"");
+}
+
+TEST_F(ScpiPortTest, WhoHasNoControlReadsNothing) {
+    TcpClient other{server.scpi_port()};
+    EXPECT_EQ(other.ask("SYST:LOCK:REQ?"), "1");
+    client.send("READ?");
+    EXPECT_EQ(ask("SYST:ERR?").substr(0, 5), "-203,");
+    EXPECT_EQ(ask("OUTP?"), "0");
+}
+
+TEST_F(ScpiPortTest, AnAbortEndsARead) {
+    bench.deaf = true;
+    client.send("READ?");
+    client.send("ABOR");
+    for (int i = 0; i < 200 && bench.aborts == 0; ++i)
+        std::this_thread::sleep_for(std::chrono::milliseconds{5});
+    bench.deaf = false;
+    std::string told;
+    for (int i = 0; i < 200 && !told.starts_with("-230,"); ++i) told = ask("SYST:ERR?");
+    EXPECT_NE(told.find("stopped"), std::string::npos) << told;
+}
+
+TEST_F(ScpiPortTest, ABusTriggerBeginsWhatWasInitiated) {
+    EXPECT_EQ(ask("TRIG:SOUR BUS;SOUR?;*TRG;:SYST:ERR?").substr(0, 8), "BUS;-211");
+    client.send("READ?");
+    EXPECT_EQ(ask("SYST:ERR?").substr(0, 5), "-214,");
+    EXPECT_EQ(ask("INIT;*OPC?;:OUTP?"), "1;0");
+    std::string bits;
+    for (int i = 0; i < 200 && bits != "32"; ++i) bits = ask("STAT:OPER:COND?");
+    EXPECT_EQ(bits, "32");
+    EXPECT_EQ(ask("*TRG;*OPC?;:OUTP?"), "1;1");
+    EXPECT_EQ(ask("*RST;*OPC?;:TRIG:SOUR?"), "1;IMM");
+}
+
+TEST_F(ScpiPortTest, WhatIsAveragedIsSaidBeforeAndKeptByTheBench) {
+    EXPECT_EQ(ask("AVER:SETT?;PER?"), "AUTO;40");
+    EXPECT_EQ(ask("AVER:SETT 25;PER 60;:OUTP ON;*OPC?"), "1");
+    EXPECT_EQ(ask("AVER:SETT?;PER?"), "25;60");
+    const auto ordered = bench.ordered();
+    ASSERT_EQ(ordered.size(), 1U);
+    EXPECT_EQ(std::get<Begin>(ordered[0]).settle, 25);
+    EXPECT_EQ(std::get<Begin>(ordered[0]).periods, 60);
+}
+
+TEST_F(ScpiPortTest, OvertonesAreSharesOfGammaAndAPeriodMayComeAsSamples) {
+    EXPECT_EQ(ask("FUNC?;:HARM1:AMPL?;:HARM2:AMPL 0.7;:BIH:RHO?"), "BIH;5.00000000E-01;3.00000000E-01");
+    EXPECT_EQ(ask("HARM3:PHAS 1;:SYST:ERR?").substr(0, 4), "-221");
+    EXPECT_EQ(ask("HARM3:AMPL 0.25;PHAS 90DEG;:FUNC?;:HARM3:AMPL?;PHAS?"),
+              "MULT;2.50000000E-01;1.57079633E+00");
+    EXPECT_EQ(ask("HARM9:AMPL 0.1;:SYST:ERR?").substr(0, 4), "-222");
+    EXPECT_EQ(ask("FUNC BIH;FUNC?;:HARM3:AMPL?"), "BIH;0.00000000E+00");
+    std::string period;  // 5 sin(2 theta - 0.5) + 15 sin(theta), little-endian
+    for (int i = 0; i < 32; ++i) {
+        const double theta = two_pi * i / 32;
+        const double a = 15 * std::sin(theta) + 5 * std::sin(2 * theta - 0.5);
+        char bytes[sizeof a];
+        std::memcpy(bytes, &a, sizeof a);
+        period.append(bytes, sizeof a);
+    }
+    client.send("FORM REAL,64;FORM:BORD SWAP;:ARB:DATA #3256" + period);
+    EXPECT_EQ(ask("FORM ASC;:ACC?;:BIH:RHO?;PHAS?"), "2.00000000E+01;7.50000000E-01;-5.00000000E-01");
+    EXPECT_EQ(ask("ARB:DATA #10;:SYST:ERR?").substr(0, 4), "-221");
+}
+
+TEST_F(ScpiPortTest, ARemarkGoesToTheLog) {
+    EXPECT_EQ(ask("REC:NOTE 'new paper';*OPC?"), "1");
+    const auto events = bench.desk.events(0);
+    ASSERT_FALSE(events.empty());
+    EXPECT_EQ(events.back().text, "new paper");
 }
 
 TEST_F(ScpiPortTest, ARefusedOrderIsAnErrorOfItsSession) {
@@ -120,6 +198,10 @@ TEST_F(ScpiPortTest, EverySettingTakesWhatItsQueryAnswers) {
             if (header.find("MEMory") != std::string::npos) continue;
         } else if (header == "*SAV" || header == "*RCL") {
             value = "1";
+        } else if (header.ends_with("RECord:NOTE")) {
+            value = "'new paper'";
+        } else if (header.ends_with("ARBitrary:DATA")) {
+            value = "#10";
         }
         client.send("*CLS;" + header + (value.empty() ? "" : " " + value));
         std::string told = ask("SYST:ERR?");

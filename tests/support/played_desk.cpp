@@ -59,6 +59,8 @@ std::string PlayedDesk::obey(const OrderWhat& what) {
             return "a run was asked for in state " + std::string{name(state_.state)};
         state_.state = RunState::run;
         state_.measuring = true;
+        state_.periods = std::get<Begin>(what).periods;
+        state_.settle = std::get<Begin>(what).settle;
         state_.result = some_result();
     } else if (std::holds_alternative<End>(what)) {
         state_.state = RunState::idle;
@@ -66,6 +68,10 @@ std::string PlayedDesk::obey(const OrderWhat& what) {
     } else if (std::holds_alternative<ClearTrip>(what)) {
         state_.state = RunState::idle;
         state_.trip.reset();
+    } else if (const auto* loop = std::get_if<CloseLoop>(&what)) {
+        state_.closed_loop = loop->on;
+    } else if (const auto* remark = std::get_if<Remark>(&what)) {
+        desk.tell(state_.now_s, "remark", remark->text);
     } else if (const auto* record = std::get_if<Record>(&what)) {
         state_.record = record->on;
     } else if (const auto* lower = std::get_if<LowerLimits>(&what)) {
@@ -104,6 +110,7 @@ void PlayedDesk::turn() {
         state_.waveform.measured.assign(wave, 1.0F);
     }
     state_.now_s += 1e-3;
+    if (state_.state == RunState::run) state_.measured_from_s = state_.now_s;
     const float now = static_cast<float>(state_.now_s);
     desk.feed().acceleration.add(state_.now_s, std::array{std::sin(now), std::cos(now)});
     if (changed || static_cast<int>(1000 * state_.now_s) % 20 == 0)

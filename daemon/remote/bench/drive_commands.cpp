@@ -39,7 +39,7 @@ Command drive_row(BenchInstrument& bench, const char* header, const char* unit, 
 
 void apply(BenchInstrument& bench, Call& call) {
     const auto a = call.arguments;
-    bench.order(call.session, SetDrive{{a[0].number, a[1].number, a[2].number, a[3].number}});
+    bench.order(call.session, SetDrive{{a[0].number, a[1].number, a[2].number, a[3].number, {}}});
 }
 
 void output(BenchInstrument& bench, Call& call) {
@@ -48,9 +48,10 @@ void output(BenchInstrument& bench, Call& call) {
     const bool is_on = driving(state->state) && state->state != RunState::ramp_down;
     if (on && state->state == RunState::tripped)
         throw Error{Code::settings_conflict, "OUTPut ON while stopped: " + text(*state->trip)};
+    bench.armed = false;
     if (on == is_on && !bench.pending()) return;
     if (on)
-        bench.order(call.session, Begin{bench.periods});
+        bench.order(call.session, bench.next());
     else
         bench.order(call.session, End{});
 }
@@ -68,20 +69,6 @@ void harmonics_row(BenchInstrument& bench, Call& call) {
         pairs.push_back(std::arg(a));
     }
     call.reply.numbers(pairs);
-}
-
-// SINusoid is all of it in harmonic 1; BIHarmonic the paper's half, unless it is biharmonic already.
-void shape(BenchInstrument& bench, Call& call) {
-    Drive drive = bench.book().drive();
-    const bool sinusoid = call.arguments[0].word == 0;
-    if (sinusoid == (drive.rho == 1)) return;
-    drive.rho = sinusoid ? 1 : Drive{}.rho;
-    bench.order(call.session, SetDrive{drive});
-}
-
-/// The asked amplitude of a harmonic, m/s^2.
-std::complex<double> asked(BenchInstrument& bench, const Call& call) {
-    return harmonics(bench.book().drive()).at(call.suffixes[0]);
 }
 
 /// PREDict:<quantity>?: peak of what is wanted and its limit, in the units of the limits.
@@ -147,16 +134,6 @@ std::vector<Command> drive_commands(BenchInstrument& bench) {
                             for (const double x : {d.frequency, d.gamma, d.rho, d.phi}) call.reply.number(x);
                         },
                     .guarded = true});
-    rows.push_back(
-        {.header = "[SOURce:]FUNCtion[:SHAPe]",
-         .parameters = {scpi::choice("SINusoid|BIHarmonic")},
-         .set = [&bench](Call& call) { shape(bench, call); },
-         .query = [&bench](Call& call) { call.reply.word(bench.book().drive().rho == 1 ? "SIN" : "BIH"); },
-         .guarded = true});
-    rows.push_back({.header = "[SOURce:]HARMonic<1..16>:AMPLitude",
-                    .query = [&bench](Call& call) { call.reply.number(std::abs(asked(bench, call))); }});
-    rows.push_back({.header = "[SOURce:]HARMonic<1..16>:PHASe",
-                    .query = [&bench](Call& call) { call.reply.number(std::arg(asked(bench, call))); }});
     rows.push_back({.header = "[SOURce:]UPDate:MODE",
                     .parameters = {scpi::choice("PERiod")},  // always at the next start of a period
                     .set = [](Call&) {},
@@ -204,9 +181,12 @@ std::vector<Command> drive_commands(BenchInstrument& bench) {
                     .guarded = true});
     rows.push_back(
         {.header = "CONTrol:IDENtify:RESult", .query = [&bench](Call& call) { response(bench, call); }});
-    rows.push_back({.header = "CONTrol:LOOP[:STATe]", .query = [&bench](Call& call) {
-                        call.reply.boolean(bench.state()->state == RunState::run);
-                    }});
+    rows.push_back(
+        {.header = "CONTrol:LOOP[:STATe]",
+         .parameters = {scpi::boolean()},
+         .set = [&bench](Call& call) { bench.order(call.session, CloseLoop{call.arguments[0].on}); },
+         .query = [&bench](Call& call) { call.reply.boolean(bench.state()->closed_loop); },
+         .guarded = true});
     rows.push_back(
         {.header = "CONTrol:LOOP:TOLerance", .query = [](Call& call) { call.reply.number(kept_within); }});
     rows.push_back({.header = "CONTrol:LOOP:ERRor",
@@ -221,7 +201,7 @@ std::vector<Command> drive_commands(BenchInstrument& bench) {
 
 std::vector<Command> command_table(BenchInstrument& bench) {
     std::vector<Command> rows = drive_commands(bench);
-    for (auto* part : {&measure_commands, &sense_commands, &bench_commands})
+    for (auto* part : {&shape_commands, &read_commands, &measure_commands, &sense_commands, &bench_commands})
         for (Command& row : part(bench)) rows.push_back(std::move(row));
     return scpi::with_standard_commands(std::move(rows));
 }

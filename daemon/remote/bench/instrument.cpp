@@ -2,6 +2,9 @@
 
 #include <spdlog/fmt/fmt.h>
 
+#include <utility>
+
+#include "daemon/commands.hpp"
 #include "daemon/remote/scpi/error.hpp"
 #include "daemon/remote/scpi/session.hpp"
 
@@ -25,7 +28,9 @@ std::shared_ptr<const BenchState> BenchInstrument::state() const {
 void BenchInstrument::reset() {
     const auto now = book_.now();
     if (now && driving(now->state) && now->state != RunState::ramp_down) book_.order(End{}, {});
-    periods = 40;
+    periods = RunOptions{}.periods;
+    settle = RunOptions{}.settle;
+    on_trigger = armed = false;
 }
 
 int BenchInstrument::self_test() {
@@ -33,7 +38,11 @@ int BenchInstrument::self_test() {
     return now && now->state != RunState::init ? 0 : 1;
 }
 
-void BenchInstrument::trigger() { book_.order(Begin{periods}, {}); }
+void BenchInstrument::trigger() {
+    if (on_trigger && !std::exchange(armed, false))
+        throw scpi::Error{Code::trigger_ignored, "nothing waits for a trigger; INITiate makes it wait"};
+    book_.order(next(), {});
+}
 
 void BenchInstrument::save(int place) { saved_.at(static_cast<std::size_t>(place)) = book_.drive(); }
 
@@ -45,8 +54,14 @@ void BenchInstrument::recall(int place) {
 }
 
 void BenchInstrument::abort(const scpi::Session& by) {
+    armed = false;
     book_.abort(by.name());
     aborted_(by);
+}
+
+Begin BenchInstrument::next() const {
+    const auto now = state();
+    return {periods.value_or(now->periods), settle.value_or(now->settle)};
 }
 
 void BenchInstrument::order(const scpi::Session& session, OrderWhat what) {

@@ -35,8 +35,12 @@ public:
     [[nodiscard]] OrderBook& book() noexcept { return book_; }
     /// The state; Error -230 before there is one.
     [[nodiscard]] std::shared_ptr<const BenchState> state() const;
-    /// Periods of the next measurement, and of AVERage:PERiods.
-    int periods = 40;
+    /// Of AVERage; none: as the bench has them.
+    std::optional<int> periods{}, settle{};
+    /// What begins a run with them.
+    [[nodiscard]] Begin next() const;
+    bool on_trigger = false;  // INITiate waits for *TRG
+    bool armed = false;       // it does
     /// Address of the live streams: "ws://127.0.0.1:8080/ws".
     std::string streams{};
 

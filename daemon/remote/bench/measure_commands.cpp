@@ -3,10 +3,12 @@
 #include <array>
 #include <cmath>
 
+#include "daemon/commands.hpp"
 #include "daemon/remote/bench/commands.hpp"
 #include "daemon/remote/scpi/error.hpp"
 #include "daemon/remote/scpi/reply.hpp"
 #include "daemon/remote/scpi/session.hpp"
+#include "drivers/drive_limits.hpp"
 
 namespace shaker {
 
@@ -16,14 +18,6 @@ using scpi::Call;
 using scpi::Code;
 using scpi::Command;
 using scpi::Error;
-
-constexpr double most_periods = 100000;
-
-std::shared_ptr<const Reduction> result_of(const BenchState& state) {
-    if (state.result) return state.result;
-    throw Error{Code::stale_data,
-                state.not_reduced.empty() ? "no measurement is complete yet" : state.not_reduced};
-}
 
 void estimate(Call& call, const Estimate& e) {
     call.reply.number(e.value);
@@ -45,15 +39,6 @@ void cycle(Call& call, const std::vector<double>& mean, const std::vector<double
         pairs.push_back(error[i]);
     }
     call.reply.numbers(pairs);
-}
-
-void drift(BenchInstrument& bench, Call& call) {
-    const auto state = bench.state();
-    const auto r = result_of(*state);
-    estimate(call, r->v_D);
-    call.reply.number(r->D.value);
-    call.reply.integer(static_cast<std::int64_t>(r->periods.size()));
-    call.reply.boolean(state->measuring);
 }
 
 void record(BenchInstrument& bench, Call& call, bool on, std::string name) {
@@ -85,7 +70,8 @@ void keep_pictures(BenchInstrument& bench, Call& call) {
 
 std::vector<Command> measure_commands(BenchInstrument& bench) {
     std::vector<Command> rows;
-    rows.push_back({.header = "FETCh:DRIFt", .query = [&bench](Call& call) { drift(bench, call); }});
+    rows.push_back(
+        {.header = "FETCh:DRIFt", .query = [&bench](Call& call) { tell_drift(*bench.state(), call.reply); }});
     rows.push_back({.header = "FETCh:MIRRor", .query = [&bench](Call& call) { mirror(bench, call); }});
     rows.push_back({.header = "FETCh:THETa", .query = [&bench](Call& call) {
                         estimate(call, null_of(*bench.state()).theta);
@@ -97,12 +83,28 @@ std::vector<Command> measure_commands(BenchInstrument& bench) {
                     }});
     rows.push_back({.header = "FETCh:STEady",
                     .query = [&bench](Call& call) { call.reply.boolean(bench.state()->measuring); }});
-    rows.push_back({.header = "INITiate:CONTinuous",
-                    .query = [](Call& call) { call.reply.boolean(true); }});  // until OUTPut OFF
-    rows.push_back({.header = "AVERage:SETTle", .query = [](Call& call) { call.reply.word("AUTO"); }});
+    rows.push_back({.header = "AVERage:SETTle",
+                    .parameters = {scpi::or_word("AUTO", scpi::integer(1, most_settle_periods))},
+                    .set =
+                        [&bench](Call& call) {
+                            const scpi::Argument& a = call.arguments[0];
+                            bench.settle = a.word == 0 ? 0 : static_cast<int>(a.number);
+                        },
+                    .query =
+                        [&bench](Call& call) {
+                            const int settle = bench.next().settle;
+                            if (settle == 0) return call.reply.word("AUTO");
+                            call.reply.integer(settle);
+                        },
+                    .guarded = true});
     rows.push_back(estimate_row(bench, "FETCh:EFFiciency", &Reduction::efficiency));
     rows.push_back(estimate_row(bench, "FETCh:ACCeleration:GAMMa", &Reduction::gamma));
     rows.push_back(estimate_row(bench, "FETCh:ACCeleration:PHASe", &Reduction::phi));
+    rows.push_back({.header = "FETCh:ACCeleration:RESidual", .query = [&bench](Call& call) {
+                        const auto s = bench.state();
+                        if (!s->base) throw Error{Code::stale_data, "no period has been measured yet"};
+                        call.reply.number(s->base->residual);
+                    }});
     rows.push_back({.header = "FETCh:VELocity:CYCLe", .query = [&bench](Call& call) {
                         const auto r = result_of(*bench.state());
                         cycle(call, r->cycle.v_mps, r->cycle.v_sd_mps);
@@ -119,13 +121,10 @@ std::vector<Command> measure_commands(BenchInstrument& bench) {
                     }});
     rows.push_back(
         {.header = "AVERage:PERiods",
-         .parameters = {scpi::integer(2, most_periods, 40)},
+         .parameters = {scpi::integer(2, most_periods, RunOptions{}.periods)},
          .set = [&bench](Call& call) { bench.periods = static_cast<int>(call.arguments[0].number); },
-         .query = [&bench](Call& call) { call.reply.integer(bench.periods); },
+         .query = [&bench](Call& call) { call.reply.integer(bench.next().periods); },
          .guarded = true});
-    rows.push_back({.header = "INITiate[:IMMediate]",
-                    .set = [&bench](Call& call) { bench.order(call.session, Begin{bench.periods}); },
-                    .guarded = true});
     rows.push_back({.header = "RECord[:STATe]",
                     .parameters = {scpi::boolean(), scpi::optional(scpi::string(64))},
                     .set =
@@ -135,6 +134,12 @@ std::vector<Command> measure_commands(BenchInstrument& bench) {
                         },
                     .query = [&bench](Call& call) { call.reply.boolean(bench.state()->record); },
                     .guarded = true});
+    rows.push_back(
+        {.header = "RECord:NOTE",
+         .parameters = {scpi::string(Remark::longest)},
+         .set =
+             [&bench](Call& call) { bench.order(call.session, Remark{std::string{call.arguments[0].text}}); },
+         .guarded = true});
     rows.push_back({.header = "RECord:NAME",
                     .query = [&bench](Call& call) { call.reply.string(bench.state()->recording.name); }});
     rows.push_back({.header = "RECord:RAW:CAMera",

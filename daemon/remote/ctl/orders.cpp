@@ -37,6 +37,7 @@ void identify(const Given& given) { link_of(given).order("identify", {}); }
 void start(const Given& given) {
     json fields = json::object();
     if (given.has("--periods")) fields["periods"] = static_cast<int>(given.number("--periods"));
+    if (given.has("--settle")) fields["settle_periods"] = static_cast<int>(given.number("--settle"));
     const Link link = link_of(given);
     link.order("start", fields);
     if (!given.has("--wait")) return;
@@ -70,6 +71,8 @@ void abort(const Given& given) try {
 }
 
 void clear(const Given& given) { link_of(given).order("clear", {}); }
+
+void remark(const Given& given) { link_of(given).order("remark", {{"text", given.text("TEXT")}}); }
 
 void record(const Given& given) {
     json fields{{"on", given.text("SWITCH") == "on"}};

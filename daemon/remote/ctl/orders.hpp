@@ -11,6 +11,7 @@ void stop(const Given& given);
 /// Nothing else is asked of the daemon before, and it is given 2 s.
 void abort(const Given& given);
 void clear(const Given& given);
+void remark(const Given& given);
 void record(const Given& given);
 
 }  // namespace shaker::ctl

@@ -1,3 +1,6 @@
+#include <utility>
+
+#include "daemon/remote/scpi/reply.hpp"
 #include "daemon/remote/scpi/session.hpp"
 #include "daemon/remote/scpi/standard_commands.hpp"
 
@@ -17,16 +20,20 @@ void reset(Call& call) {
     call.session.shared().instrument.reset();
 }
 
-void when_complete(Call& call) {
-    if (call.session.shared().instrument.pending())
-        call.session.wait(true);
-    else
-        call.reply.integer(1);
+/// Until what was ordered is done. False when it is.
+bool pause(const Call& call, std::function<void(Reply&)> reply) {
+    Instrument& instrument = call.session.shared().instrument;
+    if (!instrument.pending()) return false;
+    call.session.pause({[&instrument] { return !instrument.pending(); }, std::move(reply)});
+    return true;
 }
 
-void wait(Call& call) {
-    if (call.session.shared().instrument.pending()) call.session.wait(false);
+void when_complete(Call& call) {
+    const auto done = [](Reply& reply) { reply.integer(1); };
+    if (!pause(call, done)) done(call.reply);
 }
+
+void wait(Call& call) { static_cast<void>(pause(call, {})); }
 
 std::uint8_t byte(const Call& call) { return static_cast<std::uint8_t>(call.arguments.front().number); }
 int place(const Call& call) { return static_cast<int>(call.arguments.front().number); }

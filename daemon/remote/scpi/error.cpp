@@ -35,6 +35,7 @@ constexpr std::array messages = std::to_array<std::pair<Code, std::string_view>>
     {Code::command_protected, "Command protected"},
     {Code::trigger_ignored, "Trigger ignored"},
     {Code::init_ignored, "Init ignored"},
+    {Code::trigger_deadlock, "Trigger deadlock"},
     {Code::parameter, "Parameter error"},
     {Code::settings_conflict, "Settings conflict"},
     {Code::out_of_range, "Data out of range"},

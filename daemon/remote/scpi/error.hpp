@@ -36,6 +36,7 @@ enum class Code : std::int16_t {
     command_protected = -203,
     trigger_ignored = -211,
     init_ignored = -213,
+    trigger_deadlock = -214,
     parameter = -220,
     settings_conflict = -221,
     out_of_range = -222,

@@ -59,8 +59,13 @@ void Session::poll() {
         opc_ = false;
         status_.raise_event(esr::operation_complete);
     }
-    while (waiting() && !shared_.instrument.pending()) {
-        if (std::exchange(wait_, Wait::none) == Wait::reply) response_ += response_.empty() ? "1" : ";1";
+    while (waiting() && pause_->over()) {
+        const auto reply = std::exchange(pause_, {})->reply;
+        try {
+            if (reply) answer(reply);
+        } catch (const Error& error) {
+            report(error.code, error.what());
+        }
         std::string rest = std::exchange(remainder_, {});
         run_units({rest.data(), rest.data() + rest.size()});
         if (!waiting()) end_message();
@@ -150,8 +155,7 @@ void Session::execute(const Found& found, std::span<const Argument> arguments) {
             Call call{*this, arguments, suffixes, reply};
             command.query(call);
         });
-    if (command.guarded && !shared_.lock.allows(name_))
-        throw Error{Code::command_protected, "control is held by " + printable(shared_.lock.owner())};
+    if (command.guarded) require_control();
     std::string none;
     Reply silent{none, format_, 0};
     Call call{*this, arguments, suffixes, silent};
@@ -254,6 +258,9 @@ void Session::complete_operation() {
     if (!opc_) status_.raise_event(esr::operation_complete);
 }
 
-void Session::wait(bool reply) noexcept { wait_ = reply ? Wait::reply : Wait::silent; }
+void Session::require_control() const {
+    if (!shared_.lock.allows(name_))
+        throw Error{Code::command_protected, "control is held by " + printable(shared_.lock.owner())};
+}
 
 }  // namespace shaker::scpi

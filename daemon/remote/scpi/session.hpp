@@ -2,8 +2,11 @@
 // One client: bytes in, bytes out, its status and errors. No sockets, no threads, no clock.
 #include <cstdint>
 #include <deque>
+#include <functional>
+#include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
 
 #include "daemon/remote/scpi/arguments.hpp"
 #include "daemon/remote/scpi/command_tree.hpp"
@@ -44,7 +47,7 @@ public:
     /// The client sends no more. What it left incomplete is not executed: it is -420 where it asks for
     /// something.
     void finish();
-    [[nodiscard]] bool waiting() const noexcept { return wait_ != Wait::none; }
+    [[nodiscard]] bool waiting() const noexcept { return pause_.has_value(); }
 
     /// Replies to send; sent() says how many bytes of them are.
     [[nodiscard]] std::string_view output() const noexcept;
@@ -65,11 +68,17 @@ public:
     [[nodiscard]] std::uint8_t status_byte() noexcept;
     void complete_operation();                          // *OPC
     void forget_operation() noexcept { opc_ = false; }  // *CLS, *RST
-    void wait(bool reply) noexcept;                     // *WAI, *OPC?
+    /// *WAI, *OPC?, READ?: what follows is withheld until `over`, which poll() asks; then `reply` writes, if
+    /// there is one, or throws as a query may.
+    struct Pause {
+        std::function<bool()> over;
+        std::function<void(Reply&)> reply;
+    };
+    void pause(Pause pause) { pause_ = std::move(pause); }
+    /// Error -203 unless this session may change what the bench does.
+    void require_control() const;
 
 private:
-    enum class Wait : std::uint8_t { none, silent, reply };
-
     void accept(Text message);
     void run_message(Text message);
     void run_units(Text rest);
@@ -93,7 +102,7 @@ private:
     std::string output_;
     std::size_t sent_ = 0;
     bool opc_ = false;
-    Wait wait_ = Wait::none;
+    std::optional<Pause> pause_;
     std::string remainder_;  // of the message that waits
     std::deque<std::string> withheld_;
     std::size_t withheld_bytes_ = 0;

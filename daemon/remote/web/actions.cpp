@@ -36,12 +36,30 @@ OrderWhat drive_of(const json& body, Drive d) {
     return SetDrive{d};
 }
 
-OrderWhat begin_of(const json& body, int otherwise) {
-    const double periods = number_at(body, "periods", otherwise);
-    if (!(periods >= 1 && periods <= most_periods) || periods != std::floor(periods))
+int whole_at(const json& body, const char* key, int otherwise, int least, int most) {
+    const double number = number_at(body, key, otherwise);
+    if (!(number >= least && number <= most) || number != std::floor(number))
         throw InputError{
-            fmt::format("periods: {}; a whole number from 1 to {} was expected", periods, most_periods)};
-    return Begin{static_cast<int>(periods)};
+            fmt::format("{}: {}; a whole number from {} to {} was expected", key, number, least, most)};
+    return static_cast<int>(number);
+}
+
+OrderWhat begin_of(const json& body, const OrderBook& book) {
+    const auto now = book.now();
+    return Begin{whole_at(body, "periods", book.periods(), 1, most_periods),
+                 whole_at(body, "settle_periods", now ? now->settle : 0, 0, most_settle_periods)};
+}
+
+OrderWhat remark_of(const json& body) {
+    if (!body.contains("text") || !body["text"].is_string())
+        throw InputError{"text: the remark was expected"};
+    return Remark{body["text"].get<std::string>()};
+}
+
+OrderWhat loop_of(const json& body) {
+    if (!body.contains("closed") || !body["closed"].is_boolean())
+        throw InputError{"closed: true or false was expected"};
+    return CloseLoop{body["closed"].get<bool>()};
 }
 
 OrderWhat record_of(const json& body, const BenchState* now) {
@@ -71,10 +89,12 @@ OrderWhat record_of(const json& body, const BenchState* now) {
 
 std::optional<OrderWhat> order_of(const std::string& name, const json& body, const OrderBook& book) {
     if (name == "drive") return drive_of(body, book.drive());
-    if (name == "start") return begin_of(body, book.periods());
+    if (name == "start") return begin_of(body, book);
     if (name == "stop") return End{};
     if (name == "identify") return Identify{};
     if (name == "clear") return ClearTrip{};
+    if (name == "remark") return remark_of(body);
+    if (name == "loop") return loop_of(body);
     if (name == "record") return record_of(body, book.now().get());
     return std::nullopt;
 }

@@ -35,11 +35,8 @@ json session(const BenchState& s, const Viewer& viewer) {
 
 json measured(const BenchState& s) {
     if (!s.base)
-        return {{"gamma_mps2", nullptr},
-                {"phi_rad", nullptr},
-                {"harmonics", json::array()},
-                {"rms_mps2", nullptr},
-                {"volts_peak", nullptr}};
+        return {{"gamma_mps2", nullptr}, {"phi_rad", nullptr},       {"harmonics", json::array()},
+                {"rms_mps2", nullptr},   {"residual_mps2", nullptr}, {"volts_peak", nullptr}};
     const BaseState& b = *s.base;
     json harmonics = json::array();
     for (int n = 1; n <= b.controlled; ++n) {
@@ -52,23 +49,18 @@ json measured(const BenchState& s) {
              {"phase_error_rad", asked ? json(std::arg(h.measured / h.target)) : json(nullptr)},
              {"sigma_mps2", number(h.sigma)}});
     }
-    return {{"gamma_mps2", b.got.gamma},
-            {"phi_rad", b.got.phi},
-            {"harmonics", harmonics},
-            {"rms_mps2", b.rms},
-            {"volts_peak", b.volts_peak}};
+    return {{"gamma_mps2", b.got.gamma}, {"phi_rad", b.got.phi},        {"harmonics", harmonics},
+            {"rms_mps2", b.rms},         {"residual_mps2", b.residual}, {"volts_peak", b.volts_peak}};
 }
 
 json result(const BenchState& s) {
     if (!s.result)
-        return {{"v_D_mps", nullptr}, {"D_m", nullptr},       {"efficiency", nullptr},
-                {"mu", estimate(s.mu)},        {"periods", s.periods}, {"steady", false}};
+        return {{"v_D_mps", nullptr},   {"D_m", nullptr},       {"efficiency", nullptr},
+                {"mu", estimate(s.mu)}, {"periods", s.periods}, {"settle_periods", s.settle},
+                {"steady", false}};
     const Reduction& r = *s.result;
-    return {{"v_D_mps", estimate(r.v_D)},
-            {"D_m", estimate(r.D)},
-            {"efficiency", estimate(r.efficiency)},
-            {"mu", estimate(s.mu)},
-            {"periods", s.periods},
+    return {{"v_D_mps", estimate(r.v_D)}, {"D_m", estimate(r.D)}, {"efficiency", estimate(r.efficiency)},
+            {"mu", estimate(s.mu)},       {"periods", s.periods}, {"settle_periods", s.settle},
             {"steady", s.measuring}};
 }
 
@@ -150,6 +142,7 @@ std::string state_json(const BenchState& s, const Viewer& viewer) {
           {"gamma_mps2", s.wanted.gamma},
           {"rho", s.wanted.rho},
           {"phi_rad", s.wanted.phi},
+          {"closed_loop", s.closed_loop},
           {"locked", s.locked}}},
         {"measured", measured(s)},
         {"result", result(s)},

@@ -62,11 +62,21 @@ function wireRecord(act: Actions, store: Store): (session: Session) => void {
     };
 }
 
+/** Into the log and the recording; what was typed stays until the daemon has it. */
+function wireRemark(act: Actions): void {
+    const remark = byId("remark-text", HTMLInputElement);
+    wire(form("remark"), act, () => {
+        const text = remark.value.trim();
+        return text ? { text } : { refused: "remark: needed" };
+    }, () => { remark.value = ""; });
+}
+
 export function makeForms(act: Actions, store: Store): () => void {
     for (const simple of document.querySelectorAll<HTMLFormElement>("form:not([id])")) wire(simple, act, () => ({}));
     wire(form("take"), act, () => ({}));
     wire(form("release"), act, () => ({}));
     wireStart(act);
+    wireRemark(act);
     const showRecord = wireRecord(act, store);
     const showDrive = makeDriveForm(act, store);
     const holder = byId("holder", HTMLElement);
