@@ -3,6 +3,7 @@
 #include <chrono>
 #include <fstream>
 #include <nlohmann/json.hpp>
+#include <thread>
 
 #include "daemon/remote/ctl/address.hpp"
 #include "daemon/remote/ctl/terminal.hpp"
@@ -46,6 +47,17 @@ TEST(CtlTroubleTest, ADaemonThatIsNotThereIsStatus69ForEveryCommand) {
                   std::string::npos)
             << failed.err;
     }
+}
+
+TEST(CtlTroubleTest, WaitGivesADaemonThatIsStartedJustNowTimeToListen) {
+    const int port = port_of_nobody();
+    test::Program waits{"shakerctl", "--at 127.0.0.1:" + std::to_string(port) + " wait idle",
+                        test::fresh_folder()};
+    std::this_thread::sleep_for(std::chrono::milliseconds{700});
+    EXPECT_FALSE(waits.ended());
+    test::PlayedBench bench;
+    const Server late{bench.desk, {.http_port = port, .scpi_port = 0}};
+    EXPECT_EQ(waits.wait(limit_s).status, exit_done);
 }
 
 TEST(CtlTroubleTest, AnAbortThatDidNotGetThereSendsToTheEmergencyStop) {

@@ -37,6 +37,8 @@ void require(const Link& link, error_code failed) {
     if (failed == beast::error::timeout) not_reached(link, "no answer in time");
     if (failed == http::error::end_of_stream || failed == asio::error::eof)
         not_reached(link, "the connection was closed without an answer");
+    if (failed == asio::error::connection_refused)
+        throw NobodyListens{link.at.text() + ": " + failed.message()};
     if (failed) not_reached(link, failed.message());
 }
 

@@ -5,6 +5,7 @@
 
 #include <ctime>
 #include <nlohmann/json.hpp>
+#include <thread>
 
 #include "daemon/remote/ctl/state_text.hpp"
 #include "daemon/remote/ctl/terminal.hpp"
@@ -17,6 +18,7 @@ namespace {
 using nlohmann::json;
 
 constexpr std::chrono::seconds line_every{1};
+constexpr std::chrono::milliseconds look_again{50};  // for a daemon that is about to listen
 
 // ASCII only, so that no terminal finds anything to obey in it.
 std::string line_of(const json& j) { return j.dump(-1, ' ', true, json::error_handler_t::replace) + "\n"; }
@@ -77,8 +79,17 @@ void fetch(const Given& given) {
 void wait_for(const Given& given) {
     const std::string word = given.text("STATE");
     const auto there = [&](const json& state) { return state_of(state) == word; };
-    if (!state_when(link_of(given), after(given, "--timeout"), there))
-        throw TimedOut{fmt::format("the bench was not {} within {}", word, given.text("--timeout"))};
+    const Clock::time_point until = after(given, "--timeout"), come = Clock::now() + patience;
+    for (;; std::this_thread::sleep_for(look_again)) {
+        try {
+            if (state_when(link_of(given), until, there)) return;
+            break;
+        } catch (const NobodyListens&) {  // a daemon that was started just now
+            if (Clock::now() >= come) throw;
+            if (Clock::now() >= until) break;
+        }
+    }
+    throw TimedOut{fmt::format("the bench was not {} within {}", word, given.text("--timeout"))};
 }
 
 }  // namespace shaker::ctl

@@ -101,7 +101,9 @@ std::vector<Command> rows() {
          fetch},
         {"wait",
          "Wait until the bench is in a state",
-         "A stop by a limit or an abort ends it too, with exit status 1",
+         "A stop by a limit or an abort ends it too, with exit status 1. A daemon that does not listen yet "
+         "has "
+         "5 s to begin",
          {word("STATE", "", "Its name, as status says it", {state_words.begin(), state_words.end()}),
           quantity("--timeout", "S", "At most so long, then exit status 75 [for ever]", Dimension::time,
                    waits)},

@@ -13,6 +13,10 @@ struct Refused : std::runtime_error {
 struct NotReached : std::runtime_error {
     using std::runtime_error::runtime_error;
 };
+/// Of these: nobody listens there, or not yet.
+struct NobodyListens : NotReached {
+    using NotReached::NotReached;
+};
 struct TimedOut : std::runtime_error {
     using std::runtime_error::runtime_error;
 };
