@@ -2,6 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
+
+#include "drivers/errors.hpp"
 
 namespace shaker {
 
@@ -15,7 +18,8 @@ Acquisition::Acquisition(Rig& rig, Recording* recording, const std::optional<Lim
       take_{empty_take(rig)},
       dac_clock_{take_.dac_rate_hz} {
     for (const auto& camera : rig.cameras) {
-        trackers_.emplace_back(camera->view());
+        eyes_.emplace_back(camera->view());
+        learned_.push_back({.view = camera->view()});
         frame_clocks_.emplace_back(camera->view(), take_.dac_rate_hz);
     }
     frames_.resize(rig.cameras.size());
@@ -28,6 +32,33 @@ void Acquisition::record(Recording* recording) {
     forget(take_);
     // The drive's state is told by its last change, which the take keeps.
     for (const DriveChange& c : take_.changes) recording_->add(c);
+}
+
+std::vector<View> Acquisition::views_now() const {
+    std::vector<View> views;
+    for (std::size_t i = 0; i < learned_.size(); ++i) {
+        View view = learned_[i].view;
+        for (std::size_t k = 0; k < view.targets.size(); ++k) {
+            Target& target = view.targets[k];
+            const bool known = newest_[i].frame != nullptr && !learned_[i].fixes.empty();
+            if (!known || !found(newest_[i].fixes[k].state))
+                throw InputError{"camera \"" + view.camera + "\", target \"" + target.name +
+                                 "\": it is not seen; a recording with pictures begins with all targets"};
+            const Fix &now = newest_[i].fixes[k], &then = learned_[i].fixes[k];
+            target.roi_px[0] += static_cast<int>(std::lround(now.x_px - then.x_px));
+            target.roi_px[1] += static_cast<int>(std::lround(now.y_px - then.y_px));
+        }
+        views.push_back(std::move(view));
+    }
+    return views;
+}
+
+void Acquisition::learn_anew(const std::vector<View>& views) {
+    for (std::size_t i = 0; i < views.size(); ++i) {
+        if (!eyes_[i].fresh.push(std::make_shared<ViewTracker>(views[i]))) continue;
+        ++learned_[i].wanted;
+        learned_[i].view = views[i];
+    }
 }
 
 void Acquisition::keep_tails() {
@@ -76,8 +107,10 @@ bool Acquisition::collect_frames() {
         while (auto tracked = ring.pop()) {
             any = true;
             const MasterTime time = time_of(camera, *tracked->frame);
-            add_fixes(take_, camera, *tracked->frame, tracked->fixes, time, settles_live_);
-            if (recording_ != nullptr)
+            const bool counts = tracked->learned == learned_[camera].wanted;
+            note_learned(camera, *tracked);
+            if (counts) add_fixes(take_, camera, *tracked->frame, tracked->fixes, time, settles_live_);
+            if (counts && recording_ != nullptr)
                 recording_->add(camera, *tracked->frame, newest_tracks(camera),
                                 settles_live_ ? std::optional{time} : std::nullopt);
             if (!tails_.empty()) tails_[camera].push(*tracked->frame);
@@ -86,6 +119,12 @@ bool Acquisition::collect_frames() {
         ++camera;
     }
     return any;
+}
+
+void Acquisition::note_learned(std::size_t camera, const TrackedFrame& tracked) {
+    Learned& learned = learned_[camera];
+    if (!learned.fixes.empty() && std::exchange(learned.seen, tracked.learned) == tracked.learned) return;
+    learned.fixes = tracked.fixes;
 }
 
 std::vector<Track> Acquisition::newest_tracks(std::size_t camera) const {
@@ -116,7 +155,7 @@ std::vector<Loop> Acquisition::sensor_loops() {
     for (std::size_t i = 0; i < rig_.cameras.size(); ++i, ++ring)
         loops.push_back({"camera " + rig_.cameras[i]->view().camera, 50, true,
                          [this, i, &out = *ring](std::chrono::milliseconds wait) {
-                             return camera_step(*rig_.cameras[i], trackers_[i], wait, out, lanes_.lost);
+                             return camera_step(*rig_.cameras[i], eyes_[i], wait, out, lanes_.lost);
                          }});
     return loops;
 }

@@ -2,6 +2,7 @@
 // The sensor side of any rig: devices and trackers on one side of the rings, the gathered Take and the
 // recording on the other.
 #include <chrono>
+#include <deque>
 #include <functional>
 #include <vector>
 
@@ -25,6 +26,13 @@ public:
     Acquisition(Rig& rig, Recording* recording, const std::optional<Limits>& limits = {},
                 double frequency = 20);
 
+    /// The views with their targets' regions about where those are now, as a recording that is tracked again
+    /// from its first picture needs them. InputError naming a target that is not seen.
+    [[nodiscard]] std::vector<View> views_now() const;
+    /// The targets are learned anew in the next frame of each camera, in these regions; frames before it are
+    /// in no take and no recording. Lanes::lost counts those that were not there: their tracker goes on as it
+    /// was. Reduction thread.
+    void learn_anew(const std::vector<View>& views);
     /// What comes from now on goes there too; null: nowhere. Reduction thread. The take begins anew with it.
     void record(Recording* recording);
     /// From now on a frame's time is final as it comes, and told to the recording: nothing is found again
@@ -48,6 +56,7 @@ public:
 
 private:
     bool collect_frames();
+    void note_learned(std::size_t camera, const TrackedFrame& tracked);
     [[nodiscard]] std::vector<Track> newest_tracks(std::size_t camera) const;
     [[nodiscard]] MasterTime time_of(std::size_t camera, const Frame& frame);
 
@@ -55,12 +64,19 @@ private:
     Recording* recording_;
     Lanes lanes_;
     Input input_;
-    std::vector<ViewTracker> trackers_;
+    std::deque<Eye> eyes_;
     Take take_;
     ClockTracker<DacClock> dac_clock_;
     std::vector<FrameClock> frame_clocks_;
     std::vector<std::size_t> frames_;  // a camera, so far
     std::vector<TrackedFrame> newest_;
+    struct Learned {
+        View view;
+        std::uint64_t wanted = 0;  // Eye::learned of the frames that count
+        std::uint64_t seen = 0;    // of the newest frame
+        std::vector<Fix> fixes{};  // in the frame it learned from
+    };
+    std::vector<Learned> learned_;
     bool settles_live_ = false;
     std::vector<FrameTail> tails_;
     std::uint64_t released_ = 0;  // Lanes::releases that were answered

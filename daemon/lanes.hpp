@@ -20,6 +20,7 @@ namespace shaker {
 struct TrackedFrame {
     FramePtr frame;
     std::vector<Fix> fixes;
+    std::uint64_t learned = 0;  // Eye::learned of the tracker that found them
 };
 
 /// What did not fit into a ring: never waited for, always counted.
@@ -30,6 +31,7 @@ struct Counters {
     std::atomic<std::uint64_t> frames_lost{0};
     std::atomic<std::uint64_t> samples_clamped{0};
     std::atomic<std::uint64_t> trips_lost{0};
+    std::atomic<std::uint64_t> not_learned{0};  // targets that were to be learned anew and were not there
 };
 
 /// Rings of samples hold 10 s and more of the paper's rates; those of frames hold less than a camera's pool

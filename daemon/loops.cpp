@@ -2,6 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <span>
+#include <utility>
+
+#include "drivers/errors.hpp"
 
 namespace shaker {
 
@@ -69,6 +73,20 @@ void answer_trips(Output& output, Lanes& lanes) {
     while (const auto trip = lanes.ordered.pop()) stop(*trip, output, lanes);
 }
 
+std::span<const Fix> found_in(const Frame& frame, Eye& eye, Counters& lost) {
+    if (const auto fresh = eye.fresh.pop()) {
+        ++eye.learned;
+        try {
+            const auto fixes = (*fresh)->update(frame.view(), frame.tick);
+            eye.tracker = std::move(**fresh);
+            return fixes;
+        } catch (const InputError&) {
+            ++lost.not_learned;
+        }
+    }
+    return eye.tracker.update(frame.view(), frame.tick);
+}
+
 }  // namespace
 
 Output::Output(const DacInfo& dac, double frequency, double frames_per_second, std::size_t block,
@@ -119,8 +137,8 @@ bool accelerometer_step(Input& input, Accelerometer& device, std::chrono::millis
     return true;
 }
 
-bool camera_step(Camera& device, ViewTracker& tracker, std::chrono::milliseconds wait,
-                 Ring<TrackedFrame>& out, Counters& lost) {
+bool camera_step(Camera& device, Eye& eye, std::chrono::milliseconds wait, Ring<TrackedFrame>& out,
+                 Counters& lost) {
     FramePtr frame = device.read(wait);
     if (frame == nullptr) return false;
     // A frame that cannot be handed on is not tracked either: a replay, which does not have it, then sees
@@ -129,8 +147,8 @@ bool camera_step(Camera& device, ViewTracker& tracker, std::chrono::milliseconds
         ++lost.frames_lost;
         return true;
     }
-    const auto fixes = tracker.update(frame->view(), frame->tick);
-    static_cast<void>(out.push({std::move(frame), {fixes.begin(), fixes.end()}}));
+    const auto fixes = found_in(*frame, eye, lost);
+    static_cast<void>(out.push({std::move(frame), {fixes.begin(), fixes.end()}, eye.learned}));
     return true;
 }
 

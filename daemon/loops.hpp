@@ -2,6 +2,8 @@
 // One step function a loop. On hardware each runs in its own thread, on a simulated or replayed rig the
 // lockstep executor calls the same functions. A step touches one device and a few rings and nothing else.
 #include <chrono>
+#include <cstdint>
+#include <memory>
 #include <vector>
 
 #include "daemon/control/drive_guard.hpp"
@@ -36,6 +38,14 @@ struct Input {
     std::uint64_t heard = 0;     // Accelerometer::heard() of the last step
 };
 
+/// What a camera's loop owns.
+struct Eye {
+    explicit Eye(const View& view) : tracker{view} {}
+    ViewTracker tracker;
+    Ring<std::shared_ptr<ViewTracker>> fresh{2};  // from the reduction: takes over with the next frame
+    std::uint64_t learned = 0;                    // how many took over
+};
+
 /// Answers trips, its own among them, and the operator's release, takes the newest drive, fills one block and
 /// plays it. A stop begins with that block's first sample. Real-time but for Dac::write.
 void output_step(Output& output, Dac& dac, Lanes& lanes);
@@ -45,8 +55,9 @@ void output_step(Output& output, Dac& dac, Lanes& lanes);
 bool accelerometer_step(Input& input, Accelerometer& device, std::chrono::milliseconds wait, Lanes& lanes);
 
 /// Takes a frame, finds the targets while it is warm in the cache, hands both on. False when none came.
-/// Without room to hand it on the frame is counted as lost.
-bool camera_step(Camera& device, ViewTracker& tracker, std::chrono::milliseconds wait,
-                 Ring<TrackedFrame>& out, Counters& lost);
+/// Without room to hand it on the frame is counted as lost. A fresh tracker that does not find its targets in
+/// the frame is counted, and the one before goes on.
+bool camera_step(Camera& device, Eye& eye, std::chrono::milliseconds wait, Ring<TrackedFrame>& out,
+                 Counters& lost);
 
 }  // namespace shaker

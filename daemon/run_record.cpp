@@ -90,7 +90,10 @@ void RunRecord::remark(const std::string& text, const Director& director) {
 void RunRecord::begin(const RunOptions& run, bool record, const std::string& name) {
     header_ = run_header(bench_, run, settings_.live, false);
     before_ = device_reports(bench_.rig);
-    if (record) open(name);
+    if (!record) return;
+    if (run.pictures != KeptPictures::off) header_.views = acquisition_.views_now();
+    open(name);
+    if (run.pictures != KeptPictures::off) acquisition_.learn_anew(header_.views);
 }
 
 void RunRecord::open(const std::string& name) {

@@ -86,6 +86,10 @@ bool Session::step(const Take& take, Lanes& lanes) {
     measure(take);  // before an order changes what was asked for
     any = answer(lanes) || any;
     take_outcome();
+    if (const std::uint64_t vain = lanes.lost.not_learned; std::exchange(not_learned_, vain) != vain)
+        tell("note",
+             "a camera's targets were not where they had been seen: tracked again from its pictures, "
+             "what is recorded begins at other positions");
     record_.look(director_, lanes);
     follow_states();
     if (leaving_) go_away(lanes);

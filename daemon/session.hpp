@@ -90,6 +90,7 @@ private:
     RunState state_ = RunState::init;
     bool active_ = false, stop_told_ = false;  // a run that is not finished; why it was stopped was recorded
     std::size_t measured_ = 0, told_notes_ = 0;
+    std::uint64_t not_learned_ = 0;  // that was told
     struct Pending {
         Drive asked;
         MeasuredPart part;

@@ -154,6 +154,43 @@ TEST(OnCallTest, OvertonesAreDrivenAsTheyWereAskedFor) {
     }
 }
 
+// The walker is elsewhere than when the daemon began to follow it.
+TEST(OnCallTest, ARunRecordedWithPicturesAfterTheWalkerWentReplaysFromThemToTheBit) {
+    for (const KeptPictures pictures : {KeptPictures::region, KeptPictures::full}) {
+        const auto folder = test::fresh_folder();
+        RunOptions run = quick();
+        run.pictures = pictures;
+        run.drive.phi = 1.75;  // a slow walk
+        Answers answers;
+        const auto r = play_on_call(slow, run, folder,
+                                    {{in(RunState::idle), orders(Begin{20}, answers)},
+                                     {measured(2), orders(End{}, answers)},
+                                     {in(RunState::idle), orders(Record{true, "second", pictures}, answers)},
+                                     {in(RunState::idle), orders(Begin{10}, answers)},
+                                     {measured(3), orders(End{}, answers)},
+                                     {in(RunState::idle), [](Desk&) {}}});
+        EXPECT_EQ(answers, Answers(5, ""));
+        const ReplayOptions raw{.file = folder / "second.nxs", .from = ReplayOptions::From::raw};
+        EXPECT_TRUE(replay(raw)) << name(pictures);
+        EXPECT_EQ(std::ranges::count(r.events, std::string{"note"}, &BenchEvent::kind), 1) << "its file only";
+    }
+}
+
+TEST(OnCallTest, ARecordingWithPicturesBeginsWithAllTargetsSeen) {
+    RunOptions run = quick();
+    run.pictures = KeptPictures::full;
+    Answers answers;
+    const auto hidden = [](const BenchState& s) {
+        return s.state == RunState::idle && s.walker && s.walker->lost > 2;
+    };
+    play_on_call(std::string{slow} + "[[fault]]\nwhat = \"walker_hidden\"\nat_s = 1\n", run,
+                 test::fresh_folder(),
+                 {{in(RunState::idle), orders(Record{true, "blind", KeptPictures::full}, answers)},
+                  {hidden, orders(Begin{10}, answers)}});
+    ASSERT_EQ(answers.size(), 2U);
+    EXPECT_NE(answers[1].find("target \"walker\": it is not seen"), std::string::npos) << answers[1];
+}
+
 TEST(OnCallTest, RemarksAreInTheRecordingThatGrowsElseInTheNext) {
     const auto folder = test::fresh_folder();
     Answers answers;

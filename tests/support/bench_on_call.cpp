@@ -5,6 +5,7 @@
 #include <fstream>
 
 #include "daemon/drive_rig.hpp"
+#include "drivers/region_camera.hpp"
 
 namespace shaker::test {
 
@@ -27,6 +28,7 @@ OnCallResult play_on_call(const std::string& scene, const RunOptions& run,
         std::ofstream{file} << scene;
     }
     OpenRig bench = open_rig("sim:", file, World::Pace::lockstep);
+    if (run.pictures == KeptPictures::region) take_regions(bench.rig);
     const Limits limits = limits_on_call(bench.limits);
     Acquisition acquisition{bench.rig, nullptr, limits, run.drive.frequency};
     const DacInfo dac = bench.rig.dac->info();
