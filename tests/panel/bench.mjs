@@ -153,6 +153,7 @@ export class Bench {
             case "start": return this.start();
             case "stop": this.become("stopping"); return null;
             case "record": this.recording = body.name; this.log("record", body.name ?? "ended"); return null;
+            case "remark": this.log("remark", body.text); return null;
             default: return `no action ${name}`;
         }
     }

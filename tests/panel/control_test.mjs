@@ -82,6 +82,12 @@ test("Each button sends its action, and the whole way from arming to a stop work
     await page.waitForFunction(() => document.getElementById("state").textContent.includes("running"));
     await press(page, "Stop");
     assert.deepEqual(await sent("stop"), {});
+    await press(page, "Write it down");
+    await page.getByText("remark: needed").waitFor();
+    await page.fill("#remark-text", " new paper ");
+    await press(page, "Write it down");
+    assert.deepEqual(await sent("remark"), { text: "new paper" });
+    await until(async () => (await page.inputValue("#remark-text")) === "", "emptied");
     await press(page, "End the recording");
     assert.equal((await sent("record")).name, null);
     await until(() => server.bench.state === "idle", "stopped");
