@@ -1,44 +1,20 @@
 // The page with the daemon itself behind it, on the simulated bench: what an operator does, in a real browser.
 import assert from "node:assert/strict";
-import { spawn } from "node:child_process";
-import { mkdtempSync, writeFileSync } from "node:fs";
-import { tmpdir } from "node:os";
 import { join } from "node:path";
 import test, { after, before } from "node:test";
+import { startDaemon } from "./daemon.mjs";
 import { openBrowser, openPage } from "./stage.mjs";
-import { project } from "./sources.mjs";
 
-const program = process.env.SHAKERD ?? join(project, "build/dev/shakerd");
 const folder = process.env.PANEL_SCREENSHOTS;
 let daemon, stage;
 
-/** Started on ports that are free; says them on its standard error. */
-async function startDaemon() {
-    const recordings = mkdtempSync(join(tmpdir(), "shakerd-page-"));
-    const settings = join(recordings, "settings.toml");
-    writeFileSync(settings, "[run]\nphi_rad = 1.75\nperiods = 20\n");  // a slow walker: seconds until it is at the edge
-    const child = spawn(program, ["serve", "--settings", settings, "--http-port", "0", "--scpi-port", "0", "--page", join(project, "build/panel"),
-        "--recordings", recordings], { stdio: ["ignore", "inherit", "pipe"] });
-    let said = "";
-    child.stderr.on("data", (bytes) => { said += bytes; });
-    for (const end = Date.now() + 20_000; ;) {
-        const found = /http:\/\/127\.0\.0\.1:(\d+)\//.exec(said);
-        if (found) return { child, port: Number(found[1]), said: () => said };
-        assert.ok(Date.now() < end && child.exitCode === null, `the daemon did not come up: ${said}`);
-        await new Promise((resume) => setTimeout(resume, 50));
-    }
-}
-
 before(async () => {
-    daemon = await startDaemon();
+    daemon = await startDaemon(1.75);  // a slow walker: seconds until it is at the edge
     stage = { server: { port: daemon.port }, browser: await openBrowser() };
 });
 after(async () => {
     await stage?.browser.close();
-    if (!daemon) return;
-    const gone = new Promise((resume) => daemon.child.on("exit", resume));
-    daemon.child.kill("SIGTERM");
-    await gone;
+    await daemon?.end();
 });
 
 const state = (page) => page.textContent("#state");

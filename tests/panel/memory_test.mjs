@@ -1,7 +1,7 @@
 // Hours of streaming must not make the page grow. PANEL_MINUTES says how long; the first third, at most a minute, fills it.
 import assert from "node:assert/strict";
 import test from "node:test";
-import { openPage, running, setStage } from "./stage.mjs";
+import { heapOf, openPage, running, setStage } from "./stage.mjs";
 
 const minutes = Number(process.env.PANEL_MINUTES ?? 1);
 const warm = Math.min(1, minutes / 3);
@@ -15,13 +15,7 @@ test(`After ${minutes} min of streaming its memory is within 10 % of that after 
     // Ten events a second fill the log to its bound before the first look; else it would be growth of the right kind.
     for (let k = 0; k < 600; k++) server.bench.log("info", `event before the first look ${k}`);
     const chatter = setInterval(() => server.bench.log("info", `event at ${server.bench.time}`), 100);
-    const devtools = await page.context().newCDPSession(page);
-    const look = async () => {
-        for (let k = 0; k < 3; k++) await devtools.send("HeapProfiler.collectGarbage");
-        const { usedSize, backingStorageSize = 0 } = await devtools.send("Runtime.getHeapUsage");
-        const { nodes, jsEventListeners } = await devtools.send("Memory.getDOMCounters");
-        return { bytes: usedSize + backingStorageSize, nodes, jsEventListeners };
-    };
+    const look = () => heapOf(page);
     await wait(warm);
     const early = await look();
     await wait(minutes - warm);

@@ -66,3 +66,13 @@ export async function until(condition, what, patience = 8000) {
         await new Promise((resume) => setTimeout(resume, 20));
     }
 }
+
+/** What a page holds after its garbage was collected. */
+export async function heapOf(page) {
+    const devtools = await page.context().newCDPSession(page);
+    for (let k = 0; k < 3; k++) await devtools.send("HeapProfiler.collectGarbage");
+    const { usedSize, backingStorageSize = 0 } = await devtools.send("Runtime.getHeapUsage");
+    const { nodes, jsEventListeners } = await devtools.send("Memory.getDOMCounters");
+    await devtools.detach();
+    return { bytes: usedSize + backingStorageSize, nodes, jsEventListeners };
+}

@@ -104,17 +104,24 @@ TEST_F(CtlTest, ARefusalIsStatus1AndTheDaemonsWords) {
 }
 
 TEST_F(CtlTest, StartWaitsForAMeasurementAndStopForSilence) {
-    const Outcome started = ctl("start --periods 12 --wait");
+    EXPECT_EQ(ctl("start").status, exit_done);
+    EXPECT_EQ(last<Begin>().periods, 40) << "as the daemon has it";
+    EXPECT_EQ(ctl("stop --wait").status, exit_done);
+    const Outcome started = ctl("start --periods 12 --settle 7 --wait");
     EXPECT_EQ(started.status, exit_done) << started.err;
     EXPECT_EQ(started.out, "v_D 14.500 +- 0.030 mm/s\n");
     EXPECT_EQ(last<Begin>().periods, 12);
+    EXPECT_EQ(last<Begin>().settle, 7);
     EXPECT_EQ(ctl("start").status, exit_refused);
     EXPECT_NE(ctl("status").out.find("v_D 14.500 +- 0.030 mm/s, D 0.7250 +- 0.0015 mm"), std::string::npos);
     EXPECT_EQ(ctl("stop --wait").status, exit_done);
     EXPECT_EQ(bench.desk.state()->state, RunState::idle);
     EXPECT_EQ(ctl("start").status, exit_done) << "without --wait and --periods";
-    EXPECT_EQ(last<Begin>().periods, 40) << "as the daemon has it";
+    EXPECT_EQ(last<Begin>().periods, 12) << "as last";
+    EXPECT_EQ(last<Begin>().settle, 7) << "as last";
     EXPECT_EQ(ctl("stop").status, exit_done);
+    EXPECT_EQ(ctl("remark 'new paper'").status, exit_done);
+    EXPECT_EQ(last<Remark>().text, "new paper");
 }
 
 TEST_F(CtlTest, IdentifyClearAndRecordAreOrders) {

@@ -18,7 +18,6 @@ using scpi::Call;
 using scpi::Code;
 using scpi::Command;
 using scpi::Error;
-using scpi::Parameter;
 
 /// The next measurement that begins when all that was ordered before is in force.
 class NextMeasurement {

@@ -91,9 +91,10 @@ std::string state_text(const json& s) {
     line("rig",
          word(s, "/session/rig") + (yes(s, "/session/identified") ? ", identified" : ", not identified"));
     line("drive",
-         fmt::format("{} Hz, {}, rho {}, {}{}", value(number(s, "/drive/frequency_hz")),
+         fmt::format("{} Hz, {}, rho {}, {}{}{}", value(number(s, "/drive/frequency_hz")),
                      gamma_text(number(s, "/drive/gamma_mps2")), value(number(s, "/drive/rho")),
-                     phi_text(number(s, "/drive/phi_rad")), yes(s, "/drive/locked") ? ", locked" : ""));
+                     phi_text(number(s, "/drive/phi_rad")), yes(s, "/drive/locked") ? ", locked" : "",
+                     at(s, "/drive/overtones").empty() ? "" : ", with overtones"));
     if (std::isfinite(number(s, "/measured/gamma_mps2")))
         line("measured",
              gamma_text(number(s, "/measured/gamma_mps2")) + ", " + phi_text(number(s, "/measured/phi_rad")));

@@ -53,6 +53,14 @@ json measured(const BenchState& s) {
             {"rms_mps2", b.rms},         {"residual_mps2", b.residual}, {"volts_peak", b.volts_peak}};
 }
 
+json overtones(const Drive& drive) {
+    json all = json::array();
+    for (std::size_t i = 0; i < drive.overtones.size(); ++i)
+        if (const std::complex<double> share = drive.overtones[i]; share != 0.0)
+            all.push_back({{"n", i + 3}, {"share", std::abs(share)}, {"phase_rad", std::arg(share)}});
+    return all;
+}
+
 json result(const BenchState& s) {
     if (!s.result)
         return {{"v_D_mps", nullptr},   {"D_m", nullptr},       {"efficiency", nullptr},
@@ -142,6 +150,7 @@ std::string state_json(const BenchState& s, const Viewer& viewer) {
           {"gamma_mps2", s.wanted.gamma},
           {"rho", s.wanted.rho},
           {"phi_rad", s.wanted.phi},
+          {"overtones", overtones(s.wanted)},
           {"closed_loop", s.closed_loop},
           {"locked", s.locked}}},
         {"measured", measured(s)},

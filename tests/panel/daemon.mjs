@@ -1,0 +1,31 @@
+import assert from "node:assert/strict";
+import { spawn } from "node:child_process";
+import { mkdtempSync, writeFileSync } from "node:fs";
+import { tmpdir } from "node:os";
+import { join } from "node:path";
+import { project } from "./sources.mjs";
+
+const program = process.env.SHAKERD ?? join(project, "build/dev/shakerd");
+
+async function end(child) {
+    const gone = new Promise((resume) => child.on("exit", resume));
+    child.kill("SIGTERM");
+    await gone;
+}
+
+/** The daemon itself on the simulated bench, on ports that are free: it says them on its standard error. phi in rad. */
+export async function startDaemon(phi) {
+    const recordings = mkdtempSync(join(tmpdir(), "shakerd-page-"));
+    const settings = join(recordings, "settings.toml");
+    writeFileSync(settings, `[run]\nphi_rad = ${phi}\nperiods = 20\n`);
+    const child = spawn(program, ["serve", "--settings", settings, "--http-port", "0", "--scpi-port", "0", "--page", join(project, "build/panel"),
+        "--recordings", recordings], { stdio: ["ignore", "inherit", "pipe"] });
+    let said = "";
+    child.stderr.on("data", (bytes) => { said += bytes; });
+    for (const late = Date.now() + 20_000; ;) {
+        const found = /http:\/\/127\.0\.0\.1:(\d+)\//.exec(said);
+        if (found) return { child, port: Number(found[1]), said: () => said, end: () => end(child) };
+        assert.ok(Date.now() < late && child.exitCode === null, `the daemon did not come up: ${said}`);
+        await new Promise((resume) => setTimeout(resume, 50));
+    }
+}
