@@ -81,8 +81,9 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
         if (prompt) door.go_on();
         look_at(client, before);
     }
+    constexpr std::size_t measured_in = 2 * test::PlayedDesk::shown_each;  // turns, at most
     for (std::size_t turns = 0; turns == 0 || client.waiting(); ++turns) {
-        require(turns <= size, "what waits ends");
+        require(turns <= measured_in * size, "what waits ends");
         door.go_on();
     }
     client.finish();

@@ -113,8 +113,7 @@ void PlayedDesk::turn() {
     if (state_.state == RunState::run) state_.measured_from_s = state_.now_s;
     const float now = static_cast<float>(state_.now_s);
     desk.feed().acceleration.add(state_.now_s, std::array{std::sin(now), std::cos(now)});
-    if (changed || static_cast<int>(1000 * state_.now_s) % 20 == 0)
-        desk.publish(std::make_shared<BenchState>(state_));
+    if (changed || ++turns_ % shown_each == 0) desk.publish(std::make_shared<BenchState>(state_));
 }
 
 }  // namespace shaker::test

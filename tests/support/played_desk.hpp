@@ -21,6 +21,8 @@ public:
     std::atomic<bool> deaf{false};
     /// Points of the waveform that is shown; 0: there is none.
     std::atomic<std::size_t> wave{0};
+    /// Turns from one state that is shown to the next where nothing is ordered.
+    static constexpr int shown_each = 20;
     /// What was ordered, in order.
     [[nodiscard]] std::vector<OrderWhat> ordered() const;
     /// Obeys all that was ordered; a millisecond goes by. One thread.
@@ -32,6 +34,7 @@ private:
     mutable std::mutex mutex_;
     std::vector<OrderWhat> ordered_;
     BenchState state_;
+    int turns_ = 0;
 };
 
 }  // namespace shaker::test
