@@ -40,9 +40,14 @@ std::vector<std::string> prepare_thread(const Loop& loop) {
 }  // namespace
 
 void Pacer::wait_until(double s) {
-    const auto since =
-        std::chrono::duration_cast<std::chrono::steady_clock::duration>(std::chrono::duration<double>{s});
-    if (!begin_) begin_ = std::chrono::steady_clock::now() - since;
+    using Clock = std::chrono::steady_clock;
+    const auto steps = [](double seconds) {
+        return std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>{seconds});
+    };
+    const auto since = steps(s);
+    const auto now = Clock::now();
+    if (!begin_) begin_ = now - since;
+    if (now - (*begin_ + since) > steps(made_up_s)) begin_ = now - since;
     std::this_thread::sleep_until(*begin_ + since);
 }
 

@@ -23,10 +23,13 @@ struct Execution {
     std::vector<std::string> refused;  // of real-time scheduling, one sentence each
 };
 
-/// Waits for real time where data are older than it.
+/// Waits for real time where virtual time is ahead of it.
 class Pacer {
 public:
-    /// Returns when s seconds have passed since the first call's s.
+    /// What may be made up for by going faster than real time, s. What the computer stood still beyond it is
+    /// left behind: virtual time goes on from where it was.
+    static constexpr double made_up_s = 0.02;
+    /// Returns when s seconds, and what was left behind, have passed since the first call's s.
     void wait_until(double s);
 
 private:

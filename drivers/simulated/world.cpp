@@ -61,8 +61,10 @@ public:
     }
     bool read(AccelBlock& block, std::chrono::milliseconds wait) override {
         std::unique_lock lock{s_.mutex};
+        if (std::exchange(s_.block_in_hand, false)) s_.moved.notify_all();
         s_.moved.wait_for(lock, wait, [&] { return s_.stopped || s_.accel_ready(); });
         if (!s_.accel_ready()) return false;
+        s_.block_in_hand = true;
         block = s_.blocks.front();
         s_.blocks.pop_front();
         counts_.taken += static_cast<std::uint64_t>(block.size);

@@ -15,7 +15,8 @@ class World {
 public:
     /// lockstep: sensors are read in the thread that writes the DAC, so write() never waits; what is not read
     /// is dropped when a sensor's queue is full, and marked. paced: write() waits until every sensor's reader
-    /// has taken what is due, as threads need it; stop() of any device ends the waiting.
+    /// has taken what is due, and the accelerometer's has done with it and asks for more, as threads need it:
+    /// nobody is late in virtual time because a computer was; stop() of any device ends the waiting.
     enum class Pace { lockstep, paced };
     explicit World(const Scene& scene, Pace pace = Pace::lockstep);
     ~World();

@@ -46,7 +46,8 @@ bool World::State::frame_ready(const Eye& eye) const {
 }
 
 bool World::State::all_read() const {
-    return !accel_ready() && std::ranges::none_of(eyes, [&](const Eye& e) { return frame_ready(e); });
+    return !accel_ready() && !block_in_hand &&
+           std::ranges::none_of(eyes, [&](const Eye& e) { return frame_ready(e); });
 }
 
 void World::State::stop() noexcept {

@@ -59,6 +59,7 @@ struct World::State {
     DeviceCounts dac_counts{};
     FaultQueue plant_faults, underruns;
     bool overflow = false;
+    bool block_in_hand = false;  // the reader has taken one and not asked for the next yet
     bool stopped = false;
     double truth_kept_s = std::numeric_limits<double>::infinity();
     mutable std::mutex mutex{};

@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <chrono>
+#include <thread>
 #include <utility>
 
 #include "daemon/executors.hpp"
@@ -150,6 +152,18 @@ TEST(ExecutorsTest, AThreadThatThrowsEndsTheRunWithItsError) {
         EXPECT_STREQ(e.what(), "gone");
     }
     EXPECT_TRUE(unblocked);
+}
+
+// Otherwise virtual time would race after a computer that stood still, and threads could not follow.
+TEST(PacerTest, WhatTheComputerStoodStillIsNotMadeUpFor) {
+    using Clock = std::chrono::steady_clock;
+    Pacer pacer;
+    pacer.wait_until(1);
+    std::this_thread::sleep_for(std::chrono::milliseconds{100});
+    const auto before = Clock::now();
+    pacer.wait_until(1.005);
+    pacer.wait_until(1.065);
+    EXPECT_GE(std::chrono::duration<double>(Clock::now() - before).count(), 0.06);
 }
 
 }  // namespace

@@ -128,6 +128,21 @@ TEST(ServeTest, SigkillLeavesAFileThatIsRecoveredAndTheNextDaemonIsDisarmed) {
     EXPECT_EQ(client.ask("OUTP?;:SYST:STAT?"), "0;\"idle\"");
 }
 
+// The simulated bench waits for its readers: virtual time stands still with the computer.
+TEST(ServeTest, AComputerThatStandsStillNowAndThenStopsNoSimulatedRun) {
+    ServedBench bench;
+    TcpClient client{bench.scpi_port()};
+    client.send("OUTP ON");
+    ASSERT_TRUE(bench.becomes("run")) << bench.log();
+    for (int ms = 20; ms < 100; ms += 4) {
+        kill(bench.program().pid(), SIGSTOP);
+        std::this_thread::sleep_for(std::chrono::milliseconds{ms});
+        kill(bench.program().pid(), SIGCONT);
+        std::this_thread::sleep_for(std::chrono::milliseconds{30});
+    }
+    EXPECT_EQ(client.ask("OUTP?;:SYST:STAT?"), "1;\"run\"") << bench.log();
+}
+
 TEST(ServeTest, TheWatchdogIsFedOnlyWhileTheDrivesLoopLives) {
     Manager manager;
     ServedBench bench;

@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <atomic>
+#include <chrono>
 #include <cstring>
 #include <thread>
 
@@ -178,6 +180,28 @@ TEST(WorldTest, PacedThreadsHearWhatLockstepHears) {
         for (std::size_t i = 0; i < frames[c].size(); ++i)
             EXPECT_EQ(frames[c][i].pixels, alone.frames[c][i].pixels);
     }
+}
+
+// A reader that is not given the processor for a while is not late in virtual time.
+TEST(WorldTest, PacedTheDacWaitsUntilABlockIsDoneWith) {
+    World world{quick(), World::Pace::paced};
+    Rig rig = world.rig();
+    std::atomic<std::uint64_t> done{0};
+    std::jthread reader{[&] {
+        AccelBlock b;
+        while (!rig.accelerometer->ended()) {
+            if (!rig.accelerometer->read(b, std::chrono::milliseconds{20})) continue;
+            std::this_thread::sleep_for(std::chrono::milliseconds{5});
+            done += static_cast<std::uint64_t>(b.size);
+        }
+    }};
+    const std::vector<double> zero(block);
+    for (int k = 0; k < 40; ++k) {
+        rig.dac->write(zero, zero);
+        EXPECT_EQ(done, rig.accelerometer->counts().taken);
+    }
+    EXPECT_GT(done, 0U);
+    rig.dac->stop();
 }
 
 }  // namespace
