@@ -19,6 +19,14 @@ export async function startServer(folder, port = 0) {
     const pictures = makePictures();
     played = { bench, requests: [], refuse: null, silent: false, mute: false, port: 0, dropAll, close, subscribed: () => [...clients].flatMap((c) => [...c.streams.keys()]) };
 
+    /** The points are told again when there are others, as the daemon does. */
+    function stateFor(client) {
+        const { points, ...rest } = bench.message();
+        if (client.points === points.length) return rest;
+        client.points = points.length;
+        return { ...rest, points };
+    }
+
     const files = createServer((request, response) => void serve(request, response));
     async function serve(request, response) {
         if (request.method === "POST") return action(request, response);
@@ -35,7 +43,7 @@ export async function startServer(folder, port = 0) {
         if (played.silent) return request.socket.destroy();
         const error = played.refuse ?? bench.act(name, body);
         response.writeHead(error ? 409 : 200, { "Content-Type": "application/json" }).end(JSON.stringify(error ? { error } : { ok: true }));
-        if (!error) for (const client of clients) client.text(bench.message());
+        if (!error) for (const client of clients) client.text(stateFor(client));
     }
 
     files.on("upgrade", (request, socket) => {
@@ -50,7 +58,7 @@ export async function startServer(folder, port = 0) {
         clients.add(client);
         if (played.mute) return;
         for (const event of bench.events) client.text(event);
-        client.text(bench.message());
+        client.text(stateFor(client));
     });
 
     const makers = {
@@ -88,7 +96,7 @@ export async function startServer(folder, port = 0) {
         ticks++;
         for (const client of played.mute ? [] : clients) {
             if (client.backlog() > 1 << 20) continue;  // a slow client misses messages, the bench does not wait
-            if (ticks % 3 === 0) client.text(bench.message());
+            if (ticks % 3 === 0) client.text(stateFor(client));
             for (const wish of client.streams.values()) {
                 if (bench.time < wish.due) continue;
                 wish.due = bench.time + 1 / wish.rate_hz - tick / 2;

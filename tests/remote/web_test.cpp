@@ -4,11 +4,13 @@
 #include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
+#include <stdexcept>
 #include <thread>
 
 #include "daemon/remote/server.hpp"
 #include "tests/support/played_bench.hpp"
 #include "tests/support/program.hpp"
+#include "tests/support/socket_client.hpp"
 #include "tests/support/tcp_client.hpp"
 
 namespace shaker {
@@ -82,6 +84,25 @@ TEST_F(WebTest, MetricsCountWhatTheInstrumentLanguageRefused) {
         metrics = request("GET /metrics").body;
     EXPECT_NE(metrics.find("shakerd_scpi_errors_total 3\n"), std::string::npos) << metrics;
     EXPECT_NE(metrics.find("shakerd_scpi_messages_total 4\n"), std::string::npos) << metrics;
+}
+
+TEST_F(WebTest, ASocketIsToldThePointsAtItsBeginAndAfterEachMeasurement) {
+    test::SocketClient page{server.http_port(), "/ws?client=tab1"};
+    const auto next_has_points = [&page] {
+        for (;;) {
+            const auto message = page.next();
+            if (message.op < 0) throw std::runtime_error{"nothing came"};
+            const json text = json::parse(message.data);
+            if (text["type"] == "state") return text.contains("points");
+        }
+    };
+    EXPECT_TRUE(next_has_points());
+    for (int i = 0; i < 5; ++i) EXPECT_FALSE(next_has_points());
+    EXPECT_EQ(post("start", "").status, 200);  // the played bench has its result at once
+    int told = 0;
+    for (int i = 0; i < 10; ++i) told += next_has_points() ? 1 : 0;
+    EXPECT_EQ(told, 1);
+    EXPECT_TRUE(json::parse(request("GET /api/state").body).contains("points"));
 }
 
 TEST_F(WebTest, ActionsAreOrdersAndARefusalSaysWhy) {

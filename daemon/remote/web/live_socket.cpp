@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <optional>
 #include <utility>
 
 #include "daemon/remote/web/live_frames.hpp"
@@ -45,7 +46,8 @@ struct Live {
     std::shared_ptr<Site> site;
     std::string who;
     std::map<std::string, Stream> streams{};
-    std::uint64_t told = 0, answered = 0;  // events; orders
+    std::uint64_t told = 0, answered = 0;                       // events; orders
+    std::optional<std::shared_ptr<const Reduction>> pointed{};  // the result at which all points were told
     Clock::time_point state_due{};
     RunState shown{};
     bool open = true;
@@ -115,7 +117,10 @@ asio::awaitable<void> send_due(Live& live) {
         live.state_due = now + state_every - turn / 2;
         live.shown = state->state;
         live.answered = state->answered;
-        const std::string text = state_json(*state, {site.lock.owner(), site.lock.owner() == live.who});
+        const bool knows_points = live.pointed == state->result;
+        live.pointed = state->result;
+        const std::string owner = site.lock.owner();
+        const std::string text = state_json(*state, {owner, owner == live.who, knows_points});
         co_await send(live, true, text);
     }
     for (auto it = live.streams.begin(); it != live.streams.end(); ++it) {

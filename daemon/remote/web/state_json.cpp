@@ -142,29 +142,28 @@ std::string state_json(const BenchState& s, const Viewer& viewer) {
     json clocks = json::array();
     for (const ClockState& c : s.clocks)
         clocks.push_back({{"name", c.name}, {"ppm", number(c.ppm)}, {"residual_s", number(c.residual_s)}});
-    const json all{
-        {"type", "state"},
-        {"session", session(s, viewer)},
-        {"drive",
-         {{"frequency_hz", s.wanted.frequency},
-          {"gamma_mps2", s.wanted.gamma},
-          {"rho", s.wanted.rho},
-          {"phi_rad", s.wanted.phi},
-          {"overtones", overtones(s.wanted)},
-          {"closed_loop", s.closed_loop},
-          {"locked", s.locked}}},
-        {"measured", measured(s)},
-        {"result", result(s)},
-        {"walker", walker},
-        {"points", points(s)},
-        {"clocks", clocks},
-        {"losses", losses(s)},
-        {"disk", {{"free_bytes", number(s.recording.free_bytes)}, {"backlog", s.recording.backlog}}},
-        {"jitter",
-         {{"bins_s", PeriodJitter::ends_s},
-          {"counts", s.jitter.counts},
-          {"worst_s", s.jitter.worst_s > 0 ? json(s.jitter.worst_s) : json(nullptr)}}},
-        {"limits", limits(s.limits)}};
+    json all{{"type", "state"},
+             {"session", session(s, viewer)},
+             {"drive",
+              {{"frequency_hz", s.wanted.frequency},
+               {"gamma_mps2", s.wanted.gamma},
+               {"rho", s.wanted.rho},
+               {"phi_rad", s.wanted.phi},
+               {"overtones", overtones(s.wanted)},
+               {"closed_loop", s.closed_loop},
+               {"locked", s.locked}}},
+             {"measured", measured(s)},
+             {"result", result(s)},
+             {"walker", walker},
+             {"clocks", clocks},
+             {"losses", losses(s)},
+             {"disk", {{"free_bytes", number(s.recording.free_bytes)}, {"backlog", s.recording.backlog}}},
+             {"jitter",
+              {{"bins_s", PeriodJitter::ends_s},
+               {"counts", s.jitter.counts},
+               {"worst_s", s.jitter.worst_s > 0 ? json(s.jitter.worst_s) : json(nullptr)}}},
+             {"limits", limits(s.limits)}};
+    if (!viewer.knows_points) all["points"] = points(s);
     return all.dump(-1, ' ', false, json::error_handler_t::replace);
 }
 

@@ -8,10 +8,11 @@
 
 namespace shaker::web {
 
-/// Who looks, and who may order.
+/// Who looks, who may order, and what the viewer has been told already.
 struct Viewer {
-    std::string controller;  // empty: nobody
-    bool controls = false;   // the viewer is that one
+    std::string controller;     // empty: nobody
+    bool controls = false;      // the viewer is that one
+    bool knows_points = false;  // "points" is left out
 };
 
 /// {"type":"state","session":...,"drive":...,"measured":...,"result":...,"walker":...,"points":...,"clocks":...,

@@ -38,7 +38,7 @@ const inMillimetres = (metres: number | null): number | null => (metres === null
  * Points that share their other parameter make a curve when there are at least three; of more curves than maxCurves the
  * longest stay. They come in the order of their parameter, each in the order of x; all other points come last, as one.
  */
-export function curves(points: Point[], axis: Axis): Curve[] {
+export function curves(points: readonly Point[], axis: Axis): Curve[] {
     const found = new Map<number, PlottedPoint[]>();
     for (const p of points) {
         if (![p.gamma_mps2, p.phi_rad, p.v_D_mps].every(Number.isFinite)) continue;

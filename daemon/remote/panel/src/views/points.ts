@@ -3,6 +3,7 @@ import type uPlot from "uplot";
 import { make } from "../dom";
 import { curves, type axes, type Curve } from "../groups";
 import { common, Plot, xAxis, yAxis, type Columns } from "../plot";
+import type { Point } from "../protocol";
 import type { Store } from "../store";
 import type { Theme, Themes } from "../theme";
 import { drawSign, sign } from "./symbols";
@@ -97,13 +98,12 @@ export function makePoints(
         series: [{}, { paths: () => null, points: { show: false } }],
         hooks: { draw: [(u) => drawCurves(u, found, theme)] },
     }));
-    let seen = "";
+    let seen: readonly Point[] = [];
     let data: Columns = [[], []];
     return () => {
-        const points = store.state?.points ?? [];
-        const now = JSON.stringify(points);
-        if (now === seen && !plot.stale) return;
-        seen = now;
+        const points = store.state?.points ?? seen;
+        if (points === seen && !plot.stale) return;
+        seen = points;
         found = curves(points, by);
         const all = found.flatMap((curve) => curve.points).sort((a, b) => a.x - b.x);
         data = [all.map((p) => p.x), all.map((p) => p.v)];
