@@ -153,7 +153,7 @@ void RunRecord::close() {
 
 std::string RunRecord::finish(const Director& director) {
     if (!on()) return {};
-    const std::string what = said(file_, [&] {
+    std::string what = said(file_, [&] {
         const std::scoped_lock lock{mutex_};
         const Take& take = acquisition_.take();
         if (const auto& found = director.keeper().identified())
@@ -189,7 +189,7 @@ std::string RunRecord::finish_stopped(const Director& director) {
         .planned = measuring ? MeasuredPart{director.from_s(), director.to_s()} : MeasuredPart{},
         .identified = keeper.identified() ? &*keeper.identified() : keeper.found()};
     if (on()) {
-        const std::string what = said(file_, [&] {
+        std::string what = said(file_, [&] {
             const std::scoped_lock lock{mutex_};
             shaker::finish(*recording_, run);
             return "recorded: " + file_.string();
