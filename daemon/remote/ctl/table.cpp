@@ -90,7 +90,7 @@ std::vector<Command> rows() {
         {"watch",
          "Say the bench's state and v_D once a second, and every event",
          "It begins with the events that the daemon still keeps, and ends with Ctrl-C or when nobody reads "
-         "it",
+         "it. In JSON a state has the points measured so far at first and after each measurement",
          {flag("--json", "A line of JSON for each message of the daemon, ten or more a second"),
           quantity("--seconds", "S", "End after so long", Dimension::time, waits)},
          watch},

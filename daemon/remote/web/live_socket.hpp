@@ -1,6 +1,6 @@
 #pragma once
-// The socket of a page: the state ten times a second (in it the points only after a measurement), events, and
-// the live streams it subscribed to.
+// The socket of a page: the state ten times a second (in it the points at first and after a measurement),
+// events, and the live streams it subscribed to.
 #include <memory>
 #include <string>
 #include <utility>
