@@ -2,7 +2,7 @@
 // A number that leaves carries its error.
 #include <limits>
 
-namespace shaker {
+namespace shaker::calibration {
 
 /// A value with its standard deviation, in the same SI unit. NaN where it could not be determined.
 struct Estimate {
@@ -10,4 +10,4 @@ struct Estimate {
     double sigma = std::numeric_limits<double>::quiet_NaN();
 };
 
-}  // namespace shaker
+}  // namespace shaker::calibration

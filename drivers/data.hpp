@@ -1,5 +1,5 @@
 #pragma once
-// What crosses a device's edge, raw: counts and pixels with the index and the arrival they came with.
+// Raw data as devices deliver them: counts and pixels with sample index and arrival time.
 #include <array>
 #include <cstddef>
 #include <cstdint>
@@ -11,7 +11,7 @@
 
 namespace shaker {
 
-/// What is wrong with a block or a frame. Bad data are marked, never thrown away.
+/// Defects of a block or a frame, as flags. Bad data are marked, never discarded.
 enum class Quality : std::uint8_t { good = 0, gap = 1, clipped = 2, late = 4 };
 constexpr Quality operator|(Quality a, Quality b) noexcept {
     return static_cast<Quality>(static_cast<unsigned>(a) | static_cast<unsigned>(b));
@@ -20,22 +20,22 @@ constexpr bool has(Quality set, Quality flag) noexcept {
     return (static_cast<unsigned>(set) & static_cast<unsigned>(flag)) != 0;
 }
 
-/// Tells when a sample of the drive is heard: what a DAC's clock is fitted to.
+/// The moment a sample of the drive leaves the converter. The DAC's clock is fitted to these.
 struct PlayTime {
-    DacTick tick;    // of any sample near the block
-    HostTime heard;  // when it leaves the converter
-    /// Above 0 when the device ran empty: the block just given was not played, the output is at zero, and the
-    /// next block begins this many samples after the end of that one. Ticks keep their place in time to a few
-    /// samples; the clock's fit begins anew.
+    DacTick tick;    // of any sample in or near the block
+    HostTime heard;  // host time at which `tick` leaves the converter
+    /// Samples, >= 0. Above 0 after an underrun: the block just written was not played, the output is
+    /// at zero, and the next block begins `lost` samples after the end of that block. Ticks keep
+    /// their place in time to a few samples; the fit of the clock restarts.
     std::int64_t lost = 0;
 };
 
-/// Consecutive accelerometer samples: sample i has tick first.n + i, one index instead of 64 stamps.
+/// Consecutive accelerometer samples. Sample i has tick first.n + i.
 struct AccelBlock {
     static constexpr int capacity = 64;
     AccelTick first;
-    HostTime arrived;     // of the last sample: the device's own stamp where it has host time, else when
-                          // read() got it; only the clock map looks at it
+    HostTime arrived;     // of the last sample: the device's own stamp if it stamps in host time, else the
+                          // return of read(). Used only to fit the clock
     Quality quality{};    // gap: samples are missing before `first`
     int size = capacity;  // valid samples; less than `capacity` only before a gap and at the end
     std::array<std::array<std::int32_t, 3>, capacity> counts{};
@@ -55,8 +55,9 @@ struct ImageView {
 struct Frame {
     CameraTick tick;
     HostTime arrived;
-    std::optional<CameraStamp> stamp;        // start of the exposure on the camera's own clock
-    std::optional<MasterTime> mid_exposure;  // known on the simulated rig, or told by a recorded session
+    std::optional<CameraStamp> stamp;  // start of the exposure on the camera's own clock
+    std::optional<MasterTime>
+        mid_exposure;  // known on the simulated rig and in recorded sessions; else empty
     Quality quality{};
     int width = 0;
     int height = 0;

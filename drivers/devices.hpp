@@ -1,6 +1,6 @@
 #pragma once
-// The seam: three small device classes and the Rig that owns them. Hardware, simulated and replayed rigs are
-// behind it; nothing above it knows which.
+// The device seam: Dac, Accelerometer, Camera, and the Rig that owns them. Hardware, simulated and
+// replayed rigs implement it; code above does not know which.
 #include <array>
 #include <chrono>
 #include <cstdint>
@@ -15,33 +15,33 @@
 
 namespace shaker {
 
-/// What a device has counted since it was opened. Samples are frames of the DAC or of the accelerometer (all
-/// axes together), or pictures.
+/// Counts since the device was opened. The unit is one DAC sample, one accelerometer sample (three axes)
+/// or one picture.
 struct DeviceCounts {
-    std::uint64_t taken = 0;      // samples handed on (by a DAC: played)
-    std::uint64_t lost = 0;       // samples that should have come and did not (of a DAC: time it stood empty)
-    std::uint64_t incidents = 0;  // underruns, overruns, time-outs, broken transfers: each once
-    std::uint64_t reopened = 0;   // the device was closed and opened again
+    std::uint64_t taken = 0;      // delivered; DAC: played
+    std::uint64_t lost = 0;       // missing; DAC: duration of underruns
+    std::uint64_t incidents = 0;  // number of underruns, overruns, time-outs and broken transfers
+    std::uint64_t reopened = 0;   // number of times the device was closed and opened again
 };
 
 struct DacInfo {
     std::string name;
     double rate_hz = 48000;
     double full_scale_V = 1;
-    std::size_t block_frames = 240;  // samples a write; 5 ms at 48 kHz
+    std::size_t block_frames = 240;  // samples per write(); 240 are 5 ms at 48 kHz
 };
 
-/// Feeds the shaker; its sample counter is the master time.
+/// Analogue output that feeds the shaker. Its sample counter is the master time.
 class Dac {
 public:
     virtual ~Dac() = default;
     [[nodiscard]] virtual DacInfo info() const = 0;
     /// Any thread.
     [[nodiscard]] virtual DeviceCounts counts() const noexcept { return {}; }
-    /// Queues one block: the drive in volts and, on the second channel, the camera trigger (1 on the first
-    /// sample of an exposure, else 0; same length). Returns when its first sample leaves the converter
-    /// or, on hardware that queues, as soon as there was room. Blocks; one thread.
-    /// A device that fails for good throws DeviceError.
+    /// Queues one block: the drive in volts and, on the second channel, the camera trigger (1 on the
+    /// first sample of an exposure, else 0; same length). Returns when the block's first sample
+    /// leaves the converter or, on hardware with a queue, as soon as there is room. Blocks; one
+    /// thread. Throws DeviceError when the device has failed permanently.
     virtual PlayTime write(std::span<const double> volts, std::span<const double> trigger) = 0;
     /// Silences the output and unblocks write(). Safe from any thread.
     virtual void stop() noexcept = 0;
@@ -49,16 +49,26 @@ public:
 
 struct AccelerometerInfo {
     std::string name;
-    double rate_hz = 4000;                  // nominal, on its own clock
-    std::array<double, 3> offset_counts{};  // acceleration = (count + offset) mps2_per_count, each axis
-    std::array<double, 3> mps2_per_count{1, 1, 1};
-    double first_sample_s = 0;          // its own clock at tick 0
-    double clock_uncertainty_s = 0.02;  // its stamps may be early or late by up to this against master time
-    double range_mps2 = std::numeric_limits<double>::infinity();  // a sample there is saturated
-    double block_s = 0;                                           // of sampling that comes at a time, about
-    std::array<double, 3> shaker_axis{};  // unit vector in sensor axes, or all 0: find it from the motion
+    double rate_hz = 4000;                          // nominal, on its own clock
+    std::array<double, 3> offset_counts{};          // see acceleration()
+    std::array<double, 3> mps2_per_count{1, 1, 1};  // negative where counts fall as acceleration rises
+    double first_sample_s = 0;                      // s, sensor clock at tick 0
+    double clock_uncertainty_s =
+        0.02;  // s, largest error of the sensor's stamps against master time, either sign
+    double range_mps2 =
+        std::numeric_limits<double>::infinity();  // a sample at or beyond +-range is saturated
+    double block_s = 0;                   // s, sampling time per delivered block, approximate; 0: unknown
+    std::array<double, 3> shaker_axis{};  // unit vector in sensor axes; all 0: derived from the motion
 
-    /// One sample in m/s^2, sensor axes.
+    /// One sample in m/s^2: (count + offset_counts) * mps2_per_count for each axis.
+    /// Frame: right-handed axes of the sensor, as its maker marks them.
+    /// Sign: specific force, a_sensor - g_vector, as a MEMS sensor reports it. Gravity IS in the
+    /// reading: at rest an axis that points up reads +g (about +9.8 m/s^2), one that points down -g,
+    /// a level one 0. An acceleration of the base towards +axis reads positive.
+    /// Use: shaker_axis (unit vector towards the base's +x, in these axes) times this vector is
+    /// a_base - g sin(tilt), where tilt > 0 means that +x points downhill. The constant part is
+    /// gravity and offset; the harmonic estimator, the aligner and the guards separate it from the
+    /// motion.
     [[nodiscard]] std::array<double, 3> acceleration(
         const std::array<std::int32_t, 3>& counts) const noexcept {
         std::array<double, 3> a{};
@@ -73,13 +83,13 @@ public:
     [[nodiscard]] virtual AccelerometerInfo info() const = 0;
     /// Any thread.
     [[nodiscard]] virtual DeviceCounts counts() const noexcept { return {}; }
-    /// Its sign of life: samples that came, also those whose place in time is still being decided. Any
-    /// thread.
+    /// Samples that have arrived, including those whose tick is not known yet. Shows that the device
+    /// is alive. Any thread.
     [[nodiscard]] virtual std::uint64_t heard() const noexcept { return counts().taken; }
-    /// The next block in order. Waits at most `wait`; false when none came or the recording has ended. One
-    /// thread.
+    /// The next block in order. Waits at most `wait`; false when none arrived in that time or the
+    /// recording has ended. One thread.
     virtual bool read(AccelBlock& block, std::chrono::milliseconds wait) = 0;
-    /// Nothing will come any more (end of a recording, or stopped).
+    /// True when no more data will come: the recording has ended or the device was stopped.
     [[nodiscard]] virtual bool ended() const noexcept = 0;
     virtual void stop() noexcept = 0;
 };
@@ -87,19 +97,19 @@ public:
 class Camera {
 public:
     virtual ~Camera() = default;
-    /// What this camera sees; view().camera is its name.
+    /// Geometry and targets; view().camera is the camera's name.
     [[nodiscard]] virtual const View& view() const = 0;
     /// Any thread.
     [[nodiscard]] virtual DeviceCounts counts() const noexcept { return {}; }
-    /// The next frame in order. Waits at most `wait`; null when none came or the recording has ended. One
-    /// thread.
+    /// The next frame in order. Waits at most `wait`; null when none arrived in that time or the
+    /// recording has ended. One thread.
     virtual FramePtr read(std::chrono::milliseconds wait) = 0;
     [[nodiscard]] virtual bool ended() const noexcept = 0;
     virtual void stop() noexcept = 0;
 };
 
-/// Owner of what a bench has. A session that shakerd did not record has no Dac; one for tracking only has no
-/// accelerometer.
+/// Owner of the devices of a bench. Footage of other laboratories has no Dac; a rig for tracking only has
+/// no accelerometer.
 struct Rig {
     std::string name;
     std::unique_ptr<Dac> dac;

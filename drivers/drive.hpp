@@ -1,5 +1,5 @@
 #pragma once
-// The words of the excitation: what the experimenter asks, and complex amplitudes at f, 2f, ...
+// The excitation: the requested Drive, and complex amplitudes at f, 2f, ...
 #include <array>
 #include <cmath>
 #include <complex>
@@ -33,16 +33,17 @@ struct Harmonics {
 struct Voltage;       // V at the DAC's output
 struct Acceleration;  // m/s^2 of the base along the shaker's axis
 
-inline constexpr int most_driven = 8;  // highest harmonic of the frequency that can be asked for
+inline constexpr int most_driven = 8;  // highest harmonic of the drive frequency that can be requested
 
-/// What the experimenter asks: a_B = gamma [rho sin wt + (1-rho) sin(2wt + phi)], the paper's Eq. (1), and
-/// what overtones he adds to it.
+/// Requested motion of the base: a_B = gamma [rho sin wt + (1-rho) sin(2wt + phi)], the paper's Eq. (1),
+/// plus optional overtones.
 struct Drive {
-    double frequency = 20.0;                                        // Hz
-    double gamma = paper_g;                                         // m/s^2
-    double rho = 0.5;                                               // 0..1
-    double phi = 0.0;                                               // rad
-    std::array<std::complex<double>, most_driven - 2> overtones{};  // harmonics 3 and up, shares of gamma
+    double frequency = 20.0;  // Hz
+    double gamma = paper_g;   // m/s^2
+    double rho = 0.5;         // 0..1
+    double phi = 0.0;         // rad
+    std::array<std::complex<double>, most_driven - 2>
+        overtones{};  // complex amplitudes of harmonics 3 to 8, as shares of gamma
 
     [[nodiscard]] bool biharmonic() const noexcept {
         return overtones == std::array<std::complex<double>, most_driven - 2>{};
@@ -58,7 +59,7 @@ inline Harmonics<Acceleration> harmonics(const Drive& d) {
     return h;
 }
 
-/// Signal value at a phase (rad, one turn a period).
+/// Value of the signal at a phase in rad; one period is 2 pi.
 template <class Unit>
 double value_at(const Harmonics<Unit>& h, double phase) noexcept {
     const std::complex<double> z = std::polar(1.0, phase);
@@ -67,8 +68,8 @@ double value_at(const Harmonics<Unit>& h, double phase) noexcept {
     return sum.imag();
 }
 
-/// gamma, rho and phi that harmonics 1 and 2 amount to, with the time origin where harmonic 1 has phase 0:
-/// gamma = A1 + A2, rho = A1 / gamma, phi = alpha2 - 2 alpha1 wrapped to (-pi, pi].
+/// gamma, rho and phi of harmonics 1 and 2, with the time origin where harmonic 1 has phase 0: gamma = A1
+/// + A2, rho = A1 / gamma, phi = alpha2 - 2 alpha1 wrapped to (-pi, pi].
 inline Drive drive_of(const Harmonics<Acceleration>& h, double frequency) {
     const double a1 = std::abs(h.at(1)), a2 = std::abs(h.at(2));
     const double phi = std::remainder(std::arg(h.at(2)) - 2 * std::arg(h.at(1)), two_pi);

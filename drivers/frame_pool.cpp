@@ -15,7 +15,7 @@ namespace {
 struct Slot {
     Frame frame;
     std::atomic<bool> out = false;
-    alignas(std::max_align_t) std::array<std::byte, 128> control;  // where the shared pointer counts
+    alignas(std::max_align_t) std::array<std::byte, 128> control;  // of the shared pointer
 };
 
 void require_positive(const char* what, int value) {
@@ -32,8 +32,8 @@ struct FramePool::Store {
     explicit Store(std::size_t frames) : slots(frames) {}
 };
 
-/// Places the shared pointer's control block inside the slot. The slot is free again when the control block
-/// is gone, which is after the last weak pointer too.
+/// Places the shared pointer's control block inside the slot. The slot is free when the control block is
+/// destroyed, that is after the last weak pointer too.
 template <class T>
 class FramePool::SlotAllocator {
 public:
@@ -77,7 +77,7 @@ FramePool::FramePool(int frames, int width, int height, int bytes_per_pixel) {
 }
 
 std::shared_ptr<Frame> FramePool::acquire() noexcept {
-    // A walk over some dozens of flags costs less than a frame's first row, and needs no list to go wrong.
+    // A linear search of a few dozen flags costs less than one row of a frame and needs no free list.
     for (Slot& slot : store_->slots) {
         if (slot.out.exchange(true, std::memory_order_acquire)) continue;
         slot.frame.tick = {};

@@ -1,5 +1,6 @@
 #pragma once
-// A fixed set of image buffers, handed out as shared pointers and returned by the last of them. Real-time.
+// A fixed set of image buffers, handed out as shared pointers. Releasing the last pointer returns the
+// buffer. Real-time.
 #include <cstddef>
 #include <cstdint>
 #include <memory>
@@ -10,24 +11,24 @@ namespace shaker {
 
 class FramePool {
 public:
-    /// `frames` buffers of the given size, taken from the heap and touched here. Throws InputError when a
+    /// Allocates `frames` buffers of the given size and touches their pages. Throws InputError when a
     /// number is not positive.
     FramePool(int frames, int width, int height, int bytes_per_pixel);
 
-    /// A buffer nobody else holds, its fields as in a new Frame of the pool's size, its pixels as they were
-    /// left; or null (counted) when all are out. Any thread. The caller writes the pixels (without changing
-    /// the size of the vector) and hands it on as a FramePtr. The last pointer returns the buffer, on any
-    /// thread; frames may outlive the pool. Takes nothing from the heap and returns nothing to it while the
-    /// pool lives.
+    /// A free buffer, or null (counted) when all are in use. Any thread. Its fields are those of a
+    /// new Frame of the pool's size; its pixels keep their old values. The caller writes the pixels
+    /// without resizing the vector and passes the frame on as a FramePtr. Releasing the last pointer,
+    /// on any thread, returns the buffer. Frames may outlive the pool. Neither allocates nor frees
+    /// memory while the pool lives.
     [[nodiscard]] std::shared_ptr<Frame> acquire() noexcept;
-    /// How often there was no buffer left.
+    /// Number of calls of acquire() that found no free buffer.
     [[nodiscard]] std::uint64_t exhausted() const noexcept;
 
 private:
     struct Store;
     template <class T>
     class SlotAllocator;
-    std::shared_ptr<Store> store_;  // every frame that is out holds it too
+    std::shared_ptr<Store> store_;  // shared with every frame in use
 };
 
 }  // namespace shaker

@@ -91,9 +91,9 @@ double parse_quantity(std::string_view what, std::string_view text, Dimension di
     if (rest.starts_with('+') && !rest.starts_with("+-")) rest.remove_prefix(1);
     double value = 0;
     const auto [end, error] = std::from_chars(rest.data(), rest.data() + rest.size(), value);
-    if (error == std::errc::result_out_of_range) throw refuse("this number is too large or too small");
-    if (error != std::errc{}) throw refuse("a number was expected, then a unit");
-    if (!std::isfinite(value)) throw refuse("a finite number was expected");
+    if (error == std::errc::result_out_of_range) throw refuse("the number is too large or too small");
+    if (error != std::errc{}) throw refuse("expected a number, then a unit");
+    if (!std::isfinite(value)) throw refuse("expected a finite number");
     const std::string_view name = trimmed(rest.substr(static_cast<std::size_t>(end - rest.data())));
     if (!name.empty()) {
         const Unit* found = nullptr;

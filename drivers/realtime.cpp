@@ -21,7 +21,8 @@ std::string refusal(const std::string& what, int error, const std::string& remed
     return what + ": " + strerror_r(error, words.data(), words.size()) + "; " + remedy;
 }
 
-/// Recursion, because the stack's next pages have no other name. The second write forbids a loop.
+/// Recursion reaches the next pages of the stack. The second write keeps the compiler from making it a
+/// loop.
 [[gnu::noinline]] void touch_pages(std::size_t count) noexcept {
     std::array<volatile std::byte, page> frame;
     frame[0] = std::byte{1};
@@ -29,7 +30,7 @@ std::string refusal(const std::string& what, int error, const std::string& remed
     frame[page - 1] = std::byte{1};
 }
 
-/// Bytes of stack below this function's frame; 0 when it cannot be told.
+/// Bytes of stack below this function's frame; 0 when unknown.
 std::size_t stack_left() noexcept {
     pthread_attr_t attributes;
     if (pthread_getattr_np(pthread_self(), &attributes) != 0) return 0;
@@ -45,7 +46,7 @@ std::size_t stack_left() noexcept {
 }  // namespace
 
 std::string lock_memory() noexcept {
-    const std::string what = "memory is not locked";
+    const std::string what = "memory cannot be locked";
     const std::string remedy = "allow it with LimitMEMLOCK=infinity in the unit or 'ulimit -l unlimited'";
     rlimit limit{};
     if (getrlimit(RLIMIT_MEMLOCK, &limit) != 0) return refusal(what, errno, remedy);
@@ -58,7 +59,7 @@ std::string lock_memory() noexcept {
 }
 
 std::string use_fifo_priority(int priority) noexcept {
-    const std::string what = "no real-time priority " + std::to_string(priority);
+    const std::string what = "cannot set real-time priority " + std::to_string(priority);
     if (priority < 1 || priority > 99) return what + ": must be 1 to 99";
     const sched_param parameters{.sched_priority = priority};
     const int error = pthread_setschedparam(pthread_self(), SCHED_FIFO, &parameters);
@@ -69,16 +70,16 @@ std::string use_fifo_priority(int priority) noexcept {
 std::string name_thread(const std::string& name) noexcept {
     const int error = pthread_setname_np(pthread_self(), name.c_str());
     return error == 0 ? std::string{}
-                      : refusal("thread is not named '" + name + "'", error, "at most 15 characters");
+                      : refusal("cannot name thread '" + name + "'", error, "at most 15 characters");
 }
 
 std::string prefault_stack(std::size_t bytes) noexcept {
-    // A page's worth of array needs a little more than a page of stack, and the caller needs some too.
+    // An array of one page needs slightly more than a page of stack, and the caller needs some too.
     constexpr std::size_t frame = page + 256;
     constexpr std::size_t reserve = 16 * page;
     const std::size_t left = stack_left();
     if (left < reserve || bytes > (left - reserve) / frame * page)
-        return "stack is not touched: " + std::to_string(bytes) + " bytes asked for, " +
+        return "cannot prefault the stack: " + std::to_string(bytes) + " bytes requested, " +
                std::to_string(left) + " left; allow more with LimitSTACK in the unit or 'ulimit -s'";
     if (bytes > 0) touch_pages((bytes + page - 1) / page);
     return {};

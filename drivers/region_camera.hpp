@@ -1,5 +1,5 @@
 #pragma once
-// A camera of which only the part is taken that its targets can be in.
+// A camera whose pictures are cropped to the region in which its targets can move.
 #include <memory>
 #include <vector>
 
@@ -7,18 +7,18 @@
 
 namespace shaker {
 
-/// What a camera's targets can be in, in whole pictures: along the shaker's axis everything, because that is
-/// where they go; across it their regions and half as much again on either side, 16 px at least.
+/// Region of a picture that the targets can reach: the full length along the shaker's axis; across it the
+/// targets' regions plus half their size on either side, at least 16 px.
 struct PictureRegion {
-    int x = 0, y = 0;           // px, its first
-    int width = 0, height = 0;  // px; 0: up to the picture's end
+    int x = 0, y = 0;           // px, first column and row
+    int width = 0, height = 0;  // px; 0: up to the edge of the picture
 };
-/// Everything for a view whose axis is neither along rows nor along columns (within 20 degrees) or that has
-/// no targets.
+/// The whole picture for a view without targets, or whose shaker axis is more than 20 degrees off both
+/// rows and columns.
 PictureRegion region_of(const View& view);
 
-/// Every camera of a rig is replaced by its region. What is tracked and what is kept are then the same
-/// pixels, so that a recording of them replays to the bit.
+/// Crops every camera of a rig to its region. Tracked and recorded pixels are then the same, and a
+/// recording replays to the bit.
 void take_regions(Rig& rig);
 
 }  // namespace shaker

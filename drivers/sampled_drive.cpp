@@ -27,11 +27,11 @@ std::complex<double> amplitude(std::span<const double> a, int q) {
 
 Drive drive_of_period(std::span<const double> acceleration, double frequency) {
     if (acceleration.size() < least_period_samples)
-        throw InputError{"a period of " + std::to_string(acceleration.size()) + " samples; " +
-                         std::to_string(least_period_samples) + " or more are needed for harmonics 1 to " +
+        throw InputError{"the period has " + std::to_string(acceleration.size()) + " samples; " +
+                         std::to_string(least_period_samples) + " or more are required for harmonics 1 to " +
                          std::to_string(most_driven)};
     if (!std::ranges::all_of(acceleration, [](double x) { return std::isfinite(x); }))
-        throw InputError{"a period with samples that are not finite numbers"};
+        throw InputError{"the period has samples that are not finite"};
     double mean = 0, power = 0, kept = 0, largest = 0;
     const auto n = static_cast<double>(acceleration.size());
     for (const double x : acceleration) {
@@ -47,10 +47,10 @@ Drive drive_of_period(std::span<const double> acceleration, double frequency) {
     const double left_out = std::sqrt(std::max(0.0, power - kept) / power);
     Drive drive = drive_of(h, frequency);
     if (!(drive.gamma > nothing * largest))
-        throw InputError{"a period without harmonics 1 and 2: gamma would be 0"};
+        throw InputError{"the period has no harmonics 1 and 2: gamma would be 0"};
     if (left_out > most_left_out)
         throw InputError{to_text(std::round(1e4 * left_out) / 100) +
-                         " % of a period (rms) is in harmonics beyond " + std::to_string(most_driven) +
+                         " % of the period's rms is in harmonics above " + std::to_string(most_driven) +
                          "; at most " + to_text(100 * most_left_out) + " % is allowed"};
     for (int q = 3; q <= most_driven; ++q)
         drive.overtones[static_cast<std::size_t>(q - 3)] =

@@ -47,8 +47,7 @@ std::size_t edit_distance(std::string_view a, std::string_view b) {
     return row.back();
 }
 
-/// The known key that `key` is most like: a slip of the finger, or a unit left out ("gamma" for
-/// "gamma_mps2").
+/// The known key closest to `key`: for typing errors or a missing unit ("gamma" for "gamma_mps2").
 std::string nearest(std::string_view key, const std::set<std::string, std::less<>>& known) {
     std::size_t best = std::max<std::size_t>(2, key.size() / 3) + 1;
     std::string found;
@@ -96,22 +95,22 @@ struct SettingsTable::Impl {
         throw InputError{where + (key.empty() ? table : prefix + std::string{key} + ": ") + why};
     }
     [[noreturn]] void wrong(std::string_view key, const toml::node& node, const std::string& expected) const {
-        fail(key, shown(node) + " is not allowed: " + expected + " was expected");
+        fail(key, "expected " + expected + ", got " + shown(node));
     }
     const toml::node& need(std::string_view key, const std::string& expected) {
         const toml::node* node = find(key);
-        if (node == nullptr) fail(key, "this key is missing: " + expected + " was expected");
+        if (node == nullptr) fail(key, "missing; expected " + expected);
         return *node;
     }
     double number(std::string_view key, const toml::node& node, Range allowed) const {
-        const std::string expected = "a number, " + to_text(allowed) + ",";
+        const std::string expected = "a number, " + to_text(allowed);
         if (!node.is_number()) wrong(key, node, expected);
         const double value = *node.value<double>();
         if (!std::isfinite(value) || value < allowed.min || value > allowed.max) wrong(key, node, expected);
         return value;
     }
     std::string text(std::string_view key, const toml::node& node) const {
-        if (!node.is_string()) wrong(key, node, "a text in quotes");
+        if (!node.is_string()) wrong(key, node, "a string in quotes");
         return node.as_string()->get();
     }
     const toml::array& array(std::string_view key, std::size_t count, const std::string& of_what) {
@@ -156,7 +155,7 @@ bool SettingsTable::is_text(std::string_view key) const {
 }
 
 double SettingsTable::number(std::string_view key, Range allowed) {
-    return impl_->number(key, impl_->need(key, "a number, " + to_text(allowed) + ","), allowed);
+    return impl_->number(key, impl_->need(key, "a number, " + to_text(allowed)), allowed);
 }
 
 double SettingsTable::number(std::string_view key, Range allowed, double otherwise) {
@@ -169,8 +168,7 @@ int SettingsTable::integer(std::string_view key, int min, int max, int otherwise
     if (node == nullptr) return otherwise;
     const auto value = node->value_exact<std::int64_t>();
     if (!value || *value < min || *value > max)
-        impl_->wrong(key, *node,
-                     "a whole number, " + std::to_string(min) + " to " + std::to_string(max) + ",");
+        impl_->wrong(key, *node, "a whole number, " + std::to_string(min) + " to " + std::to_string(max));
     return static_cast<int>(*value);
 }
 
@@ -182,7 +180,7 @@ bool SettingsTable::flag(std::string_view key, bool otherwise) {
 }
 
 std::string SettingsTable::text(std::string_view key) {
-    return impl_->text(key, impl_->need(key, "a text in quotes"));
+    return impl_->text(key, impl_->need(key, "a string in quotes"));
 }
 
 std::string SettingsTable::text(std::string_view key, std::string otherwise) {
@@ -244,9 +242,9 @@ void SettingsTable::finish() const {
     }
     if (first == nullptr) return;
     const std::string guess = nearest(first->str(), impl_->known);
-    impl_->fail(first->str(),
-                "this key is not known here" + (guess.empty() ? "" : "; did you mean \"" + guess + "\"?") +
-                    " (known: " + quoted_list({impl_->known.begin(), impl_->known.end()}) + ")");
+    impl_->fail(first->str(), "unknown key" + (guess.empty() ? "" : "; did you mean \"" + guess + "\"?") +
+                                  " (known: " + quoted_list({impl_->known.begin(), impl_->known.end()}) +
+                                  ")");
 }
 
 void SettingsTable::fail(std::string_view key, const std::string& why) const { impl_->fail(key, why); }

@@ -1,6 +1,6 @@
 #pragma once
-// One table of a TOML settings file, read strictly: every key that is there must be asked for, every value
-// must be of its kind and in its range. Errors (InputError) name file, line, key, value and what is allowed.
+// One table of a TOML settings file, read strictly: an unknown key is an error, and so is a value of the
+// wrong type or out of range. InputError names file, line, key, value and what is allowed.
 #include <filesystem>
 #include <initializer_list>
 #include <memory>
@@ -15,7 +15,7 @@ namespace shaker {
 
 class SettingsTable {
 public:
-    /// Parses a file; errors in the TOML itself are reported with line and column.
+    /// Parses a file. TOML syntax errors are reported with line and column.
     static SettingsTable from_file(const std::filesystem::path& file);
     static SettingsTable from_text(std::string_view text, std::string file_name);
     SettingsTable(SettingsTable&&) noexcept;
@@ -23,10 +23,10 @@ public:
     ~SettingsTable();
 
     [[nodiscard]] bool has(std::string_view key) const;
-    /// Required values: an error when the key is missing.
+    /// Required values: throws when the key is missing.
     double number(std::string_view key, Range allowed);
     std::string text(std::string_view key);
-    /// With a default when the key is missing.
+    /// Optional values: `otherwise` when the key is missing.
     double number(std::string_view key, Range allowed, double otherwise);
     int integer(std::string_view key, int min, int max, int otherwise);
     bool flag(std::string_view key, bool otherwise);
@@ -34,21 +34,21 @@ public:
     /// Required arrays of exactly `count` values.
     std::vector<double> numbers(std::string_view key, std::size_t count);
     std::vector<std::string> texts(std::string_view key, std::size_t count);
-    /// One of `allowed`; returns its index.
+    /// The index in `allowed` of the value.
     std::size_t choice(std::string_view key, std::initializer_list<std::string_view> allowed,
                        std::optional<std::size_t> otherwise = {});
-    /// The value at `key` is a text (not an array or a number).
+    /// True if the value at `key` is a string.
     [[nodiscard]] bool is_text(std::string_view key) const;
-    /// A sub-table; an empty one (with the same strictness) when missing.
+    /// A sub-table; an empty one, equally strict, when missing.
     SettingsTable table(std::string_view key);
     /// An array of tables; empty when missing.
     std::vector<SettingsTable> tables(std::string_view key);
-    /// Throws when a key was never asked for, naming it and its line, and listing the keys that exist here.
+    /// Throws if the file has a key that was never read; names the key and its line, and lists the
+    /// known keys.
     void finish() const;
-    /// Throws InputError with file and line of `key` (or of the table): for checks that only the caller can
-    /// make.
+    /// Throws InputError with file and line of `key` (or of the table), for checks of the caller.
     [[noreturn]] void fail(std::string_view key, const std::string& why) const;
-    /// Where the file is: relative paths in it are relative to this folder.
+    /// Folder of the file. Relative paths in the file start here.
     [[nodiscard]] std::filesystem::path folder() const;
 
 private:

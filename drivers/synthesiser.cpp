@@ -10,30 +10,30 @@
 namespace shaker {
 namespace {
 
-// Samples are computed side by side in this many lanes, which the compiler turns into vector instructions.
-// Every lane does the same arithmetic as one sample alone would.
-constexpr std::size_t lanes = 8;
-using Lanes = std::array<double, lanes>;
-using Phases = std::array<std::uint64_t, lanes>;
+// Samples are computed in this many lanes, which the compiler turns into vector instructions. Each lane
+// does the arithmetic of a single sample.
+constexpr std::size_t channels = 8;
+using Channels = std::array<double, channels>;
+using Phases = std::array<std::uint64_t, channels>;
 
-/// Cosine and sine of phase / 2^64 turns to 2e-16. Our own, because the C library's differs in the last bit
-/// from one processor to another. Taylor terms up to x^16 suffice up to an eighth of a turn.
-void unit_circle(const Phases& phase, Lanes& cosine, Lanes& sine) noexcept {
+/// Cosine and sine of phase / 2^64 turns, error below 2e-16. The C library's functions differ in the last
+/// bit between processors. Taylor terms up to x^16 suffice up to an eighth of a turn.
+void unit_circle(const Phases& phase, Channels& cosine, Channels& sine) noexcept {
     constexpr auto inverse_factorial = [] {
         std::array<double, 17> a{1};
         double product = 1;
         for (std::size_t n = 1; n < a.size(); ++n) a[n] = 1 / (product *= static_cast<double>(n));
         return a;
     }();
-    Lanes x;
-    Lanes quarter;
-    for (std::size_t i = 0; i < lanes; ++i) {
+    Channels x;
+    Channels quarter;
+    for (std::size_t i = 0; i < channels; ++i) {
         const std::uint64_t nearest = (phase[i] + (std::uint64_t{1} << 61)) >> 62;
         x[i] =
             static_cast<double>(static_cast<std::int64_t>(phase[i] - (nearest << 62))) * (two_pi * 0x1p-64);
         quarter[i] = static_cast<double>(nearest & 3);
     }
-    for (std::size_t i = 0; i < lanes; ++i) {
+    for (std::size_t i = 0; i < channels; ++i) {
         const double minus_square = -x[i] * x[i];
         double c = inverse_factorial[16];
         double s = inverse_factorial[15];
@@ -53,21 +53,22 @@ void unit_circle(const Phases& phase, Lanes& cosine, Lanes& sine) noexcept {
 
 constexpr std::uint64_t half_turn = std::uint64_t{1} << 63;
 
-/// Cosine of an angle that grows by the same step a sample, for the samples from `first` on.
-void cosines(std::uint64_t from, std::uint64_t step, std::int64_t first, Lanes& cosine) noexcept {
+/// Cosine of an angle that advances by `step` per sample, for the samples from `first` on.
+void cosines(std::uint64_t from, std::uint64_t step, std::int64_t first, Channels& cosine) noexcept {
     Phases phase;
-    for (std::size_t i = 0; i < lanes; ++i) phase[i] = from + (static_cast<std::uint64_t>(first) + i) * step;
-    Lanes sine;
+    for (std::size_t i = 0; i < channels; ++i)
+        phase[i] = from + (static_cast<std::uint64_t>(first) + i) * step;
+    Channels sine;
     unit_circle(phase, cosine, sine);
 }
 
 /// Raised cosine from 0 at sample 0 of the ramp towards 1 at sample `ramp`, for the samples from `first` on.
-void ramp_weights(std::int64_t first, std::int64_t ramp, Lanes& weight) noexcept {
+void ramp_weights(std::int64_t first, std::int64_t ramp, Channels& weight) noexcept {
     cosines(0, half_turn / static_cast<std::uint64_t>(ramp), first, weight);
     for (double& w : weight) w = 0.5 - 0.5 * w;
 }
 
-/// Phase a sample, a part `weight` of the way from one step to another, in 2^-64 turns from the first.
+/// Phase per sample, the share `weight` of the way from one step to the other, rounded to 2^-64 turn.
 Turns step_between(Turns from, Turns to, double weight) noexcept {
     const auto difference = static_cast<double>(static_cast<std::int64_t>(high_word(to) - high_word(from)));
     return from + turns_of(static_cast<std::uint64_t>(static_cast<std::int64_t>(weight * difference)), 0);
@@ -75,14 +76,14 @@ Turns step_between(Turns from, Turns to, double weight) noexcept {
 
 /// Im sum_q a_q z^q by Horner's rule, where coefficient(q - 1, lane) is a_q in that lane.
 template <class Coefficient>
-void evaluate(int order, const Phases& phase, Lanes& volts, Coefficient coefficient) noexcept {
-    Lanes c;
-    Lanes s;
+void evaluate(int order, const Phases& phase, Channels& volts, Coefficient coefficient) noexcept {
+    Channels c;
+    Channels s;
     unit_circle(phase, c, s);
-    Lanes re{};
+    Channels re{};
     volts.fill(0);
     for (int q = order; q >= 1; --q) {
-        for (std::size_t i = 0; i < lanes; ++i) {
+        for (std::size_t i = 0; i < channels; ++i) {
             const auto [a_re, a_im] = coefficient(static_cast<std::size_t>(q - 1), i);
             const double sum_re = re[i] + a_re;
             const double sum_im = volts[i] + a_im;
@@ -102,7 +103,7 @@ bool playable(double frequency, int order, double rate_hz) noexcept {
     return frequency >= rate_hz * 0x1p-32 && frequency * std::max(order, 1) < rate_hz / 2;
 }
 
-/// Finite, with room for the sums on the way.
+/// Finite, and small enough that the sums do not overflow.
 bool finite(const Harmonics<Voltage>& volts) noexcept {
     double sum = 0;
     for (const auto& a : volts.a) sum += std::abs(a.real()) + std::abs(a.imag());
@@ -134,7 +135,7 @@ void Synthesiser::set(const DriveCommand& command) noexcept {
 }
 
 void Synthesiser::fill(std::span<double> volts) noexcept {
-    told_.reset();
+    reported_.reset();
     while (!volts.empty()) {
         const auto n = next_stretch(static_cast<std::int64_t>(volts.size()));
         const auto stretch = volts.first(static_cast<std::size_t>(n));
@@ -147,7 +148,7 @@ void Synthesiser::fill(std::span<double> volts) noexcept {
 }
 
 void Synthesiser::skip(std::int64_t samples) noexcept {
-    told_.reset();
+    reported_.reset();
     while (samples > 0) {
         const std::int64_t n = next_stretch(samples);
         if (ramping_) {
@@ -169,13 +170,13 @@ void Synthesiser::silence(std::int64_t samples) noexcept {
     order_ = 0;
     stopping_ = false;
     change_ = {{.volts = {}, .frequency = change_.command.frequency}, tick_, 0, phase_, step_};
-    told_ = change_;
+    reported_ = change_;
 }
 
 void Synthesiser::stop(std::int64_t samples) noexcept {
     samples = std::max<std::int64_t>(samples, 1);
     pending_.reset();
-    told_.reset();
+    reported_.reset();
     const bool earlier = stopping_ && tick_.n + samples < stop_first_.n + stop_samples_;
     if (stopped_ && !earlier) return;
     if (earlier) {
@@ -187,7 +188,7 @@ void Synthesiser::stop(std::int64_t samples) noexcept {
     stopped_ = stopping_ = true;
     stop_first_ = tick_;
     stop_samples_ = samples;
-    told_ = {{.volts = {}, .frequency = change_.command.frequency},
+    reported_ = {{.volts = {}, .frequency = change_.command.frequency},
              tick_,
              0,
              phase_,
@@ -216,7 +217,8 @@ std::int64_t Synthesiser::next_stretch(std::int64_t wanted) noexcept {
         begin_change();
         return std::min(wanted, change_.ramp);
     }
-    // The wrap is 2^128 - phase_ away, which is -phase_; phase_ is not 0 here.
+    // The phase wraps after 2^128 - phase_, which is -phase_ in unsigned arithmetic; phase_ is not 0
+    // here.
     const Turns to_wrap = (-phase_ - 1) / step_ + 1;
     return std::min(wanted, static_cast<std::int64_t>(to_wrap));
 }
@@ -227,7 +229,7 @@ void Synthesiser::begin_change() noexcept {
                turns_per_sample(pending_->frequency, rate_hz_)};
     order_ = std::max(volts_.order(), change_.command.volts.order());
     pending_.reset();
-    told_ = change_;
+    reported_ = change_;
     ramping_ = true;
 }
 
@@ -238,7 +240,7 @@ void Synthesiser::end_ramp() noexcept {
     ramping_ = false;
 }
 
-// A ramp of the frequency goes on to its end: only its volts are gone.
+// A ramp of the frequency continues to its end; only the volts become zero.
 void Synthesiser::end_stop() noexcept {
     stopping_ = false;
     volts_ = {};
@@ -247,14 +249,14 @@ void Synthesiser::end_stop() noexcept {
 }
 
 void Synthesiser::fill_steady(std::span<double> volts) noexcept {
-    for (std::size_t done = 0; done < volts.size(); done += lanes) {
+    for (std::size_t done = 0; done < volts.size(); done += channels) {
         Phases phase;
-        for (std::size_t i = 0; i < lanes; ++i) phase[i] = high_word(phase_ + i * step_);
-        Lanes block;
+        for (std::size_t i = 0; i < channels; ++i) phase[i] = high_word(phase_ + i * step_);
+        Channels block;
         evaluate(order_, phase, block, [this](std::size_t q, std::size_t) {
             return Complex{volts_.a[q].real(), volts_.a[q].imag()};
         });
-        const std::size_t n = std::min(lanes, volts.size() - done);
+        const std::size_t n = std::min(channels, volts.size() - done);
         put(block, volts.subspan(done, n));
         phase_ += n * step_;
     }
@@ -269,9 +271,9 @@ void Synthesiser::fill_ramp(std::span<double> volts) noexcept {
         const auto difference = change_.command.volts.a[q] - volts_.a[q];
         change[q] = {difference.real(), difference.imag()};
     }
-    for (std::size_t done = 0; done < volts.size(); done += lanes) {
-        const std::size_t n = std::min(lanes, volts.size() - done);
-        Lanes weight;
+    for (std::size_t done = 0; done < volts.size(); done += channels) {
+        const std::size_t n = std::min(channels, volts.size() - done);
+        Channels weight;
         ramp_weights(tick_.n - change_.first.n, change_.ramp, weight);
         Phases phase{};
         for (std::size_t i = 0; i < n; ++i) {
@@ -279,7 +281,7 @@ void Synthesiser::fill_ramp(std::span<double> volts) noexcept {
             last_step_ = step_between(step_, change_.step, weight[i]);
             phase_ += last_step_;
         }
-        Lanes block;
+        Channels block;
         evaluate(order_, phase, block, [&](std::size_t q, std::size_t i) {
             return Complex{from[q].re + weight[i] * change[q].re, from[q].im + weight[i] * change[q].im};
         });
@@ -288,10 +290,10 @@ void Synthesiser::fill_ramp(std::span<double> volts) noexcept {
 }
 
 void Synthesiser::skip_ramp(std::int64_t samples) noexcept {
-    for (std::int64_t done = 0; done < samples; done += lanes) {
-        Lanes weight;
+    for (std::int64_t done = 0; done < samples; done += channels) {
+        Channels weight;
         ramp_weights(tick_.n - change_.first.n, change_.ramp, weight);
-        const auto n = std::min(static_cast<std::int64_t>(lanes), samples - done);
+        const auto n = std::min(static_cast<std::int64_t>(channels), samples - done);
         for (std::size_t i = 0; i < static_cast<std::size_t>(n); ++i) {
             last_step_ = step_between(step_, change_.step, weight[i]);
             phase_ += last_step_;
@@ -300,7 +302,7 @@ void Synthesiser::skip_ramp(std::int64_t samples) noexcept {
     }
 }
 
-/// Copies the first samples of a block out, cut at the limit, under the weight of a stop.
+/// Copies the first samples of a block out, multiplied by the weight of a stop and cut at the limit.
 void Synthesiser::put(std::span<const double> block, std::span<double> volts) noexcept {
     for (std::size_t i = 0; i < volts.size(); ++i) {
         const double cut = std::clamp(block[i], -limit_V_, limit_V_);
@@ -311,7 +313,7 @@ void Synthesiser::put(std::span<const double> block, std::span<double> volts) no
         volts[i] = cut;
     }
     if (stopping_) {
-        Lanes weight;
+        Channels weight;
         cosines(stop_angle_, (half_turn - stop_angle_) / static_cast<std::uint64_t>(stop_samples_),
                 tick_.n - stop_first_.n, weight);
         for (std::size_t i = 0; i < volts.size(); ++i) volts[i] *= 0.5 + 0.5 * weight[i];

@@ -1,5 +1,5 @@
 #pragma once
-// A time always knows its clock: ticks of different devices and host time do not mix.
+// Times and ticks typed by clock: ticks of different devices and host time do not mix.
 #include <chrono>
 #include <compare>
 #include <cstdint>
@@ -8,7 +8,7 @@ namespace shaker {
 
 using Seconds = std::chrono::duration<double>;
 
-/// The host's monotonic clock. Only executors and drivers read it; on a simulated rig it is virtual time.
+/// The host's monotonic clock. Only executors and drivers read it; a simulated rig has virtual time.
 struct HostClock {
     using duration = std::chrono::nanoseconds;
     using rep = duration::rep;
@@ -18,8 +18,8 @@ struct HostClock {
 };
 using HostTime = HostClock::time_point;
 
-/// The one master time: seconds since the DAC's sample 0 (or a recorded session's own clock), as a double:
-/// 1 ns is still resolved after 10 weeks.
+/// Master time: seconds since the DAC's sample 0 (or on a recorded session's own clock), as a double:
+/// after 10 weeks it still resolves 1 ns.
 struct MasterClock {
     using duration = Seconds;
     using rep = duration::rep;

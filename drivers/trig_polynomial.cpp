@@ -6,12 +6,11 @@ namespace shaker {
 
 namespace {
 
-// A cell this small, in rad, is taken as monotone. Only where f, f' and f'' vanish together does it come to
-// that.
+// Cells narrower than this, in rad, count as monotone. Reached only where f, f' and f'' vanish together.
 constexpr double narrowest = 1e-6;
 constexpr double flat = 1e-200;  // below this the bounds would underflow
 
-/// Bisects by Newton's steps wherever they stay inside; f(a) and f(b) differ in sign.
+/// Newton's method with bisection as fallback; f(a) and f(b) differ in sign.
 double bracketed_root(const TrigPolynomial& f, const TrigPolynomial& slope, double a, double b,
                       bool negative_at_a) {
     double x = (a + b) / 2;
@@ -28,7 +27,7 @@ double bracketed_root(const TrigPolynomial& f, const TrigPolynomial& slope, doub
     return x;
 }
 
-/// Cuts the circle into cells on which f is provably monotone and collects the sign changes of f.
+/// Divides the circle into cells on which f is provably monotone and collects the sign changes of f.
 class SignChangeSearch {
 public:
     explicit SignChangeSearch(const TrigPolynomial& f)
@@ -36,7 +35,7 @@ public:
         const int cells = 4 * f.order;
         double left = f(0.0);
         for (int i = 0; i < cells; ++i) {
-            // The last cell ends on the value at 0, so that a root at the seam is counted once.
+            // The last cell uses the value at phase 0, so that a root at the seam counts once.
             const double b = two_pi * (i + 1) / cells, right = i + 1 == cells ? f(0.0) : f(b);
             search(two_pi * i / cells, left, b, right);
             left = right;
@@ -107,7 +106,7 @@ double TrigPolynomial::bound(int n) const noexcept {
 std::vector<double> sign_changes(const TrigPolynomial& f) {
     if (const double reach = f.bound(0); reach < std::abs(f.mean) || reach < flat) return {};
     std::vector<double> roots = SignChangeSearch{f}.roots();
-    // A root at the seam is found as the last one and belongs to the front.
+    // A root at the seam is found last but belongs to the front.
     if (!roots.empty() && roots.back() == 0) {
         roots.pop_back();
         roots.insert(roots.begin(), 0.0);

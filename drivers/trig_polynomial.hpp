@@ -1,5 +1,5 @@
 #pragma once
-// A real trigonometric polynomial of a phase, and the phases where it changes sign.
+// A real trigonometric polynomial of a phase, and the phases at which it changes sign.
 #include <array>
 #include <cmath>
 #include <complex>
@@ -17,7 +17,7 @@ struct Turn {
 };
 inline Turn turn(double phase) noexcept { return {std::cos(phase), std::sin(phase)}; }
 
-/// The turn a little further on; exact to rounding for |delta| <= 1e-4 rad.
+/// The turn at phase + delta; exact to rounding for |delta| <= 1e-4 rad.
 inline Turn nudged(Turn z, double delta) noexcept {
     const double c = 1 - delta * delta / 2, s = delta * (1 - delta * delta / 6);
     return {z.c * c - z.s * s, z.s * c + z.c * s};
@@ -47,12 +47,12 @@ struct TrigPolynomial {
         return order == 0 ? mean : (*this)(turn(phase));
     }
     [[nodiscard]] TrigPolynomial derivative() const noexcept;
-    /// Largest |value - mean| there can be after `n` derivatives: sum q^n |a_q|.
+    /// Upper bound of |value - mean| of the n-th derivative: sum q^n |a_q|.
     [[nodiscard]] double bound(int n) const noexcept;
 };
 
-/// All phases in [0, 2 pi) where f changes sign, increasing, to rounding. Roots at which f only touches zero
-/// do not count; two roots are told apart down to 1e-8 rad.
+/// All phases in [0, 2 pi) where f changes sign, increasing, exact to rounding. Roots at which f touches
+/// zero without a change of sign are left out. Two roots are separated down to 1e-8 rad.
 std::vector<double> sign_changes(const TrigPolynomial& f);
 
 }  // namespace shaker

@@ -7,21 +7,21 @@
 
 namespace shaker {
 
-/// Pulses at a frame rate that need not divide the DAC's: pulse k is at the sample nearest to k rate / fps,
-/// so the train never drifts against the master time.
+/// Trigger pulses at any frame rate below the DAC's: pulse k is at the sample nearest to k rate / fps, so
+/// the train does not drift against master time.
 class TriggerTrain {
 public:
     /// fps 0: no pulses.
     TriggerTrain(double rate_hz, double fps) noexcept : spacing_{fps > 0 ? rate_hz / fps : 0} {}
 
-    /// Goes on as if `samples` samples had been filled: their pulses are not sent.
+    /// Advances by `samples` samples; their pulses are not sent.
     void skip(std::int64_t samples) noexcept {
         tick_ += samples;
         if (spacing_ <= 0) return;
         pulses_ = std::max(pulses_, static_cast<std::int64_t>(static_cast<double>(tick_) / spacing_));
         while (at(pulses_) < tick_) ++pulses_;
     }
-    /// Sample of pulse k, k from 0 on, of a train of `fps` at `rate_hz`.
+    /// Sample index of pulse k (k >= 0) in a train of `fps` at `rate_hz`.
     static std::int64_t pulse(std::int64_t k, double rate_hz, double fps) noexcept {
         return std::llround(static_cast<double>(k) * (rate_hz / fps));
     }

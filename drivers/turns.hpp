@@ -1,5 +1,5 @@
 #pragma once
-// Phase as a 128-bit fraction of a turn: sums wrap at whole turns by themselves and lose nothing. Real-time.
+// Phase as a 128-bit fraction of a turn: sums wrap at whole turns and lose nothing. Real-time.
 #include <cstdint>
 
 namespace shaker {
@@ -9,15 +9,15 @@ __extension__ typedef unsigned __int128 Turns;
 
 /// The upper word, in units of 2^-64 turn.
 constexpr std::uint64_t high_word(Turns t) noexcept { return static_cast<std::uint64_t>(t >> 64); }
-/// What the upper word leaves, in units of 2^-128 turn.
+/// The lower word, in units of 2^-128 turn.
 constexpr std::uint64_t low_word(Turns t) noexcept { return static_cast<std::uint64_t>(t); }
 constexpr Turns turns_of(std::uint64_t high, std::uint64_t low) noexcept { return (Turns{high} << 64) | low; }
 
-/// frequency / rate_hz, rounded up to a whole unit; 0 <= frequency < rate_hz, otherwise the result means
-/// nothing.
+/// frequency / rate_hz, rounded up to a whole unit. Requires 0 <= frequency < rate_hz; other arguments
+/// give a meaningless result.
 constexpr Turns turns_per_sample(double frequency, double rate_hz) noexcept {
-    // Long division, a bit at a time. The remainder stays below the divisor, so that it is a double without
-    // rounding: where half the rate is subtracted, it is at most twice as large.
+    // Long division, bit by bit. The remainder stays below the divisor and is an exact double: half
+    // the rate is subtracted only from numbers up to twice as large.
     const double half = rate_hz / 2;
     double remainder = frequency;
     Turns quotient = 0;

@@ -10,26 +10,26 @@ constexpr Range length_mm{1e-4, 1e5};
 constexpr Range frame_rate_hz{1e-3, 1e8};
 constexpr double unit_length_tolerance = 1e-3;
 
-/// A vector that should have unit length, made exactly so.
+/// A vector whose length must be 1 within the tolerance, normalised.
 template <std::size_t size>
 std::array<double, size> unit_vector(SettingsTable& table, std::string_view key) {
     const std::vector<double> given = table.numbers(key, size);
     double length = 0;
     for (const double c : given) length = std::hypot(length, c);
     if (!(std::abs(length - 1) <= unit_length_tolerance))
-        table.fail(key, "a vector of length 1 was expected, this one has length " + to_text(length));
+        table.fail(key, "expected a vector of length 1, got length " + to_text(length));
     std::array<double, size> unit{};
     for (std::size_t i = 0; i < size; ++i) unit[i] = given[i] / length;
     return unit;
 }
 
-/// Names go into file names, column names and tables of text.
+/// Names become parts of file names, column names and text tables.
 std::string name_at(SettingsTable& table, std::set<std::string>& taken) {
     std::string name = table.text("name");
     const auto odd = [](unsigned char c) { return c < ' ' || c == ',' || c == '"' || c == '/' || c == 0x7F; };
     if (name.empty() || std::any_of(name.begin(), name.end(), odd))
-        table.fail("name", "a name without commas, quotes, slashes and control characters was expected");
-    if (!taken.insert(name).second) table.fail("name", "\"" + name + "\" is there twice");
+        table.fail("name", "expected a name without commas, quotes, slashes or control characters");
+    if (!taken.insert(name).second) table.fail("name", "\"" + name + "\" is used twice; names must differ");
     return name;
 }
 
@@ -40,10 +40,11 @@ std::array<int, 4> read_roi(SettingsTable& table) {
     for (std::size_t i = 0; i < 4; ++i) {
         const double least = i < 2 ? 0 : 1;
         if (given[i] != std::floor(given[i]) || given[i] < least || given[i] > most_px)
-            table.fail("roi_px",
-                       "x, y, width, height in whole pixels were expected, x and y at least 0, width and "
-                       "height at least 1; " +
-                           to_text(given[i]) + " is not allowed");
+            table.fail(
+                "roi_px",
+                "expected x, y, width, height in whole pixels, x and y at least 0, width and height at "
+                "least 1; got " +
+                    to_text(given[i]));
         roi[i] = static_cast<int>(given[i]);
     }
     return roi;
@@ -66,9 +67,8 @@ Target read_target(SettingsTable& table, std::set<std::string>& names, double di
     target.roi_px = read_roi(table);
     target.offset_mm = table.number("offset_mm", {-1e5, 1e5}, 0);
     if (distance_mm > 0 && target.offset_mm >= distance_mm)
-        table.fail("offset_mm", to_text(target.offset_mm) +
-                                    " is not allowed: less than the camera's distance_mm, " +
-                                    to_text(distance_mm) + ", was expected");
+        table.fail("offset_mm", "must be less than the camera's distance_mm, " + to_text(distance_mm) +
+                                    "; got " + to_text(target.offset_mm));
     target.polarity =
         table.choice("polarity", {"bright", "dark"}, 0) == 0 ? Polarity::bright : Polarity::dark;
     table.finish();
@@ -87,10 +87,9 @@ View read_view(SettingsTable& table, std::set<std::string>& taken) {
     if (table.has("frame_rate_hz")) view.frame_rate_hz = table.number("frame_rate_hz", frame_rate_hz);
     view.exposure_s = table.number("exposure_s", {0, 1e3}, 0);
     if (view.exposure_s * view.frame_rate_hz > 1)
-        table.fail("exposure_s",
-                   to_text(view.exposure_s) + " is not allowed: at most the time between frames, " +
-                       to_text(1 / view.frame_rate_hz) +
-                       " s at frame_rate_hz = " + to_text(view.frame_rate_hz) + ", was expected");
+        table.fail("exposure_s", "must be at most the time between frames, " +
+                                     to_text(1 / view.frame_rate_hz) + " s at frame_rate_hz = " +
+                                     to_text(view.frame_rate_hz) + "; got " + to_text(view.exposure_s));
     view.mm_per_px = table.number("mm_per_px", {1e-6, 1e4});
     view.distance_mm = table.number("distance_mm", {1, 1e7}, 0);
     if (table.has("along")) view.along = unit_vector<2>(table, "along");
@@ -98,8 +97,8 @@ View read_view(SettingsTable& table, std::set<std::string>& taken) {
     for (SettingsTable& target : table.tables("target"))
         view.targets.push_back(read_target(target, target_names, view.distance_mm));
     if (view.targets.empty())
-        table.fail("target", "camera \"" + view.camera +
-                                 "\" has nothing to follow: at least one [[camera.target]] was expected");
+        table.fail("target",
+                   "camera \"" + view.camera + "\" has no target; add at least one [[camera.target]]");
     return view;
 }
 

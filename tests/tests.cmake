@@ -1,58 +1,107 @@
-# Every tests/<folder>/*_test.cpp becomes part of one program per folder; ctest lists each test by its own name.
+# Every tests/<folder>/*_test.cpp becomes part of one program a folder; tests/tiers gives each file its tier.
 find_package(GTest REQUIRED)
 find_package(benchmark REQUIRED)
 include(GoogleTest)
-include(tests/vm/vm.cmake)
+if(NOT SHAKER_SANITIZE MATCHES thread)
+  include(tests/vm/vm.cmake)
+  set(unit_programs vm_tests)
+endif()
 
 set(sanitized 0)
 if(SHAKER_SANITIZE)
   set(sanitized 1)
 endif()
-file(GLOB support CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/tests/support/*.cpp)
+file(GLOB_RECURSE support CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/tests/support/*.cpp)
 add_library(test_support STATIC ${support})
-target_link_libraries(test_support PUBLIC daemon_remote daemon daemon_remote_scpi drivers_mock GTest::gtest shaker_opencv
+target_link_libraries(test_support PUBLIC daemon_command_line drivers_mock GTest::gtest shaker_opencv
                       shaker_hdf5 Eigen3::Eigen nlohmann_json::nlohmann_json Boost::headers)
 compile_fast(test_support)
-target_compile_definitions(test_support PUBLIC
-  SHAKER_SOURCE_DIR="${PROJECT_SOURCE_DIR}" SHAKER_BINARY_DIR="${PROJECT_BINARY_DIR}"
-  SHAKER_SANITIZED=${sanitized})
+target_compile_definitions(test_support PUBLIC SHAKER_SANITIZED=${sanitized})
+set_source_files_properties(tests/support/paths.cpp PROPERTIES COMPILE_DEFINITIONS
+  "SHAKER_SOURCE_DIR=\"${PROJECT_SOURCE_DIR}\";SHAKER_BINARY_DIR=\"${PROJECT_BINARY_DIR}\"")
 
-set(areas drivers hardware mock simulated scpi remote replay calibration tracking control reduction daemon safety loop)
-if(SHAKER_SANITIZE MATCHES thread)
-  list(REMOVE_ITEM areas simulated scpi replay calibration tracking control reduction safety)  # of one thread each
-endif()
-# Minutes of computing that a sanitiser makes many more, on code that other tests take it through as well:
-# tests/run --all leaves these to the preset without one.
-set(slow "*FaultMatrixTest.*:EnduranceTest.*:*ClosedLoopTest.*:*CoverageTest.*:*FineTest.*:*LongRunTest.*:PlantTableTest.*")
-string(APPEND slow ":RunTest.The*:RunTest.With*:RunTest.Harder*:RunTest.ADrive*:RunTest.AWalker*:RunTest.Symmetric*:TripTimeTest.*")
-string(APPEND slow ":ExportedRun.*:LongRecordTest.*:BuildingSwingTest.*:OtherFilesTest.Addresses*:SessionTest.L*:SessionTest.E*")
-string(APPEND slow ":RecoverTest.A*:RecoverTest.N*:StoppedRunTest.B*:StoppedRunTest.W*:RunTest.AC*:RunTest.B*:RunTest.Se*:MutantsTest.*")
-string(APPEND slow ":*IdentityTest.*:*EveryKindTest.*:*HardCaseTest.*:*NormalDriving.*:PowerCutsTest.*")
-string(APPEND slow ":RunTest.Threads*:OnCallTest.M*:OnCallTest.ARun*")
-set(quick "-${slow}")
-if(SHAKER_SANITIZE MATCHES thread)  # the others have one thread
-  set(quick "Alsa*:Formats/*:GenicamCameraTest.*:IioAccelerometerTest.*:IioStreamTest.*:VideoCameraTest.*:ConverterTest.*")
-  string(APPEND quick ":GigeCameraTest.*:Iiod*:ClosedRunTest.*:*FaultTest.*:ShakerMockTest.*:FramePoolTest.*:RingTest.*")
-  string(APPEND quick ":MailboxTest.*:RealtimeTest.*:LoopsTest.*:ExecutorsTest.*:RecordingTest.*:*DiskFaultsTest.*")
-  string(APPEND quick ":ScpiPortTest.*:WebTest.*:WebTokenTest.*:HostileTest.*")
-  set(slow "-${quick}")
-endif()
-function(list_tests program filter alone label)
-  gtest_discover_tests(${program} TEST_FILTER "${filter}" DISCOVERY_TIMEOUT 60
-    PROPERTIES TIMEOUT 600 RUN_SERIAL ${alone} LABELS "${label}"
-    ENVIRONMENT "TSAN_OPTIONS=suppressions=${PROJECT_SOURCE_DIR}/tests/support/tsan.supp"
-    ENVIRONMENT_MODIFICATION "LSAN_OPTIONS=set:suppressions=${PROJECT_SOURCE_DIR}/tests/support/lsan.supp:print_suppressions=0")
+add_library(test_main STATIC tests/main.cpp)
+target_link_libraries(test_main PUBLIC GTest::gtest)
+
+# The rows of tests/tiers: tier_FILE and options_FILE.
+set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/tests/tiers)
+file(STRINGS ${PROJECT_SOURCE_DIR}/tests/tiers rows REGEX "^[a-z]")
+foreach(row ${rows})
+  string(REGEX REPLACE " +" ";" words "${row}")
+  list(POP_FRONT words file tier)
+  if(NOT tier MATCHES "^(unit|virtual|realtime|nightly)$")
+    message(FATAL_ERROR "tests/tiers: ${file}: the tier is unit, virtual, realtime or nightly, not '${tier}'")
+  elseif(NOT EXISTS ${PROJECT_SOURCE_DIR}/tests/${file}.cpp)
+    message(FATAL_ERROR "tests/tiers: tests/${file}.cpp does not exist; remove its row or correct the name")
+  elseif(DEFINED tier_${file})
+    message(FATAL_ERROR "tests/tiers: ${file} has two rows")
+  endif()
+  set(tier_${file} ${tier})
+  set(options_${file} ${words})
+endforeach()
+
+# share_of(FILE NAME OUT): the N of its option NAME=N, else 1.
+function(share_of file name out)
+  set(share 1)
+  foreach(option ${options_${file}})
+    if(option MATCHES "^${name}=([0-9]+)$")
+      set(share ${CMAKE_MATCH_1})
+    endif()
+  endforeach()
+  set(${out} ${share} PARENT_SCOPE)
+endfunction()
+
+# list_tests(PROGRAM FILE): ctest's entries for the tests of a file, labelled with its tier. One entry a file; one a test
+# where tests are held against real time, so that one that failed can be run again alone.
+function(list_tests program file)
+  set(labels ${tier_${file}})
+  if("threads=nightly" IN_LIST options_${file})
+    list(APPEND labels threads_nightly)
+  endif()
+  set(tsan "TSAN_OPTIONS=suppressions=${PROJECT_SOURCE_DIR}/tests/support/tsan.supp")
+  set(lsan "LSAN_OPTIONS=set:suppressions=${PROJECT_SOURCE_DIR}/tests/support/lsan.supp:print_suppressions=0")
+  if(tier_${file} STREQUAL realtime)
+    set(alone FALSE)
+    if("alone" IN_LIST options_${file})
+      set(alone TRUE)
+    endif()
+    string(REPLACE ";" "," labels "${labels}")  # the function below takes no list
+    gtest_discover_tests(${program} TEST_FILTER file:${file} DISCOVERY_TIMEOUT 60 PROPERTIES TIMEOUT 600 COST 1000
+      RESOURCE_LOCK realtime RUN_SERIAL ${alone} LABELS "${labels}" ENVIRONMENT "${tsan}" ENVIRONMENT_MODIFICATION "${lsan}")
+    return()
+  endif()
+  share_of(${file} share share)
+  if(SHAKER_SANITIZE)
+    share_of(${file} sanitised more)
+    math(EXPR share "${share} * ${more}")
+  endif()
+  add_test(NAME ${file} COMMAND ${PROJECT_SOURCE_DIR}/tests/support/sampled ${share} $<TARGET_FILE:${program}>
+    --gtest_filter=file:${file} --gtest_output=xml:${PROJECT_BINARY_DIR}/results/${file}.xml)
+  set_tests_properties(${file} PROPERTIES TIMEOUT 1200 LABELS "${labels}" ENVIRONMENT "${tsan}"
+    ENVIRONMENT_MODIFICATION "${lsan}")
 endfunction()
 
 if(SHAKER_SANITIZE)  # Eigen's intrinsics need it
   set_source_files_properties(tests/tracking/building_swing_test.cpp tests/calibration/harmonic_sums_test.cpp
     PROPERTIES COMPILE_OPTIONS -O1 SKIP_PRECOMPILE_HEADERS ON)
 endif()
-foreach(area ${areas})
-  file(GLOB sources CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/tests/${area}/*_test.cpp)
-  if(sources)
-    add_executable(${area}_tests ${sources})
-    target_link_libraries(${area}_tests PRIVATE test_support GTest::gtest_main)
+
+# One program a folder that holds tests.
+file(GLOB_RECURSE test_files CONFIGURE_DEPENDS RELATIVE ${PROJECT_SOURCE_DIR}/tests ${PROJECT_SOURCE_DIR}/tests/*_test.cpp)
+list(FILTER test_files EXCLUDE REGEX "^(long|vm)/")
+foreach(file ${test_files})
+  string(REGEX REPLACE "\\.cpp$" "" file ${file})
+  if(NOT DEFINED tier_${file})
+    message(FATAL_ERROR "tests/tiers has no row for tests/${file}.cpp; add one: ${file} unit (or virtual, realtime, nightly)")
+  endif()
+  if(SHAKER_SANITIZE MATCHES thread AND NOT "${options_${file}}" MATCHES "threads")
+    continue()
+  endif()
+  get_filename_component(folder ${file} DIRECTORY)
+  string(REPLACE "/" "_" area ${folder})
+  if(NOT TARGET ${area}_tests)
+    add_executable(${area}_tests)
+    target_link_libraries(${area}_tests PRIVATE test_support test_main)
     # Assertions cost the compiler most of the build's time: they are optimised less than what they look at.
     target_compile_options(${area}_tests PRIVATE -O$<NOT:${sanitized}> -g1)
     if(SHAKER_SANITIZE MATCHES undefined)
@@ -66,35 +115,26 @@ foreach(area ${areas})
         <filesystem> <fstream> <functional> <map> <memory> <nlohmann/json.hpp> <optional> <random> <span>
         <spdlog/fmt/fmt.h> <string> <thread> <vector>)
     endif()
-    set(alone FALSE)
-    set(label "virtual time")
-    set(virtual ${area}_tests)
-    if(area MATCHES "hardware|mock|loop|remote")  # another test beside it takes its processor
-      set(alone TRUE)
-      set(label "real time")
-      set(virtual)
-    endif()
-    list(APPEND virtual_programs ${virtual})
-    list_tests(${area}_tests "${quick}" ${alone} "${label}")
-    list_tests(${area}_tests "${slow}" ${alone} "${label}, slow")
+  endif()
+  target_sources(${area}_tests PRIVATE tests/${file}.cpp)
+  list_tests(${area}_tests ${file})
+  list(APPEND ${tier_${file}}_programs ${area}_tests)
+endforeach()
+foreach(tier unit virtual realtime nightly)  # a folder's program, where one of its files has the tier
+  add_custom_target(${tier}_tests DEPENDS ${${tier}_programs})
+endforeach()
+add_custom_target(threads_tests DEPENDS ${unit_programs} ${virtual_programs} ${realtime_programs} ${nightly_programs})
+target_link_libraries(drivers_hardware_tests PRIVATE PkgConfig::libiio)
+foreach(program drivers_footage_tests drivers_hardware_tests tracking_tests)  # they write and read movies themselves
+  if(TARGET ${program})
+    target_link_libraries(${program} PRIVATE opencv_imgcodecs opencv_videoio)
   endif()
 endforeach()
-add_custom_target(virtual_tests DEPENDS ${virtual_programs})
-if(TARGET hardware_tests)
-  target_link_libraries(hardware_tests PRIVATE PkgConfig::libiio)
-endif()
-if(TARGET mock_tests)
-  target_link_libraries(mock_tests PRIVATE PkgConfig::libiio)
-endif()
-if(TARGET daemon_tests)
-  add_dependencies(daemon_tests shakerd)
-  add_dependencies(loop_tests shakerd shaker-mock)
-endif()
-if(TARGET remote_tests)
-  target_link_libraries(remote_tests PRIVATE daemon_remote_ctl)
-  add_dependencies(remote_tests shakerctl pages)
-endif()
-add_dependencies(test_support shaker_mock_pcm)
+target_link_libraries(drivers_mock_tests PRIVATE PkgConfig::libiio)
+target_link_libraries(daemon_remote_tests PRIVATE daemon_remote_ctl)
+add_dependencies(daemon_remote_tests shakerctl pages)
+add_dependencies(test_support shakerd shaker-mock)
+add_dependencies(test_support shaker_mock_pcm shaker_codecs)
 
 # What is put between a program and its disk by LD_PRELOAD: tests/preload/<name>.cpp.
 file(GLOB preloads CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/tests/preload/*.cpp)
@@ -106,7 +146,24 @@ foreach(source ${preloads})
   add_dependencies(test_support preload_${name})
 endforeach()
 
+# What the fuzzers read (tests/fuzz) and mutations of it, without libFuzzer.
+if(NOT SHAKER_SANITIZE MATCHES thread)
+  add_custom_target(fuzz_replays)
+  foreach(name scpi http websocket)
+    add_executable(fuzz_replay_${name} tests/fuzz/${name}.cpp tests/fuzz/replay.cpp)
+    target_link_libraries(fuzz_replay_${name} PRIVATE test_support)
+    compile_fast(fuzz_replay_${name})
+    add_test(NAME fuzz/${name} COMMAND fuzz_replay_${name} ${PROJECT_SOURCE_DIR}/tests/fuzz/corpus/${name})
+    set_tests_properties(fuzz/${name} PROPERTIES TIMEOUT 300 LABELS unit)
+    add_dependencies(fuzz_replays fuzz_replay_${name})
+  endforeach()
+endif()
+
+add_test(NAME tally COMMAND ${PROJECT_SOURCE_DIR}/tests/support/tally_test)
 add_test(NAME include_order COMMAND ${PROJECT_SOURCE_DIR}/tests/include_order ${PROJECT_SOURCE_DIR})
+add_test(NAME requirements COMMAND ${PROJECT_SOURCE_DIR}/tests/requirements ${PROJECT_SOURCE_DIR})
+add_test(NAME tick_times COMMAND ${PROJECT_SOURCE_DIR}/tests/tick_times ${PROJECT_SOURCE_DIR})
+add_test(NAME plain_words COMMAND ${PROJECT_SOURCE_DIR}/tests/plain_words ${PROJECT_SOURCE_DIR})
 
 if(SHAKER_SANITIZE)  # what follows is run from the other presets
   return()
@@ -141,12 +198,12 @@ endforeach()
 foreach(peer hdf5 remote package)
   add_test(NAME peers_${peer} COMMAND ${PROJECT_SOURCE_DIR}/tests/peers/${peer})
   set_tests_properties(peers_${peer} PROPERTIES ENVIRONMENT SHAKER_BUILD=${PROJECT_BINARY_DIR} SKIP_RETURN_CODE 77
-                       TIMEOUT 300 RUN_SERIAL TRUE LABELS "real time")
+                       TIMEOUT 300 RESOURCE_LOCK realtime COST 1000 LABELS realtime)
 endforeach()
 
 # The operator's page in a real browser.
 foreach(part pure page control memory daemon)
   add_test(NAME panel_${part} COMMAND ${PROJECT_SOURCE_DIR}/tests/panel/run --only ${part})
   set_tests_properties(panel_${part} PROPERTIES ENVIRONMENT SHAKERD=$<TARGET_FILE:shakerd>
-                       TIMEOUT 400 RUN_SERIAL TRUE LABELS "real time")
+                       TIMEOUT 400 RUN_SERIAL TRUE LABELS realtime)
 endforeach()

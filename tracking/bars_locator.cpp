@@ -4,7 +4,7 @@
 #include <cmath>
 #include <numbers>
 
-namespace shaker {
+namespace shaker::tracking {
 namespace {
 
 constexpr double tau = 2 * std::numbers::pi;
@@ -30,7 +30,7 @@ void BarsLocator::load(const ImageView& image, int first, int last) {
     }
 }
 
-// Sum of Hann window times profile times exp(-i tau (x - centre) / pitch).
+// sum of hann(x) profile(x) exp(-i 2 pi (x - centre) / pitch).
 BarsLocator::Complex BarsLocator::fundamental(std::size_t band, double centre, double pitch,
                                               double periods) const {
     const auto& profile = profiles_[band];
@@ -68,7 +68,7 @@ double BarsLocator::strongest_pitch(double middle) const {
     return pitch;
 }
 
-// Golden section on the strength of the fundamental over the whole region.
+// Golden-section search for the pitch with the strongest fundamental over the whole region.
 double BarsLocator::refine_pitch(double middle, double guess, double range) const {
     const double periods =
         std::floor((static_cast<double>(profiles_.front().size()) - 1) / (guess * (1 + range)));
@@ -100,7 +100,7 @@ Point BarsLocator::learn(const ImageView& image) {
     if (!(pitch_ > 0)) pitch_ = strongest_pitch(middle);
     if (!(pitch_ >= 3.5) || (periods_per_window + 0.25) * pitch_ > span) {
         throw InputError{subject_.label + ": pitch is " + std::to_string(pitch_) +
-                         " px; must be 3.5 px or more and fit 3.25 times into the region"};
+                         " px; must be at least 3.5 px, and 3.25 pitches must fit into the region"};
     }
     pitch_ = refine_pitch(middle, pitch_, std::min(0.05, 0.5 * pitch_ / span));
     const double half = 0.5 * periods_per_window * pitch_;
@@ -116,15 +116,16 @@ Point BarsLocator::learn(const ImageView& image) {
             w.centre = middle + half * (k - 0.5 * steps);
             w.band = band;
             w.learned = fundamental(band, w.centre, pitch_, periods_per_window);
-            // The carriers' common origin is the middle, so that the windows of regular bars agree in phase.
+            // The carriers have their common origin in the middle, so that the windows of regular bars agree
+            // in phase.
             sum += w.learned * std::polar(1.0, -tau * (w.centre - middle) / pitch_);
             windows_.push_back(w);
         }
     }
     const double amplitude = 4 * std::abs(sum) / (static_cast<double>(windows_.size()) * 2 * half);
     if (!(amplitude > 0.15 * (levels.high - levels.low))) {
-        throw InputError{subject_.label + ": no bars of " + std::to_string(given > 0 ? given : pitch_) +
-                         " px pitch there"};
+        throw InputError{subject_.label + ": found no bars of " + std::to_string(given > 0 ? given : pitch_) +
+                         " px pitch; check the region and pitch_mm"};
     }
     const double sign = subject_.target.polarity == Polarity::bright ? 0 : std::numbers::pi;
     const double along = middle + pitch_ / tau * std::remainder(-std::arg(sum) + sign, tau);
@@ -133,7 +134,7 @@ Point BarsLocator::learn(const ImageView& image) {
     return learned_;
 }
 
-// Bars do not change along themselves, so what does is noise (or dirt, which only makes the error larger).
+// Bars are uniform along their length; variation there is noise (or dirt, which only increases the error).
 double BarsLocator::row_noise(const ImageView& image) const {
     if (across1_ - across0_ < 2) return 1;
     const int end = profile_first_ + static_cast<int>(profiles_.front().size());
@@ -162,12 +163,12 @@ double BarsLocator::median_off() {
     return *middle;
 }
 
-// A window whose strength or phase differs from the others' by more than noise shows something else in part.
-// `noise` is the standard deviation of a window's fundamental, each of its two parts.
+// Excludes windows whose amplitude or phase differs from the others' by more than noise. `noise`: standard
+// deviation of each part of a window's fundamental.
 void BarsLocator::choose_windows(double noise) {
     sorted_.clear();
     for (const Window& w : windows_) sorted_.push_back(std::abs(w.now) / std::abs(w.learned));
-    // The upper quartile: what covers bars makes them weaker, and may cover most of them.
+    // The upper quartile: an object over the bars lowers their amplitude and may cover most of them.
     const auto upper = sorted_.begin() + static_cast<std::ptrdiff_t>(sorted_.size() * 3 / 4);
     std::nth_element(sorted_.begin(), upper, sorted_.end());
     const double typical = *upper;
@@ -176,7 +177,7 @@ void BarsLocator::choose_windows(double noise) {
                      slack = 0.15 * typical + 4 * noise / std::abs(w.learned);
         w.used = std::abs(w.now) > 4 * noise && gain > 0.2 && std::abs(gain - typical) < slack;
     }
-    // Near the middle first: phases wrap, and a median does not know it.
+    // First moved to the middle: phases wrap, which a median ignores.
     const double middle = median_off();
     for (Window& w : windows_) {
         const double allowed = 5 * noise / std::abs(w.now) * pitch_ / tau + 1e-3 * pitch_;
@@ -195,13 +196,14 @@ bool BarsLocator::measure(const ImageView& image, double shift, Candidate& out) 
         all += std::conj(w.learned) * w.now;
     }
     for (Window& w : windows_) {
-        // About the common phase, so that no window is a whole pitch off.
+        // Relative to the common phase, so that no window is off by a whole pitch.
         const double turn = std::arg(std::conj(w.learned) * w.now * std::conj(all));
         w.off = -per_radian * (turn + std::arg(all));
     }
     const double bands = static_cast<double>(profiles_.size());
-    const double noise = row_noise(image) / std::sqrt((across1_ - across0_) / bands);  // of a band's profile
-    const double window_noise = noise * std::sqrt(0.5 * 0.375 * 2 * half);  // Hann squared is 3/8 in the mean
+    const double noise =
+        row_noise(image) / std::sqrt((across1_ - across0_) / bands);        // of the profile of one band
+    const double window_noise = noise * std::sqrt(0.5 * 0.375 * 2 * half);  // the mean of Hann squared is 3/8
     choose_windows(window_noise);
     double used = 0, weight = 0, sum = 0, scatter = 0, gain = 0;
     for (const Window& w : windows_) {
@@ -217,7 +219,8 @@ bool BarsLocator::measure(const ImageView& image, double shift, Candidate& out) 
     for (const Window& w : windows_) {
         if (w.used) scatter += (w.off - off) * (w.off - off) * std::norm(w.now);
     }
-    // Neighbours that overlap by half share a sixth of their noise: twice that on top of the independent sum.
+    // Neighbours overlap by half and share a sixth of their noise: twice that is added to the independent
+    // sum.
     double sd = own_sd * std::sqrt((1 + (used > bands ? 1.0 / 3 : 0.0)) / weight);
     if (used > 3) sd *= std::sqrt(std::max(1.0, scatter / ((used - 1) * 2 * own_sd * own_sd)));
     const double along = whole_px + off, across = axis_ == Axis::x ? learned_.y : learned_.x;
@@ -232,7 +235,7 @@ bool BarsLocator::locate(const ImageView& image, Point predicted, Candidate& out
     const double shift = axis_ == Axis::x ? predicted.x - learned_.x : predicted.y - learned_.y;
     if (!measure(image, shift, out)) return false;
     const double found = axis_ == Axis::x ? out.at.x - learned_.x : out.at.y - learned_.y;
-    // Windows that follow by rounding must not depend on which side of a half the prediction fell.
+    // The windows' whole-pixel positions must not depend on the rounding of the prediction.
     if (std::lround(found) != std::lround(shift) && !measure(image, found, out)) return false;
     const double again = axis_ == Axis::x ? out.at.x - learned_.x : out.at.y - learned_.y;
     return std::abs(again - shift) <= reach();
@@ -243,4 +246,4 @@ void BarsLocator::search(const ImageView& image, Point last, std::vector<Candida
     if (locate(image, last, candidate)) out.push_back(candidate);
 }
 
-}  // namespace shaker
+}  // namespace shaker::tracking

@@ -1,18 +1,18 @@
 #pragma once
-// Periodic bars: the phase of their fundamental.
+// Locator for periodic bars: phase of their fundamental.
 #include <complex>
 
+#include "tracking/image/profile.hpp"
+#include "tracking/image/region.hpp"
 #include "tracking/locator.hpp"
-#include "tracking/profile.hpp"
-#include "tracking/region.hpp"
 
-namespace shaker {
+namespace shaker::tracking {
 
-/// Overlapping Hann windows of three periods follow the bars in whole pixels, each compared with its own
-/// phase in frame 0; windows that are hidden are left out. Measures along the image axis nearest to the
-/// shaker's; the other coordinate is the region's middle. Bars repeat themselves: a frame is only unambiguous
-/// within half a pitch of the prediction, and after a loss the bars are looked for within half a pitch of
-/// where they were last.
+/// Position = pitch * phase / 2 pi of the fundamental, from overlapping Hann windows of three periods that
+/// follow the bars in whole pixels. Each window is compared with its own phase in frame 0; hidden windows are
+/// excluded. Measures along the image axis nearest to the shaker's; the other coordinate is the region's
+/// middle. Bars are periodic: a frame is unambiguous only within half a pitch of the prediction, and after a
+/// loss the search covers half a pitch around the last position.
 class BarsLocator final : public Locator {
 public:
     explicit BarsLocator(Subject subject);
@@ -28,9 +28,9 @@ private:
     struct Window {
         double centre = 0;  // in frame 0
         std::size_t band = 0;
-        Complex learned{};  // fundamental there
+        Complex learned{};  // fundamental in frame 0
         Complex now{};
-        double off = 0;  // shift less the whole pixels it was measured at, px
+        double off = 0;  // px, shift minus the whole pixels of the window
         bool used = false;
     };
 
@@ -49,9 +49,9 @@ private:
     int across0_ = 0, across1_ = 0;
     Point learned_;
     std::vector<Window> windows_;
-    std::vector<std::vector<double>> profiles_;  // one a band
+    std::vector<std::vector<double>> profiles_;  // one per band
     std::vector<double> sorted_;
     int profile_first_ = 0;
 };
 
-}  // namespace shaker
+}  // namespace shaker::tracking

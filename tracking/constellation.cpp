@@ -4,14 +4,14 @@
 #include <cmath>
 #include <complex>
 
-namespace shaker {
+namespace shaker::tracking {
 namespace {
 
-// Costs are halves of a chi squared: 10 is a likelihood ratio of e^10. Neither a member that is hidden (or
-// has left the picture, which costs nothing) nor a stray candidate decides alone; both together do.
+// Costs are halves of chi squared: 10 is a likelihood ratio of e^10. A hidden member or a stray candidate
+// alone is not decisive; both together are. A member that left the picture costs nothing.
 constexpr double looseness_px = 0.75;
 constexpr double cost_of_missing = 4.5, cost_of_left_over = 6, enough_margin = 10;
-constexpr double farthest_step = 0.8;  // of the distance to the neighbour, a frame
+constexpr double farthest_step = 0.8;  // of the distance to the neighbour, per frame
 constexpr double longest_companion_absence = 30;
 
 }  // namespace
@@ -27,8 +27,8 @@ Constellation::Constellation(std::span<const Point> places, std::size_t targets,
     }
 }
 
-// Half the sum of squares left after a common shift and, from three members on, a common turn and stretch:
-// what swings towards a camera grows.
+// Half the sum of squares after subtracting a common shift and, for three or more members, a common rotation
+// and stretch (a swing towards the camera magnifies).
 double Constellation::misfit(const std::vector<int>& chosen, std::span<const Candidate> candidates,
                              double frames) const {
     using Complex = std::complex<double>;
@@ -111,7 +111,7 @@ Constellation::Hypothesis Constellation::try_displacement(Point displacement,
 bool Constellation::contradict(const Hypothesis& a, const Hypothesis& b) const {
     for (std::size_t k = 0; k < targets_; ++k) {
         if (a.chosen[k] != nobody && b.chosen[k] != nobody && a.chosen[k] != b.chosen[k]) return true;
-        // Naming a candidate differently is a contradiction too.
+        // The same candidate assigned to different members is a contradiction too.
         for (std::size_t l = 0; l < members_.size(); ++l) {
             if (l != k && a.chosen[k] != nobody && a.chosen[k] == b.chosen[l]) return true;
         }
@@ -119,7 +119,7 @@ bool Constellation::contradict(const Hypothesis& a, const Hypothesis& b) const {
     return false;
 }
 
-// Few of many are only believed where they were expected.
+// A few of many members count only if they are where they were expected.
 bool Constellation::convincing(const Hypothesis& best) const {
     if (best.named == 0) return false;
     double nearest = 1e9;
@@ -184,4 +184,4 @@ std::span<const int> Constellation::assign(std::span<const Candidate> candidates
     return chosen_;
 }
 
-}  // namespace shaker
+}  // namespace shaker::tracking

@@ -1,32 +1,32 @@
 #pragma once
-// Which look-alike is which: all of them moved together, or nobody is named.
+// Constellation: assigns candidates to look-alike targets by their common displacement.
 #include <span>
 #include <vector>
 
 #include "tracking/locator.hpp"
 
-namespace shaker {
+namespace shaker::tracking {
 
-/// Look-alike targets of one view, with the look-alikes nobody asked for as companions. In every frame one
-/// common displacement (with a small turn and stretch) has to carry the members to the candidates: hypotheses
-/// are ranked by how far the candidates are off, by members that should be in view and are not, and by
-/// candidates left over. When a second hypothesis that names somebody differently is nearly as good, nobody
-/// is named. Between frames members move less than 0.8 of the distance to their neighbour.
+/// Look-alike targets of one view, with unnamed look-alikes as companions. In every frame one common
+/// displacement (with a small rotation and stretch) must map the members to the candidates. The cost of a
+/// hypothesis: distances of the candidates, members that should be in view but are missing, candidates left
+/// over. If a second hypothesis with a different assignment has almost the same cost, no target is assigned.
+/// Between frames members move less than 0.8 of the distance to their neighbour.
 class Constellation {
 public:
     static constexpr int nobody = -1;
 
-    /// Places in frame 0; `radius` is how much of a member must be inside the image to be expected there.
+    /// Positions in frame 0. radius: px; a member is expected in the image if it is inside by this much.
     Constellation(std::span<const Point> places, std::size_t targets, double radius);
-    /// Index of each target's candidate, or nobody. `frames` have passed since the last call.
+    /// Index of the candidate of each target, or `nobody`. frames: number of frames since the last call.
     std::span<const int> assign(std::span<const Candidate> candidates, int width, int height, double frames);
 
 private:
     struct Member {
         Point at, velocity;
-        double neighbour = 0;  // distance to the nearest one in frame 0
-        double unseen = 0;     // frames
-        bool gone = false;     // companions that stay away are forgotten
+        double neighbour = 0;  // px, distance to the nearest one in frame 0
+        double unseen = 0;     // frames since last seen
+        bool gone = false;     // companions that stay away are dropped
     };
     struct Hypothesis {
         std::vector<int> chosen;
@@ -50,4 +50,4 @@ private:
     std::vector<int> chosen_;
 };
 
-}  // namespace shaker
+}  // namespace shaker::tracking

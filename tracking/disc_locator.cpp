@@ -5,12 +5,12 @@
 #include <numbers>
 #include <opencv2/imgproc.hpp>
 
-namespace shaker {
+namespace shaker::tracking {
 namespace {
 
-constexpr double rim = 4.5;  // px on either side of the edge that are looked at
+constexpr double rim = 4.5;  // px on either side of the edge that are fitted
 
-// Grows evenly enough with the angle and needs no arc tangent: 0..4 once around.
+// Monotone in the angle, without an arc tangent: 0..4 for one turn.
 double diamond_angle(double dx, double dy) noexcept {
     const double sum = std::abs(dx) + std::abs(dy);
     if (!(sum > 0)) return 0;
@@ -45,7 +45,9 @@ Outline DiscLocator::measured_by_threshold(const ImageView& image, const Box& bo
         const double w = stats.at<int>(i, cv::CC_STAT_WIDTH), h = stats.at<int>(i, cv::CC_STAT_HEIGHT);
         if (larger && std::max(w, h) < 1.3 * std::min(w, h)) best = i;
     }
-    if (best == 0) throw InputError{subject_.label + ": no round shape of this polarity there"};
+    if (best == 0)
+        throw InputError{subject_.label +
+                         ": found no round shape of this polarity; check the region and polarity"};
     const double radius = std::sqrt(stats.at<int>(best, cv::CC_STAT_AREA) / std::numbers::pi);
     return {centres.at<double>(best, 0) + box.x0, centres.at<double>(best, 1) + box.y0, radius, 1};
 }
@@ -66,7 +68,7 @@ Point DiscLocator::learn(const ImageView& image) {
     }
     if (learned_.size < 1.5) {
         throw InputError{subject_.label + ": diameter is " + std::to_string(2 * learned_.size) +
-                         " px; must be 3 px or more"};
+                         " px; must be at least 3 px"};
     }
     blocks_ = small() ? 1 : std::clamp(static_cast<int>(learned_.size / 2), 8, 64);
     const double expected = learned_.size;
@@ -88,8 +90,9 @@ Point DiscLocator::learn(const ImageView& image) {
         ring_ = RingSearch{learned_.size, learned_.blur, sign_};
         return at;
     }
-    throw InputError{subject_.label + ": no " + (sign_ > 0 ? "bright" : "dark") + " disc of " +
-                     std::to_string(2 * expected) + " px diameter there"};
+    throw InputError{subject_.label + ": found no " + (sign_ > 0 ? "bright" : "dark") + " disc of " +
+                     std::to_string(2 * expected) +
+                     " px diameter; check the region, polarity and diameter_mm"};
 }
 
 void DiscLocator::gather(const ImageView& image, Point centre) {
@@ -168,7 +171,7 @@ bool DiscLocator::locate(const ImageView& image, Point predicted, Candidate& out
 
 void DiscLocator::search(const ImageView& image, Point, std::vector<Candidate>& out) {
     const int margin = static_cast<int>(0.7 * learned_.size);
-    // Half the contrast all the way around, rather than all of it half-way.
+    // Half the contrast all around the rim, rather than the full contrast on half of it.
     ring_.scan(image, {-margin, -margin, image.width + margin, image.height + margin}, 0.5 * contrast_, 0.6,
                peaks_);
     for (const RingPeak& peak : peaks_) {
@@ -180,4 +183,4 @@ void DiscLocator::search(const ImageView& image, Point, std::vector<Candidate>& 
     std::stable_sort(out.begin(), out.end(), [](auto& a, auto& b) { return a.likeness > b.likeness; });
 }
 
-}  // namespace shaker
+}  // namespace shaker::tracking

@@ -1,16 +1,16 @@
 #pragma once
-// A disc or a single dot: its rim, fitted.
-#include "tracking/edge_fit.hpp"
+// Locator for a disc or a single dot: fit of its rim.
+#include "tracking/image/edge_fit.hpp"
+#include "tracking/image/region.hpp"
+#include "tracking/image/ring_search.hpp"
 #include "tracking/locator.hpp"
 #include "tracking/outline_quality.hpp"
-#include "tracking/region.hpp"
-#include "tracking/ring_search.hpp"
 
-namespace shaker {
+namespace shaker::tracking {
 
-/// Large discs are cut into sectors with their own gain and offset, so that hidden or shining stretches of
-/// the rim are put aside; small ones are one block on a plane of background. The diameter is measured when it
-/// is not given.
+/// Large discs are divided into sectors with their own gain and offset, so that hidden or reflecting parts of
+/// the rim can be excluded; small ones are one block on a plane of background. The diameter is measured when
+/// it is not given.
 class DiscLocator final : public Locator {
 public:
     explicit DiscLocator(Subject subject);
@@ -40,4 +40,4 @@ private:
     int blocks_ = 1;
 };
 
-}  // namespace shaker
+}  // namespace shaker::tracking

@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <cmath>
 
-namespace shaker {
+namespace shaker::tracking {
 namespace {
-constexpr double rim = 3;  // px around a dot that are fitted: strips are narrow
+constexpr double rim = 3;  // px around a dot that are fitted; there is little space between dots
 }
 
 DotsLocator::DotsLocator(Subject subject)
@@ -16,11 +16,11 @@ DotsLocator::DotsLocator(Subject subject)
     learned_ = {0, 0, 0.5 * subject_.target.diameter_mm / subject_.mm_per_px, 1};
     if (!(learned_.size >= 1.5)) {
         throw InputError{subject_.label + ": diameter_mm = " + std::to_string(subject_.target.diameter_mm) +
-                         "; dots of a pitch need one that makes 3 px or more"};
+                         "; dots with a pitch require a diameter of at least 3 px"};
     }
     if (!(pitch_ > 2 * learned_.size)) {
         throw InputError{subject_.label + ": pitch_mm = " + std::to_string(subject_.target.pitch_mm) +
-                         "; must be more than the dots' diameter"};
+                         "; must exceed the dots' diameter"};
     }
 }
 
@@ -43,8 +43,9 @@ void DotsLocator::find_dots(const ImageView& image, const Box& box, double contr
         if (good && std::none_of(dots.begin(), dots.end(), same)) dots.push_back(fit);
     }
     if (dots.empty()) {
-        throw InputError{subject_.label + ": no " + (sign_ > 0 ? "bright" : "dark") + " dots of " +
-                         std::to_string(2 * expected) + " px diameter there"};
+        throw InputError{subject_.label + ": found no " + (sign_ > 0 ? "bright" : "dark") + " dots of " +
+                         std::to_string(2 * expected) +
+                         " px diameter; check the region, polarity and diameter_mm"};
     }
     std::sort(dots.begin(), dots.end(), [](const EdgeFitResult& a, const EdgeFitResult& b) {
         return a.outline.x + a.outline.y < b.outline.x + b.outline.y;
@@ -76,9 +77,9 @@ void DotsLocator::check_pitch() const {
     std::nth_element(gaps.begin(), gaps.begin() + static_cast<std::ptrdiff_t>(gaps.size() / 2), gaps.end());
     const double gap = gaps[gaps.size() / 2];
     if (std::abs(gap / pitch_ - 1) > 0.2) {
-        throw InputError{subject_.label + ": dots are " + std::to_string(gap * subject_.mm_per_px) +
-                         " mm apart; pitch_mm = " + std::to_string(subject_.target.pitch_mm) +
-                         " is not within 20 %"};
+        throw InputError{
+            subject_.label + ": the dots' distance is " + std::to_string(gap * subject_.mm_per_px) +
+            " mm; pitch_mm = " + std::to_string(subject_.target.pitch_mm) + " differs by more than 20 %"};
     }
 }
 
@@ -91,7 +92,7 @@ Point DotsLocator::learn(const ImageView& image) {
     prior_ = {.size = 0.02, .blur = 0.5, .sign = sign_};
     ring_ = RingSearch{learned_.size, learned_.blur, sign_};
     const EdgeFitResult fit = measure(image, {learned_.x, learned_.y});
-    if (!fit.converged) throw InputError{subject_.label + ": the dots there do not fit one size and blur"};
+    if (!fit.converged) throw InputError{subject_.label + ": the dots found do not share one size and blur"};
     learned_ = fit.outline;
     reference_ = {learned_, sign_, std::abs(fit.contrast), fit.coverage, fit.noise};
     return {learned_.x, learned_.y};
@@ -167,4 +168,4 @@ void DotsLocator::search(const ImageView& image, Point last, std::vector<Candida
     if (any && locate(image, at, candidate)) out.push_back(candidate);
 }
 
-}  // namespace shaker
+}  // namespace shaker::tracking

@@ -1,15 +1,16 @@
 #pragma once
-// Several dots of one pitch that move as one: a rigid position from all of them.
-#include "tracking/edge_fit.hpp"
+// Locator for several dots of one pitch that move as one rigid body.
+#include "tracking/image/edge_fit.hpp"
+#include "tracking/image/region.hpp"
+#include "tracking/image/ring_search.hpp"
 #include "tracking/locator.hpp"
 #include "tracking/outline_quality.hpp"
-#include "tracking/region.hpp"
-#include "tracking/ring_search.hpp"
 
-namespace shaker {
+namespace shaker::tracking {
 
-/// The position is the mean of the dots that were in the region in frame 0, whichever of them are still in
-/// view. The row repeats itself, so after a loss it is looked for within half a pitch of where it was last.
+/// The position is the mean of the dots that were in the region in frame 0; it does not change when some of
+/// them leave the view. The row is periodic: after a loss the search covers half a pitch around the last
+/// position.
 class DotsLocator final : public Locator {
 public:
     explicit DotsLocator(Subject subject);
@@ -37,4 +38,4 @@ private:
     double blur_ = 1;
 };
 
-}  // namespace shaker
+}  // namespace shaker::tracking

@@ -6,7 +6,7 @@
 #include "tracking/patch_locator.hpp"
 #include "tracking/rectangle_locator.hpp"
 
-namespace shaker {
+namespace shaker::tracking {
 
 std::unique_ptr<Locator> make_locator(const View& view, std::size_t index) {
     Subject subject = subject_of(view, view.targets.at(index));
@@ -26,4 +26,4 @@ std::unique_ptr<Locator> make_locator(const View& view, std::size_t index) {
     throw InputError{subject.label + ": unknown kind"};
 }
 
-}  // namespace shaker
+}  // namespace shaker::tracking

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace shaker {
+namespace shaker::tracking {
 
 bool judge(const EdgeFitResult& fit, const OutlineReference& reference, const std::array<double, 2>& along,
            Candidate& out) {
@@ -12,7 +12,7 @@ bool judge(const EdgeFitResult& fit, const OutlineReference& reference, const st
     const Outline& learned = reference.outline;
     const double contrast = reference.sign * fit.contrast;
     const double share = std::min(1.0, fit.coverage / reference.coverage);
-    // Noise that stays while light fades is allowed for; a misfit as large as that is another thing.
+    // Noise that stays while the light fades is accepted; a larger misfit is another object.
     const double roughest = std::clamp(3 * reference.noise / reference.contrast, 0.12, 0.35);
     const Eigen::Vector2d axis{along[0], along[1]};
     const double sd = std::sqrt(axis.dot(fit.covariance * axis));
@@ -28,4 +28,4 @@ bool judge(const EdgeFitResult& fit, const OutlineReference& reference, const st
     return true;
 }
 
-}  // namespace shaker
+}  // namespace shaker::tracking

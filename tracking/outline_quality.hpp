@@ -1,13 +1,13 @@
 #pragma once
-// Whether a fitted outline is the target that was learned in frame 0.
+// Decides whether a fitted outline is the target learned in frame 0.
 #include <array>
 
-#include "tracking/edge_fit.hpp"
+#include "tracking/image/edge_fit.hpp"
 #include "tracking/locator.hpp"
 
-namespace shaker {
+namespace shaker::tracking {
 
-/// What frame 0 showed. Contrast is positive for the polarity asked for.
+/// Properties of the target in frame 0. Contrast is positive for the requested polarity.
 struct OutlineReference {
     Outline outline;
     double sign = 1;
@@ -16,9 +16,9 @@ struct OutlineReference {
     double noise = 0;
 };
 
-/// Fills `out` from the fit; false when contrast, size, noise or the share of the outline in view do not fit.
-/// `along` is the direction the standard deviation is given for.
+/// Sets `out` from the fit. False when contrast, size, noise or the visible share of the outline do not
+/// match. `along`: direction of the standard deviation.
 bool judge(const EdgeFitResult& fit, const OutlineReference& reference, const std::array<double, 2>& along,
            Candidate& out);
 
-}  // namespace shaker
+}  // namespace shaker::tracking

@@ -6,13 +6,13 @@
 #include <numbers>
 #include <opencv2/imgproc.hpp>
 
-namespace shaker {
+namespace shaker::tracking {
 namespace {
 
 constexpr int block = 8;
-constexpr double enough_match = 0.6;  // correlation below which a place does not look like the texture
+constexpr double enough_match = 0.6;  // correlation; below it a position does not resemble the texture
 
-// Matrix over the image's own memory, no copy; OpenCV's correlation takes 8 bit and float only.
+// Matrix on the image's own memory, no copy. OpenCV's correlation takes 8 bit and float only.
 cv::Mat for_matching(const ImageView& image, const Box& box) {
     const cv::Mat whole_image{image.height, image.width, image.bytes_per_pixel == 2 ? CV_16UC1 : CV_8UC1,
                               const_cast<std::byte*>(image.pixels), static_cast<std::size_t>(image.stride)};
@@ -33,8 +33,8 @@ cv::Mat template_of(Texture& texture) {
 
 }  // namespace
 
-// Products of 1, T, dT/dx, dT/dy and I over the blocks in use; of the smooth derivatives with those and
-// themselves.
+// Products of 1, T, dT/dx, dT/dy and I over the blocks in use, and of the smooth derivatives with those and
+// with themselves.
 struct PatchLocator::Sums {
     Eigen::Matrix<double, 5, 5> gram = Eigen::Matrix<double, 5, 5>::Zero();
     Eigen::Matrix<double, 2, 7> smooth = Eigen::Matrix<double, 2, 7>::Zero();
@@ -67,7 +67,7 @@ void PatchLocator::accumulate(const P& pixels, const Box& cut, int x0, int y0, S
     }
 }
 
-// Puts aside the blocks whose residual stands out; returns the share of pixels that stay.
+// Excludes blocks with outlying residuals; returns the share of pixels in use.
 template <class P>
 double PatchLocator::weigh_blocks(const P& pixels, const Box& cut, int x0, int y0, double gain,
                                   double offset) {
@@ -119,7 +119,7 @@ PatchLocator::Solution PatchLocator::measure(const ImageView& image, Point shift
         const Eigen::Matrix3d schur = g.block<3, 3>(2, 2) - g.block<3, 2>(2, 0) * solved;
         s.gain = solved(1, 2);
         if (!(s.gain > 0.05)) return s;
-        // Score and slope by the smooth derivatives, gain and offset eliminated.
+        // Score and slope from the smooth derivatives; gain and offset eliminated.
         const auto& p = sums.smooth;
         const Eigen::Matrix<double, 2, 3> weighed = p.block<2, 3>(0, 2) - p.leftCols<2>() * solved;
         const Eigen::Matrix2d slope = -s.gain * weighed.leftCols<2>();
@@ -166,12 +166,11 @@ void PatchLocator::find_direction() {
     direction_ = eigen.eigenvectors().col(1);
     const double along = std::abs(direction_[0] * subject_.along[0] + direction_[1] * subject_.along[1]);
     if (one_direction_ && along < 0.5) {
-        throw InputError{subject_.label + ": what is there does not change along the shaker's axis"};
+        throw InputError{subject_.label + ": the texture does not vary along the shaker's axis"};
     }
 }
 
-// Frame 0 fits itself without any residual, so its noise is taken from a mask that is blind to planes and
-// curvature.
+// Frame 0 fits itself without residual; its noise is measured with a mask that ignores planes and curvature.
 void PatchLocator::find_noise(const ImageView& image) {
     const Box& b = texture_.box();
     double sum = 0, n = 0;
@@ -213,7 +212,8 @@ bool PatchLocator::judge(const Solution& s, Candidate& out) const {
     if (!s.converged || s.gain < 0.3 || s.gain > 3 || s.share < 0.3 || s.likeness < enough_match)
         return false;
     const Eigen::Vector2d axis{subject_.along[0], subject_.along[1]};
-    // Texture with one direction is known along that direction, which may be oblique to the axis.
+    // The position of a texture with one direction is known along that direction, which may be oblique to the
+    // axis.
     out.sd = std::sqrt(std::max(s.variance, least_variance_) *
                        (one_direction_ ? s.covariance.trace() : axis.dot(s.covariance * axis)));
     out.at = learned_ + s.shift;
@@ -222,7 +222,7 @@ bool PatchLocator::judge(const Solution& s, Candidate& out) const {
     return out.sd < 0.5;
 }
 
-// Whole-pixel place of best correlation within reach.
+// Whole-pixel position of the best correlation within reach.
 bool PatchLocator::best_match(const ImageView& image, Point around, Point& shift) const {
     const int r = static_cast<int>(reach());
     const int x = texture_.box().x0 + static_cast<int>(std::lround(around.x));
@@ -269,4 +269,4 @@ void PatchLocator::search(const ImageView& image, Point, std::vector<Candidate>&
     }
 }
 
-}  // namespace shaker
+}  // namespace shaker::tracking

@@ -1,16 +1,17 @@
 #pragma once
-// Any texture: the region of frame 0, moved until it fits.
+// Locator for any texture: the region of frame 0, shifted until it fits.
 #include <Eigen/Core>
 
+#include "tracking/image/region.hpp"
+#include "tracking/image/texture.hpp"
 #include "tracking/locator.hpp"
-#include "tracking/region.hpp"
-#include "tracking/texture.hpp"
 
-namespace shaker {
+namespace shaker::tracking {
 
-/// Least squares of shift, gain and offset between raw pixels and the shifted texture of frame 0; blocks of 8
-/// x 8 px that do not fit (hidden, shining) are put aside. Texture that varies in one direction only is
-/// measured along it; the other coordinate then stays where it was in frame 0.
+/// Least squares of shift, gain and offset between raw pixels and the shifted texture T of frame 0: I(p) =
+/// offset + gain T(p - shift). Blocks of 8 x 8 px that do not fit (hidden, reflecting) are excluded. A
+/// texture that varies in one direction only is measured along it; the other coordinate stays at its value in
+/// frame 0.
 class PatchLocator final : public Locator {
 public:
     explicit PatchLocator(Subject subject) : subject_{std::move(subject)} {}
@@ -26,7 +27,7 @@ private:
     struct Solution {
         Point shift;
         double gain = 0, variance = 0, likeness = 0, share = 0;
-        Eigen::Matrix2d covariance = Eigen::Matrix2d::Zero();  // over variance
+        Eigen::Matrix2d covariance = Eigen::Matrix2d::Zero();  // divided by the variance
         bool converged = false;
     };
     Solution measure(const ImageView& image, Point shift);
@@ -46,8 +47,8 @@ private:
     std::vector<double> block_weight_, block_residual_, block_size_, sorted_;
     int block_columns_ = 0;
     bool one_direction_ = false;
-    double least_variance_ = 0;  // of the noise, as frame 0 alone shows it
+    double least_variance_ = 0;  // of the noise, from frame 0 alone
     Eigen::Vector2d direction_{1, 0};
 };
 
-}  // namespace shaker
+}  // namespace shaker::tracking

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <numeric>
 
-namespace shaker {
+namespace shaker::tracking {
 namespace {
 
 constexpr int window = 8;  // px on either side of an edge that are fitted
@@ -26,7 +26,7 @@ void RectangleLocator::load_profile(const ImageView& image) {
     mean_profile(image, axis_, 0, row0_, row1_, profile_);
 }
 
-// How much two edges of the right polarity stand at centre -+ size, 1 for the contrast of frame 0.
+// Score of two edges of the right polarity at centre -+ size; 1 for the contrast of frame 0.
 double RectangleLocator::pair_score(double centre) const {
     const int left = static_cast<int>(std::lround(centre - learned_.size));
     const int right = static_cast<int>(std::lround(centre + learned_.size));
@@ -67,12 +67,13 @@ void RectangleLocator::find_edges(const Box& box, double given) {
         learned_.size = 0.5 * longest;
         if (longest >= 6) return;
     }
-    throw InputError{subject_.label + ": no two edges of a " + (reference_.sign > 0 ? "bright" : "dark") +
-                     " rectangle" + (given > 0 ? " " + std::to_string(given) + " px wide" : "") + " there"};
+    throw InputError{subject_.label + ": found no two edges of a " +
+                     (reference_.sign > 0 ? "bright" : "dark") + " rectangle" +
+                     (given > 0 ? " " + std::to_string(given) + " px wide" : "") +
+                     "; check the region, polarity and width_mm"};
 }
 
-// The rows that show both edges, less a few next to the silhouette's top and bottom where those are in the
-// picture.
+// The rows that show both edges, without a few at the silhouette's top and bottom if those are in the image.
 void RectangleLocator::find_rows(const ImageView& image, int first, int last, double centre) {
     const int left = static_cast<int>(std::lround(centre - learned_.size));
     const int right = static_cast<int>(std::lround(centre + learned_.size));
@@ -116,8 +117,8 @@ Point RectangleLocator::learn(const ImageView& image) {
                       std::abs(fit.outline.x - learned_.x) < 6 &&
                       std::abs(fit.outline.size / expected - 1) < 0.15;
     if (!good) {
-        throw InputError{subject_.label + ": the edges found there, " + std::to_string(2 * expected) +
-                         " px apart, are not those of a rectangle"};
+        throw InputError{subject_.label + ": the two edges found, " + std::to_string(2 * expected) +
+                         " px apart, do not fit a rectangle"};
     }
     learned_ = fit.outline;
     reference_ = {learned_, reference_.sign, std::abs(fit.contrast), fit.coverage, fit.noise};
@@ -143,7 +144,7 @@ void RectangleLocator::gather(const ImageView& image, double centre) {
             mean_profile(image, axis_, first, row0_ + rows * g / count, row0_ + rows * (g + 1) / count, line);
             for (std::size_t i = 0; i < line.size(); ++i) {
                 const double u = first + static_cast<double>(i);
-                // Beyond the middle the other edge would answer.
+                // Pixels beyond the middle belong to the other edge.
                 if ((side == 0) == (u < centre)) samples.push_back({u, 0, line[i], 2 * g + side});
             }
         }
@@ -208,4 +209,4 @@ void RectangleLocator::search(const ImageView& image, Point, std::vector<Candida
     std::stable_sort(out.begin(), out.end(), [](auto& a, auto& b) { return a.likeness > b.likeness; });
 }
 
-}  // namespace shaker
+}  // namespace shaker::tracking

@@ -1,14 +1,14 @@
 #pragma once
-// A silhouette's two edges across the shaker's axis.
-#include "tracking/edge_fit.hpp"
+// Locator for a silhouette: its two edges across the shaker's axis.
+#include "tracking/image/edge_fit.hpp"
+#include "tracking/image/profile.hpp"
+#include "tracking/image/region.hpp"
 #include "tracking/locator.hpp"
 #include "tracking/outline_quality.hpp"
-#include "tracking/profile.hpp"
-#include "tracking/region.hpp"
 
-namespace shaker {
+namespace shaker::tracking {
 
-/// Rows between the edges are averaged in groups, each group and edge with its own gain and offset. Measures
+/// Rows between the edges are averaged in groups; each group and edge has its own gain and offset. Measures
 /// along the image axis nearest to the shaker's; the other coordinate is the middle of the rows in use. The
 /// width is measured when it is not given.
 class RectangleLocator final : public Locator {
@@ -40,4 +40,4 @@ private:
     std::vector<double> profile_, line_;
 };
 
-}  // namespace shaker
+}  // namespace shaker::tracking

@@ -1,16 +1,15 @@
 #pragma once
-// Where a target is in one frame.
+// Fix and Track: position of a target in one frame.
 #include <limits>
 
 #include "drivers/time.hpp"
 
-namespace shaker {
+namespace shaker::tracking {
 
-/// degraded: found, but part of it was hidden, saturated or blurred. reacquired: first good frame after a
-/// loss.
+/// degraded: found, but partly hidden, saturated or blurred. reacquired: first good frame after a loss.
 enum class TrackState { ok, degraded, lost, reacquired };
 
-/// One target in one frame. Pixel centres are at whole numbers. NaN when lost.
+/// One target in one frame, px. Pixel centres are at whole numbers. NaN when lost.
 struct Fix {
     double x_px = std::numeric_limits<double>::quiet_NaN();
     double y_px = std::numeric_limits<double>::quiet_NaN();
@@ -29,4 +28,4 @@ struct Track {
 
 constexpr bool found(TrackState s) noexcept { return s != TrackState::lost; }
 
-}  // namespace shaker
+}  // namespace shaker::tracking

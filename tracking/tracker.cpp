@@ -6,13 +6,13 @@
 
 #include "drivers/errors.hpp"
 #include "tracking/constellation.hpp"
+#include "tracking/image/region.hpp"
 #include "tracking/locator.hpp"
-#include "tracking/region.hpp"
 
-namespace shaker {
+namespace shaker::tracking {
 namespace {
 
-constexpr double enough_likeness = 0.85;  // of a thing nobody named, to be taken for a target's double
+constexpr double enough_likeness = 0.85;  // above it, an unnamed object counts as a look-alike of a target
 
 struct Followed {
     std::unique_ptr<Locator> locator;
@@ -23,7 +23,7 @@ struct Followed {
     bool in_group = false;
 };
 
-// Look-alikes that are told apart together.
+// Look-alikes that are assigned together.
 struct Group {
     std::vector<std::size_t> targets;
     Constellation constellation;
@@ -84,8 +84,7 @@ void ViewTracker::Impl::start(const ImageView& image) {
         targets.push_back(std::move(t));
         Candidate found;
         if (!targets[k].locator->locate(image, targets[k].at, found)) {
-            throw InputError{targets[k].label +
-                             ": the target there is too faint or too blurred to be measured"};
+            throw InputError{targets[k].label + ": the target is too faint or too blurred to be measured"};
         }
         report(k, found, 0);
     }
@@ -100,7 +99,8 @@ void ViewTracker::Impl::check_distinct() const {
             const Followed &a = targets[k], &b = targets[l];
             const double apart = 0.5 * std::min(a.locator->extent(), b.locator->extent());
             if (a.kind == b.kind && a.locator->interchangeable() && length(a.at - b.at) < apart) {
-                throw InputError{a.label + ": found what target " + view.targets[l].name + " found"};
+                throw InputError{a.label + ": found the same object as target " + view.targets[l].name +
+                                 "; check both regions"};
             }
         }
     }
@@ -135,7 +135,7 @@ void ViewTracker::Impl::find_groups(const ImageView& image) {
     }
 }
 
-// Of several places, the nearest, unless another is nearly as near.
+// The nearest of several positions; none if a second one is almost as near.
 bool ViewTracker::Impl::choose_by_distance(Point expected, Candidate& out) const {
     double nearest = 1e9, next = 1e9;
     for (const Candidate& c : candidates) {
@@ -194,7 +194,7 @@ void ViewTracker::Impl::follow_group(const ImageView& image, Group& group, doubl
     }
 }
 
-// Two targets on one thing: neither is believed.
+// Two targets at one object: neither is accepted.
 void ViewTracker::Impl::part_claims() {
     for (std::size_t k = 0; k < targets.size(); ++k) {
         for (std::size_t l = 0; l < k; ++l) {
@@ -209,7 +209,7 @@ void ViewTracker::Impl::part_claims() {
     }
 }
 
-// Tracking belongs to its camera's thread: OpenCV is told not to start threads of its own beside it.
+// Tracking runs in its camera's thread: OpenCV must not start threads of its own.
 ViewTracker::ViewTracker(const View& view) : impl_{std::make_unique<Impl>()} {
     cv::setNumThreads(1);
     impl_->view = view;
@@ -222,7 +222,7 @@ std::span<const Fix> ViewTracker::update(const ImageView& image, CameraTick tick
     Impl& self = *impl_;
     if (image.pixels == nullptr || image.width < 4 || image.height < 4) {
         throw InputError{"camera " + self.view.camera + ": image of " + std::to_string(image.width) + " x " +
-                         std::to_string(image.height) + " px; must be 4 x 4 or more"};
+                         std::to_string(image.height) + " px; must be at least 4 x 4"};
     }
     if (!self.started) {
         self.start(image);
@@ -243,4 +243,4 @@ std::span<const Fix> ViewTracker::update(const ImageView& image, CameraTick tick
     return self.fixes;
 }
 
-}  // namespace shaker
+}  // namespace shaker::tracking

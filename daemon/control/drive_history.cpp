@@ -4,12 +4,14 @@
 #include <cmath>
 #include <numbers>
 
-namespace shaker {
+#include "drivers/ticks.hpp"
+
+namespace shaker::control {
 
 namespace {
 constexpr std::size_t kept = 512;
 
-// Integral of the ramp's weight (raised cosine, 0 before, 1 after) from its beginning until `t`; length L.
+// Integral of the ramp's weight (raised cosine, 0 before, 1 after) from its start to `t`; `length` in s.
 double risen(double t, double length) {
     if (t <= 0) return 0;
     if (t >= length) return t - 0.5 * length;
@@ -26,23 +28,24 @@ void DriveHistory::add(const DriveChange& change) {
     Change c{.volts = change.command.volts,
              .frequency = change.command.frequency,
              .sequence = change.command.sequence,
-             .begin_s = static_cast<double>(change.first.n) / rate_hz_,
-             .end_s = static_cast<double>(change.first.n + change.ramp) / rate_hz_};
-    if (change.stop > 0) {  // the phase runs on under the stop
+             .begin_s = counted_s(change.first, rate_hz_),
+             .end_s = counted_s(DacTick{change.first.n + change.ramp}, rate_hz_)};
+    if (change.stop > 0) {  // the phase continues during the stop
         c.volts = {};
         c.frequency = before.frequency;
-        c.end_s = static_cast<double>(change.first.n + change.stop) / rate_hz_;
+        c.end_s = counted_s(DacTick{change.first.n + change.stop}, rate_hz_);
         c.begin_turns = turns(c.begin_s);
         c.end_turns = turns(c.end_s);
         changes_.push_back(c);
         return;
     }
-    // A change begins in the first sample of a turn; its phase says how far in.
+    // A change begins at the first sample of a turn; its phase is the fraction of the turn at that
+    // sample.
     const double expected = turns(c.begin_s);
     const double part = static_cast<double>(static_cast<long double>(change.phase) * 0x1p-128L);
     c.begin_turns = std::round(expected - part) + part;
     const double length = c.end_s - c.begin_s, step = c.frequency - before.frequency;
-    // The samples' steps are those at their beginnings: half a sample's rise less than the integral.
+    // Each sample uses the step at its beginning: half a step of the rise less than the integral.
     c.end_turns = c.begin_turns + before.frequency * length + step * risen(length, length) -
                   (length > 0 ? 0.5 * step / rate_hz_ : 0);
     changes_.push_back(c);
@@ -75,9 +78,9 @@ Harmonics<Voltage> DriveHistory::mean(double from_s, double to_s) const {
 }
 
 bool DriveHistory::steady(double from_s, double to_s) const {
-    const double sample = 1 / rate_hz_;  // times of samples are not known better
+    const double sample = 1 / rate_hz_;  // resolution of the times of samples
     return std::ranges::none_of(
         changes_, [&](const Change& c) { return c.begin_s < to_s - sample && c.end_s > from_s + sample; });
 }
 
-}  // namespace shaker
+}  // namespace shaker::control

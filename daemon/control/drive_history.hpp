@@ -1,31 +1,30 @@
 #pragma once
-// What was played when: the drive's harmonics and its phase at any instant, from the changes as they were
-// applied.
+// DriveHistory: harmonics and phase of the drive at any time, from the changes as they were applied.
 #include <deque>
 
 #include "drivers/synthesiser.hpp"
 
-namespace shaker {
+namespace shaker::control {
 
 class DriveHistory {
 public:
     /// Silent at phase 0 and this frequency from sample 0 on.
     DriveHistory(double rate_hz, double frequency);
 
-    /// In the order in which they were applied. The newest few hundred are kept. A stop in the middle of a
-    /// ramp counts as one from the ramp's end: what comes after it is silence either way.
+    /// Appends a change; call in the order of application. Keeps the newest few hundred. A stop
+    /// during a ramp is treated as one at the ramp's end: both are followed by silence.
     void add(const DriveChange& change);
 
-    /// Turns of the drive's phase at an instant, s of master time, whole ones counted.
+    /// Phase of the drive in turns, whole turns included, at master time at_s.
     [[nodiscard]] double turns(double at_s) const;
-    /// Mean harmonics over a span; of a ramp its share.
+    /// Mean harmonics over a span; ramps are weighted.
     [[nodiscard]] Harmonics<Voltage> mean(double from_s, double to_s) const;
-    /// No ramp and no change in the span.
+    /// True if the span has no ramp and no change.
     [[nodiscard]] bool steady(double from_s, double to_s) const;
-    /// Frequency that was told last, Hz, and the command's number.
+    /// Frequency of the newest change, Hz, and the sequence number of its command.
     [[nodiscard]] double frequency() const { return changes_.back().frequency; }
     [[nodiscard]] std::uint64_t sequence() const { return changes_.back().sequence; }
-    /// When the newest change was wholly in force, s.
+    /// Master time at which the newest change was complete, s.
     [[nodiscard]] double in_force_s() const { return changes_.back().end_s; }
 
 private:
@@ -40,4 +39,4 @@ private:
     std::deque<Change> changes_;
 };
 
-}  // namespace shaker
+}  // namespace shaker::control

@@ -3,21 +3,22 @@
 #include <algorithm>
 #include <cmath>
 
-namespace shaker {
+namespace shaker::control {
 
 namespace {
 constexpr std::size_t judged_windows = 10;
 constexpr int longest_wait = 40;  // windows for a change to settle
 constexpr int most_blocks = 40;   // at one level
-constexpr int fresh_blocks = 15;  // after so many the response begins anew as it was identified
-constexpr double much_worse = 3, least_harm = 0.03;  // of the error before; of the target
+constexpr int fresh_blocks = 15;  // after this many the plant is reset to the identified response
+constexpr double much_worse = 3, least_harm = 0.03;  // times the previous error; of the target
 constexpr double slightly_worse = 1.1;
-constexpr int most_worse = 1;          // steps in a row
-constexpr double near_enough = 0.3;    // of the target
-constexpr double small_step = 0.1;     // of the target
-constexpr double least_event = 0.01;   // likewise; less is the last of the way, where plants are least linear
-constexpr double least_motion = 0.05;  // of what the drive must make
-constexpr double noisy = 3e-4;         // of gamma: then errors are followed at half the pace
+constexpr int most_worse = 1;        // consecutive steps
+constexpr double near_enough = 0.3;  // of the target
+constexpr double small_step = 0.1;   // of the target
+constexpr double least_event =
+    0.01;  // of the target; less is the last of the approach, where plants are least linear
+constexpr double least_motion = 0.05;  // of the motion expected of the drive
+constexpr double noisy = 3e-4;         // of gamma; above it the pace is halved
 
 template <class Unit>
 Harmonics<Unit> combined(const Harmonics<Unit>& x, const Harmonics<Unit>& y, double factor) {
@@ -38,7 +39,7 @@ double sum_of_amplitudes(const Harmonics<Acceleration>& h) {
     return sum;
 }
 
-bool finite(const MotionWindow& w) {
+bool finite(const PeriodWindow& w) {
     return std::isfinite(w.sd) && std::ranges::all_of(w.measured.a, [](const auto& a) {
                return std::isfinite(a.real()) && std::isfinite(a.imag());
            });
@@ -66,8 +67,8 @@ Harmonics<Acceleration> turned(const Harmonics<Acceleration>& h, double lag) {
     return later;
 }
 
-// The best of the places where one harmonic alone would fit best: from a weak one, which anything may have
-// turned, the way to the summit can begin in the wrong valley.
+// Starts Newton's method at the best of the lags that are ideal for one harmonic each. Starting from a
+// weak harmonic, whose phase may be wrong, could end in a lower maximum.
 double best_lag(const Harmonics<Acceleration>& wanted, const Harmonics<Acceleration>& measured) {
     Harmonics<Acceleration> product;
     for (int q = 1; q <= max_harmonics; ++q) product.at(q) = std::conj(measured.at(q)) * wanted.at(q);
@@ -82,7 +83,7 @@ double best_lag(const Harmonics<Acceleration>& wanted, const Harmonics<Accelerat
             if (fit > most) most = fit, lag = place;
         }
     }
-    for (int round = 0; round < 4; ++round) {  // Newton, on the sum of products
+    for (int round = 0; round < 4; ++round) {  // Newton's method on sum_q Re(product_q e^{i q lag})
         double slope = 0, curve = 0;
         for (int q = 1; q <= max_harmonics; ++q) {
             const std::complex<double> c = product.at(q) * std::polar(1.0, q * lag);
@@ -118,8 +119,8 @@ Harmonics<Acceleration> Equaliser::error_of(const Harmonics<Acceleration>& measu
     return combined(turned(wanted, best_lag(wanted, measured)), measured, -1);
 }
 
-// Scales drive and target together: the shape stays, gamma is reduced and reported. This is also what keeps
-// the integral from winding up against the limit.
+// Scales drive and target together: the shape stays, gamma is reduced and reported. This also keeps the
+// integral from winding up at the limit.
 void Equaliser::keep_within_limit() {
     const double share = peak(volts_) / limit_V_;
     if (share > 1) {
@@ -131,7 +132,7 @@ void Equaliser::keep_within_limit() {
     }
 }
 
-Equaliser::Report Equaliser::take(const MotionWindow& window) {
+Equaliser::Report Equaliser::take(const PeriodWindow& window) {
     Report report;
     const double noise = settings_.noise > 0 ? settings_.noise : window.sd;
     if (finite(window) && gamma_ > 0 && mode_ != Mode::failed) {
@@ -155,7 +156,7 @@ Equaliser::Report Equaliser::take(const MotionWindow& window) {
     return report;
 }
 
-bool Equaliser::moves(const MotionWindow& window, double noise) const {
+bool Equaliser::moves(const PeriodWindow& window, double noise) const {
     const int k = settings_.harmonics;
     const double must = norm(plant_.motion(window.volts), k);
     return norm(window.measured, k) >= least_motion * must || must < 10 * noise * std::sqrt(2.0 * k);
@@ -165,7 +166,7 @@ void Equaliser::judge(const Harmonics<Acceleration>& error, double noise, Report
     errors_.push_back(error);
     if (errors_.size() > judged_windows) errors_.pop_front();
     const auto n = static_cast<double>(errors_.size());
-    const double spread = 3 * noise / std::sqrt(0.5 * n);  // of a complex amplitude's mean
+    const double spread = 3 * noise / std::sqrt(0.5 * n);  // three sd of the mean of a complex amplitude
     const double gamma = gamma_ * settings_.levels[level_] * reached_;
     report.locked = mode_ == Mode::track && errors_.size() == judged_windows;
     for (int q = 1; q <= settings_.harmonics; ++q) {
@@ -180,7 +181,7 @@ void Equaliser::judge(const Harmonics<Acceleration>& error, double noise, Report
 }
 
 // Waits until a change has died away, then averages a block: one window, four when noise matters.
-void Equaliser::converge(const MotionWindow& window, double noise) {
+void Equaliser::converge(const PeriodWindow& window, double noise) {
     ++waited_;
     const double root = std::sqrt(2.0 * settings_.harmonics);
     const double size = norm(error_of(window.measured), settings_.harmonics);
@@ -189,7 +190,7 @@ void Equaliser::converge(const MotionWindow& window, double noise) {
         before_ && norm(combined(window.measured, *before_, -1), settings_.harmonics) <= still;
     before_ = window.measured;
     if (!settled && waited_ < longest_wait) {
-        sum_ = {};  // what came before was of another state of the plant
+        sum_ = {};  // earlier windows belong to another state of the plant
         summed_ = 0;
         return;
     }
@@ -210,7 +211,8 @@ void Equaliser::step(const Block& block, double noise) {
     last_ = block;
     double size = norm(error_of(block.measured), k);
     const bool top = level_ + 1 == settings_.levels.size();
-    const double near = blocks_ < most_blocks ? 3e-3 : 0.01;  // what is reached so nearly is not out of reach
+    const double near =
+        blocks_ < most_blocks ? 3e-3 : 0.01;  // with an error this small the target is not out of reach
     if (top && size < std::max(near * norm(aim(), k), 3.5 * noise * std::sqrt(2.0 * k))) {
         mode_ = Mode::track;
         good_ = {volts_, plant_, settings_.levels[level_]};
@@ -226,8 +228,8 @@ void Equaliser::step(const Block& block, double noise) {
         last_error_ = INFINITY;
         size = norm(error_of(block.measured), k);
     } else if (does_harm(size) && blocks_ < most_blocks) {
-        // The step is taken back, and with it what had been learned. Where that helps nothing it was not to
-        // blame.
+        // Takes the step back and resets the plant to the identified response. Not repeated when
+        // it does not help: then the step was not the cause.
         ++blocks_;
         worse_ = 0;
         last_error_ = size;
@@ -240,7 +242,7 @@ void Equaliser::step(const Block& block, double noise) {
         share_ = size > 1.3 * last_error_ ? std::max(0.25, 0.5 * share_) : std::min(1.0, 1.5 * share_);
         last_error_ = size;
         if (++blocks_ > most_blocks) return fall_back();
-        if (blocks_ % fresh_blocks == 0) plant_ = first_;  // what was learned leads nowhere
+        if (blocks_ % fresh_blocks == 0) plant_ = first_;  // the learned plant does not converge
     }
     before_step_ = block.volts;
     Harmonics<Voltage> change = plant_.drive(error_of(block.measured));
@@ -251,27 +253,27 @@ void Equaliser::step(const Block& block, double noise) {
     keep_within_limit();
 }
 
-// Much worse at once, or worse step by step.
+// True if the error rose much in one step, or a little in several.
 bool Equaliser::does_harm(double size) {
     worse_ = size > slightly_worse * last_error_ ? worse_ + 1 : 0;
     return size > least_harm * norm(aim(), settings_.harmonics) &&
            (size > much_worse * last_error_ || worse_ > most_worse);
 }
 
-// A small step that moved the base quite otherwise than foretold tells of something else that changed
-// meanwhile, as when a walker was put on the base, and nothing of the response.
+// A small step after which the base moved very differently from the prediction shows another change during
+// the step (such as a walker put on the base); the plant does not learn from it.
 void Equaliser::learn(const Harmonics<Voltage>& stepped, const Harmonics<Acceleration>& moved, double noise) {
     const int k = settings_.harmonics;
-    const Harmonics<Acceleration> foretold = plant_.motion(stepped);
-    const double size = norm(foretold, k), off = norm(combined(moved, foretold, -1), k), all = norm(aim(), k);
+    const Harmonics<Acceleration> predicted = plant_.motion(stepped);
+    const double size = norm(predicted, k), off = norm(combined(moved, predicted, -1), k),
+                 all = norm(aim(), k);
     if (off > 1.5 * size && size < small_step * all && norm(moved, k) > least_event * all) return;
     gain_ *= plant_.learn(stepped, moved, noise);
 }
 
-// Delay compensated: the error is that of the drive which was on during the window, so corrections that are
-// still under way are not made twice. The sum `drift_` takes away what a steady change of the plant would
-// leave.
-void Equaliser::follow(const MotionWindow& window, double noise) {
+// Delay compensated: the error belongs to the drive of its window, so corrections that are still under way
+// are not made twice. The integral `drift_` removes the lag behind a steady change of the plant.
+void Equaliser::follow(const PeriodWindow& window, double noise) {
     const Harmonics<Acceleration> error = error_of(window.measured);
     const Harmonics<Voltage> correction = plant_.drive(error);
     const double mu = settings_.pace * (noise > noisy * gamma_ * reached_ ? 0.5 : 1);
@@ -300,9 +302,9 @@ void Equaliser::enter_converge() {
     errors_.clear();
 }
 
-// More drive brings no more motion, or none of the right shape: back to what worked, and hold that.
+// More drive gave no more motion, or the wrong shape: returns to the last drive that worked and holds it.
 void Equaliser::fall_back() {
-    // What came near does no harm: it is held.
+    // A drive that came near the target is safe to hold.
     if (!good_ && last_error_ < near_enough * norm(aim(), settings_.harmonics))
         good_ = {before_step_, first_, settings_.levels[level_]};
     if (!good_) {
@@ -326,21 +328,22 @@ void Equaliser::retarget(const Harmonics<Acceleration>& target) {
     target_ = target;
     gamma_ = sum_of_amplitudes(target);
     level_ = settings_.levels.size() - 1;
-    // What another target could not reach says nothing of this one.
+    // The reachable share of another target does not apply to this one.
     reached_ = 1;
     unreachable_ = false;
     limit_V_ = settings_.volts_limit;
-    // What was learned near one target may mislead far from it: the response that tells the present motion
-    // best.
+    // A plant learned near one target may be wrong far from it: uses the one of learned and identified
+    // that predicts the present motion better.
     const auto misfit = [&](const PlantMatrix& plant) {
-        const Harmonics<Acceleration> told = plant.motion(volts_);
-        return norm(combined(turned(before, best_lag(before, told)), told, -1), settings_.harmonics);
+        const Harmonics<Acceleration> predicted = plant.motion(volts_);
+        return norm(combined(turned(before, best_lag(before, predicted)), predicted, -1),
+                    settings_.harmonics);
     };
     if (misfit(first_) < misfit(plant_)) plant_ = first_;
-    // In the frame in which the plant is known the old motion came with some lag; the new one keeps it.
+    // The old motion has a lag in the frame of the plant; the new target keeps it.
     const double lag = best_lag(before, plant_.motion(volts_));
     volts_ = combined(volts_, plant_.drive(combined(turned(aim(), lag), turned(before, lag), -1)), 1);
-    if (good_) {  // what worked is known to this strength, in the new shape as far as the plant is known
+    if (good_) {  // the last good drive holds up to its gamma, in the new shape as predicted by the plant
         const double share = gamma_ > worked ? worked / gamma_ : 1;
         good_ = {scaled(volts_, share), plant_, share};
     }
@@ -348,4 +351,4 @@ void Equaliser::retarget(const Harmonics<Acceleration>& target) {
     enter_converge();
 }
 
-}  // namespace shaker
+}  // namespace shaker::control

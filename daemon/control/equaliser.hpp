@@ -1,6 +1,6 @@
 #pragma once
-// Closes the drive loop: measured harmonics of the base correct the harmonics of the voltage. Far from the
-// target it steps and learns how the plant answers; near it, it follows every window.
+// Equaliser: corrects the harmonics of the drive voltage until the measured harmonics of the base match
+// the target. Far from the target it steps and learns the plant; near it, it follows every window.
 #include <array>
 #include <complex>
 #include <deque>
@@ -10,80 +10,97 @@
 #include "daemon/control/plant_matrix.hpp"
 #include "drivers/drive.hpp"
 
-namespace shaker {
+namespace shaker::control {
 
-/// What "locked" means: each harmonic is this share of what is asked of it, or of gamma, off at most.
+/// "Locked": the error of each harmonic is at most this share of its target, or of gamma if it has no
+/// target.
 inline constexpr double kept_within = 1e-3;
 
 struct EqualiserSettings {
-    int harmonics = 8;       // K, 1..16: these are corrected, those the target does not have towards zero
-    double volts_limit = 1;  // peak of the planned waveform
-    double noise = 0;        // m/s^2, sd of an amplitude's part in one window with the drive off; 0: as each
-                             // window says of itself
-    std::vector<double> levels{0.4, 0.7, 0.9, 1};  // of the target, on the way up
-    double pace = 0.1;                             // share of the error taken away each window once near
-    bool from_below = true;                        // false: begin at the last level
+    int harmonics = 8;  // K, 1..16: these are corrected; the target is 0 for harmonics it does not contain
+    double volts_limit = 1;  // V, largest peak of the planned waveform
+    double noise = 0;        // m/s^2, sd of one part of an amplitude in a window with the drive off; 0: each
+                             // window's own sd is used
+    std::vector<double> levels{0.4, 0.7, 0.9, 1};  // shares of the target, increasing, on the way up
+    double pace = 0.1;                             // share of the error corrected per window near the target
+    bool from_below = true;                        // false: start at the last level
 };
 
-/// One window as the sensor saw it, and what was played meanwhile.
-struct MotionWindow {
+/// One window: measured motion and drive.
+struct PeriodWindow {
     Harmonics<Acceleration> measured;
-    double sd = 0;             // of an amplitude's part
+    double sd = 0;             // m/s^2, of one part of an amplitude
     Harmonics<Voltage> volts;  // mean over the window
-    bool steady = false;       // the newest drive was in force, unchanged, all through it
+    bool steady = false;       // the newest drive was in force and unchanged during the whole window
 };
 
-/// Only the shape is controlled: a common delay of all harmonics (the sensor's, the clocks') is the same
-/// motion somewhat later, so the target is turned to the time at which it fits best.
+/// Error of a window: E_q = R_q e^{i q tau} - Y_q for q = 1..K, with Y the measured and R the target
+/// harmonics (m/s^2, convention of Harmonics) and tau (rad of harmonic 1) the common delay that minimises
+/// sum_q |Y_q - R_q e^{i q tau}|^2: only the shape is controlled, a common delay of all harmonics
+/// (sensor, clocks) is the same motion later.
+///
+/// Plant: dY = P dV, P real 2K x 2K (PlantMatrix). Converging: V += share * P^+ E after each settled
+/// change, at levels of the target; each step updates P (Broyden). Tracking: V = (1 - mu) V + mu
+/// (V_window + P^+ E) + D every window, with D the integral of 0.2 mu^2 P^+ E and mu = pace (half of it
+/// when noise dominates): the error belongs to the drive of its window, so corrections still under way
+/// are not made twice.
+///
+/// Limit: if the peak of V exceeds volts_limit, V and R are scaled together: the shape stays, gamma falls
+/// and is reported.
 class Equaliser {
 public:
     enum class Mode { converge, track, failed };
     struct Report {
         Mode mode = Mode::converge;
-        std::array<double, max_harmonics> residual{};  // |mean error of ten windows| / gamma, a harmonic
-        double error = 1;     // of this window: norm over K harmonics, of the target's
-        double level = 0;     // share of the asked gamma that is gone for at present
-        double reached = 1;   // share of the asked gamma that the limit, or the plant, lets through
-        double noise = 0;     // sd / gamma of a window's amplitude part
-        bool locked = false;  // ten windows: each harmonic within 0.1 % of gamma, and those of the target
-                              // within 0.1 % of themselves, or within three times their own noise
-        bool noise_limited = false;     // that noise is above those 0.1 %
-        bool no_motion = false;         // the base hardly moves for this drive: nothing was changed
-        bool unreachable = false;       // the plant gave no more; the drive went back to what worked
-        std::complex<double> gain = 1;  // common gain against the first response, as found out on the way
+        std::array<double, max_harmonics>
+            residual{};       // |mean error of ten windows| / gamma, for each harmonic
+        double error = 1;     // |E| / |R| of this window, norms over K harmonics
+        double level = 0;     // present target / requested gamma
+        double reached = 1;   // largest reachable target / requested gamma; below 1 if the voltage limit or
+                              // the plant prevents more
+        double noise = 0;     // sd of one part of a window's amplitude / gamma
+        bool locked = false;  // mean of ten windows: each harmonic within 0.1 % of gamma, those of the target
+                              // within 0.1 % of themselves, or within three sd of the mean
+        bool noise_limited = false;  // three sd of the mean exceed those 0.1 %
+        bool no_motion = false;      // the base hardly moves for this drive: the drive was not changed
+        bool unreachable =
+            false;  // the plant gave no more motion; the drive returned to the last that worked
+        std::complex<double> gain = 1;  // common gain relative to the first response, as learned
     };
 
-    /// response: m/s^2 a volt at f, 2f, ...; InputError unless finite and not zero up to K.
+    /// response: m/s^2 per V at f, 2f, ... InputError unless finite and non-zero up to K.
     Equaliser(const Harmonics<Acceleration>& target,
               const std::array<std::complex<double>, max_harmonics>& response,
               const EqualiserSettings& settings = {});
 
-    /// The drive to play now.
+    /// Voltage to play now.
     [[nodiscard]] const Harmonics<Voltage>& volts() const noexcept { return volts_; }
-    /// Takes the next window and perhaps changes volts(). One that is not finite, or that shows hardly any of
-    /// the motion that its drive must make, changes nothing: the drive is never raised on missing data.
-    Report take(const MotionWindow& window);
-    /// A new target at the same frequency: the drive goes there at once as far as is known, then corrects.
+    /// Processes the next window and may change volts(). A window that is not finite, or that shows
+    /// less than 5 % of the motion expected of its drive, changes nothing: the drive never rises on
+    /// missing data.
+    Report take(const PeriodWindow& window);
+    /// Sets a new target at the same frequency. The drive changes at once by the learned plant, then
+    /// corrects.
     void retarget(const Harmonics<Acceleration>& target);
 
 private:
-    struct Block {  // windows of one drive
+    struct Block {  // mean of windows at one drive
         Harmonics<Voltage> volts;
         Harmonics<Acceleration> measured;
     };
-    struct Good {  // what worked
+    struct Good {  // the last drive that worked
         Harmonics<Voltage> volts;
         PlantMatrix plant;
         double level;
     };
-    [[nodiscard]] Harmonics<Acceleration> aim() const;  // the target at the present level
+    [[nodiscard]] Harmonics<Acceleration> aim() const;  // target at the present level
     [[nodiscard]] Harmonics<Acceleration> error_of(const Harmonics<Acceleration>& measured) const;
-    [[nodiscard]] bool moves(const MotionWindow& window, double noise) const;
-    void converge(const MotionWindow& window, double noise);
+    [[nodiscard]] bool moves(const PeriodWindow& window, double noise) const;
+    void converge(const PeriodWindow& window, double noise);
     void step(const Block& block, double noise);
     [[nodiscard]] bool does_harm(double size);
     void learn(const Harmonics<Voltage>& stepped, const Harmonics<Acceleration>& moved, double noise);
-    void follow(const MotionWindow& window, double noise);
+    void follow(const PeriodWindow& window, double noise);
     void judge(const Harmonics<Acceleration>& error, double noise, Report& report);
     void enter_converge();
     void fall_back();
@@ -91,8 +108,8 @@ private:
 
     EqualiserSettings settings_;
     Harmonics<Acceleration> target_;
-    double gamma_ = 0;           // sum of the target's amplitudes
-    PlantMatrix plant_, first_;  // as it is known now, and as it was identified
+    double gamma_ = 0;           // m/s^2, sum of the target's amplitudes
+    PlantMatrix plant_, first_;  // as learned, and as identified
     Harmonics<Voltage> volts_;
     Mode mode_ = Mode::converge;
     std::size_t level_ = 0;
@@ -107,7 +124,7 @@ private:
     std::optional<Harmonics<Acceleration>> before_;
     Harmonics<Acceleration> sum_;
     int waited_ = 0, summed_ = 0, blocks_ = 0;
-    int worse_ = 0;  // steps in a row after which the error was larger
+    int worse_ = 0;  // consecutive steps that increased the error
     double share_ = 1, last_error_ = INFINITY;
     // Following.
     Harmonics<Voltage> drift_;
@@ -115,13 +132,14 @@ private:
     std::deque<Harmonics<Acceleration>> errors_;  // of the last ten windows
 };
 
-/// Largest |value| of a period, evaluated at 512 points and refined by a parabola.
+/// Largest |value| over a period, V: evaluated at 512 points, refined by a parabola.
 double peak(const Harmonics<Voltage>& volts);
 
-/// The time (rad of harmonic 1) by which `wanted` must be turned to come nearest to `measured`.
+/// tau in rad of harmonic 1 that minimises sum_q |measured_q - wanted_q e^{i q tau}|^2.
 double best_lag(const Harmonics<Acceleration>& wanted, const Harmonics<Acceleration>& measured);
 
-/// The same motion, later by `lag` rad of harmonic 1... as the sensor sees it: a[q] e^{i q lag}.
+/// a[q] e^{i q lag}: the harmonics of the same motion with all phases advanced by `lag` rad of harmonic
+/// 1.
 Harmonics<Acceleration> turned(const Harmonics<Acceleration>& h, double lag);
 
-}  // namespace shaker
+}  // namespace shaker::control

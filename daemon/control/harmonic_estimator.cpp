@@ -4,20 +4,21 @@
 #include <algorithm>
 #include <cmath>
 
-#include "calibration/transverse.hpp"
+#include "calibration/accelerometer/transverse.hpp"
 
-namespace shaker {
+namespace shaker::control {
 
 namespace {
 constexpr int most_columns = 2 * max_harmonics + 3;
-constexpr double largest_gap = 0.1;    // turns
-constexpr double one_direction = 100;  // times the second eigenvalue: then there is one, and not noise alone
+constexpr double largest_gap = 0.1;  // turns
+constexpr double one_direction =
+    100;  // times the second eigenvalue: above it the direction is defined by motion, not noise
 using Eigen::Index;
 }  // namespace
 
 int periods_to_tell(double ratio, int harmonics) {
     if (!(ratio > 0)) return 1;
-    // Beyond the last harmonic plus a quarter the line is nearest to that one.
+    // Above the last harmonic plus a quarter the nearest column is still the last harmonic.
     const double nearest = std::clamp(std::round(ratio), 0.0, static_cast<double>(harmonics));
     const double distance = std::abs(ratio - nearest);
     for (int n = 1; n <= 5; ++n)
@@ -28,7 +29,7 @@ int periods_to_tell(double ratio, int harmonics) {
 struct HarmonicEstimator::Work {
     EstimatorSettings s;
     Index columns;
-    Eigen::MatrixXd basis;  // a row a sample
+    Eigen::MatrixXd basis;  // one row per sample
     Eigen::MatrixX3d a;
     Index rows = 0;
     std::int64_t window = -1;
@@ -72,8 +73,8 @@ void HarmonicEstimator::Work::add(double turns, const std::array<double, 3>& sam
     ++rows;
 }
 
-// Principal direction of the lock-in vectors of harmonics 1 and 2: where the shaker moves the sensor. Once it
-// was found its sign stays, also where two components are equally large.
+// Principal direction of the sine and cosine vectors of harmonics 1 and 2: the direction of the shaker's
+// motion in sensor axes. Once found it keeps its sign, also if two components are equally large.
 Eigen::Vector3d HarmonicEstimator::Work::strongest() {
     const Eigen::Matrix3d scatter = right.middleRows(1, 4).transpose() * right.middleRows(1, 4);
     const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> eigen{scatter};
@@ -86,7 +87,7 @@ Eigen::Vector3d HarmonicEstimator::Work::strongest() {
     return u;
 }
 
-// What the fit leaves, and what that makes of the amplitudes' errors.
+// Residual of the fit and the errors of the amplitudes that follow from it.
 void HarmonicEstimator::Work::spread(PeriodEstimate& e, const Eigen::Vector3d& u) {
     double squares = 0;
     for (Index i = 0; i < rows; ++i) {
@@ -119,7 +120,7 @@ std::optional<PeriodEstimate> HarmonicEstimator::Work::estimate() {
     solver.solveInPlace(right);
     const Eigen::Vector3d given{s.axis[0], s.axis[1], s.axis[2]};
     const Eigen::Vector3d u = given.isZero() ? strongest() : given;
-    const auto across = across_axes({u[0], u[1], u[2]});
+    const auto across = calibration::across_axes({u[0], u[1], u[2]});
     PeriodEstimate e;
     e.period = window * s.periods;
     e.periods = s.periods;
@@ -164,4 +165,4 @@ std::optional<PeriodEstimate> HarmonicEstimator::add(double turns, const std::ar
     return done;
 }
 
-}  // namespace shaker
+}  // namespace shaker::control

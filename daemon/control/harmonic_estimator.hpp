@@ -1,6 +1,6 @@
 #pragma once
-// Least squares of the accelerometer's harmonics against the drive's phase, one window of whole periods at a
-// time.
+// HarmonicEstimator: least-squares fit of the accelerometer's harmonics to the drive's phase, for windows
+// of whole periods.
 #include <array>
 #include <complex>
 #include <cstdint>
@@ -9,23 +9,26 @@
 
 #include "drivers/drive.hpp"
 
-namespace shaker {
+namespace shaker::control {
 
-/// One window of the base as the accelerometer saw it. Amplitudes in m/s^2, phases against the drive.
+/// One window of the base's motion from the accelerometer. Amplitudes in m/s^2, phases relative to the
+/// drive.
 struct PeriodEstimate {
-    std::int64_t period = 0;  // whole turns of the drive's phase before it
-    int periods = 1;          // of the window
+    std::int64_t period = 0;  // number of whole turns of the drive's phase before the window
+    int periods = 1;          // length of the window
     int samples = 0;
     Harmonics<Acceleration> along;                    // on the shaker's axis
     std::array<Harmonics<Acceleration>, 2> across{};  // on across_axes(axis)
-    double sd = 0;                                    // of each amplitude's sine and cosine part, rms over q
-    std::array<double, 3> axis{};                     // the shaker's axis in sensor axes
-    std::array<double, 3> mean{};                     // gravity and offset, sensor axes
-    std::complex<double> line = 0;  // of the mains, along the axis, phase at the window's start
-    double residual = 0;            // rms along the axis of what is none of these
+    double sd = 0;                 // sd of the sine or cosine part of an amplitude, rms over q
+    std::array<double, 3> axis{};  // shaker axis in sensor axes, unit vector
+    std::array<double, 3>
+        mean{};  // gravity (specific force) and offset, sensor axes; see AccelerometerInfo::acceleration
+    std::complex<double> line = 0;  // amplitude of the mains line along the axis, phase at the window's start
+    double residual = 0;            // rms of the residual along the axis
 
-    /// Of `along`: covariance of component i with j, 2(q-1) for the sine part of harmonic q (the real part of
-    /// its amplitude), 2(q-1)+1 for the cosine part; for white noise of the residual's size.
+    /// Covariance of components i and j of `along`, (m/s^2)^2: 2(q-1) is the sine part of harmonic q
+    /// (real part of its amplitude), 2(q-1)+1 the cosine part. Assumes white noise of the residual's
+    /// size.
     [[nodiscard]] double covariance(int i, int j) const {
         return cov.at(static_cast<std::size_t>(i)).at(static_cast<std::size_t>(j));
     }
@@ -34,21 +37,24 @@ struct PeriodEstimate {
 
 struct EstimatorSettings {
     int harmonics = 8;             // K, 2..16
-    int samples = 300;             // the most a window has
-    std::array<double, 3> axis{};  // all 0: the direction in which harmonics 1 and 2 are strongest, with the
-                                   // sign that makes its largest component positive, or the one of before
-    int periods = 1;               // of a window
-    std::array<double, 3> before{};  // where that direction was found before; all 0: nowhere
-    double line = 0;                 // mains frequency over the drive's; 0: no line is fitted
+    int samples = 300;             // largest number of samples per window
+    std::array<double, 3> axis{};  // all 0: the direction in which harmonics 1 and 2 are strongest. Its sign
+                                   // follows `before` or, without it, makes the largest component positive
+    int periods = 1;               // window length
+    std::array<double, 3> before{};  // the direction found earlier; all 0: none
+    double line = 0;                 // mains frequency / drive frequency; 0: no line is fitted
 };
 
-/// Fewest whole periods in which a line at `ratio` times the drive's frequency can be told from harmonics
-/// 1..K without making them noisier by more than a fifth: 1 without a line (ratio 0). 0 when the line is on a
-/// harmonic, or so near that five periods are not enough: then it cannot be told from the motion.
+/// Fewest whole periods (1..5) in which a line at `ratio` times the drive's frequency is separable from
+/// harmonics 1..K while their noise rises by at most a fifth. 1 without a line (ratio 0). 0 if the line
+/// coincides with a harmonic, or is so near that five periods are not enough: it cannot be separated from
+/// the motion.
 int periods_to_tell(double ratio, int harmonics);
 
-/// Gathers samples in order of their phase and fits {1, sin q theta, cos q theta, q = 1..K, line} to each
-/// window. Memory is bounded by the longest window; nothing is allocated after construction.
+/// Fits, for each window and sensor axis, a = m + sum_{q=1..K} (s_q sin q theta + c_q cos q theta) +
+/// line, where theta is the drive's phase and m the mean (gravity and offset). The amplitude of harmonic
+/// q is s_q + i c_q, projected on the shaker's axis and across it. Unweighted: the noise is assumed
+/// white. Memory is bounded by the longest window; no allocation after construction.
 class HarmonicEstimator {
 public:
     explicit HarmonicEstimator(const EstimatorSettings& settings);
@@ -56,9 +62,9 @@ public:
     HarmonicEstimator(HarmonicEstimator&&) noexcept;
     HarmonicEstimator& operator=(HarmonicEstimator&&) noexcept;
 
-    /// A sample at `turns` of the drive's phase (never falling), m/s^2 in sensor axes. When it is the first
-    /// of a new window, the estimate of the one before is returned, unless that one lacks samples (fewer than
-    /// 3K a period, or a gap of more than a tenth of a period): incomplete data never become an estimate.
+    /// Adds a sample in m/s^2, sensor axes, at `turns` of the drive's phase (must not decrease). The
+    /// first sample of a new window returns the estimate of the window before, unless that window is
+    /// incomplete: fewer than 3K samples per period, or a gap of more than a tenth of a period.
     std::optional<PeriodEstimate> add(double turns, const std::array<double, 3>& a);
 
 private:
@@ -66,4 +72,4 @@ private:
     std::unique_ptr<Work> work_;
 };
 
-}  // namespace shaker
+}  // namespace shaker::control

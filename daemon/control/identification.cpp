@@ -7,14 +7,14 @@
 
 #include "daemon/control/equaliser.hpp"
 
-namespace shaker {
+namespace shaker::control {
 
 namespace {
-constexpr double first_level = 0.1;   // peak acceleration of the first level, by the data sheet, of gamma
-constexpr double first_volts = 0.05;  // and at most this share of the limit
-constexpr double raise = 3;           // from level to level
-constexpr double enough = 0.25;       // of gamma: no level begins above it
-constexpr double stuck = 0.3;         // of the data sheet's response: the base may not have come loose
+constexpr double first_level = 0.1;  // peak acceleration of the first level by the data sheet, share of gamma
+constexpr double first_volts = 0.05;  // largest peak of the first level, share of the voltage limit
+constexpr double raise = 3;           // factor between levels
+constexpr double enough = 0.25;       // share of gamma; no level starts above it
+constexpr double stuck = 0.3;         // share of the data sheet's response; below it the base may still stick
 constexpr int most_levels = 5;
 constexpr double same_gain = 0.1, same_phase = two_pi / 36;
 }  // namespace
@@ -22,7 +22,7 @@ constexpr double same_gain = 0.1, same_phase = two_pi / 36;
 Identification::Identification(const IdentificationSettings& settings) : settings_{settings} {
     const int k = settings_.harmonics;
     Harmonics<Acceleration> flat;
-    for (int q = 1; q <= k; ++q)  // Schroeder's phases: a low peak
+    for (int q = 1; q <= k; ++q)  // Schroeder's phases, for a low peak
         flat.at(q) = std::polar(1.0, -0.5 * two_pi * q * (q - 1) / k);
     double largest = 0;
     for (int i = 0; i < 1024; ++i) largest = std::max(largest, std::abs(value_at(flat, two_pi * i / 1024)));
@@ -86,15 +86,15 @@ void Identification::conclude_level() {
         for (auto& v : volts_.a) v *= raise;
 }
 
-// In sensor axes, since each window may have found an axis of its own.
+// In sensor axes: each window may have a slightly different axis.
 void Identification::conclude_across(const Harmonics<Acceleration>& mean) {
     const auto n = static_cast<double>(windows_.size());
     found_.axis = {};
     for (const PeriodEstimate& w : windows_)
         for (std::size_t k = 0; k < 3; ++k) found_.axis[k] += w.axis[k] / n;
-    const auto beside = across_axes(found_.axis);
+    const auto beside = calibration::across_axes(found_.axis);
     const auto on = [&](const PeriodEstimate& w, std::size_t to, int q) {
-        const auto own = across_axes(w.axis);
+        const auto own = calibration::across_axes(w.axis);
         std::complex<double> sum = 0;
         for (std::size_t k = 0; k < 3; ++k)
             sum += beside[to][k] * (w.axis[k] * w.along.at(q) + own[0][k] * w.across[0].at(q) +
@@ -109,37 +109,37 @@ void Identification::conclude_across(const Harmonics<Acceleration>& mean) {
             for (const PeriodEstimate& w : windows_) scatter += std::norm(on(w, to, q) - across[to]);
         }
         found_.across[static_cast<std::size_t>(q - 1)] =
-            transverse(mean.at(q), across, found_.axis, std::sqrt(scatter / 4 / (n - 1) / n));
+            calibration::transverse(mean.at(q), across, found_.axis, std::sqrt(scatter / 4 / (n - 1) / n));
     }
 }
 
 std::vector<std::string> findings(const IdentifiedResponse& r) {
-    std::vector<std::string> said;
+    std::vector<std::string> sentences;
     if (r.polarity_doubtful())
-        said.push_back(fmt::format(
+        sentences.push_back(fmt::format(
             "the base answers {:+.0f} degrees from the data sheet at harmonic 1: is the shaker, the "
             "amplifier or the sensor connected the wrong way round?",
             r.turn * 360 / two_pi));
     if (r.gain > 2 || r.gain < 0.5)
-        said.push_back(
+        sentences.push_back(
             fmt::format("the base answers {:.2f} times as strongly as the data sheet says: are the "
                         "amplifier's gain, full_scale_V and the masses right?",
                         r.gain));
     for (int q = 1; q <= r.harmonics; ++q) {
         const auto i = static_cast<std::size_t>(q - 1);
         if (r.coherence[i] < 0.95)
-            said.push_back(fmt::format(
+            sentences.push_back(fmt::format(
                 "harmonic {} ({:.1f} Hz): coherence {:.2f}, the drive hardly moves the base there", q,
                 q * r.frequency, r.coherence[i]));
         if (!r.nonlinear || r.below[i] == 0.0) continue;
         const std::complex<double> ratio = r.h[i] / r.below[i];
         if (std::abs(std::abs(ratio) - 1) > same_gain || std::abs(std::arg(ratio)) > same_phase)
-            said.push_back(
+            sentences.push_back(
                 fmt::format("harmonic {}: the response changed by a factor of {:.2f} and {:+.0f} degrees "
                             "when the drive was tripled: friction, a stiffening spring or the walker",
                             q, std::abs(ratio), std::arg(ratio) * 360 / two_pi));
     }
-    return said;
+    return sentences;
 }
 
-}  // namespace shaker
+}  // namespace shaker::control

@@ -1,64 +1,70 @@
 #pragma once
-// Finds out how the base answers to the drive: a multisine at the harmonics, at two levels or more.
+// Identification: measures the response of the base to a multisine at the drive's harmonics, at two or
+// more levels.
 #include <array>
 #include <complex>
 #include <string>
 #include <vector>
 
-#include "calibration/transverse.hpp"
+#include "calibration/accelerometer/transverse.hpp"
 #include "daemon/control/harmonic_estimator.hpp"
 #include "drivers/drive.hpp"
 
-namespace shaker {
+namespace shaker::control {
 
 struct IdentificationSettings {
     int harmonics = 8;
-    double gamma = paper_g;  // of the run to come: the levels are shares of it
-    double volts_limit = 1;  // peak at the DAC
-    int settle = 25;         // windows after a change
-    int average = 20;        // windows a level
-    std::array<std::complex<double>, max_harmonics> nominal{};  // data sheet, m/s^2 a volt
+    double gamma = paper_g;  // m/s^2, of the later run; the levels are shares of it
+    double volts_limit = 1;  // V, peak at the DAC
+    int settle = 25;         // windows to wait after a change
+    int average = 20;        // windows averaged per level
+    std::array<std::complex<double>, max_harmonics> nominal{};  // response of the data sheet, m/s^2 per V
 };
 
-/// What one level of the drive showed, lowest first in a list of them.
+/// Result at one level of the drive. Lists are in order of increasing level.
 struct IdentifiedLevel {
-    double peak_V = 0, peak_mps2 = 0;                     // of drive and motion over a period
-    std::array<std::complex<double>, max_harmonics> h{};  // m/s^2 a volt
-    std::array<double, max_harmonics> sd{};               // of each part of h
-    std::array<double, max_harmonics> coherence{};        // 0..1
-    std::array<double, max_harmonics> floor{};            // m/s^2
+    double peak_V = 0, peak_mps2 = 0;                     // peaks of drive and motion over a period
+    std::array<std::complex<double>, max_harmonics> h{};  // m/s^2 per V
+    std::array<double, max_harmonics> sd{};               // m/s^2 per V, of the real or imaginary part of h
+    std::array<double, max_harmonics>
+        coherence{};                            // 0..1, share of the motion's power explained by the drive
+    std::array<double, max_harmonics> floor{};  // m/s^2, scatter of a window's amplitude
 };
 
-/// How the base answers at f, 2f, ...
+/// Response of the base at f, 2f, ...
 struct IdentifiedResponse {
     int harmonics = 0;
     double frequency = 0;                                 // Hz
-    std::array<std::complex<double>, max_harmonics> h{};  // m/s^2 a volt, at the highest level
-    std::array<double, max_harmonics> sd{};         // of each part of h, from the scatter of the windows
-    std::array<double, max_harmonics> coherence{};  // 0..1: share of the motion that the drive explains
-    std::array<double, max_harmonics> floor{};      // m/s^2, scatter of a window's amplitude
-    std::array<std::complex<double>, max_harmonics> below{};  // h at the level before
-    double level = 0;                                         // peak acceleration at the highest level, m/s^2
-    bool nonlinear = false;  // the two differ by more than 10 % or 10 degrees at a harmonic
-    double gain = 1;         // rms of h against the data sheet's
-    /// Phase of h against the data sheet's at harmonic 1, rad: beyond 90 degrees something is connected the
-    /// wrong way round.
+    std::array<std::complex<double>, max_harmonics> h{};  // m/s^2 per V, at the highest level
+    std::array<double, max_harmonics>
+        sd{};  // m/s^2 per V, of the real or imaginary part of h, from the scatter of the windows
+    std::array<double, max_harmonics>
+        coherence{};                            // 0..1, share of the motion's power explained by the drive
+    std::array<double, max_harmonics> floor{};  // m/s^2, scatter of a window's amplitude
+    std::array<std::complex<double>, max_harmonics> below{};  // h at the second highest level
+    double level = 0;                                         // m/s^2, peak acceleration at the highest level
+    bool nonlinear = false;  // h and below differ by more than 10 % or 10 degrees at a harmonic
+    double gain = 1;         // rms of h / rms of the data sheet's response
+    /// Phase of h relative to the data sheet at harmonic 1, rad. More than 90 degrees: a connection
+    /// is reversed.
     double turn = 0;
-    std::array<double, 3> axis{};  // the shaker's, in sensor axes, mean of the highest level
-    std::array<Transverse, max_harmonics> across{};  // motion beside it, at the highest level
+    std::array<double, 3> axis{};  // shaker axis in sensor axes, mean over the windows of the highest level
+    std::array<calibration::Transverse, max_harmonics>
+        across{};  // motion across the axis, at the highest level
     std::vector<IdentifiedLevel> levels;
     [[nodiscard]] bool polarity_doubtful() const { return std::abs(turn) > 0.25 * two_pi; }
 };
 
-/// Hears of windows and says what to play; begins with volts().
+/// State machine: processes windows, sets the drive to play; starts with volts().
 class Identification {
 public:
     explicit Identification(const IdentificationSettings& settings);
     [[nodiscard]] const Harmonics<Voltage>& volts() const noexcept { return volts_; }
-    /// A window of the newest drive, unchanged all through. True when volts() changed or it is done.
+    /// Processes a window during which the newest drive was in force unchanged. True when volts()
+    /// changed or identification is done.
     bool take(const PeriodEstimate& window);
     [[nodiscard]] bool done() const noexcept { return done_; }
-    /// Of the newest level that was concluded.
+    /// The response up to the last completed level.
     [[nodiscard]] const IdentifiedResponse& response() const noexcept { return found_; }
 
 private:
@@ -67,13 +73,13 @@ private:
 
     IdentificationSettings settings_;
     Harmonics<Voltage> volts_;
-    std::vector<PeriodEstimate> windows_;  // of this level
+    std::vector<PeriodEstimate> windows_;  // of the present level
     int settled_ = 0, level_ = 0;
     bool done_ = false;
     IdentifiedResponse found_;
 };
 
-/// What an operator should know of it; one sentence each.
+/// Findings for the operator, one sentence each.
 std::vector<std::string> findings(const IdentifiedResponse& response);
 
-}  // namespace shaker
+}  // namespace shaker::control

@@ -5,12 +5,12 @@
 
 #include "drivers/errors.hpp"
 
-namespace shaker {
+namespace shaker::control {
 
 namespace {
 using Eigen::Index;
 using Vector = Eigen::VectorXd;
-constexpr int most_common_gains = 3;     // after that the gain is not what is wrong
+constexpr int most_common_gains = 3;     // a further deviation is not one of gain
 constexpr double least_singular = 1e-3;  // of the largest
 
 template <class Unit>
@@ -40,10 +40,10 @@ Eigen::Matrix2d turn(std::complex<double> c) {
 struct PlantMatrix::Work {
     Index k;
     Eigen::MatrixXd j, inverse;
-    Vector scale;  // |first response|, twice a harmonic
+    Vector scale;  // |first response|, each twice
     int common_gains = 0;
 
-    // Of j with its columns scaled; what is nearly singular stays out.
+    // Pseudo-inverse of j with scaled columns; nearly singular directions are left out.
     void invert() {
         Eigen::JacobiSVD<Eigen::MatrixXd> svd{j * scale.cwiseInverse().asDiagonal(),
                                               Eigen::ComputeThinU | Eigen::ComputeThinV};
@@ -62,7 +62,7 @@ PlantMatrix::PlantMatrix(int harmonics, const std::array<std::complex<double>, m
         const std::complex<double> h = response[static_cast<std::size_t>(q)];
         if (!(std::abs(h) > 0) || !std::isfinite(std::abs(h)))
             throw InputError{"response of the shaker at harmonic " + std::to_string(q + 1) +
-                             " is zero or not finite"};
+                             " is zero or not finite; check the data sheet in [shaker]"};
         work_->j.block<2, 2>(2 * q, 2 * q) = turn(h);
         work_->scale.segment<2>(2 * q).setConstant(std::abs(h));
     }
@@ -107,7 +107,8 @@ std::complex<double> PlantMatrix::learn(const Harmonics<Voltage>& stepped,
                 w.j.middleRows<2>(2 * q) = (turn(alpha) * w.j.middleRows<2>(2 * q)).eval();
         }
     }
-    // In volts scaled by the first responses: else the harmonics that answer strongly would take all of it.
+    // In volts scaled by the first responses: otherwise the harmonics with a strong response would
+    // take the whole update.
     const Vector scaled = w.scale.cwiseProduct(du);
     const Vector direction = scaled.cwiseProduct(w.scale) / scaled.squaredNorm();
     w.j += (dy - w.j * du) * direction.transpose();
@@ -115,4 +116,4 @@ std::complex<double> PlantMatrix::learn(const Harmonics<Voltage>& stepped,
     return gain;
 }
 
-}  // namespace shaker
+}  // namespace shaker::control

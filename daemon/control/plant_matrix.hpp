@@ -1,30 +1,32 @@
 #pragma once
-// How the base's harmonics answer to the drive's, every one to every other: a real 2K x 2K matrix, since a
-// plant that is not linear couples harmonics and treats real and imaginary parts apart.
+// PlantMatrix: change of the base's harmonics for a change of the drive's, as a real 2K x 2K matrix. A
+// nonlinear plant couples harmonics and treats real and imaginary parts differently.
 #include <complex>
 #include <memory>
 
 #include "drivers/drive.hpp"
 
-namespace shaker {
+namespace shaker::control {
 
 class PlantMatrix {
 public:
-    /// From a response a harmonic (m/s^2 a volt): no coupling yet. harmonics: K, 1..16.
+    /// Diagonal matrix from a response per harmonic (m/s^2 per V), without coupling. harmonics: K,
+    /// 1..16.
     PlantMatrix(int harmonics, const std::array<std::complex<double>, max_harmonics>& response);
     PlantMatrix(const PlantMatrix& other);
     PlantMatrix& operator=(const PlantMatrix& other);
     ~PlantMatrix();
 
-    /// The change of motion that a change of the drive makes.
+    /// P dV: the change of motion for a change of the drive.
     [[nodiscard]] Harmonics<Acceleration> motion(const Harmonics<Voltage>& volts) const;
-    /// The change of drive that makes a change of motion. Directions in which the plant hardly answers (a
-    /// singular value below a thousandth of the largest, after each harmonic was scaled by its first
-    /// response) get none: noise there would become volts.
+    /// P^+ dY: the change of the drive for a change of motion. Each harmonic is scaled by its first
+    /// response; directions with a singular value below a thousandth of the largest are left out,
+    /// because noise in them would become volts.
     [[nodiscard]] Harmonics<Voltage> drive(const Harmonics<Acceleration>& motion) const;
-    /// What a step of the drive did teaches. A common complex gain that explains most of it is taken first
-    /// (returned; 1 when none was), the rest as Broyden's smallest change that makes the last step true.
-    /// `noise`: sd of an amplitude's part in `moved`; what is within it teaches nothing.
+    /// Updates P from a step of the drive and the change of motion after it. First applies a common
+    /// complex gain if it explains most of the change (returned; else 1), then Broyden's smallest
+    /// change of P that reproduces the step. noise: sd of one part of an amplitude in `moved`;
+    /// changes within it are ignored.
     std::complex<double> learn(const Harmonics<Voltage>& stepped, const Harmonics<Acceleration>& moved,
                                double noise);
 
@@ -41,4 +43,4 @@ double norm(const Harmonics<Unit>& h, int harmonics) {
     return std::sqrt(sum);
 }
 
-}  // namespace shaker
+}  // namespace shaker::control

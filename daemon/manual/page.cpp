@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cctype>
 
-namespace shaker {
+namespace shaker::manual {
 
 namespace {
 
@@ -94,7 +94,7 @@ void ManualPage::call(std::string_view name, std::string_view rest) {
 void ManualPage::item(std::string_view term, std::string_view takes, std::string_view meaning) {
     text_ += fmt::format(".TP\n\\fB{}\\fP", escaped(term));
     if (!takes.empty()) text_ += fmt::format(" \\fI{}\\fP", escaped(takes));
-    text_ += "\n" + body(meaning);
+    text_.append("\n").append(body(meaning));
     fresh_ = false;
 }
 
@@ -109,4 +109,4 @@ void ManualPage::example(std::string_view lines) {
     text_ += ".EE\n.RE\n";
 }
 
-}  // namespace shaker
+}  // namespace shaker::manual

@@ -1,30 +1,30 @@
 #pragma once
-// A manual page in the words of man(7).
+// Text of a manual page in the macros of man(7).
 #include <cstddef>
 #include <string>
 #include <string_view>
 
-namespace shaker {
+namespace shaker::manual {
 
 /// The words of a text in lines of at most `width` characters, the last without its end.
 std::string filled(std::string_view text, std::size_t width);
 
-/// Of the texts line ends are blanks.
+/// Line ends in the texts count as blanks.
 class ManualPage {
 public:
-    /// name: "shakerctl"; number: of the manual's part, 1 or 8; what: one line without a full stop.
+    /// name: "shakerctl"; number: part of the manual, 1 or 8; what: one line without a full stop.
     ManualPage(std::string_view name, int number, std::string_view what);
 
     void section(std::string_view title);
     void paragraph(std::string_view text);
-    /// A call: `name` in bold, `rest` as it is.
+    /// A command line: `name` in bold, then `rest`.
     void call(std::string_view name, std::string_view rest);
-    /// A term in bold, then what it takes in italics, then what it means.
-    void item(std::string_view term, std::string_view takes, std::string_view meaning);
-    /// What follows belongs to the item above, until it is left.
+    /// A term in bold, then its value in italics, then its meaning.
+    void item(std::string_view term, std::string_view value, std::string_view meaning);
+    /// Indents everything until leave(): it belongs to the item above.
     void enter();
     void leave();
-    /// Lines as they are.
+    /// Lines that are not filled.
     void example(std::string_view lines);
 
     [[nodiscard]] const std::string& text() const noexcept { return text_; }
@@ -33,7 +33,7 @@ private:
     void begin();
 
     std::string text_;
-    bool fresh_ = false;  // nothing stands behind the last title
+    bool fresh_ = false;  // the last call was section()
 };
 
-}  // namespace shaker
+}  // namespace shaker::manual

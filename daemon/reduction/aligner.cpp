@@ -5,16 +5,16 @@
 #include <cmath>
 #include <limits>
 
-#include "calibration/transverse.hpp"
-#include "daemon/reduction/usable_part.hpp"
+#include "calibration/accelerometer/transverse.hpp"
+#include "daemon/reduction/selection.hpp"
 #include "drivers/drive.hpp"
 #include "drivers/errors.hpp"
 
-namespace shaker {
+namespace shaker::reduction {
 namespace {
 
 using Complex = std::complex<double>;
-constexpr double clock_prior = 300e-6;  // one sigma of a crystal that nobody trimmed, with room
+constexpr double clock_prior = 300e-6;  // one sigma of an untrimmed crystal, with margin
 
 std::string rounded(double x, int digits) {
     std::array<char, 64> text{};
@@ -22,7 +22,7 @@ std::string rounded(double x, int digits) {
     return text.data();
 }
 
-/// Samples from the first on, as many as there are times, along some direction in sensor axes.
+/// `count` samples from `first` on, projected on a direction in sensor axes.
 std::vector<double> along(const std::array<double, 3>& u, const AccelSeries& s, std::size_t first,
                           std::size_t count) {
     std::vector<double> y;
@@ -34,18 +34,18 @@ std::vector<double> along(const std::array<double, 3>& u, const AccelSeries& s, 
     return y;
 }
 
-/// Principal direction of the motion at harmonics 1 and 2, the largest component positive.
+/// Principal direction of the motion at harmonics 1 and 2; its largest component is positive.
 Eigen::Vector3d principal_axis(std::span<const double> t, const AccelSeries& s, std::size_t first, double f,
                                int order) {
     const std::vector<double> x = along({1, 0, 0}, s, first, t.size()),
                               y = along({0, 1, 0}, s, first, t.size()),
                               z = along({0, 0, 1}, s, first, t.size());
     const std::array<std::span<const double>, 3> axes{x, y, z};
-    const std::vector<HarmonicFit> fits = fit_signals(t, axes, f, order);
+    const std::vector<calibration::HarmonicFit> fits = calibration::fit_signals(t, axes, f, order);
     Eigen::Matrix3Xd lock_in(3, 4);
     lock_in.setZero();
     for (int k = 0; k < 3; ++k) {
-        const HarmonicFit& fit = fits[static_cast<std::size_t>(k)];
+        const calibration::HarmonicFit& fit = fits[static_cast<std::size_t>(k)];
         for (int q = 1; q <= std::min(order, 2); ++q) {
             lock_in(k, q - 1) = fit.at(q).real();
             lock_in(k, q + 1) = fit.at(q).imag();
@@ -58,71 +58,74 @@ Eigen::Vector3d principal_axis(std::span<const double> t, const AccelSeries& s, 
     return axis(largest) < 0 ? Eigen::Vector3d(-axis) : axis;
 }
 
-/// Accelerometer samples within a window of its own clock, and what they say on that clock.
+/// Accelerometer samples within a window of its own clock, and results on that clock.
 struct OwnClock {
     std::size_t first = 0;
     std::span<const double> t;
     std::vector<double> along;
     Eigen::Vector3d axis;
-    Estimate frequency;
-    HarmonicFit fit;
+    calibration::Estimate frequency;
+    calibration::HarmonicFit fit;
 };
 
-OwnClock on_own_clock(const AccelSeries& s, Span window, const Estimate& near) {
+OwnClock on_own_clock(const AccelSeries& s, Span window, const calibration::Estimate& near) {
     const double near_hz = near.value;
     OwnClock out;
     const auto low = std::lower_bound(s.t_s.begin(), s.t_s.end(), window.from_s);
     const auto high = std::upper_bound(low, s.t_s.end(), window.to_s);
     out.first = static_cast<std::size_t>(low - s.t_s.begin());
     out.t = {low, high};
-    const double step = median_step(out.t);
+    const double step = calibration::median_step(out.t);
     const double span = out.t.empty() ? 0.0 : out.t.back() - out.t.front() + step;
     if (span * near_hz < 2 - 1e-6) {
         throw InputError("cameras and accelerometer have " + rounded(span * near_hz, 2) +
                          " drive periods in common; at least 2 are needed");
     }
     const double rate = 1 / (step * near_hz);
-    const int few = order_for(rate, 4);
+    const int few = calibration::order_for(rate, 4);
     const Eigen::Vector3d given(s.shaker_axis[0], s.shaker_axis[1], s.shaker_axis[2]);
     out.axis = given.norm() > 0 ? Eigen::Vector3d(given.normalized())
                                 : principal_axis(out.t, s, out.first, near_hz, few);
     out.along = along({out.axis(0), out.axis(1), out.axis(2)}, s, out.first, out.t.size());
-    const HarmonicSamples samples{out.t, out.along, {}};
+    const calibration::HarmonicSamples samples{out.t, out.along, {}};
     out.frequency = refine_frequency({&samples, 1}, near, few);
     if (!std::isfinite(out.frequency.sigma)) out.frequency = {near_hz, clock_prior * near_hz};
-    out.fit = fit_harmonics({&samples, 1}, out.frequency.value, few, Slope::none);
+    out.fit = fit_harmonics({&samples, 1}, out.frequency.value, few, calibration::Slope::none);
     return out;
 }
 
-bool stands_out(const HarmonicFit& fit, int q) { return std::abs(fit.at(q)) > 4 * fit.amplitude_sd(q); }
+bool stands_out(const calibration::HarmonicFit& fit, int q) {
+    return std::abs(fit.at(q)) > 4 * fit.amplitude_sd(q);
+}
 
-/// Harmonics of the base's position up to the highest that stands out of the noise.
-HarmonicFit base_motion(const Measurement& m, double f) {
-    int order = order_for(frames_per_period(m.bases, f), 12);
-    const HarmonicSums sums = sums_of(m.bases, f, order, Slope::none);
-    HarmonicFit fit = fit_views(sums, order).fit;
+/// Harmonics of the base's position up to the highest above the noise.
+calibration::HarmonicFit base_motion(const Measurement& m, double f) {
+    int order = calibration::order_for(frames_per_period(m.bases, f), 12);
+    const calibration::HarmonicSums sums = sums_of(m.bases, f, order, calibration::Slope::none);
+    calibration::HarmonicFit fit = fit_views(sums, order).fit;
     while (order > 2 && !stands_out(fit, order)) --order;
     return order < fit.order() ? fit_views(sums, order).fit : fit;
 }
 
-Estimate base_frequency(const Measurement& m) {
+calibration::Estimate base_frequency(const Measurement& m) {
     if (m.frequency_is_exact) return {m.frequency_hz, 0};
-    std::vector<HarmonicSamples> samples;
+    std::vector<calibration::HarmonicSamples> samples;
     for (const auto& v : m.bases) samples.push_back({v.t_s, v.x_m, v.sd_m});
     return refine_frequency(samples, m.frequency_hz,
-                            order_for(frames_per_period(m.bases, m.frequency_hz), 2));
+                            calibration::order_for(frames_per_period(m.bases, m.frequency_hz), 2));
 }
 
-/// One harmonic as both see it: acceleration by the accelerometer (own clock) and by the cameras (master
+/// One harmonic of the base's acceleration, from the accelerometer (own clock) and from the cameras (master
 /// time).
 struct Common {
     int q;
     Complex accel, camera;
-    double weight;          // 1/variance of the camera's, which is always the worse one
+    double weight;          // 1/variance of the camera's amplitude, the larger variance
     double phase_variance;  // of both
 };
 
-std::vector<Common> common_motion(const HarmonicFit& accel, const HarmonicFit& base) {
+std::vector<Common> common_motion(const calibration::HarmonicFit& accel,
+                                  const calibration::HarmonicFit& base) {
     std::vector<Common> out;
     for (int q = 1; q <= std::min({accel.order(), base.order(), 3}); ++q) {
         if (!stands_out(base, q) || !stands_out(accel, q)) continue;
@@ -135,7 +138,7 @@ std::vector<Common> common_motion(const HarmonicFit& accel, const HarmonicFit& b
     return out;
 }
 
-/// How well both shapes agree when the accelerometer's is moved by `delta` (master time): 1 is perfect.
+/// Correlation of both shapes after moving the accelerometer's by `delta` (master time): 1 is perfect.
 double likeness(const std::vector<Common>& common, double w, double delta) {
     double product = 0, accel = 0, camera = 0;
     for (const Common& c : common) {
@@ -149,8 +152,8 @@ double likeness(const std::vector<Common>& common, double w, double delta) {
 struct Shift {
     double delta;  // s, modulo the period
     double like;
-    bool flipped;  // the axis' sign
-    double late;   // at the middle of the accelerometer's samples, nearest to 0 of all whole periods
+    bool flipped;  // sign of the axis reversed
+    double late;   // at the middle of the accelerometer's samples; the whole periods nearest to 0
 };
 
 double golden_maximum(const std::vector<Common>& common, double w, double sign, double low, double high) {
@@ -185,7 +188,7 @@ std::vector<Shift> maxima(const std::vector<Common>& common, double w, double of
     return out;
 }
 
-/// The likeliest shift; among those the shape cannot tell apart, the one nearest to no lag.
+/// The most likely shift; if several shapes are equally likely, the one with the smallest lag.
 Shift choose(const std::vector<Shift>& all, const std::vector<Common>& common, const AccelSeries& s,
              std::vector<std::string>& notes) {
     double noise = 0, signal = 0, best = -1;
@@ -208,25 +211,25 @@ Shift choose(const std::vector<Shift>& all, const std::vector<Common>& common, c
     }
     if (possible > 1 && !given) {
         notes.emplace_back(
-            "the shape of the drive does not tell the sign of the shaker axis; the smaller clock lag was "
+            "the shape of the drive does not determine the sign of the shaker axis; the smaller clock lag "
+            "was "
             "taken");
     }
     if (given && chosen->flipped) {
-        notes.emplace_back("the given shaker axis points against +x of the cameras; its sign was turned");
+        notes.emplace_back("the given shaker axis points towards -x of the cameras; its sign was reversed");
     }
     if (best < 0.98) {
-        notes.push_back(
-            "the base's motion by the cameras and by the accelerometer differ in shape (likeness " +
-            rounded(best, 3) + ")");
+        notes.push_back("the base's motion differs in shape between cameras and accelerometer (likeness " +
+                        rounded(best, 3) + ")");
     }
     return *chosen;
 }
 
 struct Clock {
     double rate = 1;    // master seconds per own second
-    double own = 0;     // own time ...
-    double master = 0;  // ... and the master time of the same instant
-    Estimate late, ppm;
+    double own = 0;     // accelerometer's clock, s ...
+    double master = 0;  // ... and master time of the same instant
+    calibration::Estimate late, ppm;
     bool flipped = false;
     [[nodiscard]] double at(double t) const { return master + (t - own) * rate; }
     [[nodiscard]] double inverse(double t) const { return own + (t - master) / rate; }
@@ -234,11 +237,11 @@ struct Clock {
 
 struct Lag {
     Clock clock;
-    Estimate frequency;
+    calibration::Estimate frequency;
 };
 
-/// Frequency and clock rate from both sides' frequencies and the prior on the rate.
-Lag rates(const Measurement& m, const Estimate& base, const OwnClock& own) {
+/// Frequency and clock rate from the frequencies on both clocks and the prior of the rate.
+Lag rates(const Measurement& m, const calibration::Estimate& base, const OwnClock& own) {
     Lag out;
     const double ratio = own.frequency.value / base.value - 1;
     const double variance =
@@ -249,11 +252,12 @@ Lag rates(const Measurement& m, const Estimate& base, const OwnClock& own) {
     out.clock.rate = 1 + ppm;
     out.clock.ppm = {1e6 * ppm, 1e6 * sd};
     const double f = own.frequency.value / out.clock.rate;
-    out.frequency = m.frequency_is_exact ? base : Estimate{f, std::hypot(own.frequency.sigma, f * sd)};
+    out.frequency =
+        m.frequency_is_exact ? base : calibration::Estimate{f, std::hypot(own.frequency.sigma, f * sd)};
     return out;
 }
 
-void set_lag(Lag& lag, const OwnClock& own, const HarmonicFit& base, const AccelSeries& s,
+void set_lag(Lag& lag, const OwnClock& own, const calibration::HarmonicFit& base, const AccelSeries& s,
              std::vector<std::string>& notes) {
     const double w = two_pi * lag.frequency.value;
     const auto common = common_motion(own.fit, base);
@@ -261,7 +265,8 @@ void set_lag(Lag& lag, const OwnClock& own, const HarmonicFit& base, const Accel
     c.own = own.fit.origin_s;
     if (common.empty()) {
         notes.emplace_back(
-            "the base does not move enough for the clocks to be compared; the accelerometer's was believed");
+            "the base does not move enough to compare the clocks; the accelerometer's clock was used "
+            "unchanged");
         c.master = c.own;
         c.late = {0, s.clock_uncertainty_s / std::sqrt(3.0)};
         return;
@@ -277,15 +282,16 @@ void set_lag(Lag& lag, const OwnClock& own, const HarmonicFit& base, const Accel
               std::sqrt(1 / information + std::pow(c.own * rate_sd, 2) + across * across)};
     if (s.clock_uncertainty_s > std::numbers::pi / w) {
         notes.push_back("the accelerometer's clock uncertainty (" + rounded(s.clock_uncertainty_s, 4) +
-                        " s) is more than half a period: its lag was taken as the one nearest to zero");
+                        " s) exceeds half a period; of the possible lags the one nearest to zero was used");
     } else if (std::abs(shift.late) > s.clock_uncertainty_s + 3 / std::sqrt(information)) {
-        notes.push_back("the accelerometer is " + rounded(1e3 * shift.late, 3) +
+        notes.push_back("the accelerometer's stamps are " + rounded(1e3 * shift.late, 3) +
                         " ms late, more than its clock uncertainty of " +
                         rounded(1e3 * s.clock_uncertainty_s, 3) + " ms");
     }
 }
 
-double gain_of(const HarmonicFit& accel, const HarmonicFit& base, std::vector<std::string>& notes) {
+double gain_of(const calibration::HarmonicFit& accel, const calibration::HarmonicFit& base,
+               std::vector<std::string>& notes) {
     double tracks = 0, sensor = 0, variance = 0;
     for (const Common& c : common_motion(accel, base)) {
         if (c.q > 2) continue;
@@ -295,21 +301,22 @@ double gain_of(const HarmonicFit& accel, const HarmonicFit& base, std::vector<st
     }
     const double gain = tracks / sensor;
     if (sensor > 0 && std::abs(gain - 1) > std::max(0.02, 4 * std::sqrt(variance) / sensor)) {
-        notes.push_back("gamma by the base's tracks is " + rounded(tracks, 4) +
-                        " m/s^2, by the accelerometer " + rounded(sensor, 4) +
+        notes.push_back("gamma from the base's tracks is " + rounded(tracks, 4) +
+                        " m/s^2, from the accelerometer " + rounded(sensor, 4) +
                         " m/s^2: camera scale or sensor gain is off by " + rounded(100 * (gain - 1), 1) +
-                        " %; the accelerometer's is reported");
+                        " %; the accelerometer's value is reported");
     }
     return gain;
 }
 
 void fit_acceleration(const AccelSeries& s, std::size_t first, Alignment& out) {
-    const double f = out.frequency.value, rate = 1 / (median_step(out.t_s) * f);
-    const auto axes = across_axes(out.shaker_axis);
+    const double f = out.frequency.value, rate = 1 / (calibration::median_step(out.t_s) * f);
+    const auto axes = calibration::across_axes(out.shaker_axis);
     const std::vector<double> aside = along(axes[0], s, first, out.t_s.size()),
                               up = along(axes[1], s, first, out.t_s.size());
     const std::array<std::span<const double>, 3> signals{out.along_mps2, aside, up};
-    std::vector<HarmonicFit> fits = fit_signals(out.t_s, signals, f, order_for(rate, max_harmonics));
+    std::vector<calibration::HarmonicFit> fits =
+        calibration::fit_signals(out.t_s, signals, f, calibration::order_for(rate, max_harmonics));
     out.acceleration = std::move(fits[0]);
     out.across = {std::move(fits[1]), std::move(fits[2])};
 }
@@ -317,12 +324,13 @@ void fit_acceleration(const AccelSeries& s, std::size_t first, Alignment& out) {
 }  // namespace
 
 Alignment align(const Measurement& m, std::vector<std::string>& notes) {
-    const Estimate raw = base_frequency(m);
+    const calibration::Estimate raw = base_frequency(m);
     const bool moving = raw.sigma < 0.003 * raw.value;  // false for NaN
-    const Estimate base_f = moving ? raw : Estimate{m.frequency_hz, clock_prior * m.frequency_hz};
+    const calibration::Estimate base_f =
+        moving ? raw : calibration::Estimate{m.frequency_hz, clock_prior * m.frequency_hz};
     const Span walker = span_of(m.walkers), base = span_of(m.bases);
     const Span common{std::max(walker.from_s, base.from_s), std::min(walker.to_s, base.to_s)};
-    // First with all samples that may belong to the cameras' span, then with those that do.
+    // First with all samples that may overlap the cameras' span, then with those that do.
     const double reach = m.accelerometer.clock_uncertainty_s;
     Span window{common.from_s - reach, common.to_s + reach};
     constexpr double unknown = std::numeric_limits<double>::infinity();
@@ -332,7 +340,7 @@ Alignment align(const Measurement& m, std::vector<std::string>& notes) {
     for (int pass = 0; pass < 2; ++pass) {
         std::vector<std::string> said;
         own = on_own_clock(m.accelerometer, window,
-                           pass == 0 ? Estimate{base_f.value, unknown} : own.frequency);
+                           pass == 0 ? calibration::Estimate{base_f.value, unknown} : own.frequency);
         lag = rates(m, base_f, own);
         if (pass == 0) out.base = base_motion(m, lag.frequency.value);
         set_lag(lag, own, out.base, m.accelerometer, said);
@@ -354,4 +362,4 @@ Alignment align(const Measurement& m, std::vector<std::string>& notes) {
     return out;
 }
 
-}  // namespace shaker
+}  // namespace shaker::reduction

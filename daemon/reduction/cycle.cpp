@@ -6,10 +6,10 @@
 
 #include "drivers/drive.hpp"
 
-namespace shaker {
+namespace shaker::reduction {
 namespace {
 
-/// The slow wandering of the walker about the straight line: period means, joined by straight lines.
+/// Slow wandering of the walker about its straight line: period means joined by straight lines.
 class Wander {
 public:
     Wander(const Drift& drift, double start_s, double frequency_hz) {
@@ -33,7 +33,7 @@ private:
     std::vector<double> t_, y_;
 };
 
-/// Phases further apart than a 200th of a period.
+/// Number of phases that differ by more than 1/200 of a period.
 int distinct_phases(std::span<const Folded> folded) {
     int count = 0;
     double last = -1;
@@ -46,12 +46,13 @@ int distinct_phases(std::span<const Folded> folded) {
 }
 
 struct Local {
-    Estimate x, slope;  // slope per unit of phase
+    calibration::Estimate x, slope;  // slope per period
 };
 
-/// Quartic through the samples within `reach` of phase p. NaN when they are too few or too close together.
+/// Quartic through the samples within `reach` of phase p. NaN when there are too few or they are too close
+/// together.
 Local quartic_at(std::span<const Folded> folded, double p, double reach) {
-    std::array<double, 9> moments{};  // of w u^k: all that the normal equations hold
+    std::array<double, 9> moments{};  // of w u^k: all the normal equations need
     Eigen::Matrix<double, 5, 1> right = Eigen::Matrix<double, 5, 1>::Zero();
     double squares = 0;
     int count = 0;
@@ -85,7 +86,7 @@ Local quartic_at(std::span<const Folded> folded, double p, double reach) {
             {c(1) / reach, scale * std::sqrt(inverse(1, 1)) / reach}};
 }
 
-/// Where the frames lie within 1/n of a period, when they lie at the same places in every period; else 0.
+/// Offset of the frames' phases within 1/n of a period when they repeat in every period; else 0.
 double grid_offset(std::span<const Folded> folded, int n) {
     std::complex<double> sum = 0;
     for (const Folded& s : folded) sum += std::polar(1.0, two_pi * n * s.phase);
@@ -96,7 +97,8 @@ double grid_offset(std::span<const Folded> folded, int n) {
 
 }  // namespace
 
-BaseCycle::BaseCycle(const HarmonicFit& acceleration) : period_s_(1 / acceleration.frequency_hz) {
+BaseCycle::BaseCycle(const calibration::HarmonicFit& acceleration)
+    : period_s_(1 / acceleration.frequency_hz) {
     const double w = two_pi * acceleration.frequency_hz, alpha1 = std::arg(acceleration.at(1));
     start_s_ = acceleration.origin_s - alpha1 / w;
     for (int q = 1; q <= acceleration.order(); ++q) {
@@ -121,7 +123,7 @@ double BaseCycle::start_after(double t_s) const noexcept {
 std::vector<Folded> fold(std::span<const MotionSeries> walkers, const Drift& drift, double t0_s,
                          double frequency_hz) {
     const Wander wander(drift, span_of(walkers).from_s, frequency_hz);
-    const HarmonicFit& fit = drift.motion.fit;
+    const calibration::HarmonicFit& fit = drift.motion.fit;
     std::vector<Folded> out;
     out.reserve(drift.residuals.size());
     for (std::size_t v = 0; v < walkers.size(); ++v) {
@@ -158,4 +160,4 @@ Cycle make_cycle(std::span<const Folded> folded, const BaseCycle& base, double v
     return out;
 }
 
-}  // namespace shaker
+}  // namespace shaker::reduction

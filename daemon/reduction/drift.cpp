@@ -7,17 +7,17 @@
 
 #include "drivers/errors.hpp"
 
-namespace shaker {
+namespace shaker::reduction {
 namespace {
 
-constexpr int most_harmonics = 12;  // more follow the noise rather than the kinks
+constexpr int most_harmonics = 12;  // more would follow noise rather than the kinks
 
 std::vector<Residual> residuals_of(std::span<const MotionSeries> views, const ViewsFit& motion) {
     std::vector<Residual> out;
     std::size_t positions = 0;
     for (const MotionSeries& view : views) positions += view.t_s.size();
     out.reserve(positions);
-    const HarmonicFit& fit = motion.fit;
+    const calibration::HarmonicFit& fit = motion.fit;
     for (std::size_t v = 0; v < views.size(); ++v) {
         const MotionSeries& view = views[v];
         std::vector<double> periodic(view.t_s.size());
@@ -39,13 +39,12 @@ std::string percent(double x) {
     return text.data();
 }
 
-/// Views whose scales differ see different drifts of the same walker: half the difference is an error of
-/// both.
-double disagreement(std::span<const MotionSeries> views, const HarmonicSums& sums, double v_D,
+/// Views with different scales see different drifts of one walker. Half the difference, as an error of both.
+double disagreement(std::span<const MotionSeries> views, const calibration::HarmonicSums& sums, double v_D,
                     std::vector<std::string>& notes) {
     if (views.size() < 2) return 0;
     std::size_t lowest = 0, highest = 0;
-    std::vector<Estimate> v;
+    std::vector<calibration::Estimate> v;
     for (std::size_t i = 0; i < views.size(); ++i) {
         if (views[i].t_s.size() < 2 * static_cast<std::size_t>(sums.order()) + 4) return 0;
         v.push_back(sums.of_stream(i).fit(sums.order()).slope);
@@ -53,12 +52,13 @@ double disagreement(std::span<const MotionSeries> views, const HarmonicSums& sum
         if (v[i].value > v[highest].value) highest = i;
     }
     const double apart = v[highest].value - v[lowest].value;
-    // White least-squares errors are too small for tracks whose errors follow the picture: 4 of them, not 2.
+    // Least-squares errors for white noise are too small for tracks whose errors depend on the image: 4
+    // sigma, not 2.
     if (apart <= 4 * std::hypot(v[highest].sigma, v[lowest].sigma)) return 0;
     if (apart > 0.005 * std::abs(v_D)) {
         notes.push_back("views '" + views[lowest].view + "' and '" + views[highest].view +
                         "' differ in v_D by " + percent(apart / std::max(std::abs(v_D), 1e-12)) +
-                        "; half of that is in its error");
+                        "; half of the difference is included in its error");
     }
     return apart / 2;
 }
@@ -72,10 +72,10 @@ double rms_claimed(std::span<const MotionSeries> views) {
     return std::sqrt(sum / n);
 }
 
-/// From the scatter within quarters of periods (white noise), and from the quarters' means: first - second -
-/// third
-/// + fourth is blind to any steady drift within the period. Where the second exceeds the first the noise has
-/// memory, and a mean over four quarters is worse than they tell: by up to 2.
+/// Error of a period's mean. Lower bound: from the scatter within quarters of periods (white noise), or from
+/// the contrast first - second - third + fourth of the quarters' means, which a steady drift cancels from. If
+/// the contrast exceeds the white noise, the noise is correlated and a mean over four quarters is worse than
+/// the contrast shows, by up to a factor of 2: upper bound.
 ErrorOfMean error_of_mean(std::span<const Residual> residuals, double start_s, double frequency_hz) {
     struct Quarter {
         double n = 0, y = 0, yy = 0;
@@ -107,7 +107,7 @@ ErrorOfMean error_of_mean(std::span<const Residual> residuals, double start_s, d
         ++periods;
     }
     const double white2 = freedom > 0 && periods > 0 ? within / freedom / (frames / periods) : 0.0;
-    // The periodic fit took the contrasts' own mean: one degree of freedom.
+    // The periodic fit removed the mean of the contrasts: one degree of freedom less.
     const double between2 = periods > 1 ? squares / (periods - 1) : 0.0;
     const double least2 = std::max(white2, between2);
     const double memory = white2 > 0 ? std::clamp(between2 / white2, 1.0, 4.0) : 4.0;
@@ -154,19 +154,21 @@ std::vector<PeriodMean> period_means(std::span<const Residual> residuals, double
 Drift measure_drift(std::span<const MotionSeries> walkers, double frequency_hz,
                     std::vector<std::string>& notes) {
     Drift out;
-    const int order = order_for(frames_per_period(walkers, frequency_hz), most_harmonics);
-    const HarmonicSums sums = sums_of(walkers, frequency_hz, order, Slope::free);
+    const int order = calibration::order_for(frames_per_period(walkers, frequency_hz), most_harmonics);
+    const calibration::HarmonicSums sums = sums_of(walkers, frequency_hz, order, calibration::Slope::free);
     out.motion = fit_views(sums, order);
     out.residuals = residuals_of(walkers, out.motion);
     out.residual_m = {out.motion.fit.rms, rms_claimed(walkers)};
-    const Estimate line = out.motion.fit.slope;
-    // Periods counted so that a record of n whole periods gives n means, wherever the drive's period starts.
+    const calibration::Estimate line = out.motion.fit.slope;
+    // Periods start at the first frame, so that a record of n whole periods gives n means for any phase of
+    // the drive.
     const double start_s = span_of(walkers).from_s;
     const auto means = period_means(out.residuals, start_s, frequency_hz);
     double sigma = 3 * line.sigma;
     if (means.size() < 3) {
         notes.push_back(std::to_string(means.size()) +
-                        " whole periods are too few to tell how much the drift itself scatters");
+                        " whole periods are too few to measure the scatter of the drift; its error is 3 "
+                        "times that of the fit");
     } else {
         out.spread = drift_spread(means, error_of_mean(out.residuals, start_s, frequency_hz));
         sigma = std::max(line.sigma, out.spread.sigma_m * frequency_hz);
@@ -175,11 +177,11 @@ Drift measure_drift(std::span<const MotionSeries> walkers, double frequency_hz,
     if (s.freedom >= 1 && std::abs(s.trend_t) > 3.4 * few_periods_factor(s.freedom)) {
         notes.push_back("the walker is still settling: D changes by " +
                         percent(s.trend_m * frequency_hz / line.value) +
-                        " over the run; v_D's error holds its value at the end");
+                        " over the run; v_D's error includes its value at the end");
         sigma += std::abs(s.trend_m) * frequency_hz / 4;
     }
     out.v_D = {line.value, std::hypot(sigma, disagreement(walkers, sums, line.value, notes))};
     return out;
 }
 
-}  // namespace shaker
+}  // namespace shaker::reduction

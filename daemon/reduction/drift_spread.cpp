@@ -6,13 +6,13 @@
 #include <limits>
 #include <numbers>
 
-namespace shaker {
+namespace shaker::reduction {
 namespace {
 
-/// Differences of successive means: d = g D + noise with a tridiagonal covariance.
+/// Differences of successive means: d = g D + noise, with a tridiagonal covariance.
 struct Differences {
-    std::vector<double> d, g, late;  // late: g times the time of the difference's middle about the mean
-    std::vector<double> c;           // weights with which they enter the straight line's slope
+    std::vector<double> d, g, late;  // late: g times (time of the difference's middle - mean time)
+    std::vector<double> c;           // weights in the straight line's slope
     std::vector<double> share;       // error variance of each period's mean, relative
 };
 
@@ -41,7 +41,7 @@ Differences differences(std::span<const PeriodMean> means) {
     return out;
 }
 
-/// Inner products with the inverse of the tridiagonal covariance of a given ratio of variances.
+/// Inner products with the inverse of the tridiagonal covariance, for a given ratio of variances.
 class Weighing {
 public:
     Weighing(const Differences& x, double jitter, double error) {
@@ -60,7 +60,7 @@ public:
     }
     [[nodiscard]] double log_determinant() const { return log_determinant_; }
     [[nodiscard]] double slope_variance() const { return slope_variance_; }
-    /// L^-1 x, scaled so that plain inner products of such vectors are those with the covariance's inverse.
+    /// L^-1 x, scaled: plain inner products of such vectors are inner products with the inverse covariance.
     [[nodiscard]] std::vector<double> whiten(const std::vector<double>& x) const {
         std::vector<double> z(x.size());
         double before = 0;
@@ -107,9 +107,9 @@ struct Range {
     double low, high;
 };
 
-/// Candidates over a range of jitter^2, evenly in its logarithm. The prior's exponent decides between white
-/// noise called jitter (sigma too large) and slight jitter called white noise (too small): with 0.3 the
-/// first is sigma = 3 times the scatter, the second still covers 93 % at its worst.
+/// Candidates over a range of jitter^2, evenly spaced in its logarithm. The prior's exponent balances white
+/// noise taken for jitter (sigma too large) against slight jitter taken for white noise (too small): with
+/// 0.3, sigma is 3 times the scatter in the first case and covers 93 % at worst in the second.
 std::vector<Candidate> over_jitter(const Differences& x, double error2, Range jitter2) {
     constexpr int steps = 24;
     std::vector<Candidate> out;
@@ -127,7 +127,7 @@ const Candidate& likeliest(const std::vector<Candidate>& all) {
     });
 }
 
-/// The part of a coarse grid outside which nothing has weight.
+/// The part of a coarse grid that has significant weight.
 Range weighty(const std::vector<Candidate>& coarse) {
     const double enough = likeliest(coarse).log_weight - 14;
     std::size_t first = 0, last = coarse.size() - 1;
@@ -141,8 +141,8 @@ struct Error {
     double log_prior;
 };
 
-/// Errors over the range told, and, hardly believed beforehand, up to all that the differences show: noise
-/// that remembers for longer than a period.
+/// Errors over the given range and, with a small prior, up to all the scatter of the differences: noise
+/// correlated for longer than a period.
 std::vector<Error> errors(const Differences& x, double least2, double most2) {
     constexpr double doubt = -4;
     std::vector<Error> out;
@@ -154,8 +154,8 @@ std::vector<Error> errors(const Differences& x, double least2, double most2) {
     return out;
 }
 
-/// For each error, jitter from what it hides, even over the whole run, to far more than the differences show,
-/// in finer steps where the weight is.
+/// For each error, jitter from negligible over the whole run to far above the scatter of the differences, in
+/// finer steps where the weight is.
 std::vector<Candidate> candidates(const Differences& x, double least2, double most2) {
     const double n = static_cast<double>(x.d.size()) + 1;
     std::vector<Candidate> out;
@@ -163,7 +163,7 @@ std::vector<Candidate> candidates(const Differences& x, double least2, double mo
         const Range all{0.01 * e.variance / (n * n), 1e3 * std::max(spread_of(x), e.variance)};
         const Range range = weighty(over_jitter(x, e.variance, all));
         auto fine = over_jitter(x, e.variance, range);
-        // A candidate stands for its step: ranges of different errors have steps of different size.
+        // A candidate represents its step, whose size differs between the ranges.
         for (Candidate& c : fine) c.log_weight += e.log_prior + std::log(std::log(range.high / range.low));
         out.insert(out.end(), fine.begin(), fine.end());
     }
@@ -215,7 +215,7 @@ DriftSpread drift_spread(std::span<const PeriodMean> means, const ErrorOfMean& t
         return out;
     }
     const Differences x = differences(means);
-    // Positions without noise still leave rounding, and a likelihood needs a width.
+    // Positions without noise still have rounding errors, and a likelihood needs a width.
     const double least = std::max(told.least_m, 1e-15 + 1e-9 * std::sqrt(spread_of(x)));
     const double most = std::max(told.most_m, least);
     const auto all = candidates(x, least * least, most * most);
@@ -227,4 +227,4 @@ DriftSpread drift_spread(std::span<const PeriodMean> means, const ErrorOfMean& t
     return out;
 }
 
-}  // namespace shaker
+}  // namespace shaker::reduction

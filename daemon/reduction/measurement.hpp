@@ -1,39 +1,38 @@
 #pragma once
-// What was measured in one run, scaled to SI, each stream on the clock it came with: the input of a
-// reduction.
+// Input of a reduction: the data of one run in SI units, each stream on its own clock.
 #include <array>
 #include <optional>
 #include <string>
 #include <vector>
 
-namespace shaker {
+namespace shaker::reduction {
 
-/// Positions of one target in one view. Lost frames are left out and counted.
+/// Positions of one target in one view. Lost frames have no entry and are counted.
 struct MotionSeries {
     std::string view;
     std::vector<double> t_s;   // master time of mid-exposure, increasing
-    std::vector<double> x_m;   // along the shaker's axis; only differences mean anything
-    std::vector<double> sd_m;  // standard deviation of each
+    std::vector<double> x_m;   // along the shaker's axis; only differences are meaningful
+    std::vector<double> sd_m;  // standard deviation of each position
     int lost = 0;
     double stream_from_s = 1e300,
-           stream_to_s = -1e300;  // of the view's frames, lost ones too, where that is known
+           stream_to_s = -1e300;  // span of the view's frames, lost ones included; default: unknown
 };
 
-/// Accelerometer samples in m/s^2 in sensor axes.
+/// Accelerometer samples in m/s^2, sensor axes; sign as AccelerometerInfo::acceleration (gravity included).
 struct AccelSeries {
     std::vector<double> t_s;  // the sensor's own clock, increasing; gaps allowed
     std::vector<std::array<double, 3>> a_mps2;
-    double clock_uncertainty_s = 0.02;    // its clock may be early or late by up to this
-    std::array<double, 3> shaker_axis{};  // unit vector in sensor axes, or all 0: find it from the motion
+    double clock_uncertainty_s = 0.02;    // s, largest error of the clock against master time, either sign
+    std::array<double, 3> shaker_axis{};  // unit vector in sensor axes; all 0: derived from the motion
 };
 
 struct Measurement {
     double frequency_hz = 20;         // nominal
     bool frequency_is_exact = false;  // true when the drive's samples are the master time
     AccelSeries accelerometer;
-    std::vector<MotionSeries> walkers;  // one a view that sees it; at least one
+    std::vector<MotionSeries> walkers;  // one per view that sees the walker; at least one
     std::vector<MotionSeries> bases;
-    double from_s = -1e300, to_s = 1e300;  // reduce only this part (master time)
+    double from_s = -1e300, to_s = 1e300;  // reduces only this part (master time)
 };
 
-}  // namespace shaker
+}  // namespace shaker::reduction

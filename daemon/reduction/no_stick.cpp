@@ -7,13 +7,13 @@
 
 #include "drivers/trig_polynomial.hpp"
 
-namespace shaker {
+namespace shaker::reduction {
 
 namespace {
 
 using Amplitudes = std::array<std::complex<double>, max_harmonics>;
 
-/// v_B = integral of a_B, all harmonics, or those with q of one parity.
+/// v_B = integral of a_B, from all harmonics or those of one parity.
 TrigPolynomial base_velocity(const Harmonics<Acceleration>& base, double omega, bool odd, bool even) {
     using namespace std::complex_literals;
     Amplitudes v{};
@@ -35,7 +35,7 @@ public:
           mu_g_{mu_g},
           start_{start} {}
 
-    /// Why the walker does not move so; empty when it does.
+    /// The reason for which the solution is not valid; empty when valid.
     [[nodiscard]] std::string objection() const {
         std::ostringstream why;
         const double here = a_(start_), half_later = a_(start_ + std::numbers::pi);
@@ -47,13 +47,13 @@ public:
                 << ", so the walker sticks at t0 + T/2";
         } else if (const double early = first_early_match(); early >= 0) {
             why << "v_R is zero again at t/T = " << wrapped(early) / two_pi
-                << ", before its half period is over";
+                << ", before the end of its half period";
         }
         return why.str();
     }
 
 private:
-    /// v_R may only cross zero in a half if it is on the wrong side at one of its extrema there.
+    /// v_R has a zero within a half only if it has the wrong sign at one of its extrema there.
     [[nodiscard]] double first_early_match() const {
         for (const double sign : {1.0, -1.0}) {  // of dv/dt
             const double from = start_ + (sign > 0 ? 0 : std::numbers::pi);
@@ -100,8 +100,8 @@ NoStick no_stick(const Harmonics<Acceleration>& base, double frequency, double m
     NoStick result;
     if (starts.empty()) {
         result.reason = match.order == 0
-                            ? "there is no odd harmonic, so no shift time exists"
-                            : "friction is too strong for a slip of T/2: no shift time exists and the "
+                            ? "the drive has no odd harmonic, so no shift time exists"
+                            : "friction is too large for a slip of T/2: no shift time exists and the "
                               "walker must stick";
         return result;
     }
@@ -150,11 +150,11 @@ double mu_from_coulomb_theta(double theta, double gamma, double g) noexcept {
     if (!(theta <= coulomb_theta(low) && theta >= coulomb_theta(high))) {
         return std::numeric_limits<double>::quiet_NaN();
     }
-    while (true) {  // Theta falls with Gamma
+    while (true) {  // Theta decreases with Gamma
         const double mid = (low + high) / 2;
         if (mid <= low || mid >= high) return gamma / (mid * g);
         (coulomb_theta(mid) > theta ? low : high) = mid;
     }
 }
 
-}  // namespace shaker
+}  // namespace shaker::reduction

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <functional>
 
-namespace shaker {
+namespace shaker::reduction {
 
 void PeriodFold::enter(int k) noexcept {
     k_ = k;
@@ -83,4 +83,4 @@ bool settled(std::span<const double> D, double sigma) noexcept {
     return !rising && !falling;
 }
 
-}  // namespace shaker
+}  // namespace shaker::reduction

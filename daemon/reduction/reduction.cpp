@@ -4,18 +4,18 @@
 #include <cmath>
 #include <utility>
 
-#include "daemon/reduction/across_measured.hpp"
 #include "daemon/reduction/aligner.hpp"
+#include "daemon/reduction/base_motion.hpp"
 #include "daemon/reduction/cycle.hpp"
 #include "daemon/reduction/drift.hpp"
-#include "daemon/reduction/drive_measured.hpp"
+#include "daemon/reduction/selection.hpp"
 #include "daemon/reduction/stick.hpp"
-#include "daemon/reduction/usable_part.hpp"
+#include "daemon/reduction/transverse_motion.hpp"
 
-namespace shaker {
+namespace shaker::reduction {
 namespace {
 
-/// The table: what the accelerometer says of each period, with the walker's drift joined to it.
+/// Table of periods: drive from the accelerometer, drift of the walker.
 std::vector<PeriodResult> period_table(const Alignment& drive, const Drift& drift, double t0_s) {
     const double f = drive.frequency.value;
     std::vector<PeriodResult> table = drive_by_period(drive.acceleration, drive.t_s, drive.along_mps2, t0_s);
@@ -40,8 +40,9 @@ std::vector<PeriodResult> period_table(const Alignment& drive, const Drift& drif
     return table;
 }
 
-/// The larger of what the fit claims and what the periods' scatter tells.
-void widen_by_scatter(Estimate& e, const std::vector<PeriodResult>& periods, Estimate PeriodResult::*member) {
+/// Raises sigma to the scatter between periods if that is larger than the error of the fit.
+void widen_by_scatter(calibration::Estimate& e, const std::vector<PeriodResult>& periods,
+                      calibration::Estimate PeriodResult::*member) {
     double squares = 0;
     int n = 0;
     for (const PeriodResult& p : periods) {
@@ -62,15 +63,17 @@ int lost_in(const std::vector<MotionSeries>& views) {
 void note_lost(int lost_bases, Reduction& out) {
     if (out.frames_lost > 0) {
         out.notes.push_back("the walker was lost in " + std::to_string(out.frames_lost) + " of " +
-                            std::to_string(out.frames + out.frames_lost) + " frames; they were left out");
+                            std::to_string(out.frames + out.frames_lost) +
+                            " frames; these frames are excluded");
     }
     if (lost_bases > 0) {
         out.notes.push_back("the base was lost in " + std::to_string(lost_bases) +
-                            " frames; they were left out");
+                            " frames; these frames are excluded");
     }
 }
 
-Estimate ratio(double value, const Estimate& over, const Estimate& under) {
+calibration::Estimate ratio(double value, const calibration::Estimate& over,
+                            const calibration::Estimate& under) {
     const double by_top = over.sigma / under.value, by_bottom = value * under.sigma / under.value;
     return {value, std::hypot(by_top, by_bottom)};
 }
@@ -93,7 +96,7 @@ Reduction reduce(Measurement measurement) {
 
     const BaseCycle base(drive.acceleration);
     out.t0_s = base.start_after(span_of(m.walkers).from_s);
-    const DriveMeasured asked = drive_measured(drive.acceleration);
+    const BaseMotion asked = drive_measured(drive.acceleration);
     out.gamma = asked.gamma;
     out.rho = asked.rho;
     out.phi = asked.phi;
@@ -114,8 +117,10 @@ Reduction reduce(Measurement measurement) {
     const auto folded = fold(m.walkers, drift, out.t0_s, f);
     const double frames = frames_per_period(m.walkers, f);
     out.cycle = make_cycle(folded, base, out.v_D.value, frames);
-    out.stick = find_sticks(folded, out.cycle, base, out.v_D.value, frames);
+    const Sticks sticks = find_sticks(folded, out.cycle, base, out.v_D.value, frames);
+    out.stick = sticks.found;
+    out.shortest_visible_stick = sticks.shortest_visible;
     return out;
 }
 
-}  // namespace shaker
+}  // namespace shaker::reduction

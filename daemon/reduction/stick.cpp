@@ -5,14 +5,14 @@
 #include <cmath>
 #include <limits>
 
-namespace shaker {
+namespace shaker::reduction {
 namespace {
 
 struct Region {
     double from, to;  // phase; `to` may exceed 1
 };
 
-/// Stretches of the cycle in which the relative velocity is near zero or changes sign.
+/// Intervals of the cycle in which the relative velocity is near zero or changes its sign.
 std::vector<Region> near_rest(const Cycle& c) {
     const std::size_t n = c.phase.size();
     double largest = 0;
@@ -45,8 +45,8 @@ std::vector<Region> near_rest(const Cycle& c) {
     return out;
 }
 
-/// The walker follows the base all through the period: what is left of the relative velocity is noise, and
-/// noise much smaller than the base's motion.
+/// True if the walker follows the base during the whole period: the relative velocity is noise, and the noise
+/// is much smaller than the base's motion.
 bool rests_always(const Cycle& c) {
     double largest = 0, squares = 0, noise = 0;
     for (const double v : c.v_base_mps) largest = std::max(largest, std::abs(v));
@@ -65,7 +65,7 @@ struct Point {
     double weight;
 };
 
-/// The folded positions between two phases, merged in bins much finer than a frame.
+/// The folded positions between two phases, merged in bins much narrower than a frame.
 std::vector<Point> points_between(std::span<const Folded> folded, const BaseCycle& base, double v_D,
                                   Region r) {
     constexpr double bin = 1 / 500.0;
@@ -123,6 +123,20 @@ public:
         return {std::max(squares - c.dot(right), 0.0), c(1), c(2)};
     }
 
+    /// The same phases and errors, with the positions of a walker that slips with the accelerations of
+    /// `slips`, sticks from `from` to `to` and is seen without noise.
+    [[nodiscard]] StickModel with_stick(double from, double to, const SlipFit& slips) const {
+        StickModel other = *this;
+        for (Point& b : other.points_) {
+            b.x = b.base_x;
+            if (b.p >= from && b.p <= to) continue;
+            const bool early = b.p < from;
+            const double end = early ? from : to, t = (b.p - end) * base_.period_s();
+            b.x = base_.x(end) + base_.v(end) * t + (early ? slips.before : slips.after) * t * t / 2;
+        }
+        return other;
+    }
+
 private:
     std::vector<Point> points_;
     const BaseCycle& base_;
@@ -133,7 +147,7 @@ struct Best {
     SlipFit fit;
 };
 
-/// Least chi^2 over from and to on a grid about a start, refined; with `crossing`, from = to.
+/// Least chi^2 over from and to: grid around a start, then refined. crossing: from = to.
 Best search(const StickModel& model, Region from, Region to, bool crossing) {
     Best best;
     double step_from = 0, step_to = 0;
@@ -156,7 +170,7 @@ Best search(const StickModel& model, Region from, Region to, bool crossing) {
     return best;
 }
 
-/// How far each end can move (the other free to follow) before chi^2 rises by `unit`; the larger of both.
+/// Change of either end (the other end free) that raises chi^2 by `unit`; the larger of both.
 double end_sd(const StickModel& model, const Best& best, double unit, double reach) {
     double sd = 0;
     for (double d = 1e-3 * reach; d <= reach; d *= 1.25) {
@@ -178,7 +192,8 @@ double end_sd(const StickModel& model, const Best& best, double unit, double rea
     return sd;
 }
 
-/// The base's acceleration within a stick is what friction gave the walker: not more than while it slipped.
+/// True if friction can hold the base's acceleration within the stick: it is not larger than that of the
+/// slips.
 bool holdable(const BaseCycle& base, const Best& b) {
     const double limit = 1.3 * std::max(std::abs(b.fit.before), std::abs(b.fit.after));
     for (int i = 1; i < 10; ++i) {
@@ -187,23 +202,42 @@ bool holdable(const BaseCycle& base, const Best& b) {
     return true;
 }
 
+/// Length of a stick about a crossing that is seen 19 times of 20; `unit`: residual chi^2.
+double shortest_visible(const StickModel& model, const Best& crossing, Region range, double unit) {
+    constexpr double seen = 37.5;  // (sqrt(20) + 1.65)^2
+    const double middle = crossing.from;
+    double hidden = 0, visible = 1;
+    for (int i = 0; i < 10; ++i) {
+        const double length = (hidden + visible) / 2;
+        const StickModel stuck = model.with_stick(middle - length / 2, middle + length / 2, crossing.fit);
+        const Region wide{std::min(range.from, middle - length / 2), std::max(range.to, middle + length / 2)};
+        (search(stuck, wide, wide, true).fit.chi2 > seen * unit ? visible : hidden) = length;
+    }
+    return visible;
+}
+
 }  // namespace
 
-std::vector<StickInterval> find_sticks(std::span<const Folded> folded, const Cycle& cycle,
-                                       const BaseCycle& base, double v_D, double frames_per_period) {
-    if (rests_always(cycle)) return {{0, 1, 0}};
+Sticks find_sticks(std::span<const Folded> folded, const Cycle& cycle, const BaseCycle& base, double v_D,
+                   double frames_per_period) {
+    if (rests_always(cycle)) return {{{0, 1, 0}}};
     const auto regions = near_rest(cycle);
     std::vector<StickInterval> out;
+    double least = NAN;
     const std::size_t n = regions.size();
     for (std::size_t i = 0; i < n; ++i) {
         const Region& here = regions[i];
         const double before = i > 0 ? regions[i - 1].to : regions[n - 1].to - 1;
         const double after = i + 1 < n ? regions[i + 1].from : regions[0].from + 1;
-        // A slip ends where the next meeting begins; not all of it, since friction may depend on speed.
+        // A slip ends where the next interval begins. Only a part of it is used, since friction may depend on
+        // speed.
         constexpr double slip = 0.25, slack = 0.05;
         const Region window{std::max(before, here.from - slip), std::min(after, here.to + slip)};
         const StickModel model(points_between(folded, base, v_D, window), base);
-        if (model.freedom() < 3) continue;
+        if (model.freedom() < 3) {
+            least = 1;
+            continue;
+        }
         const Region range{std::max(window.from, here.from - slack), std::min(window.to, here.to + slack)};
         const Best crossing = search(model, range, range, true), stick = search(model, range, range, false);
         const double unit = std::max(stick.fit.chi2 / model.freedom(), 1e-6);
@@ -212,10 +246,13 @@ std::vector<StickInterval> find_sticks(std::span<const Folded> folded, const Cyc
         if (found && holdable(base, stick)) {
             const double turn = std::floor(stick.from);
             out.push_back({stick.from - turn, stick.to - turn, std::max(sd, 0.5 / frames_per_period)});
+            continue;
         }
+        least =
+            std::fmax(least, std::max(shortest_visible(model, crossing, range, unit), 1 / frames_per_period));
     }
     std::sort(out.begin(), out.end(), [](const auto& a, const auto& b) { return a.from < b.from; });
-    return out;
+    return {out, least};
 }
 
-}  // namespace shaker
+}  // namespace shaker::reduction

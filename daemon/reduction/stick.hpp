@@ -1,24 +1,35 @@
 #pragma once
-// Where in the period the walker rests on the base.
+// Intervals of the period in which the walker rests on the base.
+#include <cmath>
 #include <span>
 #include <vector>
 
 #include "daemon/reduction/cycle.hpp"
 
-namespace shaker {
+namespace shaker::reduction {
 
-/// Stick intervals of a cycle. Wherever the relative velocity comes near zero, the folded positions are
-/// fitted by slip at a constant acceleration until `from`, the base's motion until `to`, slip at another
-/// constant acceleration from there on, against the same with from = to (a mere crossing, at which the
-/// acceleration jumps). A stick is reported when it explains the positions better by chi^2 / residual chi^2 >
-/// 20 and the base's acceleration within it could be held by the friction that the slips show. A walker whose
-/// relative velocity is noise all through the period gives {0, 1}.
+/// Stick intervals of a cycle, found wherever the relative velocity comes near zero.
+/// Model, for the walker's position x at phase p, t in s from the nearer end: slip before `from`, x =
+/// x_B(from) + v_B(from) t + a_1 t^2/2 + c; stick between, x = x_B(p) + c; slip after `to`, x = x_B(to) +
+/// v_B(to) t + a_2 t^2/2 + c. Fitted: from, to, c, a_1, a_2. Alternative: from = to, a crossing at which the
+/// acceleration jumps.
+/// A stick is reported when it lowers chi^2 by more than 20 times chi^2 per degree of freedom, and when the
+/// friction seen in the slips can hold the base's acceleration within it. A walker whose relative velocity is
+/// noise during the whole period gives {0, 1}.
 ///
-/// What can be seen, at 1000 frames/s, 20 Hz, mu 0.113: with 2 um noise and 40 periods, sticks of 0.015 T at
-/// 50 g and of 0.15 T at 0.7 g; with 6 periods 0.08 T at 2 g, and half of those of 0.2 T at 0.5 g; 0.03 T
-/// at 1.5 g is seen with 6 periods and two views at 0.3 um, not at 1 um. sd is at least half a frame: a slip
-/// shorter than about a frame next to a stick (2 g, phi pi/2: 0.02 T) is counted with the stick.
-std::vector<StickInterval> find_sticks(std::span<const Folded> folded, const Cycle& cycle,
-                                       const BaseCycle& base, double v_D, double frames_per_period);
+/// Resolution at 1000 frames/s, 20 Hz, mu 0.113: with 2 um noise and 40 periods, sticks of 0.015 T at 50 g
+/// and of 0.15 T at 0.7 g; with 6 periods 0.08 T at 2 g, and half of those of 0.2 T at 0.5 g; 0.03 T at 1.5 g
+/// with 6 periods and two views at 0.3 um, but not at 1 um. sd is at least half a frame: a slip shorter than
+/// about a frame next to a stick (2 g, phi pi/2: 0.02 T) is counted as part of the stick.
+struct Sticks {
+    std::vector<StickInterval> found;
+    /// Length, in units of the period, from which 19 of 20 sticks about a crossing pass the threshold of 20,
+    /// with the phases and errors of these positions: it lowers chi^2 per degree of freedom by 37.5 on
+    /// average. At least the time between two frames. The largest over the crossings without a stick; 1 where
+    /// the positions are too few; NaN without such a crossing.
+    double shortest_visible = NAN;
+};
+Sticks find_sticks(std::span<const Folded> folded, const Cycle& cycle, const BaseCycle& base, double v_D,
+                   double frames_per_period);
 
-}  // namespace shaker
+}  // namespace shaker::reduction

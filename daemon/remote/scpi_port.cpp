@@ -14,7 +14,7 @@
 #include <boost/asio/use_awaitable.hpp>
 #include <boost/asio/write.hpp>
 
-namespace shaker {
+namespace shaker::remote {
 
 namespace asio = boost::asio;
 using asio::use_awaitable;
@@ -23,10 +23,11 @@ namespace {
 constexpr std::chrono::seconds patience{5};  // with a client that sends no more and takes no replies
 }
 
-ScpiPort::ScpiPort(OrderBook& book, scpi::ControlLock& lock, std::chrono::milliseconds silence)
+ScpiPort::ScpiPort(service::PendingOrders& pending_orders, access::ControlLock& lock,
+                   std::chrono::milliseconds silence)
     : lock_{lock},
       silence_{silence},
-      instrument_{book,
+      instrument_{pending_orders,
                   [this](const scpi::Session& by) {
                       for (const auto& c : clients_)
                           if (&c->session != &by) c->session.drop_withheld();
@@ -118,9 +119,9 @@ asio::awaitable<void> ScpiPort::flush(std::shared_ptr<Client> client) {
 }
 
 void ScpiPort::look() {
-    const auto state = instrument_.book().now();
+    const auto state = instrument_.pending_orders().now();
     if (!state) return;
-    show(*state, status_);
+    instrument::show(*state, status_);
     status_.set(scpi::Operation::waiting_trigger, instrument_.armed);
     if (state->trips > trips_ && state->trip)
         for (const auto& c : clients_) c->session.report(scpi::Code::abort, text(*state->trip));
@@ -132,4 +133,4 @@ void ScpiPort::look() {
     }
 }
 
-}  // namespace shaker
+}  // namespace shaker::remote

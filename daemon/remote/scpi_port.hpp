@@ -7,14 +7,14 @@
 #include <string>
 #include <utility>
 
-#include "daemon/remote/bench/commands.hpp"
+#include "daemon/remote/instrument/commands.hpp"
 #include "daemon/remote/scpi/session.hpp"
 
 #include <boost/asio/awaitable.hpp>
 #include <boost/asio/ip/tcp.hpp>
 #include <boost/asio/steady_timer.hpp>
 
-namespace shaker {
+namespace shaker::remote {
 
 class ScpiPort {
 public:
@@ -22,7 +22,8 @@ public:
 
     /// silence: a session that said nothing for so long, holds no control and waits for nothing gives way to
     /// a new one when there are as many as there may be.
-    ScpiPort(OrderBook& book, scpi::ControlLock& lock, std::chrono::milliseconds silence);
+    ScpiPort(service::PendingOrders& pending_orders, access::ControlLock& lock,
+             std::chrono::milliseconds silence);
 
     /// Serves a connection to its end. Never throws.
     boost::asio::awaitable<void> serve(boost::asio::ip::tcp::socket socket);
@@ -54,12 +55,12 @@ private:
     static boost::asio::awaitable<void> flush(std::shared_ptr<Client> client);
 
     scpi::DeviceStatus status_;
-    scpi::ControlLock& lock_;
+    access::ControlLock& lock_;
     std::chrono::milliseconds silence_;
-    BenchInstrument instrument_;
+    instrument::BenchInstrument instrument_;
     scpi::CommandTree tree_;
     std::list<std::shared_ptr<Client>> clients_;
     std::uint64_t messages_ = 0, errors_ = 0, trips_ = 0;
 };
 
-}  // namespace shaker
+}  // namespace shaker::remote

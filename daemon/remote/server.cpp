@@ -24,7 +24,7 @@
 #include <boost/asio/steady_timer.hpp>
 #include <boost/asio/use_awaitable.hpp>
 
-namespace shaker {
+namespace shaker::remote {
 
 namespace asio = boost::asio;
 using asio::use_awaitable;
@@ -57,8 +57,8 @@ void watch_over(tcp::socket& socket) {
     socket.set_option(integer<IPPROTO_TCP, TCP_USER_TIMEOUT>{120'000}, ignored);  // ms
 }
 
-web::Access access_of(const ServerSettings& s) {
-    web::Access access{.hosts = s.hosts, .token = s.token};
+access::Access access_of(const ServerSettings& s) {
+    access::Access access{.hosts = s.hosts, .token = s.token};
     for (const char* own : {"localhost", "127.0.0.1", "[::1]"}) access.hosts.emplace_back(own);
     access.hosts.push_back(s.address);
     return access;
@@ -85,21 +85,22 @@ private:
 }  // namespace
 
 struct Server::State {
-    scpi::ControlLock lock;  // outlives what is left of connections in `io`
+    access::ControlLock lock;  // outlives what is left of connections in `io`
     asio::io_context io{1};
     std::shared_ptr<Letterbox> letterbox = std::make_shared<Letterbox>(io);
-    OrderBook book;
+    service::PendingOrders pending_orders;
     ScpiPort scpi;
     std::shared_ptr<web::Site> site;
     tcp::acceptor web_door, scpi_door;
     std::chrono::steady_clock::time_point held_at = std::chrono::steady_clock::now();
     std::jthread thread;
 
-    State(Desk& desk, const ServerSettings& s)
-        : book{desk, [box = letterbox](std::function<void()> later) { box->post(std::move(later)); }},
-          scpi{book, lock, s.silence},
-          site{std::make_shared<web::Site>(
-              web::Site{book, lock, web::Actions{book, lock}, access_of(s), web::read_page(s.page)})},
+    State(service::BenchPort& bench_port, const ServerSettings& s)
+        : pending_orders{bench_port,
+                         [box = letterbox](std::function<void()> later) { box->post(std::move(later)); }},
+          scpi{pending_orders, lock, s.silence},
+          site{std::make_shared<web::Site>(web::Site{pending_orders, lock, web::Actions{pending_orders, lock},
+                                                     access_of(s), web::read_page(s.page)})},
           web_door{listen_at(io, s.address, s.http_port)},
           scpi_door{listen_at(io, s.address, s.scpi_port)} {}
 
@@ -143,7 +144,8 @@ struct Server::State {
     }
 };
 
-Server::Server(Desk& desk, const ServerSettings& settings) : state_{std::make_unique<State>(desk, settings)} {
+Server::Server(service::BenchPort& bench_port, const ServerSettings& settings)
+    : state_{std::make_unique<State>(bench_port, settings)} {
     State& s = *state_;
     s.scpi.tell_streams(fmt::format("ws://{}:{}/ws", settings.address, http_port()));
     asio::co_spawn(
@@ -176,4 +178,4 @@ void Server::adopt(const ServerSettings& settings) {
 int Server::http_port() const noexcept { return state_->web_door.local_endpoint().port(); }
 int Server::scpi_port() const noexcept { return state_->scpi_door.local_endpoint().port(); }
 
-}  // namespace shaker
+}  // namespace shaker::remote

@@ -7,9 +7,9 @@
 #include <string>
 #include <vector>
 
-#include "daemon/desk.hpp"
+#include "daemon/service/bench_port.hpp"
 
-namespace shaker {
+namespace shaker::remote {
 
 struct ServerSettings {
     std::string address = "127.0.0.1";  // to listen on
@@ -24,7 +24,7 @@ struct ServerSettings {
 class Server {
 public:
     /// Listens. DeviceError naming address and port when that is not possible. The desk outlives this.
-    Server(Desk& desk, const ServerSettings& settings);
+    Server(service::BenchPort& bench_port, const ServerSettings& settings);
     /// Ends all connections.
     ~Server();
     Server(const Server&) = delete;
@@ -40,4 +40,4 @@ private:
     std::unique_ptr<State> state_;
 };
 
-}  // namespace shaker
+}  // namespace shaker::remote

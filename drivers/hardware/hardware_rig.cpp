@@ -4,74 +4,61 @@
 
 #include <set>
 #include <utility>
-#include <variant>
 
-#include "drivers/hardware/alsa_dac.hpp"
-#include "drivers/hardware/genicam_camera.hpp"
-#include "drivers/hardware/iio_accelerometer.hpp"
-#include "drivers/hardware/video_camera.hpp"
 #include "drivers/view_settings.hpp"
 
-namespace shaker {
+namespace shaker::hardware {
 
 namespace {
 
-struct CameraSettings {
+struct ReadCamera {
     View view;
-    std::variant<GenicamSettings, VideoSettings> driver;
+    OpenCamera open;
 };
 
-CameraSettings read_camera(SettingsTable& table, std::set<std::string>& names) {
-    CameraSettings camera{.view = read_view(table, names), .driver = {}};
-    if (table.choice("driver", {"genicam", "video"}) == 0) {
-        GenicamSettings genicam = read_genicam_settings(table);
-        camera.view.dac_triggered = genicam.trigger == CameraTrigger::dac;
-        camera.driver = std::move(genicam);
-    } else {
-        camera.driver = read_video_settings(table);
-    }
+ReadCamera read_camera(SettingsTable& table, std::set<std::string>& names,
+                       std::span<const CameraKind> kinds) {
+    ReadCamera camera{.view = read_view(table, names), .open = {}};
+    camera.open = read_kind(table, kinds, false).read(table, camera.view);
     camera.view.trigger_delay_s = table.number("trigger_delay_s", {0, 1}, 0);
     camera.view.arrival_delay_s = table.number("arrival_delay_s", {0, 10}, 0);
     table.finish();
     return camera;
 }
 
-void tell(std::vector<std::string>& all, const std::string& device, const std::vector<std::string>& lines) {
+void add_notes(std::vector<std::string>& all, const std::string& device,
+               const std::vector<std::string>& lines) {
     for (const std::string& line : lines) all.push_back(fmt::format("{}: {}", device, line));
 }
 
 }  // namespace
 
-HardwareRig open_hardware_rig(SettingsTable& root) {
+HardwareRig open_hardware_rig(SettingsTable& root, const Kinds& kinds) {
     SettingsTable dac_table = root.table("dac");
-    const AlsaSettings dac_settings = read_alsa_settings(dac_table);
+    const OpenDac open_dac = read_kind(dac_table, kinds.dacs, true).read(dac_table);
     dac_table.finish();
     SettingsTable accelerometer_table = root.table("accelerometer");
-    const IioSettings accelerometer_settings = read_iio_settings(accelerometer_table);
+    const OpenAccelerometer open_accelerometer =
+        read_kind(accelerometer_table, kinds.accelerometers, true).read(accelerometer_table);
     accelerometer_table.finish();
     std::set<std::string> names;
-    std::vector<CameraSettings> cameras;
-    for (SettingsTable& table : root.tables("camera")) cameras.push_back(read_camera(table, names));
+    std::vector<ReadCamera> cameras;
+    for (SettingsTable& table : root.tables("camera"))
+        cameras.push_back(read_camera(table, names, kinds.cameras));
     root.finish();
 
     HardwareRig bench;
-    for (CameraSettings& camera : cameras) {
-        std::vector<std::string> lines;
+    for (ReadCamera& camera : cameras) {
+        Notes notes;
         const std::string name = "camera \"" + camera.view.camera + "\"";
-        bench.rig.cameras.push_back(
-            std::holds_alternative<GenicamSettings>(camera.driver)
-                ? open_genicam_camera(std::get<GenicamSettings>(camera.driver), std::move(camera.view),
-                                      &lines)
-                : open_video_camera(std::get<VideoSettings>(camera.driver), std::move(camera.view), &lines));
-        tell(bench.granted, name, lines);
+        bench.rig.cameras.push_back(camera.open(std::move(camera.view), notes));
+        add_notes(bench.granted, name, notes);
     }
-    std::vector<std::string> notes;
-    bench.rig.accelerometer = open_iio_accelerometer(accelerometer_settings, &notes);
-    tell(bench.granted, bench.rig.accelerometer->info().name, notes);
-    auto dac = std::make_unique<AlsaDac>(dac_settings);
-    bench.granted.push_back(dac->granted().text());
-    bench.rig.dac = std::move(dac);
+    Notes notes;
+    bench.rig.accelerometer = open_accelerometer(notes);
+    add_notes(bench.granted, bench.rig.accelerometer->info().name, notes);
+    bench.rig.dac = open_dac(bench.granted);
     return bench;
 }
 
-}  // namespace shaker
+}  // namespace shaker::hardware

@@ -1,24 +1,26 @@
 #pragma once
-// The bench that a rig file describes, opened.
+// Opens the devices of a rig file.
 #include <string>
 #include <vector>
 
 #include "drivers/devices.hpp"
+#include "drivers/hardware/kinds.hpp"
 #include "drivers/settings_table.hpp"
 
-namespace shaker {
+namespace shaker::hardware {
 
 struct HardwareRig {
     Rig rig;
-    std::vector<std::string> granted;  // what the devices were asked for and gave, one sentence each
+    std::vector<std::string> granted;  // requested and granted settings of the devices, one sentence each
 };
 
-/// Opens the devices of a rig file: [dac] (alsa_settings.hpp), [accelerometer] (iio_settings.hpp) and each
-/// [[camera]], which has geometry and targets (view_settings.hpp), a `driver`, "genicam" or "video", and that
-/// driver's keys; further `trigger_delay_s`, from the pulse to the start of the exposure, and
-/// `arrival_delay_s`, the least time from there until the host hears of the picture (of a camera that runs
-/// free). All of the file is read before any device is opened; other tables than these must have been asked
-/// for before. Throws InputError for the file, DeviceError for a device.
-HardwareRig open_hardware_rig(SettingsTable& root);
+/// Opens the devices of a rig file: [dac], [accelerometer] and each [[camera]]. The key `driver` names the
+/// kind; a [dac] or an [accelerometer] without it is of the first kind of its table. Each table has the keys
+/// of its kind (settings.hpp in the folder of the kind). A camera also has geometry and targets
+/// (view_settings.hpp), `trigger_delay_s`, from the pulse to the start of the exposure, and
+/// `arrival_delay_s`, the shortest time from there to the arrival of the picture at the host (of a
+/// free-running camera). The whole file is read before any device is opened; the caller reads other tables
+/// before. Throws InputError for the file, DeviceError for a device.
+HardwareRig open_hardware_rig(SettingsTable& root, const Kinds& kinds = {});
 
-}  // namespace shaker
+}  // namespace shaker::hardware

@@ -14,7 +14,7 @@
 #include "drivers/errors.hpp"
 #include "drivers/mock/converter_memory.hpp"
 
-namespace shaker {
+namespace shaker::mock {
 
 namespace {
 
@@ -51,7 +51,7 @@ struct Converter::State {
     std::vector<std::array<std::int32_t, 2>> logged{};
     std::atomic<std::int64_t> taken = 0;
     std::atomic<std::uint64_t> frames = 0, replayed = 0, missed = 0;
-    mutable std::mutex mutex{};  // of `starts`
+    mutable std::mutex mutex{};  // guards `starts`
     std::vector<std::int64_t> starts{};
 
     std::array<std::int32_t, 2> sample(std::int64_t timeline);
@@ -69,7 +69,7 @@ void Converter::State::note_starts(std::int64_t timeline, std::int64_t play) {
 
 std::array<std::int32_t, 2> Converter::State::sample(std::int64_t timeline) {
     const std::int64_t play = memory.play_count(timeline);
-    if (play == memory.play_count(timeline + 1)) return {};  // standing still
+    if (play == memory.play_count(timeline + 1)) return {};  // halted
     note_starts(timeline, play);
     return memory.unplugged ? std::array<std::int32_t, 2>{} : from_stream(play);
 }
@@ -85,7 +85,7 @@ std::array<std::int32_t, 2> Converter::State::from_stream(std::int64_t play) {
         ++frames;
         return {slot.first, slot.second};
     }
-    // Nothing new: a converter that reads a ring in memory comes round to what is still there.
+    // No new samples: a converter that reads a ring in memory repeats its content.
     const std::int64_t round = memory.buffer_frames;
     if (ConverterMemory::phase(state) != ConverterMemory::Phase::running || memory.silences ||
         play - round < memory.start)
@@ -154,7 +154,7 @@ void Converter::stall(Seconds duration) noexcept {
     if (n == ConverterMemory::stalls_held) return;
     const std::int64_t from = m.due(now_ns());
     const auto length = static_cast<std::int64_t>(duration.count() * m.rate_hz);
-    const std::int64_t earlier = n > 0 ? m.stalls[n - 1].until.load() : 0;  // one after the other
+    const std::int64_t earlier = n > 0 ? m.stalls[n - 1].until.load() : 0;  // halts follow each other
     m.stalls[n].from = std::max(from, earlier);
     m.stalls[n].until = m.stalls[n].from + length;
     m.stall_count.store(n + 1, std::memory_order_release);
@@ -173,4 +173,4 @@ std::vector<std::int64_t> Converter::stream_starts() const {
     return state_->starts;
 }
 
-}  // namespace shaker
+}  // namespace shaker::mock

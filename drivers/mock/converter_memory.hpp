@@ -1,13 +1,13 @@
 #pragma once
-// The memory that a mock converter's owner and the PCM plug-in share, as a mapped file: clock, faults, the
-// stream's pointers and the samples. Lock-free: either side may die at any instruction and the other goes on.
+// ConverterMemory: mapped file shared by a mock converter's owner and the PCM plug-in. Clock, faults, stream
+// pointers and samples. Lock-free: either side may die at any instruction and the other continues.
 #include <array>
 #include <atomic>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
 
-namespace shaker {
+namespace shaker::mock {
 
 /// One sample of both channels, left-justified codes of 32 bits. Valid for count `index` only.
 struct ConverterSlot {
@@ -23,8 +23,8 @@ struct ConverterSlot {
     }
 };
 
-/// Two counts run through it. The timeline counts samples of the converter's clock and never stands still.
-/// The play count is the same less the samples during which playing stood still; streams live in it.
+/// Two counts. Timeline: samples of the converter's clock; never halts. Play count: the timeline minus the
+/// samples of halts; positions of streams use it.
 struct ConverterMemory {
     static constexpr std::uint64_t version = 0x73686b6d6f636b02;
     static constexpr std::size_t slots_held = std::size_t{1} << 18U;
@@ -36,7 +36,7 @@ struct ConverterMemory {
         std::atomic<std::int64_t> from, until;  // timeline
     };
 
-    std::atomic<std::uint64_t> ready;  // == version once the rest is in place
+    std::atomic<std::uint64_t> ready;  // == version when everything else is initialised
     double rate_hz, ppm;
     std::int64_t epoch_ns;  // CLOCK_MONOTONIC of timeline sample 0
 
@@ -45,25 +45,25 @@ struct ConverterMemory {
     std::array<Stall, stalls_held> stalls;
     std::atomic<std::size_t> stall_count;
 
-    // The stream: written by the plug-in, but for running -> ran_dry, which whoever sees it first does.
-    std::atomic<std::uint64_t> state;         // 4 * (times it changed) + phase
-    std::atomic<std::int64_t> start;          // play count of the stream's frame 0
-    std::atomic<std::int64_t> written;        // application pointer: frames since `start`
-    std::atomic<std::int64_t> plays_on;       // frames beyond it after which the stream stops
-    std::atomic<std::int64_t> buffer_frames;  // ring size
-    std::atomic<bool> silences;               // played frames are replaced by zeros
+    // The stream: written by the plug-in, except running -> ran_dry, which either side may set.
+    std::atomic<std::uint64_t> state;                           // 4 * (number of changes) + phase
+    std::atomic<std::int64_t> start;                            // play count of the stream's frame 0
+    std::atomic<std::int64_t> written;                          // frames since `start`: application pointer
+    std::atomic<std::int64_t> plays_on;                         // frames after it at which the stream stops
+    std::atomic<std::int64_t> buffer_frames;                    // ring size
+    std::atomic<bool> silences;                                 // played frames are replaced by zeros
     std::array<std::atomic<std::int64_t>, starts_held> starts;  // play count at which each stream started
     std::atomic<std::uint64_t> start_count, underrun_count;
 
     std::array<ConverterSlot, slots_held> slots;
-    // A write shows all at once, as one system call of a kernel PCM does, however its process ends: frames go
-    // to `staged`, `commit` makes them valid, then they move to `slots`.
+    // A write becomes visible at once, like a system call of a kernel PCM, even if its process dies: frames
+    // are stored in `staged`, `commit` makes them valid, then they are copied to `slots`.
     std::array<ConverterSlot, staged_held> staged;
-    std::atomic<std::uint64_t> commit;  // play count of the first << 20 | how many; 0: none
+    std::atomic<std::uint64_t> commit;  // play count of the first << 20 | number of frames; 0: none
 
     /// Timeline samples per nanosecond.
     [[nodiscard]] double samples_per_ns() const noexcept { return 1e-9 * rate_hz * (1 + 1e-6 * ppm); }
-    /// Samples of the timeline that are over at this time; the next one is being put out.
+    /// Number of timeline samples that have ended at this time; the next one is being output.
     [[nodiscard]] std::int64_t due(std::int64_t monotonic_ns) const noexcept {
         return static_cast<std::int64_t>(
             std::floor(samples_per_ns() * static_cast<double>(monotonic_ns - epoch_ns)));
@@ -97,7 +97,7 @@ struct ConverterMemory {
         }
         commit = 0;
     }
-    /// Where the sample for `play` is, if there is any: its index tells.
+    /// Slot of the sample for `play`; its index shows whether it is valid.
     [[nodiscard]] ConverterSlot& heard(std::int64_t play) noexcept {
         const std::uint64_t last = commit;
         const auto from = static_cast<std::int64_t>(last >> 20U);
@@ -105,7 +105,7 @@ struct ConverterMemory {
         ConverterSlot& in_flight = stage(play);
         return play >= from && play < until && in_flight.index == play ? in_flight : slot(play);
     }
-    /// Forgets what was written for [from, until).
+    /// Erases the samples written for [from, until).
     void erase(std::int64_t from, std::int64_t until) noexcept {
         commit = 0;
         for (std::int64_t play = from; play < until; ++play) slot(play).index.store(ConverterSlot::none);
@@ -115,10 +115,10 @@ struct ConverterMemory {
     [[nodiscard]] static std::uint64_t changed(std::uint64_t state, Phase to) noexcept {
         return 4 * (state / 4 + 1) + static_cast<std::uint64_t>(to);
     }
-    /// Play count at which the stream stops for want of data.
+    /// Play count at which the stream stops without new data.
     [[nodiscard]] std::int64_t dry_at() const noexcept { return start + written + plays_on; }
-    /// Whether the stream whose state was `seen` has nothing for `play` any more. Counted once, whichever
-    /// side sees it first.
+    /// True if the stream whose state was `seen` has no data for `play`. Counted once, by the side that
+    /// detects it first.
     bool dry(std::uint64_t seen, std::int64_t play) noexcept {
         if (phase(seen) == Phase::idle || play < dry_at()) return false;
         if (phase(seen) == Phase::ran_dry) return true;
@@ -129,4 +129,4 @@ struct ConverterMemory {
 };
 static_assert(std::atomic<std::int64_t>::is_always_lock_free && std::atomic<bool>::is_always_lock_free);
 
-}  // namespace shaker
+}  // namespace shaker::mock

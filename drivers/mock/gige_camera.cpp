@@ -25,7 +25,7 @@
 #include "drivers/mock/gvsp.hpp"
 #include "drivers/realtime.hpp"
 
-namespace shaker {
+namespace shaker::mock {
 namespace {
 
 using SteadyTime = std::chrono::steady_clock::time_point;
@@ -76,7 +76,7 @@ int bound_socket(const GigeCameraSettings& s, std::uint16_t port) {
 class ControlChannel {
 public:
     explicit ControlChannel(const GigeCameraSettings& s) {
-        close(bound_socket(s, gvcp_port));  // Aravis only warns when it is taken
+        close(bound_socket(s, gvcp_port));  // Aravis only prints a warning when it is in use
         const std::string xml = gige_features_xml();
         const Descriptor file{memfd_create("genicam", MFD_CLOEXEC)};
         if (write(file.fd(), xml.data(), xml.size()) != static_cast<ssize_t>(xml.size()))
@@ -85,7 +85,7 @@ public:
         server_ = arv_gv_fake_camera_new_full(s.address.c_str(), s.serial.c_str(), path.c_str());
         if (arv_gv_fake_camera_is_running(server_) == FALSE) {
             g_object_unref(server_);
-            fail(s, "the address is not one of the loopback interface's own");
+            fail(s, "the address is not an address of the loopback interface; add it");
         }
         camera_ = arv_gv_fake_camera_get_fake_camera(server_);
         write_text(vendor_address, "Shaker");
@@ -124,7 +124,7 @@ private:
     ArvFakeCamera* camera_ = nullptr;
 };
 
-/// One picture as the client asked for it at the time of its exposure.
+/// One picture with the client's settings at the time of its exposure.
 struct Shot {
     FramePtr frame;
     std::int64_t stamp_ns = 0;
@@ -139,7 +139,7 @@ struct Shot {
 GigeRequest request_of(const ControlChannel& c) {
     const auto number = [&](GigeRegister r) { return static_cast<int>(c.get(r)); };
     GigeRequest r;
-    r.acquiring = c.get(GigeRegister::acquisition) != 0 && c.get(GigeRegister::control_privilege) != 0;
+    r.acquiring = c.get(GigeRegister::collector) != 0 && c.get(GigeRegister::control_privilege) != 0;
     r.triggered = c.get(GigeRegister::trigger_mode) != 0;
     r.source = sources[std::min<std::uint32_t>(c.get(GigeRegister::trigger_source), 2)];
     r.frame_rate_hz = 1e-3 * number(GigeRegister::frame_rate_mhz);
@@ -233,7 +233,7 @@ struct GigeCamera::State {
         }
     }
 
-    /// How a picture is to be sent; empty when nobody asked for one.
+    /// Settings for sending a picture; empty when no client requested one.
     std::optional<Shot> triggered() {
         if (!control) return {};
         Shot shot;
@@ -355,4 +355,4 @@ void GigeCamera::plug() {
     state_->control.emplace(state_->settings);
 }
 
-}  // namespace shaker
+}  // namespace shaker::mock

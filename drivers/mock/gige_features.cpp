@@ -5,12 +5,12 @@
 #include <string_view>
 #include <utility>
 
-namespace shaker {
+namespace shaker::mock {
 namespace {
 
 using Entries = std::initializer_list<std::pair<std::string_view, std::uint32_t>>;
 
-/// Writes the nodes of one description.
+/// Writes the nodes of a description.
 class Features {
 public:
     std::string text() const { return xml_.str(); }
@@ -35,7 +35,7 @@ public:
         node("Integer", name, limits);
         number_register(registered(name), address, access);
     }
-    /// In units of the register: FROM is the feature's value, TO the register's.
+    /// Converts to units of the register: FROM is the feature's value, TO the register's.
     void scaled(std::string_view name, GigeRegister address, double per_unit, std::string_view limits) {
         const std::string converter = std::string{name} + "Converter";
         begin("Float", name);
@@ -94,8 +94,8 @@ constexpr std::string_view header = R"(<?xml version="1.0" encoding="utf-8"?>
  xmlns="http://www.genicam.org/GenApi/Version_1_0">
 )";
 
-// What a picture takes on the stream: its pixels, rounded up to a byte, and 8 bytes more than each chunk's
-// own.
+// Bytes of a picture in the stream: its pixels, rounded up to a byte, and 8 bytes per chunk in addition to
+// its data.
 constexpr std::string_view payload_size = R"(<IntSwissKnife Name="PayloadSize">
 <pVariable Name="W">Width</pVariable><pVariable Name="H">Height</pVariable>
 <pVariable Name="F">PixelFormatRegister</pVariable><pVariable Name="M">ChunkModeActiveRegister</pVariable>
@@ -135,13 +135,13 @@ void image_format(Features& f) {
               {"Mono16", 0x01100007}});
 }
 
-void acquisition(Features& f) {
+void collector(Features& f) {
     f.category("AcquisitionControl",
                {"AcquisitionMode", "AcquisitionStart", "AcquisitionStop", "AcquisitionFrameRateEnable",
                 "AcquisitionFrameRate", "ExposureTime", "TriggerSelector", "TriggerMode", "TriggerSource",
                 "TriggerActivation", "TriggerSoftware"});
     f.choice("AcquisitionMode", GigeRegister::acquisition_mode, {{"Continuous", 0}, {"SingleFrame", 1}});
-    f.number_register("AcquisitionRegister", GigeRegister::acquisition);
+    f.number_register("AcquisitionRegister", GigeRegister::collector);
     f.command("AcquisitionStart", "AcquisitionRegister", 1);
     f.command("AcquisitionStop", "AcquisitionRegister", 0);
     f.flag("AcquisitionFrameRateEnable", GigeRegister::frame_rate_enable);
@@ -186,7 +186,7 @@ std::string gige_features_xml() {
     f.text_register("DeviceVersion", 0x88, 32);
     f.text_register("DeviceSerialNumber", 0xd8, 16);
     image_format(f);
-    acquisition(f);
+    collector(f);
     f.category("AnalogControl", {"Gain"});
     f.scaled("Gain", GigeRegister::gain_tenths_db, 10, "<Min>0</Min><Max>24</Max>");
     chunks(f);
@@ -198,4 +198,4 @@ std::string gige_features_xml() {
     return f.text();
 }
 
-}  // namespace shaker
+}  // namespace shaker::mock

@@ -6,7 +6,7 @@
 
 #include "drivers/errors.hpp"
 
-namespace shaker {
+namespace shaker::mock {
 namespace {
 
 enum class Layout { bytes, words, gige_pairs, bit_stream };
@@ -71,8 +71,8 @@ void append_pixels(const Frame& frame, const std::array<int, 4>& region, std::ui
                    std::vector<std::byte>& out) {
     const auto* const found = std::ranges::find(formats, format, &Format::code);
     if (found == std::end(formats))
-        throw InputError{"mock camera: pixel format " + std::to_string(format) + " is not known"};
-    if (found->layout == Layout::bytes && frame.bytes_per_pixel == 1) {  // as it is
+        throw InputError{"mock camera: pixel format " + std::to_string(format) + " is not supported"};
+    if (found->layout == Layout::bytes && frame.bytes_per_pixel == 1) {  // unchanged
         for (int y = region[1]; y < region[1] + region[3]; ++y) {
             const std::byte* row = frame.view().row(y) + region[0];
             out.insert(out.end(), row, row + region[2]);
@@ -99,4 +99,4 @@ void append_pixels(const Frame& frame, const std::array<int, 4>& region, std::ui
     }
 }
 
-}  // namespace shaker
+}  // namespace shaker::mock

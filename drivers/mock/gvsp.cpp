@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-namespace shaker {
+namespace shaker::mock {
 namespace {
 
 constexpr std::size_t ip_udp_bytes = 28;
@@ -31,7 +31,7 @@ void GvspBlock::put(std::uint64_t value, int bytes) {
 
 void GvspBlock::begin(unsigned format, std::size_t index) {
     out_.clear();
-    put(0, 2);  // status: fine
+    put(0, 2);  // status: success
     put(id_, 2);
     put(format, 1);
     put(index, 3);
@@ -61,4 +61,4 @@ std::span<const std::byte> GvspBlock::packet(std::size_t index) {
     return out_;
 }
 
-}  // namespace shaker
+}  // namespace shaker::mock

@@ -1,13 +1,13 @@
 #pragma once
-// Packets of the GigE Vision stream protocol, version 1 (block ids of 16 bits), as a camera sends them.
+// Packets of the GigE Vision stream protocol, version 1 (block ids of 16 bits), as sent by a camera.
 #include <cstddef>
 #include <cstdint>
 #include <span>
 #include <vector>
 
-namespace shaker {
+namespace shaker::mock {
 
-/// What the first packet of a picture tells.
+/// Content of the first packet of a picture.
 struct GvspLeader {
     std::int64_t stamp = 0;          // ticks of the camera's clock
     std::uint32_t pixel_format = 0;  // PFNC code
@@ -18,11 +18,11 @@ struct GvspLeader {
     bool chunks = false;  // the payload ends with chunks
 };
 
-/// One picture cut into packets: leader, payload, trailer.
+/// One picture divided into packets: leader, payload, trailer.
 class GvspBlock {
 public:
-    /// `packet_bytes` is the size on the wire, IP and UDP headers included, as the packet size register has
-    /// it. `payload` must stay valid while packets are asked for. `id` is 1 to 65535.
+    /// packet_bytes: packet size including IP and UDP headers, as in the packet size register. `payload` must
+    /// stay valid while packets are read. id: 1 to 65535.
     GvspBlock(std::uint16_t id, const GvspLeader& leader, std::span<const std::byte> payload,
               std::size_t packet_bytes);
     [[nodiscard]] std::size_t packets() const noexcept;
@@ -36,8 +36,8 @@ private:
     std::uint16_t id_;
     GvspLeader leader_;
     std::span<const std::byte> payload_;
-    std::size_t piece_;  // bytes of payload in a packet
+    std::size_t piece_;  // bytes of payload per packet
     std::vector<std::byte> out_;
 };
 
-}  // namespace shaker
+}  // namespace shaker::mock

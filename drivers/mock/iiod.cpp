@@ -17,7 +17,7 @@
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/post.hpp>
 
-namespace shaker {
+namespace shaker::mock {
 
 namespace asio = boost::asio;
 using asio::ip::tcp;
@@ -27,8 +27,8 @@ namespace {
 
 constexpr std::uint64_t most_under_way = 1'000'000;
 
-/// Makes stamps late as a busy processor does: an interrupt waits, then all that came meanwhile are stamped
-/// one after the other.
+/// Makes stamps late like a busy processor: an interrupt waits, then all samples of that time are stamped one
+/// after the other.
 class LateStamps {
 public:
     void set(std::int64_t most_ns) noexcept { most_ns_ = most_ns; }
@@ -44,7 +44,7 @@ public:
 
 private:
     std::int64_t most_ns_ = 0;
-    std::int64_t free_ns_ = 0;  // when the processor has time again
+    std::int64_t free_ns_ = 0;  // time at which the processor is free again
     std::int64_t last_ns_ = 0;
     std::mt19937_64 rng_{1};
 };
@@ -208,4 +208,4 @@ void Iiod::jitter_stamps(std::int64_t ns) {
     asio::post(state_->io, [&s = *state_, ns] { s.late.set(ns); });
 }
 
-}  // namespace shaker
+}  // namespace shaker::mock

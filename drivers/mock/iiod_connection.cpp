@@ -8,7 +8,7 @@
 #include <boost/asio/read_until.hpp>
 #include <boost/asio/write.hpp>
 
-namespace shaker {
+namespace shaker::mock {
 
 namespace asio = boost::asio;
 using boost::system::error_code;
@@ -185,7 +185,7 @@ void IiodConnection::end_buffer(int error) {
 
 void IiodConnection::drop_buffer() {
     deadline_.cancel();
-    // Losses that no later sample has told the client of are not counted against it.
+    // Losses that no later sample could show to the client are counted as unread.
     std::uint64_t untold = buffer_->overflowed_last;
     for (const Held& held : buffer_->fifo) untold += held.overflowed_before;
     shared_.overflowed -= untold;
@@ -222,4 +222,4 @@ void IiodConnection::close() {
     deadline_.cancel();
 }
 
-}  // namespace shaker
+}  // namespace shaker::mock

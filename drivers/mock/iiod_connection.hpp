@@ -1,6 +1,6 @@
 #pragma once
-// One client of the mock iiod: answers its commands and streams its buffer. Everything here runs on the
-// server's one thread.
+// IiodConnection: one client of the mock iiod. Answers its commands and streams its buffer, in the server's
+// thread.
 #include <atomic>
 #include <cstdint>
 #include <deque>
@@ -16,17 +16,17 @@
 #include <boost/asio/ip/tcp.hpp>
 #include <boost/asio/steady_timer.hpp>
 
-namespace shaker {
+namespace shaker::mock {
 
-/// What all connections have in common.
+/// State shared by all connections.
 struct IiodShared {
     IiodDevice device;
     std::atomic<double> rate_hz{device.rate_hz()};  // for other threads
-    bool silent = false;                            // nothing leaves: replies wait until it is over
-    bool triggered = true;                          // the device has its trigger
-    std::size_t buffers = 4;  // of the kernel, for whoever opens the device next: libiio sets them on another
-                              // connection than it opens
-    std::uint64_t timeout_ms = 1000;  // without samples before a READBUF fails; 0: none
+    bool silent = false;                            // nothing is sent: replies wait until the silence ends
+    bool triggered = true;                          // a trigger is assigned to the device
+    std::size_t buffers = 4;  // kernel buffers for the next client that opens the device: libiio sets them on
+                              // a different connection from the one that opens it
+    std::uint64_t timeout_ms = 1000;  // without samples until a READBUF fails; 0: none
     std::atomic<std::uint64_t> served{0}, overflowed{0}, unread{0};
 };
 
@@ -37,12 +37,12 @@ public:
     void start() { receive(); }
     [[nodiscard]] bool buffer_open() const noexcept { return buffer_.has_value(); }
     [[nodiscard]] bool closed() const noexcept { return !socket_.is_open(); }
-    /// A conversion for the buffer's FIFO; serve() afterwards sends what is due.
+    /// Adds a conversion to the buffer's FIFO; serve() sends what is due.
     void offer(const IiodSample& sample);
     void serve();
-    /// Ends the buffer: its READBUF, the one under way or the next, is answered with -errno.
+    /// Ends the buffer: its present or next READBUF is answered with -errno.
     void fail(int error);
-    /// Silence is over.
+    /// Call at the end of a silence.
     void flush() { send(); }
     void close();
 
@@ -53,14 +53,14 @@ private:
     };
     struct Buffer {
         std::uint32_t mask = 0;
-        std::size_t samples = 0;   // of a whole buffer
+        std::size_t samples = 0;   // per buffer
         std::size_t capacity = 0;  // of the FIFO
         std::deque<Held> fifo{};
-        std::uint64_t overflowed_last = 0;  // samples lost since the newest in the FIFO
+        std::uint64_t overflowed_last = 0;  // samples lost after the newest in the FIFO
         std::size_t wanted = 0;             // samples still to be sent for this READBUF
         bool mask_due = false;
-        bool short_end = false;  // the bytes asked for were not whole samples
-        int error = 0;           // what the next READBUF is answered with
+        bool short_end = false;  // the requested bytes are not a whole number of samples
+        int error = 0;           // answer to the next READBUF
     };
 
     void receive();
@@ -86,4 +86,4 @@ private:
     std::optional<Buffer> buffer_;
 };
 
-}  // namespace shaker
+}  // namespace shaker::mock

@@ -8,7 +8,7 @@
 #include "drivers/errors.hpp"
 #include "drivers/quantity.hpp"
 
-namespace shaker {
+namespace shaker::mock {
 namespace {
 
 constexpr std::array<std::string_view, 3> axes{"accel_x", "accel_y", "accel_z"};
@@ -69,7 +69,8 @@ void append_big_endian(Unsigned value, std::vector<char>& out) {
 
 IiodDevice::IiodDevice(IiodDescription description) : d_{std::move(description)} {
     if (d_.bits < 1 || d_.bits > 32)
-        throw InputError{"mock iiod: " + std::to_string(d_.bits) + " bits are not allowed: 1 to 32"};
+        throw InputError{"mock iiod: " + std::to_string(d_.bits) +
+                         " bits are not supported: must be 1 to 32"};
 }
 
 std::string IiodDevice::xml() const {
@@ -118,7 +119,7 @@ int IiodDevice::axis(const IiodCommand& command) const noexcept {
 int IiodDevice::read(const IiodCommand& command, std::string& value) const {
     if (!is_device(command.device)) return is_trigger(command.device) ? -ENOENT : -ENODEV;
     const std::string& name = command.attribute;
-    if (name.empty()) return -EINVAL;  // all at once: nothing of libiio's own programs asks for it
+    if (name.empty()) return -EINVAL;  // all attributes at once: not used by libiio's programs
     if (command.owner == IiodOwner::channel) {
         const int k = axis(command);
         if (k < 0) return command.channel == stamp_channel && !command.output ? -ENOENT : -ENXIO;
@@ -181,4 +182,4 @@ void IiodDevice::encode(const IiodSample& sample, std::uint32_t mask, std::vecto
         out.push_back(static_cast<char>(stamp & 0xff));
 }
 
-}  // namespace shaker
+}  // namespace shaker::mock

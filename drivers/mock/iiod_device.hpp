@@ -1,5 +1,5 @@
 #pragma once
-// What the mock iiod shows of its accelerometer: the context as XML, the attributes, the bytes of a sample.
+// IiodDevice: the mock accelerometer as seen by a client. Context as XML, attributes, bytes of a sample.
 #include <array>
 #include <cstdint>
 #include <string>
@@ -8,20 +8,20 @@
 
 #include "drivers/mock/iiod_protocol.hpp"
 
-namespace shaker {
+namespace shaker::mock {
 
-/// A three-axis accelerometer with a buffer and a trigger of its own.
+/// A three-axis accelerometer with a buffer and a trigger.
 struct IiodDescription {
     std::string name = "adxl355";
-    std::string label{};   // none when empty
-    std::string serial{};  // attribute serial_number, none when empty
+    std::string label{};   // empty: none
+    std::string serial{};  // attribute serial_number; empty: none
     double rate_hz = 4000;
-    std::vector<double> rates_hz{4000, 2000, 1000, 500, 250, 125};          // a client may choose among these
+    std::vector<double> rates_hz{4000, 2000, 1000, 500, 250, 125};          // rates that a client may set
     std::array<double, 3> mps2_per_count{3.8245e-5, 3.8245e-5, 3.8245e-5};  // attribute scale
     std::array<double, 3> offset_counts{};                                  // attribute offset
-    int bits = 20;          // of 16 (up to 16) or 32, big endian, at the upper end; 1 to 32
-    bool monotonic = true;  // whether the clock of the stamps may be set to monotonic
-    std::size_t fifo = 0;   // samples of the kernel's FIFO a buffer; 0: samples times buffers, as asked
+    int bits = 20;          // 1 to 32, in the upper bits of 16 (up to 16) or 32, big endian
+    bool monotonic = true;  // the clock of the stamps can be set to monotonic
+    std::size_t fifo = 0;   // samples in the kernel's FIFO per buffer; 0: samples times buffers, as requested
 };
 
 /// One conversion.
@@ -36,15 +36,15 @@ public:
     static constexpr std::string_view trigger_id = "trigger0";
     static constexpr std::uint32_t all_channels = 0xf;  // x, y, z, timestamp
 
-    /// Throws InputError for a number of bits that is not 1 to 32.
+    /// Throws InputError if `bits` is not 1 to 32.
     explicit IiodDevice(IiodDescription description);
 
     [[nodiscard]] std::string xml() const;
     /// 0, or -errno as the daemon answers: -19 no such device, -6 no such channel, -2 no such attribute.
     int read(const IiodCommand& command, std::string& value) const;
-    /// Likewise; -22 a value that is not allowed, -13 an attribute that is read-only.
+    /// As read(); also -22 value not allowed, -13 attribute is read-only.
     int write(const IiodCommand& command, std::string_view value);
-    /// Both name the device by id, name or label.
+    /// True if `who` is the id, name or label.
     [[nodiscard]] bool is_device(std::string_view who) const noexcept;
     [[nodiscard]] bool is_trigger(std::string_view who) const noexcept;
     [[nodiscard]] std::string trigger_name() const { return d_.name + "-dev0"; }
@@ -53,7 +53,7 @@ public:
     [[nodiscard]] std::size_t fifo() const noexcept { return d_.fifo; }
     /// Bytes of one sample with these channels.
     [[nodiscard]] std::size_t sample_size(std::uint32_t mask) const noexcept;
-    /// Appends the sample as the kernel lays it out. Bits of the storage that are not data are ones.
+    /// Appends the sample in the kernel's layout. Unused bits of the storage are ones.
     void encode(const IiodSample& sample, std::uint32_t mask, std::vector<char>& out) const;
 
 private:
@@ -64,4 +64,4 @@ private:
     std::string clock_ = "realtime";
 };
 
-}  // namespace shaker
+}  // namespace shaker::mock

@@ -7,7 +7,7 @@
 #include <utility>
 #include <vector>
 
-namespace shaker {
+namespace shaker::mock {
 namespace {
 
 std::vector<std::string_view> words_of(std::string_view line) {
@@ -50,7 +50,7 @@ IiodVerb verb_of(std::string_view word) {
     return found == verbs.end() ? IiodVerb::refused : found->second;
 }
 
-/// The words after the verb, taken one by one; a missing or malformed one spoils the command.
+/// The words after the verb, one by one; a missing or malformed word makes the command invalid.
 class Words {
 public:
     explicit Words(std::vector<std::string_view> words) : words_{std::move(words)} {}
@@ -101,7 +101,7 @@ void parse_open(Words& words, IiodCommand& command) {
     command.device = words.text();
     command.number = words.number();
     command.mask = words.text();
-    if (words.peek() == "cyclic") words.text();  // a word for outputs, without meaning for an input
+    if (words.peek() == "cyclic") words.text();  // for outputs; ignored for an input
 }
 
 void parse_arguments(Words& words, IiodCommand& command) {
@@ -164,4 +164,4 @@ std::string encode_iiod_mask(std::uint32_t mask) {
     return text.data();
 }
 
-}  // namespace shaker
+}  // namespace shaker::mock

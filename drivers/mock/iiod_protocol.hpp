@@ -1,10 +1,10 @@
 #pragma once
-// The words of the IIO daemon's text protocol (libiio 0.24): one line a command, one number a reply.
+// Text protocol of the IIO daemon (libiio 0.24): one line per command, one number per reply.
 #include <cstdint>
 #include <string>
 #include <string_view>
 
-namespace shaker {
+namespace shaker::mock {
 
 enum class IiodVerb {
     none,  // an empty line: no reply
@@ -20,10 +20,10 @@ enum class IiodVerb {
     read_buffer,
     close,
     exit,
-    refused,  // anything else, or words missing
+    refused,  // unknown verb, or missing words
 };
 
-/// Whose attribute READ and WRITE mean.
+/// Owner of the attribute of READ and WRITE.
 enum class IiodOwner { device, channel, buffer, debug };
 
 struct IiodCommand {
@@ -35,15 +35,14 @@ struct IiodCommand {
     std::string attribute;     // empty: all of them
     std::string trigger;       // empty: none
     std::uint64_t number = 0;  // TIMEOUT: ms; WRITE, READBUF: bytes; OPEN: samples; SET: buffers
-    std::string mask;          // as it came; decode_iiod_mask() reads it
+    std::string mask;          // as received; see decode_iiod_mask()
 };
 
-/// One line without its end. Verbs in upper or lower case; ZPRINT and WRITEBUF are refused.
+/// Parses one line without its end. Verbs in upper or lower case. ZPRINT and WRITEBUF are refused.
 IiodCommand parse_iiod_command(std::string_view line);
 
-/// Bit i is channel i. Returns false unless the text is exactly eight hexadecimal digits, which is what up to
-/// 32 channels take.
+/// Bit i is channel i. False unless the text is exactly eight hexadecimal digits (up to 32 channels).
 bool decode_iiod_mask(std::string_view text, std::uint32_t& mask) noexcept;
 std::string encode_iiod_mask(std::uint32_t mask);
 
-}  // namespace shaker
+}  // namespace shaker::mock

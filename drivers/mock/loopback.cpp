@@ -11,7 +11,7 @@
 #include <cerrno>
 #include <cstring>
 
-namespace shaker {
+namespace shaker::mock {
 namespace {
 
 std::string refusal(const std::string& what) { return what + ": " + std::strerror(errno); }
@@ -36,7 +36,7 @@ ifreq request(const std::string& name) {
     return r;
 }
 
-/// Binding works for the whole of 127.0.0.0/8; this tells the addresses that the interface has.
+/// bind() works for all of 127.0.0.0/8; this checks the addresses of the interface.
 bool is_listed(int fd, const in_addr& address) {
     for (int i = 0; i < 64; ++i) {
         ifreq r = request(i == 0 ? "lo" : "lo:" + std::to_string(i));
@@ -48,7 +48,7 @@ bool is_listed(int fd, const in_addr& address) {
     return false;
 }
 
-/// The first alias of the loopback interface that has no address.
+/// The first alias of the loopback interface without an address.
 std::string free_alias(int fd) {
     for (int i = 1; i < 64; ++i) {
         std::string name = "lo:" + std::to_string(i);
@@ -66,19 +66,19 @@ std::string add(int fd, const std::string& text) {
     if (is_listed(fd, address.sin_addr)) return {};
     ifreq r = request(free_alias(fd));
     std::memcpy(&r.ifr_addr, &address, sizeof address);
-    return ioctl(fd, SIOCSIFADDR, &r) == 0 ? std::string{} : refusal("address " + text + " is not added");
+    return ioctl(fd, SIOCSIFADDR, &r) == 0 ? std::string{} : refusal("address " + text + " cannot be added");
 }
 
 }  // namespace
 
 std::string add_loopback_addresses(std::span<const std::string> addresses) {
     const Socket s;
-    if (s.fd() < 0) return refusal("no socket");
+    if (s.fd() < 0) return refusal("cannot create a socket");
     ifreq r = request("lo");
     if (ioctl(s.fd(), SIOCGIFFLAGS, &r) != 0) return refusal("no loopback interface");
     if ((r.ifr_flags & IFF_UP) == 0) {
         r.ifr_flags = static_cast<short>(r.ifr_flags | IFF_UP);
-        if (ioctl(s.fd(), SIOCSIFFLAGS, &r) != 0) return refusal("the loopback interface stays down");
+        if (ioctl(s.fd(), SIOCSIFFLAGS, &r) != 0) return refusal("cannot bring up the loopback interface");
     }
     for (const std::string& address : addresses)
         if (std::string why = add(s.fd(), address); !why.empty()) return why;
@@ -87,8 +87,8 @@ std::string add_loopback_addresses(std::span<const std::string> addresses) {
 
 std::string enter_private_network(std::span<const std::string> addresses) {
     if (unshare(CLONE_NEWNET) != 0 && unshare(CLONE_NEWUSER | CLONE_NEWNET) != 0)
-        return refusal("no network of its own");
+        return refusal("cannot create a private network");
     return add_loopback_addresses(addresses);
 }
 
-}  // namespace shaker
+}  // namespace shaker::mock

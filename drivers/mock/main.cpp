@@ -11,19 +11,20 @@
 #include <nlohmann/json.hpp>
 
 #include "drivers/errors.hpp"
-#include "drivers/mock/bench_commands.hpp"
 #include "drivers/mock/loopback.hpp"
+#include "drivers/mock/mock_commands.hpp"
 
 namespace {
 
 using namespace shaker;
+using namespace shaker::mock;
 
 constexpr const char* about =
     "shaker-mock plays a whole bench: a DAC for libasound, an accelerometer for libiio and two GigE Vision\n"
     "cameras, all on one simulated shaker. It prints the rig file to give to shakerd, then obeys its "
     "input.\n";
 
-// In memory, so that no disk stands between the DAC and its client.
+// In memory, so that no disk is between the DAC and its client.
 class Folder {
 public:
     explicit Folder(const std::filesystem::path& asked) : path_{asked}, ours_{asked.empty()} {
@@ -53,7 +54,7 @@ private:
 
 void say(const nlohmann::json& answer) { std::cout << answer.dump() << std::endl; }
 
-void obey(Bench& bench) {
+void obey(MockBench& bench) {
     for (std::string line; std::getline(std::cin, line);) {
         if (line.find_first_not_of(" \t") == std::string::npos) continue;
         if (line == "quit") return;
@@ -68,22 +69,22 @@ void obey(Bench& bench) {
 int serve(int argc, char** argv) {
     CLI::App app{about, "shaker-mock"};
     std::filesystem::path scene, folder;
-    BenchSettings settings;
+    MockBenchSettings settings;
     app.add_option("--scene", scene,
-                   "TOML file that changes the simulated bench (as of shakerd run --scene)");
-    app.add_option("--dac-ppm", settings.dac_ppm, "The DAC's clock runs fast by this")
+                   "TOML file that changes the simulated bench (as for shakerd run --scene)");
+    app.add_option("--dac-ppm", settings.dac_ppm, "Error of the DAC's clock in ppm; positive: fast")
         ->check(CLI::Range(-1000.0, 1000.0));
-    app.add_option("--port", settings.iiod_port, "Of the accelerometer's daemon [any that is free]");
-    app.add_option("--folder", folder, "For the rig file and what it needs [a new one in memory]");
+    app.add_option("--port", settings.iiod_port, "TCP port of the accelerometer's daemon [any free port]");
+    app.add_option("--folder", folder, "Folder of the rig file and its data [a new one in memory]");
     app.add_flag("--log-codes", settings.log_codes,
-                 "Keep every sample that is put out, in the folder's file codes");
+                 "Write every output sample to the file codes in the folder");
     app.footer("Commands on standard input, answered by a line of JSON each:\n" + bench_help());
     try {
         app.parse(argc, argv);
     } catch (const CLI::ParseError& e) {
         return app.exit(e) == 0 ? 0 : 2;
     }
-    if (!scene.empty()) settings.scene = read_scene(scene);
+    if (!scene.empty()) settings.scene = simulated::read_scene(scene);
     const std::array<std::string, 1> second{bench_addresses[1]};
     if (const std::string refused = add_loopback_addresses(second); !refused.empty())
         throw DeviceError{"the loopback interface: " + refused +
@@ -92,9 +93,9 @@ int serve(int argc, char** argv) {
     settings.plugin = std::filesystem::read_symlink("/proc/self/exe").parent_path() / "shaker_mock_pcm.so";
     const Folder own{folder};
     settings.folder = own.path();
-    Bench bench{settings};
+    MockBench bench{settings};
     say({{"ok", true}, {"rig", bench.rig_file().string()}});
-    spdlog::info("the bench is up; try: shakerd check --rig {}", bench.rig_file().string());
+    spdlog::info("the bench is running; try: shakerd check --rig {}", bench.rig_file().string());
     obey(bench);
     return 0;
 }

@@ -1,10 +1,10 @@
-// The PCM that libasound loads into its client: the client's end of a mock converter.
+// PCM plug-in that libasound loads into its client: the client's side of a mock converter.
 //
 //   pcm_type.shaker_mock { lib "/.../shaker_mock_pcm.so" }
 //   pcm.shaker { type shaker_mock  converter "/dev/shm/converter" }
 //
-// It behaves as a kernel PCM does: frames may be taken back (rewind), the stream stops when stop_threshold is
-// reached, silence_size = boundary silences what was played, and a client that is killed leaves its frames.
+// It behaves like a kernel PCM: frames can be taken back (rewind), the stream stops at stop_threshold,
+// silence_size = boundary silences played frames, and the frames of a killed client stay.
 #include <alsa/asoundlib.h>
 #include <alsa/pcm_external.h>
 #include <fcntl.h>
@@ -24,10 +24,10 @@
 
 namespace {
 
-using shaker::ConverterMemory;
+using shaker::mock::ConverterMemory;
 using Phase = ConverterMemory::Phase;
 
-// A mapped file and the lock that makes this process its only client.
+// A mapped file with the lock that makes this process its only client.
 class Mapping {
 public:
     ~Mapping() {
@@ -64,10 +64,10 @@ struct Plugin {
     snd_pcm_ioplug_t io{};
     Mapping mapping{};
     int timer = -1;
-    std::vector<Frame> ring{};  // what was written, at frame number modulo buffer
-    std::int64_t highest = 0;   // frames ever written to this stream
-    std::int64_t position = 0;  // frames played, when pointer() was last called
-    std::int64_t written = 0;   // application pointer without its wrap
+    std::vector<Frame> ring{};  // written frames, at frame number modulo buffer
+    std::int64_t highest = 0;   // number of frames ever written to this stream
+    std::int64_t position = 0;  // frames played at the last call of pointer()
+    std::int64_t written = 0;   // application pointer without wrap
     snd_pcm_uframes_t boundary = 0, avail_min = 1;
     std::int64_t stop_threshold = 0;
 
@@ -100,7 +100,7 @@ void Plugin::set_timer(bool running) const noexcept {
     ::timerfd_settime(timer, 0, &every, nullptr);
 }
 
-// libasound's application pointer wraps at the boundary and goes back when frames are taken back.
+// libasound's application pointer wraps at the boundary and decreases when frames are taken back.
 void Plugin::follow_client() noexcept {
     const auto wrap = static_cast<std::int64_t>(boundary);
     std::int64_t moved = (static_cast<std::int64_t>(io.appl_ptr) - written % wrap + wrap) % wrap;
@@ -169,7 +169,7 @@ snd_pcm_sframes_t pointer(snd_pcm_ioplug_t* io) {
     return shown();
 }
 
-// Consistent with the time stamp that libasound takes after pointer(): reads no clock of its own.
+// Consistent with the time stamp that libasound takes after pointer(): does not read a clock.
 int delay(snd_pcm_ioplug_t* io, snd_pcm_sframes_t* frames) {
     const Plugin& p = plugin_of(io);
     if (p.memory().unplugged) return -ENODEV;
@@ -179,7 +179,7 @@ int delay(snd_pcm_ioplug_t* io, snd_pcm_sframes_t* frames) {
     return 0;
 }
 
-// Left-justified code of a sample in memory, little endian.
+// Left-justified code of a little-endian sample.
 std::int32_t code_at(const std::uint8_t* at, snd_pcm_format_t format) {
     std::uint32_t code = 0;
     const int bytes = snd_pcm_format_physical_width(format) / 8;
@@ -206,7 +206,7 @@ snd_pcm_sframes_t transfer(snd_pcm_ioplug_t* io, const snd_pcm_channel_area_t* a
         const Frame f{sample(areas[0], i), sample(areas[1], i)};
         const std::int64_t frame = p.written + static_cast<std::int64_t>(i);
         p.ring[static_cast<std::size_t>(frame) % p.ring.size()] = f;
-        // What is written behind the converter's back is not heard.
+        // Frames behind the converter's position are not played.
         if (running && m.start + frame >= played)
             m.stage(m.start + frame).put(m.start + frame, f.first, f.second);
     }
@@ -214,7 +214,7 @@ snd_pcm_sframes_t transfer(snd_pcm_ioplug_t* io, const snd_pcm_channel_area_t* a
     p.written += static_cast<std::int64_t>(size);
     if (running) m.publish(std::max(played, m.start + begins), m.start + p.written);
     p.highest = std::max(p.highest, p.written);
-    m.written = p.written;  // libasound moves its own after this
+    m.written = p.written;  // libasound moves its own pointer afterwards
     return static_cast<snd_pcm_sframes_t>(size);
 }
 
@@ -258,7 +258,7 @@ int poll_revents(snd_pcm_ioplug_t* io, pollfd* fds, unsigned int count, unsigned
 int close(snd_pcm_ioplug_t* io) {
     stop(io);
     const Plugin& p = plugin_of(io);
-    if (p.phase() == Phase::ran_dry) --p.memory().underrun_count;  // it had come to its end
+    if (p.phase() == Phase::ran_dry) --p.memory().underrun_count;  // it had reached its end
     const std::unique_ptr<Plugin> owned{&plugin_of(io)};
     return 0;
 }
@@ -296,7 +296,7 @@ int constrain(snd_pcm_ioplug_t* io, double rate_hz) {
     return error;
 }
 
-// The file named by the key `converter`; null after an error was reported.
+// The file named by the key `converter`; null after reporting an error.
 const char* converter_file(snd_config_t* conf) {
     const char* file = nullptr;
     snd_config_iterator_t i = nullptr, next = nullptr;
@@ -330,7 +330,7 @@ SND_PCM_PLUGIN_DEFINE_FUNC(shaker_mock) {
     if (plugin->memory().unplugged) return -ENODEV;
     plugin->timer = ::timerfd_create(CLOCK_MONOTONIC, TFD_NONBLOCK | TFD_CLOEXEC);
     if (plugin->timer < 0) return -errno;
-    // A client that was killed has left a stream: this one takes the device over.
+    // A killed client has left a stream: this one takes the device over.
     plugin->highest = plugin->memory().written + plugin->memory().buffer_frames;
     if (plugin->phase() != Phase::idle) plugin->end_stream(plugin->play_now(), Phase::idle);
 

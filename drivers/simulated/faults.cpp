@@ -7,21 +7,21 @@
 
 #include "drivers/simulated/settings_parts.hpp"
 
-namespace shaker {
+namespace shaker::simulated {
 
 namespace {
 
 struct Description {
     std::string_view name;
-    Range value{0, 0};       // allowed; 0 to 0: has none
-    bool lasts = false;      // takes for_s
-    bool must_end = false;   // needs for_s
-    bool of_camera = false;  // may name one
+    Range value{0, 0};       // allowed range; 0 to 0: the kind has no value
+    bool lasts = false;      // accepts for_s
+    bool must_end = false;   // requires for_s
+    bool of_camera = false;  // accepts a camera's name
 };
 
 constexpr Range factor{-1e6, 1e6}, count{1, 1e6};
 
-// By kind.
+// In the order of FaultKind.
 constexpr std::array<Description, 15> descriptions{{
     {.name = "open", .lasts = true},
     {.name = "frozen", .lasts = true},
@@ -48,7 +48,7 @@ FaultKind read_kind(SettingsTable& table) {
     if (found == descriptions.end()) {
         std::string known;
         for (const Description& d : descriptions) known += (known.empty() ? "" : ", ") + std::string{d.name};
-        table.fail("what", fmt::format("\"{}\" is not a fault; there are {}", name, known));
+        table.fail("what", fmt::format("\"{}\" is not a fault; expected one of {}", name, known));
     }
     return static_cast<FaultKind>(std::distance(descriptions.begin(), found));
 }
@@ -121,4 +121,4 @@ double LastingFaults::product_at(FaultKind what, double t) const noexcept {
     return product;
 }
 
-}  // namespace shaker
+}  // namespace shaker::simulated

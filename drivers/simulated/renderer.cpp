@@ -4,7 +4,7 @@
 #include <cmath>
 #include <random>
 
-namespace shaker {
+namespace shaker::simulated {
 
 namespace {
 constexpr float ground = 0.15F, strip = 0.85F, mark = 0.10F, disc = 0.80F, backlight = 0.80F, shadow = 0.12F;
@@ -61,7 +61,7 @@ Renderer::Renderer(const CameraTruth& camera, const WalkerTruth& walker, std::ui
         const double u = 2.0 * static_cast<double>(x) / static_cast<double>(camera.width) - 1;
         light_[x] = static_cast<float>(full_scale_dn * (1 - camera.light_gradient * (0.5 - 0.5 * u)));
     }
-    const double sigma = std::sqrt(camera.psf_px * camera.psf_px + 1.0 / 12);  // lens and pixel
+    const double sigma = std::sqrt(camera.psf_px * camera.psf_px + 1.0 / 12);  // of lens and pixel
     const int half = static_cast<int>(edge_reach_px * table_per_px);
     for (int i = -half; i <= half; ++i)
         erf_.push_back(static_cast<float>(0.5 + 0.5 * std::erf(i / (table_per_px * sigma * std::sqrt(2.0)))));
@@ -70,7 +70,7 @@ Renderer::Renderer(const CameraTruth& camera, const WalkerTruth& walker, std::ui
     for (float& n : noise_) n = static_cast<float>(gauss(rng));
 }
 
-// Share of light on the inner side of an edge `distance_px` away; linear between table entries.
+// Share of light at `distance_px` inside an edge; interpolated linearly from a table.
 float Renderer::edge(double distance_px) const noexcept {
     const double u = (std::clamp(distance_px, -edge_reach_px, edge_reach_px) + edge_reach_px) * table_per_px;
     const auto i = std::min(static_cast<std::size_t>(u), erf_.size() - 2);
@@ -84,11 +84,10 @@ void Renderer::draw_marks(double shift_px, float weight) {
     const double middle = 0.5 * (layout_.marks_top + layout_.marks_bottom);
     const double origin = layout_.centre_x + shift_px;
     for (int y = top; y < bottom; ++y) {
-        // Dots differ from row to row; the rows of bars are all alike.
+        // Dots differ from row to row; all rows of bars are equal.
         if (y == top || !camera_.side) {
             for (int x = 0; x < camera_.width; ++x) {
-                const double away =
-                    x - origin;  // whole pitches are taken off by truncation of a positive number
+                const double away = x - origin;  // truncation of a positive number removes whole pitches
                 const double along = away - pitch_px_ * (static_cast<int>(away / pitch_px_ + 4096.5) - 4096);
                 const double r = camera_.side ? std::abs(along) : std::hypot(along, y - middle);
                 profile_[static_cast<std::size_t>(x)] =
@@ -152,7 +151,7 @@ void Renderer::draw(const Pose& pose, float weight, bool walker) {
         draw_disc(centre, weight);
 }
 
-// Blur below this widens an edge by less than 1e-4 of its own width: one picture at the mean pose is enough.
+// Less blur than this widens an edge by less than 1e-4 of its width: one picture at the mean pose is enough.
 bool Renderer::moves(std::span<const Pose> poses) const noexcept {
     constexpr double still_px = 0.05;
     const auto [b0, b1] = std::ranges::minmax(poses, {}, &Pose::base);
@@ -187,4 +186,4 @@ void Renderer::render(std::span<const Pose> poses, CameraTick tick, std::span<st
     }
 }
 
-}  // namespace shaker
+}  // namespace shaker::simulated

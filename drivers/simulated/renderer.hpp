@@ -1,5 +1,6 @@
 #pragma once
-// Base and walker to grey pictures: exact sub-pixel edges, exposure blur, uneven light, sensor noise.
+// Renderer: grey pictures of base and walker with exact sub-pixel edges, exposure blur, uneven light and
+// sensor noise.
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -7,7 +8,7 @@
 #include "drivers/data.hpp"
 #include "drivers/simulated/scene.hpp"
 
-namespace shaker {
+namespace shaker::simulated {
 
 /// Positions of base and walker along the shaker's axis, m.
 struct Pose {
@@ -15,25 +16,25 @@ struct Pose {
     double walker = 0;
 };
 
-/// Where things are in a picture, px, with base and walker at 0: shared by the renderer and by what places
-/// the regions of interest.
+/// Positions of the objects in a picture, px, for base and walker at 0. Used by the renderer and by the
+/// placement of regions of interest.
 struct PictureLayout {
     double centre_x;                 // image x of position 0
     double base_px_per_m;            // scale in the base's plane
-    double walker_px_per_m;          // scale in the walker's plane
+    double walker_px_per_m;          // rows of the base's strip
     double marks_top, marks_bottom;  // rows of the base's strip
-    double walker_y;                 // centre of the disc, or of the silhouette
-    double walker_half_width;        // radius, or half of the silhouette's width
+    double walker_y;                 // centre row of the disc or silhouette
+    double walker_half_width;        // radius, or half the width of the silhouette
     double walker_half_height;
 };
 PictureLayout layout_of(const CameraTruth& camera, const WalkerTruth& walker);
 
-/// One camera's eye. Deterministic: noise depends on the seed, the camera and the frame's tick only.
+/// Image of one camera. Deterministic: the noise depends only on the seed, the camera and the tick.
 class Renderer {
 public:
     Renderer(const CameraTruth& camera, const WalkerTruth& walker, std::uint64_t seed);
-    /// Fills `pixels` (width * height bytes) with the mean over `poses`, which sample the exposure; without a
-    /// walker where none is to be seen.
+    /// Sets `pixels` (width * height bytes) to the mean over `poses`, which sample the exposure. walker:
+    /// whether the walker is visible.
     void render(std::span<const Pose> poses, CameraTick tick, std::span<std::byte> pixels,
                 bool walker = true);
 
@@ -48,7 +49,7 @@ private:
 
     CameraTruth camera_;
     PictureLayout layout_;
-    double mark_px_;  // diameter of a dot, width of a bar
+    double mark_px_;  // diameter of a dot, or width of a bar
     double pitch_px_;
     std::uint64_t seed_;
     std::vector<float> light_;  // brightness of each column
@@ -58,4 +59,4 @@ private:
     std::vector<float> profile_;  // one row of marks
 };
 
-}  // namespace shaker
+}  // namespace shaker::simulated

@@ -8,11 +8,11 @@
 #include "drivers/simulated/renderer.hpp"
 #include "drivers/simulated/settings_parts.hpp"
 
-namespace shaker {
+namespace shaker::simulated {
 
 namespace {
 
-// Regions of the resting scene, as an operator would draw them: a little larger than the target.
+// Regions of the resting scene, slightly larger than the targets, as an operator would draw them.
 void place_regions(Scene& scene) {
     for (CameraTruth& c : scene.cameras) {
         const PictureLayout l = layout_of(c, scene.walker);
@@ -151,10 +151,10 @@ Scene read_scene(SettingsTable& root) {
     s.faults = read_faults(root.tables("fault"), {"top", "side"});
     reader.finish();
     if (s.walker.mu_s < s.walker.mu_k && root.table("walker").has("mu_s"))
-        root.table("walker").fail("mu_s",
-                                  fmt::format("{} is below mu_k = {}; static friction is at least as large "
-                                              "as kinetic",
-                                              s.walker.mu_s, s.walker.mu_k));
+        root.table("walker").fail(
+            "mu_s", fmt::format("{} is below mu_k = {}; static friction must be at least as large "
+                                "as kinetic",
+                                s.walker.mu_s, s.walker.mu_k));
     s.walker.mu_s = std::max(s.walker.mu_s, s.walker.mu_k);
     for (CameraTruth& c : s.cameras) {
         if (std::abs(c.view.along[0]) != 1) root.table(c.view.camera).fail("along_x", "must be 1 or -1");
@@ -192,4 +192,4 @@ std::string scene_text(const Scene& scene) {
     return w.text + faults_text(s.faults);
 }
 
-}  // namespace shaker
+}  // namespace shaker::simulated

@@ -5,11 +5,13 @@
 #include <numbers>
 #include <utility>
 
-namespace shaker {
+#include "drivers/ticks.hpp"
+
+namespace shaker::simulated {
 
 namespace {
 constexpr double pi = std::numbers::pi;
-constexpr double boot_s = 100;  // the host has been up for a while when the DAC starts
+constexpr double boot_s = 100;  // host time at DAC sample 0
 }  // namespace
 
 HostTime host_time(double true_s) noexcept {
@@ -75,7 +77,7 @@ std::array<std::int32_t, 3> AccelerometerModel::converted(double a_base, double 
     return counts;
 }
 
-// Whether the sample at t, which has tick next_, is missing.
+// True if the sample at t, with tick next_, is missing.
 bool AccelerometerModel::loses(double t) noexcept {
     while (const SceneFault* drop = drops_.take(t))
         dropped_until_ = std::max(dropped_until_, next_) + std::llround(drop->value);
@@ -91,8 +93,8 @@ AccelBlock AccelerometerModel::handed_on() {
 
 std::optional<AccelBlock> AccelerometerModel::step(std::int64_t n, double a_base) {
     const double now = low_passed(a_base), before = std::exchange(before_, now);
-    // A conversion falls between two DAC samples at most once: the sensor is slower than the DAC.
-    const double t = start_s_ + static_cast<double>(next_) / (p_.rate_hz * (1 + 1e-6 * p_.clock_ppm));
+    // There is at most one conversion between two DAC samples: the sensor is slower than the DAC.
+    const double t = start_s_ + duration_s(next_, p_.rate_hz * (1 + 1e-6 * p_.clock_ppm));
     const double at = t * dac_rate_ - static_cast<double>(n - 1);
     if (at > 1) return std::nullopt;
     Quality quality{};
@@ -121,4 +123,4 @@ std::optional<AccelBlock> AccelerometerModel::step(std::int64_t n, double a_base
     return handed_on();
 }
 
-}  // namespace shaker
+}  // namespace shaker::simulated

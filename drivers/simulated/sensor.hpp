@@ -1,19 +1,22 @@
 #pragma once
-// The simulated accelerometer's inside: low-pass, own clock, noise, quantisation, blocks.
+// AccelerometerModel: low-pass, clock, noise, quantisation and blocks of the simulated accelerometer.
 #include <optional>
 #include <random>
 
 #include "drivers/devices.hpp"
 #include "drivers/simulated/scene.hpp"
 
-namespace shaker {
+namespace shaker::simulated {
 
+/// Reading: specific force, gravity included. Frame: z up, x along the shaker's axis rotated by -yaw about z.
+/// On a base tilted by b: u (a_B - g sin b) + z g cos b, with u = (cos yaw, -sin yaw, 0) and +x downhill for
+/// b > 0. At rest on a level base the sensor reads +g on z.
 class AccelerometerModel {
 public:
     explicit AccelerometerModel(const Scene& scene);
     [[nodiscard]] AccelerometerInfo info() const;
-    /// The base's acceleration at DAC sample n (true time n / DAC rate). Returns a block when one has filled
-    /// up or samples are missing behind it; its `arrived` is when the host gets it.
+    /// Advances to DAC sample n (true time n / DAC rate) with the base's acceleration in m/s^2. Returns a
+    /// block when it is full or samples are missing after it; `arrived` is its arrival at the host.
     std::optional<AccelBlock> step(std::int64_t n, double a_base);
 
 private:
@@ -47,4 +50,4 @@ private:
 /// Virtual host time of a true time in seconds since DAC sample 0.
 HostTime host_time(double true_s) noexcept;
 
-}  // namespace shaker
+}  // namespace shaker::simulated

@@ -1,5 +1,6 @@
 #pragma once
-// One pass over the fields of a truth serves reading and writing: each visitor sees key, value and range.
+// One pass over the fields of a struct for reading and for writing: the visitor receives key, value and
+// range.
 #include <spdlog/fmt/fmt.h>
 
 #include <initializer_list>
@@ -9,9 +10,9 @@
 
 #include "drivers/settings_table.hpp"
 
-namespace shaker {
+namespace shaker::simulated {
 
-/// Reads a table's fields; what the file does not name keeps its value.
+/// Reads the fields of a table. Missing keys keep their value.
 struct ReadPart {
     SettingsTable table;
     void operator()(const char* key, double& x, Range r) { x = table.number(key, r, x); }
@@ -24,7 +25,7 @@ struct ReadPart {
     }
 };
 
-/// Appends a table's fields to a text that reads back as the same values to the last digit.
+/// Appends the fields as TOML that reads back exactly.
 struct WritePart {
     std::string& text;
     void operator()(const char* key, double x, Range) const {
@@ -35,11 +36,11 @@ struct WritePart {
     void choice(const char* key, Choice x, std::initializer_list<std::string_view> names) const {
         text += fmt::format("{} = \"{}\"\n", key, names.begin()[static_cast<std::size_t>(x)]);
     }
-    // The shortest such text; TOML wants a point or an exponent in a number that is not whole by kind.
+    // The shortest exact text. TOML requires a point or an exponent in a floating-point number.
     static std::string number(double x) {
         std::string s = fmt::format("{}", x);
         return s.find_first_of(".e") == std::string::npos ? s + ".0" : s;
     }
 };
 
-}  // namespace shaker
+}  // namespace shaker::simulated

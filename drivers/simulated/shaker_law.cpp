@@ -4,11 +4,11 @@
 #include <cmath>
 #include <numbers>
 
-namespace shaker {
+namespace shaker::simulated {
 
 namespace {
 constexpr double pi = std::numbers::pi;
-constexpr double furthest_m = 0.01;  // the base's reach for which steps are chosen
+constexpr double furthest_m = 0.01;  // largest |x| for which steps are chosen
 }  // namespace
 
 ShakerLaw::ShakerLaw(const Scene& scene)
@@ -24,7 +24,7 @@ ShakerLaw::ShakerLaw(const Scene& scene)
       linear_{p_.cubic_stiffness_npm3 == 0 && p_.force_factor_falloff_pm2 == 0},
       current_drive_{p_.drive == DriveKind::current},
       sample_{1 / scene.dac_rate_hz} {
-    // A bound of the system's norm in energy units: no solution grows or oscillates faster.
+    // Bound of the system's norm in energy units: no solution grows or oscillates faster.
     const double stopped = p_.stop_travel_mm > 0 ? 1 : 0;
     const double stiffness = p_.stiffness_npm + stopped * p_.stop_stiffness_npm +
                              3 * p_.cubic_stiffness_npm3 * furthest_m * furthest_m;
@@ -37,7 +37,7 @@ ShakerLaw::ShakerLaw(const Scene& scene)
     if (linear_) prepare_samples();
 }
 
-// As many terms as leave less than 1e-18, in steps that need no more than there are.
+// Chooses steps and the number of terms for which the remainder is below 1e-18.
 void ShakerLaw::choose_step(double rate) {
     constexpr double longest = 0.25;
     const double pieces = std::ceil(rate * sample_ / longest);
@@ -64,15 +64,15 @@ double ShakerLaw::mass(const Contacts& c) const noexcept {
     return mass_ + (c.walker && c.slip == 0 ? walker_mass_ : 0);
 }
 
-// Of walker, slide and stop. A walker that rides along adds the downhill part of its weight; one that slips
-// pulls the base the way it slides.
+// Force of walker, slide and stop. A sticking walker adds the downhill part of its weight; a slipping one
+// pulls the base in the direction of its slip.
 double ShakerLaw::constant_force(const Contacts& c) const noexcept {
     double force = c.stop != 0 ? c.stop * p_.stop_stiffness_npm * travel_ : 0;
     if (c.walker) force += walker_mass_ * (c.slip == 0 ? downhill_ : c.slip * grip_k_);
     return force - c.base * p_.kinetic_friction_n;
 }
 
-// On the base, the slide's friction left out where it holds.
+// Force on the base without the friction of the slide where it holds.
 double ShakerLaw::free_force(const ShakerMotion& m, const Contacts& c) const noexcept {
     const double square = m.x * m.x;
     const bool stop = c.stop != 0;
@@ -89,7 +89,7 @@ ShakerLaw::Series ShakerLaw::series(const ShakerMotion& m, const Contacts& c, do
     return series(m, c, input, constant_force(c));
 }
 
-// The coefficients follow from each other; products of series are Cauchy sums.
+// Recurrence of the coefficients; products of series are Cauchy sums.
 ShakerLaw::Series ShakerLaw::series(const ShakerMotion& m, const Contacts& c, double input,
                                     double force) const noexcept {
     const double share_of_mass = rubs() && c.base == 0 ? 0 : 1 / mass(c), bl = p_.force_factor_npa;
@@ -164,25 +164,26 @@ std::array<double, 3> ShakerLaw::margins(const ShakerMotion& m, double v_R,
     if (c.walker && grip_s_ > 0)
         margin[0] = c.slip != 0 ? c.slip * v_R : grip_s_ - std::abs(base_acceleration(m, c) - downhill_);
     if (rubs()) margin[1] = c.base != 0 ? c.base * m.v : hold_ - std::abs(free_force(m, c));
-    // A stop is compressed by `depth` and pushes back with k (depth + tau d depth/dt) as long as that is
-    // positive; its spring's energy is never less than what it gives back.
+    // A stop compressed by `depth` pushes back with k (depth + tau d depth/dt) while that is positive; it
+    // never returns more energy than its spring stores.
     const double side = c.stop != 0 ? c.stop : (m.x < 0 ? -1 : 1);
     const double depth = side * m.x - travel_, pressed = depth + stop_time_ * side * m.v;
     margin[2] = c.stop != 0 ? pressed : std::max(-depth, -pressed);
     return margin;
 }
 
-// Between the ends of a sample a smooth margin bends by (its second derivative) h^2 / 8: with the coil's time
-// constant of several samples, some thousandth of the accelerations and what they do in a sample.
+// Between the ends of a sample a smooth margin deviates by (its second derivative) h^2 / 8. With a time
+// constant of the coil of several samples this is about a thousandth of the accelerations, and of their
+// effect within a sample.
 std::array<double, 3> ShakerLaw::grazes(const Contacts& c) const noexcept {
     constexpr double share = 5e-3;
     const double change = share * sample_ * (grip_s_ + hold_ / mass_);  // of a velocity, m/s
     return {c.slip != 0 ? change : share * grip_s_, c.base != 0 ? change : share * hold_, change * sample_};
 }
 
-// Whether these contacts go on when they are taken up at relative velocities of zero.
+// True if these contacts persist when they start at relative velocities of zero.
 bool ShakerLaw::possible(const ShakerMotion& m, const Contacts& c, bool together, bool still) const noexcept {
-    constexpr double tie = 1e-9;  // of the friction: rounding where it has just been overcome
+    constexpr double tie = 1e-9;  // relative to the friction: rounding where it was just overcome
     const double a = base_acceleration(m, c), force = free_force(m, c);
     if (rubs() && c.base == 0 && std::abs(force) > hold_) return false;
     if (rubs() && c.base != 0 && still && c.base * force < -tie * hold_) return false;
@@ -193,7 +194,7 @@ bool ShakerLaw::possible(const ShakerMotion& m, const Contacts& c, bool together
 
 Contacts ShakerLaw::settled(const ShakerMotion& m, Contacts c, bool together, bool still,
                             Released released) const noexcept {
-    if (c.walker && grip_s_ == 0) c.slip = 1;  // nothing ever changes for it, whatever the sign
+    if (c.walker && grip_s_ == 0) c.slip = 1;  // never changes, for either sign
     const bool slip_open = c.walker && grip_s_ > 0 && together, base_open = rubs() && still;
     for (const int slip : {0, 1, -1})
         for (const int base : {0, 1, -1}) {
@@ -207,4 +208,4 @@ Contacts ShakerLaw::settled(const ShakerMotion& m, Contacts c, bool together, bo
     return c;
 }
 
-}  // namespace shaker
+}  // namespace shaker::simulated

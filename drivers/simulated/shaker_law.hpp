@@ -1,12 +1,13 @@
 #pragma once
-// The equations of a shaker with a walker on its table, one smooth set for each combination of contacts.
+// ShakerLaw: equations of motion of a shaker with a walker on its table, smooth for each combination of
+// contacts.
 #include <array>
 #include <cstddef>
 #include <limits>
 
 #include "drivers/simulated/scene.hpp"
 
-namespace shaker {
+namespace shaker::simulated {
 
 /// Coil current (A), position and velocity of the base (m, m/s).
 struct ShakerMotion {
@@ -15,15 +16,19 @@ struct ShakerMotion {
     double v = 0;
 };
 
-/// Which contacts hold. While none changes the motion is smooth.
+/// State of the contacts. Between changes the motion is smooth.
 struct Contacts {
-    bool walker = true;  // it is on the table
-    int slip = 0;        // sign of v_R = walker's velocity - v; 0: the walker rides along
-    int base = 1;        // sign of v where the slide rubs; 0: the slide's friction holds the base
-    int stop = 0;        // side of the end stop that pushes back
+    bool walker = true;  // the walker is on the table
+    int slip = 0;        // sign of v_R = walker's velocity - v; 0: the walker sticks
+    int base = 1;        // sign of v while the slide slips; 0: static friction holds the base
+    int stop = 0;        // side of the end stop in contact; 0: none
 };
 
-/// Exact to rounding over any time: series in steps short against the fastest time constant. Immutable.
+/// Equations, with Bl(x) = Bl (1 - b x^2):
+///   m dv/dt = Bl(x) i - k x - k3 x^3 - d v + F,  dx/dt = v,  L di/dt = u - R i - Bl(x) v (voltage drive).
+/// F is the constant force of walker, slide and stop; m includes a walker that sticks. A stop adds stiffness
+/// and damping. Solved by Taylor series in steps shorter than the fastest time constant: exact to rounding
+/// over any time. Immutable.
 class ShakerLaw {
 public:
     explicit ShakerLaw(const Scene& scene);
@@ -34,36 +39,37 @@ public:
         std::array<double, terms> current{}, x{}, v{};
         std::size_t order = 0;
         [[nodiscard]] ShakerMotion at(double t) const noexcept;
-        [[nodiscard]] double gain_of_v(double t) const noexcept;  // since the start, without cancellation
+        [[nodiscard]] double gain_of_v(double t) const noexcept;  // v(t) - v(0) without cancellation
     };
-    /// `input` is the amplifier's output: V, or A that the motion's current has already.
+    /// input: output of the amplifier in V; with current drive in A, equal to the motion's current.
     [[nodiscard]] Series series(const ShakerMotion& m, const Contacts& c, double input) const noexcept;
-    /// The longest step a series is good for, s; at most a sample.
+    /// The longest step for which a series is accurate, s; at most one sample.
     [[nodiscard]] double longest_step() const noexcept { return longest_; }
-    /// One DAC sample further, contacts unchanged.
+    /// The motion one DAC sample later with unchanged contacts.
     [[nodiscard]] ShakerMotion sample_later(const ShakerMotion& m, const Contacts& c,
                                             double input) const noexcept;
 
     [[nodiscard]] double base_acceleration(const ShakerMotion& m, const Contacts& c) const noexcept;
-    /// Of a walker that slips.
+    /// Acceleration of a slipping walker, m/s^2.
     [[nodiscard]] double walker_acceleration(int slip) const noexcept { return downhill_ - slip * grip_k_; }
-    /// How far walker, base and stop are from a change, in units of their own; one happens where one of them
-    /// gets below 0. `v_R` is the walker's velocity against the base.
+    /// Distances of walker, base and stop from a change of contact, each in its own unit; below 0 the contact
+    /// changes. v_R: velocity of the walker relative to the base, m/s.
     [[nodiscard]] std::array<double, 3> margins(const ShakerMotion& m, double v_R,
                                                 const Contacts& c) const noexcept;
-    /// Margins above these at both ends of a sample stay positive in between.
+    /// A margin above these values at both ends of a sample stays positive between them.
     [[nodiscard]] std::array<double, 3> grazes(const Contacts& c) const noexcept;
-    /// A friction that has just been overcome.
+    /// The friction that was overcome last.
     enum class Released { none, walker, base };
-    /// The contacts that follow: `together` when walker and base have one velocity, `still` when the base has
-    /// none. Friction holds wherever it can.
+    /// The contacts after a change. together: walker and base have the same velocity; still: the base is at
+    /// rest. Static friction holds wherever it can.
     [[nodiscard]] Contacts settled(const ShakerMotion& m, Contacts c, bool together, bool still,
                                    Released released) const noexcept;
 
     [[nodiscard]] bool rubs() const noexcept { return hold_ > 0; }
 
 private:
-    struct Linear {  // one sample of the linear system: motion, input and a constant force to motion
+    struct Linear {  // one sample of the linear system: response of the motion to motion, input and constant
+                     // force
         std::array<ShakerMotion, 5> columns{};
     };
     [[nodiscard]] double mass(const Contacts& c) const noexcept;
@@ -79,20 +85,20 @@ private:
     void prepare_samples();
 
     ShakerTruth p_;
-    double mass_;                      // of the base with the armature, kg
-    double walker_mass_;               // kg
-    double downhill_;                  // g sin(tilt), m/s^2
-    double grip_k_;                    // mu_k g cos(tilt), m/s^2
-    double grip_s_;                    // mu_s g cos(tilt)
-    double hold_;                      // slide's static friction, N
-    double travel_;                    // m until a stop
-    double stop_time_;                 // damping over stiffness of a stop, s
-    bool linear_;                      // no cubic stiffness, Bl constant
-    bool current_drive_;               //
-    double sample_;                    // s
+    double mass_;         // kg, base with armature
+    double walker_mass_;  // kg
+    double downhill_;     // g sin(tilt), m/s^2
+    double grip_k_;       // mu_k g cos(tilt), m/s^2
+    double grip_s_;       // mu_s g cos(tilt)
+    double hold_;         // N, static friction of the slide
+    double travel_;       // m, free travel to a stop
+    double stop_time_;    // s, damping / stiffness of a stop
+    bool linear_;         // no cubic stiffness and constant Bl
+    bool current_drive_;
+    double sample_;                    // s, length of a sample
     double longest_ = 0;               // s
     std::size_t order_ = 0;            // of the series
-    std::array<Linear, 5> samples_{};  // free or riding, without and with a stop; held
+    std::array<Linear, 5> samples_{};  // walker slipping or sticking, without and with a stop; base held
 };
 
-}  // namespace shaker
+}  // namespace shaker::simulated

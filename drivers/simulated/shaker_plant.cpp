@@ -8,12 +8,12 @@
 #include <numbers>
 #include <utility>
 
-namespace shaker {
+namespace shaker::simulated {
 
 namespace {
 constexpr double pi = std::numbers::pi;
 constexpr long most_changes =
-    20;  // in one sample: more is chatter, and the last contacts are kept to its end
+    20;  // per sample; more is chatter, and the contacts then stay until the end of the sample
 }  // namespace
 
 ShakerPlant::ShakerPlant(const Scene& scene) : p_{scene.shaker}, law_{scene}, h_{1 / scene.dac_rate_hz} {
@@ -32,7 +32,7 @@ ShakerPlant::ShakerPlant(const Scene& scene) : p_{scene.shaker}, law_{scene}, h_
 
 double ShakerPlant::amplified(double volts) noexcept {
     double y = volts;
-    for (std::size_t k = 0; k < 2; ++k) {  // exact for a held input; what goes on is the sample's mean
+    for (std::size_t k = 0; k < 2; ++k) {  // exact for a held input; the output is the sample's mean
         const double out = y - high_pass_[k];
         high_pass_[k] += high_pass_gain_[k] * out;
         y = out * high_pass_mean_[k];
@@ -55,7 +55,7 @@ void ShakerPlant::move_walker(const ShakerMotion& end, double t) noexcept {
     state_.walker_v += t * a;
 }
 
-// Goes a whole sample on where no contact changes or comes near to it.
+// Advances by a whole sample if no contact changes or comes close to a change.
 bool ShakerPlant::unchanged_sample() {
     const ShakerMotion end = law_.sample_later(motion_, contacts_, output_);
     const double v_R =
@@ -74,8 +74,7 @@ bool ShakerPlant::is_near(const std::array<double, 3>& margins) const noexcept {
 
 namespace {
 
-// Where a smooth margin that is positive at 0 and `end` is lowest between them by the parabola through its
-// middle, or `end`.
+// Time of the minimum of a smooth margin between 0 and `end`, by the parabola through its middle; else `end`.
 template <class Margin>
 double lowest(const Margin& margin, double end) {
     const double first = margin(0), middle = margin(0.5 * end), last = margin(end);
@@ -84,17 +83,17 @@ double lowest(const Margin& margin, double end) {
     return u > 0 && u < 1 ? u * end : end;
 }
 
-// The first instant until `end` at which a margin is not positive, or infinity.
+// The first time up to `end` at which a margin is not positive, or infinity.
 template <class Margin>
 double first_change(const Margin& margin, double end) {
     constexpr double never = std::numeric_limits<double>::infinity();
     double from = 0;
     if (!(margin(end) <= 0)) {
-        if (margin(0) <= 0) return never;  // just taken up
+        if (margin(0) <= 0) return never;  // the contact has just started
         end = lowest(margin, end);
         if (!(margin(end) <= 0)) return never;
     } else if (margin(0) <= 0) {
-        // A contact just taken up starts from zero: look for an instant at which it has got away from it.
+        // A contact that has just started has a margin of zero: finds a time at which it is positive.
         for (from = 0.5 * end; from > 1e-9 * end && margin(from) <= 0;) from *= 0.5;
         if (margin(from) <= 0) return 0;
     }
@@ -106,7 +105,7 @@ double first_change(const Margin& margin, double end) {
 
 }  // namespace
 
-// Goes on to the first change, at most `most` seconds; returns how far.
+// Advances to the first change, by at most `most` seconds; returns the time advanced.
 double ShakerPlant::advance(double most, bool may_change) {
     const ShakerLaw::Series path = law_.series(motion_, contacts_, output_);
     const double v_R = contacts_.slip == 0 ? 0 : state_.walker_v - motion_.v;
@@ -131,7 +130,7 @@ double ShakerPlant::advance(double most, bool may_change) {
     return first;
 }
 
-// What follows where a contact's margin has come to zero: 0 the walker, 1 the slide, 2 an end stop.
+// Changes the contacts when a margin has become zero. contact: 0 walker, 1 slide, 2 end stop.
 void ShakerPlant::change(std::size_t contact) {
     const bool rode = contacts_.slip == 0, was_held = contacts_.base == 0;
     if (contact == 0 && !rode) state_.walker_v = motion_.v;
@@ -196,4 +195,4 @@ std::array<double, 2> ShakerPlant::response(const Scene& scene, double frequency
     return {h.real(), h.imag()};
 }
 
-}  // namespace shaker
+}  // namespace shaker::simulated

@@ -4,7 +4,7 @@
 
 #include "drivers/simulated/settings_parts.hpp"
 
-namespace shaker {
+namespace shaker::simulated {
 
 namespace {
 
@@ -50,8 +50,7 @@ ShakerTruth preset(Model model) {
         s.resistance_ohm = 1.6;
         s.inductance_h = 0.764e-3;
         s.force_factor_npa = 3.744;
-        // The force is published; stroke and velocity are assumed, the acceleration is force over moving
-        // mass.
+        // The force is published; stroke and velocity are assumed; the acceleration is force / moving mass.
         s.sheet = {
             .max_force_n = 19.6, .stroke_mm = 5, .max_velocity_mps = 1.5, .max_acceleration_mps2 = 628};
     }
@@ -62,7 +61,7 @@ ShakerTruth preset(Model model) {
         s.resistance_ohm = 4;
         s.inductance_h = 0.6e-3;
         s.force_factor_npa = 36;
-        // Likewise.
+        // As above.
         s.sheet = {
             .max_force_n = 445, .stroke_mm = 25.4, .max_velocity_mps = 1.5, .max_acceleration_mps2 = 1011};
     }
@@ -80,7 +79,7 @@ ShakerTruth read_shaker(SettingsTable table) {
     if (shaker.static_friction_n < shaker.kinetic_friction_n && part.table.has("static_friction_n"))
         part.table.fail(
             "static_friction_n",
-            fmt::format("{} is below kinetic_friction_n = {}; static friction is at least as large "
+            fmt::format("{} is below kinetic_friction_n = {}; static friction must be at least as large "
                         "as kinetic",
                         shaker.static_friction_n, shaker.kinetic_friction_n));
     shaker.static_friction_n = std::max(shaker.static_friction_n, shaker.kinetic_friction_n);
@@ -94,4 +93,4 @@ std::string shaker_text(const ShakerTruth& shaker) {
     return text;
 }
 
-}  // namespace shaker
+}  // namespace shaker::simulated

@@ -1,13 +1,13 @@
 #pragma once
-// The shaker, its amplifier and its slide: what a data sheet says of them, and what is wrong with them.
+// Parameters of shaker, amplifier and slide: data sheet and imperfections.
 #include <array>
 #include <string>
 
 #include "drivers/settings_table.hpp"
 
-namespace shaker {
+namespace shaker::simulated {
 
-/// What the maker allows, whatever the load. Peak values, except the stroke.
+/// Limits given by the maker, for any load. Peak values, except the stroke.
 struct ShakerSheet {
     double max_force_n = 45;
     double stroke_mm = 8;                // peak to peak
@@ -15,12 +15,12 @@ struct ShakerSheet {
     double max_acceleration_mps2 = 736;  // of the bare table; assumed: 75 g
 };
 
-/// What the amplifier holds at its output.
+/// Quantity that the amplifier controls at its output.
 enum class DriveKind { voltage, current };
 
-/// Electrodynamic shaker. The default moving mass, stiffness, damping, R and Bl are those of a B&K 4809 as
-/// published in maltekrack/NLtest; its inductance is an assumed 0.5 mH. What a real one has besides (cubic
-/// stiffness, a fading field, a slide that rubs, stops) is 0 by default: not there.
+/// Electrodynamic shaker. Default moving mass, stiffness, damping, R and Bl: B&K 4809, as published in
+/// maltekrack/NLtest; the inductance of 0.5 mH is assumed. Imperfections (cubic stiffness, falling Bl,
+/// friction of the slide, stops) are 0 by default.
 struct ShakerTruth {
     double moving_mass_kg = 0.057;
     double base_mass_kg = 0.5;        // table and slide, without the walker
@@ -32,24 +32,24 @@ struct ShakerTruth {
     double force_factor_npa = 6.78;       // Bl at x = 0
     double force_factor_falloff_pm2 = 0;  // b in Bl(x) = Bl (1 - b x^2), 1/m^2, for |x| well below b^(-1/2)
     double static_friction_n = 0;         // of the slide; holds the base up to this force
-    double kinetic_friction_n = 0;        // brakes the base with this force while it moves
-    double stop_travel_mm = 0;            // the base is free within +- this; 0: no end stops
+    double kinetic_friction_n = 0;        // of the slide while the base moves
+    double stop_travel_mm = 0;            // free travel +-; 0: no end stops
     double stop_stiffness_npm = 1e6;      // of a stop
-    double stop_damping_nspm = 50;        // of a stop, which pushes and never pulls
+    double stop_damping_nspm = 50;        // of a stop; it never pulls
     DriveKind drive = DriveKind::voltage;
-    double amplifier_gain = 10;                // volts or amperes out a volt in
-    double amplifier_limit_v = 20;             // clips beyond, voltage drive
-    double amplifier_limit_a = 10;             // clips beyond, current drive
-    double gain_drift_per_min = 0;             // the gain grows by this share of itself a minute
+    double amplifier_gain = 10;                // V or A at the output per V at the input
+    double amplifier_limit_v = 20;             // clipping level, voltage drive
+    double amplifier_limit_a = 10;             // clipping level, current drive
+    double gain_drift_per_min = 0;             // relative growth of the gain per minute
     std::array<double, 2> high_pass_hz{2, 3};  // AC coupling, two one-pole stages
     ShakerSheet sheet;
 };
 
-/// The table [shaker] of a scene, which a rig file has too: the shaker's and the amplifier's data sheet. The
-/// key `model` ("B&K 4809", "LDS V203", "Modal Shop 2100E11") sets what is published of that shaker; keys
-/// beside it win. Throws InputError with file, line, key and value.
+/// Reads the table [shaker] of a scene or rig file: data sheet of shaker and amplifier. The key `model` ("B&K
+/// 4809", "LDS V203", "Modal Shop 2100E11") sets the published values of that shaker; other keys override
+/// them. Throws InputError with file, line, key and value.
 ShakerTruth read_shaker(SettingsTable table);
-/// Every number of it, without `model`.
+/// All values as TOML, without `model`.
 std::string shaker_text(const ShakerTruth& shaker);
 
-}  // namespace shaker
+}  // namespace shaker::simulated

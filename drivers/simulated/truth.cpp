@@ -4,7 +4,7 @@
 #include <cmath>
 #include <iterator>
 
-namespace shaker {
+namespace shaker::simulated {
 
 namespace {
 
@@ -23,4 +23,4 @@ double drift_velocity(const std::vector<PoseTruth>& poses, double from_s, double
     return (walker_at(poses, to_s) - walker_at(poses, from_s)) / (to_s - from_s);
 }
 
-}  // namespace shaker
+}  // namespace shaker::simulated

@@ -6,12 +6,13 @@
 #include "drivers/errors.hpp"
 #include "drivers/frame_pool.hpp"
 #include "drivers/simulated/world_state.hpp"
+#include "drivers/ticks.hpp"
 
-namespace shaker {
+namespace shaker::simulated {
 
 namespace {
 
-constexpr int pool_frames = 256;  // of each camera
+constexpr int pool_frames = 256;  // per camera
 
 double cpu_seconds() {
     timespec t{};
@@ -37,7 +38,7 @@ public:
         if (volts.size() != trigger.size()) throw DeviceError{"simulated DAC: channels of different length"};
         std::unique_lock lock{s_.mutex};
         const std::int64_t first = s_.next_written();
-        PlayTime played{DacTick{first}, host_time(static_cast<double>(first) / s_.scene.dac_rate_hz)};
+        PlayTime played{DacTick{first}, host_time(duration_s(first, s_.scene.dac_rate_hz))};
         played.lost = s_.run_empty(static_cast<std::int64_t>(volts.size()));
         for (std::size_t i = 0; i < volts.size() && played.lost == 0; ++i)
             s_.play({volts[i], trigger[i] > 0.5});
@@ -106,7 +107,7 @@ public:
         }
         const double before = cpu_seconds();
         const std::shared_ptr<Frame> frame = pool_.acquire();
-        if (frame == nullptr) {  // all buffers are with readers: this exposure is lost
+        if (frame == nullptr) {  // readers hold all buffers: this exposure is lost
             lost_ = true;
             return nullptr;
         }
@@ -131,7 +132,7 @@ public:
 
 private:
     World::State& s_;
-    World::State::Eye& eye_;
+    World::State::SimulatedView& eye_;
     FramePool pool_;
     bool lost_ = false;
     DeviceCounts counts_;
@@ -171,8 +172,8 @@ void World::keep_truth_for(double seconds) {
 double World::render_seconds() const {
     const std::scoped_lock lock{state_->mutex};
     double sum = 0;
-    for (const State::Eye& eye : state_->eyes) sum += eye.render_s;
+    for (const State::SimulatedView& camera_input : state_->eyes) sum += camera_input.render_s;
     return sum;
 }
 
-}  // namespace shaker
+}  // namespace shaker::simulated

@@ -1,5 +1,5 @@
 #pragma once
-// The simulated bench as a Rig: DAC samples in, accelerometer blocks and frames out, on virtual time.
+// World: the simulated bench as a Rig on virtual time. DAC samples in, accelerometer blocks and frames out.
 #include <memory>
 #include <vector>
 
@@ -7,16 +7,17 @@
 #include "drivers/simulated/scene.hpp"
 #include "drivers/simulated/truth.hpp"
 
-namespace shaker {
+namespace shaker::simulated {
 
-/// One virtual bench; it outlives the devices it hands out. Everything is deterministic: same scene, same
-/// samples in, same bytes out, whatever thread calls. Virtual time moves only when the DAC is written.
+/// One virtual bench; must outlive the devices it returns. Deterministic: equal scene and samples give equal
+/// bytes, in any threads. Virtual time advances only when the DAC is written.
 class World {
 public:
-    /// lockstep: sensors are read in the thread that writes the DAC, so write() never waits; what is not read
-    /// is dropped when a sensor's queue is full, and marked. paced: write() waits until every sensor's reader
-    /// has taken what is due, and the accelerometer's has done with it and asks for more, as threads need it:
-    /// nobody is late in virtual time because a computer was; stop() of any device ends the waiting.
+    /// lockstep: sensors are read in the thread that writes the DAC, so write() never waits; when the queue
+    /// of a sensor is full, data are dropped and marked. paced, for threads: write() waits until the reader
+    /// of every sensor has taken the data that are due, and the accelerometer's reader asks for the next
+    /// block. No reader is late in virtual time because the computer is slow. stop() of any device ends the
+    /// wait.
     enum class Pace { lockstep, paced };
     explicit World(const Scene& scene, Pace pace = Pace::lockstep);
     ~World();
@@ -24,12 +25,12 @@ public:
     World& operator=(const World&) = delete;
     /// The devices: one DAC, one accelerometer, the scene's cameras.
     Rig rig();
-    /// The next sample that is played starts an exposure of camera `index`, as a camera has that runs by its
-    /// own clock.
+    /// Starts an exposure of camera `index` with the next sample played, as a camera that runs on its own
+    /// clock does.
     void expose_next(std::size_t index);
-    /// Truth of the exposures of camera `index` so far, in order of their ticks.
+    /// True positions at the exposures of camera `index`, in order of their ticks.
     [[nodiscard]] std::vector<PoseTruth> truth(std::size_t index) const;
-    /// From now on what is older than so many seconds may be forgotten. Without it all is kept.
+    /// Discards truth older than this from now on. Default: all is kept.
     void keep_truth_for(double seconds);
     /// CPU time spent on rendering so far, s.
     [[nodiscard]] double render_seconds() const;
@@ -40,4 +41,4 @@ private:
     std::unique_ptr<State> state_;
 };
 
-}  // namespace shaker
+}  // namespace shaker::simulated

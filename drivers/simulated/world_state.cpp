@@ -4,15 +4,16 @@
 #include <cmath>
 #include <utility>
 
-namespace shaker {
+#include "drivers/ticks.hpp"
+
+namespace shaker::simulated {
 
 namespace {
 constexpr std::size_t queue_limit = 4096;
-// Chebyshev's instants in an exposure, as a share of it: their plain mean is exact for motion of third order
-// in time.
+// Chebyshev times as shares of an exposure: their mean is exact for motion of third order in time.
 constexpr std::array<double, 3> instants{0.14644660940672624, 0.5, 0.85355339059327376};
 
-// Value at share u of a sample from positions and velocities at its ends.
+// Cubic interpolation at share u of a sample, from positions and velocities at its ends.
 double hermite(double x0, double v0, double x1, double v1, double h, double u) {
     const double s = 1 - u;
     return x0 * s * s * (1 + 2 * u) + x1 * u * u * (3 - 2 * u) + h * u * s * (v0 * s - v1 * u);
@@ -41,13 +42,13 @@ bool World::State::accel_ready() const {
     return !blocks.empty() && blocks.front().arrived <= host_time(now());
 }
 
-bool World::State::frame_ready(const Eye& eye) const {
-    return !eye.done.empty() && due(eye, eye.done.front()) <= now();
+bool World::State::frame_ready(const SimulatedView& camera_input) const {
+    return !camera_input.done.empty() && due(camera_input, camera_input.done.front()) <= now();
 }
 
 bool World::State::all_read() const {
     return !accel_ready() && !block_in_hand &&
-           std::ranges::none_of(eyes, [&](const Eye& e) { return frame_ready(e); });
+           std::ranges::none_of(eyes, [&](const SimulatedView& e) { return frame_ready(e); });
 }
 
 void World::State::stop() noexcept {
@@ -56,18 +57,17 @@ void World::State::stop() noexcept {
     moved.notify_all();
 }
 
-void World::State::play(const Output& out) {
+void World::State::play(const PlayedOutput& out) {
     buffer.push_back(out);
     step(buffer.front());
     buffer.pop_front();
 }
 
-// When the DAC runs empty before the end of a block that is now due: plays silence for the block and for the
-// time lost behind it, which is returned (samples); else 0.
+// Handles an underrun that is due before the end of a block: plays silence for the block and for the lost
+// time after it, whose length (samples) is returned; else 0.
 std::int64_t World::State::run_empty(std::int64_t block) {
     std::int64_t lost = 0;
-    while (const SceneFault* f =
-               underruns.take(static_cast<double>(next_written() + block - 1) / scene.dac_rate_hz))
+    while (const SceneFault* f = underruns.take(duration_s(next_written() + block - 1, scene.dac_rate_hz)))
         lost += std::llround(f->value);
     if (lost == 0) return 0;
     for (std::int64_t i = 0; i < block + lost; ++i) play({});
@@ -86,22 +86,24 @@ void World::State::cause_faults() {
 }
 
 void World::State::open_exposures(bool trigger) {
-    for (Eye& eye : eyes) {
-        if (!std::exchange(eye.expose, false) && !trigger) continue;
-        const bool lost = eye.losses.take(now()) != nullptr || eye.faults.at(FaultKind::camera_stall, now());
-        const bool walker = plant.has_walker() && !eye.faults.at(FaultKind::walker_hidden, now());
-        eye.open.push_back({.tick = eye.next, .start_s = now(), .lost = lost, .walker = walker});
-        ++eye.next.n;
+    for (SimulatedView& camera_input : eyes) {
+        if (!std::exchange(camera_input.expose, false) && !trigger) continue;
+        const bool lost = camera_input.losses.take(now()) != nullptr ||
+                          camera_input.faults.at(FaultKind::camera_stall, now());
+        const bool walker = plant.has_walker() && !camera_input.faults.at(FaultKind::walker_hidden, now());
+        camera_input.open.push_back(
+            {.tick = camera_input.next, .start_s = now(), .lost = lost, .walker = walker});
+        ++camera_input.next.n;
     }
 }
 
-void World::State::step(const Output& out) {
+void World::State::step(const PlayedOutput& out) {
     cause_faults();
     open_exposures(out.trigger);
     const PlantState before = plant.state();
     const double limit = scene.dac_full_scale_v;
     plant.step(std::clamp(out.volts, -limit, limit));
-    for (Eye& eye : eyes) expose(eye, before);
+    for (SimulatedView& camera_input : eyes) expose(camera_input, before);
     ++n;
     if (auto block = sensor.step(n, plant.state().a)) {
         if (overflow) block->quality = block->quality | Quality::gap;
@@ -110,18 +112,18 @@ void World::State::step(const Output& out) {
     }
 }
 
-// Half of them at a time: what is left is not moved at every exposure.
+// Half of them at a time, so that not every exposure moves the rest.
 void World::State::forget_old(std::vector<PoseTruth>& poses) const {
     const auto time = [](const PoseTruth& p) { return seconds(p.time); };
     if (time(poses.front()) > now() - 2 * truth_kept_s) return;
     poses.erase(poses.begin(), std::ranges::lower_bound(poses, now() - truth_kept_s, {}, time));
 }
 
-// Takes the poses of the instants that fall into the sample just played.
-void World::State::expose(Eye& eye, const PlantState& before) {
+// Records the poses for the times within the sample just played.
+void World::State::expose(SimulatedView& camera_input, const PlantState& before) {
     const PlantState& after = plant.state();
-    const double h = 1 / scene.dac_rate_hz, exposure_s = eye.truth.view.exposure_s;
-    for (Exposure& e : eye.open) {
+    const double h = 1 / scene.dac_rate_hz, exposure_s = camera_input.truth.view.exposure_s;
+    for (Exposure& e : camera_input.open) {
         for (; e.seen < instants.size(); ++e.seen) {
             const double u = (e.start_s + instants[e.seen] * exposure_s - now()) / h;
             if (u > 1) break;
@@ -130,15 +132,16 @@ void World::State::expose(Eye& eye, const PlantState& before) {
                 hermite(before.walker_x, before.walker_v, after.walker_x, after.walker_v, h, u)};
         }
     }
-    while (!eye.open.empty() && eye.open.front().seen == instants.size()) {
-        Exposure e = eye.open.front();
-        eye.open.pop_front();
-        eye.poses.push_back(
+    while (!camera_input.open.empty() && camera_input.open.front().seen == instants.size()) {
+        Exposure e = camera_input.open.front();
+        camera_input.open.pop_front();
+        camera_input.poses.push_back(
             {e.tick, master_time(e.start_s + 0.5 * exposure_s), e.poses[1].base, e.poses[1].walker});
-        forget_old(eye.poses);
-        if (std::exchange(eye.gap, e.lost || eye.done.size() >= queue_limit)) e.quality = Quality::gap;
-        if (!eye.gap) eye.done.push_back(e);
+        forget_old(camera_input.poses);
+        if (std::exchange(camera_input.gap, e.lost || camera_input.done.size() >= queue_limit))
+            e.quality = Quality::gap;
+        if (!camera_input.gap) camera_input.done.push_back(e);
     }
 }
 
-}  // namespace shaker
+}  // namespace shaker::simulated

@@ -1,5 +1,5 @@
 #pragma once
-// The inside of a simulated bench: plant, sensors and queues, one DAC sample after the other.
+// State of a simulated bench: plant, sensors and queues, advanced by one DAC sample at a time.
 #include <array>
 #include <condition_variable>
 #include <cstddef>
@@ -13,11 +13,12 @@
 #include "drivers/simulated/sensor.hpp"
 #include "drivers/simulated/shaker_plant.hpp"
 #include "drivers/simulated/world.hpp"
+#include "drivers/ticks.hpp"
 
-namespace shaker {
+namespace shaker::simulated {
 
-/// One picture between trigger and reader. Its poses are at Chebyshev's instants in the exposure: their plain
-/// mean is exact for motion of third order in time.
+/// One picture between trigger and reader. Its poses are at Chebyshev times in the exposure: their mean is
+/// exact for motion of third order in time.
 struct Exposure {
     CameraTick tick;
     double start_s = 0;
@@ -25,24 +26,24 @@ struct Exposure {
     std::size_t seen = 0;
     Quality quality{};
     bool lost = false;   // by a fault of the camera
-    bool walker = true;  // is to be seen
+    bool walker = true;  // visible
 };
 
 /// One sample of the DAC.
-struct Output {
+struct PlayedOutput {
     double volts = 0;
     bool trigger = false;
 };
 
-/// What is not const is used under `mutex`.
+/// Members that are not const are guarded by `mutex`.
 struct World::State {
-    struct Eye {
+    struct SimulatedView {
         CameraTruth truth;
         Renderer renderer;
         LastingFaults faults;
         FaultQueue losses;
         CameraTick next{};
-        bool expose = false;  // with the next sample, without a trigger
+        bool expose = false;  // start an exposure with the next sample, without a trigger
         std::deque<Exposure> open{}, done{};
         std::vector<PoseTruth> poses{};
         bool gap = false;  // frames are missing before the next one
@@ -52,36 +53,36 @@ struct World::State {
     Pace pace;
     ShakerPlant plant;
     AccelerometerModel sensor;
-    std::vector<Eye> eyes{};
+    std::vector<SimulatedView> eyes{};
     std::deque<AccelBlock> blocks{};
-    std::deque<Output> buffer;  // written and not heard yet
-    std::int64_t n;             // sample to be heard next; below 0 while the buffer fills
+    std::deque<PlayedOutput> buffer;  // written and not played yet
+    std::int64_t n;                   // next sample to play; < 0 while the buffer fills
     DeviceCounts dac_counts{};
     FaultQueue plant_faults, underruns;
     bool overflow = false;
-    bool block_in_hand = false;  // the reader has taken one and not asked for the next yet
+    bool block_in_hand = false;  // the reader has taken a block and not asked for the next yet
     bool stopped = false;
     double truth_kept_s = std::numeric_limits<double>::infinity();
     mutable std::mutex mutex{};
     std::condition_variable moved{};
 
     State(const Scene& s, Pace p);
-    [[nodiscard]] double now() const { return static_cast<double>(n) / scene.dac_rate_hz; }
-    [[nodiscard]] double due(const Eye& eye, const Exposure& e) const {
-        return e.start_s + eye.truth.view.exposure_s + eye.truth.latency_s;
+    [[nodiscard]] double now() const { return duration_s(n, scene.dac_rate_hz); }
+    [[nodiscard]] double due(const SimulatedView& camera_input, const Exposure& e) const {
+        return e.start_s + camera_input.truth.view.exposure_s + camera_input.truth.latency_s;
     }
     [[nodiscard]] bool accel_ready() const;
-    [[nodiscard]] bool frame_ready(const Eye& eye) const;
+    [[nodiscard]] bool frame_ready(const SimulatedView& camera_input) const;
     [[nodiscard]] bool all_read() const;
     [[nodiscard]] std::int64_t next_written() const { return n + static_cast<std::int64_t>(buffer.size()); }
-    void play(const Output& out);
+    void play(const PlayedOutput& out);
     std::int64_t run_empty(std::int64_t block);
-    void step(const Output& out);
+    void step(const PlayedOutput& out);
     void cause_faults();
     void open_exposures(bool trigger);
-    void expose(Eye& eye, const PlantState& before);
+    void expose(SimulatedView& camera_input, const PlantState& before);
     void forget_old(std::vector<PoseTruth>& poses) const;
     void stop() noexcept;
 };
 
-}  // namespace shaker
+}  // namespace shaker::simulated

@@ -1,4 +1,4 @@
-// Error of a clock fitted to late stamps, the line under them against least squares through them.
+// Error of a clock fitted to late stamps: the line below them, against least squares through them.
 #include <algorithm>
 #include <cmath>
 #include <functional>
@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "calibration/clock_tracker.hpp"
+#include "calibration/clocks/clock_tracker.hpp"
 #include "tests/bench/cost.hpp"
 #include "tests/bench/table.hpp"
 
@@ -37,14 +37,14 @@ Stamps stamps(const Delay& delay, double for_s, unsigned seed) {
     return all;
 }
 
-/// What a method says about the newest stamp: error of time (s, shortest delay left out) and of rate (ppm).
+/// Errors of a method at the newest stamp: time (s, without the shortest delay) and rate (ppm).
 struct Errors {
     double time;
     double rate;
 };
 
 Errors under(const Stamps& all) {
-    ClockTracker<struct DacClock> tracker{rate};
+    calibration::ClockTracker<struct DacClock> tracker{rate};
     DacTick tick;
     for (const double s : all.stamp_s) {
         tracker.add(tick, HostTime{std::chrono::nanoseconds{std::llround(1e9 * s)}});

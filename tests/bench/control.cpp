@@ -1,5 +1,5 @@
-// Closed loop on the simulated shaker: how long until the base does what was asked and how near it stays, for
-// our law and the two usual ones on the same plants and seeds. Judged by what the base really does.
+// Closed loop on the simulated shaker: time to reach the set-point and error after that, for our law and the
+// two usual ones on the same plants and seeds. The true motion of the base is the reference.
 //   --seeds N (8)   --case WORDS (all)
 #include <algorithm>
 #include <atomic>
@@ -9,7 +9,7 @@
 #include <thread>
 
 #include "tests/bench/table.hpp"
-#include "tests/support/control_bench.hpp"
+#include "tests/support/control/control_bench.hpp"
 
 namespace {
 
@@ -36,7 +36,7 @@ std::vector<ControlResult> run_seeds(const ControlCase& c, const test::MakeLaw& 
     return results;
 }
 
-// Median and largest; a seed that never locks counts as infinitely late.
+// Median and largest; a seed that never locks counts as infinite.
 std::string spread(const std::vector<ControlResult>& r, int ControlResult::*lock) {
     std::vector<int> n;
     n.reserve(r.size());

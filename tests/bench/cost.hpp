@@ -1,6 +1,6 @@
 #pragma once
-// What a piece of work costs: the median over repeats of this thread's processor time, which other programs
-// on the machine do not add to (though they cool its caches).
+// Cost of a piece of work: the median over repeats of this thread's processor time. Other programs on the
+// machine do not add to it, but they may evict its caches.
 #include <algorithm>
 #include <ctime>
 #include <vector>
@@ -14,7 +14,7 @@ inline double cpu_ns() {
     return 1e9 * static_cast<double>(now.tv_sec) + static_cast<double>(now.tv_nsec);
 }
 
-/// Median cost of one call of `work` over an odd number of repeats, ns; one call before them does not count.
+/// Median cost of one call of `work` over an odd number of repeats, ns, after one call that is not counted.
 template <class Work>
 double median_cost_ns(int repeats, Work work) {
     work();

@@ -1,6 +1,7 @@
-// Disks that are full, fail or stall under a live run: how it ends, what of its recording is whole
+// Disks that are full, fail or stall during a live run: how the run ends, which part of its recording is
+// whole
 //   --fault WORDS (all)   --folder PATH (the temporary one)
-#include "tests/support/disk_faults.hpp"
+#include "tests/support/recording/disk_faults.hpp"
 
 #include <cstdio>
 #include <string>
@@ -18,7 +19,7 @@ bench::Row row(const test::DiskFault& fault, const test::AfterFault& after) {
         r.push_back({"drive", fault.finished           ? "went on"
                               : after.came_down_softly ? "came down softly"
                                                        : "?"});
-        r.push_back({"recording says why", fault.finished ? "-" : after.journal_says_why ? "yes" : "no"});
+        r.push_back({"reason recorded", fault.finished ? "-" : after.journal_says_why ? "yes" : "no"});
         r.push_back({"recording whole up to", after.until_s, "s", 4});
         r.push_back({"series missing in it", static_cast<double>(after.missing)});
         r.push_back({"pictures produced", static_cast<double>(after.produced), "", 6});

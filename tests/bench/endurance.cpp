@@ -1,7 +1,7 @@
-// Hours of normal operation in virtual time: runs on sound benches, set-point after set-point. No trip is
+// Hours of normal operation in virtual time: runs on sound benches with random set-points. No trip is
 // allowed.
-//   --hours H (1)   --from SEED (1)   --run SECONDS of one (600)
-#include "tests/support/endurance.hpp"
+//   --hours H (1)   --from SEED (1)   --run SECONDS per run (600)
+#include "tests/support/safety/endurance.hpp"
 
 #include <cstdio>
 #include <cstdlib>

@@ -1,5 +1,5 @@
-// Two cameras of 1000 pictures/s onto the disk, at their own pace: what is lost, how late, at what cost.
-//   --seconds N (20)   --folder FOLDER (in the build folder): room for 0.66 GB a second; its files go
+// Two cameras of 1000 pictures/s onto the disk in real time: losses, delay, cost.
+//   --seconds N (20)   --folder FOLDER (in the build folder): needs 0.66 GB per second; its files are removed
 //   afterwards
 #include <sys/resource.h>
 
@@ -17,11 +17,12 @@
 
 #include "drivers/frame_pool.hpp"
 #include "drivers/handover.hpp"
-#include "drivers/replay/frame_reader.hpp"
-#include "drivers/replay/frame_store.hpp"
-#include "drivers/replay/h5.hpp"
+#include "drivers/recorded/h5/h5.hpp"
+#include "drivers/recorded/pictures/picture_reader.hpp"
+#include "drivers/recorded/pictures/picture_store.hpp"
 #include "tests/bench/cost.hpp"
 #include "tests/bench/table.hpp"
+#include "tests/support/paths.hpp"
 
 namespace shaker {
 namespace {
@@ -29,14 +30,14 @@ namespace {
 namespace fs = std::filesystem;
 using Clock = std::chrono::steady_clock;
 
-constexpr FrameShape shape{1280, 256, 1};
+constexpr pictures::PictureShape shape{1280, 256, 1};
 constexpr std::size_t cameras = 2;
 constexpr std::size_t ring_frames = 2000;  // 2 s
 constexpr std::chrono::microseconds interval{1000};
 
 double seconds_of(Clock::duration d) { return std::chrono::duration<double>(d).count(); }
 
-/// Pictures of sensor noise; each carries its number at its begin, middle and end.
+/// Pictures of sensor noise; each contains its number at the beginning, middle and end.
 class Scene {
 public:
     Scene() {
@@ -57,15 +58,15 @@ private:
     std::array<std::vector<std::byte>, 16> bases_;
 };
 
-/// Where pictures go, and how they are read back.
+/// Destination of pictures, with a way to read them back.
 class Sink {
 public:
     virtual ~Sink() = default;
-    /// more: another picture of this camera waits.
+    /// more: another picture of this camera is waiting.
     virtual void add(std::size_t camera, const Frame& frame, bool more) = 0;
     virtual void finish() = 0;
     virtual std::uint64_t count(std::size_t camera) = 0;
-    /// Picture `k` of those stored: its tick, and its pixels.
+    /// Stored picture number `k`: its tick and pixels.
     virtual std::int64_t read(std::size_t camera, std::uint64_t k, std::vector<std::byte>& pixels) = 0;
 };
 
@@ -78,7 +79,7 @@ class Segments final : public Sink {
 public:
     explicit Segments(const fs::path& folder) : folder_{folder / "run.frames"} {
         for (std::size_t c = 0; c < cameras; ++c) {
-            stores_.push_back(std::make_unique<FrameStore>(folder_, name_of(c)));
+            stores_.push_back(std::make_unique<pictures::PictureStore>(folder_, name_of(c)));
             stores_.back()->prepare(shape);
         }
     }
@@ -100,11 +101,11 @@ public:
 
 private:
     fs::path folder_;
-    std::vector<std::unique_ptr<FrameStore>> stores_;
-    std::vector<FrameReader> readers_;
+    std::vector<std::unique_ptr<pictures::PictureStore>> stores_;
+    std::vector<pictures::PictureReader> readers_;
 };
 
-/// What one writes with HDF5 alone: a chunk a picture, readable while it grows, flushed each half second.
+/// Reference with plain HDF5: one chunk per picture, readable while it grows, flushed every half second.
 class Chunks final : public Sink {
 public:
     explicit Chunks(const fs::path& folder) {
@@ -153,7 +154,7 @@ private:
     Clock::time_point flushed_ = Clock::now();
 };
 
-/// One camera: a picture each millisecond, dropped when there is no place for it.
+/// One camera: a picture every millisecond, dropped if no buffer is free.
 struct Source {
     std::unique_ptr<FramePool> pool =
         std::make_unique<FramePool>(ring_frames + 16, shape.width, shape.height, shape.bytes_per_pixel);
@@ -214,7 +215,7 @@ double process_cpu_s() {
     return s(used.ru_utime) + s(used.ru_stime);
 }
 
-/// Pictures of a sample that are not what was produced.
+/// Number of pictures of a sample that differ from the produced ones.
 std::string errors_of(Sink& sink, const Scene& scene) {
     constexpr std::uint64_t step = 23;
     std::uint64_t wrong = 0, tried = 0;
@@ -295,7 +296,7 @@ int main(int argc, char** argv) try {
     using namespace shaker;
     const int seconds = std::max(1, std::atoi(option(argc, argv, "--seconds", "20").c_str()));
     const fs::path folder =
-        fs::path{option(argc, argv, "--folder", SHAKER_BINARY_DIR)} / "bench_frames_pictures";
+        fs::path{option(argc, argv, "--folder", test::build_dir())} / "bench_frames_pictures";
     const Scene scene;
     bench::Table table;
     add_row<Segments>(table, "segments, O_DIRECT, blocks of 8 to 64", folder, seconds, scene);

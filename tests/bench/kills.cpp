@@ -1,7 +1,7 @@
-// Recordings of runs that are killed by SIGKILL at moments by chance: what is recovered, what is lost
+// Recordings of runs that SIGKILL ends at random moments: recovered and lost data
 //   --count N (200): runs with 2 x 200 pictures a second; a tenth as many with 2 x 1000, one at a time
-//   --seed N (1)   --jobs N (2): runs at a time   --folder PATH (the temporary one): on the disk to be tried
-#include "tests/support/kills.hpp"
+//   --seed N (1)   --jobs N (2): runs at a time   --folder PATH (the temporary one): on the disk under test
+#include "tests/support/recording/kills.hpp"
 
 #include <fcntl.h>
 #include <spdlog/fmt/fmt.h>
@@ -17,19 +17,19 @@
 
 #include "tests/bench/option.hpp"
 #include "tests/bench/table.hpp"
+#include "tests/support/paths.hpp"
 
 namespace {
 
 using namespace shaker;
-constexpr double allowed_s = 0.6;  // of the series
+constexpr double allowed_s = 0.6;  // largest allowed loss of a series
 
 double median(std::vector<double> values) {
     std::ranges::sort(values);
     return values[values.size() / 2];
 }
 
-/// How long the disk makes a small file wait that is brought to it again and again: what the disk itself
-/// costs.
+/// Time for which the disk delays a small file that is synced repeatedly: the cost of the disk itself.
 class DiskProbe {
 public:
     explicit DiskProbe(const std::filesystem::path& folder)
@@ -53,7 +53,7 @@ public:
         std::error_code ignored;
         std::filesystem::remove(file_, ignored);
     }
-    /// Seconds, when it is over.
+    /// Seconds, at the end.
     double worst_s() {
         thread_ = {};
         return worst_s_;
@@ -112,7 +112,7 @@ int main(int argc, char** argv) {
     const int jobs = bench::whole_option(argc, argv, "--jobs", 2, 1);
     const auto folder = bench::own_folder(argc, argv, "shakerd-kills");
     bench::Table table;
-    test::KilledRun slow{.scene = SHAKER_SOURCE_DIR "/tests/support/slow_cameras.toml"};
+    test::KilledRun slow{.scene = test::source_dir() + "/tests/support/slow_cameras.toml"};
     table.add(row("2 x 200 pictures a second", folder,
                   [&] { return test::kill_runs(slow, count, seed, jobs, folder / "slow"); }));
     const int full = std::max(1, count / 10);
@@ -120,7 +120,7 @@ int main(int argc, char** argv) {
                   [&] { return test::kill_runs({}, full, seed + 1, 1, folder / "full"); }));
     table.print(argc, argv);
     std::error_code ignored;
-    std::filesystem::remove(folder / "slow", ignored);  // what did not go well stays
+    std::filesystem::remove(folder / "slow", ignored);  // failed runs are kept
     std::filesystem::remove(folder / "full", ignored);
     std::filesystem::remove(folder, ignored);
 }

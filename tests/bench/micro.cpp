@@ -1,12 +1,12 @@
 // Single steps of the real-time path (Google Benchmark): hand-over, frame pool, synthesiser, guards, clock
-// tracker.
+// fit.
 #include <benchmark/benchmark.h>
 
 #include <array>
 
-#include "calibration/clock_tracker.hpp"
-#include "daemon/control/drive_guard.hpp"
-#include "daemon/control/sample_guard.hpp"
+#include "calibration/clocks/clock_tracker.hpp"
+#include "daemon/safety/output_guard.hpp"
+#include "daemon/safety/sample_guard.hpp"
 #include "drivers/frame_pool.hpp"
 #include "drivers/handover.hpp"
 #include "drivers/synthesiser.hpp"
@@ -58,26 +58,25 @@ void BM_synthesiser_fill_256(benchmark::State& state) {
 }
 BENCHMARK(BM_synthesiser_fill_256)->ArgNames({"K", "ramped"})->ArgsProduct({{2, 8, 16}, {0, 1}});
 
-/// Blocks of 64 samples of a base that is driven; `predicted`: with a prediction of so many harmonics beside
-/// it.
+/// Blocks of 64 samples of a driven base; `predicted`: number of harmonics in the prediction.
 void BM_sample_guard_check_64(benchmark::State& state) {
     const auto harmonics = static_cast<int>(state.range(0));
-    Limits limits;
+    safety::Limits limits;
     limits.acceleration = limits.velocity = limits.displacement = {50, 100};
-    SampleGuard guard{
+    safety::SampleGuard guard{
         {.name = "bench", .mps2_per_count = {1e-3, 1e-3, 1e-3}, .shaker_axis = {1, 0, 0}}, 48000, limits};
     DriveChange change{.command = {.volts = {}, .frequency = 20}, .first = {0}, .ramp = 2400};
     for (int q = 1; q <= harmonics; ++q) change.command.volts.at(q) = {0.1, 0.02};
     change.step = turns_per_sample(20, 48000);
-    Expectation expectation{.sigma = 0.01, .tolerance = 1e6};
+    safety::Expectation expectation{.sigma = 0.01, .tolerance = 1e6};
     expectation.response.fill(10);
     guard.hear(change);
     if (harmonics > 0) guard.expect(expectation);
     AccelBlock block;
     for (int i = 0; i < block.size; ++i)
         block.counts[static_cast<std::size_t>(i)] = {i * 37 % 100, i * 53 % 100, 9800 + i % 3};
-    Ring<Trip> trips{8};
-    Warnings warnings;
+    Ring<safety::Trip> trips{8};
+    safety::Warnings warnings;
     for (auto _ : state) {
         guard.check(block, trips, warnings);
         block.first.n += block.size;
@@ -87,11 +86,11 @@ void BM_sample_guard_check_64(benchmark::State& state) {
 BENCHMARK(BM_sample_guard_check_64)->ArgName("predicted")->Arg(0)->Arg(2)->Arg(8)->Arg(16);
 
 void BM_drive_guard_check(benchmark::State& state) {
-    Limits limits;
+    safety::Limits limits;
     limits.drive = {0.8, 1};
-    DriveGuard guard{48000, 4000, limits};
-    OutputSigns signs{.silent = false};
-    Warnings warnings;
+    safety::OutputGuard guard{48000, 4000, limits};
+    safety::OutputSigns signs{.silent = false};
+    safety::Warnings warnings;
     for (auto _ : state) {
         signs.tick += 240;
         ++signs.signs_of_life;
@@ -101,9 +100,9 @@ void BM_drive_guard_check(benchmark::State& state) {
 }
 BENCHMARK(BM_drive_guard_check);
 
-/// A stamp every 5.3 ms, the fits of each half second included.
+/// One stamp every 5.3 ms, including the fit every half second.
 void BM_clock_tracker_add(benchmark::State& state) {
-    ClockTracker<struct DacClock> tracker{48000};
+    calibration::ClockTracker<struct DacClock> tracker{48000};
     std::int64_t n = 0;
     for (auto _ : state) {
         const std::int64_t late = n * 2654435761 % 100'003;

@@ -1,8 +1,7 @@
-// Damaged recordings, replayed in a confined child each: what becomes of them, and whether the parent is as
-// before.
-//   --count N (5000)   --seed S (1)   --folder FOLDER (a temporary one)   --keep FOLDER: where mutants go
-//   whose reader died, timed out or was unclear
-#include "tests/support/mutants.hpp"
+// Damaged recordings, each replayed in a confined child: outcome, and whether the parent is unchanged.
+//   --count N (5000)   --seed S (1)   --folder FOLDER (a temporary one)   --keep FOLDER: for mutants
+//   whose reader died, timed out or gave no clear message
+#include "tests/support/recording/mutants.hpp"
 
 #include <algorithm>
 #include <array>
@@ -70,9 +69,9 @@ int main(int argc, char** argv) {
     const std::filesystem::path keep = option(argc, argv, "--keep", "");
     if (!keep.empty()) std::filesystem::create_directories(keep);
     test::MutantTrials tracks{folder / "tracks", false}, pictures{folder / "pictures", true};
-    std::array<Tally, 2> of_tracks, of_pictures;  // checksums left wrong, made right
+    std::array<Tally, 2> of_tracks, of_pictures;  // with wrong checksums, with corrected checksums
     for (std::uint64_t seed = first; seed < first + count; ++seed) {
-        // To replay pictures takes a hundred times longer than tracks: every fortieth.
+        // Replaying pictures takes a hundred times longer than tracks: one in forty.
         const bool with_pictures = seed % 40 == 39;
         const test::Trial t = (with_pictures ? pictures : tracks).attempt(seed, keep);
         (with_pictures ? of_pictures : of_tracks)[t.mutant.sealed ? 1 : 0].add(t);

@@ -1,7 +1,7 @@
-// A recording after the power was cut at any moment of a run, in three models of what the disk then holds
+// A recording after a power cut at any moment of a run, in three models of the content of the disk
 //   --count N (500): images in all   --seed N (1)   --jobs N (2): images at a time
 //   --folder PATH (the temporary one)
-#include "tests/support/power_cuts.hpp"
+#include "tests/support/recording/power_cuts.hpp"
 
 #include <spdlog/fmt/fmt.h>
 

@@ -1,6 +1,5 @@
-// Round trips a second by lxi-tools and by a plain client, and how far the drive's periods are from their
-// length with and without them.
-//   --seconds S (10) of each load   --scene FILE (tests/support/slow_cameras.toml)
+// Round trips per second by lxi-tools and by a plain client, and jitter of the drive with and without them.
+//   --seconds S (10) per load   --scene FILE (tests/support/slow_cameras.toml)
 #include <array>
 #include <cmath>
 #include <cstdio>
@@ -12,10 +11,10 @@
 #include <thread>
 #include <vector>
 
-#include "daemon/period_jitter.hpp"
+#include "daemon/acquisition/period_jitter.hpp"
 #include "tests/bench/option.hpp"
 #include "tests/bench/table.hpp"
-#include "tests/support/served_bench.hpp"
+#include "tests/support/remote/served_bench.hpp"
 
 namespace {
 
@@ -24,12 +23,12 @@ using Clock = std::chrono::steady_clock;
 
 double since(Clock::time_point begin) { return std::chrono::duration<double>{Clock::now() - begin}.count(); }
 
-/// Counts of the histogram in /metrics, not cumulated, and the largest deviation of all.
-PeriodJitter::Seen jitter(int port) {
+/// Counts of the histogram in /metrics, not cumulative, and the largest deviation.
+acquisition::PeriodJitter::Seen jitter(int port) {
     test::TcpClient client{port};
     client.send_bytes("GET /metrics HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\n\r\n");
     std::istringstream text{client.rest()};
-    PeriodJitter::Seen seen;
+    acquisition::PeriodJitter::Seen seen;
     std::uint64_t below = 0;
     std::size_t bin = 0;
     for (std::string line; std::getline(text, line);) {
@@ -42,12 +41,13 @@ PeriodJitter::Seen jitter(int port) {
     return seen;
 }
 
-PeriodJitter::Seen minus(PeriodJitter::Seen late, const PeriodJitter::Seen& early) {
+acquisition::PeriodJitter::Seen minus(acquisition::PeriodJitter::Seen late,
+                                      const acquisition::PeriodJitter::Seen& early) {
     for (std::size_t i = 0; i < late.counts.size(); ++i) late.counts[i] -= early.counts[i];
     return late;
 }
 
-/// Round trips a second that `lxi benchmark` says; 0 when it could not.
+/// Round trips per second reported by `lxi benchmark`; 0 if it failed.
 double by_lxi(int port, int requests) {
     const std::string command = "lxi benchmark --raw --address 127.0.0.1 --port " + std::to_string(port) +
                                 " --count " + std::to_string(requests) + " 2>&1";
@@ -72,7 +72,7 @@ double by_plain_client(int port, double seconds) {
     return n / since(begin);
 }
 
-/// A page that shows everything: state and all streams, read and thrown away.
+/// A page with state and all streams: messages are read and discarded.
 class Viewer {
 public:
     explicit Viewer(int port) : client_{port} {
@@ -89,7 +89,7 @@ public:
     }
 
 private:
-    void send(const std::string& text) {  // one frame with a mask of zeros
+    void send(const std::string& text) {  // one frame, masked with zeros
         std::string frame{'\x81', static_cast<char>(0x80 | 126), static_cast<char>(text.size() >> 8),
                           static_cast<char>(text.size() & 0xff)};
         client_.send_bytes(frame + std::string(4, '\0') + text);
@@ -99,18 +99,20 @@ private:
     std::jthread reader_;
 };
 
-void add(bench::Table& table, const std::string& load, double rate, const PeriodJitter::Seen& seen) {
+void add(bench::Table& table, const std::string& load, double rate,
+         const acquisition::PeriodJitter::Seen& seen) {
     std::uint64_t periods = 0, beyond = 0;
     for (std::size_t i = 0; i < seen.counts.size(); ++i) {
         periods += seen.counts[i];
-        if (i >= PeriodJitter::ends_s.size() || PeriodJitter::ends_s[i] > 5e-3) beyond += seen.counts[i];
+        if (i >= acquisition::PeriodJitter::ends_s.size() || acquisition::PeriodJitter::ends_s[i] > 5e-3)
+            beyond += seen.counts[i];
     }
     table.add({{"load", load},
                {"round trips", rate, "/s", 4},
                {"drive periods", static_cast<double>(periods), "blocks", 6},
-               {"off by, median <=", 1e6 * PeriodJitter::quantile(seen, 0.5), "us"},
-               {"99 % <=", 1e6 * PeriodJitter::quantile(seen, 0.99), "us"},
-               {"99.9 % <=", 1e6 * PeriodJitter::quantile(seen, 0.999), "us"},
+               {"off by, median <=", 1e6 * acquisition::PeriodJitter::quantile(seen, 0.5), "us"},
+               {"99 % <=", 1e6 * acquisition::PeriodJitter::quantile(seen, 0.99), "us"},
+               {"99.9 % <=", 1e6 * acquisition::PeriodJitter::quantile(seen, 0.999), "us"},
                {"beyond a block", static_cast<double>(beyond), "blocks"},
                {"conditions",
                 "simulated rig paced by the clock, blocks of 5 ms, driven; clients on the same machine"}});
@@ -127,7 +129,7 @@ int main(int argc, char** argv) {
     if (!bench.becomes("run")) return 1;
     bench::Table table;
     const auto measured = [&](const std::string& load, auto run) {
-        const PeriodJitter::Seen before = jitter(bench.http_port());
+        const acquisition::PeriodJitter::Seen before = jitter(bench.http_port());
         const double rate = run();
         add(table, load, rate, minus(jitter(bench.http_port()), before));
     };

@@ -1,5 +1,4 @@
-// Replaying an hour without pictures: time, memory, identity to the bit and the error of v_D against the
-// truth.
+// Replay of an hour without pictures: time, memory, identity to the bit, error of v_D against the truth.
 //   --seconds S of experiment (3600)   --file F: the recording, kept (else a temporary one)
 #include <sys/resource.h>
 #include <sys/wait.h>
@@ -12,11 +11,11 @@
 #include <functional>
 #include <iostream>
 
-#include "daemon/commands.hpp"
-#include "daemon/recording.hpp"
+#include "daemon/commands/replay_command.hpp"
+#include "daemon/recording/recorder.hpp"
 #include "daemon/reduction/reduction.hpp"
 #include "tests/bench/table.hpp"
-#include "tests/support/long_run.hpp"
+#include "tests/support/recording/long_run.hpp"
 
 namespace {
 
@@ -37,8 +36,8 @@ double seconds_of(const timeval& t) {
     return static_cast<double>(t.tv_sec) + 1e-6 * static_cast<double>(t.tv_usec);
 }
 
-/// What it costs in a process of its own, so that what it takes from memory is its own too. Its standard
-/// output goes to a file.
+/// Cost of a command in a separate process, so that its memory is measured alone. Its standard output goes to
+/// a file.
 Cost cost_of(const std::filesystem::path& said, const std::function<int()>& work) {
     const auto began = std::chrono::steady_clock::now();
     std::fflush(nullptr);
@@ -63,16 +62,17 @@ Cost cost_of(const std::filesystem::path& said, const std::function<int()>& work
 }
 
 int record(const std::filesystem::path& file, double seconds) {
-    const test::LongTake run = test::make_long_take({.seconds = seconds});
-    Recording recording{file, run.header, {.unfinished = Unfinished::discard}};
-    test::record_raw(recording, run.take);
+    const test::LongTake run = test::make_long_streams({.seconds = seconds});
+    recording::Recorder recording{file, run.header, {.unfinished = recording::Unfinished::discard}};
+    test::record_raw(recording, run.streams);
     recording.writer().scalar("truth/v_D", run.v_D);
-    const Reduction r = reduce(measurement_of(run.take, run.header.frequency_hz, run.from_s, run.to_s));
-    recording.finish(run.take, r, run.from_s, run.to_s);
+    const reduction::Reduction r =
+        reduce(measurement_of(run.streams, run.header.frequency_hz, run.from_s, run.to_s));
+    recording.finish(run.streams, r, run.from_s, run.to_s);
     return 0;
 }
 
-/// The number before " numbers" in what a replay said; 0 when it did not say that they are identical.
+/// The number before " numbers" in the output of a replay; 0 unless it reports that they are identical.
 double compared(const std::filesystem::path& said) {
     std::ifstream in{said};
     std::string line;
@@ -104,8 +104,8 @@ int main(int argc, char** argv) {
     bench::Table table;
     table.add(row("make, reduce, record", seconds, recorded));
     if (recorded.status == 0) {
-        replayed = cost_of(said, [&] { return replay({.file = file, .json = false}) ? 0 : 4; });
-        const SessionReader reader{file};
+        replayed = cost_of(said, [&] { return commands::replay({.file = file, .json = false}) ? 0 : 4; });
+        const recorded::RecordingReader reader{file};
         const double off = reader.scalar("results/v_D") - reader.scalar("truth/v_D");
         bench::Row of_replay = row("replay", seconds, replayed);
         of_replay.push_back({"numbers compared", compared(said), "", 10});

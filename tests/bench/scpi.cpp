@@ -1,5 +1,4 @@
-// Cost of a command of the remote control, and what it takes from the heap, by the number of commands in the
-// table.
+// Cost and heap use of one SCPI command, by the number of commands in the table.
 #include <array>
 #include <cctype>
 #include <string>
@@ -11,7 +10,7 @@
 #include "tests/bench/cost.hpp"
 #include "tests/bench/table.hpp"
 #include "tests/support/no_alloc.hpp"
-#include "tests/support/scpi_client.hpp"
+#include "tests/support/remote/scpi_client.hpp"
 
 namespace shaker {
 namespace {
@@ -20,7 +19,7 @@ constexpr int repeats = 21;
 constexpr int messages = 2000;
 const std::string conditions = "each command of the table in turn, long and short forms, median of 21 x 2000";
 
-/// Three mnemonics, about ten commands a group: "SOURce:BCRoup:ABLevel".
+/// Three mnemonics, about ten commands per group: "SOURce:BCRoup:ABLevel".
 std::string header(int i) {
     const auto letter = [](int place) { return static_cast<char>('A' + place % 26); };
     const int group = i / 10;
@@ -52,7 +51,7 @@ Workload workload(int commands) {
     return work;
 }
 
-/// What one would write first: each row's pattern against the header, until one fits.
+/// Simple reference: compares the pattern of each row with the header until one matches.
 class LinearScan {
 public:
     explicit LinearScan(const Workload& work) : headers_{work.headers} {}
@@ -90,7 +89,7 @@ struct Cost {
     double allocations = 0;
 };
 
-/// Of one message.
+/// Cost of one message.
 template <class Work>
 Cost cost_of(Work work) {
     Cost cost;
@@ -112,7 +111,7 @@ void add(bench::Table& table, const std::string& method, int commands, Cost cost
 
 void add_rows(bench::Table& table, int commands) {
     const Workload work = workload(commands);
-    test::ScpiBench parts;  // instrument, status and lock of it
+    test::ScpiBench parts;  // its instrument, status and lock
     double sum = 0;
     std::vector<scpi::Command> rows;
     for (const std::string& text : work.headers)

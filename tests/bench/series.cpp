@@ -1,6 +1,5 @@
-// The series of a whole bench into a live recording, in real time, and how old its newest rows are to a
-// reader beside it.
-//   --seconds N (20)   --folder FOLDER (in the build folder): its file goes afterwards
+// All series of a bench into a live recording in real time: cost, and age of the newest rows for a reader.
+//   --seconds N (20)   --folder FOLDER (in the build folder): its file is removed afterwards
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
@@ -11,7 +10,8 @@
 #include <thread>
 
 #include "tests/bench/table.hpp"
-#include "tests/support/live_streams.hpp"
+#include "tests/support/paths.hpp"
+#include "tests/support/remote/live_streams.hpp"
 
 namespace shaker {
 namespace {
@@ -24,10 +24,10 @@ std::string option(int argc, char** argv, const char* name, const std::string& o
     return otherwise;
 }
 
-/// What the reader says, once it has ended.
+/// Output of the reader after its end.
 nlohmann::json ages_of(const fs::path& file, double seconds) {
     const std::string command =
-        SHAKER_SOURCE_DIR "/tests/support/newest_rows '" + file.string() + "' " + std::to_string(seconds);
+        test::source_dir() + "/tests/support/newest_rows '" + file.string() + "' " + std::to_string(seconds);
     std::string said;
     std::FILE* reader = ::popen(command.c_str(), "r");
     if (reader == nullptr) throw std::runtime_error{"no reader can be started"};
@@ -55,7 +55,7 @@ int main(int argc, char** argv) try {
     using namespace shaker;
     test::LiveStreams streams;
     streams.seconds = std::max(2.0, std::atof(option(argc, argv, "--seconds", "20").c_str()));
-    const fs::path folder = fs::path{option(argc, argv, "--folder", SHAKER_BINARY_DIR)} / "bench_series_file";
+    const fs::path folder = fs::path{option(argc, argv, "--folder", test::build_dir())} / "bench_series_file";
     const auto fresh = [&] {
         fs::remove_all(folder);
         fs::create_directories(folder);

@@ -1,4 +1,4 @@
-// Cost and error of making the drive's samples, against other ways, and what a live change splashes.
+// Cost and error of synthesising the drive, against other methods, and splatter of a change during the run.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -10,7 +10,7 @@
 #include "drivers/synthesiser.hpp"
 #include "tests/bench/cost.hpp"
 #include "tests/bench/table.hpp"
-#include "tests/support/splatter.hpp"
+#include "tests/support/tracking/splatter.hpp"
 
 namespace shaker {
 namespace {
@@ -26,7 +26,7 @@ using Block = std::array<double, block>;
 
 const std::string conditions = "20 Hz at 48 kHz, blocks of 256, median of 21 x 51200 samples";
 
-/// K harmonics of equal amplitude that sum up to full scale.
+/// K harmonics of equal amplitude with a sum of full scale.
 DriveCommand equal_harmonics(int order, double turn) {
     DriveCommand c;
     for (int q = 1; q <= order; ++q) c.volts.at(q) = std::polar(1.0 / order, turn * q);
@@ -57,7 +57,7 @@ double cost_a_sample(Fill fill) {
            (block * blocks);
 }
 
-/// Largest error in two periods of steady signal after `far` samples, or over a ramp that begins there.
+/// Largest error in two periods of steady signal after `far` samples, or over a ramp that starts there.
 double error_of_ours(int order, bool ramped) {
     Synthesiser synth{rate, f, 2};
     const DriveCommand first = equal_harmonics(order, 0.7);
@@ -91,7 +91,7 @@ double cost_of_ours(int order, bool ramped) {
     return cost_a_sample([&](Block& volts) { synth.fill(volts); });
 }
 
-/// Two harmonics from the C library's sine: what one would write first. `Phase` says how it counts.
+/// Simple reference: two harmonics from the C library's sine. `Phase` is the type of the phase counter.
 template <class Phase>
 class TwoSines {
 public:
@@ -159,7 +159,7 @@ void add_ours(bench::Table& table, int order, bool ramped) {
                {"conditions", conditions}});
 }
 
-/// Makes all the samples in between instead of jumping: some seconds.
+/// Computes all samples in between instead of jumping: takes some seconds.
 void add_long_run(bench::Table& table) {
     std::fprintf(stderr, "making 1e9 samples\n");
     Synthesiser synth{rate, f, 2};

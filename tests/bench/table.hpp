@@ -1,5 +1,6 @@
 #pragma once
-// The one table a bench prints: aligned text for people, or with --json the same rows as an array of objects.
+// The table that a measurement program prints: aligned text, or with --json the same rows as an array of
+// objects.
 #include <algorithm>
 #include <array>
 #include <cstdio>
@@ -11,12 +12,12 @@
 
 namespace shaker::bench {
 
-/// One value of a row. The column's heading (and JSON key) is "name (unit)", or the bare name without a unit.
+/// One value of a row. The heading of its column (and JSON key) is "name (unit)", or the name alone.
 struct Cell {
     std::string name;
     std::variant<std::string, double> value;
     std::string unit = {};
-    int digits = 3;  // significant digits in the text; JSON carries them all, and null for NaN and infinity
+    int digits = 3;  // significant digits in the text; JSON has all digits, and null for NaN and infinity
 
     [[nodiscard]] std::string heading() const { return unit.empty() ? name : name + " (" + unit + ")"; }
     [[nodiscard]] std::string text() const {
@@ -28,12 +29,12 @@ struct Cell {
 };
 using Row = std::vector<Cell>;
 
-/// Rows in the order they were added; a row may leave out columns, which then read "-".
+/// Rows in the order of adding; a row may leave out columns, which are printed as "-".
 class Table {
 public:
     void add(Row row) { rows_.push_back(std::move(row)); }
 
-    /// Prints to stdout: JSON when "--json" is among the arguments of the program, else text.
+    /// Prints to standard output: JSON if "--json" is among the arguments of the program, otherwise text.
     void print(int argc, char** argv) const {
         bool json = false;
         for (int i = 1; i < argc; ++i) json = json || std::strcmp(argv[i], "--json") == 0;

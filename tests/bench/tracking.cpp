@@ -1,4 +1,4 @@
-// Tracking: cost and error of each kind against its bound, with cv::matchTemplate and cv::phaseCorrelate on
+// Tracking: cost and error of each kind against its bound, beside cv::matchTemplate and cv::phaseCorrelate on
 // the same frames
 #include <cmath>
 #include <limits>
@@ -6,7 +6,7 @@
 
 #include "tests/bench/cost.hpp"
 #include "tests/bench/table.hpp"
-#include "tests/support/tracking_scene.hpp"
+#include "tests/support/tracking/tracking_scene.hpp"
 
 namespace shaker {
 namespace {
@@ -38,7 +38,7 @@ Movie movie_of(const test::TrackingScene& scene) {
     return movie;
 }
 
-/// Frame 0 sets up and does not count. `locate` returns x in px, NaN when it found nothing.
+/// Frame 0 is set-up and not counted. `locate` returns x in px, NaN if the target was not found.
 template <class Locate>
 Result measure(const Movie& movie, Locate locate) {
     Result result;
@@ -84,7 +84,7 @@ Result by_tracker(const test::TrackingScene& scene, const Movie& movie) {
     test::Follower follow{scene.view};
     std::vector<double> sds;
     Result result = measure(movie, [&](const test::Shot& shot) {
-        const Fix fix = follow(shot);
+        const tracking::Fix fix = follow(shot);
         if (found(fix.state)) sds.push_back(fix.sd_px);
         return fix.x_px;
     });
@@ -92,7 +92,7 @@ Result by_tracker(const test::TrackingScene& scene, const Movie& movie) {
     return result;
 }
 
-// Frame 0's region, searched within 12 px of where it was last; the peak by a parabola.
+// The region of frame 0, searched within 12 px of its last position; peak by a parabola.
 Result by_match_template(const test::TrackingScene& scene, const Movie& movie) {
     constexpr int reach = 12;
     const cv::Rect start = region(scene);

@@ -1,6 +1,6 @@
-// From a fault to the ramp of the drive and to its silence, in virtual time: every fault in every state of a
-// run against what the table of requirements allows; and limits crossed, as the sensor's sample is in hand.
-//   --seeds N (5): noise and moments   --fault WORDS (all)
+// Time from a fault to the ramp and to silence, in virtual time: every fault in every state of a run, against
+// the allowed times; and from the arrival of a sample beyond a limit.
+//   --seeds N (5): noise and times   --fault WORDS (all)
 #include <algorithm>
 #include <cstdlib>
 #include <cstring>
@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "tests/bench/table.hpp"
-#include "tests/support/fault_cases.hpp"
+#include "tests/support/safety/fault_cases.hpp"
 
 namespace {
 
@@ -29,14 +29,14 @@ Spread spread(std::vector<double> s) {
     return {1e3 * s[s.size() / 2], 1e3 * s.back()};
 }
 
-std::string joined(const std::set<Cause>& causes) {
+std::string joined(const std::set<safety::Cause>& causes) {
     std::string all;
-    for (const Cause c : causes) all += (all.empty() ? "" : ", ") + std::string{name(c)};
+    for (const safety::Cause c : causes) all += (all.empty() ? "" : ", ") + std::string{name(c)};
     return all;
 }
 
-bench::Row row(const test::FaultCase& fault, RunState state, int seeds) {
-    std::set<Cause> found;
+bench::Row row(const test::FaultCase& fault, run::RunState state, int seeds) {
+    std::set<safety::Cause> found;
     std::vector<double> ramps, silences;
     int wrong = 0, went_on = 0;
     for (int seed = 1; seed <= seeds; ++seed) {
@@ -77,7 +77,7 @@ bench::Row limit_row(int seeds) {
     return {{"fault", "limit_crossed"},
             {"state", "run"},
             {"requirement", "one block + 1 ms"},
-            {"cause", name(Cause::acceleration)},
+            {"cause", name(safety::Cause::acceleration)},
             {"went on", "0 of " + std::to_string(seeds)},
             {"to ramp, median", ramp.median, "ms"},
             {"worst to ramp", ramp.worst, "ms"},
@@ -96,7 +96,7 @@ int main(int argc, char** argv) {
     if (std::string{"limit_crossed"}.find(only) != std::string::npos) table.add(limit_row(4 * seeds));
     for (const test::FaultCase& fault : test::fault_cases()) {
         if (fault.name.find(only) == std::string::npos) continue;
-        for (const RunState state : test::lasting_states) table.add(row(fault, state, seeds));
+        for (const run::RunState state : test::lasting_states) table.add(row(fault, state, seeds));
     }
     table.print(argc, argv);
 }

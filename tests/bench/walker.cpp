@@ -1,5 +1,5 @@
 // Walker: exact event-driven stepping against Moreau time-stepping, cost and error per drive period
-#include "drivers/simulated/walker.hpp"
+#include "drivers/simulated/walker/walker.hpp"
 
 #include <time.h>
 
@@ -10,8 +10,8 @@
 #include <vector>
 
 #include "tests/bench/table.hpp"
-#include "tests/support/fine_walker.hpp"
-#include "tests/support/walker_settings.hpp"
+#include "tests/support/walker/fine_walker.hpp"
+#include "tests/support/walker/walker_settings.hpp"
 
 namespace shaker {
 namespace {
@@ -25,10 +25,10 @@ double cpu_seconds() {
     return static_cast<double>(t.tv_sec) + 1e-9 * static_cast<double>(t.tv_nsec);
 }
 
-volatile double result;  // of the work that was timed
+volatile double result;  // result of the timed work
 
-/// Median CPU time of one of `count` runs of `work`, in ns. What each run returns goes to memory that must be
-/// written: work whose result nobody reads would be left out by the compiler and cost nothing.
+/// Median CPU time of one of `count` runs of `work`, in ns. The result of each run is written to volatile
+/// memory: otherwise the compiler removes the work.
 template <class Work>
 double median_ns(int count, Work work) {
     std::vector<double> times;
@@ -41,11 +41,11 @@ double median_ns(int count, Work work) {
     return times[repeats / 2];
 }
 
-/// Moreau's time-stepping: a whole step sticks if friction can hold it, else slips. First order.
+/// Moreau's time-stepping: a whole step sticks if friction can hold it, otherwise it slips. First order.
 class Moreau {
 public:
-    Moreau(const WalkerLaw& law, int steps) : h_{law.period() / steps} {
-        const Friction& friction = law.setting().friction;
+    Moreau(const simulated::WalkerLaw& law, int steps) : h_{law.period() / steps} {
+        const simulated::Friction& friction = law.setting().friction;
         most_change_ = friction.mu_k * law.setting().g * h_;
         for (int i = 1; i <= steps; ++i) v_base_.push_back(law.v_base(two_pi * i / steps));
     }
@@ -69,12 +69,12 @@ private:
 
 struct BenchDrive {
     std::string name;
-    WalkerSetting setting;
+    simulated::WalkerSetting setting;
 };
 
-WalkerSetting sixteen_harmonics() {
+simulated::WalkerSetting sixteen_harmonics() {
     std::mt19937_64 random{16};
-    WalkerSetting s;
+    simulated::WalkerSetting s;
     s.base = random_harmonics(random, 16, 2 * paper_g);
     return s;
 }
@@ -92,33 +92,33 @@ struct Measured {
     double error;  // of x after error_periods, m
 };
 
-double exact_distance(const WalkerSetting& setting) {
+double exact_distance(const simulated::WalkerSetting& setting) {
     FineWalker fine{setting};
     long double x = 0;
     for (int k = 0; k < error_periods; ++k) x += fine.advance_period();
     return static_cast<double>(x);
 }
 
-Measured event_driven(const WalkerLaw& law, double exact) {
-    Walker walker{law};
+Measured event_driven(const simulated::WalkerLaw& law, double exact) {
+    simulated::Walker walker{law};
     for (int k = 0; k < error_periods; ++k) walker.advance_period();
     const double error = std::abs(walker.now().x - exact);
     return {median_ns(20000, [&] { return walker.advance_period(); }), error};
 }
 
-double sampled_ns(const WalkerLaw& law) {
-    Walker walker{law};
+double sampled_ns(const simulated::WalkerLaw& law) {
+    simulated::Walker walker{law};
     return median_ns(2000, [&] {
         double sum = 0;
         for (int i = 0; i < 50; ++i) {
-            const WalkerPoint point = walker.advance_to(i / 50.0);
+            const simulated::WalkerPoint point = walker.advance_to(i / 50.0);
             sum += point.x + point.v;
         }
         return sum + walker.advance_period();
     });
 }
 
-Measured moreau(const WalkerLaw& law, int steps, double exact) {
+Measured moreau(const simulated::WalkerLaw& law, int steps, double exact) {
     Moreau walker{law, steps};
     double x = 0;
     for (int k = 0; k < error_periods; ++k) x += walker.advance_period();
@@ -135,9 +135,9 @@ bench::Row row(const std::string& drive, const std::string& method, double ns, d
             {"conditions", conditions}};
 }
 
-/// Rows of one drive. Errors are of x after 20 periods from rest, a period, against a long double walker.
+/// Rows of one drive. Errors of x after 20 periods from rest, per period, against a long double walker.
 void add_drive(bench::Table& table, const BenchDrive& drive, double sincos) {
-    const WalkerLaw law{drive.setting};
+    const simulated::WalkerLaw law{drive.setting};
     const double scale = error_periods * law.velocity_scale() * law.period();
     const double exact = exact_distance(drive.setting);
     const Measured events = event_driven(law, exact);
@@ -146,7 +146,7 @@ void add_drive(bench::Table& table, const BenchDrive& drive, double sincos) {
     table.add(row(drive.name, "event-driven, sampled", sampled_ns(law), events.error / scale,
                   "and x, v at 50 instants a period"));
     table.add(row(drive.name, "setting up its tables",
-                  median_ns(200, [&] { return WalkerLaw{drive.setting}.v_base_at_0(); }), NAN,
+                  median_ns(200, [&] { return simulated::WalkerLaw{drive.setting}.v_base_at_0(); }), NAN,
                   "once a drive"));
     std::vector<double> log_steps, log_error;
     double moreau_1000_ns = NAN;

@@ -1,10 +1,10 @@
-#include "calibration/clock_map.hpp"
+#include "calibration/clocks/clock_map.hpp"
 
 #include <gtest/gtest.h>
 
 #include <cstdint>
 
-namespace shaker {
+namespace shaker::calibration {
 namespace {
 
 using std::chrono::nanoseconds;
@@ -13,14 +13,14 @@ using std::chrono::nanoseconds;
 constexpr DacTick tick0{1'000'000'000'000};
 constexpr HostTime time0{nanoseconds{1'700'000'000'000'000'001}};
 
-TEST(ClockMapTest, IsExactAtItsOwnPointHoweverLargeTheNumbers) {
+TEST(ClockMapTest, IsExactAtItsOwnPointForLargeNumbers) {
     const ClockMap<struct DacClock> map{tick0, time0, 1e9 / 48000};
     EXPECT_EQ(map.at(tick0), time0);
     EXPECT_EQ(map.at(DacTick{tick0.n + 48000}), time0 + nanoseconds{1'000'000'000});
     EXPECT_EQ(map.at(DacTick{tick0.n - 480000}), time0 - nanoseconds{10'000'000'000});
 }
 
-TEST(ClockMapTest, TheInverseGoesBackToTheTickAndItsFraction) {
+TEST(ClockMapTest, InverseReturnsTickAndFraction) {
     const ClockMap<struct CameraClock> map{{tick0.n}, time0, 1e6 * (1 + 37.5e-6)};
     for (const std::int64_t n : {-100'001, -1, 0, 1, 99'999}) {
         const auto instant = map.at(map.at(CameraTick{tick0.n + n}));
@@ -43,4 +43,4 @@ TEST(ClockMapTest, ErrorsGrowAwayFromTheMiddleOfTheFit) {
 }
 
 }  // namespace
-}  // namespace shaker
+}  // namespace shaker::calibration

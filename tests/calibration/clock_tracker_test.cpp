@@ -1,4 +1,4 @@
-#include "calibration/clock_tracker.hpp"
+#include "calibration/clocks/clock_tracker.hpp"
 
 #include <gtest/gtest.h>
 
@@ -9,7 +9,7 @@
 
 #include "tests/support/no_alloc.hpp"
 
-namespace shaker {
+namespace shaker::calibration {
 namespace {
 
 using std::chrono::nanoseconds;
@@ -206,4 +206,4 @@ TEST(ClockTrackerTest, DoesNotAllocate) {
 }
 
 }  // namespace
-}  // namespace shaker
+}  // namespace shaker::calibration

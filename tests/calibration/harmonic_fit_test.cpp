@@ -1,4 +1,4 @@
-#include "calibration/harmonic_fit.hpp"
+#include "calibration/harmonics/harmonic_fit.hpp"
 
 #include <gtest/gtest.h>
 
@@ -8,7 +8,7 @@
 #include "drivers/drive.hpp"
 #include "drivers/errors.hpp"
 
-namespace shaker {
+namespace shaker::calibration {
 namespace {
 
 struct Signal {
@@ -42,7 +42,7 @@ std::complex<double> at_zero(const HarmonicFit& fit, int q) {
     return fit.at(q) * std::polar(1.0, -two_pi * q * fit.frequency_hz * fit.origin_s);
 }
 
-TEST(HarmonicFitTest, NoiseFreeHarmonicsConstantAndSlopeComeBackThroughGaps) {
+TEST(HarmonicFitTest, RecoversHarmonicsConstantAndSlopeThroughGaps) {
     const Signal s = rough(0, 1);
     const HarmonicSamples in = s.samples();
     const auto fit = fit_harmonics({&in, 1}, f, 4, Slope::free);
@@ -55,7 +55,7 @@ TEST(HarmonicFitTest, NoiseFreeHarmonicsConstantAndSlopeComeBackThroughGaps) {
     EXPECT_LT(fit.rms, 1e-10);
 }
 
-TEST(HarmonicFitTest, ClaimedErrorsAreThoseOfRepeatedRuns) {
+TEST(HarmonicFitTest, StatedErrorsMatchRepeatedRuns) {
     constexpr int runs = 400;
     double amplitude = 0, phase = 0, slope = 0;
     for (unsigned seed = 0; seed < runs; ++seed) {
@@ -92,7 +92,7 @@ TEST(HarmonicFitTest, WeightsFollowTheStandardDeviations) {
 
 class FrequencyTest : public ::testing::TestWithParam<std::pair<double, double>> {};
 
-TEST_P(FrequencyTest, IsFoundFromOnePercentAway) {
+TEST_P(FrequencyTest, ConvergesFromOnePercentAway) {
     const auto [off, seconds] = GetParam();
     const double truth = f * (1 + off);
     Signal s;
@@ -110,7 +110,7 @@ INSTANTIATE_TEST_SUITE_P(Offsets, FrequencyTest,
                          ::testing::Values(std::pair{1e-4, 0.3}, std::pair{-2e-4, 2.0}, std::pair{0.01, 10.0},
                                            std::pair{-0.01, 60.0}, std::pair{1e-4, 120.0}));
 
-TEST(HarmonicFitTest, FrequencyErrorIsThatOfRepeatedRuns) {
+TEST(HarmonicFitTest, FrequencyErrorMatchesRepeatedRuns) {
     constexpr int runs = 300;
     double squares = 0;
     for (unsigned seed = 0; seed < runs; ++seed) {
@@ -152,4 +152,4 @@ TEST(HarmonicFitTest, OrderStaysBelowAThirdOfTheSamplesPerPeriod) {
 }
 
 }  // namespace
-}  // namespace shaker
+}  // namespace shaker::calibration

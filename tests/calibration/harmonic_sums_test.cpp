@@ -1,4 +1,4 @@
-#include "calibration/harmonic_sums.hpp"
+#include "calibration/harmonics/harmonic_sums.hpp"
 
 #include <gtest/gtest.h>
 
@@ -7,10 +7,10 @@
 #include <cmath>
 #include <random>
 
-#include "calibration/phasors.hpp"
+#include "calibration/harmonics/phasors.hpp"
 #include "drivers/drive.hpp"
 
-namespace shaker {
+namespace shaker::calibration {
 namespace {
 
 constexpr double f = 20, origin = 3.5;
@@ -82,7 +82,7 @@ struct Plain {
 class AgainstPlainSums : public ::testing::TestWithParam<std::pair<int, int>> {};
 
 /// To 1e-12 of the largest: amplitudes, slope, constants, their covariance, what is left.
-TEST_P(AgainstPlainSums, EveryFitIsThatOfThePlainSums) {
+TEST_P(AgainstPlainSums, EveryFitEqualsPlainSums) {
     const auto [gathered, order] = GetParam();
     const std::vector<Stream> streams{rough(1, 5), rough(2, -40)};
     const std::array<HarmonicSamples, 2> in{streams[0].samples(), streams[1].samples()};
@@ -116,7 +116,7 @@ INSTANTIATE_TEST_SUITE_P(Orders, AgainstPlainSums,
                          ::testing::Values(std::pair{1, 1}, std::pair{4, 4}, std::pair{12, 12},
                                            std::pair{12, 5}));
 
-TEST(HarmonicSumsTest, OneStreamsSumsAreThoseGatheredFromItAlone) {
+TEST(HarmonicSumsTest, SumsOfOneStreamEqualThoseOfItAlone) {
     const std::vector<Stream> streams{rough(1, 5), rough(2, -40)};
     const std::array<HarmonicSamples, 2> in{streams[0].samples(), streams[1].samples()};
     const HarmonicFit one = HarmonicSums(in, f, 6, Slope::free).of_stream(1).fit(6);
@@ -127,7 +127,7 @@ TEST(HarmonicSumsTest, OneStreamsSumsAreThoseGatheredFromItAlone) {
     for (int q = 1; q <= 6; ++q) EXPECT_LT(std::abs(one.at(q) - alone.at(q)), 1e-12);
 }
 
-TEST(HarmonicSumsTest, SignalsAtTheSameTimesAreFittedLikeEachAlone) {
+TEST(HarmonicSumsTest, SignalsAtTheSameTimesFitLikeEachAlone) {
     const Stream a = rough(1, 5);
     std::vector<double> b;
     for (const double y : a.y) b.push_back(3 - y * y);
@@ -141,7 +141,7 @@ TEST(HarmonicSumsTest, SignalsAtTheSameTimesAreFittedLikeEachAlone) {
     }
 }
 
-TEST(PhasorTest, BlocksOfPhasorsAreExactAlsoAfterAnHour) {
+TEST(PhasorTest, StaysExactAfterAnHour) {
     std::mt19937_64 random(7);
     std::uniform_real_distribution<double> near(-1, 1), far(-72000, 72000);
     for (int repeat = 0; repeat < 200; ++repeat) {
@@ -157,7 +157,7 @@ TEST(PhasorTest, BlocksOfPhasorsAreExactAlsoAfterAnHour) {
     }
 }
 
-TEST(PhasorTest, ThePeriodicPartAtManyTimesIsThatAtEach) {
+TEST(PhasorTest, PeriodicPartAtManyTimesEqualsSingleTimes) {
     const Stream s = rough(3, 1);
     const HarmonicSamples in = s.samples();
     const HarmonicFit fit = fit_harmonics({&in, 1}, f, 12, Slope::free);
@@ -167,4 +167,4 @@ TEST(PhasorTest, ThePeriodicPartAtManyTimesIsThatAtEach) {
 }
 
 }  // namespace
-}  // namespace shaker
+}  // namespace shaker::calibration

@@ -1,4 +1,4 @@
-#include "calibration/transverse.hpp"
+#include "calibration/accelerometer/transverse.hpp"
 
 #include <gtest/gtest.h>
 
@@ -6,21 +6,21 @@
 #include <complex>
 #include <random>
 
-namespace shaker {
+namespace shaker::calibration {
 namespace {
 
 using Vector = std::array<double, 3>;
 
 double dot(const Vector& a, const Vector& b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
 
-// Of a motion with complex amplitudes on the sensor's axes.
+// Transverse motion for complex amplitudes on the sensor's axes.
 Transverse of(const std::array<std::complex<double>, 3>& a, const Vector& axis, double sd = 0) {
     const auto on = [&](const Vector& u) { return a[0] * u[0] + a[1] * u[1] + a[2] * u[2]; };
     const auto [first, second] = across_axes(axis);
     return transverse(on(axis), {on(first), on(second)}, axis, sd);
 }
 
-TEST(TransverseTest, AxesAreARightHandedSet) {
+TEST(TransverseTest, AxesFormARightHandedSet) {
     for (const Vector& u : {Vector{1, 0, 0}, Vector{0, 1, 0}, Vector{0, 0, -1}, Vector{0.6, -0.48, 0.64}}) {
         const auto [a, b] = across_axes(u);
         EXPECT_NEAR(dot(a, a), 1, 1e-14);
@@ -32,7 +32,7 @@ TEST(TransverseTest, AxesAreARightHandedSet) {
     }
 }
 
-TEST(TransverseTest, ATurnedSensorIsInPhaseAndRockingInQuadrature) {
+TEST(TransverseTest, SeparatesTurnedSensorFromRocking) {
     using namespace std::complex_literals;
     const std::complex<double> along = std::polar(9.8, 0.7);
     const Transverse turned = of({along, 0.03 * along, 0}, {1, 0, 0});
@@ -59,7 +59,7 @@ TEST(TransverseTest, DirectionDoesNotDependOnTheSensorsMounting) {
 }
 
 // The spread of a share that is far above the noise is its sigma: 400 draws tell it to 3.5 %.
-TEST(TransverseTest, SigmaIsTheSpreadUnderNoise) {
+TEST(TransverseTest, SigmaMatchesScatterUnderNoise) {
     std::mt19937_64 rng{1};
     const double sd = 0.02;
     std::normal_distribution<double> gauss{0, sd};
@@ -77,4 +77,4 @@ TEST(TransverseTest, SigmaIsTheSpreadUnderNoise) {
 }
 
 }  // namespace
-}  // namespace shaker
+}  // namespace shaker::calibration

@@ -15,7 +15,7 @@
 namespace shaker {
 namespace {
 
-TEST(FramePoolTest, GivesEachBufferOnceAndNullWhenAllAreOut) {
+TEST(FramePoolTest, ReturnsNullWhenAllBuffersAreInUse) {
     FramePool pool{3, 8, 4, 2};
     std::vector<FramePtr> held;
     std::set<const std::byte*> buffers;
@@ -40,7 +40,7 @@ TEST(FramePoolTest, GivesEachBufferOnceAndNullWhenAllAreOut) {
     EXPECT_EQ(pool.exhausted(), 2U);
 }
 
-TEST(FramePoolTest, AReusedFrameCarriesNothingOfTheOneBefore) {
+TEST(FramePoolTest, ReusedFrameHasDefaultFields) {
     FramePool pool{1, 4, 4, 1};
     auto frame = pool.acquire();
     frame->tick.n = 5;
@@ -58,7 +58,7 @@ TEST(FramePoolTest, AReusedFrameCarriesNothingOfTheOneBefore) {
     EXPECT_EQ(frame->quality, Quality::good);
 }
 
-TEST(FramePoolTest, AWeakPointerKeepsTheBufferFromBeingReused) {
+TEST(FramePoolTest, WeakPointerPreventsReuse) {
     FramePool pool{1, 4, 4, 1};
     FramePtr frame = pool.acquire();
     std::weak_ptr<const Frame> watcher = frame;
@@ -79,7 +79,7 @@ TEST(FramePoolTest, FramesOutliveThePool) {
     kept.reset();  // the memory checkers see whether all of it is returned, once
 }
 
-TEST(FramePoolTest, FramesComeHomeFromAnotherThread) {
+TEST(FramePoolTest, FramesReturnFromAnotherThread) {
     constexpr int count = 100000;
     FramePool pool{8, 4, 4, 1};
     Ring<FramePtr> ring{4};

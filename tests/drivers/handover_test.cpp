@@ -13,7 +13,7 @@
 namespace shaker {
 namespace {
 
-TEST(RingTest, KeepsTheOrderAndTellsWhenItIsFull) {
+TEST(RingTest, KeepsOrderAndReportsFull) {
     Ring<int> ring{3};
     EXPECT_FALSE(ring.pop().has_value());
     for (int round = 0; round < 5; ++round) {  // wraps around its storage
@@ -30,7 +30,7 @@ TEST(RingTest, KeepsTheOrderAndTellsWhenItIsFull) {
     }
 }
 
-TEST(RingTest, HoldsNothingBackAfterPop) {
+TEST(RingTest, ReleasesResourcesAtPop) {
     Ring<std::shared_ptr<int>> ring{2};
     const auto value = std::make_shared<int>(7);
     ASSERT_TRUE(ring.push(value));
@@ -39,7 +39,7 @@ TEST(RingTest, HoldsNothingBackAfterPop) {
     EXPECT_EQ(value.use_count(), 1);
 }
 
-TEST(RingTest, DestroysWhatWasNeverPopped) {
+TEST(RingTest, DestroysUnreadValues) {
     const auto value = std::make_shared<int>(7);
     {
         Ring<std::shared_ptr<int>> ring{2};
@@ -89,7 +89,7 @@ TEST(RingTest, DoesNotAllocate) {
     EXPECT_EQ(taken, 400);
 }
 
-TEST(MailboxTest, GivesTheNewestValueOnce) {
+TEST(MailboxTest, ReturnsNewestValueOnce) {
     Mailbox<int> box;
     EXPECT_FALSE(box.take().has_value());
     box.post(1);

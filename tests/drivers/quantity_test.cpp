@@ -56,7 +56,7 @@ TEST(QuantityTest, UnitsBecomeSiToTheLastBit) {
         EXPECT_EQ(parse_quantity("x", text, dimension, any), si) << text;
 }
 
-TEST(QuantityTest, AWrongUnitIsRefusedByNameWithTheUnitsThatAreUnderstood) {
+TEST(QuantityTest, RefusesWrongUnitAndListsKnownOnes) {
     const std::string message = refusal("20Hz", Dimension::acceleration, {0, 100});
     EXPECT_NE(message.find("--gamma \"20Hz\""), std::string::npos) << message;
     EXPECT_NE(message.find("unknown unit \"Hz\""), std::string::npos) << message;
@@ -69,7 +69,7 @@ TEST(QuantityTest, UnitsKeepTheirCase) {
     EXPECT_EQ(parse_quantity("f", "1mHz", Dimension::frequency, any), 1e-3);
 }
 
-TEST(QuantityTest, WhatIsNotAFiniteNumberIsRefused) {
+TEST(QuantityTest, RefusesNonFiniteNumbers) {
     for (const std::string_view text :
          {"", " ", "g", "fast", "nan", "inf", "-inf", "nan g", "1e999", "--1", "+-1"})
         EXPECT_EQ(refusal(text, Dimension::acceleration).find("--gamma \""), 0U) << text;
@@ -78,7 +78,7 @@ TEST(QuantityTest, WhatIsNotAFiniteNumberIsRefused) {
     EXPECT_NE(refusal("1 2", Dimension::ratio).find("unknown unit \"2\""), std::string::npos);
 }
 
-TEST(QuantityTest, BothEndsOfTheRangeAreAllowedAndNothingBeyond) {
+TEST(QuantityTest, AllowsBothEndsOfTheRange) {
     const Range allowed{0.1, 5000};
     EXPECT_EQ(parse_quantity("f", "5kHz", Dimension::frequency, allowed), 5000);
     EXPECT_EQ(parse_quantity("f", "0.1", Dimension::frequency, allowed), 0.1);

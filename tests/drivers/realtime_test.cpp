@@ -34,7 +34,7 @@ long locked_kb() {
     return -1;
 }
 
-TEST(RealtimeTest, MemoryIsLockedOrTheRefusalSaysWhatToChange) {
+TEST(RealtimeTest, LocksMemoryOrNamesTheRemedy) {
     if (sanitised)
         GTEST_SKIP() << "a sanitiser turns mlockall into nothing, for its memory is too large to lock";
     const std::string refused = lock_memory();
@@ -48,7 +48,7 @@ TEST(RealtimeTest, MemoryIsLockedOrTheRefusalSaysWhatToChange) {
     }
 }
 
-TEST(RealtimeTest, PriorityIsGivenToTheCallingThreadOrTheRefusalSaysWhatToChange) {
+TEST(RealtimeTest, SetsPriorityOrNamesTheRemedy) {
     in_new_thread([] {
         const std::string refused = use_fifo_priority(10);
         int policy = -1;
@@ -64,7 +64,7 @@ TEST(RealtimeTest, PriorityIsGivenToTheCallingThreadOrTheRefusalSaysWhatToChange
     });
 }
 
-TEST(RealtimeTest, PrioritiesThatDoNotExistAreRefused) {
+TEST(RealtimeTest, RefusesInvalidPriorities) {
     for (const int priority : {-1, 0, 100})
         EXPECT_NE(use_fifo_priority(priority).find("1 to 99"), std::string::npos);
 }
@@ -128,7 +128,7 @@ TEST(RealtimeTest, APrefaultedStackHasNoMissingPages) {
     EXPECT_EQ(faults_on_fresh_stack(true), 0);
 }
 
-TEST(RealtimeTest, MoreStackThanThereIsIsRefusedNotTouched) {
+TEST(RealtimeTest, RefusesMoreStackThanAvailable) {
     in_new_thread([] {
         const std::string refused = prefault_stack(std::size_t{1} << 40);
         EXPECT_NE(refused.find("LimitSTACK"), std::string::npos) << refused;

@@ -24,7 +24,7 @@ Drive with_overtones() {
     return drive;
 }
 
-TEST(SampledDriveTest, TheDriveOfASampledPeriodIsTheDriveWhereverThePeriodBegins) {
+TEST(SampledDriveTest, RecoversDriveFromAnyStartOfPeriod) {
     const Drive drive = with_overtones();
     for (const double from : {0.0, 0.3, 2.0, 5.9})
         for (const std::size_t samples : {std::size_t{18}, std::size_t{19}, std::size_t{400}}) {
@@ -39,13 +39,13 @@ TEST(SampledDriveTest, TheDriveOfASampledPeriodIsTheDriveWhereverThePeriodBegins
         }
 }
 
-TEST(SampledDriveTest, AMeanIsLeftOut) {
+TEST(SampledDriveTest, IgnoresTheMean) {
     std::vector<double> a = period_of(with_overtones(), 64, 1);
     for (double& x : a) x += 3;
     EXPECT_NEAR(drive_of_period(a, 25).gamma, 12, 1e-12);
 }
 
-TEST(SampledDriveTest, WhatTheBenchCannotPlayIsRefusedWithItsSize) {
+TEST(SampledDriveTest, RefusesUnplayableHarmonicsWithShare) {
     std::vector<double> square(200);
     for (std::size_t i = 0; i < square.size(); ++i) square[i] = i < 100 ? 1 : -1;
     const auto why = [](const std::vector<double>& a) -> std::string {
@@ -60,7 +60,7 @@ TEST(SampledDriveTest, WhatTheBenchCannotPlayIsRefusedWithItsSize) {
     EXPECT_NE(why(square).find("22.39 %"), std::string::npos) << why(square);
     EXPECT_NE(why({1, 2, 3}).find("3 samples"), std::string::npos);
     EXPECT_NE(why(std::vector<double>(64, NAN)).find("not finite"), std::string::npos);
-    EXPECT_NE(why(std::vector<double>(64, 1.0)).find("without harmonics 1 and 2"), std::string::npos)
+    EXPECT_NE(why(std::vector<double>(64, 1.0)).find("no harmonics 1 and 2"), std::string::npos)
         << why(std::vector<double>(64, 1.0));
 }
 

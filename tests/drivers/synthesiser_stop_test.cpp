@@ -7,7 +7,7 @@
 
 #include "drivers/synthesiser.hpp"
 #include "tests/support/no_alloc.hpp"
-#include "tests/support/splatter.hpp"
+#include "tests/support/tracking/splatter.hpp"
 
 namespace shaker {
 namespace {
@@ -26,7 +26,7 @@ double weight(std::int64_t i, std::int64_t samples) {
     return 0.5 + 0.5 * std::cos(std::numbers::pi * static_cast<double>(i) / static_cast<double>(samples));
 }
 
-/// Two that have been told the same: one to be stopped, one to go on.
+/// Two synthesisers with the same commands: one is stopped, the other continues.
 struct Pair {
     Synthesiser stopped{rate, f, 1}, goes_on{rate, f, 1};
     void set(const DriveCommand& c) {
@@ -56,7 +56,7 @@ void expect_weighted(Pair& pair, std::int64_t samples) {
     EXPECT_TRUE(pair.stopped.phase() == pair.goes_on.phase()) << "the phase runs on";
 }
 
-TEST(SynthesiserStopTest, WhatWouldHaveBeenPlayedFallsByARaisedCosineAndIsSilentThen) {
+TEST(SynthesiserStopTest, StopFallsByRaisedCosineToSilence) {
     for (const std::int64_t begin : {12000, 12001, 13333}) {
         Pair pair;
         pair.set(test::biharmonic(0.9, 1, f));
@@ -65,7 +65,7 @@ TEST(SynthesiserStopTest, WhatWouldHaveBeenPlayedFallsByARaisedCosineAndIsSilent
     }
 }
 
-TEST(SynthesiserStopTest, AStopInMidRampWeighsTheRampAsItGoesOn) {
+TEST(SynthesiserStopTest, StopDuringRampWeightsTheRamp) {
     Pair pair;
     DriveCommand c = test::biharmonic(0.9, 1, f);
     c.ramp_periods = 4;
@@ -78,7 +78,7 @@ TEST(SynthesiserStopTest, AStopInMidRampWeighsTheRampAsItGoesOn) {
     expect_weighted(later, 2400);  // the ramp ends on the way
 }
 
-TEST(SynthesiserStopTest, AStopInMidRampOfTheFrequencyKeepsThePhaseOfTheRamp) {
+TEST(SynthesiserStopTest, StopDuringFrequencyRampKeepsPhase) {
     Pair pair;
     pair.set(test::biharmonic(0.9, 1, f));
     pair.skip(2 * period);
@@ -91,7 +91,7 @@ TEST(SynthesiserStopTest, AStopInMidRampOfTheFrequencyKeepsThePhaseOfTheRamp) {
     EXPECT_TRUE(pair.stopped.phase() == pair.goes_on.phase()) << "also behind the end of the ramp";
 }
 
-TEST(SynthesiserStopTest, ACommandThatWaitsIsForgottenAndLaterOnesAreRefusedUntilRelease) {
+TEST(SynthesiserStopTest, StopDropsAndRefusesCommandsUntilRelease) {
     Synthesiser synth{rate, f, 1};
     synth.set(test::biharmonic(0.5, 0, f));
     play(synth, 3 * period + 10);
@@ -115,7 +115,7 @@ TEST(SynthesiserStopTest, ACommandThatWaitsIsForgottenAndLaterOnesAreRefusedUnti
     EXPECT_EQ(high_word(synth.change()->phase) >> 54, 0U) << "at a start of a period of the old phase";
 }
 
-TEST(SynthesiserStopTest, AShorterStopDuringAStopIsSteeperAndHasNoStep) {
+TEST(SynthesiserStopTest, ShorterStopSteepensWithoutStep) {
     Pair pair;
     pair.set(test::biharmonic(0.9, 1, f));
     pair.skip(3 * period);
@@ -136,7 +136,7 @@ TEST(SynthesiserStopTest, AShorterStopDuringAStopIsSteeperAndHasNoStep) {
     }
 }
 
-TEST(SynthesiserStopTest, AStopThatWouldEndLaterChangesNothingNorIsItTold) {
+TEST(SynthesiserStopTest, LaterEndingStopIsIgnored) {
     Pair pair;
     pair.set(test::biharmonic(0.9, 1, f));
     pair.skip(3 * period);
@@ -152,7 +152,7 @@ TEST(SynthesiserStopTest, AStopThatWouldEndLaterChangesNothingNorIsItTold) {
     EXPECT_EQ(pair.stopped.change(), nullptr) << "it is silent already";
 }
 
-TEST(SynthesiserStopTest, ASteadyDriveStopsWithTheSlopeOfItsWeightAlone) {
+TEST(SynthesiserStopTest, SteadyDriveStopsWithSlopeOfWeight) {
     Synthesiser synth{rate, f, 1};
     synth.set(test::biharmonic(1, 0.3, f));
     synth.skip(3 * period);
@@ -168,7 +168,7 @@ TEST(SynthesiserStopTest, ASteadyDriveStopsWithTheSlopeOfItsWeightAlone) {
 }
 
 // A cut is at -26 dB, a hard stop of 5 ms at -65.
-TEST(SynthesiserStopTest, AStopOfOnePeriodSplashesAsLittleAsALiveChangeWhereverItBegins) {
+TEST(SynthesiserStopTest, OnePeriodStopSpreadsLikeLiveChange) {
     for (std::int64_t phase = 0; phase < period; phase += 400) {
         Synthesiser synth{rate, f, 1};
         synth.set(test::biharmonic(1, 0.3, f));
@@ -180,7 +180,7 @@ TEST(SynthesiserStopTest, AStopOfOnePeriodSplashesAsLittleAsALiveChangeWhereverI
     }
 }
 
-TEST(SynthesiserStopTest, SizesOfBlocksDoNotMatter) {
+TEST(SynthesiserStopTest, BlockSizesDoNotMatter) {
     const auto played = [](auto next_size) {
         Synthesiser synth{rate, f, 2};
         synth.set(test::biharmonic(1, 0.3, 31.7));
@@ -243,7 +243,7 @@ TEST(SynthesiserStopTest, ReplayingTheChangesGivesIdenticalSamples) {
     EXPECT_EQ(got, want);
 }
 
-TEST(SynthesiserStopTest, SkippingGoesWhereFillingGoes) {
+TEST(SynthesiserStopTest, SkippingMatchesFilling) {
     Pair pair;
     pair.set(test::biharmonic(0.9, 1, f));
     pair.skip(3 * period);
@@ -254,7 +254,7 @@ TEST(SynthesiserStopTest, SkippingGoesWhereFillingGoes) {
     EXPECT_EQ(play(pair.stopped, 3000), play(pair.goes_on, 3000));
 }
 
-TEST(SynthesiserStopTest, ADeviceThatRunsEmptyDuringAStopStaysStopped) {
+TEST(SynthesiserStopTest, UnderrunDuringStopStaysStopped) {
     Synthesiser synth{rate, f, 1};
     synth.set(test::biharmonic(0.9, 1, f));
     synth.skip(3 * period);

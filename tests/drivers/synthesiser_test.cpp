@@ -58,7 +58,7 @@ TEST(SynthesiserTest, StartsSilentAtPhaseZero) {
     EXPECT_EQ(synth.change(), nullptr);
 }
 
-TEST(SynthesiserTest, SamplesAreExactToTheLastDigitsOfADouble) {
+TEST(SynthesiserTest, SamplesAreExactToRounding) {
     constexpr double exact_f = 23.4375;  // 2048 samples a period: a step without rounding
     Synthesiser synth{rate, exact_f, 10};
     const DriveCommand all = all_harmonics(exact_f);
@@ -79,7 +79,7 @@ class LongRun : public testing::TestWithParam<Jump> {};
 // The phase that is read is cut to 2^-64 turn and converted to a double, 1.1e-16 of an eighth of a turn,
 // which a harmonic q makes q times larger; the rest is what Horner's rule adds. Nothing of it grows with
 // time.
-TEST_P(LongRun, AllHarmonicsAreAsExactAfterABillionSamplesAsAtTheStart) {
+TEST_P(LongRun, HarmonicsStayExactAfterABillionSamples) {
     const auto [frequency, samples] = GetParam();
     Synthesiser synth{rate, frequency, 1};
     const DriveCommand c = all_harmonics(frequency);
@@ -100,7 +100,7 @@ INSTANTIATE_TEST_SUITE_P(Frequencies, LongRun,
                                          Jump{23.4375, 1'000'000'000}, Jump{37.03125, 999'999'937},
                                          Jump{0.125, 1'000'000'000}, Jump{500, 1'000'000'001}));
 
-TEST(SynthesiserTest, SkippingGoesWhereFillingGoes) {
+TEST(SynthesiserTest, SkippingMatchesFilling) {
     Synthesiser filled{rate, f, 2};
     Synthesiser skipped{rate, f, 2};
     for (Synthesiser* s : {&filled, &skipped}) {
@@ -118,7 +118,7 @@ TEST(SynthesiserTest, SkippingGoesWhereFillingGoes) {
     EXPECT_EQ(play(filled, 5000), play(skipped, 5000));
 }
 
-TEST(SynthesiserTest, ACommandIsTakenAtTheFirstSampleWhosePhaseWrapped) {
+TEST(SynthesiserTest, CommandTakesEffectWherePhaseWraps) {
     Synthesiser synth{rate, 23.4375, 1};  // 2048 samples a period, exactly
     play(synth, 100);
     DriveCommand c = command(0.5, 0);
@@ -133,10 +133,10 @@ TEST(SynthesiserTest, ACommandIsTakenAtTheFirstSampleWhosePhaseWrapped) {
     EXPECT_EQ(synth.change()->ramp, 2048);
     EXPECT_EQ(synth.change()->command.sequence, 42U);
     play(synth, 1000);
-    EXPECT_EQ(synth.change(), nullptr) << "a change is told in the block in which it began and no other";
+    EXPECT_EQ(synth.change(), nullptr) << "a change is reported only in the block in which it began";
 }
 
-TEST(SynthesiserTest, APeriodThatIsNoWholeNumberOfSamplesStartsWithinOneSampleOfPhaseZero) {
+TEST(SynthesiserTest, FractionalPeriodStartsWithinOneSample) {
     Synthesiser synth{rate, 37.03, 1};
     for (int i = 0; i < 50; ++i) {
         synth.set(command(0.1 + 0.01 * i, 0, 37.03));
@@ -152,7 +152,7 @@ struct Start {
 class PeriodStart : public testing::TestWithParam<Start> {};
 
 // 25 Hz has 1920 samples a period, of which a step has no exact share; 37.03125 Hz has no whole number.
-TEST_P(PeriodStart, EachPeriodStartsAtTheFirstSampleAtOrAfterItsTime) {
+TEST_P(PeriodStart, PeriodStartsAtFirstSampleAtOrAfterItsTime) {
     const auto [numerator, denominator] = GetParam();
     const double frequency = static_cast<double>(numerator) / static_cast<double>(denominator);
     const std::int64_t turn = static_cast<std::int64_t>(rate) * denominator;
@@ -177,7 +177,7 @@ INSTANTIATE_TEST_SUITE_P(Frequencies, PeriodStart,
                                          Start{1185, 32}, Start{1, 8}, Start{500, 1}, Start{7, 1},
                                          Start{11111, 1}));
 
-TEST(SynthesiserTest, SizesOfBlocksDoNotMatter) {
+TEST(SynthesiserTest, BlockSizesDoNotMatter) {
     Synthesiser whole{rate, f, 2};
     Synthesiser parts{rate, f, 2};
     for (Synthesiser* s : {&whole, &parts}) s->set(command(1, 0.3, 31.7));
@@ -190,7 +190,7 @@ TEST(SynthesiserTest, SizesOfBlocksDoNotMatter) {
 }
 
 // What a record stores, the changes, gives back each sample: here by the definition, in long double.
-TEST(SynthesiserTest, ChangesTellEverySampleOfRampsInAmplitudeAndFrequency) {
+TEST(SynthesiserTest, ChangesDetermineEverySampleOfRamps) {
     Synthesiser synth{rate, f, 3};
     std::vector<DriveChange> changes;
     std::vector<double> volts;
@@ -260,7 +260,7 @@ TEST(SynthesiserTest, ReplayingTheChangesGivesIdenticalSamples) {
     EXPECT_EQ(got, want);
 }
 
-TEST(SynthesiserTest, ACommandDuringARampWaitsForItsEndAndTheNewestWins) {
+TEST(SynthesiserTest, NewestCommandWaitsForEndOfRamp) {
     Synthesiser synth{rate, f, 1};
     synth.set(command(0.5, 0, f, 2));
     play(synth, 1000);
@@ -303,7 +303,7 @@ TEST(SynthesiserTest, SamplesBeyondTheLimitAreCutAndCounted) {
     EXPECT_EQ(synth.clamped() - before, at_limit);
 }
 
-TEST(SynthesiserTest, CommandsThatCannotBePlayedAreRefusedAndCounted) {
+TEST(SynthesiserTest, RefusesAndCountsUnplayableCommands) {
     constexpr double nan = std::numeric_limits<double>::quiet_NaN();
     constexpr double infinity = std::numeric_limits<double>::infinity();
     constexpr double huge = std::numeric_limits<double>::max();
@@ -329,7 +329,7 @@ TEST(SynthesiserTest, CommandsThatCannotBePlayedAreRefusedAndCounted) {
     EXPECT_EQ(synth.change()->command.volts, good.volts);
 }
 
-TEST(SynthesiserTest, AThousandRandomChangesNeverJumpNorLeaveADirectPart) {
+TEST(SynthesiserTest, RandomChangesNeverJumpNorLeaveOffset) {
     std::mt19937_64 random{11};
     std::uniform_real_distribution<double> unit{0, 1};
     Synthesiser synth{rate, f, 1};
@@ -372,7 +372,7 @@ TEST(SynthesiserTest, RealisesEveryPlayableFrequencyToTheLastBit) {
     }
 }
 
-TEST(SynthesiserTest, RefusesToBeBuiltOnNonsense) {
+TEST(SynthesiserTest, RefusesInvalidArguments) {
     EXPECT_THROW((Synthesiser{0, f, 1}), InputError);
     EXPECT_THROW((Synthesiser{rate, 24000, 1}), InputError);
     EXPECT_THROW((Synthesiser{rate, -1, 1}), InputError);

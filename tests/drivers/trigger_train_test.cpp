@@ -7,7 +7,7 @@
 namespace shaker {
 namespace {
 
-TEST(TriggerTrainTest, PulsesAreAtTheNearestSamplesOfARateThatDoesNotDivide) {
+TEST(TriggerTrainTest, PulsesAreAtNearestSamplesForAnyRate) {
     TriggerTrain train{48000, 190};
     std::vector<double> out(144000);
     train.fill(out);
@@ -20,7 +20,7 @@ TEST(TriggerTrainTest, PulsesAreAtTheNearestSamplesOfARateThatDoesNotDivide) {
     EXPECT_EQ(k, 3 * 190);
 }
 
-TEST(TriggerTrainTest, AfterASkipItGoesOnAsIfNothingHadHappened) {
+TEST(TriggerTrainTest, ContinuesOnGridAfterSkip) {
     for (const double fps : {1000.0, 190.0, 7.3})
         for (const std::int64_t lost : {1, 47, 48, 49, 252, 253, 12345}) {
             TriggerTrain whole{48000, fps}, skipped{48000, fps};

@@ -21,7 +21,7 @@ TEST(TurnsTest, ARatioThatIsAPowerOfTwoIsExact) {
 }
 
 // 48000 steps of a whole number f of Hz are f turns, plus less than 48000 units because a step is rounded up.
-TEST(TurnsTest, ASecondOfStepsIsAheadOfItsWholeTurnsByLessThanAUnitAStep) {
+TEST(TurnsTest, SecondOfStepsGainsLessThanOneUnitPerStep) {
     for (std::uint64_t f = 1; f < 24000; f += 7) {
         const Turns ahead = Turns{48000} * turns_per_sample(static_cast<double>(f), 48000);
         EXPECT_TRUE(ahead < 48000) << f << " Hz";

@@ -4,17 +4,17 @@ if(NOT CMAKE_CXX_COMPILER_ID MATCHES Clang)
   message(FATAL_ERROR "libFuzzer comes with clang: cmake --preset fuzz")
 endif()
 
-file(GLOB language CONFIGURE_DEPENDS daemon/remote/scpi/*.cpp daemon/remote/bench/*.cpp)
+file(GLOB language CONFIGURE_DEPENDS daemon/remote/scpi/*.cpp daemon/remote/scpi/*/*.cpp daemon/remote/instrument/*.cpp)
 file(GLOB drivers CONFIGURE_DEPENDS drivers/*.cpp)  # what all others stand on; the linker takes what is asked for
-set(desk daemon/desk.cpp daemon/live_feed.cpp daemon/order_book.cpp daemon/run_states.cpp daemon/control/trip.cpp
-    tests/support/played_desk.cpp)
+set(port daemon/service/bench_port.cpp daemon/service/live_feed.cpp daemon/service/pending_orders.cpp
+    daemon/run/state.cpp daemon/safety/trip.cpp tests/support/remote/played_port.cpp)
 add_library(fuzzed_drivers STATIC ${drivers})
-add_library(fuzzed_desk STATIC ${desk})
+add_library(fuzzed_port STATIC ${port})
 add_library(fuzzed_language STATIC ${language})
-add_library(fuzzed_web STATIC daemon/remote/web/access.cpp daemon/remote/web/actions.cpp daemon/remote/web/metrics.cpp
+add_library(fuzzed_web STATIC daemon/remote/access/access.cpp daemon/remote/web/actions.cpp daemon/remote/web/metrics.cpp
             daemon/remote/web/requests.cpp daemon/remote/web/state_json.cpp daemon/remote/web/subscription.cpp
-            daemon/results.cpp daemon/reduction/no_stick.cpp daemon/recorded_trip.cpp)
-foreach(library fuzzed_drivers fuzzed_desk fuzzed_language fuzzed_web)
+            daemon/report/results.cpp daemon/reduction/no_stick.cpp daemon/recording/recorded_trip.cpp)
+foreach(library fuzzed_drivers fuzzed_port fuzzed_language fuzzed_web)
   target_include_directories(${library} PUBLIC ${PROJECT_SOURCE_DIR})
   target_link_libraries(${library} PUBLIC shaker_hdf5 Boost::headers nlohmann_json::nlohmann_json spdlog::spdlog
                         tomlplusplus::tomlplusplus Eigen3::Eigen Threads::Threads)
@@ -22,5 +22,5 @@ endforeach()
 
 foreach(name scpi http websocket)
   add_executable(fuzz_${name} tests/fuzz/${name}.cpp)
-  target_link_libraries(fuzz_${name} PRIVATE fuzzed_web fuzzed_language fuzzed_desk fuzzed_drivers -fsanitize=fuzzer)
+  target_link_libraries(fuzz_${name} PRIVATE fuzzed_web fuzzed_language fuzzed_port fuzzed_drivers -fsanitize=fuzzer)
 endforeach()

@@ -29,7 +29,7 @@ constexpr const char* token = "0123456789abcdefghijkl";
 std::string text(beast::string_view s) { return {s.data(), s.size()}; }
 
 // The daemon's own rules again, in other words: whether this request may change or see anything.
-bool may(const Request& request, bool asks_token) {
+bool may(const web::Request& request, bool asks_token) {
     const std::string host = text(request[http::field::host]), origin = text(request[http::field::origin]);
     bool known = false;
     for (const char* name : {"localhost", "127.0.0.1", "[::1]"}) {
@@ -53,7 +53,7 @@ struct Seen {
     bool operator==(const Seen&) const = default;
 };
 
-void look_at(const Response& response) {
+void look_at(const web::Response& response) {
     const unsigned status = response.result_int();
     require((status >= 200 && status < 300) || (status >= 400 && status < 600), "2xx, 4xx or 5xx");
     require(response.count(http::field::content_length) == 1 || status == 204, "a length is told");
@@ -86,11 +86,11 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     if (size == 0) return 0;
     const bool with_token = (data[0] & 1U) != 0, prompt = (data[0] & 2U) == 0;
     test::InlineBench bench;
-    Site site{.book = bench.book,
-              .lock = bench.lock,
-              .actions = Actions{bench.book, bench.lock},
-              .access = {.hosts = {"localhost", "127.0.0.1", "[::1]"}, .token = with_token ? token : ""},
-              .page = {{"/", {"text/html", "the page"}}}};
+    web::Site site{.pending_orders = bench.pending_orders,
+                   .lock = bench.lock,
+                   .actions = web::Actions{bench.pending_orders, bench.lock},
+                   .access = {.hosts = {"localhost", "127.0.0.1", "[::1]"}, .token = with_token ? token : ""},
+                   .page = {{"/", {"text/html", "the page"}}}};
     boost::asio::io_context io;
     beast::test::stream stream{io};
     const std::string_view bytes{reinterpret_cast<const char*>(data) + 1, size - 1};
@@ -99,14 +99,14 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     stream.close_remote();
     beast::flat_buffer buffer;
     for (;;) {
-        RequestParser parser;
+        web::RequestParser parser;
         set_limits(parser);
         beast::error_code failed;
         http::read(stream, buffer, parser, failed);
         if (failed) break;
-        const Request request = parser.release();
+        const web::Request request = parser.release();
         const auto seen = [&] {
-            return Seen{bench.played.desk.ordered(), bench.played.aborts, bench.lock.owner()};
+            return Seen{bench.played.bench_port.ordered(), bench.played.aborts, bench.lock.owner()};
         };
         const Seen before = seen();
         if (takes_socket(request, site)) {
@@ -114,10 +114,10 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
             break;
         }
         int answers = 0;
-        std::optional<Response> response;
+        std::optional<web::Response> response;
         const std::string who = client_of(request, "192.0.2.1");
         require(who.starts_with("page") && who.size() < 40, "a client's name is short");
-        answer(request, site, who, [&](Response r) {
+        answer(request, site, who, [&](web::Response r) {
             ++answers;
             response = std::move(r);
         });

@@ -6,9 +6,9 @@
 #include <iostream>
 #include <utility>
 
-#include "daemon/order_book.hpp"
-#include "daemon/remote/scpi/control_lock.hpp"
-#include "tests/support/played_desk.hpp"
+#include "daemon/remote/access/control_lock.hpp"
+#include "daemon/service/pending_orders.hpp"
+#include "tests/support/remote/played_port.hpp"
 
 namespace shaker::test {
 
@@ -23,9 +23,10 @@ class InlineBench {
     std::deque<std::function<void()>> later_;
 
 public:
-    PlayedDesk played;
-    scpi::ControlLock lock;
-    OrderBook book{played.desk, [this](std::function<void()> f) { later_.push_back(std::move(f)); }};
+    PlayedPort played;
+    access::ControlLock lock;
+    service::PendingOrders pending_orders{
+        played.bench_port, [this](std::function<void()> f) { later_.push_back(std::move(f)); }};
 
     /// What was ordered is done and answered.
     void settle() {

@@ -6,7 +6,7 @@
 #include <string>
 #include <string_view>
 
-#include "daemon/remote/bench/commands.hpp"
+#include "daemon/remote/instrument/commands.hpp"
 #include "daemon/remote/scpi/session.hpp"
 #include "tests/fuzz/inline_bench.hpp"
 
@@ -16,8 +16,8 @@ using namespace shaker;
 using test::require;
 
 // Made anew for each input at the place where the commands, which take long to make, look for it.
-std::optional<BenchInstrument>& the_instrument() {
-    static std::optional<BenchInstrument> instrument;
+std::optional<instrument::BenchInstrument>& the_instrument() {
+    static std::optional<instrument::BenchInstrument> instrument;
     return instrument;
 }
 
@@ -29,7 +29,7 @@ const scpi::CommandTree& commands() {
 struct Door {
     Door() {
         the_instrument().emplace(
-            bench.book, [](const scpi::Session&) {},
+            bench.pending_orders, [](const scpi::Session&) {},
             [this](const std::string& session, const std::string& why) {
                 if (client != nullptr && client->name() == session)
                     client->report(scpi::Code::settings_conflict, why);
@@ -38,7 +38,7 @@ struct Door {
     [[nodiscard]] scpi::Shared shared() { return {commands(), *the_instrument(), status, bench.lock}; }
     void go_on() {
         bench.settle();
-        show(*bench.book.now(), status);
+        instrument::show(*bench.pending_orders.now(), status);
         client->poll();
     }
 
@@ -81,7 +81,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
         if (prompt) door.go_on();
         look_at(client, before);
     }
-    constexpr std::size_t measured_in = 2 * test::PlayedDesk::shown_each;  // turns, at most
+    constexpr std::size_t measured_in = 2 * test::PlayedPort::shown_each;  // turns, at most
     for (std::size_t turns = 0; turns == 0 || client.waiting(); ++turns) {
         require(turns <= measured_in * size, "what waits ends");
         door.go_on();

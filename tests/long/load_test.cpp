@@ -10,7 +10,7 @@
 #include <random>
 #include <thread>
 
-#include "tests/support/bench_run.hpp"
+#include "tests/support/run/bench_run.hpp"
 
 namespace shaker::test {
 namespace {
@@ -48,10 +48,10 @@ double length_s() {
     return text != nullptr ? std::atof(text) : 600;
 }
 
-std::uint64_t never_came(const GigeCounts& c) { return c.damaged + c.dropped + c.overflow; }
+std::uint64_t never_came(const mock::GigeCounts& c) { return c.damaged + c.dropped + c.overflow; }
 
 /// A fault of the sensors, by chance.
-void cause_one(Bench& b, const std::function<int(int)>& pick) {
+void cause_one(mock::MockBench& b, const std::function<int(int)>& pick) {
     b.camera("side").lose(0);
     switch (pick(6)) {
         case 1:
@@ -77,7 +77,7 @@ TEST(LoadTest, WhatIsLostUnderLoadIsCountedAlikeOnBothSides) {
     run.start("--gamma 1.5g --rho 1 --periods " + std::to_string(std::lround(20 * length)));
     std::mt19937 random{7};
     const auto pick = [&](int most) { return 1 + static_cast<int>(random() % static_cast<unsigned>(most)); };
-    Bench& b = run.bench;
+    mock::MockBench& b = run.bench;
     // The drive starts again from silence after an underrun: early, so that the measurement is whole.
     ASSERT_TRUE(run.played(2)) << end_of(run.finish().err);
     b.dac().cause_underrun();
@@ -89,8 +89,8 @@ TEST(LoadTest, WhatIsLostUnderLoadIsCountedAlikeOnBothSides) {
     const auto r = nlohmann::json::parse(o.out);
 
     const auto dac = device(r, "shaker_mock"), accelerometer = device(r, "adxl355");
-    const ConverterCounts d = b.dac().counts();
-    const IiodCounts a = b.accelerometer().counts();
+    const mock::ConverterCounts d = b.dac().counts();
+    const mock::IiodCounts a = b.accelerometer().counts();
     std::printf("%d faults in %.0f s under load; processor time of the program %.1f s\n", faults, length,
                 o.cpu_s);
     std::printf("%-24s %12s %12s\n", "lost", "by shakerd", "by the mock");

@@ -2,7 +2,8 @@
 import { closedForm, g, steadyPeriod } from "./motion.mjs";
 
 const mu = 0.113;
-const reach = 0.03;  // m, of the walker to either side
+const reach = 0.03;  // m, of the walker to either side of x = middle
+const middle = 0.05;  // m, of the picture: x is 0 at its left end
 
 /** mulberry32: the same numbers for the same seed. */
 export function chance(seed) {
@@ -24,6 +25,10 @@ export class Bench {
     drive = { frequency_hz: 20, gamma_mps2: g, rho: 0.5, phi_rad: 0 };
     control = false;
     recording = null;
+    record_next = false;
+    record_name = null;
+    held = null;  // the newest result
+    measurements = 0;
     trip = null;
     periods = 0;
     level = 0;  // of the drive, 0 to 1
@@ -31,6 +36,8 @@ export class Bench {
     events = [];
     points = [];
     random = chance(7);
+    unfinished = false;  // no measurement becomes complete
+    mirrored = false;  // x grows to the left of the picture
 
     constructor(tell) {
         this.tell = tell;
@@ -98,14 +105,14 @@ export class Bench {
     }
 
     message() {
-        const { drift, period } = this.motion, some = this.state === "running" && this.periods > 4;
+        const { drift, period } = this.motion, some = this.state === "running" && this.periods > 4 && !this.unfinished;
         const error = 1 / Math.sqrt(Math.max(1, this.periods));
         const estimate = (value, sigma) => some ? { value: value + (this.random() - 0.5) * sigma, sigma } : null;
         const v = drift / period, scale = this.drive.gamma_mps2 / (2 * Math.PI * this.drive.frequency_hz);
         return {
             type: "state",
             session: {
-                state: this.state, since_s: this.time - this.since, rig: "sim:", recording: this.recording,
+                state: this.state, since_s: this.time - this.since, rig: "sim:", recording: this.recording, record_next: this.record_next, record_name: this.record_name,
                 controller: this.control ? "this page" : null, you_control: this.control, trip: this.trip,
                 program: "shakerd", version: "0.1.0",
             },
@@ -115,11 +122,13 @@ export class Bench {
                 harmonics: this.harmonics(), rms_mps2: this.level * this.drive.gamma_mps2 / 2, volts_peak: 0.412 * this.level,
             },
             result: {
-                v_D_mps: estimate(v, 6e-4 * error), D_m: estimate(drift, 3e-5 * error),
-                efficiency: estimate(Math.abs(v) / (scale * Math.sqrt(5 / 32)), 0.01 * error), mu: estimate(mu, 0.004 * error),
+                ...this.newest(some, {
+                    v_D_mps: estimate(v, 6e-4 * error), D_m: estimate(drift, 3e-5 * error),
+                    efficiency: estimate(Math.abs(v) / (scale * Math.sqrt(5 / 32)), 0.01 * error), mu: estimate(mu, 0.004 * error),
+                }),
                 periods: Math.floor(this.periods), steady: this.periods > 20,
             },
-            walker: { x_m: this.x, low_m: -reach, high_m: reach },
+            walker: { x_m: middle + this.x, left_m: this.mirrored ? 2 * middle : 0, right_m: this.mirrored ? 0 : 2 * middle },
             points: this.points,
             clocks: [{ name: "DAC", ppm: 0, residual_s: 2.1e-6 }, { name: "accelerometer", ppm: -37.52, residual_s: 3.4e-6 },
                 { name: "camera top", ppm: 12.04, residual_s: 1.1e-6 }, { name: "camera side", ppm: 11.87, residual_s: 1.2e-6 }],
@@ -134,6 +143,14 @@ export class Bench {
             },
             limits: { acceleration_abort_mps2: 60, displacement_abort_mm: 4, drive_abort_V: 2 },
         };
+    }
+
+    /** The result of now, or else the last one with what it was measured at. */
+    newest(some, values) {
+        if (some) this.held = { ...values, number: ++this.measurements, drive: this.drive, at: this.time };
+        if (!this.held) return { ...values, number: null };
+        const { at, ...result } = this.held;
+        return { ...result, age_s: this.time - at, stick: [], shortest_visible_stick: 0.031, current: JSON.stringify(result.drive) === JSON.stringify(this.drive) };
     }
 
     /** What an action does: null, or the words of its refusal. */
@@ -152,15 +169,27 @@ export class Bench {
             case "identify": this.become("identifying"); return null;
             case "start": return this.start();
             case "stop": this.become("stopping"); return null;
-            case "record": this.recording = body.name; this.log("record", body.name ?? "ended"); return null;
+            case "record": return this.record(body.name);
             case "remark": this.log("remark", body.text); return null;
             default: return `no action ${name}`;
         }
     }
 
+    /** The next run is recorded where nothing is driven; the page's tests of a growing recording set `recording`. */
+    record(name) {
+        if (name === "taken") return `/var/lib/shakerd/${name}.nxs: exists already; a recording is never written over another`;
+        this.recording = null;
+        this.record_next = name !== null;
+        this.record_name = name;
+        this.log("record", name ?? "ended");
+        return null;
+    }
+
     start() {
         if (this.state !== "armed") return `start: the state is ${this.state}, it must be armed`;
         this.become("ramping");
+        this.held = null;
+        if (this.record_next) this.recording = `${this.record_name}.nxs`;
         return null;
     }
 
@@ -172,6 +201,7 @@ export class Bench {
         }
         this.drive = { ...this.drive, ...body };
         this.motion = steadyPeriod(this.drive, mu);
+        this.periods = 0;
         if (this.state === "idle") this.become("armed");
         return null;
     }

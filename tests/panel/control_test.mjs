@@ -71,15 +71,16 @@ test("Each button sends its action, and the whole way from arming to a stop work
     await press(page, "Identify");
     assert.deepEqual(await sent("identify"), {});
     await until(() => server.bench.state === "armed", "identified");
-    await page.fill("#record-name", "  walk.nxs ");
+    await page.fill("#record-name", "  walk ");
     await page.selectOption("#record-frames", "full");
     await press(page, "Record");
-    assert.deepEqual(await sent("record"), { name: "walk.nxs", frames: "full" });
-    await page.getByText("recording walk.nxs").waitFor();
+    assert.deepEqual(await sent("record"), { name: "walk", frames: "full" });
+    await page.getByText("next run is recorded: walk.nxs").waitFor();
     await page.fill("#periods", "40");
     await press(page, "Start");
     assert.deepEqual(await sent("start"), { periods: 40 });
     await page.waitForFunction(() => document.getElementById("state").textContent.includes("running"));
+    await page.getByText("recording walk.nxs").first().waitFor();
     await press(page, "Stop");
     assert.deepEqual(await sent("stop"), {});
     await press(page, "Write it down");
@@ -95,6 +96,25 @@ test("Each button sends its action, and the whole way from arming to a stop work
     assert.deepEqual(await sent("control/release"), {});
     await page.getByText("Nobody has control").waitFor();
     assert.deepEqual(troubles, []);
+});
+
+test("A recording that was asked for is shown and taken back, a taken name is refused at once", async () => {
+    await idle(stage);
+    server.bench.record_next = false;
+    const { page } = await openPage(stage);
+    const chip = page.locator("#recording"), button = page.locator("#record-button");
+    assert.equal(await chip.isHidden(), true);
+    await page.fill("#record-name", "taken");
+    await button.click();
+    await page.locator("#record .answer").getByText("/var/lib/shakerd/taken.nxs: exists already").waitFor();
+    assert.equal(await chip.isHidden(), true);
+    await page.fill("#record-name", "walk");
+    await button.click();
+    await chip.getByText("○ next run is recorded: walk.nxs").waitFor();
+    assert.equal(await page.locator("#record-name").isDisabled(), true);
+    await page.getByRole("button", { name: "Do not record" }).click();
+    await until(() => chip.isHidden(), "no run is recorded");
+    assert.equal(await button.textContent(), "Record");
 });
 
 test("A new drive while it runs is played", async () => {

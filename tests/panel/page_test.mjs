@@ -3,7 +3,7 @@ import assert from "node:assert/strict";
 import { mkdirSync } from "node:fs";
 import { join } from "node:path";
 import test, { after, afterEach, before } from "node:test";
-import { laptop, openPage, phone, running, setStage, until } from "./stage.mjs";
+import { idle, laptop, openPage, phone, running, setStage, until } from "./stage.mjs";
 
 const folder = process.env.PANEL_SCREENSHOTS;
 let stage;
@@ -35,6 +35,42 @@ test("It shows the results with their errors, the drive, and the state", async (
     assert.match(await text(page, "state"), /running/);
     await page.locator("#log").scrollIntoViewIfNeeded();
     await until(async () => /running/.test(await text(page, "log")), "the log");
+});
+
+test("A result at another set-point is grey and says which measurement it is", async () => {
+    const { bench } = stage.server;
+    await running(stage);
+    const { page } = await openPage(stage);
+    const grey = () => page.locator("#v-D").evaluate((e) => getComputedStyle(e).filter);
+    await until(async () => /^Measurement \d+ at .*: γ 1\.000 g .* φ 0\.00°/.test(await text(page, "result-of")), "its origin");
+    assert.match(await text(page, "result-of"), /; never sticks for over 0\.031 T$/);
+    assert.equal(await grey(), "none");
+    bench.unfinished = true;
+    bench.act("drive", { phi_rad: 2 });
+    await until(async () => (await text(page, "result-of")).startsWith("⚠ Another set-point"), "old");
+    assert.match(await text(page, "result-of"), /φ 0\.00°/);
+    assert.match(await text(page, "phi-asked"), /114\.59°/);
+    assert.equal(await grey(), "grayscale(1)");
+    bench.unfinished = false;
+    await until(async () => /^Measurement .* φ 114\.59°/.test(await text(page, "result-of")), "measured again");
+    assert.equal(await grey(), "none");
+    bench.act("drive", { phi_rad: 0 });
+});
+
+test("The walker's mark stands where the picture shows the walker", async () => {
+    const { bench } = stage.server;
+    await idle(stage);
+    const { page } = await openPage(stage);
+    const mark = () => page.locator("#walker-mark").evaluate((e) => Number.parseFloat(e.style.left));
+    for (const [x, share] of [[-0.03, 20], [0.02, 70]]) {
+        bench.x = x;
+        await until(async () => Math.abs((await mark()) - share) < 0.1, `the mark at ${share} %`);
+        assert.deepEqual([await text(page, "walker-low"), await text(page, "walker-high")], ["0.0 mm", "100.0 mm"]);
+    }
+    bench.mirrored = true;  // x grows to the left in this picture
+    await until(async () => Math.abs((await mark()) - 30) < 0.1, "the mark in the mirrored picture");
+    assert.deepEqual([await text(page, "walker-low"), await text(page, "walker-high")], ["100.0 mm", "0.0 mm"]);
+    bench.mirrored = false;
 });
 
 test("Every plot and both cameras move with the data", async () => {

@@ -6,8 +6,9 @@ import { picture, samples } from "./frames.mjs";
 import { closedForm, g, steadyPeriod } from "./motion.mjs";
 import { source } from "./sources.mjs";
 
-const { withError, number, prefixed, duration, decibels } = await source("format");
+const { tickTexts, withError, number, prefixed, duration, decibels } = await source("format");
 const { decodeFrame, channel, FrameError } = await source("frames");
+const { stickWords } = await source("views/numbers");
 const { parseMessage } = await source("messages");
 const { Rolling } = await source("rolling");
 const { curves, axes, degrees, maxCurves } = await source("groups");
@@ -50,6 +51,22 @@ test("Numbers, prefixes, durations and levels read as an operator writes them", 
     assert.ok(Math.abs(decibels(0.5, 1) + 6.0206) < 1e-4);
     assert.equal(decibels(0, 1), -Infinity);
     assert.equal(decibels(1, 0), null);
+});
+
+test("Ticks have the decimals that tell them apart", () => {
+    assert.deepEqual(tickTexts([1.00002, 1.00004, 1.00006]), ["1.00002", "1.00004", "1.00006"]);
+    assert.deepEqual(tickTexts([0, 0.25, 0.5]), ["0.00", "0.25", "0.50"]);
+    assert.deepEqual(tickTexts([-0.2, -0.1, 0, 0.1, 0.1 + 0.1 + 0.1]), ["−0.2", "−0.1", "0.0", "0.1", "0.3"]);
+    assert.deepEqual(tickTexts([0, 50, 100]), ["0", "50", "100"]);
+    assert.deepEqual(tickTexts([1, null, 10]), ["1", "", "10"]);
+    assert.deepEqual(tickTexts([124.415]), ["124.4"]);
+});
+
+test("Without a stick the words say how short one may have been", () => {
+    assert.equal(stickWords([[0.5057, 0.7072]], null), "sticks 0.506 to 0.707 T");
+    assert.equal(stickWords([], 0.0312), "never sticks for over 0.031 T");
+    assert.equal(stickWords([], 1), "sticks: too few frames to tell");
+    assert.equal(stickWords([], null), "never sticks");
 });
 
 test("A frame of samples is read as it was written, with its flags", () => {

@@ -15,9 +15,9 @@
 #include <vector>
 
 #include "drivers/errors.hpp"
-#include "drivers/hardware/alsa_dac.hpp"
-#include "drivers/hardware/pcm_codec.hpp"
-#include "tests/support/player.hpp"
+#include "drivers/hardware/alsa/alsa_dac.hpp"
+#include "drivers/hardware/alsa/pcm_codec.hpp"
+#include "tests/support/remote/player.hpp"
 
 namespace shaker {
 namespace {
@@ -35,14 +35,14 @@ double cpu_s() {
 }
 
 int play(const std::string& config, const std::string& pcm, double seconds) {
-    AlsaSettings settings;
+    alsa::AlsaSettings settings;
     settings.pcm = pcm;
     settings.alsa_config = config;
     settings.rate_hz = rate_hz;
     settings.period_frames = 480;
     settings.buffer_frames = 9600;
-    settings.second_channel = SecondChannel::tone;
-    AlsaDac dac{settings};
+    settings.second_channel = alsa::SecondChannel::tone;
+    alsa::AlsaDac dac{settings};
     std::printf("%s\n", dac.granted().text().c_str());
     std::fflush(stdout);
     test::Player player{dac};
@@ -79,7 +79,7 @@ int compare(const std::string& file, double seconds, const std::vector<std::int6
     std::vector<std::int32_t> drive(bytes.size() / 8);
     for (std::size_t i = 0; i < drive.size(); ++i)
         std::memcpy(&drive[i], bytes.data() + 8 * i, sizeof drive[i]);
-    const PcmCodec codec{SampleFormat::s32, 0, 1};
+    const alsa::PcmCodec codec{alsa::SampleFormat::s32, 0, 1};
     const auto matching_from = [&](std::size_t at, std::int64_t first) {
         std::size_t n = 0;
         for (; at + n < drive.size(); ++n) {

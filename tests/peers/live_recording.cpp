@@ -2,7 +2,7 @@
 #include <cstdio>
 #include <cstdlib>
 
-#include "tests/support/live_streams.hpp"
+#include "tests/support/remote/live_streams.hpp"
 
 int main(int argc, char** argv) try {
     if (argc != 3) return 2;

@@ -26,7 +26,7 @@ FramePtr ramp(int width, int height, int shift) {
     return frame;
 }
 
-void expose(const std::stop_token& stop, std::array<GigeCamera*, 2> cameras) {
+void expose(const std::stop_token& stop, std::array<mock::GigeCamera*, 2> cameras) {
     const std::array<FramePtr, 2> pictures{ramp(512, 256, 0), ramp(640, 128, 100)};
     const auto began = std::chrono::steady_clock::now();
     for (auto due = began; !stop.stop_requested(); due += period) {
@@ -41,8 +41,8 @@ void expose(const std::stop_token& stop, std::array<GigeCamera*, 2> cameras) {
 int main(int argc, char** argv) {
     const std::array<std::string, 1> second{"127.0.0.2"};
     return test::run_among_mocks({argv, static_cast<std::size_t>(argc)}, second, [](const auto& run_command) {
-        GigeCamera top{{.serial = "TOP", .width = 512, .height = 256}};
-        GigeCamera side{{.address = "127.0.0.2", .serial = "SIDE", .width = 640, .height = 128}};
+        mock::GigeCamera top{{.serial = "TOP", .width = 512, .height = 256}};
+        mock::GigeCamera side{{.address = "127.0.0.2", .serial = "SIDE", .width = 640, .height = 128}};
         const std::jthread world{[&](const std::stop_token& stop) { expose(stop, {&top, &side}); }};
         return run_command();
     });

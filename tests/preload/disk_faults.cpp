@@ -1,7 +1,9 @@
 // A disk that fails, for the files of one folder (SHAKER_DISK_FOLDER). SHAKER_DISK_FAULT is "call ending
 // after_s error stall_s": from after_s seconds of the program on, `call` ("write", "sync" or "any", which is
 // both and the reserving of room) on files whose name ends in `ending` ("*": all) fails with this errno, or
-// for stall_s seconds takes until they are over. SHAKER_DISK_ROOM is the bytes that the disk has.
+// for stall_s seconds takes until they are over. "space" is the
+// request for the free room of any folder, and is not part of "any". SHAKER_DISK_ROOM is the bytes of the
+// disk.
 #include <sys/statvfs.h>
 #include <unistd.h>
 
@@ -41,7 +43,7 @@ const std::optional<Fault>& fault() {
     return told;
 }
 
-// What goes wrong with this call, after what must be waited for: an errno, or 0.
+// Waits as the fault requires. Returns the errno with which this call must fail, or 0.
 int trouble(const char* call, const std::string& name) {
     if (!fault()) return 0;
     const Fault& f = *fault();
@@ -136,6 +138,8 @@ int fsync(int descriptor) {
 }
 
 int statvfs(const char* path, struct statvfs* disk) noexcept {
+    if (fault() && fault()->call == "space")
+        if (const int error = trouble("space", path)) return failed<int>(error);
     return told_room(real<int(const char*, struct statvfs*)>("statvfs")(path, disk), disk);
 }
 

@@ -1,7 +1,7 @@
-// Writes down what a program does to the files of a folder, in the order in which it took effect:
-// SHAKER_DISK_FOLDER says which folder, SHAKER_DISK_LOG where to. The program must not run further than its
-// writes are written down, so they are made one by one.
-#include "tests/support/disk_log.hpp"
+// Logs all changes that a program makes to the files of a folder, in the order of their effect.
+// SHAKER_DISK_FOLDER names the folder, SHAKER_DISK_LOG the log. A write is logged before the program
+// continues, so writes are made one by one.
+#include "tests/support/recording/disk_log.hpp"
 
 #include <fcntl.h>
 #include <sys/uio.h>

@@ -32,7 +32,7 @@ int run_among_mocks(std::span<char* const> arguments, std::span<const std::strin
         std::cerr << "usage: " << arguments[0] << " COMMAND [ARGUMENT...]\n";
         return 2;
     }
-    if (const std::string refused = enter_private_network(addresses); !refused.empty()) {
+    if (const std::string refused = mock::enter_private_network(addresses); !refused.empty()) {
         std::cerr << refused << '\n';
         return 77;
     }

@@ -1,5 +1,5 @@
 #pragma once
-// Variables that programs started meanwhile find in their environment.
+// Sets environment variables for the programs that a test starts.
 #include <cstdlib>
 #include <map>
 #include <string>

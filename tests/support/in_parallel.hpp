@@ -1,5 +1,5 @@
 #pragma once
-// Work that is done several pieces at a time.
+// Runs several pieces of work at a time.
 #include <atomic>
 #include <thread>
 #include <vector>

@@ -1,10 +1,10 @@
 #pragma once
-// Whether this build is fast enough to be judged against real time.
+// Whether this build is fast enough for tests in real time.
 
 namespace shaker::test {
 
-/// A sanitiser's build is too slow for real time: data come late there, the DAC runs empty. What is left to
-/// be shown is that threads and memory are in order.
+/// A build with a sanitiser is too slow for real time: data are late and the DAC runs empty. Its tests only
+/// check threads and memory.
 inline constexpr bool in_real_time = SHAKER_SANITIZED == 0;
 
 }  // namespace shaker::test

@@ -24,7 +24,7 @@ NoAlloc::~NoAlloc() {
 
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
 
-// A sanitiser has replaced the heap already; it offers to report each call.
+// A sanitiser has replaced the heap; it reports each call to a hook.
 using TakenHook = void (*)(const volatile void*, std::size_t);
 using ReturnedHook = void (*)(const volatile void*);
 extern "C" int install_heap_hooks(TakenHook,
@@ -38,8 +38,8 @@ namespace {
 
 #else
 
-// Every heap call of the program, operator new and libraries included, ends in one of these, which the C
-// library lets a program replace.
+// Every heap call of the program, including operator new and libraries, ends in one of these functions. The C
+// library allows a program to replace them.
 extern "C" {
 
 void* heap_malloc(std::size_t) __asm__("__libc_malloc");

@@ -1,17 +1,17 @@
 #pragma once
-// Proof that a stretch of code touches no heap: what functions marked "Real-time" are tested with.
+// Proof that code does not use the heap: for tests of functions marked "Real-time".
 #include <cstdint>
 
 namespace shaker::test {
 
-/// Heap calls made by this thread since it started.
+/// Heap calls of this thread since its start.
 struct HeapCalls {
     std::uint64_t taken = 0;     // malloc, calloc, realloc, aligned_alloc, operator new
-    std::uint64_t returned = 0;  // free, operator delete, of something that was not null
+    std::uint64_t returned = 0;  // free, operator delete, not counting null
 };
 HeapCalls heap_calls() noexcept;
 
-/// Fails the current test if this thread took memory from the heap or returned some during the guard's life.
+/// Fails the current test if this thread allocates or frees memory while the guard exists.
 /// Other threads are not watched: give each its own guard.
 class NoAlloc {
 public:

@@ -12,6 +12,8 @@
 #include <sstream>
 #include <thread>
 
+#include "tests/support/paths.hpp"
+
 namespace shaker::test {
 
 namespace {
@@ -39,7 +41,7 @@ Program::Program(const std::string& name, const std::string& arguments, const st
                  const std::string& input)
     : in_{temporary()}, out_{temporary()}, err_{temporary()} {
     std::ofstream{in_} << input;
-    std::string command = "cd '" + folder.string() + "' && exec '" SHAKER_BINARY_DIR "/" + name + "' " +
+    std::string command = "cd '" + folder.string() + "' && exec '" + test::build_dir() + "/" + name + "' " +
                           arguments + " >'" + out_.string() + "' 2>'" + err_.string() + "' <'" +
                           in_.string() + "'";
     std::string shell = "/bin/sh", option = "-c";

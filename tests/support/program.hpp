@@ -1,5 +1,5 @@
 #pragma once
-// Runs the built program as its user does.
+// Runs the built programs.
 #include <sys/types.h>
 
 #include <filesystem>
@@ -12,10 +12,10 @@ struct Outcome {
     int status = -1;   // exit status; 128 + n when a signal n ended it
     std::string out;   // standard output
     std::string err;   // standard error
-    double cpu_s = 0;  // processor time that it used
+    double cpu_s = 0;  // processor time used
 };
 
-/// A program of the build that runs beside the test. Killed, if need be, at the end of its life.
+/// A built program that runs beside the test. The destructor kills it if it still runs.
 class Program {
 public:
     /// `name` with these arguments, as a shell would split them, in `folder`; `input` is its standard input.
@@ -26,7 +26,7 @@ public:
     Program& operator=(const Program&) = delete;
 
     [[nodiscard]] pid_t pid() const noexcept { return pid_; }
-    /// Where its standard error goes.
+    /// The file with its standard error.
     [[nodiscard]] const std::filesystem::path& said() const noexcept { return err_; }
     [[nodiscard]] bool ended();
     /// Waits for its end; kills it after `limit_s`.
@@ -40,7 +40,7 @@ private:
     std::optional<Outcome> outcome_;
 };
 
-/// shakerd with these arguments in `folder`, to its end.
+/// Runs shakerd with these arguments in `folder` and waits for its end.
 Outcome shakerd(const std::string& arguments, const std::filesystem::path& folder);
 
 /// A new empty folder for the current test.

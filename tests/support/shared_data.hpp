@@ -1,13 +1,16 @@
 #pragma once
-// Measured and computed sessions that lie beside a checkout (../shared/data) and are too large to be part of
-// it.
+// Sessions that lie beside a checkout (../shared/data) because they are too large to be part of it.
 #include <filesystem>
+#include <string>
 #include <string_view>
 
 namespace shaker {
 
-/// The folder of one data set. Empty where the data are not there; throws instead when CI is set in the
-/// environment, so that a test which needs them cannot pass there without them.
+/// The folder of one data set; empty if the data are missing. If CI is set in the environment it throws
+/// instead, so that a test that needs the data cannot pass without them.
 std::filesystem::path shared_data(std::string_view name);
+
+/// Why a test is skipped: the data set by its name, and that a clone does not have it.
+std::string missing_data(std::string_view name);
 
 }  // namespace shaker

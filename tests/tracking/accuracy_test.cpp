@@ -5,9 +5,9 @@
 #include <cmath>
 
 #include "tests/support/no_alloc.hpp"
-#include "tests/support/tracking_scene.hpp"
+#include "tests/support/tracking/tracking_scene.hpp"
 
-namespace shaker {
+namespace shaker::tracking {
 namespace {
 
 using test::Exposure, test::Follower, test::TestPicture, test::TrackingScene;
@@ -46,7 +46,7 @@ TEST_P(EveryKindTest, DoesNotLockToPixels) {
 
 // 200 frames of 3 grey levels of noise: the share beyond 2.2 standard deviations is 2.8 % for a true
 // Gaussian; 5 % is 1.9 of its own standard deviations above that. The rms ratio is known to 5 %.
-TEST_P(EveryKindTest, TellsItsStandardDeviationHonestly) {
+TEST_P(EveryKindTest, StandardDeviationMatchesScatter) {
     Follower follow{scene_.view};
     std::uniform_real_distribution<double> step{-0.4, 0.4};
     std::vector<double> errors, sds;
@@ -80,7 +80,7 @@ TEST_P(EveryKindTest, TellsItsStandardDeviationHonestly) {
 }
 
 // Light that flickers by 20 % and falls off by 40 % across the picture costs no more than its noise.
-TEST_P(EveryKindTest, StandsFlickerAndUnevenLight) {
+TEST_P(EveryKindTest, ToleratesFlickerAndUnevenLight) {
     Follower follow{scene_.view};
     std::vector<double> errors;
     double sd = 0;
@@ -96,7 +96,7 @@ TEST_P(EveryKindTest, StandsFlickerAndUnevenLight) {
     EXPECT_LT(rms_about_mean(errors), 1.3 * sd);
 }
 
-TEST_P(EveryKindTest, IsExactlyRepeatableAndBlindToPadding) {
+TEST_P(EveryKindTest, IsRepeatableAndIgnoresPadding) {
     Follower one{scene_.view}, two{scene_.view};
     std::mt19937_64 same{7};
     for (int i = 0; i < 20; ++i) {
@@ -110,7 +110,7 @@ TEST_P(EveryKindTest, IsExactlyRepeatableAndBlindToPadding) {
 }
 
 // Scratch memory is taken in the first frames; a target that stays in view needs no more.
-TEST_P(EveryKindTest, TakesNoMemoryOnceItFollows) {
+TEST_P(EveryKindTest, DoesNotAllocateWhileTracking) {
     ViewTracker tracker{scene_.view};
     std::vector<test::Shot> shots;
     shots.reserve(12);
@@ -124,7 +124,7 @@ TEST_P(EveryKindTest, TakesNoMemoryOnceItFollows) {
 
 // 16 bit of which 4 are below one count of an 8 bit camera: the rounding must not come back.
 TEST_P(EveryKindTest, KeepsAllSixteenBits) {
-    const auto scatter = [&](const Exposure& exposure) {
+    const auto scatter = [&](const test::Exposure& exposure) {
         Follower follow{scene_.view};
         std::vector<double> errors;
         for (int i = 0; i < 32; ++i) {
@@ -168,4 +168,4 @@ INSTANTIATE_TEST_SUITE_P(Tracking, LongRunTest, testing::Values("disc", "dot", "
                          [](const auto& kind) { return kind.param; });
 
 }  // namespace
-}  // namespace shaker
+}  // namespace shaker::tracking

@@ -4,11 +4,11 @@
 #include <Eigen/Dense>
 #include <cmath>
 
-#include "tests/support/grey_movie.hpp"
 #include "tests/support/shared_data.hpp"
+#include "tests/support/tracking/grey_movie.hpp"
 #include "tracking/tracker.hpp"
 
-namespace shaker {
+namespace shaker::tracking {
 namespace {
 
 using Fixes = std::vector<std::vector<Fix>>;  // by frame, by dot
@@ -39,7 +39,7 @@ protected:
 
     void SetUp() override {
         folder_ = shared_data("building-swing");
-        if (folder_.empty()) GTEST_SKIP() << "the footage is not beside this checkout";
+        if (folder_.empty()) GTEST_SKIP() << missing_data("building-swing");
     }
     [[nodiscard]] Fixes follow(const View& view) const {
         ViewTracker tracker{view};
@@ -79,7 +79,7 @@ protected:
 };
 
 // The gaps of the top beam change with its place (the camera looks at it obliquely through a lens): 2.7 px
-// over 120 px of swing for the last gap. A parabola in the beam's place takes most of that out. What is left
+// over 120 px of swing for the last gap. A parabola in the beam's place takes most of that out. The remainder
 // still grows to the right (0.06 to 0.29 px), which noise alone would not: where the beam stands still,
 // between frames less than 2 px apart, a gap changes by the noise of its two dots only.
 TEST_F(BuildingSwingTest, TopBeamIsRigid) {
@@ -175,4 +175,4 @@ TEST_F(BuildingSwingTest, SurroundingsMoveWithTheirDot) {
 }
 
 }  // namespace
-}  // namespace shaker
+}  // namespace shaker::tracking

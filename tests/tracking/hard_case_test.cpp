@@ -1,13 +1,13 @@
-// What happens when part or all of a target is hidden, and what is refused at the start.
+// Targets that are partly or fully hidden, and regions refused at the start.
 #include <gtest/gtest.h>
 
 #include <cmath>
 
 #include "drivers/errors.hpp"
-#include "tests/support/tracking_scene.hpp"
-#include "tracking/region.hpp"
+#include "tests/support/tracking/tracking_scene.hpp"
+#include "tracking/image/region.hpp"
 
-namespace shaker {
+namespace shaker::tracking {
 namespace {
 
 using test::Follower, test::TestPicture, test::TrackingScene;
@@ -41,7 +41,7 @@ protected:
 };
 
 // The view goes dark grey for ten frames: no frame of them may be called found, and the second after is.
-TEST_P(HardCaseTest, IsLostBehindACoverAndFoundAgainWithinTwoFrames) {
+TEST_P(HardCaseTest, RecoversWithinTwoFramesAfterCover) {
     Follower follow{scene_.view};
     const double origin = settle(follow);
     for (int i = 0; i < 40; ++i) {
@@ -66,7 +66,7 @@ TEST_P(HardCaseTest, IsLostBehindACoverAndFoundAgainWithinTwoFrames) {
 }
 
 // A card slides over the target from the left, over all of it, and off again. Never a wrong place.
-TEST_P(HardCaseTest, NeverReportsAWrongPlaceWhileACardSlidesOver) {
+TEST_P(HardCaseTest, ReportsNoWrongPositionUnderSlidingCard) {
     Follower follow{scene_.view};
     const double origin = settle(follow);
     int last_found = -1;
@@ -85,7 +85,7 @@ TEST_P(HardCaseTest, NeverReportsAWrongPlaceWhileACardSlidesOver) {
     EXPECT_EQ(last_found, 59);
 }
 
-TEST_P(HardCaseTest, IsHonestUnderASaturatedHighlightAndAQuarterHidden) {
+TEST_P(HardCaseTest, IsDegradedUnderHighlightOrQuarterHidden) {
     Follower follow{scene_.view};
     const double origin = settle(follow);
     const auto& roi = scene_.view.targets.front().roi_px;
@@ -100,7 +100,7 @@ TEST_P(HardCaseTest, IsHonestUnderASaturatedHighlightAndAQuarterHidden) {
     }
 }
 
-TEST_P(HardCaseTest, RefusesARegionOutsideOfTheImageAndNamesIt) {
+TEST_P(HardCaseTest, RefusesRegionOutsideTheImage) {
     View view = scene_.view;
     view.targets.front().roi_px = {scene_.width - 10, 0, 40, 30};
     const test::Shot frame = shot(scene_.picture({0, 0}));
@@ -116,7 +116,7 @@ TEST_P(HardCaseTest, RefusesARegionOutsideOfTheImageAndNamesIt) {
     }
 }
 
-TEST(RegionTest, DrawnALittleOverTheEdgeOfTheImageItIsClipped) {
+TEST(RegionTest, IsClippedAtTheEdgeOfTheImage) {
     View view;
     view.mm_per_px = 0.25;
     const ImageView image{nullptr, 512, 144, 512, 1};
@@ -136,7 +136,7 @@ TEST(RegionTest, DrawnALittleOverTheEdgeOfTheImageItIsClipped) {
         EXPECT_THROW(region(roi), InputError) << roi[0];
 }
 
-TEST_P(HardCaseTest, RefusesARegionThatIsTooSmallOrShowsNothing) {
+TEST_P(HardCaseTest, RefusesTooSmallOrEmptyRegion) {
     const test::Shot frame = shot(scene_.picture({0, 0}));
     View small = scene_.view;
     small.targets.front().roi_px[2] = 3;
@@ -149,7 +149,7 @@ TEST_P(HardCaseTest, RefusesARegionThatIsTooSmallOrShowsNothing) {
     EXPECT_THROW(ViewTracker{scene_.view}.update(noise.view(), {}), InputError);
 }
 
-TEST_P(HardCaseTest, RefusesAPictureThatChangesItsSize) {
+TEST_P(HardCaseTest, RefusesPictureOfChangedSize) {
     Follower follow{scene_.view};
     const test::Shot frame = shot(scene_.picture({0, 0}));
     follow(frame);
@@ -163,7 +163,7 @@ INSTANTIATE_TEST_SUITE_P(Tracking, HardCaseTest,
                          [](const auto& kind) { return kind.param; });
 
 // 4 px a frame out of the picture on the right and back in, the rim half cut on the way.
-TEST(LeavingTest, ADiscThatLeavesIsLostAndFoundAgainWithoutAWrongAccept) {
+TEST(LeavingTest, LeavingDiscIsLostAndFoundAgain) {
     const TrackingScene& scene = test::tracking_scene("disc");
     Follower follow{scene.view};
     std::mt19937_64 random{3};
@@ -189,7 +189,7 @@ TEST(LeavingTest, ADiscThatLeavesIsLostAndFoundAgainWithoutAWrongAccept) {
     EXPECT_LT(lost, 100);
 }
 
-TEST(LengthTest, ADiameterAWidthAndAPitchThatAreNotGivenAreMeasured) {
+TEST(LengthTest, MeasuresLengthsThatAreNotGiven) {
     for (const std::string name : {"disc", "dot", "rectangle", "bars"}) {
         const TrackingScene& scene = test::tracking_scene(name);
         View unknown = scene.view;
@@ -216,7 +216,7 @@ TEST(LengthTest, AWrongLengthIsRefused) {
     }
 }
 
-TEST(DirectionTest, KindsThatMeasureOneDirectionRefuseADiagonalAxis) {
+TEST(DirectionTest, OneDirectionKindsRefuseDiagonalAxis) {
     std::mt19937_64 random{2};
     for (const std::string name : {"rectangle", "bars"}) {
         const TrackingScene& scene = test::tracking_scene(name);
@@ -255,4 +255,4 @@ TEST(DirectionTest, BarsAndRectanglesAreMeasuredAlongYToo) {
 }
 
 }  // namespace
-}  // namespace shaker
+}  // namespace shaker::tracking

@@ -4,9 +4,9 @@
 #include <cmath>
 
 #include "drivers/errors.hpp"
-#include "tests/support/tracking_scene.hpp"
+#include "tests/support/tracking/tracking_scene.hpp"
 
-namespace shaker {
+namespace shaker::tracking {
 namespace {
 
 constexpr int dots = 7;
@@ -68,7 +68,7 @@ Count swing(const View& view, int first, Hidden hidden, std::uint64_t seed) {
     return count;
 }
 
-TEST(IdentityTest, DotsThatJumpThreeQuartersOfTheirSpacingKeepTheirNames) {
+TEST(IdentityTest, KeepsDotsThatJumpThreeQuartersOfSpacing) {
     const Count count = swing(
         row_of_dots(0, dots), 0, [](int) { return std::vector<int>{}; }, 1);
     EXPECT_EQ(count.wrong, 0);
@@ -76,7 +76,7 @@ TEST(IdentityTest, DotsThatJumpThreeQuartersOfTheirSpacingKeepTheirNames) {
 }
 
 // With an end hidden, a row shifted by one place fits as well as the row itself: better lost than wrong.
-TEST(IdentityTest, AHiddenEndMayCostFramesButNeverAName) {
+TEST(IdentityTest, HiddenEndNeverSwapsNames) {
     for (std::uint64_t seed = 1; seed <= 2; ++seed) {
         const auto hand = [](int i) { return i % 30 > 20 ? std::vector<int>{6} : std::vector<int>{}; };
         EXPECT_EQ(swing(row_of_dots(0, dots), 0, hand, seed).wrong, 0) << "seed " << seed;
@@ -85,7 +85,7 @@ TEST(IdentityTest, AHiddenEndMayCostFramesButNeverAName) {
     }
 }
 
-TEST(IdentityTest, AllBehindAHandAndBackKeepTheirNames) {
+TEST(IdentityTest, KeepsNamesAfterFullCover) {
     const auto hand = [](int i) {
         return i % 40 > 32 ? std::vector<int>{0, 1, 2, 3, 4, 5, 6} : std::vector<int>{};
     };
@@ -95,7 +95,7 @@ TEST(IdentityTest, AllBehindAHandAndBackKeepTheirNames) {
 }
 
 // Only one of the seven is asked for: the others, which nobody named, still keep it from being mistaken.
-TEST(IdentityTest, ASingleTargetAmongItsDoublesIsNotMistaken) {
+TEST(IdentityTest, SingleTargetIsNotMistakenForItsDoubles) {
     const Count count = swing(
         row_of_dots(3, 4), 3, [](int) { return std::vector<int>{}; }, 2);
     EXPECT_EQ(count.wrong, 0);
@@ -112,4 +112,4 @@ TEST(IdentityTest, TwoTargetsOnOneBlobAreRefused) {
 }
 
 }  // namespace
-}  // namespace shaker
+}  // namespace shaker::tracking

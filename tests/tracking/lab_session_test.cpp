@@ -1,16 +1,16 @@
-// Both views of the computed session, held against its exact positions.
+// Both views of the computed session, compared with its exact positions.
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <fstream>
 #include <nlohmann/json.hpp>
 
-#include "calibration/camera_scale.hpp"
-#include "tests/support/grey_movie.hpp"
+#include "calibration/camera/camera_scale.hpp"
 #include "tests/support/shared_data.hpp"
+#include "tests/support/tracking/grey_movie.hpp"
 #include "tracking/tracker.hpp"
 
-namespace shaker {
+namespace shaker::tracking {
 namespace {
 
 Target target(const std::string& name, TargetKind kind, std::array<int, 4> roi, double offset_mm) {
@@ -52,7 +52,7 @@ class LabSessionTest : public testing::Test {
 protected:
     void SetUp() override {
         folder_ = shared_data("lab-session");
-        if (folder_.empty()) GTEST_SKIP() << "the session's data are not beside this checkout";
+        if (folder_.empty()) GTEST_SKIP() << missing_data("lab-session");
         std::ifstream{folder_ / "truth.json"} >> truth_;
     }
 
@@ -70,7 +70,8 @@ protected:
                 ASSERT_EQ(fixes[k].state, TrackState::ok) << view.targets[k].name << ", frame " << i;
                 const auto key = "x_" + view.targets[k].name + "_mm_every_frame";
                 const double mm = truth_.at(key).at(i).get<double>();
-                errors[k].push_back(fixes[k].x_px - mm / mm_per_px_at(view, view.targets[k].offset_mm));
+                errors[k].push_back(fixes[k].x_px -
+                                    mm / calibration::mm_per_px_at(view, view.targets[k].offset_mm));
                 sds[k] += fixes[k].sd_px / static_cast<double>(movie.size());
             }
         }
@@ -95,4 +96,4 @@ TEST_F(LabSessionTest, TopViewIsTrackedToAHundredthOfAPixel) { expect_within(top
 TEST_F(LabSessionTest, SideViewIsTrackedToAHundredthOfAPixel) { expect_within(side_view(), 0.01); }
 
 }  // namespace
-}  // namespace shaker
+}  // namespace shaker::tracking

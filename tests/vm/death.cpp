@@ -17,7 +17,7 @@
 #include <vector>
 
 #include "drivers/errors.hpp"
-#include "drivers/hardware/alsa_dac.hpp"
+#include "drivers/hardware/alsa/alsa_dac.hpp"
 
 namespace shaker {
 
@@ -84,10 +84,10 @@ std::array<double, cycle> one_cycle() {
     return volts;
 }
 
-[[noreturn]] void drive(const AlsaSettings& settings) {
+[[noreturn]] void drive(const alsa::AlsaSettings& settings) {
     ::prctl(PR_SET_PDEATHSIG, SIGKILL);
     try {
-        AlsaDac dac{settings};
+        alsa::AlsaDac dac{settings};
         const auto volts = one_cycle();
         const std::array<double, cycle> no_trigger{};
         for (;;) dac.write(volts, no_trigger);
@@ -102,7 +102,8 @@ double share(std::int64_t code) { return std::abs(static_cast<double>(code)) / f
 
 }  // namespace
 
-AfterDeath hear_a_death(const AlsaSettings& settings, const std::string& capture, Seconds duration, End end) {
+AfterDeath hear_a_death(const alsa::AlsaSettings& settings, const std::string& capture, Seconds duration,
+                        End end) {
     Capture heard{capture, settings.rate_hz};
     std::fflush(stdout);
     const pid_t driving = ::fork();

@@ -3,7 +3,7 @@
 #include <cstdint>
 #include <string>
 
-#include "drivers/hardware/alsa_settings.hpp"
+#include "drivers/hardware/alsa/settings.hpp"
 #include "drivers/time.hpp"
 
 namespace shaker {
@@ -24,6 +24,7 @@ struct AfterDeath {
 
 /// A process of its own drives the DAC of `settings` with two harmonics for `duration` and then ends; the
 /// PCM `capture` (S32, two channels, same rate) hears it, before and long after. Throws DeviceError.
-AfterDeath hear_a_death(const AlsaSettings& settings, const std::string& capture, Seconds duration, End end);
+AfterDeath hear_a_death(const alsa::AlsaSettings& settings, const std::string& capture, Seconds duration,
+                        End end);
 
 }  // namespace shaker

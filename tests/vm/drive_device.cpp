@@ -7,7 +7,7 @@
 #include <optional>
 #include <vector>
 
-#include "calibration/clock_tracker.hpp"
+#include "calibration/clocks/clock_tracker.hpp"
 #include "drivers/errors.hpp"
 #include "tests/vm/pattern.hpp"
 
@@ -17,7 +17,7 @@ namespace {
 
 using std::chrono::steady_clock;
 
-void note(const PlayTime& played, ClockTracker<DacClock>& clock) {
+void note(const PlayTime& played, calibration::ClockTracker<DacClock>& clock) {
     if (played.lost > 0) clock.restart();
     clock.add(played.tick, played.heard);
 }
@@ -31,7 +31,7 @@ Played play_pattern(Dac& dac, int bits, std::int64_t frames, const std::function
     std::array<double, 256> volts{};
     const std::array<double, 256> no_trigger{};
     constexpr auto block = static_cast<std::int64_t>(volts.size());
-    ClockTracker<DacClock> clock{info.rate_hz};
+    calibration::ClockTracker<DacClock> clock{info.rate_hz};
     Played played;
     steady_clock::time_point began;
     bool told = false;

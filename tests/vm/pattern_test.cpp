@@ -14,9 +14,9 @@ using namespace shaker;
 constexpr std::int64_t frames = 5000;
 
 // A recording of 24-bit codes in the upper bytes of 32 bits: the first channel as given, the second at zero.
-class Recording {
+class Recorder {
 public:
-    explicit Recording(const std::vector<std::int32_t>& samples)
+    explicit Recorder(const std::vector<std::int32_t>& samples)
         : path_{testing::TempDir() + testing::UnitTest::GetInstance()->current_test_info()->name() + ".raw"} {
         std::ofstream file{path_, std::ios::binary};
         for (const std::int32_t sample : samples) {
@@ -24,9 +24,9 @@ public:
             file.write(reinterpret_cast<const char*>(frame), sizeof frame);
         }
     }
-    Recording(const Recording&) = delete;
-    Recording& operator=(const Recording&) = delete;
-    ~Recording() { std::filesystem::remove(path_); }
+    Recorder(const Recorder&) = delete;
+    Recorder& operator=(const Recorder&) = delete;
+    ~Recorder() { std::filesystem::remove(path_); }
     [[nodiscard]] PatternFound found() const { return find_pattern(path_, 24, frames); }
 
 private:
@@ -40,7 +40,7 @@ void append(std::vector<std::int32_t>& samples, std::int64_t from, std::int64_t 
 TEST(PatternTest, AllOfItAfterSilenceIsOnePiece) {
     std::vector<std::int32_t> samples(777);
     append(samples, 0, frames);
-    const PatternFound found = Recording{samples}.found();
+    const PatternFound found = Recorder{samples}.found();
     EXPECT_EQ(found.exact, frames);
     EXPECT_EQ(found.pieces, 1);
     EXPECT_EQ(found.longest, frames);
@@ -52,7 +52,7 @@ TEST(PatternTest, WhatIsLeftOutAndWhatComesTwiceIsTold) {
     append(samples, 0, 1000);
     append(samples, 3000, frames);
     append(samples, 500, 600);
-    const PatternFound found = Recording{samples}.found();
+    const PatternFound found = Recorder{samples}.found();
     EXPECT_EQ(found.exact, frames - 2000);
     EXPECT_EQ(found.pieces, 2);
     EXPECT_EQ(found.skipped, 2000);
@@ -65,7 +65,7 @@ TEST(PatternTest, OneBitMakesASampleForeign) {
     append(samples, 0, frames);
     samples[2000] ^= 1;  // below the 24 bits
     samples[3000] ^= 1 << 30;
-    const PatternFound found = Recording{samples}.found();
+    const PatternFound found = Recorder{samples}.found();
     EXPECT_EQ(found.foreign, 2);
     EXPECT_EQ(found.exact, frames - 2);
     EXPECT_EQ(found.skipped, 2);

@@ -14,13 +14,13 @@
 #include <utility>
 
 #include "drivers/errors.hpp"
-#include "drivers/hardware/alsa_dac.hpp"
-#include "drivers/hardware/alsa_pcm.hpp"
-#include "drivers/hardware/alsa_settings.hpp"
-#include "drivers/hardware/iio_accelerometer.hpp"
-#include "drivers/hardware/iio_settings.hpp"
-#include "drivers/hardware/video_camera.hpp"
-#include "drivers/hardware/video_settings.hpp"
+#include "drivers/hardware/alsa/alsa_dac.hpp"
+#include "drivers/hardware/alsa/pcm.hpp"
+#include "drivers/hardware/alsa/settings.hpp"
+#include "drivers/hardware/iio/iio_accelerometer.hpp"
+#include "drivers/hardware/iio/settings.hpp"
+#include "drivers/hardware/video/settings.hpp"
+#include "drivers/hardware/video/video_camera.hpp"
 #include "tests/vm/death.hpp"
 #include "tests/vm/drive_device.hpp"
 #include "tests/vm/pattern.hpp"
@@ -57,7 +57,7 @@ std::int64_t whole(const std::string& text) { return std::stoll(text); }
 
 // play SETTINGS BITS FRAMES PPM TOLERANCE_PPM: all is played and the clock's error is the one expected.
 void play(Arguments a) {
-    AlsaDac dac{settings(a[0], read_alsa_settings)};
+    alsa::AlsaDac dac{settings(a[0], alsa::read_alsa_settings)};
     const int bits = std::stoi(a[1]);
     const Played played = play_pattern(dac, bits, whole(a[2]), [] {});
     require(played.fault.empty(), "the DAC failed: " + played.fault);
@@ -87,9 +87,9 @@ void find(Arguments a) {
 // death SETTINGS CAPTURE: the process that drives is killed, another stopped; what is captured then is a
 // ramp.
 void death(Arguments a) {
-    const AlsaSettings dac = settings(a[0], read_alsa_settings);
+    const alsa::AlsaSettings dac = settings(a[0], alsa::read_alsa_settings);
     const double buffer_s = static_cast<double>(dac.buffer_frames) / dac.rate_hz;
-    fmt::print("{}\n", AlsaPcm{dac}.granted().text());
+    fmt::print("{}\n", alsa::AlsaPcm{dac}.granted().text());
     constexpr double ten_ms = 0.01, rounding = 1.001;
     for (const auto& [end, name] : {std::pair{End::stopped, "SIGSTOP"}, std::pair{End::killed, "SIGKILL"}}) {
         for (const double after_s : {0.4, 0.4037, 0.4071}) {  // at several phases of drive and block
@@ -112,7 +112,7 @@ void death(Arguments a) {
 
 // unplug SETTINGS MARKER: makes the file MARKER while it plays; the device then goes and the DAC says so.
 void unplug(Arguments a) {
-    AlsaDac dac{settings(a[0], read_alsa_settings)};
+    alsa::AlsaDac dac{settings(a[0], alsa::read_alsa_settings)};
     constexpr std::int64_t longer_than_any_patience = 2'880'000;  // a minute
     const Played played = play_pattern(dac, 16, longer_than_any_patience, [&] { std::ofstream{a[1]}; });
     const std::string what = fmt::format("unplugged after {} frames, within {:.0f} ms: \"{}\"", played.frames,
@@ -123,7 +123,7 @@ void unplug(Arguments a) {
 
 // accelerometer SETTINGS SAMPLES: all are there and right, and the driver says that nothing was lost.
 void accelerometer(Arguments a) {
-    const auto device = open_iio_accelerometer(settings(a[0], read_iio_settings));
+    const auto device = iio::open_iio_accelerometer(settings(a[0], iio::read_iio_settings));
     const Heard heard = read_counted_samples(*device, whole(a[1]));
     const std::string what = fmt::format(
         "{} samples at {:.1f} Hz by their stamps: {} missing, {} lost by the driver's count, {} wrong, {} "
@@ -147,7 +147,7 @@ void cameras(Arguments a) {
     for (const std::string& file : a.subspan(2)) {
         View view;
         view.camera = file;
-        devices.push_back(open_video_camera(settings(file, read_video_settings), view));
+        devices.push_back(video::open_video_camera(settings(file, video::read_video_settings), view));
     }
     std::vector<std::future<Watched>> watching;
     watching.reserve(devices.size());

@@ -41,8 +41,8 @@ std::string Address::text() const {
 
 Address address_of(std::string_view what, std::string_view url) {
     const auto refuse = [&](const std::string& why) {
-        return InputError{fmt::format("{} \"{}\": {}; an address like {} was expected", what, printable(url),
-                                      why, default_url)};
+        return InputError{fmt::format("{} \"{}\": {}; expected an address like {}", what, printable(url), why,
+                                      default_url)};
     };
     std::string_view rest = url;
     if (rest.starts_with("https://")) throw refuse("the daemon speaks plain HTTP");
@@ -54,11 +54,11 @@ Address address_of(std::string_view what, std::string_view url) {
     Address at{std::string{rest.substr(bracket, end == std::string_view::npos ? end : end - bracket)},
                default_port};
     if (at.host.empty() || !std::ranges::all_of(at.host, bracket ? of_a_number : of_a_name))
-        throw refuse("this is no name or number of a machine");
+        throw refuse("host name or address expected");
     rest = end == std::string_view::npos ? std::string_view{} : rest.substr(end + (bracket ? 1 : 0));
     if (rest.empty()) return at;
     if (!rest.starts_with(':') || !is_port(rest.substr(1)))
-        throw refuse(fmt::format("a port, 1 to {}, was expected behind the machine", most_port));
+        throw refuse(fmt::format("port 1 to {} expected after the host", most_port));
     at.port = rest.substr(1);
     return at;
 }
@@ -68,17 +68,18 @@ std::string token_of_file(const std::filesystem::path& file) {
     if (::stat(file.c_str(), &facts) != 0)
         throw InputError{"--token-file " + file.string() + ": there is no such file"};
     if ((facts.st_mode & (S_IRWXG | S_IRWXO)) != 0)
-        throw InputError{fmt::format("--token-file {}: others may use it (mode {:o}); 600 was expected",
+        throw InputError{fmt::format("--token-file {}: other users can read it (mode {:o}); set mode 600",
                                      file.string(), facts.st_mode & 0777U)};
     std::string token;
     if (!(std::ifstream{file} >> token))
-        throw InputError{"--token-file " + file.string() + ": there is no token in it, or it cannot be read"};
+        throw InputError{"--token-file " + file.string() + ": it holds no token or cannot be read"};
     return checked_token("--token-file " + file.string(), token);
 }
 
 std::string checked_token(std::string_view what, std::string token) {
     if (!std::ranges::all_of(token, [](char c) { return c > ' ' && c < '\x7f'; }))
-        throw InputError{fmt::format("{}: a token is of visible ASCII characters, without blanks", what)};
+        throw InputError{
+            fmt::format("{}: a token consists of visible ASCII characters without blanks", what)};
     return token;
 }
 

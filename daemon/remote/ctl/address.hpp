@@ -1,5 +1,5 @@
 #pragma once
-// Where the daemon is, and what lets this client in.
+// Address and token of the daemon.
 #include <filesystem>
 #include <string>
 #include <string_view>
@@ -11,18 +11,18 @@ inline constexpr const char* default_url = "http://127.0.0.1:8080";
 struct Address {
     std::string host;  // a name or a number, without brackets
     std::string port;
-    /// As a header Host has it: "[::1]:8080".
+    /// The value of the HTTP header Host: "[::1]:8080".
     [[nodiscard]] std::string text() const;
 };
 
-/// Of "http://bench:8080", "bench" or "[::1]:8080"; without a port it is the daemon's own, 8080. what: the
-/// option or variable it comes from, for the InputError.
+/// Reads "http://bench:8080", "bench" or "[::1]:8080"; the default port is 8080. what: option or variable
+/// that the text comes from, named in the InputError.
 Address address_of(std::string_view what, std::string_view url);
 
-/// The token in a file that only its owner may use. InputError naming the file otherwise.
+/// Reads the token from a file of mode 600. InputError with the name of the file if others can read it.
 std::string token_of_file(const std::filesystem::path& file);
 
-/// The token as it is; InputError naming `what` where a header could not carry it. The token is not told.
+/// Returns the token unchanged. InputError naming `what` (not the token) if an HTTP header cannot carry it.
 std::string checked_token(std::string_view what, std::string token);
 
 }  // namespace shaker::ctl

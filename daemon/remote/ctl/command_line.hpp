@@ -1,13 +1,9 @@
 #pragma once
-// The command line of shakerctl, made from its table.
-#include <string>
+// The command line of shakerctl, by its table.
 
 namespace shaker::ctl {
 
-/// Does what is asked and returns the exit status; says on standard error what went wrong.
+/// Runs the command and returns the exit status; reports errors on standard error.
 int command_line(int argc, const char* const* argv);
-
-/// What "shakerctl --help" prints, or with a command what "shakerctl COMMAND --help" prints.
-std::string help(const std::string& command = {});
 
 }  // namespace shaker::ctl

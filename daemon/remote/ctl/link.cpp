@@ -42,7 +42,7 @@ void require(const Link& link, error_code failed) {
     if (failed) not_reached(link, failed.message());
 }
 
-// Asio's blocking calls know no time limit; one operation at a time with the stream's own does.
+// Asio's blocking calls have no time limit. An asynchronous operation with the stream's own limit has one.
 template <class Start>
 void finish(const Link& link, asio::io_context& io, Start start) {
     error_code result;
@@ -67,7 +67,7 @@ void sign(const Link& link, Fields& request) {
     if (!link.token.empty()) request.set("X-Shaker-Token", link.token);
 }
 
-// What the daemon gave as its reason not to; anything else that says no is no shakerd.
+// The reason in the refusal of the daemon. A refusal in another form does not come from shakerd.
 [[noreturn]] void refuse(const Link& link, const Response& response) {
     const json said = json::parse(response.body(), nullptr, false);
     if (said.is_object() && said.contains("error") && said["error"].is_string())

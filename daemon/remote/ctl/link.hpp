@@ -1,5 +1,5 @@
 #pragma once
-// The daemon as this client reaches it: requests on a connection each, and its live messages.
+// Connection to the daemon: requests, each on its own connection, and live messages.
 #include <chrono>
 #include <memory>
 #include <nlohmann/json_fwd.hpp>
@@ -12,37 +12,37 @@ namespace shaker::ctl {
 
 using Clock = std::chrono::steady_clock;
 
-/// With a daemon that does not answer.
+/// Time limit of a request.
 inline constexpr std::chrono::seconds patience{5};
 
 struct Link {
     Address at;
-    std::string token;   // empty: none is shown
-    std::string client;  // what this client calls itself
+    std::string token;   // empty: none is sent
+    std::string client;  // name of this client
 
-    /// The body of what is at `path`. Refused, NotReached.
+    /// GET `path`; returns the body. Throws Refused, NotReached.
     [[nodiscard]] std::string get(const std::string& path) const;
-    /// The same as JSON; NotReached where it is none, since no shakerd is there then.
+    /// The same as JSON. Throws NotReached if the body is not JSON, because the server is then not shakerd.
     [[nodiscard]] nlohmann::json get_json(const std::string& path) const;
-    /// POST /api/<action>, its body {} or an object. Refused, NotReached.
+    /// POST /api/<action>; the body is {} or an object. Throws Refused, NotReached.
     void order(const std::string& action, const nlohmann::json& fields,
                std::chrono::milliseconds within = patience) const;
 };
 
-/// A name that no other client has: "ctl" and nine letters.
+/// A unique name: "ctl" and nine random letters.
 std::string client_name();
 
-/// The messages of /ws.
+/// Reads the messages of /ws.
 class LiveMessages {
 public:
-    /// Refused, NotReached.
+    /// Throws Refused, NotReached.
     explicit LiveMessages(const Link& link);
     ~LiveMessages();
     LiveMessages(const LiveMessages&) = delete;
     LiveMessages& operator=(const LiveMessages&) = delete;
 
-    /// The next one, an object with "type"; none where there was none until then. NotReached when the daemon
-    /// goes or says nothing for 5 s.
+    /// The next message, an object with "type"; empty if none came before `until`. NotReached if the connection
+    /// closes or is silent for 5 s.
     std::optional<nlohmann::json> next(Clock::time_point until);
 
 private:

@@ -1,4 +1,4 @@
-// shakerctl: asks the daemon and gives it orders.
+// shakerctl: command-line client of "shakerd serve".
 #include <csignal>
 #include <cstdio>
 #include <exception>
@@ -7,7 +7,7 @@
 #include "daemon/remote/ctl/trouble.hpp"
 
 int main(int argc, char** argv) try {
-    std::signal(SIGPIPE, SIG_IGN);  // whoever reads this may stop doing so
+    std::signal(SIGPIPE, SIG_IGN);  // the reader of a pipe may exit first
     return shaker::ctl::command_line(argc, argv);
 } catch (const std::exception& e) {
     std::fprintf(stderr, "shakerctl: %s\n", e.what());

@@ -2,7 +2,7 @@
 
 #include <nlohmann/json.hpp>
 
-#include "daemon/remote/ctl/looks.hpp"
+#include "daemon/remote/ctl/queries.hpp"
 #include "daemon/remote/ctl/state_text.hpp"
 #include "daemon/remote/ctl/terminal.hpp"
 #include "daemon/remote/ctl/trouble.hpp"
@@ -18,29 +18,29 @@ constexpr std::chrono::seconds abort_patience{2};
 
 }  // namespace
 
-void set_drive(const Given& given) {
+void set_drive(const Values& values) {
     json drive = json::object();
-    const auto take = [&](const char* option, const char* key) {
-        if (given.has(option)) drive[key] = given.number(option);
+    const auto add = [&](const char* option, const char* key) {
+        if (values.has(option)) drive[key] = values.number(option);
     };
-    take("--gamma", "gamma_mps2");
-    take("--phi", "phi_rad");
-    take("--rho", "rho");
-    take("--frequency", "frequency_hz");
+    add("--gamma", "gamma_mps2");
+    add("--phi", "phi_rad");
+    add("--rho", "rho");
+    add("--frequency", "frequency_hz");
     if (drive.empty())
         throw InputError{"set: nothing to set; --gamma, --phi, --rho or --frequency was expected"};
-    link_of(given).order("drive", drive);
+    link_of(values).order("drive", drive);
 }
 
-void identify(const Given& given) { link_of(given).order("identify", {}); }
+void identify(const Values& values) { link_of(values).order("identify", {}); }
 
-void start(const Given& given) {
+void start(const Values& values) {
     json fields = json::object();
-    if (given.has("--periods")) fields["periods"] = static_cast<int>(given.number("--periods"));
-    if (given.has("--settle")) fields["settle_periods"] = static_cast<int>(given.number("--settle"));
-    const Link link = link_of(given);
+    if (values.has("--periods")) fields["periods"] = static_cast<int>(values.number("--periods"));
+    if (values.has("--settle")) fields["settle_periods"] = static_cast<int>(values.number("--settle"));
+    const Link link = link_of(values);
     link.order("start", fields);
-    if (!given.has("--wait")) return;
+    if (!values.has("--wait")) return;
     bool driven = false;
     const json measured = *state_when(link, Clock::time_point::max(), [&](const json& state) {
         const std::string word = state_of(state);
@@ -52,33 +52,34 @@ void start(const Given& given) {
     print(drift_text(measured) + "\n");
 }
 
-void stop(const Given& given) {
-    const Link link = link_of(given);
+void stop(const Values& values) {
+    const Link link = link_of(values);
     link.order("stop", {});
-    if (!given.has("--wait")) return;
+    if (!values.has("--wait")) return;
     state_when(link, Clock::time_point::max(), [](const json& state) {
         const std::string word = state_of(state);
-        return word == "idle" || word == "armed";
+        const bool finished = state.value(json::json_pointer{"/session/recording"}, json{}).is_null();
+        return finished && (word == "idle" || word == "armed");
     });
 }
 
-void abort(const Given& given) try {
-    link_of(given).order("abort", {}, abort_patience);
+void abort(const Values& values) try {
+    link_of(values).order("abort", {}, abort_patience);
     print("aborted\n");
 } catch (const NotReached& e) {
-    throw NotReached{std::string{"it is not known that the drive was stopped; use the emergency stop: "} +
+    throw NotReached{std::string{"the daemon did not confirm the abort; use the emergency stop: "} +
                      e.what()};
 }
 
-void clear(const Given& given) { link_of(given).order("clear", {}); }
+void clear(const Values& values) { link_of(values).order("clear", {}); }
 
-void remark(const Given& given) { link_of(given).order("remark", {{"text", given.text("TEXT")}}); }
+void remark(const Values& values) { link_of(values).order("remark", {{"text", values.text("TEXT")}}); }
 
-void record(const Given& given) {
-    json fields{{"on", given.text("SWITCH") == "on"}};
-    if (given.has("--name")) fields["name"] = given.text("--name");
-    if (given.has("--frames")) fields["frames"] = given.text("--frames");
-    link_of(given).order("record", fields);
+void record(const Values& values) {
+    json fields{{"on", values.text("SWITCH") == "on"}};
+    if (values.has("--name")) fields["name"] = values.text("--name");
+    if (values.has("--frames")) fields["frames"] = values.text("--frames");
+    link_of(values).order("record", fields);
 }
 
 }  // namespace shaker::ctl

@@ -1,17 +1,17 @@
 #pragma once
-// The commands that change what the bench does.
+// Commands that change the state of the bench.
 #include "daemon/remote/ctl/table.hpp"
 
 namespace shaker::ctl {
 
-void set_drive(const Given& given);
-void identify(const Given& given);
-void start(const Given& given);
-void stop(const Given& given);
-/// Nothing else is asked of the daemon before, and it is given 2 s.
-void abort(const Given& given);
-void clear(const Given& given);
-void remark(const Given& given);
-void record(const Given& given);
+void set_drive(const Values& values);
+void identify(const Values& values);
+void start(const Values& values);
+void stop(const Values& values);
+/// Sends no other request first; the daemon has 2 s to answer.
+void abort(const Values& values);
+void clear(const Values& values);
+void remark(const Values& values);
+void record(const Values& values);
 
 }  // namespace shaker::ctl

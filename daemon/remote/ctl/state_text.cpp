@@ -33,7 +33,7 @@ std::string word(const json& message, const char* path) {
 
 bool yes(const json& message, const char* path) { return at(message, path) == json(true); }
 
-// With as many digits as the error gives meaning to.
+// Number of digits chosen by the error.
 std::string with_error(double value, double sigma, double times) {
     if (!std::isfinite(value)) return "-";
     if (!std::isfinite(sigma) || sigma <= 0) return fmt::format("{:.5g}", times * value);
@@ -76,7 +76,9 @@ bool has_result(const json& state) { return std::isfinite(number(state, "/result
 
 std::string drift_text(const json& state) {
     const std::string v = estimate(state, "/result/v_D_mps", 1e3);
-    return v == "-" ? "v_D -" : "v_D " + v + " mm/s";
+    if (v == "-") return "v_D -";
+    const bool old = at(state, "/result/current") == json(false);
+    return "v_D " + v + " mm/s" + (old ? " (of an earlier set-point)" : "");
 }
 
 std::string state_text(const json& s) {
@@ -103,7 +105,10 @@ std::string state_text(const json& s) {
                                    estimate(s, "/result/D_m", 1e3), estimate(s, "/result/efficiency", 1)));
     const std::string file = word(s, "/session/recording"), holder = word(s, "/session/controller");
     line("recording", file.empty() ? std::string{"none"} : file);
-    line("next run", yes(s, "/session/record_next") ? "is recorded" : "is not recorded");
+    const std::string next = word(s, "/session/record_name");
+    line("next run", !yes(s, "/session/record_next") ? "is not recorded"
+                     : next.empty()                  ? "is recorded"
+                                                     : "is recorded as " + next + ".nxs");
     line("control", holder.empty() ? std::string{"free"} : "held by " + holder);
     line("lost", lost_text(s));
     line("disk", fmt::format("{} GB free", value(1e-9 * number(s, "/disk/free_bytes"))));

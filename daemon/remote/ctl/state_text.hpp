@@ -1,26 +1,27 @@
 #pragma once
-// The daemon's messages in words. Whatever is missing in one is left out or shown as "-".
+// Messages of the daemon as text. A missing value is left out or shown as "-".
 #include <array>
 #include <nlohmann/json_fwd.hpp>
 #include <string>
+#include <string_view>
 
 namespace shaker::ctl {
 
-/// What "state" of a session may be.
-inline constexpr std::array state_words{"starting", "idle",    "armed",    "identifying", "ramping",
-                                        "settling", "running", "stopping", "tripped"};
+/// The values of "state" in the daemon's messages.
+inline constexpr std::array<std::string_view, 9> state_words{
+    "starting", "idle", "armed", "identifying", "ramping", "settling", "running", "stopping", "tripped"};
 
 std::string state_of(const nlohmann::json& state);
-/// Why the drive was stopped; empty where it was not.
+/// Cause of the trip; empty without a trip.
 std::string trip_of(const nlohmann::json& state);
-/// A measurement is there.
+/// True if the state contains a measurement.
 bool has_result(const nlohmann::json& state);
 
 /// "v_D 14.500 +- 0.030 mm/s", or "v_D -".
 std::string drift_text(const nlohmann::json& state);
-/// All of it, lines of a name and what is to say of it.
+/// The whole state: one line per item, name and value.
 std::string state_text(const nlohmann::json& state);
-/// One line without its end.
+/// One line without a line end.
 std::string state_line(const nlohmann::json& state);
 std::string event_text(const nlohmann::json& event);
 

@@ -1,161 +1,242 @@
 #include "daemon/remote/ctl/table.hpp"
 
-#include <spdlog/fmt/fmt.h>
-
 #include <cstdlib>
 
-#include "daemon/remote/ctl/completion.hpp"
-#include "daemon/remote/ctl/looks.hpp"
-#include "daemon/remote/ctl/manual.hpp"
+#include "daemon/manual/completion.hpp"
+#include "daemon/manual/drive_arguments.hpp"
+#include "daemon/manual/manual_page.hpp"
+#include "daemon/remote/ctl/manual_sections.hpp"
 #include "daemon/remote/ctl/orders.hpp"
+#include "daemon/remote/ctl/queries.hpp"
 #include "daemon/remote/ctl/state_text.hpp"
 #include "daemon/remote/ctl/terminal.hpp"
-#include "drivers/drive_limits.hpp"
+#include "daemon/remote/ctl/trouble.hpp"
 
 namespace shaker::ctl {
 
 namespace {
 
+using manual::Argument;
+using manual::Command;
+using manual::Kind;
+
+template <void (*command)(const Values&)>
+int done(const Values& values) {
+    command(values);
+    return exit_done;
+}
+
+void print_completion(const Values& values) { print(manual::completion(program(), values.text("SHELL"))); }
+
+void print_manual(const Values& /*values*/) { print(manual::manual_page(program())); }
+
 constexpr Range waits{0, 30 * 86400.0};  // s
 
-Argument flag(const char* name, const char* help) { return {name, "", help}; }
+constexpr std::array<std::string_view, 2> switch_words{"on", "off"};
+constexpr std::array<std::string_view, 3> frames_words{"off", "region", "full"};
+constexpr std::array<std::string_view, 4> fetch_words{"state", "result", "points", "metrics"};
 
-Argument word(const char* name, const char* value, const char* help, std::vector<std::string> words) {
-    return {name, value, help, Kind::word, std::move(words)};
-}
+constexpr std::array common_arguments{Argument{.name = "--at",
+                                               .value = "URL",
+                                               .help = "Address of the daemon",
+                                               .kind = Kind::text,
+                                               .otherwise = "SHAKERD_URL, else http://127.0.0.1:8080"},
+                                      Argument{.name = "--token-file",
+                                               .value = "FILE",
+                                               .help = "File of mode 600 with the daemon's token",
+                                               .kind = Kind::file,
+                                               .otherwise = "SHAKERD_TOKEN"},
+                                      manual::help_option, manual::version_option};
+static_assert(common_arguments[0].otherwise.ends_with(default_url));
 
-Argument quantity(const char* name, const char* value, const char* help, Dimension dimension, Range allowed) {
-    return {name, value, help, Kind::quantity, {}, dimension, allowed};
-}
+constexpr std::array status_arguments{
+    Argument{.name = "--json", .help = "Print the daemon's state as one line of JSON"}};
 
-std::vector<Argument> drive_arguments() {
-    return {
-        quantity("--gamma", "ACCELERATION", "Amplitude of the base's acceleration, e.g. 1.5g or 14.7m/s^2",
-                 Dimension::acceleration, drive_limits.gamma),
-        quantity("--phi", "ANGLE", "Phase of the second harmonic, e.g. 35deg or 0.61rad", Dimension::angle,
-                 drive_limits.phi),
-        quantity("--rho", "SHARE", "Share of the first harmonic", Dimension::ratio, drive_limits.rho),
-        quantity("--frequency", "FREQUENCY", "Of the drive, e.g. 20Hz", Dimension::frequency,
-                 drive_limits.frequency)};
-}
+constexpr auto set_arguments = manual::drive_arguments(false);
 
-std::vector<Command> rows() {
-    return {
-        {"status",
-         "Say what the bench is at",
-         "",
-         {flag("--json", "One line of JSON, as the daemon has it")},
-         status},
-        {"set", "Change the drive", "What is not named stays", drive_arguments(), set_drive},
-        {"identify", "Find out at a low level how the base answers to the drive", "", {}, identify},
-        {"start",
-         "Bring the drive up and measure",
-         "The bench measures again and again until it is stopped",
-         {{"--periods",
-           "N",
-           "Drive periods of a measurement [as last]",
-           Kind::whole,
-           {},
-           {},
-           {2, most_periods}},
-          {"--settle",
-           "N",
-           "Drive periods of the settled drive before it; 0: until the walker is steady [as last]",
-           Kind::whole,
-           {},
-           {},
-           {0, most_settle_periods}},
-          flag("--wait", "Until the first measurement is reduced; says its v_D")},
-         start},
-        {"stop", "Bring the drive down softly", "", {flag("--wait", "Until the bench is idle")}, stop},
-        {"abort",
-         "Stop the drive at once, whoever holds control",
-         "What stopped it must be cleared then",
-         {},
-         abort},
-        {"clear", "Clear what stopped the drive, so that it may be started again", "", {}, clear},
-        {"record",
-         "Record the runs that follow, or no longer",
-         "While nothing is driven",
-         {word("SWITCH", "", "on or off", {"on", "off"}),
-          {"--name", "NAME", "Of the next recording, without folder or ending [the time]", Kind::text},
-          word("--frames", "WHICH", "Pictures to keep: off, region (where targets can be) or full [as last]",
-               {"off", "region", "full"})},
-         record},
-        {"remark",
-         "Say something for the log and the recording",
-         "Into the recording that grows, else into the next; 1 to 400 bytes",
-         {{"TEXT", "", "In quotes: \"new paper under the walker\"", Kind::text}},
-         remark},
-        {"watch",
-         "Say the bench's state and v_D once a second, and every event",
-         "It begins with the events that the daemon still keeps, and ends with Ctrl-C or when nobody reads "
-         "it. In JSON a state has the points measured so far at first and after each measurement",
-         {flag("--json", "A line of JSON for each message of the daemon, ten or more a second"),
-          quantity("--seconds", "S", "End after so long", Dimension::time, waits)},
-         watch},
-        {"fetch",
-         "Print what the daemon has, as JSON in SI units, or the metrics as text",
-         "The result is the newest measurement with its cycle, points are all measurements that are kept",
-         {word("WHAT", "", "state, result, points or metrics", {"state", "result", "points", "metrics"})},
-         fetch},
-        {"wait",
-         "Wait until the bench is in a state",
-         "A stop by a limit or an abort ends it too, with exit status 1. A daemon that does not listen yet "
-         "has "
-         "5 s to begin",
-         {word("STATE", "", "Its name, as status says it", {state_words.begin(), state_words.end()}),
-          quantity("--timeout", "S", "At most so long, then exit status 75 [for ever]", Dimension::time,
-                   waits)},
-         wait_for},
-        {"completion",
-         "Print what makes a shell complete the words of shakerctl",
-         "In bash: source <(shakerctl completion bash)",
-         {word("SHELL", "", "bash, zsh or fish", {"bash", "zsh", "fish"})},
-         [](const Given& given) { print(completion(given.text("SHELL"))); }},
-        {"manual", "Print the manual page, for man -l", "", {}, [](const Given&) { print(manual()); }},
-    };
-}
+constexpr std::array start_arguments{
+    Argument{.name = "--periods",
+             .value = "N",
+             .help = "Drive periods of a measurement",
+             .kind = Kind::whole,
+             .allowed = {2, most_periods},
+             .otherwise = "as last"},
+    Argument{.name = "--settle",
+             .value = "N",
+             .help = "Periods of the settled drive before a measurement; 0: until the walker is steady",
+             .kind = Kind::whole,
+             .allowed = {0, most_settle_periods},
+             .otherwise = "as last"},
+    Argument{.name = "--wait", .help = "Wait for the first result and print its v_D"}};
+
+constexpr std::array stop_arguments{Argument{.name = "--wait", .help = "Wait until the bench is idle"}};
+
+constexpr std::array record_arguments{
+    Argument{.name = "SWITCH", .help = "on or off", .kind = Kind::word, .words = switch_words},
+    Argument{.name = "--name",
+             .value = "NAME",
+             .help = "Name of the next recording, without folder or ending",
+             .kind = Kind::text,
+             .otherwise = "the time"},
+    Argument{.name = "--frames",
+             .value = "WHICH",
+             .help = "Pictures to record: off, region (where the targets can be) or full",
+             .kind = Kind::word,
+             .words = frames_words,
+             .otherwise = "as last"}};
+
+constexpr std::array remark_arguments{Argument{
+    .name = "TEXT", .help = "1 to 400 bytes in quotes: \"new paper under the walker\"", .kind = Kind::text}};
+
+constexpr std::array watch_arguments{
+    Argument{.name = "--json",
+             .help = "Print each message of the daemon as one line of JSON, ten or more a second"},
+    Argument{.name = "--seconds",
+             .value = "S",
+             .help = "Exit after this time",
+             .kind = Kind::quantity,
+             .dimension = Dimension::time,
+             .allowed = waits,
+             .otherwise = "never"}};
+
+constexpr std::array fetch_arguments{Argument{
+    .name = "WHAT", .help = "state, result, points or metrics", .kind = Kind::word, .words = fetch_words}};
+
+constexpr std::array wait_arguments{
+    Argument{.name = "STATE", .help = "Name of a state", .kind = Kind::word, .words = state_words},
+    Argument{.name = "--timeout",
+             .value = "S",
+             .help = "Exit with status 75 after this time",
+             .kind = Kind::quantity,
+             .dimension = Dimension::time,
+             .allowed = waits,
+             .otherwise = "never"}};
+
+constexpr std::array completion_arguments{
+    Argument{.name = "SHELL", .help = "bash, zsh or fish", .kind = Kind::word, .words = manual::shells}};
+
+constexpr std::array<int, 5> asks{exit_refused, exit_not_reached};
+constexpr std::array<int, 5> waits_too{exit_refused, exit_not_reached, exit_timed_out};
+
+constexpr std::array commands{
+    Command{.name = "status",
+            .summary = "Print the state of the bench",
+            .arguments = status_arguments,
+            .exit_statuses = asks,
+            .act = done<status>},
+    Command{.name = "set",
+            .summary = "Change the drive",
+            .details = "Settings that are not given keep their values.",
+            .arguments = set_arguments,
+            .example = "shakerctl set --gamma 1.5g --phi 35deg",
+            .exit_statuses = asks,
+            .act = done<set_drive>},
+    Command{.name = "identify",
+            .summary = "Measure the response of the base to the drive at a low level",
+            .exit_statuses = asks,
+            .act = done<identify>},
+    Command{.name = "start",
+            .summary = "Start the drive and measure",
+            .details = "The bench repeats the measurement until it is stopped.",
+            .arguments = start_arguments,
+            .example = "shakerctl start --periods 40 --wait",
+            .exit_statuses = asks,
+            .act = done<start>},
+    Command{.name = "stop",
+            .summary = "Ramp the drive down softly",
+            .arguments = stop_arguments,
+            .exit_statuses = asks,
+            .act = done<stop>},
+    Command{.name = "abort",
+            .summary = "Stop the drive at once, whoever holds control",
+            .details = "An abort latches: the drive starts again only after \"shakerctl clear\".",
+            .exit_statuses = asks,
+            .act = done<abort>},
+    Command{.name = "clear",
+            .summary = "Clear a trip or an abort, so that the drive can start again",
+            .exit_statuses = asks,
+            .act = done<clear>},
+    Command{.name = "record",
+            .summary = "Switch the recording of the following runs on or off",
+            .details = "The daemon accepts this only while nothing is driven.",
+            .arguments = record_arguments,
+            .example = "shakerctl record on --name series-1",
+            .exit_statuses = asks,
+            .act = done<record>},
+    Command{.name = "remark",
+            .summary = "Add a remark to the log and to the recording",
+            .details = "Without a recording under way, the remark goes into the next one.",
+            .arguments = remark_arguments,
+            .example = "shakerctl remark \"new paper under the walker\"",
+            .exit_statuses = asks,
+            .act = done<remark>},
+    Command{
+        .name = "watch",
+        .summary = "Print state and v_D once a second, and every event",
+        .details =
+            "The first lines are the events that the daemon still keeps. The command exits on Ctrl-C, or "
+            "when its output is closed. With --json, the first state and the state after each measurement "
+            "contain the points measured so far.",
+        .arguments = watch_arguments,
+        .exit_statuses = asks,
+        .act = done<watch>},
+    Command{
+        .name = "fetch",
+        .summary = "Print data of the daemon as JSON in SI units, or its metrics as text",
+        .details = "The result is the newest measurement with its cycle. Points are all stored measurements.",
+        .arguments = fetch_arguments,
+        .exit_statuses = asks,
+        .act = done<fetch>},
+    Command{
+        .name = "wait",
+        .summary = "Wait until the bench is in a state",
+        .details =
+            "A trip or an abort ends the wait with exit status 1. The command waits up to 5 s for a daemon "
+            "that is starting.",
+        .arguments = wait_arguments,
+        .example = "shakerctl wait idle --timeout 60s",
+        .exit_statuses = waits_too,
+        .act = done<wait_for>},
+    Command{.name = "completion",
+            .summary = "Print the completion script for a shell",
+            .details = "In bash: source <(shakerctl completion bash)",
+            .arguments = completion_arguments,
+            .act = done<print_completion>},
+    Command{.name = "manual", .summary = "Print the manual page, for man -l", .act = done<print_manual>},
+};
+
+constexpr manual::Program shakerctl{
+    .name = "shakerctl",
+    .manual_part = 1,
+    .title = "commands to a shaker bench on call",
+    .synopsis = "[--at URL] [--token-file FILE] COMMAND [ARGUMENTS]",
+    .about = "shakerctl queries the daemon \"shakerd serve\" and sends it orders, for shells and scripts.",
+    .notation =
+        "Quantities carry units: 1.5g, 14.7m/s^2, 35deg, 0.61rad, 20Hz, 500ms. A bare number is in SI units. "
+        "g is 9.8 m/s^2.",
+    .commands = commands,
+    .common = common_arguments,
+    .exit_statuses = exit_statuses,
+    .sections = manual_sections};
 
 }  // namespace
 
-std::string Given::text(const std::string& name) const {
-    const auto found = texts.find(name);
-    return found == texts.end() ? std::string{} : found->second;
-}
+const manual::Program& program() { return shakerctl; }
 
-std::string sentences(const Command& command) {
-    return command.help + "." + (command.more.empty() ? "" : " " + command.more + ".");
-}
-
-const std::vector<Command>& commands() {
-    static const std::vector<Command> table = rows();
-    return table;
-}
-
-const std::vector<Argument>& common_arguments() {
-    static const std::vector<Argument> table{
-        {"--at", "URL", fmt::format("Where the daemon is [SHAKERD_URL, else {}]", default_url), Kind::text},
-        {"--token-file", "FILE", "The daemon's token, in a file of mode 600 [SHAKERD_TOKEN]", Kind::file},
-        flag("--help", "Say what there is and end"),
-        flag("--version", "Say the version and end")};
-    return table;
-}
-
-Link link_of(const Given& given) {
+Link link_of(const Values& values) {
     const auto environment = [](const char* name) {
         const char* value = std::getenv(name);
         return std::string{value == nullptr ? "" : value};
     };
     Link link{.at = {}, .token = {}, .client = client_name()};
     const std::string url = environment("SHAKERD_URL");
-    if (given.has("--at"))
-        link.at = address_of("--at", given.text("--at"));
+    if (values.has("--at"))
+        link.at = address_of("--at", values.text("--at"));
     else
         link.at =
             url.empty() ? address_of("the built-in address", default_url) : address_of("SHAKERD_URL", url);
-    link.token = given.has("--token-file") ? token_of_file(given.text("--token-file"))
-                                           : checked_token("SHAKERD_TOKEN", environment("SHAKERD_TOKEN"));
+    link.token = values.has("--token-file") ? token_of_file(values.text("--token-file"))
+                                            : checked_token("SHAKERD_TOKEN", environment("SHAKERD_TOKEN"));
     return link;
 }
 

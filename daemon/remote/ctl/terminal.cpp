@@ -17,7 +17,7 @@ namespace {
 
 struct Character {
     std::uint32_t code;
-    std::size_t bytes;  // 0: this is no UTF-8
+    std::size_t bytes;  // 0: invalid UTF-8
 };
 
 Character first_of(std::string_view text) {

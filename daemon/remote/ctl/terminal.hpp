@@ -1,18 +1,18 @@
 #pragma once
-// What goes to the user's terminal.
+// Output to the terminal of the user.
 #include <string>
 #include <string_view>
 
 namespace shaker::ctl {
 
-/// The text with everything spelled out that a terminal would obey or that is not UTF-8: ESC becomes \x1b, a
-/// change of the writing direction \u202e. Line ends stay where `lines` says so.
+/// The text with control sequences and invalid UTF-8 written as text: ESC becomes \x1b, a change of the
+/// writing direction \u202e. Line ends are kept if `lines` is true.
 std::string printable(std::string_view text, bool lines = false);
 
-/// Writes to standard output at once. NotWritten with the C library's words.
+/// Writes to standard output at once. Throws NotWritten with the message of the C library.
 void print(std::string_view text);
 
-/// Whoever read standard output has gone.
+/// True if the reader of standard output has closed it.
 bool nobody_reads() noexcept;
 
 }  // namespace shaker::ctl

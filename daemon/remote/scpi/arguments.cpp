@@ -2,20 +2,20 @@
 
 #include <string>
 
-#include "daemon/remote/scpi/error.hpp"
+#include "daemon/remote/scpi/data/error.hpp"
 
 namespace shaker::scpi {
 namespace {
 
 bool at_end(const Text& text) noexcept { return text.empty() || text.peek() == ';'; }
 
-/// Whether another value follows.
+/// True if another value follows.
 bool skip_separator(Text& text) {
     text.skip_blanks();
     if (at_end(text)) return false;
     if (text.peek() != ',')
         throw Error{Code::invalid_separator,
-                    printable({text.at, 1}) + " where a comma or a semicolon belongs"};
+                    printable({text.at, 1}) + " where a comma or semicolon was expected"};
     ++text.at;
     text.skip_blanks();
     return true;

@@ -1,43 +1,60 @@
 #pragma once
 // One row of the table of commands.
+#include <array>
 #include <cstdint>
 #include <functional>
+#include <limits>
 #include <span>
 #include <string>
 #include <vector>
 
-#include "daemon/remote/scpi/parameter.hpp"
+#include "daemon/remote/scpi/data/parameter.hpp"
+#include "daemon/remote/scpi/data/reply.hpp"
 
 namespace shaker::scpi {
 
-class Reply;
 class Session;
 
-/// What a handler is called with.
+/// Arguments of a handler.
 struct Call {
     Session& session;
-    std::span<const Argument> arguments;  // as many as the row has parameters, optional ones included
-    std::span<const std::uint16_t>
-        suffixes;  // one for each <first..last> of the header, 1 where it was left out
-    Reply& reply;  // a query writes at least one value; a command none
+    std::span<const Argument> arguments;      // one per parameter of the row, optional ones included
+    std::span<const std::uint16_t> suffixes;  // one for each <first..last> of the header; 1 where omitted
+    Reply& reply;                             // a query writes at least one value; a command none
 };
 
-/// May throw Error, and what the rest of the programme throws: InputError becomes -220, DeviceError -240,
-/// TripError +101, anything else -310.
+/// May throw Error and other exceptions of the program: InputError becomes -220, DeviceError -240, TripError
+/// +101, all others -310.
 using Handler = std::function<void(Call&)>;
 
-/// "[SOURce:]HARMonic<1..16>:AMPLitude": capitals are the short form, what is in brackets may be left out,
-/// and <first..last> is a number behind the mnemonic. Common commands are written "*IDN".
+/// Writes the answer of a query that failed, in the format of its usual answer.
+using Placeholder = void (*)(Reply&);
+/// n times NaN, written as 9.91E37.
+template <int n>
+void nans(Reply& reply) {
+    for (int i = 0; i < n; ++i) reply.number(std::numeric_limits<double>::quiet_NaN());
+}
+/// "".
+inline void empty_string(Reply& reply) { reply.string(""); }
+/// A block of no bytes.
+inline void empty_block(Reply& reply) { reply.block(""); }
+/// A single NaN as written by Reply::numbers.
+inline void nan_numbers(Reply& reply) { reply.numbers(std::array{std::numeric_limits<double>::quiet_NaN()}); }
+
+/// Header such as "[SOURce:]HARMonic<1..16>:AMPLitude": capitals are the short form, parts in brackets are
+/// optional, <first..last> is the range of the number after the mnemonic. Common commands are written "*IDN".
 struct Command {
     std::string header;
     std::vector<Parameter> parameters = {};
-    Handler set = {};    // none: the header is a query only
-    Handler query = {};  // none: there is no query
-    /// Of the query. Where this is empty and `parameters` is one numeric, "? MIN", "? MAX" and "? DEF" are
+    Handler set = {};    // empty: the header is a query only
+    Handler query = {};  // empty: there is no query
+    /// Parameters of the query. If empty and `parameters` is one numeric, "? MIN", "? MAX" and "? DEF" are
     /// answered from its bounds.
     std::vector<Parameter> query_parameters = {};
-    bool guarded = false;  // `set` changes what the bench does: only for who holds control
-    bool urgent = false;   // `set` runs at once, also behind *WAI and *OPC?; whoever holds control
+    /// Answer of a query that failed, besides its error, so that no client waits in vain.
+    Placeholder without = nans<1>;
+    bool guarded = false;  // `set` changes the bench: only for the holder of control
+    bool urgent = false;   // `set` runs at once, even after *WAI and *OPC?, for any client
 };
 
 inline constexpr std::size_t most_parameters = 8;

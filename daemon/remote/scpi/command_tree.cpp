@@ -3,13 +3,13 @@
 #include <algorithm>
 #include <utility>
 
-#include "daemon/remote/scpi/error.hpp"
+#include "daemon/remote/scpi/data/error.hpp"
 #include "drivers/errors.hpp"
 
 namespace shaker::scpi {
 namespace {
 
-/// All of a header that cannot be understood, for the message; colons and question marks included.
+/// The whole unknown header, for the message; colons and question marks included.
 std::string header_at(const char* from, const Text& text) {
     const char* end = from;
     while (end != text.end && (is_word(*end) || *end == ':' || *end == '*' || *end == '?')) ++end;
@@ -25,7 +25,7 @@ std::string header_at(const char* from, const Text& text) {
     throw Error{syntax ? Code::syntax : Code::invalid_character, printable(raw)};
 }
 
-/// A mnemonic and the number behind it.
+/// A mnemonic and the number after it.
 struct Word {
     Mnemonic mnemonic;
     std::uint16_t number = no_number;
@@ -98,7 +98,8 @@ void CommandTree::add(std::uint32_t command, std::size_t i, std::uint32_t node, 
 
 std::uint32_t CommandTree::child(std::uint32_t from, const HeaderNode& node) {
     const std::uint32_t brief = follow(from, node.keyword.brief), full = follow(from, node.keyword.full);
-    if (brief != full) throw InputError{node.written + ": one of its forms is one of another mnemonic"};
+    if (brief != full)
+        throw InputError{node.written + ": its short or long form is a form of another mnemonic"};
     if (brief != none) return brief;
     const auto to = static_cast<std::uint32_t>(leaves_.size());
     leaves_.emplace_back();
@@ -158,7 +159,7 @@ Found CommandTree::find(Text& text, Path& path) const {
     const Found found = at_leaf(here, query);
     if (!(query ? found.command->query : found.command->set))
         throw Error{Code::undefined_header,
-                    header_at(from, text) + (query ? ", this has no query" : ", this is a query only")};
+                    header_at(from, text) + (query ? ", there is no query" : ", there is only a query")};
     if (!is_blank(text.peek()) && text.peek() != ';') refuse_character(text, from);
     if (!common) path = parent;
     return found;
@@ -174,7 +175,7 @@ Found CommandTree::at_leaf(const Path& path, bool query) const {
         if (number == no_number) continue;
         if (leaf.slots[level] < 0)
             throw Error{Code::header_suffix_out_of_range,
-                        std::to_string(number) + " in " + found.name() + ", no number belongs there"};
+                        std::to_string(number) + " in " + found.name() + ", no number is allowed there"};
         found.suffixes[static_cast<std::size_t>(leaf.slots[level])] = number;
     }
     for (const HeaderNode& node : *found.pattern) {

@@ -1,5 +1,5 @@
 #pragma once
-// All commands by their headers, found at a cost that does not depend on how many there are.
+// CommandTree: finds commands by their headers, at a cost independent of their number.
 #include <array>
 #include <cstdint>
 #include <span>
@@ -7,22 +7,22 @@
 #include <vector>
 
 #include "daemon/remote/scpi/command.hpp"
+#include "daemon/remote/scpi/data/text.hpp"
 #include "daemon/remote/scpi/header_pattern.hpp"
-#include "daemon/remote/scpi/text.hpp"
 
 namespace shaker::scpi {
 
 inline constexpr std::size_t deepest = 8;  // mnemonics in a header
 
-/// Where in the tree the last header left off: the next one of the same message begins there.
+/// Position in the tree after the last header; the next header of the same message starts there.
 struct Path {
     std::uint32_t node = 0;
     std::uint32_t depth = 0;
-    std::array<std::uint16_t, deepest> numbers{};  // behind the mnemonics so far; no_number: none
+    std::array<std::uint16_t, deepest> numbers{};  // after the mnemonics so far; no_number: none
 };
 inline constexpr std::uint16_t no_number = 0xffff;
 
-/// A header that was understood.
+/// A recognised header.
 struct Found {
     const Command* command = nullptr;
     const HeaderPattern* pattern = nullptr;
@@ -34,16 +34,16 @@ struct Found {
     [[nodiscard]] std::string name() const;
 };
 
-/// Immutable once built; shared by all sessions.
+/// Immutable after construction; shared by all sessions.
 class CommandTree {
 public:
-    /// Throws InputError for a pattern that cannot be read and for two rows with the same header.
+    /// Throws InputError for an invalid pattern and for two rows with the same header.
     explicit CommandTree(std::vector<Command> commands);
     CommandTree(const CommandTree&) = delete;
     CommandTree& operator=(const CommandTree&) = delete;
 
-    /// Takes the header at the begin of `text`, its ? included, and moves `path`. Takes no memory.
-    /// Throws Error -101 -102 -103 -112 -113 -114.
+    /// Reads the header at the start of `text`, including its ?, and moves `path`. Does not allocate. Throws
+    /// Error -101 -102 -103 -112 -113 -114.
     Found find(Text& text, Path& path) const;
 
     [[nodiscard]] std::span<const Command> commands() const noexcept { return commands_; }
@@ -52,13 +52,14 @@ private:
     static constexpr std::uint32_t none = 0xffffffff;
     struct Edge {
         Mnemonic word;
-        std::uint32_t from = none;  // none: this place of the table is free
+        std::uint32_t from = none;  // none: this slot of the table is free
         std::uint32_t to = 0;
     };
-    /// What stands at a node: a command, and which of the levels above carry its numbers.
+    /// The command at a node, and the levels above that have its numbers.
     struct Leaf {
         std::uint32_t command = none;
-        std::array<int, deepest> slots{};  // by level: which <...> of the header; -1: none may be given
+        std::array<int, deepest>
+            slots{};  // for each level: index of <...> in the header; -1: no number allowed
     };
 
     void add(std::uint32_t command, std::size_t i, std::uint32_t node, std::size_t level, Leaf leaf);

@@ -1,6 +1,6 @@
 #include <utility>
 
-#include "daemon/remote/scpi/reply.hpp"
+#include "daemon/remote/scpi/data/reply.hpp"
 #include "daemon/remote/scpi/session.hpp"
 #include "daemon/remote/scpi/standard_commands.hpp"
 
@@ -20,7 +20,7 @@ void reset(Call& call) {
     call.session.shared().instrument.reset();
 }
 
-/// Until what was ordered is done. False when it is.
+/// Pauses the session until all orders are done. False when they are done already.
 bool pause(const Call& call, std::function<void(Reply&)> reply) {
     Instrument& instrument = call.session.shared().instrument;
     if (!instrument.pending()) return false;

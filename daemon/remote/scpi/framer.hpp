@@ -1,22 +1,22 @@
 #pragma once
-// Where program messages end in a stream of bytes, and where the units in a message do.
+// Scanner and Framer: find the ends of messages in a stream of bytes, and of units in a message.
 #include <cstddef>
 #include <cstdint>
 #include <string>
 #include <string_view>
 
-#include "daemon/remote/scpi/text.hpp"
+#include "daemon/remote/scpi/data/text.hpp"
 
 namespace shaker::scpi {
 
-/// Follows strings and blocks, in which separators are data. A # begins a block only where a value may begin,
-/// behind a blank or a comma. A string ends with its line at the latest, closed or not.
+/// Recognises strings and blocks, in which separators are data. A # starts a block only after a blank or
+/// comma. A string ends with its line at the latest, closed or not.
 class Scanner {
 public:
     explicit Scanner(bool value_may_begin = false) noexcept : value_may_begin_{value_may_begin} {}
-    /// Whether `c` stands outside of strings and blocks.
+    /// Advances by `c`; true if `c` is outside strings and blocks.
     bool step(char c) noexcept;
-    /// Bytes of a block that must come before anything else can happen.
+    /// Bytes of the present block that are still to come.
     [[nodiscard]] std::uint64_t block_left() const noexcept { return state_ == State::block ? left_ : 0; }
     void skip_block(std::uint64_t bytes) noexcept;
 
@@ -28,26 +28,26 @@ private:
     char quote_ = 0;
     bool value_may_begin_;
     std::uint8_t digits_ = 0;
-    std::uint64_t left_ = 0;  // of the block's length as far as it was read; then of its data
+    std::uint64_t left_ = 0;  // while reading the block's length: its value so far; then bytes of data left
 };
 
-/// The rest of a unit, up to its semicolon or the end of the message; `value_may_begin`: a blank or a comma
-/// is before.
+/// The rest of a unit, up to its semicolon or the end of the message. value_may_begin: a blank or comma
+/// precedes.
 Text first_unit(Text message, bool value_may_begin) noexcept;
 
-/// Cuts messages out of a stream, bounded: one that is longer than `limit` bytes is passed over to its end.
+/// Extracts messages from a stream. A message longer than `limit` bytes is skipped to its end.
 class Framer {
 public:
     enum class Event { none, message, too_long };
 
     explicit Framer(std::size_t limit) : limit_{limit} {}
 
-    /// Takes bytes off `stream` until a message is complete (its text is then message()), until one has grown
-    /// too long, which is told once, or until none are left.
+    /// Takes bytes from `stream` until a message is complete (see message()), until one has become too long
+    /// (reported once), or until none are left.
     Event take(std::string_view& stream);
-    /// Without its line feed. Valid, and the caller's to change, until the next take().
+    /// The message without its line feed. Valid and modifiable until the next take().
     [[nodiscard]] Text message() noexcept { return {message_.data(), message_.data() + message_.size()}; }
-    /// What has come of a message that is not complete yet.
+    /// The part of an incomplete message received so far.
     [[nodiscard]] std::string_view begun() const noexcept { return done_ ? std::string_view{} : message_; }
 
 private:

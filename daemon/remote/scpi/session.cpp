@@ -8,7 +8,7 @@
 namespace shaker::scpi {
 namespace {
 
-constexpr std::size_t cost_of_a_message = 64;  // bytes, besides its text
+constexpr std::size_t cost_of_a_message = 64;  // bytes, in addition to its text
 
 bool has_bounds(const Found& found) {
     const Command& command = *found.command;
@@ -29,7 +29,9 @@ void Session::feed(std::string_view bytes) {
             case Framer::Event::none:
                 return;
             case Framer::Event::too_long:
-                report(Code::input_overrun, "message of more than " + std::to_string(input_limit) + " bytes");
+                report(Code::input_overrun, std::string{"message of more than "}
+                                                .append(std::to_string(input_limit))
+                                                .append(" bytes"));
                 break;
             case Framer::Event::message:
                 accept(framer_.message());
@@ -49,7 +51,7 @@ void Session::accept(Text message) {
     if (message.empty()) return;
     if (withheld_bytes_ + message.size() + cost_of_a_message > input_limit)
         return report(Code::input_overrun,
-                      "more than " + std::to_string(input_limit) + " bytes behind a wait");
+                      "more than " + std::to_string(input_limit) + " bytes received during a wait");
     withheld_bytes_ += message.size() + cost_of_a_message;
     withheld_.emplace_back(message.at, message.end);
 }
@@ -65,6 +67,7 @@ void Session::poll() {
             if (reply) answer(reply);
         } catch (const Error& error) {
             report(error.code, error.what());
+            if (asked_ != nullptr) answer_without(*asked_, error.code);
         }
         std::string rest = std::exchange(remainder_, {});
         run_units({rest.data(), rest.data() + rest.size()});
@@ -105,15 +108,18 @@ void Session::run_units(Text rest) {
     }
 }
 
-/// Moves `rest` to the end of its first unit. False when what follows may not be understood as it was meant.
+/// Moves `rest` to the end of its first unit. False when the rest of the message must be dropped.
 bool Session::run_unit(Text& rest, Path& path, bool behind_blank) {
     const char* const from = rest.at;
+    const Command* asked = nullptr;
     try {
         const Found found = shared_.tree.find(rest, path);
+        if (found.query) asked = found.command;
         run_values(found, rest);
         return true;
     } catch (const Error& error) {
         report(error.code, error.what());
+        if (asked != nullptr) answer_without(*asked, error.code);
         if (rest.at != from) behind_blank = is_blank(rest.at[-1]) || rest.at[-1] == ',';
         rest.at = first_unit(rest, behind_blank).end;
         return !is_command_error(error.code);
@@ -150,11 +156,13 @@ void Session::run_values(const Found& found, Text& rest) {
 void Session::execute(const Found& found, std::span<const Argument> arguments) {
     const std::span suffixes = std::span{found.suffixes}.first(found.suffix_count);
     const Command& command = *found.command;
-    if (found.query)
+    if (found.query) {
+        asked_ = &command;
         return answer([&](Reply& reply) {
             Call call{*this, arguments, suffixes, reply};
             command.query(call);
         });
+    }
     if (command.guarded) require_control();
     std::string none;
     Reply silent{none, format_, 0};
@@ -162,7 +170,7 @@ void Session::execute(const Found& found, std::span<const Argument> arguments) {
     command.set(call);
 }
 
-/// A query that fails says nothing at all.
+/// A query that fails leaves no part of its answer.
 template <class Write>
 void Session::answer(Write write) {
     const std::size_t before = response_.size();
@@ -181,15 +189,26 @@ void Session::answer(Write write) {
     if (reply.empty()) response_.resize(before);  // *OPC? answers later
 }
 
-/// The rest of a message that waits. `path_` stays where it is for it.
+/// The client sent a valid query and reads its answer, so it gets one for any error. No answer to a message
+/// that was not understood (IEEE 488.2), or when the output is full.
+void Session::answer_without(const Command& command, Code code) {
+    if (is_command_error(code) || is_query_error(code)) return;
+    try {
+        answer([&](Reply& reply) { command.without(reply); });
+    } catch (const Error& error) {
+        report(error.code, error.what());
+    }
+}
+
+/// Keeps the rest of a paused message; `path_` keeps its position.
 void Session::hold(Text rest) {
     while (run_urgent(rest, path_)) {
     }
     remainder_.assign(rest.at, rest.end);
 }
 
-/// Runs the next urgent unit in `rest` and moves behind it; false, and `rest` as it was, when there is none.
-/// What cannot be understood before its turn comes is passed by.
+/// Runs the next urgent unit in `rest` and moves past it. False, with `rest` unchanged, when there is none.
+/// Units that cannot be parsed yet are skipped.
 bool Session::run_urgent(Text& rest, Path& path) {
     Text look = rest;
     Path there = path;
@@ -228,7 +247,7 @@ void Session::drop_withheld() {
 }
 
 void Session::tell_dropped(std::size_t count) {
-    report(Code::execution, std::to_string(count) + " that waited in front of ABORt were dropped");
+    report(Code::execution, std::to_string(count) + " messages before ABORt were dropped");
 }
 
 void Session::end_message() {

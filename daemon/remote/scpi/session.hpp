@@ -1,5 +1,5 @@
 #pragma once
-// One client: bytes in, bytes out, its status and errors. No sockets, no threads, no clock.
+// Session: one client. Bytes in, bytes out, status and errors. No sockets, threads or clock.
 #include <cstdint>
 #include <deque>
 #include <functional>
@@ -8,56 +8,55 @@
 #include <string_view>
 #include <utility>
 
+#include "daemon/remote/access/control_lock.hpp"
 #include "daemon/remote/scpi/arguments.hpp"
 #include "daemon/remote/scpi/command_tree.hpp"
-#include "daemon/remote/scpi/control_lock.hpp"
+#include "daemon/remote/scpi/data/reply.hpp"
 #include "daemon/remote/scpi/framer.hpp"
 #include "daemon/remote/scpi/instrument.hpp"
-#include "daemon/remote/scpi/reply.hpp"
-#include "daemon/remote/scpi/status_model.hpp"
+#include "daemon/remote/scpi/status/status_model.hpp"
 
 namespace shaker::scpi {
 
-/// What all sessions share; it outlives them.
+/// Objects shared by all sessions; they must outlive them.
 struct Shared {
     const CommandTree& tree;
     Instrument& instrument;
     DeviceStatus& status;
-    ControlLock& lock;
+    access::ControlLock& lock;
 };
 
-/// A message ends with LF, so does a reply. An error in what a message says (-1xx) drops the rest of it; any
-/// other error ends its unit only. Behind *WAI and *OPC? input is withheld until the instrument is done; an
-/// urgent command (ABORt) in it runs at once and drops all that was withheld in front of it.
+/// Messages and replies end with LF. An error in parsing (-1xx) drops the rest of the message; any other
+/// error ends its unit only. After *WAI and *OPC? input is withheld until the instrument is done; an urgent
+/// command (ABORt) in it runs at once and drops all input withheld before it.
 class Session {
 public:
-    static constexpr std::size_t input_limit = 65536;      // bytes of one message, and of what is withheld
-    static constexpr std::size_t output_limit = 1U << 20;  // bytes of replies that were not sent
+    static constexpr std::size_t input_limit = 65536;      // bytes of one message, and of withheld input
+    static constexpr std::size_t output_limit = 1U << 20;  // bytes of unsent replies
 
-    /// `name` is told to other clients as the holder of control: the client's address.
+    /// name: the client's address, shown to other clients as the holder of control.
     Session(Shared shared, std::string name);
     ~Session();
     Session(const Session&) = delete;
     Session& operator=(const Session&) = delete;
 
-    /// Bytes as they come, in pieces of any size.
+    /// Received bytes, in pieces of any size.
     void feed(std::string_view bytes);
-    /// Goes on with what waits as soon as the instrument is done. To be called when it may be, and often.
+    /// Continues withheld input when the instrument is done. Call often.
     void poll();
-    /// The client sends no more. What it left incomplete is not executed: it is -420 where it asks for
-    /// something.
+    /// Call when the client sends no more. An incomplete message is not executed; if it contains a query,
+    /// error -420.
     void finish();
     [[nodiscard]] bool waiting() const noexcept { return pause_.has_value(); }
 
-    /// Replies to send; sent() says how many bytes of them are.
+    /// Replies to send. Call sent() with the number of bytes sent.
     [[nodiscard]] std::string_view output() const noexcept;
     void sent(std::size_t bytes);
 
-    /// An error of the device, or a trip: all sessions are told.
+    /// An error of the device, or a trip; reported to all sessions.
     void report(Code code, std::string_view detail) { status_.report(code, detail); }
     [[nodiscard]] std::uint64_t reported() const noexcept { return status_.reported(); }
-    /// After ABORt of another session: what this one withholds was meant for before it. -200 tells what was
-    /// lost.
+    /// Call after ABORt of another session: drops the withheld input, and reports it by error -200.
     void drop_withheld();
 
     // For handlers.
@@ -68,14 +67,14 @@ public:
     [[nodiscard]] std::uint8_t status_byte() noexcept;
     void complete_operation();                          // *OPC
     void forget_operation() noexcept { opc_ = false; }  // *CLS, *RST
-    /// *WAI, *OPC?, READ?: what follows is withheld until `over`, which poll() asks; then `reply` writes, if
-    /// there is one, or throws as a query may.
+    /// For *WAI, *OPC?, READ?: withholds further input until `over`, called by poll(), is true. Then `reply`,
+    /// if any, writes the answer or throws as a query may.
     struct Pause {
         std::function<bool()> over;
         std::function<void(Reply&)> reply;
     };
     void pause(Pause pause) { pause_ = std::move(pause); }
-    /// Error -203 unless this session may change what the bench does.
+    /// Throws Error -203 unless this session may change the bench.
     void require_control() const;
 
 private:
@@ -87,6 +86,7 @@ private:
     void execute(const Found& found, std::span<const Argument> arguments);
     template <class Write>
     void answer(Write write);
+    void answer_without(const Command& command, Code code);
     void hold(Text rest);
     bool run_urgent(Text& rest, Path& path);
     void tell_dropped(std::size_t count);
@@ -103,7 +103,8 @@ private:
     std::size_t sent_ = 0;
     bool opc_ = false;
     std::optional<Pause> pause_;
-    std::string remainder_;  // of the message that waits
+    const Command* asked_ = nullptr;  // the newest query, which may have paused
+    std::string remainder_;           // of the paused message
     std::deque<std::string> withheld_;
     std::size_t withheld_bytes_ = 0;
 };

@@ -1,5 +1,5 @@
 #pragma once
-// The rows every table begins with: IEEE 488.2 common commands, what SCPI-99 requires, ABORt, FORMat,
+// Standard part of every table: IEEE 488.2 common commands, those required by SCPI-99, ABORt, FORMat,
 // SYSTem:LOCK.
 #include <vector>
 
@@ -14,7 +14,7 @@ std::vector<Command> status_commands();
 /// SYSTem:ERRor?, :VERSion?, :HELP:HEADers?, :LOCK; FORMat.
 std::vector<Command> system_commands();
 
-/// All of these, then `own`.
+/// All of these, followed by `own`.
 std::vector<Command> with_standard_commands(std::vector<Command> own);
 
 }  // namespace shaker::scpi

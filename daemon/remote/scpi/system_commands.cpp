@@ -14,7 +14,7 @@ void next_error(Call& call) {
     call.reply.string(entry.text);
 }
 
-/// One header a line, as SCPI-99 21.10.1 marks what has no query and what is nothing else.
+/// One header per line, with the marks of SCPI-99 21.10.1 for headers without query and for queries only.
 void headers(Call& call) {
     std::string list;
     for (const Command& command : call.session.shared().tree.commands()) {
@@ -27,7 +27,7 @@ void headers(Call& call) {
     call.reply.block(list);
 }
 
-/// ASCii takes 9, the digits it has, or 0, which leaves them to the instrument.
+/// ASCii accepts 9, its number of digits, or 0, which leaves the number to the instrument.
 void set_format(Call& call) {
     const bool ascii = call.arguments[0].word == 0;
     const double standard = ascii ? 0 : 64;
@@ -46,7 +46,7 @@ void tell_format(Call& call) {
     call.reply.integer(data == Format::Data::ascii ? 9 : data == Format::Data::real32 ? 32 : 64);
 }
 
-ControlLock& lock(const Call& call) { return call.session.shared().lock; }
+access::ControlLock& lock(const Call& call) { return call.session.shared().lock; }
 
 }  // namespace
 

@@ -9,7 +9,7 @@
 #include <optional>
 #include <string_view>
 
-#include "daemon/run_settings.hpp"
+#include "daemon/run/run_settings.hpp"
 #include "drivers/errors.hpp"
 
 namespace shaker::web {
@@ -24,54 +24,55 @@ constexpr std::array pictures_words{"off", "region", "full"};
 double number_at(const json& body, const char* key, double otherwise) {
     if (!body.contains(key) || body[key].is_null()) return otherwise;
     if (!body[key].is_number())
-        throw InputError{fmt::format("{}: {} is not a number", key, body[key].dump())};
+        throw InputError{fmt::format("{}: expected a number, got {}", key, body[key].dump())};
     return body[key].get<double>();
 }
 
-OrderWhat drive_of(const json& body, Drive d) {
+service::OrderWhat drive_of(const json& body, Drive d) {
     d.frequency = number_at(body, "frequency_hz", d.frequency);
     d.gamma = number_at(body, "gamma_mps2", d.gamma);
     d.rho = number_at(body, "rho", d.rho);
     d.phi = number_at(body, "phi_rad", d.phi);
-    return SetDrive{d};
+    return service::SetDrive{d};
 }
 
 int whole_at(const json& body, const char* key, int otherwise, int least, int most) {
     const double number = number_at(body, key, otherwise);
     if (!(number >= least && number <= most) || number != std::floor(number))
-        throw InputError{
-            fmt::format("{}: {}; a whole number from {} to {} was expected", key, number, least, most)};
+        throw InputError{fmt::format("{}: {} is out of range; expected an integer from {} to {}", key, number,
+                                     least, most)};
     return static_cast<int>(number);
 }
 
-OrderWhat begin_of(const json& body, const OrderBook& book) {
-    const auto now = book.now();
-    return Begin{whole_at(body, "periods", book.periods(), 1, most_periods),
-                 whole_at(body, "settle_periods", now ? now->settle : 0, 0, most_settle_periods)};
+service::OrderWhat begin_of(const json& body, const service::PendingOrders& pending_orders) {
+    const auto now = pending_orders.now();
+    return service::Begin{whole_at(body, "periods", pending_orders.periods(), 1, most_periods),
+                          whole_at(body, "settle_periods", now ? now->settle : 0, 0, most_settle_periods)};
 }
 
-OrderWhat remark_of(const json& body) {
+service::OrderWhat remark_of(const json& body) {
     if (!body.contains("text") || !body["text"].is_string())
-        throw InputError{"text: the remark was expected"};
-    return Remark{body["text"].get<std::string>()};
+        throw InputError{"text: expected the remark as a string"};
+    return service::Remark{body["text"].get<std::string>()};
 }
 
-OrderWhat loop_of(const json& body) {
+service::OrderWhat loop_of(const json& body) {
     if (!body.contains("closed") || !body["closed"].is_boolean())
-        throw InputError{"closed: true or false was expected"};
-    return CloseLoop{body["closed"].get<bool>()};
+        throw InputError{"closed: expected true or false"};
+    return service::CloseLoop{body["closed"].get<bool>()};
 }
 
-OrderWhat record_of(const json& body, const BenchState* now) {
-    Record record{.on = true, .name = {}, .pictures = now ? now->pictures : KeptPictures::off};
+service::OrderWhat record_of(const json& body, const service::BenchState* now) {
+    service::Record record{
+        .on = true, .name = {}, .pictures = now ? now->pictures : recorded::KeptPictures::off};
     if (body.contains("on")) {
         if (!body["on"].is_boolean())
-            throw InputError{fmt::format("on: {} is neither true nor false", body["on"].dump())};
+            throw InputError{fmt::format("on: expected true or false, got {}", body["on"].dump())};
         record.on = body["on"].get<bool>();
     }
     if (body.contains("name") && !body["name"].is_null()) {
         if (!body["name"].is_string())
-            throw InputError{fmt::format("name: {} is no text", body["name"].dump())};
+            throw InputError{fmt::format("name: expected a string, got {}", body["name"].dump())};
         record.name = body["name"].get<std::string>();
     } else if (body.contains("name") && !body.contains("on")) {
         record.on = false;  // {"name": null} ends it
@@ -80,22 +81,23 @@ OrderWhat record_of(const json& body, const BenchState* now) {
         const auto word = std::ranges::find(
             pictures_words, body["frames"].is_string() ? body["frames"].get<std::string>() : std::string{});
         if (word == pictures_words.end())
-            throw InputError{fmt::format("frames: {}; \"off\", \"region\" or \"full\" was expected",
+            throw InputError{fmt::format("frames: expected \"off\", \"region\" or \"full\", got {}",
                                          body["frames"].dump())};
-        record.pictures = static_cast<KeptPictures>(word - pictures_words.begin());
+        record.pictures = static_cast<recorded::KeptPictures>(word - pictures_words.begin());
     }
     return record;
 }
 
-std::optional<OrderWhat> order_of(const std::string& name, const json& body, const OrderBook& book) {
-    if (name == "drive") return drive_of(body, book.drive());
-    if (name == "start") return begin_of(body, book);
-    if (name == "stop") return End{};
-    if (name == "identify") return Identify{};
-    if (name == "clear") return ClearTrip{};
+std::optional<service::OrderWhat> order_of(const std::string& name, const json& body,
+                                           const service::PendingOrders& pending_orders) {
+    if (name == "drive") return drive_of(body, pending_orders.drive());
+    if (name == "start") return begin_of(body, pending_orders);
+    if (name == "stop") return service::End{};
+    if (name == "identify") return service::Identify{};
+    if (name == "clear") return service::ClearTrip{};
     if (name == "remark") return remark_of(body);
     if (name == "loop") return loop_of(body);
-    if (name == "record") return record_of(body, book.now().get());
+    if (name == "record") return record_of(body, pending_orders.now().get());
     return std::nullopt;
 }
 
@@ -109,7 +111,7 @@ void Actions::act(const std::string& name, const std::string& body, const std::s
                   const std::function<void(Answer)>& done) {
     const Answer well{200, R"({"ok":true})"};
     if (name == "abort") {
-        book_.abort(who);
+        pending_orders_.abort(who);
         return done(well);
     }
     if (name == "control/release") {
@@ -120,11 +122,11 @@ void Actions::act(const std::string& name, const std::string& body, const std::s
     if (name == "control/request") return done(lock_.request(who) ? well : held());
     try {
         const json fields = body.empty() ? json::object() : json::parse(body);
-        if (!fields.is_object()) throw InputError{"an object of settings was expected"};
-        const auto order = order_of(name, fields, book_);
+        if (!fields.is_object()) throw InputError{"expected a JSON object of settings"};
+        const auto order = order_of(name, fields, pending_orders_);
         if (!order) return done(refusal(not_found, "there is no action \"" + name + "\""));
         if (!lock_.allows(who)) return done(held());
-        book_.order(*order, [done, well](const std::string& refused) {
+        pending_orders_.order(*order, [done, well](const std::string& refused) {
             done(refused.empty() ? well : refusal(conflict, refused));
         });
     } catch (const json::exception& e) {

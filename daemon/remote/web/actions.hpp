@@ -1,10 +1,10 @@
 #pragma once
-// What a page or a script may order by POST /api/<name>: JSON to orders, and back why not.
+// Actions: orders by POST /api/<name>. Converts JSON to orders and refusals to answers.
 #include <functional>
 #include <string>
 
-#include "daemon/order_book.hpp"
-#include "daemon/remote/scpi/control_lock.hpp"
+#include "daemon/remote/access/control_lock.hpp"
+#include "daemon/service/pending_orders.hpp"
 
 namespace shaker::web {
 
@@ -16,15 +16,16 @@ struct Answer {
 
 class Actions {
 public:
-    Actions(OrderBook& book, scpi::ControlLock& lock) : book_{book}, lock_{lock} {}
-    /// name: "drive"; who: the client, for control and the log. done is called once, later or at once; an
-    /// abort is done when this returns, whoever asks.
+    Actions(service::PendingOrders& pending_orders, access::ControlLock& lock)
+        : pending_orders_{pending_orders}, lock_{lock} {}
+    /// name: "drive"; who: the client, for control and the log. done: called once, at once or later. An abort
+    /// is complete when this returns, for any client.
     void act(const std::string& name, const std::string& body, const std::string& who,
              const std::function<void(Answer)>& done);
 
 private:
-    OrderBook& book_;
-    scpi::ControlLock& lock_;
+    service::PendingOrders& pending_orders_;
+    access::ControlLock& lock_;
 };
 
 Answer refusal(int status, const std::string& why);

@@ -1,5 +1,6 @@
 #pragma once
-// Connections that may be asked to leave for a new one: whoever holds many open keeps nobody else out.
+// Guests: connections that can be closed to admit a new one, so that one client with many connections blocks
+// nobody.
 #include <algorithm>
 #include <functional>
 #include <list>
@@ -7,7 +8,7 @@
 
 namespace shaker::web {
 
-/// In order of when they last sent a whole request, or came.
+/// In order of the last complete request, or of arrival.
 class Guests {
     struct Guest {
         std::function<void()> leave;
@@ -17,11 +18,11 @@ class Guests {
 public:
     using Place = std::list<Guest>::iterator;
 
-    /// leave: ends the connection soon; called once at most.
+    /// leave: ends the connection soon; called at most once.
     Place enter(std::function<void()> leave) { return list_.insert(list_.end(), Guest{std::move(leave)}); }
     void heard(Place place) { list_.splice(list_.end(), list_, place); }
     void gone(Place place) { list_.erase(place); }
-    /// Asks the one that was silent for the longest. False: nobody is left to ask.
+    /// Closes the connection that has been silent longest. False when there is none left.
     bool ask_one_to_leave() {
         const auto first = std::ranges::find(list_, false, &Guest::asked);
         if (first == list_.end()) return false;

@@ -1,11 +1,16 @@
 #include "daemon/remote/web/live_frames.hpp"
 
+#include <spdlog/spdlog.h>
+
 #include <algorithm>
 #include <bit>
 #include <cmath>
 #include <cstring>
-#include <opencv2/imgcodecs.hpp>
+#include <mutex>
 #include <opencv2/imgproc.hpp>
+
+#include "drivers/codecs/codecs.hpp"
+#include "drivers/errors.hpp"
 
 namespace shaker::web {
 
@@ -46,12 +51,24 @@ struct Mark {
     std::uint8_t kind;
 };
 
-// What a target covers, seen from its centre; a dot of its own size, a walker of its outline.
-Mark mark_of(const Fix& fix, const Target& target, double px_per_mm, float scale) {
+// A page without pictures is better than a daemon without pages.
+std::vector<unsigned char> jpeg_or_nothing(const cv::Mat& grey) {
+    try {
+        return codecs::jpeg_of(grey, jpeg_quality);
+    } catch (const DeviceError& missing) {
+        static std::once_flag reported;
+        std::call_once(reported, [&] { spdlog::warn("no pictures for the page: {}", missing.what()); });
+        return {};
+    }
+}
+
+// Half-size of a target as seen from its centre: a dot has its own size, a walker that of its outline.
+Mark mark_of(const tracking::Fix& fix, const Target& target, double px_per_mm, float scale) {
     const double extent = std::max({target.diameter_mm, target.width_mm, 1.0}) * px_per_mm;
     const auto size = static_cast<float>(extent) * scale;
     const unsigned kind = target.name == "walker" ? 0 : 1;
-    const unsigned quality = fix.state == TrackState::lost ? 2 : (fix.state == TrackState::degraded ? 1 : 0);
+    const unsigned quality =
+        fix.state == tracking::TrackState::lost ? 2 : (fix.state == tracking::TrackState::degraded ? 1 : 0);
     return {{static_cast<float>(fix.x_px) * scale - size / 2, static_cast<float>(fix.y_px) * scale - size / 2,
              size, size},
             static_cast<std::uint8_t>(kind | quality << 4U)};
@@ -69,7 +86,8 @@ std::string frame_of(const Samples& s) {
     return out;
 }
 
-Samples decimated(const LiveSeries::Part& part, std::size_t channels, std::size_t width, StreamId id) {
+Samples decimated(const service::LiveSeries::Part& part, std::size_t channels, std::size_t width,
+                  StreamId id) {
     Samples out{.id = id,
                 .first = part.first,
                 .channels = std::vector<std::vector<float>>(channels),
@@ -98,7 +116,7 @@ Samples decimated(const LiveSeries::Part& part, std::size_t channels, std::size_
     return out;
 }
 
-Samples waveform_of(const WaveformState& w) {
+Samples waveform_of(const service::WaveformState& w) {
     const double n = static_cast<double>(std::max<std::size_t>(1, w.asked.size()));
     return {.id = StreamId::waveform,
             .t0_s = w.t_s,
@@ -106,8 +124,8 @@ Samples waveform_of(const WaveformState& w) {
             .channels = {w.asked, w.measured}};
 }
 
-Samples cycle_of(const Reduction& r) {
-    const Cycle& c = r.cycle;
+Samples cycle_of(const reduction::Reduction& r) {
+    const reduction::Cycle& c = r.cycle;
     const double n = static_cast<double>(std::max<std::size_t>(1, c.phase.size()));
     return {.id = StreamId::cycle,
             .t0_s = r.t0_s,
@@ -116,10 +134,10 @@ Samples cycle_of(const Reduction& r) {
                          floats(c.v_base_mps)}};
 }
 
-std::string picture_frame(const PictureState& p, std::size_t k) {
+std::string picture_frame(const service::PictureState& p, std::size_t k) {
     if (!p.frame || p.frame->width <= 0 || p.frame->height <= 0) return {};
     const Frame& f = *p.frame;
-    // OpenCV takes no const pixels; nothing writes to them.
+    // OpenCV takes no const pixels; it does not write to them.
     const cv::Mat whole(
         f.height, f.width, f.bytes_per_pixel == 2 ? CV_16UC1 : CV_8UC1,
         const_cast<std::byte*>(f.pixels.data()));  // NOLINT(cppcoreguidelines-pro-type-const-cast)
@@ -128,8 +146,8 @@ std::string picture_frame(const PictureState& p, std::size_t k) {
     const float scale = std::min(1.0F, static_cast<float>(widest_picture) / static_cast<float>(f.width));
     cv::Mat small;
     cv::resize(grey, small, {}, scale, scale, cv::INTER_AREA);
-    std::vector<unsigned char> jpeg;
-    if (!cv::imencode(".jpg", small, jpeg, {cv::IMWRITE_JPEG_QUALITY, jpeg_quality})) return {};
+    const std::vector<unsigned char> jpeg = jpeg_or_nothing(small);
+    if (jpeg.empty()) return {};
     std::vector<Mark> marks;
     for (std::size_t i = 0; i < std::min(p.fixes.size(), p.targets.size()); ++i)
         marks.push_back(mark_of(p.fixes[i], p.targets[i], p.px_per_mm, scale));

@@ -1,12 +1,12 @@
 #pragma once
-// The binary messages of a live stream: a header of 40 bytes, then 32-bit floats, all little-endian.
+// Binary messages of a live stream: a header of 40 bytes, then 32-bit floats, all little-endian.
 #include <cstdint>
 #include <span>
 #include <string>
 #include <vector>
 
-#include "daemon/bench_state.hpp"
-#include "daemon/live_feed.hpp"
+#include "daemon/service/bench_state.hpp"
+#include "daemon/service/live_feed.hpp"
 
 namespace shaker::web {
 
@@ -19,7 +19,7 @@ enum class StreamId : std::uint16_t {
 };
 inline constexpr std::uint32_t frame_magic = 0x534B4431;
 
-/// Even samples of some channels; a channel's values stand behind one another.
+/// Evenly spaced samples of several channels; the values of one channel are contiguous.
 struct Samples {
     StreamId id{};
     std::uint64_t first = 0;
@@ -29,14 +29,15 @@ struct Samples {
 };
 std::string frame_of(const Samples& samples);
 
-/// As many samples as fit `width` pixels: least and largest of each pixel's, in the order in which they came,
-/// so that no peak is hidden. Fewer than 2 width stay as they are.
-Samples decimated(const LiveSeries::Part& part, std::size_t channels, std::size_t width, StreamId id);
-/// Two periods: asked, measured.
-Samples waveform_of(const WaveformState& waveform);
+/// Reduces samples to `width` pixels: smallest and largest value of each pixel, in order of time, so that no
+/// peak is hidden. Fewer than 2 width samples are unchanged.
+Samples decimated(const service::LiveSeries::Part& part, std::size_t channels, std::size_t width,
+                  StreamId id);
+/// Two periods: requested and measured.
+Samples waveform_of(const service::WaveformState& waveform);
 /// The walker's averaged period: x, its error, v, its error, v of the base.
-Samples cycle_of(const Reduction& reduction);
-/// Camera number k's picture as JPEG with its marks; empty when it cannot be encoded.
-std::string picture_frame(const PictureState& picture, std::size_t k);
+Samples cycle_of(const reduction::Reduction& reduction);
+/// Picture of camera k as JPEG with its marks; empty when encoding fails.
+std::string picture_frame(const service::PictureState& picture, std::size_t k);
 
 }  // namespace shaker::web

@@ -31,36 +31,37 @@ using Socket = beast::websocket::stream<beast::tcp_stream>;
 using Clock = std::chrono::steady_clock;
 
 constexpr std::chrono::milliseconds turn{33}, state_every{100};
-constexpr std::chrono::seconds patience{10};  // with one message that is not taken
+constexpr std::chrono::seconds patience{10};  // for the client to receive one message
 
 struct Stream {
     Subscription wish;
     Clock::time_point due{};
     std::uint64_t seen = 0;
-    std::shared_ptr<const Reduction> shown{};
+    std::shared_ptr<const reduction::Reduction> shown{};
 };
 
-/// What one socket has, shared by its reader, its turns and its sender.
+/// State of one socket, shared by its reader, its timer and its sender.
 struct Live {
     Socket socket;
     std::shared_ptr<Site> site;
     std::string who;
     std::map<std::string, Stream> streams{};
-    std::uint64_t told = 0, answered = 0;                       // events; orders
-    std::optional<std::shared_ptr<const Reduction>> pointed{};  // the result at which all points were told
+    std::uint64_t told = 0, answered = 0;  // number of events and orders already sent
+    std::optional<std::shared_ptr<const reduction::Reduction>>
+        pointed{};  // the result at which all points were last sent
     Clock::time_point state_due{};
-    RunState shown{};
+    run::RunState shown{};
     bool open = true;
     bool sending = false;
-    Clock::time_point begun{};  // of the message that is being sent
+    Clock::time_point begun{};  // start of sending the present message
 };
 
-// What is new of a stream, as one message; empty: nothing.
-std::string message_of(Stream& stream, Site& site, const BenchState& state) {
+// New data of a stream as one message; empty: none.
+std::string message_of(Stream& stream, Site& site, const service::BenchState& state) {
     const std::string& name = stream.wish.stream;
-    LiveFeed& feed = site.book.desk().feed();
-    const auto series = [&](const LiveSeries& s, StreamId id) -> std::string {
-        const LiveSeries::Part part = s.since(stream.seen);
+    service::LiveFeed& feed = site.pending_orders.bench_port().feed();
+    const auto series = [&](const service::LiveSeries& s, StreamId id) -> std::string {
+        const service::LiveSeries::Part part = s.since(stream.seen);
         if (part.t_s.empty()) return {};
         stream.seen = part.first + part.t_s.size();
         return frame_of(decimated(part, s.channels(), stream.wish.width, id));
@@ -102,15 +103,15 @@ void set_next(Stream& stream, Clock::time_point now) {
         now + std::chrono::milliseconds{static_cast<int>(1000 / stream.wish.rate_hz) - turn.count() / 2};
 }
 
-// All that is due.
+// Sends all messages that are due.
 asio::awaitable<void> send_due(Live& live) {
     Site& site = *live.site;
-    for (const BenchEvent& e : site.book.desk().events(live.told)) {
+    for (const service::BenchEvent& e : site.pending_orders.bench_port().events(live.told)) {
         live.told = e.number;
         const std::string text = event_json(e);
         co_await send(live, true, text);
     }
-    const auto state = site.book.now();
+    const auto state = site.pending_orders.now();
     const auto now = Clock::now();
     if (!state) co_return;
     if (now >= live.state_due || state->state != live.shown || state->answered != live.answered) {
@@ -144,7 +145,7 @@ asio::awaitable<void> write(std::shared_ptr<Live> live) {
     live->sending = false;
 }
 
-// What is due while the client has not taken what came before it is never made.
+// Skips messages that are due while the client has not received the previous one.
 void drop_due(Live& live) {
     const auto now = Clock::now();
     if (now >= live.state_due) {
@@ -158,7 +159,7 @@ void drop_due(Live& live) {
     }
 }
 
-// Whoever is slow gets less: what waits here is at most one message.
+// A slow client gets fewer messages: at most one waits here.
 asio::awaitable<void> take_turns(std::shared_ptr<Live> live) {
     asio::steady_timer timer{live->socket.get_executor()};
     while (live->open) {

@@ -12,7 +12,7 @@ namespace shaker::web {
 
 namespace {
 
-// A label's value: backslash, quote and line feed are escaped, nothing else is special.
+// Escapes backslash, quote and line feed in a label's value; nothing else is special.
 std::string escaped(std::string_view value) {
     std::string out;
     for (const char c : value) {
@@ -51,16 +51,17 @@ public:
         family(name, "counter", help);
         sample(static_cast<double>(value));
     }
-    /// Counts of bins, whose upper ends are given, and one beyond the last.
-    void histogram(std::string_view name, std::string_view help, const PeriodJitter::Seen& seen) {
+    /// Counts per bin with the given upper ends, and one for values above the last.
+    void histogram(std::string_view name, std::string_view help,
+                   const acquisition::PeriodJitter::Seen& seen) {
         family(name, "histogram", help);
         std::uint64_t below = 0;
         const auto bucket = [&](std::string_view end, std::uint64_t count) {
             below += count;
             fmt::format_to(std::back_inserter(text_), "{}_bucket{{le=\"{}\"}} {}\n", name_, end, below);
         };
-        for (std::size_t i = 0; i < PeriodJitter::ends_s.size(); ++i)
-            bucket(number(PeriodJitter::ends_s[i]), seen.counts[i]);
+        for (std::size_t i = 0; i < acquisition::PeriodJitter::ends_s.size(); ++i)
+            bucket(number(acquisition::PeriodJitter::ends_s[i]), seen.counts[i]);
         bucket("+Inf", seen.counts.back());
         fmt::format_to(std::back_inserter(text_), "{}_sum {}\n{}_count {}\n", name_, number(seen.sum_s),
                        name_, below);
@@ -71,49 +72,48 @@ private:
     std::string name_, text_;
 };
 
-void put_streams(Text& t, const BenchState& s) {
+void put_streams(Text& t, const service::BenchState& s) {
     const auto each = [&](const char* name, const char* help, auto value) {
         t.family(name, "counter", help);
         for (const DeviceReport& d : s.devices)
             t.sample("stream", d.device, static_cast<double>(value(d.counts)));
     };
-    each("stream_taken_total", "Samples or frames that came.", [](const DeviceCounts& c) { return c.taken; });
-    each("stream_lost_total", "Samples or frames that were lost.",
-         [](const DeviceCounts& c) { return c.lost; });
-    each("stream_incidents_total", "Underruns, broken connections, stamps that jumped.",
+    each("stream_taken_total", "Samples or frames received or played.",
+         [](const DeviceCounts& c) { return c.taken; });
+    each("stream_lost_total", "Lost samples or frames.", [](const DeviceCounts& c) { return c.lost; });
+    each("stream_incidents_total", "Underruns, broken connections, jumps of stamps.",
          [](const DeviceCounts& c) { return c.incidents; });
-    each("stream_reopened_total", "Devices opened anew.", [](const DeviceCounts& c) { return c.reopened; });
-    t.family("queue_lost_total", "counter", "What found no room between two threads.");
-    const LostState& l = s.lost;
+    each("stream_reopened_total", "Number of times devices were reopened.",
+         [](const DeviceCounts& c) { return c.reopened; });
+    t.family("queue_lost_total", "counter", "Items lost because a queue between two threads was full.");
+    const service::LostState& l = s.lost;
     for (const auto& [queue, n] :
          {std::pair{"plays", l.plays}, std::pair{"changes", l.changes}, std::pair{"blocks", l.blocks},
           std::pair{"frames", l.frames}, std::pair{"trips", l.trips}})
         t.sample("queue", queue, static_cast<double>(n));
-    t.counter("drive_samples_clamped_total", "Samples of the drive that were cut at its limit.",
-              l.samples_clamped);
+    t.counter("drive_samples_clamped_total", "Samples of the drive cut at its limit.", l.samples_clamped);
 }
 
-void put_clocks(Text& t, const BenchState& s) {
-    t.family("clock_offset_ppm", "gauge", "How much faster than nominal a clock runs.");
-    for (const ClockState& c : s.clocks) t.sample("clock", c.name, c.ppm);
-    t.family("clock_residual_seconds", "gauge",
-             "How late its stamps are on average, beyond the shortest delay.");
-    for (const ClockState& c : s.clocks) t.sample("clock", c.name, c.residual_s);
+void put_clocks(Text& t, const service::BenchState& s) {
+    t.family("clock_offset_ppm", "gauge", "Relative error of a clock; positive: fast.");
+    for (const service::ClockState& c : s.clocks) t.sample("clock", c.name, c.ppm);
+    t.family("clock_residual_seconds", "gauge", "Mean delay of its stamps above the shortest delay.");
+    for (const service::ClockState& c : s.clocks) t.sample("clock", c.name, c.residual_s);
 }
 
-void put_motion(Text& t, const BenchState& s) {
-    t.gauge("drive_asked_frequency_hertz", "Asked frequency.", s.wanted.frequency);
-    t.gauge("drive_asked_gamma_metres_per_second_squared", "Asked gamma.", s.wanted.gamma);
-    t.gauge("drive_locked", "1 while the base is at its target.", s.locked ? 1 : 0);
+void put_motion(Text& t, const service::BenchState& s) {
+    t.gauge("drive_asked_frequency_hertz", "Requested frequency.", s.wanted.frequency);
+    t.gauge("drive_asked_gamma_metres_per_second_squared", "Requested gamma.", s.wanted.gamma);
+    t.gauge("drive_locked", "1 while the base is within tolerance of its target.", s.locked ? 1 : 0);
     if (s.base) {
-        const BaseState& b = *s.base;
+        const service::BaseState& b = *s.base;
         t.gauge("base_gamma_metres_per_second_squared", "Measured gamma of the newest period.", b.got.gamma);
         t.gauge("base_rms_metres_per_second_squared",
                 "Acceleration along the axis, rms of the newest period.", b.rms);
         t.gauge("drive_peak_volts", "Peak of the drive.", b.volts_peak);
-        t.family("harmonic_error_ratio", "gauge", "Measured minus asked, as a share of gamma.");
+        t.family("harmonic_error_ratio", "gauge", "Measured minus requested harmonic, as a share of gamma.");
         for (int n = 1; n <= b.controlled; ++n) {
-            const HarmonicState& h = b.harmonics.at(static_cast<std::size_t>(n - 1));
+            const service::HarmonicState& h = b.harmonics.at(static_cast<std::size_t>(n - 1));
             t.sample("n", fmt::format("{}", n), std::abs(h.measured - h.target) / s.wanted.gamma);
         }
     }
@@ -127,39 +127,38 @@ void put_motion(Text& t, const BenchState& s) {
 
 }  // namespace
 
-std::string metrics_text(const BenchState* state, const ServedCounts& served) {
+std::string metrics_text(const service::BenchState* state, const ServedCounts& served) {
     Text t;
     t.family("build_info", "gauge", "The program.");
     t.sample("version", SHAKER_VERSION, 1);
-    t.counter("http_requests_total", "Requests that were answered.", served.requests);
-    t.counter("http_refused_total", "Requests that were refused.", served.refused_requests);
-    t.counter("stream_messages_dropped_total", "Live messages that a slow client did not get.",
+    t.counter("http_requests_total", "Answered requests.", served.requests);
+    t.counter("http_refused_total", "Refused requests.", served.refused_requests);
+    t.counter("stream_messages_dropped_total", "Live messages not sent to slow clients.",
               served.messages_dropped);
-    t.counter("scpi_messages_total", "Messages in the instrument language.", served.scpi_commands);
-    t.counter("scpi_errors_total", "Errors reported to its clients.", served.scpi_errors);
-    t.family("clients", "gauge", "Clients that are connected.");
+    t.counter("scpi_messages_total", "SCPI messages received.", served.scpi_commands);
+    t.counter("scpi_errors_total", "SCPI errors reported.", served.scpi_errors);
+    t.family("clients", "gauge", "Connected clients.");
     t.sample("kind", "web", served.web_clients);
     t.sample("kind", "scpi", served.scpi_clients);
     if (state == nullptr) return t.take();
-    const BenchState& s = *state;
-    t.family("state", "gauge", "1 for the state the bench is in.");
-    for (int k = 0; k <= static_cast<int>(RunState::tripped); ++k) {
-        const auto which = static_cast<RunState>(k);
+    const service::BenchState& s = *state;
+    t.family("state", "gauge", "1 for the present state of the bench.");
+    for (int k = 0; k <= static_cast<int>(run::RunState::tripped); ++k) {
+        const auto which = static_cast<run::RunState>(k);
         t.sample("state", name(which), which == s.state ? 1 : 0);
     }
-    t.counter("trips_total", "Times the drive was stopped.", s.trips);
-    t.counter("aborts_total", "Aborts that were asked for.", s.aborts);
+    t.counter("trips_total", "Number of trips of the drive.", s.trips);
+    t.counter("aborts_total", "Number of aborts.", s.aborts);
     put_motion(t, s);
     put_streams(t, s);
     put_clocks(t, s);
     t.histogram("output_period_jitter_seconds",
-                "How far the time between two blocks of the drive was from a block's length.", s.jitter);
-    t.gauge("recording", "1 while a run is recorded.", s.recording.name.empty() ? 0 : 1);
-    t.gauge("writer_backlog_ratio", "What waits to be written, as a share of what may wait.",
-            s.recording.backlog);
-    t.counter("writer_pieces_lost_total", "Pieces of the present recording that found no room.",
+                "Deviation of the time between two blocks of the drive from a block's length.", s.jitter);
+    t.gauge("recording", "1 while a run is being recorded.", s.recording.name.empty() ? 0 : 1);
+    t.gauge("writer_backlog_ratio", "Fill level of the queue of the recorder, 0 to 1.", s.recording.backlog);
+    t.counter("writer_pieces_lost_total", "Items of the present recording lost because the queue was full.",
               s.recording.pieces_lost);
-    t.gauge("disk_free_bytes", "Free where recordings go.", s.recording.free_bytes);
+    t.gauge("disk_free_bytes", "Free space on the disk of the recordings.", s.recording.free_bytes);
     return t.take();
 }
 

@@ -25,7 +25,7 @@ std::string path_of(const Request& request) {
     return std::string{target.substr(0, target.find('?'))};
 }
 
-// "/ws?client=a1&token=b2": what stands behind `key`.
+// The value of `key` in a target such as "/ws?client=a1&token=b2".
 std::string query_of(std::string_view target, std::string_view key) {
     auto at = target.find('?');
     while (at != std::string_view::npos) {
@@ -39,7 +39,7 @@ std::string query_of(std::string_view target, std::string_view key) {
     return {};
 }
 
-// What of a request its reply depends on.
+// Properties of a request on which its reply depends.
 struct Manner {
     unsigned version;
     bool keep_alive;
@@ -69,7 +69,7 @@ Response plain(Manner manner, int status, const std::string& text) {
 }
 
 Response answer_get(Manner manner, const std::string& path, Site& site, const std::string& who) {
-    const auto state = site.book.now();
+    const auto state = site.pending_orders.now();
     if (const auto file = site.page.find(path); file != site.page.end())
         return reply(manner, 200, file->second.type, file->second.content);
     if (path == "/favicon.ico") return reply(manner, 204, "image/x-icon", "");
@@ -77,29 +77,30 @@ Response answer_get(Manner manner, const std::string& path, Site& site, const st
         return reply(manner, 200, "text/plain; version=0.0.4; charset=utf-8",
                      metrics_text(state.get(), site.served));
     if (path == "/healthz") {
-        const bool well = state && state->state != RunState::tripped;
+        const bool well = state && state->state != run::RunState::tripped;
         return plain(manner, well ? 200 : 503, state ? name(state->state) : "starting");
     }
     if (path == "/readyz") {
-        const bool ready = state && state->state != RunState::init && state->state != RunState::self_test;
+        const bool ready =
+            state && state->state != run::RunState::init && state->state != run::RunState::self_test;
         return plain(manner, ready ? 200 : 503, ready ? "ready" : "starting");
     }
     if (path == "/api/state") {
-        if (!state) return reply(manner, refusal(503, "the bench has not told of itself yet"));
+        if (!state) return reply(manner, refusal(503, "the bench has not reported its state yet"));
         return reply(manner, 200, "application/json",
                      state_json(*state, {site.lock.owner(), site.lock.owner() == who}));
     }
     if (path == "/api/result") {
         if (state && state->result)
-            return reply(manner, 200, "application/json", result_json(*state->result));
+            return reply(manner, 200, "application/json", result_json(*state));
         return reply(manner,
                      refusal(404, state && !state->not_reduced.empty() ? state->not_reduced
                                                                        : "no measurement is complete yet"));
     }
-    return reply(manner, refusal(404, "there is nothing at " + path));
+    return reply(manner, refusal(404, "not found: " + path));
 }
 
-bool token_right(const Request& request, const Access& access) {
+bool token_right(const Request& request, const access::Access& access) {
     if (access.token_allowed(view(request["X-Shaker-Token"]))) return true;
     return access.token_allowed(query_of(view(request.target()), "token"));
 }
@@ -108,15 +109,15 @@ bool needs_token(const std::string& path) {
     return path.starts_with("/api/") || path == "/ws" || path == "/metrics";
 }
 
-// Why a request is not even looked at; none: it is.
-std::optional<Answer> refused(const Request& request, const Access& access) {
+// The refusal of a request by the access rules; empty: it is accepted.
+std::optional<Answer> refused(const Request& request, const access::Access& access) {
     const std::string_view host = view(request[http::field::host]);
     if (!access.host_allowed(host))
-        return refusal(403, "not a name of this daemon: Host " + std::string{host.substr(0, 100)});
+        return refusal(403, "unknown host name of this daemon: Host " + std::string{host.substr(0, 100)});
     if (!access.origin_allowed(view(request[http::field::origin]), host))
-        return refusal(403, "a page of another site may not ask this");
+        return refusal(403, "requests from pages of other sites are refused");
     if (needs_token(path_of(request)) && !token_right(request, access))
-        return refusal(401, "a token is asked for: X-Shaker-Token");
+        return refusal(401, "a token is required in the header X-Shaker-Token");
     return std::nullopt;
 }
 
@@ -136,8 +137,10 @@ std::string client_of(const Request& request, const std::string& address) {
     if (client.empty()) client = query_of(view(request.target()), "client");
     std::string name = "page";
     for (const char c : client.substr(0, 12))
-        if ((c >= '0' && c <= '9') || (c >= 'a' && c <= 'z'))
-            name += (name.size() == 4 ? " " : "") + std::string{c};
+        if ((c >= '0' && c <= '9') || (c >= 'a' && c <= 'z')) {
+            if (name.size() == 4) name += ' ';
+            name += c;
+        }
     return name + " at " + address;
 }
 
@@ -152,22 +155,22 @@ void answer(const Request& request, Site& site, const std::string& who,
     const bool head = request.method() == http::verb::head;
     if (const auto why = refused(request, site.access)) return done(reply(manner, *why));
     if (is_upgrade(request))
-        return done(reply(manner, refusal(503, "as many live sockets as there may be are open")));
+        return done(reply(manner, refusal(503, "the limit of live sockets is reached; close one")));
     if (request.method() == http::verb::get || head) {
         Response response = answer_get(manner, path, site, who);
         if (head) response.body().clear();
         return done(std::move(response));
     }
     if (request.method() != http::verb::post || !path.starts_with("/api/"))
-        return done(
-            reply(manner, refusal(405, needs_token(path) ? "GET or POST was expected" : "GET was expected")));
+        return done(reply(manner, refusal(405, needs_token(path) ? "expected GET or POST" : "expected GET")));
     site.actions.act(path.substr(5), request.body(), who,
                      [manner, done](const Answer& a) { done(reply(manner, a)); });
 }
 
 Response unanswered(const Request& request) {
-    return reply(manner_of(request),
-                 refusal(503, "the bench did not answer in time; whether it was done is in the log"));
+    return reply(
+        manner_of(request),
+        refusal(503, "the bench did not answer in time; the log shows whether the order was executed"));
 }
 
 }  // namespace shaker::web

@@ -1,9 +1,9 @@
 #pragma once
-// What all connections of browsers and scripts share.
+// Site: objects shared by all connections of browsers and scripts.
 #include <map>
 #include <string>
 
-#include "daemon/remote/web/access.hpp"
+#include "daemon/remote/access/access.hpp"
 #include "daemon/remote/web/actions.hpp"
 #include "daemon/remote/web/guests.hpp"
 #include "daemon/remote/web/metrics.hpp"
@@ -18,17 +18,17 @@ struct PageFile {
 
 /// One thread.
 struct Site {
-    OrderBook& book;
-    scpi::ControlLock& lock;
+    service::PendingOrders& pending_orders;
+    access::ControlLock& lock;
     Actions actions;
-    Access access;
+    access::Access access;
     std::map<std::string, PageFile> page;  // by path: "/"
     ServedCounts served{};
-    std::map<std::string, int> sockets{};  // of each client that may hold control
+    std::map<std::string, int> sockets{};  // number of sockets of each client that may hold control
     Guests guests{};                       // connections without a socket
-    int live_clients = 0;                  // connections with one: these stay
+    int live_clients = 0;                  // connections with a socket; these are kept
     int most_clients = 32;
-    int most_live = 24;  // the others are for requests, an abort among them
+    int most_live = 24;  // leaves connections free for requests, such as an abort
 };
 
 }  // namespace shaker::web

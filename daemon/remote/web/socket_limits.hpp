@@ -1,14 +1,14 @@
 #pragma once
-// What a live socket puts up with.
+// Limits of a live socket.
 #include <chrono>
 #include <cstddef>
 #include <boost/beast/websocket/stream.hpp>
 
 namespace shaker::web {
 
-inline constexpr std::size_t most_message = 4096;  // bytes, of a client
+inline constexpr std::size_t most_message = 4096;  // bytes, largest message of a client
 
-/// A client that was silent for 15 s is asked for a sign of life, and is gone after 30 s.
+/// Pings a client after 15 s of silence and closes the connection after 30 s.
 template <class Next>
 void set_limits(boost::beast::websocket::stream<Next>& socket) {
     boost::beast::websocket::stream_base::timeout limits{};

@@ -11,12 +11,12 @@ using nlohmann::json;
 
 json number(double x) { return std::isfinite(x) ? json(x) : json(nullptr); }
 
-json estimate(const Estimate& e) {
+json estimate(const calibration::Estimate& e) {
     if (!std::isfinite(e.value)) return nullptr;
     return {{"value", e.value}, {"sigma", number(e.sigma)}};
 }
 
-json session(const BenchState& s, const Viewer& viewer) {
+json session(const service::BenchState& s, const Viewer& viewer) {
     json trip = nullptr;
     if (s.trip) trip = {{"cause", name(s.trip->cause)}, {"text", text(*s.trip)}, {"t_s", number(s.trip_s)}};
     return {{"state", word_of(s)},
@@ -24,6 +24,7 @@ json session(const BenchState& s, const Viewer& viewer) {
             {"rig", s.facts ? s.facts->rig : ""},
             {"recording", s.recording.name.empty() ? json(nullptr) : json(s.recording.name)},
             {"record_next", s.record},
+            {"record_name", s.record_name.empty() ? json(nullptr) : json(s.record_name)},
             {"controller", viewer.controller.empty() ? json(nullptr) : json(viewer.controller)},
             {"you_control", viewer.controls},
             {"trip", trip},
@@ -33,14 +34,14 @@ json session(const BenchState& s, const Viewer& viewer) {
             {"version", SHAKER_VERSION}};
 }
 
-json measured(const BenchState& s) {
+json measured(const service::BenchState& s) {
     if (!s.base)
         return {{"gamma_mps2", nullptr}, {"phi_rad", nullptr},       {"harmonics", json::array()},
                 {"rms_mps2", nullptr},   {"residual_mps2", nullptr}, {"volts_peak", nullptr}};
-    const BaseState& b = *s.base;
+    const service::BaseState& b = *s.base;
     json harmonics = json::array();
     for (int n = 1; n <= b.controlled; ++n) {
-        const HarmonicState& h = b.harmonics.at(static_cast<std::size_t>(n - 1));
+        const service::HarmonicState& h = b.harmonics.at(static_cast<std::size_t>(n - 1));
         const bool asked = std::abs(h.target) > 0;
         harmonics.push_back(
             {{"n", n},
@@ -61,21 +62,46 @@ json overtones(const Drive& drive) {
     return all;
 }
 
-json result(const BenchState& s) {
-    if (!s.result)
-        return {{"v_D_mps", nullptr},   {"D_m", nullptr},       {"efficiency", nullptr},
-                {"mu", estimate(s.mu)}, {"periods", s.periods}, {"settle_periods", s.settle},
-                {"steady", false}};
-    const Reduction& r = *s.result;
-    return {{"v_D_mps", estimate(r.v_D)}, {"D_m", estimate(r.D)}, {"efficiency", estimate(r.efficiency)},
-            {"mu", estimate(s.mu)},       {"periods", s.periods}, {"settle_periods", s.settle},
-            {"steady", s.measuring}};
+json drive(const Drive& d) {
+    return {{"frequency_hz", d.frequency},
+            {"gamma_mps2", d.gamma},
+            {"rho", d.rho},
+            {"phi_rad", d.phi},
+            {"overtones", overtones(d)}};
 }
 
-json points(const BenchState& s) {
+// Which measurement a result is of, and whether that was at the set-point that is asked for now.
+json origin(const service::BenchState& s) {
+    const service::ResultOrigin& o = s.result_origin;
+    return {{"number", o.number},
+            {"from_s", number(o.from_s)},
+            {"to_s", number(o.to_s)},
+            {"drive", drive(o.asked)},
+            {"current", service::same(o.asked, s.wanted)}};
+}
+
+json result(const service::BenchState& s) {
+    json all = s.result ? origin(s) : json::object();
+    const reduction::Reduction* r = s.result.get();
+    all["v_D_mps"] = r ? estimate(r->v_D) : nullptr;
+    all["D_m"] = r ? estimate(r->D) : nullptr;
+    all["efficiency"] = r ? estimate(r->efficiency) : nullptr;
+    all["stick"] = json::array();
+    if (r)
+        for (const reduction::StickInterval& k : r->stick) all["stick"].push_back({k.from, k.to});
+    all["shortest_visible_stick"] = r ? number(r->shortest_visible_stick) : nullptr;
+    all["age_s"] = r ? number(s.now_s - s.result_origin.to_s) : nullptr;
+    all["mu"] = estimate(s.mu);
+    all["periods"] = s.periods;
+    all["settle_periods"] = s.settle;
+    all["steady"] = r && s.measuring;
+    return all;
+}
+
+json points(const service::BenchState& s) {
     json list = json::array();
     for (std::size_t i = 0; i < s.points.size(); ++i) {
-        const DrivenPoint& p = s.points[i];
+        const reduction::DrivenPoint& p = s.points[i];
         list.push_back({{"gamma_mps2", number(p.gamma.value)},
                         {"phi_rad", number(p.phi.value)},
                         {"v_D_mps", number(p.v_D.value)},
@@ -85,7 +111,7 @@ json points(const BenchState& s) {
     return list;
 }
 
-json losses(const BenchState& s) {
+json losses(const service::BenchState& s) {
     json list = json::array();
     for (const DeviceReport& d : s.devices) {
         std::string stream = d.device;
@@ -96,7 +122,7 @@ json losses(const BenchState& s) {
     return list;
 }
 
-json limits(const Limits& l) {
+json limits(const safety::Limits& l) {
     return {{"acceleration_abort_mps2", number(l.acceleration.abort)},
             {"velocity_abort_mps", number(l.velocity.abort)},
             {"displacement_abort_m", number(l.displacement.abort)},
@@ -107,51 +133,45 @@ json limits(const Limits& l) {
 
 }  // namespace
 
-const char* word_of(const BenchState& state) noexcept {
+const char* word_of(const service::BenchState& state) noexcept {
     switch (state.state) {
-        case RunState::init:
-        case RunState::self_test:
+        case run::RunState::init:
+        case run::RunState::self_test:
             return "starting";
-        case RunState::idle:
+        case run::RunState::idle:
             return state.armed ? "armed" : "idle";
-        case RunState::armed:
+        case run::RunState::armed:
             return "armed";
-        case RunState::identify:
+        case run::RunState::identify:
             return "identifying";
-        case RunState::ramp:
+        case run::RunState::ramp:
             return "ramping";
-        case RunState::run:
+        case run::RunState::run:
             return state.measuring ? "running" : "settling";
-        case RunState::ramp_down:
+        case run::RunState::ramp_down:
             return "stopping";
-        case RunState::tripped:
+        case run::RunState::tripped:
             return "tripped";
     }
     return "starting";
 }
 
-std::string state_json(const BenchState& s, const Viewer& viewer) {
+std::string state_json(const service::BenchState& s, const Viewer& viewer) {
     json walker = nullptr;
-    if (s.walker) {
-        // The nearer end is known, by the outline's distance from it; the farther one lies as far on the
-        // other side.
-        const double reach =
-            std::isfinite(s.walker->edge_m) ? std::abs(s.walker->x_m) + s.walker->edge_m : NAN;
-        walker = {{"x_m", s.walker->x_m}, {"low_m", number(-reach)}, {"high_m", number(reach)}};
-    }
+    if (s.walker)
+        walker = {{"x_m", s.walker->x_m},
+                  {"left_m", number(s.walker->left_m)},
+                  {"right_m", number(s.walker->right_m)},
+                  {"edge_m", number(s.walker->edge_m)}};
+    json wanted = drive(s.wanted);
+    wanted["closed_loop"] = s.closed_loop;
+    wanted["locked"] = s.locked;
     json clocks = json::array();
-    for (const ClockState& c : s.clocks)
+    for (const service::ClockState& c : s.clocks)
         clocks.push_back({{"name", c.name}, {"ppm", number(c.ppm)}, {"residual_s", number(c.residual_s)}});
     json all{{"type", "state"},
              {"session", session(s, viewer)},
-             {"drive",
-              {{"frequency_hz", s.wanted.frequency},
-               {"gamma_mps2", s.wanted.gamma},
-               {"rho", s.wanted.rho},
-               {"phi_rad", s.wanted.phi},
-               {"overtones", overtones(s.wanted)},
-               {"closed_loop", s.closed_loop},
-               {"locked", s.locked}}},
+             {"drive", wanted},
              {"measured", measured(s)},
              {"result", result(s)},
              {"walker", walker},
@@ -159,7 +179,7 @@ std::string state_json(const BenchState& s, const Viewer& viewer) {
              {"losses", losses(s)},
              {"disk", {{"free_bytes", number(s.recording.free_bytes)}, {"backlog", s.recording.backlog}}},
              {"jitter",
-              {{"bins_s", PeriodJitter::ends_s},
+              {{"bins_s", acquisition::PeriodJitter::ends_s},
                {"counts", s.jitter.counts},
                {"worst_s", s.jitter.worst_s > 0 ? json(s.jitter.worst_s) : json(nullptr)}}},
              {"limits", limits(s.limits)}};
@@ -167,15 +187,17 @@ std::string state_json(const BenchState& s, const Viewer& viewer) {
     return all.dump(-1, ' ', false, json::error_handler_t::replace);
 }
 
-std::string result_json(const Reduction& r) {
-    json all = json::parse(results_json(r));
-    const Cycle& c = r.cycle;
+std::string result_json(const service::BenchState& s) {
+    const reduction::Reduction& r = *s.result;
+    json all = json::parse(report::results_json(r));
+    all["measurement"] = origin(s);
+    const reduction::Cycle& c = r.cycle;
     all["cycle"] = {{"phase", c.phase}, {"x_m", c.x_m},           {"x_sd_m", c.x_sd_m},
                     {"v_mps", c.v_mps}, {"v_sd_mps", c.v_sd_mps}, {"v_base_mps", c.v_base_mps}};
     return all.dump();
 }
 
-std::string event_json(const BenchEvent& e) {
+std::string event_json(const service::BenchEvent& e) {
     return json{{"type", "event"}, {"t_s", number(e.t_s)}, {"kind", e.kind}, {"text", e.text}}.dump(
         -1, ' ', false, json::error_handler_t::replace);
 }

@@ -1,29 +1,29 @@
 #pragma once
-// What the bench is at as the page and scripts read it: JSON, SI units in the keys, null where nothing is
-// known.
+// State of the bench for the page and scripts: JSON, SI units in the keys, null for unknown values.
 #include <string>
 
-#include "daemon/bench_state.hpp"
-#include "daemon/desk.hpp"
+#include "daemon/service/bench_port.hpp"
+#include "daemon/service/bench_state.hpp"
 
 namespace shaker::web {
 
-/// Who looks, who may order, and what the viewer has been told already.
+/// Properties of the viewer that change the state sent to it.
 struct Viewer {
     std::string controller;     // empty: nobody
-    bool controls = false;      // the viewer is that one
-    bool knows_points = false;  // "points" is left out
+    bool controls = false;      // the viewer is the controller
+    bool knows_points = false;  // "points" is omitted
 };
 
 /// {"type":"state","session":...,"drive":...,"measured":...,"result":...,"walker":...,"points":...,"clocks":...,
 /// "losses":...,"disk":...,"limits":...}
-std::string state_json(const BenchState& state, const Viewer& viewer);
-/// results_json() of the newest measurement, and its averaged period:
-/// {"cycle":{"phase":[...],"x_m":[...],...}}.
-std::string result_json(const Reduction& reduction);
+std::string state_json(const service::BenchState& state, const Viewer& viewer);
+/// results_json() of the newest measurement, which there is; which one it is:
+/// {"measurement":{"number":...,"from_s":...,"to_s":...,"drive":{...},"current":...}}; and its averaged
+/// period: {"cycle":{"phase":[...],"x_m":[...],...}}.
+std::string result_json(const service::BenchState& state);
 /// {"type":"event","t_s":...,"kind":...,"text":...}
-std::string event_json(const BenchEvent& event);
-/// The state in one word, as the page has it: "ramping".
-const char* word_of(const BenchState& state) noexcept;
+std::string event_json(const service::BenchEvent& event);
+/// The state in one word, as on the page: "ramping".
+const char* word_of(const service::BenchState& state) noexcept;
 
 }  // namespace shaker::web

@@ -1,5 +1,5 @@
 #pragma once
-// What a page asks for over its socket: live streams, by text.
+// Subscriptions of a page to live streams, received as text over its socket.
 #include <cstddef>
 #include <map>
 #include <optional>
@@ -8,22 +8,22 @@
 
 namespace shaker::web {
 
-inline constexpr std::size_t most_streams = 16;  // of one socket
+inline constexpr std::size_t most_streams = 16;  // per socket
 
-/// A client's wish for a stream.
+/// A subscription to one stream.
 struct Subscription {
     std::string stream;
     std::size_t width = 800;  // px, 1 to 4096
     double rate_hz = 10;      // 0.1 to 30
 };
-/// What a client's text asks for: a subscription, or its end ("un" is true). Empty for what is neither.
+/// Request in a client's text: a subscription, or its end ("end" is true). Empty if it is neither.
 struct Wish {
     bool end = false;
     Subscription what;
 };
 std::optional<Wish> wish_of(std::string_view text);
 
-/// Does it, unless there are as many streams as there may be. Stream: what is kept of each, `wish` among it.
+/// Adds or removes the stream, up to the limit of streams. Stream: state of each, with its `wish`.
 template <class Stream>
 void take(const Wish& wish, std::map<std::string, Stream>& streams) {
     const std::string& name = wish.what.stream;

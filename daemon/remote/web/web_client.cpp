@@ -24,9 +24,9 @@ namespace beast = boost::beast;
 namespace http = beast::http;
 using asio::use_awaitable;
 
-constexpr std::chrono::seconds patience{5};  // with a request that has begun, and with an answer
+constexpr std::chrono::seconds patience{5};  // for a request that has begun, and for an answer
 
-/// One of those who may be asked to leave, for as long as it lives.
+/// An entry in the list of guests for its lifetime.
 class Seat {
 public:
     Seat(Guests& guests, std::function<void()> leave)
@@ -41,7 +41,7 @@ private:
     Guests::Place place_;
 };
 
-/// Counts up for as long as it lives.
+/// Increments a counter for its lifetime.
 class Counted {
 public:
     explicit Counted(int& count) : count_{count} { ++count_; }
@@ -53,7 +53,7 @@ private:
     int& count_;
 };
 
-// An order is done on the bench's thread; this waits for what it says, or until the bell is cancelled.
+// Waits for the result of an order, which the bench's thread executes, or until `bell` is cancelled.
 asio::awaitable<Response> answered(const Request& request, Site& site, const std::string& who,
                                    asio::steady_timer& bell) {
     auto got = std::make_shared<std::optional<Response>>();
@@ -72,8 +72,7 @@ asio::awaitable<Response> answered(const Request& request, Site& site, const std
     co_return std::move(**got);
 }
 
-// Requests and answers, until the client wants no more: then there is nothing to return. Or until it takes
-// the socket with this request.
+// Serves requests until the client closes (returns empty) or requests an upgrade to a socket (returned).
 asio::awaitable<std::optional<Request>> converse(beast::tcp_stream& stream, Site& site,
                                                  const std::string& address) {
     asio::steady_timer bell{stream.get_executor()};
@@ -127,7 +126,7 @@ std::map<std::string, PageFile> read_page(const std::filesystem::path& folder) {
     return page;
 }
 
-// A client that breaks off, is slow or talks nonsense ends its own connection and nothing else.
+// A client that disconnects, is slow or sends invalid data ends its own connection only.
 asio::awaitable<void> serve(asio::ip::tcp::socket socket, std::shared_ptr<Site> site) {
     if (site->served.web_clients >= site->most_clients && !site->guests.ask_one_to_leave()) co_return;
     const Counted counted{site->served.web_clients};

@@ -35,6 +35,20 @@ export function withError(estimate: Estimate | null | undefined, scale = 1): str
     return `${fixed(value, decimals)} ± ${fixed(sigma, decimals)}`;
 }
 
+/** Ticks of an axis with the decimals that their step needs: 1.0002, 1.0004 and not 1, 1. */
+export function tickTexts(splits: readonly Known[]): string[] {
+    const values = splits.filter(known);
+    let step = Infinity;
+    for (let i = 1; i < values.length; i++) {
+        const apart = Math.abs(values[i]! - values[i - 1]!);
+        if (apart > 0) step = Math.min(step, apart);
+    }
+    if (step === Infinity) return splits.map((value) => number(value));
+    let decimals = 0;
+    while (decimals < 12 && Math.abs(Number(step.toFixed(decimals)) - step) > 1e-3 * step) decimals++;
+    return splits.map((value) => (known(value) ? fixed(value, decimals) : ""));
+}
+
 const prefixes: [number, string][] = [[1e9, "G"], [1e6, "M"], [1e3, "k"], [1, ""], [1e-3, "m"], [1e-6, "µ"], [1e-9, "n"]];
 
 /** With the SI prefix that leaves one to three digits before the point: "3.20 µs", "112 GB". */

@@ -73,7 +73,7 @@ function picture(buffer: ArrayBuffer, view: DataView, stream: number, bytes: num
     };
 }
 
-/** The message, without copying it. Throws FrameError when it is none or too short for what it says. */
+/** The message, without copying it. Throws FrameError when it is not a frame or is too short for its header. */
 export function decodeFrame(buffer: ArrayBuffer): Frame {
     need(buffer, headerBytes);
     const view = new DataView(buffer);

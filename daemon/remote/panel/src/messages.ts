@@ -1,15 +1,17 @@
-// Text of the daemon to the types of protocol.ts. What is missing gets a value that shows as "not known".
+// Text of the daemon to the types of protocol.ts. Missing values are shown as "not known".
 import type { Drive, Jitter, LogEvent, Measured, Message, Result, Session, State } from "./protocol";
 
 export const maxPoints = 2000;
 
 const session: Session = {
-    state: "idle", since_s: null, rig: "", recording: null, controller: null, you_control: false,
+    state: "idle", since_s: null, rig: "", recording: null, record_next: false, record_name: null, controller: null, you_control: false,
     trip: null, program: "shakerd", version: "",
 };
 const drive: Drive = { frequency_hz: null, gamma_mps2: null, rho: null, phi_rad: null, locked: false };
 const measured: Measured = { gamma_mps2: null, phi_rad: null, harmonics: [], rms_mps2: null, volts_peak: null };
-const result: Result = { v_D_mps: null, D_m: null, efficiency: null, mu: null, periods: null, steady: false };
+const result: Result = {
+    number: null, age_s: null, drive: null, current: true, v_D_mps: null, D_m: null, efficiency: null, mu: null, stick: [], shortest_visible_stick: null, periods: null, steady: false,
+};
 const jitter: Jitter = { bins_s: [], counts: [], worst_s: null };
 
 function object(value: unknown): Record<string, unknown> {

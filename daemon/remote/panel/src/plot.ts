@@ -1,5 +1,6 @@
 // A uPlot in a box: it follows the box's width and the theme. Nothing is drawn but from draw().
 import uPlot from "uplot";
+import { tickTexts } from "./format";
 import type { Theme, Themes } from "./theme";
 
 export type Columns = (number | null)[][];
@@ -65,6 +66,7 @@ function axis(theme: Theme, label: string, size: number, more: uPlot.Axis): uPlo
         ticks: { stroke: theme.grid, width: 1, size: 4 },
         gap: 3,
         size,
+        values: (_u, splits) => tickTexts(splits),
         ...more,
     };
 }

@@ -14,6 +14,8 @@ export interface Session {
     since_s: Known;  // how long it has been in this state
     rig: string;
     recording: string | null;
+    record_next: boolean;  // the next run is recorded
+    record_name: string | null;  // of that recording, without ending; null: by the time
     controller: string | null;
     you_control: boolean;
     trip: Trip | null;
@@ -21,7 +23,8 @@ export interface Session {
     version: string;
 }
 
-export interface Drive { frequency_hz: Known; gamma_mps2: Known; rho: Known; phi_rad: Known; locked: boolean }
+export interface SetPoint { frequency_hz: Known; gamma_mps2: Known; rho: Known; phi_rad: Known }
+export interface Drive extends SetPoint { locked: boolean }
 
 export interface Harmonic {
     n: number;
@@ -39,16 +42,24 @@ export interface Measured {
     volts_peak: Known;
 }
 
+/** `number`, `age_s`, `drive`: which measurement it is of; null before the first. */
 export interface Result {
+    number: Known;
+    age_s: Known;  // since its end
+    drive: SetPoint | null;
+    current: boolean;  // measured at the set-point that is asked for now
     v_D_mps: Estimate | null;
     D_m: Estimate | null;
     efficiency: Estimate | null;
     mu: Estimate | null;
+    stick: [number, number][];  // from and to, units of the period
+    shortest_visible_stick: Known;  // of those that were not found
     periods: Known;
     steady: boolean;
 }
 
-export interface Walker { x_m: number; low_m: number; high_m: number }
+/** `left_m`, `right_m`: x at the ends of the picture beside it, whichever is larger. */
+export interface Walker { x_m: number; left_m: Known; right_m: Known }
 
 export interface Point {
     gamma_mps2: number;

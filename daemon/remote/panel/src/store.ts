@@ -1,4 +1,4 @@
-// What came last from the daemon, in bounded memory. Views read it when they draw; nothing here calls them.
+// The newest data from the daemon, in bounded memory. Views read it when they draw; it never calls them.
 import { decodeFrame, FrameError, streamIds, type PictureFrame, type SampleFrame } from "./frames";
 import { parseMessage } from "./messages";
 import type { LogEvent, State } from "./protocol";

@@ -41,7 +41,7 @@ function drawMark(ctx: CanvasRenderingContext2D, mark: Mark, zoom: number): void
 
 function describe(name: string, frame: PictureFrame): string {
     const seen = frame.marks.map((mark) => `${look(mark.kind).name} ${states[(mark.kind >> 4) & 3] || "tracked"}`);
-    return `${name}, ${fixed(frame.t0, 1)} s: ${seen.join(", ") || "nothing tracked"}`;
+    return `${name}, ${fixed(frame.t0, 1)} s: ${seen.join(", ") || "no target found"}`;
 }
 
 class CameraView {
@@ -53,7 +53,7 @@ class CameraView {
 
     constructor(private readonly name: string) {
         this.canvas.setAttribute("role", "img");
-        this.canvas.setAttribute("aria-label", `Picture of camera ${name} with what is tracked`);
+        this.canvas.setAttribute("aria-label", `Picture of camera ${name} with its tracked targets`);
         this.canvas.width = 640;
         this.canvas.height = 160;
         setText(this.caption, `${name}: no picture yet`);

@@ -24,7 +24,7 @@ class Field {
         this.unit?.addEventListener("change", () => this.convert());
     }
 
-    /** SI; null when it is no number. */
+    /** SI; null when it is not a number. */
     get value(): number | null {
         const { value } = this.input;
         return value.trim() === "" || !Number.isFinite(Number(value)) ? null : Number(value) * this.factor;

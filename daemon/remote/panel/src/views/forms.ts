@@ -7,7 +7,7 @@ import { makeDriveForm } from "./drive_form";
 
 type Body = () => Record<string, unknown> | { refused: string };
 
-/** Wires a form: `body` says what to send, or why not; `sent` is called when the daemon took it. */
+/** Wires a form: `body` returns the order to send, or why not; `sent` is called when the daemon accepted it. */
 export function wire(form: HTMLFormElement, act: Actions, body: Body, sent: () => void = () => undefined): void {
     const answer = form.querySelector("output")!;
     const button = form.querySelector<HTMLButtonElement>("button:not([type=button])")!;
@@ -39,26 +39,28 @@ function form(id: string): HTMLFormElement { return byId(id, HTMLFormElement); }
 function wireStart(act: Actions): void {
     const periods = byId("periods", HTMLInputElement);
     wire(form("start"), act, () => {
-        if (periods.validity.badInput) return { refused: "periods: a whole number, or nothing" };
+        if (periods.validity.badInput) return { refused: "periods: expected a whole number or an empty field" };
         if (periods.value === "") return {};
         const count = Number(periods.value);
         return Number.isInteger(count) && count >= 1 ? { periods: count } : { refused: "periods: a whole number from 1" };
     });
 }
 
-/** The same button begins and ends a recording; what it does stands on it. */
+function asked(session: Session): boolean { return session.recording !== null || session.record_next; }
+
+/** The same button asks for the recording of the next run and takes that back, or ends a recording; its label shows the action. */
 function wireRecord(act: Actions, store: Store): (session: Session) => void {
     const name = byId("record-name", HTMLInputElement), frames = byId("record-frames", HTMLSelectElement);
     const button = byId("record-button", HTMLButtonElement);
     wire(form("record"), act, () => {
-        if (store.state?.session.recording != null) return { name: null, frames: frames.value };
+        const session = store.state?.session;
+        if (session && asked(session)) return { name: null, frames: frames.value };
         const text = name.value.trim();
         return text ? { name: text, frames: frames.value } : { refused: "name: needed" };
     });
     return (session) => {
-        const on = session.recording !== null;
-        setText(button, on ? "End the recording" : "Record");
-        name.disabled = frames.disabled = on;
+        setText(button, session.recording !== null ? "End the recording" : session.record_next ? "Do not record" : "Record");
+        name.disabled = frames.disabled = asked(session);
     };
 }
 

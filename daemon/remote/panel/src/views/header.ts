@@ -28,8 +28,8 @@ export function makeHeader(store: Store, connection: Connection, abort: Abort): 
         setText(state, words[session.state] ?? session.state);
         setData(state, "kind", kind);
         setText(more, `for ${duration(session.since_s)}, on ${session.rig || "no rig"}`);
-        setHidden(recording, session.recording === null);
-        setText(recording, session.recording === null ? "" : `● recording ${session.recording}`);
+        setHidden(recording, session.recording === null && !session.record_next);
+        setText(recording, recordingWords(session));
         setHidden(trip, session.trip === null);
         if (session.trip)
             setText(tripText, `Tripped at ${number(session.trip.t_s)} s: ${session.trip.cause}. ${session.trip.text}`);
@@ -53,8 +53,14 @@ function showLink(link: HTMLElement, connection: Connection): void {
     setHidden(link, lostAt === null);
     if (lostAt === null) return;
     const since = new Date(performance.timeOrigin + lostAt).toLocaleTimeString();
-    const what = connection.heard ? "What is shown is old." : "Nothing was received yet.";
-    setText(link, `Not connected since ${since}. ${what} Trying again; ABORT is sent all the same.`);
+    const what = connection.heard ? "The values shown are old." : "Nothing was received yet.";
+    setText(link, `Not connected since ${since}. ${what} Reconnecting; ABORT is still sent.`);
+}
+
+function recordingWords({ recording, record_next, record_name }: Session): string {
+    if (recording !== null) return `● recording ${recording}`;
+    if (!record_next) return "";
+    return record_name === null ? "○ next run is recorded, named by its time" : `○ next run is recorded: ${record_name}.nxs`;
 }
 
 function pageTitle(session: Session | null, connection: Connection): string {

@@ -1,8 +1,8 @@
 // The results with their errors, the drive as asked and as measured, and where the walker is.
-import { byId, setText } from "../dom";
+import { byId, setHidden, setText } from "../dom";
 import { decimalsFor, fixed, number, prefixed, unknown, withError } from "../format";
 import { degrees, paperG } from "../groups";
-import type { Known, Walker } from "../protocol";
+import type { Known, Result, Walker } from "../protocol";
 import type { Store } from "../store";
 
 function acceleration(value: Known): string {
@@ -13,7 +13,7 @@ function angle(value: Known): string {
     return value === null ? unknown : `${fixed(degrees(value), 2)}° (${fixed((degrees(value) * Math.PI) / 180, 4)} rad)`;
 }
 
-function millimetres(metres: number): string { return `${fixed(metres * 1e3, 1)} mm`; }
+function millimetres(metres: Known): string { return metres === null ? unknown : `${fixed(metres * 1e3, 1)} mm`; }
 
 export function makeNumbers(store: Store): () => void {
     const ids = [
@@ -21,7 +21,7 @@ export function makeNumbers(store: Store): () => void {
         "steady",
     ] as const;
     const at = Object.fromEntries(ids.map((id) => [id, byId(id, HTMLElement)])) as Record<(typeof ids)[number], HTMLElement>;
-    const showWalker = makeWalker();
+    const showWalker = makeWalker(), showOrigin = makeOrigin();
     let seen = -1;
 
     return () => {
@@ -34,6 +34,7 @@ export function makeNumbers(store: Store): () => void {
         setText(at.efficiency, withError(result.efficiency, 100));
         setText(at.mu, withError(result.mu));
         const periods = result.periods === null ? "" : `, ${result.periods} periods`;
+        showOrigin(result);
         setText(at.steady, (result.steady ? "✓ steady" : "… not steady yet") + periods);
         setText(at.gamma, acceleration(measured.gamma_mps2));
         setText(at["gamma-asked"], acceleration(drive.gamma_mps2));
@@ -54,21 +55,52 @@ function exact(value: number): string {
     return fixed(Number(digits), Math.min(decimalsFor(Math.abs(value), 9), typed));
 }
 
+/** Number, time and set-point of the result. A result of another set-point than the requested one is grey. */
+function makeOrigin(): (result: Result) => void {
+    const line = byId("result-of", HTMLElement), cards = ["results", "cycle-card"].map((id) => byId(id, HTMLElement));
+    let of: Known = null, when = "";
+    return (result) => {
+        setHidden(line, result.number === null);
+        for (const card of cards) card.classList.toggle("old", result.number !== null && !result.current);
+        if (result.number === null) return;
+        if (of !== result.number) when = new Date(Date.now() - (result.age_s ?? 0) * 1e3).toLocaleTimeString();
+        of = result.number;
+        setText(line, originWords(result, when));
+    };
+}
+
+/** "sticks 0.506 to 0.707 T"; without one, how short it may have been without being seen. */
+export function stickWords(stick: Result["stick"], shortest: Known): string {
+    if (stick.length) return `sticks ${stick.map(([from, to]) => `${fixed(from, 3)} to ${fixed(to, 3)} T`).join(", ")}`;
+    if (shortest === null) return "never sticks";
+    return shortest >= 1 ? "sticks: too few frames to tell" : `never sticks for over ${fixed(shortest, 3)} T`;
+}
+
+function originWords({ number: count, drive, current, stick, shortest_visible_stick }: Result, when: string): string {
+    const at = drive === null ? "" :
+        `: γ ${acceleration(drive.gamma_mps2)}, φ ${angle(drive.phi_rad)}, f ${number(drive.frequency_hz)} Hz, ρ ${number(drive.rho, 3)}`;
+    return `${current ? "" : "⚠ Another set-point is asked for now. "}Measurement ${count} at ${when}${at}; ${stickWords(stick, shortest_visible_stick)}`;
+}
+
+/** The walker between the ends of its camera's picture, as the picture shows it. */
 function makeWalker(): (walker: Walker | null) => void {
     const track = byId("walker-track", HTMLElement), mark = byId("walker-mark", HTMLElement);
     const low = byId("walker-low", HTMLElement), high = byId("walker-high", HTMLElement);
     return (walker) => {
         mark.hidden = walker === null;
-        setText(low, walker ? millimetres(walker.low_m) : "walker: not seen");
-        setText(high, walker ? millimetres(walker.high_m) : "");
-        if (!walker) {
+        const left = walker?.left_m ?? null, right = walker?.right_m ?? null;
+        setText(low, walker ? millimetres(left) : "walker: not seen");
+        setText(high, walker ? millimetres(right) : "");
+        if (!walker || left === null || right === null) {
+            mark.hidden = true;
             track.removeAttribute("aria-valuenow");
             return;
         }
-        const share = (walker.x_m - walker.low_m) / (walker.high_m - walker.low_m);
+        const share = (walker.x_m - left) / (right - left);
         mark.style.left = `${Math.min(1, Math.max(0, share)) * 100}%`;
-        track.setAttribute("aria-valuemin", fixed(walker.low_m * 1e3, 1).replace("−", "-"));
-        track.setAttribute("aria-valuemax", fixed(walker.high_m * 1e3, 1).replace("−", "-"));
-        track.setAttribute("aria-valuenow", fixed(walker.x_m * 1e3, 1).replace("−", "-"));
+        const shown = (metres: number): string => fixed(metres * 1e3, 1).replace("−", "-");
+        track.setAttribute("aria-valuemin", shown(Math.min(left, right)));
+        track.setAttribute("aria-valuemax", shown(Math.max(left, right)));
+        track.setAttribute("aria-valuenow", shown(walker.x_m));
     };
 }

@@ -1,0 +1,166 @@
+#include "daemon/acquisition/collector.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "drivers/errors.hpp"
+
+namespace shaker::acquisition {
+
+Collector::Collector(Rig& rig, StreamSink* sink, const std::optional<safety::Limits>& limits,
+                     double frequency)
+    : rig_{rig},
+      sink_{sink},
+      channels_{rig.cameras.size()},
+      input_{safety::SampleGuard{rig.accelerometer ? rig.accelerometer->info() : AccelerometerInfo{},
+                                 rig.dac ? rig.dac->info().rate_hz : 1, limits, frequency}},
+      streams_{empty_streams(rig)} {
+    for (const auto& camera : rig.cameras) {
+        camera_inputs_.emplace_back(camera->view());
+        learned_.push_back({.view = camera->view()});
+    }
+    newest_.resize(rig.cameras.size());
+}
+
+void Collector::record(StreamSink* sink) {
+    sink_ = sink;
+    if (sink_ == nullptr) return;
+    forget(streams_);
+    // The last change holds the drive's state, and the streams keep it.
+    for (const DriveChange& c : streams_.changes) sink_->add(c);
+}
+
+std::vector<View> Collector::views_now() const {
+    std::vector<View> views;
+    for (std::size_t i = 0; i < learned_.size(); ++i) {
+        View view = learned_[i].view;
+        for (std::size_t k = 0; k < view.targets.size(); ++k) {
+            Target& target = view.targets[k];
+            const bool known = newest_[i].frame != nullptr && !learned_[i].fixes.empty();
+            if (!known || !found(newest_[i].fixes[k].state))
+                throw InputError{"camera \"" + view.camera + "\", target \"" + target.name +
+                                 "\": it is not seen; a recording with pictures begins with all targets"};
+            const tracking::Fix &now = newest_[i].fixes[k], &then = learned_[i].fixes[k];
+            target.roi_px[0] += static_cast<int>(std::lround(now.x_px - then.x_px));
+            target.roi_px[1] += static_cast<int>(std::lround(now.y_px - then.y_px));
+        }
+        views.push_back(std::move(view));
+    }
+    return views;
+}
+
+void Collector::learn_anew(const std::vector<View>& views) {
+    for (std::size_t i = 0; i < views.size(); ++i) {
+        if (!camera_inputs_[i].fresh.push(std::make_shared<tracking::ViewTracker>(views[i]))) continue;
+        ++learned_[i].wanted;
+        learned_[i].view = views[i];
+    }
+}
+
+void Collector::keep_tails() {
+    for (const auto& camera : rig_.cameras) tails_.emplace_back(camera->view().frame_rate_hz);
+}
+
+bool Collector::collect() {
+    bool any = false;
+    while (const auto played = channels_.played.pop()) {
+        any = true;
+        add(streams_, *played);
+        if (sink_ != nullptr) sink_->add(*played);
+    }
+    while (const auto change = channels_.changes.pop()) {
+        any = true;
+        streams_.changes.push_back(*change);
+        if (sink_ != nullptr) sink_->add(*change);
+    }
+    if (const std::uint64_t releases = channels_.releases; releases != released_) {
+        released_ = releases;
+        for (RecentFrames& tail : tails_) tail.release();
+        tails_closed_ = false;
+    }
+    streams_.aborts = channels_.aborts_answered;
+    while (const auto trip = channels_.trips.pop()) {
+        any = true;
+        streams_.trips.push_back(*trip);
+        for (RecentFrames& tail : tails_) tail.hold();
+    }
+    while (const auto block = channels_.blocks.pop()) {
+        any = true;
+        add(streams_, *block);
+        if (sink_ != nullptr) sink_->add(*block);
+    }
+    streams_.blocks_lost = channels_.lost.blocks_lost;
+    streams_.frames_lost = channels_.lost.frames_lost;
+    any = collect_frames() || any;
+    if (!streams_.played.empty()) channels_.gathered = streams_.played.back().tick.n;
+    return any;
+}
+
+bool Collector::collect_frames() {
+    bool any = false;
+    std::size_t camera = 0;
+    for (Ring<TrackedFrame>& ring : channels_.frames) {
+        while (auto tracked = ring.pop()) {
+            any = true;
+            // Live times are provisional: settle_times() finds them from all stamps.
+            const MasterTime time = add_stamps(streams_, camera, *tracked->frame, settles_live_);
+            const bool counts = tracked->learned == learned_[camera].wanted;
+            note_learned(camera, *tracked);
+            if (counts) add_fixes(streams_, camera, *tracked->frame, tracked->fixes, time, settles_live_);
+            if (counts && sink_ != nullptr)
+                sink_->add(camera, *tracked->frame, newest_tracks(camera),
+                           settles_live_ ? std::optional{time} : std::nullopt);
+            if (!tails_.empty() && !tails_closed_) tails_[camera].push(*tracked->frame);
+            if (settles_live_) newest_[camera] = std::move(*tracked);
+        }
+        ++camera;
+    }
+    return any;
+}
+
+void Collector::note_learned(std::size_t camera, const TrackedFrame& tracked) {
+    Learned& learned = learned_[camera];
+    if (!learned.fixes.empty() && std::exchange(learned.seen, tracked.learned) == tracked.learned) return;
+    learned.fixes = tracked.fixes;
+}
+
+std::vector<tracking::Track> Collector::newest_tracks(std::size_t camera) const {
+    const CameraStream& c = streams_.cameras[camera];
+    std::vector<tracking::Track> tracks;
+    for (std::size_t i = 0; i < c.view.targets.size(); ++i)
+        tracks.push_back(streams_.tracks[c.first_track + i].tracks.back());
+    return tracks;
+}
+
+std::vector<Loop> Collector::sensor_loops() {
+    std::vector<Loop> loops;
+    if (rig_.accelerometer)
+        loops.push_back({"accelerometer", 65, true, [this](std::chrono::milliseconds wait) {
+                             return accelerometer_step(input_, *rig_.accelerometer, wait, channels_);
+                         }});
+    auto ring = channels_.frames.begin();
+    for (std::size_t i = 0; i < rig_.cameras.size(); ++i, ++ring)
+        loops.push_back({"camera " + rig_.cameras[i]->view().camera, 50, true,
+                         [this, i, &out = *ring](std::chrono::milliseconds wait) {
+                             return camera_step(*rig_.cameras[i], camera_inputs_[i], wait, out,
+                                                channels_.lost);
+                         }});
+    return loops;
+}
+
+bool Collector::ended() const {
+    return (!rig_.accelerometer || rig_.accelerometer->ended()) &&
+           std::ranges::all_of(rig_.cameras, [](const auto& c) { return c->ended(); });
+}
+
+void read_all(Collector& collector, const std::function<void()>& each) {
+    std::vector<Loop> loops = collector.sensor_loops();
+    while (!collector.ended()) {
+        for (Loop& loop : loops) loop.step(std::chrono::milliseconds{0});
+        collector.collect();
+        each();
+    }
+}
+
+}  // namespace shaker::acquisition

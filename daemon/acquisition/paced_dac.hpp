@@ -1,0 +1,32 @@
+#pragma once
+// A simulated DAC that is written no faster than it would be heard: virtual time keeps to real time.
+#include <memory>
+#include <utility>
+
+#include "daemon/acquisition/executors.hpp"
+#include "drivers/devices.hpp"
+#include "drivers/ticks.hpp"
+
+namespace shaker::acquisition {
+
+class PacedDac final : public Dac {
+public:
+    explicit PacedDac(std::unique_ptr<Dac> inner)
+        : inner_{std::move(inner)}, rate_hz_{inner_->info().rate_hz} {}
+    [[nodiscard]] DacInfo info() const override { return inner_->info(); }
+    [[nodiscard]] DeviceCounts counts() const noexcept override { return inner_->counts(); }
+    PlayTime write(std::span<const double> volts, std::span<const double> trigger) override {
+        pacer_.wait_until(duration_s(written_, rate_hz_));
+        written_ += volts.size();
+        return inner_->write(volts, trigger);
+    }
+    void stop() noexcept override { inner_->stop(); }
+
+private:
+    std::unique_ptr<Dac> inner_;
+    double rate_hz_;
+    std::size_t written_ = 0;  // samples
+    Pacer pacer_;
+};
+
+}  // namespace shaker::acquisition

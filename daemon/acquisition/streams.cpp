@@ -1,0 +1,247 @@
+#include "daemon/acquisition/streams.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "calibration/camera/camera_scale.hpp"
+#include "drivers/errors.hpp"
+#include "drivers/ticks.hpp"
+
+namespace shaker::acquisition {
+
+namespace {
+
+constexpr double allowance_s = 1;
+
+// Losses count in the part that is reduced; positions are cut to it by the reduction.
+reduction::MotionSeries series_of(const TargetTrack& t, double from_s, double to_s) {
+    reduction::MotionSeries s;
+    s.view = t.camera;
+    for (std::vector<double>* list : {&s.t_s, &s.x_m, &s.sd_m}) list->reserve(t.tracks.size());
+    for (const tracking::Track& k : t.tracks) {
+        s.stream_from_s = std::min(s.stream_from_s, seconds(k.time));
+        s.stream_to_s = std::max(s.stream_to_s, seconds(k.time));
+        if (!std::isfinite(seconds(k.time))) continue;
+        if (!found(k.fix.state) || !std::isfinite(k.x_m)) {
+            if (seconds(k.time) >= from_s && seconds(k.time) <= to_s) ++s.lost;
+            continue;
+        }
+        s.t_s.push_back(seconds(k.time));
+        s.x_m.push_back(k.x_m);
+        s.sd_m.push_back(k.sd_m);
+    }
+    return s;
+}
+
+reduction::AccelSeries accelerations_of(const Streams& streams) {
+    reduction::AccelSeries s;
+    s.clock_uncertainty_s = streams.accelerometer.clock_uncertainty_s;
+    s.shaker_axis = streams.accelerometer.shaker_axis;
+    const calibration::Timebase& timebase = own_timebase(streams);
+    std::size_t samples = 0;
+    for (const AccelBlock& b : streams.blocks) samples += static_cast<std::size_t>(b.size);
+    s.t_s.reserve(samples);
+    s.a_mps2.reserve(samples);
+    for (const AccelBlock& b : streams.blocks) {
+        for (int i = 0; i < b.size; ++i) {
+            s.t_s.push_back(seconds(timebase.at(AccelTick{b.first.n + i})));
+            s.a_mps2.push_back(streams.accelerometer.acceleration(b.counts[static_cast<std::size_t>(i)]));
+        }
+    }
+    return s;
+}
+
+// Moving what is left costs as much as that is long: only when the rest is shorter.
+template <class T>
+std::size_t drop_front(std::vector<T>& list, typename std::vector<T>::iterator keep) {
+    const auto n = keep - list.begin();
+    if (n <= list.end() - keep) return 0;
+    list.erase(list.begin(), keep);
+    return static_cast<std::size_t>(n);
+}
+
+}  // namespace
+
+void drop_before(Streams& streams, double from_s) {
+    if (streams.played.empty()) return;
+    const double from_tick = from_s * streams.dac_rate_hz;
+    const double age_s = counted_s(streams.played.back().tick, streams.dac_rate_hz) - from_s;
+    streams.dropped.played +=
+        drop_front(streams.played, std::ranges::find_if(streams.played, [&](const PlayTime& p) {
+                       return static_cast<double>(p.tick.n) >= from_tick;
+                   }));
+    auto in_force = std::ranges::find_if(streams.changes, [&](const DriveChange& c) {
+        return static_cast<double>(c.first.n + c.ramp) > from_tick;
+    });
+    if (in_force != streams.changes.begin()) --in_force;
+    streams.dropped.changes += drop_front(streams.changes, in_force);
+    if (!streams.blocks.empty()) {
+        // By the sensor's own count: which of its samples is the newest is known without any clock.
+        const double newest = static_cast<double>(streams.blocks.back().first.n);
+        const double oldest = newest - (age_s + allowance_s) * streams.accelerometer.rate_hz;
+        streams.dropped.blocks +=
+            drop_front(streams.blocks, std::ranges::find_if(streams.blocks, [&](const AccelBlock& b) {
+                           return static_cast<double>(b.first.n) >= oldest;
+                       }));
+    }
+    for (TargetTrack& t : streams.tracks)
+        t.dropped += drop_front(t.tracks, std::ranges::find_if(t.tracks, [&](const tracking::Track& k) {
+                                    return seconds(k.time) >= from_s - allowance_s;
+                                }));
+}
+
+void forget(Streams& streams) {
+    const auto drop = [](auto& list, std::size_t keep) {
+        const std::size_t n = list.size() - std::min(list.size(), keep);
+        list.erase(list.begin(), list.begin() + static_cast<std::ptrdiff_t>(n));
+        return n;
+    };
+    streams.dropped.played += drop(streams.played, 0);
+    streams.dropped.changes += drop(streams.changes, 1);
+    streams.dropped.blocks += drop(streams.blocks, 0);
+    for (TargetTrack& t : streams.tracks) t.dropped += drop(t.tracks, 0);
+    streams.timebase_since = empty_timebase(streams);
+}
+
+Streams empty_streams(const Rig& rig) {
+    Streams streams;
+    if (rig.accelerometer)
+        streams.accelerometer = rig.accelerometer->info();
+    else
+        streams.accelerometer.rate_hz = 0;
+    if (rig.dac) streams.dac_rate_hz = rig.dac->info().rate_hz;
+    for (const auto& camera : rig.cameras) {
+        streams.cameras.push_back(
+            {.view = camera->view(), .first_track = streams.tracks.size(), .untimed = {}});
+        for (const Target& target : camera->view().targets)
+            streams.tracks.push_back({camera->view().camera, target, {}});
+    }
+    streams.timebase = empty_timebase(streams);
+    return streams;
+}
+
+calibration::Timebase empty_timebase(const Streams& streams) {
+    calibration::TimebaseDevices devices{.dac_rate_hz = streams.dac_rate_hz,
+                                         .accelerometer_rate_hz = streams.accelerometer.rate_hz,
+                                         .first_sample_s = streams.accelerometer.first_sample_s,
+                                         .cameras = {}};
+    for (const CameraStream& c : streams.cameras) devices.cameras.push_back(c.view);
+    return calibration::Timebase{devices};
+}
+
+const calibration::Timebase& own_timebase(const Streams& streams) {
+    return streams.timebase_since ? *streams.timebase_since : streams.timebase;
+}
+
+void add(Streams& streams, const PlayTime& played) {
+    streams.played.push_back(played);
+    streams.timebase.add(played);
+    if (streams.timebase_since) streams.timebase_since->add(played);
+}
+
+void add(Streams& streams, const AccelBlock& block) {
+    streams.blocks.push_back(block);
+    streams.timebase.add(block);
+    if (streams.timebase_since) streams.timebase_since->add(block);
+}
+
+MasterTime add_stamps(Streams& streams, std::size_t camera, const Frame& frame, bool final) {
+    const calibration::FrameStamp stamp{frame.tick, frame.stamp, frame.arrived};
+    const bool told = frame.mid_exposure.has_value();
+    // A recording holds a final time as if the frame had carried it; its stamps are then not evaluated again.
+    if (streams.timebase_since && (told || final)) streams.timebase_since->add_told(camera, stamp);
+    if (streams.timebase_since && !told && !final) streams.timebase_since->add(camera, stamp);
+    if (told) {
+        streams.timebase.add_told(camera, stamp);
+        return *frame.mid_exposure;
+    }
+    streams.timebase.add(camera, stamp);
+    return streams.timebase.mid_exposure(camera, streams.timebase.frames(camera) - 1, stamp);
+}
+
+void scale(tracking::Track& track, const View& view, const Target& target) {
+    if (!found(track.fix.state)) return;
+    track.x_m = calibration::metres_along(view, target.offset_mm, track.fix.x_px, track.fix.y_px);
+    track.sd_m = 1e-3 * calibration::mm_per_px_at(view, target.offset_mm) * track.fix.sd_px;
+}
+
+void add_fixes(Streams& streams, std::size_t camera, const Frame& frame,
+               const std::vector<tracking::Fix>& fixes, MasterTime time, bool final) {
+    CameraStream& from = streams.cameras.at(camera);
+    from.width = frame.width;
+    from.height = frame.height;
+    if (frame.mid_exposure)
+        time = *frame.mid_exposure;
+    else if (!final)
+        from.untimed.push_back({frame.tick, frame.stamp, frame.arrived});
+    if (std::isfinite(seconds(time))) from.until_s = std::max(from.until_s, seconds(time));
+    for (std::size_t i = 0; i < fixes.size(); ++i) {
+        const Target& target = from.view.targets[i];
+        tracking::Track track{.tick = frame.tick, .time = time, .fix = fixes[i]};
+        scale(track, from.view, target);
+        streams.tracks[from.first_track + i].tracks.push_back(track);
+    }
+    ++streams.frames;
+}
+
+void settle_times(Streams& streams, std::vector<std::string>& notes) {
+    streams.timebase.settle();
+    for (std::size_t camera = 0; camera < streams.cameras.size(); ++camera) {
+        const CameraStream& c = streams.cameras[camera];
+        if (c.untimed.empty() || !streams.timebase.dac_ready()) continue;
+        if (const std::size_t jumps = streams.timebase.camera(camera).jumps; jumps > 0)
+            notes.push_back("camera \"" + c.view.camera + "\": its time stamps jumped " +
+                            std::to_string(jumps) + " times; its clock was found anew after each");
+        std::size_t doubtful = 0;
+        double before_s = -INFINITY;
+        for (std::size_t k = 0; k < c.untimed.size(); ++k) {
+            MasterTime time = streams.timebase.mid_exposure(camera, k, c.untimed[k]);
+            if (seconds(time) > before_s) {
+                before_s = seconds(time);
+            } else {
+                time = master_time(NAN);
+                ++doubtful;
+            }
+            for (std::size_t i = 0; i < c.view.targets.size(); ++i)
+                streams.tracks[c.first_track + i].tracks.at(k).time = time;
+        }
+        if (doubtful > 0)
+            notes.push_back("camera \"" + c.view.camera + "\": " + std::to_string(doubtful) +
+                            " frames claim a time that another one has; they are left out");
+    }
+}
+
+std::vector<std::string> notes_on(const Streams& streams) {
+    std::vector<std::string> notes;
+    const auto note = [&](auto count, const std::string& what) {
+        if (count > 0) notes.push_back(std::to_string(count) + what);
+    };
+    const auto blocks_with = [&](Quality flag) {
+        return std::ranges::count_if(streams.blocks,
+                                     [&](const AccelBlock& b) { return has(b.quality, flag); });
+    };
+    note(blocks_with(Quality::clipped),
+         " accelerometer blocks hold samples at the end of the sensor's range");
+    note(blocks_with(Quality::gap), " accelerometer blocks come after missing samples");
+    note(blocks_with(Quality::late), " accelerometer blocks came late");
+    note(streams.blocks_lost, " accelerometer blocks were lost because the reduction did not keep up");
+    note(streams.frames_lost, " frames were lost because the reduction did not keep up");
+    return notes;
+}
+
+reduction::Measurement measurement_of(const Streams& streams, double frequency_hz, double from_s,
+                                      double to_s) {
+    reduction::Measurement m;
+    m.frequency_hz = frequency_hz;
+    m.frequency_is_exact = !streams.played.empty();
+    m.from_s = from_s;
+    m.to_s = to_s;
+    m.accelerometer = accelerations_of(streams);
+    for (const TargetTrack& t : streams.tracks) {
+        if (t.target.name == "walker") m.walkers.push_back(series_of(t, from_s, to_s));
+        if (t.target.name == "base") m.bases.push_back(series_of(t, from_s, to_s));
+    }
+    return m;
+}
+
+}  // namespace shaker::acquisition

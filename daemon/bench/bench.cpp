@@ -1,0 +1,98 @@
+#include "daemon/bench/bench.hpp"
+
+#include <fstream>
+#include <iterator>
+#include <utility>
+
+#include "drivers/errors.hpp"
+#include "drivers/hardware/hardware_rig.hpp"
+#include "drivers/simulated/shaker_plant.hpp"
+
+namespace shaker::bench {
+
+namespace {
+
+constexpr Range on_earth{9.75, 9.85};  // m/s^2
+
+std::function<std::complex<double>(double)> predicted_response(const simulated::Scene& sheet) {
+    return [sheet](double frequency) {
+        const auto [re, im] = simulated::ShakerPlant::response(sheet, frequency);
+        return std::complex<double>{re, im};
+    };
+}
+
+// Limits from the data sheets, overridden by the table [limits].
+safety::Limits limits_for(const simulated::ShakerTruth& shaker, double walker_kg, const Rig& rig,
+                          SettingsTable table) {
+    const simulated::ShakerSheet& s = shaker.sheet;
+    return safety::read_limits(std::move(table), {.max_force_n = s.max_force_n,
+                                                  .moving_mass_kg = shaker.moving_mass_kg,
+                                                  .load_kg = shaker.base_mass_kg + walker_kg,
+                                                  .stroke_m = 1e-3 * s.stroke_mm,
+                                                  .max_velocity_mps = s.max_velocity_mps,
+                                                  .max_acceleration_mps2 = s.max_acceleration_mps2,
+                                                  .sensor_range_mps2 = rig.accelerometer->info().range_mps2,
+                                                  .sensor_block_s = rig.accelerometer->info().block_s,
+                                                  .full_scale_V = rig.dac->info().full_scale_V});
+}
+
+Bench open_simulated(const std::filesystem::path& scene, simulated::World::Pace pace) {
+    Bench open;
+    SettingsTable root =
+        scene.empty() ? SettingsTable::from_text("", "scene") : SettingsTable::from_file(scene);
+    SettingsTable limits = root.table("limits");
+    open.scene = simulated::read_scene(root);
+    open.world = std::make_unique<simulated::World>(open.scene, pace);
+    open.rig = open.world->rig();
+    open.shaker = open.scene.shaker;
+    open.gravity = open.scene.gravity;
+    open.response = predicted_response(open.scene);
+    open.limits = limits_for(open.shaker, open.scene.walker.mass_kg, open.rig, std::move(limits));
+    open.rig_text = scene_text(open.scene) + "\n" + limits_text(open.limits);
+    return open;
+}
+
+Bench open_file(const std::filesystem::path& file) {
+    if (!std::filesystem::is_regular_file(file))
+        throw InputError{"--rig \"" + file.string() +
+                         "\": no such file; expected a rig file (TOML), or sim: for the simulated bench"};
+    Bench open;
+    std::ifstream in{file};
+    open.rig_text.assign(std::istreambuf_iterator<char>{in}, {});
+    SettingsTable root = SettingsTable::from_file(file);
+    simulated::Scene sheet = simulated::paper_scene();
+    sheet.shaker = open.shaker = simulated::read_shaker(root.table("shaker"));
+    open.gravity = root.number("gravity_mps2", on_earth, paper_g);
+    SettingsTable limits = root.table("limits");
+    if (root.tables("camera").empty())
+        root.fail("camera", "expected at least one [[camera]] that sees the base");
+    for (const char* device : {"dac", "accelerometer"})
+        if (!root.has(device)) root.fail(device, std::string{"missing; expected a table ["} + device + "]");
+    hardware::HardwareRig bench = hardware::open_hardware_rig(root);
+    open.rig = std::move(bench.rig);
+    open.rig.name = file.string();
+    open.granted = std::move(bench.granted);
+    open.response = predicted_response(sheet);
+    open.limits = limits_for(open.shaker, 0, open.rig, std::move(limits));
+    return open;
+}
+
+}  // namespace
+
+safety::Limits limits_now(const Bench& bench, const std::string& name, const std::filesystem::path& scene) {
+    const std::filesystem::path file = name == "sim:" ? scene : std::filesystem::path{name};
+    if (file.empty()) return bench.limits;
+    SettingsTable root = SettingsTable::from_file(file);
+    return limits_for(bench.shaker, bench.world ? bench.scene.walker.mass_kg : 0, bench.rig,
+                      root.table("limits"));
+}
+
+Bench open_bench(const std::string& name, const std::filesystem::path& scene, simulated::World::Pace pace) {
+    if (name == "sim:") return open_simulated(scene, pace);
+    if (!scene.empty())
+        throw InputError{"--scene \"" + scene.string() +
+                         "\": only the simulated bench (--rig sim:) has a scene"};
+    return open_file(name);
+}
+
+}  // namespace shaker::bench

@@ -1,0 +1,40 @@
+#pragma once
+// Bench: an opened rig with data sheet, limits and response.
+#include <complex>
+#include <filesystem>
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "daemon/safety/limits.hpp"
+#include "drivers/drive.hpp"
+#include "drivers/simulated/world.hpp"
+
+namespace shaker::bench {
+
+/// An opened rig and its properties known before the first sample.
+struct Bench {
+    std::unique_ptr<simulated::World> world;  // simulated rig only; outlives `rig`
+    Rig rig;
+    simulated::Scene scene;            // simulated rig only
+    simulated::ShakerTruth shaker;     // data sheet of shaker and amplifier
+    double gravity = paper_g;          // m/s^2 at the place
+    safety::Limits limits;             // in force for every run
+    std::string rig_text;              // TOML: the rig file, or the scene of a simulated rig
+    std::vector<std::string> granted;  // requested and granted settings of the devices, one sentence each
+    /// Response of the shaker from the data sheet, m/s^2 per V, at a frequency in Hz.
+    std::function<std::complex<double>(double)> response;
+};
+
+/// Opens a rig. "sim:" is the simulated rig, modified by the file `scene` (may be empty). Any other name is a
+/// rig file: its devices (hardware_rig.hpp) and [shaker], the data sheet of shaker and amplifier. Both may
+/// have [limits] (limits.hpp); limits that are not given follow from the data sheet. Both may
+/// have gravity_mps2, the gravity of the place (default 9.8). InputError for the file's content, DeviceError
+/// for a device that cannot be opened.
+Bench open_bench(const std::string& name, const std::filesystem::path& scene, simulated::World::Pace pace);
+
+/// The limits in the bench's files now, for a reload. The devices are not touched.
+safety::Limits limits_now(const Bench& bench, const std::string& name, const std::filesystem::path& scene);
+
+}  // namespace shaker::bench

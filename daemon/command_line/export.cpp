@@ -1,0 +1,66 @@
+#include "daemon/command_line/rows.hpp"
+#include "daemon/commands/export_command.hpp"
+#include "daemon/sandbox/confined.hpp"
+
+namespace shaker::command_line {
+
+namespace {
+
+using manual::Argument;
+using manual::Kind;
+
+constexpr std::array<std::string_view, 2> formats{"csv", "mat"};
+
+constexpr std::array arguments{
+    recording_argument,
+    Argument{.name = "--output",
+             .letter = 'o',
+             .value = "FOLDER",
+             .help = "Folder of the files; created if it does not exist",
+             .kind = Kind::folder,
+             .otherwise = "FILE with the ending .export"},
+    Argument{.name = "--format",
+             .help = "csv: one file a table; mat: one file, one struct a table",
+             .kind = Kind::word,
+             .words = formats,
+             .standard = "csv"},
+    Argument{.name = "--what",
+             .value = "TABLES",
+             .help = "Tables, separated by commas: tracks,accelerometer,results,periods,cycle,drive,... or "
+                     "all. \"all\" leaves out "
+                     "drive, which has every output sample. An unknown word lists the tables",
+             .kind = Kind::text,
+             .standard = "all",
+             .many = true,
+             .separator = ','},
+    json_argument};
+
+int act(const manual::Values& values) {
+    using Format = commands::ExportOptions::Format;
+    const commands::ExportOptions options{
+        .file = values.text("FILE"),
+        .folder = values.text("--output"),
+        .format = values.text("--format") == "mat" ? Format::mat : Format::csv,
+        .what = values.texts("--what"),
+        .json = values.has("--json")};
+    sandbox::Confinement allowed = sandbox::confinement_for(options.file);
+    allowed.writes_files = true;
+    return confined(options.file.string(), allowed, [&] {
+        export_recording(options);
+        return manual::exit_ok;
+    });
+}
+
+}  // namespace
+
+manual::Command export_row() {
+    return {.name = "export",
+            .summary = "Write a recording's tables as CSV or MAT files",
+            .details = "Existing files are never overwritten.",
+            .arguments = arguments,
+            .example = "shakerd export run.nxs --what tracks,drive",
+            .exit_statuses = {manual::exit_device},
+            .act = act};
+}
+
+}  // namespace shaker::command_line

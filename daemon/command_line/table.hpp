@@ -1,0 +1,14 @@
+#pragma once
+// The commands of shakerd as one table: parsing, help, manual page and completions are made from it.
+#include "daemon/manual/command.hpp"
+
+namespace shaker::command_line {
+
+/// To add a command: write its row in a file of this folder, name the row in rows.hpp and in table.cpp.
+const manual::Program& program();
+
+/// Runs the command and returns the exit status. Throws InputError for a wrong command line, and what the
+/// command throws.
+int run_command_line(int argc, const char* const* argv);
+
+}  // namespace shaker::command_line

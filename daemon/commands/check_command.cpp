@@ -1,0 +1,62 @@
+#include "daemon/commands/check_command.hpp"
+
+#include <spdlog/fmt/fmt.h>
+
+#include <algorithm>
+#include <cstdio>
+#include <iostream>
+#include <iterator>
+#include <nlohmann/json.hpp>
+
+#include "daemon/run/runner.hpp"
+
+namespace shaker::commands {
+
+namespace {
+
+constexpr const char* word(run::Verdict v) {
+    switch (v) {
+        case run::Verdict::good:
+            return "ok";
+        case run::Verdict::warning:
+            return "look";
+        case run::Verdict::bad:
+            return "BAD";
+    }
+    return "";
+}
+
+std::vector<run::Finding> find(const CheckOptions& options) {
+    run::RunOptions run;
+    run.rig = options.rig;
+    run.scene = options.scene;
+    run.drive.frequency = options.frequency_hz;
+    run::Runner runner{{.run = run}};
+    std::vector<run::Finding> findings;
+    for (const std::string& granted : runner.bench().granted)
+        findings.push_back({run::Verdict::good, "opened", granted});
+    std::ranges::move(runner.check({.frequency = options.frequency_hz,
+                                    .volts = options.level * runner.bench().rig.dac->info().full_scale_V}),
+                      std::back_inserter(findings));
+    return findings;
+}
+
+}  // namespace
+
+bool check(const CheckOptions& options) {
+    const std::vector<run::Finding> findings = find(options);
+    const bool sound =
+        std::ranges::none_of(findings, [](const run::Finding& f) { return f.verdict == run::Verdict::bad; });
+    if (options.json) {
+        nlohmann::json j{{"sound", sound}, {"findings", nlohmann::json::array()}};
+        for (const run::Finding& f : findings)
+            j["findings"].push_back({{"verdict", word(f.verdict)}, {"device", f.device}, {"text", f.text}});
+        std::cout << j.dump(2) << "\n";
+        return sound;
+    }
+    for (const run::Finding& f : findings) fmt::print("{:<5}{}: {}\n", word(f.verdict), f.device, f.text);
+    fmt::print("{}\n", sound ? "the bench is fit to run" : "the bench is not fit to run: see BAD above");
+    return sound;
+}
+
+}  // namespace shaker::commands

@@ -1,0 +1,19 @@
+#pragma once
+// shakerd check: a self-test of every device of a rig.
+#include <filesystem>
+#include <string>
+
+namespace shaker::commands {
+
+struct CheckOptions {
+    std::string rig = "sim:";
+    std::filesystem::path scene;  // of the simulated rig
+    double frequency_hz = 20;
+    double level = 0.02;  // amplitude of each of two harmonics as a share of the DAC's full scale
+    bool json = false;
+};
+/// Opens every device of a rig, plays a low-level self-test and prints the findings. False when a device is
+/// not fit to run.
+bool check(const CheckOptions& options);
+
+}  // namespace shaker::commands

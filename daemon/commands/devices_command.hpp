@@ -1,0 +1,14 @@
+#pragma once
+// shakerd devices: the connected devices.
+#include "drivers/hardware/kinds.hpp"
+
+namespace shaker::commands {
+
+struct DevicesOptions {
+    hardware::Search search{};
+    bool json = false;
+};
+/// Prints the connected devices and their capabilities, in the words of a rig file.
+void list_devices(const DevicesOptions& options);
+
+}  // namespace shaker::commands

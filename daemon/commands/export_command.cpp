@@ -1,0 +1,61 @@
+#include "daemon/commands/export_command.hpp"
+
+#include <spdlog/fmt/fmt.h>
+#include <spdlog/spdlog.h>
+
+#include <nlohmann/json.hpp>
+
+#include "daemon/export/files.hpp"
+#include "daemon/export/tables.hpp"
+#include "daemon/recording/tables/places.hpp"
+
+namespace shaker::commands {
+
+namespace {
+
+struct Exported {
+    std::string table, file;
+    std::size_t rows;
+};
+
+void print(const std::filesystem::path& folder, const std::vector<Exported>& all, bool json) {
+    nlohmann::json list = nlohmann::json::array();
+    for (const Exported& e : all) {
+        const std::string file = (folder / e.file).string();
+        list.push_back({{"table", e.table}, {"file", file}, {"rows", e.rows}});
+        if (!json) fmt::print("{:<32} {:>10} rows  {}\n", e.table, e.rows, file);
+    }
+    if (json) fmt::print("{}\n", nlohmann::json{{"tables", list}}.dump(2));
+}
+
+}  // namespace
+
+void export_recording(const ExportOptions& options) {
+    const recorded::RecordingReader file{options.file};
+    recording::require_known_schema(file);
+    for (const std::string& what : file.damage()) spdlog::warn("the recording is damaged: {}", what);
+    std::vector<exporting::ExportTable> tables = exporting::export_tables(file, options.what);
+    const bool mat = options.format == ExportOptions::Format::mat;
+    const std::string stem = options.file.stem().string();
+    const std::filesystem::path folder =
+        options.folder.empty() ? options.file.parent_path() / (stem + ".export") : options.folder;
+    const auto file_of = [&](const exporting::ExportTable& t) {
+        return mat ? stem + ".mat" : exporting::joined_name(t.name, '-') + ".csv";
+    };
+    std::vector<std::string> names;
+    names.reserve(tables.size());
+    for (const exporting::ExportTable& t : tables) names.push_back(file_of(t));
+    exporting::NewFiles files{folder, names};
+    std::vector<Exported> all;
+    if (mat) {
+        const std::vector<std::size_t> rows = write_mat(tables, files.make(names.front()));
+        for (std::size_t i = 0; i < tables.size(); ++i) all.push_back({tables[i].name, names[i], rows[i]});
+    } else {
+        for (std::size_t i = 0; i < tables.size(); ++i)
+            all.push_back({tables[i].name, names[i], write_csv(tables[i], files.make(names[i]))});
+    }
+    files.keep();
+    print(folder, all, options.json);
+}
+
+}  // namespace shaker::commands

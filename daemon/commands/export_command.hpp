@@ -1,0 +1,20 @@
+#pragma once
+// shakerd export: the tables of a recording for other programs.
+#include <filesystem>
+#include <string>
+#include <vector>
+
+namespace shaker::commands {
+
+struct ExportOptions {
+    enum class Format { csv, mat };
+    std::filesystem::path file;
+    std::filesystem::path folder;  // empty: FILE's name with the ending .export, beside it
+    Format format = Format::csv;
+    std::vector<std::string> what{"all"};  // first parts of tables' names
+    bool json = false;
+};
+/// Writes a recording's tables as files; never overwrites a file.
+void export_recording(const ExportOptions& options);
+
+}  // namespace shaker::commands

@@ -1,0 +1,34 @@
+#pragma once
+// The `predict` command: what a walker will do on a drive, from the exact walker and from the paper's closed
+// form.
+#include <filesystem>
+#include <string>
+
+#include "drivers/simulated/walker/walker_law.hpp"
+
+namespace shaker::commands {
+
+struct PredictOptions {
+    Drive drive{};
+    simulated::Friction friction{};
+    double tilt = 0;  // rad
+    double g = paper_g;
+    double v_start = 0;  // m/s at phase 0; with mu_s > mu_k the settled motion may depend on it
+    bool json = false;
+};
+
+/// What to print for one drive, ending with a newline: text for people, or one JSON object with the keys
+/// v_D_mps, D_m, frequency_hz, gamma_mps2, rho, phi_rad, efficiency, v_rms_mps, v0_mps, stick (intervals of
+/// t/T), events (t/T, from, to), periods_to_settle, contraction and closed_form {valid, reason, v_D_mps,
+/// efficiency, t0, theta_rad, theta_coulomb_rad}; null stands for what does not exist. Throws InputError for
+/// what the walker does not allow.
+std::string predict(const PredictOptions& options);
+
+/// The settled motion of every case of a file {"cases": [{"name", "params": {"f_hz", "g", "mu_k", "mu_s",
+/// "tilt_deg", "base_accel": [{"q", "a", "phase"}], "vertical_accel": [...], optional "v_start"}}]}, in SI
+/// units and radians, as a JSON object {name: {"v_D", "D", "eta", "v_at_t0", "state_at_t0", "events": [[t/T,
+/// from, to]], ...}} and a newline. Numbers carry all the digits of a double. Throws InputError naming file,
+/// case and key.
+std::string predict_cases(const std::filesystem::path& file);
+
+}  // namespace shaker::commands

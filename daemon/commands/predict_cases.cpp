@@ -1,0 +1,169 @@
+#include <spdlog/fmt/fmt.h>
+
+#include <algorithm>
+#include <cmath>
+#include <fstream>
+#include <initializer_list>
+#include <nlohmann/json.hpp>
+#include <string_view>
+
+#include "daemon/commands/predict.hpp"
+#include "daemon/reduction/no_stick.hpp"
+#include "drivers/errors.hpp"
+#include "drivers/simulated/walker/steady_state.hpp"
+
+namespace shaker::commands {
+
+namespace {
+
+using Json = nlohmann::json;
+
+/// One object of the file, with the words that lead to it for an error.
+class Place {
+public:
+    Place(const Json& object, std::string where) : object_{object}, where_{std::move(where)} {
+        if (!object_.is_object()) fail("must be an object");
+    }
+    [[noreturn]] void fail(const std::string& why) const { throw InputError{where_ + ": " + why}; }
+    [[nodiscard]] const std::string& where() const noexcept { return where_; }
+    [[nodiscard]] bool has(const char* key) const { return object_.contains(key); }
+
+    [[nodiscard]] const Json& at(const char* key) const {
+        if (!has(key)) fail(fmt::format("key '{}' is missing", key));
+        return object_.at(key);
+    }
+    [[nodiscard]] double number(const char* key) const {
+        const Json& value = at(key);
+        if (!value.is_number()) fail(fmt::format("{} is {}; it must be a number", key, shown(value)));
+        const auto x = value.get<double>();
+        if (!std::isfinite(x)) fail(fmt::format("{} is not finite", key));
+        return x;
+    }
+    [[nodiscard]] double number(const char* key, double low, double high) const {
+        const double x = number(key);
+        if (!(x >= low && x <= high)) fail(fmt::format("{} is {}; allowed is {} to {}", key, x, low, high));
+        return x;
+    }
+    [[nodiscard]] std::string text(const char* key) const {
+        const Json& value = at(key);
+        if (!value.is_string()) fail(fmt::format("{} is {}; it must be a text", key, shown(value)));
+        return value.get<std::string>();
+    }
+    [[nodiscard]] const Json& list(const char* key) const {
+        const Json& value = at(key);
+        if (!value.is_array()) fail(fmt::format("{} is {}; it must be a list", key, shown(value)));
+        return value;
+    }
+    void allow_only(std::initializer_list<std::string_view> keys) const {
+        for (const auto& item : object_.items()) {
+            if (std::find(keys.begin(), keys.end(), item.key()) != keys.end()) continue;
+            fail(fmt::format("key '{}' is unknown; known are {}", item.key(), fmt::join(keys, ", ")));
+        }
+    }
+
+private:
+    static std::string shown(const Json& value) {
+        const std::string text = value.dump(-1, ' ', false, Json::error_handler_t::replace);
+        return text.size() <= 40 ? text : text.substr(0, 40) + "...";
+    }
+
+    const Json& object_;
+    std::string where_;
+};
+
+Harmonics<Acceleration> harmonics_at(const Place& params, const char* key) {
+    Harmonics<Acceleration> h;
+    int index = 0;
+    for (const Json& entry : params.list(key)) {
+        const Place term{entry, fmt::format("{}: {}[{}]", params.where(), key, index++)};
+        term.allow_only({"q", "a", "phase"});
+        const double q = term.number("q", 1, max_harmonics);
+        if (q != std::floor(q))
+            term.fail(fmt::format("q is {}; it must be a whole number, 1 to {}", q, max_harmonics));
+        const double a = term.number("a", -1e6, 1e6);
+        h.at(static_cast<int>(q)) += a * std::polar(1.0, term.number("phase"));
+    }
+    return h;
+}
+
+simulated::WalkerSetting setting_at(const Place& params) {
+    params.allow_only({"f_hz", "g", "mu_k", "mu_s", "tilt_deg", "base_accel", "vertical_accel", "v_start"});
+    simulated::WalkerSetting s;
+    s.frequency = params.number("f_hz", 1e-3, 1e5);
+    s.g = params.number("g", 1e-3, 1e3);
+    s.friction.mu_k = params.number("mu_k", 0, 100);
+    s.friction.mu_s = params.number("mu_s", 0, 100);
+    if (s.friction.mu_s < s.friction.mu_k) {
+        params.fail(
+            fmt::format("mu_s is {}; allowed is mu_k = {} or more", s.friction.mu_s, s.friction.mu_k));
+    }
+    s.tilt = params.number("tilt_deg", -89, 89) * std::numbers::pi / 180;
+    s.base = harmonics_at(params, "base_accel");
+    s.vertical = harmonics_at(params, "vertical_accel");
+    return s;
+}
+
+/// What `compute` returns; what it objects to is said of `keys`, which alone can be the cause after
+/// setting_at().
+template <class Compute>
+auto naming(const Place& params, const char* keys, Compute compute) {
+    try {
+        return compute();
+    } catch (const InputError& error) {
+        params.fail(fmt::format("{}: {}", keys, error.what()));
+    }
+}
+
+Json answer(const Place& params) {
+    const simulated::WalkerSetting setting = setting_at(params);
+    const double v_start = params.has("v_start") ? params.number("v_start", -1e4, 1e4) : 0;
+    const simulated::WalkerLaw law =
+        naming(params, "vertical_accel", [&] { return simulated::WalkerLaw{setting}; });
+    const simulated::SteadyState s = naming(params, "tilt_deg, mu_k", [&] { return settle(law, v_start); });
+    const double eta = std::abs(s.v_D) / reduction::v_rms(setting.base, setting.frequency);
+    Json events = Json::array(), startup = Json::array();
+    for (const simulated::WalkerEvent& e : s.events) {
+        events.push_back({e.phase, static_cast<int>(e.from), static_cast<int>(e.to)});
+    }
+    simulated::Walker walker{law, v_start};
+    for (int k = 0; k < 5; ++k) startup.push_back(walker.advance_period());
+    return {{"v_D", s.v_D},
+            {"D", s.D},
+            {"eta", std::isfinite(eta) ? Json(eta) : Json()},
+            {"v_at_t0", s.v0},
+            {"state_at_t0", static_cast<int>(s.contact0)},
+            {"events", events},
+            {"stick_fraction", s.rest_fraction},
+            {"startup_D", startup},
+            {"periods_to_converge", s.periods},
+            {"contraction_per_period", s.contraction}};
+}
+
+Json parsed(const std::filesystem::path& file) {
+    std::ifstream in{file};
+    if (!in) throw InputError{fmt::format("{}: cannot be opened", file.string())};
+    try {
+        return Json::parse(in);
+    } catch (const Json::exception& error) {
+        throw InputError{fmt::format("{}: is not JSON: {}", file.string(), error.what())};
+    }
+}
+
+}  // namespace
+
+std::string predict_cases(const std::filesystem::path& file) {
+    const Json content = parsed(file);
+    const Place top{content, file.string()};
+    nlohmann::ordered_json answers = nlohmann::ordered_json::object();
+    int index = 0;
+    for (const Json& entry : top.list("cases")) {
+        const Place numbered{entry, fmt::format("{}: case {}", file.string(), index++)};
+        const std::string name = numbered.text("name");
+        const Place named{entry, fmt::format("{}: case '{}'", file.string(), name)};
+        if (answers.contains(name)) named.fail("the name appears twice");
+        answers[name] = answer(Place{named.at("params"), named.where() + ": params"});
+    }
+    return answers.dump(1) + "\n";
+}
+
+}  // namespace shaker::commands

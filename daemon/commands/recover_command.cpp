@@ -1,0 +1,239 @@
+#include "daemon/commands/recover_command.hpp"
+
+#include <spdlog/fmt/fmt.h>
+#include <spdlog/spdlog.h>
+
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <set>
+
+#include "daemon/recording/journal.hpp"
+#include "daemon/recording/replayed_streams.hpp"
+#include "daemon/recording/tables/measured_tables.hpp"
+#include "daemon/recording/tables/places.hpp"
+#include "daemon/recording/tables/process_table.hpp"
+#include "daemon/recording/tables/reduction_tables.hpp"
+#include "daemon/recording/tables/stream_tables.hpp"
+#include "daemon/recording/tables/track_table.hpp"
+#include "daemon/recording/tables/trip_table.hpp"
+#include "daemon/recording/time_text.hpp"
+#include "drivers/errors.hpp"
+#include "drivers/recorded/h5/disk_file.hpp"
+#include "drivers/recorded/pictures/picture_check.hpp"
+#include "drivers/ticks.hpp"
+
+namespace shaker::commands {
+
+namespace {
+
+// What is found in a file that was cut to what can be vouched for, and in what lies beside it.
+struct Recovered {
+    std::vector<std::vector<std::uint64_t>> pictures;  // a camera: of each frame the picture that is whole
+    std::vector<recording::PictureCounts> counts;
+    std::vector<recording::LogEntry> log;  // beyond that of the file
+    acquisition::Streams streams;
+    std::optional<reduction::Reduction> reduction;
+    recording::MeasuredPart part;
+    std::vector<recording::MeasuredResult> measured;  // every finished measurement
+    std::string why;                                  // there is no reduction
+    std::vector<std::string> notes;
+    std::uint64_t frames = 0, kept = 0, pictures_lost = 0;
+    double until_s = 0;
+};
+
+// Numbers of the pictures of a camera that are as they were stored.
+std::set<std::uint64_t> whole_pictures(const std::filesystem::path& folder, const std::string& camera,
+                                       std::vector<std::string>& notes) try {
+    const pictures::PictureCheck check = pictures::finish_frames(folder, camera);
+    std::set<std::uint64_t> whole;
+    for (std::uint64_t n = 1; n <= check.last; ++n) whole.insert(n);
+    for (const pictures::BadPicture& p : check.bad) {
+        whole.erase(p.number);
+        if (p.number <= check.last)
+            notes.push_back(
+                fmt::format("camera \"{}\": picture {}: {}", camera, p.number, words_for(p.fault)));
+    }
+    std::ranges::copy(check.damaged, std::back_inserter(notes));
+    return whole;
+} catch (const InputError& e) {
+    notes.emplace_back(e.what());
+    return {};
+}
+
+void find_pictures(const recorded::RecordingReader& file, const std::filesystem::path& folder,
+                   Recovered& found) {
+    const bool none = file.header().pictures == recorded::KeptPictures::off;
+    for (const View& view : file.header().views) {
+        std::vector<std::uint64_t> pictures = file.pictures_of(view.camera);
+        recording::PictureCounts counts{.produced = pictures.size()};
+        const bool any = std::ranges::any_of(pictures, [](std::uint64_t n) { return n > 0; });
+        const auto whole = any ? whole_pictures(folder, view.camera, found.notes) : std::set<std::uint64_t>{};
+        for (std::uint64_t& n : pictures) {
+            if (n > 0 && !whole.contains(n)) {
+                ++found.pictures_lost;
+                n = 0;
+            }
+            ++(n > 0 ? counts.stored : none ? counts.not_kept : counts.dropped);
+        }
+        found.frames += counts.produced;
+        found.kept += counts.stored;
+        found.pictures.push_back(std::move(pictures));
+        found.counts.push_back(counts);
+    }
+}
+
+// What the journal knows beyond the file's last seal: why the run ended.
+void find_log(const recorded::RecordingReader& file, const std::filesystem::path& journal, Recovered& found) {
+    const std::size_t known = recording::read_log(file).size();
+    const std::vector<recording::LogEntry> all = recording::read_journal(journal);
+    for (std::size_t i = known; i < all.size(); ++i) found.log.push_back(all[i]);
+    if (all.empty()) return;
+    const recording::LogEntry& last = all.back();
+    found.notes.push_back(fmt::format("the last that is known of the run: {:.3f} s, state {}{}{}", last.t_s,
+                                      last.state, last.text.empty() ? "" : ", ", last.text));
+}
+
+void find_results(const recorded::RecordingReader& file, Recovered& found) {
+    found.streams = recording::stored_streams(file, found.notes);
+    if (!found.streams.played.empty())
+        found.until_s = counted_s(found.streams.played.back().tick, found.streams.dac_rate_hz);
+    const double f = file.header().frequency_hz;
+    for (const recording::FinishedMeasurement& m : recording::read_finished(file))
+        found.measured.push_back(recording::reduced(m, found.streams, f));
+    if (!found.measured.empty() && found.measured.back().reduction) {
+        found.part = found.measured.back().measurement.part;
+        found.reduction = found.measured.back().reduction;
+        return;
+    }
+    const auto begun = recording::read_measurement(file);
+    if (begun) found.part = recording::part_before(*begun, found.until_s, f);
+    try {
+        if (!(found.part.to_s > found.part.from_s))
+            throw InputError{"the recording ended before two periods had been measured"};
+        found.reduction = reduce(measurement_of(found.streams, f, found.part.from_s, found.part.to_s));
+    } catch (const InputError& e) {
+        found.why = e.what();
+    }
+}
+
+void complete(recorded::RecordingWriter& file, const recorded::RecordingHeader& header,
+              const Recovered& found) {
+    for (std::size_t c = 0; c < found.pictures.size(); ++c) {
+        file.replace_pictures(header.views[c].camera, found.pictures[c]);
+        recording::write(file, header.views[c].camera, found.counts[c]);
+    }
+    for (const recording::LogEntry& entry : found.log) recording::write(file, entry);
+    recording::write_times(file, found.streams);
+    // Whatever of the results was written before the end is made anew.
+    for (const recorded::GroupLayout& g : recording::reduction_places()) file.clear(g.path);
+    for (const char* group :
+         {recording::clock_columns.path, recording::gap_columns.path, recording::note_columns.path})
+        file.clear(group);
+    if (header.schema > 1) recording::clear_measured(file);
+    for (const recording::MeasuredResult& result : found.measured) recording::write(file, result);
+    recording::write_streams(file, found.streams);
+    if (found.reduction) {
+        recording::write(file, *found.reduction, found.part);
+    } else {
+        recording::write_reduced_part(file, {NAN, NAN});
+        recording::write_not_reduced(file, found.why);
+    }
+    if (!header.started.empty())
+        file.text("end_time", recording::time_text_after(header.started, found.until_s));
+    recording::write_recovered(file,
+                               fmt::format("its writer ended at {:.3f} s without closing it", found.until_s));
+    file.close();
+}
+
+void print(const std::filesystem::path& file, const Recovered& found, bool json) {
+    if (json) {
+        const nlohmann::json j{{"file", file.string()},
+                               {"until_s", found.until_s},
+                               {"frames", found.frames},
+                               {"pictures", found.kept},
+                               {"pictures_lost", found.pictures_lost},
+                               {"reduced", found.reduction.has_value()},
+                               {"measurements", found.measured.size()},
+                               {"notes", found.notes}};
+        fmt::print("{}\n", j.dump(2));
+        return;
+    }
+    fmt::print("recovered: {}, whole up to {:.3f} s: {} frames, {} pictures, {} pictures lost\n",
+               file.string(), found.until_s, found.frames, found.kept, found.pictures_lost);
+    for (const std::string& note : found.notes) fmt::print("  note: {}\n", note);
+    if (!found.why.empty()) fmt::print("  nothing to reduce: {}\n", found.why);
+}
+
+// A recording that was finished: only looked at.
+bool verify(const std::filesystem::path& path, bool json) {
+    const recorded::RecordingReader file{path};
+    Recovered found;
+    found.notes = file.damage();
+    for (const View& view : file.header().views) {
+        const std::vector<std::uint64_t> pictures = file.pictures_of(view.camera);
+        found.frames += pictures.size();
+        if (std::ranges::none_of(pictures, [](auto n) { return n > 0; })) continue;
+        const pictures::PictureCheck check =
+            pictures::verify_frames(recorded::pictures_folder(path), view.camera);
+        // A picture that no row tells of was lost when its writer ended, and given up by the first recovery.
+        std::set<std::uint64_t> told{pictures.begin(), pictures.end()};
+        told.erase(0);
+        found.kept += told.size();
+        for (const pictures::BadPicture& p : check.bad) {
+            if (told.count(p.number) == 0) continue;
+            --found.kept;
+            ++found.pictures_lost;
+            found.notes.push_back(
+                fmt::format("camera \"{}\": picture {} {}", view.camera, p.number, words_for(p.fault)));
+        }
+        std::ranges::copy(check.damaged, std::back_inserter(found.notes));
+    }
+    const bool whole = found.notes.empty();
+    if (json) {
+        print(path, found, true);
+        return whole;
+    }
+    fmt::print("{} was finished and is {}: {} frames, {} pictures\n", path.string(),
+               whole ? "whole" : "not what was written", found.frames, found.kept);
+    for (const std::string& note : found.notes) fmt::print("  {}\n", note);
+    return whole;
+}
+
+}  // namespace
+
+bool recover(const RecoverOptions& options) {
+    std::filesystem::path file = options.file, part = options.file;
+    if (file.extension() == ".part")
+        file.replace_extension();
+    else
+        part += ".part";
+    if (std::filesystem::exists(file)) return verify(file, options.json);
+    if (!std::filesystem::exists(part))
+        throw InputError{fmt::format("{}: no such file, nor {}", file.string(), part.string())};
+    std::filesystem::path working = file, journal = file;
+    working += ".recovering";
+    journal += ".journal";
+    std::filesystem::copy_file(part, working, std::filesystem::copy_options::overwrite_existing);
+    recorded::RecordingWriter::mend(working).close();
+    Recovered found;
+    recorded::RecordingHeader header;
+    {
+        const recorded::RecordingReader copy{working};
+        recording::require_known_schema(copy);
+        header = copy.header();
+        find_pictures(copy, recorded::pictures_folder(file), found);
+        find_log(copy, journal, found);
+        find_results(copy, found);
+    }
+    recorded::RecordingWriter mended = recorded::RecordingWriter::mend(working);
+    complete(mended, header, found);
+    std::filesystem::rename(working, file);
+    h5::sync_folder(file.has_parent_path() ? file.parent_path() : ".");
+    print(file, found, options.json);
+    return true;
+}
+
+}  // namespace shaker::commands

@@ -1,0 +1,56 @@
+#include "daemon/commands/reload.hpp"
+
+#include <spdlog/fmt/fmt.h>
+
+#include <utility>
+
+#include "daemon/service/bench_service.hpp"
+#include "drivers/errors.hpp"
+
+namespace shaker::commands {
+
+namespace {
+
+template <class T>
+void same(const char* what, const T& now, const T& then) {
+    if (now != then) throw InputError{fmt::format("{} was changed: that needs a start of the daemon", what)};
+}
+
+}  // namespace
+
+void Reload::require_same(const ServeSettings& now) const {
+    const run::RunOptions &a = now.run, &b = settings_.run;
+    same("rig", a.rig, b.rig);
+    same("scene", a.scene, b.scene);
+    same("frames", a.pictures, b.pictures);
+    same("identify", a.identify, b.identify);
+    same("closed_loop", a.closed_loop, b.closed_loop);
+    same("mains_hz", a.mains_hz, b.mains_hz);
+    same("address", now.server.address, settings_.server.address);
+    same("http_port", now.server.http_port, settings_.server.http_port);
+    same("scpi_port", now.server.scpi_port, settings_.server.scpi_port);
+    same("recordings", now.recordings, settings_.recordings);
+    same("longest_recording_s", now.longest_recording_s, settings_.longest_recording_s);
+}
+
+void Reload::read() {
+    const auto tell = [this](const std::string& text) {
+        const auto now = bench_port_.state();
+        bench_port_.tell(now ? now->now_s : 0, "settings", text);
+    };
+    try {
+        const ServeSettings now = serve_settings(options_);
+        require_same(now);
+        const safety::Limits limits = limits_now(bench_, now.run.rig, now.run.scene);
+        bench_port_.order({service::Adopt{now.run.drive, now.run.periods, now.run.settle, limits},
+                           [this, tell, now](const std::string& refused) {
+                               if (!refused.empty()) return tell("nothing was reloaded: " + refused);
+                               server_.adopt(now.server);
+                               tell("the settings were reloaded");
+                           }});
+    } catch (const std::exception& e) {
+        tell(fmt::format("nothing was reloaded: {}", e.what()));
+    }
+}
+
+}  // namespace shaker::commands

@@ -1,0 +1,32 @@
+#pragma once
+// The settings files read again while the daemon runs: all of what they say is taken, or nothing.
+#include "daemon/bench/bench.hpp"
+#include "daemon/commands/serve_settings.hpp"
+#include "daemon/remote/server.hpp"
+
+namespace shaker::commands {
+
+class Reload {
+public:
+    /// All outlive this. settings: what the daemon was started with.
+    Reload(const ServeOptions& options, const ServeSettings& settings, const bench::Bench& bench,
+           service::BenchPort& bench_port, remote::Server& server)
+        : options_{options}, settings_{settings}, bench_{bench}, bench_port_{bench_port}, server_{server} {}
+
+    /// Reads the files and orders what they say of drive, periods, limits, token, names and page. The desk's
+    /// log says what became of it: refused while something is driven, for anything wrong in the files, and
+    /// for what needs a start of the daemon (rig, scene, address, ports, folder of recordings, pictures,
+    /// identification, closed loop, mains). Never throws.
+    void read();
+
+private:
+    void require_same(const ServeSettings& now) const;
+
+    ServeOptions options_;
+    ServeSettings settings_;
+    const bench::Bench& bench_;
+    service::BenchPort& bench_port_;
+    remote::Server& server_;
+};
+
+}  // namespace shaker::commands

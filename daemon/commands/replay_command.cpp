@@ -1,0 +1,151 @@
+#include "daemon/commands/replay_command.hpp"
+
+#include <spdlog/fmt/fmt.h>
+#include <spdlog/spdlog.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <iterator>
+
+#include "daemon/recording/replay_overrides.hpp"
+#include "daemon/recording/replayed_streams.hpp"
+#include "daemon/recording/tables/differences.hpp"
+#include "daemon/recording/tables/measured_tables.hpp"
+#include "daemon/recording/tables/places.hpp"
+#include "daemon/recording/tables/process_table.hpp"
+#include "daemon/recording/tables/reduction_tables.hpp"
+#include "daemon/recording/tables/track_table.hpp"
+#include "daemon/recording/tables/trip_table.hpp"
+#include "daemon/report/results.hpp"
+#include "daemon/run/ended_run.hpp"
+#include "drivers/errors.hpp"
+
+namespace shaker::commands {
+
+namespace {
+
+// Where a run's end is all there is, its targets are not where the tracker would begin to look.
+bool from_pictures(const recorded::RecordingReader& file, ReplayOptions::From from) {
+    const recorded::RecordingHeader& header = file.header();
+    const char* why = nullptr;
+    if (header.kind == "trip")
+        why = "it holds the end of a run only, where targets are not where the tracker begins to look";
+    else if (header.pictures == recorded::KeptPictures::off)
+        why = "no pictures were kept";
+    else if (file.frames_without_picture() > 0)
+        why = "not all pictures were kept";
+    if (from == ReplayOptions::From::raw && why != nullptr)
+        throw InputError{fmt::format("{}: --from raw is not possible: {}", file.file().string(), why)};
+    return from != ReplayOptions::From::tracks && why == nullptr;
+}
+
+// The recomputed results, which are printed and compared with the recording.
+struct Recomputed {
+    std::vector<recording::RecordedNumber> numbers;
+    std::vector<recording::RecordedTable> tables;
+};
+
+void add_reduction(const recording::ReplayOverrides& as, const acquisition::Streams& streams,
+                   const std::vector<recording::RecordedTrip>& trips, bool whole,
+                   std::vector<std::string> notes, bool json, Recomputed& out) {
+    reduction::Reduction reduction =
+        reduce(measurement_of(streams, as.header.frequency_hz, as.from_s, as.to_s));
+    std::ranges::move(notes, std::back_inserter(reduction.notes));
+    if (!trips.empty() && !whole)
+        reduction.notes.push_back(run::stopped_note((as.to_s - as.from_s) * as.header.frequency_hz));
+    std::fputs(
+        (json ? report::results_json(reduction, {}, {}, trips) + "\n" : report::results_text(reduction))
+            .c_str(),
+        stdout);
+    out.numbers = recording::numbers_of(reduction);
+    for (recording::RecordedTable& t : recording::tables_of(reduction)) out.tables.push_back(std::move(t));
+}
+
+// Every finished measurement, with a line each where there are several.
+void add_measurements(const std::vector<recording::FinishedMeasurement>& finished,
+                      const recording::ReplayOverrides& as, const acquisition::Streams& streams, bool json,
+                      Recomputed& out) {
+    const bool several = finished.size() > 1 && !json;
+    if (several) fmt::print("{} measurements:\n", finished.size());
+    for (const recording::FinishedMeasurement& m : finished) {
+        const recording::MeasuredResult now = recording::reduced(m, streams, as.header.frequency_hz);
+        recording::append(out.tables, now);
+        if (!several) continue;
+        fmt::print("  {:<4} asked gamma {:.4g} m/s^2, phi {:.4g} rad, rho {:.4g}: ", m.number, m.asked.gamma,
+                   m.asked.phi, m.asked.rho);
+        if (now.reduction)
+            fmt::print("v_D {:.4f} +- {:.4f} mm/s\n", 1e3 * now.reduction->v_D.value,
+                       1e3 * now.reduction->v_D.sigma);
+        else
+            fmt::print("not reduced: {}\n", now.not_reduced);
+    }
+}
+
+// What other settings made of the results.
+void tell_changes(const recorded::RecordingReader& file, const Recomputed& now) {
+    fmt::print("with other settings than recorded:\n");
+    std::size_t changed = 0;
+    for (const recording::RecordedNumber& n : now.numbers) {
+        const double was = file.scalar(n.path);
+        if (was == n.value || (std::isnan(was) && std::isnan(n.value))) continue;
+        ++changed;
+        fmt::print("  {:<32}{:>16.8g} -> {:<16.8g} {}\n", n.path, was, n.value, n.units);
+    }
+    fmt::print("{} of {} numbers changed\n", changed, now.numbers.size());
+}
+
+bool tell_differences(const recorded::RecordingReader& file, const Recomputed& now, bool json) {
+    const std::vector<std::string> found = differences(file, now.numbers, now.tables);
+    if (found.empty()) {
+        std::size_t values = now.numbers.size();
+        for (const recording::RecordedTable& t : now.tables)
+            for (const recorded::Column& c : t.columns) values += c.values.size();
+        spdlog::info("replay identical: {} numbers equal to the bit", values);
+        if (!json) fmt::print("replay: identical ({} numbers, to the bit)\n", values);
+        return true;
+    }
+    for (std::size_t i = 0; i < std::min<std::size_t>(found.size(), 20); ++i)
+        spdlog::warn("differs: {}", found[i]);
+    if (!json) fmt::print("replay: NOT identical, {} differences\n", found.size());
+    return false;
+}
+
+}  // namespace
+
+bool replay(const ReplayOptions& options) {
+    const recorded::RecordingReader file{options.file};
+    recording::require_known_schema(file);
+    for (const std::string& what : file.damage()) spdlog::warn("the recording is damaged: {}", what);
+    const recording::ReplayOverrides as = recording::replay_settings(file, options.set);
+    const std::vector<recording::RecordedTrip> trips = recording::read_trips(file);
+    if (!options.json)
+        for (const recording::RecordedTrip& trip : trips)
+            fmt::print("a limit stopped this run {}\n", text(trip));
+    const bool pictures = from_pictures(file, options.from);
+    spdlog::info("replaying \"{}\" from {}", as.header.title,
+                 pictures ? "frames and counts" : "tracks and counts");
+    std::vector<std::string> notes;
+    const acquisition::Streams streams =
+        recording::replayed_streams(file, as.header, pictures, options.real_time, notes);
+    Recomputed now{.numbers = {}, .tables = recording::tables_of(streams)};
+    const std::vector<recording::FinishedMeasurement> finished = recording::read_finished(file);
+    if (std::isfinite(as.from_s)) {
+        const bool whole = std::ranges::any_of(finished, [&](const recording::FinishedMeasurement& m) {
+            return m.part == recording::MeasuredPart{as.from_s, as.to_s};
+        });
+        add_reduction(as, streams, trips, whole, std::move(notes), options.json, now);
+    } else {
+        const std::string why = recording::read_not_reduced(file);
+        if (options.json)
+            std::fputs((report::trips_json(trips, why) + "\n").c_str(), stdout);
+        else
+            fmt::print("nothing to reduce: {}\n", why);
+    }
+    add_measurements(finished, as, streams, options.json, now);
+    if (!as.changed) return tell_differences(file, now, options.json);
+    if (!options.json) tell_changes(file, now);
+    return true;
+}
+
+}  // namespace shaker::commands

@@ -1,0 +1,145 @@
+#include "daemon/commands/run_command.hpp"
+
+#include <spdlog/fmt/fmt.h>
+#include <spdlog/spdlog.h>
+
+#include <cmath>
+#include <cstdio>
+#include <exception>
+#include <numbers>
+
+#include "daemon/report/difference.hpp"
+#include "daemon/report/results.hpp"
+#include "daemon/run/runner.hpp"
+#include "drivers/errors.hpp"
+#include "drivers/simulated/walker/steady_state.hpp"
+
+namespace shaker::commands {
+
+namespace {
+
+Harmonics<Acceleration> measured_base(const reduction::Reduction& r) {
+    Harmonics<Acceleration> base;
+    for (const reduction::MeasuredHarmonic& h : r.harmonics)
+        if (h.q <= max_harmonics) base.at(h.q) = std::polar(h.amplitude.value, h.phase.value);
+    return base;
+}
+
+// What exact Coulomb friction with the scene's coefficients makes of a motion of the base.
+double coulomb_drift(const Harmonics<Acceleration>& base, double frequency, const simulated::Scene& scene) {
+    simulated::WalkerSetting setting;
+    setting.frequency = frequency;
+    setting.base = base;
+    setting.tilt = scene.tilt_deg * std::numbers::pi / 180;
+    setting.g = scene.gravity;
+    setting.friction = {scene.walker.mu_k, scene.walker.mu_s, 0};
+    return settle(simulated::WalkerLaw{setting}).v_D;
+}
+
+struct Speed {
+    double wall_s, virtual_s, render_s;
+};
+
+void print_truth(const reduction::Reduction& r, double v_D, const Drive& asked, const simulated::Scene& scene,
+                 const Speed& speed) {
+    fmt::print("the simulated truth beside it:\n  {:<22}{:>24} mm/s\n", "v_D of the scene",
+               fmt::format("{:.4f}", 1e3 * v_D));
+    fmt::print("  {:<22}{:>24}\n", "measured minus true",
+               fmt::format("{} = {:+.2f} standard errors", report::speed_difference(r.v_D, v_D, 5),
+                           (r.v_D.value - v_D) / r.v_D.sigma));
+    fmt::print("  {:<22}{:>24} mm/s\n", "Coulomb on this base",
+               fmt::format("{:.4f}", 1e3 * coulomb_drift(measured_base(r), r.frequency.value, scene)));
+    const double ideal = coulomb_drift(harmonics(asked), asked.frequency, scene);
+    fmt::print("  {:<22}{:>24} mm/s; measured minus this {}\n", "on the asked drive",
+               fmt::format("{:.4f}", 1e3 * ideal), report::speed_difference(r.v_D, ideal, 3));
+    fmt::print(
+        "cost: {:.2f} s of experiment in {:.2f} s, {:.1f} times real time; rendering the pictures took "
+        "{:.2f} s "
+        "({:.0f} %) of it\n",
+        speed.virtual_s, speed.wall_s, speed.virtual_s / speed.wall_s, speed.render_s,
+        100 * speed.render_s / speed.wall_s);
+}
+
+void print_json(run::Runner& runner, const run::FinishedRun& ended) {
+    const run::Results& results = ended.results;
+    if (!results.reduction) {
+        std::fputs((report::trips_json(results.trips, results.not_reduced) + "\n").c_str(), stdout);
+        return;
+    }
+    const calibration::ClockFit clock = ended.run.streams.timebase.dac();
+    std::map<std::string, double> more{{"from_s", results.part.from_s},
+                                       {"to_s", results.part.to_s},
+                                       {"dac_ppm", clock.ppm},
+                                       {"dac_ppm_se", clock.ppm_sigma}};
+    const Drive& asked = runner.options().drive;
+    if (const auto& world = runner.bench().world) {
+        more["v_D_true_mps"] = drift_velocity(world->truth(0), results.part.from_s, results.part.to_s);
+        more["v_D_asked_mps"] = coulomb_drift(harmonics(asked), asked.frequency, runner.bench().scene);
+    }
+    std::fputs(
+        (report::results_json(*results.reduction, more, device_reports(runner.bench().rig), results.trips) +
+         "\n")
+            .c_str(),
+        stdout);
+}
+
+void print_text(run::Runner& runner, const run::FinishedRun& ended) {
+    const run::Results& results = ended.results;
+    fmt::print("{}\n", ended.run.header.title);
+    for (const recording::RecordedTrip& trip : results.trips)
+        fmt::print("a limit stopped this run {}\n", text(trip));
+    if (!results.reduction) {
+        fmt::print("nothing to reduce: {}\n", results.not_reduced);
+        return;
+    }
+    std::fputs(report::results_text(*results.reduction).c_str(), stdout);
+    if (const auto clamped = runner.collector().channels().lost.samples_clamped.load(); clamped > 0)
+        fmt::print("{} samples of the drive were cut at {} V\n", clamped,
+                   runner.bench().rig.dac->info().full_scale_V);
+    if (const auto& world = runner.bench().world)
+        print_truth(*results.reduction,
+                    drift_velocity(world->truth(0), results.part.from_s, results.part.to_s),
+                    runner.options().drive, runner.bench().scene,
+                    {runner.wall_s(), runner.played_s(), world->render_seconds()});
+    if (ended.whole && !ended.failure) fmt::print("recorded: {}\n", ended.file.string());
+}
+
+std::string why_failed(const run::FinishedRun& ended) try {
+    if (ended.failure) std::rethrow_exception(ended.failure);
+    return {};
+} catch (const std::exception& e) {
+    return e.what();
+}
+
+// Trouble with the file does not hide why the run was stopped.
+[[noreturn]] void throw_trip(const run::FinishedRun& ended) {
+    const safety::Trip& trip = ended.run.stops.front().trip;
+    if (const auto& why = ended.recorder_failure)
+        throw DeviceError{
+            fmt::format("{}; the drive came down softly ({}); \"shakerd recover {}\" finishes what was "
+                        "recorded before",
+                        *why, text(trip), ended.file.string() + ".part")};
+    std::string file = "nothing could be recorded: " + why_failed(ended);
+    if (!ended.failure)
+        file = ended.whole ? "recorded: " + ended.file.string()
+                           : fmt::format("its last {} s: {}", acquisition::tail_s, ended.file.string());
+    throw TripError{text(trip) + "; " + file};
+}
+
+}  // namespace
+
+void run(const run::RunOptions& options) {
+    run::Runner runner{{.run = options, .recordings = options.trips}};
+    for (const std::string& granted : runner.bench().granted) spdlog::info("{}", granted);
+    const run::FinishedRun ended = runner.run();
+    for (const std::string& refused : runner.refused()) spdlog::warn("{}", refused);
+    const bool stopped = !ended.run.stops.empty();
+    if (!stopped && ended.failure) std::rethrow_exception(ended.failure);
+    if (!stopped && !ended.results.reduction)
+        throw InputError{ended.results.not_reduced +
+                         (ended.whole ? "; recorded: " + ended.file.string() : "")};
+    (options.json ? print_json : print_text)(runner, ended);
+    if (stopped) throw_trip(ended);
+}
+
+}  // namespace shaker::commands

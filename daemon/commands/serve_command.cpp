@@ -1,0 +1,88 @@
+#include "daemon/commands/serve_command.hpp"
+
+#include <spdlog/spdlog.h>
+
+#include <atomic>
+#include <csignal>
+
+#include "daemon/commands/reload.hpp"
+#include "daemon/commands/serve_settings.hpp"
+#include "daemon/run/runner.hpp"
+#include "daemon/service/bench_service.hpp"
+#include "daemon/service/bounded_log.hpp"
+#include "daemon/service/systemd_notify.hpp"
+
+namespace shaker::commands {
+
+namespace {
+
+std::atomic<service::BenchService*> on_call{nullptr};
+std::atomic<bool> reload_asked{false};
+
+extern "C" void leave_softly(int /*signal*/) {
+    if (service::BenchService* session = on_call) session->leave();
+}
+
+extern "C" void ask_for_reload(int /*signal*/) { reload_asked = true; }
+
+/// While it lives SIGTERM and SIGINT bring this session to its end, SIGHUP has the settings read again.
+class Signals {
+public:
+    explicit Signals(service::BenchService& session) {
+        on_call = &session;
+        handle(SIGTERM, leave_softly);
+        handle(SIGINT, leave_softly);
+        handle(SIGHUP, ask_for_reload);
+    }
+    Signals(const Signals&) = delete;
+    Signals& operator=(const Signals&) = delete;
+    ~Signals() { on_call = nullptr; }
+
+private:
+    static void handle(int signal, void (*handler)(int)) {
+        struct sigaction action {};
+        action.sa_handler = handler;
+        sigaction(signal, &action, nullptr);
+    }
+};
+
+}  // namespace
+
+void serve(const ServeOptions& options) {
+    const service::BoundedLog log;
+    const ServeSettings settings = serve_settings(options);
+    run::RunOptions run = settings.run;
+    run.threads = run.real_time = true;
+    run::Runner runner{{.run = run,
+                        .on_call = true,
+                        .recordings = settings.recordings,
+                        .longest_recording_s = settings.longest_recording_s}};
+    for (const std::string& granted : runner.bench().granted) spdlog::info("{}", granted);
+    service::BenchPort bench_port;
+    service::BenchService session{runner, {.beside = true, .mu = settings.mu}, bench_port};
+    remote::Server server{bench_port, settings.server};
+    Reload reload{options, settings, runner.bench(), bench_port, server};
+    spdlog::info("page and metrics: http://{}:{}/  instrument language: {} port {}", settings.server.address,
+                 server.http_port(), settings.server.address, server.scpi_port());
+    const Signals signals{session};
+    service::SystemdNotify notes;
+    std::uint64_t logged = 0;
+    runner.lead(
+        [&](const acquisition::Streams& streams, acquisition::Channels& channels) {
+            const bool any = session.step(streams, channels);
+            if (const auto state = bench_port.state())
+                notes.look(*state, channels.gathered, session.leaving());
+            for (const service::BenchEvent& e : bench_port.events(logged)) {
+                logged = e.number;
+                spdlog::log(
+                    e.kind == "trip" || e.kind == "warning" ? spdlog::level::warn : spdlog::level::info,
+                    "{:.3f} s {}: {}", e.t_s, e.kind, e.text);
+            }
+            if (reload_asked.exchange(false)) reload.read();
+            return any;
+        },
+        [&] { return session.done(); });
+    for (const std::string& refused : runner.refused()) spdlog::warn("{}", refused);
+}
+
+}  // namespace shaker::commands

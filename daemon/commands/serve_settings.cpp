@@ -1,0 +1,82 @@
+#include "daemon/commands/serve_settings.hpp"
+
+#include <spdlog/fmt/fmt.h>
+#include <sys/stat.h>
+
+#include <fstream>
+#include <string>
+
+#include "daemon/run/run_settings.hpp"
+#include "drivers/errors.hpp"
+#include "drivers/settings_table.hpp"
+
+namespace shaker::commands {
+
+namespace {
+
+constexpr int most_port = 65535;
+constexpr std::size_t shortest_token = 22;  // 128 bits as base 64
+
+bool own_machine_only(const std::string& address) { return address.starts_with("127.") || address == "::1"; }
+
+std::string token_of(const std::filesystem::path& file) {
+    struct stat facts {};
+    if (::stat(file.c_str(), &facts) != 0)
+        throw InputError{"token_file " + file.string() + ": there is no such file"};
+    if ((facts.st_mode & (S_IRWXG | S_IRWXO)) != 0)
+        throw InputError{fmt::format("token_file {}: others may use it (mode {:o}); 600 was expected",
+                                     file.string(), facts.st_mode & 0777U)};
+    std::string token;
+    std::ifstream{file} >> token;
+    if (token.size() < shortest_token)
+        throw InputError{fmt::format("token_file {}: {} characters; at least {} were expected", file.string(),
+                                     token.size(), shortest_token)};
+    return token;
+}
+
+std::filesystem::path path_at(SettingsTable& table, const char* key, const std::filesystem::path& otherwise) {
+    return table.has(key) ? table.folder() / table.text(key) : otherwise;
+}
+
+void read_serve_table(SettingsTable table, ServeSettings& s) {
+    remote::ServerSettings& server = s.server;
+    server.address = table.text("address", server.address);
+    server.http_port = table.integer("http_port", 0, most_port, server.http_port);
+    server.scpi_port = table.integer("scpi_port", 0, most_port, server.scpi_port);
+    if (table.has("host")) server.hosts.push_back(table.text("host"));
+    server.page = path_at(table, "page", server.page);
+    s.recordings = path_at(table, "recordings", s.recordings);
+    s.longest_recording_s = table.number("longest_recording_s", {1, 86400}, s.longest_recording_s);
+    if (table.has("token_file")) {
+        const std::string token = token_of(table.folder() / table.text("token_file"));
+        server.token.assign(token.data(), token.size());  // g++ 12 warns of a move that overlaps nothing
+    }
+    if (!own_machine_only(server.address) && server.token.empty())
+        table.fail("address",
+                   "\"" + server.address + "\" is reached from other machines: token_file was expected");
+    if (table.has("mu")) s.mu = {table.number("mu", {0, 10}), table.number("mu_se", {0, 1}, 0)};
+    table.finish();
+}
+
+}  // namespace
+
+ServeSettings serve_settings(const ServeOptions& options) {
+    ServeSettings s;
+    if (!options.settings.empty()) {
+        SettingsTable root = SettingsTable::from_file(options.settings);
+        if (root.has("run")) read_run_table(root.table("run"), s.run);
+        if (root.has("serve")) read_serve_table(root.table("serve"), s);
+        root.finish();
+    }
+    if (!options.rig.empty()) s.run.rig = options.rig;
+    if (!options.scene.empty()) s.run.scene = options.scene;
+    if (options.http_port >= 0) s.server.http_port = options.http_port;
+    if (options.scpi_port >= 0) s.server.scpi_port = options.scpi_port;
+    if (!options.page.empty()) s.server.page = options.page;
+    if (!options.recordings.empty()) s.recordings = options.recordings;
+    if (!std::filesystem::is_directory(s.recordings))
+        throw InputError{"recordings " + s.recordings.string() + ": there is no such folder"};
+    return s;
+}
+
+}  // namespace shaker::commands

@@ -1,0 +1,95 @@
+#include "daemon/control/drive_controller.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace shaker::control {
+
+DriveController::DriveController(const ControllerSettings& settings) : settings_{settings} {}
+
+void DriveController::quiet(const PeriodEstimate& window) {
+    ++quiet_windows_;
+    noise_ += (window.sd - noise_) / quiet_windows_;
+}
+
+bool DriveController::begin_identification() {
+    if (!settings_.identify || !settings_.equalise) return false;
+    IdentificationSettings s{.harmonics = controlled_harmonics,
+                             .gamma = settings_.drive.gamma,
+                             .volts_limit = settings_.volts_limit,
+                             .nominal = response_at(settings_.drive.frequency)};
+    identification_ = std::make_unique<Identification>(s);
+    volts_ = identification_->volts();
+    return true;
+}
+
+void DriveController::begin() {
+    identification_.reset();
+    EqualiserSettings s{.harmonics = controlled_harmonics,
+                        .volts_limit = settings_.volts_limit,
+                        .noise = noise_,
+                        .from_below = settings_.equalise};
+    equaliser_ =
+        std::make_unique<Equaliser>(harmonics(settings_.drive), response_at(settings_.drive.frequency), s);
+    volts_ = equaliser_->volts();
+}
+
+// The identified response corrects the data sheet by the ratio of both, which is known at the harmonics of
+// one frequency and interpolated linearly between them.
+std::array<std::complex<double>, max_harmonics> DriveController::response_at(double frequency) const {
+    std::array<std::complex<double>, max_harmonics> h{};
+    for (int q = 1; q <= max_harmonics; ++q) {
+        const double hz = q * frequency;
+        std::complex<double> ratio = 1;
+        if (identified_) {
+            const double place = std::clamp(hz / identified_->frequency, 1.0, 1.0 * identified_->harmonics);
+            const int below = std::min(static_cast<int>(place), identified_->harmonics - 1);
+            const auto at = [&](int k) {
+                return identified_->h[static_cast<std::size_t>(k - 1)] /
+                       settings_.sheet(k * identified_->frequency);
+            };
+            ratio = at(below) + (place - below) * (at(below + 1) - at(below));
+        }
+        h[static_cast<std::size_t>(q - 1)] = ratio * settings_.sheet(hz);
+    }
+    return h;
+}
+
+DriveController::Outcome DriveController::take(const PeriodWindows::Window& window, bool newest) {
+    if (identification_) {
+        if (!window.motion.steady || !newest || !identification_->take(window.estimate))
+            return Outcome::nothing;
+        if (!identification_->done()) {
+            volts_ = identification_->volts();
+            return Outcome::step;
+        }
+        identified_ = identification_->response();
+        identified_->frequency = settings_.drive.frequency;
+        return Outcome::identified;
+    }
+    if (!equaliser_ || !settings_.equalise) return Outcome::nothing;
+    PeriodWindow motion = window.motion;
+    motion.steady = motion.steady && newest;
+    report_ = equaliser_->take(motion);
+    if (equaliser_->volts() == volts_) return Outcome::nothing;
+    volts_ = equaliser_->volts();
+    return report_.mode == Equaliser::Mode::track ? Outcome::correction : Outcome::step;
+}
+
+void DriveController::set(const Drive& drive) {
+    const bool same_frequency = drive.frequency == settings_.drive.frequency;
+    settings_.drive = drive;
+    if (same_frequency) {
+        equaliser_->retarget(harmonics(drive));
+    } else {
+        EqualiserSettings s{.harmonics = controlled_harmonics,
+                            .volts_limit = settings_.volts_limit,
+                            .noise = noise_,
+                            .from_below = false};
+        equaliser_ = std::make_unique<Equaliser>(harmonics(drive), response_at(drive.frequency), s);
+    }
+    volts_ = equaliser_->volts();
+    report_ = {};
+}
+
+}  // namespace shaker::control

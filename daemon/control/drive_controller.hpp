@@ -1,0 +1,80 @@
+#pragma once
+// DriveController: from measured windows to the drive voltage. Noise, identification, equaliser, live
+// set-points.
+#include <functional>
+#include <memory>
+#include <optional>
+
+#include "daemon/control/equaliser.hpp"
+#include "daemon/control/identification.hpp"
+#include "daemon/control/period_windows.hpp"
+
+namespace shaker::control {
+
+struct ControllerSettings {
+    Drive drive;
+    double volts_limit = 1;
+    bool identify = true;  // false: the data sheet's response is used
+    bool equalise = true;  // false: the drive stays at target / response
+    std::function<std::complex<double>(double)>
+        sheet;  // response of the data sheet, m/s^2 per V at a frequency in Hz
+};
+
+class DriveController {
+public:
+    explicit DriveController(const ControllerSettings& settings);
+
+    /// A window without drive: measures the noise.
+    void quiet(const PeriodEstimate& window);
+
+    /// Starts identification; false when `identify` or `equalise` is off.
+    bool begin_identification();
+    /// Uses a response that was identified earlier.
+    void adopt(const IdentifiedResponse& response) { identified_ = response; }
+    /// Sets the target of the next begin(), at any frequency.
+    void aim(const Drive& drive) { settings_.drive = drive; }
+    /// Switches the correction by measured windows on or off, from the next begin() on.
+    void close_loop(bool on) noexcept { settings_.equalise = on; }
+    /// Discards the identified response; the data sheet is used until the next identification.
+    void forget() noexcept { identified_.reset(); }
+    /// Starts the drive towards the target.
+    void begin();
+    /// Voltage to play now.
+    [[nodiscard]] const Harmonics<Voltage>& volts() const noexcept { return volts_; }
+
+    enum class Outcome { nothing, step, correction, identified };
+    /// Processes a window. `newest`: the last posted command was in force during it. Returns step:
+    /// volts() changed so much that it must settle before a measurement; correction: volts() changed
+    /// slightly; identified: identification has ended, begin() may follow.
+    Outcome take(const PeriodWindows::Window& window, bool newest);
+    /// A new set-point, at any frequency. Requires begin().
+    void set(const Drive& drive);
+
+    [[nodiscard]] const Drive& drive() const noexcept { return settings_.drive; }
+    [[nodiscard]] const std::optional<IdentifiedResponse>& identified() const noexcept { return identified_; }
+    /// Levels identified so far, during identification; else null.
+    [[nodiscard]] const IdentifiedResponse* found() const noexcept {
+        return identification_ ? &identification_->response() : nullptr;
+    }
+    /// Report for the last window; default before the first.
+    [[nodiscard]] const Equaliser::Report& report() const noexcept { return report_; }
+    /// m/s^2, sd of one part of an amplitude in a window with the drive off; 0: unknown.
+    [[nodiscard]] double noise() const noexcept { return noise_; }
+    /// The present estimate of the response at q * frequency, m/s^2 per V.
+    [[nodiscard]] std::array<std::complex<double>, max_harmonics> response_at(double frequency) const;
+
+private:
+    ControllerSettings settings_;
+    double noise_ = 0;
+    int quiet_windows_ = 0;
+    Harmonics<Voltage> volts_;
+    std::unique_ptr<Identification> identification_;
+    std::optional<IdentifiedResponse> identified_;
+    std::unique_ptr<Equaliser> equaliser_;
+    Equaliser::Report report_;
+};
+
+inline constexpr int controlled_harmonics = 8;
+static_assert(controlled_harmonics >= most_driven);
+
+}  // namespace shaker::control

@@ -1,0 +1,35 @@
+#pragma once
+// A recording as tables for other programs.
+#include <cstdint>
+#include <functional>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "drivers/recorded/recording_file.hpp"
+
+namespace shaker::exporting {
+
+struct ExportColumn {
+    std::string name;
+    std::string units;  // UDUNITS text; empty for texts
+    std::variant<std::vector<double>, std::vector<std::int64_t>, std::vector<std::string>> values;
+};
+
+/// A table that is read in pieces.
+struct ExportTable {
+    std::string name;  // "tracks/top/walker"
+    std::vector<ExportColumn>
+        columns;  // without values; each piece has the same number of rows in all columns
+    /// Replaces the values by those of the next rows; false at the end. InputError for errors of the file.
+    std::function<bool(std::vector<ExportColumn>&)> next;
+};
+
+std::size_t rows_of(const std::vector<ExportColumn>& columns);
+
+/// The tables whose name starts with one of `what`; "all" is every table except "drive". InputError, with the
+/// list of valid words, for a word that matches no table. The file must outlive the tables.
+std::vector<ExportTable> export_tables(const recorded::RecordingReader& file,
+                                       const std::vector<std::string>& what);
+
+}  // namespace shaker::exporting

@@ -1,0 +1,25 @@
+#include "daemon/manual/exit_status.hpp"
+
+#include <spdlog/spdlog.h>
+
+#include <exception>
+
+#include "drivers/errors.hpp"
+
+namespace shaker::manual {
+
+int exit_status_of(const std::function<int()>& work) try { return work(); } catch (const InputError& e) {
+    spdlog::error("shakerd: {}", e.what());
+    return exit_input;
+} catch (const DeviceError& e) {
+    spdlog::error("shakerd: {}", e.what());
+    return exit_device;
+} catch (const TripError& e) {
+    spdlog::error("shakerd: the drive was stopped: {}", e.what());
+    return exit_tripped;
+} catch (const std::exception& e) {
+    spdlog::critical("shakerd: {}", e.what());
+    return exit_failure;
+}
+
+}  // namespace shaker::manual

@@ -1,0 +1,330 @@
+#include "daemon/recording/recorder.hpp"
+
+#include <spdlog/fmt/fmt.h>
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "daemon/recording/tables/process_table.hpp"
+#include "daemon/recording/tables/reduction_tables.hpp"
+#include "daemon/recording/tables/track_table.hpp"
+#include "daemon/recording/time_text.hpp"
+#include "drivers/errors.hpp"
+#include "drivers/frame_pool.hpp"
+#include "drivers/recorded/h5/disk_file.hpp"
+#include "drivers/recorded/pictures/picture_store.hpp"
+#include "drivers/ticks.hpp"
+
+namespace shaker::recording {
+
+namespace {
+
+constexpr double flush_s = 0.5;                             // of master time
+constexpr std::size_t most_waiting = 65536;                 // pieces: 20 s of the fastest streams
+constexpr std::size_t pool_bytes = std::size_t{16} << 20U;  // pictures' memory is taken in pieces of this
+constexpr double live_queue_s = 2;                          // of pictures
+
+std::filesystem::path beside(const std::filesystem::path& file, const char* ending) {
+    std::filesystem::path path = file;
+    path += ending;
+    return path;
+}
+
+std::filesystem::path folder_of(const std::filesystem::path& file) {
+    return file.has_parent_path() ? file.parent_path() : std::filesystem::path{"."};
+}
+
+std::string gigabytes(std::uint64_t bytes) {
+    return fmt::format("{:.2f} GB", 1e-9 * static_cast<double>(bytes));
+}
+
+std::uint64_t free_bytes(const std::filesystem::path& file) {
+    std::error_code failed;
+    const std::filesystem::space_info space = std::filesystem::space(folder_of(file), failed);
+    if (failed) throw DeviceError{file.string() + ": " + failed.message()};
+    return space.available;
+}
+
+}  // namespace
+
+void require_new(const std::filesystem::path& file) {
+    if (std::filesystem::exists(file))
+        throw InputError{
+            fmt::format("{}: exists already; a recording is never written over another", file.string())};
+    if (const std::filesystem::path part = beside(file, ".part"); std::filesystem::exists(part))
+        throw InputError{
+            fmt::format("{}: is what was left of a recording that was never finished: finish it by "
+                        "\"shakerd recover {}\", or remove it",
+                        part.string(), file.string())};
+}
+
+// Copies of pictures that wait for the disk, in memory that is taken as it is needed and used again.
+class Recorder::Pictures {
+public:
+    explicit Pictures(std::size_t most) : most_{most} {}
+    FramePtr copy(const Frame& frame, const std::optional<MasterTime>& mid_exposure) {
+        std::shared_ptr<Frame> to = acquire(frame);
+        if (!to) return nullptr;
+        to->tick = frame.tick;
+        to->arrived = frame.arrived;
+        to->stamp = frame.stamp;
+        to->mid_exposure = mid_exposure;
+        to->quality = frame.quality;
+        std::ranges::copy(frame.pixels, to->pixels.begin());
+        return to;
+    }
+
+private:
+    std::shared_ptr<Frame> acquire(const Frame& like) {
+        for (FramePool& pool : pools_)
+            if (auto frame = pool.acquire()) return frame;
+        if (taken_ >= most_) return nullptr;
+        const std::size_t fit =
+            std::max<std::size_t>(1, pool_bytes / std::max<std::size_t>(1, like.pixels.size()));
+        const std::size_t frames = std::min(most_ - taken_, fit);
+        pools_.emplace_back(static_cast<int>(frames), like.width, like.height, like.bytes_per_pixel);
+        taken_ += frames;
+        return pools_.back().acquire();
+    }
+    std::size_t most_, taken_ = 0;
+    std::vector<FramePool> pools_;
+};
+
+Recorder::Recorder(const std::filesystem::path& file, const recorded::RecordingHeader& header,
+                   const RecorderSettings& settings)
+    : file_{file}, settings_{settings}, header_{header} {
+    if (file.empty()) return;
+    part_ = beside(file, ".part");
+    require_new(file);
+    if (const std::uint64_t room = free_bytes(file); room < settings.least_free_bytes)
+        throw InputError{fmt::format("{}: the disk has {} free, {} must stay free", file.string(),
+                                     gigabytes(room), gigabytes(settings.least_free_bytes))};
+    writer_ = std::make_unique<recorded::RecordingWriter>(part_, header);
+    journal_ = std::make_unique<Journal>(beside(file, ".journal"));
+    if (settings.live)
+        h5::sync_folder(folder_of(file));  // what is brought to the disk later must have a name there
+    ring_.emplace(most_waiting);
+    for (const View& view : header.views) {
+        stores_.push_back(
+            std::make_unique<pictures::PictureStore>(recorded::pictures_folder(file), view.camera));
+        tails_.push_back(
+            std::make_unique<pictures::PictureStore>(recorded::pictures_folder(file), view.camera + "-tail"));
+        const double frames = settings.live ? std::ceil(live_queue_s * view.frame_rate_hz) : 1;
+        waiting_.push_back(std::make_unique<Pictures>(static_cast<std::size_t>(std::max(1.0, frames))));
+        std::vector<std::size_t>& tables = tables_.emplace_back();
+        for (const Target& t : view.targets) tables.push_back(writer_->table(track_path(view.camera, t)));
+    }
+    counts_.resize(header.views.size());
+}
+
+Recorder::~Recorder() {
+    if (!writer_) return;
+    if (settings_.unfinished == Unfinished::keep) {
+        while (step()) {
+        }
+        if (!failed_) flush();
+        return;
+    }
+    stores_.clear();
+    tails_.clear();
+    writer_.reset();
+    std::error_code ignored;
+    std::filesystem::remove(part_, ignored);
+    std::filesystem::remove(beside(file_, ".journal"), ignored);
+    std::filesystem::remove_all(recorded::pictures_folder(file_), ignored);
+}
+
+void Recorder::push(const Piece& piece) {
+    if (!on()) return;
+    if (ring_->push(piece))
+        ++pushed_;
+    else
+        ++lost_;
+    if (!settings_.live) step();
+}
+
+void Recorder::add(std::size_t camera, const Frame& frame, std::span<const tracking::Track> tracks,
+                   const std::optional<MasterTime>& told) {
+    if (!on()) return;
+    Entry entry{camera, {}, nullptr, {}};
+    entry.frame.tick = frame.tick;
+    entry.frame.arrived = frame.arrived;
+    entry.frame.stamp = frame.stamp;
+    entry.frame.mid_exposure = frame.mid_exposure ? frame.mid_exposure : told;
+    entry.frame.quality = frame.quality;
+    for (const tracking::Track& t : tracks) {
+        const std::vector<double> row = row_of(track_columns, t);
+        entry.rows.insert(entry.rows.end(), row.begin(), row.end());
+    }
+    if (header_.pictures != recorded::KeptPictures::off && !failed_)
+        entry.picture = waiting_[camera]->copy(frame, entry.frame.mid_exposure);
+    push(std::move(entry));
+}
+
+void Recorder::add(const FinishedMeasurement& finished) {
+    if (!on()) return;
+    FinishedMeasurement& f = finished_.emplace_back(finished);
+    f.time = settings_.live ? local_time_text() : time_text_after(header_.started, f.part.to_s);
+    push(f);
+}
+
+bool Recorder::step() {
+    if (!on()) return false;
+    bool any = false;
+    while (auto piece = ring_->pop()) {
+        any = true;
+        ++popped_;
+        if (failed_) {
+            ++lost_;
+            if (const auto* entry = std::get_if<LogEntry>(&*piece)) tell_journal(*entry);
+            continue;
+        }
+        try {
+            write(*piece);
+        } catch (const std::exception& e) {
+            fail(e.what());
+        }
+    }
+    return any;
+}
+
+void Recorder::write(const Piece& piece) {
+    if (const auto* played = std::get_if<PlayTime>(&piece)) {
+        writer_->add(*played);
+        tell_time(counted_s(played->tick, header_.dac.rate_hz));
+    } else if (const auto* change = std::get_if<DriveChange>(&piece)) {
+        writer_->add(*change);
+    } else if (const auto* block = std::get_if<AccelBlock>(&piece)) {
+        writer_->add(*block);
+        if (header_.dac.rate_hz <= 0) tell_time(counted_s(block->first, header_.accelerometer.rate_hz));
+    } else if (const auto* part = std::get_if<MeasuredPart>(&piece)) {
+        recording::write(*writer_, *part);
+    } else if (const auto* finished = std::get_if<FinishedMeasurement>(&piece)) {
+        recording::write(*writer_, *finished);
+    } else if (const auto* entry = std::get_if<LogEntry>(&piece)) {
+        state_ = entry->state;
+        journal_->add(*entry);
+        recording::write(*writer_, *entry);
+    } else {
+        write(std::get<Entry>(piece));
+    }
+}
+
+void Recorder::write(const Entry& entry) {
+    PictureCounts& count = counts_[entry.camera];
+    ++count.produced;
+    std::uint64_t picture = 0;
+    if (entry.picture) {
+        picture = stores_[entry.camera]->add(*entry.picture, !ring_->empty());
+        ++count.stored;
+    } else {
+        ++(header_.pictures == recorded::KeptPictures::off ? count.not_kept : count.dropped);
+    }
+    writer_->add(entry.camera, entry.frame, picture);
+    const std::vector<std::size_t>& tables = tables_[entry.camera];
+    if (tables.empty() || entry.rows.empty()) return;
+    tracks_written_ = true;
+    const std::size_t columns = entry.rows.size() / tables.size();
+    for (std::size_t i = 0; i < tables.size(); ++i)
+        writer_->row(tables[i], std::span{entry.rows}.subspan(i * columns, columns));
+}
+
+void Recorder::tell_time(double s) {
+    now_s_ = std::max(now_s_, s);
+    if (now_s_ < flushed_s_ + flush_s) return;
+    flushed_s_ = now_s_;
+    flush();
+    if (const std::uint64_t room = free_bytes(file_); room < settings_.least_free_bytes)
+        throw DeviceError{fmt::format("{}: the disk has {} left, {} must stay free", part_.string(),
+                                      gigabytes(room), gigabytes(settings_.least_free_bytes))};
+}
+
+// Pictures first: a row never tells of one that is not there.
+void Recorder::flush() try {
+    if (settings_.live)
+        for (const auto& store : stores_) store->sync();
+    writer_->flush();
+    if (settings_.live) writer_->sync();
+} catch (const std::exception& e) {
+    fail(e.what());
+}
+
+void Recorder::fail(const std::string& why) noexcept {
+    {
+        const std::scoped_lock lock{mutex_};
+        if (failure_) return;
+        failure_ = why;
+        failed_ = true;
+    }
+    tell_journal({now_s_, state_, "nothing more could be recorded: " + why});
+}
+
+// Why a recording ended belongs into the journal even when nothing else can be written; the journal may be
+// what failed.
+void Recorder::tell_journal(const LogEntry& entry) noexcept try {
+    journal_->add(entry);
+} catch (const std::exception&) {
+    return;
+}
+
+std::optional<std::string> Recorder::failure() const {
+    if (!failed_) return std::nullopt;
+    const std::scoped_lock lock{mutex_};
+    return failure_;
+}
+
+double Recorder::backlog() const noexcept {
+    return static_cast<double>(pushed_ - popped_) / static_cast<double>(most_waiting);
+}
+
+recorded::RecordingWriter& Recorder::writer() {
+    while (step()) {
+    }
+    if (const auto why = failure())
+        throw DeviceError{*why + "; what was recorded before is in " + part_.string()};
+    return *writer_;
+}
+
+void Recorder::tail(std::size_t camera, const Frame& frame) { tails_.at(camera)->add(frame); }
+
+void Recorder::finish(const acquisition::Streams& streams, const reduction::Reduction& reduction,
+                      double from_s, double to_s) {
+    if (!on()) return;
+    const MeasuredPart part{from_s, to_s};
+    recording::write(writer(), reduction, part);
+    complete(streams, {.part = part, .reduction = &reduction});
+}
+
+void Recorder::finish(const acquisition::Streams& streams) {
+    if (on()) complete(streams, {});
+}
+
+void Recorder::complete(const acquisition::Streams& streams, const Known& known) {
+    recorded::RecordingWriter& file = writer();
+    if (tracks_written_)
+        write_times(file, streams);
+    else
+        recording::write(file, tables_of(streams));
+    for (const FinishedMeasurement& f : finished_)
+        recording::write(file, known.reduction != nullptr && f.part == known.part
+                                   ? MeasuredResult{f, *known.reduction, {}}
+                                   : reduced(f, streams, header_.frequency_hz));
+    write_streams(file, streams);
+    // None, unless the recorder stood still and the stop came too late.
+    write_pieces_lost(file, lost_);
+    for (std::size_t c = 0; c < counts_.size(); ++c)
+        recording::write(file, header_.views[c].camera, counts_[c]);
+    if (!header_.started.empty())
+        file.text("end_time", time_text_after(header_.started, now_s_ - settings_.started_s));
+    for (const auto& store : stores_) store->finish();
+    for (const auto& store : tails_) store->finish();
+    file.close();
+    std::filesystem::rename(part_, file_);
+    h5::sync_folder(folder_of(file_));
+    writer_.reset();
+    journal_.reset();
+    std::filesystem::remove(beside(file_, ".journal"));
+}
+
+}  // namespace shaker::recording

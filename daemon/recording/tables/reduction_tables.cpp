@@ -1,0 +1,181 @@
+#include "daemon/recording/tables/reduction_tables.hpp"
+
+#include "daemon/recording/tables/process_table.hpp"
+
+namespace shaker::recording {
+
+namespace {
+
+using calibration::Estimate;
+using calibration::Transverse;
+using reduction::MeasuredHarmonic;
+using reduction::PeriodResult;
+using reduction::Reduction;
+using reduction::StickInterval;
+
+constexpr const char* error = "standard error";
+
+template <auto... Path>
+constexpr auto value(const char* name, const char* units, const char* meaning) {
+    return number<Path..., &Estimate::value>(name, units, meaning);
+}
+
+template <auto... Path>
+constexpr auto errors(const char* name, const char* units, const char* meaning = error) {
+    return number<Path..., &Estimate::sigma>(name, units, meaning);
+}
+
+template <std::size_t Axis>
+double shaker_axis(const Reduction& r) {
+    return r.shaker_axis[Axis];
+}
+
+template <std::size_t Axis>
+double direction(const AcrossAt& a) {
+    return a.across.direction[Axis];
+}
+
+constexpr std::array result_numbers{
+    value<&Reduction::v_D>("v_D", "m/s", "drift velocity of the walker"),
+    errors<&Reduction::v_D>("v_D_errors", "m/s",
+                            "standard error, widened where periods are few: 2 of it cover 95 %"),
+    value<&Reduction::D>("D", "m", "drift in one period"),
+    errors<&Reduction::D>("D_errors", "m"),
+    value<&Reduction::frequency>("frequency", "Hz", "of the drive, on master time"),
+    errors<&Reduction::frequency>("frequency_errors", "Hz"),
+    value<&Reduction::gamma>("gamma", "m/s^2", "A1 + A2: amplitudes of harmonics 1 and 2 of the base"),
+    errors<&Reduction::gamma>("gamma_errors", "m/s^2"),
+    value<&Reduction::rho>("rho", "1", "A1 / (A1 + A2)"),
+    errors<&Reduction::rho>("rho_errors", "1"),
+    value<&Reduction::phi>("phi", "rad", "phase of harmonic 2 minus twice that of harmonic 1"),
+    errors<&Reduction::phi>("phi_errors", "rad"),
+    value<&Reduction::v_rms>("v_rms", "m/s", "rms velocity of the base"),
+    errors<&Reduction::v_rms>("v_rms_errors", "m/s"),
+    value<&Reduction::efficiency>("efficiency", "1", "|v_D| / v_rms"),
+    errors<&Reduction::efficiency>("efficiency_errors", "1"),
+    value<&Reduction::accelerometer_late_s>("accelerometer_late", "s",
+                                            "delay of the accelerometer against the pictures"),
+    errors<&Reduction::accelerometer_late_s>("accelerometer_late_errors", "s"),
+    value<&Reduction::accelerometer_ppm>("accelerometer_ppm", "1e-6",
+                                         "rate of the accelerometer's clock against the pictures', minus 1"),
+    errors<&Reduction::accelerometer_ppm>("accelerometer_ppm_errors", "1e-6"),
+    value<&Reduction::fit_residual_x_m>("fit_residual", "m", "rms of the walker's positions about the fit"),
+    number<&Reduction::t0_s>("t0", "s", "master time of the first start of a period"),
+    NumberColumn<Reduction>{"shaker_axis_x", "1", "unit vector of the shaker's axis in sensor axes",
+                            shaker_axis<0>},
+    NumberColumn<Reduction>{"shaker_axis_y", "1", "likewise", shaker_axis<1>},
+    NumberColumn<Reduction>{"shaker_axis_z", "1", "likewise", shaker_axis<2>},
+    number<&Reduction::frames>("frames", "1", "positions of the walker that were used, over all cameras"),
+    number<&Reduction::frames_lost>("frames_lost", "1", "frames in which the walker was lost")};
+constexpr Table<Reduction> result_columns{
+    "results", "results of the newest finished measurement, or of what was measured before a trip",
+    result_numbers};
+
+constexpr std::array harmonic_numbers{
+    number<&MeasuredHarmonic::q>("q", "1", "harmonic of the drive frequency"),
+    value<&MeasuredHarmonic::amplitude>("amplitude", "m/s^2", "of the base's acceleration along the axis"),
+    errors<&MeasuredHarmonic::amplitude>("amplitude_errors", "m/s^2"),
+    value<&MeasuredHarmonic::phase>("phase", "rad", "against sin(q w t) from t0 on"),
+    errors<&MeasuredHarmonic::phase>("phase_errors", "rad")};
+constexpr Table<MeasuredHarmonic> harmonic_columns{"harmonics", "motion of the base along the shaker's axis",
+                                                   harmonic_numbers};
+
+constexpr std::array transverse_numbers{
+    number<&AcrossAt::frequency_hz>("frequency", "Hz", "of the harmonic"),
+    value<&AcrossAt::across, &Transverse::amplitude>("amplitude", "m/s^2", "across the shaker's axis"),
+    errors<&AcrossAt::across, &Transverse::amplitude>("amplitude_errors", "m/s^2"),
+    value<&AcrossAt::across, &Transverse::share>("share", "1", "amplitude across over amplitude along"),
+    errors<&AcrossAt::across, &Transverse::share>("share_errors", "1"),
+    number<&AcrossAt::across, &Transverse::in_phase>("in_phase", "1", "part of the share in phase"),
+    number<&AcrossAt::across, &Transverse::quadrature>("quadrature", "1", "part of the share in quadrature"),
+    NumberColumn<AcrossAt>{"direction_x", "1", "unit vector of the strongest motion, in sensor axes",
+                           direction<0>},
+    NumberColumn<AcrossAt>{"direction_y", "1", "likewise", direction<1>},
+    NumberColumn<AcrossAt>{"direction_z", "1", "likewise", direction<2>}};
+
+constexpr std::array period_numbers{
+    number<&PeriodResult::k>("k", "1", "number of the period, from the first whole one on"),
+    number<&PeriodResult::t_s>("t", "s", "master time of its start"),
+    number<&PeriodResult::frames>("frames", "1", "positions of the walker in it"),
+    value<&PeriodResult::drift>("D", "m", "mean position minus that of the period before; NaN in the first"),
+    errors<&PeriodResult::drift>("D_errors", "m"),
+    value<&PeriodResult::gamma>("gamma", "m/s^2", "as in results, from this period alone"),
+    errors<&PeriodResult::gamma>("gamma_errors", "m/s^2"),
+    value<&PeriodResult::phi>("phi", "rad", "as in results, from this period alone"),
+    errors<&PeriodResult::phi>("phi_errors", "rad")};
+constexpr Table<PeriodResult> period_columns{
+    "periods", "period by period", period_numbers, {}, {.signal = "D", .axes = "t"}};
+
+struct CyclePoint {
+    double phase = 0, x_m = 0, x_sd_m = 0, v_mps = 0, v_sd_mps = 0, v_base_mps = 0;
+};
+constexpr std::array cycle_numbers{
+    number<&CyclePoint::phase>("phase", "1", "time since the start of the period over its length, 0..1"),
+    number<&CyclePoint::x_m>("x", "m", "walker, from its position at phase 0"),
+    number<&CyclePoint::x_sd_m>("x_errors", "m", error),
+    number<&CyclePoint::v_mps>("v", "m/s", "walker"),
+    number<&CyclePoint::v_sd_mps>("v_errors", "m/s", error),
+    number<&CyclePoint::v_base_mps>("v_base", "m/s", "base")};
+constexpr Table<CyclePoint> cycle_columns{
+    "cycle",
+    "motion over one period, averaged over all; the default plot",
+    cycle_numbers,
+    {},
+    {.signal = "v", .axes = "phase", .title = "walker velocity over one period"}};
+
+constexpr std::array stick_numbers{
+    number<&StickInterval::from>("from", "1", "begin of an interval of rest on the base, in periods"),
+    number<&StickInterval::to>("to", "1", "its end; beyond 1 when it goes on in the next period"),
+    number<&StickInterval::sd>("errors", "1", "standard error of either end")};
+constexpr Table<StickInterval> stick_columns{"stick", "intervals in which the walker rests on the base",
+                                             stick_numbers};
+
+constexpr std::array note_texts{
+    text<&Note::text>("text", sentence_bytes, "one sentence on the results or on the data")};
+
+std::vector<CyclePoint> points_of(const reduction::Cycle& c) {
+    std::vector<CyclePoint> points(c.phase.size());
+    for (std::size_t i = 0; i < points.size(); ++i)
+        points[i] = {c.phase[i],    c.x_m.at(i),      c.x_sd_m.at(i),
+                     c.v_mps.at(i), c.v_sd_mps.at(i), c.v_base_mps.at(i)};
+    return points;
+}
+
+}  // namespace
+
+constexpr Table<AcrossAt> transverse_columns{
+    "transverse",
+    "motion of the base across the shaker's axis",
+    transverse_numbers,
+    {},
+    {.signal = "share", .axes = "frequency", .title = "motion across the shaker's axis over that along it"}};
+
+constexpr Table<Note> note_columns{"results/notes", "remarks on the results", {}, note_texts};
+
+std::vector<RecordedNumber> numbers_of(const Reduction& reduction) {
+    return numbers_of(result_columns, reduction);
+}
+
+std::vector<RecordedTable> tables_of(const Reduction& r) {
+    std::vector<AcrossAt> across;
+    for (const MeasuredHarmonic& h : r.harmonics) across.push_back({h.q * r.frequency.value, h.across});
+    return {table_of(harmonic_columns, r.harmonics), table_of(transverse_columns, across),
+            table_of(period_columns, r.periods), table_of(cycle_columns, points_of(r.cycle)),
+            table_of(stick_columns, r.stick)};
+}
+
+std::vector<recorded::GroupLayout> reduction_places() {
+    return {places_of(result_columns), layout_of(harmonic_columns), layout_of(transverse_columns),
+            layout_of(period_columns), layout_of(cycle_columns),    layout_of(stick_columns)};
+}
+
+void write(recorded::RecordingWriter& file, const Reduction& reduction, const MeasuredPart& part) {
+    write_reduced_part(file, part);
+    write(file, tables_of(reduction));
+    write(file, numbers_of(reduction));
+    std::vector<Note> notes;
+    for (const std::string& text : reduction.notes) notes.push_back({text});
+    write_rows(file, note_columns, notes);
+}
+
+}  // namespace shaker::recording

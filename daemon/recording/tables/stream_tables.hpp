@@ -1,0 +1,41 @@
+#pragma once
+// Tables on the raw streams: clocks, gaps, counts of pictures.
+#include <cstdint>
+
+#include "daemon/acquisition/streams.hpp"
+#include "daemon/recording/tables/columns.hpp"
+
+namespace shaker::recording {
+
+/// One clock. stream: 0 the DAC against the host, 1 the accelerometer, 2 and on the cameras.
+struct ClockRow {
+    std::size_t stream = 0;
+    double ppm = 0, ppm_sigma = 0;  // rate against nominal, minus 1
+    double delay_s = 0;             // mean of the stamps' delay
+    std::size_t stamps = 0;
+};
+extern const Table<ClockRow> clock_columns;
+/// The clocks as all stamps of a run give them; none for a stream without stamps.
+std::vector<ClockRow> clocks_of(const acquisition::Streams& streams);
+
+/// Missing samples or frames. stream: as in ClockRow.
+struct Gap {
+    std::size_t stream = 0;
+    std::int64_t first = 0, count = 0;
+};
+extern const Table<Gap> gap_columns;
+std::vector<Gap> gaps_of(const acquisition::Streams& streams);
+
+/// Pictures of a camera: produced = stored + dropped (+ not_kept, by the settings).
+struct PictureCounts {
+    std::uint64_t produced = 0, stored = 0, dropped = 0, not_kept = 0;
+};
+extern const Table<PictureCounts> picture_columns;
+/// "pictures/top".
+std::string pictures_path(const std::string& camera);
+
+/// Clocks and gaps.
+void write_streams(recorded::RecordingWriter& file, const acquisition::Streams& streams);
+void write(recorded::RecordingWriter& file, const std::string& camera, const PictureCounts& counts);
+
+}  // namespace shaker::recording

@@ -1,0 +1,68 @@
+#include "daemon/recording/tables/track_table.hpp"
+
+namespace shaker::recording {
+
+namespace {
+
+using tracking::Fix;
+using tracking::Track;
+
+constexpr const char* time_column = "t";
+
+double state_of(const Track& t) { return columns::number_of(t.fix.state); }
+
+bool take_state(Track& t, double value) {
+    return columns::take(t.fix.state, value) && value >= 0 &&
+           value <= columns::number_of(tracking::TrackState::reacquired);
+}
+
+constexpr std::array numbers{
+    number<&Track::tick, &CameraTick::n>("frame", "1", "number of the exposure, missed ones counted"),
+    number<&Track::time>(time_column, "s", "mid-exposure, master time", true),
+    number<&Track::fix, &Fix::x_px>("x_px", "px", "column in the picture; NaN while the target is lost"),
+    number<&Track::fix, &Fix::y_px>("y_px", "px", "row in the picture, downwards"),
+    number<&Track::fix, &Fix::sd_px>("sd_px", "px", "standard error along the shaker's axis"),
+    number<&Track::x_m>("x", "m", "position along the shaker's axis"),
+    number<&Track::sd_m>("x_errors", "m", "standard error of x"),
+    NumberColumn<Track>{"state", "1", "0 ok, 1 degraded, 2 lost, 3 found again", state_of, take_state}};
+
+}  // namespace
+
+constexpr Table<Track> track_columns{"tracks",
+                                     "positions of one target of one camera, a row a frame",
+                                     numbers,
+                                     {},
+                                     {.signal = "x", .axes = time_column}};
+
+std::string track_path(const std::string& camera, const Target& target) {
+    return "tracks/" + camera + "/" + target.name;
+}
+
+std::vector<RecordedTable> tables_of(const acquisition::Streams& streams) {
+    std::vector<RecordedTable> tables;
+    for (const acquisition::TargetTrack& t : streams.tracks)
+        tables.push_back(table_of(track_columns, t.tracks, track_path(t.camera, t.target)));
+    return tables;
+}
+
+void write_times(recorded::RecordingWriter& file, const acquisition::Streams& streams) {
+    for (const acquisition::TargetTrack& t : streams.tracks) {
+        std::vector<double> times;
+        times.reserve(t.tracks.size());
+        for (const Track& k : t.tracks) times.push_back(seconds(k.time));
+        file.replace(track_path(t.camera, t.target) + "/" + time_column, times);
+    }
+}
+
+void read_tracks(const recorded::RecordingReader& file, const recorded::RecordingHeader& header,
+                 acquisition::Streams& streams) {
+    for (const View& view : header.views)
+        for (const Target& target : view.targets) {
+            acquisition::TargetTrack t{view.camera, target,
+                                       read_rows(file, track_columns, track_path(view.camera, target))};
+            for (Track& k : t.tracks) acquisition::scale(k, view, target);
+            streams.tracks.push_back(std::move(t));
+        }
+}
+
+}  // namespace shaker::recording

@@ -1,0 +1,26 @@
+#include "daemon/recording/time_text.hpp"
+
+#include <spdlog/fmt/chrono.h>
+#include <spdlog/fmt/fmt.h>
+
+#include <chrono>
+#include <cmath>
+#include <ctime>
+
+namespace shaker::recording {
+
+std::string local_time_text() {
+    const std::time_t now = std::chrono::system_clock::to_time_t(std::chrono::system_clock::now());
+    const std::string text = fmt::format("{:%Y-%m-%dT%H:%M:%S%z}", fmt::localtime(now));
+    return text.substr(0, text.size() - 2) + ":" + text.substr(text.size() - 2);
+}
+
+std::string time_text_after(const std::string& text, double s) {
+    std::tm fields{};
+    const char* offset = strptime(text.c_str(), "%Y-%m-%dT%H:%M:%S", &fields);
+    if (offset == nullptr || !std::isfinite(s)) return {};
+    const std::time_t then = timegm(&fields) + static_cast<std::time_t>(std::llround(s));
+    return fmt::format("{:%Y-%m-%dT%H:%M:%S}{}", fmt::gmtime(then), offset);
+}
+
+}  // namespace shaker::recording

@@ -1,0 +1,40 @@
+#pragma once
+// Results from several measurements: drift without the effect of tilt, null phase, mu.
+#include <optional>
+#include <span>
+
+#include "calibration/estimate.hpp"
+#include "drivers/drive.hpp"
+
+namespace shaker::reduction {
+
+/// One measurement: requested drive and results.
+struct DrivenPoint {
+    Drive asked;
+    calibration::Estimate gamma, phi, v_D;
+};
+
+/// A point and the newest earlier one with the same drive at phi + pi. By symmetry, the drift on a level
+/// bench changes its sign.
+struct MirrorPair {
+    calibration::Estimate
+        drift;  // (v(phi) - v(phi + pi)) / 2 at the newer point's phi, m/s: without the effect of tilt
+    calibration::Estimate common;  // (v(phi) + v(phi + pi)) / 2, m/s: zero on a level bench
+};
+/// For the newest point; empty until its partner (phi + pi) has been measured. Points in order of time.
+std::optional<MirrorPair> mirror_pair(std::span<const DrivenPoint> points);
+
+/// The null of v_D with dv_D/dphi < 0, and the mu of a walker with Coulomb friction that follows from it
+/// (no_stick.hpp).
+struct NullPhase {
+    calibration::Estimate phi0;   // rad
+    calibration::Estimate theta;  // phi0 - pi/2, rad
+    calibration::Estimate mu;     // NaN outside the range of coulomb_theta()
+};
+/// Linear interpolation between the newest point and a neighbour in phi on the other side of the null, at
+/// most `widest_bracket` away, with the same drive and rho = 1/2. sigma includes the errors of v_D and gamma
+/// and the possible curvature over the bracket. Empty without such a pair. g: gravity of the place, m/s^2.
+std::optional<NullPhase> null_phase(std::span<const DrivenPoint> points, double g = paper_g);
+inline constexpr double widest_bracket = 0.175;  // rad
+
+}  // namespace shaker::reduction

@@ -1,0 +1,44 @@
+#include "daemon/remote/access/access.hpp"
+
+#include <algorithm>
+#include <cctype>
+
+namespace shaker::access {
+
+namespace {
+
+// "[::1]:8080" or "bench:8080" without the port.
+std::string_view name_of(std::string_view host) {
+    const auto bracket = host.find(']');
+    const auto colon = host.find(':', bracket == std::string_view::npos ? 0 : bracket);
+    return host.substr(0, colon);
+}
+
+}  // namespace
+
+bool Access::host_allowed(std::string_view host) const {
+    const std::string_view name = name_of(host);
+    return std::ranges::any_of(hosts, [&](const std::string& h) {
+        return std::ranges::equal(
+            h, name, [](unsigned char a, unsigned char b) { return std::tolower(a) == std::tolower(b); });
+    });
+}
+
+bool Access::origin_allowed(std::string_view origin, std::string_view host) const {
+    if (origin.empty()) return true;
+    for (const std::string_view scheme : {"http://", "https://"})
+        if (origin.starts_with(scheme) && origin.substr(scheme.size()) == host) return true;
+    return false;
+}
+
+bool Access::token_allowed(std::string_view given) const noexcept {
+    if (token.empty()) return true;
+    unsigned differ = given.size() == token.size() ? 0 : 1;
+    for (std::size_t i = 0; i < token.size(); ++i) {
+        const char c = i < given.size() ? given[i] : '\0';
+        differ |= static_cast<unsigned>(static_cast<unsigned char>(c) ^ static_cast<unsigned char>(token[i]));
+    }
+    return differ == 0;
+}
+
+}  // namespace shaker::access

@@ -1,0 +1,111 @@
+#include <cmath>
+#include <limits>
+
+#include "daemon/remote/instrument/commands.hpp"
+#include "daemon/remote/scpi/data/error.hpp"
+#include "daemon/remote/scpi/data/reply.hpp"
+#include "daemon/remote/scpi/session.hpp"
+
+namespace shaker::instrument {
+
+namespace {
+
+using scpi::Call;
+using scpi::Command;
+
+/// LIMit:<quantity>:WARN and :ABORt. scale: SI units per unit of the limits.
+void limit_rows(BenchInstrument& bench, std::vector<Command>& rows, const std::string& quantity,
+                const char* unit, safety::Level safety::Limits::*level) {
+    const auto row = [&](const char* name, double safety::Level::*end) {
+        rows.push_back({.header = "LIMit:" + quantity + ":" + name,
+                        .parameters = {scpi::number(unit, 0, std::numeric_limits<double>::max())},
+                        .set =
+                            [&bench, level, end](scpi::Call& call) {
+                                safety::Limits limits = bench.pending_orders().limits();
+                                (limits.*level).*end = call.arguments[0].number;
+                                safety::Level& l = limits.*level;
+                                l.warn = std::min(l.warn, l.abort);
+                                bench.order(call.session, service::LowerLimits{limits});
+                            },
+                        .query =
+                            [&bench, level, end](scpi::Call& call) {
+                                call.reply.number((bench.pending_orders().limits().*level).*end);
+                            },
+                        .guarded = true});
+    };
+    row("WARN", &safety::Level::warn);
+    row("ABORt", &safety::Level::abort);
+}
+
+void no_device(scpi::Reply& reply) {
+    reply.string("");
+    for (int i = 0; i < 3; ++i) reply.integer(0);
+}
+
+void losses(BenchInstrument& bench, scpi::Call& call) {
+    const service::LostState l = bench.state()->lost;
+    for (const std::uint64_t n : {l.plays, l.changes, l.blocks, l.frames, l.trips, l.samples_clamped})
+        call.reply.integer(static_cast<std::int64_t>(n));
+}
+
+}  // namespace
+
+std::vector<Command> bench_commands(BenchInstrument& bench) {
+    std::vector<Command> rows;
+    limit_rows(bench, rows, "ACCeleration", "M/S2", &safety::Limits::acceleration);
+    limit_rows(bench, rows, "VELocity", "M/S", &safety::Limits::velocity);
+    limit_rows(bench, rows, "DISPlacement", "M", &safety::Limits::displacement);
+    limit_rows(bench, rows, "DRIVe", "V", &safety::Limits::drive);
+    limit_rows(bench, rows, "TRANsverse", "", &safety::Limits::transverse);
+    rows.push_back({.header = "LIMit:WALKer:EDGE",
+                    .parameters = {scpi::number("M", 0, 1)},
+                    .set =
+                        [&bench](scpi::Call& call) {
+                            safety::Limits limits = bench.pending_orders().limits();
+                            limits.edge_mm = 1e3 * call.arguments[0].number;
+                            bench.order(call.session, service::LowerLimits{limits});
+                        },
+                    .query =
+                        [&bench](scpi::Call& call) {
+                            call.reply.number(1e-3 * bench.pending_orders().limits().edge_mm);
+                        },
+                    .guarded = true});
+    rows.push_back({.header = "LIMit:OPEN:STATe", .query = [&bench](scpi::Call& call) {
+                        const auto which = static_cast<std::size_t>(safety::Cause::sensor_open);
+                        call.reply.boolean(bench.pending_orders().limits().detectors[which]);
+                    }});
+    rows.push_back({.header = "SYSTem:STATe",
+                    .query = [&bench](scpi::Call& call) { call.reply.string(name(bench.state()->state)); },
+                    .without = scpi::empty_string});
+    rows.push_back({.header = "SYSTem:CLOCk",
+                    .query = [&bench](scpi::Call& call) { call.reply.number(bench.state()->now_s); }});
+    rows.push_back({.header = "SYSTem:HEALth",
+                    .query =
+                        [&bench](scpi::Call& call) {
+                            const auto state = bench.state();
+                            if (state->devices.empty()) return no_device(call.reply);
+                        for (const DeviceReport& d : state->devices) {
+                                call.reply.string(d.device);
+                                call.reply.integer(static_cast<std::int64_t>(d.counts.taken));
+                                call.reply.integer(static_cast<std::int64_t>(d.counts.lost));
+                                call.reply.integer(static_cast<std::int64_t>(d.counts.incidents));
+                            }
+                        },
+                    .without = no_device});
+    rows.push_back(
+        {.header = "DIAGnostic:RT", .query = [&bench](scpi::Call& call) {
+             const auto s = bench.state();
+             const service::LostState& l = s->lost;
+             call.reply.integer(
+                 s->devices.empty() ? 0 : static_cast<std::int64_t>(s->devices.front().counts.incidents));
+             call.reply.number(1e6 * s->jitter.worst_s);
+             call.reply.number(1e6 * acquisition::PeriodJitter::quantile(s->jitter, 0.99));
+             call.reply.integer(
+                 static_cast<std::int64_t>(l.plays + l.changes + l.blocks + l.frames + l.trips));
+         }});
+    rows.push_back(
+        {.header = "DIAGnostic:LOSSes", .query = [&bench](scpi::Call& call) { losses(bench, call); }});
+    return rows;
+}
+
+}  // namespace shaker::instrument

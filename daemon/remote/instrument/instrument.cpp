@@ -1,0 +1,98 @@
+#include "daemon/remote/instrument/instrument.hpp"
+
+#include <spdlog/fmt/fmt.h>
+
+#include <utility>
+
+#include "daemon/remote/scpi/data/error.hpp"
+#include "daemon/remote/scpi/session.hpp"
+#include "daemon/run/run_settings.hpp"
+
+namespace shaker::instrument {
+
+using scpi::Code;
+using scpi::Operation;
+using scpi::Questionable;
+
+std::string BenchInstrument::identity() const { return "shakerd,bench controller,0," SHAKER_VERSION; }
+
+std::string BenchInstrument::options() const { return "0"; }
+
+std::shared_ptr<const service::BenchState> BenchInstrument::state() const {
+    auto state = pending_orders_.now();
+    if (!state) throw scpi::Error{scpi::Code::stale_data, "the bench has not reported its state yet"};
+    return state;
+}
+
+// *RST is no error while nothing is driven.
+void BenchInstrument::reset() {
+    const auto now = pending_orders_.now();
+    if (now && driving(now->state) && now->state != run::RunState::ramp_down)
+        pending_orders_.order(service::End{}, {});
+    periods = run::RunOptions{}.periods;
+    settle = run::RunOptions{}.settle;
+    on_trigger = armed = false;
+}
+
+int BenchInstrument::self_test() {
+    const auto now = pending_orders_.now();
+    return now && now->state != run::RunState::init ? 0 : 1;
+}
+
+void BenchInstrument::trigger() {
+    if (on_trigger && !std::exchange(armed, false))
+        throw scpi::Error{scpi::Code::trigger_ignored,
+                          "no measurement waits for a trigger; send INITiate first"};
+    pending_orders_.order(next(), {});
+}
+
+void BenchInstrument::save(int place) {
+    saved_.at(static_cast<std::size_t>(place)) = pending_orders_.drive();
+}
+
+void BenchInstrument::recall(int place) {
+    const auto& saved = saved_.at(static_cast<std::size_t>(place));
+    if (!saved)
+        throw scpi::Error{scpi::Code::settings_conflict,
+                          fmt::format("place {} is empty; save settings with *SAV first", place)};
+    pending_orders_.order(service::SetDrive{*saved}, {});
+}
+
+void BenchInstrument::abort(const scpi::Session& by) {
+    armed = false;
+    pending_orders_.abort(by.name());
+    aborted_(by);
+}
+
+service::Begin BenchInstrument::next() const {
+    const auto now = state();
+    return {periods.value_or(now->periods), settle.value_or(now->settle)};
+}
+
+void BenchInstrument::order(const scpi::Session& session, service::OrderWhat what) {
+    pending_orders_.order(std::move(what), [this, who = session.name()](const std::string& refused) {
+        if (!refused.empty()) refused_(who, refused);
+    });
+}
+
+void show(const service::BenchState& s, scpi::DeviceStatus& status) {
+    status.set(scpi::Operation::calibrating, s.state == run::RunState::identify);
+    status.set(scpi::Operation::settling, s.state == run::RunState::ramp ||
+                                              s.state == run::RunState::ramp_down ||
+                                              (s.state == run::RunState::run && !s.measuring));
+    status.set(scpi::Operation::recording, !s.recording.name.empty());
+    status.set(scpi::Operation::equaliser_active, s.state == run::RunState::run);
+    status.set(scpi::Operation::output_on, driving(s.state));
+    status.set(scpi::Operation::reduction_steady, s.measuring);
+    status.set(scpi::Questionable::drive_limited, s.reached < 1);
+    status.set(scpi::Questionable::phase, s.state == run::RunState::run && !s.locked);
+    status.set(scpi::Questionable::calibration, s.response == nullptr);
+    status.set(scpi::Questionable::abort_latched, s.state == run::RunState::tripped);
+    status.set(scpi::Questionable::open_channel, s.trip && s.trip->cause == safety::Cause::sensor_open);
+    status.set(scpi::Questionable::tracking_lost, s.walker && s.walker->lost > 0);
+    const service::LostState& l = s.lost;
+    status.set(scpi::Questionable::data_loss,
+               l.plays + l.changes + l.blocks + l.frames + l.trips + s.recording.pieces_lost > 0);
+}
+
+}  // namespace shaker::instrument

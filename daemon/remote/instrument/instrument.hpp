@@ -1,0 +1,57 @@
+#pragma once
+// BenchInstrument: the bench as an SCPI instrument.
+#include <array>
+#include <functional>
+#include <optional>
+#include <string>
+
+#include "daemon/remote/scpi/instrument.hpp"
+#include "daemon/remote/scpi/status/device_status.hpp"
+#include "daemon/service/pending_orders.hpp"
+
+namespace shaker::instrument {
+
+class BenchInstrument final : public scpi::Instrument {
+public:
+    using Aborted = std::function<void(const scpi::Session& by)>;
+    using Refused = std::function<void(const std::string& session, const std::string& why)>;
+    /// aborted: called when all other sessions must drop their withheld input. refused: called when an order
+    /// of the session of that name is refused; the session may have ended.
+    BenchInstrument(service::PendingOrders& pending_orders, Aborted aborted, Refused refused)
+        : pending_orders_{pending_orders}, aborted_{std::move(aborted)}, refused_{std::move(refused)} {}
+
+    [[nodiscard]] std::string identity() const override;
+    [[nodiscard]] std::string options() const override;
+    void reset() override;
+    int self_test() override;
+    void trigger() override;
+    void save(int place) override;
+    void recall(int place) override;
+    void abort(const scpi::Session& by) override;
+    [[nodiscard]] bool pending() const override { return pending_orders_.pending(); }
+
+    /// Posts an order of a session; a refusal becomes its error -221.
+    void order(const scpi::Session& session, service::OrderWhat what);
+    [[nodiscard]] service::PendingOrders& pending_orders() noexcept { return pending_orders_; }
+    /// The present state; Error -230 before there is one.
+    [[nodiscard]] std::shared_ptr<const service::BenchState> state() const;
+    /// Settings of AVERage; empty: the bench's own.
+    std::optional<int> periods{}, settle{};
+    /// The order that starts a run with them.
+    [[nodiscard]] service::Begin next() const;
+    bool on_trigger = false;  // INITiate waits for *TRG
+    bool armed = false;       // INITiate was sent and *TRG is awaited
+    /// Address of the live streams: "ws://127.0.0.1:8080/ws".
+    std::string streams{};
+
+private:
+    service::PendingOrders& pending_orders_;
+    Aborted aborted_;
+    Refused refused_;
+    std::array<std::optional<Drive>, 10> saved_{};
+};
+
+/// Sets the condition registers from a state.
+void show(const service::BenchState& state, scpi::DeviceStatus& status);
+
+}  // namespace shaker::instrument

@@ -1,0 +1,168 @@
+#include "daemon/report/results.hpp"
+
+#include <spdlog/fmt/fmt.h>
+
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <numbers>
+
+namespace shaker::report {
+
+namespace {
+
+constexpr double deg = 180 / std::numbers::pi;
+
+std::string line(const std::string& name, const calibration::Estimate& e, double scale,
+                 const std::string& unit) {
+    return fmt::format("  {:<22}{:>24} {}\n", name, with_error(scale * e.value, scale * e.sigma), unit);
+}
+
+nlohmann::json number(double x) { return std::isfinite(x) ? nlohmann::json(x) : nlohmann::json(nullptr); }
+
+nlohmann::json list_of(const std::vector<recording::RecordedTrip>& trips) {
+    nlohmann::json list = nlohmann::json::array();
+    for (const recording::RecordedTrip& t : trips)
+        list.push_back({{"cause", name(t.trip.cause)},
+                        {"value", number(t.trip.value)},
+                        {"limit", number(t.trip.limit)},
+                        {"unit", unit_of(t.trip.cause)},
+                        {"harmonic", t.trip.harmonic},
+                        {"time_s", number(t.at_s)},
+                        {"stop", t.trip.stop == safety::StopKind::hard ? "hard" : "soft"},
+                        {"state", t.state},
+                        {"words", text(t)}});
+    return list;
+}
+
+// Each harmonic whose motion across the axis exceeds the noise.
+std::string across_text(const reduction::Reduction& r) {
+    std::string s;
+    for (const reduction::MeasuredHarmonic& h : r.harmonics) {
+        const calibration::Transverse& t = h.across;
+        if (!(h.amplitude.value > 10 * h.amplitude.sigma && t.share.value > 4 * t.share.sigma)) continue;
+        s += line(fmt::format("across, harmonic {}", h.q), t.share, 100, "% of the motion along the axis");
+        s.back() = ';';
+        s +=
+            fmt::format(" {:.3f} % in phase, {:.3f} % in quadrature, along ({:+.2f}, {:+.2f}, {:+.2f})\n",
+                        100 * t.in_phase, 100 * t.quadrature, t.direction[0], t.direction[1], t.direction[2]);
+    }
+    return s;
+}
+
+}  // namespace
+
+std::string with_error(double value, double sigma) {
+    if (std::isnan(value)) return "not determined";
+    if (!(sigma > 0) || std::isinf(sigma)) return fmt::format("{:.6g}", value);
+    const int digits = std::clamp(1 - static_cast<int>(std::floor(std::log10(sigma))), 0, 12);
+    return fmt::format("{:.{}f} +- {:.{}f}", value, digits, sigma, digits);
+}
+
+std::string no_stick_text(double shortest_visible) {
+    if (std::isnan(shortest_visible)) return "never";
+    if (shortest_visible >= 1) return "too few frames to tell";
+    return fmt::format("never for over {:.3f} T", shortest_visible);
+}
+
+std::string results_text(const reduction::Reduction& r) {
+    std::string s = "as measured (+- one standard error):\n";
+    s += line("v_D", r.v_D, 1e3, "mm/s");
+    s += line("D", r.D, 1e3, "mm a period");
+    s += line("efficiency", r.efficiency, 1, "");
+    s += line("frequency", r.frequency, 1, "Hz");
+    s += line("gamma", r.gamma, 1, "m/s^2");
+    s += line("rho", r.rho, 1, "");
+    s += line("phi", r.phi, deg, "deg");
+    s += line("V_RMS", r.v_rms, 1e3, "mm/s");
+    for (const reduction::MeasuredHarmonic& h : r.harmonics)
+        if (h.q > 2 && h.amplitude.value > 3 * h.amplitude.sigma)
+            s += line(fmt::format("harmonic {}", h.q), h.amplitude, 100 / r.gamma.value, "% of gamma");
+    s += across_text(r);
+    s += line("accelerometer late", r.accelerometer_late_s, 1e3, "ms");
+    s += line("accelerometer clock", r.accelerometer_ppm, 1, "ppm");
+    s += line("position residual", {r.fit_residual_x_m.value, NAN}, 1e6, "um rms");
+    s += fmt::format("  {:<22}{:>24}\n", "frames used / lost",
+                     fmt::format("{} / {}", r.frames, r.frames_lost));
+    if (r.stick.empty())
+        s += fmt::format("  {:<22}{:>24}\n", "sticks", no_stick_text(r.shortest_visible_stick));
+    for (const reduction::StickInterval& k : r.stick)
+        s += fmt::format("  {:<22}{:>24} T\n", "sticks",
+                         fmt::format("{:.4f} to {:.4f} +- {:.4f}", k.from, k.to, k.sd));
+    for (const std::string& note : r.notes) s += "  note: " + note + "\n";
+    return s;
+}
+
+std::vector<std::string> notes_on(const std::vector<DeviceReport>& devices) {
+    std::vector<std::string> notes;
+    for (const auto& [device, what, c] : devices)
+        if (c.lost > 0 || c.incidents > 0 || c.reopened > 0)
+            notes.push_back(fmt::format("{}: {} {} lost of {}, {} incidents, reopened {} times", device,
+                                        c.lost, what, c.taken + c.lost, c.incidents, c.reopened));
+    return notes;
+}
+
+std::string results_json(const reduction::Reduction& r, const std::map<std::string, double>& more,
+                         const std::vector<DeviceReport>& devices,
+                         const std::vector<recording::RecordedTrip>& trips) {
+    nlohmann::json j;
+    if (!trips.empty()) j["trips"] = list_of(trips);
+    for (const auto& [key, value] : more) j[key] = number(value);
+    const auto put = [&](const char* key, const char* se_key, const calibration::Estimate& e) {
+        j[key] = number(e.value);
+        j[se_key] = number(e.sigma);
+    };
+    put("v_D_mps", "v_D_se_mps", r.v_D);
+    put("D_m", "D_se_m", r.D);
+    put("frequency_hz", "frequency_se_hz", r.frequency);
+    put("gamma_mps2", "gamma_se_mps2", r.gamma);
+    put("rho", "rho_se", r.rho);
+    put("phi_rad", "phi_se_rad", r.phi);
+    put("V_RMS_mps", "V_RMS_se_mps", r.v_rms);
+    put("efficiency", "efficiency_se", r.efficiency);
+    put("accelerometer_late_s", "accelerometer_late_se_s", r.accelerometer_late_s);
+    put("accelerometer_ppm", "accelerometer_ppm_se", r.accelerometer_ppm);
+    j["position_residual_m"] = number(r.fit_residual_x_m.value);
+    j["frames"] = r.frames;
+    j["frames_lost"] = r.frames_lost;
+    j["harmonics"] = nlohmann::json::array();
+    for (const reduction::MeasuredHarmonic& h : r.harmonics)
+        j["harmonics"].push_back({{"q", h.q},
+                                  {"amplitude_mps2", number(h.amplitude.value)},
+                                  {"amplitude_se_mps2", number(h.amplitude.sigma)},
+                                  {"phase_rad", number(h.phase.value)},
+                                  {"phase_se_rad", number(h.phase.sigma)},
+                                  {"across_mps2", number(h.across.amplitude.value)},
+                                  {"across_se_mps2", number(h.across.amplitude.sigma)},
+                                  {"across", number(h.across.share.value)},
+                                  {"across_se", number(h.across.share.sigma)},
+                                  {"across_in_phase", number(h.across.in_phase)},
+                                  {"across_quadrature", number(h.across.quadrature)},
+                                  {"across_direction", h.across.direction}});
+    j["stick"] = nlohmann::json::array();
+    for (const reduction::StickInterval& k : r.stick) j["stick"].push_back({k.from, k.to});
+    j["shortest_visible_stick"] = number(r.shortest_visible_stick);
+    j["periods"] = nlohmann::json::array();
+    for (const reduction::PeriodResult& p : r.periods)
+        j["periods"].push_back({{"k", p.k},
+                                {"t_s", number(p.t_s)},
+                                {"D_m", number(p.drift.value)},
+                                {"D_se_m", number(p.drift.sigma)},
+                                {"gamma_mps2", number(p.gamma.value)},
+                                {"phi_rad", number(p.phi.value)}});
+    for (const auto& [device, what, c] : devices)
+        j["devices"].push_back({{"device", device},
+                                {"what", what},
+                                {"taken", c.taken},
+                                {"lost", c.lost},
+                                {"incidents", c.incidents},
+                                {"reopened", c.reopened}});
+    j["notes"] = r.notes;
+    return j.dump(2);
+}
+
+std::string trips_json(const std::vector<recording::RecordedTrip>& trips, const std::string& why) {
+    return nlohmann::json{{"trips", list_of(trips)}, {"not_reduced", why}}.dump(2);
+}
+
+}  // namespace shaker::report

@@ -1,0 +1,218 @@
+#include "daemon/run/recordings.hpp"
+
+#include <spdlog/fmt/chrono.h>
+#include <spdlog/fmt/fmt.h>
+
+#include <algorithm>
+#include <iterator>
+#include <utility>
+
+#include "daemon/acquisition/hand_over.hpp"
+#include "daemon/acquisition/run_loops.hpp"
+#include "daemon/report/results.hpp"
+#include "daemon/run/run_setup.hpp"
+#include "drivers/errors.hpp"
+
+namespace shaker::run {
+
+namespace {
+
+constexpr double kept_s = 12;  // of the streams, for guards and a stop just after the recording
+constexpr std::chrono::milliseconds space_every{500};
+
+std::string stem_now() {
+    const auto now = std::chrono::system_clock::to_time_t(std::chrono::system_clock::now());
+    return fmt::format("run-{:%Y%m%dT%H%M%SZ}", fmt::gmtime(now));
+}
+
+// A daemon's devices count from its start, a recording from its own.
+std::vector<DeviceReport> lost_since(const std::vector<DeviceReport>& before, std::vector<DeviceReport> now) {
+    for (std::size_t i = 0; i < now.size() && i < before.size(); ++i) {
+        DeviceCounts& c = now[i].counts;
+        const DeviceCounts& b = before[i].counts;
+        c = {c.taken - b.taken, c.lost - b.lost, c.incidents - b.incidents, c.reopened - b.reopened};
+    }
+    return now;
+}
+
+}  // namespace
+
+Recordings::Recordings(bench::Bench& bench, acquisition::Collector& collector,
+                       const RecordingsSettings& settings)
+    : bench_{bench}, collector_{collector}, settings_{settings} {
+    ask_for_space();
+}
+
+std::filesystem::path Recordings::file_named(const std::string& name) const {
+    if (!name.empty()) return settings_.folder / (name + ".nxs");
+    const std::string now = stem_now();
+    std::filesystem::path file = settings_.folder / (now + ".nxs");
+    for (int k = 2; std::filesystem::exists(file); ++k)
+        file = settings_.folder / fmt::format("{}-{}.nxs", now, k);
+    return file;
+}
+
+void Recordings::remark(const std::string& text, const Sequence& sequence) {
+    const recording::LogEntry entry{sequence.now_s(), run::name(sequence.state()), "remark: " + text};
+    if (on()) return recording_->add(entry);
+    if (remarks_.size() == most_remarks) remarks_.pop_front();
+    remarks_.push_back(entry);
+}
+
+void Recordings::begin(const RunOptions& run, const std::filesystem::path& file, double now_s) {
+    if (!file.empty() && finishing())
+        throw InputError{
+            "the recording before is still being finished; a run that is recorded may start when that is "
+            "done"};
+    const bool with_truth = !settings_.on_call && bench_.world != nullptr;
+    header_ = run_header(bench_, run, settings_.live, with_truth);
+    started_s_ = now_s;
+    before_ = device_reports(bench_.rig);
+    for (std::size_t i = 0; i < safety::causes; ++i)
+        warned_[i] = collector_.channels().warnings[static_cast<safety::Cause>(i)];
+    if (file.empty()) return;
+    const bool learns = settings_.on_call && run.pictures != recorded::KeptPictures::off;
+    if (learns) header_.views = collector_.views_now();
+    open(file);
+    if (learns) collector_.learn_anew(header_.views);
+}
+
+void Recordings::open(const std::filesystem::path& file) {
+    file_ = file;
+    auto recording = std::make_shared<recording::Recorder>(
+        file_, header_, recording::RecorderSettings{.live = settings_.live, .started_s = started_s_});
+    {
+        const std::scoped_lock lock{mutex_};
+        recording_ = std::move(recording);
+    }
+    watch_ = std::make_unique<RecordingMonitor>(*recording_);
+    for (const recording::LogEntry& remark : remarks_) recording_->add(remark);
+    remarks_.clear();
+    collector_.record(recording_.get());
+    begun_s_ = INFINITY;
+    told_long_ = false;
+}
+
+std::vector<std::string> Recordings::warnings() const {
+    safety::Warnings since;
+    for (std::size_t i = 0; i < safety::causes; ++i) {
+        const auto cause = static_cast<safety::Cause>(i);
+        since.count(cause, collector_.channels().warnings[cause] - warned_[i]);
+    }
+    return notes_on(since);
+}
+
+std::string Recordings::name() const {
+    if (on()) return file_.filename().string();
+    return finishing() ? closing_ : std::string{};
+}
+
+void Recordings::look(Sequence& sequence, acquisition::Channels& channels) {
+    if (!on()) return;
+    begun_s_ = std::min(begun_s_, sequence.now_s());
+    watch_->look(sequence, collector_.streams(), channels);
+    if (sequence.now_s() < begun_s_ + settings_.most_s || told_long_) return;
+    if (const RunState s = sequence.state(); s != RunState::ramp && s != RunState::run) return;
+    told_long_ = true;
+    sequence.end(channels);
+}
+
+void Recordings::finish(const Sequence& sequence) {
+    if (settings_.on_call && !on() && !sequence.trip()) return;
+    auto job = std::make_unique<Job>();
+    EndedRun& run = job->run.run;
+    run = ended_run(sequence, collector_.streams());
+    run.header = header_;
+    run.started_s = started_s_;
+    std::vector<std::string> lost = report::notes_on(lost_since(before_, device_reports(bench_.rig)));
+    run.notes.insert(run.notes.begin(), lost.begin(), lost.end());
+    std::ranges::move(warnings(), std::back_inserter(run.notes));
+    if (!run.stops.empty()) {
+        collector_.close_tails();
+        run.tails = &collector_.tails();
+    }
+    if (!settings_.on_call && bench_.world != nullptr && on() && run.stops.empty())
+        run.truth = truth_of(*bench_.world, header_.views, run.finished);
+    closing_ = on() ? file_.filename().string() : std::string{};
+    if (on()) {
+        job->run.file = file_;
+        job->run.whole = true;
+        watch_.reset();
+        collector_.record(nullptr);
+    }
+    // A copy of an hour would take longer than this thread may stand still: the streams move.
+    run.streams =
+        !settings_.on_call || on()
+            ? hand_over(collector_.streams(), settings_.on_call ? sequence.now_s() - kept_s : INFINITY)
+            : collector_.streams();
+    ++unfinished_;
+    {
+        const std::scoped_lock lock{mutex_};
+        job->recording = std::move(recording_);
+        recording_ = nullptr;
+        jobs_.push_back(std::move(job));
+    }
+    while (!settings_.live && finishing()) step();
+}
+
+std::optional<FinishedRun> Recordings::finished() {
+    const std::scoped_lock lock{mutex_};
+    if (finished_.empty()) return std::nullopt;
+    std::optional<FinishedRun> run{std::move(finished_.front())};
+    finished_.pop_front();
+    return run;
+}
+
+bool Recordings::step() {
+    ask_for_space();
+    std::unique_ptr<Job> job;
+    std::shared_ptr<recording::Recorder> recording;
+    {
+        const std::scoped_lock lock{mutex_};
+        recording = recording_;
+        if (!jobs_.empty()) {
+            job = std::move(jobs_.front());
+            jobs_.pop_front();
+        }
+    }
+    if (job == nullptr) return recording != nullptr && recording->step();
+    conclude(*job);
+    {
+        const std::scoped_lock lock{mutex_};
+        finished_.push_back(std::move(job->run));
+    }
+    job.reset();
+    --unfinished_;
+    return true;
+}
+
+// A recording that cannot be finished must not end the program: FILE.part stays.
+void Recordings::conclude(Job& job) const {
+    FinishedRun& f = job.run;
+    try {
+        f.results = results_of(f.run);
+        if (job.recording != nullptr) {
+            run::finish(*job.recording, f.run, f.results);
+        } else if (!f.run.stops.empty()) {
+            f.file = trip_file(settings_.folder, std::chrono::system_clock::now());
+            record_tail(f.run, f.results, f.file);
+        }
+    } catch (const std::exception&) {
+        f.failure = std::current_exception();
+    }
+    if (job.recording != nullptr) f.recorder_failure = job.recording->failure();
+    job.recording.reset();
+    if (settings_.on_call) f.run.streams = {};
+}
+
+// On the recorder's thread: a disk that hangs must not hold up who leads the drive.
+void Recordings::ask_for_space() {
+    const auto now = std::chrono::steady_clock::now();
+    if (now < asked_ + space_every) return;
+    asked_ = now;
+    std::error_code failed;
+    const std::filesystem::space_info space = std::filesystem::space(settings_.folder, failed);
+    free_bytes_ = failed ? NAN : static_cast<double>(space.available);
+}
+
+}  // namespace shaker::run

@@ -1,0 +1,57 @@
+#include "daemon/run/run_settings.hpp"
+
+#include <spdlog/fmt/fmt.h>
+
+#include <utility>
+
+namespace shaker::run {
+
+void read_run_settings(const std::filesystem::path& file, RunOptions& options) {
+    SettingsTable root = SettingsTable::from_file(file);
+    read_run_table(root.table("run"), options);
+    root.finish();
+}
+
+void read_run_table(SettingsTable run, RunOptions& options) {
+    Drive& d = options.drive;
+    options.rig = run.text("rig", options.rig);
+    if (run.has("scene")) options.scene = run.folder() / run.text("scene");
+    d.frequency = run.number("frequency_hz", drive_limits.frequency, d.frequency);
+    d.gamma = run.number("gamma_mps2", drive_limits.gamma, d.gamma);
+    d.rho = run.number("rho", drive_limits.rho, d.rho);
+    d.phi = run.number("phi_rad", drive_limits.phi, d.phi);
+    for (SettingsTable& overtone : run.tables("harmonic")) {
+        const int n = overtone.integer("n", 3, most_driven, 0);
+        if (n == 0) overtone.fail("n", "missing; 3 to 8 is allowed");
+        const double share = overtone.number("share", drive_limits.share);
+        d.overtones.at(static_cast<std::size_t>(n - 3)) =
+            std::polar(share, overtone.number("phase_rad", drive_limits.phi, 0));
+        overtone.finish();
+    }
+    options.periods = run.integer("periods", 2, most_periods, options.periods);
+    options.settle = run.integer("settle_periods", 0, most_settle_periods, options.settle);
+    if (run.has("frames"))
+        options.pictures =
+            static_cast<recorded::KeptPictures>(run.choice("frames", {"off", "region", "full"}, 1));
+    options.identify = run.flag("identify", options.identify);
+    options.closed_loop = run.flag("closed_loop", options.closed_loop);
+    options.mains_hz = run.number("mains_hz", drive_limits.mains, options.mains_hz);
+    run.finish();
+}
+
+std::string run_settings_text(const RunOptions& o) {
+    std::string overtones;
+    for (std::size_t i = 0; i < o.drive.overtones.size(); ++i)
+        if (const std::complex<double> share = o.drive.overtones[i]; share != 0.0)
+            overtones += fmt::format("\n[[run.harmonic]]\nn = {}\nshare = {}\nphase_rad = {}\n", i + 3,
+                                     std::abs(share), std::arg(share));
+    return overtones.insert(
+        0,
+        fmt::format(
+            "[run]\nrig = \"{}\"\nfrequency_hz = {}\ngamma_mps2 = {}\nrho = {}\nphi_rad = {}\nperiods = {}\n"
+            "settle_periods = {}\nframes = \"{}\"\nidentify = {}\nclosed_loop = {}\nmains_hz = {}\n",
+            o.rig, o.drive.frequency, o.drive.gamma, o.drive.rho, o.drive.phi, o.periods, o.settle,
+            name(o.pictures), o.identify, o.closed_loop, o.mains_hz));
+}
+
+}  // namespace shaker::run

@@ -1,0 +1,64 @@
+#include "daemon/run/run_setup.hpp"
+
+#include <spdlog/fmt/fmt.h>
+
+#include "daemon/recording/tables/places.hpp"
+#include "daemon/recording/time_text.hpp"
+#include "daemon/run/recording_monitor.hpp"
+#include "daemon/run/run_settings.hpp"
+#include "drivers/synthesiser.hpp"
+
+namespace shaker::run {
+
+recorded::RecordingHeader run_header(const bench::Bench& bench, const RunOptions& run, bool live,
+                                     bool with_truth) {
+    const Rig& rig = bench.rig;
+    recorded::RecordingHeader header;
+    header.title = fmt::format("gamma {:.4g} m/s^2, phi {:.4g} rad, rho {:.4g}, {:.6g} Hz", run.drive.gamma,
+                               run.drive.phi, run.drive.rho, run.drive.frequency);
+    if (!run.drive.biharmonic()) header.title += " and overtones";
+    header.kind = "run";
+    header.config = run_settings_text(run);
+    header.rig = bench.rig_text;
+    header.dac = rig.dac->info();
+    header.frequency_hz = Synthesiser::realised(run.drive.frequency, header.dac.rate_hz);
+    header.accelerometer = rig.accelerometer->info();
+    header.pictures = run.pictures;
+    header.started = live ? recording::local_time_text() : recording::epoch_text;
+    if (live) header.identifier = new_identifier();
+    for (const auto& camera : rig.cameras) header.views.push_back(camera->view());
+    recording::lay_out(header, with_truth);
+    return header;
+}
+
+safety::Limits limits_of_run(safety::Limits limits) {
+    limits.detectors.reset(static_cast<std::size_t>(safety::Cause::underrun));
+    return limits;
+}
+
+std::vector<safety::Demand> run_demands(const bench::Bench& bench, const Drive& drive,
+                                        const safety::Limits& limits) {
+    safety::PlannedMotion plan{.target = harmonics(drive),
+                               .frequency = drive.frequency,
+                               .moving_kg = bench.shaker.moving_mass_kg + bench.shaker.base_mass_kg +
+                                            (bench.world ? bench.scene.walker.mass_kg : 0)};
+    for (std::size_t q = 0; q < max_harmonics; ++q)
+        plan.response[q] = bench.response(static_cast<double>(q + 1) * drive.frequency);
+    return demands(plan, limits);
+}
+
+RunPlan run_plan(const bench::Bench& bench, const RunOptions& run, const safety::Limits& limits) {
+    constexpr double usable = 0.95;  // of what the drive may reach: room for corrections
+    return {.controller = {.drive = run.drive,
+                           .volts_limit = usable * limits.drive.abort,
+                           .identify = run.identify,
+                           .equalise = run.closed_loop,
+                           .sheet = bench.response},
+            .line_hz = run.mains_hz,
+            .periods = run.periods,
+            .settle = run.settle,
+            .limits = limits,
+            .gravity = bench.gravity};
+}
+
+}  // namespace shaker::run

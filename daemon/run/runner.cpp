@@ -1,0 +1,128 @@
+#include "daemon/run/runner.hpp"
+
+#include <spdlog/spdlog.h>
+
+#include <algorithm>
+#include <iterator>
+#include <utility>
+
+#include "daemon/acquisition/paced_dac.hpp"
+#include "daemon/run/run_setup.hpp"
+#include "daemon/safety/preflight.hpp"
+#include "drivers/errors.hpp"
+#include "drivers/region_camera.hpp"
+#include "drivers/ticks.hpp"
+
+namespace shaker::run {
+
+namespace {
+
+bench::Bench open(const RunnerSettings& settings) {
+    const RunOptions& run = settings.run;
+    bench::Bench bench = bench::open_bench(
+        run.rig, run.scene, run.threads ? simulated::World::Pace::paced : simulated::World::Pace::lockstep);
+    if (run.threads && run.real_time && bench.world)
+        bench.rig.dac = std::make_unique<acquisition::PacedDac>(std::move(bench.rig.dac));
+    if (run.pictures == recorded::KeptPictures::region && (settings.on_call || !run.out.empty()))
+        take_regions(bench.rig);
+    return bench;
+}
+
+acquisition::DriveOutput output_for(const bench::Bench& bench, double frequency,
+                                    const safety::Limits& limits) {
+    const DacInfo dac = bench.rig.dac->info();
+    return {dac,
+            frequency,
+            acquisition::trigger_rate(bench.rig),
+            dac.block_frames,
+            limits,
+            bench.rig.accelerometer->info().rate_hz};
+}
+
+RunPlan plan_for(const bench::Bench& bench, const RunnerSettings& settings, const safety::Limits& limits) {
+    RunPlan plan = run_plan(bench, settings.run, limits);
+    plan.on_call = settings.on_call;
+    return plan;
+}
+
+}  // namespace
+
+Runner::Runner(const RunnerSettings& settings)
+    : settings_{settings},
+      bench_{open(settings)},
+      live_{acquisition::runs_threaded(bench_, settings.run.threads)},
+      limits_{limits_of_run(bench_.limits)},
+      collector_{bench_.rig, nullptr, limits_, settings.run.drive.frequency},
+      output_{output_for(bench_, settings.run.drive.frequency, limits_)},
+      sequence_{plan_for(bench_, settings, limits_), bench_.rig.dac->info().rate_hz,
+                bench_.rig.accelerometer->info(),
+                [level = settings.on_call ? spdlog::level::debug : spdlog::level::info](
+                    const std::string& what) { spdlog::log(level, "{}", what); }},
+      recordings_{bench_,
+                  collector_,
+                  {.folder = settings.recordings,
+                   .most_s = settings.on_call ? settings.longest_recording_s : INFINITY,
+                   .live = live_,
+                   .on_call = settings.on_call}} {
+    if (!settings.on_call) return;
+    collector_.settle_live();
+    collector_.keep_tails();
+}
+
+double Runner::played_s() const noexcept {
+    return counted_s(output_.synthesiser.tick(), bench_.rig.dac->info().rate_hz);
+}
+
+void Runner::lead(const acquisition::Lead& step, const std::function<bool()>& done) {
+    const bool records = live_ && (settings_.on_call || recordings_.on());
+    acquisition::Execution execution = run_loops(
+        bench_, collector_, output_, settings_.run.threads, step, done,
+        records ? std::function<bool()>{[this] { return recordings_.step(); }} : std::function<bool()>{});
+    wall_s_ = execution.wall_s;
+    refused_ = std::move(execution.refused);
+}
+
+FinishedRun Runner::run() {
+    safety::require_within(run_demands(bench_, settings_.run.drive, bench_.limits));
+    recordings_.begin(settings_.run, settings_.run.out, 0);
+    if (settings_.run.out.empty() || settings_.run.pictures == recorded::KeptPictures::off)
+        collector_.keep_tails();
+    lead(
+        [this](const acquisition::Streams& streams, acquisition::Channels& channels) {
+            const bool any = sequence_.step(streams, channels);
+            recordings_.look(sequence_, channels);
+            return any;
+        },
+        [this] { return sequence_.done(); });
+    recordings_.finish(sequence_);
+    while (recordings_.finishing()) recordings_.step();
+    return std::move(*recordings_.finished());
+}
+
+std::vector<Finding> Runner::check(SelfTestPlan plan) {
+    std::vector<Finding> findings;
+    plan.gravity = bench_.gravity;
+    for (std::size_t q = 0; q < max_harmonics; ++q)
+        plan.response[q] = bench_.response(static_cast<double>(q + 1) * plan.frequency);
+    SelfTest test{plan, bench_.rig.dac->info().rate_hz};
+    spdlog::info("self-test: {:.3g} s of silence, then {} periods of {:.3g} V at {:.4g} and {:.4g} Hz",
+                 plan.quiet_s, plan.hold, plan.volts, plan.frequency, 2 * plan.frequency);
+    try {
+        lead([&](const acquisition::Streams& streams,
+                 acquisition::Channels& channels) { return test.step(streams, channels.drive); },
+             [&] { return test.done(); });
+    } catch (const DeviceError& e) {
+        return {{Verdict::bad, "self-test", e.what()}};
+    }
+    for (const std::string& what : refused_) findings.push_back({Verdict::warning, "real time", what});
+    for (const std::string& what : notes_on(collector_.channels().warnings))
+        findings.push_back({Verdict::warning, "limits", what});
+    if (test.trip()) {
+        findings.push_back({Verdict::bad, "self-test", "the drive was stopped: " + text(*test.trip())});
+        return findings;
+    }
+    std::ranges::move(judge(test, bench_.rig, collector_.streams()), std::back_inserter(findings));
+    return findings;
+}
+
+}  // namespace shaker::run

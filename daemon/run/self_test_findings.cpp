@@ -1,0 +1,293 @@
+#include <spdlog/fmt/fmt.h>
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <optional>
+
+#include "calibration/clocks/timebase.hpp"
+#include "calibration/harmonics/harmonic_fit.hpp"
+#include "daemon/reduction/selection.hpp"
+#include "daemon/report/results.hpp"
+#include "daemon/run/self_test.hpp"
+
+namespace shaker::run {
+
+namespace {
+
+using Complex = std::complex<double>;
+constexpr double most_ppm = 200;       // that a crystal may be off
+constexpr double most_gravity = 0.05;  // that the resting sensor may be off from the place's, as a share
+constexpr double deg = 180 / std::numbers::pi;
+
+// Harmonics 1 and 2 of the base's acceleration along an axis, by one instrument, phases against the drive.
+struct Motion {
+    std::array<Complex, 2> a{};
+    std::array<double, 2> sd{};
+    [[nodiscard]] bool seen() const { return std::abs(a[0]) > 5 * sd[0] && std::abs(a[1]) > 5 * sd[1]; }
+    // alpha2 - 2 alpha1: no delay changes it, a change of sign turns it by pi.
+    [[nodiscard]] double shape() const { return std::arg(a[1]) - 2 * std::arg(a[0]); }
+};
+
+class Judge {
+public:
+    Judge(const SelfTest& test, const Rig& rig, acquisition::Streams& streams)
+        : test_{test}, rig_{rig}, streams_{streams}, measured_{measurement(streams)} {}
+    std::vector<Finding> findings() {
+        dac();
+        if (rig_.accelerometer) accelerometer();
+        for (std::size_t i = 0; i < rig_.cameras.size(); ++i) camera(i);
+        motion();
+        return std::move(findings_);
+    }
+
+private:
+    [[nodiscard]] reduction::Measurement measurement(acquisition::Streams& streams) const {
+        std::vector<std::string> notes;
+        settle_times(streams, notes);
+        return measurement_of(streams, test_.plan().frequency, test_.held().from_s, test_.held().to_s);
+    }
+    void say(Verdict verdict, const std::string& device, std::string text) {
+        findings_.push_back({verdict, device, std::move(text)});
+    }
+    void clock(const std::string& device, double nominal_hz, const calibration::ClockFit& c) {
+        const bool crystal = std::abs(c.ppm) < most_ppm + 4 * c.ppm_sigma;
+        say(crystal ? Verdict::good : Verdict::warning, device,
+            fmt::format(
+                "{:.6g} Hz, runs {} ppm fast against the host's clock; its stamps come {:.3g} us after "
+                "the soonest, on average{}",
+                nominal_hz, report::with_error(c.ppm, c.ppm_sigma), 1e6 * c.delay.count(),
+                crystal ? "" : "; no crystal is that far off: is the rate converted on the way?"));
+    }
+    void losses(const std::string& device, const char* what, const DeviceCounts& c) {
+        const bool clean = c.lost == 0 && c.incidents == 0 && c.reopened == 0;
+        say(clean ? Verdict::good : Verdict::warning, device,
+            fmt::format("{} {}, {} lost, {} incidents, reopened {} times", c.taken, what, c.lost, c.incidents,
+                        c.reopened));
+    }
+    void dac();
+    void accelerometer();
+    void noise(const std::string& name, const std::array<std::vector<double>, 3>& quiet);
+    void camera(std::size_t index);
+    void motion();
+    [[nodiscard]] std::optional<Motion> by_accelerometer();
+    [[nodiscard]] std::optional<Motion> by_cameras() const;
+    void response(const Motion& m);
+    void polarity(const std::string& device, const Motion& m, const char* cure);
+
+    const SelfTest& test_;
+    const Rig& rig_;
+    acquisition::Streams& streams_;
+    reduction::Measurement measured_;
+    std::vector<Finding> findings_;
+};
+
+void Judge::dac() {
+    const std::string name = rig_.dac->info().name;
+    clock(name, streams_.dac_rate_hz, streams_.timebase.dac());
+    losses(name, "samples played", rig_.dac->counts());
+}
+
+void Judge::accelerometer() {
+    const AccelerometerInfo info = rig_.accelerometer->info();
+    if (streams_.blocks.empty()) {
+        say(Verdict::bad, info.name, "no sample came: is its trigger running, is its buffer enabled?");
+        return;
+    }
+    clock(info.name, info.rate_hz, streams_.timebase.accelerometer());
+    losses(info.name, "samples", rig_.accelerometer->counts());
+    std::array<std::vector<double>, 3> quiet;
+    const reduction::AccelSeries& s = measured_.accelerometer;
+    for (std::size_t i = 0; i < s.t_s.size(); ++i)
+        if (s.t_s[i] >= test_.quiet().from_s && s.t_s[i] <= test_.quiet().to_s)
+            for (std::size_t k = 0; k < 3; ++k) quiet[k].push_back(s.a_mps2[i][k]);
+    if (quiet[0].size() > 10) noise(info.name, quiet);
+    const auto clipped = std::ranges::count_if(
+        streams_.blocks, [](const AccelBlock& b) { return has(b.quality, Quality::clipped); });
+    if (clipped > 0)
+        say(Verdict::warning, info.name,
+            fmt::format("{} blocks reach the end of its range: a larger range, or is it loose?", clipped));
+}
+
+void Judge::noise(const std::string& name, const std::array<std::vector<double>, 3>& quiet) {
+    Eigen::Vector3d mean, sd;
+    for (int k = 0; k < 3; ++k) {
+        const std::vector<double>& q = quiet[static_cast<std::size_t>(k)];
+        const Eigen::Map<const Eigen::VectorXd> v(q.data(), static_cast<Eigen::Index>(q.size()));
+        mean(k) = v.mean();
+        sd(k) = std::sqrt((v.array() - mean(k)).square().mean());
+    }
+    if (sd.minCoeff() == 0) {
+        say(Verdict::bad, name, "an axis never changes, not even by its noise: frozen, or not connected");
+        return;
+    }
+    const double density = 1e6 / paper_g / std::sqrt(rig_.accelerometer->info().rate_hz / 2);
+    say(Verdict::good, name,
+        fmt::format("noise at rest {:.3g}, {:.3g}, {:.3g} m/s^2 rms on x, y, z ({:.3g}, {:.3g}, {:.3g} "
+                    "ug/rtHz if white)",
+                    sd(0), sd(1), sd(2), density * sd(0), density * sd(1), density * sd(2)));
+    const double off = mean.norm() / test_.plan().gravity - 1;
+    const bool fits = std::abs(off) < most_gravity;
+    say(fits ? Verdict::good : Verdict::warning, name,
+        fmt::format("at rest it shows {:.4f} m/s^2 along ({:+.3f}, {:+.3f}, {:+.3f}): gravity {}",
+                    mean.norm(), mean(0) / mean.norm(), mean(1) / mean.norm(), mean(2) / mean.norm(),
+                    fits ? "as it should be"
+                         : fmt::format("is {:+.1f} % off: check scale, range and offset", 100 * off)));
+}
+
+void Judge::camera(std::size_t index) {
+    const Camera& device = *rig_.cameras[index];
+    const View& view = device.view();
+    const std::string name = "camera \"" + view.camera + "\"";
+    const acquisition::CameraStream& taken = streams_.cameras[index];
+    losses(name, "frames", device.counts());
+    for (std::size_t i = 0; i < view.targets.size(); ++i) {
+        const std::vector<tracking::Track>& tracks = streams_.tracks[taken.first_track + i].tracks;
+        if (tracks.empty()) {
+            say(Verdict::bad, name,
+                view.dac_triggered
+                    ? "no frame came: does the trigger line reach it, is its trigger input the one named?"
+                    : "no frame came: is it acquiring?");
+            return;
+        }
+        const auto good = std::ranges::count_if(
+            tracks, [](const tracking::Track& t) { return t.fix.state == tracking::TrackState::ok; });
+        const bool fine = 100 * good >= 99 * static_cast<std::ptrdiff_t>(tracks.size());
+        say(fine ? Verdict::good : Verdict::warning, name,
+            fmt::format("\"{}\" found well in {} of {} frames{}", view.targets[i].name, good, tracks.size(),
+                        fine ? "" : ": check light, focus, roi_px and kind of the target"));
+    }
+    if (const auto own = streams_.timebase.camera_stamps(index)) clock(name, view.frame_rate_hz, *own);
+}
+
+std::optional<Motion> Judge::by_accelerometer() {
+    const reduction::AccelSeries& s = measured_.accelerometer;
+    std::vector<double> t;
+    std::array<std::vector<double>, 3> a;
+    for (std::size_t i = 0; i < s.t_s.size(); ++i) {
+        if (s.t_s[i] < test_.held().from_s || s.t_s[i] > test_.held().to_s) continue;
+        t.push_back(s.t_s[i]);
+        for (std::size_t k = 0; k < 3; ++k) a[k].push_back(s.a_mps2[i][k]);
+    }
+    if (t.size() < 100) return {};
+    Eigen::Matrix<double, 3, 4> parts;
+    std::array<double, 2> sd{};
+    Complex turn1, turn2;
+    for (int k = 0; k < 3; ++k) {
+        const calibration::HarmonicSamples samples{t, a[static_cast<std::size_t>(k)], {}};
+        const calibration::HarmonicFit fit =
+            fit_harmonics({&samples, 1}, test_.plan().frequency, 4, calibration::Slope::none);
+        turn1 = std::polar(1.0, -two_pi * fit.frequency_hz * fit.origin_s);  // phases from master time 0
+        turn2 = turn1 * turn1;
+        const Complex a1 = fit.at(1) * turn1, a2 = fit.at(2) * turn2;
+        parts.row(k) << a1.real(), a1.imag(), a2.real(), a2.imag();
+        sd = {std::max(sd[0], fit.amplitude_sd(1)), std::max(sd[1], fit.amplitude_sd(2))};
+    }
+    Eigen::Vector3d axis(s.shaker_axis[0], s.shaker_axis[1], s.shaker_axis[2]);
+    if (axis.norm() == 0) {
+        const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> eigen(parts * parts.transpose());
+        axis = eigen.eigenvectors().col(2);
+        Eigen::Index largest = 0;
+        axis.cwiseAbs().maxCoeff(&largest);
+        if (axis(largest) < 0) axis = -axis;
+    }
+    const Eigen::RowVector4d along = axis.transpose() * parts;
+    const double across = (parts - axis * along).norm() / along.norm();
+    Motion m{{Complex{along(0), along(1)}, Complex{along(2), along(3)}}, sd};
+    if (m.seen())
+        say(across > 0.1 ? Verdict::warning : Verdict::good, rig_.accelerometer->info().name,
+            fmt::format(
+                "the base moves along ({:+.3f}, {:+.3f}, {:+.3f}) of the sensor, {:.1f} % across it{}",
+                axis(0), axis(1), axis(2), 100 * across,
+                across > 0.1 ? ": is the sensor mounted as shaker_axis says?" : ""));
+    return m;
+}
+
+std::optional<Motion> Judge::by_cameras() const {
+    if (measured_.bases.empty()) return {};
+    std::vector<reduction::MotionSeries> held;
+    for (reduction::MotionSeries s : measured_.bases) {
+        reduction::MotionSeries cut;
+        for (std::size_t i = 0; i < s.t_s.size(); ++i)
+            if (s.t_s[i] >= test_.held().from_s && s.t_s[i] <= test_.held().to_s) {
+                cut.t_s.push_back(s.t_s[i]);
+                cut.x_m.push_back(s.x_m[i]);
+                cut.sd_m.push_back(s.sd_m[i]);
+            }
+        if (cut.t_s.size() > 50) held.push_back(std::move(cut));
+    }
+    if (held.empty()) return {};
+    const calibration::HarmonicFit fit =
+        reduction::fit_views(sums_of(held, test_.plan().frequency, 2, calibration::Slope::free), 2).fit;
+    const Complex turn = std::polar(1.0, -two_pi * fit.frequency_hz * fit.origin_s);
+    const double w2 = std::pow(two_pi * fit.frequency_hz, 2);
+    return Motion{{-w2 * fit.at(1) * turn, -4 * w2 * fit.at(2) * turn * turn},
+                  {w2 * fit.amplitude_sd(1), 4 * w2 * fit.amplitude_sd(2)}};
+}
+
+void Judge::response(const Motion& m) {
+    const double volts = test_.plan().volts;
+    for (std::size_t k = 0; k < 2; ++k) {
+        const double got = std::abs(m.a[k]) / volts, sheet = std::abs(test_.plan().response[k]);
+        const bool fits = got > 0.5 * sheet && got < 2 * sheet;
+        say(fits ? Verdict::good : Verdict::warning, "shaker",
+            fmt::format("{} m/s^2 a volt at {:.4g} Hz; its data sheet says {:.4g}{}",
+                        report::with_error(got, m.sd[k] / volts),
+                        static_cast<double>(k + 1) * test_.plan().frequency, sheet,
+                        fits ? "" : ": check the amplifier's gain, full_scale_V and the masses in [shaker]"));
+    }
+}
+
+void Judge::polarity(const std::string& device, const Motion& m, const char* cure) {
+    const double sheet = std::arg(test_.plan().response[1]) - 2 * std::arg(test_.plan().response[0]);
+    const double off = std::remainder(m.shape() - sheet, two_pi);
+    if (std::abs(off) < std::numbers::pi / 3)
+        say(Verdict::good, device,
+            fmt::format("polarity is right: positive volts push the base towards +x (shape {:+.1f} deg off)",
+                        deg * off));
+    else if (std::abs(off) > 2 * std::numbers::pi / 3)
+        say(Verdict::bad, device, fmt::format("polarity is inverted: {}", cure));
+    else
+        say(Verdict::warning, device,
+            fmt::format("polarity cannot be told: the second harmonic is {:+.0f} deg off what the data sheet "
+                        "says; is the drive distorted, or another device in the way?",
+                        deg * off));
+}
+
+void Judge::motion() {
+    const auto a = by_accelerometer(), c = by_cameras();
+    if (a && a->seen()) {
+        response(*a);
+        polarity(rig_.accelerometer->info().name, *a,
+                 "turn the sensor's shaker_axis round, or swap the wires of the shaker");
+    } else if (a) {
+        say(Verdict::bad, "shaker",
+            fmt::format(
+                "the base does not move: {:.2g} +- {:.1g} m/s^2 at {:.4g} V. Is the amplifier on, its "
+                "gain up, the cable in?",
+                std::abs(a->a[0]), a->sd[0], test_.plan().volts));
+    }
+    if (c && c->seen()) {
+        polarity("cameras", *c, "turn `along` of the cameras round, or swap the wires of the shaker");
+        if (a && a->seen()) {
+            const double ratio = std::abs(c->a[0]) / std::abs(a->a[0]);
+            const double sd = ratio * std::hypot(c->sd[0] / std::abs(c->a[0]), a->sd[0] / std::abs(a->a[0]));
+            const bool fits = std::abs(ratio - 1) < std::max(0.02, 4 * sd);
+            say(fits ? Verdict::good : Verdict::warning, "cameras",
+                fmt::format("the base's acceleration by cameras over that by accelerometer: {}{}",
+                            report::with_error(ratio, sd),
+                            fits ? "" : ": check mm_per_px, offset_mm and the sensor's scale"));
+        }
+    } else if (c) {
+        say(Verdict::good, "cameras", "the base's motion is too small to be seen at this level");
+    }
+}
+
+}  // namespace
+
+std::vector<Finding> judge(const SelfTest& test, const Rig& rig, acquisition::Streams& streams) {
+    return Judge{test, rig, streams}.findings();
+}
+
+}  // namespace shaker::run

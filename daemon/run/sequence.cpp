@@ -1,0 +1,225 @@
+#include "daemon/run/sequence.hpp"
+
+#include <spdlog/fmt/fmt.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <utility>
+
+#include "drivers/errors.hpp"
+#include "drivers/ticks.hpp"
+
+namespace shaker::run {
+
+namespace {
+constexpr double transient_periods = 1;  // after a ramp, until the suspension has followed
+constexpr int between_levels = 5;        // periods of the ramps while the response is found out
+
+bool contradicts_prediction(safety::Cause cause) {
+    return cause == safety::Cause::residual || cause == safety::Cause::sensor_open ||
+           cause == safety::Cause::polarity;
+}
+}  // namespace
+
+Sequence::Sequence(const RunPlan& plan, double dac_rate_hz, const AccelerometerInfo& accelerometer, Say say)
+    : plan_{plan},
+      dac_rate_hz_{dac_rate_hz},
+      frequency_{Synthesiser::realised(plan.controller.drive.frequency, dac_rate_hz)},
+      say_{std::move(say)},
+      windows_{dac_rate_hz, accelerometer, plan.controller.drive.frequency, control::controlled_harmonics,
+               plan.line_hz},
+      controller_{plan.controller},
+      walker_{frequency_},
+      guard_{plan.limits, accelerometer, dac_rate_hz, plan.gravity},
+      drive_{dac_rate_hz} {}
+
+bool Sequence::step(const acquisition::Streams& streams, acquisition::Channels& channels) {
+    const std::size_t before = plays_ + blocks_ + changes_ + stops_.size() + walker_.seen();
+    take_trips(streams, channels);
+    take_stamps(streams, channels);
+    take_accelerations(streams, channels);
+    walker_.add(streams);
+    clocks_known_ = streams.timebase.ready();
+    if (state() == RunState::run) guard_.look(walker_, now_s_, channels);
+    if (driving(state())) guard_.look(streams.cameras, now_s_, channels);
+    std::visit([&](auto& now) { advance(now, channels); }, state_);
+    return plays_ + blocks_ + changes_ + stops_.size() + walker_.seen() != before;
+}
+
+// The first of them is the cause; the output has begun its ramp to zero.
+void Sequence::take_trips(const acquisition::Streams& streams, acquisition::Channels& channels) {
+    while (stops_.size() < streams.trips.size()) {
+        const safety::Trip& trip = streams.trips[stops_.size()];
+        const auto* running = std::get_if<Run>(&state_);
+        stops_.push_back({state(), running != nullptr && running->measuring});
+        note(fmt::format("stopped in state {}: {}", name(state()), text(trip)));
+        auto* before = std::get_if<Tripped>(&state_);
+        if (before != nullptr && before->phase != Tripped::Phase::clearing) continue;
+        trip_ = trip;
+        cause_ = stops_.size() - 1;
+        const Tripped tripped{.at_s = now_s_};
+        if (before != nullptr)
+            *before = tripped;
+        else
+            go(tripped, channels);
+        if (now_s_ < lost_.at_s + aftermath_s) blame_dac(std::get<Tripped>(state_));
+    }
+}
+
+// A base that stood still, or swung out by itself, because the DAC had run empty may be noticed before the
+// DAC is. The drive comes back softly where it may after an underrun; what was not the DAC's doing shows
+// again.
+void Sequence::blame_dac(Tripped& tripped) {
+    if (!contradicts_prediction(trip_->cause)) return;
+    note("the base did not follow because the DAC had run empty");
+    trip_ = safety::Trip{
+        .cause = safety::Cause::underrun,
+        .on_dac_clock = true,
+        .value = static_cast<double>(lost_.samples),
+        .tick = trip_->on_dac_clock ? trip_->tick : static_cast<std::int64_t>(lost_.at_s * dac_rate_hz_)};
+    const bool excusable = !plan_.limits.detectors[static_cast<std::size_t>(safety::Cause::underrun)];
+    if (excusable && tripped.phase == Tripped::Phase::latched) tripped.phase = Tripped::Phase::excused;
+}
+
+void Sequence::take_stamps(const acquisition::Streams& streams, acquisition::Channels& channels) {
+    for (; plays_ < streams.dropped.played + streams.played.size(); ++plays_) {
+        const PlayTime& played = streams.played[plays_ - streams.dropped.played];
+        if (played.lost > 0)
+            start_again(played.lost, channels);
+        else
+            now_s_ = seconds(streams.timebase.at(played.tick));
+    }
+    for (; changes_ < streams.dropped.changes + streams.changes.size(); ++changes_) {
+        const DriveChange& c = streams.changes[changes_ - streams.dropped.changes];
+        windows_.add(c);
+        drive_.add(c, transient_periods / frequency_);
+    }
+}
+
+// The DAC ran empty and stands at zero: what was measured so far is cut, the drive comes up softly once more.
+void Sequence::start_again(std::int64_t lost, acquisition::Channels& channels) {
+    lost_ = {lost, now_s_};
+    guard_.clocks_lost();
+    if (done()) return;
+    note(fmt::format("the DAC ran empty at {:.3f} s and stood still for {:.1f} ms", now_s_,
+                     1e3 * duration_s(lost, dac_rate_hz_)));
+    if (state() == RunState::ramp_down) return go(Idle{.ended = !plan_.on_call}, channels);  // silent already
+    if ((driving(state()) || !plan_.on_call) && ++order_.restarts > plan_.most_restarts) {
+        if (!plan_.on_call)
+            throw DeviceError{
+                fmt::format("the DAC ran empty {} times in one run; given up", order_.restarts)};
+        stop(channels, {.cause = safety::Cause::underrun, .value = static_cast<double>(lost)});
+    }
+    if (auto* tripped = std::get_if<Tripped>(&state_)) return blame_dac(*tripped);
+    if (state() == RunState::run) go(Ramp{}, channels);
+    if (driving(state())) go_for_target(plan_.soft_start, channels);
+}
+
+void Sequence::take_accelerations(const acquisition::Streams& streams, acquisition::Channels& channels) {
+    for (; blocks_ < streams.dropped.blocks + streams.blocks.size(); ++blocks_) {
+        const AccelBlock& block = streams.blocks[blocks_ - streams.dropped.blocks];
+        last_tick_ = {block.first.n + block.size - 1};
+        for (const control::PeriodWindows::Window& window : windows_.add(block, streams.timebase)) {
+            newest_ = window;
+            window_done(window, streams.timebase, channels);
+        }
+    }
+}
+
+// The one back arrow: what a window showed corrects the drive.
+void Sequence::window_done(const control::PeriodWindows::Window& window,
+                           const calibration::Timebase& timebase, acquisition::Channels& channels) {
+    const RunState now = state();
+    if (now == RunState::self_test) {
+        controller_.quiet(window.estimate);
+        guard_.look_at_rest(window, channels);
+    }
+    if (now != RunState::identify && now != RunState::run) return;
+    // A correction under way is a drive like any other to those that follow every window.
+    const bool newest = window.sequence >= drive_.newest();
+    const control::DriveController::Outcome outcome = controller_.take(window, newest);
+    // A window from before the target was changed is none of this one's, nor of its frequency.
+    const bool current = now == RunState::identify || window.from_s >= drive_.target_from_s();
+    const bool followed = current && now == RunState::run && plan_.controller.equalise;
+    guard_.look(window, controller_, {current, followed}, timebase, last_tick_, channels);
+    switch (outcome) {
+        case control::DriveController::Outcome::nothing:
+            break;
+        case control::DriveController::Outcome::step:
+            if (const control::IdentifiedResponse* found = controller_.found())
+                guard_.look(*found, false, now_s_, channels);
+            command(controller_.volts(), now == RunState::identify ? between_levels : 1, true, channels);
+            break;
+        case control::DriveController::Outcome::correction:
+            command(controller_.volts(), 1, false, channels);
+            break;
+        case control::DriveController::Outcome::identified:
+            identified(channels);
+            break;
+    }
+    if (state() == RunState::run) tell(window);
+}
+
+void Sequence::identified(acquisition::Channels& channels) {
+    for (const std::string& finding : findings(*controller_.identified())) note(finding);
+    guard_.look(*controller_.identified(), true, now_s_, channels);
+    if (order_.only_identify)
+        come_down(channels);
+    else
+        start(channels);
+}
+
+void Sequence::tell(const control::PeriodWindows::Window& window) {
+    if (plan_.on_call) return;  // who wants to know looks at the state
+    // What stays the same is told once a second.
+    const bool locked = controller_.report().locked;
+    if (window.from_s < told_s_ + (locked ? 1 : 0.25)) return;
+    told_s_ = window.from_s;
+    const Drive got = drive_of(window.estimate.along, frequency_);
+    say_(fmt::format("{:7.3f} s  gamma {:.4f} m/s^2  phi {:+.3f} deg  drive {}", window.from_s, got.gamma,
+                     got.phi * 180 / std::numbers::pi,
+                     !plan_.controller.equalise ? "open loop" : (locked ? "locked" : "settling")));
+}
+
+void Sequence::arm(acquisition::Channels& channels) {
+    go(Armed{}, channels);
+    if (!controller_.identified() && controller_.begin_identification()) {
+        go(Identify{}, channels);
+        say_("finding out how the base answers to the drive");
+        command(controller_.volts(), plan_.soft_start, true, channels);
+    } else {
+        start(channels);
+    }
+}
+
+void Sequence::start(acquisition::Channels& channels) {
+    controller_.begin();
+    go(Ramp{}, channels);
+    say_(fmt::format("soft start over {} periods", plan_.soft_start));
+    go_for_target(plan_.soft_start, channels);
+}
+
+// From here to where the keeper wants to go: until that is in force nothing is judged against it.
+void Sequence::go_for_target(int ramp_periods, acquisition::Channels& channels) {
+    command(controller_.volts(), ramp_periods, true, channels);
+    guard_.settling();
+    drive_.aim();
+    if (auto* run = std::get_if<Run>(&state_)) run->kept_from_s = -INFINITY;
+}
+
+void Sequence::note(const std::string& what) {
+    say_(what);
+    notes_.push_back(what);
+}
+
+void Sequence::command(const Harmonics<Voltage>& volts, int ramp_periods, bool transient,
+                       acquisition::Channels& channels) {
+    channels.drive.post({.volts = volts,
+                         .frequency = controller_.drive().frequency,
+                         .ramp_periods = ramp_periods,
+                         .sequence = drive_.next()});
+    if (transient) drive_.await();
+}
+
+}  // namespace shaker::run

@@ -1,0 +1,96 @@
+// What the director is told from outside.
+#include <spdlog/fmt/fmt.h>
+
+#include "daemon/run/sequence.hpp"
+#include "drivers/errors.hpp"
+
+namespace shaker::run {
+
+void Sequence::aim(const char* what, const Drive& drive, const acquisition::Channels& channels) {
+    if (state() != RunState::idle || channels.stopped)
+        throw InputError{
+            fmt::format("{} was asked for in state {}; it can be in state idle only", what, name(state()))};
+    order_ = {};
+    notes_.clear();
+    measured_.clear();
+    part_ = {0, 0};
+    controller_.aim(drive);
+    const double frequency = Synthesiser::realised(drive.frequency, dac_rate_hz_);
+    if (frequency != frequency_) walker_ = WalkerMonitor{frequency};
+    frequency_ = frequency;
+}
+
+void Sequence::begin(const Drive& drive, int periods, int settle, acquisition::Channels& channels) {
+    aim("a run", drive, channels);
+    plan_.periods = periods;
+    plan_.settle = settle;
+    arm(channels);
+}
+
+void Sequence::close_loop(bool on) {
+    if (state() != RunState::idle)
+        throw InputError{
+            fmt::format("the loop was switched in state {}; it can be while nothing is driven (state idle)",
+                        name(state()))};
+    plan_.controller.equalise = on;
+    controller_.close_loop(on);
+}
+
+void Sequence::identify(const Drive& drive, acquisition::Channels& channels) {
+    if (!plan_.controller.identify || !plan_.controller.equalise)
+        throw InputError{
+            "identification was asked for, but the settings say that the data sheet is to be taken"};
+    aim("identification", drive, channels);
+    controller_.forget();
+    order_.only_identify = true;
+    arm(channels);
+}
+
+void Sequence::end(acquisition::Channels& channels) {
+    const RunState now = state();
+    if (now != RunState::identify && now != RunState::ramp && now != RunState::run)
+        throw InputError{fmt::format("there is no drive to stop in state {}", name(now))};
+    come_down(channels);
+}
+
+void Sequence::set(const Drive& drive, acquisition::Channels& channels) {
+    auto* run = std::get_if<Run>(&state_);
+    if (run == nullptr)
+        throw InputError{fmt::format(
+            "a new set-point was given in state {}; it can be changed in state run only", name(state()))};
+    *run = {.from_s = now_s_};
+    order_.told_settling = false;
+    controller_.set(drive);
+    if (drive.frequency != frequency_) {
+        frequency_ = Synthesiser::realised(drive.frequency, dac_rate_hz_);
+        walker_ = WalkerMonitor{frequency_};
+    }
+    guard_.expect_another(channels);
+    go_for_target(1, channels);
+}
+
+void Sequence::hold_to(const safety::Limits& limits, acquisition::Channels& channels) {
+    plan_.limits = limits;
+    guard_.hold_to(limits);
+    channels.output_limits.post(limits);
+    channels.input_limits.post(limits);
+}
+
+void Sequence::stop(acquisition::Channels& channels, const safety::Trip& why) {
+    safety::Trip trip = why;
+    trip.on_dac_clock = true;
+    trip.tick = static_cast<std::int64_t>(now_s_ * dac_rate_hz_);
+    if (!channels.ordered.push(trip)) ++channels.lost.trips_lost;
+}
+
+void Sequence::clear(acquisition::Channels& channels) {
+    auto* tripped = std::get_if<Tripped>(&state_);
+    if (tripped == nullptr)
+        throw InputError{fmt::format("nothing to clear: the run is in state {}", name(state()))};
+    if (tripped->phase != Tripped::Phase::silent)
+        throw InputError{"the drive is not silent yet; clear the trip when it is"};
+    ++channels.releases;
+    tripped->phase = Tripped::Phase::clearing;
+}
+
+}  // namespace shaker::run

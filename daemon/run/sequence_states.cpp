@@ -1,0 +1,170 @@
+// What each state of a run waits for, and what follows.
+#include <spdlog/fmt/fmt.h>
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "daemon/run/sequence.hpp"
+
+namespace shaker::run {
+
+namespace {
+constexpr double accelerometer_patience_s = 8;  // its driver gives up before
+constexpr double camera_patience_s = 2;
+}  // namespace
+
+void Sequence::go(const State& next, acquisition::Channels& channels) {
+    if (!may_follow(state(), named(next))) {
+        note(fmt::format("a defect of the control: a run cannot go from {} to {}", name(state()),
+                         name(named(next))));
+        stop(channels, {.cause = safety::Cause::watchdog});
+        return;
+    }
+    state_ = next;
+    since_s_ = now_s_;
+}
+
+bool Sequence::done() const noexcept {
+    const auto* idle = std::get_if<Idle>(&state_);
+    return may_clear() || (idle != nullptr && idle->ended);
+}
+
+bool Sequence::may_clear() const noexcept {
+    const auto* tripped = std::get_if<Tripped>(&state_);
+    return tripped != nullptr && tripped->phase == Tripped::Phase::silent;
+}
+
+void Sequence::advance(Init& /*init*/, acquisition::Channels& channels) {
+    if (clocks_known_) go(Quiet{}, channels);
+}
+
+void Sequence::advance(Quiet& /*quiet*/, acquisition::Channels& channels) {
+    if (now_s_ < plan_.quiet_s) return;
+    go(Idle{}, channels);
+    if (!plan_.on_call) arm(channels);
+}
+
+void Sequence::advance(Ramp& /*ramp*/, acquisition::Channels& channels) {
+    if (now_s_ < drive_.in_force_s()) return;
+    go(Run{.from_s = drive_.in_force_s()}, channels);
+    say_("settling: the drive by its measured harmonics, then the walker");
+}
+
+void Sequence::advance(Run& run, acquisition::Channels& channels) {
+    if (!run.measuring) return settle(run);
+    if (now_s_ < part_.to_s + 2 / frequency_ || stragglers_may_come()) return;
+    measured_.push_back({static_cast<int>(measured_.size()) + 1, controller_.drive(), part_, {}});
+    run.measuring = false;
+    if (!plan_.on_call) come_down(channels);
+}
+
+void Sequence::settle(Run& run) {
+    const bool late = now_s_ - run.from_s > plan_.settle_at_most / frequency_;
+    const bool kept = !plan_.controller.equalise || controller_.report().locked;
+    if (!kept) run.kept_from_s = now_s_;
+    const double steady_from_s = drive_.steady_from_s();
+    const bool steady = plan_.settle > 0
+                            ? now_s_ > std::max(steady_from_s, run.kept_from_s) + plan_.settle / frequency_
+                            : now_s_ > steady_from_s && walker_settled();
+    if ((kept && steady) || late) begin_measuring(!(kept && steady));
+}
+
+void Sequence::advance(RampDown& /*down*/, acquisition::Channels& channels) {
+    if (now_s_ > drive_.in_force_s()) go(Idle{.ended = !plan_.on_call}, channels);
+}
+
+void Sequence::advance(Tripped& tripped, acquisition::Channels& channels) {
+    if (now_s_ < tripped.at_s + aftermath_s) return;  // what led to it is still on its way
+    switch (tripped.phase) {
+        case Tripped::Phase::latched:
+            tripped.phase = Tripped::Phase::silent;
+            break;
+        case Tripped::Phase::excused:
+        case Tripped::Phase::released:
+            unlatch(tripped, channels);
+            break;
+        case Tripped::Phase::clearing:
+            finish_clearing(channels);
+            break;
+        case Tripped::Phase::silent:
+            break;
+    }
+}
+
+void Sequence::unlatch(Tripped& tripped, acquisition::Channels& channels) {
+    if (tripped.phase == Tripped::Phase::excused) {
+        ++channels.releases;
+        tripped.phase = Tripped::Phase::released;
+        return;
+    }
+    if (channels.stopped) return;
+    guard_.rearm();
+    trip_.reset();
+    go(Idle{}, channels);
+    arm(channels);
+}
+
+// Idle is what may be armed: not before the output has let go.
+void Sequence::finish_clearing(acquisition::Channels& channels) {
+    if (channels.stopped) return;
+    guard_.rearm();
+    trip_.reset();
+    go(Idle{}, channels);
+}
+
+bool Sequence::walker_settled() const {
+    return !walker_.watches() || walker_.settled_since(drive_.steady_from_s(), controller_.drive().gamma);
+}
+
+void Sequence::come_down(acquisition::Channels& channels) {
+    go(RampDown{}, channels);
+    say_("soft stop");
+    command({}, plan_.soft_start, true, channels);
+}
+
+void Sequence::begin_measuring(bool late) {
+    Run& run = std::get<Run>(state_);
+    // Where nothing changed since the measurement before, this one follows it without a gap.
+    const bool follows =
+        !measured_.empty() && part_.to_s == measured_.back().part.to_s && part_.to_s > drive_.steady_from_s();
+    run.measuring = true;
+    part_.from_s = follows ? part_.to_s : std::ceil(now_s_ * frequency_) / frequency_;
+    part_.to_s = part_.from_s + plan_.periods / frequency_;
+    if (follows) return;
+    say_(fmt::format("measuring {} periods from {:.3f} s on", plan_.periods, part_.from_s));
+    if (!std::exchange(order_.told_settling, true)) note_on_settling(late);
+}
+
+void Sequence::note_on_settling(bool late) {
+    const control::Equaliser::Report& report = controller_.report();
+    if (late)
+        note(fmt::format("{} had not settled after {} periods; it was measured all the same",
+                         report.locked ? "the walker" : "the drive", plan_.settle_at_most));
+    if (report.reached < 1)
+        note(report.unreachable
+                 ? fmt::format("the bench gives no more than {:.1f} % of the asked gamma in this shape",
+                               100 * report.reached)
+                 : fmt::format("the DAC's {} V reach only {:.1f} % of the asked gamma",
+                               plan_.controller.volts_limit, 100 * report.reached));
+    if (report.noise_limited)
+        note(fmt::format(
+            "the sensor's noise, {:.2g} of gamma in a period, hides whether each harmonic is within "
+            "0.1 %",
+            report.noise));
+}
+
+// What a sensor measured comes later than it was measured, by seconds when its connection is in trouble.
+bool Sequence::stragglers_may_come() {
+    const auto missing = [&](double until_s, double patience_s, const char* what) {
+        if (until_s > part_.to_s - 2 / frequency_) return false;
+        if (now_s_ < part_.to_s + patience_s) return true;
+        note(fmt::format("{} end at {:.3f} s, {:.3f} s before the measurement", what, until_s,
+                         part_.to_s - until_s));
+        return false;
+    };
+    return missing(windows_.until_s(), accelerometer_patience_s, "the accelerometer's data") ||
+           (walker_.watches() && missing(walker_.until_s(), camera_patience_s, "the walker's pictures"));
+}
+
+}  // namespace shaker::run

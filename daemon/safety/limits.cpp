@@ -1,0 +1,96 @@
+#include "daemon/safety/limits.hpp"
+
+#include <spdlog/fmt/fmt.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace shaker::safety {
+
+namespace {
+
+constexpr double warn_share = 0.8;  // of the abort level
+constexpr Range positive{1e-9, 1e9};
+
+Level level(double abort) { return {warn_share * abort, abort}; }
+
+/// The keys of one level in a file. One unit of the file is `unit` SI units.
+struct LevelKeys {
+    Level Limits::*level;
+    const char* warn;
+    const char* abort;
+    double unit;
+};
+constexpr std::array<LevelKeys, 5> level_keys{
+    {{&Limits::acceleration, "acceleration_warn_mps2", "acceleration_abort_mps2", 1},
+     {&Limits::velocity, "velocity_warn_mps", "velocity_abort_mps", 1},
+     {&Limits::displacement, "displacement_warn_mm", "displacement_abort_mm", 1000},
+     {&Limits::drive, "drive_warn_V", "drive_abort_V", 1},
+     {&Limits::transverse, "transverse_warn", "transverse_abort", 1}}};
+
+struct NumberKey {
+    double Limits::*value;
+    const char* key;
+    Range allowed;
+};
+constexpr std::array<NumberKey, 8> number_keys{{{&Limits::force_n, "force_n", positive},
+                                                {&Limits::sensor_range_mps2, "sensor_range_mps2", positive},
+                                                {&Limits::edge_mm, "edge_mm", {-1e4, 1e4}},
+                                                {&Limits::soft_stop_s, "soft_stop_s", {0.02, 0.2}},
+                                                {&Limits::hard_stop_s, "hard_stop_s", {0.001, 0.02}},
+                                                {&Limits::missing_s, "missing_s", {0.001, 10}},
+                                                {&Limits::camera_missing_s, "camera_missing_s", {0.01, 1e4}},
+                                                {&Limits::watchdog_s, "watchdog_s", {0.01, 60}}}};
+constexpr double blocks_missing = 1.75;
+constexpr int most_frames = 100000;
+
+void read_level(SettingsTable& table, const LevelKeys& keys, Level& level_now) {
+    if (table.has(keys.abort)) level_now = level(table.number(keys.abort, positive) / keys.unit);
+    if (!table.has(keys.warn)) return;
+    level_now.warn = table.number(keys.warn, positive) / keys.unit;
+    if (level_now.warn > level_now.abort)
+        table.fail(keys.warn, fmt::format("{} exceeds {}, which is {}", to_text(level_now.warn * keys.unit),
+                                          keys.abort, to_text(level_now.abort * keys.unit)));
+}
+
+}  // namespace
+
+Limits limits_of(const DataSheet& sheet, double margin) {
+    Limits l;
+    const double mass = sheet.moving_mass_kg + sheet.load_kg;
+    const double by_force = mass > 0 ? sheet.max_force_n / mass : INFINITY;
+    l.acceleration =
+        level(margin * std::min({sheet.max_acceleration_mps2, by_force, sheet.sensor_range_mps2}));
+    l.velocity = level(margin * sheet.max_velocity_mps);
+    l.displacement = level(margin * sheet.stroke_m / 2);
+    l.drive = {warn_share * sheet.full_scale_V, sheet.full_scale_V};
+    l.force_n = margin * sheet.max_force_n;
+    l.sensor_range_mps2 = sheet.sensor_range_mps2;
+    l.missing_s = std::max(l.missing_s, blocks_missing * sheet.sensor_block_s);
+    return l;
+}
+
+Limits read_limits(SettingsTable table, const DataSheet& sheet) {
+    Limits l = limits_of(sheet, table.number("margin", {0.1, 1}, 0.8));
+    for (const LevelKeys& keys : level_keys) read_level(table, keys, l.*keys.level);
+    for (const NumberKey& k : number_keys) l.*k.value = table.number(k.key, k.allowed, l.*k.value);
+    l.tracking_lost_frames = table.integer("tracking_lost_frames", 1, most_frames, l.tracking_lost_frames);
+    table.finish();
+    return l;
+}
+
+std::string limits_text(const Limits& limits) {
+    std::string out = "[limits]\n";
+    const auto line = [&](const char* key, double value) {
+        if (std::isfinite(value)) out += fmt::format("{} = {}\n", key, value);
+    };
+    for (const LevelKeys& keys : level_keys) {
+        const Level& l = limits.*keys.level;
+        line(keys.warn, l.warn * keys.unit);
+        line(keys.abort, l.abort * keys.unit);
+    }
+    for (const NumberKey& k : number_keys) line(k.key, limits.*k.value);
+    return out + fmt::format("tracking_lost_frames = {}\n", limits.tracking_lost_frames);
+}
+
+}  // namespace shaker::safety

@@ -1,0 +1,81 @@
+#pragma once
+// Limits: warning and abort levels of the motion, ramps of the stops, times of the watchdogs.
+#include <bitset>
+#include <limits>
+#include <string>
+
+#include "daemon/safety/trip.hpp"
+#include "drivers/settings_table.hpp"
+
+namespace shaker::safety {
+
+/// Above `warn` samples are counted, above `abort` the drive trips. Infinite: no such level.
+struct Level {
+    double warn = std::numeric_limits<double>::infinity();
+    double abort = std::numeric_limits<double>::infinity();
+    bool operator==(const Level&) const = default;
+};
+
+/// Causes that may trip. All are on. A test switches one off to show that no other cause replaces it. No
+/// settings file contains this.
+using Detectors = std::bitset<causes>;
+inline constexpr Detectors all_detectors{(1ULL << causes) - 1};
+
+struct Limits {
+    Level acceleration{};                                      // peak, m/s^2
+    Level velocity{};                                          // peak, m/s
+    Level displacement{};                                      // peak from the middle, m
+    Level drive{};                                             // peak, V at the DAC
+    Level transverse{0.25, 0.5};                               // share of the peak along the axis
+    double force_n = std::numeric_limits<double>::infinity();  // N, peak; compared with predictions only
+    double sensor_range_mps2 =
+        std::numeric_limits<double>::infinity();  // m/s^2; a sample at or beyond it is saturated
+    double edge_mm =
+        5;  // mm, least distance of the walker from the edge of the base; negative: the walker may leave it
+    int tracking_lost_frames = 20;  // consecutive frames
+    double soft_stop_s = 0.05;      // s, ramp to zero
+    double hard_stop_s = 0.005;
+    double missing_s = 0.02;  // s, longest time without accelerometer samples
+    double camera_missing_s =
+        std::numeric_limits<double>::infinity();  // s, longest time without frames of a camera
+    double watchdog_s = 0.5;                      // s, longest time without progress of the control
+    Detectors detectors{all_detectors};
+    bool operator==(const Limits&) const = default;
+
+    /// Length of the ramp to zero, s.
+    [[nodiscard]] double stop_s(StopKind kind) const noexcept {
+        return kind == StopKind::hard ? hard_stop_s : soft_stop_s;
+    }
+};
+
+/// Data sheets of shaker, sensor and DAC. Infinite: unknown, no limit.
+struct DataSheet {
+    double max_force_n = std::numeric_limits<double>::infinity();            // peak
+    double moving_mass_kg = 0;                                               // armature
+    double load_kg = 0;                                                      // base, fixture, walker
+    double stroke_m = std::numeric_limits<double>::infinity();               // peak to peak, stop to stop
+    double max_velocity_mps = std::numeric_limits<double>::infinity();       // peak
+    double max_acceleration_mps2 = std::numeric_limits<double>::infinity();  // peak
+    double sensor_range_mps2 = std::numeric_limits<double>::infinity();
+    double sensor_block_s = 0;                                      // s, sampling time per delivered block
+    double full_scale_V = std::numeric_limits<double>::infinity();  // of the DAC
+};
+
+/// Limits from the data sheets. Abort levels: `margin` (0..1) times the data sheet; warnings: 80 % of the
+/// abort levels. Acceleration: the least of shaker, force / moved mass, and sensor. Drive: the full scale
+/// of the DAC. missing_s: 20 ms or 1.75 blocks of the accelerometer, whichever is longer.
+Limits limits_of(const DataSheet& sheet, double margin = 0.8);
+
+/// Reads a table [limits]. Keys, all optional: margin (0.1..1, of the data sheet, for levels that are not
+/// given), acceleration_warn_mps2, acceleration_abort_mps2, velocity_warn_mps, velocity_abort_mps,
+/// displacement_warn_mm, displacement_abort_mm (peak), drive_warn_V, drive_abort_V, transverse_warn,
+/// transverse_abort (ratios), force_n, sensor_range_mps2, edge_mm, tracking_lost_frames, soft_stop_s
+/// (0.02..0.2), hard_stop_s (0.001..0.02), missing_s, camera_missing_s, watchdog_s. Default of a warning
+/// level: 80 % of its abort level. InputError for other keys and for a warning level above its abort
+/// level.
+Limits read_limits(SettingsTable table, const DataSheet& sheet);
+
+/// TOML from which read_limits() returns the same limits (except `detectors`).
+std::string limits_text(const Limits& limits);
+
+}  // namespace shaker::safety

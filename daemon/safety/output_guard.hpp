@@ -1,0 +1,58 @@
+#pragma once
+// OutputGuard: the output thread checks its own volts and that the other threads are alive. Real-time.
+// Time is counted in samples played, so a run in virtual time always trips at the same sample.
+#include <cstdint>
+#include <optional>
+
+#include "daemon/safety/limits.hpp"
+#include "daemon/safety/trip.hpp"
+
+namespace shaker::safety {
+
+/// State of the output before a block, and of the block before.
+struct OutputSigns {
+    std::int64_t tick = 0;            // next sample to be played
+    bool silent = true;               // no drive
+    double peak_V = 0;                // V, of the block
+    std::uint64_t clamped = 0;        // samples cut at the limit since the start
+    double largest_clamped_V = 0;     // V, largest requested |volts| of those
+    std::int64_t lost = 0;            // samples, duration of underruns
+    std::uint64_t signs_of_life = 0;  // accelerometer blocks since the start
+    std::int64_t gathered = 0;        // counter that the control increases while it runs
+};
+
+class OutputGuard {
+public:
+    /// accelerometer_rate_hz: nominal; 0: no accelerometer, its silence is not checked. Without
+    /// limits all findings are counted as warnings and nothing trips.
+    OutputGuard(double rate_hz, double accelerometer_rate_hz, std::optional<Limits> limits);
+
+    /// Call before each block. A trip is reported once until rearm(). sensor_missing: no
+    /// accelerometer block for missing_s or 1.25 blocks, whichever is longer, once the first has
+    /// arrived or the drive is on. watchdog: checked while the drive is on.
+    std::optional<Trip> check(const OutputSigns& signs, Warnings& warnings) noexcept;
+    void rearm() noexcept { reported_.reset(); }
+    /// Replaces the limits from now on.
+    void hold_to(const Limits& limits) noexcept { limits_ = limits; }
+    /// True if limits were given.
+    [[nodiscard]] bool armed() const noexcept { return armed_; }
+    /// Length of the ramp to zero, in samples.
+    [[nodiscard]] std::int64_t stop_samples(StopKind kind) const noexcept;
+
+private:
+    std::optional<Trip> find(const OutputSigns& signs, Warnings& warnings) noexcept;
+    std::optional<Trip> trip(Cause cause, StopKind kind, double value, double limit, std::int64_t tick,
+                             Warnings& warnings) noexcept;
+
+    double rate_hz_;
+    Limits limits_;
+    bool armed_;
+    bool has_accelerometer_;
+    double patience_s_;   // longest silence of the accelerometer, s
+    Detectors reported_;  // causes reported since rearm()
+    std::uint64_t clamped_ = 0, signs_of_life_ = 0;
+    std::int64_t gathered_ = 0;
+    std::int64_t block_at_ = 0, gathered_at_ = 0;  // ticks of the last block and the last progress
+};
+
+}  // namespace shaker::safety

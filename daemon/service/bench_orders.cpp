@@ -1,0 +1,184 @@
+// How the bench answers orders.
+#include <spdlog/fmt/fmt.h>
+
+#include <cmath>
+#include <exception>
+
+#include "daemon/recording/recorder.hpp"
+#include "daemon/run/run_setup.hpp"
+#include "daemon/service/bench_service.hpp"
+#include "daemon/service/order_texts.hpp"
+#include "daemon/service/state_builder.hpp"
+#include "drivers/errors.hpp"
+
+namespace shaker::service {
+
+namespace {
+
+constexpr int longest_measurement_s = 100;
+
+void require(const char* what, double value, Range range, const std::string& unit) {
+    if (value >= range.min && value <= range.max) return;
+    throw InputError{
+        fmt::format("{} {}{}: {}{} is allowed", what, to_text(value), unit, to_text(range), unit)};
+}
+
+void require_lower(const char* what, double now, double wanted) {
+    if (wanted <= now) return;
+    throw InputError{
+        fmt::format("limit {} {}: at most the present {} is allowed; limits are raised in the settings file "
+                    "only",
+                    what, to_text(wanted), to_text(now))};
+}
+
+}  // namespace
+
+bool BenchService::answer(acquisition::Channels& channels) {
+    bool any = false;
+    while (const auto order = bench_port_.next()) {
+        any = true;
+        std::string refused;
+        try {
+            std::visit([&](const auto& what) { obey(what, channels); }, order->what);
+        } catch (const std::exception& e) {
+            refused = e.what();
+        }
+        ++answered_;
+        publish();
+        if (order->answer) order->answer(refused);
+    }
+    return any;
+}
+
+void BenchService::require_possible(const Drive& drive, const safety::Limits& limits) const {
+    require("frequency", drive.frequency, drive_limits.frequency, " Hz");
+    require("gamma", drive.gamma, drive_limits.gamma, " m/s^2");
+    require("rho", drive.rho, drive_limits.rho, "");
+    require("phi", drive.phi, drive_limits.phi, " rad");
+    for (const std::complex<double>& share : drive.overtones)
+        require("share of an overtone", std::abs(share), drive_limits.share, " of gamma");
+    safety::require_within(run::run_demands(bench_, drive, limits));
+}
+
+void BenchService::obey(const SetDrive& order, acquisition::Channels& channels) {
+    require_possible(order.drive, limits_);
+    const run::RunState state = sequence_.state();
+    if (state == run::RunState::run) {
+        if (record_.on() && order.drive.frequency != run_.drive.frequency)
+            throw InputError{"the frequency of a run that is being recorded stays; stop it first"};
+        sequence_.set(order.drive, channels);
+    } else if (driving(state)) {
+        throw InputError{fmt::format(
+            "the drive cannot be changed in state {}; wait until it runs, or stop it", name(state))};
+    }
+    run_.drive = order.drive;
+    predicted_ = run::run_demands(bench_, run_.drive, limits_);
+    armed_ = !driving(state);
+}
+
+void BenchService::obey(const Begin& order, acquisition::Channels& channels) {
+    const int most = static_cast<int>(longest_measurement_s * run_.drive.frequency);
+    require("periods", order.periods, {2, static_cast<double>(most)}, "");
+    require("settle_periods", order.settle, {0, most_settle_periods}, "");
+    require_possible(run_.drive, limits_);
+    if (sequence_.state() != run::RunState::idle || channels.stopped)
+        throw InputError{fmt::format("a run was asked for in state {}; it can be in state idle only",
+                                     name(sequence_.state()))};
+    run_.periods = order.periods;
+    run_.settle = order.settle;
+    record_.begin(run_, recorded_ ? record_.file_named(name_) : std::filesystem::path{}, sequence_.now_s());
+    warned_.clear();
+    name_.clear();
+    active_ = true;
+    stop_told_ = false;
+    measured_ = told_notes_ = 0;
+    result_.reset();
+    not_reduced_.clear();
+    // Refused when an abort came just now: its trip ends the file.
+    sequence_.begin(run_.drive, order.periods, order.settle, channels);
+}
+
+void BenchService::obey(const Identify& /*order*/, acquisition::Channels& channels) {
+    require_possible(run_.drive, limits_);
+    record_.begin(run_, {}, sequence_.now_s());
+    warned_.clear();
+    sequence_.identify(run_.drive, channels);
+    told_notes_ = 0;
+    active_ = true;
+    stop_told_ = false;
+}
+
+void BenchService::obey(const End& /*order*/, acquisition::Channels& channels) { sequence_.end(channels); }
+
+void BenchService::obey(const ClearTrip& /*order*/, acquisition::Channels& channels) {
+    if (record_.finishing())
+        throw InputError{
+            "the recording of the stopped run is still being finished; clear the trip when it is"};
+    sequence_.clear(channels);
+}
+
+void BenchService::obey(const Record& order, acquisition::Channels& /*lanes*/) {
+    if (driving(sequence_.state()))
+        throw InputError{fmt::format("recording was switched in state {}; it can be while nothing is driven",
+                                     name(sequence_.state()))};
+    const std::string stem =
+        order.name.ends_with(".nxs") ? order.name.substr(0, order.name.size() - 4) : order.name;
+    if (!stem.empty()) require_name(stem);
+    if (order.on && !stem.empty()) recording::require_new(record_.file_named(stem));
+    if (order.pictures != recorded::KeptPictures::off && order.pictures != opened_)
+        throw InputError{
+            fmt::format("pictures \"{}\": the cameras were opened for \"{}\"; that or \"off\" is allowed",
+                        name(order.pictures), name(opened_))};
+    recorded_ = order.on;
+    name_ = order.on ? stem : std::string{};
+    run_.pictures = order.pictures;
+}
+
+void BenchService::obey(const Remark& order, acquisition::Channels& /*lanes*/) {
+    require_remark(order.text);
+    record_.remark(order.text, sequence_);
+    tell("remark", order.text);
+}
+
+void BenchService::obey(const CloseLoop& order, acquisition::Channels& /*lanes*/) {
+    sequence_.close_loop(order.on);
+    run_.closed_loop = order.on;
+}
+
+void BenchService::obey(const LowerLimits& order, acquisition::Channels& channels) {
+    const safety::Limits &now = limits_, &wanted = order.limits;
+    const auto level = [](const char* what, const safety::Level& a, const safety::Level& b) {
+        require_lower(what, a.warn, b.warn);
+        require_lower(what, a.abort, b.abort);
+    };
+    level("acceleration", now.acceleration, wanted.acceleration);
+    level("velocity", now.velocity, wanted.velocity);
+    level("displacement", now.displacement, wanted.displacement);
+    level("drive", now.drive, wanted.drive);
+    level("transverse", now.transverse, wanted.transverse);
+    require_lower("edge", -now.edge_mm, -wanted.edge_mm);
+    take_limits(wanted, channels);
+}
+
+void BenchService::obey(const Adopt& order, acquisition::Channels& channels) {
+    const run::RunState state = sequence_.state();
+    if (driving(state))
+        throw InputError{
+            fmt::format("the settings cannot change in state {}; stop the drive first", name(state))};
+    require_possible(order.drive, order.limits);
+    run_.drive = order.drive;
+    run_.periods = order.periods;
+    run_.settle = order.settle;
+    armed_ = false;
+    take_limits(order.limits, channels);
+}
+
+void BenchService::take_limits(const safety::Limits& limits, acquisition::Channels& channels) {
+    const auto detectors = limits_.detectors;
+    limits_ = limits;
+    limits_.detectors = detectors;
+    predicted_ = run::run_demands(bench_, run_.drive, limits_);
+    sequence_.hold_to(limits_, channels);
+}
+
+}  // namespace shaker::service

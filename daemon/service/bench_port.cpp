@@ -1,0 +1,66 @@
+#include "daemon/service/bench_port.hpp"
+
+#include <spdlog/fmt/fmt.h>
+
+#include <utility>
+
+namespace shaker::service {
+
+// The stop first: it takes no lock.
+void BenchPort::abort(const std::string& by) {
+    stop_();
+    ++aborted_;
+    const auto now = state();
+    tell(now ? now->now_s : 0, "order", "abort by " + by);
+}
+
+void BenchPort::order(Order order) {
+    {
+        const std::scoped_lock lock{mutex_};
+        if (orders_.size() < most_orders) {
+            ++ordered_;
+            orders_.push_back(std::move(order));
+            return;
+        }
+    }
+    if (order.answer) order.answer(fmt::format("{} orders wait already; try again later", most_orders));
+}
+
+std::uint64_t BenchPort::ordered() const {
+    const std::scoped_lock lock{mutex_};
+    return ordered_;
+}
+
+std::shared_ptr<const BenchState> BenchPort::state() const {
+    const std::scoped_lock lock{mutex_};
+    return state_;
+}
+
+std::vector<BenchEvent> BenchPort::events(std::uint64_t seen) const {
+    const std::scoped_lock lock{mutex_};
+    std::vector<BenchEvent> list;
+    for (const BenchEvent& e : events_)
+        if (e.number > seen) list.push_back(e);
+    return list;
+}
+
+std::optional<Order> BenchPort::next() {
+    const std::scoped_lock lock{mutex_};
+    if (orders_.empty()) return std::nullopt;
+    std::optional<Order> order{std::move(orders_.front())};
+    orders_.pop_front();
+    return order;
+}
+
+void BenchPort::publish(std::shared_ptr<const BenchState> state) {
+    const std::scoped_lock lock{mutex_};
+    state_ = std::move(state);
+}
+
+void BenchPort::tell(double t_s, std::string kind, std::string text) {
+    const std::scoped_lock lock{mutex_};
+    events_.push_back({++told_, t_s, std::move(kind), std::move(text)});
+    if (events_.size() > most_events) events_.pop_front();
+}
+
+}  // namespace shaker::service

@@ -1,0 +1,250 @@
+#include "daemon/service/bench_service.hpp"
+
+#include <spdlog/fmt/fmt.h>
+#include <spdlog/spdlog.h>
+
+#include <algorithm>
+#include <cmath>
+#include <exception>
+#include <iterator>
+#include <utility>
+
+#include "daemon/reduction/no_stick.hpp"
+#include "daemon/run/run_setup.hpp"
+#include "daemon/service/state_builder.hpp"
+#include "drivers/errors.hpp"
+
+namespace shaker::service {
+
+namespace {
+
+constexpr double publish_s = 0.1;         // of master time
+constexpr double kept_s = 12;             // of what was measured, when nothing needs more
+constexpr std::size_t most_points = 500;  // measurements that are shown
+
+}  // namespace
+
+BenchService::BenchService(run::Runner& runner, const BenchServiceSettings& settings, BenchPort& bench_port)
+    : bench_{runner.bench()},
+      collector_{runner.collector()},
+      run_{runner.options()},
+      opened_{run_.pictures},
+      beside_{settings.beside},
+      bench_port_{bench_port},
+      limits_{runner.limits()},
+      sequence_{runner.sequence()},
+      record_{runner.recordings()},
+      report_{std::make_unique<StateBuilder>(bench_, collector_, sequence_, bench_port.feed())} {
+    BenchFacts facts{.rig = bench_.rig.name,
+                     .dac = bench_.rig.dac->info(),
+                     .accelerometer = bench_.rig.accelerometer->info(),
+                     .views = {},
+                     .soft_start_periods = sequence_.plan().soft_start,
+                     .recordings = record_.folder(),
+                     .mu = settings.mu};
+    for (const auto& camera : bench_.rig.cameras) facts.views.push_back(camera->view());
+    mu_ = facts.mu;
+    facts_ = std::make_shared<const BenchFacts>(std::move(facts));
+    predicted_ = run::run_demands(bench_, run_.drive, limits_);
+    if (bench_.world) bench_.world->keep_truth_for(kept_s);
+    bench_port.stop_by([&aborts = collector_.channels().aborts] { ++aborts; });
+}
+
+BenchService::~BenchService() = default;
+
+bool BenchService::step(const acquisition::Streams& streams, acquisition::Channels& channels) {
+    bool any = sequence_.step(streams, channels);
+    report_->feed(streams);
+    measure(streams);  // before an order changes what was asked for
+    any = answer(channels) || any;
+    take_outcome();
+    if (const std::uint64_t vain = channels.lost.not_learned; std::exchange(not_learned_, vain) != vain)
+        tell("note",
+             "a camera's targets were not where they had been seen: tracked again from its pictures, "
+             "what is recorded begins at other positions");
+    record_.look(sequence_, channels);
+    tell_warnings(channels);
+    follow_states();
+    if (leaving_) go_away(channels);
+    const double now_s = sequence_.now_s();
+    if (changed_ || now_s >= published_s_ + publish_s) publish();
+    tidy(collector_.streams());
+    return any;
+}
+
+void BenchService::measure(const acquisition::Streams& streams) {
+    const std::vector<recording::FinishedMeasurement>& all = sequence_.measured();
+    for (; measured_ < all.size(); ++measured_) {
+        const recording::MeasuredPart part = all[measured_].part;
+        const double f = Synthesiser::realised(run_.drive.frequency, streams.dac_rate_hz);
+        auto work = [m = measurement_of(streams, f, part.from_s, part.to_s),
+                     warnings = record_.warnings()]() mutable -> Outcome {
+            try {
+                reduction::Reduction r = reduce(std::move(m));
+                std::ranges::move(warnings, std::back_inserter(r.notes));
+                return std::make_shared<const reduction::Reduction>(std::move(r));
+            } catch (const InputError& e) {
+                return std::string{e.what()};
+            }
+        };
+        pending_.push_back(
+            {run_.drive, part,
+             std::async(beside_ ? std::launch::async : std::launch::deferred, std::move(work))});
+    }
+}
+
+void BenchService::take_outcome() {
+    while (!pending_.empty()) {
+        Pending& p = pending_.front();
+        if (p.outcome.wait_for(std::chrono::seconds{0}) == std::future_status::timeout) return;
+        const Outcome outcome = p.outcome.get();
+        changed_ = true;
+        measured_from_s_ = p.part.from_s;
+        if (const auto* why = std::get_if<std::string>(&outcome)) {
+            not_reduced_ = *why;
+            tell("note", "a measurement could not be reduced: " + *why);
+        } else {
+            result_ = std::get<std::shared_ptr<const reduction::Reduction>>(outcome);
+            origin_ = {origin_.number + 1, p.asked, p.part.from_s, p.part.to_s};
+            not_reduced_.clear();
+            if (points_.size() == most_points) {
+                points_.erase(points_.begin());
+                parts_.erase(parts_.begin());
+            }
+            points_.push_back({p.asked, result_->gamma, result_->phi, result_->v_D});
+            parts_.push_back(p.part);
+            compare_points();
+        }
+        pending_.pop_front();
+    }
+}
+
+// What the newest point says beside the others, and all beside the closed form.
+void BenchService::compare_points() {
+    mirror_ = mirror_pair(points_);
+    if (const auto null = null_phase(points_, bench_.gravity)) null_ = null;
+    if (null_ && std::isfinite(null_->mu.value)) mu_ = null_->mu;
+    closed_form_.clear();
+    for (const reduction::DrivenPoint& p : points_) {
+        Drive measured = p.asked;
+        measured.gamma = p.gamma.value;
+        measured.phi = p.phi.value;
+        closed_form_.push_back(
+            std::isfinite(mu_.value)
+                ? reduction::no_stick(harmonics(measured), measured.frequency, mu_.value, bench_.gravity).v_D
+                : NAN);
+    }
+}
+
+void BenchService::follow_states() {
+    const run::RunState state = sequence_.state();
+    for (; told_notes_ < sequence_.notes().size(); ++told_notes_)
+        tell("note", sequence_.notes()[told_notes_]);
+    if (state != state_) {
+        state_ = state;
+        if (driving(state) || state == run::RunState::tripped) armed_ = false;
+        tell("state", name(state));
+        response_ =
+            sequence_.controller().identified()
+                ? std::make_shared<const control::IdentifiedResponse>(*sequence_.controller().identified())
+                : nullptr;
+        if (state == run::RunState::tripped) {
+            trip_s_ = sequence_.now_s();
+            tell("trip", text(*sequence_.trip()));
+        }
+        if (state == run::RunState::idle && active_) {
+            active_ = false;
+            record_.finish(sequence_);
+        }
+    }
+    if (sequence_.may_clear() && !stop_told_) {
+        stop_told_ = true;
+        const bool active_before = std::exchange(active_, false);
+        if (!active_before) record_.begin(run_, {}, sequence_.now_s());
+        record_.finish(sequence_);
+    }
+    while (const auto run = record_.finished()) tell_finished(*run);
+}
+
+void BenchService::tell_finished(const run::FinishedRun& run) {
+    if (run.failure) try {
+            std::rethrow_exception(run.failure);
+        } catch (const std::exception& e) {
+            return tell("note",
+                        fmt::format("{0} could not be finished: {1}; \"shakerd recover {0}\" makes a file of "
+                                    "what is there",
+                                    run.file.string(), e.what()));
+        }
+    if (run.whole) return tell("note", "recorded: " + run.file.string());
+    tell("note", fmt::format("its last {} s: {}", acquisition::tail_s, run.file.string()));
+}
+
+// Each cause once a run, as soon as it is seen.
+void BenchService::tell_warnings(const acquisition::Channels& channels) {
+    for (std::size_t i = 0; i < safety::causes; ++i) {
+        const std::uint64_t n = channels.warnings[static_cast<safety::Cause>(i)];
+        if (std::exchange(warnings_[i], n) == n) continue;
+        for (const std::string& text : record_.warnings()) {
+            const std::string cause = text.substr(text.find(": ") + 2);
+            if (warned_.insert(cause).second) tell("warning", text);
+        }
+        return;
+    }
+}
+
+void BenchService::go_away(acquisition::Channels& channels) {
+    const run::RunState state = sequence_.state();
+    if (state == run::RunState::identify || state == run::RunState::ramp || state == run::RunState::run)
+        sequence_.end(channels);
+    else
+        done_ = !record_.finishing() && !driving(state) && (state != run::RunState::tripped || stop_told_) &&
+                state != run::RunState::armed;
+}
+
+void BenchService::tidy(acquisition::Streams& streams) const {
+    if (record_.on()) return;
+    double from_s = sequence_.now_s() - kept_s;
+    if (sequence_.to_s() > sequence_.from_s()) from_s = std::min(from_s, sequence_.from_s() - 1);
+    drop_before(streams, from_s);
+}
+
+void BenchService::tell(std::string kind, const std::string& text) {
+    changed_ = true;
+    bench_port_.tell(sequence_.now_s(), std::move(kind), text);
+}
+
+void BenchService::publish() {
+    auto state = std::make_shared<BenchState>();
+    report_->fill(*state);
+    state->answered = answered_;
+    state->armed = armed_ && state->state == run::RunState::idle;
+    state->facts = facts_;
+    state->predicted = predicted_;
+    state->response = response_;
+    state->wanted = run_.drive;
+    state->periods = run_.periods;
+    state->settle = run_.settle;
+    state->closed_loop = run_.closed_loop;
+    state->record = recorded_;
+    state->record_name = name_;
+    state->pictures = run_.pictures;
+    state->trip_s = trip_s_;
+    state->result = result_;
+    state->result_origin = origin_;
+    state->not_reduced = not_reduced_;
+    state->measured_from_s = measured_from_s_;
+    state->points = points_;
+    state->parts = parts_;
+    state->mirror = mirror_;
+    state->null = null_;
+    state->mu = mu_;
+    state->closed_form = closed_form_;
+    state->recording = {record_.name(), record_.backlog(), record_.pieces_lost(), record_.free_bytes()};
+    state->may_clear = sequence_.may_clear() && !record_.finishing();
+    state->limits = limits_;
+    published_s_ = state->now_s;
+    changed_ = false;
+    bench_port_.publish(std::move(state));
+}
+
+}  // namespace shaker::service

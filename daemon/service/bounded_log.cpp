@@ -1,0 +1,101 @@
+#include "daemon/service/bounded_log.hpp"
+
+#include <spdlog/async.h>
+#include <spdlog/fmt/fmt.h>
+#include <spdlog/sinks/base_sink.h>
+#include <spdlog/sinks/stdout_sinks.h>
+#include <spdlog/sinks/systemd_sink.h>
+#include <spdlog/spdlog.h>
+
+#include <algorithm>
+#include <cstdlib>
+#include <mutex>
+#include <string>
+#include <utility>
+
+namespace shaker::service {
+
+namespace {
+
+constexpr std::size_t most_waiting = 8192;  // messages
+
+std::string clean(std::string_view text) {
+    std::string out;
+    out.reserve(text.size());
+    for (const char c : text) {
+        const auto byte = static_cast<unsigned char>(c);
+        if (byte < 0x20 || byte == 0x7f)
+            out += fmt::format("\\x{:02x}", byte);
+        else
+            out += c;
+    }
+    return out;
+}
+
+class BoundedSink final : public spdlog::sinks::base_sink<std::mutex> {
+public:
+    BoundedSink(std::shared_ptr<spdlog::sinks::sink> inner, LogRate rate)
+        : inner_{std::move(inner)}, rate_{rate}, left_{static_cast<double>(rate.burst)} {}
+
+protected:
+    void sink_it_(const spdlog::details::log_msg& message) override {
+        const double passed = std::chrono::duration<double>{message.time - last_}.count();
+        last_ = message.time;
+        left_ = std::min(static_cast<double>(rate_.burst), left_ + rate_.per_s * std::max(0.0, passed));
+        if (left_ < 1 && message.level < spdlog::level::err) {
+            ++left_out_;
+            return;
+        }
+        left_ = std::max(0.0, left_ - 1);
+        std::string text = clean({message.payload.data(), message.payload.size()});
+        if (const auto n = std::exchange(left_out_, 0))
+            text += fmt::format(" ({} messages before this one were left out: too many at once)", n);
+        spdlog::details::log_msg cleaned = message;
+        cleaned.payload = text;
+        inner_->log(cleaned);
+    }
+    void flush_() override { inner_->flush(); }
+    void set_pattern_(const std::string& pattern) override { inner_->set_pattern(pattern); }
+    void set_formatter_(std::unique_ptr<spdlog::formatter> formatter) override {
+        inner_->set_formatter(std::move(formatter));
+    }
+
+private:
+    std::shared_ptr<spdlog::sinks::sink> inner_;
+    LogRate rate_;
+    double left_;
+    std::uint64_t left_out_ = 0;
+    spdlog::log_clock::time_point last_ = spdlog::log_clock::now();
+};
+
+}  // namespace
+
+std::shared_ptr<spdlog::sinks::sink> bounded_sink(std::shared_ptr<spdlog::sinks::sink> inner, LogRate rate) {
+    return std::make_shared<BoundedSink>(std::move(inner), rate);
+}
+
+BoundedLog::BoundedLog() {
+    std::shared_ptr<spdlog::sinks::sink> sink;
+    if (std::getenv("JOURNAL_STREAM") != nullptr)
+        sink = std::make_shared<spdlog::sinks::systemd_sink_mt>("shakerd");
+    else
+        sink = std::make_shared<spdlog::sinks::stderr_sink_mt>();
+    spdlog::init_thread_pool(most_waiting, 1);
+    auto logger = std::make_shared<spdlog::async_logger>("daemon", bounded_sink(std::move(sink), {}),
+                                                         spdlog::thread_pool(),
+                                                         spdlog::async_overflow_policy::overrun_oldest);
+    logger->set_pattern("%v");
+    logger->flush_on(spdlog::level::info);
+    spdlog::set_default_logger(std::move(logger));
+}
+
+// Later messages go directly to standard error again.
+BoundedLog::~BoundedLog() {
+    auto last =
+        std::make_shared<spdlog::logger>("shakerd", std::make_shared<spdlog::sinks::stderr_sink_mt>());
+    last->set_pattern("%v");
+    spdlog::set_default_logger(std::move(last));
+    spdlog::details::registry::instance().set_tp(nullptr);
+}
+
+}  // namespace shaker::service

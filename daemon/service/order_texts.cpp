@@ -1,0 +1,50 @@
+#include "daemon/service/order_texts.hpp"
+
+#include <spdlog/fmt/fmt.h>
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+#include <string_view>
+
+#include "daemon/service/bench_port.hpp"
+#include "drivers/errors.hpp"
+
+namespace shaker::service {
+
+namespace {
+
+constexpr std::size_t longest_name = 64;
+
+bool is_utf8(const std::string& text) {
+    return nlohmann::json(text).dump(-1, ' ', false, nlohmann::json::error_handler_t::ignore) ==
+           nlohmann::json(text).dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
+}
+
+}  // namespace
+
+void require_name(const std::string& name) {
+    constexpr std::string_view more = "._-";
+    const auto allowed = [&](char c) {
+        return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') ||
+               more.find(c) != std::string_view::npos;
+    };
+    if (!name.empty() && name.size() <= longest_name && name.front() != '.' &&
+        std::ranges::all_of(name, allowed))
+        return;
+    throw InputError{
+        fmt::format("recording \"{}\": a name of 1 to {} letters, digits, dots, hyphens and underscores that "
+                    "does not begin with a dot was expected",
+                    name.substr(0, longest_name), longest_name)};
+}
+
+void require_remark(const std::string& text) {
+    const bool plain =
+        std::ranges::all_of(text, [](char c) { return static_cast<unsigned char>(c) >= ' ' && c != '\x7f'; });
+    if (!text.empty() && text.size() <= Remark::longest && plain && is_utf8(text)) return;
+    throw InputError{
+        fmt::format("remark of {} bytes: 1 to {} bytes of UTF-8 without control characters are "
+                    "allowed",
+                    text.size(), Remark::longest)};
+}
+
+}  // namespace shaker::service

@@ -1,0 +1,64 @@
+#include "daemon/service/pending_orders.hpp"
+
+#include <utility>
+
+namespace shaker::service {
+
+Drive PendingOrders::drive() const {
+    if (under_way_ > 0) return drive_;
+    const auto state = now();
+    return state ? state->wanted : Drive{};
+}
+
+int PendingOrders::periods() const {
+    const auto state = now();
+    return state ? state->periods : 0;
+}
+
+safety::Limits PendingOrders::limits() const {
+    if (under_way_ > 0) return limits_;
+    const auto state = now();
+    return state ? state->limits : safety::Limits{};
+}
+
+bool PendingOrders::pending() const {
+    if (under_way_ > 0) return true;
+    const auto state = now();
+    if (!state || state->aborts < bench_port_.aborted()) return true;
+    switch (state->state) {
+        case run::RunState::init:
+        case run::RunState::self_test:
+        case run::RunState::armed:
+        case run::RunState::identify:
+        case run::RunState::ramp:
+        case run::RunState::ramp_down:
+            return true;
+        case run::RunState::tripped:
+            return !state->may_clear;
+        case run::RunState::idle:
+            return !state->recording.name.empty();  // it is being finished
+        case run::RunState::run:
+            return false;
+    }
+    return false;
+}
+
+void PendingOrders::order(OrderWhat what, Answered answered) {
+    if (under_way_ == 0) {
+        drive_ = drive();
+        limits_ = limits();
+    }
+    if (const auto* set = std::get_if<SetDrive>(&what)) drive_ = set->drive;
+    if (const auto* lower = std::get_if<LowerLimits>(&what)) limits_ = lower->limits;
+    ++under_way_;
+    // The desk may answer when this is gone: what is run later then is not run.
+    bench_port_.order(
+        {std::move(what), [this, later = later_, answered = std::move(answered)](const std::string& refused) {
+             later([this, answered, refused] {
+                 --under_way_;
+                 if (answered) answered(refused);
+             });
+         }});
+}
+
+}  // namespace shaker::service

@@ -1,0 +1,33 @@
+#include "daemon/service/systemd_notify.hpp"
+
+#include <spdlog/fmt/fmt.h>
+#include <systemd/sd-daemon.h>
+
+#include <utility>
+
+namespace shaker::service {
+
+SystemdNotify::SystemdNotify() {
+    std::uint64_t us = 0;
+    if (sd_watchdog_enabled(0, &us) > 0) every_ = std::chrono::microseconds{us / 4};
+}
+
+void SystemdNotify::look(const BenchState& state, std::int64_t heartbeat, bool leaving) {
+    if (leaving && !std::exchange(stopping_, true)) sd_notify(0, "STOPPING=1");
+    if (!ready_ && state.state != run::RunState::init && state.state != run::RunState::self_test) {
+        ready_ = true;
+        sd_notify(0, "READY=1");
+    }
+    std::string status = state.trip ? text(*state.trip) : std::string{name(state.state)};
+    if (status != status_) {
+        status_ = std::move(status);
+        sd_notify(0, ("STATUS=" + status_).c_str());
+    }
+    const auto now = std::chrono::steady_clock::now();
+    if (every_.count() == 0 || heartbeat == heartbeat_ || now - told_ < every_) return;
+    heartbeat_ = heartbeat;
+    told_ = now;
+    sd_notify(0, "WATCHDOG=1");
+}
+
+}  // namespace shaker::service

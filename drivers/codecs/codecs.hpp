@@ -1,0 +1,34 @@
+#pragma once
+// Movies, video devices and image files by OpenCV. Its libraries for these (and the 200 that they need) take
+// 0.2 s and more of a program's start, so they are linked to a module, shaker_codecs.so, that the first call
+// here loads. Each function throws DeviceError where the module is missing. Any thread.
+#include <chrono>
+#include <memory>
+#include <opencv2/core/mat.hpp>
+#include <opencv2/videoio.hpp>
+#include <string>
+#include <vector>
+
+namespace shaker::codecs {
+
+/// A capture that is not open yet. Its virtual functions may be called; no other part of OpenCV's video
+/// input is linked to the program.
+std::unique_ptr<cv::VideoCapture> new_capture();
+
+/// A new movie of colour pictures in FFV1, by FFmpeg; null when it cannot be written.
+std::unique_ptr<cv::VideoWriter> open_ffv1(const std::string& file, double rate_hz, cv::Size size);
+
+/// Whether OpenCV reads movies by FFmpeg here.
+bool has_ffmpeg();
+
+/// Waits until an open V4L2 device has a picture: false when it has none after `wait`. Throws cv::Exception
+/// when the device is gone.
+bool wait_for_picture(const cv::VideoCapture& device, std::chrono::nanoseconds wait);
+
+/// An image file with its own depth and channels; empty when it cannot be decoded. Throws cv::Exception.
+cv::Mat read_image(const std::string& file);
+
+/// A grey picture of 8 bits as a JPEG file of this quality (0 to 100); empty when it cannot be encoded.
+std::vector<unsigned char> jpeg_of(const cv::Mat& grey, int quality);
+
+}  // namespace shaker::codecs

@@ -1,0 +1,45 @@
+#pragma once
+// AlsaDac: a DAC behind ALSA. Order and timing of the libasound calls; pcm.hpp has the calls themselves.
+#include <memory>
+
+#include "drivers/devices.hpp"
+#include "drivers/hardware/alsa/pcm.hpp"
+#include "drivers/hardware/alsa/settings.hpp"
+
+namespace shaker::alsa {
+
+/// Plays the drive on the first channel; the settings define the second.
+///
+/// **Ends with a ramp.** If the device can take frames back, a ramp from the drive's last value to zero is
+/// always queued behind it, and each write replaces it. Whenever the process ends or hangs, the output
+/// reaches zero within the length of the buffer, without a step. On other devices silence follows the last
+/// sample.
+///
+/// Temporary errors (underrun, suspend, a device that does not advance for two buffer lengths) are counted
+/// and reported by PlayTime::lost; the stream restarts with silence. After three restarts without a block
+/// played, the device is closed and opened again; after three more, or on a permanent error, write() throws
+/// DeviceError.
+class AlsaDac final : public Dac {
+public:
+    /// Opens the device. Throws DeviceError if it cannot be opened or does not grant the requested settings.
+    explicit AlsaDac(const AlsaSettings& settings);
+    AlsaDac(const AlsaDac&) = delete;
+    AlsaDac& operator=(const AlsaDac&) = delete;
+    /// Plays the ramp (at most one buffer length), then closes.
+    ~AlsaDac() override;
+
+    [[nodiscard]] DacInfo info() const override;
+    [[nodiscard]] DeviceCounts counts() const noexcept override;
+    /// Real-time as far as libasound is, unless the device is opened again. Waits at most two buffer lengths.
+    PlayTime write(std::span<const double> volts, std::span<const double> trigger) override;
+    /// Plays the queued samples, then the ramp. From now on write() returns at once.
+    void stop() noexcept override;
+
+    [[nodiscard]] const AlsaGranted& granted() const noexcept;
+
+private:
+    struct State;
+    std::unique_ptr<State> state_;
+};
+
+}  // namespace shaker::alsa

@@ -1,0 +1,27 @@
+#pragma once
+// The row of this folder in a table of kinds.
+#include <array>
+
+#include "drivers/hardware/kind/device_kind.hpp"
+
+namespace shaker::alsa {
+
+hardware::OpenDac read_kind(SettingsTable& table);
+std::vector<hardware::ListedDevice> list_kind(const hardware::Search& search);
+
+inline constexpr std::array search_options{
+    hardware::SearchOption{
+        .name = "--pcm", .value = "PCM", .help = "Show this PCM instead of those of the sound cards"},
+    hardware::SearchOption{.name = "--alsa-config",
+                           .value = "FILE",
+                           .help = "ALSA configuration that defines the PCM",
+                           .file = true}};
+
+inline constexpr hardware::DacKind alsa_kind{.name = "alsa",
+                                             .heading = "[dac]",
+                                             .key = "dacs",
+                                             .read = read_kind,
+                                             .list = list_kind,
+                                             .search = search_options};
+
+}  // namespace shaker::alsa

@@ -1,0 +1,43 @@
+#include "drivers/hardware/alsa/settings.hpp"
+
+#include <array>
+#include <cmath>
+
+namespace shaker::alsa {
+
+std::string_view to_text(SampleFormat format) noexcept {
+    constexpr std::array<std::string_view, 4> names{"S32", "S24", "S24_3", "S16"};
+    return names.at(static_cast<std::size_t>(format));
+}
+
+int AlsaSettings::ramp_frames() const noexcept {
+    return static_cast<int>(std::lround(ramp_s * static_cast<double>(rate_hz)));
+}
+
+AlsaSettings read_alsa_settings(SettingsTable& table) {
+    AlsaSettings s;
+    s.pcm = table.text("pcm");
+    if (const std::string file = table.text("alsa_config", ""); !file.empty())
+        s.alsa_config = table.folder() / file;
+    s.rate_hz = table.integer("rate_hz", 8000, 768000, s.rate_hz);
+    s.format = static_cast<SampleFormat>(table.choice("format", {"S32", "S24", "S24_3", "S16"}, 0));
+    s.period_frames = table.integer("period_frames", 16, 65536, s.period_frames);
+    s.buffer_frames = table.integer("buffer_frames", 64, 1 << 20, s.buffer_frames);
+    s.full_scale_V = table.number("full_scale_V", {1e-3, 100}, s.full_scale_V);
+    s.second_channel =
+        static_cast<SecondChannel>(table.choice("second_channel", {"trigger", "tone", "off"}, 0));
+    s.second_level = table.number("second_level", {0, 1}, s.second_level);
+    s.pulse_s = table.number("pulse_s", {1e-6, 0.1}, s.pulse_s);
+    s.tone_hz = table.number("tone_hz", {1, 0.45 * s.rate_hz}, s.tone_hz);
+    s.ramp_s = table.number("ramp_s", {0, 0.5}, s.ramp_s);
+    s.dither = table.flag("dither", s.dither);
+    const int least = s.ramp_frames() + 2 * s.period_frames;
+    if (s.buffer_frames < least)
+        table.fail("buffer_frames", std::to_string(s.buffer_frames) + " is too small: the ramp (ramp_s = " +
+                                        shaker::to_text(s.ramp_s) + ": " + std::to_string(s.ramp_frames()) +
+                                        " samples) and two periods require at least " +
+                                        std::to_string(least));
+    return s;
+}
+
+}  // namespace shaker::alsa

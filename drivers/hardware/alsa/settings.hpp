@@ -1,0 +1,47 @@
+#pragma once
+// Settings of a DAC behind ALSA in a rig file.
+#include <filesystem>
+#include <string>
+#include <string_view>
+
+#include "drivers/settings_table.hpp"
+
+namespace shaker::alsa {
+
+/// Memory layout of a sample, little endian. `s24`: 24 bits in the lower three bytes of four; `s24_3`: in
+/// three bytes.
+enum class SampleFormat { s32, s24, s24_3, s16 };
+/// "S32", "S24", "S24_3", "S16", as in settings.
+std::string_view to_text(SampleFormat format) noexcept;
+
+/// Signal on the DAC's second channel.
+enum class SecondChannel {
+    trigger,  // a pulse at the start of each exposure
+    tone,     // a sine, for clocks and interlocks
+    off
+};
+
+struct AlsaSettings {
+    std::string pcm;                    // libasound's name, e.g. "hw:CARD=Device,DEV=0"
+    std::filesystem::path alsa_config;  // read after the system's configuration; empty: none
+    int rate_hz = 48000;
+    SampleFormat format = SampleFormat::s32;
+    int period_frames = 256;
+    int buffer_frames = 4096;
+    double full_scale_V = 1;  // V at the output for full scale
+    SecondChannel second_channel = SecondChannel::trigger;
+    double second_level = 1;  // height of the pulse or amplitude of the tone, as a share of full scale
+    double pulse_s = 1e-4;
+    double tone_hz = 1000;
+    double ramp_s = 0.05;  // s, from the drive's last value to zero when no more samples come; 0: none
+    bool dither = true;
+
+    /// The ramp in samples.
+    [[nodiscard]] int ramp_frames() const noexcept;
+};
+
+/// Keys as the members above; `alsa_config` is relative to the settings file. Only `pcm` is required. The
+/// buffer must hold the ramp and two periods. Throws InputError.
+AlsaSettings read_alsa_settings(SettingsTable& table);
+
+}  // namespace shaker::alsa

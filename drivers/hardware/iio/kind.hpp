@@ -1,0 +1,25 @@
+#pragma once
+// The row of this folder in a table of kinds.
+#include <array>
+
+#include "drivers/hardware/kind/device_kind.hpp"
+
+namespace shaker::iio {
+
+hardware::OpenAccelerometer read_kind(SettingsTable& table);
+std::vector<hardware::ListedDevice> list_kind(const hardware::Search& search);
+
+inline constexpr std::array search_options{
+    hardware::SearchOption{.name = "--iio",
+                           .value = "URI",
+                           .help = "Also search for accelerometers at this address, e.g. ip:192.168.1.7",
+                           .many = true}};
+
+inline constexpr hardware::AccelerometerKind iio_kind{.name = "iio",
+                                                      .heading = "[accelerometer]",
+                                                      .key = "accelerometers",
+                                                      .read = read_kind,
+                                                      .list = list_kind,
+                                                      .search = search_options};
+
+}  // namespace shaker::iio

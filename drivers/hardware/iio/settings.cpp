@@ -1,0 +1,50 @@
+#include "drivers/hardware/iio/settings.hpp"
+
+#include <algorithm>
+
+#include "drivers/view_settings.hpp"
+
+namespace shaker::iio {
+namespace {
+
+std::array<double, 3> axis_at(SettingsTable& table, std::string_view key) {
+    if (table.is_text(key) || !table.has(key)) {
+        table.choice(key, {"fit"}, 0);
+        return {};
+    }
+    return read_axis(table, key);
+}
+
+bool is_uri(const std::string& text) {
+    constexpr std::array<std::string_view, 3> backends{"local:", "ip:", "usb:"};
+    return std::ranges::any_of(backends, [&](std::string_view b) { return text.starts_with(b); });
+}
+
+}  // namespace
+
+IioSettings read_iio_settings(SettingsTable& table) {
+    IioSettings s;
+    s.uri = table.text("uri", s.uri);
+    if (!is_uri(s.uri))
+        table.fail("uri", "\"" + s.uri + "\" is not allowed: expected local:, ip:host, ip:host:port or usb:");
+    s.device = table.text("device", "");
+    if (table.has("channels")) {
+        const std::vector<std::string> channels = table.texts("channels", 3);
+        std::copy(channels.begin(), channels.end(), s.channels.begin());
+    }
+    if (table.has("rate_hz")) s.rate_hz = table.number("rate_hz", {0.1, 1e6});
+    s.trigger = table.text("trigger", "");
+    s.buffer_samples = table.integer("buffer_samples", 1, 65536, s.buffer_samples);
+    s.kernel_buffers = table.integer("kernel_buffers", 1, 64, s.kernel_buffers);
+    s.timeout_s = table.number("timeout_s", {0.05, 60}, s.timeout_s);
+    s.give_up_s = table.number("give_up_s", {0.1, 3600}, s.give_up_s);
+    const std::size_t otherwise = s.uri.starts_with("local:") ? 0 : 1;
+    constexpr std::array kinds{IioStamps::host, IioStamps::device, IioStamps::none};
+    s.stamps = kinds.at(table.choice("stamps", {"host", "device", "none"}, otherwise));
+    s.shaker_axis = axis_at(table, "shaker_axis");
+    s.clock_uncertainty_s = table.number("clock_uncertainty_s", {0, 3600}, s.clock_uncertainty_s);
+    if (table.has("range_mps2")) s.range_mps2 = table.number("range_mps2", {1e-6, 1e6});
+    return s;
+}
+
+}  // namespace shaker::iio

@@ -1,0 +1,17 @@
+#pragma once
+// The row of this folder in a table of kinds.
+#include "drivers/hardware/kind/device_kind.hpp"
+
+namespace shaker::video {
+
+hardware::OpenCamera read_kind(SettingsTable& table, View& view);
+std::vector<hardware::ListedDevice> list_kind(const hardware::Search& search);
+
+inline constexpr hardware::CameraKind video_kind{.name = "video",
+                                                 .heading = "[[camera]] video",
+                                                 .key = "video_cameras",
+                                                 .read = read_kind,
+                                                 .list = list_kind,
+                                                 .search = {}};
+
+}  // namespace shaker::video

@@ -1,0 +1,68 @@
+#include "drivers/recorded/h5/image.hpp"
+
+#include <sys/mman.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <string>
+#include <system_error>
+
+#include "drivers/errors.hpp"
+
+namespace shaker::h5 {
+
+namespace {
+
+const std::string what = "HDF5 file in memory";
+
+int memory_file() {
+    const int fd = ::memfd_create("h5", MFD_CLOEXEC);
+    if (fd < 0) throw DeviceError{what + ": " + std::generic_category().message(errno)};
+    return fd;
+}
+
+}  // namespace
+
+Image::Image(hsize_t alignment) : memory_{memory_file()} {
+    try {
+        be_quiet();
+        const Handle access{H5Pcreate(H5P_FILE_ACCESS), what};
+        // Format of version 1.8: its structure has checksums, and no mark of an open file that a crash would
+        // leave.
+        check(H5Pset_libver_bounds(access.get(), H5F_LIBVER_V18, H5F_LIBVER_LATEST), what);
+        check(H5Pset_alignment(access.get(), 1, alignment), what);
+        // The default driver resolves the real path of a linked file, and this file has none.
+        check(H5Pset_fapl_stdio(access.get()), what);
+        const Handle create{H5Pcreate(H5P_FILE_CREATE), what};
+        check(H5Pset_obj_track_times(create.get(), false), what);  // equal content gives equal bytes
+        const std::string name = "/proc/self/fd/" + std::to_string(memory_);
+        file_ = {H5Fcreate(name.c_str(), H5F_ACC_TRUNC, create.get(), access.get()), what};
+    } catch (...) {
+        ::close(memory_);
+        throw;
+    }
+}
+
+Image::~Image() { ::close(memory_); }
+
+std::uint64_t Image::size() const {
+    hsize_t bytes = 0;
+    check(H5Fflush(file_.get(), H5F_SCOPE_GLOBAL), what);
+    check(H5Fget_filesize(file_.get(), &bytes), what);
+    return bytes;
+}
+
+std::vector<std::byte> Image::head(std::uint64_t bytes) const {
+    check(H5Fflush(file_.get(), H5F_SCOPE_GLOBAL), what);
+    std::vector<std::byte> copy(bytes);
+    std::size_t done = 0;
+    while (done < copy.size()) {
+        const ssize_t n = ::pread(memory_, copy.data() + done, copy.size() - done, static_cast<off_t>(done));
+        if (n < 0 && errno == EINTR) continue;
+        if (n <= 0) throw DeviceError{what + ": " + std::generic_category().message(n < 0 ? errno : EIO)};
+        done += static_cast<std::size_t>(n);
+    }
+    return copy;
+}
+
+}  // namespace shaker::h5

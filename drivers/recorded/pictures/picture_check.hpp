@@ -1,0 +1,38 @@
+#pragma once
+// Checks a camera's pictures after a crash, and ends their recording.
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "drivers/recorded/pictures/opened_segment.hpp"
+
+namespace shaker::pictures {
+
+struct BadPicture {
+    std::uint64_t number;  // from 1
+    std::filesystem::path file;
+    PictureFault fault;
+};
+
+struct PictureCheck {
+    std::uint64_t whole = 0;  // number of intact pictures
+    std::uint64_t last = 0;   // the highest number among them; 0: none
+    /// In order of their numbers. Bad pictures up to `last` were lost or changed; those after it were in
+    /// transit when the writer ended.
+    std::vector<BadPicture> bad;
+    std::vector<std::string> damaged;  // unreadable files, and the pictures missing with them
+};
+
+/// Reads every picture. InputError when nothing is readable.
+PictureCheck verify_frames(const std::filesystem::path& folder, const std::string& camera);
+
+/// Ends a recording: cuts the files after picture `last`, removes files without pictures, and writes the link
+/// file. A file is replaced by its shorter copy or kept; unreadable files are kept. There must be no intact
+/// pictures after `last`. DeviceError when the disk fails; the call can then be repeated.
+void end_frames(const std::filesystem::path& folder, const std::string& camera, std::uint64_t last);
+
+/// verify_frames(), then end_frames() after the last intact picture. Bad ones before it are kept and
+/// reported. Repeating it changes nothing.
+PictureCheck finish_frames(const std::filesystem::path& folder, const std::string& camera);
+
+}  // namespace shaker::pictures

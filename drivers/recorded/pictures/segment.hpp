@@ -1,0 +1,65 @@
+#pragma once
+// PictureSegment: one segment of pictures while it is written. The file is complete and valid from the start;
+// pictures are written in blocks of 8 past the page cache, followed by their records.
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <span>
+#include <vector>
+
+#include "drivers/recorded/h5/disk_file.hpp"
+#include "drivers/recorded/pictures/segment_layout.hpp"
+
+namespace shaker::pictures {
+
+class PictureSegment {
+public:
+    static constexpr std::size_t block = 8;  // pictures per write
+    /// Pictures per write when more are waiting: each write may also wait for a busy processor.
+    static constexpr std::size_t large_block = 64;
+
+    /// Creates `file` with space on the disk for all pictures, none of them used. When this returns, the file
+    /// is on the disk under this name; on an error it does not exist. DeviceError with the space required and
+    /// free when there is none.
+    PictureSegment(const std::filesystem::path& file, const PictureSegmentInfo& info);
+
+    [[nodiscard]] const std::filesystem::path& file() const noexcept { return file_.path(); }
+    [[nodiscard]] const PictureSegmentInfo& info() const noexcept { return info_; }
+    [[nodiscard]] bool full() const noexcept { return taken_ == info_.places; }
+    /// Number of pictures whose pixels and records were passed to the system: a crash of the program does not
+    /// lose them.
+    [[nodiscard]] std::uint64_t written() const noexcept { return written_; }
+    /// False if pictures go through the page cache.
+    [[nodiscard]] bool direct() const noexcept { return file_.direct(); }
+
+    /// Adds the next picture; requires !full(). Writes when a block is complete (a large one if `more`
+    /// pictures are ready to follow), or for the last picture.
+    void add(const PictureRecord& record, std::span<const std::byte> pixels, bool more = false);
+    /// Writes the waiting pictures, however few.
+    void write();
+    /// write(), then returns when all of it is on the disk.
+    void sync();
+    /// Takes over the buffer of a full segment.
+    void follow(PictureSegment& full) noexcept { pages_.swap(full.pages_); }
+    /// Renames the file, replacing `to`.
+    void rename(const std::filesystem::path& to) { file_.rename(to); }
+
+private:
+    struct alignas(h5::page_bytes) Page {
+        std::array<std::byte, h5::page_bytes> bytes{};
+    };
+    PictureSegment(const std::filesystem::path& file, const PictureSegmentInfo& info,
+                   const PictureSegmentImage& image);
+
+    PictureSegmentInfo info_;
+    PictureSegmentPlan plan_;
+    h5::DiskFile file_;
+    std::vector<Page> pages_;   // waiting pictures, from page `begin_` of the file on; allocated as needed
+    std::uint64_t begin_ = 0;   // page of the file
+    std::size_t gathered_ = 0;  // bytes in use in pages_
+    std::vector<PictureRecord> records_;  // of pictures not written yet
+    std::uint64_t taken_ = 0, written_ = 0;
+};
+
+}  // namespace shaker::pictures

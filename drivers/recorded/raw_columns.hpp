@@ -1,0 +1,92 @@
+#pragma once
+// Columns of the raw streams: each one's name, type, unit and meaning stand here, for writing, reading and
+// FORMAT.md.
+#include <array>
+#include <cstddef>
+#include <span>
+#include <string>
+
+#include "drivers/drive.hpp"
+
+namespace shaker::recorded {
+
+struct RawColumn {
+    enum class Type { int32, int64, uint8, uint64, float64 };
+    const char* group;  // under /entry; of a camera's column "raw"
+    const char* name;
+    Type type;
+    const char* units;  // UDUNITS text
+    const char* meaning;
+    std::size_t values = 1;  // a row
+};
+
+/// Columns of a stream with one group.
+inline std::string path_of(const RawColumn& column) { return std::string{column.group} + "/" + column.name; }
+/// Columns of one camera.
+inline std::string path_of(const RawColumn& column, const std::string& camera) {
+    return std::string{column.group} + "/" + camera + "/" + column.name;
+}
+
+namespace raw {
+
+using enum RawColumn::Type;
+inline constexpr const char* drive = "raw/drive";
+inline constexpr const char* changes = "raw/drive/changes";
+inline constexpr const char* accelerometer = "raw/accelerometer";
+inline constexpr const char* cameras = "raw";
+inline constexpr std::size_t axes = 3;
+
+inline constexpr RawColumn play_tick{drive, "play_tick", int64, "1", "DAC sample at which a block begins"},
+    play_heard{drive, "play_heard", int64, "ns", "host time at which that sample left the converter"},
+    play_lost{drive, "play_lost", int64, "1", "samples before it for which the DAC stood empty"};
+inline constexpr std::array plays{play_tick, play_heard, play_lost};
+
+inline constexpr RawColumn first_tick{changes, "first_tick", int64, "1",
+                                      "DAC sample from which it is in force"},
+    ramp_samples{changes, "ramp_samples", int64, "1", "length of the ramp from the drive before"},
+    stop_samples{changes, "stop_samples", int64, "1", "length of a stop's ramp to zero; 0: not a stop"},
+    ramp_periods{changes, "ramp_periods", int64, "1", "length of the ramp in periods, as commanded"},
+    phase{changes, "phase", uint64, "1", "phase at first_tick in turns / 2^64"},
+    phase_low{changes, "phase_low", uint64, "1", "its next 64 bits"},
+    step{changes, "step", uint64, "1", "phase step a sample in turns / 2^64"},
+    step_low{changes, "step_low", uint64, "1", "its next 64 bits"},
+    sequence{changes, "sequence", uint64, "1", "number of the command"},
+    frequency{changes, "frequency", float64, "Hz", "as commanded"},
+    harmonics_re{changes,      "harmonics_re", float64, "V", "Im sum a_q exp(i q w t): real parts of a_q",
+                 max_harmonics},
+    harmonics_im{changes, "harmonics_im", float64, "V", "imaginary parts", max_harmonics};
+inline constexpr std::array drive_changes{first_tick, ramp_samples, stop_samples, ramp_periods,
+                                          phase,      phase_low,    step,         step_low,
+                                          sequence,   frequency,    harmonics_re, harmonics_im};
+
+inline constexpr RawColumn counts{
+    accelerometer, "counts", int32, "count", "unchanged samples, one row a sample: x, y, z", axes},
+    block_first{accelerometer, "block_first", int64, "1", "number of a block's first sample"},
+    block_arrived{accelerometer, "block_arrived", int64, "ns", "host time at which the block was read"},
+    block_quality{accelerometer, "block_quality", uint8, "1",
+                  "0 good; sum of 1 after a gap, 2 clipped, 4 late"},
+    block_size{accelerometer, "block_size", uint8, "1", "samples in the block"};
+inline constexpr std::array blocks{counts, block_first, block_arrived, block_quality, block_size};
+
+inline constexpr RawColumn tick{cameras, "tick", int64, "1", "number of the exposure, missed ones counted"},
+    arrived{cameras, "arrived", int64, "ns", "host time at which the frame was read"},
+    stamp{cameras, "stamp", int64, "ns", "the camera's own clock; -2^63 where it gave none"},
+    mid_exposure{cameras, "mid_exposure", float64, "s", "master time, where the frame tells it; else NaN"},
+    quality{cameras, "quality", uint8, "1", "as block_quality"},
+    picture{cameras, "picture", uint64, "1", "number in the pictures folder, from 1; 0: not kept"};
+inline constexpr std::array frames{tick, arrived, stamp, mid_exposure, quality, picture};
+
+struct Group {
+    const char* path;
+    const char* meaning;
+    std::span<const RawColumn> columns;
+};
+/// All of them; the last one is there once a camera, below its path.
+inline constexpr std::array groups{
+    Group{drive, "when samples of the drive were heard, a row a block", plays},
+    Group{changes, "changes of the drive: enough to make each sample again, to the bit", drive_changes},
+    Group{accelerometer, "accelerometer", blocks}, Group{cameras, "frames of one camera", frames}};
+
+}  // namespace raw
+
+}  // namespace shaker::recorded

@@ -1,0 +1,124 @@
+#include "drivers/recorded/recording_describe.hpp"
+
+#include <spdlog/fmt/fmt.h>
+
+#include <cmath>
+
+#include "drivers/errors.hpp"
+
+namespace shaker::recorded {
+
+void describe(hid_t group, const DacInfo& dac) {
+    h5::set_attribute(group, "name", dac.name);
+    h5::set_attribute(group, "rate_hz", dac.rate_hz);
+    h5::set_attribute(group, "full_scale_V", dac.full_scale_V);
+}
+
+void describe(hid_t group, const AccelerometerInfo& a) {
+    h5::set_attribute(group, "name", a.name);
+    h5::set_attribute(group, "rate_hz", a.rate_hz);
+    h5::set_attribute(group, "first_sample_s", a.first_sample_s);
+    h5::set_attribute(group, "clock_uncertainty_s", a.clock_uncertainty_s);
+    for (std::size_t k = 0; k < 3; ++k) {
+        h5::set_attribute(group, fmt::format("offset_counts_{}", "xyz"[k]), a.offset_counts[k]);
+        h5::set_attribute(group, fmt::format("mps2_per_count_{}", "xyz"[k]), a.mps2_per_count[k]);
+        h5::set_attribute(group, fmt::format("shaker_axis_{}", "xyz"[k]), a.shaker_axis[k]);
+    }
+}
+
+void describe(hid_t group, const View& view) {
+    h5::set_attribute(group, "mm_per_px", view.mm_per_px);
+    h5::set_attribute(group, "distance_mm", view.distance_mm);
+    h5::set_attribute(group, "along_x", view.along[0]);
+    h5::set_attribute(group, "along_y", view.along[1]);
+    h5::set_attribute(group, "frame_rate_hz", view.frame_rate_hz);
+    h5::set_attribute(group, "exposure_s", view.exposure_s);
+    h5::set_attribute(group, "dac_triggered", std::int64_t{view.dac_triggered});
+    h5::set_attribute(group, "trigger_delay_s", view.trigger_delay_s);
+    h5::set_attribute(group, "arrival_delay_s", view.arrival_delay_s);
+    for (std::size_t k = 0; k < 2; ++k)
+        h5::set_attribute(group, fmt::format("origin_{}_px", "xy"[k]), std::int64_t{view.origin_px[k]});
+    std::int64_t order = 0;
+    for (const Target& t : view.targets) {
+        const h5::Handle g = h5::make_group(group, "targets/" + t.name, "NXcollection");
+        h5::set_attribute(g.get(), "order", order++);
+        h5::set_attribute(g.get(), "kind", std::int64_t{static_cast<int>(t.kind)});
+        h5::set_attribute(g.get(), "polarity", std::int64_t{static_cast<int>(t.polarity)});
+        h5::set_attribute(g.get(), "diameter_mm", t.diameter_mm);
+        h5::set_attribute(g.get(), "width_mm", t.width_mm);
+        h5::set_attribute(g.get(), "pitch_mm", t.pitch_mm);
+        h5::set_attribute(g.get(), "offset_mm", t.offset_mm);
+        for (std::size_t k = 0; k < 4; ++k)
+            h5::set_attribute(g.get(), fmt::format("roi_{}_px", "xywh"[k]), std::int64_t{t.roi_px[k]});
+    }
+}
+
+DacInfo read_dac(hid_t entry, const std::string& path) {
+    return {h5::read_attribute_text(entry, path, "name"), h5::read_attribute(entry, path, "rate_hz"),
+            h5::read_attribute(entry, path, "full_scale_V")};
+}
+
+int whole_attribute(hid_t at, const std::string& path, const std::string& name, int min, int max) {
+    const double v = h5::read_attribute(at, path, name);
+    if (!(v >= min && v <= max && v == std::floor(v)))
+        throw InputError{"recording: " + path + "@" + name + " = " + std::to_string(v) +
+                         " is not an integer in " + std::to_string(min) + ".." + std::to_string(max)};
+    return static_cast<int>(v);
+}
+
+std::size_t place_of(hid_t entry, const std::string& path, std::size_t count) {
+    return static_cast<std::size_t>(whole_attribute(entry, path, "order", 0, static_cast<int>(count) - 1));
+}
+
+View read_view(hid_t entry, const std::string& camera) {
+    const std::string path = "raw/" + camera;
+    View view;
+    view.camera = camera;
+    view.mm_per_px = h5::read_attribute(entry, path, "mm_per_px");
+    view.distance_mm = h5::read_attribute(entry, path, "distance_mm");
+    view.along = {h5::read_attribute(entry, path, "along_x"), h5::read_attribute(entry, path, "along_y")};
+    view.frame_rate_hz = h5::read_attribute(entry, path, "frame_rate_hz");
+    view.exposure_s = h5::read_attribute(entry, path, "exposure_s");
+    view.dac_triggered = whole_attribute(entry, path, "dac_triggered", 0, 1) != 0;
+    view.trigger_delay_s = h5::read_attribute(entry, path, "trigger_delay_s");
+    view.arrival_delay_s = h5::read_attribute(entry, path, "arrival_delay_s");
+    for (std::size_t k = 0; k < 2; ++k)
+        view.origin_px[k] = whole_attribute(entry, path, std::string{"origin_"} + "xy"[k] + "_px", 0, 100000);
+    const std::vector<std::string> names = h5::names_in(entry, path + "/targets");
+    view.targets.resize(names.size());
+    for (const std::string& name : names) {
+        const std::string at = fmt::format("{}/targets/{}", path, name);
+        Target& t = view.targets[place_of(entry, at, names.size())];
+        if (!t.name.empty())
+            throw InputError{"recording: " + at + "@order is used by \"" + t.name + "\" too"};
+        t.name = name;
+        t.kind = static_cast<TargetKind>(
+            whole_attribute(entry, at, "kind", 0, static_cast<int>(TargetKind::patch)));
+        t.polarity = static_cast<Polarity>(whole_attribute(entry, at, "polarity", 0, 1));
+        t.diameter_mm = h5::read_attribute(entry, at, "diameter_mm");
+        t.width_mm = h5::read_attribute(entry, at, "width_mm");
+        t.pitch_mm = h5::read_attribute(entry, at, "pitch_mm");
+        t.offset_mm = h5::read_attribute(entry, at, "offset_mm");
+        for (std::size_t k = 0; k < 4; ++k)
+            t.roi_px[k] =
+                whole_attribute(entry, at, std::string{"roi_"} + "xywh"[k] + "_px", -100000, 100000);
+    }
+    return view;
+}
+
+AccelerometerInfo read_accelerometer(hid_t entry, const std::string& path) {
+    AccelerometerInfo a;
+    a.name = h5::read_attribute_text(entry, path, "name");
+    a.rate_hz = h5::read_attribute(entry, path, "rate_hz");
+    a.first_sample_s = h5::read_attribute(entry, path, "first_sample_s");
+    a.clock_uncertainty_s = h5::read_attribute(entry, path, "clock_uncertainty_s");
+    for (std::size_t k = 0; k < 3; ++k) {
+        const std::string axis(1, "xyz"[k]);
+        a.offset_counts[k] = h5::read_attribute(entry, path, "offset_counts_" + axis);
+        a.mps2_per_count[k] = h5::read_attribute(entry, path, "mps2_per_count_" + axis);
+        a.shaker_axis[k] = h5::read_attribute(entry, path, "shaker_axis_" + axis);
+    }
+    return a;
+}
+
+}  // namespace shaker::recorded

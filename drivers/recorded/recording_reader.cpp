@@ -1,0 +1,248 @@
+#include <spdlog/fmt/fmt.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "drivers/errors.hpp"
+#include "drivers/recorded/h5/seals.hpp"
+#include "drivers/recorded/opened_recording.hpp"
+#include "drivers/recorded/raw_columns.hpp"
+#include "drivers/recorded/recording_describe.hpp"
+
+namespace shaker::recorded {
+
+namespace {
+
+template <class T>
+void same_length(const std::vector<T>& a, std::size_t n, const std::string& path) {
+    if (a.size() != n)
+        throw InputError{"recording: " + path + " has " + std::to_string(a.size()) + " entries beside " +
+                         std::to_string(n)};
+}
+
+HostTime host(std::int64_t ns) { return HostTime{std::chrono::nanoseconds{ns}}; }
+
+}  // namespace
+
+const char* name(KeptPictures kept) noexcept {
+    switch (kept) {
+        case KeptPictures::off:
+            return "off";
+        case KeptPictures::region:
+            return "region";
+        case KeptPictures::full:
+            return "full";
+    }
+    return "off";
+}
+
+std::optional<KeptPictures> kept_pictures_named(const std::string& word) noexcept {
+    for (const KeptPictures kept : {KeptPictures::off, KeptPictures::region, KeptPictures::full})
+        if (word == name(kept)) return kept;
+    return std::nullopt;
+}
+
+std::filesystem::path pictures_folder(std::filesystem::path recording) {
+    if (recording.extension() == ".part") recording.replace_extension();
+    return recording.replace_extension(".frames");
+}
+
+RecordingReader::RecordingReader(const std::filesystem::path& file, Open open)
+    : opened_{std::make_unique<Opened>()} {
+    opened_->path = file;
+    opened_->file = h5::open_file(file, open == Open::growing ? h5::Access::growing : h5::Access::finished);
+    if (!h5::exists(opened_->file.get(), "entry"))
+        throw InputError{file.string() + ": not a recording of shakerd: it has no group \"entry\""};
+    opened_->entry = h5::open_group(opened_->file.get(), "entry");
+    const hid_t e = opened_->entry.get();
+    RecordingHeader& header = opened_->header;
+    header.title = h5::read_text(e, "title");
+    if (h5::exists(e, "start_time")) header.started = h5::read_text(e, "start_time");
+    if (h5::exists(e, "experiment_identifier")) header.identifier = h5::read_text(e, "experiment_identifier");
+    header.kind = h5::read_text(e, "process/kind");
+    header.config = h5::read_text(e, "process/config_text");
+    header.rig = h5::read_text(e, "process/rig_text");
+    header.user = h5::read_text(e, "user/name");
+    header.sample = h5::read_text(e, "sample/name");
+    header.frequency_hz = h5::read_attribute(e, "process", "frequency_hz");
+    const std::string pictures = h5::read_attribute_text(e, "process", "pictures");
+    const auto kept = kept_pictures_named(pictures);
+    if (!kept)
+        throw InputError{"recording: process@pictures \"" + pictures + "\" is not one of off, region, full"};
+    header.pictures = *kept;
+    if (h5::has_attribute(e, "process", "schema"))
+        header.schema = whole_attribute(e, "process", "schema", 1, std::numeric_limits<int>::max());
+    header.dac = read_dac(e, raw::drive);
+    header.accelerometer = read_accelerometer(e, raw::accelerometer);
+    header.views.resize(static_cast<std::size_t>(whole_attribute(e, "process", "cameras", 0, 64)));
+    std::size_t cameras = 0;
+    for (const std::string& name : h5::names_in(e, "raw")) {
+        if (name == "drive" || name == "accelerometer") continue;
+        View& view = header.views.at(place_of(e, "raw/" + name, header.views.size()));
+        if (!view.camera.empty())
+            throw InputError{"recording: raw/" + name + "@order is used by \"" + view.camera + "\" too"};
+        view = read_view(e, name);
+        ++cameras;
+    }
+    if (cameras != header.views.size())
+        throw InputError{"recording: raw has " + std::to_string(cameras) + " cameras, process@cameras says " +
+                         std::to_string(header.views.size())};
+}
+
+RecordingReader::~RecordingReader() = default;
+
+const RecordingHeader& RecordingReader::header() const noexcept { return opened_->header; }
+
+std::vector<PlayTime> RecordingReader::play_times() const {
+    const auto tick = h5::read<std::int64_t>(opened_->entry.get(), path_of(raw::play_tick));
+    const auto heard = h5::read<std::int64_t>(opened_->entry.get(), path_of(raw::play_heard));
+    const auto lost = h5::read<std::int64_t>(opened_->entry.get(), path_of(raw::play_lost));
+    same_length(heard, tick.size(), path_of(raw::play_heard));
+    same_length(lost, tick.size(), path_of(raw::play_lost));
+    std::vector<PlayTime> out(tick.size());
+    for (std::size_t i = 0; i < out.size(); ++i) out[i] = {{tick[i]}, host(heard[i]), lost[i]};
+    return out;
+}
+
+std::vector<DriveChange> RecordingReader::changes() const {
+    const auto first = h5::read<std::int64_t>(opened_->entry.get(), path_of(raw::first_tick));
+    const auto ramp = h5::read<std::int64_t>(opened_->entry.get(), path_of(raw::ramp_samples));
+    const auto stop = h5::read<std::int64_t>(opened_->entry.get(), path_of(raw::stop_samples));
+    const auto ramp_periods = h5::read<std::int64_t>(opened_->entry.get(), path_of(raw::ramp_periods));
+    const auto phase = h5::read<std::uint64_t>(opened_->entry.get(), path_of(raw::phase));
+    const auto phase_low = h5::read<std::uint64_t>(opened_->entry.get(), path_of(raw::phase_low));
+    const auto step = h5::read<std::uint64_t>(opened_->entry.get(), path_of(raw::step));
+    const auto step_low = h5::read<std::uint64_t>(opened_->entry.get(), path_of(raw::step_low));
+    const auto sequence = h5::read<std::uint64_t>(opened_->entry.get(), path_of(raw::sequence));
+    const auto frequency = h5::read<double>(opened_->entry.get(), path_of(raw::frequency));
+    const auto re = h5::read<double>(opened_->entry.get(), path_of(raw::harmonics_re));
+    const auto im = h5::read<double>(opened_->entry.get(), path_of(raw::harmonics_im));
+    same_length(ramp, first.size(), path_of(raw::ramp_samples));
+    same_length(stop, first.size(), path_of(raw::stop_samples));
+    same_length(ramp_periods, first.size(), path_of(raw::ramp_periods));
+    same_length(phase, first.size(), path_of(raw::phase));
+    same_length(phase_low, first.size(), path_of(raw::phase_low));
+    same_length(step, first.size(), path_of(raw::step));
+    same_length(step_low, first.size(), path_of(raw::step_low));
+    same_length(sequence, first.size(), path_of(raw::sequence));
+    same_length(frequency, first.size(), path_of(raw::frequency));
+    same_length(re, max_harmonics * first.size(), path_of(raw::harmonics_re));
+    same_length(im, max_harmonics * first.size(), path_of(raw::harmonics_im));
+    for (const std::int64_t n : ramp_periods)
+        if (n < 1 || n > std::numeric_limits<int>::max())
+            throw InputError{"recording: " + path_of(raw::ramp_periods) + " " + std::to_string(n) +
+                             " must be at least 1"};
+    for (const std::int64_t n : stop)
+        if (n < 0)
+            throw InputError{"recording: " + path_of(raw::stop_samples) + " " + std::to_string(n) +
+                             " must be at least 0"};
+    std::vector<DriveChange> out(first.size());
+    for (std::size_t i = 0; i < out.size(); ++i) {
+        DriveChange& c = out[i];
+        for (std::size_t k = 0; k < max_harmonics; ++k)
+            c.command.volts.a[k] = {re[max_harmonics * i + k], im[max_harmonics * i + k]};
+        c.command.frequency = frequency[i];
+        c.command.ramp_periods = static_cast<int>(ramp_periods[i]);
+        c.command.sequence = sequence[i];
+        c.first = {first[i]};
+        c.ramp = ramp[i];
+        c.stop = stop[i];
+        c.phase = turns_of(phase[i], phase_low[i]);
+        c.step = turns_of(step[i], step_low[i]);
+    }
+    return out;
+}
+
+std::vector<std::string> RecordingReader::names(const std::string& path) const {
+    return h5::names_in(opened_->entry.get(), path);
+}
+
+std::vector<Column> RecordingReader::table(const std::string& path) const {
+    const hid_t e = opened_->entry.get();
+    std::vector<Column> columns;
+    for (const std::string& name : h5::names_in(e, path)) {
+        const std::string at = fmt::format("{}/{}", path, name);
+        if (!h5::has_attribute(e, at, "units") || h5::description_of(e, at).shape.size() != 1) continue;
+        columns.push_back({name, h5::read_attribute_text(e, at, "units"), h5::read<double>(e, at)});
+    }
+    if (columns.empty()) throw InputError{"recording has no table \"" + path + "\""};
+    return columns;
+}
+
+double RecordingReader::scalar(const std::string& path) const {
+    const auto values = h5::read<double>(opened_->entry.get(), path, 1);
+    if (values.size() != 1) throw InputError{"recording: \"" + path + "\" is not one number"};
+    return values.front();
+}
+
+std::string RecordingReader::text(const std::string& path) const {
+    return h5::read_text(opened_->entry.get(), path);
+}
+
+std::vector<double> RecordingReader::numbers(const std::string& path) const {
+    return h5::read<double>(opened_->entry.get(), path);
+}
+
+std::vector<std::string> RecordingReader::texts(const std::string& path) const {
+    return h5::read_texts(opened_->entry.get(), path);
+}
+
+std::vector<std::string> RecordingReader::damage() const {
+    const hid_t e = opened_->entry.get();
+    std::vector<std::string> found;
+    for (const h5::SealedColumn& column : h5::read_seals(e)) {
+        const hsize_t sealed = column.pieces.empty() ? 0 : column.pieces.back().to;
+        const h5::Bytes bytes = h5::read_bytes(e, column.path);
+        const hsize_t good = column.good_rows(bytes.values, bytes.row);
+        const bool once = h5::description_of(e, column.path).shape.empty();
+        if (good != sealed)
+            found.push_back(fmt::format("{}: damaged from row {} on", column.path, good));
+        else if (!once && bytes.values.size() != sealed * bytes.row)
+            found.push_back(
+                fmt::format("{}: rows from {} on are not covered by a seal", column.path, sealed));
+    }
+    return found;
+}
+
+std::vector<Frame> RecordingReader::frames(const std::string& camera) const {
+    const hid_t e = opened_->entry.get();
+    const auto at = [&](const RawColumn& column) { return path_of(column, camera); };
+    const auto tick = h5::read<std::int64_t>(e, at(raw::tick)),
+               arrived = h5::read<std::int64_t>(e, at(raw::arrived)),
+               stamp = h5::read<std::int64_t>(e, at(raw::stamp));
+    const auto mid = h5::read<double>(e, at(raw::mid_exposure));
+    const auto quality = h5::read<std::uint8_t>(e, at(raw::quality));
+    same_length(arrived, tick.size(), at(raw::arrived));
+    same_length(stamp, tick.size(), at(raw::stamp));
+    same_length(mid, tick.size(), at(raw::mid_exposure));
+    same_length(quality, tick.size(), at(raw::quality));
+    std::vector<Frame> frames(tick.size());
+    for (std::size_t i = 0; i < frames.size(); ++i) {
+        frames[i].tick = {tick[i]};
+        frames[i].arrived = host(arrived[i]);
+        if (stamp[i] != pictures::no_stamp) frames[i].stamp = CameraStamp{stamp[i]};
+        if (!std::isnan(mid[i])) frames[i].mid_exposure = master_time(mid[i]);
+        frames[i].quality = static_cast<Quality>(quality[i]);
+    }
+    return frames;
+}
+
+std::vector<std::uint64_t> RecordingReader::pictures_of(const std::string& camera) const {
+    return h5::read<std::uint64_t>(opened_->entry.get(), path_of(raw::picture, camera));
+}
+
+std::uint64_t RecordingReader::frames_without_picture() const {
+    std::uint64_t without = 0;
+    for (const View& view : opened_->header.views) {
+        const std::vector<std::uint64_t> pictures = pictures_of(view.camera);
+        without += static_cast<std::uint64_t>(std::ranges::count(pictures, std::uint64_t{0}));
+    }
+    return without;
+}
+
+const std::filesystem::path& RecordingReader::file() const noexcept { return opened_->path; }
+
+bool RecordingReader::has(const std::string& path) const { return h5::exists(opened_->entry.get(), path); }
+
+}  // namespace shaker::recorded

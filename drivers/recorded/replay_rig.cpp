@@ -1,0 +1,108 @@
+#include <optional>
+
+#include "drivers/errors.hpp"
+#include "drivers/recorded/opened_recording.hpp"
+#include "drivers/recorded/pictures/picture_reader.hpp"
+#include "drivers/recorded/raw_columns.hpp"
+
+namespace shaker::recorded {
+
+namespace {
+
+class RecordedAccelerometer final : public Accelerometer {
+public:
+    RecordedAccelerometer(const RecordingReader& r, const AccelerometerInfo& info)
+        : info_{info},
+          counts_{h5::read<std::int32_t>(r.opened().entry.get(), path_of(raw::counts))},
+          first_{h5::read<std::int64_t>(r.opened().entry.get(), path_of(raw::block_first))},
+          arrived_{h5::read<std::int64_t>(r.opened().entry.get(), path_of(raw::block_arrived))},
+          quality_{h5::read<std::uint8_t>(r.opened().entry.get(), path_of(raw::block_quality))},
+          size_{h5::read<std::uint8_t>(r.opened().entry.get(), path_of(raw::block_size))} {
+        if (arrived_.size() != first_.size() || quality_.size() != first_.size() ||
+            size_.size() != first_.size())
+            throw InputError{"recording: raw/accelerometer has block columns of different lengths"};
+        std::size_t samples = 0;
+        for (const std::uint8_t n : size_) {
+            if (n > AccelBlock::capacity)
+                throw InputError{"recording: raw/accelerometer/block_size " + std::to_string(n) +
+                                 " exceeds " + std::to_string(AccelBlock::capacity)};
+            samples += n;
+        }
+        if (3 * samples != counts_.size())
+            throw InputError{"recording: raw/accelerometer/counts has " + std::to_string(counts_.size()) +
+                             " values, its blocks have 3 x " + std::to_string(samples)};
+    }
+    [[nodiscard]] AccelerometerInfo info() const override { return info_; }
+    bool read(AccelBlock& block, std::chrono::milliseconds) override {
+        if (ended()) return false;
+        const std::size_t n = size_[next_];
+        block = {.first = {first_[next_]},
+                 .arrived = HostTime{std::chrono::nanoseconds{arrived_[next_]}},
+                 .quality = static_cast<Quality>(quality_[next_]),
+                 .size = static_cast<int>(n)};
+        for (std::size_t i = 0; i < n; ++i)
+            for (std::size_t k = 0; k < 3; ++k) block.counts[i][k] = counts_[3 * (sample_ + i) + k];
+        sample_ += n;
+        ++next_;
+        return true;
+    }
+    [[nodiscard]] bool ended() const noexcept override { return next_ >= first_.size(); }
+    void stop() noexcept override { next_ = first_.size(); }
+
+private:
+    AccelerometerInfo info_;
+    std::vector<std::int32_t> counts_;
+    std::vector<std::int64_t> first_, arrived_;
+    std::vector<std::uint8_t> quality_, size_;
+    std::size_t next_ = 0, sample_ = 0;
+};
+
+class RecordedCamera final : public Camera {
+public:
+    RecordedCamera(const RecordingReader& r, const View& view)
+        : view_{view},
+          tick_{h5::read<std::int64_t>(r.opened().entry.get(), "raw/" + view.camera + "/tick")},
+          picture_{h5::read<std::uint64_t>(r.opened().entry.get(), "raw/" + view.camera + "/picture")} {
+        if (picture_.size() != tick_.size())
+            throw InputError{"recording: raw/" + view.camera + " has columns of different lengths"};
+        if (!tick_.empty()) pictures_.emplace(pictures_folder(r.file()), view.camera);
+    }
+    [[nodiscard]] const View& view() const override { return view_; }
+    FramePtr read(std::chrono::milliseconds) override {
+        if (ended()) return nullptr;
+        const std::string which =
+            "recording: raw/" + view_.camera + "/picture " + std::to_string(picture_[next_]);
+        if (picture_[next_] == 0 || picture_[next_] > pictures_->count())
+            throw InputError{which + " is not one of the " + std::to_string(pictures_->count()) +
+                             " stored pictures"};
+        FramePtr frame = pictures_->read(picture_[next_] - 1);
+        if (frame->tick.n != tick_[next_])
+            throw InputError{which + " belongs to frame " + std::to_string(frame->tick.n) +
+                             ", not to frame " + std::to_string(tick_[next_])};
+        ++next_;
+        return frame;
+    }
+    [[nodiscard]] bool ended() const noexcept override { return next_ >= tick_.size(); }
+    void stop() noexcept override { next_ = tick_.size(); }
+
+private:
+    View view_;
+    std::vector<std::int64_t> tick_;
+    std::vector<std::uint64_t> picture_;
+    std::optional<pictures::PictureReader> pictures_;
+    std::size_t next_ = 0;
+};
+
+}  // namespace
+
+Rig replay_rig(const RecordingReader& reader, const RecordingHeader& header, bool pictures) {
+    Rig rig;
+    rig.name = "replay:";
+    if (header.accelerometer.rate_hz > 0)
+        rig.accelerometer = std::make_unique<RecordedAccelerometer>(reader, header.accelerometer);
+    for (const View& view : header.views)
+        if (pictures) rig.cameras.push_back(std::make_unique<RecordedCamera>(reader, view));
+    return rig;
+}
+
+}  // namespace shaker::recorded

@@ -1,0 +1,114 @@
+// Recordings that the first version of the program made open, replay to the bit, export and recover.
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+#include <fstream>
+#include <nlohmann/json.hpp>
+
+#include "daemon/recording/tables/measured_tables.hpp"
+#include "daemon/recording/tables/places.hpp"
+#include "drivers/recorded/h5/h5.hpp"
+#include "drivers/recorded/recording_file.hpp"
+#include "tests/support/paths.hpp"
+#include "tests/support/program.hpp"
+
+namespace shaker::commands {
+namespace {
+
+using nlohmann::json;
+using test::Outcome;
+using test::shakerd;
+
+const std::string golden = test::source_dir() + "/tests/golden/recordings/";
+
+// The name of a kept recording, unpacked in `folder`.
+std::string unpacked(const std::string& name, const std::filesystem::path& folder) {
+    const std::string command = "gzip -dc '" + golden + name + ".gz' > '" + (folder / name).string() + "'";
+    EXPECT_EQ(std::system(command.c_str()), 0) << command;
+    return name;
+}
+
+class FirstVersionTest : public testing::TestWithParam<const char*> {
+protected:
+    std::filesystem::path folder_ = test::fresh_folder();
+};
+INSTANTIATE_TEST_SUITE_P(Recordings, FirstVersionTest,
+                         testing::Values("run.nxs", "tripped.nxs", "footage.nxs"),
+                         [](const auto& name) { return std::filesystem::path{name.param}.stem().string(); });
+
+TEST_P(FirstVersionTest, Opens) {
+    const recorded::RecordingReader file{folder_ / unpacked(GetParam(), folder_)};
+    EXPECT_EQ(file.header().schema, 1);
+    EXPECT_EQ(file.header().views.size(), 2U);
+    EXPECT_EQ(file.damage(), std::vector<std::string>{});
+    EXPECT_TRUE(recording::read_finished(file).empty());
+    EXPECT_NO_THROW(recording::require_known_schema(file));
+}
+
+TEST_P(FirstVersionTest, ReplaysToTheBit) {
+    const Outcome o = shakerd("replay " + unpacked(GetParam(), folder_), folder_);
+    EXPECT_EQ(o.status, 0) << o.err;
+    EXPECT_NE(o.out.find("replay: identical"), std::string::npos) << o.out;
+    const bool tripped = std::string{GetParam()} == "tripped.nxs";
+    EXPECT_EQ(o.out.find("a limit stopped this run at 3.20") != std::string::npos, tripped) << o.out;
+    EXPECT_NE(o.out.find("v_D"), std::string::npos) << o.out;
+}
+
+TEST_P(FirstVersionTest, ExportsAllItsTables) {
+    const std::string name = unpacked(GetParam(), folder_);
+    const Outcome o = shakerd("export --json -o out " + name, folder_);
+    ASSERT_EQ(o.status, 0) << o.err;
+    const recorded::RecordingReader file{folder_ / name};
+    std::map<std::string, std::size_t> rows;
+    const json exported = json::parse(o.out);
+    for (const json& t : exported["tables"]) rows[t["table"]] = t["rows"].get<std::size_t>();
+    const bool session = file.header().kind == "session";
+    for (const char* table :
+         {"accelerometer", "clocks", "cycle", "events", "frames/top", "gaps", "harmonics", "identification",
+          "measurements", "periods", "pictures/side", "process", "results", "results/notes", "stick",
+          "tracks/top/walker", "transverse", "trips"})
+        EXPECT_TRUE(rows.contains(table)) << table;
+    for (const char* table : {"changes", "plays"}) EXPECT_EQ(rows.contains(table), !session) << table;
+    EXPECT_FALSE(rows.contains("measured"));
+    EXPECT_EQ(rows["results"], 1U);
+    EXPECT_EQ(rows["frames/top"], file.frames("top").size());
+    EXPECT_EQ(rows["tracks/top/walker"], file.frames("top").size());
+    EXPECT_EQ(rows["cycle"], file.numbers("cycle/v").size());
+    EXPECT_EQ(rows["trips"], file.texts("trips/cause").size());
+}
+
+TEST_P(FirstVersionTest, IsWhole) {
+    const Outcome o = shakerd("recover " + unpacked(GetParam(), folder_), folder_);
+    EXPECT_EQ(o.status, 0) << o.err;
+    EXPECT_NE(o.out.find("was finished and is whole"), std::string::npos) << o.out;
+}
+
+TEST(FirstVersionCrashTest, AnUnfinishedOneIsRecovered) {
+    const auto folder = test::fresh_folder();
+    unpacked("killed.nxs.part", folder);
+    std::filesystem::copy_file(golden + "killed.nxs.journal", folder / "killed.nxs.journal");
+    const Outcome o = shakerd("recover killed.nxs.part", folder);
+    ASSERT_EQ(o.status, 0) << o.err;
+    EXPECT_NE(o.out.find("whole up to 2.000 s: 800 frames"), std::string::npos) << o.out;
+    EXPECT_EQ(recorded::RecordingReader{folder / "killed.nxs"}.header().schema, 1);
+    const Outcome replay = shakerd("replay killed.nxs", folder);
+    EXPECT_EQ(replay.status, 0) << replay.err;
+    EXPECT_NE(replay.out.find("replay: identical"), std::string::npos) << replay.out;
+}
+
+TEST(LaterVersionTest, IsRefusedWithBothVersions) {
+    const auto folder = test::fresh_folder();
+    unpacked("run.nxs", folder);
+    {
+        const h5::Handle file{H5Fopen((folder / "run.nxs").c_str(), H5F_ACC_RDWR, H5P_DEFAULT), "file"};
+        h5::set_attribute(h5::open_group(file.get(), "entry/process").get(), "schema", std::int64_t{99});
+    }
+    for (const char* command : {"replay run.nxs", "export run.nxs"}) {
+        const Outcome o = shakerd(command, folder);
+        EXPECT_EQ(o.status, 2) << command << o.err;
+        EXPECT_NE(o.err.find("version 99, this program knows versions up to"), std::string::npos) << o.err;
+    }
+}
+
+}  // namespace
+}  // namespace shaker::commands

@@ -1,0 +1,217 @@
+#include "daemon/control/equaliser.hpp"
+
+#include <gtest/gtest.h>
+
+#include <random>
+
+namespace shaker::control {
+namespace {
+
+using Response = std::array<std::complex<double>, max_harmonics>;
+
+Response nominal() {
+    Response h;
+    for (std::size_t k = 0; k < h.size(); ++k)
+        h[k] = std::polar(80.0 + 10 * static_cast<double>(k), 1.0 - 0.2 * static_cast<double>(k));
+    return h;
+}
+
+// A shaker whose response differs from the nominal one, that adds harmonics of its own, late by a delay.
+struct Toy {
+    Response h;
+    double late = 0;   // rad of harmonic 1
+    double noise = 0;  // m/s^2
+    std::mt19937_64 rng{5};
+    Harmonics<Acceleration> base(const Harmonics<Voltage>& volts) const {
+        Harmonics<Acceleration> a;
+        for (int q = 1; q <= max_harmonics; ++q) a.at(q) = h[static_cast<std::size_t>(q - 1)] * volts.at(q);
+        a.at(3) += 0.03 * std::abs(a.at(1));
+        return a;
+    }
+    Harmonics<Acceleration> measured(const Harmonics<Voltage>& volts) {
+        std::normal_distribution<double> gauss{0, noise};
+        Harmonics<Acceleration> a = base(volts);
+        for (int q = 1; q <= max_harmonics; ++q)
+            a.at(q) = a.at(q) * std::polar(1.0, -q * late) + std::complex<double>{gauss(rng), gauss(rng)};
+        return a;
+    }
+};
+
+// psi: phase error of the nominal response at harmonic 2 and above, beyond the turn that harmonic 1 tells.
+Toy toy(double magnitude, double psi) {
+    Toy t;
+    t.h = nominal();
+    for (std::size_t k = 0; k < t.h.size(); ++k) t.h[k] *= std::polar(magnitude, k > 0 ? psi : 0.0);
+    return t;
+}
+
+// Windows of settled motion until it has seen `windows` of them.
+Equaliser::Report run(Equaliser& eq, Toy& t, int windows, double sd = 1e-6) {
+    Equaliser::Report r;
+    for (int k = 0; k < windows; ++k) r = eq.take({t.measured(eq.volts()), sd, eq.volts(), true});
+    return r;
+}
+
+TEST(EqualiserTest, ReachesTargetForAnyCommonGainOfTheResponse) {
+    const Drive drive{.gamma = 12, .rho = 0.4, .phi = 0.7};
+    for (const auto& [magnitude, psi] :
+         {std::pair{1.3, 0.5}, {1.3, -0.8}, {5.0, 0.0}, {0.2, 0.0}, {1.0, 0.0}}) {
+        Toy t = toy(magnitude, psi);
+        Equaliser eq{harmonics(drive), nominal(), {.volts_limit = 1e3}};
+        const auto r = run(eq, t, 250);
+        EXPECT_TRUE(r.locked) << magnitude << " " << psi;
+        const Drive got = drive_of(t.base(eq.volts()), 20);
+        EXPECT_NEAR(got.gamma, 12, 1e-3);
+        EXPECT_NEAR(got.rho, 0.4, 1e-4);
+        EXPECT_NEAR(got.phi, 0.7, 1e-3);
+        EXPECT_LT(std::abs(t.base(eq.volts()).at(3)), 2e-3);
+    }
+}
+
+TEST(EqualiserTest, RisesInLevelsWithoutLargeOvershoot) {
+    Toy t = toy(1.3, 0.4);
+    Equaliser eq{harmonics(Drive{.gamma = 9.8}), nominal(), {.volts_limit = 1e3}};
+    EXPECT_NEAR(
+        peak(eq.volts()),
+        0.4 * peak(Equaliser{
+                  harmonics(Drive{.gamma = 9.8}), nominal(), {.volts_limit = 1e3, .from_below = false}}
+                       .volts()),
+        1e-9);
+    for (int k = 0; k < 200; ++k) {
+        run(eq, t, 1);
+        double largest = 0;
+        for (int i = 0; i < 200; ++i)
+            largest = std::max(largest, std::abs(value_at(t.base(eq.volts()), two_pi * i / 200)));
+        ASSERT_LT(largest, 1.2 * 9.8) << "window " << k;
+    }
+}
+
+TEST(EqualiserTest, IgnoresConstantAndDriftingDelay) {
+    for (const double drift : {0.0, 1e-3}) {
+        Toy t = toy(1.1, 0.1);
+        t.late = -0.6;
+        Equaliser eq{harmonics(Drive{.gamma = 9.8, .phi = 1.2}), nominal()};
+        for (int k = 0; k < 400; ++k, t.late += drift) run(eq, t, 1);
+        const Drive got = drive_of(t.base(eq.volts()), 20);
+        EXPECT_NEAR(got.phi, 1.2, 1e-5) << "drift " << drift;
+        EXPECT_NEAR(got.gamma, 9.8, 1e-4);
+    }
+}
+
+TEST(EqualiserTest, AttenuatesNoiseInTheDrive) {
+    Toy t = toy(0.9, 0.1);
+    t.noise = 0.002;
+    Equaliser eq{harmonics(Drive{.gamma = 9.8}), nominal(), {.noise = t.noise}};
+    run(eq, t, 200, t.noise);
+    double squares = 0;
+    constexpr int windows = 4000;
+    for (int k = 0; k < windows; ++k) {
+        run(eq, t, 1, t.noise);
+        squares += std::norm(t.base(eq.volts()).at(4)) / windows;
+    }
+    // Type 1 makes sqrt(mu / (2 - mu)) = 0.229 of it at mu = 0.1; the slow sum adds a little.
+    EXPECT_NEAR(std::sqrt(squares) / (t.noise * std::sqrt(2)), 0.24, 0.03);
+}
+
+TEST(EqualiserTest, ReportsNoiseLimitedAccuracy) {
+    Toy t = toy(1, 0);
+    t.noise = 0.03;
+    Equaliser eq{harmonics(Drive{.gamma = 9.8}), nominal(), {.noise = t.noise}};
+    EXPECT_TRUE(run(eq, t, 200, t.noise).noise_limited);
+    t.noise = 0.001;
+    Equaliser quiet{harmonics(Drive{.gamma = 9.8}), nominal(), {.noise = t.noise}};
+    EXPECT_FALSE(run(quiet, t, 200, t.noise).noise_limited);
+}
+
+TEST(EqualiserTest, ScalesShapeAtVoltageLimitAndReportsIt) {
+    Toy t = toy(1, 0);
+    const Drive drive{.gamma = 100, .rho = 0.5, .phi = 0.4};
+    Equaliser eq{harmonics(drive), nominal(), {.volts_limit = 0.5}};
+    Equaliser::Report r;
+    for (int k = 0; k < 200; ++k) {
+        r = run(eq, t, 1);
+        ASSERT_LE(peak(eq.volts()), 0.5 * (1 + 1e-3));  // 512 points with a parabola: 3e-5 at 16 harmonics
+    }
+    const Drive got = drive_of(t.base(eq.volts()), 20);
+    EXPECT_NEAR(got.gamma, 100 * r.reached, 0.02 * got.gamma);
+    EXPECT_LT(r.reached, 1);
+    EXPECT_NEAR(got.rho, 0.5, 0.002);
+    EXPECT_NEAR(got.phi, 0.4, 0.005);
+}
+
+TEST(EqualiserTest, KeepsDriveOnMissingOrInvalidData) {
+    Toy t = toy(1, 0);
+    for (const int before : {0, 5, 200}) {  // at the start, converging, tracking
+        Equaliser eq{harmonics(Drive{.gamma = 9.8}), nominal()};
+        run(eq, t, before);
+        const Harmonics<Voltage> volts = eq.volts();
+        Harmonics<Acceleration> broken;
+        for (int k = 0; k < 50; ++k) {
+            const auto r = eq.take({broken, 1e-3, volts, true});
+            EXPECT_TRUE(r.no_motion);
+            EXPECT_FALSE(before == 0 && r.locked);
+        }
+        broken.at(1) = NAN;
+        eq.take({broken, 1e-3, volts, true});
+        eq.take({t.measured(volts), NAN, volts, true});
+        EXPECT_EQ(eq.volts(), volts);
+    }
+}
+
+TEST(EqualiserTest, StepsToNewTargetByLearnedPlant) {
+    Toy t = toy(1.3, 0.3);
+    t.late = 0.4;
+    Equaliser eq{harmonics(Drive{.gamma = 9.8}), nominal(), {.volts_limit = 1e3}};
+    run(eq, t, 250);
+    const Drive next{.gamma = 14.7, .rho = 0.5, .phi = 1.5};
+    eq.retarget(harmonics(next));
+    Drive got = drive_of(t.base(eq.volts()), 20);
+    EXPECT_NEAR(got.gamma, 14.7, 0.3);
+    EXPECT_NEAR(got.phi, 1.5, 0.15);
+    run(eq, t, 100);
+    got = drive_of(t.base(eq.volts()), 20);
+    EXPECT_NEAR(got.gamma, 14.7, 1e-3);
+    EXPECT_NEAR(got.phi, 1.5, 1e-4);
+}
+
+TEST(EqualiserTest, HoldsLastGoodDriveOfSaturatedPlant) {
+    Toy t = toy(1, 0);
+    Equaliser eq{harmonics(Drive{.gamma = 9.8}), nominal(), {.volts_limit = 1e3}};
+    Equaliser::Report r;
+    for (int k = 0; k < 600; ++k) {  // harmonic 1 saturates at 0.8 of what is asked
+        Harmonics<Acceleration> a = t.measured(eq.volts());
+        const double size = std::abs(a.at(1));
+        a.at(1) *= 3.92 * std::tanh(size / 3.92) / size;
+        r = eq.take({a, 1e-6, eq.volts(), true});
+    }
+    EXPECT_TRUE(r.unreachable);
+    EXPECT_LT(r.reached, 0.95);
+    EXPECT_GT(r.reached, 0.3);
+}
+
+// A walker that begins to slide takes a fifth of the motion from one window to the next.
+TEST(EqualiserTest, RecoversFromPlantChangeAfterStep) {
+    for (int after = 1; after <= 12; ++after) {
+        Toy t = toy(1, 0);
+        Equaliser eq{harmonics(Drive{.gamma = 9.8}), nominal(), {.volts_limit = 1e3}};
+        ASSERT_TRUE(run(eq, t, 120).locked);
+        for (std::complex<double>& h : t.h) h *= 0.8;
+        run(eq, t, 3 + after);
+        for (std::complex<double>& h : t.h) h /= 0.8;
+        const auto r = run(eq, t, 60);
+        EXPECT_LT(r.error, 1e-3) << after;
+    }
+}
+
+TEST(EqualiserTest, PeakIsLargestValueOfThePeriod) {
+    Harmonics<Voltage> h;
+    h.at(1) = std::polar(0.7, 0.3);
+    EXPECT_NEAR(peak(h), 0.7, 1e-7);
+    h.at(16) = std::polar(0.1, 1.0);
+    double largest = 0;
+    for (int i = 0; i < 1'000'000; ++i) largest = std::max(largest, std::abs(value_at(h, two_pi * 1e-6 * i)));
+    EXPECT_NEAR(peak(h), largest, 1e-4 * largest);
+}
+
+}  // namespace
+}  // namespace shaker::control

@@ -1,0 +1,272 @@
+// The daemon from outside: what a service manager and an administrator do to it.
+#include <gtest/gtest.h>
+#include <poll.h>
+#include <sys/ptrace.h>
+#include <sys/socket.h>
+#include <sys/un.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <chrono>
+#include <csignal>
+#include <cstdlib>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <map>
+#include <mutex>
+#include <thread>
+
+#include "tests/support/environment.hpp"
+#include "tests/support/paths.hpp"
+#include "tests/support/remote/served_bench.hpp"
+
+namespace shaker::test {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+/// A service manager's ear.
+class Manager {
+public:
+    /// watchdog_us: how long the daemon may be silent, microseconds; it sends four signs of life in that
+    /// time.
+    explicit Manager(const char* watchdog_us = "1000000")
+        : path_{(std::filesystem::temp_directory_path() / ("notify-" + std::to_string(getpid()))).string()} {
+        sockaddr_un address{};
+        address.sun_family = AF_UNIX;
+        std::strncpy(address.sun_path, path_.c_str(), sizeof address.sun_path - 1);
+        if (bind(socket_, reinterpret_cast<const sockaddr*>(&address), sizeof address) != 0) std::abort();
+        setenv("NOTIFY_SOCKET", path_.c_str(), 1);
+        setenv("WATCHDOG_USEC", watchdog_us, 1);
+    }
+    ~Manager() {
+        ear_.request_stop();
+        ear_.join();
+        close(socket_);
+        unlink(path_.c_str());
+        unsetenv("NOTIFY_SOCKET");
+        unsetenv("WATCHDOG_USEC");
+    }
+    Manager(const Manager&) = delete;
+    Manager& operator=(const Manager&) = delete;
+
+    /// Whether it hears this within so many seconds, beyond what was forgotten.
+    bool hears(const std::string& words, double limit_s) {
+        const auto end = Clock::now() + std::chrono::duration<double>{limit_s};
+        while (Clock::now() < end) {
+            {
+                const std::scoped_lock lock{mutex_};
+                if (heard_.find(words) != std::string::npos) return true;
+            }
+            std::this_thread::sleep_for(std::chrono::milliseconds{10});
+        }
+        return false;
+    }
+    /// The longest time without a sign of life since forget(), s.
+    double longest_silence_s() {
+        const std::scoped_lock lock{mutex_};
+        return std::chrono::duration<double>(std::max(longest_, Clock::now() - fed_)).count();
+    }
+    /// Forgets what it heard so far.
+    void forget() {
+        const std::scoped_lock lock{mutex_};
+        heard_.clear();
+        longest_ = {};
+        fed_ = Clock::now();
+    }
+
+private:
+    std::string path_;
+    int socket_ = socket(AF_UNIX, SOCK_DGRAM | SOCK_CLOEXEC, 0);
+    std::mutex mutex_;
+    std::string heard_;
+    Clock::time_point fed_ = Clock::now();
+    Clock::duration longest_{};
+    // Always: who tells something waits while too much is unheard.
+    std::jthread ear_{[this](const std::stop_token& stop) {
+        while (!stop.stop_requested()) {
+            pollfd ready{socket_, POLLIN, 0};
+            if (poll(&ready, 1, 50) != 1) continue;
+            char bytes[4096];
+            const ssize_t n = recv(socket_, bytes, sizeof bytes, 0);
+            const std::scoped_lock lock{mutex_};
+            if (n <= 0) continue;
+            heard_.append(bytes, static_cast<std::size_t>(n)).push_back('\n');
+            if (std::string_view{bytes, static_cast<std::size_t>(n)} != "WATCHDOG=1") continue;
+            longest_ = std::max(longest_, Clock::now() - std::exchange(fed_, Clock::now()));
+        }
+    }};
+};
+
+pid_t thread_named(pid_t process, const std::string& name) {
+    for (const auto& entry :
+         std::filesystem::directory_iterator{"/proc/" + std::to_string(process) + "/task"}) {
+        std::string comm;
+        std::ifstream{entry.path() / "comm"} >> comm;
+        if (comm == name) return std::stoi(entry.path().filename().string());
+    }
+    return -1;
+}
+
+void run_recorded(ServedBench& bench, const std::string& name) {
+    TcpClient client{bench.scpi_port()};
+    client.send("REC ON,\"" + name + "\";:OUTP ON");
+    EXPECT_EQ(client.ask("SYST:ERR?"), "0,\"No error\"");
+    EXPECT_TRUE(bench.becomes("run")) << bench.log();
+}
+
+TEST(ServeTest, SigtermBringsTheDriveDownAndFinishesTheRecording) {
+    Manager manager;
+    ServedBench bench;
+    EXPECT_TRUE(manager.hears("READY=1", 5));
+    run_recorded(bench, "ended");
+    kill(bench.program().pid(), SIGTERM);
+    EXPECT_TRUE(manager.hears("STOPPING=1", 5));
+    const Outcome o = bench.program().wait(20);
+    EXPECT_EQ(o.status, 0) << o.err;
+    EXPECT_NE(o.err.find("ramp_down"), std::string::npos) << o.err;
+    EXPECT_TRUE(std::filesystem::exists(bench.folder / "ended.nxs"));
+    EXPECT_EQ(shakerd("recover ended.nxs", bench.folder).status, 0) << "a finished file is verified";
+}
+
+TEST(ServeTest, SigkillLeavesAFileThatIsRecoveredAndTheNextDaemonIsDisarmed) {
+    ServedBench bench;
+    run_recorded(bench, "killed");
+    std::this_thread::sleep_for(std::chrono::seconds{2});
+    kill(bench.program().pid(), SIGKILL);
+    EXPECT_EQ(bench.program().wait(20).status, 128 + SIGKILL);
+    EXPECT_FALSE(std::filesystem::exists(bench.folder / "killed.nxs"));
+    const Outcome recovered = shakerd("recover killed.nxs", bench.folder);
+    EXPECT_EQ(recovered.status, 0) << recovered.err;
+    EXPECT_TRUE(std::filesystem::exists(bench.folder / "killed.nxs"));
+    ServedBench next;
+    TcpClient client{next.scpi_port()};
+    EXPECT_EQ(client.ask("OUTP?;:SYST:STAT?"), "0;\"idle\"");
+}
+
+// The simulated bench waits for its readers: virtual time stands still with the computer.
+TEST(ServeTest, AComputerThatStandsStillNowAndThenStopsNoSimulatedRun) {
+    ServedBench bench;
+    TcpClient client{bench.scpi_port()};
+    client.send("OUTP ON");
+    ASSERT_TRUE(bench.becomes("run")) << bench.log();
+    for (int ms = 20; ms < 100; ms += 4) {
+        kill(bench.program().pid(), SIGSTOP);
+        std::this_thread::sleep_for(std::chrono::milliseconds{ms});
+        kill(bench.program().pid(), SIGCONT);
+        std::this_thread::sleep_for(std::chrono::milliseconds{30});
+    }
+    EXPECT_EQ(client.ask("OUTP?;:SYST:STAT?"), "1;\"run\"") << bench.log();
+}
+
+TEST(ServeTest, TheWatchdogIsFedOnlyWhileTheDrivesLoopLives) {
+    Manager manager;
+    ServedBench bench;
+    EXPECT_TRUE(manager.hears("WATCHDOG=1", 5));
+    manager.forget();
+    EXPECT_TRUE(manager.hears("WATCHDOG=1", 1));
+    const pid_t output = thread_named(bench.program().pid(), "output");
+    ASSERT_GT(output, 0);
+    if (ptrace(PTRACE_SEIZE, output, nullptr, nullptr) != 0)
+        GTEST_SKIP() << "one thread cannot be stopped here";
+    ptrace(PTRACE_INTERRUPT, output, nullptr, nullptr);
+    ASSERT_EQ(waitpid(output, nullptr, __WALL), output);
+    std::this_thread::sleep_for(std::chrono::milliseconds{700});  // what was gathered before
+    manager.forget();
+    EXPECT_FALSE(manager.hears("WATCHDOG=1", 2)) << "the drive's loop stands still";
+    TcpClient client{bench.scpi_port()};
+    EXPECT_EQ(client.ask("*IDN?").substr(0, 7), "shakerd") << "while the rest of it answers";
+    ptrace(PTRACE_DETACH, output, nullptr, nullptr);  // what is traced cannot be waited for as a whole
+    kill(bench.program().pid(), SIGKILL);
+}
+
+/// A disk that takes until `until_s` of the program's life for one kind of call on these files, from after_s
+/// on.
+std::map<std::string, std::string> slow_disk(const char* call, const char* ending, double after_s,
+                                             double until_s, const std::filesystem::path& folder) {
+    return {{"LD_PRELOAD", test::build_dir() + "/preload_disk_faults.so"},
+            {"SHAKER_DISK_FOLDER", std::filesystem::canonical(folder).string()},
+            {"SHAKER_DISK_FAULT", std::string{call} + " " + ending + " " + std::to_string(after_s) + " 0 " +
+                                      std::to_string(until_s - after_s)}};
+}
+
+constexpr const char* quick_run = "phi_rad = 1.745\nperiods = 10\nidentify = false\n";
+
+// Signs of life are due each half second; a step of the service may come half a second late.
+constexpr double longest_silence_s = 1.0;
+
+TEST(ServeTest, AnswersAndFeedsWatchdogWhileFinishing) {
+    if (SHAKER_SANITIZED) GTEST_SKIP() << "a sanitiser cannot be loaded behind another library";
+    const auto folder = fresh_folder();
+    Manager manager{"2000000"};
+    const Environment environment{slow_disk("sync", ".nxs.part", 7, 13, folder)};
+    const auto began = Clock::now();
+    ServedBench bench{quick_run, folder};
+    run_recorded(bench, "long");
+    std::this_thread::sleep_until(began + std::chrono::milliseconds{7500});
+    manager.forget();
+    TcpClient client{bench.scpi_port()};
+    client.send("OUTP OFF");
+    ASSERT_TRUE(bench.becomes("idle", 3)) << bench.log();
+    client.send("REC ON,\"next\";:OUTP ON");
+    std::string refused = "0,";  // an order is refused by the bench's thread, a moment later
+    for (int i = 0; i < 40 && refused.starts_with("0,"); ++i) {
+        std::this_thread::sleep_for(std::chrono::milliseconds{50});
+        refused = client.ask("SYST:ERR?");
+    }
+    EXPECT_NE(refused.find("still being finished"), std::string::npos) << refused;
+    EXPECT_FALSE(std::filesystem::exists(folder / "long.nxs"));
+    ASSERT_TRUE(bench.logged("recorded: ", 20)) << bench.log();
+    EXPECT_GT(Clock::now() - began, std::chrono::seconds{12}) << "the disk was not slow";
+    EXPECT_LT(manager.longest_silence_s(), longest_silence_s) << bench.log();
+    client.send("REC ON,\"next\";:OUTP ON");
+    EXPECT_TRUE(bench.becomes("run")) << bench.log();
+    EXPECT_EQ(client.ask("SYST:ERR?"), "0,\"No error\"");
+    EXPECT_EQ(shakerd("recover long.nxs", folder).status, 0) << "a finished file is verified";
+}
+
+TEST(ServeTest, DrivesOnWhileTheDiskDoesNotReportItsRoom) {
+    if (SHAKER_SANITIZED) GTEST_SKIP() << "a sanitiser cannot be loaded behind another library";
+    const auto folder = fresh_folder();
+    Manager manager{"2000000"};
+    const Environment environment{slow_disk("space", "*", 7, 11, folder)};
+    const auto began = Clock::now();
+    ServedBench bench{quick_run, folder};
+    TcpClient client{bench.scpi_port()};
+    client.send("OUTP ON");
+    ASSERT_TRUE(bench.becomes("run")) << bench.log();
+    manager.forget();
+    std::this_thread::sleep_until(began + std::chrono::milliseconds{11500});
+    EXPECT_EQ(client.ask("SYST:STAT?"), "\"run\"") << bench.log();
+    EXPECT_LT(manager.longest_silence_s(), longest_silence_s) << bench.log();
+}
+
+TEST(ServeTest, AReloadTakesAllOfTheSettingsOrNothing) {
+    ServedBench bench;
+    TcpClient client{bench.scpi_port()};
+    bench.settings("phi_rad = 0.5\ngamma_mps2 = 5\nperiods = 30\n");
+    kill(bench.program().pid(), SIGHUP);
+    EXPECT_TRUE(bench.logged("the settings were reloaded"));
+    EXPECT_EQ(client.ask("ACC?;:BIH:PHAS?"), "5.00000000E+00;5.00000000E-01");
+
+    bench.settings("phi_rad = 1\ngamma_mps2 = 5000\n");
+    kill(bench.program().pid(), SIGHUP);
+    EXPECT_TRUE(bench.logged("gamma_mps2: expected a number")) << bench.log();
+    EXPECT_EQ(client.ask("ACC?;:BIH:PHAS?"), "5.00000000E+00;5.00000000E-01");
+
+    bench.settings("phi_rad = 1\nframes = \"full\"\n");
+    kill(bench.program().pid(), SIGHUP);
+    EXPECT_TRUE(bench.logged("frames was changed: that needs a start")) << bench.log();
+
+    bench.settings("phi_rad = 1.745\nperiods = 10\n");
+    client.send("OUTP ON");
+    EXPECT_TRUE(bench.becomes("run")) << bench.log();
+    kill(bench.program().pid(), SIGHUP);
+    EXPECT_TRUE(bench.logged("stop the drive first")) << bench.log();
+    EXPECT_EQ(client.ask("ACC?;:BIH:PHAS?"), "5.00000000E+00;5.00000000E-01");
+}
+
+}  // namespace
+}  // namespace shaker::test

@@ -1,0 +1,30 @@
+// A disk that is full, fails or stalls under a run.
+#include "tests/support/recording/disk_faults.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+
+#include "tests/support/program.hpp"
+
+namespace shaker::recording {
+namespace {
+
+class DiskFaultsTest : public testing::TestWithParam<const char*> {};
+
+TEST_P(DiskFaultsTest, TheRunEndsAsItMustAndWhatWasRecordedIsWhole) {
+    if (SHAKER_SANITIZED) GTEST_SKIP() << "a sanitised program takes no library before its own";
+    const auto& all = test::disk_faults();
+    const auto fault = std::ranges::find(all, std::string{GetParam()}, &test::DiskFault::name);
+    ASSERT_NE(fault, all.end());
+    const test::AfterFault after = test::run_with(*fault, test::fresh_folder());
+    EXPECT_TRUE(after.wrong.empty()) << after.wrong.front() << "\n" << after.words;
+}
+
+INSTANTIATE_TEST_SUITE_P(OfAFewSeconds, DiskFaultsTest,
+                         testing::Values("full before the start", "ENOSPC of all from 3 s on",
+                                         "EIO of the series", "EIO of the pictures"),
+                         [](const auto& of) { return "Fault" + std::to_string(of.index); });
+
+}  // namespace
+}  // namespace shaker::recording

@@ -1,0 +1,28 @@
+// A run that is killed leaves a recording.
+#include "tests/support/recording/kills.hpp"
+
+#include <gtest/gtest.h>
+
+#include "tests/support/paths.hpp"
+#include "tests/support/program.hpp"
+
+namespace shaker::recording {
+namespace {
+
+TEST(KillsTest, WhatAKilledRunRecordedIsRecoveredReplayedAndHeldAgainstItself) {
+    if (SHAKER_SANITIZED) GTEST_SKIP() << "a sanitised program is not as fast as real time";
+    const test::KilledRun run{.scene = test::source_dir() + "/tests/support/slow_cameras.toml",
+                              .longest_s = 3};
+    for (const test::Kill& kill : test::kill_runs(run, 3, 5, 1, test::fresh_folder())) {
+        SCOPED_TRACE(testing::Message() << "killed at " << kill.at_s << " s");
+        EXPECT_TRUE(kill.recovered);
+        EXPECT_TRUE(kill.whole);
+        EXPECT_TRUE(kill.replayed);
+        EXPECT_TRUE(kill.wrong.empty()) << kill.wrong.front();
+        EXPECT_GE(kill.series_lost_s, 0);
+        EXPECT_LE(kill.series_lost_s, 1.0);  // 0.6 on a machine that does nothing else
+    }
+}
+
+}  // namespace
+}  // namespace shaker::recording

@@ -1,0 +1,37 @@
+// A recording after the power was cut holds what had been brought to the disk, and nothing that was not
+// recorded.
+#include "tests/support/recording/power_cuts.hpp"
+
+#include <gtest/gtest.h>
+
+#include "tests/support/program.hpp"
+
+namespace shaker::recording {
+namespace {
+
+TEST(PowerCutsTest, NothingThatWasSyncedIsLostAndNothingBadIsTakenForGood) {
+    if (SHAKER_SANITIZED) GTEST_SKIP() << "a sanitised program takes no library before its own";
+    const auto folder = test::fresh_folder();
+    const test::PowerCuts run{folder / "reference"};
+    EXPECT_GE(run.syncs(), 10U);
+    EXPECT_GE(run.calls(), 1000U);
+    for (const auto surviving : {test::Surviving::all, test::Surviving::half, test::Surviving::synced}) {
+        int of_synced = 0;
+        for (std::uint64_t seed = 1; seed <= 5; ++seed) {
+            SCOPED_TRACE(testing::Message() << name(surviving) << ", seed " << seed);
+            const auto image = folder / "image";
+            std::filesystem::create_directories(image);
+            const test::PowerCut cut = run.cut(surviving, seed, image);
+            std::filesystem::remove_all(image);
+            EXPECT_EQ(cut.synced_lost, 0U) << cut.words;
+            EXPECT_EQ(cut.bad, 0U) << cut.words;
+            if (!cut.anything_synced) continue;
+            ++of_synced;
+            EXPECT_TRUE(cut.recovered) << cut.words;
+        }
+        EXPECT_GE(of_synced, 2);
+    }
+}
+
+}  // namespace
+}  // namespace shaker::recording

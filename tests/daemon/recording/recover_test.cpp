@@ -1,0 +1,143 @@
+// What a crash left of a recording is finished, and nothing is claimed that cannot be vouched for.
+#include <gtest/gtest.h>
+
+#include <fstream>
+
+#include "daemon/recording/tables/reduction_tables.hpp"
+#include "drivers/errors.hpp"
+#include "drivers/recorded/h5/h5.hpp"
+#include "drivers/recorded/pictures/picture_reader.hpp"
+#include "tests/support/program.hpp"
+#include "tests/support/recording/recording_folder.hpp"
+
+namespace shaker::recording {
+
+using namespace test;
+namespace {
+
+using test::expect_in;
+using test::fresh_folder;
+using test::Outcome;
+using test::shakerd;
+
+// A run as a crash at its end would have left it: finished, then put back under the unfinished name.
+class RecoverTest : public ::testing::Test {
+protected:
+    RecoverTest() {
+        std::ofstream{folder_ / "slow.toml"} << "[top]\nframe_rate_hz = 200\n[side]\nframe_rate_hz = 200\n";
+        const Outcome o =
+            shakerd("run --no-identify --scene slow.toml --gamma 1.2g --periods 4 -o run.nxs", folder_);
+        EXPECT_EQ(o.status, 0) << o.err;
+        std::filesystem::rename(folder_ / "run.nxs", folder_ / "whole.nxs");
+        std::filesystem::copy_file(folder_ / "whole.nxs", folder_ / "run.nxs.part");
+    }
+    // Changes bytes of a column of the unfinished file.
+    void damage(const std::string& path, hsize_t row) {
+        const h5::Handle file{H5Fopen((folder_ / "run.nxs.part").c_str(), H5F_ACC_RDWR, H5P_DEFAULT), "file"};
+        const h5::Handle set{H5Dopen2(file.get(), ("entry/" + path).c_str(), H5P_DEFAULT), path};
+        const h5::Handle space{H5Dget_space(set.get()), path};
+        const hsize_t one = 1;
+        h5::check(H5Sselect_hyperslab(space.get(), H5S_SELECT_SET, &row, nullptr, &one, nullptr), path);
+        const h5::Handle memory{H5Screate_simple(1, &one, nullptr), path};
+        const std::int64_t wrong = 123456789;
+        h5::check(H5Dwrite(set.get(), H5T_NATIVE_INT64, memory.get(), space.get(), H5P_DEFAULT, &wrong),
+                  path);
+    }
+    std::filesystem::path folder_ = fresh_folder();
+};
+
+TEST_F(RecoverTest, AWholeFileComesBackWithEveryRow) {
+    const Outcome o = shakerd("recover run.nxs", folder_);
+    ASSERT_EQ(o.status, 0) << o.err;
+    const recorded::RecordingReader whole{folder_ / "whole.nxs"}, back{folder_ / "run.nxs"};
+    EXPECT_EQ(back.play_times().size(), whole.play_times().size());
+    EXPECT_EQ(back.changes().size(), whole.changes().size());
+    EXPECT_EQ(back.numbers("tracks/top/walker/x_px"), whole.numbers("tracks/top/walker/x_px"));
+    EXPECT_EQ(back.pictures_of("top"), whole.pictures_of("top"));
+    EXPECT_EQ(back.damage(), std::vector<std::string>{});
+    expect_in(back.text("process/recovered"), {"without closing"});
+    EXPECT_EQ(shakerd("replay run.nxs", folder_).status, 0);
+    EXPECT_TRUE(std::filesystem::exists(folder_ / "run.nxs.part")) << "what was left is not touched";
+}
+
+TEST_F(RecoverTest, OnceMoreItIsFoundWhole) {
+    ASSERT_EQ(shakerd("recover run.nxs.part", folder_).status, 0);
+    const Outcome again = shakerd("recover run.nxs.part", folder_);
+    EXPECT_EQ(again.status, 0);
+    expect_in(again.out, {"run.nxs was finished and is whole"});
+}
+
+TEST_F(RecoverTest, WhatIsBehindADamagedPieceIsNotClaimed) {
+    const std::size_t rows = recorded::RecordingReader{folder_ / "whole.nxs"}.play_times().size();
+    damage("raw/drive/play_heard", rows / 2);
+    const Outcome o = shakerd("recover run.nxs", folder_);
+    ASSERT_EQ(o.status, 0) << o.err;
+    const recorded::RecordingReader back{folder_ / "run.nxs"};
+    const std::vector<PlayTime> played = back.play_times(),
+                                was = recorded::RecordingReader{folder_ / "whole.nxs"}.play_times();
+    EXPECT_LT(played.size(), rows / 2 + 1);
+    EXPECT_GT(played.size(), rows / 2 - 101) << "half a second is the most that goes with it";
+    for (std::size_t i = 0; i < played.size(); ++i) EXPECT_EQ(played[i].heard, was[i].heard);
+    EXPECT_EQ(back.damage(), std::vector<std::string>{});
+}
+
+TEST_F(RecoverTest, ADamagedPictureIsNamedAndItsFrameHasNoneThen) {
+    const std::filesystem::path file = folder_ / "run.frames" / "top-0000.h5";
+    {
+        std::fstream bytes{file, std::ios::in | std::ios::out | std::ios::binary};
+        bytes.seekp(-5000000, std::ios::end);
+        bytes.put('\1');
+        bytes.put('\2');
+    }
+    const Outcome o = shakerd("recover run.nxs", folder_);
+    ASSERT_EQ(o.status, 0) << o.err;
+    expect_in(o.out, {"1 pictures lost", "camera \"top\": picture"});
+    const recorded::RecordingReader back{folder_ / "run.nxs"};
+    EXPECT_EQ(back.frames_without_picture(), 1U);
+    EXPECT_EQ(back.scalar("pictures/top/dropped"), 1);
+    EXPECT_EQ(back.scalar("pictures/top/produced"),
+              back.scalar("pictures/top/stored") + back.scalar("pictures/top/dropped"));
+    const Outcome raw = shakerd("replay --from raw run.nxs", folder_);
+    EXPECT_EQ(raw.status, 2);
+    expect_in(raw.err, {"--from raw", "not all pictures"});
+    EXPECT_EQ(shakerd("replay run.nxs", folder_).status, 0);
+}
+
+TEST_F(RecoverTest, AFinishedFileThatWasChangedIsToldAndNotTouched) {
+    damage("raw/drive/play_heard", 7);
+    std::filesystem::rename(folder_ / "run.nxs.part", folder_ / "run.nxs");
+    const Outcome o = shakerd("recover run.nxs", folder_);
+    EXPECT_EQ(o.status, 4);
+    expect_in(o.out, {"damaged from row", "raw/drive/play_heard"});
+}
+
+TEST_F(RecoverTest, AFileThatIsNotThereIsRefusedByName) {
+    const Outcome o = shakerd("recover none.nxs", folder_);
+    EXPECT_EQ(o.status, 2);
+    expect_in(o.err, {"none.nxs", "none.nxs.part"});
+}
+
+TEST_F(RecoverTest, NothingIsWrittenOverWhatACrashLeftOrOverARecording) {
+    const Outcome left = shakerd("run --no-identify --periods 4 -o run.nxs", folder_);
+    EXPECT_EQ(left.status, 2);
+    expect_in(left.err, {"run.nxs.part", "recover"});
+    const Outcome there = shakerd("run --no-identify --periods 4 -o whole.nxs", folder_);
+    EXPECT_EQ(there.status, 2);
+    expect_in(there.err, {"whole.nxs", "exists already"});
+}
+
+TEST_F(RecoverTest, OtherSettingsSayWhatTheyChange) {
+    ASSERT_EQ(shakerd("recover run.nxs", folder_).status, 0);
+    const Outcome o = shakerd("replay --from tracks --set top.mm_per_px=0.2 whole.nxs", folder_);
+    ASSERT_EQ(o.status, 0) << o.err;
+    expect_in(o.out, {"with other settings", "results/v_D", "->"});
+    const Outcome unknown = shakerd("replay --set colour=3 whole.nxs", folder_);
+    EXPECT_EQ(unknown.status, 2);
+    expect_in(unknown.err, {"colour", "top.mm_per_px", "from_s"});
+    const Outcome far = shakerd("replay --set top.mm_per_px=-1 whole.nxs", folder_);
+    EXPECT_EQ(far.status, 2);
+    expect_in(far.err, {"top.mm_per_px", "-1"});
+}
+
+}  // namespace
+}  // namespace shaker::recording

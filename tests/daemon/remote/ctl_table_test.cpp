@@ -1,0 +1,202 @@
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cstdio>
+#include <fstream>
+#include <iterator>
+#include <set>
+#include <sstream>
+
+#include "daemon/manual/help.hpp"
+#include "daemon/manual/manual_page.hpp"
+#include "daemon/remote/ctl/state_text.hpp"
+#include "daemon/remote/ctl/table.hpp"
+#include "daemon/remote/ctl/trouble.hpp"
+#include "daemon/remote/web/state_json.hpp"
+#include "tests/support/paths.hpp"
+#include "tests/support/program.hpp"
+
+namespace shaker::ctl {
+namespace {
+
+using manual::Argument;
+using manual::Command;
+
+using Words = std::multiset<std::string>;
+
+Words words_of(const std::string& text) {
+    std::istringstream in{text};
+    return {std::istream_iterator<std::string>{in}, {}};
+}
+
+std::string plain(std::string roff) {  // as a reader sees it
+    for (const auto& [sign, shown] : {std::pair{"\\fB", ""}, std::pair{"\\fI", ""}, std::pair{"\\fP", ""},
+                                      std::pair{"\\-", "-"}, std::pair{"\\(ha", "^"}, std::pair{"\n", " "}})
+        for (auto at = roff.find(sign); at != std::string::npos; at = roff.find(sign))
+            roff.replace(at, std::string_view{sign}.size(), shown);
+    return roff;
+}
+
+// What a command prints; it must succeed.
+std::string output_of(const std::string& command) {
+    FILE* pipe = ::popen(command.c_str(), "r");
+    std::string out;
+    for (int c = 0; (c = std::fgetc(pipe)) != EOF;) out += static_cast<char>(c);
+    EXPECT_EQ(::pclose(pipe), 0) << command;
+    return out;
+}
+
+// The path has the program in it.
+std::string with_program(const std::string& command) {
+    return "PATH='" + test::build_dir() + "':$PATH " + command;
+}
+
+// What bash offers for the last of these words.
+Words offered_by_bash(const std::string& words) {
+    return words_of(
+        output_of(with_program("bash -c 'source <(shakerctl completion bash); COMP_WORDS=(" + words +
+                               "); COMP_CWORD=$((${#COMP_WORDS[@]} - 1)); _shakerctl; "
+                               "printf \"%s\\n\" \"${COMPREPLY[@]}\"'")));
+}
+
+Words offered_by_fish(const std::string& words) {
+    std::istringstream lines{output_of(with_program(
+        "fish --no-config -c 'shakerctl completion fish | source; complete -C \"" + words + "\"'"))};
+    Words offered;
+    for (std::string line; std::getline(lines, line);) offered.insert(line.substr(0, line.find('\t')));
+    return offered;
+}
+
+void expect_in_all_texts(const Command& command, const std::string& page) {
+    const std::string name{command.name};
+    EXPECT_TRUE(words_of(help(program())).contains(name)) << name;
+    EXPECT_NE(page.find(".TP " + name + " "), std::string::npos) << name;
+    EXPECT_NE(page.find(sentences(command)), std::string::npos) << name;
+    EXPECT_TRUE(offered_by_bash("shakerctl " + name.substr(0, 2)).contains(name));
+    const Words own = words_of(help(program(), &command));
+    const Words bash = offered_by_bash("shakerctl " + name + " \"\"");
+    for (const Argument& a : command.arguments) {
+        EXPECT_TRUE(own.contains(std::string{a.name})) << name << " " << a.name;
+        EXPECT_NE(page.find(a.help), std::string::npos) << name << " " << a.name;
+        EXPECT_EQ(bash.contains(std::string{a.name}), !a.positional()) << name << " " << a.name;
+        for (const std::string_view word : a.words) {  // before an option's name only positional words are offered
+            const bool positional = std::ranges::any_of(command.arguments, [&](const Argument& other) {
+                return other.positional() && std::ranges::find(other.words, word) != other.words.end();
+            });
+            EXPECT_EQ(bash.contains(std::string{word}), positional) << name << word;
+        }
+        EXPECT_EQ(a.help.find('\n'), std::string::npos);
+    }
+    for (const Argument& a : program().common)
+        EXPECT_TRUE(bash.contains(std::string{a.name})) << name << a.name;
+}
+
+TEST(CtlTableTest, EveryRowIsInHelpManualPageAndCompletions) {
+    const std::string page = plain(manual_page(program()));
+    for (const Command& command : program().commands) expect_in_all_texts(command, page);
+}
+
+TEST(CtlTableTest, EveryExitStatusIsInHelpManualPageAndReadme) {
+    const std::string page = plain(manual_page(program())), text = help(program());
+    const std::string readme =
+        output_of("sed -n '/^| exit status of `shakerctl`/,/^$/p' '" + test::source_dir() + "/daemon/remote/README.md'");
+    for (const manual::ExitStatus& s : exit_statuses) {
+        const std::string number = std::to_string(s.number), meaning{s.meaning};
+        EXPECT_NE(text.find(number + "  " + meaning + "\n"), std::string::npos) << number;
+        EXPECT_NE(readme.find("\n| " + number + " | " + meaning), std::string::npos) << readme;
+        EXPECT_NE(page.find(".TP " + number + " " + meaning), std::string::npos) << number;
+    }
+}
+
+TEST(CtlTableTest, TheStatesAreThoseOfTheDaemon) {
+    std::set<std::string> daemon;
+    service::BenchState state;
+    for (int k = 0; k <= static_cast<int>(run::RunState::tripped); ++k) {
+        state.state = static_cast<run::RunState>(k);
+        for (const bool yes : {false, true}) {
+            state.armed = state.measuring = yes;
+            daemon.insert(web::word_of(state));
+        }
+    }
+    EXPECT_EQ(daemon, (std::set<std::string>{state_words.begin(), state_words.end()}));
+}
+
+TEST(CtlTableTest, BashCompletesValuesAndFiles) {
+    EXPECT_EQ(offered_by_bash("shakerctl record on --frames \"\""), (Words{"full", "off", "region"}));
+    EXPECT_EQ(offered_by_bash("shakerctl --at bench wait id"), (Words{"identifying", "idle"}));
+    EXPECT_EQ(offered_by_bash("shakerctl set --gamma \"\""), Words{});
+    EXPECT_EQ(offered_by_bash("shakerctl --token-file /etc/host"), words_of(output_of("ls -d /etc/host*")));
+    EXPECT_EQ(offered_by_bash("shakerctl dance \"\""), Words{});
+}
+
+TEST(CtlTableTest, FishCompletesCommandsAndValues) {
+    EXPECT_EQ(offered_by_fish("shakerctl sta"), (Words{"start", "status"}));
+    EXPECT_EQ(offered_by_fish("shakerctl fetch "), (Words{"metrics", "points", "result", "state"}));
+    EXPECT_EQ(offered_by_fish("shakerctl record on --frames "), (Words{"full", "off", "region"}));
+    EXPECT_EQ(offered_by_fish("shakerctl set --ga"), (Words{"--gamma"}));
+}
+
+// What a person at a terminal sees of it: zsh completes in an interactive shell only.
+std::string offered_by_zsh(const std::string& words) {
+    const auto script = test::fresh_folder() / "ask.zsh";
+    std::ofstream{script} << R"(zmodload zsh/zpty
+hear() { until [[ $heard == *$1* ]]; do zpty -r -t ask part && heard+=$part || sleep 0.02; done }
+zpty -b ask zsh -f -i
+zpty -w ask 'PROMPT=; fpath=($PRINTED $fpath); autoload -U compinit; compinit -u -D; print rea""dy'
+hear ready
+zpty -w -n ask "$WORDS"$'\t\t'
+for i in {1..100}; do zpty -r -t ask part && heard+=$part || sleep 0.02; done
+zpty -d ask
+print -r -- ${heard#*ready}
+)";
+    return output_of("TERM=dumb PRINTED='" + test::build_dir() + "/printed' WORDS='" + words +
+                     "' timeout 60 zsh -f '" + script.string() + "'");
+}
+
+TEST(CtlTableTest, ZshCompletesCommandsAndValues) {
+    const std::string things = offered_by_zsh("shakerctl fetch ");
+    for (const char* word : {"state", "result", "points", "metrics"})
+        EXPECT_NE(things.find(word), std::string::npos) << things;
+    EXPECT_NE(offered_by_zsh("shakerctl ide").find("identify"), std::string::npos);
+    EXPECT_NE(offered_by_zsh("shakerctl set --fre").find("--frequency"), std::string::npos);
+}
+
+TEST(CtlTableTest, TheManualPagesAreCleanAndFound) {
+    for (const auto& [name, about] :
+         {std::pair{"shakerctl.1", "shakerctl - commands to a shaker bench on call"},
+          std::pair{"shakerd.8",
+                    "shakerd - shaker controller and data acquisition for vibration transport"}}) {
+        const std::string page = std::string{test::build_dir() + "/"} + name;
+        EXPECT_EQ(output_of("LC_ALL=C.UTF-8 MANWIDTH=80 man --warnings -l '" + page + "' 2>&1 >/dev/null"),
+                  "");
+        EXPECT_EQ(output_of("mandoc -Tlint -Wstyle '" + page + "'"), "");
+        EXPECT_EQ(output_of("lexgrog '" + page + "'"), page + ": \"" + about + "\"\n");
+    }
+    EXPECT_EQ(output_of("cat '" + test::build_dir() + "/shakerctl.1'"), manual_page(program()));
+    EXPECT_EQ(output_of("cat '" + test::build_dir() + "/shakerd.8'"),
+              output_of("'" + test::build_dir() + "/shakerd' manual"));
+}
+
+TEST(CtlTableTest, EveryOptionInTheDaemonsHelpIsInItsManualPage) {
+    const std::string page = plain(output_of("cat '" + test::build_dir() + "/shakerd.8'"));
+    std::istringstream text{output_of("'" + test::build_dir() + "/shakerd' --help")};
+    std::string line;
+    while (std::getline(text, line) && line != "Commands:") continue;
+    int commands = 0;
+    while (std::getline(text, line) && line.starts_with("  ")) {
+        const std::string command = *words_of(line.substr(0, line.find("  ", 2))).begin();
+        ++commands;
+        EXPECT_NE(page.find(".TP " + command + " "), std::string::npos) << command;
+        std::istringstream own{output_of("'" + test::build_dir() + "/shakerd' " + command + " --help")};
+        for (std::string option; std::getline(own, option);)
+            if (option.starts_with("  -") && !option.starts_with("  -h")) {
+                EXPECT_NE(page.find(".TP " + option.substr(2, option.find_first_of(" ,", 2) - 2)),
+                          std::string::npos)
+                    << option;
+            }
+    }
+    EXPECT_GE(commands, 10);
+}
+
+}  // namespace
+}  // namespace shaker::ctl

@@ -1,0 +1,219 @@
+#include <gtest/gtest.h>
+
+#include <chrono>
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <stdexcept>
+#include <thread>
+
+#include "daemon/remote/server.hpp"
+#include "daemon/remote/web/state_json.hpp"
+#include "tests/support/program.hpp"
+#include "tests/support/remote/played_bench.hpp"
+#include "tests/support/remote/socket_client.hpp"
+#include "tests/support/remote/tcp_client.hpp"
+
+namespace shaker::remote {
+namespace {
+
+using nlohmann::json;
+using test::PlayedBench;
+using test::TcpClient;
+
+struct Got {
+    int status = 0;
+    std::string head, body;
+};
+
+ServerSettings settings_with_page() {
+    const auto folder = test::fresh_folder();
+    std::ofstream{folder / "index.html"} << "<!doctype html>the page";
+    return {.http_port = 0, .scpi_port = 0, .page = folder};
+}
+
+struct WebTest : testing::Test {
+    PlayedBench bench;
+    Server server{bench.bench_port, settings_with_page()};
+
+    Got request(const std::string& first, const std::string& body = {}, const std::string& more = {},
+                const std::string& host = "localhost") {
+        TcpClient client{server.http_port()};
+        client.send_bytes(first + " HTTP/1.1\r\nHost: " + host + "\r\nConnection: close\r\n" + more +
+                          "Content-Length: " + std::to_string(body.size()) + "\r\n\r\n" + body);
+        const std::string all = client.rest();
+        Got got;
+        const std::size_t end = all.find("\r\n\r\n");
+        if (end == std::string::npos) return got;
+        got.head = all.substr(0, end);
+        got.body = all.substr(end + 4);
+        got.status = std::stoi(all.substr(9, 3));
+        return got;
+    }
+    Got post(const std::string& action, const std::string& body, const std::string& client = "tab1") {
+        return request("POST /api/" + action, body, "X-Shaker-Client: " + client + "\r\n");
+    }
+};
+
+TEST_F(WebTest, ThePageIsServedUnderAPolicyThatLetsNothingElseIn) {
+    const Got got = request("GET /");
+    EXPECT_EQ(got.status, 200);
+    EXPECT_NE(got.body.find("the page"), std::string::npos);
+    EXPECT_NE(got.head.find("Content-Security-Policy: default-src 'self'"), std::string::npos) << got.head;
+    EXPECT_EQ(request("GET /../../etc/passwd").status, 404);
+    EXPECT_EQ(request("GET /favicon.ico").status, 204);
+}
+
+TEST_F(WebTest, MetricsAndHealthSayWhatTheBenchIsAt) {
+    const Got metrics = request("GET /metrics");
+    EXPECT_EQ(metrics.status, 200);
+    EXPECT_NE(metrics.body.find("shakerd_state{state=\"idle\"} 1\n"), std::string::npos) << metrics.body;
+    EXPECT_EQ(request("GET /healthz").status, 200);
+    EXPECT_EQ(request("GET /readyz").status, 200);
+    bench.bench_port.abort("a test");
+    for (int i = 0; i < 200 && request("GET /healthz").status == 200; ++i)
+        std::this_thread::sleep_for(std::chrono::milliseconds{5});
+    EXPECT_EQ(request("GET /healthz").status, 503);
+}
+
+TEST_F(WebTest, MetricsCountWhatTheInstrumentLanguageRefused) {
+    TcpClient client{server.scpi_port()};
+    for (int i = 0; i < 3; ++i) client.send("NO:SUCH:HEADER");
+    EXPECT_EQ(client.ask("*IDN?").substr(0, 7), "shakerd");
+    std::string metrics;
+    for (int i = 0; i < 100 && metrics.find("shakerd_scpi_errors_total 3\n") == std::string::npos; ++i)
+        metrics = request("GET /metrics").body;
+    EXPECT_NE(metrics.find("shakerd_scpi_errors_total 3\n"), std::string::npos) << metrics;
+    EXPECT_NE(metrics.find("shakerd_scpi_messages_total 4\n"), std::string::npos) << metrics;
+}
+
+TEST_F(WebTest, ASocketIsToldThePointsAtItsBeginAndAfterEachMeasurement) {
+    test::SocketClient page{server.http_port(), "/ws?client=tab1"};
+    const auto next_has_points = [&page] {
+        for (;;) {
+            const auto message = page.next();
+            if (message.op < 0) throw std::runtime_error{"nothing came"};
+            const json text = json::parse(message.data);
+            if (text["type"] == "state") return text.contains("points");
+        }
+    };
+    EXPECT_TRUE(next_has_points());
+    for (int i = 0; i < 5; ++i) EXPECT_FALSE(next_has_points());
+    EXPECT_EQ(post("start", "").status, 200);  // the played bench has its result at once
+    int told = 0;
+    for (int i = 0; i < 10; ++i) told += next_has_points() ? 1 : 0;
+    EXPECT_EQ(told, 1);
+    EXPECT_TRUE(json::parse(request("GET /api/state").body).contains("points"));
+}
+
+TEST_F(WebTest, ActionsAreOrdersAndARefusalSaysWhy) {
+    EXPECT_EQ(post("drive", R"({"gamma_mps2": 12, "phi_rad": 0.5})").status, 200);
+    const json state = json::parse(request("GET /api/state").body);
+    EXPECT_EQ(state["drive"]["gamma_mps2"], 12);
+    EXPECT_EQ(state["drive"]["frequency_hz"], 20);
+    const Got beyond = post("drive", R"({"gamma_mps2": 120})");
+    EXPECT_EQ(beyond.status, 409);
+    EXPECT_NE(json::parse(beyond.body)["error"].get<std::string>().find("120"), std::string::npos);
+    EXPECT_EQ(post("drive", R"({"gamma_mps2": "much"})").status, 400);
+    EXPECT_EQ(post("drive", "{").status, 400);
+    EXPECT_EQ(post("dance", "").status, 404);
+    EXPECT_EQ(post("start", "").status, 200);
+    EXPECT_EQ(post("start", "").status, 409);
+}
+
+TEST_F(WebTest, OnlyTheHolderIsObeyedAndAnyoneMayAbort) {
+    EXPECT_EQ(post("control/request", "", "one").status, 200);
+    EXPECT_EQ(post("control/request", "", "two").status, 409);
+    EXPECT_EQ(post("drive", R"({"gamma_mps2": 5})", "two").status, 409);
+    EXPECT_EQ(post("drive", R"({"gamma_mps2": 5})", "one").status, 200);
+    EXPECT_EQ(post("abort", "", "two").status, 200);
+    EXPECT_EQ(bench.aborts, 1);
+    EXPECT_EQ(post("control/release", "", "one").status, 200);
+    EXPECT_EQ(post("control/request", "", "two").status, 200);
+}
+
+TEST_F(WebTest, AnAbortIsDoneWhileEverythingElseWaits) {
+    bench.deaf = true;
+    TcpClient waits{server.http_port()};
+    waits.send_bytes("POST /api/start HTTP/1.1\r\nHost: localhost\r\nContent-Length: 0\r\n\r\n");
+    std::this_thread::sleep_for(std::chrono::milliseconds{20});
+    const auto begin = std::chrono::steady_clock::now();
+    EXPECT_EQ(post("abort", "").status, 200);
+    EXPECT_LT(std::chrono::steady_clock::now() - begin, std::chrono::milliseconds{500});
+    EXPECT_EQ(bench.aborts, 1);
+    bench.deaf = false;
+    EXPECT_NE(waits.until("\r\n\r\n").find("409 Conflict"), std::string::npos)
+        << "what waited when the abort came is refused";
+}
+
+TEST_F(WebTest, OtherSitesAndNamesAreRefused) {
+    EXPECT_EQ(request("GET /api/state", {}, {}, "evil.example").status, 403);
+    EXPECT_EQ(request("POST /api/abort", {}, "Origin: http://evil.example\r\n").status, 403);
+    EXPECT_EQ(bench.aborts, 0);
+    EXPECT_EQ(request("POST /api/abort", {}, "Origin: http://localhost\r\n").status, 200);
+}
+
+TEST_F(WebTest, WhatIsTooLongOrBrokenEndsItsOwnConnectionOnly) {
+    TcpClient babbler{server.http_port()};
+    babbler.send_bytes(std::string(100000, 'x'));
+    EXPECT_TRUE(babbler.closed());
+    TcpClient slow{server.http_port()};
+    slow.send_bytes("GET / HT");
+    EXPECT_EQ(post("drive", std::string(70000, ' ')).status, 0);
+    EXPECT_EQ(request("GET /").status, 200);
+}
+
+TEST(StateJsonTest, ResultSaysWhichMeasurementItIs) {
+    service::BenchState state;
+    EXPECT_TRUE(json::parse(web::state_json(state, {}))["result"]["age_s"].is_null());
+    auto result = std::make_shared<reduction::Reduction>();
+    result->v_D = {0.0145, 3e-5};
+    result->stick = {{0.5, 0.7, 0.01}};
+    result->shortest_visible_stick = 0.03;
+    state.result = result;
+    state.result_origin = {.number = 7, .asked = state.wanted, .from_s = 10, .to_s = 12};
+    state.now_s = 15;
+    const json now = json::parse(web::state_json(state, {}))["result"];
+    EXPECT_EQ(now["number"], 7);
+    EXPECT_EQ(now["age_s"], 3);
+    EXPECT_EQ(now["stick"], json::array({{0.5, 0.7}}));
+    EXPECT_EQ(now["shortest_visible_stick"], 0.03);
+    EXPECT_EQ(now["drive"]["gamma_mps2"], state.wanted.gamma);
+    EXPECT_EQ(now["current"], true);
+    state.wanted.phi = 1;
+    EXPECT_EQ(json::parse(web::state_json(state, {}))["result"]["current"], false);
+    const json fetched = json::parse(web::result_json(state))["measurement"];
+    EXPECT_EQ(fetched["number"], 7);
+    EXPECT_EQ(fetched["current"], false);
+}
+
+TEST(StateJsonTest, WalkerHasTheEndsOfItsPicture) {
+    service::BenchState state;
+    state.walker = {.x_m = 0.0225, .edge_m = 0.0075, .left_m = 0, .right_m = 0.128, .lost = 0};
+    const json walker = json::parse(web::state_json(state, {}))["walker"];
+    EXPECT_EQ(walker["x_m"], 0.0225);
+    EXPECT_EQ(walker["left_m"], 0);
+    EXPECT_EQ(walker["right_m"], 0.128);
+    state.walker->left_m = state.walker->right_m = NAN;
+    EXPECT_TRUE(json::parse(web::state_json(state, {}))["walker"]["left_m"].is_null());
+}
+
+TEST(WebTokenTest, WithATokenNothingIsToldOrDoneWithoutIt) {
+    PlayedBench bench;
+    Server server{bench.bench_port, {.http_port = 0, .scpi_port = 0, .token = "0123456789abcdefghijklmn"}};
+    const auto status = [&](const std::string& more) {
+        TcpClient client{server.http_port()};
+        client.send_bytes("POST /api/abort HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\n" + more +
+                          "Content-Length: 0\r\n\r\n");
+        return client.rest().substr(9, 3);
+    };
+    EXPECT_EQ(status(""), "401");
+    EXPECT_EQ(status("X-Shaker-Token: 0123456789abcdefghijklm\r\n"), "401");
+    EXPECT_EQ(bench.aborts, 0);
+    EXPECT_EQ(status("X-Shaker-Token: 0123456789abcdefghijklmn\r\n"), "200");
+    EXPECT_EQ(bench.aborts, 1);
+}
+
+}  // namespace
+}  // namespace shaker::remote

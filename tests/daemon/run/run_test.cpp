@@ -1,0 +1,258 @@
+// The main job, run as its user runs it.
+#include <gtest/gtest.h>
+
+#include <cstdio>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <sstream>
+
+#include "tests/support/program.hpp"
+
+namespace shaker::run {
+namespace {
+
+using nlohmann::json;
+using test::fresh_folder;
+using test::Outcome;
+using test::shakerd;
+
+// Under the sanitisers, which make everything ten times slower, the same path over fewer periods.
+const std::string paper_periods = SHAKER_SANITIZED ? "8" : "40";
+
+std::string bytes(const std::filesystem::path& file) {
+    std::ifstream in{file, std::ios::binary};
+    std::ostringstream text;
+    text << in.rdbuf();
+    return text.str();
+}
+
+json run(const std::string& arguments, const std::filesystem::path& folder) {
+    const Outcome o = shakerd("run --json " + arguments, folder);
+    EXPECT_EQ(o.status, 0) << o.err;
+    return json::parse(o.out);
+}
+
+void expect_true_drift(const json& r) {
+    const double v = r["v_D_mps"], se = r["v_D_se_mps"], truth = r["v_D_true_mps"];
+    EXPECT_LE(std::abs(v - truth), 3 * se) << "truth " << truth;
+    EXPECT_LE(std::abs(v - truth), 0.01 * std::abs(truth));
+    EXPECT_GT(se, 0);
+}
+
+TEST(RunTest, ThePapersDriveGivesTheTrueDriftAndReplaysToTheBit) {
+    const auto folder = fresh_folder();
+    const json r = run("--periods " + paper_periods + " -o run.nxs", folder);
+    expect_true_drift(r);
+    EXPECT_NEAR(r["v_D_true_mps"].get<double>(), 14.5824e-3,
+                0.01 * 14.5824e-3);  // the paper's drive, exact Coulomb
+    EXPECT_NEAR(r["gamma_mps2"].get<double>(), 9.8, 2e-3 * 9.8);
+    EXPECT_NEAR(r["phi_rad"].get<double>(), 0, 3e-3);
+    EXPECT_EQ(r["frames_lost"], 0);
+    const Outcome replay = shakerd("replay run.nxs", folder);
+    EXPECT_EQ(replay.status, 0) << replay.err;
+    EXPECT_NE(replay.out.find("replay: identical"), std::string::npos) << replay.out;
+    EXPECT_FALSE(std::filesystem::exists(folder / "run.nxs.part"));
+}
+
+// AC coupling, the walker's reaction and the shaker's own distortion stand between the asked drive and the
+// base.
+TEST(RunTest, WithTheLoopClosedTheDriftIsThatOfTheAskedDriveWithItOpenItIsNot) {
+    const auto folder = fresh_folder();
+    const auto off = [&](const std::string& loop) {
+        const json r = run("--gamma 1g --phi 35deg --periods " + paper_periods + loop, folder);
+        const double asked = r["v_D_asked_mps"], v = r["v_D_mps"];
+        std::printf("%-12s v_D %.4f mm/s, the asked drive gives %.4f: %+.3f %%\n", loop.c_str(), 1e3 * v,
+                    1e3 * asked, 100 * (v / asked - 1));
+        return std::abs(v / asked - 1);
+    };
+    EXPECT_LT(off(""), 0.005);
+    EXPECT_GT(off(" --open-loop"), 0.01);
+}
+
+TEST(RunTest, TheSameSeedGivesTheSameBytes) {
+    const auto folder = fresh_folder();
+    run("--no-identify --periods 6 -o a.nxs", folder);
+    run("--no-identify --periods 6 -o b.nxs", folder);
+    EXPECT_TRUE(bytes(folder / "a.nxs") == bytes(folder / "b.nxs"));
+    std::ofstream{folder / "seed.toml"} << "seed = 9\n";
+    run("--no-identify --periods 6 --scene seed.toml -o c.nxs", folder);
+    EXPECT_FALSE(bytes(folder / "a.nxs") == bytes(folder / "c.nxs"));
+}
+
+TEST(RunTest, AChangedRecordingIsSeenOnReplay) {
+    const auto folder = fresh_folder();
+    run("--no-identify --periods 4 --frames off -o run.nxs", folder);
+    EXPECT_EQ(shakerd("replay run.nxs", folder).status, 0);
+    const std::string change =
+        "/usr/bin/python3 -c \"import h5py,sys; f=h5py.File(sys.argv[1],'r+'); "
+        "f['entry/raw/accelerometer/counts'][::7,0]+=1\" '" +
+        (folder / "run.nxs").string() + "'";
+    ASSERT_EQ(std::system(change.c_str()), 0);
+    const Outcome o = shakerd("replay run.nxs", folder);
+    EXPECT_EQ(o.status, 4);
+    EXPECT_NE(o.out.find("NOT identical"), std::string::npos);
+    EXPECT_NE(o.err.find("results/"), std::string::npos) << o.err;
+}
+
+TEST(RunTest, HarderScenesGiveTheirTrueDriftToo) {
+    const auto folder = fresh_folder();
+    std::ofstream{folder / "hard.toml"}
+        << "seed = 5\ntilt_deg = 0.2\n[walker]\nmu_k = 0.15\nmu_s = 0.2\nstart_mm = -30\n"
+           "[accelerometer]\nclock_ppm = -80\nyaw_deg = 33\n"
+           "[top]\nnoise_dn = 4\n[side]\nalong_x = -1.0\n";
+    expect_true_drift(run("--scene hard.toml --gamma 0.8g --phi 20deg --periods 20", folder));
+    expect_true_drift(run(
+        "--no-identify --scene hard.toml --gamma 1.2g --phi 80deg --rho 0.6 --frequency 25Hz --periods 20",
+        folder));
+}
+
+TEST(RunTest, ThreadsFindWhatLockstepFinds) {
+    const auto folder = fresh_folder();
+    expect_true_drift(run("--no-identify --periods 10 --threads -o threads.nxs", folder));
+    EXPECT_EQ(shakerd("replay threads.nxs", folder).status,
+              0);  // and what threads recorded replays in lockstep
+}
+
+TEST(RunTest, SymmetricDrivesDoNotDrift) {
+    const json r = run("--no-identify --rho 1 --gamma 0.8g --periods 20", fresh_folder());
+    EXPECT_LE(std::abs(r["v_D_mps"].get<double>()), 3 * r["v_D_se_mps"].get<double>() + 2e-5);
+}
+
+TEST(RunTest, SettingsComeFromAFileAndOptionsWin) {
+    const auto folder = fresh_folder();
+    std::ofstream{folder / "run.toml"}
+        << "[run]\ngamma_mps2 = 6\nphi_rad = 0.3\nperiods = 4\nframes = \"off\"\n";
+    const json r = run("--no-identify --settings run.toml --phi 0.2 -o a.nxs", folder);
+    EXPECT_NEAR(r["gamma_mps2"].get<double>(), 6, 0.02);
+    EXPECT_NEAR(r["phi_rad"].get<double>(), 0.2, 0.01);
+    EXPECT_NEAR((r["to_s"].get<double>() - r["from_s"].get<double>()) * 20, 4, 1e-3);
+    std::ofstream{folder / "bad.toml"} << "[run]\ngamma_mps2 = 6\nphi_deg = 3\n";
+    const Outcome o = shakerd("run --settings bad.toml", folder);
+    EXPECT_EQ(o.status, 2);
+    EXPECT_NE(o.err.find("bad.toml:3: run.phi_deg"), std::string::npos) << o.err;
+}
+
+TEST(RunTest, AClippingSensorStopsTheDrive) {
+    const auto folder = fresh_folder();
+    // Limits beyond what the sensor can show: the operator wants the guard of saturation to speak.
+    std::ofstream{folder / "clip.toml"} << "[accelerometer]\nrange_mps2 = 10.5\n[limits]\n"
+                                           "acceleration_abort_mps2 = 30\nsensor_range_mps2 = 10.5\n";
+    const Outcome o = shakerd("run --no-identify --scene clip.toml --gamma 1.3g --periods 3", folder);
+    EXPECT_EQ(o.status, 5);
+    EXPECT_NE(o.err.find("sensor_saturated"), std::string::npos) << o.err;
+}
+
+// With the guards of the walker set aside by the operator.
+TEST(RunTest, AWalkerThatLeavesTheViewIsReducedFromWhatWasSeenAndTheLossIsTold) {
+    const auto folder = fresh_folder();
+    std::ofstream{folder / "wide.toml"} << "[limits]\nedge_mm = -100\ntracking_lost_frames = 100000\n";
+    const json r = run("--no-identify --scene wide.toml --gamma 2.7g --periods 20", folder);
+    expect_true_drift(r);
+    const int used = r["frames"], lost = r["frames_lost"];
+    EXPECT_GT(lost, 100);
+    EXPECT_NEAR(used + lost, 2 * 20 * 50, 4);  // two views, 50 frames a period
+}
+
+TEST(RunTest, AWalkerNearTheEdgeStopsTheDriveAndOneThatIsLostToo) {
+    const auto folder = fresh_folder();
+    const Outcome edge = shakerd("run --no-identify --gamma 3g --periods 20", folder);
+    EXPECT_EQ(edge.status, 5);
+    EXPECT_NE(edge.err.find("walker_edge"), std::string::npos) << edge.err;
+    std::ofstream{folder / "wide.toml"} << "[limits]\nedge_mm = -100\n";
+    const Outcome lost = shakerd("run --no-identify --scene wide.toml --gamma 3g --periods 20", folder);
+    EXPECT_EQ(lost.status, 5);
+    EXPECT_NE(lost.err.find("tracking_lost"), std::string::npos) << lost.err;
+}
+
+TEST(RunTest, ACameraThatIsSilentStopsTheDriveWhereItMustNotBe) {
+    const auto folder = fresh_folder();
+    const std::string stall =
+        "[[fault]]\nwhat = \"camera_stall\"\nat_s = 2\nfor_s = 0.5\ncamera = \"side\"\n";
+    std::ofstream{folder / "stall.toml"} << stall;
+    run("--no-identify --scene stall.toml --gamma 0.7g --periods 4", folder);
+    std::ofstream{folder / "strict.toml"} << "[limits]\ncamera_missing_s = 0.1\n" << stall;
+    const Outcome o = shakerd("run --no-identify --scene strict.toml --gamma 0.7g --periods 4", folder);
+    EXPECT_EQ(o.status, 5);
+    EXPECT_NE(o.err.find("camera_missing"), std::string::npos) << o.err;
+}
+
+TEST(RunTest, AWalkerThatIsCoveredStopsTheDrive) {
+    const auto folder = fresh_folder();
+    std::ofstream{folder / "hand.toml"} << "[[fault]]\nwhat = \"walker_hidden\"\nat_s = 2\n";
+    const Outcome o = shakerd("run --no-identify --scene hand.toml --gamma 0.7g --periods 4", folder);
+    EXPECT_EQ(o.status, 5);
+    EXPECT_NE(o.err.find("tracking_lost"), std::string::npos) << o.err;
+}
+
+TEST(RunTest, ADriveBeyondTheLimitsIsRefusedWithFiguresBeforeAnythingMoves) {
+    const auto folder = fresh_folder();
+    std::ofstream{folder / "weak.toml"} << "[shaker]\namplifier_gain = 1.0\n";
+    const Outcome o = shakerd("run --scene weak.toml --gamma 2g --phi 0.5 --periods 4 -o x.nxs", folder);
+    EXPECT_EQ(o.status, 2);
+    EXPECT_NE(o.err.find("drive peak 2.269 V (limit 1 V); 0.44"), std::string::npos) << o.err;
+    EXPECT_FALSE(std::filesystem::exists(folder / "x.nxs"));
+}
+
+// The data sheet promised more than the amplifier gives.
+TEST(RunTest, ADriveBeyondTheVoltageLimitKeepsItsShapeAndSaysHowMuchItReached) {
+    const auto folder = fresh_folder();
+    std::ofstream{folder / "weak.toml"}
+        << "[[fault]]\nwhat = \"amplifier_gain\"\nvalue = 0.5\nat_s = 0\n[shaker]\namplifier_gain = 2.4\n"
+           "[walker]\nstart_mm = -30\n";
+    const json r = run("--scene weak.toml --gamma 2g --phi 0.5 --periods 4", folder);
+    EXPECT_LT(r["gamma_mps2"].get<double>(), 0.9 * 19.6);
+    EXPECT_NEAR(r["phi_rad"].get<double>(), 0.5, 0.01);
+    EXPECT_NEAR(r["rho"].get<double>(), 0.5, 0.005);
+    EXPECT_NE(r["notes"].dump().find("% of the asked gamma"), std::string::npos) << r["notes"];
+}
+
+TEST(RunTest, BadInputIsRefusedByNameWithStatusTwoAndNothingWritten) {
+    const auto folder = fresh_folder();
+    std::ofstream{folder / "bad.toml"} << "[walker]\nmu = 0.1\n";
+    const std::pair<const char*, const char*> cases[] = {
+        {"run --gamma 1.5Hz -o x.nxs", "--gamma"},
+        {"run --gamma 900g -o x.nxs", "--gamma"},
+        {"run --gamma nan -o x.nxs", "--gamma"},
+        {"run --phi 35m -o x.nxs", "--phi"},
+        {"run --rho 1.5 -o x.nxs", "--rho"},
+        {"run --frequency 0Hz -o x.nxs", "--frequency"},
+        {"run --periods 1 -o x.nxs", "periods"},
+        {"run --rig hw: -o x.nxs", "hw:"},
+        {"run --scene none.toml -o x.nxs", "none.toml"},
+        {"run --scene bad.toml -o x.nxs", "walker.mu"},
+        {"run --no-such-option", "--no-such-option"},
+        {"replay none.nxs", "none.nxs"},
+        {"replay bad.toml", "bad.toml"},
+        {"frobnicate", "frobnicate"},
+        {"", "expected a command"},
+        {"predict --mu -1", "--mu"},
+        {"predict --json none.json", "none.json"},
+        {"reduce none.toml", "none.toml"},
+        {"track bad.toml -o x.csv", "bad.toml"},
+    };
+    for (const auto& [arguments, named] : cases) {
+        const Outcome o = shakerd(arguments, folder);
+        EXPECT_EQ(o.status, 2) << arguments << "\n" << o.err;
+        EXPECT_NE((o.err + o.out).find(named), std::string::npos) << arguments << "\n" << o.err;
+        EXPECT_FALSE(std::filesystem::exists(folder / "x.nxs") ||
+                     std::filesystem::exists(folder / "x.nxs.part"));
+    }
+    EXPECT_FALSE(std::filesystem::exists(folder / "x.csv"));
+}
+
+TEST(RunTest, ADiskThatCannotBeWrittenIsADeviceErrorNamingTheFile) {
+    const auto folder = fresh_folder();
+    const Outcome o = shakerd("run --periods 2 -o no/such/folder/x.nxs", folder);
+    EXPECT_EQ(o.status, 3);
+    EXPECT_NE(o.err.find("no/such/folder/x.nxs"), std::string::npos) << o.err;
+}
+
+TEST(RunTest, HelpSaysWhatThereIs) {
+    const Outcome o = shakerd("--help", fresh_folder());
+    EXPECT_EQ(o.status, 0);
+    for (const char* word : {"run", "replay", "reduce", "track", "predict", "Exit status"})
+        EXPECT_NE(o.out.find(word), std::string::npos) << word;
+}
+
+}  // namespace
+}  // namespace shaker::run

@@ -1,0 +1,35 @@
+// Normal operation with set-point changes never trips. In virtual time; tests/bench/run endurance for more
+// hours.
+#include "tests/support/safety/endurance.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cstdio>
+
+namespace shaker::test {
+namespace {
+
+TEST(EnduranceTest, HourOfSetPointsOnSoundBenchesDoesNotTrip) {
+    Endurance all;
+    const double enough_s = SHAKER_SANITIZED ? 600 : 3600;
+    for (std::uint64_t seed = 1; all.simulated_s < enough_s; ++seed) all += endure(seed, 300);
+    for (const std::string& trip : all.trips) ADD_FAILURE() << trip;
+    std::printf("%.2f h, %ld set-points, %.2f h at their target\n", all.simulated_s / 3600, all.set_points,
+                all.locked_s / 3600);
+    EXPECT_GT(all.set_points, enough_s / 18);
+    EXPECT_GT(all.locked_s, 0.3 * all.simulated_s);
+}
+
+// A target that leaves the prediction behind, two changes one on the other, a walker that is put on the base
+// right after a step.
+TEST(EnduranceTest, SeedsThatOnceTrippedDoNotTrip) {
+    std::vector<std::uint64_t> seeds{1221, 229, 1201, 1138, 1135, 1152, 1192, 1219, 1237};
+    if (SHAKER_SANITIZED) seeds.resize(1);
+    Endurance all;
+    for (const std::uint64_t seed : seeds) all += endure(seed, 600);
+    for (const std::string& trip : all.trips) ADD_FAILURE() << trip;
+    EXPECT_EQ(all.runs, static_cast<int>(seeds.size()));
+}
+
+}  // namespace
+}  // namespace shaker::test

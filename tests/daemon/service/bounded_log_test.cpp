@@ -1,0 +1,51 @@
+#include "daemon/service/bounded_log.hpp"
+
+#include <gtest/gtest.h>
+#include <spdlog/sinks/ostream_sink.h>
+#include <spdlog/spdlog.h>
+
+#include <sstream>
+#include <string>
+#include <thread>
+
+namespace shaker::service {
+namespace {
+
+struct BoundedLogTest : testing::Test {
+    std::ostringstream out;
+
+    std::shared_ptr<spdlog::logger> logger(LogRate rate) {
+        auto inner = std::make_shared<spdlog::sinks::ostream_sink_mt>(out);
+        auto log = std::make_shared<spdlog::logger>("test", bounded_sink(inner, rate));
+        log->set_pattern("%v");
+        return log;
+    }
+    [[nodiscard]] std::size_t lines() const {
+        const std::string text = out.str();
+        return static_cast<std::size_t>(std::ranges::count(text, '\n'));
+    }
+};
+
+TEST_F(BoundedLogTest, NothingThatATerminalObeysGetsThrough) {
+    logger({})->info("from \"{}\"", "a\x1b[2Jb\nc\r\x7f");
+    EXPECT_EQ(out.str(), "from \"a\\x1b[2Jb\\x0ac\\x0d\\x7f\"\n");
+}
+
+TEST_F(BoundedLogTest, AFloodIsCutAndSaysByHowMuch) {
+    const auto log = logger({.burst = 5, .per_s = 20});
+    for (int i = 0; i < 1000; ++i) log->info("again");
+    EXPECT_LE(lines(), 7U);
+    EXPECT_GE(lines(), 5U);
+    std::this_thread::sleep_for(std::chrono::milliseconds{200});
+    log->info("later");
+    EXPECT_NE(out.str().find("later (99"), std::string::npos) << out.str();
+}
+
+TEST_F(BoundedLogTest, ErrorsAlwaysPass) {
+    const auto log = logger({.burst = 1, .per_s = 0});
+    for (int i = 0; i < 10; ++i) log->error("broken");
+    EXPECT_EQ(lines(), 10U);
+}
+
+}  // namespace
+}  // namespace shaker::service

@@ -1,0 +1,125 @@
+// What a rig file may say, what a device grants of it, and what devices there are.
+#include <gtest/gtest.h>
+
+#include "drivers/errors.hpp"
+#include "drivers/hardware/alsa/alsa_dac.hpp"
+#include "drivers/hardware/alsa/devices.hpp"
+#include "drivers/hardware/alsa/settings.hpp"
+#include "tests/support/devices/mock_dac.hpp"
+
+namespace shaker::hardware {
+namespace {
+
+using test::MockDac;
+
+alsa::AlsaSettings read(const std::string& text) {
+    SettingsTable table = SettingsTable::from_text(text, "rigs/bench.toml");
+    alsa::AlsaSettings settings = alsa::read_alsa_settings(table);
+    table.finish();
+    return settings;
+}
+
+template <class Error, class Action>
+std::string refusal(Action action) {
+    try {
+        action();
+    } catch (const Error& e) {
+        return e.what();
+    }
+    return "nothing was thrown";
+}
+void expect_says(const std::string& text, const std::string& part) {
+    EXPECT_NE(text.find(part), std::string::npos) << '"' << part << "\" was expected in: " << text;
+}
+
+TEST(AlsaSettingsTest, ThePcmIsEnough) {
+    const alsa::AlsaSettings s = read("pcm = 'hw:CARD=Device,DEV=0'");
+    EXPECT_EQ(s.pcm, "hw:CARD=Device,DEV=0");
+    EXPECT_TRUE(s.alsa_config.empty());
+    EXPECT_EQ(s.format, alsa::SampleFormat::s32);
+    EXPECT_EQ(s.second_channel, alsa::SecondChannel::trigger);
+    EXPECT_EQ(s.ramp_frames(), 2400);
+    EXPECT_TRUE(s.dither);
+}
+
+TEST(AlsaSettingsTest, EveryKeyIsRead) {
+    const alsa::AlsaSettings s = read(
+        "pcm = 'x'\nalsa_config = 'mock/asound.conf'\nrate_hz = 96000\nformat = 'S24_3'\n"
+        "period_frames = 96\nbuffer_frames = 2048\nfull_scale_V = 2.8\nsecond_channel = 'tone'\n"
+        "second_level = 0.25\npulse_s = 2e-4\ntone_hz = 440\nramp_s = 0.015\ndither = false");
+    EXPECT_EQ(s.alsa_config, std::filesystem::path{"rigs/mock/asound.conf"});
+    EXPECT_EQ(s.rate_hz, 96000);
+    EXPECT_EQ(s.format, alsa::SampleFormat::s24_3);
+    EXPECT_EQ(s.period_frames, 96);
+    EXPECT_EQ(s.buffer_frames, 2048);
+    EXPECT_EQ(s.full_scale_V, 2.8);
+    EXPECT_EQ(s.second_channel, alsa::SecondChannel::tone);
+    EXPECT_EQ(s.second_level, 0.25);
+    EXPECT_EQ(s.pulse_s, 2e-4);
+    EXPECT_EQ(s.tone_hz, 440);
+    EXPECT_EQ(s.ramp_frames(), 1440);
+    EXPECT_FALSE(s.dither);
+}
+
+TEST(AlsaSettingsTest, RefusesBufferTooSmallForRamp) {
+    const std::string said =
+        refusal<InputError>([] { read("pcm = 'x'\nperiod_frames = 256\nbuffer_frames = 2911"); });
+    expect_says(said, "bench.toml:3");
+    expect_says(said, "at least 2912");
+    EXPECT_EQ(read("pcm = 'x'\nperiod_frames = 256\nbuffer_frames = 2912").buffer_frames, 2912);
+}
+
+TEST(AlsaGrantedTest, ReportsGrantedSettingsInOneLine) {
+    MockDac mock;
+    const alsa::AlsaDac dac{mock.settings};
+    EXPECT_TRUE(dac.granted().rewinds);
+    EXPECT_TRUE(dac.granted().monotonic);
+    const std::string line = dac.granted().text();
+    expect_says(line, "shaker: S32 at 48000 Hz, 2 channels, period 480, buffer 9600 samples (200.0 ms)");
+    expect_says(line, "a ramp to zero is queued behind the drive");
+}
+
+TEST(AlsaGrantedTest, RefusesUnsupportedSettingsWithRange) {
+    MockDac mock;
+    alsa::AlsaSettings s = mock.settings;
+    s.rate_hz = 44100;
+    expect_says(refusal<DeviceError>([&] { alsa::AlsaDac{s}; }),
+                "ALSA device shaker: rate_hz 44100 is not possible: must be 48000 to 48000");
+    s = mock.settings;
+    s.period_frames = 3;
+    expect_says(refusal<DeviceError>([&] { alsa::AlsaDac{s}; }), "period_frames 3 is not possible: must be 8 to ");
+    s = mock.settings;
+    s.pcm = "not_there";
+    const std::string said = refusal<DeviceError>([&] { alsa::AlsaDac{s}; });
+    expect_says(said, "not_there");
+    expect_says(said, "No such file or directory");
+}
+
+TEST(AlsaDevicesTest, DeviceNamesAreStableAndOpen) {
+    for (const alsa::AlsaDevice& device : alsa::list_alsa_devices()) {  // none in most test machines
+        expect_says(device.pcm, "hw:CARD=");
+        EXPECT_FALSE(device.name.empty());
+        EXPECT_TRUE(!device.error.empty() || device.channels.most > 0) << device.text();
+    }
+}
+
+TEST(AlsaDevicesTest, DescribesDeviceDefinedInFile) {
+    const MockDac mock;
+    const alsa::AlsaDevice device = alsa::describe_alsa_device("shaker", mock.settings.alsa_config);
+    EXPECT_EQ(device.error, "");
+    EXPECT_EQ(device.formats.size(), 4U);
+    EXPECT_EQ(device.rates_hz, std::vector<int>{48000});
+    EXPECT_EQ(device.channels.least, 2U);
+    EXPECT_EQ(device.channels.most, 2U);
+    expect_says(device.text(), "shaker: formats S32, S24, S24_3, S16; 48000 Hz; 2 to 2 channels");
+}
+
+TEST(AlsaDevicesTest, DescribesBusyOrUnknownDeviceByError) {
+    const MockDac mock;
+    const alsa::AlsaDac dac{mock.settings};
+    expect_says(alsa::describe_alsa_device("shaker", mock.settings.alsa_config).text(), "busy");
+    expect_says(alsa::describe_alsa_device("not_there", {}).error, "No such file or directory");
+}
+
+}  // namespace
+}  // namespace shaker::hardware

@@ -1,0 +1,108 @@
+#include "drivers/hardware/alsa/output_frames.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+namespace shaker::hardware {
+namespace {
+
+constexpr double steps = 8388608;  // a volt, of 24 bits at 1 V full scale
+
+alsa::AlsaSettings settings_with(alsa::SecondChannel second) {
+    alsa::AlsaSettings s;
+    s.second_channel = second;
+    s.dither = false;
+    return s;
+}
+
+struct Heard {
+    std::vector<double> drive, second;  // V
+};
+Heard decoded(std::span<const std::byte> bytes) {
+    Heard heard;
+    const auto volts = [&](std::size_t at) {
+        std::uint32_t word = 0;
+        for (std::size_t i = 0; i < 4; ++i) word |= std::to_integer<std::uint32_t>(bytes[at + i]) << (8 * i);
+        return static_cast<std::int32_t>(word) / 256.0 / steps;
+    };
+    for (std::size_t at = 0; at < bytes.size(); at += 8) {
+        heard.drive.push_back(volts(at));
+        heard.second.push_back(volts(at + 4));
+    }
+    return heard;
+}
+
+std::vector<double> sine(std::size_t n, double turns_a_sample, double phase) {
+    std::vector<double> volts(n);
+    for (std::size_t i = 0; i < n; ++i)
+        volts[i] = 0.6 * std::sin(2 * std::numbers::pi * (phase + turns_a_sample * static_cast<double>(i)));
+    return volts;
+}
+
+// Wherever in its period a drive of 20 Hz ends: the ramp turns its slope round within 1 ms and takes its
+// value down within 50 ms, so its steps are the drive's own or those of a raised cosine from 0.6 V, and their
+// change from sample to sample is at most slope / (1 ms) or the cosine's curvature.
+TEST(OutputFramesTest, RampContinuesValueAndSlopeAndEndsAtZero) {
+    const alsa::AlsaSettings s = settings_with(alsa::SecondChannel::tone);
+    const double steepest = 2 * std::numbers::pi * 0.6 * 20 / s.rate_hz;
+    const double of_cosine = 0.5 * std::numbers::pi * 0.65 / s.ramp_frames();
+    const double bend = (steepest + of_cosine) / (1e-3 * s.rate_hz) + 3 / steps;
+    for (int eighth = 0; eighth < 8; ++eighth) {
+        alsa::OutputFrames frames{s, alsa::PcmCodec{s.format, 0, 1}, 2, 240};
+        const Heard heard =
+            decoded(frames.block(sine(240, 20.0 / s.rate_hz, eighth / 8.0), std::vector<double>(240), {0}));
+        ASSERT_EQ(heard.drive.size(), 240U + 2400U);
+        double step_before = heard.drive[239] - heard.drive[238];
+        for (std::size_t i = 240; i < heard.drive.size(); ++i) {
+            const double step = heard.drive[i] - heard.drive[i - 1];
+            ASSERT_LE(std::abs(step), steepest + of_cosine) << "eighth " << eighth << ", sample " << i;
+            ASSERT_LE(std::abs(step - step_before), bend) << "eighth " << eighth << ", sample " << i;
+            ASSERT_EQ(heard.second[i], 0);
+            step_before = step;
+        }
+        EXPECT_EQ(heard.drive.back(), 0);
+    }
+}
+
+TEST(OutputFramesTest, RampAfterRestartIgnoresOldSlope) {
+    const alsa::AlsaSettings s = settings_with(alsa::SecondChannel::off);
+    alsa::OutputFrames frames{s, alsa::PcmCodec{s.format, 0, 1}, 2, 240};
+    const std::vector<double> still(240);
+    frames.block(sine(240, 0.001, 0.1), still, {0});
+    frames.restart();
+    const Heard heard = decoded(frames.ramp());
+    EXPECT_TRUE(std::all_of(heard.drive.begin(), heard.drive.end(), [](double v) { return v == 0; }));
+}
+
+TEST(OutputFramesTest, TriggerPulseContinuesInNextBlock) {
+    alsa::AlsaSettings s = settings_with(alsa::SecondChannel::trigger);
+    s.pulse_s = 10.0 / s.rate_hz;
+    s.second_level = 0.5;
+    alsa::OutputFrames frames{s, alsa::PcmCodec{s.format, 0, 1}, 2, 16};
+    const std::vector<double> still(16);
+    std::vector<double> trigger(16);
+    trigger[12] = 1;
+    const Heard first = decoded(frames.block(still, trigger, {0}));
+    const Heard next = decoded(frames.block(still, still, {16}));
+    EXPECT_EQ(first.second[11], 0);
+    EXPECT_EQ(first.second[12], 0.5);
+    EXPECT_EQ(first.second[15], 0.5);
+    EXPECT_EQ(first.second[16], 0);  // the ramp
+    EXPECT_EQ(next.second[5], 0.5);
+    EXPECT_EQ(next.second[6], 0);
+}
+
+TEST(OutputFramesTest, FurtherChannelsAreSilent) {
+    const alsa::AlsaSettings s = settings_with(alsa::SecondChannel::tone);
+    alsa::OutputFrames frames{s, alsa::PcmCodec{s.format, 0, 1}, 4, 8};
+    const auto bytes = frames.block(std::vector<double>(8, 0.5), std::vector<double>(8), {0});
+    ASSERT_EQ(bytes.size(), (8U + 2400U) * 16U);
+    for (std::size_t frame = 0; frame < 8; ++frame)
+        for (std::size_t i = 8; i < 16; ++i) EXPECT_EQ(bytes[16 * frame + i], std::byte{0});
+}
+
+}  // namespace
+}  // namespace shaker::hardware

@@ -1,0 +1,228 @@
+// Pictures through the store and back: to the bit, over segments, and as other programs see them.
+#include "drivers/recorded/pictures/picture_store.hpp"
+
+#include <gtest/gtest.h>
+
+#include <array>
+#include <cstdio>
+#include <random>
+#include <set>
+
+#include "drivers/recorded/h5/disk_file.hpp"
+#include "drivers/recorded/pictures/picture_check.hpp"
+#include "drivers/recorded/pictures/picture_reader.hpp"
+#include "tests/support/recording/many_pictures.hpp"
+
+namespace shaker::recorded {
+
+using namespace test;
+namespace {
+
+std::set<std::string> names_in(const std::filesystem::path& folder) {
+    std::set<std::string> names;
+    for (const auto& entry : std::filesystem::directory_iterator{folder})
+        names.insert(entry.path().filename().string());
+    return names;
+}
+
+void expect_pictures(const std::filesystem::path& folder, const pictures::PictureShape& shape,
+                     std::uint64_t count) {
+    pictures::PictureReader reader{folder, "top"};
+    ASSERT_EQ(reader.count(), count);
+    EXPECT_EQ(reader.shape(), shape);
+    EXPECT_TRUE(reader.damaged().empty());
+    for (std::uint64_t n = 1; n <= count; ++n) expect_same(*reader.read(n - 1), numbered(n, shape), n);
+}
+
+/// What a program prints, and its exit status behind it.
+std::string said_by(const std::string& command) {
+    std::string said;
+    std::FILE* out = ::popen((command + " 2>&1").c_str(), "r");
+    std::array<char, 256> part{};
+    while (std::fgets(part.data(), part.size(), out) != nullptr) said += part.data();
+    return said + "[" + std::to_string(::pclose(out)) + "]";
+}
+
+class PictureStoreTest : public testing::Test {
+protected:
+    void store(const pictures::PictureShape& shape, std::uint64_t count, std::uint64_t segment_frames) {
+        std::filesystem::remove_all(frames_);
+        pictures::PictureStore store{frames_, "top", segment_frames};
+        store.prepare(shape);
+        for (std::uint64_t n = 1; n <= count; ++n) ASSERT_EQ(store.add(numbered(n, shape)), n);
+        store.finish();
+        EXPECT_EQ(store.stored(), count);
+    }
+    SessionFolder folder_;
+    std::filesystem::path frames_ = folder_ / "run.frames";
+};
+
+TEST_F(PictureStoreTest, ReadsBackPicturesOfAnySizeAndDepth) {
+    for (const pictures::PictureShape& shape :
+         {pictures::PictureShape{64, 64, 1}, pictures::PictureShape{11, 7, 1},
+          pictures::PictureShape{1, 1, 1}, pictures::PictureShape{129, 33, 2},
+          pictures::PictureShape{1280, 256, 1}, pictures::PictureShape{1, 1, 2}})
+        for (const std::uint64_t count : {0U, 1U, 7U, 8U, 9U, 64U, 65U}) {
+            SCOPED_TRACE(testing::Message() << shape.width << " x " << shape.height << " x "
+                                            << shape.bytes_per_pixel << ", " << count << " pictures");
+            store(shape, count, 64);
+            expect_pictures(frames_, shape, count);
+        }
+}
+
+TEST_F(PictureStoreTest, CutsLastSegmentToItsPictures) {
+    const pictures::PictureShape shape{37, 21, 2};
+    for (const std::uint64_t segment : {1U, 5U, 8U, 64U}) {
+        store(shape, 3 * segment + 1, segment);
+        EXPECT_EQ(names_in(frames_), (std::set<std::string>{"top.h5", "top-0000.h5", "top-0001.h5",
+                                                            "top-0002.h5", "top-0003.h5"}));
+        expect_pictures(frames_, shape, 3 * segment + 1);
+        EXPECT_EQ(pictures::find_segment(frames_ / "top-0002.h5", "top").info.places, segment);
+        EXPECT_EQ(pictures::find_segment(frames_ / "top-0003.h5", "top").info.places, 1);
+    }
+    store(shape, 16, 8);
+    EXPECT_EQ(names_in(frames_), (std::set<std::string>{"top.h5", "top-0000.h5", "top-0001.h5"}));
+}
+
+TEST_F(PictureStoreTest, SegmentHasQuarterGigabyteOrSixtyFourPictures) {
+    pictures::PictureStore store{frames_, "top"};
+    store.prepare({1280, 256, 1});
+    const pictures::FoundSegment found = pictures::find_segment(frames_ / "top-0000.h5", "top");
+    EXPECT_EQ(found.info.places % pictures::PictureSegment::block, 0);
+    EXPECT_NEAR(static_cast<double>(std::filesystem::file_size(found.file)), 256e6, 3e6);
+    EXPECT_EQ(found.plan.frames_at % h5::page_bytes, 0);
+    pictures::PictureStore wide{frames_, "wide"};
+    wide.prepare({4096, 4096, 1});
+    EXPECT_EQ(pictures::find_segment(frames_ / "wide-0000.h5", "wide").info.places, 64);
+}
+
+TEST_F(PictureStoreTest, SyncedPicturesSurviveWithoutFinish) {
+    const pictures::PictureShape shape{50, 40, 1};
+    std::mt19937 random{3};
+    pictures::PictureStore store{frames_, "top", 20};
+    for (std::uint64_t n = 1; n <= 100; ++n) {
+        store.add(numbered(n, shape));
+        EXPECT_LE(n - store.stored(), 7U);
+        if (random() % 5 == 0) {
+            store.sync();
+            EXPECT_EQ(store.stored(), n);
+            expect_pictures(frames_, shape, n);
+        }
+    }
+}
+
+TEST_F(PictureStoreTest, WritesLargerBlocksWhileMoreFollow) {
+    const pictures::PictureShape shape{50, 40, 1};
+    std::mt19937 random{4};
+    pictures::PictureStore store{frames_, "top", 300};
+    std::uint64_t n = 0;
+    const auto add = [&](bool more) {
+        ++n;
+        store.add(numbered(n, shape), more);
+    };
+    while (n < pictures::PictureSegment::large_block - 1) add(true);
+    EXPECT_EQ(store.stored(), 0);
+    add(true);
+    EXPECT_EQ(store.stored(), pictures::PictureSegment::large_block);
+    for (int i = 0; i < 20; ++i) add(true);
+    EXPECT_EQ(store.stored(), pictures::PictureSegment::large_block);
+    add(false);
+    EXPECT_EQ(store.stored(), n);
+    while (n < 1000) {
+        const bool more = random() % 20 != 0;
+        add(more);
+        EXPECT_LT(n - store.stored(),
+                  more ? pictures::PictureSegment::large_block : pictures::PictureSegment::block);
+    }
+    store.finish();
+    expect_pictures(frames_, shape, n);
+}
+
+TEST_F(PictureStoreTest, TwoCamerasShareAFolder) {
+    pictures::PictureStore top{frames_, "top", 8}, side{frames_, "top-2", 8};
+    for (std::uint64_t n = 1; n <= 20; ++n) {
+        top.add(numbered(n, {16, 9, 1}));
+        if (n % 2 == 0) side.add(numbered(n / 2, {9, 16, 2}));
+    }
+    top.finish();
+    side.finish();
+    expect_pictures(frames_, {16, 9, 1}, 20);
+    pictures::PictureReader reader{frames_, "top-2"};
+    ASSERT_EQ(reader.count(), 10);
+    expect_same(*reader.read(9), numbered(10, {9, 16, 2}), 10);
+}
+
+TEST_F(PictureStoreTest, StoresNothingAfterFinish) {
+    const pictures::PictureShape shape{16, 9, 1};
+    pictures::PictureStore store{frames_, "top", 8};
+    store.add(numbered(1, shape));
+    store.finish();
+    EXPECT_EQ(store.add(numbered(2, shape)), 0);
+    expect_pictures(frames_, shape, 1);
+    pictures::PictureStore never{frames_, "side", 8};
+    never.finish();
+    EXPECT_EQ(refusal([&] { pictures::PictureReader(frames_, "side"); }),
+              frames_.string() + ": no pictures of camera \"side\"");
+}
+
+TEST_F(PictureStoreTest, RefusesWrongSizeOnceAndStops) {
+    pictures::PictureStore store{frames_, "top", 8};
+    store.add(numbered(1, {16, 9, 1}));
+    EXPECT_THROW(store.add(numbered(2, {9, 16, 1})), DeviceError);
+    EXPECT_EQ(store.add(numbered(2, {16, 9, 1})), 0);
+    store.finish();
+    EXPECT_EQ(store.stored(), 0) << "the block was not complete";
+    EXPECT_EQ(pictures::PictureReader(frames_, "top").count(), 0);
+}
+
+TEST_F(PictureStoreTest, NeverOverwritesPictures) {
+    store({16, 9, 1}, 3, 8);
+    expect_in(refusal([&] { pictures::PictureStore(frames_, "top"); }), {"top-0000.h5", "already exists"});
+    expect_pictures(frames_, {16, 9, 1}, 3);
+}
+
+TEST_F(PictureStoreTest, RefusesInvalidNamesAndSizes) {
+    for (const char* name : {"", ".top", "a/b", "../top", "a\nb", "top-0001", "-0000"})
+        expect_in(refusal([&] { pictures::PictureStore(frames_, name); }), {"camera \"", "name"});
+    expect_in(refusal([&] { pictures::PictureStore(frames_, std::string(65, 'a')); }), {"64"});
+    for (const char* name : {"top", "Läufer 2", "top-001", "0000", "a.h5"})
+        EXPECT_EQ(refusal([&] { pictures::PictureStore(frames_, name); }), "accepted");
+    for (const pictures::PictureShape& shape :
+         {pictures::PictureShape{0, 4, 1}, pictures::PictureShape{4, 0, 1}, pictures::PictureShape{4, 4, 3},
+          pictures::PictureShape{65536, 4, 1}, pictures::PictureShape{4, 4, 0}})
+        expect_in(refusal([&] { pictures::PictureStore(frames_, "top").prepare(shape); }), {"65535", "top"});
+    EXPECT_FALSE(std::filesystem::exists(frames_));
+}
+
+TEST_F(PictureStoreTest, OtherProgramsReadOneArray) {
+    const pictures::PictureShape shape{37, 21, 2};
+    store(shape, 21, 8);
+    const std::string script = folder_
+                                   .write("read.py", R"(
+import h5py, os, sys, zlib
+with h5py.File(sys.argv[1] + "/top.h5", "r") as f:
+    frames, index = f["frames"], f["index"]
+    print(frames.shape, frames.dtype, frames.attrs["units"].decode(), f.attrs["camera"].decode(), frames.is_virtual)
+    print(list(index["number"]) == list(range(1, 22)), index["tick"][20], index["quality"][6])
+    print(zlib.crc32(frames[...].tobytes()), os.getcwd())
+with h5py.File(sys.argv[1] + "/top-0002.h5", "r") as f:
+    print(f["frames"].shape, f["frames"].chunks, dict(f.attrs)["first_number"], f["frames"].id.get_offset() % 4096)
+)")
+                                   .string();
+    std::string pixels;
+    for (std::uint64_t n = 1; n <= 21; ++n) {
+        const Frame f = numbered(n, shape);
+        pixels.append(reinterpret_cast<const char*>(f.pixels.data()), f.pixels.size());
+    }
+    folder_.write("pixels", pixels);
+    const std::string crc =
+        said_by("python3 -c 'import sys, zlib; print(zlib.crc32(open(sys.argv[1], \"rb\").read()))' '" +
+                (folder_ / "pixels").string() + "'");
+    const std::string expected = "(21, 21, 37) uint16 count top True\nTrue 62 7\n" +
+                                 crc.substr(0, crc.find('\n')) + " /\n(5, 21, 37) None 17 0\n[0]";
+    EXPECT_EQ(said_by("cd / && /usr/bin/python3 '" + script + "' '" + frames_.string() + "'"), expected);
+    expect_in(said_by("h5ls '" + (frames_ / "top.h5").string() + "'"), {"frames", "{21, 21, 37}", "[0]"});
+}
+
+}  // namespace
+}  // namespace shaker::recorded

@@ -1,0 +1,95 @@
+#include "tests/support/recording/format_page.hpp"
+
+#include <spdlog/fmt/fmt.h>
+
+#include "daemon/recording/tables/places.hpp"
+#include "drivers/recorded/raw_columns.hpp"
+
+namespace shaker::test {
+
+namespace {
+
+constexpr const char* begin = "<!-- tables -->\n";
+constexpr const char* end = "<!-- end of tables -->\n";
+constexpr const char* heading = "| column | type | unit | meaning |\n|---|---|---|---|\n";
+
+const char* word_of(recorded::Place::Kind kind) {
+    switch (kind) {
+        case recorded::Place::Kind::number:
+            return "one float64";
+        case recorded::Place::Kind::text:
+            return "one text";
+        case recorded::Place::Kind::numbers:
+            return "float64";
+        case recorded::Place::Kind::texts:
+            return "text";
+    }
+    return "";
+}
+
+const char* word_of(recorded::RawColumn::Type type) {
+    switch (type) {
+        case recorded::RawColumn::Type::int32:
+            return "int32";
+        case recorded::RawColumn::Type::int64:
+            return "int64";
+        case recorded::RawColumn::Type::uint8:
+            return "uint8";
+        case recorded::RawColumn::Type::uint64:
+            return "uint64";
+        case recorded::RawColumn::Type::float64:
+            return "float64";
+    }
+    return "";
+}
+
+std::string row(const std::string& name, const std::string& type, const std::string& units,
+                const std::string& meaning) {
+    std::string cell = meaning;  // a bar would end it
+    for (std::size_t at = 0; (at = cell.find('|', at)) != std::string::npos; at += 2) cell.insert(at, "\\");
+    return fmt::format("| `{}` | {} | {} | {} |\n", name, type, units, cell);
+}
+
+std::string section_of(const recorded::GroupLayout& group) {
+    std::string text = fmt::format("\n### `{}`\n{}.", group.path, group.meaning);
+    if (const auto signal = group.attributes.find("signal"); signal != group.attributes.end())
+        text += fmt::format(" NXdata: `{}` against `{}`.", signal->second, group.attributes.at("axes"));
+    text += fmt::format("\n\n{}", heading);
+    for (const recorded::Place& p : group.places) {
+        const bool texts = p.kind == recorded::Place::Kind::text || p.kind == recorded::Place::Kind::texts;
+        const std::string type = texts ? fmt::format("{} of {} bytes", word_of(p.kind), p.text_bytes)
+                                       : std::string{word_of(p.kind)};
+        text += row(p.name, type, p.units, p.provisional ? p.meaning + "; provisional" : p.meaning);
+    }
+    return text;
+}
+
+std::string section_of(const recorded::raw::Group& group) {
+    const bool camera = std::string{group.path} == recorded::raw::cameras;
+    std::string text =
+        fmt::format("\n### `{}{}`\n{}.\n\n{}", group.path, camera ? "/<camera>" : "", group.meaning, heading);
+    for (const recorded::RawColumn& c : group.columns) {
+        const std::string values = c.values > 1 ? fmt::format("{} of ", c.values) : std::string{};
+        text += row(c.name, values + word_of(c.type), c.units, c.meaning);
+    }
+    return text;
+}
+
+}  // namespace
+
+std::string with_tables(const std::string& page) {
+    const std::size_t from = page.find(begin), to = page.find(end);
+    if (from == std::string::npos || to == std::string::npos) return page;
+    recorded::RecordingHeader header;
+    View view;
+    view.camera = "<camera>";
+    view.targets.push_back({});
+    view.targets.back().name = "<target>";
+    header.views = {view};
+    std::string tables;
+    for (const recorded::GroupLayout& g : recording::recording_places(header, true)) tables += section_of(g);
+    for (const recorded::raw::Group& g : recorded::raw::groups) tables += section_of(g);
+    return page.substr(0, from) + begin + tables + page.substr(to);
+}
+
+}  // namespace shaker::test

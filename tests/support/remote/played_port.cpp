@@ -1,0 +1,122 @@
+#include "tests/support/remote/played_port.hpp"
+
+#include <array>
+#include <cmath>
+#include <memory>
+
+namespace shaker::test {
+
+namespace {
+
+std::shared_ptr<const reduction::Reduction> some_result() {
+    auto r = std::make_shared<reduction::Reduction>();
+    r->v_D = {0.0145, 3e-5};
+    r->D = {0.0145 / 20, 1.5e-6};
+    r->efficiency = {0.47, 0.001};
+    r->frequency = {20, 0};
+    r->gamma = {9.8, 0.001};
+    r->phi = {0.6, 1e-4};
+    for (int i = 0; i < 64; ++i) {
+        const double p = i / 64.0;
+        r->cycle.phase.push_back(p);
+        r->cycle.x_m.push_back(1e-3 * p);
+        r->cycle.x_sd_m.push_back(1e-6);
+        r->cycle.v_mps.push_back(std::sin(two_pi * p));
+        r->cycle.v_sd_mps.push_back(1e-3);
+        r->cycle.v_base_mps.push_back(std::cos(two_pi * p));
+    }
+    return r;
+}
+
+}  // namespace
+
+PlayedPort::PlayedPort() {
+    state_.state = run::RunState::idle;
+    state_.facts = std::make_shared<const service::BenchFacts>(service::BenchFacts{.rig = "played",
+                                                                                   .dac = {},
+                                                                                   .accelerometer = {},
+                                                                                   .views = {},
+                                                                                   .soft_start_periods = 10,
+                                                                                   .recordings = {},
+                                                                                   .mu = {}});
+    state_.periods = 40;
+    state_.limits.acceleration = {40, 50};
+    bench_port.stop_by([this] { ++aborts; });
+    bench_port.publish(std::make_shared<service::BenchState>(state_));
+}
+
+std::vector<service::OrderWhat> PlayedPort::ordered() const {
+    const std::scoped_lock lock{mutex_};
+    return ordered_;
+}
+
+std::string PlayedPort::obey(const service::OrderWhat& what) {
+    if (const auto* set = std::get_if<service::SetDrive>(&what)) {
+        if (set->drive.gamma > 100) return "acceleration 120 m/s^2: at most 50 is allowed";
+        state_.wanted = set->drive;
+    } else if (std::holds_alternative<service::Begin>(what)) {
+        if (state_.state != run::RunState::idle)
+            return "a run was asked for in state " + std::string{name(state_.state)};
+        state_.state = run::RunState::run;
+        state_.measuring = true;
+        state_.periods = std::get<service::Begin>(what).periods;
+        state_.settle = std::get<service::Begin>(what).settle;
+        state_.result = some_result();
+        state_.result_origin = {state_.result_origin.number + 1, state_.wanted, state_.now_s, state_.now_s};
+    } else if (std::holds_alternative<service::End>(what)) {
+        state_.state = run::RunState::idle;
+        state_.measuring = false;
+    } else if (std::holds_alternative<service::ClearTrip>(what)) {
+        state_.state = run::RunState::idle;
+        state_.trip.reset();
+    } else if (const auto* loop = std::get_if<service::CloseLoop>(&what)) {
+        state_.closed_loop = loop->on;
+    } else if (const auto* remark = std::get_if<service::Remark>(&what)) {
+        bench_port.tell(state_.now_s, "remark", remark->text);
+    } else if (const auto* record = std::get_if<service::Record>(&what)) {
+        state_.record = record->on;
+        state_.record_name = record->on ? record->name : std::string{};
+    } else if (const auto* lower = std::get_if<service::LowerLimits>(&what)) {
+        if (lower->limits.acceleration.abort > state_.limits.acceleration.abort)
+            return "limits are raised in the file only";
+        state_.limits = lower->limits;
+    }
+    return {};
+}
+
+void PlayedPort::turn() {
+    bool changed = false;
+    if (aborts > 0 && state_.aborts != static_cast<std::uint64_t>(aborts)) {
+        state_.aborts = static_cast<std::uint64_t>(aborts);
+        state_.state = run::RunState::tripped;
+        state_.trip = safety::Trip{.cause = safety::Cause::operator_stop, .stop = safety::StopKind::hard};
+        state_.may_clear = true;
+        ++state_.trips;
+        changed = true;
+    }
+    while (!deaf) {
+        auto order = bench_port.next();
+        if (!order) break;
+        const std::string refused = obey(order->what);
+        {
+            const std::scoped_lock lock{mutex_};
+            ordered_.push_back(order->what);
+        }
+        ++state_.answered;
+        bench_port.publish(std::make_shared<service::BenchState>(state_));
+        if (order->answer) order->answer(refused);
+    }
+    if (state_.waveform.asked.size() != wave) {
+        state_.waveform.period_s = 0.05;
+        state_.waveform.asked.assign(wave, 1.0F);
+        state_.waveform.measured.assign(wave, 1.0F);
+    }
+    state_.now_s += 1e-3;
+    if (state_.state == run::RunState::run) state_.measured_from_s = state_.now_s;
+    const float now = static_cast<float>(state_.now_s);
+    bench_port.feed().acceleration.add(state_.now_s, std::array{std::sin(now), std::cos(now)});
+    if (changed || ++turns_ % shown_each == 0)
+        bench_port.publish(std::make_shared<service::BenchState>(state_));
+}
+
+}  // namespace shaker::test

@@ -1,0 +1,40 @@
+#pragma once
+// A bench port that executes orders without devices, one step per call.
+#include <atomic>
+#include <mutex>
+#include <string>
+#include <vector>
+
+#include "daemon/service/bench_port.hpp"
+
+namespace shaker::test {
+
+class PlayedPort {
+public:
+    PlayedPort();
+    PlayedPort(const PlayedPort&) = delete;
+    PlayedPort& operator=(const PlayedPort&) = delete;
+
+    service::BenchPort bench_port;
+    std::atomic<int> aborts{0};
+    /// While true, orders are not answered.
+    std::atomic<bool> deaf{false};
+    /// Points of the published waveform; 0: no waveform.
+    std::atomic<std::size_t> wave{0};
+    /// Steps between two published states while there is no order.
+    static constexpr int shown_each = 20;
+    /// All orders, oldest first.
+    [[nodiscard]] std::vector<service::OrderWhat> ordered() const;
+    /// Executes all orders and advances time by one millisecond. One thread.
+    void turn();
+
+private:
+    std::string obey(const service::OrderWhat& what);
+
+    mutable std::mutex mutex_;
+    std::vector<service::OrderWhat> ordered_;
+    service::BenchState state_;
+    int turns_ = 0;
+};
+
+}  // namespace shaker::test

@@ -1,0 +1,128 @@
+#include "tests/support/tracking/tracking_scene.hpp"
+
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <stdexcept>
+
+namespace shaker::test {
+namespace {
+
+constexpr double blur = 0.8, dark = 60, bright = 160;
+const double edge_sigma = std::sqrt(blur * blur + 1.0 / 12);
+
+// sigma / (C sqrt(n / (2 sqrt(pi) s))) for n rows of one edge.
+double edge_bound(double noise, double rows) {
+    const double quantised = std::sqrt(noise * noise + 1.0 / 12);
+    return quantised / ((bright - dark) * std::sqrt(rows / (2 * std::sqrt(std::numbers::pi) * edge_sigma)));
+}
+
+View one_target(Target target) {
+    View view;
+    view.camera = "test";
+    view.mm_per_px = 0.25;
+    view.targets = {std::move(target)};
+    return view;
+}
+
+TrackingScene disc_scene(const std::string& name, double radius, int width, int height) {
+    const tracking::Point middle{0.5 * width + 0.3, 0.5 * height - 0.2};
+    Target target{name, TargetKind::disc};
+    target.diameter_mm = 0.5 * radius;
+    const int r = static_cast<int>(radius) + 8;
+    target.roi_px = {width / 2 - r, height / 2 - r, 2 * r, 2 * r};
+    return {name,
+            one_target(target),
+            width,
+            height,
+            bright - dark,
+            [=](TestPicture& p, tracking::Point shift) { p.disc(middle + shift, radius, bright, blur); },
+            [=](double noise) { return edge_bound(noise, std::numbers::pi * radius); }};
+}
+
+TrackingScene rectangle_scene() {
+    Target target{"rectangle", TargetKind::rectangle};
+    target.width_mm = 20;
+    target.roi_px = {70, 20, 116, 50};
+    return {"rectangle",
+            one_target(target),
+            256,
+            96,
+            bright - dark,
+            [](TestPicture& p, tracking::Point s) {
+                p.rectangle(88.3 + s.x, 25 + s.y, 168.3 + s.x, 90, bright, blur);
+            },
+            [](double noise) { return edge_bound(noise, 2 * 40); }};
+}
+
+TrackingScene dots_scene() {
+    Target target{"dots", TargetKind::dots};
+    target.diameter_mm = 2.6;
+    target.pitch_mm = 8;
+    target.polarity = Polarity::dark;
+    target.roi_px = {24, 4, 212, 24};
+    return {"dots",
+            one_target(target),
+            256,
+            32,
+            bright - dark,
+            [](TestPicture& p, tracking::Point s) {
+                p.rectangle(-50, 2, 400, 30, bright, blur);
+                for (int k = -1; k < 10; ++k) p.disc({15.2 + 32 * k + s.x, 16.1 + s.y}, 5.2, dark, blur);
+            },
+            [](double noise) { return edge_bound(noise, 6 * std::numbers::pi * 5.2); }};
+}
+
+TrackingScene bars_scene() {
+    Target target{"bars", TargetKind::bars};
+    target.pitch_mm = 5;
+    target.roi_px = {24, 4, 208, 24};
+    return {"bars",
+            one_target(target),
+            256,
+            32,
+            bright - dark,
+            [](TestPicture& p, tracking::Point s) { p.bars(120.3 + s.x, 20, 2, 30, dark, bright, blur); },
+            [](double noise) { return edge_bound(noise, 24 * 208 / 10.0); }};
+}
+
+TrackingScene patch_scene() {
+    Target target{"patch", TargetKind::patch};
+    target.roi_px = {40, 16, 64, 64};
+    return {"patch",
+            one_target(target),
+            192,
+            96,
+            60,
+            [](TestPicture& p, tracking::Point s) {
+                p.texture({0, 0, 144, 96}, s, 25, 11);
+            },
+            [](double) { return std::numeric_limits<double>::quiet_NaN(); }};
+}
+
+}  // namespace
+
+TestPicture TrackingScene::picture(tracking::Point shift) const {
+    TestPicture p{width, height, name == "patch" ? 120 : dark};
+    draw(p, shift);
+    return p;
+}
+
+std::vector<TrackingScene> tracking_scenes() {
+    return {disc_scene("disc", 50, 256, 144),
+            disc_scene("dot", 6, 96, 64),
+            rectangle_scene(),
+            dots_scene(),
+            bars_scene(),
+            patch_scene()};
+}
+
+const TrackingScene& tracking_scene(const std::string& name) {
+    static const std::vector<TrackingScene> all = tracking_scenes();
+    for (const TrackingScene& scene : all) {
+        if (scene.name == name) return scene;
+    }
+    throw std::out_of_range{"no tracking scene " + name};
+}
+
+}  // namespace shaker::test

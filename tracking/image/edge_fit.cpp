@@ -1,0 +1,215 @@
+#include "tracking/image/edge_fit.hpp"
+
+#include <Eigen/Cholesky>
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "tracking/image/edge_profile.hpp"
+
+namespace shaker::tracking {
+namespace {
+
+constexpr double lost_by_biweight = 1.2;  // variance / biweighted variance for Gaussian residuals
+constexpr double loose = 1e-2;            // after many passes
+constexpr int last_scale = 3;
+constexpr double longest_memory = 32;  // frames
+constexpr double smallest_blur = 0.3, largest_blur = 8;
+
+// Tukey's biweight, cut at slightly more than four standard deviations: 95 % efficient for Gaussian noise.
+double biweight(double residual_squared, double variance) noexcept {
+    const double t = 1 - residual_squared / (22 * variance);
+    return t > 0 ? t * t : 0;
+}
+
+// Upper triangle of gram += weight c c^T, in pairs: the hot spot of the fit.
+template <class Gram, class Row, std::size_t... i>
+void add_products(Gram& gram, const Row& c, double weight, std::index_sequence<i...>) noexcept {
+    constexpr int columns = Row::ColsAtCompileTime;
+    const auto add_row = [&]<int from, int row>() {
+        gram.template block<1, columns - from>(row, from) +=
+            (weight * c[row]) * c.template segment<columns - from>(from);
+    };
+    (add_row.template operator()<(static_cast<int>(i) & ~1), static_cast<int>(i)>(), ...);
+}
+
+}  // namespace
+
+template <std::size_t nuisances>
+void EdgeFit::accumulate(const Outline& at, bool trim) {
+    constexpr std::size_t value_column = nuisances + 4, columns = nuisances + 6;  // the last one is padding
+    for (Block& b : blocks_) {
+        b.gram.setZero();
+        b.weight = b.trimmed = b.coverage = 0;
+    }
+    const double per_blur = 1 / at.blur;
+    // No lens draws a Gaussian edge better than this: without noise, its tails must not become outliers.
+    const double perfect = 2e-3 * contrast_;
+    const double variance = std::max(scale_, 1.0 / 12 + perfect * perfect);
+    for (const EdgeSample& s : samples_) {
+        Block& b = blocks_[static_cast<std::size_t>(s.block)];
+        const double du = s.u - at.x, dv = s.v - at.y;
+        const double r = std::sqrt(du * du + dv * dv);
+        const double t = (at.size - r) * per_blur;
+        const auto [e, slope] = EdgeProfile::at(t);
+        const double g = slope * per_blur, per_r = r > 1e-9 ? g / r : 0;
+        Eigen::Matrix<double, 1, static_cast<int>(columns)> c;
+        c[0] = 1;
+        c[1] = e;
+        if constexpr (nuisances == 4) {
+            c[2] = du;
+            c[3] = dv;
+        }
+        double w = 1;
+        if (trim) {
+            double residual = s.value - b.ground[0] - b.ground[1] * e;
+            if constexpr (nuisances == 4) residual -= b.ground[2] * du + b.ground[3] * dv;
+            w = biweight(residual * residual, variance);
+            if (w < 0.5) b.trimmed += 1;
+        }
+        c[nuisances] = du * per_r;
+        c[nuisances + 1] = dv * per_r;
+        c[nuisances + 2] = g;
+        c[nuisances + 3] = -g * t;
+        c[value_column] = s.value;
+        c[value_column + 1] = 0;
+        b.weight += w;
+        b.coverage += w * g;
+        add_products(b.gram, c, w, std::make_index_sequence<value_column + 1>{});
+    }
+}
+
+// Eliminates gain, offset and plane: the remainder is the block's information on the outline.
+template <std::size_t nuisances>
+void EdgeFit::solve_block(Block& b, double spread_lost) const {
+    constexpr auto n = static_cast<int>(nuisances);
+    b.used = false;
+    if (b.weight < n + 3) return;
+    using Full = Eigen::Matrix<double, n + 5, n + 5>;
+    Full gram;
+    for (int i = 0; i < n + 5; ++i) {
+        for (int j = i; j < n + 5; ++j) {
+            gram(i, j) = gram(j, i) = b.gram(i, j);
+        }
+    }
+    const double spread = gram(1, 1) - gram(0, 1) * gram(0, 1) / gram(0, 0);
+    if (!(spread > 0.02 * b.weight)) return;  // only one side of the edge is in the picture
+    const Eigen::LLT<Eigen::Matrix<double, n, n>> llt{gram.template topLeftCorner<n, n>()};
+    if (llt.info() != Eigen::Success) return;
+    const Eigen::Matrix<double, n, 5> cross = gram.template topRightCorner<n, 5>();
+    const Eigen::Matrix<double, n, 5> solved = llt.solve(cross);
+    const Eigen::Matrix<double, 5, 5> schur =
+        gram.template bottomRightCorner<5, 5>() - cross.transpose() * solved;
+    for (int i = 0; i < n; ++i) b.ground[static_cast<std::size_t>(i)] = solved(i, 4);
+    const double gain = b.ground[1];
+    b.normal = gain * gain * schur.topLeftCorner<4, 4>();
+    b.score = gain * schur.block<4, 1>(0, 4);
+    b.variance = spread_lost * std::max(schur(4, 4), 0.0) / std::max(b.weight - n, 1.0);
+    b.used = true;
+}
+
+// Excludes blocks whose gain or residual differs from the others': they do not show the target's outline.
+void EdgeFit::choose_blocks() {
+    const auto median = [&](auto of) {
+        sorted_.clear();
+        for (const Block& b : blocks_) {
+            if (b.used) sorted_.push_back(of(b));
+        }
+        if (sorted_.empty()) return 0.0;
+        const auto middle = sorted_.begin() + static_cast<std::ptrdiff_t>(sorted_.size() / 2);
+        std::nth_element(sorted_.begin(), middle, sorted_.end());
+        return *middle;
+    };
+    contrast_ = median([](const Block& b) { return b.ground[1]; });
+    variance_ = median([](const Block& b) { return b.variance; });
+    for (Block& b : blocks_) {
+        const double ratio = b.ground[1] / contrast_;
+        b.used = b.used && ratio > 0.4 && ratio < 2.5 && b.variance <= 16 * variance_ + 1e-9;
+    }
+}
+
+template <std::size_t nuisances>
+EdgeFit::Pass EdgeFit::run(const Outline& at, bool trim) {
+    accumulate<nuisances>(at, trim);
+    for (Block& b : blocks_) solve_block<nuisances>(b, trim ? lost_by_biweight : 1.0);
+    choose_blocks();
+    Pass pass;
+    for (const Block& b : blocks_) {
+        if (!b.used) continue;
+        const double freedom = b.weight - static_cast<double>(nuisances);
+        pass.normal += b.normal;
+        pass.score += b.score;
+        pass.weight += freedom;
+        pass.variance += b.variance * freedom;
+    }
+    pass.variance = std::max(pass.variance / std::max(pass.weight, 1.0), 1e-4);
+    pass.normal /= pass.variance;
+    pass.score /= pass.variance;
+    return pass;
+}
+
+EdgeFitResult EdgeFit::fit(const Outline& start, const EdgePrior& prior, int blocks, Ground ground,
+                           int passes, double enough) {
+    blocks_.resize(static_cast<std::size_t>(blocks));
+    const Eigen::Vector4d theta0{start.x, start.y, start.size, start.blur};
+    const Eigen::Vector4d certainty =
+        Eigen::Vector4d{prior.x, prior.y, prior.size, prior.blur}.cwiseMax(1e-6).array().square().inverse();
+    Eigen::Vector4d theta = theta0;
+    EdgeFitResult result;
+    bool trim = false;
+    for (int count = 0; count < passes && !result.converged; ++count) {
+        const Outline at{theta[0], theta[1], theta[2], theta[3]};
+        Pass pass = ground == Ground::plane ? run<4>(at, trim) : run<2>(at, trim);
+        result.noise = std::sqrt(pass.variance);
+        result.contrast = contrast_;
+        const bool alike = prior.sign == 0 || result.noise < prior.roughest * prior.sign * contrast_;
+        if (!(pass.weight > 4) || !alike) return result;
+        pass.normal.diagonal() += certainty;
+        pass.score += certainty.cwiseProduct(theta0 - theta);
+        const Eigen::Matrix4d inverse = pass.normal.inverse();
+        const Eigen::Vector4d step = inverse * pass.score;
+        if (!step.allFinite()) return result;
+        const double far = std::hypot(step[0], step[1]);
+        // A scale that kept shrinking with the residuals would follow its own weights.
+        const bool settled = count > last_scale || (trim && pass.variance > 0.8 * scale_);
+        if (count <= last_scale) scale_ = variance_;
+        result.converged = settled && trim && far < (count > 5 ? std::max(loose, enough) : enough);
+        result.covariance = inverse.topLeftCorner<2, 2>();
+        theta.head<2>() += std::min(1.0, 2.0 / std::max(far, 1e-12)) * step.head<2>();
+        theta[2] += std::clamp(step[2], -0.5, 0.5);
+        theta[3] = std::clamp(theta[3] + std::clamp(step[3], -0.3 * theta[3], 0.4 * theta[3]), smallest_blur,
+                              largest_blur);
+        trim = far < 0.3;
+    }
+    result.outline = {theta[0], theta[1], theta[2], theta[3]};
+    if (result.converged) summarise(result);
+    return result;
+}
+
+// Disagreement of blocks beyond their noise and learned offset (a reflection, an object in front) is added to
+// the error.
+void EdgeFit::summarise(EdgeFitResult& result) const {
+    double disagreement = 0, count = 0, trimmed = 0;
+    for (const Block& b : blocks_) {
+        trimmed += b.trimmed;
+        if (!b.used || !(b.normal(2, 2) > 0)) continue;
+        const double off = b.score[2] / b.normal(2, 2) - b.habit;
+        const double known = b.habit_frames > 0 ? 1 + 1 / b.habit_frames : 1;
+        disagreement += off * off * b.normal(2, 2) / (result.noise * result.noise * known);
+        count += 1;
+        result.coverage += b.coverage;
+    }
+    if (count > 6) result.covariance *= std::max(1.0, disagreement / (count - 4));
+    result.trimmed = trimmed / static_cast<double>(samples_.size());
+}
+
+void EdgeFit::accept() {
+    for (Block& b : blocks_) {
+        if (!b.used || !(b.normal(2, 2) > 0)) continue;
+        b.habit_frames = std::min(b.habit_frames + 1, longest_memory);
+        b.habit += (b.score[2] / b.normal(2, 2) - b.habit) / b.habit_frames;
+    }
+}
+
+}  // namespace shaker::tracking

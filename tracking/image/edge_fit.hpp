@@ -1,0 +1,95 @@
+#pragma once
+// Least-squares fit of a blurred outline to raw pixels, used for discs, dots and rectangles.
+#include <Eigen/Core>
+#include <array>
+#include <vector>
+
+#include "tracking/image/pixels.hpp"
+
+namespace shaker::tracking {
+
+/// A pixel (or mean of pixels) near the outline. Samples of one block share gain and offset.
+struct EdgeSample {
+    double u = 0, v = 0;  // px, relative to the common centre plus the block's own shift
+    double value = 0;     // grey level
+    int block = 0;
+};
+
+/// The outline: r = hypot(u - x, v - y) = size. With v = y for all samples it is a slab of half-width `size`.
+struct Outline {
+    double x = 0, y = 0;
+    double size = 0;  // radius or half-width, px
+    double blur = 1;  // standard deviation of the edge, px; includes the pixel's own box
+};
+
+/// Prior: standard deviations about the starting outline, px; 0 fixes a quantity.
+struct EdgePrior {
+    double x = 1e6, y = 1e6, size = 1e6, blur = 1e6;
+    double sign = 0;        // of the contrast; 0: either sign, and any roughness
+    double roughest = 0.4;  // residual / contrast above which the fit is given up
+};
+
+struct EdgeFitResult {
+    Outline outline;
+    bool converged = false;
+    Eigen::Matrix2d covariance = Eigen::Matrix2d::Zero();  // of x, y
+    double contrast = 0;  // grey levels, inside minus outside, median over the blocks in use
+    double noise = 0;     // grey levels, rms of the residuals in use
+    double coverage = 0;  // outline in use, in weight of samples
+    double trimmed = 0;   // share of samples excluded as outliers
+};
+
+/// Model: I = offset_b + gain_b E(r - size; blur) [+ plane_b], with E(d; s) = Phi(-d/s) the Gaussian edge and
+/// b the block; Gauss-Newton on x, y, size, blur with Tukey's biweight. Gain, offset and plane are eliminated
+/// for each block, so uneven light causes no bias. Blocks and samples that do not fit are excluded. Scratch
+/// memory is kept: a second fit of the same size does not allocate.
+class EdgeFit {
+public:
+    enum class Ground { flat, plane };
+
+    std::vector<EdgeSample>& samples() noexcept { return samples_; }
+    /// Stops when a step is shorter than `enough` px (the error is then far smaller) or after `passes`
+    /// passes.
+    EdgeFitResult fit(const Outline& start, const EdgePrior& prior, int blocks, Ground ground,
+                      int passes = 14, double enough = 3e-3);
+    /// Confirms that the last fit was the target. Constant disagreement between blocks (print on the target)
+    /// is learned from such fits and no longer counted as error.
+    void accept();
+
+private:
+    // Columns of a block's normal equations: 1, E [, u, v] | d/dx, d/dy, d/dsize, d/dblur, value. Only the
+    // upper triangle is summed.
+    static constexpr int most_columns = 10;
+    struct Block {
+        Eigen::Matrix<double, most_columns, most_columns, Eigen::RowMajor> gram;
+        double weight = 0, trimmed = 0, coverage = 0;
+        std::array<double, 4> ground{};  // offset, gain, plane
+        double variance = 0;
+        bool used = false;
+        Eigen::Matrix4d normal;
+        Eigen::Vector4d score;
+        double habit = 0, habit_frames = 0;
+    };
+    struct Pass {
+        Eigen::Matrix4d normal = Eigen::Matrix4d::Zero();
+        Eigen::Vector4d score = Eigen::Vector4d::Zero();
+        double weight = 0, variance = 0;
+    };
+
+    template <std::size_t nuisances>
+    Pass run(const Outline& at, bool trim);
+    template <std::size_t nuisances>
+    void accumulate(const Outline& at, bool trim);
+    template <std::size_t nuisances>
+    void solve_block(Block& block, double spread_lost) const;
+    void choose_blocks();
+    void summarise(EdgeFitResult& result) const;
+
+    std::vector<EdgeSample> samples_;
+    std::vector<Block> blocks_;
+    std::vector<double> sorted_;
+    double variance_ = 0, scale_ = 0;  // of the residuals: now, and what weights are drawn from
+    double contrast_ = 0;
+};
+
+}  // namespace shaker::tracking
