@@ -84,7 +84,7 @@ std::vector<Command> bench_commands(BenchInstrument& bench) {
                         [&bench](scpi::Call& call) {
                             const auto state = bench.state();
                             if (state->devices.empty()) return no_device(call.reply);
-                        for (const DeviceReport& d : state->devices) {
+                            for (const DeviceReport& d : state->devices) {
                                 call.reply.string(d.device);
                                 call.reply.integer(static_cast<std::int64_t>(d.counts.taken));
                                 call.reply.integer(static_cast<std::int64_t>(d.counts.lost));

@@ -9,14 +9,20 @@
 
 namespace shaker::instrument {
 
-/// SOURce: requested motion of the base; OUTPut; CONTrol.
-std::vector<scpi::Command> drive_commands(BenchInstrument& bench);
+/// SOURce: requested motion of the base, and the predicted demands of that motion.
+std::vector<scpi::Command> source_commands(BenchInstrument& bench);
+/// OUTPut: drive on and off, protection.
+std::vector<scpi::Command> output_commands(BenchInstrument& bench);
+/// CONTrol: identification and the loop; FETCh:ACCeleration:HARMonics?.
+std::vector<scpi::Command> control_commands(BenchInstrument& bench);
 /// SOURce: FUNCtion, HARMonic and ARBitrary, the shape of one period.
 std::vector<scpi::Command> shape_commands(BenchInstrument& bench);
 /// INITiate, TRIGger, READ, MEASure: start of a measurement.
 std::vector<scpi::Command> read_commands(BenchInstrument& bench);
-/// FETCh, AVERage, RECord: results.
-std::vector<scpi::Command> measure_commands(BenchInstrument& bench);
+/// FETCh: results of the newest measurement.
+std::vector<scpi::Command> fetch_commands(BenchInstrument& bench);
+/// AVERage: periods of the next measurement; RECord: its recording.
+std::vector<scpi::Command> record_commands(BenchInstrument& bench);
 /// SENSe: properties of the sensors; STReam and MMEMory: addresses of live streams and recordings.
 std::vector<scpi::Command> sense_commands(BenchInstrument& bench);
 /// LIMit, SYSTem, DIAGnostic.
@@ -27,8 +33,8 @@ std::vector<scpi::Command> command_table(BenchInstrument& bench);
 
 /// The newest result, for FETCh:DRIFt? and READ?; Error -230 when there is none.
 std::shared_ptr<const reduction::Reduction> result_of(const service::BenchState& state);
-void tell_drift(const service::BenchState& state, scpi::Reply& reply);
+void reply_drift(const service::BenchState& state, scpi::Reply& reply);
 /// The same without a result: NaN, NaN, NaN, 0 periods, not measuring.
-void tell_no_drift(scpi::Reply& reply);
+void reply_no_drift(scpi::Reply& reply);
 
 }  // namespace shaker::instrument

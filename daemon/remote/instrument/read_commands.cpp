@@ -33,13 +33,13 @@ public:
         return state->measured_from_s >= from_s_ || (!bench_.pending() && !driving(state->state));
     }
 
-    void tell(scpi::Reply& reply) const {
+    void reply(scpi::Reply& reply) const {
         const auto state = bench_.state();
         if (!(state->measured_from_s >= from_s_))
             throw scpi::Error{scpi::Code::stale_data,
                               state->trip ? "READ?: stopped: " + text(*state->trip)
                                           : "READ?: the run ended before a measurement was complete"};
-        tell_drift(*state, reply);
+        reply_drift(*state, reply);
     }
 
 private:
@@ -58,7 +58,7 @@ void read(BenchInstrument& bench, scpi::Call& call) {
     if (!driving(state->state) || state->state == run::RunState::ramp_down)
         bench.order(call.session, bench.next());
     const auto next = std::make_shared<NextMeasurement>(bench);
-    call.session.pause({[next] { return next->over(); }, [next](scpi::Reply& reply) { next->tell(reply); }});
+    call.session.pause({[next] { return next->over(); }, [next](scpi::Reply& reply) { next->reply(reply); }});
 }
 
 void measure(BenchInstrument& bench, scpi::Call& call) {
@@ -78,7 +78,7 @@ std::shared_ptr<const reduction::Reduction> result_of(const service::BenchState&
                       state.not_reduced.empty() ? "no measurement is complete yet" : state.not_reduced};
 }
 
-void tell_drift(const service::BenchState& state, scpi::Reply& reply) {
+void reply_drift(const service::BenchState& state, scpi::Reply& reply) {
     const auto r = result_of(state);
     reply.number(r->v_D.value);
     reply.number(r->v_D.sigma);
@@ -87,7 +87,7 @@ void tell_drift(const service::BenchState& state, scpi::Reply& reply) {
     reply.boolean(state.measuring);
 }
 
-void tell_no_drift(scpi::Reply& reply) {
+void reply_no_drift(scpi::Reply& reply) {
     scpi::nans<3>(reply);
     reply.integer(0);
     reply.boolean(false);
@@ -129,7 +129,7 @@ std::vector<Command> read_commands(BenchInstrument& bench) {
                             call.session.require_control();
                             read(bench, call);
                         },
-                    .without = tell_no_drift});
+                    .without = reply_no_drift});
     rows.push_back({.header = "MEASure[:DRIFt]",
                     .query =
                         [&bench](scpi::Call& call) {
@@ -138,7 +138,7 @@ std::vector<Command> read_commands(BenchInstrument& bench) {
                         },
                     .query_parameters = {given("HZ", l.frequency), given("M/S2", l.gamma), given("", l.rho),
                                          given("RAD", l.phi)},
-                    .without = tell_no_drift});
+                    .without = reply_no_drift});
     return rows;
 }
 

@@ -24,28 +24,28 @@ constexpr std::uintmax_t largest_file =
     scpi::Session::output_limit - 64;      // bytes, largest answer of MMEMory:DATA?
 constexpr std::size_t before_cameras = 2;  // DAC and accelerometer, before the cameras in the reports
 
-template <class Tell>
-Command accelerometer_row(BenchInstrument& bench, const char* what, Tell tell,
+template <class Answer>
+Command accelerometer_row(BenchInstrument& bench, const char* what, Answer answer,
                           scpi::Placeholder without = scpi::nans<1>) {
-    return {
-        .header = std::string{"SENSe:ACCeleration:"} + what,
-        .query = [&bench, tell](scpi::Call& call) { tell(bench.state()->facts->accelerometer, call.reply); },
-        .without = without};
+    return {.header = std::string{"SENSe:ACCeleration:"} + what,
+            .query = [&bench,
+                      answer](scpi::Call& call) { answer(bench.state()->facts->accelerometer, call.reply); },
+            .without = without};
 }
 
-template <class Tell>
-Command camera_row(BenchInstrument& bench, const char* what, Tell tell,
+template <class Answer>
+Command camera_row(BenchInstrument& bench, const char* what, Answer answer,
                    scpi::Placeholder without = scpi::nans<1>) {
     return {.header = std::string{"SENSe:CAMera<1..4>:"} + what,
             .query =
-                [&bench, tell](scpi::Call& call) {
+                [&bench, answer](scpi::Call& call) {
                     const auto state = bench.state();
                     const auto& views = state->facts->views;
                     if (call.suffixes[0] > views.size())
                         throw scpi::Error{
                             scpi::Code::hardware_missing,
                             fmt::format("camera {}: there are {}", call.suffixes[0], views.size())};
-                    tell(*state, call.suffixes[0] - 1U, call.reply);
+                    answer(*state, call.suffixes[0] - 1U, call.reply);
                 },
             .without = without};
 }

@@ -1,0 +1,76 @@
+#include <algorithm>
+#include <limits>
+
+#include "daemon/remote/instrument/commands.hpp"
+#include "daemon/remote/scpi/data/error.hpp"
+#include "daemon/remote/scpi/data/reply.hpp"
+#include "daemon/remote/scpi/session.hpp"
+
+namespace shaker::instrument {
+
+namespace {
+
+using scpi::Command;
+
+void output(BenchInstrument& bench, scpi::Call& call) {
+    const bool on = call.arguments[0].on;
+    const auto state = bench.state();
+    const bool is_on = driving(state->state) && state->state != run::RunState::ramp_down;
+    if (on && state->state == run::RunState::tripped)
+        throw scpi::Error{scpi::Code::settings_conflict, "OUTPut ON while stopped: " + text(*state->trip)};
+    bench.armed = false;
+    if (on == is_on && !bench.pending()) return;
+    if (on)
+        bench.order(call.session, bench.next());
+    else
+        bench.order(call.session, service::End{});
+}
+
+}  // namespace
+
+std::vector<Command> output_commands(BenchInstrument& bench) {
+    std::vector<Command> rows;
+    for (const char* way : {"UP", "DOWN"})
+        rows.push_back({.header = std::string{"OUTPut:RAMP:"} + way, .query = [&bench](scpi::Call& call) {
+                            call.reply.number(bench.state()->facts->soft_start_periods /
+                                              bench.pending_orders().drive().frequency);
+                        }});
+    rows.push_back({.header = "OUTPut[:STATe]",
+                    .parameters = {scpi::boolean()},
+                    .set = [&bench](scpi::Call& call) { output(bench, call); },
+                    .query =
+                        [&bench](scpi::Call& call) {
+                            const run::RunState s = bench.state()->state;
+                            call.reply.boolean(driving(s) && s != run::RunState::ramp_down);
+                        },
+                    .guarded = true});
+    rows.push_back({.header = "OUTPut:PROTection:TRIPped", .query = [&bench](scpi::Call& call) {
+                        call.reply.boolean(bench.state()->state == run::RunState::tripped);
+                    }});
+    rows.push_back({.header = "OUTPut:PROTection:CAUSe",
+                    .query =
+                        [&bench](scpi::Call& call) {
+                            const auto s = bench.state();
+                            call.reply.string(s->trip ? text(*s->trip) : std::string{});
+                        },
+                    .without = scpi::empty_string});
+    rows.push_back({.header = "OUTPut:PROTection:CLEar",
+                    .set = [&bench](scpi::Call& call) { bench.order(call.session, service::ClearTrip{}); },
+                    .guarded = true});
+    rows.push_back(
+        {.header = "OUTPut:PROTection:LEVel",
+         .parameters = {scpi::number("V", 0, std::numeric_limits<double>::max())},
+         .set =
+             [&bench](scpi::Call& call) {
+                 safety::Limits limits = bench.pending_orders().limits();
+                 limits.drive.abort = call.arguments[0].number;
+                 limits.drive.warn = std::min(limits.drive.warn, limits.drive.abort);
+                 bench.order(call.session, service::LowerLimits{limits});
+             },
+         .query =
+             [&bench](scpi::Call& call) { call.reply.number(bench.pending_orders().limits().drive.abort); },
+         .guarded = true});
+    return rows;
+}
+
+}  // namespace shaker::instrument

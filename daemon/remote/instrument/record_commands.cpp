@@ -1,0 +1,81 @@
+#include <array>
+
+#include "daemon/remote/instrument/commands.hpp"
+#include "daemon/remote/scpi/data/error.hpp"
+#include "daemon/remote/scpi/data/reply.hpp"
+#include "daemon/remote/scpi/session.hpp"
+#include "daemon/run/run_settings.hpp"
+
+namespace shaker::instrument {
+
+namespace {
+
+using scpi::Command;
+
+void record(BenchInstrument& bench, scpi::Call& call, bool on, std::string name) {
+    const auto state = bench.state();
+    bench.order(call.session, service::Record{on, std::move(name), state->pictures});
+}
+
+void keep_pictures(BenchInstrument& bench, scpi::Call& call) {
+    const auto state = bench.state();
+    bench.order(call.session, service::Record{state->record, state->record_name,
+                                              static_cast<recorded::KeptPictures>(call.arguments[0].word)});
+}
+
+}  // namespace
+
+std::vector<Command> record_commands(BenchInstrument& bench) {
+    std::vector<Command> rows;
+    rows.push_back({.header = "AVERage:SETTle",
+                    .parameters = {scpi::or_word("AUTO", scpi::integer(1, most_settle_periods))},
+                    .set =
+                        [&bench](scpi::Call& call) {
+                            const scpi::Argument& a = call.arguments[0];
+                            bench.settle = a.word == 0 ? 0 : static_cast<int>(a.number);
+                        },
+                    .query =
+                        [&bench](scpi::Call& call) {
+                            const int settle = bench.next().settle;
+                            if (settle == 0) return call.reply.word("AUTO");
+                            call.reply.integer(settle);
+                        },
+                    .guarded = true});
+    rows.push_back(
+        {.header = "AVERage:PERiods",
+         .parameters = {scpi::integer(2, most_periods, run::RunOptions{}.periods)},
+         .set = [&bench](scpi::Call& call) { bench.periods = static_cast<int>(call.arguments[0].number); },
+         .query = [&bench](scpi::Call& call) { call.reply.integer(bench.next().periods); },
+         .guarded = true});
+    rows.push_back({.header = "RECord[:STATe]",
+                    .parameters = {scpi::boolean(), scpi::optional(scpi::string(64))},
+                    .set =
+                        [&bench](scpi::Call& call) {
+                            const auto a = call.arguments;
+                            record(bench, call, a[0].on, a[1].given ? std::string{a[1].text} : std::string{});
+                        },
+                    .query = [&bench](scpi::Call& call) { call.reply.boolean(bench.state()->record); },
+                    .guarded = true});
+    rows.push_back({.header = "RECord:NOTE",
+                    .parameters = {scpi::string(service::Remark::longest)},
+                    .set =
+                        [&bench](scpi::Call& call) {
+                            bench.order(call.session, service::Remark{std::string{call.arguments[0].text}});
+                        },
+                    .guarded = true});
+    rows.push_back({.header = "RECord:NAME",
+                    .query = [&bench](scpi::Call& call) { call.reply.string(bench.state()->recording.name); },
+                    .without = scpi::empty_string});
+    rows.push_back({.header = "RECord:RAW:CAMera",
+                    .parameters = {scpi::choice("OFF|REGion|FULL")},
+                    .set = [&bench](scpi::Call& call) { keep_pictures(bench, call); },
+                    .query =
+                        [&bench](scpi::Call& call) {
+                            constexpr std::array words{"OFF", "REG", "FULL"};
+                            call.reply.word(words.at(static_cast<std::size_t>(bench.state()->pictures)));
+                        },
+                    .guarded = true});
+    return rows;
+}
+
+}  // namespace shaker::instrument
