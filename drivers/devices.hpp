@@ -8,6 +8,7 @@
 #include <memory>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "drivers/data.hpp"
@@ -108,6 +109,18 @@ public:
     virtual void stop() noexcept = 0;
 };
 
+/// What the operator should check when a device fails a test, in the words of its kind. One question or
+/// clause each, without a full stop.
+struct DeviceAdvice {
+    std::string_view silent = "is it connected and switched on?";  // no data arrived
+    std::string_view rate_off = "is its clock good?";              // no crystal is that far off
+    bool operator==(const DeviceAdvice&) const = default;
+};
+struct RigAdvice {
+    DeviceAdvice dac{}, accelerometer{};
+    std::vector<DeviceAdvice> cameras{};  // in the order of Rig::cameras; may be shorter
+};
+
 /// Owner of the devices of a bench. Footage of other laboratories has no Dac; a rig for tracking only has
 /// no accelerometer.
 struct Rig {
@@ -115,6 +128,7 @@ struct Rig {
     std::unique_ptr<Dac> dac;
     std::unique_ptr<Accelerometer> accelerometer;
     std::vector<std::unique_ptr<Camera>> cameras;
+    RigAdvice advice{};
 };
 
 }  // namespace shaker

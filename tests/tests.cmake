@@ -161,6 +161,7 @@ endif()
 
 add_test(NAME tally COMMAND ${PROJECT_SOURCE_DIR}/tests/support/tally_test)
 add_test(NAME include_order COMMAND ${PROJECT_SOURCE_DIR}/tests/include_order ${PROJECT_SOURCE_DIR})
+add_test(NAME sizes COMMAND ${PROJECT_SOURCE_DIR}/tests/sizes ${PROJECT_SOURCE_DIR})
 add_test(NAME requirements COMMAND ${PROJECT_SOURCE_DIR}/tests/requirements ${PROJECT_SOURCE_DIR})
 add_test(NAME tick_times COMMAND ${PROJECT_SOURCE_DIR}/tests/tick_times ${PROJECT_SOURCE_DIR})
 add_test(NAME plain_words COMMAND ${PROJECT_SOURCE_DIR}/tests/plain_words ${PROJECT_SOURCE_DIR})
@@ -177,10 +178,13 @@ add_dependencies(long_tests shakerd)
 
 # One program a bench: tests/bench/<name>.cpp; tests/bench/run starts them.
 file(GLOB benches CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/tests/bench/*.cpp)
+list(FILTER benches EXCLUDE REGEX "/table\\.cpp$")
+add_library(bench_table OBJECT ${PROJECT_SOURCE_DIR}/tests/bench/table.cpp)
+target_include_directories(bench_table PUBLIC ${PROJECT_SOURCE_DIR})
 foreach(source ${benches})
   get_filename_component(name ${source} NAME_WE)
   add_executable(bench_${name} ${source})
-  target_link_libraries(bench_${name} PRIVATE test_support benchmark::benchmark)
+  target_link_libraries(bench_${name} PRIVATE bench_table test_support benchmark::benchmark)
   if(name MATCHES "kills|power_cuts|disk_faults|remote")  # of the whole program
     add_dependencies(bench_${name} shakerd)
   endif()

@@ -29,21 +29,32 @@ void Timebase::add(const PlayTime& played) noexcept {
     } else {
         dac_.add(played.tick, played.heard);
     }
+    for (Timebase& recording : recording_) recording.add(played);
 }
 
 void Timebase::add(const AccelBlock& block) noexcept {
     ++blocks_;
     accelerometer_.add({block.first.n + block.size - 1}, block.arrived);
+    for (Timebase& recording : recording_) recording.add(block);
 }
 
-void Timebase::add(std::size_t camera, const FrameStamp& frame) {
+void Timebase::add(std::size_t camera, const FrameStamp& frame, FrameTime time) {
     ++cameras_.at(camera).stamps;
-    cameras_[camera].clock.add(frame);
+    if (time == FrameTime::frame)
+        cameras_[camera].clock.count(frame);
+    else
+        cameras_[camera].clock.add(frame);
+    for (Timebase& recording : recording_)
+        recording.add(camera, frame, time == FrameTime::all_stamps ? time : FrameTime::frame);
 }
 
-void Timebase::add_told(std::size_t camera, const FrameStamp& frame) {
-    ++cameras_.at(camera).stamps;
-    cameras_[camera].clock.count(frame);
+void Timebase::begin_recording() { recording_.assign(1, Timebase{devices_}); }
+
+Timebase Timebase::end_recording() {
+    Timebase recorded = this->recorded();
+    recording_.clear();
+    recorded.recording_.clear();
+    return recorded;
 }
 
 MasterTime Timebase::at(AccelTick tick) const noexcept {

@@ -41,7 +41,9 @@ struct ClockFit {
 ///
 /// Stamps can only be late. The shortest delay of a device's stamps stays in its map: no stamp shows it.
 /// Without a DAC (footage of others) an accelerometer's ticks are counted from first_sample_s.
-/// One thread.
+///
+/// A recording holds the stamps since its begin. Between begin_recording() and end_recording() the same
+/// stamps also give recorded(), the time base that a replay of the recording will have. One thread.
 class Timebase {
 public:
     Timebase() : Timebase{TimebaseDevices{}} {}
@@ -51,10 +53,22 @@ public:
     void add(const PlayTime& played) noexcept;
     /// A block arrives when its last sample has been taken.
     void add(const AccelBlock& block) noexcept;
-    /// The next frame whose mid-exposure is to be found. Its number is the count of such frames before it.
-    void add(std::size_t camera, const FrameStamp& frame);
-    /// A frame whose mid-exposure was told with it: it shows the camera's rate only.
-    void add_told(std::size_t camera, const FrameStamp& frame);
+    /// Source of the mid-exposure of a frame.
+    enum class FrameTime {
+        all_stamps,     // of the run, when it is over
+        stamps_so_far,  // for good: a recording holds the time with the frame
+        frame           // carries it: its stamp shows the rate of the camera only
+    };
+    /// The next frame. Frames that do not carry their time are numbered from 0 for mid_exposure().
+    void add(std::size_t camera, const FrameStamp& frame, FrameTime time = FrameTime::all_stamps);
+
+    void begin_recording();
+    /// By the stamps since begin_recording(); outside of a recording by all.
+    [[nodiscard]] const Timebase& recorded() const noexcept {
+        return recording_.empty() ? *this : recording_.front();
+    }
+    /// Returns recorded().
+    Timebase end_recording();
 
     /// The DAC's clock is known.
     [[nodiscard]] bool dac_ready() const noexcept { return dac_.map().has_value(); }
@@ -97,6 +111,7 @@ private:
     ClockTracker<AccelerometerClock> accelerometer_;
     std::vector<FrameClock> cameras_;
     std::size_t plays_ = 0, blocks_ = 0, underruns_ = 0;
+    std::vector<Timebase> recording_;  // one, or none outside of a recording
 };
 
 }  // namespace shaker::calibration

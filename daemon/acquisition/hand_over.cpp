@@ -23,6 +23,7 @@ std::vector<T> end_of(const std::vector<T>& list, Before before) {
 
 Streams hand_over(Streams& streams, double keep_from_s) {
     Streams all = std::move(streams);
+    calibration::Timebase recorded = all.timebase.end_recording();
     const double from_tick = keep_from_s * all.dac_rate_hz;
     const double newest = all.blocks.empty() ? 0 : static_cast<double>(all.blocks.back().first.n);
     const double age_s =
@@ -43,13 +44,13 @@ Streams hand_over(Streams& streams, double keep_from_s) {
         .cameras = all.cameras,
         .tracks = {},
         .timebase = all.timebase,
-        .timebase_since = {},
         .blocks_lost = all.blocks_lost,
         .frames_lost = all.frames_lost,
         .frames = all.frames,
         .dropped = all.dropped};
     if (rest.changes.size() < all.changes.size())  // the drive in force then
         rest.changes.insert(rest.changes.begin(), *(all.changes.end() - std::ssize(rest.changes) - 1));
+    for (CameraStream& c : rest.cameras) c.untimed.clear();
     rest.dropped.blocks += all.blocks.size() - rest.blocks.size();
     rest.dropped.played += all.played.size() - rest.played.size();
     rest.dropped.changes += all.changes.size() - rest.changes.size();
@@ -60,10 +61,7 @@ Streams hand_over(Streams& streams, double keep_from_s) {
         end.dropped = t.dropped + t.tracks.size() - end.tracks.size();
         rest.tracks.push_back(std::move(end));
     }
-    if (all.timebase_since) {
-        all.timebase = std::move(*all.timebase_since);
-        all.timebase_since.reset();
-    }
+    all.timebase = std::move(recorded);
     streams = std::move(rest);
     return all;
 }

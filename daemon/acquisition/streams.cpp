@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
+#include <span>
 
 #include "calibration/camera/camera_scale.hpp"
 #include "drivers/errors.hpp"
@@ -13,12 +15,38 @@ namespace {
 
 constexpr double allowance_s = 1;
 
+/// A part of master time, s.
+struct Part {
+    double from_s, to_s;
+};
+
+/// The part with all data around it that the reduction may read: the accelerometer's clock is uncertain, and
+/// is placed within half a period by the common motion. Longer than that, and a second more.
+Part read_around(const Part& part, double frequency_hz, double clock_uncertainty_s) {
+    constexpr double rate_error = 1e-3;  // largest relative error of the accelerometer's clock
+    const double margin_s =
+        1 + clock_uncertainty_s + 2 / frequency_hz + rate_error * (part.to_s - part.from_s);
+    return {part.from_s - margin_s, part.to_s + margin_s};
+}
+
+/// Iterators to the elements in the part. Searches from the end: the part that a live run measures is there.
+/// Elements without a time (NaN) belong to their neighbours.
+template <class T, class Time>
+std::span<const T> within(const std::vector<T>& list, const Part& part, Time time_s) {
+    auto end = list.end();
+    while (end != list.begin() && time_s(*std::prev(end)) > part.to_s) --end;
+    auto begin = end;
+    while (begin != list.begin() && !(time_s(*std::prev(begin)) < part.from_s)) --begin;
+    return {begin, end};
+}
+
 // Losses count in the part that is reduced; positions are cut to it by the reduction.
-reduction::MotionSeries series_of(const TargetTrack& t, double from_s, double to_s) {
+reduction::MotionSeries series_of(const TargetTrack& t, const Part& read, double from_s, double to_s) {
     reduction::MotionSeries s;
     s.view = t.camera;
-    for (std::vector<double>* list : {&s.t_s, &s.x_m, &s.sd_m}) list->reserve(t.tracks.size());
-    for (const tracking::Track& k : t.tracks) {
+    const auto tracks = within(t.tracks, read, [](const tracking::Track& k) { return seconds(k.time); });
+    for (std::vector<double>* list : {&s.t_s, &s.x_m, &s.sd_m}) list->reserve(tracks.size());
+    for (const tracking::Track& k : tracks) {
         s.stream_from_s = std::min(s.stream_from_s, seconds(k.time));
         s.stream_to_s = std::max(s.stream_to_s, seconds(k.time));
         if (!std::isfinite(seconds(k.time))) continue;
@@ -33,16 +61,18 @@ reduction::MotionSeries series_of(const TargetTrack& t, double from_s, double to
     return s;
 }
 
-reduction::AccelSeries accelerations_of(const Streams& streams) {
+reduction::AccelSeries accelerations_of(const Streams& streams, const Part& read) {
     reduction::AccelSeries s;
     s.clock_uncertainty_s = streams.accelerometer.clock_uncertainty_s;
     s.shaker_axis = streams.accelerometer.shaker_axis;
-    const calibration::Timebase& timebase = own_timebase(streams);
+    const calibration::Timebase& timebase = streams.timebase.recorded();
+    const auto blocks =
+        within(streams.blocks, read, [&](const AccelBlock& b) { return seconds(timebase.at(b.first)); });
     std::size_t samples = 0;
-    for (const AccelBlock& b : streams.blocks) samples += static_cast<std::size_t>(b.size);
+    for (const AccelBlock& b : blocks) samples += static_cast<std::size_t>(b.size);
     s.t_s.reserve(samples);
     s.a_mps2.reserve(samples);
-    for (const AccelBlock& b : streams.blocks) {
+    for (const AccelBlock& b : blocks) {
         for (int i = 0; i < b.size; ++i) {
             s.t_s.push_back(seconds(timebase.at(AccelTick{b.first.n + i})));
             s.a_mps2.push_back(streams.accelerometer.acceleration(b.counts[static_cast<std::size_t>(i)]));
@@ -100,7 +130,8 @@ void forget(Streams& streams) {
     streams.dropped.changes += drop(streams.changes, 1);
     streams.dropped.blocks += drop(streams.blocks, 0);
     for (TargetTrack& t : streams.tracks) t.dropped += drop(t.tracks, 0);
-    streams.timebase_since = empty_timebase(streams);
+    for (CameraStream& c : streams.cameras) c.untimed.clear();
+    streams.timebase.begin_recording();
 }
 
 Streams empty_streams(const Rig& rig) {
@@ -129,33 +160,24 @@ calibration::Timebase empty_timebase(const Streams& streams) {
     return calibration::Timebase{devices};
 }
 
-const calibration::Timebase& own_timebase(const Streams& streams) {
-    return streams.timebase_since ? *streams.timebase_since : streams.timebase;
-}
-
 void add(Streams& streams, const PlayTime& played) {
     streams.played.push_back(played);
     streams.timebase.add(played);
-    if (streams.timebase_since) streams.timebase_since->add(played);
 }
 
 void add(Streams& streams, const AccelBlock& block) {
     streams.blocks.push_back(block);
     streams.timebase.add(block);
-    if (streams.timebase_since) streams.timebase_since->add(block);
 }
 
 MasterTime add_stamps(Streams& streams, std::size_t camera, const Frame& frame, bool final) {
     const calibration::FrameStamp stamp{frame.tick, frame.stamp, frame.arrived};
-    const bool told = frame.mid_exposure.has_value();
-    // A recording holds a final time as if the frame had carried it; its stamps are then not evaluated again.
-    if (streams.timebase_since && (told || final)) streams.timebase_since->add_told(camera, stamp);
-    if (streams.timebase_since && !told && !final) streams.timebase_since->add(camera, stamp);
-    if (told) {
-        streams.timebase.add_told(camera, stamp);
+    using FrameTime = calibration::Timebase::FrameTime;
+    if (frame.mid_exposure) {
+        streams.timebase.add(camera, stamp, FrameTime::frame);
         return *frame.mid_exposure;
     }
-    streams.timebase.add(camera, stamp);
+    streams.timebase.add(camera, stamp, final ? FrameTime::stamps_so_far : FrameTime::all_stamps);
     return streams.timebase.mid_exposure(camera, streams.timebase.frames(camera) - 1, stamp);
 }
 
@@ -236,10 +258,11 @@ reduction::Measurement measurement_of(const Streams& streams, double frequency_h
     m.frequency_is_exact = !streams.played.empty();
     m.from_s = from_s;
     m.to_s = to_s;
-    m.accelerometer = accelerations_of(streams);
+    const Part read = read_around({from_s, to_s}, frequency_hz, streams.accelerometer.clock_uncertainty_s);
+    m.accelerometer = accelerations_of(streams, read);
     for (const TargetTrack& t : streams.tracks) {
-        if (t.target.name == "walker") m.walkers.push_back(series_of(t, from_s, to_s));
-        if (t.target.name == "base") m.bases.push_back(series_of(t, from_s, to_s));
+        if (t.target.name == "walker") m.walkers.push_back(series_of(t, read, from_s, to_s));
+        if (t.target.name == "base") m.bases.push_back(series_of(t, read, from_s, to_s));
     }
     return m;
 }

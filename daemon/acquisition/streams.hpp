@@ -42,10 +42,7 @@ struct Streams {
     double dac_rate_hz = 0;
     std::vector<CameraStream> cameras;
     std::vector<TargetTrack> tracks;
-    calibration::Timebase timebase{};  // of all stamps since the devices were opened
-    /// Of the stamps since forget() alone: the clocks as a recording of these streams has them. Empty:
-    /// nothing was forgotten.
-    std::optional<calibration::Timebase> timebase_since{};
+    calibration::Timebase timebase{};  // by all stamps; recorded(): by those since forget()
     std::uint64_t blocks_lost = 0, frames_lost = 0, frames = 0;
     /// From the front of each list by drop_before().
     struct Dropped {
@@ -65,9 +62,6 @@ void forget(Streams& streams);
 
 /// A time base for the devices of these streams that has no stamps yet.
 calibration::Timebase empty_timebase(const Streams& streams);
-
-/// The clocks as the stamps of these streams alone show them: a recording of the streams gives the same.
-const calibration::Timebase& own_timebase(const Streams& streams);
 
 /// Data enter the streams and their time base together, live and from a recording.
 void add(Streams& streams, const PlayTime& played);
@@ -97,7 +91,8 @@ std::vector<std::string> notes_on(const Streams& streams);
 /// What a reduction needs. Accelerometer stamps of a live run are put on master time by the arrival stamps
 /// (good to a fraction of a period; the reduction finds the rest from the common motion); a recorded
 /// session's stay on the sensor's own clock. Targets named "walker" and "base" are used; frames where they
-/// are lost are left out and counted.
+/// are lost are left out and counted. Holds the data of the part and some seconds around it, as much as the
+/// reduction reads: the cost does not grow with the length of the streams.
 reduction::Measurement measurement_of(const Streams& streams, double frequency_hz, double from_s,
                                       double to_s);
 

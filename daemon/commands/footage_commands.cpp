@@ -16,7 +16,7 @@
 #include "daemon/report/results.hpp"
 #include "drivers/errors.hpp"
 #include "drivers/footage/lab_session.hpp"
-#include "drivers/region_camera.hpp"
+#include "daemon/bench/region_camera.hpp"
 
 namespace shaker::commands {
 
@@ -150,7 +150,7 @@ void reduce_session(const ReduceOptions& options) {
     header.frequency_hz = session.description.drive->frequency_hz;
     header.dac.rate_hz = 0;
     header.accelerometer = session.rig.accelerometer->info();
-    if (options.pictures == recorded::KeptPictures::region && !options.out.empty()) take_regions(session.rig);
+    if (options.pictures == recorded::KeptPictures::region && !options.out.empty()) bench::take_regions(session.rig);
     for (const auto& camera : session.rig.cameras) header.views.push_back(camera->view());
     header.pictures = options.pictures;
     recording::lay_out(header, false);

@@ -38,6 +38,10 @@ void Reload::read() {
         const auto now = bench_port_.state();
         bench_port_.tell(now ? now->now_s : 0, "settings", text);
     };
+    if (const auto now = bench_port_.state(); now && driving(now->state))
+        return tell(
+            fmt::format("nothing was reloaded: the settings cannot change in state {}; stop the drive first",
+                        name(now->state)));
     try {
         const ServeSettings now = serve_settings(options_);
         require_same(now);

@@ -13,10 +13,10 @@ public:
            service::BenchPort& bench_port, remote::Server& server)
         : options_{options}, settings_{settings}, bench_{bench}, bench_port_{bench_port}, server_{server} {}
 
-    /// Reads the files and orders what they say of drive, periods, limits, token, names and page. The desk's
-    /// log says what became of it: refused while something is driven, for anything wrong in the files, and
-    /// for what needs a start of the daemon (rig, scene, address, ports, folder of recordings, pictures,
-    /// identification, closed loop, mains). Never throws.
+    /// Reads the files and orders their drive, periods, limits, token, names and page. The log of the bench
+    /// reports the outcome. Refused while the bench is driven, without reading any file; for any error in the
+    /// files; and for a change that needs a restart of the daemon (rig, scene, address, ports, folder of
+    /// recordings, pictures, identification, closed loop, mains). Never throws.
     void read();
 
 private:

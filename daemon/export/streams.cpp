@@ -10,6 +10,7 @@
 #include "calibration/clocks/timebase.hpp"
 #include "drivers/errors.hpp"
 #include "drivers/recorded/played_drive.hpp"
+#include "drivers/recorded/raw_columns.hpp"
 #include "drivers/ticks.hpp"
 
 namespace shaker::exporting {
@@ -19,7 +20,16 @@ namespace {
 using Numbers = std::vector<double>;
 using Integers = std::vector<std::int64_t>;
 
+namespace raw = recorded::raw;
+
 constexpr std::size_t rows_at_once = 65536;
+
+// A column of the schema, under the name that a table of its stream has for it.
+ExportColumn stored(const recorded::RawColumn& column, std::string name) {
+    if (column.type == recorded::RawColumn::Type::float64) return {std::move(name), column.units, Numbers{}};
+    return {std::move(name), column.units, Integers{}};
+}
+ExportColumn stored(const recorded::RawColumn& column) { return stored(column, column.name); }
 
 // Master time of accelerometer samples.
 class SampleTimes {
@@ -122,8 +132,8 @@ ExportTable accelerometer_table(const recorded::RecordingReader& file) {
     for (const char axis : {'x', 'y', 'z'})
         headings.push_back({fmt::format("a_{}", axis), "m/s^2", Numbers{}});
     for (const char axis : {'x', 'y', 'z'})
-        headings.push_back({fmt::format("counts_{}", axis), "count", Integers{}});
-    headings.push_back({"quality", "1", Integers{}});
+        headings.push_back(stored(raw::counts, fmt::format("{}_{}", raw::counts.name, axis)));
+    headings.push_back(stored(raw::block_quality, "quality"));
     return {"accelerometer", headings,
             [&file, state = std::shared_ptr<State>{}](std::vector<ExportColumn>& columns) mutable {
                 if (!state) {
@@ -159,13 +169,11 @@ ExportTable drive_table(const recorded::RecordingReader& file) {
 }
 
 ExportTable changes_table(const recorded::RecordingReader& file) {
-    std::vector<ExportColumn> headings{{"first_tick", "1", Integers{}},
-                                       {"ramp_samples", "1", Integers{}},
-                                       {"stop_samples", "1", Integers{}},
-                                       {"frequency", "Hz", Numbers{}}};
+    std::vector<ExportColumn> headings{stored(raw::first_tick), stored(raw::ramp_samples),
+                                       stored(raw::stop_samples), stored(raw::frequency)};
     for (int q = 1; q <= max_harmonics; ++q) {
-        headings.push_back({fmt::format("re_{}", q), "V", Numbers{}});
-        headings.push_back({fmt::format("im_{}", q), "V", Numbers{}});
+        headings.push_back(stored(raw::harmonics_re, fmt::format("re_{}", q)));
+        headings.push_back(stored(raw::harmonics_im, fmt::format("im_{}", q)));
     }
     return at_once("changes", std::move(headings), [&file](std::vector<ExportColumn>& columns) {
         for (const DriveChange& c : file.changes()) {
@@ -182,25 +190,22 @@ ExportTable changes_table(const recorded::RecordingReader& file) {
 }
 
 ExportTable plays_table(const recorded::RecordingReader& file) {
-    return at_once("plays",
-                   {{"tick", "1", Integers{}}, {"heard", "ns", Integers{}}, {"lost", "1", Integers{}}},
-                   [&file](std::vector<ExportColumn>& columns) {
-                       for (const PlayTime& p : file.play_times()) {
-                           put(columns, 0, p.tick.n);
-                           put(columns, 1, std::int64_t{p.heard.time_since_epoch().count()});
-                           put(columns, 2, p.lost);
-                       }
-                   });
+    return at_once(
+        "plays",
+        {stored(raw::play_tick, "tick"), stored(raw::play_heard, "heard"), stored(raw::play_lost, "lost")},
+        [&file](std::vector<ExportColumn>& columns) {
+            for (const PlayTime& p : file.play_times()) {
+                put(columns, 0, p.tick.n);
+                put(columns, 1, std::int64_t{p.heard.time_since_epoch().count()});
+                put(columns, 2, p.lost);
+            }
+        });
 }
 
 ExportTable frames_table(const recorded::RecordingReader& file, const std::string& camera) {
     return at_once("frames/" + camera,
-                   {{"tick", "1", Integers{}},
-                    {"mid_exposure", "s", Numbers{}},
-                    {"arrived", "ns", Integers{}},
-                    {"stamp", "ns", Integers{}},
-                    {"quality", "1", Integers{}},
-                    {"picture", "1", Integers{}}},
+                   {stored(raw::tick), stored(raw::mid_exposure), stored(raw::arrived), stored(raw::stamp),
+                    stored(raw::quality), stored(raw::picture)},
                    [&file, camera](std::vector<ExportColumn>& columns) {
                        const std::vector<Frame> frames = file.frames(camera);
                        const std::vector<std::uint64_t> pictures = file.pictures_of(camera);

@@ -9,7 +9,10 @@ namespace {
 
 std::string in_quotes(std::string_view text) {
     std::string out = "'";
-    for (const char c : text) out += (c == '\'' || c == '\\' ? "\\" : "") + std::string{c};
+    for (const char c : text) {
+        if (c == '\'' || c == '\\') out += '\\';
+        out += c;
+    }
     return out + "'";
 }
 

@@ -50,13 +50,14 @@ std::string row(const std::string& term, const std::string& text) {
     for (auto at = lines.find('\n'); at != std::string::npos; at = lines.find('\n', at + indent.size()))
         lines.insert(at + 1, indent);
     const bool fits = term.size() <= term_columns;
-    return fmt::format("  {:<{}}{}{}\n", term, term_columns + 2, fits ? "" : "\n" + indent, lines);
+    return fmt::format("  {:<{}}{}{}\n", term, term_columns + 2, fits ? "" : fmt::format("\n{}", indent),
+                       lines);
 }
 
 std::string option_term(const Argument& a) {
     const std::string value = value_name(a);
     return fmt::format("{}{}{}{}", a.letter == 0 ? "" : fmt::format("-{}, ", a.letter), a.name,
-                       value.empty() ? "" : " ", a.bare ? "[" + value + "]" : value);
+                       value.empty() ? "" : " ", a.bare ? fmt::format("[{}]", value) : value);
 }
 
 std::string rows(const char* heading, std::span<const Argument> arguments, bool positional) {
@@ -85,7 +86,7 @@ std::string help_of(const Program& program, const Command& command) {
     text += rows("Options of every command", program.common, false);
     const bool quantities =
         std::ranges::any_of(command.arguments, [](auto& a) { return a.kind == Kind::quantity; });
-    if (quantities) text += "\n" + filled(program.notation, most_columns) + "\n";
+    if (quantities) text += fmt::format("\n{}\n", filled(program.notation, most_columns));
     text += exit_rows(program, &command);
     if (!command.example.empty()) text += fmt::format("\nExample:\n  {}\n", command.example);
     return text;
@@ -112,7 +113,7 @@ std::string sentences(const Command& command) {
 std::string positional_names(const Command& command) {
     std::string names;
     for (const Argument& a : command.arguments)
-        if (a.positional()) names += (names.empty() ? "" : " ") + std::string{a.name};
+        if (a.positional()) names += fmt::format("{}{}", names.empty() ? "" : " ", a.name);
     return names;
 }
 
@@ -122,8 +123,9 @@ std::string help(const Program& program, const Command* command) {
                                    filled(program.about, most_columns));
     for (const Command& c : program.commands) text += row(std::string{c.name}, std::string{c.summary});
     text += rows("Options of every command", program.common, false);
-    text += "\n" + filled(program.notation, most_columns) + "\n" + exit_rows(program, nullptr);
-    return text + fmt::format("\n\"{} COMMAND --help\" describes a command.\n", program.name);
+    return text + fmt::format("\n{}\n{}\n\"{} COMMAND --help\" describes a command.\n",
+                              filled(program.notation, most_columns), exit_rows(program, nullptr),
+                              program.name);
 }
 
 }  // namespace shaker::manual

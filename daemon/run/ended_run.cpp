@@ -33,7 +33,7 @@ recording::MeasuredPart measured_part(const EndedRun& run, const std::vector<rec
 std::vector<recording::RecordedTrip> recorded_trips(const EndedRun& run) {
     std::vector<recording::RecordedTrip> trips;
     if (run.stops.empty()) return trips;
-    const calibration::Timebase& timebase = own_timebase(run.streams);
+    const calibration::Timebase& timebase = run.streams.timebase.recorded();
     for (const EndedRun::Stop& s : run.stops) {
         const MasterTime at =
             s.trip.on_dac_clock ? timebase.at(DacTick{s.trip.tick}) : timebase.at(AccelTick{s.trip.tick});

@@ -202,7 +202,7 @@ void Recordings::conclude(Job& job) const {
     }
     if (job.recording != nullptr) f.recorder_failure = job.recording->failure();
     job.recording.reset();
-    if (settings_.on_call) f.run.streams = {};
+    if (settings_.on_call) f.run.streams = acquisition::Streams{};
 }
 
 // On the recorder's thread: a disk that hangs must not hold up who leads the drive.

@@ -10,7 +10,7 @@
 #include "daemon/run/run_setup.hpp"
 #include "daemon/safety/preflight.hpp"
 #include "drivers/errors.hpp"
-#include "drivers/region_camera.hpp"
+#include "daemon/bench/region_camera.hpp"
 #include "drivers/ticks.hpp"
 
 namespace shaker::run {
@@ -24,7 +24,7 @@ bench::Bench open(const RunnerSettings& settings) {
     if (run.threads && run.real_time && bench.world)
         bench.rig.dac = std::make_unique<acquisition::PacedDac>(std::move(bench.rig.dac));
     if (run.pictures == recorded::KeptPictures::region && (settings.on_call || !run.out.empty()))
-        take_regions(bench.rig);
+        bench::take_regions(bench.rig);
     return bench;
 }
 

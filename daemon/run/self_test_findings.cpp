@@ -46,23 +46,24 @@ private:
     [[nodiscard]] reduction::Measurement measurement(acquisition::Streams& streams) const {
         std::vector<std::string> notes;
         settle_times(streams, notes);
-        return measurement_of(streams, test_.plan().frequency, test_.held().from_s, test_.held().to_s);
+        return measurement_of(streams, test_.plan().frequency, test_.quiet().from_s, test_.held().to_s);
     }
-    void say(Verdict verdict, const std::string& device, std::string text) {
+    void add(Verdict verdict, const std::string& device, std::string text) {
         findings_.push_back({verdict, device, std::move(text)});
     }
-    void clock(const std::string& device, double nominal_hz, const calibration::ClockFit& c) {
+    void clock(const std::string& device, const DeviceAdvice& advice, double nominal_hz,
+               const calibration::ClockFit& c) {
         const bool crystal = std::abs(c.ppm) < most_ppm + 4 * c.ppm_sigma;
-        say(crystal ? Verdict::good : Verdict::warning, device,
+        add(crystal ? Verdict::good : Verdict::warning, device,
             fmt::format(
-                "{:.6g} Hz, runs {} ppm fast against the host's clock; its stamps come {:.3g} us after "
-                "the soonest, on average{}",
+                "{:.6g} Hz, runs {} ppm fast against the host's clock; mean delay of its stamps {:.3g} us "
+                "above the shortest{}",
                 nominal_hz, report::with_error(c.ppm, c.ppm_sigma), 1e6 * c.delay.count(),
-                crystal ? "" : "; no crystal is that far off: is the rate converted on the way?"));
+                crystal ? "" : fmt::format("; no crystal is that far off: {}", advice.rate_off)));
     }
     void losses(const std::string& device, const char* what, const DeviceCounts& c) {
         const bool clean = c.lost == 0 && c.incidents == 0 && c.reopened == 0;
-        say(clean ? Verdict::good : Verdict::warning, device,
+        add(clean ? Verdict::good : Verdict::warning, device,
             fmt::format("{} {}, {} lost, {} incidents, reopened {} times", c.taken, what, c.lost, c.incidents,
                         c.reopened));
     }
@@ -85,17 +86,17 @@ private:
 
 void Judge::dac() {
     const std::string name = rig_.dac->info().name;
-    clock(name, streams_.dac_rate_hz, streams_.timebase.dac());
+    clock(name, rig_.advice.dac, streams_.dac_rate_hz, streams_.timebase.dac());
     losses(name, "samples played", rig_.dac->counts());
 }
 
 void Judge::accelerometer() {
     const AccelerometerInfo info = rig_.accelerometer->info();
     if (streams_.blocks.empty()) {
-        say(Verdict::bad, info.name, "no sample came: is its trigger running, is its buffer enabled?");
+        add(Verdict::bad, info.name, fmt::format("no sample arrived: {}", rig_.advice.accelerometer.silent));
         return;
     }
-    clock(info.name, info.rate_hz, streams_.timebase.accelerometer());
+    clock(info.name, rig_.advice.accelerometer, info.rate_hz, streams_.timebase.accelerometer());
     losses(info.name, "samples", rig_.accelerometer->counts());
     std::array<std::vector<double>, 3> quiet;
     const reduction::AccelSeries& s = measured_.accelerometer;
@@ -106,7 +107,7 @@ void Judge::accelerometer() {
     const auto clipped = std::ranges::count_if(
         streams_.blocks, [](const AccelBlock& b) { return has(b.quality, Quality::clipped); });
     if (clipped > 0)
-        say(Verdict::warning, info.name,
+        add(Verdict::warning, info.name,
             fmt::format("{} blocks reach the end of its range: a larger range, or is it loose?", clipped));
 }
 
@@ -119,17 +120,17 @@ void Judge::noise(const std::string& name, const std::array<std::vector<double>,
         sd(k) = std::sqrt((v.array() - mean(k)).square().mean());
     }
     if (sd.minCoeff() == 0) {
-        say(Verdict::bad, name, "an axis never changes, not even by its noise: frozen, or not connected");
+        add(Verdict::bad, name, "an axis never changes, not even by its noise: frozen, or not connected");
         return;
     }
     const double density = 1e6 / paper_g / std::sqrt(rig_.accelerometer->info().rate_hz / 2);
-    say(Verdict::good, name,
+    add(Verdict::good, name,
         fmt::format("noise at rest {:.3g}, {:.3g}, {:.3g} m/s^2 rms on x, y, z ({:.3g}, {:.3g}, {:.3g} "
                     "ug/rtHz if white)",
                     sd(0), sd(1), sd(2), density * sd(0), density * sd(1), density * sd(2)));
     const double off = mean.norm() / test_.plan().gravity - 1;
     const bool fits = std::abs(off) < most_gravity;
-    say(fits ? Verdict::good : Verdict::warning, name,
+    add(fits ? Verdict::good : Verdict::warning, name,
         fmt::format("at rest it shows {:.4f} m/s^2 along ({:+.3f}, {:+.3f}, {:+.3f}): gravity {}",
                     mean.norm(), mean(0) / mean.norm(), mean(1) / mean.norm(), mean(2) / mean.norm(),
                     fits ? "as it should be"
@@ -141,24 +142,24 @@ void Judge::camera(std::size_t index) {
     const View& view = device.view();
     const std::string name = "camera \"" + view.camera + "\"";
     const acquisition::CameraStream& taken = streams_.cameras[index];
+    const DeviceAdvice advice =
+        index < rig_.advice.cameras.size() ? rig_.advice.cameras[index] : DeviceAdvice{};
     losses(name, "frames", device.counts());
     for (std::size_t i = 0; i < view.targets.size(); ++i) {
         const std::vector<tracking::Track>& tracks = streams_.tracks[taken.first_track + i].tracks;
         if (tracks.empty()) {
-            say(Verdict::bad, name,
-                view.dac_triggered
-                    ? "no frame came: does the trigger line reach it, is its trigger input the one named?"
-                    : "no frame came: is it acquiring?");
+            add(Verdict::bad, name, fmt::format("no frame arrived: {}", advice.silent));
             return;
         }
         const auto good = std::ranges::count_if(
             tracks, [](const tracking::Track& t) { return t.fix.state == tracking::TrackState::ok; });
         const bool fine = 100 * good >= 99 * static_cast<std::ptrdiff_t>(tracks.size());
-        say(fine ? Verdict::good : Verdict::warning, name,
+        add(fine ? Verdict::good : Verdict::warning, name,
             fmt::format("\"{}\" found well in {} of {} frames{}", view.targets[i].name, good, tracks.size(),
                         fine ? "" : ": check light, focus, roi_px and kind of the target"));
     }
-    if (const auto own = streams_.timebase.camera_stamps(index)) clock(name, view.frame_rate_hz, *own);
+    if (const auto own = streams_.timebase.camera_stamps(index))
+        clock(name, advice, view.frame_rate_hz, *own);
 }
 
 std::optional<Motion> Judge::by_accelerometer() {
@@ -196,7 +197,7 @@ std::optional<Motion> Judge::by_accelerometer() {
     const double across = (parts - axis * along).norm() / along.norm();
     Motion m{{Complex{along(0), along(1)}, Complex{along(2), along(3)}}, sd};
     if (m.seen())
-        say(across > 0.1 ? Verdict::warning : Verdict::good, rig_.accelerometer->info().name,
+        add(across > 0.1 ? Verdict::warning : Verdict::good, rig_.accelerometer->info().name,
             fmt::format(
                 "the base moves along ({:+.3f}, {:+.3f}, {:+.3f}) of the sensor, {:.1f} % across it{}",
                 axis(0), axis(1), axis(2), 100 * across,
@@ -231,7 +232,7 @@ void Judge::response(const Motion& m) {
     for (std::size_t k = 0; k < 2; ++k) {
         const double got = std::abs(m.a[k]) / volts, sheet = std::abs(test_.plan().response[k]);
         const bool fits = got > 0.5 * sheet && got < 2 * sheet;
-        say(fits ? Verdict::good : Verdict::warning, "shaker",
+        add(fits ? Verdict::good : Verdict::warning, "shaker",
             fmt::format("{} m/s^2 a volt at {:.4g} Hz; its data sheet says {:.4g}{}",
                         report::with_error(got, m.sd[k] / volts),
                         static_cast<double>(k + 1) * test_.plan().frequency, sheet,
@@ -243,13 +244,13 @@ void Judge::polarity(const std::string& device, const Motion& m, const char* cur
     const double sheet = std::arg(test_.plan().response[1]) - 2 * std::arg(test_.plan().response[0]);
     const double off = std::remainder(m.shape() - sheet, two_pi);
     if (std::abs(off) < std::numbers::pi / 3)
-        say(Verdict::good, device,
+        add(Verdict::good, device,
             fmt::format("polarity is right: positive volts push the base towards +x (shape {:+.1f} deg off)",
                         deg * off));
     else if (std::abs(off) > 2 * std::numbers::pi / 3)
-        say(Verdict::bad, device, fmt::format("polarity is inverted: {}", cure));
+        add(Verdict::bad, device, fmt::format("polarity is inverted: {}", cure));
     else
-        say(Verdict::warning, device,
+        add(Verdict::warning, device,
             fmt::format("polarity cannot be told: the second harmonic is {:+.0f} deg off what the data sheet "
                         "says; is the drive distorted, or another device in the way?",
                         deg * off));
@@ -262,7 +263,7 @@ void Judge::motion() {
         polarity(rig_.accelerometer->info().name, *a,
                  "turn the sensor's shaker_axis round, or swap the wires of the shaker");
     } else if (a) {
-        say(Verdict::bad, "shaker",
+        add(Verdict::bad, "shaker",
             fmt::format(
                 "the base does not move: {:.2g} +- {:.1g} m/s^2 at {:.4g} V. Is the amplifier on, its "
                 "gain up, the cable in?",
@@ -274,13 +275,13 @@ void Judge::motion() {
             const double ratio = std::abs(c->a[0]) / std::abs(a->a[0]);
             const double sd = ratio * std::hypot(c->sd[0] / std::abs(c->a[0]), a->sd[0] / std::abs(a->a[0]));
             const bool fits = std::abs(ratio - 1) < std::max(0.02, 4 * sd);
-            say(fits ? Verdict::good : Verdict::warning, "cameras",
+            add(fits ? Verdict::good : Verdict::warning, "cameras",
                 fmt::format("the base's acceleration by cameras over that by accelerometer: {}{}",
                             report::with_error(ratio, sd),
                             fits ? "" : ": check mm_per_px, offset_mm and the sensor's scale"));
         }
     } else if (c) {
-        say(Verdict::good, "cameras", "the base's motion is too small to be seen at this level");
+        add(Verdict::good, "cameras", "the base's motion is too small to be seen at this level");
     }
 }
 

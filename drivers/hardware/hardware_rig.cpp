@@ -14,12 +14,15 @@ namespace {
 struct ReadCamera {
     View view;
     OpenCamera open;
+    DeviceAdvice advice;
 };
 
 ReadCamera read_camera(SettingsTable& table, std::set<std::string>& names,
                        std::span<const CameraKind> kinds) {
-    ReadCamera camera{.view = read_view(table, names), .open = {}};
-    camera.open = read_kind(table, kinds, false).read(table, camera.view);
+    View view = read_view(table, names);
+    const CameraKind& kind = read_kind(table, kinds, false);
+    OpenCamera open = kind.read(table, view);
+    ReadCamera camera{.view = std::move(view), .open = std::move(open), .advice = kind.advice};
     camera.view.trigger_delay_s = table.number("trigger_delay_s", {0, 1}, 0);
     camera.view.arrival_delay_s = table.number("arrival_delay_s", {0, 10}, 0);
     table.finish();
@@ -35,11 +38,12 @@ void add_notes(std::vector<std::string>& all, const std::string& device,
 
 HardwareRig open_hardware_rig(SettingsTable& root, const Kinds& kinds) {
     SettingsTable dac_table = root.table("dac");
-    const OpenDac open_dac = read_kind(dac_table, kinds.dacs, true).read(dac_table);
+    const DacKind& dac_kind = read_kind(dac_table, kinds.dacs, true);
+    const OpenDac open_dac = dac_kind.read(dac_table);
     dac_table.finish();
     SettingsTable accelerometer_table = root.table("accelerometer");
-    const OpenAccelerometer open_accelerometer =
-        read_kind(accelerometer_table, kinds.accelerometers, true).read(accelerometer_table);
+    const AccelerometerKind& accelerometer_kind = read_kind(accelerometer_table, kinds.accelerometers, true);
+    const OpenAccelerometer open_accelerometer = accelerometer_kind.read(accelerometer_table);
     accelerometer_table.finish();
     std::set<std::string> names;
     std::vector<ReadCamera> cameras;
@@ -48,10 +52,12 @@ HardwareRig open_hardware_rig(SettingsTable& root, const Kinds& kinds) {
     root.finish();
 
     HardwareRig bench;
+    bench.rig.advice = {.dac = dac_kind.advice, .accelerometer = accelerometer_kind.advice, .cameras = {}};
     for (ReadCamera& camera : cameras) {
         Notes notes;
         const std::string name = "camera \"" + camera.view.camera + "\"";
         bench.rig.cameras.push_back(camera.open(std::move(camera.view), notes));
+        bench.rig.advice.cameras.push_back(camera.advice);
         add_notes(bench.granted, name, notes);
     }
     Notes notes;

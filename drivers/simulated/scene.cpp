@@ -73,6 +73,8 @@ void visit_camera(Visitor&& v, CameraTruth& c) {
     v("noise_dn", c.noise_dn, {0, 100});
     v("light_gradient", c.light_gradient, {0, 0.9});
     v("latency_s", c.latency_s, {0, 1});
+    v("own_clock", c.own_clock, {0, 1});
+    v("clock_ppm", c.clock_ppm, {-1000, 1000});
 }
 
 template <class Visitor>

@@ -1,5 +1,6 @@
 #include "drivers/simulated/world.hpp"
 
+#include <cmath>
 #include <ctime>
 #include <utility>
 
@@ -12,7 +13,8 @@ namespace shaker::simulated {
 
 namespace {
 
-constexpr int pool_frames = 256;  // per camera
+constexpr int pool_frames = 256;         // per camera
+constexpr double camera_epoch_s = 1000;  // a camera's clock when the DAC begins
 
 double cpu_seconds() {
     timespec t{};
@@ -89,8 +91,8 @@ private:
 class SimulatedCamera final : public Camera {
 public:
     SimulatedCamera(World::State& s, std::size_t index)
-        : s_{s}, eye_{s.eyes[index]}, pool_{pool_frames, eye_.truth.width, eye_.truth.height, 1} {}
-    [[nodiscard]] const View& view() const override { return eye_.truth.view; }
+        : s_{s}, camera_{s.views[index]}, pool_{pool_frames, camera_.truth.width, camera_.truth.height, 1} {}
+    [[nodiscard]] const View& view() const override { return camera_.truth.view; }
     [[nodiscard]] DeviceCounts counts() const noexcept override {
         const std::scoped_lock lock{s_.mutex};
         return counts_;
@@ -99,10 +101,10 @@ public:
         Exposure e;
         {
             std::unique_lock lock{s_.mutex};
-            s_.moved.wait_for(lock, wait, [&] { return s_.stopped || s_.frame_ready(eye_); });
-            if (!s_.frame_ready(eye_)) return nullptr;
-            e = eye_.done.front();
-            eye_.done.pop_front();
+            s_.moved.wait_for(lock, wait, [&] { return s_.stopped || s_.frame_ready(camera_); });
+            if (!s_.frame_ready(camera_)) return nullptr;
+            e = camera_.done.front();
+            camera_.done.pop_front();
             s_.moved.notify_all();
         }
         const double before = cpu_seconds();
@@ -113,12 +115,12 @@ public:
         }
         if (std::exchange(lost_, false)) e.quality = e.quality | Quality::gap;
         frame->tick = e.tick;
-        frame->arrived = host_time(s_.due(eye_, e));
-        frame->mid_exposure = master_time(e.start_s + 0.5 * eye_.truth.view.exposure_s);
+        frame->arrived = host_time(s_.due(camera_, e));
+        set_time(*frame, e);
         frame->quality = e.quality;
-        eye_.renderer.render(e.poses, e.tick, frame->pixels, e.walker);
+        camera_.renderer.render(e.poses, e.tick, frame->pixels, e.walker);
         const std::scoped_lock lock{s_.mutex};
-        eye_.render_s += cpu_seconds() - before;
+        camera_.render_s += cpu_seconds() - before;
         ++counts_.taken;
         counts_.lost += static_cast<std::uint64_t>(e.tick.n - next_);
         next_ = e.tick.n + 1;
@@ -126,13 +128,24 @@ public:
     }
     [[nodiscard]] bool ended() const noexcept override {
         const std::scoped_lock lock{s_.mutex};
-        return s_.stopped && !s_.frame_ready(eye_);
+        return s_.stopped && !s_.frame_ready(camera_);
     }
     void stop() noexcept override { s_.stop(); }
 
 private:
+    // As a real camera does, or exactly.
+    void set_time(Frame& frame, const Exposure& e) const {
+        const CameraTruth& truth = camera_.truth;
+        if (truth.own_clock == 0) {
+            frame.mid_exposure = master_time(e.start_s + 0.5 * truth.view.exposure_s);
+            return;
+        }
+        const double clock_s = camera_epoch_s + (1 + 1e-6 * truth.clock_ppm) * e.start_s;
+        frame.stamp = CameraStamp{std::llround(1e9 * clock_s)};
+    }
+
     World::State& s_;
-    World::State::SimulatedView& eye_;
+    World::State::SimulatedView& camera_;
     FramePool pool_;
     bool lost_ = false;
     DeviceCounts counts_;
@@ -149,19 +162,19 @@ Rig World::rig() {
     rig.name = "sim:";
     rig.dac = std::make_unique<SimulatedDac>(*state_);
     rig.accelerometer = std::make_unique<SimulatedAccelerometer>(*state_);
-    for (std::size_t i = 0; i < state_->eyes.size(); ++i)
+    for (std::size_t i = 0; i < state_->views.size(); ++i)
         rig.cameras.push_back(std::make_unique<SimulatedCamera>(*state_, i));
     return rig;
 }
 
 void World::expose_next(std::size_t index) {
     const std::scoped_lock lock{state_->mutex};
-    state_->eyes.at(index).expose = true;
+    state_->views.at(index).expose = true;
 }
 
 std::vector<PoseTruth> World::truth(std::size_t index) const {
     const std::scoped_lock lock{state_->mutex};
-    return state_->eyes.at(index).poses;
+    return state_->views.at(index).poses;
 }
 
 void World::keep_truth_for(double seconds) {
@@ -172,7 +185,7 @@ void World::keep_truth_for(double seconds) {
 double World::render_seconds() const {
     const std::scoped_lock lock{state_->mutex};
     double sum = 0;
-    for (const State::SimulatedView& camera_input : state_->eyes) sum += camera_input.render_s;
+    for (const State::SimulatedView& view : state_->views) sum += view.render_s;
     return sum;
 }
 

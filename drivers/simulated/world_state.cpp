@@ -31,10 +31,10 @@ World::State::State(const Scene& s, Pace p)
       underruns{s.faults, {FaultKind::underrun}} {
     for (const CameraTruth& c : s.cameras) {
         const std::string& name = c.view.camera;
-        eyes.push_back({.truth = c,
-                        .renderer = Renderer{c, s.walker, s.seed + 1000 * (1 + eyes.size())},
-                        .faults = {s.faults, {FaultKind::camera_stall, FaultKind::walker_hidden}, name},
-                        .losses = {s.faults, {FaultKind::camera_lose}, name}});
+        views.push_back({.truth = c,
+                         .renderer = Renderer{c, s.walker, s.seed + 1000 * (1 + views.size())},
+                         .faults = {s.faults, {FaultKind::camera_stall, FaultKind::walker_hidden}, name},
+                         .losses = {s.faults, {FaultKind::camera_lose}, name}});
     }
 }
 
@@ -42,13 +42,13 @@ bool World::State::accel_ready() const {
     return !blocks.empty() && blocks.front().arrived <= host_time(now());
 }
 
-bool World::State::frame_ready(const SimulatedView& camera_input) const {
-    return !camera_input.done.empty() && due(camera_input, camera_input.done.front()) <= now();
+bool World::State::frame_ready(const SimulatedView& camera) const {
+    return !camera.done.empty() && due(camera, camera.done.front()) <= now();
 }
 
 bool World::State::all_read() const {
     return !accel_ready() && !block_in_hand &&
-           std::ranges::none_of(eyes, [&](const SimulatedView& e) { return frame_ready(e); });
+           std::ranges::none_of(views, [&](const SimulatedView& e) { return frame_ready(e); });
 }
 
 void World::State::stop() noexcept {
@@ -86,14 +86,13 @@ void World::State::cause_faults() {
 }
 
 void World::State::open_exposures(bool trigger) {
-    for (SimulatedView& camera_input : eyes) {
-        if (!std::exchange(camera_input.expose, false) && !trigger) continue;
-        const bool lost = camera_input.losses.take(now()) != nullptr ||
-                          camera_input.faults.at(FaultKind::camera_stall, now());
-        const bool walker = plant.has_walker() && !camera_input.faults.at(FaultKind::walker_hidden, now());
-        camera_input.open.push_back(
-            {.tick = camera_input.next, .start_s = now(), .lost = lost, .walker = walker});
-        ++camera_input.next.n;
+    for (SimulatedView& camera : views) {
+        if (!std::exchange(camera.expose, false) && !trigger) continue;
+        const bool lost =
+            camera.losses.take(now()) != nullptr || camera.faults.at(FaultKind::camera_stall, now());
+        const bool walker = plant.has_walker() && !camera.faults.at(FaultKind::walker_hidden, now());
+        camera.open.push_back({.tick = camera.next, .start_s = now(), .lost = lost, .walker = walker});
+        ++camera.next.n;
     }
 }
 
@@ -103,7 +102,7 @@ void World::State::step(const PlayedOutput& out) {
     const PlantState before = plant.state();
     const double limit = scene.dac_full_scale_v;
     plant.step(std::clamp(out.volts, -limit, limit));
-    for (SimulatedView& camera_input : eyes) expose(camera_input, before);
+    for (SimulatedView& camera : views) expose(camera, before);
     ++n;
     if (auto block = sensor.step(n, plant.state().a)) {
         if (overflow) block->quality = block->quality | Quality::gap;
@@ -120,10 +119,10 @@ void World::State::forget_old(std::vector<PoseTruth>& poses) const {
 }
 
 // Records the poses for the times within the sample just played.
-void World::State::expose(SimulatedView& camera_input, const PlantState& before) {
+void World::State::expose(SimulatedView& camera, const PlantState& before) {
     const PlantState& after = plant.state();
-    const double h = 1 / scene.dac_rate_hz, exposure_s = camera_input.truth.view.exposure_s;
-    for (Exposure& e : camera_input.open) {
+    const double h = 1 / scene.dac_rate_hz, exposure_s = camera.truth.view.exposure_s;
+    for (Exposure& e : camera.open) {
         for (; e.seen < instants.size(); ++e.seen) {
             const double u = (e.start_s + instants[e.seen] * exposure_s - now()) / h;
             if (u > 1) break;
@@ -132,15 +131,14 @@ void World::State::expose(SimulatedView& camera_input, const PlantState& before)
                 hermite(before.walker_x, before.walker_v, after.walker_x, after.walker_v, h, u)};
         }
     }
-    while (!camera_input.open.empty() && camera_input.open.front().seen == instants.size()) {
-        Exposure e = camera_input.open.front();
-        camera_input.open.pop_front();
-        camera_input.poses.push_back(
+    while (!camera.open.empty() && camera.open.front().seen == instants.size()) {
+        Exposure e = camera.open.front();
+        camera.open.pop_front();
+        camera.poses.push_back(
             {e.tick, master_time(e.start_s + 0.5 * exposure_s), e.poses[1].base, e.poses[1].walker});
-        forget_old(camera_input.poses);
-        if (std::exchange(camera_input.gap, e.lost || camera_input.done.size() >= queue_limit))
-            e.quality = Quality::gap;
-        if (!camera_input.gap) camera_input.done.push_back(e);
+        forget_old(camera.poses);
+        if (std::exchange(camera.gap, e.lost || camera.done.size() >= queue_limit)) e.quality = Quality::gap;
+        if (!camera.gap) camera.done.push_back(e);
     }
 }
 

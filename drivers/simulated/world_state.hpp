@@ -53,7 +53,7 @@ struct World::State {
     Pace pace;
     ShakerPlant plant;
     AccelerometerModel sensor;
-    std::vector<SimulatedView> eyes{};
+    std::vector<SimulatedView> views{};
     std::deque<AccelBlock> blocks{};
     std::deque<PlayedOutput> buffer;  // written and not played yet
     std::int64_t n;                   // next sample to play; < 0 while the buffer fills
@@ -68,11 +68,11 @@ struct World::State {
 
     State(const Scene& s, Pace p);
     [[nodiscard]] double now() const { return duration_s(n, scene.dac_rate_hz); }
-    [[nodiscard]] double due(const SimulatedView& camera_input, const Exposure& e) const {
-        return e.start_s + camera_input.truth.view.exposure_s + camera_input.truth.latency_s;
+    [[nodiscard]] double due(const SimulatedView& camera, const Exposure& e) const {
+        return e.start_s + camera.truth.view.exposure_s + camera.truth.latency_s;
     }
     [[nodiscard]] bool accel_ready() const;
-    [[nodiscard]] bool frame_ready(const SimulatedView& camera_input) const;
+    [[nodiscard]] bool frame_ready(const SimulatedView& camera) const;
     [[nodiscard]] bool all_read() const;
     [[nodiscard]] std::int64_t next_written() const { return n + static_cast<std::int64_t>(buffer.size()); }
     void play(const PlayedOutput& out);
@@ -80,7 +80,7 @@ struct World::State {
     void step(const PlayedOutput& out);
     void cause_faults();
     void open_exposures(bool trigger);
-    void expose(SimulatedView& camera_input, const PlantState& before);
+    void expose(SimulatedView& camera, const PlantState& before);
     void forget_old(std::vector<PoseTruth>& poses) const;
     void stop() noexcept;
 };

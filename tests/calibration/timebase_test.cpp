@@ -166,7 +166,7 @@ TEST(TimebaseTest, WithoutADacTheAccelerometerCounts) {
 TEST(TimebaseTest, FramesWithAToldTimeShowTheRateOnly) {
     const Bench bench{5};
     Timebase timebase{devices()};
-    for (const FrameStamp& f : bench.frames[1]) timebase.add_told(1, f);
+    for (const FrameStamp& f : bench.frames[1]) timebase.add(1, f, Timebase::FrameTime::frame);
     EXPECT_EQ(timebase.frames(1), 0U);
     EXPECT_EQ(timebase.camera(1).stamps, bench.frames[1].size());
     EXPECT_NEAR(timebase.camera(1).ppm, free_ppm, 3 * timebase.camera(1).ppm_sigma);

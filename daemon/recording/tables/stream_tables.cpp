@@ -36,7 +36,7 @@ std::vector<ClockRow> clocks_of(const acquisition::Streams& streams) {
     const auto add = [&](std::size_t stream, const calibration::ClockFit& clock) {
         rows.push_back({stream, clock.ppm, clock.ppm_sigma, clock.delay.count(), clock.stamps});
     };
-    const calibration::Timebase& timebase = own_timebase(streams);
+    const calibration::Timebase& timebase = streams.timebase.recorded();
     if (timebase.dac().stamps == 0) return rows;  // the clock of another's recording is taken as it is
     add(0, timebase.dac());
     if (timebase.accelerometer().stamps > 0) add(1, timebase.accelerometer());

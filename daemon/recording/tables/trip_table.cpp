@@ -79,7 +79,7 @@ acquisition::Streams tail_of(const acquisition::Streams& streams, double from_s)
         return static_cast<double>(c.first.n + c.ramp) > from_tick;
     });
     if (after != tail.changes.begin()) tail.changes.erase(tail.changes.begin(), std::prev(after));
-    if (const calibration::Timebase& timebase = own_timebase(streams); timebase.ready())
+    if (const calibration::Timebase& timebase = streams.timebase.recorded(); timebase.ready())
         std::erase_if(tail.blocks, [&](const AccelBlock& b) {
             return seconds(timebase.at(AccelTick{b.first.n + b.size})) < from_s;
         });
@@ -89,7 +89,6 @@ acquisition::Streams tail_of(const acquisition::Streams& streams, double from_s)
         std::erase_if(t.tracks, [&](const tracking::Track& k) { return !(seconds(k.time) >= from_s); });
     for (acquisition::CameraStream& c : tail.cameras) c.untimed.clear();
     tail.timebase = empty_timebase(tail);
-    tail.timebase_since.reset();
     for (const PlayTime& p : tail.played) tail.timebase.add(p);
     for (const AccelBlock& b : tail.blocks) tail.timebase.add(b);
     return tail;

@@ -17,11 +17,14 @@ inline constexpr std::array search_options{
                            .help = "ALSA configuration that defines the PCM",
                            .file = true}};
 
-inline constexpr hardware::DacKind alsa_kind{.name = "alsa",
-                                             .heading = "[dac]",
-                                             .key = "dacs",
-                                             .read = read_kind,
-                                             .list = list_kind,
-                                             .search = search_options};
+inline constexpr hardware::DacKind alsa_kind{
+    .name = "alsa",
+    .heading = "[dac]",
+    .key = "dacs",
+    .read = read_kind,
+    .list = list_kind,
+    .search = search_options,
+    .advice = {.silent = "is another program using the PCM?",
+               .rate_off = "does a plug-in (plughw, a sound server) convert the rate?"}};
 
 }  // namespace shaker::alsa

@@ -7,11 +7,15 @@ namespace shaker::genicam {
 hardware::OpenCamera read_kind(SettingsTable& table, View& view);
 std::vector<hardware::ListedDevice> list_kind(const hardware::Search& search);
 
-inline constexpr hardware::CameraKind genicam_kind{.name = "genicam",
-                                                   .heading = "[[camera]] GenICam",
-                                                   .key = "genicam_cameras",
-                                                   .read = read_kind,
-                                                   .list = list_kind,
-                                                   .search = {}};
+inline constexpr hardware::CameraKind genicam_kind{
+    .name = "genicam",
+    .heading = "[[camera]] GenICam",
+    .key = "genicam_cameras",
+    .read = read_kind,
+    .list = list_kind,
+    .search = {},
+    .advice = {
+        .silent = "does the trigger line reach it, and is its trigger input the one named in the rig file?",
+        .rate_off = "is its frame rate limited by exposure or network?"}};
 
 }  // namespace shaker::genicam

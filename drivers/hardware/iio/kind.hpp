@@ -15,11 +15,14 @@ inline constexpr std::array search_options{
                            .help = "Also search for accelerometers at this address, e.g. ip:192.168.1.7",
                            .many = true}};
 
-inline constexpr hardware::AccelerometerKind iio_kind{.name = "iio",
-                                                      .heading = "[accelerometer]",
-                                                      .key = "accelerometers",
-                                                      .read = read_kind,
-                                                      .list = list_kind,
-                                                      .search = search_options};
+inline constexpr hardware::AccelerometerKind iio_kind{
+    .name = "iio",
+    .heading = "[accelerometer]",
+    .key = "accelerometers",
+    .read = read_kind,
+    .list = list_kind,
+    .search = search_options,
+    .advice = {.silent = "is its trigger running, and its buffer enabled?",
+               .rate_off = "is its sampling_frequency the one in the rig file?"}};
 
 }  // namespace shaker::iio

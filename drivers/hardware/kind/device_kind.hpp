@@ -1,6 +1,6 @@
 #pragma once
-// A kind of device as one row of a table: its name, its settings, how to open it and how to list what is
-// connected.
+// A kind of device as one row of a table: its name, its settings, how to open it, how to list connected
+// devices, and its words in the self-test.
 #include <functional>
 #include <map>
 #include <memory>
@@ -44,6 +44,7 @@ struct DeviceKind {
     Read read;
     std::vector<ListedDevice> (*list)(const Search&);  // does not throw for a device
     std::span<const SearchOption> search{};
+    DeviceAdvice advice{};  // of the self-test
 };
 
 using OpenCamera = std::function<std::unique_ptr<Camera>(View, Notes&)>;

@@ -7,11 +7,14 @@ namespace shaker::video {
 hardware::OpenCamera read_kind(SettingsTable& table, View& view);
 std::vector<hardware::ListedDevice> list_kind(const hardware::Search& search);
 
-inline constexpr hardware::CameraKind video_kind{.name = "video",
-                                                 .heading = "[[camera]] video",
-                                                 .key = "video_cameras",
-                                                 .read = read_kind,
-                                                 .list = list_kind,
-                                                 .search = {}};
+inline constexpr hardware::CameraKind video_kind{
+    .name = "video",
+    .heading = "[[camera]] video",
+    .key = "video_cameras",
+    .read = read_kind,
+    .list = list_kind,
+    .search = {},
+    .advice = {.silent = "is another program using it, and is it on a fast USB port?",
+               .rate_off = "does poor light lower its frame rate?"}};
 
 }  // namespace shaker::video

@@ -68,9 +68,9 @@ TEST(HandOverTest, TheTimeBaseOfARecordingHasItsStampsOnly) {
     forget(s);
     for (int t = 50; t < 60; ++t) play(t);
     const Streams recorded = hand_over(s, INFINITY);
-    EXPECT_EQ(own_timebase(recorded).dac().stamps, 10U);
-    EXPECT_EQ(own_timebase(s).dac().stamps, 60U);
-    EXPECT_TRUE(own_timebase(s).dac_ready());
+    EXPECT_EQ(recorded.timebase.recorded().dac().stamps, 10U);
+    EXPECT_EQ(s.timebase.recorded().dac().stamps, 60U);
+    EXPECT_TRUE(s.timebase.recorded().dac_ready());
 }
 
 }  // namespace

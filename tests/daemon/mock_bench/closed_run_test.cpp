@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <fstream>
+#include <nlohmann/json.hpp>
 
 #include "drivers/hardware/alsa/pcm_codec.hpp"
 #include "drivers/recorded/recording_file.hpp"

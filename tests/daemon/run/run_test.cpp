@@ -106,6 +106,17 @@ TEST(RunTest, HarderScenesGiveTheirTrueDriftToo) {
         folder));
 }
 
+// As with real cameras: times of frames follow from stamps, and from the recorded stamps on replay.
+TEST(RunTest, CamerasWithOwnClocksReplayToTheBit) {
+    const auto folder = fresh_folder();
+    std::ofstream{folder / "clocks.toml"}
+        << "[top]\nown_clock = 1\nclock_ppm = 30\n[side]\nown_clock = 1\nclock_ppm = -45\n";
+    expect_true_drift(run("--no-identify --scene clocks.toml --periods 8 -o run.nxs", folder));
+    const Outcome replay = shakerd("replay run.nxs", folder);
+    EXPECT_EQ(replay.status, 0) << replay.err;
+    EXPECT_NE(replay.out.find("replay: identical"), std::string::npos) << replay.out;
+}
+
 TEST(RunTest, ThreadsFindWhatLockstepFinds) {
     const auto folder = fresh_folder();
     expect_true_drift(run("--no-identify --periods 10 --threads -o threads.nxs", folder));

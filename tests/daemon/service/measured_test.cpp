@@ -18,6 +18,10 @@ using test::orders;
 
 // Cameras that are rendered in a fifth of the time.
 constexpr const char* slow = "[top]\nframe_rate_hz = 200\n[side]\nframe_rate_hz = 200\n";
+// Cameras that stamp by their own clocks: the time of a frame follows from the stamps of the whole run.
+constexpr const char* own_clocks =
+    "[top]\nframe_rate_hz = 200\nown_clock = 1\nclock_ppm = 30\n"
+    "[side]\nframe_rate_hz = 200\nown_clock = 1\nclock_ppm = -20\n";
 constexpr int periods = 10;
 
 run::RunOptions quick() {
@@ -32,10 +36,11 @@ auto measured(std::size_t n) {
 }
 
 // Two measurements, then a third one of another set-point; each set-point's last one is interrupted.
-test::OnCallResult series(const std::filesystem::path& folder, const Drive& other) {
+test::OnCallResult series(const std::filesystem::path& folder, const Drive& other,
+                          const char* scene = slow) {
     Answers answers;
     auto r = test::play_on_call(
-        slow, quick(), folder,
+        scene, quick(), folder,
         {{in(run::RunState::idle), orders(Record{true, "series", recorded::KeptPictures::off}, answers)},
          {in(run::RunState::idle), orders(Begin{periods}, answers)},
          {measured(2), orders(SetDrive{other}, answers)},
@@ -85,6 +90,23 @@ TEST_F(MeasuredSeriesTest, EveryFinishedMeasurementIsKept) {
     }
     EXPECT_EQ(file.scalar("results/v_D"), v_D[2]);
     EXPECT_EQ(file.scalar("process/reduced_from"), all[2].part.from_s);
+    EXPECT_TRUE(commands::replay({.file = file_}));
+}
+
+// The drive moved the base before the recording began: the recording has no stamps of that time.
+TEST_F(MeasuredSeriesTest, CamerasWithOwnClocksGiveTheSameResults) {
+    std::filesystem::create_directory(folder_ / "exact");
+    const auto exact = series(folder_ / "exact", other_drive());
+    const auto r = series(folder_, other_drive(), own_clocks);
+    const std::vector<FinishedMeasurement> all = recording::read_finished(recorded::RecordingReader{file_});
+    ASSERT_EQ(all.size(), 3U);
+    ASSERT_EQ(r.last.points.size(), 3U);
+    for (std::size_t i = 0; i < 3; ++i) {
+        const calibration::Estimate v_D = r.last.points[i].v_D, expected = exact.last.points[i].v_D;
+        EXPECT_NEAR(v_D.value, expected.value, std::hypot(v_D.sigma, expected.sigma)) << i;
+    }
+    const recorded::RecordingReader file{file_};
+    EXPECT_TRUE(std::isnan(file.numbers("raw/top/mid_exposure").back()));
     EXPECT_TRUE(commands::replay({.file = file_}));
 }
 

@@ -83,7 +83,13 @@ constexpr std::array accelerometers{AccelerometerKind{.name = "still",
                                                       .read = read_still,
                                                       .list = list_none}};
 constexpr std::array dacs{
-    DacKind{.name = "silent", .heading = "[dac]", .key = "dacs", .read = read_silent, .list = list_none}};
+    DacKind{.name = "silent",
+            .heading = "[dac]",
+            .key = "dacs",
+            .read = read_silent,
+            .list = list_none,
+            .search = {},
+            .advice = {.silent = "is it meant to be silent?", .rate_off = "who counts?"}}};
 constexpr Kinds tables{.dacs = dacs, .accelerometers = accelerometers, .cameras = cameras};
 
 std::string rig_file(const std::string& camera, const std::string& dac = {}) {
@@ -122,6 +128,9 @@ TEST(KindsTest, ARowIsEnoughToReadAndOpenADevice) {
     EXPECT_EQ(bench.rig.accelerometer->info().name, "still");
     EXPECT_EQ(bench.rig.dac->info().name, "silent");
     EXPECT_EQ(bench.granted, (Notes{"camera \"top\": drawn", "plays nothing"}));
+    EXPECT_EQ(bench.rig.advice.dac, dacs[0].advice);
+    EXPECT_EQ(bench.rig.advice.accelerometer, DeviceAdvice{});
+    EXPECT_EQ(bench.rig.advice.cameras, (std::vector{DeviceAdvice{}}));
 }
 
 TEST(KindsTest, AnUnknownKindIsNamedWithTheAllowedOnes) {

@@ -2,7 +2,7 @@
 // The whole program against the mock bench: real libasound, libiio and Aravis on both sides.
 #include <filesystem>
 #include <memory>
-#include <nlohmann/json.hpp>
+#include <nlohmann/json_fwd.hpp>
 #include <string>
 
 #include "drivers/mock/mock_bench.hpp"

@@ -4,7 +4,7 @@ import { byId, setHidden, setText } from "../dom";
 import { paperG } from "../groups";
 import type { Drive, State } from "../protocol";
 import type { Store } from "../store";
-import { wire } from "./forms";
+import { wire } from "./form";
 
 type Key = "frequency_hz" | "gamma_mps2" | "rho" | "phi_rad";
 

@@ -1,38 +1,10 @@
-// Forms send one action each and show its answer beside the button that asked.
+// The forms of the page but for the drive: start, recording, remark, control.
 import type { Actions } from "../actions";
-import { byId, setData, setHidden, setText } from "../dom";
+import { byId, setHidden, setText } from "../dom";
 import type { Session } from "../protocol";
 import type { Store } from "../store";
 import { makeDriveForm } from "./drive_form";
-
-type Body = () => Record<string, unknown> | { refused: string };
-
-/** Wires a form: `body` returns the order to send, or why not; `sent` is called when the daemon accepted it. */
-export function wire(form: HTMLFormElement, act: Actions, body: Body, sent: () => void = () => undefined): void {
-    const answer = form.querySelector("output")!;
-    const button = form.querySelector<HTMLButtonElement>("button:not([type=button])")!;
-    const say = (kind: string, text: string): void => {
-        setData(answer, "kind", kind);
-        setText(answer, text);
-    };
-    let number = 0;
-    form.addEventListener("submit", (event) => {
-        event.preventDefault();
-        if (button.getAttribute("aria-busy") === "true") return;
-        const content = body();
-        if ("refused" in content) return say("error", String(content["refused"]));
-        const mine = ++number;
-        button.setAttribute("aria-busy", "true");  // disabling it would take the focus away
-        say("busy", "…");
-        void act(form.dataset["action"]!, content).then((result) => {
-            button.removeAttribute("aria-busy");
-            if (!result.ok) return say("error", result.error);
-            say("ok", "✓");
-            setTimeout(() => { if (mine === number && answer.dataset["kind"] === "ok") say("", ""); }, 3000);
-            sent();
-        });
-    });
-}
+import { wire } from "./form";
 
 function form(id: string): HTMLFormElement { return byId(id, HTMLFormElement); }
 

@@ -1,4 +1,4 @@
-#include "drivers/region_camera.hpp"
+#include "daemon/bench/region_camera.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -8,7 +8,7 @@
 
 #include "drivers/frame_pool.hpp"
 
-namespace shaker {
+namespace shaker::bench {
 
 namespace {
 
@@ -98,4 +98,4 @@ void take_regions(Rig& rig) {
         camera = std::make_unique<RegionCamera>(std::move(camera));
 }
 
-}  // namespace shaker
+}  // namespace shaker::bench

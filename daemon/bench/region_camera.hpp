@@ -5,7 +5,7 @@
 
 #include "drivers/devices.hpp"
 
-namespace shaker {
+namespace shaker::bench {
 
 /// Region of a picture that the targets can reach: the full length along the shaker's axis; across it the
 /// targets' regions plus half their size on either side, at least 16 px.
@@ -21,4 +21,4 @@ PictureRegion region_of(const View& view);
 /// recording replays to the bit.
 void take_regions(Rig& rig);
 
-}  // namespace shaker
+}  // namespace shaker::bench
