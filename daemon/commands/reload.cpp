@@ -36,7 +36,7 @@ void Reload::require_same(const ServeSettings& now) const {
 void Reload::read() {
     const auto tell = [this](const std::string& text) {
         const auto now = bench_port_.state();
-        bench_port_.tell(now ? now->now_s : 0, "settings", text);
+        bench_port_.log(now ? now->now_s : 0, "settings", text);
     };
     if (const auto now = bench_port_.state(); now && driving(now->state))
         return tell(

@@ -71,7 +71,7 @@ void serve(const ServeOptions& options) {
         [&](const acquisition::Streams& streams, acquisition::Channels& channels) {
             const bool any = session.step(streams, channels);
             if (const auto state = bench_port.state())
-                notes.look(*state, channels.gathered, session.leaving());
+                notes.report(*state, channels.gathered, session.leaving());
             for (const service::BenchEvent& e : bench_port.events(logged)) {
                 logged = e.number;
                 spdlog::log(

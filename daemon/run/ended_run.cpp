@@ -19,7 +19,7 @@ namespace shaker::run {
 
 namespace {
 
-// Of the part that was planned, what the results are made from.
+// The part of the newest measurement from which the results are made.
 recording::MeasuredPart measured_part(const EndedRun& run, const std::vector<recording::RecordedTrip>& trips,
                                       double earliest_s) {
     const bool any = run.finished.to_s > run.finished.from_s;
@@ -42,7 +42,7 @@ std::vector<recording::RecordedTrip> recorded_trips(const EndedRun& run) {
     return trips;
 }
 
-// Reduces part of these streams, which are the run's or the end of them.
+// Reduces the measured part of `streams`, which are the run's streams or their last seconds.
 void reduce_part(const EndedRun& run, const acquisition::Streams& streams, double earliest_s,
                  Results& results) {
     const double f = run.header.frequency_hz;
@@ -60,7 +60,7 @@ void reduce_part(const EndedRun& run, const acquisition::Streams& streams, doubl
     }
 }
 
-// Gives the recording its findings, its end and its name.
+// Writes results, truth and trips to the recording and finishes it under its final name.
 void complete(recording::Recorder& recording, const EndedRun& run, const acquisition::Streams& streams,
               const Results& results) {
     recorded::RecordingWriter& file = recording.writer();
@@ -80,11 +80,11 @@ void complete(recording::Recorder& recording, const EndedRun& run, const acquisi
 void warn_of_lost(const EndedRun& run) {
     for (std::size_t i = 0; i < run.tails->size(); ++i)
         if (const auto lost = (*run.tails)[i].lost(); lost > 0)
-            spdlog::warn("camera \"{}\": {} pictures found no room in its tail", run.header.views[i].camera,
-                         lost);
+            spdlog::warn("camera \"{}\": {} pictures are missing in its last seconds: memory was full",
+                         run.header.views[i].camera, lost);
 }
 
-// The pictures of one camera's tail that belong to the kept end of its tracks.
+// Adds the pictures of one camera's tail that belong to the kept end of its tracks.
 void add_pictures(recording::Recorder& recording, std::size_t camera, const acquisition::RecentFrames& tail,
                   acquisition::Streams& streams) {
     const acquisition::CameraStream& c = streams.cameras[camera];
@@ -135,18 +135,19 @@ Results results_of(EndedRun& run) {
     results.trips = recorded_trips(run);
     reduce_part(run, run.streams, -INFINITY, results);
     if (!results.reduction) return results;
-    std::vector<std::string>& said = results.reduction->notes;
-    std::ranges::move(notes, std::back_inserter(said));
-    std::ranges::move(notes_on(run.streams), std::back_inserter(said));
-    std::ranges::copy(run.notes, std::back_inserter(said));
+    std::vector<std::string>& all = results.reduction->notes;
+    std::ranges::move(notes, std::back_inserter(all));
+    std::ranges::move(notes_on(run.streams), std::back_inserter(all));
+    std::ranges::copy(run.notes, std::back_inserter(all));
     if (!results.trips.empty() && !(run.finished.to_s > run.finished.from_s))
-        said.push_back(stopped_note((results.part.to_s - results.part.from_s) * run.header.frequency_hz));
+        all.push_back(stopped_note((results.part.to_s - results.part.from_s) * run.header.frequency_hz));
     return results;
 }
 
 std::string stopped_note(double periods) {
     return fmt::format(
-        "a limit stopped the run: these are the {:.0f} periods that were measured well before it", periods);
+        "a limit stopped the run: the results are from the {:.0f} periods measured clearly before the stop",
+        periods);
 }
 
 void finish(recording::Recorder& recording, const EndedRun& run, const Results& results) {

@@ -1,6 +1,6 @@
 #pragma once
-// A run that is over: its results, and its recording. A run that a limit stopped leaves the cause, the part
-// that was measured before, and the last seconds of all streams.
+// A finished run: its results and its recording. A run that a limit stopped leaves the cause, the
+// part measured before it, and the last seconds of all streams.
 #include <chrono>
 #include <filesystem>
 #include <optional>
@@ -16,63 +16,61 @@
 
 namespace shaker::run {
 
-/// The truth of a simulated run.
+/// The true motion of a simulated run.
 struct Truth {
-    double v_D = 0;  // m/s, over the measured part
-    std::vector<std::vector<simulated::PoseTruth>> poses;  // one list a camera, in the views' order
+    double v_D = 0;                                        // drift velocity over the measured part, m/s
+    std::vector<std::vector<simulated::PoseTruth>> poses;  // one list per camera, in the order of the views
 };
 Truth truth_of(const simulated::World& world, const std::vector<View>& views,
                const recording::MeasuredPart& part);
 
-/// Everything that results and recording are made from. It refers to nothing that the loops change, so that
-/// another thread may finish it.
+/// The data from which results and recording are made. The loops change none of them, so another thread may
+/// finish the run.
 struct EndedRun {
     recorded::RecordingHeader header;
     double started_s = 0;  // master time of header.started
     acquisition::Streams streams;
-    const std::vector<acquisition::RecentFrames>* tails = nullptr;  // held since the trip; null: no trip
-    /// The trip that stopped it and those after it, each with the state it came in; empty: no limit stopped
-    /// it.
+    const std::vector<acquisition::RecentFrames>* tails = nullptr;  // closed at the trip; null: no trip
     struct Stop {
         safety::Trip trip;
-        RunState state;
+        RunState state;  // when it tripped
     };
-    std::vector<Stop> stops;
-    recording::MeasuredPart finished;  // the newest finished measurement; empty: none
+    std::vector<Stop> stops;  // the trip that stopped the run and later ones; empty: no limit stopped it
+    recording::MeasuredPart finished;  // newest finished measurement; empty: no measurement was finished
     recording::MeasuredPart planned;   // the measurement that a limit stopped; empty: none had begun
     std::optional<control::IdentifiedResponse> identified;
     std::vector<std::string> notes;  // for the reader of the results
     std::optional<Truth> truth;
 };
 
-/// What stopped the run and what the run was in, without streams. Trips that were excused or cleared before
-/// are not among its stops.
+/// Stops, measurements and notes of the run; its streams stay empty. The stops do not include trips that
+/// were excused or cleared.
 EndedRun ended_run(const Sequence& sequence, const acquisition::Streams& streams);
 
-/// The results of a run, or why there are none.
+/// The results of a run, or the reason why it has no results.
 struct Results {
-    recording::MeasuredPart part;  // of master time; empty without a reduction
+    recording::MeasuredPart part;  // reduced part of master time; empty without a reduction
     std::optional<reduction::Reduction> reduction;
-    std::string not_reduced;
+    std::string not_reduced;  // reason; empty with a reduction
     std::vector<recording::RecordedTrip> trips;
 };
 
-/// Settles the streams' times and reduces the newest finished measurement; without one, the periods of a
-/// measurement that were measured well before the first trip.
+/// Settles the streams' times and reduces the newest finished measurement. Without a finished measurement, it
+/// reduces those periods of the stopped one that lie clearly before the first trip.
 Results results_of(EndedRun& run);
 
-/// The note on results of so many periods that were measured before a limit stopped the run.
+/// Note for results from `periods` periods that were measured before a limit stopped the run.
 std::string stopped_note(double periods);
 
-/// Completes the recording of the whole run. Where it keeps no frames a stopped run's gets those of the
-/// tails. DeviceError when the file cannot be written.
+/// Completes the recording of the whole run. A stopped run whose recording keeps no frames gets the frames
+/// of the tails. DeviceError when the file cannot be written.
 void finish(recording::Recorder& recording, const EndedRun& run, const Results& results);
 
-/// Where a stopped run is not recorded: writes a recording of its last seconds. DeviceError when the file
+/// Writes a recording of the last seconds of a stopped run that was not recorded. DeviceError when the file
 /// cannot be written.
 void record_tail(const EndedRun& run, const Results& results, const std::filesystem::path& file);
 
-/// "trip-20261121T140000Z.nxs" in a folder; "-2" and so on behind the time when there is one already.
+/// Path "trip-20261121T140000Z.nxs" in the folder. "-2", "-3", ... follow the time while the file exists.
 std::filesystem::path trip_file(const std::filesystem::path& folder,
                                 std::chrono::system_clock::time_point now);
 

@@ -8,11 +8,11 @@
 namespace shaker::run {
 
 namespace {
-constexpr double most_backlog = 0.8;  // of what may wait
+constexpr double most_backlog = 0.8;  // share of the recorder's queue
 }
 
-void RecordingMonitor::look(Sequence& sequence, const acquisition::Streams& streams,
-                            acquisition::Channels& channels) {
+void RecordingMonitor::update(Sequence& sequence, const acquisition::Streams& streams,
+                              acquisition::Channels& channels) {
     if (!recording_.on()) return;
     const double now_s =
         streams.played.empty() ? 0 : counted_s(streams.played.back().tick, streams.dac_rate_hz);

@@ -1,5 +1,5 @@
 #pragma once
-// Between a run and its recording: states and events go into it, its troubles come back and end the run.
+// Writes states and events of a run to its recording, and stops the run when the recording fails.
 #include <string>
 
 #include "daemon/recording/recorder.hpp"
@@ -9,11 +9,11 @@ namespace shaker::run {
 
 class RecordingMonitor {
 public:
-    /// The recording outlives this.
+    /// The recording must outlive this object.
     explicit RecordingMonitor(recording::Recorder& recording) : recording_{recording} {}
-    /// After each step of the director. A recording that failed, or is nearly so far behind that samples
-    /// would be lost, stops the drive softly: what is not recorded need not be driven.
-    void look(Sequence& sequence, const acquisition::Streams& streams, acquisition::Channels& channels);
+    /// Call it after each step of the sequence. Stops the drive softly when the recording has failed or when
+    /// its backlog is almost so large that samples would be lost.
+    void update(Sequence& sequence, const acquisition::Streams& streams, acquisition::Channels& channels);
 
 private:
     recording::Recorder& recording_;
@@ -21,10 +21,10 @@ private:
     bool begun_ = false, stopped_ = false;
     std::size_t notes_ = 0, finished_ = 0;
     recording::MeasuredPart measured_;
-    double well_s_ = 0;  // master time when all was well last
+    double well_s_ = 0;  // master time of the last update without trouble
 };
 
-/// A new one each time (UUID).
+/// A new UUID.
 std::string new_identifier();
 
 }  // namespace shaker::run

@@ -17,7 +17,7 @@ namespace shaker::run {
 
 namespace {
 
-constexpr double kept_s = 12;  // of the streams, for guards and a stop just after the recording
+constexpr double kept_s = 12;  // streams kept for the guards and for a stop just after the recording
 constexpr std::chrono::milliseconds space_every{500};
 
 std::string stem_now() {
@@ -25,7 +25,7 @@ std::string stem_now() {
     return fmt::format("run-{:%Y%m%dT%H%M%SZ}", fmt::gmtime(now));
 }
 
-// A daemon's devices count from its start, a recording from its own.
+// Counts since the start of the run; the devices count from the start of the program.
 std::vector<DeviceReport> lost_since(const std::vector<DeviceReport>& before, std::vector<DeviceReport> now) {
     for (std::size_t i = 0; i < now.size() && i < before.size(); ++i) {
         DeviceCounts& c = now[i].counts;
@@ -62,8 +62,7 @@ void Recordings::remark(const std::string& text, const Sequence& sequence) {
 void Recordings::begin(const RunOptions& run, const std::filesystem::path& file, double now_s) {
     if (!file.empty() && finishing())
         throw InputError{
-            "the recording before is still being finished; a run that is recorded may start when that is "
-            "done"};
+            "the previous recording is still being finished; start the next recorded run after that"};
     const bool with_truth = !settings_.on_call && bench_.world != nullptr;
     header_ = run_header(bench_, run, settings_.live, with_truth);
     started_s_ = now_s;
@@ -90,7 +89,7 @@ void Recordings::open(const std::filesystem::path& file) {
     remarks_.clear();
     collector_.record(recording_.get());
     begun_s_ = INFINITY;
-    told_long_ = false;
+    ended_long_ = false;
 }
 
 std::vector<std::string> Recordings::warnings() const {
@@ -107,13 +106,13 @@ std::string Recordings::name() const {
     return finishing() ? closing_ : std::string{};
 }
 
-void Recordings::look(Sequence& sequence, acquisition::Channels& channels) {
+void Recordings::update(Sequence& sequence, acquisition::Channels& channels) {
     if (!on()) return;
     begun_s_ = std::min(begun_s_, sequence.now_s());
-    watch_->look(sequence, collector_.streams(), channels);
-    if (sequence.now_s() < begun_s_ + settings_.most_s || told_long_) return;
+    watch_->update(sequence, collector_.streams(), channels);
+    if (sequence.now_s() < begun_s_ + settings_.most_s || ended_long_) return;
     if (const RunState s = sequence.state(); s != RunState::ramp && s != RunState::run) return;
-    told_long_ = true;
+    ended_long_ = true;
     sequence.end(channels);
 }
 
@@ -140,7 +139,7 @@ void Recordings::finish(const Sequence& sequence) {
         watch_.reset();
         collector_.record(nullptr);
     }
-    // A copy of an hour would take longer than this thread may stand still: the streams move.
+    // Copying an hour of streams would block this thread too long, so the streams are moved.
     run.streams =
         !settings_.on_call || on()
             ? hand_over(collector_.streams(), settings_.on_call ? sequence.now_s() - kept_s : INFINITY)
@@ -186,7 +185,7 @@ bool Recordings::step() {
     return true;
 }
 
-// A recording that cannot be finished must not end the program: FILE.part stays.
+// An exception is stored, so a recording that cannot be finished does not end the program; FILE.part stays.
 void Recordings::conclude(Job& job) const {
     FinishedRun& f = job.run;
     try {
@@ -205,7 +204,7 @@ void Recordings::conclude(Job& job) const {
     if (settings_.on_call) f.run.streams = acquisition::Streams{};
 }
 
-// On the recorder's thread: a disk that hangs must not hold up who leads the drive.
+// Runs on the recorder's thread, so a hanging disk does not block the thread that leads the drive.
 void Recordings::ask_for_space() {
     const auto now = std::chrono::steady_clock::now();
     if (now < asked_ + space_every) return;

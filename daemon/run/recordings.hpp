@@ -1,6 +1,6 @@
 #pragma once
-// The recordings of a bench's runs: opened before the drive comes up, finished on the recorder's thread when
-// it is silent again, and the files that stopped runs leave behind.
+// The recordings of a bench's runs: opened before the drive starts, finished on the recorder's thread after
+// the soft stop. Also writes the last seconds of stopped runs.
 #include <array>
 #include <atomic>
 #include <chrono>
@@ -25,64 +25,64 @@
 namespace shaker::run {
 
 struct RecordingsSettings {
-    std::filesystem::path folder;  // of recordings by name and of stopped runs' last seconds
-    double most_s = 3600;          // of one recording: all of it is in memory until it is finished
-    bool live = false;             // a thread of its own calls step()
-    bool on_call = false;          // one run follows the other, on streams that never end
+    std::filesystem::path folder;  // for named recordings and for the last seconds of stopped runs
+    double most_s = 3600;          // longest recording, s; its streams stay in memory until it is finished
+    bool live = false;             // a separate thread calls step()
+    bool on_call = false;          // runs follow each other on endless streams
 };
 
-/// A run that is over, with its results and its file.
+/// A finished run with its results and its file.
 struct FinishedRun {
-    EndedRun run;  // on call without streams
+    EndedRun run;  // its streams are empty on call
     Results results;
-    std::filesystem::path file;  // empty: nothing was to be written
-    bool whole = false;          // the file is the recording of the whole run, else its last seconds
-    std::exception_ptr failure;  // why the file is not complete; null when it is
-    std::optional<std::string> recorder_failure;  // why the recorder gave up during the run
+    std::filesystem::path file;  // empty: no file
+    bool whole = false;          // true: the file holds the whole run; false: its last seconds
+    std::exception_ptr failure;  // reason for an incomplete file; null: complete
+    std::optional<std::string> recorder_failure;  // reason why the recorder stopped during the run
 };
 
-/// Thread safety: step() is for the recorder's thread, everything else for the thread that leads the run.
-/// Only begin() and file_named() wait for the disk: while nothing is driven.
+/// Thread safety: the recorder's thread calls step(), the thread that leads the run calls everything else.
+/// Only begin() and file_named() wait for the disk. They are called while nothing is driven.
 class Recordings {
 public:
-    /// Bench and collector outlive this.
+    /// Bench and collector must outlive this object.
     Recordings(bench::Bench& bench, acquisition::Collector& collector, const RecordingsSettings& settings);
 
-    /// The file of a recording in the folder; name: without folder and ending; empty: by the time, new.
+    /// Path of a recording in the folder. name: without folder and ending; empty: a new name from the time.
     [[nodiscard]] std::filesystem::path file_named(const std::string& name) const;
-    /// Begins the run's header and, unless it is empty, its file. now_s: master time. InputError for a file
-    /// that exists and while the recording before is being finished.
+    /// Prepares the run's header and opens its file (empty path: no file). now_s: master time, s. InputError
+    /// when the file exists, and while the previous recording is being finished.
     void begin(const RunOptions& run, const std::filesystem::path& file, double now_s);
-    /// After each step of the sequence. A recording that becomes too long ends the run.
-    void look(Sequence& sequence, acquisition::Channels& channels);
-    /// Adds the operator's remark to the recording that grows, else to the next.
+    /// Call it after each step of the sequence. Ends the run when its recording becomes too long.
+    void update(Sequence& sequence, acquisition::Channels& channels);
+    /// Adds the operator's remark to the open recording, or to the next one when no recording is open.
     void remark(const std::string& text, const Sequence& sequence);
-    /// The run is over, the drive silent: what there is to complete or to write goes to the recorder's
-    /// thread. Not live, all is done on return.
+    /// Call it after the run, when the drive is silent. Passes the files to the recorder's thread for
+    /// completion. Without `live`, they are complete on return.
     void finish(const Sequence& sequence);
-    /// A file is being completed.
+    /// True while a file is being completed.
     [[nodiscard]] bool finishing() const noexcept { return unfinished_ > 0; }
-    /// The next run whose file has been completed; empty: none.
+    /// The next finished run whose file is complete; empty while there is no such run.
     std::optional<FinishedRun> finished();
-    /// Warnings of the guards since begin(), one sentence a cause.
+    /// Warnings of the guards since begin(), one sentence per cause.
     [[nodiscard]] std::vector<std::string> warnings() const;
 
     [[nodiscard]] const std::filesystem::path& folder() const noexcept { return settings_.folder; }
-    /// Name of the recording that grows or is being finished; empty: there is none.
+    /// File name of the recording that is open or being finished; empty without one.
     [[nodiscard]] std::string name() const;
-    /// What waits to be written, as a share of what may wait, and the pieces of data that found no room.
+    /// Filled share of the recorder's queue (0 to 1), and pieces of data lost because it was full.
     [[nodiscard]] double backlog() const { return on() ? recording_->backlog() : 0; }
     [[nodiscard]] std::uint64_t pieces_lost() const { return on() ? recording_->lost() : 0; }
-    /// Free space where recordings go, bytes, half a second old; NaN: not known.
+    /// Free space in the folder, bytes, at most half a second old; NaN: not known.
     [[nodiscard]] double free_bytes() const noexcept { return free_bytes_; }
     [[nodiscard]] bool on() const noexcept { return recording_ != nullptr; }
-    /// Records, or completes a file. False when nothing waited.
+    /// Writes waiting data or completes a file. False when there was nothing to do.
     bool step();
 
 private:
     struct Job {
         FinishedRun run;
-        std::shared_ptr<recording::Recorder> recording;  // null: not recorded
+        std::shared_ptr<recording::Recorder> recording;  // null: the run was not recorded
     };
     using Counts = std::array<std::uint64_t, safety::causes>;
 
@@ -94,21 +94,21 @@ private:
     acquisition::Collector& collector_;
     RecordingsSettings settings_;
     recorded::RecordingHeader header_;
-    double started_s_ = 0;              // master time of its date
-    std::vector<DeviceReport> before_;  // the run
-    Counts warned_{};                   // before the run
+    double started_s_ = 0;              // master time of the date in the header
+    std::vector<DeviceReport> before_;  // device counts at begin()
+    Counts warned_{};                   // warning counts at begin()
     std::filesystem::path file_;
     std::shared_ptr<recording::Recorder> recording_;  // changed under mutex_
     std::unique_ptr<RecordingMonitor> watch_;
-    std::string closing_;  // name of the recording that is finished last; empty: it was not recorded
-    double begun_s_ = 0;
-    bool told_long_ = false;
+    std::string closing_;      // file name of the recording being finished; empty: the run was not recorded
+    double begun_s_ = 0;       // master time of the first update with this recording
+    bool ended_long_ = false;  // the run was ended because its recording became too long
     std::deque<recording::LogEntry> remarks_;  // for the next recording, at most most_remarks
 
     std::atomic<int> unfinished_{0};
     std::atomic<double> free_bytes_{NAN};
-    std::chrono::steady_clock::time_point asked_{};  // for the free space
-    mutable std::mutex mutex_;                       // between the two threads: held for a moment only
+    std::chrono::steady_clock::time_point asked_{};  // last query of the free space
+    mutable std::mutex mutex_;                       // guards recording_, jobs_, finished_; held briefly
     std::deque<std::unique_ptr<Job>> jobs_;
     std::deque<FinishedRun> finished_;
 };

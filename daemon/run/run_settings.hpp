@@ -12,23 +12,23 @@ namespace shaker::run {
 
 struct RunOptions {
     std::string rig = "sim:";
-    std::filesystem::path scene;  // empty: the paper's bench
+    std::filesystem::path scene;  // file; empty: the paper's bench
     Drive drive;
-    int periods = 40;
-    int settle = 0;             // periods of the settled drive before them; 0: until the walker is steady
-    std::filesystem::path out;  // empty: nothing is recorded
+    int periods = 40;  // of a measurement
+    int settle = 0;    // periods of settled drive before a measurement; 0: until the walker's drift is steady
+    std::filesystem::path out;          // empty: nothing is recorded
     std::filesystem::path trips = ".";  // folder for the last seconds of a stopped run that is not recorded
     recorded::KeptPictures pictures = recorded::KeptPictures::region;
-    bool identify = true;     // find out the response before; else the data sheet's is taken
+    bool identify = true;     // measure the response first; false: use the data sheet's response
     bool closed_loop = true;  // measured harmonics correct the drive
-    double mains_hz = 0;      // fitted beside the harmonics; 0: not
-    bool threads = false;     // one thread a loop instead of lockstep
-    bool real_time = false;   // with threads, a simulated rig is no faster than a real one
+    double mains_hz = 0;      // mains frequency, fitted together with the harmonics; 0: not fitted
+    bool threads = false;     // one thread for each loop; false: lockstep
+    bool real_time = false;   // with threads: a simulated rig keeps to real time
     bool json = false;
 };
 
-/// Changes `options` by a table: rig, scene and what a run takes. InputError with file, line, key, value and
-/// range for anything else.
+/// Changes `options` by a table with the keys listed at read_run_settings(). InputError with file, line, key,
+/// value and range for anything else.
 void read_run_table(SettingsTable run, RunOptions& options);
 
 /// Changes `options` by the table [run] of a file: rig, scene, frequency_hz, gamma_mps2, rho, phi_rad,
@@ -36,7 +36,8 @@ void read_run_table(SettingsTable run, RunOptions& options);
 /// mains_hz. InputError with file, line, key, value and range for anything else.
 void read_run_settings(const std::filesystem::path& file, RunOptions& options);
 
-/// The settings of a run as such a file. The scene is not in it: a recording keeps that as a whole.
+/// The settings of a run as the text of such a file, without the scene: a recording keeps the scene file
+/// itself.
 std::string run_settings_text(const RunOptions& options);
 
 }  // namespace shaker::run

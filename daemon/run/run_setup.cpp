@@ -48,7 +48,7 @@ std::vector<safety::Demand> run_demands(const bench::Bench& bench, const Drive& 
 }
 
 RunPlan run_plan(const bench::Bench& bench, const RunOptions& run, const safety::Limits& limits) {
-    constexpr double usable = 0.95;  // of what the drive may reach: room for corrections
+    constexpr double usable = 0.95;  // share of the drive's limit; the rest is for corrections
     return {.controller = {.drive = run.drive,
                            .volts_limit = usable * limits.drive.abort,
                            .identify = run.identify,

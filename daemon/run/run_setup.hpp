@@ -1,6 +1,5 @@
 #pragma once
-// What a run begins with: what its recording says of it before the first sample, what it will ask of
-// the bench, its plan.
+// Preparation of a run: header of its recording, limits, predicted motion and plan.
 #include <vector>
 
 #include "daemon/bench/bench.hpp"
@@ -11,14 +10,14 @@
 
 namespace shaker::run {
 
-/// live: on real time, with a date and an identifier. with_truth: places for where a simulated walker really
-/// was.
+/// Header of the run's recording. live: real time, so the header gets a date and an identifier. with_truth:
+/// the file gets tables for the true positions of a simulated walker.
 recorded::RecordingHeader run_header(const bench::Bench& bench, const RunOptions& run, bool live,
                                      bool with_truth);
-/// The limits of any run: those of the bench, but the DAC may run empty, for the drive comes up softly again
-/// by itself some times.
+/// The limits of any run: the bench's limits without the detector `underrun`. After an empty DAC the drive
+/// restarts softly by itself, a limited number of times.
 safety::Limits limits_of_run(safety::Limits limits);
-/// What a drive will ask of this bench, by its data sheet, beside these limits.
+/// Peaks of voltage and motion that a drive needs by the data sheet, each with its limit.
 std::vector<safety::Demand> run_demands(const bench::Bench& bench, const Drive& drive,
                                         const safety::Limits& limits);
 RunPlan run_plan(const bench::Bench& bench, const RunOptions& run, const safety::Limits& limits);

@@ -90,7 +90,7 @@ FinishedRun Runner::run() {
     lead(
         [this](const acquisition::Streams& streams, acquisition::Channels& channels) {
             const bool any = sequence_.step(streams, channels);
-            recordings_.look(sequence_, channels);
+            recordings_.update(sequence_, channels);
             return any;
         },
         [this] { return sequence_.done(); });

@@ -1,5 +1,5 @@
 #pragma once
-// Leads any run on a bench: one order and an exit, orders from outside, or a self-test.
+// Leads any run on a bench: a single run, a bench on call, or a self-test.
 #include <functional>
 #include <string>
 #include <vector>
@@ -15,15 +15,15 @@ namespace shaker::run {
 
 struct RunnerSettings {
     RunOptions run;
-    bool on_call = false;  // waits in idle for orders and never is done
-    std::filesystem::path recordings =
-        ".";                            // folder for recordings by name and for stopped runs' last seconds
-    double longest_recording_s = 3600;  // on call
+    bool on_call = false;  // waits in idle for orders and is never done
+    /// Folder for named recordings and for the last seconds of stopped runs.
+    std::filesystem::path recordings = ".";
+    double longest_recording_s = 3600;  // on call only
 };
 
-/// Owns an opened bench with everything that drives and hears it. Whoever leads, the same limits are in
-/// force, the same drives are refused, the same warnings are counted and the same recordings are made. Thread
-/// safety: one thread; lead() starts the loops' threads and joins them.
+/// Owns an opened bench and the loops that drive and measure it. Limits, refusals, warnings and recordings
+/// are the same for every kind of run.
+/// Thread safety: one thread; lead() starts the loops' threads and joins them.
 class Runner {
 public:
     /// Opens the bench and builds the loops; nothing is driven and no file is made. InputError or DeviceError
@@ -32,12 +32,12 @@ public:
     Runner(const Runner&) = delete;
     Runner& operator=(const Runner&) = delete;
 
-    /// Executes the order of the settings: drives, measures, comes down, records. InputError, before anything
-    /// moves and any file is made, for a drive beyond the limits. DeviceError for a device that fails.
+    /// Performs the run of the settings: drives, measures, stops softly, records. InputError for a drive
+    /// beyond the limits, before anything moves or any file is made. DeviceError for a device that fails.
     FinishedRun run();
-    /// Plays a self-test and judges it. A limit that stops it and a device that fails are findings too.
+    /// Runs a self-test and judges it. A stop by a limit and a failed device are findings too.
     std::vector<Finding> check(SelfTestPlan plan);
-    /// Calls `step` after new data until `done`; the loops play, hear and record meanwhile.
+    /// Runs the loops until `done` returns true. Calls `step` after new data.
     void lead(const acquisition::Lead& step, const std::function<bool()>& done);
 
     [[nodiscard]] bench::Bench& bench() noexcept { return bench_; }
@@ -46,7 +46,7 @@ public:
     [[nodiscard]] Recordings& recordings() noexcept { return recordings_; }
     [[nodiscard]] const RunOptions& options() const noexcept { return settings_.run; }
     [[nodiscard]] const safety::Limits& limits() const noexcept { return limits_; }
-    /// Time the DAC has played, and that this took, s.
+    /// Time that the DAC has played, and the elapsed real time, s.
     [[nodiscard]] double played_s() const noexcept;
     [[nodiscard]] double wall_s() const noexcept { return wall_s_; }
     /// The operating system's refusals of real-time requests.

@@ -10,7 +10,7 @@
 namespace shaker::run {
 
 namespace {
-constexpr double longest_stop_s = 2;  // when the output does not report its ramp to zero
+constexpr double longest_stop_s = 2;  // waiting time when the output does not report its ramp to zero
 }
 
 SelfTest::SelfTest(const SelfTestPlan& plan, double dac_rate_hz) : plan_{plan}, dac_rate_hz_{dac_rate_hz} {
@@ -28,8 +28,8 @@ bool SelfTest::step(const acquisition::Streams& streams, Mailbox<DriveCommand>& 
     for (; plays_ < streams.played.size(); ++plays_)
         if (const PlayTime& p = streams.played[plays_]; p.lost > 0)
             throw DeviceError{
-                fmt::format("the DAC ran empty at {:.3f} s and stood still for {:.1f} ms: has the computer "
-                            "too much to do, or is buffer_frames too small?",
+                fmt::format("the DAC ran empty at {:.3f} s and was silent for {:.1f} ms: the computer is too "
+                            "busy, or buffer_frames is too small",
                             counted_s(p.tick, dac_rate_hz_), 1e3 * duration_s(p.lost, dac_rate_hz_))};
     const double now_s = streams.played.empty() ? 0 : counted_s(streams.played.back().tick, dac_rate_hz_);
     if (!trip_ && !streams.trips.empty()) {
@@ -58,7 +58,7 @@ bool SelfTest::step(const acquisition::Streams& streams, Mailbox<DriveCommand>& 
             break;
         case State::ramp:
             if (now_s < in_force_s_) break;
-            // Five periods for the suspension to follow.
+            // The suspension settles within five periods.
             held_.from_s = std::ceil(in_force_s_ / period_s + 5) * period_s;
             held_.to_s = held_.from_s + plan_.hold * period_s;
             state_ = State::hold;

@@ -1,6 +1,6 @@
 #pragma once
-// A short low-level drive that tells whether a bench is wired as its rig file says: silence, both harmonics
-// at a small voltage, silence.
+// Self-test: silence, harmonics 1 and 2 at a small voltage, silence. The findings show whether the bench is
+// wired as its rig file says.
 #include <array>
 #include <cmath>
 #include <complex>
@@ -16,31 +16,30 @@ namespace shaker::run {
 
 struct SelfTestPlan {
     double frequency = 20;     // Hz
-    double volts = 0.02;       // of each of harmonics 1 and 2, at the DAC
-    double quiet_s = 1;        // of silence before, for the noise
+    double volts = 0.02;       // peak of harmonic 1 and of harmonic 2 at the DAC, V
+    double quiet_s = 1;        // silence before the drive, for the noise
     int ramp = 10;             // periods of the ramps at both ends
-    int hold = 40;             // periods that are judged
+    int hold = 40;             // periods that are evaluated
     double gravity = paper_g;  // m/s^2 at the place
-    /// Data sheet, m/s^2 a volt at f, 2f, ...
+    /// Response by the data sheet at f, 2f, ..., m/s^2 per volt.
     std::array<std::complex<double>, max_harmonics> response{};
 };
 
-/// A part of master time, s.
+/// An interval of master time, s.
 struct TimeSpan {
     double from_s = 0, to_s = 0;
 };
 
-/// Leads the self-test: posts the drive when its time has come.
+/// Leads the self-test: posts the drive commands at their times.
 class SelfTest {
 public:
     SelfTest(const SelfTestPlan& plan, double dac_rate_hz);
-    /// False when nothing had come. Throws DeviceError when the DAC ran empty: what was asked of it is gone
-    /// then.
+    /// Processes new data. False when no data arrived. Throws DeviceError when the DAC ran empty.
     bool step(const acquisition::Streams& streams, Mailbox<DriveCommand>& drive);
     [[nodiscard]] bool done() const noexcept { return state_ == State::done; }
-    /// Why a limit stopped it; empty: none did.
+    /// The trip that stopped the self-test; empty: no limit stopped it.
     [[nodiscard]] const std::optional<safety::Trip>& trip() const noexcept { return trip_; }
-    /// Without a drive, and with the drive in force and the base settled.
+    /// Intervals without a drive, and with the drive in force and the base settled.
     [[nodiscard]] TimeSpan quiet() const noexcept { return quiet_; }
     [[nodiscard]] TimeSpan held() const noexcept { return held_; }
     [[nodiscard]] const SelfTestPlan& plan() const noexcept { return plan_; }
@@ -62,14 +61,14 @@ private:
 
 enum class Verdict { good, warning, bad };
 
-/// One thing that was found out about a device, in words an operator can act on.
+/// One result about a device. Its text also says what to check.
 struct Finding {
     Verdict verdict = Verdict::good;
     std::string device;
     std::string text;
 };
 
-/// What a finished self-test says: rates, noise, clock fits, response, polarity, pictures, losses.
+/// Findings of a finished self-test: rates, noise, clock fits, response, polarity, pictures, losses.
 std::vector<Finding> judge(const SelfTest& test, const Rig& rig, acquisition::Streams& streams);
 
 }  // namespace shaker::run

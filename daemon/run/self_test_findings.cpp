@@ -17,16 +17,17 @@ namespace shaker::run {
 namespace {
 
 using Complex = std::complex<double>;
-constexpr double most_ppm = 200;       // that a crystal may be off
-constexpr double most_gravity = 0.05;  // that the resting sensor may be off from the place's, as a share
+constexpr double most_ppm = 200;       // largest rate error of a crystal
+constexpr double most_gravity = 0.05;  // largest relative error of gravity measured at rest
 constexpr double deg = 180 / std::numbers::pi;
 
-// Harmonics 1 and 2 of the base's acceleration along an axis, by one instrument, phases against the drive.
+// Harmonics 1 and 2 of the base's acceleration along an axis, measured by one instrument. m/s^2; phases
+// relative to the drive.
 struct Motion {
     std::array<Complex, 2> a{};
     std::array<double, 2> sd{};
     [[nodiscard]] bool seen() const { return std::abs(a[0]) > 5 * sd[0] && std::abs(a[1]) > 5 * sd[1]; }
-    // alpha2 - 2 alpha1: no delay changes it, a change of sign turns it by pi.
+    // alpha2 - 2 alpha1, rad: independent of a delay; a change of sign adds pi.
     [[nodiscard]] double shape() const { return std::arg(a[1]) - 2 * std::arg(a[0]); }
 };
 
@@ -56,10 +57,10 @@ private:
         const bool crystal = std::abs(c.ppm) < most_ppm + 4 * c.ppm_sigma;
         add(crystal ? Verdict::good : Verdict::warning, device,
             fmt::format(
-                "{:.6g} Hz, runs {} ppm fast against the host's clock; mean delay of its stamps {:.3g} us "
-                "above the shortest{}",
+                "{:.6g} Hz, {} ppm fast relative to the host's clock; time stamps arrive {:.3g} us later "
+                "than the earliest, on average{}",
                 nominal_hz, report::with_error(c.ppm, c.ppm_sigma), 1e6 * c.delay.count(),
-                crystal ? "" : fmt::format("; no crystal is that far off: {}", advice.rate_off)));
+                crystal ? "" : fmt::format("; too far off for a crystal: {}", advice.rate_off)));
     }
     void losses(const std::string& device, const char* what, const DeviceCounts& c) {
         const bool clean = c.lost == 0 && c.incidents == 0 && c.reopened == 0;
@@ -93,7 +94,7 @@ void Judge::dac() {
 void Judge::accelerometer() {
     const AccelerometerInfo info = rig_.accelerometer->info();
     if (streams_.blocks.empty()) {
-        add(Verdict::bad, info.name, fmt::format("no sample arrived: {}", rig_.advice.accelerometer.silent));
+        add(Verdict::bad, info.name, fmt::format("no samples arrived: {}", rig_.advice.accelerometer.silent));
         return;
     }
     clock(info.name, rig_.advice.accelerometer, info.rate_hz, streams_.timebase.accelerometer());
@@ -108,7 +109,8 @@ void Judge::accelerometer() {
         streams_.blocks, [](const AccelBlock& b) { return has(b.quality, Quality::clipped); });
     if (clipped > 0)
         add(Verdict::warning, info.name,
-            fmt::format("{} blocks reach the end of its range: a larger range, or is it loose?", clipped));
+            fmt::format("{} blocks reach the end of its range: select a larger range, check the mounting",
+                        clipped));
 }
 
 void Judge::noise(const std::string& name, const std::array<std::vector<double>, 3>& quiet) {
@@ -120,7 +122,7 @@ void Judge::noise(const std::string& name, const std::array<std::vector<double>,
         sd(k) = std::sqrt((v.array() - mean(k)).square().mean());
     }
     if (sd.minCoeff() == 0) {
-        add(Verdict::bad, name, "an axis never changes, not even by its noise: frozen, or not connected");
+        add(Verdict::bad, name, "an axis is constant, even without noise: frozen or not connected");
         return;
     }
     const double density = 1e6 / paper_g / std::sqrt(rig_.accelerometer->info().rate_hz / 2);
@@ -131,10 +133,10 @@ void Judge::noise(const std::string& name, const std::array<std::vector<double>,
     const double off = mean.norm() / test_.plan().gravity - 1;
     const bool fits = std::abs(off) < most_gravity;
     add(fits ? Verdict::good : Verdict::warning, name,
-        fmt::format("at rest it shows {:.4f} m/s^2 along ({:+.3f}, {:+.3f}, {:+.3f}): gravity {}",
-                    mean.norm(), mean(0) / mean.norm(), mean(1) / mean.norm(), mean(2) / mean.norm(),
-                    fits ? "as it should be"
-                         : fmt::format("is {:+.1f} % off: check scale, range and offset", 100 * off)));
+        fmt::format(
+            "measures {:.4f} m/s^2 along ({:+.3f}, {:+.3f}, {:+.3f}) at rest: gravity {}", mean.norm(),
+            mean(0) / mean.norm(), mean(1) / mean.norm(), mean(2) / mean.norm(),
+            fits ? "is correct" : fmt::format("is {:+.1f} % off: check scale, range and offset", 100 * off)));
 }
 
 void Judge::camera(std::size_t index) {
@@ -148,14 +150,14 @@ void Judge::camera(std::size_t index) {
     for (std::size_t i = 0; i < view.targets.size(); ++i) {
         const std::vector<tracking::Track>& tracks = streams_.tracks[taken.first_track + i].tracks;
         if (tracks.empty()) {
-            add(Verdict::bad, name, fmt::format("no frame arrived: {}", advice.silent));
+            add(Verdict::bad, name, fmt::format("no frames arrived: {}", advice.silent));
             return;
         }
         const auto good = std::ranges::count_if(
             tracks, [](const tracking::Track& t) { return t.fix.state == tracking::TrackState::ok; });
         const bool fine = 100 * good >= 99 * static_cast<std::ptrdiff_t>(tracks.size());
         add(fine ? Verdict::good : Verdict::warning, name,
-            fmt::format("\"{}\" found well in {} of {} frames{}", view.targets[i].name, good, tracks.size(),
+            fmt::format("\"{}\" found in {} of {} frames{}", view.targets[i].name, good, tracks.size(),
                         fine ? "" : ": check light, focus, roi_px and kind of the target"));
     }
     if (const auto own = streams_.timebase.camera_stamps(index))
@@ -199,9 +201,9 @@ std::optional<Motion> Judge::by_accelerometer() {
     if (m.seen())
         add(across > 0.1 ? Verdict::warning : Verdict::good, rig_.accelerometer->info().name,
             fmt::format(
-                "the base moves along ({:+.3f}, {:+.3f}, {:+.3f}) of the sensor, {:.1f} % across it{}",
+                "base moves along ({:+.3f}, {:+.3f}, {:+.3f}) in the sensor's axes, {:.1f} % across{}",
                 axis(0), axis(1), axis(2), 100 * across,
-                across > 0.1 ? ": is the sensor mounted as shaker_axis says?" : ""));
+                across > 0.1 ? ": check that the sensor is mounted as shaker_axis says" : ""));
     return m;
 }
 
@@ -233,7 +235,7 @@ void Judge::response(const Motion& m) {
         const double got = std::abs(m.a[k]) / volts, sheet = std::abs(test_.plan().response[k]);
         const bool fits = got > 0.5 * sheet && got < 2 * sheet;
         add(fits ? Verdict::good : Verdict::warning, "shaker",
-            fmt::format("{} m/s^2 a volt at {:.4g} Hz; its data sheet says {:.4g}{}",
+            fmt::format("{} m/s^2 per volt at {:.4g} Hz; data sheet {:.4g}{}",
                         report::with_error(got, m.sd[k] / volts),
                         static_cast<double>(k + 1) * test_.plan().frequency, sheet,
                         fits ? "" : ": check the amplifier's gain, full_scale_V and the masses in [shaker]"));
@@ -245,14 +247,14 @@ void Judge::polarity(const std::string& device, const Motion& m, const char* cur
     const double off = std::remainder(m.shape() - sheet, two_pi);
     if (std::abs(off) < std::numbers::pi / 3)
         add(Verdict::good, device,
-            fmt::format("polarity is right: positive volts push the base towards +x (shape {:+.1f} deg off)",
+            fmt::format("polarity is right: positive volts move the base towards +x (shape {:+.1f} deg off)",
                         deg * off));
     else if (std::abs(off) > 2 * std::numbers::pi / 3)
         add(Verdict::bad, device, fmt::format("polarity is inverted: {}", cure));
     else
         add(Verdict::warning, device,
-            fmt::format("polarity cannot be told: the second harmonic is {:+.0f} deg off what the data sheet "
-                        "says; is the drive distorted, or another device in the way?",
+            fmt::format("polarity is undetermined: the second harmonic is {:+.0f} deg off the data sheet; "
+                        "check for a distorted drive and for other devices in the signal path",
                         deg * off));
 }
 
@@ -261,27 +263,27 @@ void Judge::motion() {
     if (a && a->seen()) {
         response(*a);
         polarity(rig_.accelerometer->info().name, *a,
-                 "turn the sensor's shaker_axis round, or swap the wires of the shaker");
+                 "reverse the sign of the sensor's shaker_axis, or swap the wires of the shaker");
     } else if (a) {
         add(Verdict::bad, "shaker",
-            fmt::format(
-                "the base does not move: {:.2g} +- {:.1g} m/s^2 at {:.4g} V. Is the amplifier on, its "
-                "gain up, the cable in?",
-                std::abs(a->a[0]), a->sd[0], test_.plan().volts));
+            fmt::format("base does not move: {:.2g} +- {:.1g} m/s^2 at {:.4g} V; check the amplifier's power "
+                        "and gain, "
+                        "and the cables",
+                        std::abs(a->a[0]), a->sd[0], test_.plan().volts));
     }
     if (c && c->seen()) {
-        polarity("cameras", *c, "turn `along` of the cameras round, or swap the wires of the shaker");
+        polarity("cameras", *c, "reverse `along` of the cameras, or swap the wires of the shaker");
         if (a && a->seen()) {
             const double ratio = std::abs(c->a[0]) / std::abs(a->a[0]);
             const double sd = ratio * std::hypot(c->sd[0] / std::abs(c->a[0]), a->sd[0] / std::abs(a->a[0]));
             const bool fits = std::abs(ratio - 1) < std::max(0.02, 4 * sd);
             add(fits ? Verdict::good : Verdict::warning, "cameras",
-                fmt::format("the base's acceleration by cameras over that by accelerometer: {}{}",
+                fmt::format("ratio of the base's acceleration, cameras to accelerometer: {}{}",
                             report::with_error(ratio, sd),
                             fits ? "" : ": check mm_per_px, offset_mm and the sensor's scale"));
         }
     } else if (c) {
-        add(Verdict::good, "cameras", "the base's motion is too small to be seen at this level");
+        add(Verdict::good, "cameras", "base motion is too small for the cameras at this level");
     }
 }
 

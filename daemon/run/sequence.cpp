@@ -13,8 +13,8 @@
 namespace shaker::run {
 
 namespace {
-constexpr double transient_periods = 1;  // after a ramp, until the suspension has followed
-constexpr int between_levels = 5;        // periods of the ramps while the response is found out
+constexpr double transient_periods = 1;  // settling time of the suspension after a ramp
+constexpr int between_levels = 5;        // periods of the ramps between levels of the identification
 
 bool contradicts_prediction(safety::Cause cause) {
     return cause == safety::Cause::residual || cause == safety::Cause::sensor_open ||
@@ -41,13 +41,13 @@ bool Sequence::step(const acquisition::Streams& streams, acquisition::Channels& 
     take_accelerations(streams, channels);
     walker_.add(streams);
     clocks_known_ = streams.timebase.ready();
-    if (state() == RunState::run) guard_.look(walker_, now_s_, channels);
-    if (driving(state())) guard_.look(streams.cameras, now_s_, channels);
+    if (state() == RunState::run) guard_.check(walker_, now_s_, channels);
+    if (driving(state())) guard_.check(streams.cameras, now_s_, channels);
     std::visit([&](auto& now) { advance(now, channels); }, state_);
     return plays_ + blocks_ + changes_ + stops_.size() + walker_.seen() != before;
 }
 
-// The first of them is the cause; the output has begun its ramp to zero.
+// The first trip is the cause; the output has already begun its ramp to zero.
 void Sequence::take_trips(const acquisition::Streams& streams, acquisition::Channels& channels) {
     while (stops_.size() < streams.trips.size()) {
         const safety::Trip& trip = streams.trips[stops_.size()];
@@ -67,12 +67,12 @@ void Sequence::take_trips(const acquisition::Streams& streams, acquisition::Chan
     }
 }
 
-// A base that stood still, or swung out by itself, because the DAC had run empty may be noticed before the
-// DAC is. The drive comes back softly where it may after an underrun; what was not the DAC's doing shows
-// again.
+// An empty DAC makes the base contradict the prediction, which may trip before the empty DAC is reported.
+// The trip then counts as an underrun, and the drive restarts softly where that is allowed. A fault with
+// another cause trips again.
 void Sequence::blame_dac(Tripped& tripped) {
     if (!contradicts_prediction(trip_->cause)) return;
-    note("the base did not follow because the DAC had run empty");
+    note("the base did not follow the prediction because the DAC had run empty");
     trip_ = safety::Trip{
         .cause = safety::Cause::underrun,
         .on_dac_clock = true,
@@ -97,18 +97,20 @@ void Sequence::take_stamps(const acquisition::Streams& streams, acquisition::Cha
     }
 }
 
-// The DAC ran empty and stands at zero: what was measured so far is cut, the drive comes up softly once more.
+// The DAC ran empty and stands at zero: the present measurement is abandoned and the drive restarts softly.
 void Sequence::start_again(std::int64_t lost, acquisition::Channels& channels) {
     lost_ = {lost, now_s_};
     guard_.clocks_lost();
     if (done()) return;
-    note(fmt::format("the DAC ran empty at {:.3f} s and stood still for {:.1f} ms", now_s_,
+    note(fmt::format("the DAC ran empty at {:.3f} s and was silent for {:.1f} ms", now_s_,
                      1e3 * duration_s(lost, dac_rate_hz_)));
     if (state() == RunState::ramp_down) return go(Idle{.ended = !plan_.on_call}, channels);  // silent already
     if ((driving(state()) || !plan_.on_call) && ++order_.restarts > plan_.most_restarts) {
         if (!plan_.on_call)
-            throw DeviceError{
-                fmt::format("the DAC ran empty {} times in one run; given up", order_.restarts)};
+            throw DeviceError{fmt::format(
+                "the DAC ran empty {} times in one run ({} restarts allowed): the computer is too "
+                "busy, or buffer_frames is too small",
+                order_.restarts, plan_.most_restarts)};
         stop(channels, {.cause = safety::Cause::underrun, .value = static_cast<double>(lost)});
     }
     if (auto* tripped = std::get_if<Tripped>(&state_)) return blame_dac(*tripped);
@@ -127,28 +129,28 @@ void Sequence::take_accelerations(const acquisition::Streams& streams, acquisiti
     }
 }
 
-// The one back arrow: what a window showed corrects the drive.
+// The only feedback path: the harmonics measured in a window correct the drive.
 void Sequence::window_done(const control::PeriodWindows::Window& window,
                            const calibration::Timebase& timebase, acquisition::Channels& channels) {
     const RunState now = state();
     if (now == RunState::self_test) {
         controller_.quiet(window.estimate);
-        guard_.look_at_rest(window, channels);
+        guard_.check_at_rest(window, channels);
     }
     if (now != RunState::identify && now != RunState::run) return;
-    // A correction under way is a drive like any other to those that follow every window.
+    // False while a newer command is still on its way to the output.
     const bool newest = window.sequence >= drive_.newest();
     const control::DriveController::Outcome outcome = controller_.take(window, newest);
-    // A window from before the target was changed is none of this one's, nor of its frequency.
+    // A window from before the last change of target belongs to the previous target and frequency.
     const bool current = now == RunState::identify || window.from_s >= drive_.target_from_s();
     const bool followed = current && now == RunState::run && plan_.controller.equalise;
-    guard_.look(window, controller_, {current, followed}, timebase, last_tick_, channels);
+    guard_.check(window, controller_, {current, followed}, timebase, last_tick_, channels);
     switch (outcome) {
         case control::DriveController::Outcome::nothing:
             break;
         case control::DriveController::Outcome::step:
             if (const control::IdentifiedResponse* found = controller_.found())
-                guard_.look(*found, false, now_s_, channels);
+                guard_.check(*found, false, now_s_, channels);
             command(controller_.volts(), now == RunState::identify ? between_levels : 1, true, channels);
             break;
         case control::DriveController::Outcome::correction:
@@ -158,24 +160,24 @@ void Sequence::window_done(const control::PeriodWindows::Window& window,
             identified(channels);
             break;
     }
-    if (state() == RunState::run) tell(window);
+    if (state() == RunState::run) report(window);
 }
 
 void Sequence::identified(acquisition::Channels& channels) {
     for (const std::string& finding : findings(*controller_.identified())) note(finding);
-    guard_.look(*controller_.identified(), true, now_s_, channels);
+    guard_.check(*controller_.identified(), true, now_s_, channels);
     if (order_.only_identify)
         come_down(channels);
     else
         start(channels);
 }
 
-void Sequence::tell(const control::PeriodWindows::Window& window) {
-    if (plan_.on_call) return;  // who wants to know looks at the state
-    // What stays the same is told once a second.
+void Sequence::report(const control::PeriodWindows::Window& window) {
+    if (plan_.on_call) return;  // clients read the published state
+    // Once a second when the drive is locked, else four times a second.
     const bool locked = controller_.report().locked;
-    if (window.from_s < told_s_ + (locked ? 1 : 0.25)) return;
-    told_s_ = window.from_s;
+    if (window.from_s < reported_s_ + (locked ? 1 : 0.25)) return;
+    reported_s_ = window.from_s;
     const Drive got = drive_of(window.estimate.along, frequency_);
     say_(fmt::format("{:7.3f} s  gamma {:.4f} m/s^2  phi {:+.3f} deg  drive {}", window.from_s, got.gamma,
                      got.phi * 180 / std::numbers::pi,
@@ -186,7 +188,7 @@ void Sequence::arm(acquisition::Channels& channels) {
     go(Armed{}, channels);
     if (!controller_.identified() && controller_.begin_identification()) {
         go(Identify{}, channels);
-        say_("finding out how the base answers to the drive");
+        say_("identification: measuring the response of the base to the drive");
         command(controller_.volts(), plan_.soft_start, true, channels);
     } else {
         start(channels);
@@ -200,7 +202,8 @@ void Sequence::start(acquisition::Channels& channels) {
     go_for_target(plan_.soft_start, channels);
 }
 
-// From here to where the keeper wants to go: until that is in force nothing is judged against it.
+// Starts towards the controller's target. No window is compared with the target until the command is in
+// force.
 void Sequence::go_for_target(int ramp_periods, acquisition::Channels& channels) {
     command(controller_.volts(), ramp_periods, true, channels);
     guard_.settling();

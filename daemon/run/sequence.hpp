@@ -1,6 +1,5 @@
 #pragma once
-// Leads one run through its states: silence, identification, soft start, settling with the measured harmonics
-// correcting the drive, measuring, soft stop.
+// Leads one run through its states: silence, identification, soft start, settling, measurement, soft stop.
 #include <cmath>
 #include <functional>
 #include <optional>
@@ -21,89 +20,91 @@ namespace shaker::run {
 
 struct RunPlan {
     control::ControllerSettings controller;
-    double line_hz = 0;        // mains, fitted beside the harmonics; 0: not
-    int periods = 40;          // to measure
-    int settle = 0;            // of the settled drive before them; 0: until the walker is steady
+    double line_hz = 0;        // mains frequency, fitted together with the harmonics; 0: not fitted
+    int periods = 40;          // of a measurement
+    int settle = 0;            // periods of settled drive before a measurement; 0: until the drift is steady
     int soft_start = 10;       // periods of the ramps at both ends
-    int settle_at_most = 400;  // periods; then it measures all the same and says so
+    int settle_at_most = 400;  // periods; then the measurement starts anyway, with a note
     int most_restarts = 3;     // after the DAC ran empty; then the run fails
-    double quiet_s = 0.6;      // of silence before the drive
-    safety::Limits limits;     // what stops the drive
+    double quiet_s = 0.6;      // silence before the drive
+    safety::Limits limits;
     double gravity = paper_g;  // m/s^2 at the place
-    bool on_call = false;      // waits in idle for begin(), measures until end() and never is done()
+    bool on_call = false;      // waits in idle for begin(), measures until end() and is never done()
 };
 
-/// A state machine over what has been gathered. It reads the take and answers with drive commands: nothing
-/// else.
+/// State machine over the gathered streams. It reads streams, posts drive commands and has no other effect.
+/// Thread safety: one thread.
 class Sequence {
 public:
     using Say = std::function<void(const std::string&)>;
     Sequence(const RunPlan& plan, double dac_rate_hz, const AccelerometerInfo& accelerometer, Say say);
 
-    /// Looks at what came since the last call and posts a command when the drive should change. False when
-    /// nothing had come.
+    /// Processes the data that arrived since the last call and posts a command when the drive should change.
+    /// False when no data arrived.
     bool step(const acquisition::Streams& streams, acquisition::Channels& channels);
-    /// On call and in idle: goes for `drive`, with the response found out first where it is not known, and
-    /// measures so many periods again and again; settle: as in RunPlan. InputError in any other state.
+    /// On call and in idle: drives towards `drive` and measures `periods` periods repeatedly. An unknown
+    /// response is identified first. settle: as in RunPlan. InputError in any other state.
     void begin(const Drive& drive, int periods, int settle, acquisition::Channels& channels);
     /// On call and in idle: whether measured harmonics correct the drive from the next begin() on. InputError
     /// in any other state.
     void close_loop(bool on);
-    /// On call and in idle: finds out the response anew, for this drive; then it is silent again. InputError
-    /// in any other state, and where responses are not found out.
+    /// On call and in idle: identifies the response again, for this drive; then silence. InputError in any
+    /// other state, and when the settings exclude identification.
     void identify(const Drive& drive, acquisition::Channels& channels);
-    /// On call: a soft stop, and idle. InputError when it is not driving.
+    /// On call: a soft stop, then idle. InputError when nothing is driven.
     void end(acquisition::Channels& channels);
-    /// A new set-point while it runs: the drive goes there over one period, settles and is measured anew.
+    /// A new set-point in state run: the drive changes over one period, settles and is measured again.
+    /// InputError in any other state.
     void set(const Drive& drive, acquisition::Channels& channels);
-    /// Other levels from now on, for all that guard.
+    /// New limits for all guards, from now on.
     void hold_to(const safety::Limits& limits, acquisition::Channels& channels);
-    /// The run is stopped from outside: a ramp to zero at once, which counts as a trip.
+    /// Stops the run from outside: an immediate ramp to zero, which counts as a trip.
     void stop(acquisition::Channels& channels,
               const safety::Trip& why = {.cause = safety::Cause::operator_stop});
-    /// The operator has seen why it tripped: idle again as soon as the output has let go. InputError when
-    /// nothing is to be cleared or the drive is not silent yet.
+    /// The operator has acknowledged the trip: idle as soon as the output has released its stop. InputError
+    /// without a trip and while the drive is not silent yet.
     void clear(acquisition::Channels& channels);
 
     [[nodiscard]] const RunPlan& plan() const noexcept { return plan_; }
     [[nodiscard]] RunState state() const noexcept { return named(state_); }
     /// The run is over and the shaker silent.
     [[nodiscard]] bool done() const noexcept;
-    /// Part of master time that was measured, s; whole periods of the drive.
+    /// The newest measurement that began: master time, s, a whole number of drive periods.
     [[nodiscard]] double from_s() const noexcept { return part_.from_s; }
     [[nodiscard]] double to_s() const noexcept { return part_.to_s; }
-    /// The measurements since begin() that are finished, the newest last.
+    /// Finished measurements since begin(), the newest last.
     [[nodiscard]] const std::vector<recording::FinishedMeasurement>& measured() const noexcept {
         return measured_;
     }
     /// Silent after a trip: clear() may follow.
     [[nodiscard]] bool may_clear() const noexcept;
-    /// Master time played, s, and since when it has been in state().
+    /// Master time played, and start of the present state, s.
     [[nodiscard]] double now_s() const noexcept { return now_s_; }
     [[nodiscard]] double since_s() const noexcept { return since_s_; }
-    /// The newest period of the base's motion; none before the first.
+    /// The newest window of the base's motion; empty before the first.
     [[nodiscard]] const std::optional<control::PeriodWindows::Window>& newest() const noexcept {
         return newest_;
     }
     [[nodiscard]] const control::PeriodWindows& windows() const noexcept { return windows_; }
     [[nodiscard]] const WalkerMonitor& walker() const noexcept { return walker_; }
-    /// What a reader of the results should know of how the run went; since begin(), when on call.
+    /// Remarks on the run for the reader of the results; on call: since begin().
     [[nodiscard]] const std::vector<std::string>& notes() const noexcept { return notes_; }
-    /// Why the drive was stopped; empty unless it was.
+    /// Reason of the stop; empty when no limit stopped the drive.
     [[nodiscard]] const std::optional<safety::Trip>& trip() const noexcept { return trip_; }
-    /// What the run was at when each trip of the take happened.
+    /// State of the run at a trip.
     struct Stop {
         RunState state;
-        bool measuring;  // from_s() to to_s(), which may have been over
+        bool measuring;  // a measurement had begun and was not yet complete
     };
+    /// One for each trip of the streams, in their order.
     [[nodiscard]] const std::vector<Stop>& stops() const noexcept { return stops_; }
-    /// Which trip of the take is trip(): the last of those that did not come in state tripped.
+    /// Index of trip() among the trips of the streams: the last one that did not come in state tripped.
     [[nodiscard]] std::size_t cause() const noexcept { return cause_; }
     [[nodiscard]] const control::DriveController& controller() const noexcept { return controller_; }
 
 protected:
-    /// Enters a state. Where that cannot follow the present one, the drive is stopped instead, with a note: a
-    /// defect of the sequence must not leave the shaker without a leader.
+    /// Enters a state. When it may not follow the present one, the drive is stopped instead, with a note: a
+    /// defect of the sequence must not leave the shaker without control.
     void go(const State& next, acquisition::Channels& channels);
 
 private:
@@ -118,7 +119,7 @@ private:
     void window_done(const control::PeriodWindows::Window& window, const calibration::Timebase& timebase,
                      acquisition::Channels& channels);
     void identified(acquisition::Channels& channels);
-    void tell(const control::PeriodWindows::Window& window);
+    void report(const control::PeriodWindows::Window& window);
     void start(acquisition::Channels& channels);
     void go_for_target(int ramp_periods, acquisition::Channels& channels);
     void begin_measuring(bool late);
@@ -129,7 +130,7 @@ private:
     [[nodiscard]] bool stragglers_may_come();
     [[nodiscard]] bool walker_settled() const;
 
-    // What each state waits for.
+    // Goes on to the next state when the condition of the present one is fulfilled.
     void advance(Init& init, acquisition::Channels& channels);
     void advance(Quiet& quiet, acquisition::Channels& channels);
     void advance(Idle& /*idle*/, acquisition::Channels& /*channels*/) {}
@@ -145,7 +146,7 @@ private:
 
     RunPlan plan_;
     double dac_rate_hz_;
-    double frequency_;  // as it is really played, Hz
+    double frequency_;  // realised by the synthesiser, Hz
     Say say_;
     control::PeriodWindows windows_;
     control::DriveController controller_;
@@ -154,27 +155,27 @@ private:
     DriveInForce drive_;
 
     State state_;
-    double since_s_ = 0;  // master time of its beginning
-    /// What was ordered and how far that has come, over all states.
+    double since_s_ = 0;  // master time at which the state began
+    /// The present order and its progress.
     struct Order {
-        bool only_identify = false;  // silence follows the identification
-        bool told_settling = false;  // the notes on how it settled are written, for this set-point
-        int restarts = 0;            // after the DAC ran empty
+        bool only_identify = false;   // silence follows the identification
+        bool settling_noted = false;  // the notes on settling are written, for this set-point
+        int restarts = 0;             // after the DAC ran empty
     } order_;
     static constexpr double aftermath_s = 0.3;  // recorded after a trip
     struct Lost {
         std::int64_t samples = 0;
         double at_s = -INFINITY;  // master time
-    } lost_;                      // when the DAC ran empty last
+    } lost_;                      // the last time the DAC ran empty
 
-    std::vector<Stop> stops_;  // one a trip
-    std::size_t cause_ = 0;    // index of the one that stopped it
+    std::vector<Stop> stops_;  // one for each trip
+    std::size_t cause_ = 0;    // index of the trip that stopped the run
     std::optional<safety::Trip> trip_;
-    std::size_t plays_ = 0, blocks_ = 0, changes_ = 0;  // how much of the streams has been seen
-    AccelTick last_tick_{};                             // of the accelerometer
+    std::size_t plays_ = 0, blocks_ = 0, changes_ = 0;  // processed elements of the streams
+    AccelTick last_tick_{};                             // newest accelerometer sample
     bool clocks_known_ = false;                         // of DAC and accelerometer
     double now_s_ = 0;                                  // master time played
-    double told_s_ = 0;                                 // of the period that was reported last
+    double reported_s_ = 0;                             // master time of the last reported window
     recording::MeasuredPart part_{0, 0};                // the newest measurement that began
     std::vector<recording::FinishedMeasurement> measured_;
     std::optional<control::PeriodWindows::Window> newest_;

@@ -1,4 +1,4 @@
-// What the director is told from outside.
+// Orders to the sequence from outside.
 #include <spdlog/fmt/fmt.h>
 
 #include "daemon/run/sequence.hpp"
@@ -9,7 +9,7 @@ namespace shaker::run {
 void Sequence::aim(const char* what, const Drive& drive, const acquisition::Channels& channels) {
     if (state() != RunState::idle || channels.stopped)
         throw InputError{
-            fmt::format("{} was asked for in state {}; it can be in state idle only", what, name(state()))};
+            fmt::format("{} cannot start in state {}; it needs state idle", what, name(state()))};
     order_ = {};
     notes_.clear();
     measured_.clear();
@@ -29,17 +29,15 @@ void Sequence::begin(const Drive& drive, int periods, int settle, acquisition::C
 
 void Sequence::close_loop(bool on) {
     if (state() != RunState::idle)
-        throw InputError{
-            fmt::format("the loop was switched in state {}; it can be while nothing is driven (state idle)",
-                        name(state()))};
+        throw InputError{fmt::format(
+            "the loop cannot be switched in state {}; stop the drive first (state idle)", name(state()))};
     plan_.controller.equalise = on;
     controller_.close_loop(on);
 }
 
 void Sequence::identify(const Drive& drive, acquisition::Channels& channels) {
     if (!plan_.controller.identify || !plan_.controller.equalise)
-        throw InputError{
-            "identification was asked for, but the settings say that the data sheet is to be taken"};
+        throw InputError{"identification is switched off in the settings (identify or closed_loop is false)"};
     aim("identification", drive, channels);
     controller_.forget();
     order_.only_identify = true;
@@ -49,17 +47,17 @@ void Sequence::identify(const Drive& drive, acquisition::Channels& channels) {
 void Sequence::end(acquisition::Channels& channels) {
     const RunState now = state();
     if (now != RunState::identify && now != RunState::ramp && now != RunState::run)
-        throw InputError{fmt::format("there is no drive to stop in state {}", name(now))};
+        throw InputError{fmt::format("no drive to stop in state {}", name(now))};
     come_down(channels);
 }
 
 void Sequence::set(const Drive& drive, acquisition::Channels& channels) {
     auto* run = std::get_if<Run>(&state_);
     if (run == nullptr)
-        throw InputError{fmt::format(
-            "a new set-point was given in state {}; it can be changed in state run only", name(state()))};
+        throw InputError{
+            fmt::format("the set-point cannot be changed in state {}; it needs state run", name(state()))};
     *run = {.from_s = now_s_};
-    order_.told_settling = false;
+    order_.settling_noted = false;
     controller_.set(drive);
     if (drive.frequency != frequency_) {
         frequency_ = Synthesiser::realised(drive.frequency, dac_rate_hz_);
@@ -88,7 +86,7 @@ void Sequence::clear(acquisition::Channels& channels) {
     if (tripped == nullptr)
         throw InputError{fmt::format("nothing to clear: the run is in state {}", name(state()))};
     if (tripped->phase != Tripped::Phase::silent)
-        throw InputError{"the drive is not silent yet; clear the trip when it is"};
+        throw InputError{"the drive is not silent yet; wait until it is, then clear the trip"};
     ++channels.releases;
     tripped->phase = Tripped::Phase::clearing;
 }

@@ -1,4 +1,4 @@
-// What each state of a run waits for, and what follows.
+// The conditions under which each state of a run ends, and the state that follows.
 #include <spdlog/fmt/fmt.h>
 
 #include <algorithm>
@@ -10,13 +10,13 @@
 namespace shaker::run {
 
 namespace {
-constexpr double accelerometer_patience_s = 8;  // its driver gives up before
+constexpr double accelerometer_patience_s = 8;  // longer than the time-out of its driver
 constexpr double camera_patience_s = 2;
 }  // namespace
 
 void Sequence::go(const State& next, acquisition::Channels& channels) {
     if (!may_follow(state(), named(next))) {
-        note(fmt::format("a defect of the control: a run cannot go from {} to {}", name(state()),
+        note(fmt::format("internal error: a run cannot go from state {} to {}", name(state()),
                          name(named(next))));
         stop(channels, {.cause = safety::Cause::watchdog});
         return;
@@ -48,7 +48,7 @@ void Sequence::advance(Quiet& /*quiet*/, acquisition::Channels& channels) {
 void Sequence::advance(Ramp& /*ramp*/, acquisition::Channels& channels) {
     if (now_s_ < drive_.in_force_s()) return;
     go(Run{.from_s = drive_.in_force_s()}, channels);
-    say_("settling: the drive by its measured harmonics, then the walker");
+    say_("settling: waiting until the drive and then the walker's drift are steady");
 }
 
 void Sequence::advance(Run& run, acquisition::Channels& channels) {
@@ -75,7 +75,7 @@ void Sequence::advance(RampDown& /*down*/, acquisition::Channels& channels) {
 }
 
 void Sequence::advance(Tripped& tripped, acquisition::Channels& channels) {
-    if (now_s_ < tripped.at_s + aftermath_s) return;  // what led to it is still on its way
+    if (now_s_ < tripped.at_s + aftermath_s) return;  // data from before the trip are still arriving
     switch (tripped.phase) {
         case Tripped::Phase::latched:
             tripped.phase = Tripped::Phase::silent;
@@ -105,7 +105,7 @@ void Sequence::unlatch(Tripped& tripped, acquisition::Channels& channels) {
     arm(channels);
 }
 
-// Idle is what may be armed: not before the output has let go.
+// A run may be armed in idle, so idle waits until the output has released its stop.
 void Sequence::finish_clearing(acquisition::Channels& channels) {
     if (channels.stopped) return;
     guard_.rearm();
@@ -125,7 +125,7 @@ void Sequence::come_down(acquisition::Channels& channels) {
 
 void Sequence::begin_measuring(bool late) {
     Run& run = std::get<Run>(state_);
-    // Where nothing changed since the measurement before, this one follows it without a gap.
+    // When nothing has changed since the previous measurement, this one follows without a gap.
     const bool follows =
         !measured_.empty() && part_.to_s == measured_.back().part.to_s && part_.to_s > drive_.steady_from_s();
     run.measuring = true;
@@ -133,28 +133,28 @@ void Sequence::begin_measuring(bool late) {
     part_.to_s = part_.from_s + plan_.periods / frequency_;
     if (follows) return;
     say_(fmt::format("measuring {} periods from {:.3f} s on", plan_.periods, part_.from_s));
-    if (!std::exchange(order_.told_settling, true)) note_on_settling(late);
+    if (!std::exchange(order_.settling_noted, true)) note_on_settling(late);
 }
 
 void Sequence::note_on_settling(bool late) {
     const control::Equaliser::Report& report = controller_.report();
     if (late)
-        note(fmt::format("{} had not settled after {} periods; it was measured all the same",
+        note(fmt::format("{} had not settled after {} periods; the measurement started anyway",
                          report.locked ? "the walker" : "the drive", plan_.settle_at_most));
     if (report.reached < 1)
         note(report.unreachable
-                 ? fmt::format("the bench gives no more than {:.1f} % of the asked gamma in this shape",
+                 ? fmt::format("the bench reaches only {:.1f} % of the requested gamma in this shape",
                                100 * report.reached)
-                 : fmt::format("the DAC's {} V reach only {:.1f} % of the asked gamma",
+                 : fmt::format("the voltage limit of {} V reaches only {:.1f} % of the requested gamma",
                                plan_.controller.volts_limit, 100 * report.reached));
     if (report.noise_limited)
         note(fmt::format(
-            "the sensor's noise, {:.2g} of gamma in a period, hides whether each harmonic is within "
-            "0.1 %",
+            "the sensor's noise is too large to verify each harmonic to 0.1 %: {:.2g} of gamma in a period",
             report.noise));
 }
 
-// What a sensor measured comes later than it was measured, by seconds when its connection is in trouble.
+// True while the measurement's last data may still arrive: sensor data arrive late, by seconds when a
+// connection is in trouble. Data that are still missing after the waiting time give a note.
 bool Sequence::stragglers_may_come() {
     const auto missing = [&](double until_s, double patience_s, const char* what) {
         if (until_s > part_.to_s - 2 / frequency_) return false;

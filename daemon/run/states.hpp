@@ -1,5 +1,5 @@
 #pragma once
-// The states of a run with the data that have a meaning only in them, in the order of RunState.
+// One struct for each state of a run, in the order of RunState, with the data that only this state needs.
 #include <cmath>
 #include <variant>
 
@@ -15,20 +15,20 @@ struct Idle {
 struct Armed {};
 struct Identify {};
 struct Ramp {};
-/// The drive is kept at its target: it settles, then it is measured.
+/// The drive is kept at its target: it settles, then measurements follow.
 struct Run {
     double from_s = 0;               // master time of the set-point
-    double kept_from_s = -INFINITY;  // the drive has been where it should be since
+    double kept_from_s = -INFINITY;  // master time since which the drive has been at its target
     bool measuring = false;
 };
 struct RampDown {};
 struct Tripped {
     enum class Phase {
-        latched,   // what led to the trip is still on its way
-        excused,   // it was the DAC's fault: the drive comes back by itself
-        released,  // excused, and the output was asked to let go
-        silent,    // until it is cleared
-        clearing,  // cleared, until the output has let go
+        latched,   // data from before the trip are still arriving
+        excused,   // an empty DAC was the cause: the drive restarts by itself
+        released,  // excused; waits until the output has released its stop
+        silent,    // waits for clear()
+        clearing,  // cleared; waits until the output has released its stop
     };
     double at_s = 0;  // master time
     Phase phase = Phase::latched;

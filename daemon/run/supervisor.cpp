@@ -6,16 +6,17 @@
 namespace shaker::run {
 
 namespace {
-constexpr double strong = 0.1;  // of the largest harmonic: then its own ratio of motion to drive is known
-constexpr double loose =
-    0.6;  // tolerance while the response is a data sheet's, being found out, or of another target
-constexpr double tight = 0.3;          // and once it was measured
-constexpr double near = 0.1;           // of the target: the loop's error when it has nearly arrived
-constexpr double clear_of_noise = 30;  // sd
-constexpr double same = 0.1;           // of the motion, that it may differ from the window before
-constexpr double least_gravity = 0.5;  // m/s^2; a sensor that shows less has no constant part, but an offset
-constexpr double most_gravity_off = 0.4;  // share of it
-// Clear of the noise: its axis and its ratio to the drive mean something.
+// A harmonic above this share of the largest one: its own ratio of motion to drive is used.
+constexpr double strong = 0.1;
+// Relative tolerance of the expectation while the response is the data sheet's or another target's.
+constexpr double loose = 0.6;
+constexpr double tight = 0.3;          // relative tolerance for a measured response
+constexpr double near = 0.1;           // loop error, share of the target, below which the target is reached
+constexpr double clear_of_noise = 30;  // motion / standard deviation of the noise
+constexpr double same = 0.1;           // largest relative change between windows of constant motion
+constexpr double least_gravity = 0.5;  // m/s^2; a smaller mean is the offset of a sensor without gravity
+constexpr double most_gravity_off = 0.4;  // largest relative error of gravity
+// True when the motion is well above the noise, so that its axis and its ratio to the drive are meaningful.
 bool moves(const control::PeriodWindows::Window& window, double noise) {
     return control::norm(window.motion.measured, control::controlled_harmonics) >
                clear_of_noise * noise * std::sqrt(2.0 * control::controlled_harmonics) &&
@@ -34,7 +35,8 @@ void Supervisor::order(const safety::Trip& trip, acquisition::Channels& channels
     if (!channels.ordered.push(trip)) ++channels.lost.trips_lost;
 }
 
-void Supervisor::look_at_rest(const control::PeriodWindows::Window& window, acquisition::Channels& channels) {
+void Supervisor::check_at_rest(const control::PeriodWindows::Window& window,
+                               acquisition::Channels& channels) {
     const auto& g = window.estimate.mean;
     const double seen = std::hypot(g[0], g[1], g[2]), share = seen / gravity_;
     if (seen < least_gravity || std::abs(share - 1) < most_gravity_off) return;
@@ -47,10 +49,10 @@ void Supervisor::look_at_rest(const control::PeriodWindows::Window& window, acqu
           channels);
 }
 
-void Supervisor::look(const control::PeriodWindows::Window& window,
-                      const control::DriveController& controller, Standing standing,
-                      const calibration::Timebase& timebase, AccelTick tick,
-                      acquisition::Channels& channels) {
+void Supervisor::check(const control::PeriodWindows::Window& window,
+                       const control::DriveController& controller, Standing standing,
+                       const calibration::Timebase& timebase, AccelTick tick,
+                       acquisition::Channels& channels) {
     const safety::JudgedWindow judged{
         .estimate = window.estimate,
         .motion = window.motion,
@@ -63,7 +65,7 @@ void Supervisor::look(const control::PeriodWindows::Window& window,
     if (const auto trip = loop_.check(judged, channels.warnings))
         order(*trip, channels);
     else if (standing.current &&
-             moves(window, controller.noise()) &&  // also under small corrections, which never end
+             moves(window, controller.noise()) &&  // small corrections continue and do not matter here
              distance(window.motion.measured, before_) <
                  same * control::norm(window.motion.measured, control::controlled_harmonics)) {
         posted_ = expectation(window, judged.target, controller, timebase, tick, channels.warnings);
@@ -72,8 +74,8 @@ void Supervisor::look(const control::PeriodWindows::Window& window,
     before_ = window.motion.measured;
 }
 
-// The ratio of motion to drive where the motion is strong and meant, the response elsewhere: what is weak, or
-// in no target, may be the plant's own distortion or the walker's, which the drive takes away.
+// For strong harmonics in the target: the measured ratio of motion to drive. For all others: the known
+// response, because their motion may be distortion by plant or walker, which the drive compensates.
 safety::Expectation Supervisor::expectation(const control::PeriodWindows::Window& window,
                                             const Harmonics<Acceleration>& target,
                                             const control::DriveController& controller,
@@ -92,9 +94,9 @@ safety::Expectation Supervisor::expectation(const control::PeriodWindows::Window
         if (std::abs(motion) > strong * largest && std::abs(volts) > 0) e.response[q] = motion / volts;
     }
     e.dac_sample = dac_rate_hz_ * seconds(timebase.at(tick));
-    e.dac_per_tick = clocks_.look(timebase, tick, warnings);
+    e.dac_per_tick = clocks_.check(timebase, tick, warnings);
     e.sigma = controller.noise() * std::sqrt(0.5 * window.estimate.samples);
-    // On the way to a target a walker may take the place of what the drive is about to change.
+    // Before the target is reached, a change by the walker may look like one by the drive.
     const bool on_the_way = aimed && controller.report().error > near;
     e.tolerance = !on_the_way && (controller.identified() || controller.report().locked) ? tight : loose;
     return e;
@@ -106,8 +108,8 @@ void Supervisor::expect_another(acquisition::Channels& channels) {
     channels.expectation.post(*posted_);
 }
 
-void Supervisor::look(const control::IdentifiedResponse& response, bool ended, double now_s,
-                      acquisition::Channels& channels) {
+void Supervisor::check(const control::IdentifiedResponse& response, bool ended, double now_s,
+                       acquisition::Channels& channels) {
     const bool axis_known = std::ranges::any_of(accelerometer_.shaker_axis, [](double u) { return u != 0; });
     if (const auto trip = loop_.check(response, axis_known, ended, tick_at(now_s))) order(*trip, channels);
 }
@@ -119,15 +121,15 @@ void Supervisor::found(safety::Cause cause, double value, double limit, double n
           channels);
 }
 
-void Supervisor::look(const WalkerMonitor& walker, double now_s, acquisition::Channels& channels) {
+void Supervisor::check(const WalkerMonitor& walker, double now_s, acquisition::Channels& channels) {
     if (walker.lost() >= limits_.tracking_lost_frames)
         found(safety::Cause::tracking_lost, walker.lost(), limits_.tracking_lost_frames, now_s, channels);
     if (walker.edge_mm() && *walker.edge_mm() < limits_.edge_mm)
         found(safety::Cause::walker_edge, *walker.edge_mm(), limits_.edge_mm, now_s, channels);
 }
 
-void Supervisor::look(const std::vector<acquisition::CameraStream>& cameras, double now_s,
-                      acquisition::Channels& channels) {
+void Supervisor::check(const std::vector<acquisition::CameraStream>& cameras, double now_s,
+                       acquisition::Channels& channels) {
     for (const acquisition::CameraStream& c : cameras)
         if (now_s - c.until_s > limits_.camera_missing_s)
             found(safety::Cause::camera_missing, now_s - c.until_s, limits_.camera_missing_s, now_s,

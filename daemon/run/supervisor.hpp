@@ -1,6 +1,6 @@
 #pragma once
-// The safety that needs more than samples: windows of the base, the walker's place, the cameras. And what the
-// guard of the samples is told to expect.
+// Safety checks that need more than samples: windows of the base's motion, the walker's place, the cameras.
+// Also computes the expectation for the sample guard.
 #include <optional>
 
 #include "daemon/acquisition/channels.hpp"
@@ -15,7 +15,7 @@ namespace shaker::run {
 
 class Supervisor {
 public:
-    /// gravity: of the place, m/s^2.
+    /// gravity: at the place, m/s^2.
     Supervisor(const safety::Limits& limits, const AccelerometerInfo& accelerometer, double dac_rate_hz,
                double gravity)
         : limits_{limits},
@@ -25,39 +25,39 @@ public:
           loop_{limits},
           clocks_{accelerometer.rate_hz} {}
 
-    /// A window without a drive: the sensor must show the gravity of the place, or none.
-    void look_at_rest(const control::PeriodWindows::Window& window, acquisition::Channels& channels);
-    /// How a window stands to the target: that was gone for all through it; and the keeper's equaliser has
-    /// had the window.
+    /// Checks a window without a drive: the sensor must measure the gravity of the place or no constant part.
+    void check_at_rest(const control::PeriodWindows::Window& window, acquisition::Channels& channels);
+    /// Relation of a window to the target.
     struct Standing {
-        bool current = false, followed = false;
+        bool current = false;   // the target was in force during the whole window
+        bool followed = false;  // and the equaliser corrects towards it
     };
-    /// A window in a state with a drive. Orders a stop when something is wrong, else tells the guard of the
-    /// samples what this drive makes of the base once that no longer changes.
-    void look(const control::PeriodWindows::Window& window, const control::DriveController& controller,
-              Standing standing, const calibration::Timebase& timebase, AccelTick tick,
-              acquisition::Channels& channels);
-    /// What was found out of the response, at the end or at one of its levels.
-    void look(const control::IdentifiedResponse& response, bool ended, double now_s,
-              acquisition::Channels& channels);
-    /// The walker, while the base is driven.
-    void look(const WalkerMonitor& walker, double now_s, acquisition::Channels& channels);
-    /// The cameras, while the base is driven.
-    void look(const std::vector<acquisition::CameraStream>& cameras, double now_s,
-              acquisition::Channels& channels);
-    /// Another target, or a drive that comes up anew, was ordered.
+    /// Checks a window in a state with a drive. Orders a stop when a check fails. Otherwise it posts the
+    /// expected motion to the sample guard as soon as the motion is constant.
+    void check(const control::PeriodWindows::Window& window, const control::DriveController& controller,
+               Standing standing, const calibration::Timebase& timebase, AccelTick tick,
+               acquisition::Channels& channels);
+    /// Checks an identified response. ended: after the last level; false: after one of the levels.
+    void check(const control::IdentifiedResponse& response, bool ended, double now_s,
+               acquisition::Channels& channels);
+    /// Checks the walker's place and tracking while the base is driven.
+    void check(const WalkerMonitor& walker, double now_s, acquisition::Channels& channels);
+    /// Checks that all cameras deliver while the base is driven.
+    void check(const std::vector<acquisition::CameraStream>& cameras, double now_s,
+               acquisition::Channels& channels);
+    /// Call it when another target or a restart of the drive was ordered.
     void settling() noexcept { loop_.settling(); }
-    /// Before another target is gone for: what the base makes of it is known less well than what it makes of
-    /// the present one, until a window has shown it.
+    /// Call it before another target. Widens the expectation's tolerance, because the response at the
+    /// new target is less well known until a window has measured it.
     void expect_another(acquisition::Channels& channels);
-    /// The DAC ran empty: the clocks as they were known tell nothing any more.
+    /// Call it after the DAC ran empty: the relation of the clocks is no longer known.
     void clocks_lost() noexcept { posted_.reset(); }
-    /// Other levels from now on.
+    /// New limits from now on.
     void hold_to(const safety::Limits& limits) noexcept {
         limits_ = limits;
         loop_.hold_to(limits);
     }
-    /// After a trip: look afresh.
+    /// Starts again after a trip.
     void rearm() noexcept { ordered_ = false, loop_.settling(), clocks_.reset(), posted_.reset(); }
 
 private:
@@ -67,7 +67,7 @@ private:
     [[nodiscard]] std::int64_t tick_at(double now_s) const {
         return static_cast<std::int64_t>(now_s * dac_rate_hz_);
     }
-    /// target: what the drive is corrected towards; empty when it is not.
+    /// target: motion towards which the drive is corrected; zero in an open loop.
     [[nodiscard]] safety::Expectation expectation(const control::PeriodWindows::Window& window,
                                                   const Harmonics<Acceleration>& target,
                                                   const control::DriveController& controller,
@@ -81,8 +81,8 @@ private:
     safety::PeriodGuard loop_;
     safety::ClockGuard clocks_;
     std::optional<safety::Expectation> posted_;
-    Harmonics<Acceleration> before_;  // as the last window showed it
-    bool ordered_ = false;            // a stop, which will come back as a trip
+    Harmonics<Acceleration> before_;  // motion in the previous window
+    bool ordered_ = false;            // a stop is ordered; the output reports it as a trip
 };
 
 }  // namespace shaker::run

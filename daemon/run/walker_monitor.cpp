@@ -10,7 +10,7 @@ namespace shaker::run {
 
 namespace {
 
-constexpr std::size_t most_drifts = 1000;  // what settles does so in fewer
+constexpr std::size_t most_drifts = 1000;  // a drift that settles needs fewer
 
 // Image y grows downwards and x to the right.
 bool along_height(const View& view) { return std::abs(view.along[1]) > std::abs(view.along[0]); }
@@ -24,7 +24,7 @@ std::array<double, 2> picture_ends_m(const tracking::Track& t, const Target& tar
     return {x_at(0, t.fix.y_px), x_at(camera.width, t.fix.y_px)};
 }
 
-// Of the outline from the nearer end of the picture, along the shaker's axis.
+// Distance of the outline from the nearer end of the picture, along the shaker's axis.
 double edge_distance_mm(const tracking::Track& t, const Target& target,
                         const acquisition::CameraStream& camera) {
     const bool across = along_height(camera.view);

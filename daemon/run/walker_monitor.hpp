@@ -1,5 +1,5 @@
 #pragma once
-// The walker as the first camera sees it while the run is on: whether its drift has settled, where it is.
+// The walker's position and drift during a run, from the first camera that tracks it.
 #include <array>
 #include <cmath>
 #include <deque>
@@ -14,31 +14,32 @@ namespace shaker::run {
 class WalkerMonitor {
 public:
     explicit WalkerMonitor(double frequency) : frequency_{frequency}, fold_{0, 1 / frequency} {}
-    /// What came since the last call.
+    /// Adds the tracks that arrived since the last call.
     void add(const acquisition::Streams& streams);
-    /// Tracks of a walker are being made.
+    /// True when a camera tracks the walker.
     [[nodiscard]] bool watches() const noexcept { return watches_; }
-    /// Drifts of whole periods since `from_s` have settled, to one ten-thousandth of V / f at this gamma.
+    /// True when the drifts of whole periods since `from_s` (s) have settled to 1e-4 V / f, with
+    /// V = gamma / (2 pi f); gamma in m/s^2.
     [[nodiscard]] bool settled_since(double from_s, double gamma) const;
-    /// Master time up to which tracks have come.
+    /// Master time of the newest track, s.
     [[nodiscard]] double until_s() const noexcept { return until_s_; }
-    /// Newest position, m; empty before the first.
+    /// Newest position, m; empty before the walker was found.
     [[nodiscard]] std::optional<double> x_m() const noexcept { return x_m_; }
-    /// Least distance of its outline from the ends of the picture along the shaker's axis, mm; empty before
-    /// it was seen.
+    /// Smaller distance of the walker's outline from the two ends of the picture along the shaker's axis, mm;
+    /// empty before the walker was found.
     [[nodiscard]] std::optional<double> edge_mm() const noexcept { return edge_mm_; }
-    /// x at the picture's left and right end, m, on the walker's line (at its upper and lower end, where the
-    /// shaker's axis runs along the picture's height); NaN before the walker was seen.
+    /// x on the walker's line at the picture's left and right end, m (upper and lower end when the shaker's
+    /// axis runs along the picture's height); NaN before the walker was found.
     [[nodiscard]] std::array<double, 2> ends_m() const noexcept { return ends_m_; }
-    /// Frames in a row in which it was not found.
+    /// Consecutive frames without the walker.
     [[nodiscard]] int lost() const noexcept { return lost_; }
-    /// Tracks seen so far.
+    /// Processed tracks.
     [[nodiscard]] std::size_t seen() const noexcept { return seen_; }
 
 private:
     double frequency_;
     reduction::PeriodFold fold_;
-    std::deque<reduction::PeriodFold::Period> drifts_;  // the newest
+    std::deque<reduction::PeriodFold::Period> drifts_;  // the newest, oldest first
     bool watches_ = false;
     std::size_t seen_ = 0;
     double until_s_ = 0;

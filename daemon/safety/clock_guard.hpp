@@ -16,7 +16,7 @@ public:
     static constexpr double most_ppm = 200;
 
     /// DAC samples a tick by the newest maps around `tick`; counts a warning when that has moved.
-    double look(const calibration::Timebase& timebase, AccelTick tick, Warnings& warnings) noexcept {
+    double check(const calibration::Timebase& timebase, AccelTick tick, Warnings& warnings) noexcept {
         const double apart_s = seconds(timebase.at(tick)) - seconds(timebase.at(AccelTick{tick.n - apart}));
         const double ppm = 1e6 * (apart_s * rate_hz_ / apart - 1);
         if (std::isnan(first_ppm_)) first_ppm_ = ppm;

@@ -1,4 +1,4 @@
-// How the bench answers orders.
+// The bench's orders: checks, refusals and execution.
 #include <spdlog/fmt/fmt.h>
 
 #include <cmath>
@@ -26,8 +26,7 @@ void require(const char* what, double value, Range range, const std::string& uni
 void require_lower(const char* what, double now, double wanted) {
     if (wanted <= now) return;
     throw InputError{
-        fmt::format("limit {} {}: at most the present {} is allowed; limits are raised in the settings file "
-                    "only",
+        fmt::format("limit {} {}: at most the present {} is allowed; only the settings file can raise limits",
                     what, to_text(wanted), to_text(now))};
 }
 
@@ -65,7 +64,7 @@ void BenchService::obey(const SetDrive& order, acquisition::Channels& channels) 
     const run::RunState state = sequence_.state();
     if (state == run::RunState::run) {
         if (record_.on() && order.drive.frequency != run_.drive.frequency)
-            throw InputError{"the frequency of a run that is being recorded stays; stop it first"};
+            throw InputError{"the frequency cannot change during a recorded run; stop the run first"};
         sequence_.set(order.drive, channels);
     } else if (driving(state)) {
         throw InputError{fmt::format(
@@ -82,19 +81,19 @@ void BenchService::obey(const Begin& order, acquisition::Channels& channels) {
     require("settle_periods", order.settle, {0, most_settle_periods}, "");
     require_possible(run_.drive, limits_);
     if (sequence_.state() != run::RunState::idle || channels.stopped)
-        throw InputError{fmt::format("a run was asked for in state {}; it can be in state idle only",
-                                     name(sequence_.state()))};
+        throw InputError{
+            fmt::format("a run cannot start in state {}; it needs state idle", name(sequence_.state()))};
     run_.periods = order.periods;
     run_.settle = order.settle;
     record_.begin(run_, recorded_ ? record_.file_named(name_) : std::filesystem::path{}, sequence_.now_s());
     warned_.clear();
     name_.clear();
     active_ = true;
-    stop_told_ = false;
-    measured_ = told_notes_ = 0;
+    stop_recorded_ = false;
+    measured_ = logged_notes_ = 0;
     result_.reset();
     not_reduced_.clear();
-    // Refused when an abort came just now: its trip ends the file.
+    // Throws after an abort in this moment; its trip then ends the recording.
     sequence_.begin(run_.drive, order.periods, order.settle, channels);
 }
 
@@ -103,9 +102,9 @@ void BenchService::obey(const Identify& /*order*/, acquisition::Channels& channe
     record_.begin(run_, {}, sequence_.now_s());
     warned_.clear();
     sequence_.identify(run_.drive, channels);
-    told_notes_ = 0;
+    logged_notes_ = 0;
     active_ = true;
-    stop_told_ = false;
+    stop_recorded_ = false;
 }
 
 void BenchService::obey(const End& /*order*/, acquisition::Channels& channels) { sequence_.end(channels); }
@@ -113,13 +112,13 @@ void BenchService::obey(const End& /*order*/, acquisition::Channels& channels) {
 void BenchService::obey(const ClearTrip& /*order*/, acquisition::Channels& channels) {
     if (record_.finishing())
         throw InputError{
-            "the recording of the stopped run is still being finished; clear the trip when it is"};
+            "the recording of the stopped run is still being finished; wait, then clear the trip"};
     sequence_.clear(channels);
 }
 
 void BenchService::obey(const Record& order, acquisition::Channels& /*lanes*/) {
     if (driving(sequence_.state()))
-        throw InputError{fmt::format("recording was switched in state {}; it can be while nothing is driven",
+        throw InputError{fmt::format("recording cannot be switched in state {}; stop the drive first",
                                      name(sequence_.state()))};
     const std::string stem =
         order.name.ends_with(".nxs") ? order.name.substr(0, order.name.size() - 4) : order.name;
@@ -127,7 +126,7 @@ void BenchService::obey(const Record& order, acquisition::Channels& /*lanes*/) {
     if (order.on && !stem.empty()) recording::require_new(record_.file_named(stem));
     if (order.pictures != recorded::KeptPictures::off && order.pictures != opened_)
         throw InputError{
-            fmt::format("pictures \"{}\": the cameras were opened for \"{}\"; that or \"off\" is allowed",
+            fmt::format("pictures \"{}\": the cameras are open for \"{}\"; only that or \"off\" is allowed",
                         name(order.pictures), name(opened_))};
     recorded_ = order.on;
     name_ = order.on ? stem : std::string{};
@@ -137,7 +136,7 @@ void BenchService::obey(const Record& order, acquisition::Channels& /*lanes*/) {
 void BenchService::obey(const Remark& order, acquisition::Channels& /*lanes*/) {
     require_remark(order.text);
     record_.remark(order.text, sequence_);
-    tell("remark", order.text);
+    log("remark", order.text);
 }
 
 void BenchService::obey(const CloseLoop& order, acquisition::Channels& /*lanes*/) {

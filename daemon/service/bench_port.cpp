@@ -6,12 +6,12 @@
 
 namespace shaker::service {
 
-// The stop first: it takes no lock.
+// Stops first: stop_() takes no lock.
 void BenchPort::abort(const std::string& by) {
     stop_();
     ++aborted_;
     const auto now = state();
-    tell(now ? now->now_s : 0, "order", "abort by " + by);
+    log(now ? now->now_s : 0, "order", "abort by " + by);
 }
 
 void BenchPort::order(Order order) {
@@ -23,7 +23,8 @@ void BenchPort::order(Order order) {
             return;
         }
     }
-    if (order.answer) order.answer(fmt::format("{} orders wait already; try again later", most_orders));
+    if (order.answer)
+        order.answer(fmt::format("{} orders are waiting already; try again later", most_orders));
 }
 
 std::uint64_t BenchPort::ordered() const {
@@ -57,9 +58,9 @@ void BenchPort::publish(std::shared_ptr<const BenchState> state) {
     state_ = std::move(state);
 }
 
-void BenchPort::tell(double t_s, std::string kind, std::string text) {
+void BenchPort::log(double t_s, std::string kind, std::string text) {
     const std::scoped_lock lock{mutex_};
-    events_.push_back({++told_, t_s, std::move(kind), std::move(text)});
+    events_.push_back({++logged_, t_s, std::move(kind), std::move(text)});
     if (events_.size() > most_events) events_.pop_front();
 }
 

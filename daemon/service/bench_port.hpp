@@ -1,5 +1,5 @@
 #pragma once
-// Between the bench's session and those who look at it and order from outside: the only way in and out.
+// The only connection between the bench service and its clients: orders in, state and events out.
 // Neither side waits for the other.
 #include <atomic>
 #include <cstdint>
@@ -18,83 +18,91 @@
 
 namespace shaker::service {
 
-/// What may be ordered. Each is done or refused as a whole.
+// The orders. Each one is carried out or refused as a whole.
+
+/// A new set-point.
 struct SetDrive {
     Drive drive;
 };
+/// Starts a run.
 struct Begin {
-    int periods;
-    int settle = 0;  // periods of the settled drive before them; 0: until the walker is steady
+    int periods;     // of a measurement
+    int settle = 0;  // periods of settled drive before a measurement; 0: until the walker's drift is steady
 };
+/// Identifies the response, then silence.
 struct Identify {};
+/// Soft stop.
 struct End {};
 struct ClearTrip {};
+/// Switches recording of the following runs.
 struct Record {
     bool on;
-    std::string name;  // without folder or ending; empty: by the time
+    std::string name;  // without folder or ending; empty: a name from the time
     recorded::KeptPictures pictures;
 };
 struct LowerLimits {
-    safety::Limits limits;  // none above those in force
+    safety::Limits limits;  // each at most the present limit
 };
-/// Of the operator, for the log and the recording: the one that grows, else the next.
+/// Operator's remark for the log and for the open recording, or the next one when no recording is open.
 struct Remark {
     static constexpr std::size_t longest = 400;  // bytes
     std::string text;
 };
-/// Whether measured harmonics correct the drive, in the runs that follow.
+/// Switches the correction of the drive by measured harmonics in the following runs.
 struct CloseLoop {
     bool on;
 };
-/// From the settings files only, never from a network.
+/// New settings from the settings files; no network client can give this order.
 struct Adopt {
     Drive drive;
     int periods, settle;
-    safety::Limits limits;  // may be above those in force
+    safety::Limits limits;  // may be above the present limits
 };
 using OrderWhat =
     std::variant<SetDrive, Begin, Identify, End, ClearTrip, Record, Remark, CloseLoop, LowerLimits, Adopt>;
 
 struct Order {
     OrderWhat what;
-    /// Called once by the session's thread with why it was refused; empty: it was done.
+    /// Called once on the service's thread with the reason of a refusal; empty: the order was carried out.
     std::function<void(const std::string& refused)> answer;
 };
 
-/// A line of the log for everybody.
+/// A line of the log for all clients.
 struct BenchEvent {
     std::uint64_t number = 0;  // counts from 1
     double t_s = 0;            // master time
-    std::string kind;          // "state", "note", "trip", "order"
+    std::string kind;          // "state", "note", "trip", "order", "remark", "warning" or "settings"
     std::string text;
 };
 
 class BenchPort {
 public:
-    static constexpr std::size_t most_orders = 256;  // that wait
-    static constexpr std::size_t most_events = 200;  // that are kept
+    static constexpr std::size_t most_orders = 256;  // waiting orders
+    static constexpr std::size_t most_events = 200;  // remembered events
 
-    // For any thread.
-    /// Stops the drive at once, whatever else waits; by: who asked, for the log.
+    // Any thread:
+
+    /// Stops the drive at once, before all waiting orders. by: name of the client, for the log.
     void abort(const std::string& by);
-    /// How often abort() was called: what BenchState::aborts comes to.
+    /// Calls of abort(). BenchState::aborts reaches this number when the bench has carried them out.
     [[nodiscard]] std::uint64_t aborted() const noexcept { return aborted_; }
-    /// Never waits; an order beyond what may wait is refused at once.
+    /// Never waits. An order that finds most_orders waiting orders is refused at once.
     void order(Order order);
-    /// Orders given so far, refused ones too: what BenchState::answered comes to.
+    /// Accepted orders. BenchState::answered reaches this number when all of them are answered.
     [[nodiscard]] std::uint64_t ordered() const;
-    /// Null before the first.
+    /// The newest state; null before the first.
     [[nodiscard]] std::shared_ptr<const BenchState> state() const;
-    /// Those after number `seen`, oldest first.
+    /// Remembered events with a number above `seen`, oldest first.
     [[nodiscard]] std::vector<BenchEvent> events(std::uint64_t seen) const;
     [[nodiscard]] LiveFeed& feed() noexcept { return feed_; }
 
-    // For the session's thread.
-    /// How abort() reaches the output. Before anybody else knows of the desk.
+    // The service's thread:
+
+    /// Sets the function by which abort() stops the output. Call it before any client uses the port.
     void stop_by(std::function<void()> stop) { stop_ = std::move(stop); }
     [[nodiscard]] std::optional<Order> next();
     void publish(std::shared_ptr<const BenchState> state);
-    void tell(double t_s, std::string kind, std::string text);
+    void log(double t_s, std::string kind, std::string text);
 
 private:
     mutable std::mutex mutex_;
@@ -104,7 +112,7 @@ private:
     std::uint64_t ordered_ = 0;
     std::shared_ptr<const BenchState> state_;
     std::deque<BenchEvent> events_;
-    std::uint64_t told_ = 0;
+    std::uint64_t logged_ = 0;
     LiveFeed feed_;
 };
 

@@ -18,9 +18,9 @@ namespace shaker::service {
 
 namespace {
 
-constexpr double publish_s = 0.1;         // of master time
-constexpr double kept_s = 12;             // of what was measured, when nothing needs more
-constexpr std::size_t most_points = 500;  // measurements that are shown
+constexpr double publish_s = 0.1;         // master time between two published states
+constexpr double kept_s = 12;             // length of streams kept in memory outside of recordings
+constexpr std::size_t most_points = 500;  // published measurements
 
 }  // namespace
 
@@ -55,15 +55,15 @@ BenchService::~BenchService() = default;
 bool BenchService::step(const acquisition::Streams& streams, acquisition::Channels& channels) {
     bool any = sequence_.step(streams, channels);
     report_->feed(streams);
-    measure(streams);  // before an order changes what was asked for
+    measure(streams);  // before an order changes the set-point
     any = answer(channels) || any;
     take_outcome();
     if (const std::uint64_t vain = channels.lost.not_learned; std::exchange(not_learned_, vain) != vain)
-        tell("note",
-             "a camera's targets were not where they had been seen: tracked again from its pictures, "
-             "what is recorded begins at other positions");
-    record_.look(sequence_, channels);
-    tell_warnings(channels);
+        log("note",
+            "a camera's targets were not at their last positions at the start of the recording; a replay "
+            "that tracks its pictures starts from other positions");
+    record_.update(sequence_, channels);
+    log_warnings(channels);
     follow_states();
     if (leaving_) go_away(channels);
     const double now_s = sequence_.now_s();
@@ -102,7 +102,7 @@ void BenchService::take_outcome() {
         measured_from_s_ = p.part.from_s;
         if (const auto* why = std::get_if<std::string>(&outcome)) {
             not_reduced_ = *why;
-            tell("note", "a measurement could not be reduced: " + *why);
+            log("note", "a measurement could not be reduced: " + *why);
         } else {
             result_ = std::get<std::shared_ptr<const reduction::Reduction>>(outcome);
             origin_ = {origin_.number + 1, p.asked, p.part.from_s, p.part.to_s};
@@ -119,7 +119,7 @@ void BenchService::take_outcome() {
     }
 }
 
-// What the newest point says beside the others, and all beside the closed form.
+// Compares the newest point with its mirror point, and all points with the closed form without stick.
 void BenchService::compare_points() {
     mirror_ = mirror_pair(points_);
     if (const auto null = null_phase(points_, bench_.gravity)) null_ = null;
@@ -138,55 +138,55 @@ void BenchService::compare_points() {
 
 void BenchService::follow_states() {
     const run::RunState state = sequence_.state();
-    for (; told_notes_ < sequence_.notes().size(); ++told_notes_)
-        tell("note", sequence_.notes()[told_notes_]);
+    for (; logged_notes_ < sequence_.notes().size(); ++logged_notes_)
+        log("note", sequence_.notes()[logged_notes_]);
     if (state != state_) {
         state_ = state;
         if (driving(state) || state == run::RunState::tripped) armed_ = false;
-        tell("state", name(state));
+        log("state", name(state));
         response_ =
             sequence_.controller().identified()
                 ? std::make_shared<const control::IdentifiedResponse>(*sequence_.controller().identified())
                 : nullptr;
         if (state == run::RunState::tripped) {
             trip_s_ = sequence_.now_s();
-            tell("trip", text(*sequence_.trip()));
+            log("trip", text(*sequence_.trip()));
         }
         if (state == run::RunState::idle && active_) {
             active_ = false;
             record_.finish(sequence_);
         }
     }
-    if (sequence_.may_clear() && !stop_told_) {
-        stop_told_ = true;
+    if (sequence_.may_clear() && !stop_recorded_) {
+        stop_recorded_ = true;
         const bool active_before = std::exchange(active_, false);
         if (!active_before) record_.begin(run_, {}, sequence_.now_s());
         record_.finish(sequence_);
     }
-    while (const auto run = record_.finished()) tell_finished(*run);
+    while (const auto run = record_.finished()) log_finished(*run);
 }
 
-void BenchService::tell_finished(const run::FinishedRun& run) {
+void BenchService::log_finished(const run::FinishedRun& run) {
     if (run.failure) try {
             std::rethrow_exception(run.failure);
         } catch (const std::exception& e) {
-            return tell("note",
-                        fmt::format("{0} could not be finished: {1}; \"shakerd recover {0}\" makes a file of "
-                                    "what is there",
-                                    run.file.string(), e.what()));
+            return log("note",
+                       fmt::format("{0} could not be finished: {1}; \"shakerd recover {0}\" saves the data "
+                                   "that were written",
+                                   run.file.string(), e.what()));
         }
-    if (run.whole) return tell("note", "recorded: " + run.file.string());
-    tell("note", fmt::format("its last {} s: {}", acquisition::tail_s, run.file.string()));
+    if (run.whole) return log("note", "recorded: " + run.file.string());
+    log("note", fmt::format("last {} s of the stopped run: {}", acquisition::tail_s, run.file.string()));
 }
 
-// Each cause once a run, as soon as it is seen.
-void BenchService::tell_warnings(const acquisition::Channels& channels) {
+// Logs each cause once per run, as soon as it occurs.
+void BenchService::log_warnings(const acquisition::Channels& channels) {
     for (std::size_t i = 0; i < safety::causes; ++i) {
         const std::uint64_t n = channels.warnings[static_cast<safety::Cause>(i)];
         if (std::exchange(warnings_[i], n) == n) continue;
         for (const std::string& text : record_.warnings()) {
             const std::string cause = text.substr(text.find(": ") + 2);
-            if (warned_.insert(cause).second) tell("warning", text);
+            if (warned_.insert(cause).second) log("warning", text);
         }
         return;
     }
@@ -197,8 +197,8 @@ void BenchService::go_away(acquisition::Channels& channels) {
     if (state == run::RunState::identify || state == run::RunState::ramp || state == run::RunState::run)
         sequence_.end(channels);
     else
-        done_ = !record_.finishing() && !driving(state) && (state != run::RunState::tripped || stop_told_) &&
-                state != run::RunState::armed;
+        done_ = !record_.finishing() && !driving(state) &&
+                (state != run::RunState::tripped || stop_recorded_) && state != run::RunState::armed;
 }
 
 void BenchService::tidy(acquisition::Streams& streams) const {
@@ -208,9 +208,9 @@ void BenchService::tidy(acquisition::Streams& streams) const {
     drop_before(streams, from_s);
 }
 
-void BenchService::tell(std::string kind, const std::string& text) {
+void BenchService::log(std::string kind, const std::string& text) {
     changed_ = true;
-    bench_port_.tell(sequence_.now_s(), std::move(kind), text);
+    bench_port_.log(sequence_.now_s(), std::move(kind), text);
 }
 
 void BenchService::publish() {

@@ -1,6 +1,6 @@
 #pragma once
-// A bench on call: idle until it is ordered to drive, for weeks. Leads the director, keeps the orders'
-// conditions, has measurements reduced and recorded, and publishes what the bench is at.
+// A bench on call: idle until a client orders a run, for weeks. Leads the sequence, checks and carries out
+// orders, has measurements reduced and recorded, and publishes the state of the bench.
 #include <array>
 #include <atomic>
 #include <cmath>
@@ -20,29 +20,31 @@ namespace shaker::service {
 class StateBuilder;
 
 struct BenchServiceSettings {
-    bool beside = false;                 // measurements are reduced in a thread beside this one
-    calibration::Estimate mu{NAN, NAN};  // of walker and base, where it is known
+    bool beside = false;                 // measurements are reduced in a separate thread
+    calibration::Estimate mu{NAN, NAN};  // friction coefficient of walker and base; NaN: not known
 };
 
-/// All of it on the reduction's thread. The runner, which is on call, and the port outlive this.
+/// Thread safety: all functions on the reduction thread, leave() on any thread. The runner (on call) and the
+/// port must outlive this object.
 class BenchService {
 public:
-    /// What the runner's options ask for is wanted at first; identify, mains, pictures for good.
+    /// The runner's options are the first set-point. Identification, mains frequency and the pictures for
+    /// which the cameras are opened stay as in the options.
     BenchService(run::Runner& runner, const BenchServiceSettings& settings, BenchPort& bench_port);
     ~BenchService();
     BenchService(const BenchService&) = delete;
     BenchService& operator=(const BenchService&) = delete;
 
-    /// After new data: answers orders, goes on, publishes. False when nothing had come.
+    /// Processes new data, answers orders and publishes the state. False when no data and no order arrived.
     bool step(const acquisition::Streams& streams, acquisition::Channels& channels);
-    /// To be over as soon as the drive has come down softly and what is recorded is finished. Any thread.
+    /// Requests the end: a soft stop, then recordings are finished, then done(). Any thread.
     void leave() noexcept { leaving_ = true; }
     [[nodiscard]] bool leaving() const noexcept { return leaving_; }
-    /// It has left.
+    /// True after leave(), when the drive is silent and all recordings are finished.
     [[nodiscard]] bool done() const noexcept { return done_; }
 
 private:
-    /// A reduction, or why there is none.
+    /// A reduction, or the reason why the measurement could not be reduced.
     using Outcome = std::variant<std::shared_ptr<const reduction::Reduction>, std::string>;
 
     bool answer(acquisition::Channels& channels);
@@ -64,31 +66,32 @@ private:
     void follow_states();
     void go_away(acquisition::Channels& channels);
     void tidy(acquisition::Streams& streams) const;
-    void tell_finished(const run::FinishedRun& run);
-    void tell_warnings(const acquisition::Channels& channels);
-    void tell(std::string kind, const std::string& text);
+    void log_finished(const run::FinishedRun& run);
+    void log_warnings(const acquisition::Channels& channels);
+    void log(std::string kind, const std::string& text);
     void publish();
 
     bench::Bench& bench_;
     acquisition::Collector& collector_;
     run::RunOptions run_;
-    recorded::KeptPictures opened_;  // what the cameras were opened for
+    recorded::KeptPictures opened_;  // pictures for which the cameras were opened
     bool beside_;
     BenchPort& bench_port_;
     safety::Limits limits_;
     run::Sequence& sequence_;
     run::Recordings& record_;
     std::unique_ptr<StateBuilder> report_;
-    bool armed_ = false;     // a drive was asked for since nothing was driven last
-    bool recorded_ = false;  // the next run is
-    std::string name_;       // of that recording; empty: by the time
+    bool armed_ = false;     // a set-point was ordered since the last drive
+    bool recorded_ = false;  // the next run is recorded
+    std::string name_;       // of the next recording; empty: a name from the time
     std::uint64_t answered_ = 0;
     run::RunState state_ = run::RunState::init;
-    bool active_ = false, stop_told_ = false;  // a run that is not finished; why it was stopped was recorded
-    std::size_t measured_ = 0, told_notes_ = 0;
-    std::array<std::uint64_t, safety::causes> warnings_{};  // counts when they were looked at last
-    std::set<std::string> warned_;                          // in this run, by cause
-    std::uint64_t not_learned_ = 0;                         // that was told
+    bool active_ = false;         // a run is not finished
+    bool stop_recorded_ = false;  // the trip of the stopped run was recorded
+    std::size_t measured_ = 0, logged_notes_ = 0;
+    std::array<std::uint64_t, safety::causes> warnings_{};  // counts at the last step
+    std::set<std::string> warned_;                          // causes that were logged in this run
+    std::uint64_t not_learned_ = 0;                         // count that was logged
     struct Pending {
         Drive asked;
         recording::MeasuredPart part;
@@ -96,9 +99,9 @@ private:
     };
     std::deque<Pending> pending_;
     std::shared_ptr<const reduction::Reduction> result_;
-    ResultOrigin origin_;  // of that; its number goes on when a new run takes the result away
-    std::string not_reduced_;
-    double measured_from_s_ = NAN;  // of what is either
+    ResultOrigin origin_;           // of result_; its number continues when a new run removes the result
+    std::string not_reduced_;       // reason; empty when the newest measurement was reduced
+    double measured_from_s_ = NAN;  // master time of the newest measurement, reduced or not
     std::shared_ptr<const BenchFacts> facts_;
     std::vector<reduction::DrivenPoint> points_;
     std::vector<recording::MeasuredPart> parts_;

@@ -1,5 +1,5 @@
 #pragma once
-// What the bench is at, as a value for those who look at it from outside. Every number is SI.
+// The published state of the bench. All numbers are in SI units.
 #include <array>
 #include <cmath>
 #include <cstdint>
@@ -24,44 +24,44 @@
 
 namespace shaker::service {
 
-/// One harmonic of the base's motion in the newest period.
+/// One harmonic of the base's motion in the newest window, m/s^2. The origin of time is such that the first
+/// harmonic of the target has the same phase in `measured`.
 struct HarmonicState {
-    std::complex<double> target,
-        measured;      // m/s^2; the first that is asked for has the phase it is asked for with
-    double sigma = 0;  // of each part of `measured`
+    std::complex<double> target, measured;
+    double sigma = 0;  // standard error of real and imaginary part of `measured`
 };
 
 struct BaseState {
-    Drive got;  // gamma, rho and phi that harmonics 1 and 2 amount to
+    Drive got;  // gamma, rho and phi of the measured harmonics 1 and 2
     std::array<HarmonicState, max_harmonics> harmonics{};
-    int controlled = 0;   // of them
-    double rms = 0;       // m/s^2 along the axis
-    double residual = 0;  // of it, what is neither a harmonic nor mains
-    double volts_peak = 0;
+    int controlled = 0;     // number of controlled harmonics, from the first on
+    double rms = 0;         // acceleration along the shaker's axis, m/s^2
+    double residual = 0;    // rms of the acceleration without harmonics and mains, m/s^2
+    double volts_peak = 0;  // of the drive, V
 };
 
 struct WalkerState {
     double x_m = 0;
-    double edge_m = 0;                   // of its outline from the nearer end of the picture
-    double left_m = NAN, right_m = NAN;  // x at the picture's left and right end (upper and lower, where x
-                                         // runs along the picture's height); NaN: not known
-    int lost = 0;                        // frames in a row
+    double edge_m = 0;  // distance of its outline from the nearer end of the picture
+    /// x at the picture's left and right end (upper and lower, if x runs along the height); NaN: not known.
+    double left_m = NAN, right_m = NAN;
+    int lost = 0;  // consecutive frames without the walker
 };
 
-/// Which measurement a result belongs to.
+/// The measurement of a result.
 struct ResultOrigin {
-    std::uint64_t number = 0;         // of the measurement, from 1 at the daemon's start
+    std::uint64_t number = 0;         // counts measurements from 1 since the daemon's start
     Drive asked;                      // set-point during the measurement
     double from_s = NAN, to_s = NAN;  // master time
 };
 
-/// Same set-point, every number of it.
+/// True when all numbers of two set-points are equal.
 inline bool same(const Drive& a, const Drive& b) {
     return a.frequency == b.frequency && a.gamma == b.gamma && a.rho == b.rho && a.phi == b.phi &&
            a.overtones == b.overtones;
 }
 
-/// What does not change while the bench is open.
+/// Constants of an opened bench.
 struct BenchFacts {
     std::string rig;
     DacInfo dac;
@@ -69,77 +69,78 @@ struct BenchFacts {
     std::vector<View> views;
     int soft_start_periods = 0;
     std::filesystem::path recordings;    // folder
-    calibration::Estimate mu{NAN, NAN};  // of walker and base, as the settings have it; NaN: not known
+    calibration::Estimate mu{NAN, NAN};  // friction coefficient in the settings; NaN: not known
 };
 
 struct ClockState {
     std::string name;
     double ppm = 0, ppm_sigma = 0;
-    double residual_s = 0;  // mean delay of its stamps beyond the shortest
+    double residual_s = 0;  // mean delay of the stamps minus the shortest one
 };
 
-/// What was lost on the way between the threads since the start.
+/// Data lost between the threads since the start, because a ring was full.
 struct LostState {
     std::uint64_t plays = 0, changes = 0, blocks = 0, frames = 0, trips = 0, samples_clamped = 0;
 };
 
 struct RecordingState {
-    std::string name;  // empty: nothing is recorded
-    double backlog = 0;
+    std::string name;    // file name of the open recording; empty: no recording
+    double backlog = 0;  // filled share of its queue, 0 to 1
     std::uint64_t pieces_lost = 0;
-    double free_bytes = 0;  // where recordings go
+    double free_bytes = 0;  // in the folder of recordings
 };
 
-/// A camera's newest picture with what is tracked in it.
+/// A camera's newest picture with the positions of its targets.
 struct PictureState {
     std::string camera;
-    double t_s = 0;
-    FramePtr frame;  // null before the first
+    double t_s = 0;  // master time
+    FramePtr frame;  // null before the first picture
     double px_per_mm = 0;
     std::vector<tracking::Fix> fixes;
     std::vector<Target> targets;
 };
 
-/// Two periods of the base's motion at even phases, m/s^2.
+/// Acceleration of the base over two periods at equidistant phases, m/s^2.
 struct WaveformState {
-    double t_s = 0, period_s = 0;
+    double t_s = 0, period_s = 0;  // master time of the window; length of a period
     std::vector<float> asked, measured;
 };
 
 struct BenchState {
-    std::uint64_t answered = 0;  // orders so far
+    std::uint64_t answered = 0;  // orders since the start
     run::RunState state{};
-    double now_s = 0, since_s = 0;  // master time; of the state's beginning
+    double now_s = 0, since_s = 0;  // master time; start of the present state
     std::shared_ptr<const BenchFacts> facts;
-    Drive wanted;
-    std::vector<safety::Demand> predicted;  // peaks of what is wanted
+    Drive wanted;                           // set-point
+    std::vector<safety::Demand> predicted;  // predicted peaks at the set-point, with their limits
     int periods = 0;                        // of a measurement
-    int settle = 0;                         // before it, of the settled drive; 0: until the walker is steady
-    bool closed_loop = true;                // as the runs that follow will be
-    bool record = false;                    // the next run is recorded
-    std::string record_name;  // of that recording, without folder and ending; empty: by the time
+    int settle = 0;           // periods of settled drive before a measurement; 0: until the drift is steady
+    bool closed_loop = true;  // in the following runs
+    bool record = false;      // the next run is recorded
+    std::string record_name;  // of the next recording, without folder and ending; empty: a name from the time
     recorded::KeptPictures pictures{};
-    bool armed = false;  // idle, with a drive that was asked for and is within the limits
-    bool locked = false, measuring = false;
-    std::shared_ptr<const control::IdentifiedResponse> response;  // null before it was found out
-    double reached = 1;  // of the asked gamma, that the bench can give
-    std::optional<BaseState> base;
-    WaveformState waveform;  // empty before the clocks are known
+    bool armed = false;   // idle, and a set-point within the limits was ordered
+    bool locked = false;  // all controlled harmonics are at their targets
+    bool measuring = false;
+    std::shared_ptr<const control::IdentifiedResponse> response;  // null before an identification
+    double reached = 1;             // largest share of the requested gamma that the bench can reach
+    std::optional<BaseState> base;  // empty before the first window
+    WaveformState waveform;         // empty before the first window
     std::optional<WalkerState> walker;
     std::vector<PictureState> pictures_now;
     std::optional<safety::Trip> trip;
     double trip_s = 0;
     bool may_clear = false;
     std::shared_ptr<const reduction::Reduction> result;  // of the newest measurement; null before the first
-    ResultOrigin result_origin;                          // of that
-    std::string not_reduced;                             // why the newest measurement has none
-    double measured_from_s = NAN;                // master time of that measurement; NaN before the first
-    std::vector<reduction::DrivenPoint> points;  // the newest measurements, oldest first
-    std::vector<recording::MeasuredPart> parts;  // of master time, one a point
-    std::vector<double> closed_form;  // v_D without stick, m/s, one a point; NaN where mu is not known
-    std::optional<reduction::MirrorPair> mirror;  // of the newest of them
-    std::optional<reduction::NullPhase> null;     // the newest that was found
-    calibration::Estimate mu;  // as that tells it, else as the settings have it; NaN: not known
+    ResultOrigin result_origin;                          // of `result`
+    std::string not_reduced;                             // reason why the newest measurement has no result
+    double measured_from_s = NAN;  // master time of the newest measurement; NaN before the first
+    std::vector<reduction::DrivenPoint> points;   // the newest measurements, oldest first
+    std::vector<recording::MeasuredPart> parts;   // intervals of master time, one per point
+    std::vector<double> closed_form;              // v_D without stick, m/s, one per point; NaN: mu not known
+    std::optional<reduction::MirrorPair> mirror;  // newest point and its partner at phi + pi
+    std::optional<reduction::NullPhase> null;     // newest phase without drift
+    calibration::Estimate mu;                     // from `null`, otherwise from the settings; NaN: not known
     std::vector<ClockState> clocks;
     std::vector<DeviceReport> devices;
     LostState lost;

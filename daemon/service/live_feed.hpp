@@ -28,7 +28,7 @@ public:
 private:
     std::size_t channels_, most_;
     mutable std::mutex mutex_;
-    std::uint64_t count_ = 0;  // samples so far; sample k is at k % most_
+    std::uint64_t count_ = 0;  // samples since the start; sample k is at k % most_
     std::vector<double> t_s_;
     std::vector<float> values_;
 };

@@ -31,10 +31,10 @@ void require_name(const std::string& name) {
     if (!name.empty() && name.size() <= longest_name && name.front() != '.' &&
         std::ranges::all_of(name, allowed))
         return;
-    throw InputError{
-        fmt::format("recording \"{}\": a name of 1 to {} letters, digits, dots, hyphens and underscores that "
-                    "does not begin with a dot was expected",
-                    name.substr(0, longest_name), longest_name)};
+    throw InputError{fmt::format(
+        "recording \"{}\": expected 1 to {} letters, digits, dots, hyphens and underscores, without "
+        "a dot in front",
+        name.substr(0, longest_name), longest_name)};
 }
 
 void require_remark(const std::string& text) {

@@ -1,5 +1,5 @@
 #pragma once
-// Texts as they may come from a network: names of recordings and remarks.
+// Checks of texts that may come from a network: names of recordings, and remarks.
 #include <string>
 
 namespace shaker::service {

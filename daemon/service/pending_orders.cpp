@@ -36,7 +36,7 @@ bool PendingOrders::pending() const {
         case run::RunState::tripped:
             return !state->may_clear;
         case run::RunState::idle:
-            return !state->recording.name.empty();  // it is being finished
+            return !state->recording.name.empty();  // a recording is being finished
         case run::RunState::run:
             return false;
     }
@@ -51,7 +51,7 @@ void PendingOrders::order(OrderWhat what, Answered answered) {
     if (const auto* set = std::get_if<SetDrive>(&what)) drive_ = set->drive;
     if (const auto* lower = std::get_if<LowerLimits>(&what)) limits_ = lower->limits;
     ++under_way_;
-    // The desk may answer when this is gone: what is run later then is not run.
+    // The port may answer after the end of this object; `later` then drops the function.
     bench_port_.order(
         {std::move(what), [this, later = later_, answered = std::move(answered)](const std::string& refused) {
              later([this, answered, refused] {

@@ -1,6 +1,5 @@
 #pragma once
-// What clients want of the bench, as it will be once all that was ordered is done: on the thread that serves
-// them.
+// The state that the bench will have after all orders under way. Used on the thread that serves the clients.
 #include <functional>
 #include <memory>
 #include <string>
@@ -11,21 +10,23 @@ namespace shaker::service {
 
 class PendingOrders {
 public:
-    /// later: runs a function on this thread, from any other; not when this is gone, which it outlives in
-    /// copies.
+    /// later: passes a function from any thread to this one. Copies of `later` outlive this object; after its
+    /// end they must drop the function.
     using Later = std::function<void(std::function<void()>)>;
     PendingOrders(BenchPort& bench_port, Later later) : bench_port_{bench_port}, later_{std::move(later)} {}
 
-    /// The newest state; null before the first.
+    /// The newest published state; null before the first.
     [[nodiscard]] std::shared_ptr<const BenchState> now() const { return bench_port_.state(); }
-    /// What is wanted, with all orders under way.
+    /// Set-point, periods and limits after all orders under way.
     [[nodiscard]] Drive drive() const;
     [[nodiscard]] int periods() const;
     [[nodiscard]] safety::Limits limits() const;
-    /// An order or an abort is under way, or what it began is: a ramp, an identification, a stop.
+    /// True while an order or an abort is under way, or an operation that it started: a ramp, an
+    /// identification, a stop.
     [[nodiscard]] bool pending() const;
 
-    /// Orders; answered(why) is called on this thread, once, with why it was refused, or empty.
+    /// Gives an order. answered(refused) is called once on this thread; refused: the reason, empty: carried
+    /// out.
     using Answered = std::function<void(const std::string& refused)>;
     void order(OrderWhat what, Answered answered);
     void abort(const std::string& by) { bench_port_.abort(by); }
@@ -34,8 +35,8 @@ public:
 private:
     BenchPort& bench_port_;
     Later later_;
-    std::size_t under_way_ = 0;
-    Drive drive_;  // the last that was ordered
+    std::size_t under_way_ = 0;  // orders without an answer
+    Drive drive_;                // last ordered set-point
     safety::Limits limits_;
 };
 

@@ -9,7 +9,7 @@ namespace shaker::service {
 
 namespace {
 
-constexpr std::size_t waveform_points = 256;  // of two periods
+constexpr std::size_t waveform_points = 256;  // over shown_periods
 constexpr double shown_periods = 2;
 
 bool asks(run::RunState state) { return state == run::RunState::ramp || state == run::RunState::run; }
@@ -20,8 +20,8 @@ const acquisition::TargetTrack* track_named(const acquisition::Streams& streams,
     return found == streams.tracks.end() ? nullptr : &*found;
 }
 
-// When harmonic 1 has phase 0 is not asked for, and the sensor's delay is in it: the measured motion from the
-// instant at which the first harmonic that is asked for has the phase it is asked for with.
+// Shifts the measured motion in time so that the target's first harmonic has the target's phase. The absolute
+// phase is no part of a set-point, and the measured one includes the sensor's delay.
 Harmonics<Acceleration> aligned(Harmonics<Acceleration> measured, const Harmonics<Acceleration>& target) {
     std::size_t first = 0;
     while (first < max_harmonics && std::abs(target.a[first]) == 0) ++first;
@@ -104,7 +104,7 @@ BaseState StateBuilder::base() const {
     return base;
 }
 
-// The harmonics of the newest period, over two: what is none of them is told by the live feed.
+// Two periods of the harmonics of the newest window. The live feed shows the complete signal.
 WaveformState StateBuilder::waveform() const {
     const control::PeriodWindows::Window& w = *sequence_.newest();
     const double frequency = sequence_.windows().history().frequency();

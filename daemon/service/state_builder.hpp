@@ -1,6 +1,6 @@
 #pragma once
-// What the bench is at, gathered from all who know a part of it: ten times a second for the desk, sample by
-// sample for its feed.
+// Gathers the published state of the bench from sequence, acquisition and devices, and adds samples to the
+// live feed.
 #include "daemon/acquisition/collector.hpp"
 #include "daemon/bench/bench.hpp"
 #include "daemon/run/sequence.hpp"
@@ -14,9 +14,9 @@ public:
                  LiveFeed& feed)
         : bench_{bench}, collector_{collector}, sequence_{sequence}, feed_{feed} {}
 
-    /// Adds what came since the last call to the feed.
+    /// Adds the data that arrived since the last call to the feed.
     void feed(const acquisition::Streams& streams);
-    /// Fills in what director, acquisition and devices know.
+    /// Fills in the values of sequence, acquisition and devices.
     void fill(BenchState& state) const;
 
 private:
@@ -29,8 +29,8 @@ private:
     acquisition::Collector& collector_;
     const run::Sequence& sequence_;
     LiveFeed& feed_;
-    std::size_t blocks_ = 0, walkers_ = 0;  // of the take, that were fed
-    double base_m_ = 0;                     // newest
+    std::size_t blocks_ = 0, walkers_ = 0;  // elements of the streams that were added to the feed
+    double base_m_ = 0;                     // newest position of the base
 };
 
 }  // namespace shaker::service

@@ -12,7 +12,7 @@ SystemdNotify::SystemdNotify() {
     if (sd_watchdog_enabled(0, &us) > 0) every_ = std::chrono::microseconds{us / 4};
 }
 
-void SystemdNotify::look(const BenchState& state, std::int64_t heartbeat, bool leaving) {
+void SystemdNotify::report(const BenchState& state, std::int64_t heartbeat, bool leaving) {
     if (leaving && !std::exchange(stopping_, true)) sd_notify(0, "STOPPING=1");
     if (!ready_ && state.state != run::RunState::init && state.state != run::RunState::self_test) {
         ready_ = true;
@@ -24,9 +24,9 @@ void SystemdNotify::look(const BenchState& state, std::int64_t heartbeat, bool l
         sd_notify(0, ("STATUS=" + status_).c_str());
     }
     const auto now = std::chrono::steady_clock::now();
-    if (every_.count() == 0 || heartbeat == heartbeat_ || now - told_ < every_) return;
+    if (every_.count() == 0 || heartbeat == heartbeat_ || now - signalled_ < every_) return;
     heartbeat_ = heartbeat;
-    told_ = now;
+    signalled_ = now;
     sd_notify(0, "WATCHDOG=1");
 }
 

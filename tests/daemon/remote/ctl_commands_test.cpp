@@ -201,10 +201,10 @@ TEST_F(CtlTest, AStopEndsEveryWaitThatItMakesVain) {
 }
 
 TEST_F(CtlTest, WatchSaysALineASecondAndEveryEvent) {
-    bench.bench_port.tell(0.5, "note", "before");
+    bench.bench_port.log(0.5, "note", "before");
     Program watches{"shakerctl", words("watch --seconds 2.5"), folder};
     ASSERT_TRUE(watched());
-    for (int i = 0; i < 20; ++i) bench.bench_port.tell(1 + i, "note", "number " + std::to_string(i));
+    for (int i = 0; i < 20; ++i) bench.bench_port.log(1 + i, "note", "number " + std::to_string(i));
     EXPECT_EQ(ctl("start").status, exit_done);
     const Outcome watched = watches.wait(limit_s);
     EXPECT_EQ(watched.status, exit_done) << watched.err;
@@ -222,7 +222,7 @@ TEST_F(CtlTest, WatchSaysALineASecondAndEveryEvent) {
 }
 
 TEST_F(CtlTest, WatchAsJsonIsALineAMessage) {
-    bench.bench_port.tell(0.5, "note", "a \x1b[31mred\n note");
+    bench.bench_port.log(0.5, "note", "a \x1b[31mred\n note");
     const auto lines = lines_of(ctl("watch --json --seconds 1").out);
     EXPECT_GT(lines.size(), 5U);
     EXPECT_EQ(json::parse(lines.at(0))["text"], "a \x1b[31mred\n note");

@@ -214,7 +214,7 @@ TEST(RunTest, ADriveBeyondTheVoltageLimitKeepsItsShapeAndSaysHowMuchItReached) {
     EXPECT_LT(r["gamma_mps2"].get<double>(), 0.9 * 19.6);
     EXPECT_NEAR(r["phi_rad"].get<double>(), 0.5, 0.01);
     EXPECT_NEAR(r["rho"].get<double>(), 0.5, 0.005);
-    EXPECT_NE(r["notes"].dump().find("% of the asked gamma"), std::string::npos) << r["notes"];
+    EXPECT_NE(r["notes"].dump().find("% of the requested gamma"), std::string::npos) << r["notes"];
 }
 
 TEST(RunTest, BadInputIsRefusedByNameWithStatusTwoAndNothingWritten) {

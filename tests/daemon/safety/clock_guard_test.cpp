@@ -23,7 +23,7 @@ std::uint64_t warnings_of(double before, double after) {
         block.size = 16;
         block.arrived = at(t);
         clock.add(block);
-        if (t > 10 && tick % 1600 == 0) watch.look(clock, {tick}, warnings);
+        if (t > 10 && tick % 1600 == 0) watch.check(clock, {tick}, warnings);
     }
     return warnings[Cause::clock];
 }

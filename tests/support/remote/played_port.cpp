@@ -56,7 +56,7 @@ std::string PlayedPort::obey(const service::OrderWhat& what) {
         state_.wanted = set->drive;
     } else if (std::holds_alternative<service::Begin>(what)) {
         if (state_.state != run::RunState::idle)
-            return "a run was asked for in state " + std::string{name(state_.state)};
+            return "a run cannot start in state " + std::string{name(state_.state)};
         state_.state = run::RunState::run;
         state_.measuring = true;
         state_.periods = std::get<service::Begin>(what).periods;
@@ -72,7 +72,7 @@ std::string PlayedPort::obey(const service::OrderWhat& what) {
     } else if (const auto* loop = std::get_if<service::CloseLoop>(&what)) {
         state_.closed_loop = loop->on;
     } else if (const auto* remark = std::get_if<service::Remark>(&what)) {
-        bench_port.tell(state_.now_s, "remark", remark->text);
+        bench_port.log(state_.now_s, "remark", remark->text);
     } else if (const auto* record = std::get_if<service::Record>(&what)) {
         state_.record = record->on;
         state_.record_name = record->on ? record->name : std::string{};
