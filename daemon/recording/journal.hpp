@@ -1,5 +1,5 @@
 #pragma once
-// The journal of a run: its events in a file that is on the disk at once, beside the recording.
+// The journal of a run: a file beside the recording. Each event is on the disk as soon as it is added.
 #include <filesystem>
 #include <vector>
 
@@ -7,15 +7,15 @@
 
 namespace shaker::recording {
 
-/// A file of lines that only grows: of each line its checksum, its length and the entry as JSON.
+/// A file to which lines are appended. Each line has a checksum, its length and the entry as JSON.
 class Journal {
 public:
-    /// Begins a new one. DeviceError when that is not possible.
+    /// Creates the file. DeviceError when that fails.
     explicit Journal(const std::filesystem::path& file);
     ~Journal();
     Journal(const Journal&) = delete;
     Journal& operator=(const Journal&) = delete;
-    /// On the disk when this returns. DeviceError when it is not.
+    /// Returns when the entry is on the disk. DeviceError when it cannot be written.
     void add(const LogEntry& entry);
 
 private:
@@ -23,7 +23,7 @@ private:
     int descriptor_;
 };
 
-/// The entries up to the first line that is not whole; none when there is no such file.
+/// The entries up to the first incomplete line; empty without such a file.
 std::vector<LogEntry> read_journal(const std::filesystem::path& file);
 
 }  // namespace shaker::recording

@@ -20,10 +20,10 @@ namespace shaker::recording {
 
 namespace {
 
-constexpr double flush_s = 0.5;                             // of master time
-constexpr std::size_t most_waiting = 65536;                 // pieces: 20 s of the fastest streams
-constexpr std::size_t pool_bytes = std::size_t{16} << 20U;  // pictures' memory is taken in pieces of this
-constexpr double live_queue_s = 2;                          // of pictures
+constexpr double flush_s = 0.5;                             // master time between flushes
+constexpr std::size_t most_waiting = 65536;                 // pieces of data: 20 s of the fastest streams
+constexpr std::size_t pool_bytes = std::size_t{16} << 20U;  // size of an allocation for pictures
+constexpr double live_queue_s = 2;                          // duration of waiting pictures
 
 std::filesystem::path beside(const std::filesystem::path& file, const char* ending) {
     std::filesystem::path path = file;
@@ -50,16 +50,16 @@ std::uint64_t free_bytes(const std::filesystem::path& file) {
 
 void require_new(const std::filesystem::path& file) {
     if (std::filesystem::exists(file))
-        throw InputError{
-            fmt::format("{}: exists already; a recording is never written over another", file.string())};
+        throw InputError{fmt::format(
+            "{}: exists already; recordings are never overwritten, choose another name", file.string())};
     if (const std::filesystem::path part = beside(file, ".part"); std::filesystem::exists(part))
         throw InputError{
-            fmt::format("{}: is what was left of a recording that was never finished: finish it by "
-                        "\"shakerd recover {}\", or remove it",
+            fmt::format("{}: belongs to a recording that was never finished; finish it by \"shakerd recover "
+                        "{}\" or remove it",
                         part.string(), file.string())};
 }
 
-// Copies of pictures that wait for the disk, in memory that is taken as it is needed and used again.
+// Copies of pictures that wait for the disk. Memory is allocated when needed and then reused.
 class Recorder::Pictures {
 public:
     explicit Pictures(std::size_t most) : most_{most} {}
@@ -98,12 +98,12 @@ Recorder::Recorder(const std::filesystem::path& file, const recorded::RecordingH
     part_ = beside(file, ".part");
     require_new(file);
     if (const std::uint64_t room = free_bytes(file); room < settings.least_free_bytes)
-        throw InputError{fmt::format("{}: the disk has {} free, {} must stay free", file.string(),
+        throw InputError{fmt::format("{}: the disk has {} free; {} must stay free", file.string(),
                                      gigabytes(room), gigabytes(settings.least_free_bytes))};
     writer_ = std::make_unique<recorded::RecordingWriter>(part_, header);
     journal_ = std::make_unique<Journal>(beside(file, ".journal"));
     if (settings.live)
-        h5::sync_folder(folder_of(file));  // what is brought to the disk later must have a name there
+        h5::sync_folder(folder_of(file));  // data that are synchronised later need a directory entry
     ring_.emplace(most_waiting);
     for (const View& view : header.views) {
         stores_.push_back(
@@ -145,13 +145,13 @@ void Recorder::push(const Piece& piece) {
 }
 
 void Recorder::add(std::size_t camera, const Frame& frame, std::span<const tracking::Track> tracks,
-                   const std::optional<MasterTime>& told) {
+                   const std::optional<MasterTime>& mid_exposure) {
     if (!on()) return;
     Entry entry{camera, {}, nullptr, {}};
     entry.frame.tick = frame.tick;
     entry.frame.arrived = frame.arrived;
     entry.frame.stamp = frame.stamp;
-    entry.frame.mid_exposure = frame.mid_exposure ? frame.mid_exposure : told;
+    entry.frame.mid_exposure = frame.mid_exposure ? frame.mid_exposure : mid_exposure;
     entry.frame.quality = frame.quality;
     for (const tracking::Track& t : tracks) {
         const std::vector<double> row = row_of(track_columns, t);
@@ -177,7 +177,7 @@ bool Recorder::step() {
         ++popped_;
         if (failed_) {
             ++lost_;
-            if (const auto* entry = std::get_if<LogEntry>(&*piece)) tell_journal(*entry);
+            if (const auto* entry = std::get_if<LogEntry>(&*piece)) write_journal(*entry);
             continue;
         }
         try {
@@ -192,12 +192,12 @@ bool Recorder::step() {
 void Recorder::write(const Piece& piece) {
     if (const auto* played = std::get_if<PlayTime>(&piece)) {
         writer_->add(*played);
-        tell_time(counted_s(played->tick, header_.dac.rate_hz));
+        advance(counted_s(played->tick, header_.dac.rate_hz));
     } else if (const auto* change = std::get_if<DriveChange>(&piece)) {
         writer_->add(*change);
     } else if (const auto* block = std::get_if<AccelBlock>(&piece)) {
         writer_->add(*block);
-        if (header_.dac.rate_hz <= 0) tell_time(counted_s(block->first, header_.accelerometer.rate_hz));
+        if (header_.dac.rate_hz <= 0) advance(counted_s(block->first, header_.accelerometer.rate_hz));
     } else if (const auto* part = std::get_if<MeasuredPart>(&piece)) {
         recording::write(*writer_, *part);
     } else if (const auto* finished = std::get_if<FinishedMeasurement>(&piece)) {
@@ -230,17 +230,17 @@ void Recorder::write(const Entry& entry) {
         writer_->row(tables[i], std::span{entry.rows}.subspan(i * columns, columns));
 }
 
-void Recorder::tell_time(double s) {
+void Recorder::advance(double s) {
     now_s_ = std::max(now_s_, s);
     if (now_s_ < flushed_s_ + flush_s) return;
     flushed_s_ = now_s_;
     flush();
     if (const std::uint64_t room = free_bytes(file_); room < settings_.least_free_bytes)
-        throw DeviceError{fmt::format("{}: the disk has {} left, {} must stay free", part_.string(),
+        throw DeviceError{fmt::format("{}: the disk has {} free; {} must stay free", part_.string(),
                                       gigabytes(room), gigabytes(settings_.least_free_bytes))};
 }
 
-// Pictures first: a row never tells of one that is not there.
+// Pictures first, so that no row refers to a missing picture.
 void Recorder::flush() try {
     if (settings_.live)
         for (const auto& store : stores_) store->sync();
@@ -257,12 +257,12 @@ void Recorder::fail(const std::string& why) noexcept {
         failure_ = why;
         failed_ = true;
     }
-    tell_journal({now_s_, state_, "nothing more could be recorded: " + why});
+    write_journal({now_s_, state_, "the recording stopped here: " + why});
 }
 
-// Why a recording ended belongs into the journal even when nothing else can be written; the journal may be
-// what failed.
-void Recorder::tell_journal(const LogEntry& entry) noexcept try {
+// The journal gets the reason of a failure even when nothing else can be written. The journal itself may have
+// failed, so errors are ignored.
+void Recorder::write_journal(const LogEntry& entry) noexcept try {
     journal_->add(entry);
 } catch (const std::exception&) {
     return;
@@ -282,7 +282,7 @@ recorded::RecordingWriter& Recorder::writer() {
     while (step()) {
     }
     if (const auto why = failure())
-        throw DeviceError{*why + "; what was recorded before is in " + part_.string()};
+        throw DeviceError{*why + "; the data recorded until then are in " + part_.string()};
     return *writer_;
 }
 
@@ -311,7 +311,7 @@ void Recorder::complete(const acquisition::Streams& streams, const Known& known)
                                    ? MeasuredResult{f, *known.reduction, {}}
                                    : reduced(f, streams, header_.frequency_hz));
     write_streams(file, streams);
-    // None, unless the recorder stood still and the stop came too late.
+    // Not 0 only when the disk was blocked and the stop came too late.
     write_pieces_lost(file, lost_);
     for (std::size_t c = 0; c < counts_.size(); ++c)
         recording::write(file, header_.views[c].camera, counts_[c]);

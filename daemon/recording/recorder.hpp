@@ -1,6 +1,6 @@
 #pragma once
-// A recording while it is made: fed by the reduction, written by a loop of its own, under its name only when
-// it is complete.
+// Writes a recording during a run. The reduction thread adds data, a separate thread writes them. The file
+// gets its name when it is complete; until then it is FILE.part.
 #include <atomic>
 #include <filesystem>
 #include <memory>
@@ -24,25 +24,27 @@ class PictureStore;
 
 namespace shaker::recording {
 
-/// What becomes of FILE.part when a recording is never finished: a live run's data exist nowhere else.
+/// Treatment of FILE.part when a recording is never finished. The data of a live run exist nowhere else, so
+/// they are kept.
 enum class Unfinished { keep, discard };
 
 struct RecorderSettings {
     Unfinished unfinished = Unfinished::keep;
-    /// Of a live run: a thread of its own calls step(), what was flushed is seen onto the disk each half
-    /// second, and up to 2 s of pictures wait in memory. Otherwise add() writes each piece of data itself.
+    /// Live run: a separate thread calls step(), flushed data are synchronised with the disk each half
+    /// second, and up to 2 s of pictures wait in memory. Otherwise add() writes the data directly.
     bool live = false;
-    double started_s = 0;  // master time of the header's date: a daemon's master time began long before
-    std::uint64_t least_free_bytes = std::uint64_t{1} << 30U;  // on the disk; then nothing more is recorded
+    double started_s = 0;  // master time of the date in the header
+    /// Free space on the disk below which nothing more is recorded.
+    std::uint64_t least_free_bytes = std::uint64_t{1} << 30U;
 };
 
-/// Without a file name everything here does nothing. add() is for the reduction's thread and, live, never
-/// waits for the disk; step() is for the recorder's thread; what else there is for either when the other has
-/// ended.
+/// With an empty file name all functions do nothing.
+/// Thread safety: the reduction thread calls add(), which never waits for the disk in a live run. The
+/// recorder's thread calls step(). All other functions without a remark are for one thread, after the other
+/// has ended.
 class Recorder final : public acquisition::StreamSink {
 public:
-    /// InputError when the disk has less room than it must have for a beginning, DeviceError when the file
-    /// cannot be made.
+    /// InputError when the disk has less than least_free_bytes, DeviceError when the file cannot be created.
     Recorder(const std::filesystem::path& file, const recorded::RecordingHeader& header,
              const RecorderSettings& settings);
     ~Recorder() override;
@@ -54,34 +56,34 @@ public:
     void add(const DriveChange& change) override { push(change); }
     void add(const AccelBlock& block) override { push(block); }
     void add(const LogEntry& entry) { push(entry); }
-    /// What is being measured from now on.
+    /// Adds a measurement that starts.
     void add(const MeasuredPart& part) { push(part); }
-    /// A measurement is finished: the recording will have its results. The time is the recorder's.
+    /// Adds a finished measurement; the recording will have its results. The recorder sets `time`.
     void add(const FinishedMeasurement& finished);
-    /// A frame and where its targets are. Its picture is left out and counted when too many wait. told: of
-    /// mid-exposure, final, where the frame does not tell it.
+    /// Adds a frame with the tracks of its targets. When too many pictures wait, this one is dropped and
+    /// counted. mid_exposure: final value, used if the frame itself has none.
     void add(std::size_t camera, const Frame& frame, std::span<const tracking::Track> tracks,
-             const std::optional<MasterTime>& told) override;
+             const std::optional<MasterTime>& mid_exposure) override;
 
-    /// Writes what waits; false when nothing did. After a failure what comes is counted and not written.
+    /// Writes the waiting data; false when no data waited. After a failure data are counted, not written.
     bool step();
-    /// Why nothing is recorded any more; any thread.
+    /// Reason of a failure that ended the recording; empty without a failure. Any thread.
     [[nodiscard]] std::optional<std::string> failure() const;
-    /// What waits to be written, as a share of what may wait; any thread.
+    /// Filled share of the queue, 0 to 1. Any thread.
     [[nodiscard]] double backlog() const noexcept;
-    /// Pieces of data that found no room or came after a failure.
+    /// Pieces of data lost because the queue was full, or after a failure.
     [[nodiscard]] std::uint64_t lost() const noexcept { return lost_; }
 
-    /// Where everything else of the recording goes, once all that waits has been written.
+    /// The file, for all other tables; writes the waiting data first. DeviceError after a failure.
     [[nodiscard]] recorded::RecordingWriter& writer();
-    /// One picture of the last seconds, where a recording does not keep whole ones.
+    /// Adds a picture of the last seconds before a trip, in a recording that does not keep whole pictures.
     void tail(std::size_t camera, const Frame& frame);
-    /// The measurements that were added.
+    /// The added finished measurements.
     [[nodiscard]] const std::vector<FinishedMeasurement>& finished() const noexcept { return finished_; }
-    /// Adds tracks' final times, the results of every finished measurement, clocks, gaps and counts, and
-    /// gives the file its name. DeviceError when something of it could not be written; then FILE.part stays.
+    /// Writes final times of tracks, results of every finished measurement, clocks, gaps and counts, and
+    /// gives the file its name. DeviceError when a part could not be written; then FILE.part stays.
     void finish(const acquisition::Streams& streams);
-    /// Likewise, with results and the part of master time they were made from.
+    /// As above, with results and the part of master time from which they were made, s.
     void finish(const acquisition::Streams& streams, const reduction::Reduction& reduction, double from_s,
                 double to_s);
 
@@ -90,12 +92,12 @@ private:
         std::size_t camera;
         Frame frame;  // without pixels
         FramePtr picture;
-        std::vector<double> rows;  // of all targets behind each other
+        std::vector<double> rows;  // track rows of all targets, one after the other
     };
     using Piece =
         std::variant<PlayTime, DriveChange, AccelBlock, LogEntry, MeasuredPart, FinishedMeasurement, Entry>;
     class Pictures;
-    /// A reduction that was made already, of a part that may be a finished measurement.
+    /// A reduction that is already available, and its part, which may be that of a finished measurement.
     struct Known {
         MeasuredPart part;
         const reduction::Reduction* reduction = nullptr;
@@ -104,10 +106,10 @@ private:
     void push(const Piece& piece);
     void write(const Piece& piece);
     void write(const Entry& entry);
-    void tell_time(double s);
+    void advance(double s);
     void flush();
     void fail(const std::string& why) noexcept;
-    void tell_journal(const LogEntry& entry) noexcept;
+    void write_journal(const LogEntry& entry) noexcept;
     void complete(const acquisition::Streams& streams, const Known& known);
 
     std::filesystem::path file_, part_;
@@ -117,21 +119,20 @@ private:
     std::unique_ptr<Journal> journal_;
     std::vector<std::unique_ptr<pictures::PictureStore>> stores_, tails_;
     std::vector<std::unique_ptr<Pictures>> waiting_;
-    std::vector<std::vector<std::size_t>> tables_;  // of tracks: a camera, a target
-    bool tracks_written_ = false;                   // with the frames, as they came
+    std::vector<std::vector<std::size_t>> tables_;  // track tables by camera and target
+    bool tracks_written_ = false;                   // together with the frames
     std::vector<PictureCounts> counts_;
     std::vector<FinishedMeasurement> finished_;
     std::optional<Ring<Piece>> ring_;
     std::atomic<std::uint64_t> pushed_{0}, popped_{0}, lost_{0};
     double now_s_ = 0, flushed_s_ = 0;
-    std::string state_;         // of the run, when it was told last
-    mutable std::mutex mutex_;  // of failure_
+    std::string state_;         // last recorded state of the run
+    mutable std::mutex mutex_;  // guards failure_
     std::optional<std::string> failure_;
     std::atomic<bool> failed_{false};
 };
 
-/// InputError naming the file when it exists, or when a crash left FILE.part: a recording is never written
-/// over another one.
+/// InputError naming the file when FILE exists, or FILE.part after a crash: no recording is overwritten.
 void require_new(const std::filesystem::path& file);
 
 }  // namespace shaker::recording

@@ -54,7 +54,7 @@ ReplayOverrides replay_settings(const recorded::RecordingReader& file, const std
     const std::map<std::string, Setting> all = settings_of(s);
     for (const std::string& text : set) {
         const std::size_t equals = text.find('=');
-        if (equals == std::string::npos) throw InputError{"--set " + text + ": key=value was expected"};
+        if (equals == std::string::npos) throw InputError{"--set " + text + ": expected key=value"};
         const std::string key = text.substr(0, equals);
         const auto setting = all.find(key);
         if (setting == all.end()) {
@@ -62,7 +62,7 @@ ReplayOverrides replay_settings(const recorded::RecordingReader& file, const std
             keys.reserve(all.size());
             for (const auto& [name, unused] : all) keys.push_back(name);
             throw InputError{
-                fmt::format("--set {}: there is no such key; there are {}", key, fmt::join(keys, ", "))};
+                fmt::format("--set {}: unknown key; expected one of {}", key, fmt::join(keys, ", "))};
         }
         *setting->second.value =
             parse_quantity("--set " + key, text.substr(equals + 1), Dimension::ratio, setting->second.range);

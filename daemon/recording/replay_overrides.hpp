@@ -1,5 +1,5 @@
 #pragma once
-// Other settings for a replay than those a recording was made with: "key=value".
+// Settings of a replay that differ from those of the recording: "key=value".
 #include <string>
 #include <vector>
 
@@ -7,15 +7,15 @@
 
 namespace shaker::recording {
 
-/// What a replay is reduced with.
+/// Settings with which a replay is reduced.
 struct ReplayOverrides {
     recorded::RecordingHeader header;
-    double from_s = 0, to_s = 0;  // part of master time; NaN: nothing had been reduced
-    bool changed = false;         // anything but what was recorded
+    double from_s = 0, to_s = 0;  // part of master time; NaN: the recording has no results
+    bool changed = false;         // at least one setting differs from the recording
 };
 
-/// The recording's own, and over them what `set` says. InputError for a key or a value that is not allowed;
-/// for an unknown key it lists all there are.
+/// The recording's settings, changed by `set`. InputError for a value that is not allowed and for an unknown
+/// key; the latter lists all keys.
 ReplayOverrides replay_settings(const recorded::RecordingReader& file, const std::vector<std::string>& set);
 
 }  // namespace shaker::recording

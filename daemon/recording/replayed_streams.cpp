@@ -14,15 +14,15 @@ namespace shaker::recording {
 
 namespace {
 
-// Data as slowly as they came, and a line each second.
+// Delays the replay to real time and logs a line each second.
 class SlowReplay {
 public:
-    void look(const acquisition::Streams& streams) {
+    void follow(const acquisition::Streams& streams) {
         if (streams.blocks.empty()) return;
         const double now_s = counted_s(streams.blocks.back().first, streams.accelerometer.rate_hz);
         pacer_.wait_until(now_s);
-        if (now_s < told_s_ + 1) return;
-        told_s_ = now_s;
+        if (now_s < logged_s_ + 1) return;
+        logged_s_ = now_s;
         std::string line = fmt::format("{:9.3f} s  {} frames", now_s, streams.frames);
         for (const acquisition::TargetTrack& t : streams.tracks)
             if (!t.tracks.empty())
@@ -32,7 +32,7 @@ public:
 
 private:
     acquisition::Pacer pacer_;
-    double told_s_ = 0;
+    double logged_s_ = 0;
 };
 
 std::vector<acquisition::CameraStream> cameras_of(const recorded::RecordingHeader& header) {
@@ -53,9 +53,9 @@ void add_frames(const recorded::RecordingReader& file, acquisition::Streams& str
 }
 
 enum class Frames {
-    from_pictures,  // tracked again
-    stamps,         // as they are recorded, without pictures
-    none            // the recorded tracks have their times
+    from_pictures,  // pictures are tracked again
+    stamps,         // recorded stamps, no pictures
+    none            // no frames; the recorded tracks have final times
 };
 
 acquisition::Streams streams_of(const recorded::RecordingReader& file,
@@ -64,13 +64,13 @@ acquisition::Streams streams_of(const recorded::RecordingReader& file,
     Rig rig = replay_rig(file, header, pictures);
     acquisition::Collector collector{rig, nullptr};
     acquisition::Streams& gathered = collector.streams();
-    // A replayed rig has no DAC, and cameras only when their pictures are tracked again.
+    // A replayed rig has no DAC, and it has cameras only when their pictures are tracked again.
     gathered.dac_rate_hz = header.dac.rate_hz;
     if (frames == Frames::stamps) gathered.cameras = cameras_of(header);
     gathered.timebase = empty_timebase(gathered);
     SlowReplay slow;
     read_all(collector, [&] {
-        if (real_time) slow.look(gathered);
+        if (real_time) slow.follow(gathered);
     });
     acquisition::Streams streams = std::move(gathered);
     for (const PlayTime& p : file.play_times()) add(streams, p);

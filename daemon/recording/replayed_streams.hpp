@@ -1,5 +1,5 @@
 #pragma once
-// What a recording holds, as a Take.
+// The streams of a recording, as an acquisition gathers them.
 #include <string>
 #include <vector>
 
@@ -8,13 +8,13 @@
 
 namespace shaker::recording {
 
-/// The raw streams of a recording, and its tracks: from the pictures, or as they were stored, in metres by
-/// the views of `header`. real_time: as slowly as they were recorded, and told second by second.
+/// The raw streams of a recording and its tracks: computed from the pictures or read from the file, in metres
+/// by the views of `header`. real_time: takes as long as the run and logs the progress each second.
 acquisition::Streams replayed_streams(const recorded::RecordingReader& file,
                                       const recorded::RecordingHeader& header, bool pictures, bool real_time,
                                       std::vector<std::string>& notes);
 
-/// Of a recording that was never finished: with stored tracks, whose times are found from the frames' stamps.
+/// The streams of an unfinished recording: stored tracks with times computed from the stamps of the frames.
 acquisition::Streams stored_streams(const recorded::RecordingReader& file, std::vector<std::string>& notes);
 
 }  // namespace shaker::recording

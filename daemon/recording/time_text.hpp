@@ -4,11 +4,11 @@
 
 namespace shaker::recording {
 
-/// Now, in local time.
+/// The present time, with the local offset.
 std::string local_time_text();
-/// Of a run on virtual time, which has no date: equal runs make equal recordings.
+/// Date of a run on virtual time. It is constant, so that equal runs make equal recordings.
 inline constexpr const char* epoch_text = "1970-01-01T00:00:00+00:00";
-/// The instant `s` seconds after such a text, with the same offset; empty when it is not one.
+/// The instant `s` seconds after `text`, with the same offset; empty when `text` is not such a date.
 std::string time_text_after(const std::string& text, double s);
 
 }  // namespace shaker::recording

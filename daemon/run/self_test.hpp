@@ -61,7 +61,7 @@ private:
 
 enum class Verdict { good, warning, bad };
 
-/// One result about a device. Its text also says what to check.
+/// One result about a device. Its text includes what to check.
 struct Finding {
     Verdict verdict = Verdict::good;
     std::string device;

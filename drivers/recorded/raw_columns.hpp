@@ -36,44 +36,47 @@ inline constexpr const char* accelerometer = "raw/accelerometer";
 inline constexpr const char* cameras = "raw";
 inline constexpr std::size_t axes = 3;
 
-inline constexpr RawColumn play_tick{drive, "play_tick", int64, "1", "DAC sample at which a block begins"},
+inline constexpr RawColumn play_tick{drive, "play_tick", int64, "1", "DAC sample at which a block starts"},
     play_heard{drive, "play_heard", int64, "ns", "host time at which that sample left the converter"},
-    play_lost{drive, "play_lost", int64, "1", "samples before it for which the DAC stood empty"};
+    play_lost{drive, "play_lost", int64, "1", "samples before it during which the DAC was empty"};
 inline constexpr std::array plays{play_tick, play_heard, play_lost};
 
 inline constexpr RawColumn first_tick{changes, "first_tick", int64, "1",
-                                      "DAC sample from which it is in force"},
-    ramp_samples{changes, "ramp_samples", int64, "1", "length of the ramp from the drive before"},
+                                      "DAC sample at which the change starts"},
+    ramp_samples{changes, "ramp_samples", int64, "1", "length of the ramp from the previous drive"},
     stop_samples{changes, "stop_samples", int64, "1", "length of a stop's ramp to zero; 0: not a stop"},
-    ramp_periods{changes, "ramp_periods", int64, "1", "length of the ramp in periods, as commanded"},
+    ramp_periods{changes, "ramp_periods", int64, "1", "commanded length of the ramp in periods"},
     phase{changes, "phase", uint64, "1", "phase at first_tick in turns / 2^64"},
-    phase_low{changes, "phase_low", uint64, "1", "its next 64 bits"},
-    step{changes, "step", uint64, "1", "phase step a sample in turns / 2^64"},
-    step_low{changes, "step_low", uint64, "1", "its next 64 bits"},
+    phase_low{changes, "phase_low", uint64, "1", "next 64 bits of the phase"},
+    step{changes, "step", uint64, "1", "phase step per sample in turns / 2^64"},
+    step_low{changes, "step_low", uint64, "1", "next 64 bits of the step"},
     sequence{changes, "sequence", uint64, "1", "number of the command"},
-    frequency{changes, "frequency", float64, "Hz", "as commanded"},
-    harmonics_re{changes,      "harmonics_re", float64, "V", "Im sum a_q exp(i q w t): real parts of a_q",
-                 max_harmonics},
-    harmonics_im{changes, "harmonics_im", float64, "V", "imaginary parts", max_harmonics};
+    frequency{changes, "frequency", float64, "Hz", "commanded frequency"},
+    harmonics_re{
+        changes,      "harmonics_re", float64, "V", "drive = Im sum a_q exp(i q w t): real parts of a_q",
+        max_harmonics},
+    harmonics_im{changes, "harmonics_im", float64, "V", "imaginary parts of a_q", max_harmonics};
 inline constexpr std::array drive_changes{first_tick, ramp_samples, stop_samples, ramp_periods,
                                           phase,      phase_low,    step,         step_low,
                                           sequence,   frequency,    harmonics_re, harmonics_im};
 
 inline constexpr RawColumn counts{
-    accelerometer, "counts", int32, "count", "unchanged samples, one row a sample: x, y, z", axes},
+    accelerometer, "counts", int32, "count", "unchanged samples x, y, z, one row per sample", axes},
     block_first{accelerometer, "block_first", int64, "1", "number of a block's first sample"},
     block_arrived{accelerometer, "block_arrived", int64, "ns", "host time at which the block was read"},
     block_quality{accelerometer, "block_quality", uint8, "1",
-                  "0 good; sum of 1 after a gap, 2 clipped, 4 late"},
+                  "0: good; otherwise the sum of 1 after a gap, 2 clipped, 4 late"},
     block_size{accelerometer, "block_size", uint8, "1", "samples in the block"};
 inline constexpr std::array blocks{counts, block_first, block_arrived, block_quality, block_size};
 
-inline constexpr RawColumn tick{cameras, "tick", int64, "1", "number of the exposure, missed ones counted"},
+inline constexpr RawColumn tick{cameras, "tick", int64, "1",
+                                "number of the exposure; missed exposures count"},
     arrived{cameras, "arrived", int64, "ns", "host time at which the frame was read"},
-    stamp{cameras, "stamp", int64, "ns", "the camera's own clock; -2^63 where it gave none"},
-    mid_exposure{cameras, "mid_exposure", float64, "s", "master time, where the frame tells it; else NaN"},
+    stamp{cameras, "stamp", int64, "ns", "time of the camera's own clock; -2^63: no stamp"},
+    mid_exposure{cameras, "mid_exposure", float64, "s",
+                 "master time if the frame contains it, otherwise NaN"},
     quality{cameras, "quality", uint8, "1", "as block_quality"},
-    picture{cameras, "picture", uint64, "1", "number in the pictures folder, from 1; 0: not kept"};
+    picture{cameras, "picture", uint64, "1", "number in the pictures folder, from 1; 0: no picture"};
 inline constexpr std::array frames{tick, arrived, stamp, mid_exposure, quality, picture};
 
 struct Group {
@@ -83,8 +86,8 @@ struct Group {
 };
 /// All of them; the last one is there once a camera, below its path.
 inline constexpr std::array groups{
-    Group{drive, "when samples of the drive were heard, a row a block", plays},
-    Group{changes, "changes of the drive: enough to make each sample again, to the bit", drive_changes},
+    Group{drive, "times at which samples of the drive left the converter, one row per block", plays},
+    Group{changes, "changes of the drive, sufficient to reproduce every sample to the bit", drive_changes},
     Group{accelerometer, "accelerometer", blocks}, Group{cameras, "frames of one camera", frames}};
 
 }  // namespace raw

@@ -17,37 +17,37 @@
 
 namespace shaker::recording {
 
-/// A column of numbers: one number of each Row.
+/// A column of numbers: one number per Row.
 template <class Row>
 struct NumberColumn {
     const char* name;
     const char* units;  // UDUNITS text
     const char* meaning;
     double (*get)(const Row&);
-    /// Puts a number that was read into a row; false when the member cannot have that value. Null: derived
-    /// from other members, never read into a row.
+    /// Stores a number from a file in a row; false when the member cannot have that value. Null: the column
+    /// is derived from other members and is not read.
     bool (*set)(Row&, double) = nullptr;
-    bool provisional = false;  // replaced when the recording is completed: not under seal
+    bool provisional = false;  // replaced when the recording is completed, and therefore not sealed
 };
 
-/// A column of texts, likewise.
+/// A column of texts: one text per Row.
 template <class Row>
 struct TextColumn {
     const char* name;
-    std::size_t bytes;  // of the longest text
+    std::size_t bytes;  // length of the longest text
     const char* meaning;
     std::string (*get)(const Row&);
     bool (*set)(Row&, const std::string&) = nullptr;
 };
 
-/// How NeXus programs plot a table; without a signal they do not.
+/// Default plot of a table in NeXus programs. Null signal: no plot.
 struct Plot {
     const char* signal = nullptr;
     const char* axes = nullptr;
     const char* title = nullptr;
 };
 
-/// A table, or single numbers and texts of one Row. Path and meaning are of the whole group.
+/// A table, or single numbers and texts of one Row. Path and meaning belong to the whole group.
 template <class Row>
 struct Table {
     const char* path;  // under /entry
@@ -69,8 +69,8 @@ double number_of(const T& value) {
         return static_cast<double>(value);
 }
 
-/// False when the type of `to` has no such value: integers, enumerators and flags are read from whole numbers
-/// that a double counts exactly.
+/// Converts a number. False when the type of `to` does not have this value: integers, enumerators and flags
+/// need a whole number that a double represents exactly.
 template <class T>
 bool take(T& to, double value) {
     if constexpr (std::same_as<T, MasterTime>) {
@@ -97,7 +97,7 @@ struct ClassOf<Member Class::*> {
 
 }  // namespace columns
 
-/// The column of a member, or of a member's member: number<&Track::fix, &Fix::x_px>("x_px", "px", ...).
+/// Column of a member or of a member's member: number<&Track::fix, &Fix::x_px>("x_px", "px", ...).
 template <auto First, auto... Rest>
 constexpr auto number(const char* name, const char* units, const char* meaning, bool provisional = false) {
     using Row = typename columns::ClassOf<decltype(First)>::type;
@@ -110,7 +110,7 @@ constexpr auto number(const char* name, const char* units, const char* meaning, 
         provisional};
 }
 
-/// Likewise of a text.
+/// Column of a text member.
 template <auto First, auto... Rest>
 constexpr auto text(const char* name, std::size_t bytes, const char* meaning) {
     using Row = typename columns::ClassOf<decltype(First)>::type;
@@ -144,7 +144,7 @@ std::vector<double> row_of(const Table<Row>& table, const Row& row) {
     return values;
 }
 
-/// The columns of numbers of such rows. path: where it is not the table's own.
+/// The number columns of `rows` as a table. path: overrides the table's own path.
 template <class Row, std::ranges::input_range Rows>
 RecordedTable table_of(const Table<Row>& table, const Rows& rows, const std::string& path = {}) {
     RecordedTable out{path.empty() ? table.path : path, {}};
@@ -184,8 +184,8 @@ void write_rows(recorded::RecordingWriter& file, const Table<Row>& table, const 
 [[noreturn]] void refuse_value(const std::string& path, const char* name, std::size_t row,
                                const std::string& value);
 
-/// The rows as they were written: columns without a setter are left out. InputError naming a column that is
-/// missing, has another length than the first one, or holds a value that its member cannot have.
+/// Reads rows; columns without a setter are not read. InputError naming a column that is missing, differs in
+/// length from the first one, or has a value that its member cannot have.
 template <class Row>
 std::vector<Row> read_rows(const recorded::RecordingReader& file, const Table<Row>& table,
                            const std::string& at = {}) {
@@ -210,7 +210,7 @@ std::vector<Row> read_rows(const recorded::RecordingReader& file, const Table<Ro
     return rows;
 }
 
-/// Where the columns of a table go. path: where it is not the table's own.
+/// Places of a table's columns. path: overrides the table's own path.
 template <class Row>
 recorded::GroupLayout layout_of(const Table<Row>& table, const std::string& path = {}, double rows_per_s = 0,
                                 bool single = false) {
@@ -232,7 +232,7 @@ recorded::GroupLayout layout_of(const Table<Row>& table, const std::string& path
     return layout;
 }
 
-/// Places for one Row: single numbers and texts.
+/// Places of the single numbers and texts of one Row.
 template <class Row>
 recorded::GroupLayout places_of(const Table<Row>& table, const std::string& path = {}) {
     return layout_of(table, path, 0, true);

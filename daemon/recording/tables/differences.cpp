@@ -26,7 +26,7 @@ const std::vector<double>& values_of(const std::vector<recorded::Column>& column
     return it->values;
 }
 
-// Which measurement a row belongs to, where a table holds rows of several.
+// " (measurement 3)" in a table with rows of several measurements, otherwise empty.
 std::string measurement_at(const RecordedTable& table, std::size_t row) {
     if (table.columns.front().name != measurement_column) return {};
     return fmt::format(" (measurement {})", table.columns.front().values[row]);

@@ -1,5 +1,5 @@
 #pragma once
-// A recording held against what was computed again.
+// Comparison of a recording with values that were computed again.
 #include <string>
 #include <vector>
 
@@ -7,8 +7,8 @@
 
 namespace shaker::recording {
 
-/// Where the recording's numbers and tables are not, to the bit, the ones given: one sentence each. NaN
-/// equals NaN.
+/// Bitwise differences between the recording and the given numbers and tables, one sentence each. NaN equals
+/// NaN.
 std::vector<std::string> differences(const recorded::RecordingReader& file,
                                      const std::vector<RecordedNumber>& numbers,
                                      const std::vector<RecordedTable>& tables);

@@ -18,7 +18,7 @@ using control::IdentifiedResponse;
 
 constexpr const char* response_units = "m/s^2/V";
 constexpr const char* group = "identification";
-constexpr std::size_t most_levels = 4;  // the highest ones, that a recording has places for
+constexpr std::size_t most_levels = 4;  // levels in a recording: the highest ones
 
 // The response at one harmonic.
 struct ResponseRow {
@@ -27,17 +27,17 @@ struct ResponseRow {
     double gain_change = 0, phase_change = 0;
 };
 constexpr std::array response_numbers{
-    number<&ResponseRow::harmonic>("harmonic", "1", "of the drive frequency"),
-    number<&ResponseRow::frequency>("frequency", "Hz", "of the harmonic"),
-    number<&ResponseRow::magnitude>("magnitude", response_units, "acceleration of the base over drive"),
+    number<&ResponseRow::harmonic>("harmonic", "1", "harmonic of the drive frequency"),
+    number<&ResponseRow::frequency>("frequency", "Hz", "frequency of the harmonic"),
+    number<&ResponseRow::magnitude>("magnitude", response_units, "acceleration of the base / drive voltage"),
     number<&ResponseRow::magnitude_sd>("magnitude_errors", response_units, "standard error"),
-    number<&ResponseRow::phase>("phase", "rad", "of the acceleration against the drive"),
+    number<&ResponseRow::phase>("phase", "rad", "phase of the acceleration relative to the drive"),
     number<&ResponseRow::phase_sd>("phase_errors", "rad", "standard error"),
-    number<&ResponseRow::coherence>("coherence", "1", "share of the motion that the drive explains, 0..1"),
+    number<&ResponseRow::coherence>("coherence", "1", "share of the motion explained by the drive, 0..1"),
     number<&ResponseRow::floor>("noise_floor", "m/s^2", "scatter of the amplitude in one window"),
-    number<&ResponseRow::gain_change>("gain_change", "1", "magnitude over that at the lowest level"),
-    number<&ResponseRow::phase_change>("phase_change", "rad", "phase minus that at the lowest level")};
-constexpr std::size_t of_changes = 2;  // columns, at the end
+    number<&ResponseRow::gain_change>("gain_change", "1", "magnitude / magnitude at the lowest level"),
+    number<&ResponseRow::phase_change>("phase_change", "rad", "phase minus phase at the lowest level")};
+constexpr std::size_t of_changes = 2;  // last columns: changes since the lowest level
 constexpr Table<ResponseRow> response_columns{
     "identification/response",
     "response of the base at the highest level",
@@ -46,12 +46,12 @@ constexpr Table<ResponseRow> response_columns{
     {.signal = "magnitude", .axes = "frequency", .title = "acceleration of the base a volt of the drive"}};
 constexpr Table<ResponseRow> level_columns{
     "identification/level_",
-    "response at one level of the drive, the lowest of the last four first",
+    "response at one of the four highest levels of the drive, in rising order",
     std::span{response_numbers}.first(response_numbers.size() - of_changes),
     {},
     {.signal = "magnitude", .axes = "frequency", .title = "response at one level"}};
 
-// What is known of the whole response and of each level.
+// Single numbers of the whole response and of each level.
 struct Facts {
     const IdentifiedResponse& response;
     std::span<const IdentifiedLevel> levels;
@@ -86,17 +86,17 @@ constexpr std::array fact_numbers{
     peak_drive<2>("level_3_peak_drive"),
     peak_acceleration<3>("level_4_peak_acceleration"),
     peak_drive<3>("level_4_peak_drive"),
-    NumberColumn<Facts>{"polarity", "1", "1, or -1 where something is connected the wrong way round",
+    NumberColumn<Facts>{"polarity", "1", "1: correct, -1: a device is connected the wrong way round",
                         [](const Facts& f) { return f.response.polarity_doubtful() ? -1.0 : 1.0; }},
-    NumberColumn<Facts>{"turn", "rad", "phase against the data sheet at harmonic 1",
+    NumberColumn<Facts>{"turn", "rad", "phase relative to the data sheet at harmonic 1",
                         [](const Facts& f) { return f.response.turn; }},
-    NumberColumn<Facts>{"gain", "1", "rms of the response over that of the data sheet",
+    NumberColumn<Facts>{"gain", "1", "rms of the response / rms of the data sheet's response",
                         [](const Facts& f) { return f.response.gain; }},
     shaker_axis<0>("shaker_axis_x"),
     shaker_axis<1>("shaker_axis_y"),
     shaker_axis<2>("shaker_axis_z")};
-constexpr Table<Facts> fact_columns{group, "how the base answers to the drive, where that was measured",
-                                    fact_numbers};
+constexpr Table<Facts> fact_columns{
+    group, "response of the base to the drive; empty without an identification", fact_numbers};
 
 std::string level_path(std::size_t level) { return fmt::format("{}{}", level_columns.path, level + 1); }
 std::string transverse_path() { return fmt::format("{}/{}", group, transverse_columns.path); }

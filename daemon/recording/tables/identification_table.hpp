@@ -1,16 +1,16 @@
 #pragma once
-// How the base answered to the drive, as a recording keeps it.
+// Tables of the identified response of the base.
 #include "daemon/control/identification.hpp"
 #include "drivers/recorded/recording_file.hpp"
 
 namespace shaker::recording {
 
-/// The group "identification": NXdata "response" (against frequency, highest level: magnitude, phase, their
-/// errors, coherence, noise floor, and what changed since the lowest level), one NXdata a level ("level_1",
-/// ...), NXdata "transverse", and polarity, gain and turn against the data sheet, and the shaker's axis.
-/// Of the levels the four highest are kept.
+/// Writes the group "identification": NXdata "response" against frequency at the highest level (magnitude,
+/// phase, their errors, coherence, noise floor, changes since the lowest level), one NXdata per level
+/// ("level_1", ...; the four highest levels), NXdata "transverse", and as single numbers polarity, gain and
+/// turn relative to the data sheet, and the shaker's axis.
 void write_identification(recorded::RecordingWriter& file, const control::IdentifiedResponse& response);
-/// What that needs places for.
+/// Places of this group.
 std::vector<recorded::GroupLayout> identification_places();
 
 }  // namespace shaker::recording

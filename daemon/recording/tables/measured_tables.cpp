@@ -17,17 +17,17 @@ constexpr const char* of_which = "number of the measurement";
 using Finished = FinishedMeasurement;
 constexpr std::array finished_numbers{
     number<&Finished::number>(measurement_column, "1", "number of the measurement in this recording, from 1"),
-    number<&Finished::part, &MeasuredPart::from_s>("from", "s", "master time of its first period"),
-    number<&Finished::part, &MeasuredPart::to_s>("to", "s", "master time of its end"),
+    number<&Finished::part, &MeasuredPart::from_s>("from", "s", "start of the first period, master time"),
+    number<&Finished::part, &MeasuredPart::to_s>("to", "s", "end of the last period, master time"),
     number<&Finished::asked, &Drive::gamma>("asked_gamma", "m/s^2", "set-point"),
     number<&Finished::asked, &Drive::rho>("asked_rho", "1", "set-point"),
     number<&Finished::asked, &Drive::phi>("asked_phi", "rad", "set-point"),
     number<&Finished::asked, &Drive::frequency>("asked_frequency", "Hz", "set-point")};
 constexpr std::array finished_texts{
-    text<&Finished::time>("time", word_bytes, "when it was finished, ISO 8601 with offset from UTC")};
-constexpr Table<Finished> finished_columns{"measured",
-                                           "measurements that were finished; rows are written as they finish",
-                                           finished_numbers, finished_texts};
+    text<&Finished::time>("time", word_bytes, "date and time of its end, ISO 8601 with offset from UTC")};
+constexpr Table<Finished> finished_columns{
+    "measured", "finished measurements; each row is written when its measurement is finished",
+    finished_numbers, finished_texts};
 
 struct Overtone {
     int measurement = 0, q = 0;
@@ -35,19 +35,20 @@ struct Overtone {
 };
 constexpr std::array overtone_numbers{
     number<&Overtone::measurement>(measurement_column, "1", of_which),
-    number<&Overtone::q>("q", "1", "harmonic of the drive frequency, 3 and up"),
-    number<&Overtone::re>("asked_re", "1", "set-point: real part of its share of gamma"),
-    number<&Overtone::im>("asked_im", "1", "set-point: imaginary part")};
+    number<&Overtone::q>("q", "1", "harmonic of the drive frequency, 3 and above"),
+    number<&Overtone::re>("asked_re", "1", "set-point: real part of the overtone's share of gamma"),
+    number<&Overtone::im>("asked_im", "1", "set-point: imaginary part of the overtone's share of gamma")};
 constexpr Table<Overtone> overtone_columns{
-    "measured/overtones", "overtones of the set-points, where there are any", overtone_numbers};
+    "measured/overtones", "overtones of the set-points; no rows for set-points without overtones",
+    overtone_numbers};
 
 struct MeasuredNote {
     int measurement = 0;
     std::string text;
 };
 constexpr std::array note_numbers{number<&MeasuredNote::measurement>(measurement_column, "1", of_which)};
-constexpr std::array note_texts{
-    text<&MeasuredNote::text>("text", sentence_bytes, "one sentence on the results, or why there are none")};
+constexpr std::array note_texts{text<&MeasuredNote::text>(
+    "text", sentence_bytes, "one sentence on the results, or the reason why there are no results")};
 constexpr Table<MeasuredNote> measured_note_columns{"measured/notes", "remarks on the results", note_numbers,
                                                     note_texts};
 
@@ -57,7 +58,7 @@ std::string below_measured(const std::string& path) {
     return std::string{finished_columns.path} + "/" + path;
 }
 
-// Rows of one measurement: with its number in front.
+// Rows of one measurement, with its number as the first column.
 RecordedTable numbered(RecordedTable table, int measurement) {
     const std::size_t rows = table.columns.front().values.size();
     table.path = below_measured(table.path);
@@ -114,8 +115,9 @@ std::vector<FinishedMeasurement> read_finished(const recorded::RecordingReader& 
         const auto of = std::ranges::find(all, o.measurement, &FinishedMeasurement::number);
         const std::int64_t i = std::int64_t{o.q} - first_overtone;
         if (of == all.end() || i < 0 || i >= std::ssize(of->asked.overtones))
-            throw InputError{fmt::format("recording: {} has harmonic {} of measurement {}, which is none",
-                                         overtone_columns.path, o.q, o.measurement)};
+            throw InputError{
+                fmt::format("recording: {} has harmonic {} of measurement {}, which does not exist",
+                            overtone_columns.path, o.q, o.measurement)};
         of->asked.overtones[static_cast<std::size_t>(i)] = {o.re, o.im};
     }
     return all;

@@ -1,5 +1,5 @@
 #pragma once
-// The finished measurements of a run: "measured" has a row each, its subgroups their results.
+// Tables of the finished measurements of a run: "measured" has one row for each, its subgroups the results.
 #include <optional>
 #include <string>
 #include <vector>
@@ -12,38 +12,39 @@
 
 namespace shaker::recording {
 
-/// A measurement whose planned periods were all measured.
+/// A measurement with all its planned periods.
 struct FinishedMeasurement {
-    int number = 0;  // from 1 on, in one run
+    int number = 0;  // counts from 1 in each run
     Drive asked;     // set-point
     MeasuredPart part;
-    std::string time;  // when it was finished: ISO 8601 with offset
+    std::string time;  // date and time of its end, ISO 8601 with offset
 };
 
-/// The group "measured" and its subgroups.
+/// Places of the group "measured" and its subgroups.
 std::vector<recorded::GroupLayout> measured_places();
-/// A row of "measured", as soon as the measurement is finished.
+/// Writes the measurement's row in "measured".
 void write(recorded::RecordingWriter& file, const FinishedMeasurement& finished);
-/// In their order; none in a recording of the first version. InputError naming what is wrong in the tables.
+/// The finished measurements in their order; empty for a recording of version 1. InputError names an error in
+/// the tables.
 std::vector<FinishedMeasurement> read_finished(const recorded::RecordingReader& file);
 
-/// What became of a measurement: its reduction, or why there is none.
+/// A measurement with its reduction, or the reason why it could not be reduced.
 struct MeasuredResult {
     FinishedMeasurement measurement;
     std::optional<reduction::Reduction> reduction;
     std::string not_reduced;
 };
-/// From the raw streams, whose times are settled.
+/// Reduces a measurement from the raw streams. Their times must be settled.
 MeasuredResult reduced(const FinishedMeasurement& finished, const acquisition::Streams& streams,
                        double frequency_hz);
-/// Rows of the subgroups for one result, behind those that are there.
+/// Appends the rows of one result to the tables of the subgroups.
 void append(std::vector<RecordedTable>& tables, const MeasuredResult& result);
-/// The result in its subgroups, with its notes.
+/// Writes the result and its notes to the subgroups.
 void write(recorded::RecordingWriter& file, const MeasuredResult& result);
-/// Removes all results from a mended file.
+/// Removes all results from a file that is being recovered.
 void clear_measured(recorded::RecordingWriter& file);
 
-/// The column that names the measurement of a row.
+/// Column with the number of a row's measurement.
 inline constexpr const char* measurement_column = "measurement";
 
 }  // namespace shaker::recording

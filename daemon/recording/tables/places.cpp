@@ -44,10 +44,11 @@ void lay_out(recorded::RecordingHeader& header, bool truth) {
 
 void require_known_schema(const recorded::RecordingReader& file) {
     if (const int schema = file.header().schema; schema > schema_version)
-        throw InputError{fmt::format(
-            "{}: its layout has version {}, this program knows versions up to {}: use the program "
-            "that recorded it, or a newer one",
-            file.file().string(), schema, schema_version)};
+        throw InputError{
+            fmt::format("{}: layout version {} is newer than this program, which reads versions up to {}; "
+                        "use the program "
+                        "that recorded the file, or a newer one",
+                        file.file().string(), schema, schema_version)};
 }
 
 }  // namespace shaker::recording

@@ -1,5 +1,5 @@
 #pragma once
-// All groups and columns of a recording beside the raw streams.
+// All groups and columns of a recording except the raw streams.
 #include <vector>
 
 #include "drivers/recorded/recording_file.hpp"
@@ -9,9 +9,9 @@ namespace shaker::recording {
 /// Version of the layout that this program writes; it reads all versions up to it. 1: no group "measured".
 inline constexpr int schema_version = 2;
 
-/// For a header whose views are known. truth: of a simulated rig.
+/// Places for a header with known views. truth: with tables for the truth of a simulated rig.
 std::vector<recorded::GroupLayout> recording_places(const recorded::RecordingHeader& header, bool truth);
-/// Puts them and the version into the header of a recording to be made.
+/// Sets version and places in the header of a new recording.
 void lay_out(recorded::RecordingHeader& header, bool truth);
 /// InputError for a recording whose layout is newer than this program.
 void require_known_schema(const recorded::RecordingReader& file);

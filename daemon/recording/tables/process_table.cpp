@@ -11,20 +11,19 @@ struct Process {
 };
 
 constexpr auto reduced_from = number<&Process::reduced, &MeasuredPart::from_s>(
-    "reduced_from", "s", "master time from which the results were made; NaN: there are none");
-constexpr auto reduced_to =
-    number<&Process::reduced, &MeasuredPart::to_s>("reduced_to", "s", "master time up to which");
+    "reduced_from", "s", "start of the part used for the results, master time; NaN: no results");
+constexpr auto reduced_to = number<&Process::reduced, &MeasuredPart::to_s>(
+    "reduced_to", "s", "end of the part used for the results, master time");
 constexpr auto pieces_lost = number<&Process::pieces_lost>(
-    "pieces_lost", "1", "pieces of data that found no room while the disk stood still; 0 in a whole run");
+    "pieces_lost", "1", "pieces of data lost because the disk was too slow; 0 in a complete recording");
 constexpr auto not_reduced =
-    text<&Process::not_reduced>("not_reduced", sentence_bytes, "why there are no results");
+    text<&Process::not_reduced>("not_reduced", sentence_bytes, "reason why there are no results");
 constexpr auto recovered = text<&Process::recovered>(
-    "recovered", sentence_bytes, "where its writer ended, in a recording that \"shakerd recover\" finished");
+    "recovered", sentence_bytes, "end of the written data, in a recording completed by \"shakerd recover\"");
 
 constexpr std::array process_numbers{reduced_from, reduced_to, pieces_lost};
 constexpr std::array process_texts{not_reduced, recovered};
-constexpr Table<Process> process_columns{"process", "how the results were made", process_numbers,
-                                         process_texts};
+constexpr Table<Process> process_columns{"process", "origin of the results", process_numbers, process_texts};
 
 std::string path_of(const auto& column) { return std::string{process_columns.path} + "/" + column.name; }
 

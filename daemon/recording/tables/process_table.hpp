@@ -8,16 +8,16 @@
 namespace shaker::recording {
 
 recorded::GroupLayout process_places();
-/// There are no results, and why.
+/// Writes the reason why there are no results.
 void write_not_reduced(recorded::RecordingWriter& file, const std::string& why);
-/// Pieces of data that found no room.
+/// Pieces of data lost because the disk was too slow.
 void write_pieces_lost(recorded::RecordingWriter& file, std::uint64_t pieces);
-/// Its writer ended without closing it.
+/// Writes how the writer of a recovered file ended.
 void write_recovered(recorded::RecordingWriter& file, const std::string& how);
-/// The part of master time that the results were made from; from_s is NaN where there are none.
+/// The part of master time from which the results were made; from_s is NaN without results.
 void write_reduced_part(recorded::RecordingWriter& file, const MeasuredPart& part);
 MeasuredPart read_reduced_part(const recorded::RecordingReader& file);
-/// Why there are no results.
+/// Reason why there are no results.
 std::string read_not_reduced(const recorded::RecordingReader& file);
 
 }  // namespace shaker::recording

@@ -1,16 +1,16 @@
 #pragma once
-// A trip as a recording and the results tell it.
+// A trip in a recording and in the results.
 #include <string>
 
 #include "daemon/safety/trip.hpp"
 
 namespace shaker::recording {
 
-/// A trip and what the run was at.
+/// A trip with its time and the state of the run.
 struct RecordedTrip {
     safety::Trip trip;
     std::string state;  // of the run: "identify"
-    double at_s = 0;    // master time of the sample that violated; NaN while the sensor's clock was not known
+    double at_s = 0;    // master time of the sample that violated the limit; NaN: clock not known yet
 };
 
 /// "at 3.021 s in state run: soft stop, ..."

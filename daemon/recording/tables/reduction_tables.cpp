@@ -38,10 +38,10 @@ double direction(const AcrossAt& a) {
 constexpr std::array result_numbers{
     value<&Reduction::v_D>("v_D", "m/s", "drift velocity of the walker"),
     errors<&Reduction::v_D>("v_D_errors", "m/s",
-                            "standard error, widened where periods are few: 2 of it cover 95 %"),
+                            "standard error, enlarged for few periods: twice this value covers 95 %"),
     value<&Reduction::D>("D", "m", "drift in one period"),
     errors<&Reduction::D>("D_errors", "m"),
-    value<&Reduction::frequency>("frequency", "Hz", "of the drive, on master time"),
+    value<&Reduction::frequency>("frequency", "Hz", "drive frequency on master time"),
     errors<&Reduction::frequency>("frequency_errors", "Hz"),
     value<&Reduction::gamma>("gamma", "m/s^2", "A1 + A2: amplitudes of harmonics 1 and 2 of the base"),
     errors<&Reduction::gamma>("gamma_errors", "m/s^2"),
@@ -54,79 +54,89 @@ constexpr std::array result_numbers{
     value<&Reduction::efficiency>("efficiency", "1", "|v_D| / v_rms"),
     errors<&Reduction::efficiency>("efficiency_errors", "1"),
     value<&Reduction::accelerometer_late_s>("accelerometer_late", "s",
-                                            "delay of the accelerometer against the pictures"),
+                                            "delay of the accelerometer relative to the pictures"),
     errors<&Reduction::accelerometer_late_s>("accelerometer_late_errors", "s"),
-    value<&Reduction::accelerometer_ppm>("accelerometer_ppm", "1e-6",
-                                         "rate of the accelerometer's clock against the pictures', minus 1"),
+    value<&Reduction::accelerometer_ppm>(
+        "accelerometer_ppm", "1e-6",
+        "rate of the accelerometer's clock relative to that of the pictures, minus 1"),
     errors<&Reduction::accelerometer_ppm>("accelerometer_ppm_errors", "1e-6"),
     value<&Reduction::fit_residual_x_m>("fit_residual", "m", "rms of the walker's positions about the fit"),
     number<&Reduction::t0_s>("t0", "s", "master time of the first start of a period"),
-    NumberColumn<Reduction>{"shaker_axis_x", "1", "unit vector of the shaker's axis in sensor axes",
-                            shaker_axis<0>},
-    NumberColumn<Reduction>{"shaker_axis_y", "1", "likewise", shaker_axis<1>},
-    NumberColumn<Reduction>{"shaker_axis_z", "1", "likewise", shaker_axis<2>},
-    number<&Reduction::frames>("frames", "1", "positions of the walker that were used, over all cameras"),
+    NumberColumn<Reduction>{"shaker_axis_x", "1",
+                            "unit vector of the shaker's axis in sensor axes: x component", shaker_axis<0>},
+    NumberColumn<Reduction>{"shaker_axis_y", "1",
+                            "unit vector of the shaker's axis in sensor axes: y component", shaker_axis<1>},
+    NumberColumn<Reduction>{"shaker_axis_z", "1",
+                            "unit vector of the shaker's axis in sensor axes: z component", shaker_axis<2>},
+    number<&Reduction::frames>("frames", "1", "used positions of the walker, all cameras"),
     number<&Reduction::frames_lost>("frames_lost", "1", "frames in which the walker was lost")};
 constexpr Table<Reduction> result_columns{
-    "results", "results of the newest finished measurement, or of what was measured before a trip",
+    "results", "results of the newest finished measurement, or of the periods measured before a trip",
     result_numbers};
 
 constexpr std::array harmonic_numbers{
     number<&MeasuredHarmonic::q>("q", "1", "harmonic of the drive frequency"),
-    value<&MeasuredHarmonic::amplitude>("amplitude", "m/s^2", "of the base's acceleration along the axis"),
+    value<&MeasuredHarmonic::amplitude>("amplitude", "m/s^2", "acceleration of the base along the axis"),
     errors<&MeasuredHarmonic::amplitude>("amplitude_errors", "m/s^2"),
-    value<&MeasuredHarmonic::phase>("phase", "rad", "against sin(q w t) from t0 on"),
+    value<&MeasuredHarmonic::phase>("phase", "rad", "relative to sin(q w t), with t = 0 at t0"),
     errors<&MeasuredHarmonic::phase>("phase_errors", "rad")};
 constexpr Table<MeasuredHarmonic> harmonic_columns{"harmonics", "motion of the base along the shaker's axis",
                                                    harmonic_numbers};
 
 constexpr std::array transverse_numbers{
-    number<&AcrossAt::frequency_hz>("frequency", "Hz", "of the harmonic"),
-    value<&AcrossAt::across, &Transverse::amplitude>("amplitude", "m/s^2", "across the shaker's axis"),
+    number<&AcrossAt::frequency_hz>("frequency", "Hz", "frequency of the harmonic"),
+    value<&AcrossAt::across, &Transverse::amplitude>("amplitude", "m/s^2",
+                                                     "acceleration of the base across the shaker's axis"),
     errors<&AcrossAt::across, &Transverse::amplitude>("amplitude_errors", "m/s^2"),
-    value<&AcrossAt::across, &Transverse::share>("share", "1", "amplitude across over amplitude along"),
+    value<&AcrossAt::across, &Transverse::share>("share", "1", "amplitude across / amplitude along"),
     errors<&AcrossAt::across, &Transverse::share>("share_errors", "1"),
-    number<&AcrossAt::across, &Transverse::in_phase>("in_phase", "1", "part of the share in phase"),
+    number<&AcrossAt::across, &Transverse::in_phase>("in_phase", "1",
+                                                     "part of the share in phase with the motion along"),
     number<&AcrossAt::across, &Transverse::quadrature>("quadrature", "1", "part of the share in quadrature"),
-    NumberColumn<AcrossAt>{"direction_x", "1", "unit vector of the strongest motion, in sensor axes",
-                           direction<0>},
-    NumberColumn<AcrossAt>{"direction_y", "1", "likewise", direction<1>},
-    NumberColumn<AcrossAt>{"direction_z", "1", "likewise", direction<2>}};
+    NumberColumn<AcrossAt>{"direction_x", "1",
+                           "direction of the strongest motion in sensor axes: x component", direction<0>},
+    NumberColumn<AcrossAt>{"direction_y", "1",
+                           "direction of the strongest motion in sensor axes: y component", direction<1>},
+    NumberColumn<AcrossAt>{"direction_z", "1",
+                           "direction of the strongest motion in sensor axes: z component", direction<2>}};
 
 constexpr std::array period_numbers{
-    number<&PeriodResult::k>("k", "1", "number of the period, from the first whole one on"),
-    number<&PeriodResult::t_s>("t", "s", "master time of its start"),
-    number<&PeriodResult::frames>("frames", "1", "positions of the walker in it"),
-    value<&PeriodResult::drift>("D", "m", "mean position minus that of the period before; NaN in the first"),
+    number<&PeriodResult::k>("k", "1", "number of the period, counted from the first whole one"),
+    number<&PeriodResult::t_s>("t", "s", "start of the period, master time"),
+    number<&PeriodResult::frames>("frames", "1", "positions of the walker in this period"),
+    value<&PeriodResult::drift>("D", "m",
+                                "mean position minus that of the previous period; NaN in the first period"),
     errors<&PeriodResult::drift>("D_errors", "m"),
-    value<&PeriodResult::gamma>("gamma", "m/s^2", "as in results, from this period alone"),
+    value<&PeriodResult::gamma>("gamma", "m/s^2", "as in results, but from this period alone"),
     errors<&PeriodResult::gamma>("gamma_errors", "m/s^2"),
-    value<&PeriodResult::phi>("phi", "rad", "as in results, from this period alone"),
+    value<&PeriodResult::phi>("phi", "rad", "as in results, but from this period alone"),
     errors<&PeriodResult::phi>("phi_errors", "rad")};
 constexpr Table<PeriodResult> period_columns{
-    "periods", "period by period", period_numbers, {}, {.signal = "D", .axes = "t"}};
+    "periods", "results of each period", period_numbers, {}, {.signal = "D", .axes = "t"}};
 
 struct CyclePoint {
     double phase = 0, x_m = 0, x_sd_m = 0, v_mps = 0, v_sd_mps = 0, v_base_mps = 0;
 };
 constexpr std::array cycle_numbers{
-    number<&CyclePoint::phase>("phase", "1", "time since the start of the period over its length, 0..1"),
-    number<&CyclePoint::x_m>("x", "m", "walker, from its position at phase 0"),
+    number<&CyclePoint::phase>("phase", "1",
+                               "time since the start of the period / length of the period, 0..1"),
+    number<&CyclePoint::x_m>("x", "m", "position of the walker minus its position at phase 0"),
     number<&CyclePoint::x_sd_m>("x_errors", "m", error),
-    number<&CyclePoint::v_mps>("v", "m/s", "walker"),
+    number<&CyclePoint::v_mps>("v", "m/s", "velocity of the walker"),
     number<&CyclePoint::v_sd_mps>("v_errors", "m/s", error),
-    number<&CyclePoint::v_base_mps>("v_base", "m/s", "base")};
+    number<&CyclePoint::v_base_mps>("v_base", "m/s", "velocity of the base")};
 constexpr Table<CyclePoint> cycle_columns{
     "cycle",
-    "motion over one period, averaged over all; the default plot",
+    "motion over one period, averaged over all periods; the default plot",
     cycle_numbers,
     {},
     {.signal = "v", .axes = "phase", .title = "walker velocity over one period"}};
 
 constexpr std::array stick_numbers{
-    number<&StickInterval::from>("from", "1", "begin of an interval of rest on the base, in periods"),
-    number<&StickInterval::to>("to", "1", "its end; beyond 1 when it goes on in the next period"),
-    number<&StickInterval::sd>("errors", "1", "standard error of either end")};
+    number<&StickInterval::from>("from", "1", "start of an interval of rest on the base, in periods"),
+    number<&StickInterval::to>("to", "1",
+                               "end of the interval; above 1 when it continues in the next period"),
+    number<&StickInterval::sd>("errors", "1", "standard error of start and end")};
 constexpr Table<StickInterval> stick_columns{"stick", "intervals in which the walker rests on the base",
                                              stick_numbers};
 

@@ -19,12 +19,12 @@ struct AcrossAt {
 };
 extern const Table<AcrossAt> transverse_columns;
 
-/// A reduction as it is stored; a replay is compared with the same lists.
+/// Numbers and tables of a reduction, for writing and for comparison with a replay.
 std::vector<RecordedNumber> numbers_of(const reduction::Reduction& reduction);
 std::vector<RecordedTable> tables_of(const reduction::Reduction& reduction);
-/// Their places: results first.
+/// Places of these tables; "results" is the first.
 std::vector<recorded::GroupLayout> reduction_places();
-/// With the part of master time that was reduced and its notes.
+/// Writes a reduction with its notes and the part of master time that was reduced.
 void write(recorded::RecordingWriter& file, const reduction::Reduction& reduction, const MeasuredPart& part);
 
 }  // namespace shaker::recording

@@ -8,16 +8,15 @@ namespace {
 
 constexpr std::array event_numbers{number<&LogEntry::t_s>("t", "s", "master time")};
 constexpr std::array event_texts{
-    text<&LogEntry::state>("state", word_bytes, "of the run"),
+    text<&LogEntry::state>("state", word_bytes, "state of the run"),
     text<&LogEntry::text>("text", sentence_bytes, "one sentence; empty: the run entered this state")};
 constexpr Table<LogEntry> event_columns{"events", "course of the run: states, notes, remarks", event_numbers,
                                         event_texts};
 
-constexpr std::array measurement_numbers{
-    number<&MeasuredPart::from_s>("from", "s", "master time of the begin"),
-    number<&MeasuredPart::to_s>("to", "s", "master time of the planned end")};
+constexpr std::array measurement_numbers{number<&MeasuredPart::from_s>("from", "s", "start, master time"),
+                                         number<&MeasuredPart::to_s>("to", "s", "planned end, master time")};
 constexpr Table<MeasuredPart> measurement_columns{
-    "measurements", "measurements that were begun, interrupted ones too", measurement_numbers};
+    "measurements", "started measurements, including interrupted ones", measurement_numbers};
 
 }  // namespace
 

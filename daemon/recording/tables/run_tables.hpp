@@ -1,5 +1,5 @@
 #pragma once
-// Tables of the run's course: events, and measurements as they were begun.
+// Tables of the course of a run: events and started measurements.
 #include <optional>
 #include <string>
 #include <vector>
@@ -11,7 +11,7 @@ namespace shaker::recording {
 struct LogEntry {
     double t_s = 0;     // master time
     std::string state;  // of the run: "identify"
-    std::string text;   // one sentence; empty: the run came into this state
+    std::string text;   // one sentence; empty: the run entered this state
 };
 
 /// Whole periods of a measurement, s of master time.
@@ -24,7 +24,7 @@ struct MeasuredPart {
 std::vector<recorded::GroupLayout> run_places();
 void write(recorded::RecordingWriter& file, const LogEntry& entry);
 void write(recorded::RecordingWriter& file, const MeasuredPart& part);
-/// The measurement that was begun last; none when there was none.
+/// The measurement that was started last; empty without one.
 std::optional<MeasuredPart> read_measurement(const recorded::RecordingReader& file);
 std::vector<LogEntry> read_log(const recorded::RecordingReader& file);
 

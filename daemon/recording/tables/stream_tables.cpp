@@ -4,10 +4,10 @@ namespace shaker::recording {
 
 namespace {
 
-constexpr const char* stream_meaning = "0 DAC, 1 accelerometer, 2 and on cameras in their order";
+constexpr const char* stream_meaning = "0: DAC, 1: accelerometer, 2 and above: cameras in their order";
 
 constexpr std::array clock_numbers{number<&ClockRow::stream>("stream", "1", stream_meaning),
-                                   number<&ClockRow::ppm>("ppm", "1e-6", "rate against nominal, minus 1"),
+                                   number<&ClockRow::ppm>("ppm", "1e-6", "rate relative to nominal, minus 1"),
                                    number<&ClockRow::ppm_sigma>("ppm_errors", "1e-6", "standard error"),
                                    number<&ClockRow::delay_s>("delay", "s", "mean delay of the stamps"),
                                    number<&ClockRow::stamps>("stamps", "1", "number of stamps")};
@@ -15,21 +15,23 @@ constexpr std::array clock_numbers{number<&ClockRow::stream>("stream", "1", stre
 constexpr std::array gap_numbers{
     number<&Gap::stream>("stream", "1", stream_meaning),
     number<&Gap::first>("first", "1", "number of the first missing sample or frame"),
-    number<&Gap::count>("count", "1", "how many are missing")};
+    number<&Gap::count>("count", "1", "number of missing samples or frames")};
 
 constexpr std::array picture_numbers{
-    number<&PictureCounts::produced>("produced", "1", "frames: stored + dropped + not_kept"),
+    number<&PictureCounts::produced>("produced", "1", "frames of the camera: stored + dropped + not_kept"),
     number<&PictureCounts::stored>("stored", "1", "pictures in the pictures folder"),
-    number<&PictureCounts::dropped>("dropped", "1", "pictures that found no room"),
-    number<&PictureCounts::not_kept>("not_kept", "1", "pictures that the settings did not ask for")};
+    number<&PictureCounts::dropped>("dropped", "1", "pictures lost because the queue was full"),
+    number<&PictureCounts::not_kept>("not_kept", "1", "pictures excluded by the settings")};
 
 }  // namespace
 
 constexpr Table<ClockRow> clock_columns{
-    "clocks", "clocks as all stamps give them: the DAC against the host, the others against the DAC",
+    "clocks",
+    "clocks determined from all stamps: the DAC relative to the host, all others relative to the DAC",
     clock_numbers};
 constexpr Table<Gap> gap_columns{"gaps", "missing samples and frames", gap_numbers};
-constexpr Table<PictureCounts> picture_columns{"pictures", "count of one camera's pictures", picture_numbers};
+constexpr Table<PictureCounts> picture_columns{"pictures", "numbers of one camera's pictures",
+                                               picture_numbers};
 
 std::vector<ClockRow> clocks_of(const acquisition::Streams& streams) {
     std::vector<ClockRow> rows;
@@ -37,7 +39,7 @@ std::vector<ClockRow> clocks_of(const acquisition::Streams& streams) {
         rows.push_back({stream, clock.ppm, clock.ppm_sigma, clock.delay.count(), clock.stamps});
     };
     const calibration::Timebase& timebase = streams.timebase.recorded();
-    if (timebase.dac().stamps == 0) return rows;  // the clock of another's recording is taken as it is
+    if (timebase.dac().stamps == 0) return rows;  // footage keeps its own clock
     add(0, timebase.dac());
     if (timebase.accelerometer().stamps > 0) add(1, timebase.accelerometer());
     for (std::size_t c = 0; c < timebase.cameras(); ++c) add(2 + c, timebase.camera(c));

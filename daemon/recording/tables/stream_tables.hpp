@@ -1,5 +1,5 @@
 #pragma once
-// Tables on the raw streams: clocks, gaps, counts of pictures.
+// Tables about the raw streams: clocks, gaps, numbers of pictures.
 #include <cstdint>
 
 #include "daemon/acquisition/streams.hpp"
@@ -7,15 +7,15 @@
 
 namespace shaker::recording {
 
-/// One clock. stream: 0 the DAC against the host, 1 the accelerometer, 2 and on the cameras.
+/// One clock. stream: 0 the DAC relative to the host, 1 the accelerometer, 2 and above the cameras.
 struct ClockRow {
     std::size_t stream = 0;
-    double ppm = 0, ppm_sigma = 0;  // rate against nominal, minus 1
-    double delay_s = 0;             // mean of the stamps' delay
+    double ppm = 0, ppm_sigma = 0;  // rate relative to nominal, minus 1
+    double delay_s = 0;             // mean delay of the stamps
     std::size_t stamps = 0;
 };
 extern const Table<ClockRow> clock_columns;
-/// The clocks as all stamps of a run give them; none for a stream without stamps.
+/// The clocks determined from all stamps of a run; no row for a stream without stamps.
 std::vector<ClockRow> clocks_of(const acquisition::Streams& streams);
 
 /// Missing samples or frames. stream: as in ClockRow.
@@ -26,7 +26,7 @@ struct Gap {
 extern const Table<Gap> gap_columns;
 std::vector<Gap> gaps_of(const acquisition::Streams& streams);
 
-/// Pictures of a camera: produced = stored + dropped (+ not_kept, by the settings).
+/// Numbers of a camera's pictures: produced = stored + dropped + not_kept (excluded by the settings).
 struct PictureCounts {
     std::uint64_t produced = 0, stored = 0, dropped = 0, not_kept = 0;
 };
@@ -34,7 +34,7 @@ extern const Table<PictureCounts> picture_columns;
 /// "pictures/top".
 std::string pictures_path(const std::string& camera);
 
-/// Clocks and gaps.
+/// Writes clocks and gaps.
 void write_streams(recorded::RecordingWriter& file, const acquisition::Streams& streams);
 void write(recorded::RecordingWriter& file, const std::string& camera, const PictureCounts& counts);
 

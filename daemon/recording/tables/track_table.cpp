@@ -17,10 +17,10 @@ bool take_state(Track& t, double value) {
 }
 
 constexpr std::array numbers{
-    number<&Track::tick, &CameraTick::n>("frame", "1", "number of the exposure, missed ones counted"),
+    number<&Track::tick, &CameraTick::n>("frame", "1", "number of the exposure; missed exposures count"),
     number<&Track::time>(time_column, "s", "mid-exposure, master time", true),
     number<&Track::fix, &Fix::x_px>("x_px", "px", "column in the picture; NaN while the target is lost"),
-    number<&Track::fix, &Fix::y_px>("y_px", "px", "row in the picture, downwards"),
+    number<&Track::fix, &Fix::y_px>("y_px", "px", "row in the picture, positive downwards"),
     number<&Track::fix, &Fix::sd_px>("sd_px", "px", "standard error along the shaker's axis"),
     number<&Track::x_m>("x", "m", "position along the shaker's axis"),
     number<&Track::sd_m>("x_errors", "m", "standard error of x"),
@@ -28,11 +28,12 @@ constexpr std::array numbers{
 
 }  // namespace
 
-constexpr Table<Track> track_columns{"tracks",
-                                     "positions of one target of one camera, a row a frame",
-                                     numbers,
-                                     {},
-                                     {.signal = "x", .axes = time_column}};
+constexpr Table<Track> track_columns{
+    "tracks",
+    "positions of one target in the pictures of one camera, one row per frame",
+    numbers,
+    {},
+    {.signal = "x", .axes = time_column}};
 
 std::string track_path(const std::string& camera, const Target& target) {
     return "tracks/" + camera + "/" + target.name;

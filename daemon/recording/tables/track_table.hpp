@@ -6,18 +6,17 @@
 
 namespace shaker::recording {
 
-/// One row a frame. Times are written live as far as they are known and replaced when the recording is
-/// completed.
+/// One row per frame. Times are provisional and are replaced when the recording is completed.
 extern const Table<tracking::Track> track_columns;
 
 /// "tracks/top/walker".
 std::string track_path(const std::string& camera, const Target& target);
-/// Every target's track.
+/// The tracks of all targets.
 std::vector<RecordedTable> tables_of(const acquisition::Streams& streams);
-/// The tracks' final times, in place of those that were written live.
+/// Replaces the provisional times of the tracks by the final ones.
 void write_times(recorded::RecordingWriter& file, const acquisition::Streams& streams);
-/// The tracks stored in a recording, in metres by the views of `header`: the recording's own, or with other
-/// scales.
+/// Reads the tracks of a recording and scales them to metres by the views of `header`, which may differ from
+/// the recording's own header.
 void read_tracks(const recorded::RecordingReader& file, const recorded::RecordingHeader& header,
                  acquisition::Streams& streams);
 

@@ -9,8 +9,8 @@ namespace shaker::recording {
 
 namespace {
 
-constexpr double doubtful_periods = 2;  // before a trip
-constexpr double least_periods = 2;     // of a reduction
+constexpr double doubtful_periods = 2;  // excluded before a trip
+constexpr double least_periods = 2;     // needed for a reduction
 
 using safety::StopKind;
 using safety::Trip;
@@ -35,9 +35,11 @@ bool take_harmonic(RecordedTrip& t, double value) {
 double harmonic_of(const RecordedTrip& t) { return t.trip.harmonic; }
 
 constexpr std::array trip_numbers{
-    number<&RecordedTrip::trip, &Trip::value>("value", "1", "that violated the limit, in the column's unit"),
-    number<&RecordedTrip::trip, &Trip::limit>("limit", "1", "that was violated, in the column's unit"),
-    NumberColumn<RecordedTrip>{"harmonic", "1", "of the drive frequency; 0 where the cause is of none",
+    number<&RecordedTrip::trip, &Trip::value>("value", "1",
+                                              "value that violated the limit; its unit is in `unit`"),
+    number<&RecordedTrip::trip, &Trip::limit>("limit", "1", "violated limit; its unit is in `unit`"),
+    NumberColumn<RecordedTrip>{"harmonic", "1",
+                               "harmonic of the drive frequency; 0: the cause does not belong to a harmonic",
                                harmonic_of, take_harmonic},
     number<&RecordedTrip::trip, &Trip::on_dac_clock>("on_dac_clock", "1",
                                                      "1: tick counts DAC samples, 0: accelerometer samples"),
@@ -47,12 +49,12 @@ constexpr std::array trip_texts{
     TextColumn<RecordedTrip>{"cause", word_bytes, "one word, as in settings and remote commands",
                              [](const RecordedTrip& t) -> std::string { return name(t.trip.cause); },
                              take_cause},
-    TextColumn<RecordedTrip>{"unit", word_bytes, "of value and limit; empty for a share",
+    TextColumn<RecordedTrip>{"unit", word_bytes, "unit of value and limit; empty for a share",
                              [](const RecordedTrip& t) -> std::string { return unit_of(t.trip.cause); }},
     TextColumn<RecordedTrip>{"stop", word_bytes, "hard: at once, soft: by a ramp",
                              [](const RecordedTrip& t) -> std::string { return word_of(t.trip.stop); },
                              take_stop},
-    text<&RecordedTrip::state>("state", word_bytes, "of the run"),
+    text<&RecordedTrip::state>("state", word_bytes, "state of the run"),
     TextColumn<RecordedTrip>{"words", sentence_bytes, "one sentence for the operator",
                              [](const RecordedTrip& t) { return recording::text(t); }}};
 constexpr Table<RecordedTrip> trip_columns{"trips", "limits that stopped the run, in their order",
@@ -74,7 +76,7 @@ acquisition::Streams tail_of(const acquisition::Streams& streams, double from_s)
     acquisition::Streams tail = streams;
     const double from_tick = from_s * streams.dac_rate_hz;
     std::erase_if(tail.played, [&](const PlayTime& p) { return static_cast<double>(p.tick.n) < from_tick; });
-    // A ramp begins at the drive before: that is kept too.
+    // A ramp starts from the previous drive, so the previous drive is kept too.
     const auto after = std::ranges::find_if(tail.changes, [&](const DriveChange& c) {
         return static_cast<double>(c.first.n + c.ramp) > from_tick;
     });

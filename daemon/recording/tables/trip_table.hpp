@@ -1,5 +1,5 @@
 #pragma once
-// Why a run was stopped, as its recording says it, and the recording of a run's last seconds.
+// The table "trips", and selection of the last seconds of a stopped run.
 #include <string>
 #include <vector>
 
@@ -10,19 +10,18 @@
 
 namespace shaker::recording {
 
-/// What the table "trips" needs places for.
+/// Places of the table "trips".
 std::vector<recorded::GroupLayout> trip_places();
-/// The table "trips".
 void write_trips(recorded::RecordingWriter& file, const std::vector<RecordedTrip>& trips);
-/// As they were written; empty for a run that ended well. InputError naming what is wrong in the table.
+/// The recorded trips; empty for a run without a stop. InputError names an error in the table.
 std::vector<RecordedTrip> read_trips(const recorded::RecordingReader& file);
 
-/// What a take, whose times are settled, holds from master time from_s on, with the drive that was in force
-/// then. Where something was left out before it, the first block is marked as coming after a gap.
+/// The streams from master time from_s (s) on, with the drive that was in force at from_s. Times must be
+/// settled. If blocks before from_s are omitted, the first block is marked as coming after a gap.
 acquisition::Streams tail_of(const acquisition::Streams& streams, double from_s);
 
-/// What was measured before a trip at at_s: all but the last two periods before it, which may show what led
-/// to it. Empty (to_s <= from_s) when that is less than two periods.
+/// The whole periods of `planned` until two periods before a trip at master time at_s (s); the last two may
+/// already show its cause. Empty (to_s <= from_s) when fewer than two periods remain.
 MeasuredPart part_before(const MeasuredPart& planned, double at_s, double frequency_hz);
 
 }  // namespace shaker::recording

@@ -9,9 +9,9 @@ using simulated::PoseTruth;
 constexpr std::array pose_numbers{
     number<&PoseTruth::tick, &CameraTick::n>("frame", "1", "number of the exposure"),
     number<&PoseTruth::time>("t", "s", "mid-exposure, master time"),
-    number<&PoseTruth::base>("x_base", "m", "base, along the shaker's axis"),
-    number<&PoseTruth::walker>("x_walker", "m", "walker, along the shaker's axis")};
-constexpr Table<PoseTruth> pose_columns{"truth", "true positions on a simulated rig, a row a frame",
+    number<&PoseTruth::base>("x_base", "m", "position of the base along the shaker's axis"),
+    number<&PoseTruth::walker>("x_walker", "m", "position of the walker along the shaker's axis")};
+constexpr Table<PoseTruth> pose_columns{"truth", "true positions in a simulated rig, one row per frame",
                                         pose_numbers};
 
 struct Drift {
@@ -19,7 +19,7 @@ struct Drift {
 };
 constexpr std::array drift_numbers{
     number<&Drift::v_D>("v_D", "m/s", "true drift velocity over the measured part")};
-constexpr Table<Drift> drift_columns{"truth", "truth of a simulated rig", drift_numbers};
+constexpr Table<Drift> drift_columns{"truth", "true drift in a simulated rig", drift_numbers};
 
 std::string truth_path(const std::string& camera) { return std::string{pose_columns.path} + "/" + camera; }
 
