@@ -6,16 +6,16 @@
 namespace shaker::calibration {
 namespace {
 
-constexpr std::size_t most_stamps =
-    16384;  // 20 s of blocks of 64 at 48 kHz; beyond that the window is shorter
+// 20 s of blocks of 64 samples at 48 kHz. At higher rates of stamps the window is shorter.
+constexpr std::size_t most_stamps = 16384;
 constexpr std::int64_t refit_ns = 500'000'000;
 constexpr double ns_to_know_rate = 2e9;
 constexpr std::size_t parts = 16;  // of the window
 
-// What is assumed before stamps can tell: crystals within 100 ppm, delays that vary by a millisecond.
+// Assumptions before the first fit of the rate: crystals within 100 ppm, delays that vary by a millisecond.
 constexpr double first_rate_sigma = 100e-6;
 constexpr double first_scatter_ns = 1e6;
-// How fast a crystal's rate may wander, warming up: 1 ppm a minute.
+// Largest drift of a crystal's rate while it warms up: 1 ppm per minute.
 constexpr double wander_per_ns = 1e-6 / 60e9;
 
 }  // namespace
@@ -75,7 +75,7 @@ void LineUnderStamps::fit() noexcept {
         follow_known_rate(mean());
 }
 
-/// Andrew's monotone chain: the ticks are in order already.
+/// Andrew's monotone chain; the ticks are already sorted.
 void LineUnderStamps::build_hull() noexcept {
     hull_.clear();
     for (std::size_t i = 0; i < size_; ++i) {
@@ -98,8 +98,8 @@ void LineUnderStamps::follow_hull(Vertex mean) noexcept {
     const Vertex a = *(after - 1);
     excess_rate_ = (b.y - a.y) / (b.x - a.x);
     const double y = a.y + excess_rate_ * (mean.x - a.x);
-    // Delays that hang together leave their lowest points in the parts of the window far above the line; as
-    // much as that takes the place of the scatter. The same where they are independent.
+    // With correlated delays, the lowest stamps of some parts of the window lie far above the line, and their
+    // mean height determines the scatter. With independent delays both values agree.
     scatter_ns_ = std::max(mean.y - y, lowest_of_parts(mean, y) * static_cast<double>(size_) / parts);
     set_line(mean, y, excess_rate_, scatter_ns_, 0);
     excess_rate_sigma_ = line_->sigma_rate;
@@ -129,15 +129,15 @@ void LineUnderStamps::follow_known_rate(Vertex mean) noexcept {
 
 void LineUnderStamps::set_line(Vertex mean, double y, double excess_rate, double scatter_ns,
                                double known_rate_sigma) noexcept {
-    // For delays of an exponential law the line lies 2 scatter / n above the truth on average, and scatters
-    // as much.
+    // For n exponentially distributed delays, mean and standard deviation of the line's error are 2 scatter /
+    // n.
     const double quarter_ns = 0.25 * nominal_ns_ * static_cast<double>(stamp(size_ - 1).tick - stamp(0).tick);
     const double offset_ns = 2 * scatter_ns / static_cast<double>(size_);
     const double bend_ns = 0.5 * wander_per_ns * quarter_ns * quarter_ns;
     const double tilt_ns = known_rate_sigma * quarter_ns;
     const double rate = known_rate_sigma > 0 ? known_rate_sigma
                                              : std::hypot(offset_ns / quarter_ns, wander_per_ns * quarter_ns);
-    // The mean is no whole tick; the line's point goes to the nearest one.
+    // The line is given at the whole tick nearest to the mean.
     const double x = std::round(mean.x);
     const double ns = nominal_ns_ * x + y + excess_rate * (x - mean.x);
     line_ = Line{stamp(0).tick + static_cast<std::int64_t>(x),

@@ -1,5 +1,6 @@
 #pragma once
-// Fits one device's clock to host time from stamps that may only be late. Takes no memory after it is built.
+// Fits one device's clock to host time from stamps that can be late but never early. No memory is allocated
+// after construction.
 #include <chrono>
 #include <cstddef>
 #include <cstdint>
@@ -12,18 +13,22 @@
 
 namespace shaker::calibration {
 
-/// The line under stamps of the last seconds: one edge of their lower convex hull, the one that spans their
-/// mean tick. Of all lines with no stamp below, this one has the least mean distance to the stamps (Moon,
-/// Skelly, Towsley, INFOCOM 1999), so late stamps do not pull it, however late.
+/// The highest line below all stamps (k_i, t_i) of the last seconds:
+///
+///     minimise sum_i (t_i - a - b k_i)   subject to   t_i >= a + b k_i for all i
+///
+/// k: tick, t: host time in ns, b: ns per tick. The solution is the edge of the lower convex hull above the
+/// mean tick. Late stamps do not change it, however late they are. Assumption: each stamp is the true time
+/// plus a delay > 0 with a constant minimum. Source: Moon, Skelly, Towsley, INFOCOM 1999.
 class LineUnderStamps {
 public:
     struct Line {
-        std::int64_t tick0;  // mean of the stamps' ticks
-        std::int64_t ns0;    // host time there
+        std::int64_t tick0;  // mean tick of the stamps, rounded
+        std::int64_t ns0;    // host time at tick0
         double ns_per_tick;
-        double residual_ns;  // mean delay of the stamps beyond the shortest one
-        double sigma_ns;     // of ns0, for delays that are independent of one another
-        double sigma_rate;   // of ns_per_tick, as a part of it
+        double residual_ns;  // mean delay of the stamps above the line
+        double sigma_ns;     // standard deviation of ns0
+        double sigma_rate;   // relative standard deviation of ns_per_tick
     };
     LineUnderStamps(double ns_per_tick, std::int64_t window_ns);
 
@@ -38,14 +43,15 @@ private:
     };
     struct Vertex {
         double x;  // ticks after the oldest stamp
-        double y;  // ns after the oldest stamp, less x at the nominal rate
+        double y;  // ns after the oldest stamp, minus x at the nominal rate
     };
     [[nodiscard]] const Stamp& stamp(std::size_t i) const noexcept;
     [[nodiscard]] Vertex point(std::size_t i) const noexcept;
     void fit() noexcept;
     [[nodiscard]] Vertex mean() const noexcept;
     void build_hull() noexcept;
-    /// Mean over the parts of the window of their lowest stamp above the line through `mean` at y.
+    /// Divides the window into parts and averages the height of each part's lowest stamp above the line
+    /// through (mean.x, y), ns.
     [[nodiscard]] double lowest_of_parts(Vertex mean, double y) const noexcept;
     void follow_hull(Vertex mean) noexcept;
     void follow_known_rate(Vertex mean) noexcept;
@@ -54,33 +60,33 @@ private:
 
     double nominal_ns_;
     std::int64_t window_ns_;
-    std::vector<Stamp> stamps_;  // a ring: `size_` of them from `oldest_` on
+    std::vector<Stamp> stamps_;  // a ring with `size_` stamps from index `oldest_` on
     std::size_t oldest_ = 0;
     std::size_t size_ = 0;
     std::vector<Vertex> hull_;
     std::optional<Line> line_;
     std::int64_t fitted_ns_ = 0;
-    double excess_rate_ = 0;  // ns a tick above nominal, of the last fit that could tell
+    double excess_rate_ = 0;  // ns per tick minus nominal, from the last fit of the rate
     double excess_rate_sigma_;
-    double scatter_ns_;  // of delays beyond the shortest, likewise
+    double scatter_ns_;  // mean delay above the line, from the last fit of the rate
 };
 
-/// A device's clock: give it every (tick, stamp) pair in order, ask for the map when needed. One thread.
+/// Follows a device's clock from its (tick, stamp) pairs, added in order. One thread.
 ///
-/// The line is fitted to the last `window`, anew at most every half second of stamps. Until 2 s of stamps are
-/// there, the rate is the one known from before (at first the nominal one) and only the offset is fitted. The
-/// shortest delay between the tick and its stamp stays in the map: no stamp can tell it.
+/// The line is fitted to the last `window`, at most once every half second of stamps. While there are less
+/// than 2 s of stamps, the rate is the last known one (at first the nominal one) and only the offset is
+/// fitted. The shortest delay between tick and stamp remains in the map, because stamps cannot reveal it.
 template <class Clock>
 class ClockTracker {
 public:
     explicit ClockTracker(double nominal_hz, std::chrono::seconds window = std::chrono::seconds{20})
         : nominal_ns_{1e9 / nominal_hz}, fit_{nominal_ns_, std::chrono::nanoseconds{window}.count()} {}
 
-    /// Ticks must rise; a pair whose tick does not is left out.
+    /// Ticks must increase; other pairs are ignored.
     void add(Tick<Clock> tick, HostTime stamp) noexcept {
         fit_.add(tick.n, stamp.time_since_epoch().count());
     }
-    /// The ticks have lost their place in time (an underrun, a device opened again): forgets the offset,
+    /// Call it when the ticks have shifted in time (an underrun, a reopened device): forgets the offset and
     /// keeps the rate.
     void restart() noexcept { fit_.restart(); }
 
@@ -94,16 +100,15 @@ public:
                                Seconds{1e-9 * line->sigma_ns},
                                line->sigma_rate};
     }
-    /// How much faster than nominal the device runs, in millionths; 0 before the first stamp.
+    /// Rate of the device above nominal, 1e-6; 0 before the first stamp.
     [[nodiscard]] double ppm() const noexcept {
         return fit_.line() ? 1e6 * (nominal_ns_ / fit_.line()->ns_per_tick - 1) : 0.0;
     }
-    /// Standard deviation of ppm(), for delays that are independent of one another; infinite before the first
-    /// stamp.
+    /// Standard deviation of ppm(); infinite before the first stamp.
     [[nodiscard]] double ppm_sigma() const noexcept {
         return fit_.line() ? 1e6 * fit_.line()->sigma_rate : std::numeric_limits<double>::infinity();
     }
-    /// How late the stamps are on average, beyond the shortest delay.
+    /// Mean delay of the stamps minus the shortest one; 0 before the first stamp.
     [[nodiscard]] Seconds residual() const noexcept {
         return Seconds{fit_.line() ? 1e-9 * fit_.line()->residual_ns : 0.0};
     }

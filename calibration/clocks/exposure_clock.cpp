@@ -10,9 +10,10 @@ namespace shaker::calibration {
 
 namespace {
 constexpr std::size_t learning_frames = 64;
-constexpr double jump_frames = 0.4, least_jump_s = 5e-3;  // the soonest arrival may vary by milliseconds
-constexpr double odd_step = 0.02;                         // of a frame
-constexpr double patience_s = 0.5;  // longer than this machine or its network stands still
+// A jump is a deviation of at least 0.4 frames and 5 ms; the shortest delay may vary by milliseconds.
+constexpr double jump_frames = 0.4, least_jump_s = 5e-3;
+constexpr double odd_step = 0.02;   // tolerance of a step of the stamps, share of a frame
+constexpr double patience_s = 0.5;  // longer than pauses of computer or network
 constexpr std::size_t least_patience = 100;
 
 double frame_s(const View& view) { return view.frame_rate_hz > 0 ? 1 / view.frame_rate_hz : 1; }
@@ -38,9 +39,9 @@ void ExposureClock::add(const FrameStamp& frame) {
     ++frames_;
 }
 
-// A clock that jumped shows twice: the step of the stamps is not that of the count, and from then on every
-// frame comes sooner than any could, or all of a long row late. Neither alone is one: pulses are left out,
-// and computers stand still.
+// A jump needs two pieces of evidence. First, a step of the stamps disagrees with the count of exposures; a
+// missed pulse alone can cause this too. Second, frames then arrive impossibly early, or all of them arrive
+// late for a long time; a pause of the computer alone can cause late frames too.
 void ExposureClock::add_stamp(const FrameStamp& frame) {
     const double period_ns = 1e9 * frame_s(view_);
     if (before_) {
@@ -69,7 +70,7 @@ void ExposureClock::forget_suspicion() {
     late_.clear();
 }
 
-// DAC sample at which the camera's stamp says the exposure started, late by the shortest arrival.
+// DAC sample of the start of the exposure by the camera's stamp. It contains the shortest delay of arrival.
 double ExposureClock::start_sample(std::size_t number, const FrameStamp& frame,
                                    const ClockMap<DacClock>& dac) const {
     HostTime start = frame.arrived;

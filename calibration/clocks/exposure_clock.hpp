@@ -1,5 +1,5 @@
 #pragma once
-// When the exposures of one camera were, on the drive's time, from its own stamps and their arrival.
+// Master times of one camera's exposures, from the camera's stamps and the arrival of its frames.
 #include <optional>
 #include <vector>
 
@@ -9,37 +9,41 @@
 
 namespace shaker::calibration {
 
-/// When an exposure was, by the camera and by the host: what its time is found from when it is not told.
+/// The stamps of a frame, from which the time of its exposure is computed if the frame does not carry it.
 struct FrameStamp {
     CameraTick tick;
     std::optional<CameraStamp> stamp;
     HostTime arrived;
 };
 
-/// The camera's clock is mapped to host time by the shortest delays of its frames; a camera without a clock
-/// is taken by its count of exposures and its frame rate. A camera that the DAC triggers is then put on the
-/// pulse it answers, which is exact: the first frame answers the first pulse, and by how long the stamps lag
-/// behind the pulses any later frame finds its own, whatever was lost in between. Stamps that jump (a camera
-/// that started anew, a clock that was set) begin a new epoch with a map of its own.
+/// The camera's clock is mapped to host time by the shortest delays of its frames. A camera without a clock
+/// is mapped by its count of exposures and its frame rate.
+///
+/// A camera that the DAC triggers gets the exact time of its trigger pulse: with s the DAC sample of a frame
+/// by the maps, L the lag of frames behind pulses (median over the first frames, of which frame k answers
+/// pulse k), f_s the DAC's rate and r the frame rate, the frame answers pulse round((s - L) r / f_s). Lost
+/// frames do not matter.
+///
+/// Stamps that jump (a restarted camera, an adjusted clock) start a new epoch with its own map.
 class ExposureClock {
 public:
     ExposureClock(const View& view, double dac_rate_hz);
-    /// The next frame. Its number is the count of frames before it.
+    /// Adds the next frame. Its number is the count of frames added before it.
     void add(const FrameStamp& frame);
-    /// A frame whose mid-exposure was told with it: it has no number and counts for exposures() only.
+    /// Adds a frame that carries its mid-exposure: it has no number and is used for exposures() only.
     void count(const FrameStamp& frame) { ticks_.add(frame.tick, frame.arrived); }
-    /// Frames that were added.
+    /// Number of added frames.
     [[nodiscard]] std::size_t frames() const noexcept { return frames_; }
-    /// Middle of the exposure of frame `number`, which has been added, by what is known so far.
+    /// Middle of the exposure of the added frame `number`, by the present maps.
     [[nodiscard]] MasterTime mid_exposure(std::size_t number, const FrameStamp& frame,
                                           const ClockMap<DacClock>& dac);
-    /// How often the stamps jumped.
+    /// Number of jumps of the stamps.
     [[nodiscard]] std::size_t jumps() const noexcept { return epochs_.size() - 1; }
-    /// The lag behind the pulses is found again, by the maps at the next mid_exposure().
+    /// The next mid_exposure() determines the lag behind the pulses again, from the maps at that time.
     void forget_lag() noexcept { lag_known_ = false; }
-    /// Count of exposures against arrival; nominal rate 1 Hz when the view's is unknown.
+    /// Clock of the count of exposures; nominal rate 1 Hz when the view's rate is unknown.
     [[nodiscard]] const ClockTracker<CameraClock>& exposures() const noexcept { return ticks_; }
-    /// The camera's own clock against arrival, since its last jump.
+    /// The camera's own clock since its last jump.
     [[nodiscard]] const ClockTracker<CameraStampClock>& stamps() const noexcept {
         return epochs_.back().stamps;
     }
@@ -58,17 +62,17 @@ private:
 
     View view_;
     double dac_rate_hz_;
-    std::chrono::nanoseconds jump_;  // more than this off the map is a jump
-    std::size_t patience_;           // frames that must all be late before it is believed
+    std::chrono::nanoseconds jump_;  // deviation from the map above which stamps have jumped
+    std::size_t patience_;           // consecutive late frames needed as evidence of a jump
     std::vector<Epoch> epochs_;
     ClockTracker<CameraClock> ticks_;
     std::optional<FrameStamp> before_;  // the newest frame with a stamp
-    bool suspect_ = false;              // the stamps' step was not that of the count
-    std::vector<FrameStamp> late_;      // the newest frames since then, all of them later than a jump
-    std::vector<FrameStamp> first_;     // frames that the lag is learnt from
+    bool suspect_ = false;              // a step of the stamps did not agree with the count of exposures
+    std::vector<FrameStamp> late_;      // newest frames since then, each late by more than jump_
+    std::vector<FrameStamp> first_;     // frames from which the lag is determined
     std::size_t frames_ = 0;
     bool lag_known_ = false;
-    double lag_samples_ = 0;  // of the stamps behind the pulses
+    double lag_samples_ = 0;  // lag of the stamps behind the pulses, DAC samples
 };
 
 }  // namespace shaker::calibration

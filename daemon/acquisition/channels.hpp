@@ -1,6 +1,5 @@
 #pragma once
-// Everything that crosses threads in one run: bounded rings, newest-value mailboxes, counters of what was
-// lost.
+// All data that cross threads in a run: bounded rings, mailboxes for newest values, counters of lost data.
 #include <atomic>
 #include <list>
 #include <vector>
@@ -16,14 +15,14 @@
 
 namespace shaker::acquisition {
 
-/// A frame with where its targets are, in the order of the view's targets.
+/// A frame with the positions of its targets, in the order of the view's targets.
 struct TrackedFrame {
     FramePtr frame;
     std::vector<tracking::Fix> fixes;
-    std::uint64_t learned = 0;  // Eye::learned of the tracker that found them
+    std::uint64_t learned = 0;  // CameraInput::learned of the tracker that found them
 };
 
-/// What did not fit into a ring: never waited for, always counted.
+/// Counters of data that found a full ring. Writers never wait.
 struct Counters {
     std::atomic<std::uint64_t> plays_lost{0};
     std::atomic<std::uint64_t> changes_lost{0};
@@ -31,37 +30,36 @@ struct Counters {
     std::atomic<std::uint64_t> frames_lost{0};
     std::atomic<std::uint64_t> samples_clamped{0};
     std::atomic<std::uint64_t> trips_lost{0};
-    std::atomic<std::uint64_t> not_learned{0};  // targets that were to be learned anew and were not there
+    std::atomic<std::uint64_t> not_learned{0};  // fresh trackers that did not find their targets
 };
 
-/// Rings of samples hold 10 s and more of the paper's rates; those of frames hold less than a camera's pool
-/// has.
+/// Rings of samples hold at least 10 s at the paper's rates. Rings of frames hold fewer frames than a
+/// camera's pool.
 struct Channels {
     explicit Channels(std::size_t cameras) {
         for (std::size_t i = 0; i < cameras; ++i) frames.emplace_back(128);
     }
-    Mailbox<DriveCommand> drive;  // reduction to output: the one back arrow
-    // The way of a trip: whoever finds it, the output stops within its next block and tells the reduction.
+    Mailbox<DriveCommand> drive;  // reduction to output: the only feedback path
+    // Trips from all threads go to the output. It stops within its next block and reports to the reduction.
     Ring<safety::Trip> sensed{8};   // accelerometer to output
-    Ring<safety::Trip> ordered{8};  // reduction to output: its own findings and the operator's stop
+    Ring<safety::Trip> ordered{8};  // reduction to output: its own trips and the operator's stop
     Ring<safety::Trip> trips{64};   // output to reduction, in order: the first since a release is the cause
-    std::atomic<std::uint64_t> aborts{0};           // raised by anybody, at any time, to stop
-    std::atomic<std::uint64_t> aborts_answered{0};  // by the output, after its trip
-    std::atomic<bool> stopped{false};               // the output is latched: it refuses commands
-    std::atomic<std::uint64_t> releases{0};    // raised by the reduction to unlatch, as soon as it is silent
+    std::atomic<std::uint64_t> aborts{0};           // any thread increments it to stop the drive
+    std::atomic<std::uint64_t> aborts_answered{0};  // set by the output after its trip
+    std::atomic<bool> stopped{false};               // the output is latched and refuses commands
+    std::atomic<std::uint64_t> releases{0};    // the reduction increments it to unlatch the silent output
     Mailbox<safety::Expectation> expectation;  // reduction to accelerometer
     Mailbox<safety::Limits> output_limits, input_limits;  // reduction to output and accelerometer
-    Ring<DriveChange> ahead{64};                  // output to accelerometer: what is about to be heard
+    Ring<DriveChange> ahead{64};                  // output to accelerometer: changes before they are audible
     std::atomic<std::uint64_t> signs_of_life{0};  // of the accelerometer
     safety::Warnings warnings;
     Ring<PlayTime> played{8192};  // output to reduction
     Ring<DriveChange> changes{1024};
     Ring<AccelBlock> blocks{1024};
     std::list<Ring<TrackedFrame>> frames;
-    std::atomic<std::int64_t> gathered{
-        0};  // DAC sample up to which the reduction has gathered what was played
+    std::atomic<std::int64_t> gathered{0};  // newest DAC sample of which the reduction has the PlayTime
     Counters lost;
-    PeriodJitter jitter;  // of the output, on real time
+    PeriodJitter jitter;  // of the output in real time
 };
 
 }  // namespace shaker::acquisition

@@ -39,8 +39,10 @@ std::vector<View> Collector::views_now() const {
             Target& target = view.targets[k];
             const bool known = newest_[i].frame != nullptr && !learned_[i].fixes.empty();
             if (!known || !found(newest_[i].fixes[k].state))
-                throw InputError{"camera \"" + view.camera + "\", target \"" + target.name +
-                                 "\": it is not seen; a recording with pictures begins with all targets"};
+                throw InputError{
+                    "camera \"" + view.camera + "\", target \"" + target.name +
+                    "\": not visible; a recording with pictures can start only while all targets "
+                    "are visible"};
             const tracking::Fix &now = newest_[i].fixes[k], &then = learned_[i].fixes[k];
             target.roi_px[0] += static_cast<int>(std::lround(now.x_px - then.x_px));
             target.roi_px[1] += static_cast<int>(std::lround(now.y_px - then.y_px));
@@ -50,7 +52,7 @@ std::vector<View> Collector::views_now() const {
     return views;
 }
 
-void Collector::learn_anew(const std::vector<View>& views) {
+void Collector::relearn(const std::vector<View>& views) {
     for (std::size_t i = 0; i < views.size(); ++i) {
         if (!camera_inputs_[i].fresh.push(std::make_shared<tracking::ViewTracker>(views[i]))) continue;
         ++learned_[i].wanted;
@@ -103,7 +105,7 @@ bool Collector::collect_frames() {
     for (Ring<TrackedFrame>& ring : channels_.frames) {
         while (auto tracked = ring.pop()) {
             any = true;
-            // Live times are provisional: settle_times() finds them from all stamps.
+            // Unless settles_live_, this time is provisional and settle_times() computes the final one.
             const MasterTime time = add_stamps(streams_, camera, *tracked->frame, settles_live_);
             const bool counts = tracked->learned == learned_[camera].wanted;
             note_learned(camera, *tracked);

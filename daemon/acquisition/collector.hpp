@@ -1,6 +1,6 @@
 #pragma once
-// The sensor side of any rig: devices and trackers on one side of the rings, the gathered Take and the
-// recording on the other.
+// The sensor side of any rig: devices and trackers write into rings; the collector moves the data from the
+// rings to the streams and the recording.
 #include <chrono>
 #include <deque>
 #include <functional>
@@ -19,8 +19,8 @@ namespace shaker::acquisition {
 
 class Collector {
 public:
-    /// The rig and the recording (null: there is none) outlive this. limits: what the accelerometer's
-    /// samples are held against; none: they are only counted. frequency: of the output's silent start, Hz.
+    /// Rig and recording (null: no recording) must outlive this object. limits: for the accelerometer's
+    /// samples; empty: samples are counted, not checked. frequency: of the output's silent start, Hz.
     Collector(Rig& rig, StreamSink* sink, const std::optional<safety::Limits>& limits = {},
               double frequency = 20);
 
@@ -28,9 +28,9 @@ public:
     /// from its first picture needs them. InputError naming a target that is not seen.
     [[nodiscard]] std::vector<View> views_now() const;
     /// The targets are learned anew in the next frame of each camera, in these regions; frames before it are
-    /// in no take and no recording. Lanes::lost counts those that were not there: their tracker goes on as it
-    /// was. Reduction thread.
-    void learn_anew(const std::vector<View>& views);
+    /// in no take and no recording. Channels::lost counts those that were not there: their tracker goes on as
+    /// it was. Reduction thread.
+    void relearn(const std::vector<View>& views);
     /// What comes from now on goes there too; null: nowhere. Reduction thread. The take begins anew with it.
     void record(StreamSink* sink);
     /// From now on a frame's time is final as it comes, and told to the recording: nothing is found again
@@ -68,18 +68,18 @@ private:
     std::vector<TrackedFrame> newest_;
     struct Learned {
         View view;
-        std::uint64_t wanted = 0;            // Eye::learned of the frames that count
-        std::uint64_t seen = 0;              // of the newest frame
-        std::vector<tracking::Fix> fixes{};  // in the frame it learned from
+        std::uint64_t wanted = 0;            // CameraInput::learned of the frames to be kept
+        std::uint64_t seen = 0;              // CameraInput::learned of the newest frame
+        std::vector<tracking::Fix> fixes{};  // in the frame in which the targets were learned
     };
     std::vector<Learned> learned_;
     bool settles_live_ = false;
     std::vector<RecentFrames> tails_;
     bool tails_closed_ = false;
-    std::uint64_t released_ = 0;  // Lanes::releases that were answered
+    std::uint64_t released_ = 0;  // value of Channels::releases that was answered
 };
 
-/// Reads a recorded rig from beginning to end in one thread. each: called after every round.
+/// Reads a recorded rig from start to end in one thread. each: called after every round.
 void read_all(
     Collector& collector, const std::function<void()>& each = [] {});
 

@@ -22,7 +22,7 @@ private:
     std::chrono::steady_clock::time_point began_ = std::chrono::steady_clock::now();
 };
 
-// Asks for what a thread of this loop needs; returns what was refused.
+// Requests name, stack and priority of a loop's thread; returns the refusals.
 std::vector<std::string> prepare_thread(const Loop& loop) {
     constexpr std::size_t stack = 262144;  // bytes
     std::vector<std::string> refused;

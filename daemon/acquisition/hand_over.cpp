@@ -12,7 +12,7 @@ namespace {
 
 constexpr double allowance_s = 1;
 
-// Copies the end of a list, from behind the last element that is `before`.
+// Copies the end of a list, starting after the last element for which `before` is true.
 template <class T, class Before>
 std::vector<T> end_of(const std::vector<T>& list, Before before) {
     const auto first = std::find_if(list.rbegin(), list.rend(), before).base();
@@ -48,7 +48,7 @@ Streams hand_over(Streams& streams, double keep_from_s) {
         .frames_lost = all.frames_lost,
         .frames = all.frames,
         .dropped = all.dropped};
-    if (rest.changes.size() < all.changes.size())  // the drive in force then
+    if (rest.changes.size() < all.changes.size())  // the drive in force at keep_from_s
         rest.changes.insert(rest.changes.begin(), *(all.changes.end() - std::ssize(rest.changes) - 1));
     for (CameraStream& c : rest.cameras) c.untimed.clear();
     rest.dropped.blocks += all.blocks.size() - rest.blocks.size();

@@ -1,12 +1,12 @@
 #pragma once
-// The streams of a run that is over, handed to the thread that completes its recording.
+// Hands the streams of a finished run to the thread that completes its recording.
 #include "daemon/acquisition/streams.hpp"
 
 namespace shaker::acquisition {
 
-/// Moves everything gathered so far out, without copying it: an hour of streams is a gigabyte. A copy of what
-/// came since `keep_from_s` of master time, of the drive in force then and of all trips stays, and the time
-/// base of the bench; what is moved out has the one of its own stamps.
+/// Moves all gathered data out of `streams` without copying; an hour of streams is a gigabyte. `streams`
+/// keeps copies of the data since master time `keep_from_s`, of the drive in force at that time and of all
+/// trips, and the time base of the bench. The result has the time base of its own stamps.
 Streams hand_over(Streams& streams, double keep_from_s);
 
 }  // namespace shaker::acquisition

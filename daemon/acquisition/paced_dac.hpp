@@ -1,5 +1,5 @@
 #pragma once
-// A simulated DAC that is written no faster than it would be heard: virtual time keeps to real time.
+// A simulated DAC that accepts samples only at their real rate, so that virtual time keeps to real time.
 #include <memory>
 #include <utility>
 

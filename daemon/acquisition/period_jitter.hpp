@@ -1,6 +1,6 @@
 #pragma once
-// How far the output's periods are from their length: a histogram that its real-time thread fills and anybody
-// reads.
+// Histogram of the deviations of the output's block periods from their nominal length. The real-time thread
+// fills it, any thread reads it.
 #include <array>
 #include <atomic>
 #include <chrono>
@@ -11,12 +11,12 @@ namespace shaker::acquisition {
 
 class PeriodJitter {
 public:
-    /// Upper ends of the bins, s; one more holds what is beyond the last.
+    /// Upper ends of the bins, s; one more bin holds larger values.
     static constexpr std::array ends_s{1e-6, 2e-6, 5e-6, 1e-5, 2e-5, 5e-5, 1e-4, 2e-4,
                                        5e-4, 1e-3, 2e-3, 5e-3, 1e-2, 2e-2, 5e-2, 1e-1};
 
-    /// The output's thread, after each block: when it was taken, and how long a block lasts. No lock, no
-    /// allocation.
+    /// Adds a block taken at `now`; block_s: nominal duration of a block, s. The output's thread calls it
+    /// after each block. No lock, no allocation.
     void took(std::chrono::steady_clock::time_point now, double block_s) noexcept {
         const double since_s = std::chrono::duration<double>{now - last_}.count();
         const bool first = last_ == std::chrono::steady_clock::time_point{};
@@ -30,7 +30,8 @@ public:
         if (off_s > worst_s_) worst_s_ = off_s;
     }
 
-    /// As it is read: each count on its own, so that a block may be in one and not yet in the sum.
+    /// A reading. Each value is read separately, so the newest block may be in a count and not yet in the
+    /// sum.
     struct Seen {
         std::array<std::uint64_t, ends_s.size() + 1> counts{};
         double sum_s = 0, worst_s = 0;
@@ -40,8 +41,8 @@ public:
         for (std::size_t i = 0; i < s.counts.size(); ++i) s.counts[i] = counts_[i];
         return s;
     }
-    /// Deviation that the share p (0..1) of the periods is within, s: the end of its bin; infinite beyond the
-    /// last.
+    /// Upper bound of the deviation for the share p (0..1) of the periods, s: upper end of the bin; infinite
+    /// in the last bin.
     [[nodiscard]] static double quantile(const Seen& seen, double p) noexcept {
         std::uint64_t all = 0, below = 0;
         for (const std::uint64_t n : seen.counts) all += n;

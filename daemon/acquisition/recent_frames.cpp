@@ -10,10 +10,10 @@
 namespace shaker::acquisition {
 
 namespace {
-constexpr double until_noticed_s = 0.2;  // from the sample that violates until the reduction hears of it
-constexpr double after_s = 0.5;          // a run goes on for 0.3 s after a trip
+constexpr double until_noticed_s = 0.2;  // from the sample that violates a limit until the reduction knows
+constexpr double after_s = 0.5;          // after a trip; the run continues for 0.3 s
 constexpr std::size_t huge_page = std::size_t{2} << 20U;
-constexpr std::size_t most_piece = 8 * huge_page;  // a few ms to take
+constexpr std::size_t most_piece = 8 * huge_page;  // allocated in a few ms
 
 std::size_t frames_in(double s, double rate_hz) {
     return static_cast<std::size_t>(std::max(1.0, std::ceil(s * rate_hz - 1e-6)));
@@ -47,7 +47,7 @@ void RecentFrames::put(std::size_t slot, const Frame& frame) {
     if (!piece) {
         piece.reset(static_cast<std::byte*>(std::aligned_alloc(huge_page, piece_bytes_)));
         if (!piece) throw std::bad_alloc{};
-        // The first touch of ordinary pages takes longer than the copy. Refused, it works all the same.
+        // The first access to ordinary pages takes longer than the copy. A refusal does no harm.
         madvise(piece.get(), piece_bytes_, MADV_HUGEPAGE);
     }
     Frame& to = slots_[slot];

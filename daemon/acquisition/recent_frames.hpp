@@ -1,5 +1,5 @@
 #pragma once
-// Copies of a camera's newest frames in bounded memory: what a trip's recording shows of the time before it.
+// Copies of a camera's newest frames in bounded memory, for the recording of a trip.
 #include <cstddef>
 #include <cstdint>
 #include <cstdlib>
@@ -10,36 +10,36 @@
 
 namespace shaker::acquisition {
 
-/// Seconds of every stream that a trip's recording holds before the sample that violated.
+/// Duration of all streams in the recording of a trip before the sample that violated the limit, s.
 inline constexpr double tail_s = 2;
 
-/// The frames of tail_s and a little more; after hold() all that comes until the run ends, bounded too.
-/// Frames are copied, because a camera's pool is smaller than this. One thread.
+/// The frames of slightly more than tail_s. After hold() also all frames until the end of the run, bounded
+/// too. Frames are copied, because a camera's pool is smaller. One thread.
 class RecentFrames {
 public:
-    /// rate_hz: exposures a second; one that delivers more of them is kept for less time.
+    /// rate_hz: exposures per second. At a higher real rate the frames cover less time.
     explicit RecentFrames(double rate_hz);
-    /// Copies a frame; the oldest gives way to it. Counted instead: one that finds no room after hold(), and
-    /// one of another size than the first. Throws std::bad_alloc when there is no memory for it.
+    /// Copies a frame and removes the oldest one. A frame that finds no room after hold() and a frame that
+    /// differs in size from the first are counted as lost. Throws std::bad_alloc without memory.
     void push(const Frame& frame);
-    /// The drive was stopped: what led to it stays.
+    /// Call it at a trip: the frames before it are kept.
     void hold() noexcept { held_ = true; }
-    /// The run goes on all the same: the tail begins anew.
+    /// Call it when the run continues after a trip: removes all frames.
     void release() noexcept {
         oldest_ = before_ = after_ = 0;
         held_ = whole_ = false;
     }
 
     [[nodiscard]] std::size_t size() const noexcept { return before_ + after_; }
-    /// No frame has been left out so far.
+    /// True while no frame has been removed or lost.
     [[nodiscard]] bool whole() const noexcept { return whole_; }
-    /// A copy; 0 is the oldest.
+    /// Frame i; 0 is the oldest.
     [[nodiscard]] Frame operator[](std::size_t i) const;
-    /// The most frames there ever are: 2.7 s x rate.
+    /// Largest number of frames: 2.7 s x rate.
     [[nodiscard]] std::size_t capacity() const noexcept { return slots_.size(); }
-    /// Memory for pixels, taken in pieces of up to 16 MiB as it is needed: at most capacity() x width x
-    /// height x bytes_per_pixel and, because pieces hold whole frames, a sixteenth more (frames up to 1 MiB)
-    /// and the rest of a piece.
+    /// Allocated memory for pixels, bytes. It grows in pieces of up to 16 MiB to at most capacity() x width x
+    /// height x bytes_per_pixel, plus 1/16 (frames up to 1 MiB) and the rest of a piece, because pieces hold
+    /// whole frames.
     [[nodiscard]] std::size_t bytes() const noexcept;
     [[nodiscard]] std::uint64_t lost() const noexcept { return lost_; }
 
@@ -52,7 +52,7 @@ private:
     void put(std::size_t slot, const Frame& frame);
 
     std::size_t most_before_;
-    std::vector<Frame> slots_;  // without pixels: a ring of most_before_, then those after hold()
+    std::vector<Frame> slots_;  // without pixels: a ring of most_before_, then the frames after hold()
     std::vector<std::unique_ptr<std::byte, Free>> pieces_;
     std::size_t frame_bytes_ = 0;
     std::size_t piece_bytes_ = 0, piece_frames_ = 1;

@@ -9,7 +9,8 @@ namespace shaker::acquisition {
 
 namespace {
 
-constexpr double most_lead_s = 0.1;  // of a simulated rig's output before the reduction, with threads
+constexpr double most_lead_s =
+    0.1;  // largest lead of a simulated rig's output over the reduction, with threads
 
 }  // namespace
 
@@ -21,8 +22,8 @@ double trigger_rate(const Rig& rig) {
         if (first == nullptr) first = &view;
         if (view.frame_rate_hz != first->frame_rate_hz)
             throw InputError{
-                fmt::format("camera \"{}\": frame_rate_hz = {} is not the {} of camera \"{}\"; one trigger "
-                            "serves all",
+                fmt::format("camera \"{}\": frame_rate_hz = {} differs from {} of camera \"{}\"; one trigger "
+                            "serves all cameras",
                             view.camera, view.frame_rate_hz, first->frame_rate_hz, first->camera)};
     }
     return first == nullptr ? 0 : first->frame_rate_hz;
@@ -35,8 +36,7 @@ Execution run_loops(bench::Bench& bench, Collector& collector, DriveOutput& outp
                     const std::function<bool()>& recorder) {
     Rig& rig = bench.rig;
     const bool simulated = bench.world != nullptr;
-    // Real time paces real hardware; virtual time must not run away from a reduction that shares the
-    // processor.
+    // Hardware keeps to real time. Virtual time waits for the reduction, which shares the processor.
     const auto ahead = static_cast<std::int64_t>(most_lead_s * rig.dac->info().rate_hz);
     const bool wait_for_reduction = simulated && threads;
     const bool real_time = runs_threaded(bench, threads);

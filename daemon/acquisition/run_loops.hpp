@@ -1,5 +1,5 @@
 #pragma once
-// Runs an opened rig: output, sensors and whoever leads, in lockstep or one thread each.
+// Runs an opened rig: output, sensors and the leader of the run, in lockstep or in one thread each.
 #include <functional>
 
 #include "daemon/acquisition/collector.hpp"
@@ -9,16 +9,18 @@
 
 namespace shaker::acquisition {
 
-/// Frame rate of the trigger train: that of the cameras that the DAC triggers (0: there is none). InputError
-/// when two of them differ: one train serves all.
+/// Rate of the trigger pulses, Hz: the frame rate of the cameras that the DAC triggers (0: no such camera).
+/// InputError when their rates differ, because one pulse train serves all cameras.
 double trigger_rate(const Rig& rig);
 
-/// What leads a run: looks at the take, may post to the loops; false when nothing had come.
+/// Leads a run: reads the streams and posts to the loops. False when no data arrived.
 using Lead = std::function<bool(const Streams&, Channels&)>;
 
-/// Whether a run on this rig has one thread a loop: hardware has, whatever was asked for.
+/// True when a run on this rig has one thread per loop. Hardware always does; `threads` requests it
+/// otherwise.
 bool runs_threaded(const bench::Bench& bench, bool threads);
-/// Until `done`, which is asked after each call of `lead`. recorder: writes what was gathered.
+/// Runs all loops until `done`, which is called after each call of `lead`. recorder: step of the loop that
+/// writes the gathered data.
 Execution run_loops(bench::Bench& bench, Collector& collector, DriveOutput& output, bool threads,
                     const Lead& lead, const std::function<bool()>& done,
                     const std::function<bool()>& recorder = {});

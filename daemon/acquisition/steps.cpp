@@ -15,8 +15,8 @@ double drive_limit(const DacInfo& dac, const std::optional<safety::Limits>& limi
     return limits ? std::min(limits->drive.abort, dac.full_scale_V) : dac.full_scale_V;
 }
 
-// To the reduction and, ahead of the sound, to the guard of the accelerometer.
-void tell(const DriveOutput& output, Channels& channels) {
+// Passes a change of the drive to the reduction and, before it is audible, to the accelerometer's guard.
+void push_change(const DriveOutput& output, Channels& channels) {
     const DriveChange* change = output.synthesiser.change();
     if (change == nullptr) return;
     if (!channels.changes.push(*change)) ++channels.lost.changes_lost;
@@ -26,7 +26,7 @@ void tell(const DriveOutput& output, Channels& channels) {
 void stop(const safety::Trip& trip, DriveOutput& output, Channels& channels) {
     if (!channels.trips.push(trip)) ++channels.lost.trips_lost;
     output.synthesiser.stop(output.guard.stop_samples(trip.stop));
-    tell(output, channels);
+    push_change(output, channels);
 }
 
 double peak(const std::vector<double>& volts) noexcept {
@@ -35,7 +35,7 @@ double peak(const std::vector<double>& volts) noexcept {
     return largest;
 }
 
-// What happened in the block before, and what the other threads have done meanwhile.
+// State of the output after the last block, and signs of life of the other threads.
 safety::OutputSigns signs_of(const DriveOutput& output, const Channels& channels) {
     const Synthesiser& s = output.synthesiser;
     return {.tick = s.tick().n,
@@ -65,8 +65,7 @@ void answer_trips(DriveOutput& output, Channels& channels) {
                  output, channels);
         channels.aborts_answered = aborts;
     }
-    // Its own findings first: where the DAC ran empty, that is why the base was not where it should have
-    // been.
+    // The output's own trips first: an empty DAC also makes the base miss its predicted motion.
     if (const auto trip = output.guard.check(signs_of(output, channels), channels.warnings))
         stop(*trip, output, channels);
     while (const auto trip = channels.sensed.pop()) stop(*trip, output, channels);
@@ -104,13 +103,13 @@ void output_step(DriveOutput& output, Dac& dac, Channels& channels) {
     if (const auto command = channels.drive.take()) synthesiser.set(*command);
     synthesiser.fill(output.volts);
     output.triggers.fill(output.pulses);
-    tell(output, channels);
+    push_change(output, channels);
     const PlayTime played = dac.write(output.volts, output.pulses);
     if (!channels.played.push(played)) ++channels.lost.plays_lost;
-    if (played.lost > 0) {  // never go on at level: what comes next starts from silence
+    if (played.lost > 0) {  // the next sample starts from silence, never at full level
         synthesiser.silence(played.lost);
         output.triggers.skip(played.lost);
-        tell(output, channels);
+        push_change(output, channels);
     }
     output.lost = played.lost;
     channels.stopped = synthesiser.stopped();
@@ -142,8 +141,7 @@ bool camera_step(Camera& device, CameraInput& camera_input, std::chrono::millise
                  Ring<TrackedFrame>& out, Counters& lost) {
     FramePtr frame = device.read(wait);
     if (frame == nullptr) return false;
-    // A frame that cannot be handed on is not tracked either: a replay, which does not have it, then sees
-    // what this saw.
+    // A lost frame is not tracked either, so that a replay, which does not have it, gives the same tracks.
     if (out.full()) {
         ++lost.frames_lost;
         return true;

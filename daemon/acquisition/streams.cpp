@@ -20,8 +20,8 @@ struct Part {
     double from_s, to_s;
 };
 
-/// The part with all data around it that the reduction may read: the accelerometer's clock is uncertain, and
-/// is placed within half a period by the common motion. Longer than that, and a second more.
+/// The part with a margin that covers all data that the reduction reads. The accelerometer's clock is
+/// uncertain, and the common motion shifts it by up to half a period.
 Part read_around(const Part& part, double frequency_hz, double clock_uncertainty_s) {
     constexpr double rate_error = 1e-3;  // largest relative error of the accelerometer's clock
     const double margin_s =
@@ -29,8 +29,8 @@ Part read_around(const Part& part, double frequency_hz, double clock_uncertainty
     return {part.from_s - margin_s, part.to_s + margin_s};
 }
 
-/// Iterators to the elements in the part. Searches from the end: the part that a live run measures is there.
-/// Elements without a time (NaN) belong to their neighbours.
+/// The elements in the part. Searches from the end, where the part of a live run is. Elements without a time
+/// (NaN) are treated like their neighbours.
 template <class T, class Time>
 std::span<const T> within(const std::vector<T>& list, const Part& part, Time time_s) {
     auto end = list.end();
@@ -40,7 +40,7 @@ std::span<const T> within(const std::vector<T>& list, const Part& part, Time tim
     return {begin, end};
 }
 
-// Losses count in the part that is reduced; positions are cut to it by the reduction.
+// Counts losses from from_s to to_s only. The reduction cuts the positions to that part.
 reduction::MotionSeries series_of(const TargetTrack& t, const Part& read, double from_s, double to_s) {
     reduction::MotionSeries s;
     s.view = t.camera;
@@ -81,7 +81,7 @@ reduction::AccelSeries accelerations_of(const Streams& streams, const Part& read
     return s;
 }
 
-// Moving what is left costs as much as that is long: only when the rest is shorter.
+// Removing the front moves the rest, so it is done only when the rest is shorter than the front.
 template <class T>
 std::size_t drop_front(std::vector<T>& list, typename std::vector<T>::iterator keep) {
     const auto n = keep - list.begin();
@@ -106,7 +106,7 @@ void drop_before(Streams& streams, double from_s) {
     if (in_force != streams.changes.begin()) --in_force;
     streams.dropped.changes += drop_front(streams.changes, in_force);
     if (!streams.blocks.empty()) {
-        // By the sensor's own count: which of its samples is the newest is known without any clock.
+        // Uses the sensor's own count, because its clock may not be known.
         const double newest = static_cast<double>(streams.blocks.back().first.n);
         const double oldest = newest - (age_s + allowance_s) * streams.accelerometer.rate_hz;
         streams.dropped.blocks +=
@@ -213,7 +213,7 @@ void settle_times(Streams& streams, std::vector<std::string>& notes) {
         if (c.untimed.empty() || !streams.timebase.dac_ready()) continue;
         if (const std::size_t jumps = streams.timebase.camera(camera).jumps; jumps > 0)
             notes.push_back("camera \"" + c.view.camera + "\": its time stamps jumped " +
-                            std::to_string(jumps) + " times; its clock was found anew after each");
+                            std::to_string(jumps) + " times; its clock was fitted again after each jump");
         std::size_t doubtful = 0;
         double before_s = -INFINITY;
         for (std::size_t k = 0; k < c.untimed.size(); ++k) {
@@ -229,7 +229,7 @@ void settle_times(Streams& streams, std::vector<std::string>& notes) {
         }
         if (doubtful > 0)
             notes.push_back("camera \"" + c.view.camera + "\": " + std::to_string(doubtful) +
-                            " frames claim a time that another one has; they are left out");
+                            " frames have the time of another frame; they are omitted");
     }
 }
 
@@ -243,9 +243,9 @@ std::vector<std::string> notes_on(const Streams& streams) {
                                      [&](const AccelBlock& b) { return has(b.quality, flag); });
     };
     note(blocks_with(Quality::clipped),
-         " accelerometer blocks hold samples at the end of the sensor's range");
+         " accelerometer blocks have samples at the end of the sensor's range");
     note(blocks_with(Quality::gap), " accelerometer blocks come after missing samples");
-    note(blocks_with(Quality::late), " accelerometer blocks came late");
+    note(blocks_with(Quality::late), " accelerometer blocks arrived late");
     note(streams.blocks_lost, " accelerometer blocks were lost because the reduction did not keep up");
     note(streams.frames_lost, " frames were lost because the reduction did not keep up");
     return notes;

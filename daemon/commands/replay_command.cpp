@@ -53,7 +53,8 @@ void add_reduction(const recording::ReplayOverrides& as, const acquisition::Stre
         reduce(measurement_of(streams, as.header.frequency_hz, as.from_s, as.to_s));
     std::ranges::move(notes, std::back_inserter(reduction.notes));
     if (!trips.empty() && !whole)
-        reduction.notes.push_back(run::stopped_note((as.to_s - as.from_s) * as.header.frequency_hz));
+        reduction.notes.push_back(
+            run::stopped_note("a limit", (as.to_s - as.from_s) * as.header.frequency_hz));
     std::fputs(
         (json ? report::results_json(reduction, {}, {}, trips) + "\n" : report::results_text(reduction))
             .c_str(),

@@ -134,7 +134,10 @@ void run(const run::RunOptions& options) {
     const run::FinishedRun ended = runner.run();
     for (const std::string& refused : runner.refused()) spdlog::warn("{}", refused);
     const bool stopped = !ended.run.stops.empty();
-    if (!stopped && ended.failure) std::rethrow_exception(ended.failure);
+    if (ended.abandoned || (!stopped && ended.failure)) {
+        if (ended.results.reduction) (options.json ? print_json : print_text)(runner, ended);
+        std::rethrow_exception(ended.failure);
+    }
     if (!stopped && !ended.results.reduction)
         throw InputError{ended.results.not_reduced +
                          (ended.whole ? "; recorded: " + ended.file.string() : "")};

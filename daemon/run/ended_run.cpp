@@ -27,7 +27,9 @@ recording::MeasuredPart measured_part(const EndedRun& run, const std::vector<rec
     const double f = run.header.frequency_hz;
     if (earliest_s > planned.from_s)  // whole periods later
         planned.from_s += std::ceil((earliest_s - planned.from_s) * f) / f;
-    return any || trips.empty() ? planned : part_before(planned, trips.front().at_s, f);
+    if (any) return planned;
+    if (!trips.empty()) return part_before(planned, trips.front().at_s, f);
+    return std::isfinite(run.data_end_s) ? part_before(planned, run.data_end_s, f) : planned;
 }
 
 std::vector<recording::RecordedTrip> recorded_trips(const EndedRun& run) {
@@ -119,7 +121,11 @@ EndedRun ended_run(const Sequence& sequence, const acquisition::Streams& streams
     if (controller.identified()) run.identified = *controller.identified();
     run.notes = sequence.notes();
     if (!sequence.measured().empty()) run.finished = sequence.measured().back().part;
-    if (!sequence.trip()) return run;
+    if (!sequence.trip()) {
+        if (sequence.state() == RunState::run && run.finished.to_s <= run.finished.from_s)
+            run.planned = {sequence.from_s(), sequence.to_s()};
+        return run;
+    }
     for (std::size_t i = sequence.cause(); i < streams.trips.size(); ++i)
         run.stops.push_back(
             {i == sequence.cause() ? *sequence.trip() : streams.trips[i], sequence.stops().at(i).state});
@@ -139,15 +145,28 @@ Results results_of(EndedRun& run) {
     std::ranges::move(notes, std::back_inserter(all));
     std::ranges::move(notes_on(run.streams), std::back_inserter(all));
     std::ranges::copy(run.notes, std::back_inserter(all));
-    if (!results.trips.empty() && !(run.finished.to_s > run.finished.from_s))
-        all.push_back(stopped_note((results.part.to_s - results.part.from_s) * run.header.frequency_hz));
+    const bool failed = std::isfinite(run.data_end_s);
+    if ((failed || !results.trips.empty()) && !(run.finished.to_s > run.finished.from_s))
+        all.push_back(stopped_note(results.trips.empty() ? "a failed device" : "a limit",
+                                   (results.part.to_s - results.part.from_s) * run.header.frequency_hz));
     return results;
 }
 
-std::string stopped_note(double periods) {
+std::string stopped_note(std::string_view cause, double periods) {
     return fmt::format(
-        "a limit stopped the run: the results are from the {:.0f} periods measured clearly before the stop",
+        "{} stopped the run: the results are from the {:.0f} periods measured clearly before the stop", cause,
         periods);
+}
+
+double end_of_data(const acquisition::Streams& streams) {
+    double end_s = INFINITY;
+    if (!streams.played.empty()) end_s = counted_s(streams.played.back().tick, streams.dac_rate_hz);
+    if (!streams.blocks.empty()) {
+        const AccelBlock& last = streams.blocks.back();
+        end_s = std::min(end_s, seconds(streams.timebase.recorded().at(AccelTick{last.first.n + last.size})));
+    }
+    for (const acquisition::CameraStream& c : streams.cameras) end_s = std::min(end_s, c.until_s);
+    return end_s;
 }
 
 void finish(recording::Recorder& recording, const EndedRun& run, const Results& results) {

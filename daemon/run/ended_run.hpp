@@ -2,9 +2,11 @@
 // A finished run: its results and its recording. A run that a limit stopped leaves the cause, the
 // part measured before it, and the last seconds of all streams.
 #include <chrono>
+#include <cmath>
 #include <filesystem>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "daemon/acquisition/recent_frames.hpp"
@@ -37,7 +39,8 @@ struct EndedRun {
     };
     std::vector<Stop> stops;  // the trip that stopped the run and later ones; empty: no limit stopped it
     recording::MeasuredPart finished;  // newest finished measurement; empty: no measurement was finished
-    recording::MeasuredPart planned;   // the measurement that a limit stopped; empty: none had begun
+    recording::MeasuredPart planned;   // the measurement that did not finish; empty: none had begun
+    double data_end_s = NAN;           // master time at which a device failed; NaN: none failed
     std::optional<control::IdentifiedResponse> identified;
     std::vector<std::string> notes;  // for the reader of the results
     std::optional<Truth> truth;
@@ -56,11 +59,16 @@ struct Results {
 };
 
 /// Settles the streams' times and reduces the newest finished measurement. Without a finished measurement, it
-/// reduces those periods of the stopped one that lie clearly before the first trip.
+/// reduces those periods of the stopped one that lie clearly before the first trip or the failure of a
+/// device.
 Results results_of(EndedRun& run);
 
-/// Note for results from `periods` periods that were measured before a limit stopped the run.
-std::string stopped_note(double periods);
+/// Note for results from `periods` periods that were measured before `cause` ("a limit", "a failed device")
+/// stopped the run.
+std::string stopped_note(std::string_view cause, double periods);
+
+/// Master time up to which every device delivered data, s.
+double end_of_data(const acquisition::Streams& streams);
 
 /// Completes the recording of the whole run. A stopped run whose recording keeps no frames gets the frames
 /// of the tails. DeviceError when the file cannot be written.

@@ -73,7 +73,7 @@ void Recordings::begin(const RunOptions& run, const std::filesystem::path& file,
     const bool learns = settings_.on_call && run.pictures != recorded::KeptPictures::off;
     if (learns) header_.views = collector_.views_now();
     open(file);
-    if (learns) collector_.learn_anew(header_.views);
+    if (learns) collector_.relearn(header_.views);
 }
 
 void Recordings::open(const std::filesystem::path& file) {
@@ -116,16 +116,33 @@ void Recordings::update(Sequence& sequence, acquisition::Channels& channels) {
     sequence.end(channels);
 }
 
-void Recordings::finish(const Sequence& sequence) {
-    if (settings_.on_call && !on() && !sequence.trip()) return;
-    auto job = std::make_unique<Job>();
-    EndedRun& run = job->run.run;
-    run = ended_run(sequence, collector_.streams());
+// The run without its streams.
+EndedRun Recordings::ended(const Sequence& sequence) const {
+    EndedRun run = ended_run(sequence, collector_.streams());
     run.header = header_;
     run.started_s = started_s_;
     std::vector<std::string> lost = report::notes_on(lost_since(before_, device_reports(bench_.rig)));
     run.notes.insert(run.notes.begin(), lost.begin(), lost.end());
     std::ranges::move(warnings(), std::back_inserter(run.notes));
+    return run;
+}
+
+FinishedRun Recordings::abandon(const Sequence& sequence, std::exception_ptr why) {
+    FinishedRun f;
+    f.run = ended(sequence);
+    f.run.data_end_s = end_of_data(collector_.streams());
+    f.run.streams = hand_over(collector_.streams(), INFINITY);
+    f.results = results_of(f.run);
+    f.failure = std::move(why);
+    f.abandoned = true;
+    return f;
+}
+
+void Recordings::finish(const Sequence& sequence) {
+    if (settings_.on_call && !on() && !sequence.trip()) return;
+    auto job = std::make_unique<Job>();
+    EndedRun& run = job->run.run;
+    run = ended(sequence);
     if (!run.stops.empty()) {
         collector_.close_tails();
         run.tails = &collector_.tails();

@@ -38,6 +38,7 @@ struct FinishedRun {
     std::filesystem::path file;  // empty: no file
     bool whole = false;          // true: the file holds the whole run; false: its last seconds
     std::exception_ptr failure;  // reason for an incomplete file; null: complete
+    bool abandoned = false;      // true: a device failed (failure); the recording stays FILE.part
     std::optional<std::string> recorder_failure;  // reason why the recorder stopped during the run
 };
 
@@ -60,6 +61,8 @@ public:
     /// Call it after the run, when the drive is silent. Passes the files to the recorder's thread for
     /// completion. Without `live`, they are complete on return.
     void finish(const Sequence& sequence);
+    /// The run up to the failure of a device, with results. Its recording stays FILE.part.
+    [[nodiscard]] FinishedRun abandon(const Sequence& sequence, std::exception_ptr why);
     /// True while a file is being completed.
     [[nodiscard]] bool finishing() const noexcept { return unfinished_ > 0; }
     /// The next finished run whose file is complete; empty while there is no such run.
@@ -87,6 +90,7 @@ private:
     using Counts = std::array<std::uint64_t, safety::causes>;
 
     void open(const std::filesystem::path& file);
+    [[nodiscard]] EndedRun ended(const Sequence& sequence) const;
     void conclude(Job& job) const;
     void ask_for_space();
 

@@ -3,14 +3,15 @@
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
+#include <exception>
 #include <iterator>
 #include <utility>
 
 #include "daemon/acquisition/paced_dac.hpp"
+#include "daemon/bench/region_camera.hpp"
 #include "daemon/run/run_setup.hpp"
 #include "daemon/safety/preflight.hpp"
 #include "drivers/errors.hpp"
-#include "daemon/bench/region_camera.hpp"
 #include "drivers/ticks.hpp"
 
 namespace shaker::run {
@@ -87,13 +88,17 @@ FinishedRun Runner::run() {
     recordings_.begin(settings_.run, settings_.run.out, 0);
     if (settings_.run.out.empty() || settings_.run.pictures == recorded::KeptPictures::off)
         collector_.keep_tails();
-    lead(
-        [this](const acquisition::Streams& streams, acquisition::Channels& channels) {
-            const bool any = sequence_.step(streams, channels);
-            recordings_.update(sequence_, channels);
-            return any;
-        },
-        [this] { return sequence_.done(); });
+    try {
+        lead(
+            [this](const acquisition::Streams& streams, acquisition::Channels& channels) {
+                const bool any = sequence_.step(streams, channels);
+                recordings_.update(sequence_, channels);
+                return any;
+            },
+            [this] { return sequence_.done(); });
+    } catch (const DeviceError&) {
+        return recordings_.abandon(sequence_, std::current_exception());
+    }
     recordings_.finish(sequence_);
     while (recordings_.finishing()) recordings_.step();
     return std::move(*recordings_.finished());

@@ -33,7 +33,8 @@ public:
     Runner& operator=(const Runner&) = delete;
 
     /// Performs the run of the settings: drives, measures, stops softly, records. InputError for a drive
-    /// beyond the limits, before anything moves or any file is made. DeviceError for a device that fails.
+    /// beyond the limits, before anything moves or any file is made. A device that fails ends it: the run is
+    /// then abandoned, with the results so far.
     FinishedRun run();
     /// Runs a self-test and judges it. A stop by a limit and a failed device are findings too.
     std::vector<Finding> check(SelfTestPlan plan);

@@ -38,6 +38,14 @@ struct FaultTest : testing::Test {
         EXPECT_NEAR(r.at("v_D_mps").get<double>() / v_true, 1, 0.01);
         return r;
     }
+    /// The run printed what it had measured before a device failed.
+    void expect_partial_results(const Outcome& o) const {
+        const auto r = nlohmann::json::parse(o.out, nullptr, false);
+        ASSERT_TRUE(r.contains("v_D_mps")) << o.out << end_of(o.err);
+        EXPECT_TRUE(noted(r, "a failed device stopped the run")) << r.at("notes");
+        const double v_true = run.bench.drift(1, r.at("from_s"), r.at("to_s"));
+        EXPECT_NEAR(r.at("v_D_mps").get<double>() / v_true, 1, 0.05);
+    }
     void expect_trip(const char* cause) {
         const Outcome o = run.finish();
         EXPECT_EQ(o.status, 5) << o.out;
@@ -78,6 +86,7 @@ TEST_F(FaultTest, AnUnpluggedDacEndsTheRunByName) {
     EXPECT_EQ(o.status, 3);
     EXPECT_NE(o.err.find("shaker_mock"), std::string::npos) << end_of(o.err);
     EXPECT_NE(o.err.find("No such device"), std::string::npos) << end_of(o.err);
+    expect_partial_results(o);
 }
 
 TEST_F(FaultTest, SamplesThatTheAccelerometerLosesAreCountedToTheLastOne) {
@@ -197,6 +206,7 @@ TEST_F(PatientFaultTest, AnAccelerometerThatStaysSilentEndsTheRunWithoutSpinning
     const auto played_s = static_cast<double>(run.bench.dac().counts().frames) / 48000;
     EXPECT_GT(played_s, measuring_s + 4) << "5 s of patience";
     EXPECT_LT(o.cpu_s / played_s, most_cpu);
+    expect_partial_results(o);
 }
 
 TEST_F(FaultTest, ADacThatNeverMovesAgainEndsTheRunWithoutSpinning) {

@@ -191,7 +191,7 @@ TEST(OnCallTest, ARecordingWithPicturesBeginsWithAllTargetsSeen) {
         {{in(run::RunState::idle), orders(Record{true, "blind", recorded::KeptPictures::full}, answers)},
          {hidden, orders(Begin{10}, answers)}});
     ASSERT_EQ(answers.size(), 2U);
-    EXPECT_NE(answers[1].find("target \"walker\": it is not seen"), std::string::npos) << answers[1];
+    EXPECT_NE(answers[1].find("target \"walker\": not visible"), std::string::npos) << answers[1];
 }
 
 TEST(OnCallTest, RemarksAreInTheRecordingThatGrowsElseInTheNext) {
