@@ -10,7 +10,7 @@ namespace shaker {
 inline constexpr double two_pi = 2 * std::numbers::pi;
 inline constexpr int max_harmonics = 16;
 
-/// Standard gravity as the paper uses it, m/s^2: "1.5g" on a command line is 1.5 times this.
+/// Value of the unit g, m/s^2, in every input and every output: "1.5g" is 1.5 times this. The paper's value.
 inline constexpr double paper_g = 9.8;
 
 /// Complex amplitudes of a periodic signal: value(t) = Im sum_{q=1..16} a[q-1] e^{i q w t}, so |a| is the

@@ -24,32 +24,32 @@ public:
     Collector(Rig& rig, StreamSink* sink, const std::optional<safety::Limits>& limits = {},
               double frequency = 20);
 
-    /// The views with their targets' regions about where those are now, as a recording that is tracked again
-    /// from its first picture needs them. InputError naming a target that is not seen.
+    /// The views with the regions of their targets moved to the present positions. A recording whose pictures
+    /// will be tracked again needs these regions. InputError naming a target that is not visible.
     [[nodiscard]] std::vector<View> views_now() const;
-    /// The targets are learned anew in the next frame of each camera, in these regions; frames before it are
-    /// in no take and no recording. Channels::lost counts those that were not there: their tracker goes on as
-    /// it was. Reduction thread.
+    /// Learns the targets again in these regions, in the next frame of each camera. Streams and recording
+    /// omit the frames before it. A tracker that does not find its targets is counted in Channels::lost, and
+    /// the previous tracker continues. Reduction thread.
     void relearn(const std::vector<View>& views);
-    /// What comes from now on goes there too; null: nowhere. Reduction thread. The take begins anew with it.
+    /// Sends all following data also to `sink`; null: stops that. The streams start again. Reduction thread.
     void record(StreamSink* sink);
-    /// From now on a frame's time is final as it comes, and told to the recording: nothing is found again
-    /// from all stamps, which a daemon that runs for weeks does not keep.
+    /// From now on the time of each frame is final when it arrives, and is recorded. For a daemon that runs
+    /// for weeks and does not keep all stamps.
     void settle_live() noexcept { settles_live_ = true; }
-    /// From now on copies of the newest frames are kept, for a trip.
+    /// From now on copies of the newest frames are kept for the recording of a trip.
     void keep_tails();
-    /// What the tails hold stays as it is, for another thread to read, until the trip is released.
+    /// Leaves the tails unchanged until the trip is released, so that another thread can read them.
     void close_tails() noexcept { tails_closed_ = true; }
-    /// One a camera; empty without keep_tails().
+    /// One per camera; empty without keep_tails().
     [[nodiscard]] const std::vector<RecentFrames>& tails() const noexcept { return tails_; }
-    /// A camera's newest frame, kept out of its pool until the next, and where its targets are; null before
-    /// the first. Reduction thread.
+    /// A camera's newest frame, kept out of its pool until the next one, with the positions of its targets;
+    /// null before the first. Reduction thread.
     [[nodiscard]] const TrackedFrame& newest(std::size_t camera) const { return newest_[camera]; }
-    /// Moves what is in the rings into the take and the file. False when there was nothing. Reduction thread.
+    /// Moves data from the rings to streams and recording. False when all rings were empty. Reduction thread.
     bool collect();
     /// The loops that read the devices: accelerometer, then cameras.
     [[nodiscard]] std::vector<Loop> sensor_loops();
-    /// Every device has ended and every ring is empty (reduction thread).
+    /// True when every device has ended. Reduction thread.
     [[nodiscard]] bool ended() const;
     [[nodiscard]] Streams& streams() noexcept { return streams_; }
     [[nodiscard]] Channels& channels() noexcept { return channels_; }

@@ -40,7 +40,7 @@ int act(const manual::Values& values) {
 manual::Command check_row() {
     return {.name = "check",
             .summary = "Open every device of a rig and test it at low level",
-            .details = "Exit status 3 also means that a device failed the test.",
+            .details = "A device that fails the test also gives exit status 3.",
             .arguments = arguments,
             .example = "shakerd check --rig bench.toml",
             .exit_statuses = {manual::exit_device, manual::exit_tripped},

@@ -50,7 +50,7 @@ int act(const manual::Values& values) {
 manual::Command devices_row() {
     return {.name = "devices",
             .summary = "List the connected devices and their capabilities",
-            .details = "The output has the words of a rig file.",
+            .details = "The output has the keys of a rig file.",
             .arguments = arguments(),
             .example = "shakerd devices --iio ip:192.168.1.7",
             .act = act};

@@ -20,15 +20,15 @@ constexpr std::array arguments{
              .kind = Kind::folder,
              .otherwise = "FILE with the ending .export"},
     Argument{.name = "--format",
-             .help = "csv: one file a table; mat: one file, one struct a table",
+             .help = "csv: one file per table; mat: one file with one struct per table",
              .kind = Kind::word,
              .words = formats,
              .standard = "csv"},
     Argument{.name = "--what",
              .value = "TABLES",
              .help = "Tables, separated by commas: tracks,accelerometer,results,periods,cycle,drive,... or "
-                     "all. \"all\" leaves out "
-                     "drive, which has every output sample. An unknown word lists the tables",
+                     "all. \"all\" does not include drive, which has every output sample. An unknown word "
+                     "lists the tables",
              .kind = Kind::text,
              .standard = "all",
              .many = true,

@@ -54,14 +54,12 @@ constexpr auto arguments = manual::joined(
                  .dimension = Dimension::velocity,
                  .allowed = {-100, 100},
                  .standard = "0mm/s"},
-        Argument{
-            .name = "--json",
-            .value = "CASES",
-            .help =
-                "Print JSON; with a file, for each case in it (tests/golden/physics_reference.json shows the "
-                "format)",
-            .kind = Kind::file,
-            .bare = true}});
+        Argument{.name = "--json",
+                 .value = "CASES",
+                 .help = "Print JSON. With a file: for each case in the file (format: "
+                         "tests/golden/physics_reference.json)",
+                 .kind = Kind::file,
+                 .bare = true}});
 
 int act(const manual::Values& values) {
     if (const std::string cases = values.text("--json"); !cases.empty()) {

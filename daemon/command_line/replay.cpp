@@ -22,7 +22,7 @@ constexpr std::array arguments{
         .words = from_words,
         .standard = "best"},
     Argument{.name = "--speed",
-             .help = "max, or real for the speed of the recording",
+             .help = "max: as fast as possible; real: in the duration of the run",
              .kind = Kind::word,
              .words = speed_words,
              .standard = "max"},

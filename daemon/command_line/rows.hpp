@@ -1,5 +1,5 @@
 #pragma once
-// The rows of the table, one file a command, and the arguments that several rows have.
+// The rows of the table, one file per command, and the arguments that several rows have.
 #include <array>
 
 #include "daemon/manual/values.hpp"
@@ -43,7 +43,7 @@ inline constexpr std::array<std::string_view, 3> frames_words{"off", "region", "
 inline constexpr manual::Argument frames_argument{
     .name = "--frames",
     .help =
-        "Pictures to record. region: the part where the targets can be. After a trip, the last 2 s are "
+        "Pictures to record. region: the part that can contain targets. After a trip, the last 2 s are "
         "always kept",
     .kind = manual::Kind::word,
     .words = frames_words,

@@ -26,7 +26,9 @@ constexpr auto arguments = manual::joined(
                  .standard = "40"},
         Argument{.name = "--settle",
                  .value = "N",
-                 .help = "Periods of the settled drive before the measurement; 0: until the walker is steady",
+                 .help =
+                     "Periods of the settled drive before the measurement; 0: until the walker's drift is "
+                     "steady",
                  .kind = Kind::whole,
                  .allowed = {0, most_settle_periods},
                  .standard = "0"},

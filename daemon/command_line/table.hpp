@@ -7,8 +7,8 @@ namespace shaker::command_line {
 /// To add a command: write its row in a file of this folder, name the row in rows.hpp and in table.cpp.
 const manual::Program& program();
 
-/// Runs the command and returns the exit status. Throws InputError for a wrong command line, and what the
-/// command throws.
+/// Runs the command and returns the exit status. Throws InputError for a wrong command line, and the
+/// exceptions of the command.
 int run_command_line(int argc, const char* const* argv);
 
 }  // namespace shaker::command_line

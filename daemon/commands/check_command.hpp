@@ -7,9 +7,9 @@ namespace shaker::commands {
 
 struct CheckOptions {
     std::string rig = "sim:";
-    std::filesystem::path scene;  // of the simulated rig
+    std::filesystem::path scene;  // file, for the simulated rig
     double frequency_hz = 20;
-    double level = 0.02;  // amplitude of each of two harmonics as a share of the DAC's full scale
+    double level = 0.02;  // amplitude of each of the two harmonics, share of the DAC's full scale
     bool json = false;
 };
 /// Opens every device of a rig, plays a low-level self-test and prints the findings. False when a device is

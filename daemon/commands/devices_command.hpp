@@ -8,7 +8,7 @@ struct DevicesOptions {
     hardware::Search search{};
     bool json = false;
 };
-/// Prints the connected devices and their capabilities, in the words of a rig file.
+/// Prints the connected devices and their capabilities with the keys of a rig file.
 void list_devices(const DevicesOptions& options);
 
 }  // namespace shaker::commands

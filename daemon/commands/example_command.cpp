@@ -28,7 +28,7 @@ constexpr double frame_rate_hz = 200;
 constexpr int ramp_periods = 10, settle_periods = 20, periods = 24;
 constexpr double from_s = (ramp_periods + settle_periods) / drive.frequency;
 constexpr double to_s = from_s + periods / drive.frequency;
-constexpr double spare_s = 0.1;  // of accelerations before and after the pictures
+constexpr double spare_s = 0.1;  // duration of accelerations before and after the pictures
 
 simulated::Scene example_scene() {
     simulated::Scene scene = simulated::paper_scene();
@@ -36,7 +36,7 @@ simulated::Scene example_scene() {
     return scene;
 }
 
-// Volts that give the base this motion by the data sheet.
+// Voltage for this motion of the base by the data sheet.
 Harmonics<Voltage> volts_for(const simulated::Scene& scene) {
     Harmonics<Voltage> volts;
     const Harmonics<Acceleration> target = harmonics(drive);
@@ -49,7 +49,7 @@ Harmonics<Voltage> volts_for(const simulated::Scene& scene) {
 
 struct Footage {
     std::string accelerations = "t_s,ax_mps2,ay_mps2,az_mps2\n";
-    std::vector<FramePtr> first;  // of each camera
+    std::vector<FramePtr> first;  // first picture of each camera
     std::vector<footage::MovieWriter> movies;
 };
 
@@ -89,7 +89,7 @@ void play(const simulated::Scene& scene, Rig& rig, const std::filesystem::path& 
     }
 }
 
-// The regions are those of the scene at rest; in the first picture of the movie walker and base have moved.
+// The view with its regions moved from the positions at rest to those in the first picture.
 View seen_at(View view, const simulated::PoseTruth& pose, double walker_start_m) {
     for (Target& target : view.targets) {
         const double moved_m = target.name == "walker" ? pose.walker - walker_start_m : pose.base;
@@ -111,7 +111,7 @@ std::string session_head() {
     return fmt::format(
         "# An example, written by \"shakerd example\" from the simulated bench. \"shakerd reduce\" of this "
         "file gives\n# the drift velocity v_D of truth.json within its error.\n"
-        "title = \"example: disc on a base, two views, accelerometer with a clock of its own\"\n\n"
+        "title = \"example: disc on a base, two views, accelerometer with its own clock\"\n\n"
         "[drive]\nfrequency_hz = {}\ngamma_mps2 = {}\nrho = {}\nphi_rad = {}\n\n"
         "[accelerometer]\nfile = \"accelerations.csv\"\ntime = \"t_s\"\n"
         "axes = [\"ax_mps2\", \"ay_mps2\", \"az_mps2\"]\nclock_uncertainty_s = 0.02\n",
@@ -124,7 +124,7 @@ void write_example_session(const std::filesystem::path& folder) {
     std::filesystem::create_directories(folder);
     for (const char* name : {"session.toml", "top.mkv", "side.mkv", "accelerations.csv", "truth.json"})
         if (std::filesystem::exists(folder / name))
-            throw InputError{(folder / name).string() + ": exists already; nothing is written over"};
+            throw InputError{(folder / name).string() + ": exists already; files are never overwritten"};
     const simulated::Scene scene = example_scene();
     simulated::World world{scene};
     Rig rig = world.rig();

@@ -9,9 +9,9 @@ namespace shaker::commands {
 struct ExportOptions {
     enum class Format { csv, mat };
     std::filesystem::path file;
-    std::filesystem::path folder;  // empty: FILE's name with the ending .export, beside it
+    std::filesystem::path folder;  // empty: beside FILE, with its name and the ending .export
     Format format = Format::csv;
-    std::vector<std::string> what{"all"};  // first parts of tables' names
+    std::vector<std::string> what{"all"};  // first words of the tables' names
     bool json = false;
 };
 /// Writes a recording's tables as files; never overwrites a file.

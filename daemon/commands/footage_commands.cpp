@@ -45,13 +45,14 @@ const char* word(tracking::TrackState s) {
     return "lost";
 }
 
-// What was asked of the shaker beside what it did, where the session says it.
+// Prints the requested drive beside the measured one, if the session contains it.
 void compare(const footage::AskedDrive& asked, const reduction::Reduction& r) {
     const auto line = [](const char* name, const std::optional<double>& want, double got, const char* unit) {
         if (want)
-            fmt::print("  {:<22}{:>24} {} (asked {:.6g})\n", name, fmt::format("{:.6g}", got), unit, *want);
+            fmt::print("  {:<22}{:>24} {} (requested {:.6g})\n", name, fmt::format("{:.6g}", got), unit,
+                       *want);
     };
-    fmt::print("asked and measured:\n");
+    fmt::print("measured and requested drive:\n");
     line("gamma", asked.gamma_mps2, r.gamma.value, "m/s^2");
     line("rho", asked.rho, r.rho.value, "");
     line("phi", asked.phi_rad, r.phi.value, "rad");
@@ -75,7 +76,7 @@ std::string csv_of(const acquisition::Streams& streams) {
 struct Spread {
     int count = 0;
     double mean = NAN;
-    double rms = NAN;  // about the mean
+    double rms = NAN;  // deviation from the mean
 };
 
 Spread spread_of(const std::vector<double>& x) {
@@ -86,7 +87,7 @@ Spread spread_of(const std::vector<double>& x) {
     return x.empty() ? Spread{} : s;
 }
 
-// Distances between two targets of one camera, in the frames that show both, px.
+// Distances between two targets of one camera in frames that show both, px.
 std::vector<double> distances(const acquisition::TargetTrack& a, const acquisition::TargetTrack& b) {
     std::vector<double> d;
     for (std::size_t i = 0; i < std::min(a.tracks.size(), b.tracks.size()); ++i) {
@@ -98,8 +99,8 @@ std::vector<double> distances(const acquisition::TargetTrack& a, const acquisiti
 
 nlohmann::json number(double x) { return std::isfinite(x) ? nlohmann::json(x) : nlohmann::json(nullptr); }
 
-// One target's summary: losses, what the tracker claims, how far it moved, how far the next target of its
-// camera is.
+// Summary of one target: losses, standard error claimed by the tracker, spread of its positions, distance to
+// the next target of its camera.
 nlohmann::json summary(const acquisition::TargetTrack& t, const acquisition::TargetTrack* next) {
     std::vector<double> sd, x, y;
     for (const tracking::Track& k : t.tracks) {

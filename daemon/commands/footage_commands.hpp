@@ -8,7 +8,7 @@ namespace shaker::commands {
 
 struct ReduceOptions {
     std::filesystem::path session;
-    std::filesystem::path out;  // empty: nothing is recorded
+    std::filesystem::path out;  // empty: no recording
     recorded::KeptPictures pictures = recorded::KeptPictures::region;
     bool json = false;
 };
@@ -17,7 +17,7 @@ void reduce_session(const ReduceOptions& options);
 
 struct TrackOptions {
     std::filesystem::path session;
-    std::filesystem::path out;  // CSV; empty: a summary only
+    std::filesystem::path out;  // CSV file; empty: only a summary is printed
     bool json = false;
 };
 /// Tracks the targets of a session.

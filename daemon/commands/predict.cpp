@@ -17,14 +17,14 @@ struct Prediction {
     simulated::SteadyState settled;
     double v_rms = 0;
     double efficiency = 0;      // NaN for a base at rest
-    reduction::NoStick closed;  // its reason also covers what the closed form leaves out
-    double theta_coulomb = 0;   // NaN where it does not apply
+    reduction::NoStick closed;  // its reason includes effects that the closed form does not contain
+    double theta_coulomb = 0;   // NaN when not applicable
 };
 
-/// What a walker has that the closed form does not; empty when nothing.
+/// The walker's effect that the closed form does not contain; empty without one.
 std::string beyond_closed_form(const simulated::WalkerSetting& s, const reduction::NoStick& closed) {
-    if (s.tilt != 0) return "it is for a level base";
-    if (s.friction.viscous != 0) return "it is for dry friction alone";
+    if (s.tilt != 0) return "only for a level base";
+    if (s.friction.viscous != 0) return "only for dry friction";
     if (s.friction.mu_s == s.friction.mu_k) return {};
     const double hold = s.friction.mu_s * s.g, start = two_pi * closed.t0;
     const bool passes = value_at(s.base, start) > hold && value_at(s.base, start + std::numbers::pi) < -hold;

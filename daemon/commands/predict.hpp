@@ -1,6 +1,6 @@
 #pragma once
-// The `predict` command: what a walker will do on a drive, from the exact walker and from the paper's closed
-// form.
+// shakerd predict: the walker's motion on a drive, from the exact equation of motion and from the paper's
+// closed form.
 #include <filesystem>
 #include <string>
 
@@ -13,15 +13,15 @@ struct PredictOptions {
     simulated::Friction friction{};
     double tilt = 0;  // rad
     double g = paper_g;
-    double v_start = 0;  // m/s at phase 0; with mu_s > mu_k the settled motion may depend on it
+    double v_start = 0;  // velocity at phase 0, m/s; with mu_s > mu_k the settled motion may depend on it
     bool json = false;
 };
 
-/// What to print for one drive, ending with a newline: text for people, or one JSON object with the keys
-/// v_D_mps, D_m, frequency_hz, gamma_mps2, rho, phi_rad, efficiency, v_rms_mps, v0_mps, stick (intervals of
-/// t/T), events (t/T, from, to), periods_to_settle, contraction and closed_form {valid, reason, v_D_mps,
-/// efficiency, t0, theta_rad, theta_coulomb_rad}; null stands for what does not exist. Throws InputError for
-/// what the walker does not allow.
+/// Output for one drive, ending with a newline: text, or one JSON object with the keys v_D_mps, D_m,
+/// frequency_hz, gamma_mps2, rho, phi_rad, efficiency, v_rms_mps, v0_mps, stick (intervals of t/T), events
+/// (t/T, from, to), periods_to_settle, contraction and closed_form {valid, reason, v_D_mps, efficiency, t0,
+/// theta_rad, theta_coulomb_rad}. Values that do not exist are null. Throws InputError for parameters outside
+/// the walker's range.
 std::string predict(const PredictOptions& options);
 
 /// The settled motion of every case of a file {"cases": [{"name", "params": {"f_hz", "g", "mu_k", "mu_s",

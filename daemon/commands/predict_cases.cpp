@@ -18,7 +18,7 @@ namespace {
 
 using Json = nlohmann::json;
 
-/// One object of the file, with the words that lead to it for an error.
+/// One object of the file with its location, for error messages.
 class Place {
 public:
     Place(const Json& object, std::string where) : object_{object}, where_{std::move(where)} {
@@ -46,7 +46,7 @@ public:
     }
     [[nodiscard]] std::string text(const char* key) const {
         const Json& value = at(key);
-        if (!value.is_string()) fail(fmt::format("{} is {}; it must be a text", key, shown(value)));
+        if (!value.is_string()) fail(fmt::format("{} is {}; it must be a string", key, shown(value)));
         return value.get<std::string>();
     }
     [[nodiscard]] const Json& list(const char* key) const {
@@ -103,8 +103,7 @@ simulated::WalkerSetting setting_at(const Place& params) {
     return s;
 }
 
-/// What `compute` returns; what it objects to is said of `keys`, which alone can be the cause after
-/// setting_at().
+/// Result of `compute`. Its InputError gets the names `keys`, the only possible cause after setting_at().
 template <class Compute>
 auto naming(const Place& params, const char* keys, Compute compute) {
     try {

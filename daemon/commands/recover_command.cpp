@@ -29,22 +29,22 @@ namespace shaker::commands {
 
 namespace {
 
-// What is found in a file that was cut to what can be vouched for, and in what lies beside it.
+// Data found in the .part file, cut to its last valid seal, and in the files beside it.
 struct Recovered {
-    std::vector<std::vector<std::uint64_t>> pictures;  // a camera: of each frame the picture that is whole
+    std::vector<std::vector<std::uint64_t>> pictures;  // by camera and frame: number of the picture; 0: lost
     std::vector<recording::PictureCounts> counts;
-    std::vector<recording::LogEntry> log;  // beyond that of the file
+    std::vector<recording::LogEntry> log;  // entries of the journal that the file does not have
     acquisition::Streams streams;
     std::optional<reduction::Reduction> reduction;
     recording::MeasuredPart part;
-    std::vector<recording::MeasuredResult> measured;  // every finished measurement
-    std::string why;                                  // there is no reduction
+    std::vector<recording::MeasuredResult> measured;  // results of every finished measurement
+    std::string why;                                  // reason why there is no reduction
     std::vector<std::string> notes;
     std::uint64_t frames = 0, kept = 0, pictures_lost = 0;
     double until_s = 0;
 };
 
-// Numbers of the pictures of a camera that are as they were stored.
+// Numbers of a camera's intact pictures.
 std::set<std::uint64_t> whole_pictures(const std::filesystem::path& folder, const std::string& camera,
                                        std::vector<std::string>& notes) try {
     const pictures::PictureCheck check = pictures::finish_frames(folder, camera);
@@ -85,14 +85,14 @@ void find_pictures(const recorded::RecordingReader& file, const std::filesystem:
     }
 }
 
-// What the journal knows beyond the file's last seal: why the run ended.
+// Reads the journal's entries after the file's last seal; they show why the run ended.
 void find_log(const recorded::RecordingReader& file, const std::filesystem::path& journal, Recovered& found) {
     const std::size_t known = recording::read_log(file).size();
     const std::vector<recording::LogEntry> all = recording::read_journal(journal);
     for (std::size_t i = known; i < all.size(); ++i) found.log.push_back(all[i]);
     if (all.empty()) return;
     const recording::LogEntry& last = all.back();
-    found.notes.push_back(fmt::format("the last that is known of the run: {:.3f} s, state {}{}{}", last.t_s,
+    found.notes.push_back(fmt::format("last entry of the journal: {:.3f} s, state {}{}{}", last.t_s,
                                       last.state, last.text.empty() ? "" : ", ", last.text));
 }
 
@@ -127,7 +127,7 @@ void complete(recorded::RecordingWriter& file, const recorded::RecordingHeader& 
     }
     for (const recording::LogEntry& entry : found.log) recording::write(file, entry);
     recording::write_times(file, found.streams);
-    // Whatever of the results was written before the end is made anew.
+    // Results that were written before the end are computed again.
     for (const recorded::GroupLayout& g : recording::reduction_places()) file.clear(g.path);
     for (const char* group :
          {recording::clock_columns.path, recording::gap_columns.path, recording::note_columns.path})
@@ -143,8 +143,8 @@ void complete(recorded::RecordingWriter& file, const recorded::RecordingHeader& 
     }
     if (!header.started.empty())
         file.text("end_time", recording::time_text_after(header.started, found.until_s));
-    recording::write_recovered(file,
-                               fmt::format("its writer ended at {:.3f} s without closing it", found.until_s));
+    recording::write_recovered(
+        file, fmt::format("the writer ended at {:.3f} s without closing the file", found.until_s));
     file.close();
 }
 
@@ -161,13 +161,13 @@ void print(const std::filesystem::path& file, const Recovered& found, bool json)
         fmt::print("{}\n", j.dump(2));
         return;
     }
-    fmt::print("recovered: {}, whole up to {:.3f} s: {} frames, {} pictures, {} pictures lost\n",
+    fmt::print("recovered: {}, complete up to {:.3f} s: {} frames, {} pictures, {} pictures lost\n",
                file.string(), found.until_s, found.frames, found.kept, found.pictures_lost);
     for (const std::string& note : found.notes) fmt::print("  note: {}\n", note);
-    if (!found.why.empty()) fmt::print("  nothing to reduce: {}\n", found.why);
+    if (!found.why.empty()) fmt::print("  no results: {}\n", found.why);
 }
 
-// A recording that was finished: only looked at.
+// Verifies a finished recording without changing it.
 bool verify(const std::filesystem::path& path, bool json) {
     const recorded::RecordingReader file{path};
     Recovered found;
@@ -178,12 +178,13 @@ bool verify(const std::filesystem::path& path, bool json) {
         if (std::ranges::none_of(pictures, [](auto n) { return n > 0; })) continue;
         const pictures::PictureCheck check =
             pictures::verify_frames(recorded::pictures_folder(path), view.camera);
-        // A picture that no row tells of was lost when its writer ended, and given up by the first recovery.
-        std::set<std::uint64_t> told{pictures.begin(), pictures.end()};
-        told.erase(0);
-        found.kept += told.size();
+        // Only pictures with a row in the table count. The others were lost when the writer ended, and an
+        // earlier recovery removed their rows.
+        std::set<std::uint64_t> listed{pictures.begin(), pictures.end()};
+        listed.erase(0);
+        found.kept += listed.size();
         for (const pictures::BadPicture& p : check.bad) {
-            if (told.count(p.number) == 0) continue;
+            if (listed.count(p.number) == 0) continue;
             --found.kept;
             ++found.pictures_lost;
             found.notes.push_back(
@@ -196,8 +197,8 @@ bool verify(const std::filesystem::path& path, bool json) {
         print(path, found, true);
         return whole;
     }
-    fmt::print("{} was finished and is {}: {} frames, {} pictures\n", path.string(),
-               whole ? "whole" : "not what was written", found.frames, found.kept);
+    fmt::print("{}: finished recording, {}: {} frames, {} pictures\n", path.string(),
+               whole ? "intact" : "CHANGED since it was written", found.frames, found.kept);
     for (const std::string& note : found.notes) fmt::print("  {}\n", note);
     return whole;
 }
@@ -212,7 +213,7 @@ bool recover(const RecoverOptions& options) {
         part += ".part";
     if (std::filesystem::exists(file)) return verify(file, options.json);
     if (!std::filesystem::exists(part))
-        throw InputError{fmt::format("{}: no such file, nor {}", file.string(), part.string())};
+        throw InputError{fmt::format("neither {} nor {} exists", file.string(), part.string())};
     std::filesystem::path working = file, journal = file;
     working += ".recovering";
     journal += ".journal";

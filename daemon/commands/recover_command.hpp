@@ -1,15 +1,15 @@
 #pragma once
-// shakerd recover: a recording whose writer ended without closing it.
+// shakerd recover: completes a recording whose writer ended without closing it.
 #include <filesystem>
 
 namespace shaker::commands {
 
 struct RecoverOptions {
-    std::filesystem::path file;  // or its .part
+    std::filesystem::path file;  // the recording or its .part
     bool json = false;
 };
-/// Finishes the recording that a crash interrupted: writes a new file under its name with all intact data. A
-/// finished recording is only checked against its checksums; false when it was changed.
+/// Completes a recording after a crash: writes a new file with all intact data under the recording's name. A
+/// finished recording is only verified by its checksums; false when it was changed.
 bool recover(const RecoverOptions& options);
 
 }  // namespace shaker::commands

@@ -13,7 +13,7 @@ namespace {
 
 template <class T>
 void same(const char* what, const T& now, const T& then) {
-    if (now != then) throw InputError{fmt::format("{} was changed: that needs a start of the daemon", what)};
+    if (now != then) throw InputError{fmt::format("{} was changed; restart the daemon to apply it", what)};
 }
 
 }  // namespace
@@ -34,7 +34,7 @@ void Reload::require_same(const ServeSettings& now) const {
 }
 
 void Reload::read() {
-    const auto tell = [this](const std::string& text) {
+    const auto log = [this](const std::string& text) {
         const auto now = bench_port_.state();
         bench_port_.log(now ? now->now_s : 0, "settings", text);
     };
@@ -47,13 +47,13 @@ void Reload::read() {
         require_same(now);
         const safety::Limits limits = limits_now(bench_, now.run.rig, now.run.scene);
         bench_port_.order({service::Adopt{now.run.drive, now.run.periods, now.run.settle, limits},
-                           [this, tell, now](const std::string& refused) {
-                               if (!refused.empty()) return tell("nothing was reloaded: " + refused);
+                           [this, log, now](const std::string& refused) {
+                               if (!refused.empty()) return log("settings not reloaded: " + refused);
                                server_.adopt(now.server);
-                               tell("the settings were reloaded");
+                               log("settings reloaded");
                            }});
     } catch (const std::exception& e) {
-        tell(fmt::format("nothing was reloaded: {}", e.what()));
+        log(fmt::format("settings not reloaded: {}", e.what()));
     }
 }
 

@@ -1,5 +1,5 @@
 #pragma once
-// The settings files read again while the daemon runs: all of what they say is taken, or nothing.
+// Reads the settings files again while the daemon runs. Either all new settings take effect or none.
 #include "daemon/bench/bench.hpp"
 #include "daemon/commands/serve_settings.hpp"
 #include "daemon/remote/server.hpp"
@@ -8,15 +8,15 @@ namespace shaker::commands {
 
 class Reload {
 public:
-    /// All outlive this. settings: what the daemon was started with.
+    /// All references must outlive this object. settings: the present ones, from the daemon's start.
     Reload(const ServeOptions& options, const ServeSettings& settings, const bench::Bench& bench,
            service::BenchPort& bench_port, remote::Server& server)
         : options_{options}, settings_{settings}, bench_{bench}, bench_port_{bench_port}, server_{server} {}
 
-    /// Reads the files and orders their drive, periods, limits, token, names and page. The log of the bench
-    /// reports the outcome. Refused while the bench is driven, without reading any file; for any error in the
+    /// Reads the files and orders the new drive, periods, limits, token, names and page. The bench's log
+    /// reports the result. Refused while the shaker is driven, without reading a file; for an error in the
     /// files; and for a change that needs a restart of the daemon (rig, scene, address, ports, folder of
-    /// recordings, pictures, identification, closed loop, mains). Never throws.
+    /// recordings, longest recording, pictures, identification, closed loop, mains). Never throws.
     void read();
 
 private:

@@ -25,12 +25,14 @@ namespace shaker::commands {
 
 namespace {
 
-// Where a run's end is all there is, its targets are not where the tracker would begin to look.
+// True when the tracks are to be computed from the pictures. Impossible for the last seconds of a run: its
+// targets have left the regions in which the tracker starts.
 bool from_pictures(const recorded::RecordingReader& file, ReplayOptions::From from) {
     const recorded::RecordingHeader& header = file.header();
     const char* why = nullptr;
     if (header.kind == "trip")
-        why = "it holds the end of a run only, where targets are not where the tracker begins to look";
+        why =
+            "the file has only the end of a run, and its targets have left the regions where tracking starts";
     else if (header.pictures == recorded::KeptPictures::off)
         why = "no pictures were kept";
     else if (file.frames_without_picture() > 0)
@@ -40,7 +42,7 @@ bool from_pictures(const recorded::RecordingReader& file, ReplayOptions::From fr
     return from != ReplayOptions::From::tracks && why == nullptr;
 }
 
-// The recomputed results, which are printed and compared with the recording.
+// The results computed again, for printing and for comparison with the recording.
 struct Recomputed {
     std::vector<recording::RecordedNumber> numbers;
     std::vector<recording::RecordedTable> tables;
@@ -63,7 +65,7 @@ void add_reduction(const recording::ReplayOverrides& as, const acquisition::Stre
     for (recording::RecordedTable& t : recording::tables_of(reduction)) out.tables.push_back(std::move(t));
 }
 
-// Every finished measurement, with a line each where there are several.
+// Computes every finished measurement again; prints a line for each when there are several.
 void add_measurements(const std::vector<recording::FinishedMeasurement>& finished,
                       const recording::ReplayOverrides& as, const acquisition::Streams& streams, bool json,
                       Recomputed& out) {
@@ -73,8 +75,8 @@ void add_measurements(const std::vector<recording::FinishedMeasurement>& finishe
         const recording::MeasuredResult now = recording::reduced(m, streams, as.header.frequency_hz);
         recording::append(out.tables, now);
         if (!several) continue;
-        fmt::print("  {:<4} asked gamma {:.4g} m/s^2, phi {:.4g} rad, rho {:.4g}: ", m.number, m.asked.gamma,
-                   m.asked.phi, m.asked.rho);
+        fmt::print("  {:<4} set-point gamma {:.4g} m/s^2, phi {:.4g} rad, rho {:.4g}: ", m.number,
+                   m.asked.gamma, m.asked.phi, m.asked.rho);
         if (now.reduction)
             fmt::print("v_D {:.4f} +- {:.4f} mm/s\n", 1e3 * now.reduction->v_D.value,
                        1e3 * now.reduction->v_D.sigma);
@@ -83,8 +85,8 @@ void add_measurements(const std::vector<recording::FinishedMeasurement>& finishe
     }
 }
 
-// What other settings made of the results.
-void tell_changes(const recorded::RecordingReader& file, const Recomputed& now) {
+// Prints the changes of the results by other settings.
+void print_changes(const recorded::RecordingReader& file, const Recomputed& now) {
     fmt::print("with other settings than recorded:\n");
     std::size_t changed = 0;
     for (const recording::RecordedNumber& n : now.numbers) {
@@ -96,7 +98,7 @@ void tell_changes(const recorded::RecordingReader& file, const Recomputed& now) 
     fmt::print("{} of {} numbers changed\n", changed, now.numbers.size());
 }
 
-bool tell_differences(const recorded::RecordingReader& file, const Recomputed& now, bool json) {
+bool print_differences(const recorded::RecordingReader& file, const Recomputed& now, bool json) {
     const std::vector<std::string> found = differences(file, now.numbers, now.tables);
     if (found.empty()) {
         std::size_t values = now.numbers.size();
@@ -141,11 +143,11 @@ bool replay(const ReplayOptions& options) {
         if (options.json)
             std::fputs((report::trips_json(trips, why) + "\n").c_str(), stdout);
         else
-            fmt::print("nothing to reduce: {}\n", why);
+            fmt::print("no results: {}\n", why);
     }
     add_measurements(finished, as, streams, options.json, now);
-    if (!as.changed) return tell_differences(file, now, options.json);
-    if (!options.json) tell_changes(file, now);
+    if (!as.changed) return print_differences(file, now, options.json);
+    if (!options.json) print_changes(file, now);
     return true;
 }
 

@@ -1,5 +1,5 @@
 #pragma once
-// shakerd replay: the results of a recording, computed again.
+// shakerd replay: computes the results of a recording again.
 #include <filesystem>
 #include <string>
 #include <vector>
@@ -9,13 +9,13 @@ namespace shaker::commands {
 struct ReplayOptions {
     enum class From { best, raw, tracks };
     std::filesystem::path file;
-    From from = From::best;  // best: from the pictures where all were kept, else from the stored tracks
-    bool real_time = false;  // at the speed of the recording
+    From from = From::best;  // best: from the pictures if all were kept, otherwise from the stored tracks
+    bool real_time = false;  // takes as long as the run
     std::vector<std::string> set{};  // "key=value": reduce with these settings instead of the recorded ones
     bool json = false;
 };
-/// Recomputes a recording's results from its raw streams and prints them. True when they are identical to the
-/// bit, or when `set` changed settings.
+/// Computes a recording's results again from its raw streams and prints them. True when they are identical to
+/// the bit, or when `set` changed settings.
 bool replay(const ReplayOptions& options);
 
 }  // namespace shaker::commands

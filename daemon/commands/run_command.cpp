@@ -25,7 +25,7 @@ Harmonics<Acceleration> measured_base(const reduction::Reduction& r) {
     return base;
 }
 
-// What exact Coulomb friction with the scene's coefficients makes of a motion of the base.
+// Drift velocity for a motion of the base with exact Coulomb friction and the scene's coefficients, m/s.
 double coulomb_drift(const Harmonics<Acceleration>& base, double frequency, const simulated::Scene& scene) {
     simulated::WalkerSetting setting;
     setting.frequency = frequency;
@@ -42,7 +42,7 @@ struct Speed {
 
 void print_truth(const reduction::Reduction& r, double v_D, const Drive& asked, const simulated::Scene& scene,
                  const Speed& speed) {
-    fmt::print("the simulated truth beside it:\n  {:<22}{:>24} mm/s\n", "v_D of the scene",
+    fmt::print("comparison with the simulated truth:\n  {:<22}{:>24} mm/s\n", "true v_D",
                fmt::format("{:.4f}", 1e3 * v_D));
     fmt::print("  {:<22}{:>24}\n", "measured minus true",
                fmt::format("{} = {:+.2f} standard errors", report::speed_difference(r.v_D, v_D, 5),
@@ -50,12 +50,11 @@ void print_truth(const reduction::Reduction& r, double v_D, const Drive& asked, 
     fmt::print("  {:<22}{:>24} mm/s\n", "Coulomb on this base",
                fmt::format("{:.4f}", 1e3 * coulomb_drift(measured_base(r), r.frequency.value, scene)));
     const double ideal = coulomb_drift(harmonics(asked), asked.frequency, scene);
-    fmt::print("  {:<22}{:>24} mm/s; measured minus this {}\n", "on the asked drive",
+    fmt::print("  {:<22}{:>24} mm/s; measured minus this {}\n", "Coulomb at set-point",
                fmt::format("{:.4f}", 1e3 * ideal), report::speed_difference(r.v_D, ideal, 3));
     fmt::print(
-        "cost: {:.2f} s of experiment in {:.2f} s, {:.1f} times real time; rendering the pictures took "
-        "{:.2f} s "
-        "({:.0f} %) of it\n",
+        "duration: {:.2f} s of experiment in {:.2f} s, {:.1f} times real time; rendering of pictures took "
+        "{:.2f} s ({:.0f} %)\n",
         speed.virtual_s, speed.wall_s, speed.virtual_s / speed.wall_s, speed.render_s,
         100 * speed.render_s / speed.wall_s);
 }
@@ -89,12 +88,12 @@ void print_text(run::Runner& runner, const run::FinishedRun& ended) {
     for (const recording::RecordedTrip& trip : results.trips)
         fmt::print("a limit stopped this run {}\n", text(trip));
     if (!results.reduction) {
-        fmt::print("nothing to reduce: {}\n", results.not_reduced);
+        fmt::print("no results: {}\n", results.not_reduced);
         return;
     }
     std::fputs(report::results_text(*results.reduction).c_str(), stdout);
     if (const auto clamped = runner.collector().channels().lost.samples_clamped.load(); clamped > 0)
-        fmt::print("{} samples of the drive were cut at {} V\n", clamped,
+        fmt::print("{} samples of the drive were limited to {} V\n", clamped,
                    runner.bench().rig.dac->info().full_scale_V);
     if (const auto& world = runner.bench().world)
         print_truth(*results.reduction,
@@ -111,18 +110,18 @@ std::string why_failed(const run::FinishedRun& ended) try {
     return e.what();
 }
 
-// Trouble with the file does not hide why the run was stopped.
+// Reports the reason of the stop even when the file could not be written.
 [[noreturn]] void throw_trip(const run::FinishedRun& ended) {
     const safety::Trip& trip = ended.run.stops.front().trip;
     if (const auto& why = ended.recorder_failure)
         throw DeviceError{
-            fmt::format("{}; the drive came down softly ({}); \"shakerd recover {}\" finishes what was "
-                        "recorded before",
+            fmt::format("{}; the drive was stopped softly ({}); \"shakerd recover {}\" completes the data "
+                        "recorded until then",
                         *why, text(trip), ended.file.string() + ".part")};
     std::string file = "nothing could be recorded: " + why_failed(ended);
     if (!ended.failure)
         file = ended.whole ? "recorded: " + ended.file.string()
-                           : fmt::format("its last {} s: {}", acquisition::tail_s, ended.file.string());
+                           : fmt::format("last {} s recorded: {}", acquisition::tail_s, ended.file.string());
     throw TripError{text(trip) + "; " + file};
 }
 

@@ -25,7 +25,7 @@ extern "C" void leave_softly(int /*signal*/) {
 
 extern "C" void ask_for_reload(int /*signal*/) { reload_asked = true; }
 
-/// While it lives SIGTERM and SIGINT bring this session to its end, SIGHUP has the settings read again.
+/// During its lifetime, SIGTERM and SIGINT end the service, and SIGHUP reloads the settings.
 class Signals {
 public:
     explicit Signals(service::BenchService& session) {

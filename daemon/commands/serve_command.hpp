@@ -9,9 +9,9 @@ struct ServeOptions {
     std::filesystem::path settings;  // empty: the built-in settings
     std::string rig;                 // empty: the rig of the settings
     std::filesystem::path scene, page, recordings;
-    int http_port = -1, scpi_port = -1;  // below 0: those of the settings
+    int http_port = -1, scpi_port = -1;  // negative: the ports of the settings
 };
-/// Runs until SIGTERM or SIGINT, then ramps the drive down softly and finishes the recording.
+/// Runs until SIGTERM or SIGINT, then stops the drive softly and finishes the recording.
 void serve(const ServeOptions& options);
 
 }  // namespace shaker::commands

@@ -24,12 +24,12 @@ std::string token_of(const std::filesystem::path& file) {
     if (::stat(file.c_str(), &facts) != 0)
         throw InputError{"token_file " + file.string() + ": there is no such file"};
     if ((facts.st_mode & (S_IRWXG | S_IRWXO)) != 0)
-        throw InputError{fmt::format("token_file {}: others may use it (mode {:o}); 600 was expected",
+        throw InputError{fmt::format("token_file {}: other users may use it (mode {:o}); expected mode 600",
                                      file.string(), facts.st_mode & 0777U)};
     std::string token;
     std::ifstream{file} >> token;
     if (token.size() < shortest_token)
-        throw InputError{fmt::format("token_file {}: {} characters; at least {} were expected", file.string(),
+        throw InputError{fmt::format("token_file {}: {} characters; expected at least {}", file.string(),
                                      token.size(), shortest_token)};
     return token;
 }
@@ -53,7 +53,7 @@ void read_serve_table(SettingsTable table, ServeSettings& s) {
     }
     if (!own_machine_only(server.address) && server.token.empty())
         table.fail("address",
-                   "\"" + server.address + "\" is reached from other machines: token_file was expected");
+                   "\"" + server.address + "\" is reached from other machines; token_file is required");
     if (table.has("mu")) s.mu = {table.number("mu", {0, 10}), table.number("mu_se", {0, 1}, 0)};
     table.finish();
 }

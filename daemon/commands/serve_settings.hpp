@@ -12,14 +12,14 @@ struct ServeSettings {
     run::RunOptions run;
     remote::ServerSettings server;
     std::filesystem::path recordings = ".";  // folder
-    double longest_recording_s = 3600;       // all of one is in memory until it is finished
-    calibration::Estimate mu{NAN, NAN};      // [serve] mu, mu_se: of walker and base
+    double longest_recording_s = 3600;       // the streams of a recording stay in memory until it is finished
+    calibration::Estimate mu{NAN, NAN};      // [serve] mu, mu_se: friction coefficient of walker and base
 };
 
-/// What is built in, changed by the file (none when empty), changed by the command line. [serve]: address,
-/// http_port, scpi_port, hosts (names it answers to), token_file, page, recordings (folders). A relative path
-/// is one beside the file. InputError with file, line, key, value and range; for an address that other
-/// machines reach without a token; and for a token file that others may read.
+/// The built-in settings, changed by the file (if given), changed by the command line. [serve]: address,
+/// http_port, scpi_port, host (its name in a network), token_file, page, recordings (folders). Relative paths
+/// start at the folder of the file. InputError with file, line, key, value and range; also for an address
+/// that other machines reach without a token, and for a token file that other users may read.
 ServeSettings serve_settings(const ServeOptions& options);
 
 }  // namespace shaker::commands

@@ -66,7 +66,7 @@ std::string filled_in(const std::map<char, std::string>& parts) {
     return text;
 }
 
-// Of an option with a value: the patterns "command option" under the kind of its value.
+// Patterns "command option" of the options with a value, by the kind of the value.
 struct Patterns {
     Names files, folders, others;
 

@@ -28,14 +28,14 @@ struct Argument {
     std::string_view name;  // "--gamma"; a positional argument has no dashes: "FILE"
     char letter = 0;        // short form: 'o' for -o; 0: none
     std::string_view
-        value{};  // name of the value in help: "ACCELERATION"; empty: none, or the words themselves
+        value{};  // name of the value in help: "ACCELERATION"; empty: no value, or the list of words
     std::string_view help{};  // one line without its full stop
     Kind kind = Kind::flag;
     std::span<const std::string_view> words{};
     Dimension dimension{};         // of a quantity
     Range allowed{};               // of a quantity (SI units) or of a whole number; both ends included
     std::string_view standard{};   // value that is used when the argument is not given; empty: none
-    std::string_view otherwise{};  // describes the value that is used then, where it is not fixed: "as last"
+    std::string_view otherwise{};  // describes a default that is not a fixed value: "as last"
     bool many = false;             // takes several values
     char separator = 0;            // between several values in one word; 0: none
     bool bare = false;             // the value may be left out

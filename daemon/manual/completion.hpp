@@ -10,7 +10,7 @@ namespace shaker::manual {
 
 inline constexpr std::array<std::string_view, 3> shells{"bash", "zsh", "fish"};
 
-/// The script for `shell`, one of `shells`; InputError otherwise.
+/// The script for `shell`; InputError when it is not one of `shells`.
 std::string completion(const Program& program, std::string_view shell);
 
 std::string bash_completion(const Program& program);

@@ -10,7 +10,7 @@ namespace shaker::manual {
 struct ExitStatus {
     int number;
     std::string_view meaning;
-    bool of_every_command = false;  // else only of the commands whose rows name it
+    bool of_every_command = false;  // false: only of the commands whose rows list it
 };
 
 inline constexpr int exit_ok = 0;
@@ -23,7 +23,7 @@ inline constexpr int exit_not_identical = 4;  // replay: the results are not the
 /// The exit statuses of shakerd.
 inline constexpr std::array exit_meanings{
     ExitStatus{exit_ok, "done", true},
-    ExitStatus{exit_failure, "failure that should not happen", true},
+    ExitStatus{exit_failure, "internal failure", true},
     ExitStatus{exit_input, "input refused; nothing was written", true},
     ExitStatus{exit_device, "a device or the disk failed"},
     ExitStatus{exit_not_identical,

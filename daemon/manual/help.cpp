@@ -34,7 +34,7 @@ std::string_view unit_of(Dimension dimension) {
     return "";
 }
 
-// Empty where help and value name say it already.
+// Empty when help or value name already contain the allowed values.
 std::string allowed(const Argument& a) {
     if (a.kind == Kind::whole) return fmt::format(" ({:.0f} to {:.0f})", a.allowed.min, a.allowed.max);
     if (a.kind == Kind::quantity)

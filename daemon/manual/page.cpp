@@ -9,7 +9,7 @@ namespace shaker::manual {
 
 namespace {
 
-// A hyphen that is typed must come out as one.
+// Writes hyphens so that the page shows them as typed.
 std::string spelled(std::string_view text) {
     std::string out;
     for (const char c : text) {
@@ -27,7 +27,7 @@ std::string spelled(std::string_view text) {
     return out;
 }
 
-// No line may begin as a request does.
+// Protects the first character of a line that would otherwise be read as a request.
 std::string guarded(std::string_view text) {
     std::string out;
     for (const char c : text) {
@@ -75,7 +75,7 @@ void ManualPage::section(std::string_view title) {
     fresh_ = true;
 }
 
-// The first paragraph behind a title needs no request.
+// The first paragraph after a title needs no request.
 void ManualPage::begin() {
     if (!fresh_) text_ += ".PP\n";
     fresh_ = false;

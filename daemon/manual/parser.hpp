@@ -7,7 +7,7 @@
 namespace shaker::manual {
 
 struct ParsedLine {
-    const Command* command = nullptr;  // null: only `text` was asked for
+    const Command* command = nullptr;  // null: the command line only requests `text`
     Values values{};
     std::string text{};  // help or version, to be printed instead of running the command
 };

@@ -35,7 +35,7 @@ std::string specification(const Argument& a, const std::string& name) {
     return in_quotes(fmt::format("{}:{}{}:{}", option, a.bare ? ":" : "", a.value, values(a)));
 }
 
-// One specification a spelling.
+// One specification per spelling of the option.
 std::string specifications(const Argument& a, const char* between) {
     if (a.positional()) return between + in_quotes(fmt::format(":{}:{}", escaped(a.help), values(a)));
     std::string text = between + specification(a, std::string{a.name});

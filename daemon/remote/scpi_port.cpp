@@ -20,7 +20,7 @@ namespace asio = boost::asio;
 using asio::use_awaitable;
 
 namespace {
-constexpr std::chrono::seconds patience{5};  // with a client that sends no more and takes no replies
+constexpr std::chrono::seconds patience{5};  // time for a client that has closed to take its last replies
 }
 
 ScpiPort::ScpiPort(service::PendingOrders& pending_orders, access::ControlLock& lock,
@@ -49,7 +49,7 @@ asio::awaitable<void> ScpiPort::serve(asio::ip::tcp::socket socket) {
                                           std::move(socket));
         clients_.push_back(client);
         co_await converse(client);
-    } catch (const std::exception&) {  // a connection that breaks ends itself and nothing else
+    } catch (const std::exception&) {  // a broken connection ends only itself
     }
     if (!client) co_return;
     count_errors(*client);
@@ -76,9 +76,9 @@ bool ScpiPort::make_room() {
     return true;
 }
 
-// It is read on while replies wait to be taken: an ABORt behind them is to be heard.
+// Reads on while replies wait to be sent, because an ABORt may follow.
 asio::awaitable<void> ScpiPort::converse(std::shared_ptr<Client> client) {
-    std::array<char, 4096> bytes{};  // others have their turn after so many
+    std::array<char, 4096> bytes{};  // other clients have their turn after 4096 bytes
     boost::system::error_code failed;
     for (;;) {
         const std::size_t n = co_await client->socket.async_read_some(
@@ -108,8 +108,8 @@ void ScpiPort::begin_flush(const std::shared_ptr<Client>& client) {
 asio::awaitable<void> ScpiPort::flush(std::shared_ptr<Client> client) {
     boost::system::error_code failed;
     while (!failed && !client->session.output().empty()) {
-        const std::string piece{
-            client->session.output()};  // what is executed meanwhile writes to the same place
+        // A copy: commands that are executed meanwhile append to output().
+        const std::string piece{client->session.output()};
         const std::size_t n = co_await asio::async_write(client->socket, asio::buffer(piece),
                                                          asio::redirect_error(use_awaitable, failed));
         client->session.sent(n);
@@ -118,7 +118,7 @@ asio::awaitable<void> ScpiPort::flush(std::shared_ptr<Client> client) {
     client->goodbye.cancel();
 }
 
-void ScpiPort::look() {
+void ScpiPort::update() {
     const auto state = instrument_.pending_orders().now();
     if (!state) return;
     instrument::show(*state, status_);

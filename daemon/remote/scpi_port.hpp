@@ -1,5 +1,5 @@
 #pragma once
-// The instrument language over TCP: one session a connection.
+// The instrument language over TCP: one session per connection.
 #include <chrono>
 #include <cstdint>
 #include <list>
@@ -20,20 +20,21 @@ class ScpiPort {
 public:
     static constexpr std::size_t most_sessions = 16;
 
-    /// silence: a session that said nothing for so long, holds no control and waits for nothing gives way to
-    /// a new one when there are as many as there may be.
+    /// silence: time after which a silent session that neither holds control nor waits may be closed. It is
+    /// closed when a new client connects and most_sessions are open.
     ScpiPort(service::PendingOrders& pending_orders, access::ControlLock& lock,
              std::chrono::milliseconds silence);
 
-    /// Serves a connection to its end. Never throws.
+    /// Serves a connection until it closes. Never throws.
     boost::asio::awaitable<void> serve(boost::asio::ip::tcp::socket socket);
-    /// Often: shows the state in the status registers, tells of a trip, goes on with what waits.
-    void look();
-    /// What STReam:ADDRess? answers. Before anybody is served.
-    void tell_streams(std::string address) { instrument_.streams = std::move(address); }
+    /// Call it often. Sets the status registers from the state, reports trips to all sessions, and continues
+    /// waiting commands.
+    void update();
+    /// Sets the answer of STReam:ADDRess?. Call it before any client is served.
+    void set_streams(std::string address) { instrument_.streams = std::move(address); }
     [[nodiscard]] int sessions() const noexcept { return static_cast<int>(clients_.size()); }
     [[nodiscard]] std::uint64_t messages() const noexcept { return messages_; }
-    /// Errors that its clients were told of.
+    /// Number of errors reported to clients.
     [[nodiscard]] std::uint64_t errors() const noexcept { return errors_; }
     [[nodiscard]] const scpi::CommandTree& tree() const noexcept { return tree_; }
 
@@ -46,7 +47,7 @@ private:
         boost::asio::steady_timer goodbye{socket.get_executor()};
         std::chrono::steady_clock::time_point heard = std::chrono::steady_clock::now();
         bool sending = false;
-        std::uint64_t counted = 0;  // of its errors
+        std::uint64_t counted = 0;  // errors of the session that are in errors_
     };
     bool make_room();
     void count_errors(Client& client) noexcept;

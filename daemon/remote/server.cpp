@@ -32,8 +32,8 @@ using asio::ip::tcp;
 
 namespace {
 
-constexpr std::chrono::milliseconds look_every{5};
-constexpr std::chrono::seconds lease{10};  // of control, after a page's last socket is gone
+constexpr std::chrono::milliseconds update_every{5};
+constexpr std::chrono::seconds lease{10};  // a page keeps control for this time after its last socket closed
 
 tcp::acceptor listen_at(asio::io_context& io, const std::string& address, int port) {
     try {
@@ -44,8 +44,7 @@ tcp::acceptor listen_at(asio::io_context& io, const std::string& address, int po
     }
 }
 
-// A client whose machine or network is gone is found out after two minutes, whether it is sent something or
-// not.
+// A connection to a dead machine or network is closed after two minutes, also when nothing is sent.
 void watch_over(tcp::socket& socket) {
     using namespace boost::asio::detail::socket_option;
     boost::system::error_code ignored;
@@ -64,7 +63,7 @@ access::Access access_of(const ServerSettings& s) {
     return access;
 }
 
-/// The way from the bench's thread to the server's, also when that is gone.
+/// Passes functions from the bench's thread to the server's; drops them when the server has ended.
 class Letterbox {
 public:
     explicit Letterbox(asio::io_context& io) : io_{&io} {}
@@ -85,7 +84,7 @@ private:
 }  // namespace
 
 struct Server::State {
-    access::ControlLock lock;  // outlives what is left of connections in `io`
+    access::ControlLock lock;  // before `io`: connections in `io` use it until they are destroyed
     asio::io_context io{1};
     std::shared_ptr<Letterbox> letterbox = std::make_shared<Letterbox>(io);
     service::PendingOrders pending_orders;
@@ -110,8 +109,8 @@ struct Server::State {
             boost::system::error_code failed;
             tcp::socket socket = co_await door.async_accept(asio::redirect_error(use_awaitable, failed));
             if (failed == asio::error::operation_aborted) co_return;
-            if (failed) {  // no descriptor is free, or the client is gone already
-                asio::steady_timer pause{io, look_every};
+            if (failed) {  // no free descriptor, or the client has disconnected already
+                asio::steady_timer pause{io, update_every};
                 co_await pause.async_wait(use_awaitable);
                 continue;
             }
@@ -123,9 +122,9 @@ struct Server::State {
     asio::awaitable<void> housekeeping() {
         asio::steady_timer timer{io};
         for (;;) {
-            timer.expires_after(look_every);
+            timer.expires_after(update_every);
             co_await timer.async_wait(use_awaitable);
-            scpi.look();
+            scpi.update();
             site->served.scpi_clients = scpi.sessions();
             site->served.scpi_commands = scpi.messages();
             site->served.scpi_errors = scpi.errors();
@@ -133,7 +132,7 @@ struct Server::State {
         }
     }
 
-    // A page that was closed holds control no longer.
+    // A closed page loses control after the lease.
     void end_stale_control() {
         const std::string& owner = lock.owner();
         const auto now = std::chrono::steady_clock::now();
@@ -147,7 +146,7 @@ struct Server::State {
 Server::Server(service::BenchPort& bench_port, const ServerSettings& settings)
     : state_{std::make_unique<State>(bench_port, settings)} {
     State& s = *state_;
-    s.scpi.tell_streams(fmt::format("ws://{}:{}/ws", settings.address, http_port()));
+    s.scpi.set_streams(fmt::format("ws://{}:{}/ws", settings.address, http_port()));
     asio::co_spawn(
         s.io,
         s.accept(s.web_door, [&s](tcp::socket socket) { return web::serve(std::move(socket), s.site); }),

@@ -177,7 +177,7 @@ export class Bench {
 
     /** The next run is recorded where nothing is driven; the page's tests of a growing recording set `recording`. */
     record(name) {
-        if (name === "taken") return `/var/lib/shakerd/${name}.nxs: exists already; a recording is never written over another`;
+        if (name === "taken") return `/var/lib/shakerd/${name}.nxs: exists already; recordings are never overwritten, choose another name`;
         this.recording = null;
         this.record_next = name !== null;
         this.record_name = name;

@@ -212,7 +212,7 @@ test("ABORT gets through while the socket is down, and is repeated until it does
     await page.waitForFunction(() => document.body.classList.contains("stale"));
     await page.keyboard.press("Escape");
     await until(() => aborts() >= 3, "repeated");
-    await page.waitForFunction(() => /not through.*attempt \d/.test(document.getElementById("abort-status").textContent));
+    await page.waitForFunction(() => /not confirmed.*attempt \d/.test(document.getElementById("abort-status").textContent));
     if (folder) await page.screenshot({ path: join(folder, "lost.png") });
     assert.equal(server.bench.state, "running");
     server.silent = false;

@@ -47,7 +47,7 @@ test("A result at another set-point is grey and says which measurement it is", a
     assert.equal(await grey(), "none");
     bench.unfinished = true;
     bench.act("drive", { phi_rad: 2 });
-    await until(async () => (await text(page, "result-of")).startsWith("⚠ Another set-point"), "old");
+    await until(async () => (await text(page, "result-of")).startsWith("⚠ The set-point has changed"), "old");
     assert.match(await text(page, "result-of"), /φ 0\.00°/);
     assert.match(await text(page, "phi-asked"), /114\.59°/);
     assert.equal(await grey(), "grayscale(1)");

@@ -72,7 +72,7 @@ std::string token_of_file(const std::filesystem::path& file) {
                                      file.string(), facts.st_mode & 0777U)};
     std::string token;
     if (!(std::ifstream{file} >> token))
-        throw InputError{"--token-file " + file.string() + ": it holds no token or cannot be read"};
+        throw InputError{"--token-file " + file.string() + ": no token in the file, or it cannot be read"};
     return checked_token("--token-file " + file.string(), token);
 }
 

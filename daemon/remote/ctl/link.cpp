@@ -69,11 +69,10 @@ void sign(const Link& link, Fields& request) {
 
 // The reason in the refusal of the daemon. A refusal in another form does not come from shakerd.
 [[noreturn]] void refuse(const Link& link, const Response& response) {
-    const json said = json::parse(response.body(), nullptr, false);
-    if (said.is_object() && said.contains("error") && said["error"].is_string())
-        throw Refused{said["error"].get<std::string>()};
-    not_reached(link,
-                fmt::format("what answers there is not shakerd: HTTP status {}", response.result_int()));
+    const json reason = json::parse(response.body(), nullptr, false);
+    if (reason.is_object() && reason.contains("error") && reason["error"].is_string())
+        throw Refused{reason["error"].get<std::string>()};
+    not_reached(link, fmt::format("the server there is not shakerd: HTTP status {}", response.result_int()));
 }
 
 std::string exchange(const Link& link, Request request, std::chrono::milliseconds within) {

@@ -17,7 +17,7 @@ inline constexpr std::chrono::seconds patience{5};
 
 struct Link {
     Address at;
-    std::string token;   // empty: none is sent
+    std::string token;   // empty: no token is sent
     std::string client;  // name of this client
 
     /// GET `path`; returns the body. Throws Refused, NotReached.
@@ -41,8 +41,8 @@ public:
     LiveMessages(const LiveMessages&) = delete;
     LiveMessages& operator=(const LiveMessages&) = delete;
 
-    /// The next message, an object with "type"; empty if none came before `until`. NotReached if the connection
-    /// closes or is silent for 5 s.
+    /// The next message, an object with "type"; empty if none came before `until`. NotReached if the
+    /// connection closes or is silent for 5 s.
     std::optional<nlohmann::json> next(Clock::time_point until);
 
 private:

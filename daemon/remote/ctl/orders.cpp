@@ -27,8 +27,7 @@ void set_drive(const Values& values) {
     add("--phi", "phi_rad");
     add("--rho", "rho");
     add("--frequency", "frequency_hz");
-    if (drive.empty())
-        throw InputError{"set: nothing to set; --gamma, --phi, --rho or --frequency was expected"};
+    if (drive.empty()) throw InputError{"set: nothing to set; expected --gamma, --phi, --rho or --frequency"};
     link_of(values).order("drive", drive);
 }
 

@@ -63,7 +63,8 @@ constexpr std::array start_arguments{
              .otherwise = "as last"},
     Argument{.name = "--settle",
              .value = "N",
-             .help = "Periods of the settled drive before a measurement; 0: until the walker is steady",
+             .help = "Periods of the settled drive before a measurement; 0: until the walker's drift is "
+                     "steady",
              .kind = Kind::whole,
              .allowed = {0, most_settle_periods},
              .otherwise = "as last"},
@@ -80,7 +81,7 @@ constexpr std::array record_arguments{
              .otherwise = "the time"},
     Argument{.name = "--frames",
              .value = "WHICH",
-             .help = "Pictures to record: off, region (where the targets can be) or full",
+             .help = "Pictures to record: off, region (the part that can contain targets) or full",
              .kind = Kind::word,
              .words = frames_words,
              .otherwise = "as last"}};
@@ -90,7 +91,7 @@ constexpr std::array remark_arguments{Argument{
 
 constexpr std::array watch_arguments{
     Argument{.name = "--json",
-             .help = "Print each message of the daemon as one line of JSON, ten or more a second"},
+             .help = "Print each message of the daemon as one line of JSON, ten or more per second"},
     Argument{.name = "--seconds",
              .value = "S",
              .help = "Exit after this time",
@@ -149,7 +150,7 @@ constexpr std::array commands{
             .act = done<stop>},
     Command{.name = "abort",
             .summary = "Stop the drive at once, whoever holds control",
-            .details = "An abort latches: the drive starts again only after \"shakerctl clear\".",
+            .details = "The abort is latched: the drive can start again only after \"shakerctl clear\".",
             .exit_statuses = asks,
             .act = done<abort>},
     Command{.name = "clear",
@@ -174,9 +175,9 @@ constexpr std::array commands{
         .name = "watch",
         .summary = "Print state and v_D once a second, and every event",
         .details =
-            "The first lines are the events that the daemon still keeps. The command exits on Ctrl-C, or "
-            "when its output is closed. With --json, the first state and the state after each measurement "
-            "contain the points measured so far.",
+            "The first lines are the newest past events. The command exits on Ctrl-C, or when its output is "
+            "closed. With --json, the first state and the state after each measurement contain all measured "
+            "points.",
         .arguments = watch_arguments,
         .exit_statuses = asks,
         .act = done<watch>},
@@ -187,16 +188,15 @@ constexpr std::array commands{
         .arguments = fetch_arguments,
         .exit_statuses = asks,
         .act = done<fetch>},
-    Command{
-        .name = "wait",
-        .summary = "Wait until the bench is in a state",
-        .details =
-            "A trip or an abort ends the wait with exit status 1. The command waits up to 5 s for a daemon "
-            "that is starting.",
-        .arguments = wait_arguments,
-        .example = "shakerctl wait idle --timeout 60s",
-        .exit_statuses = waits_too,
-        .act = done<wait_for>},
+    Command{.name = "wait",
+            .summary = "Wait until the bench is in a state",
+            .details = "A trip or an abort ends the wait with exit status 1. A daemon that is starting has 5 "
+                       "s to accept "
+                       "a connection.",
+            .arguments = wait_arguments,
+            .example = "shakerctl wait idle --timeout 60s",
+            .exit_statuses = waits_too,
+            .act = done<wait_for>},
     Command{.name = "completion",
             .summary = "Print the completion script for a shell",
             .details = "In bash: source <(shakerctl completion bash)",

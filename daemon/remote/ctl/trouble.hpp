@@ -30,7 +30,7 @@ struct NotWritten : std::runtime_error {
 inline constexpr int exit_done = 0;
 inline constexpr int exit_refused = 1;
 inline constexpr int exit_wrong_use = 2;
-inline constexpr int exit_not_reached = 69;  // as sysexits.h numbers these
+inline constexpr int exit_not_reached = 69;  // numbers from sysexits.h
 inline constexpr int exit_failure = 70;
 inline constexpr int exit_not_written = 74;
 inline constexpr int exit_timed_out = 75;

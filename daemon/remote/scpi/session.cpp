@@ -227,7 +227,7 @@ bool Session::run_urgent(Text& rest, Path& path) {
                 path = before;
                 run_unit(unit, path, false);
                 rest = look;
-                if (passed > 0) tell_dropped(passed);
+                if (passed > 0) report_dropped(passed);
                 return true;
             }
         } catch (const Error&) {
@@ -243,10 +243,10 @@ void Session::drop_withheld() {
     remainder_.clear();
     withheld_.clear();
     withheld_bytes_ = 0;
-    if (lost > 0) tell_dropped(lost);
+    if (lost > 0) report_dropped(lost);
 }
 
-void Session::tell_dropped(std::size_t count) {
+void Session::report_dropped(std::size_t count) {
     report(Code::execution, std::to_string(count) + " messages before ABORt were dropped");
 }
 

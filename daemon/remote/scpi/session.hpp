@@ -89,7 +89,7 @@ private:
     void answer_without(const Command& command, Code code);
     void hold(Text rest);
     bool run_urgent(Text& rest, Path& path);
-    void tell_dropped(std::size_t count);
+    void report_dropped(std::size_t count);
     void end_message();
 
     Shared shared_;

@@ -40,7 +40,7 @@ void set_format(Call& call) {
     call.session.format().data = ascii ? Data::ascii : length == 32 ? Data::real32 : Data::real64;
 }
 
-void tell_format(Call& call) {
+void reply_format(Call& call) {
     const Format::Data data = call.session.format().data;
     call.reply.word(data == Format::Data::ascii ? "ASC" : "REAL");
     call.reply.integer(data == Format::Data::ascii ? 9 : data == Format::Data::real32 ? 32 : 64);
@@ -62,7 +62,7 @@ std::vector<Command> system_commands() {
         {.header = "FORMat[:DATA]",
          .parameters = {choice("ASCii|REAL"), optional(integer(0, 64))},
          .set = set_format,
-         .query = tell_format},
+         .query = reply_format},
         {.header = "FORMat:BORDer",
          .parameters = {choice("NORMal|SWAPped")},
          .set = [](Call& call) { call.session.format().swapped = call.arguments[0].word == 1; },

@@ -51,7 +51,7 @@ struct Mark {
     std::uint8_t kind;
 };
 
-// A page without pictures is better than a daemon without pages.
+// Without a JPEG library the page works without pictures.
 std::vector<unsigned char> jpeg_or_nothing(const cv::Mat& grey) {
     try {
         return codecs::jpeg_of(grey, jpeg_quality);

@@ -46,7 +46,7 @@ struct Live {
     std::shared_ptr<Site> site;
     std::string who;
     std::map<std::string, Stream> streams{};
-    std::uint64_t told = 0, answered = 0;  // number of events and orders already sent
+    std::uint64_t sent_events = 0, answered = 0;  // number of events and orders already sent
     std::optional<std::shared_ptr<const reduction::Reduction>>
         pointed{};  // the result at which all points were last sent
     Clock::time_point state_due{};
@@ -106,8 +106,8 @@ void set_next(Stream& stream, Clock::time_point now) {
 // Sends all messages that are due.
 asio::awaitable<void> send_due(Live& live) {
     Site& site = *live.site;
-    for (const service::BenchEvent& e : site.pending_orders.bench_port().events(live.told)) {
-        live.told = e.number;
+    for (const service::BenchEvent& e : site.pending_orders.bench_port().events(live.sent_events)) {
+        live.sent_events = e.number;
         const std::string text = event_json(e);
         co_await send(live, true, text);
     }

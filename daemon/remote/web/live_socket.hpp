@@ -1,6 +1,6 @@
 #pragma once
-// The socket of a page: the state ten times a second (in it the points at first and after a measurement),
-// events, and the live streams it subscribed to.
+// The socket of a page. It sends the state ten times a second, events, and subscribed live streams. The first
+// state and each state after a measurement include the points.
 #include <memory>
 #include <string>
 #include <utility>
@@ -13,7 +13,7 @@ namespace shaker::web {
 
 struct Site;
 
-/// Takes the upgrade and serves the socket to its end. Throws when the connection fails.
+/// Accepts the upgrade and serves the socket until it closes. Throws when the connection fails.
 boost::asio::awaitable<void> live(boost::beast::tcp_stream stream,
                                   const boost::beast::http::request<boost::beast::http::string_body>& request,
                                   std::shared_ptr<Site> site, const std::string& who);

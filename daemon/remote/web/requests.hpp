@@ -1,5 +1,5 @@
 #pragma once
-// What a request over HTTP is answered with, and which are refused.
+// Answers to HTTP requests, and refusals.
 #include <functional>
 #include <string>
 
@@ -15,16 +15,17 @@ using Request = boost::beast::http::request<boost::beast::http::string_body>;
 using Response = boost::beast::http::response<boost::beast::http::string_body>;
 using RequestParser = boost::beast::http::request_parser<boost::beast::http::string_body>;
 
-/// How long a header and a body may be.
+/// Sets the limits of header and body.
 void set_limits(RequestParser& parser);
-/// Who asks, for control and the log: what it calls itself, cut and cleaned, and where it is.
+/// Name of the client for control and log: the name in the request, shortened and in printable characters,
+/// and the address.
 std::string client_of(const Request& request, const std::string& address);
-/// An upgrade to the live socket that is allowed. Everything else is answered.
+/// True for an allowed upgrade to the live socket. All other requests are answered by answer().
 bool takes_socket(const Request& request, const Site& site);
-/// done is called once: at once, or, for an order, when the bench has answered.
+/// Answers a request. `done` is called once, for an order when the bench has answered, otherwise at once.
 void answer(const Request& request, Site& site, const std::string& who,
             const std::function<void(Response)>& done);
-/// When it has not, for too long.
+/// Response for an order that the bench did not answer in time.
 Response unanswered(const Request& request);
 
 }  // namespace shaker::web

@@ -70,7 +70,7 @@ json drive(const Drive& d) {
             {"overtones", overtones(d)}};
 }
 
-// Which measurement a result is of, and whether that was at the set-point that is asked for now.
+// The measurement of a result; "current": it was made at the present set-point.
 json origin(const service::BenchState& s) {
     const service::ResultOrigin& o = s.result_origin;
     return {{"number", o.number},

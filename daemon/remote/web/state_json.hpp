@@ -17,9 +17,9 @@ struct Viewer {
 /// {"type":"state","session":...,"drive":...,"measured":...,"result":...,"walker":...,"points":...,"clocks":...,
 /// "losses":...,"disk":...,"limits":...}
 std::string state_json(const service::BenchState& state, const Viewer& viewer);
-/// results_json() of the newest measurement, which there is; which one it is:
-/// {"measurement":{"number":...,"from_s":...,"to_s":...,"drive":{...},"current":...}}; and its averaged
-/// period: {"cycle":{"phase":[...],"x_m":[...],...}}.
+/// results_json() of the newest measurement, which must exist, with its origin
+/// {"measurement":{"number":...,"from_s":...,"to_s":...,"drive":{...},"current":...}} and its averaged period
+/// {"cycle":{"phase":[...],"x_m":[...],...}}.
 std::string result_json(const service::BenchState& state);
 /// {"type":"event","t_s":...,"kind":...,"text":...}
 std::string event_json(const service::BenchEvent& event);

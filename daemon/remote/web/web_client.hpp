@@ -13,11 +13,11 @@
 
 namespace shaker::web {
 
-/// The page's files out of a folder: index.html, panel.js, panel.css. Those that are there.
+/// The existing files of a page in a folder: index.html, panel.js, panel.css.
 std::map<std::string, PageFile> read_page(const std::filesystem::path& folder);
 
-/// Serves it to its end. When there are as many as there may be, the one without a socket that was silent
-/// for the longest gives way. Never throws.
+/// Serves a connection until it closes. At the limit of connections, the one without a live socket that has
+/// been silent longest is closed. Never throws.
 boost::asio::awaitable<void> serve(boost::asio::ip::tcp::socket socket, std::shared_ptr<Site> site);
 
 }  // namespace shaker::web

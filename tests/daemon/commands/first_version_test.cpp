@@ -80,7 +80,7 @@ TEST_P(FirstVersionTest, ExportsAllItsTables) {
 TEST_P(FirstVersionTest, IsWhole) {
     const Outcome o = shakerd("recover " + unpacked(GetParam(), folder_), folder_);
     EXPECT_EQ(o.status, 0) << o.err;
-    EXPECT_NE(o.out.find("was finished and is whole"), std::string::npos) << o.out;
+    EXPECT_NE(o.out.find("finished recording, intact"), std::string::npos) << o.out;
 }
 
 TEST(FirstVersionCrashTest, AnUnfinishedOneIsRecovered) {
@@ -89,7 +89,7 @@ TEST(FirstVersionCrashTest, AnUnfinishedOneIsRecovered) {
     std::filesystem::copy_file(golden + "killed.nxs.journal", folder / "killed.nxs.journal");
     const Outcome o = shakerd("recover killed.nxs.part", folder);
     ASSERT_EQ(o.status, 0) << o.err;
-    EXPECT_NE(o.out.find("whole up to 2.000 s: 800 frames"), std::string::npos) << o.out;
+    EXPECT_NE(o.out.find("complete up to 2.000 s: 800 frames"), std::string::npos) << o.out;
     EXPECT_EQ(recorded::RecordingReader{folder / "killed.nxs"}.header().schema, 1);
     const Outcome replay = shakerd("replay killed.nxs", folder);
     EXPECT_EQ(replay.status, 0) << replay.err;
@@ -106,7 +106,9 @@ TEST(LaterVersionTest, IsRefusedWithBothVersions) {
     for (const char* command : {"replay run.nxs", "export run.nxs"}) {
         const Outcome o = shakerd(command, folder);
         EXPECT_EQ(o.status, 2) << command << o.err;
-        EXPECT_NE(o.err.find("version 99, this program knows versions up to"), std::string::npos) << o.err;
+        EXPECT_NE(o.err.find("layout version 99 is newer than this program, which reads versions up to"),
+                  std::string::npos)
+            << o.err;
     }
 }
 

@@ -64,7 +64,7 @@ TEST_F(RecoverTest, OnceMoreItIsFoundWhole) {
     ASSERT_EQ(shakerd("recover run.nxs.part", folder_).status, 0);
     const Outcome again = shakerd("recover run.nxs.part", folder_);
     EXPECT_EQ(again.status, 0);
-    expect_in(again.out, {"run.nxs was finished and is whole"});
+    expect_in(again.out, {"run.nxs: finished recording, intact"});
 }
 
 TEST_F(RecoverTest, WhatIsBehindADamagedPieceIsNotClaimed) {

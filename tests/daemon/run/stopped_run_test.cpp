@@ -107,7 +107,7 @@ TEST(StoppedRunTest, ThePicturesOfTheLastSecondsAreTheRenderedOnes) {
     const Outcome replay = shakerd("replay " + trip.filename().string(), folder);
     EXPECT_EQ(replay.status, 0) << replay.err;
     EXPECT_TRUE(replay.out.starts_with("a limit stopped this run at 2.60")) << replay.out;
-    expect_in(replay.out, {"nothing to reduce: in state identify", "identical"});
+    expect_in(replay.out, {"no results: in state identify", "identical"});
     EXPECT_EQ(replay.out.find("v_D"), std::string::npos) << replay.out;
     EXPECT_EQ(shakerd("replay full.nxs", folder).status, 0);
 }

@@ -91,7 +91,7 @@ Kill kill_run(const KilledRun& run, double at_s, const std::filesystem::path& fo
     const Outcome again = shakerd("recover run.nxs", folder);
     kill.whole = again.status == 0 && bytes_of(folder / "run.nxs") == made;
     if (!kill.whole) kill.wrong.push_back(again.out + again.err);
-    kill.reduced = recover.out.find("nothing to reduce") == std::string::npos;
+    kill.reduced = recover.out.find("no results") == std::string::npos;
     const Outcome replay = shakerd("replay run.nxs", folder);
     kill.replayed = replay.status == 0;
     if (!kill.replayed) kill.wrong.push_back(replay.out + replay.err);

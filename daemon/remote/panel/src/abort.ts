@@ -1,10 +1,10 @@
-// ABORT: sent at once, and again until the daemon says that it has it.
+// ABORT: sent at once and repeated until the daemon confirms it.
 import type { Actions } from "./actions";
 
 const attemptPatience = 1500;  // ms
 const firstPause = 100;        // ms, doubled up to the longest
 const longestPause = 1000;
-const giveUpAfter = 60_000;    // ms: later it would stop what somebody else has begun since
+const giveUpAfter = 60_000;    // ms; a later abort could stop a run that somebody else has started since
 
 export type AbortStatus =
     | { state: "ready" }
@@ -42,7 +42,7 @@ export class Abort {
 
 const fields = new Set(["INPUT", "SELECT", "TEXTAREA"]);
 
-/** Escape always; Space unless it is needed for typing. Enter is what presses buttons. */
+/** Escape aborts always, Space unless it is needed for typing. Enter presses buttons. */
 export function abortsBy(key: string, target: EventTarget | null): boolean {
     if (key === "Escape") return true;
     return key === " " && !(target instanceof HTMLElement && (fields.has(target.tagName) || target.isContentEditable));
@@ -52,7 +52,7 @@ export function listenForAbort(abort: Abort): void {
     const onKey = (event: KeyboardEvent): void => {
         if (event.isComposing || event.ctrlKey || event.altKey || event.metaKey) return;
         if (!abortsBy(event.key, event.target)) return;
-        event.preventDefault();  // a focused button must not be pressed as well, nor the page scrolled
+        event.preventDefault();  // no click on a focused button, no scrolling
         event.stopPropagation();
         if (event.type === "keydown" && !event.repeat) void abort.send();
     };

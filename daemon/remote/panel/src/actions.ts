@@ -1,11 +1,11 @@
-// HTTP actions. They go beside the socket, so that an abort needs nothing but one request that gets through.
+// HTTP actions. They do not use the socket, so an abort needs only one successful request.
 
 export type Answer = { ok: true } | { ok: false; error: string };
 export type Actions = (name: string, body?: Record<string, unknown>, patience?: number) => Promise<Answer>;
 
 const tokenKey = "shakerd-token", clientKey = "shakerd-client";
 
-/** What this tab calls itself, so that the daemon knows who holds control; kept over reloads. */
+/** Name of this tab, by which the daemon knows the holder of control; kept over reloads. */
 export function clientName(): string {
     const known = sessionStorage.getItem(clientKey);
     if (known) return known;
@@ -14,7 +14,7 @@ export function clientName(): string {
     return made;
 }
 
-/** The token of `#token=...`, taken out of the address bar and kept for reloads of this tab. */
+/** The token of `#token=...`, removed from the address bar and kept for reloads of this tab. */
 export function takeToken(): string | null {
     const given = new URLSearchParams(location.hash.slice(1)).get("token");
     if (given) {
@@ -41,7 +41,7 @@ export function makeActions(token: string | null, client: string): Actions {
                 headers,
                 body: body ? JSON.stringify(body) : null,
                 signal: limit.signal,
-                keepalive: true,  // an abort gets out even when the page is closed behind it
+                keepalive: true,  // an abort is sent even when the page is closed directly after it
             });
             return response.ok ? { ok: true } : { ok: false, error: await errorOf(response) };
         } catch {

@@ -1,4 +1,4 @@
-// The socket: opened again by itself, and taken for dead when it says nothing.
+// The socket to the daemon. It reconnects by itself and treats silence as a lost connection.
 
 const silentAfter = 2500;  // ms; a state comes ten times a second
 const firstDelay = 250;    // ms, doubled up to the longest
@@ -11,9 +11,9 @@ interface Receiver {
 }
 
 export class Connection {
-    /** performance.now() of when it was lost; null while connected. */
+    /** performance.now() at the loss of the connection; null while connected. */
     lostAt: number | null = performance.now();
-    /** Whether anything was ever received. */
+    /** True after the first message. */
     heard = false;
     private socket: WebSocket | null = null;
     private delay = firstDelay;
@@ -28,7 +28,7 @@ export class Connection {
         this.open();
     }
 
-    /** Asks for a stream now and after each reconnect; again with another width or rate replaces it. */
+    /** Requests a stream now and after each reconnect. A new width or rate replaces the previous request. */
     subscribe(stream: string, width: number, rate: number): void {
         const message = JSON.stringify({ type: "subscribe", stream, width, rate_hz: rate });
         if (this.wanted.get(stream) === message) return;
@@ -52,7 +52,7 @@ export class Connection {
         socket.onmessage = ({ data }: MessageEvent<string | ArrayBuffer>) => {
             this.heardAt = performance.now();
             this.delay = firstDelay;
-            this.lostAt = null;  // only now: who accepts but says nothing is no daemon
+            this.lostAt = null;  // only after a message: a silent server is not the daemon
             this.heard = true;
             if (typeof data === "string") this.receiver.text(data);
             else this.receiver.binary(data);
@@ -68,7 +68,7 @@ export class Connection {
         this.delay = Math.min(2 * this.delay, longestDelay);
     }
 
-    /** A close waits for the other side, which may be gone: the socket is given up at once. */
+    /** Drops a silent socket at once, because closing it would wait for the other side. */
     private watch(): void {
         const { socket } = this;
         if (!socket || performance.now() - this.heardAt < silentAfter) return;

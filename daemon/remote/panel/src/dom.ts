@@ -1,4 +1,4 @@
-// Elements of index.html and changes to them that cost nothing when nothing changed.
+// Elements of index.html, and functions that change them only when the content differs.
 
 export function byId<T extends HTMLElement>(id: string, kind: new () => T): T {
     const element = document.getElementById(id);
@@ -27,7 +27,7 @@ export function make<K extends keyof HTMLElementTagNameMap>(
     return element;
 }
 
-/** Rows of a table body: as many as there are, their cells changed only where the text does. The first is a heading. */
+/** Sets the rows of a table body. Only changed cells are written. The first cell of a row is a heading. */
 export function setRows(body: HTMLTableSectionElement, rows: string[][]): void {
     while (body.rows.length > rows.length) body.deleteRow(-1);
     rows.forEach((texts, r) => {

@@ -1,4 +1,4 @@
-// Numbers as an operator reads them. The minus sign is U+2212, as wide as the plus.
+// Text of numbers for the operator. The minus sign is U+2212, as wide as the plus.
 import type { Estimate, Known } from "./protocol";
 
 export const unknown = "–";
@@ -12,7 +12,7 @@ export function fixed(value: number, decimals: number): string {
     return Number(text) === 0 ? text.replace("-", "") : text.replace("-", "−");
 }
 
-/** Decimals that show `digits` digits of a number this big, counted after rounding: 0.0996 needs 2 for two. */
+/** Decimals that show `digits` digits of a number of this size after rounding: 0.0996 needs 2 decimals for 2 digits. */
 export function decimalsFor(size: number, digits: number): number {
     if (!(size > 0)) return 0;
     const exponent = Number(size.toExponential(digits - 1).split("e")[1]);
@@ -24,7 +24,7 @@ export function number(value: Known | undefined, digits = 4): string {
     return known(value) ? fixed(value, decimalsFor(Math.abs(value), digits)) : unknown;
 }
 
-/** "14.582 ± 0.099": sigma with two digits, the value to the same place. Without a sigma four digits. */
+/** "14.582 ± 0.099": sigma with two digits, the value with the same decimals. Without a sigma four digits. */
 export function withError(estimate: Estimate | null | undefined, scale = 1): string {
     if (!estimate || !known(estimate.value)) return unknown;
     const value = estimate.value * scale;
@@ -35,7 +35,7 @@ export function withError(estimate: Estimate | null | undefined, scale = 1): str
     return `${fixed(value, decimals)} ± ${fixed(sigma, decimals)}`;
 }
 
-/** Ticks of an axis with the decimals that their step needs: 1.0002, 1.0004 and not 1, 1. */
+/** Texts of an axis's ticks with the decimals that their step needs: 1.0002, 1.0004 instead of 1, 1. */
 export function tickTexts(splits: readonly Known[]): string[] {
     const values = splits.filter(known);
     let step = Infinity;
@@ -51,10 +51,10 @@ export function tickTexts(splits: readonly Known[]): string[] {
 
 const prefixes: [number, string][] = [[1e9, "G"], [1e6, "M"], [1e3, "k"], [1, ""], [1e-3, "m"], [1e-6, "µ"], [1e-9, "n"]];
 
-/** With the SI prefix that leaves one to three digits before the point: "3.20 µs", "112 GB". */
+/** The value with an SI prefix, one to three digits before the point: "3.20 µs", "112 GB". */
 export function prefixed(value: Known | undefined, unit: string, digits = 3): string {
     if (!known(value)) return unknown;
-    if (Math.abs(value) < 1e-12) return `0 ${unit}`;  // nothing here is known better
+    if (Math.abs(value) < 1e-12) return `0 ${unit}`;  // below the resolution of all values on the page
     const rounded = Math.abs(Number(value.toPrecision(digits)));
     const [factor, prefix] = prefixes.find(([size]) => rounded >= size) ?? [1e-9, "n"];
     return `${number(value / factor, digits)} ${prefix}${unit}`;
@@ -70,7 +70,7 @@ export function duration(seconds: Known | undefined): string {
     return `${Math.floor(whole / 3600)} h ${two(Math.floor(whole / 60) % 60)} min`;
 }
 
-/** Level of an amplitude against a reference. */
+/** Level of an amplitude relative to a reference, dB. */
 export function decibels(amplitude: Known | undefined, reference: Known | undefined): number | null {
     if (!known(amplitude) || !known(reference) || reference <= 0 || amplitude < 0) return null;
     return amplitude === 0 ? -Infinity : 20 * Math.log10(amplitude / reference);

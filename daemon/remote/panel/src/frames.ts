@@ -1,4 +1,4 @@
-// Binary messages: a header of 40 bytes, little-endian, and samples or one picture behind it.
+// Binary messages: a header of 40 bytes, then samples or one picture, all little-endian.
 
 const magic = 0x534b4431;
 const version = 1;
@@ -16,15 +16,15 @@ export interface SampleFrame {
     dt: number;        // s between points
     count: number;     // points
     channels: number;
-    gap: boolean;      // something is missing before the first point
-    pairs: boolean;    // points are least, greatest, least, greatest, ...
+    gap: boolean;      // samples are missing before the first point
+    pairs: boolean;    // points alternate between least and greatest value
     decimated: boolean;
-    values: Float32Array;  // point by point, its channels together
+    values: Float32Array;  // all channels of the first point, then of the second, ...
 }
 
 /**
- * In px of the picture; x, y is the upper left corner. Low half of `kind`: 0 walker, 1 base, others else. Its high half is
- * the state of the track: 0 ok, 1 degraded, 2 lost, 3 reacquired.
+ * In px of the picture; x, y is the upper left corner. Lower 4 bits of `kind`: 0 walker, 1 base, otherwise another target.
+ * Upper 4 bits: state of the track, 0 ok, 1 degraded, 2 lost, 3 reacquired.
  */
 export interface Mark { x: number; y: number; width: number; height: number; kind: number }
 
@@ -45,7 +45,7 @@ export class FrameError extends Error {}
 
 function need(buffer: ArrayBuffer, bytes: number): void {
     if (buffer.byteLength < bytes)
-        throw new FrameError(`a message of ${buffer.byteLength} bytes, ${bytes} are needed`);
+        throw new FrameError(`a message of ${buffer.byteLength} bytes, expected ${bytes}`);
 }
 
 function picture(buffer: ArrayBuffer, view: DataView, stream: number, bytes: number): PictureFrame {
@@ -73,13 +73,13 @@ function picture(buffer: ArrayBuffer, view: DataView, stream: number, bytes: num
     };
 }
 
-/** The message, without copying it. Throws FrameError when it is not a frame or is too short for its header. */
+/** Decodes a message without copying it. Throws FrameError when it is not a frame or is shorter than its header states. */
 export function decodeFrame(buffer: ArrayBuffer): Frame {
     need(buffer, headerBytes);
     const view = new DataView(buffer);
     if (view.getUint32(0, true) !== magic) throw new FrameError("a binary message without the magic number");
     if (view.getUint16(4, true) !== version)
-        throw new FrameError(`a message of version ${view.getUint16(4, true)}, this page reads ${version}`);
+        throw new FrameError(`a message of version ${view.getUint16(4, true)}; this page reads version ${version}`);
     const stream = view.getUint16(6, true);
     const count = view.getUint32(32, true);
     if (stream >= firstCamera) return picture(buffer, view, stream, count);
@@ -101,7 +101,7 @@ export function decodeFrame(buffer: ArrayBuffer): Frame {
     };
 }
 
-/** One channel in another unit; what is not finite is null, which uPlot leaves out. */
+/** One channel, multiplied by `scale`. Values that are not finite become null, which uPlot does not draw. */
 export function channel(frame: SampleFrame, index: number, scale: number): (number | null)[] {
     return Array.from({ length: frame.count }, (_, i) => {
         const value = (frame.values[i * frame.channels + index] ?? NaN) * scale;

@@ -1,4 +1,4 @@
-// The measured points as curves: those that share the other parameter.
+// The measured points as curves. The points of a curve have the same value of the other parameter.
 import { fixed } from "./format";
 import type { Point } from "./protocol";
 
@@ -13,7 +13,7 @@ const leastPoints = 3;
 
 interface Axis { x(p: Point): number; same(p: Point): number; label(value: number): string }
 
-/** In (−180, 180]: neighbours of a sweep through zero stay neighbours. */
+/** Degrees in (−180, 180], so that neighbours in a sweep through zero stay neighbours. */
 export function degrees(radians: number): number {
     const turn = ((radians * 180) / Math.PI) % 360;
     return turn > 180 ? turn - 360 : turn <= -180 ? turn + 360 : turn;
@@ -35,8 +35,8 @@ export const axes: Record<"gamma" | "phi", Axis> = {
 const inMillimetres = (metres: number | null): number | null => (metres === null ? null : metres * 1e3);
 
 /**
- * Points that share their other parameter make a curve when there are at least three; of more curves than maxCurves the
- * longest stay. They come in the order of their parameter, each in the order of x; all other points come last, as one.
+ * At least three points with the same other parameter make a curve. If there are more than maxCurves, the longest ones
+ * remain. Curves are in the order of their parameter, points in the order of x. All other points are one last curve.
  */
 export function curves(points: readonly Point[], axis: Axis): Curve[] {
     const found = new Map<number, PlottedPoint[]>();

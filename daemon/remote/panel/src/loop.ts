@@ -1,4 +1,4 @@
-// The one animation frame loop. Nothing is drawn while the page is hidden or what would be drawn is out of view.
+// The page's only animation loop. Nothing is drawn while the page is hidden, and no element that is out of view.
 
 interface Entry {
     draw: (now: number) => void;
@@ -15,7 +15,7 @@ export class Loop {
         for (const change of changes) this.inView.set(change.target, change.isIntersecting);
     }, { rootMargin: "100px" });
 
-    /** Calls `draw` at most `rate` times a second. With an element: only while that is in view. */
+    /** Calls `draw` at most `rate` times per second; with an element only while the element is in view. */
     add(draw: (now: number) => void, rate: number, element?: Element): void {
         this.entries.push({ draw, pause: 1000 / rate, last: -Infinity, element: element ?? null, failed: false });
         if (element) this.observer.observe(element);
@@ -34,7 +34,7 @@ export class Loop {
     isVisible(element: Element): boolean { return this.inView.get(element) ?? false; }
 }
 
-/** One view that fails must not take the others, or the state and the trip, with it. */
+/** An exception of one view must not stop the other views, above all state and trip. */
 function run(entry: Entry, now: number): void {
     entry.last = now;
     try {

@@ -1,4 +1,4 @@
-// The operator's page: a table of contents.
+// Entry point of the operator's page: connects data, views and actions.
 import { Abort, listenForAbort } from "./abort";
 import { clientName, makeActions, takeToken } from "./actions";
 import { Connection } from "./connection";
@@ -52,7 +52,7 @@ loop.add(makeHealth(box("jitter"), store, themes), 2, box("health-card"));
 loop.add(makeLog(box("log"), store), 5, box("log-card"));
 loop.start();
 
-/** While the page is hidden nothing is asked for; the daemon need not make what nobody sees. */
+/** Requests streams only while the page is visible, to save work of the daemon. */
 function subscribe(): void {
     const streams: [string, Plot | null, number][] = [
         ["waveform", waveform.plot, 15], ["cycle", null, 2], ["track", track.plot, 10],

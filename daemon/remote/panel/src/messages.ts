@@ -1,4 +1,4 @@
-// Text of the daemon to the types of protocol.ts. Missing values are shown as "not known".
+// Converts text messages of the daemon to the types of protocol.ts. Missing values are shown as "not known".
 import type { Drive, Jitter, LogEvent, Measured, Message, Result, Session, State } from "./protocol";
 
 export const maxPoints = 2000;
@@ -20,7 +20,7 @@ function object(value: unknown): Record<string, unknown> {
         : {};
 }
 
-/** The section with everything in it; null and missing members take the value of `otherwise`. */
+/** A complete section; null and missing members get the value of `otherwise`. */
 function section<T extends object>(value: unknown, otherwise: T): T {
     const given = Object.entries(object(value)).filter(([, member]) => member !== null);
     return { ...otherwise, ...Object.fromEntries(given) };
@@ -58,12 +58,12 @@ function parsed(text: string): unknown {
     }
 }
 
-/** Sections that a state leaves out are as they were `before`: the points need not come ten times a second. */
+/** Sections missing in a state keep their values of `before`; the points are not sent ten times a second. */
 function kept(raw: Record<string, unknown>, before: State | null): Partial<State> {
     return Object.fromEntries(Object.entries(before ?? {}).filter(([name]) => !(name in raw)));
 }
 
-/** Null for what is no message that this page knows. */
+/** Null for an unknown message. */
 export function parseMessage(text: string, before: State | null = null): Message | null {
     const raw = object(parsed(text));
     if (raw["type"] === "state") return { type: "state", state: { ...stateOf(raw), ...kept(raw, before) } };

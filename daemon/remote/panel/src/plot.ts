@@ -1,4 +1,4 @@
-// A uPlot in a box: it follows the box's width and the theme. Nothing is drawn but from draw().
+// A uPlot in a box. It follows the box's width and the theme, and draws only in draw().
 import uPlot from "uplot";
 import { tickTexts } from "./format";
 import type { Theme, Themes } from "./theme";
@@ -6,7 +6,7 @@ import type { Theme, Themes } from "./theme";
 export type Columns = (number | null)[][];
 export type Options = Omit<uPlot.Options, "width" | "height">;
 
-/** Dashes of lines, in CSS px: what a colour means, a dash says too. */
+/** Dashes of lines, in CSS px. Lines differ by dash as well as by colour. */
 export const dashes = { solid: [] as number[], dashed: [7, 4], dotted: [2, 3] };
 
 export class Plot {
@@ -26,10 +26,10 @@ export class Plot {
         }).observe(box);
     }
 
-    /** CSS px across; 0 before it was laid out. */
+    /** Width in CSS px; 0 before the layout. */
     get pixels(): number { return this.width; }
 
-    /** True when drawing is due though the data are the same. */
+    /** True when the plot must be drawn again although the data are the same. */
     get stale(): boolean {
         return this.themeVersion !== this.themes.version || this.plot?.width !== this.width ||
             this.plot.height !== this.height;
@@ -71,7 +71,7 @@ function axis(theme: Theme, label: string, size: number, more: uPlot.Axis): uPlo
     };
 }
 
-/** A range that shows silence as silence: noise below `size` is not blown up. */
+/** A range of at least `size`, so that noise of a silent signal is not magnified. */
 export function atLeast(size: number): uPlot.Scale {
     return { range: { min: { pad: 0.1, soft: -size, mode: 2 }, max: { pad: 0.1, soft: size, mode: 2 } } };
 }
@@ -83,5 +83,5 @@ export function line(stroke: string, dash: number[], width = 2): uPlot.Series {
     return { stroke, width, dash, points: { show: false } };
 }
 
-/** No zoom by dragging, which would hide data from an operator unasked; the keys of the lines are in the page. */
+/** No zoom by dragging, because it could hide data by accident. The page itself has the keys of the lines. */
 export const common: Pick<Options, "cursor" | "legend"> = { cursor: { show: false }, legend: { show: false } };

@@ -1,4 +1,4 @@
-// What the daemon sends as text. Every number is SI; null where the daemon does not know it yet.
+// Text messages of the daemon. All numbers are in SI units; null: not known yet.
 
 export type RunState =
     | "starting" | "idle" | "armed" | "identifying" | "ramping" | "settling" | "running" | "stopping" | "tripped";
@@ -11,11 +11,11 @@ export interface Trip { cause: string; text: string; t_s: Known }
 
 export interface Session {
     state: RunState;
-    since_s: Known;  // how long it has been in this state
+    since_s: Known;  // time in this state
     rig: string;
     recording: string | null;
     record_next: boolean;  // the next run is recorded
-    record_name: string | null;  // of that recording, without ending; null: by the time
+    record_name: string | null;  // of the next recording, without ending; null: named by its time
     controller: string | null;
     you_control: boolean;
     trip: Trip | null;
@@ -42,29 +42,29 @@ export interface Measured {
     volts_peak: Known;
 }
 
-/** `number`, `age_s`, `drive`: which measurement it is of; null before the first. */
+/** `number`, `age_s`, `drive` describe the measurement; null before the first. */
 export interface Result {
     number: Known;
     age_s: Known;  // since its end
     drive: SetPoint | null;
-    current: boolean;  // measured at the set-point that is asked for now
+    current: boolean;  // measured at the present set-point
     v_D_mps: Estimate | null;
     D_m: Estimate | null;
     efficiency: Estimate | null;
     mu: Estimate | null;
     stick: [number, number][];  // from and to, units of the period
-    shortest_visible_stick: Known;  // of those that were not found
+    shortest_visible_stick: Known;  // shortest interval that would have been detected, units of the period
     periods: Known;
     steady: boolean;
 }
 
-/** `left_m`, `right_m`: x at the ends of the picture beside it, whichever is larger. */
+/** `left_m`, `right_m`: x at the left and right end of the picture; left_m may be the larger one. */
 export interface Walker { x_m: number; left_m: Known; right_m: Known }
 
 export interface Point {
     gamma_mps2: number;
     phi_rad: number;
-    v_D_mps: number;  // a point without one of these three is not drawn
+    v_D_mps: number;  // points without one of these three values are not drawn
     sigma_mps: Known;
     closed_form_mps: Known;
 }
@@ -72,7 +72,7 @@ export interface Point {
 export interface Clock { name: string; ppm: Known; residual_s: Known }
 export interface Loss { stream: string; got: number; lost: number }
 export interface Disk { free_bytes: Known; backlog: Known }
-/** counts[i] lie below bins_s[i]; a count more than bins lies above the last. */
+/** counts[i]: number of values up to bins_s[i] and above bins_s[i - 1]; the last count is for larger values. */
 export interface Jitter { bins_s: number[]; counts: number[]; worst_s: Known }
 
 export interface State {

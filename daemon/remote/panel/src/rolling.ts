@@ -8,7 +8,7 @@ export class Rolling {
     private readonly values: Float32Array;
     private next = 0;
     private held = 0;
-    /** Grows with each frame. */
+    /** Incremented by each frame. */
     version = 0;
 
     constructor(private readonly capacity: number, readonly channels: number) {
@@ -19,7 +19,7 @@ export class Rolling {
     get size(): number { return this.held; }
     get newest(): number { return this.held ? this.time(this.held - 1) : NaN; }
 
-    /** A gap, and time that runs backwards (another run, another daemon), end what came before. */
+    /** A gap or a backward step of time (another run, another daemon) interrupts the curve. */
     push(frame: SampleFrame): void {
         if (frame.channels !== this.channels || frame.count === 0) return;
         if (frame.t0 < this.newest) this.clear();
@@ -35,8 +35,8 @@ export class Rolling {
     }
 
     /**
-     * [seconds before `end`, least, greatest, least, greatest, ...], a pair a channel, of the last `window` seconds in at
-     * most buckets + 1 points. A bucket with a gap in it has neither.
+     * [seconds before `end`, least, greatest, least, greatest, ...], one pair per channel, for the last `window` seconds in
+     * at most buckets + 1 points. Buckets with a gap have no values.
      */
     envelope(end: number, window: number, buckets: number, scale: number): Column[] {
         const columns: Column[] = Array.from({ length: 2 * this.channels + 1 }, () => []);
@@ -44,7 +44,7 @@ export class Rolling {
         let i = this.held;
         while (i > 0 && this.time(i - 1) >= end - window) i--;
         while (i < this.held) {
-            // Buckets stand still on the time axis; else the envelope flickers as it moves.
+            // Buckets are fixed on the time axis; otherwise the moving envelope would flicker.
             const bucket = Math.floor(this.time(i) / width);
             let stop = i + 1;
             while (stop < this.held && Math.floor(this.time(stop) / width) === bucket) stop++;

@@ -1,4 +1,4 @@
-// The newest data from the daemon, in bounded memory. Views read it when they draw; it never calls them.
+// The newest data from the daemon, in bounded memory. Views read the store when they draw; it never calls them.
 import { decodeFrame, FrameError, streamIds, type PictureFrame, type SampleFrame } from "./frames";
 import { parseMessage } from "./messages";
 import type { LogEvent, State } from "./protocol";
@@ -9,10 +9,10 @@ const maxCameras = 4;
 
 export class Store {
     state: State | null = null;
-    /** Grows with each state. */
+    /** Incremented by each state. */
     stateVersion = 0;
     readonly events: LogEvent[] = [];
-    /** How many events there ever were: events[events.length - 1] is number `eventCount`. */
+    /** Number of received events; events[events.length - 1] has this number. */
     eventCount = 0;
     waveform: SampleFrame | null = null;
     cycle: SampleFrame | null = null;
@@ -23,7 +23,7 @@ export class Store {
     unreadable = 0;
     private gaps = 0;
 
-    /** Messages that came too late or not at all because this page or its network is slow. */
+    /** Messages that were late or lost because this page or its network is slow. */
     get missed(): number { return this.gaps; }
 
     text(message: string): void {
@@ -52,7 +52,7 @@ export class Store {
         }
     }
 
-    /** The daemon tells its last events at every connect, so those of the connection before go. */
+    /** Removes all events, because the daemon sends its last events again after each connect. */
     connected(): void {
         this.events.length = 0;
         this.eventCount = 0;

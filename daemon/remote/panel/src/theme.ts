@@ -14,7 +14,7 @@ const words: Record<Choice, string> = { auto: "Theme: auto", light: "Theme: ligh
 
 export class Themes {
     current: Theme;
-    /** Grows with each change of the colours. */
+    /** Incremented by each change of the colours. */
     version = 0;
     private choice: Choice;
     private readonly prefersDark = matchMedia("(prefers-color-scheme: dark)");

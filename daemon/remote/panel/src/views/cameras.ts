@@ -1,4 +1,4 @@
-// The cameras' pictures with what is tracked drawn on them. One picture a camera is decoded at a time; later ones wait.
+// The cameras' pictures with marks on tracked targets. Each camera decodes one picture at a time; later ones wait.
 import type { Connection } from "../connection";
 import { make, setText } from "../dom";
 import { fixed } from "../format";
@@ -6,7 +6,7 @@ import type { Mark, PictureFrame } from "../frames";
 import type { Loop } from "../loop";
 import type { Store } from "../store";
 
-/** On a picture the theme does not matter: light lines with a dark rim. */
+/** Marks on pictures are independent of the theme: light lines with a dark rim. */
 const looks: { name: string; colour: string; dash: number[] }[] = [
     { name: "walker", colour: "#e69f00", dash: [] },
     { name: "base", colour: "#56b4e9", dash: [8, 5] },
@@ -17,7 +17,7 @@ const rate = 10;  // Hz
 
 const look = (kind: number) => looks[Math.min(kind & 15, looks.length - 1)]!;
 
-/** `zoom`: CSS px a px of the picture. */
+/** `zoom`: CSS px per px of the picture. */
 function drawMark(ctx: CanvasRenderingContext2D, mark: Mark, zoom: number): void {
     const { name, colour, dash } = look(mark.kind);
     const trouble = states[(mark.kind >> 4) & 3] ?? "";
@@ -69,9 +69,9 @@ class CameraView {
         try {
             const bitmap = await createImageBitmap(new Blob([frame.jpeg], { type: "image/jpeg" }));
             this.paint(bitmap, frame);
-            bitmap.close();  // else its memory waits for the collector
+            bitmap.close();  // frees its memory without waiting for the garbage collector
         } catch {
-            setText(this.caption, `${this.name}: a picture that cannot be read`);
+            setText(this.caption, `${this.name}: a picture could not be decoded`);
         } finally {
             this.decoding = false;
         }
@@ -95,7 +95,7 @@ class CameraView {
     }
 }
 
-/** The cameras are those that the losses name ("camera:top"), in that order; the two of the bench until then. */
+/** Names of the cameras in the table of losses ("camera:top"), in its order; before the first state "top" and "side". */
 function cameraNames(store: Store): string[] {
     const named = (store.state?.losses ?? []).flatMap(({ stream }) => /^camera:(.+)$/.exec(stream)?.[1] ?? []);
     return named.length ? named.slice(0, store.pictures.length) : ["top", "side"];
@@ -121,7 +121,7 @@ export function makeCameras(
                 if (frame) void view.show(frame);
             });
         },
-        /** Pictures cost most: they are asked for only while they are in view. */
+        /** Requests pictures only while they are in view, because they need most of the bandwidth. */
         subscribe: () => {
             const watched = !document.hidden && loop.isVisible(card);
             views.forEach((view, k) => {

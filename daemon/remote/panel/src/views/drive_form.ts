@@ -1,4 +1,5 @@
-// The four numbers of the drive. A field follows the daemon until it is edited; only edited fields are sent.
+// The form with the four numbers of the drive. A field shows the daemon's value until it is edited; only edited fields
+// are sent.
 import type { Actions } from "../actions";
 import { byId, setHidden, setText } from "../dom";
 import { paperG } from "../groups";

@@ -4,7 +4,7 @@ import { setData, setText } from "../dom";
 
 type Body = () => Record<string, unknown> | { refused: string };
 
-/** Wires a form: `body` returns the order to send, or why not; `sent` is called when the daemon accepted it. */
+/** Connects a form: `body` returns the order or the reason for not sending it; `sent` is called after acceptance. */
 export function wire(form: HTMLFormElement, act: Actions, body: Body, sent: () => void = () => undefined): void {
     const answer = form.querySelector("output")!;
     const button = form.querySelector<HTMLButtonElement>("button:not([type=button])")!;

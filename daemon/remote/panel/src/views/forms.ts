@@ -1,4 +1,4 @@
-// The forms of the page but for the drive: start, recording, remark, control.
+// The forms of the page except that of the drive: start, recording, remark, control.
 import type { Actions } from "../actions";
 import { byId, setHidden, setText } from "../dom";
 import type { Session } from "../protocol";
@@ -20,7 +20,7 @@ function wireStart(act: Actions): void {
 
 function asked(session: Session): boolean { return session.recording !== null || session.record_next; }
 
-/** The same button asks for the recording of the next run and takes that back, or ends a recording; its label shows the action. */
+/** One button requests the recording of the next run, cancels the request, or ends a recording. Its label shows which. */
 function wireRecord(act: Actions, store: Store): (session: Session) => void {
     const name = byId("record-name", HTMLInputElement), frames = byId("record-frames", HTMLSelectElement);
     const button = byId("record-button", HTMLButtonElement);
@@ -36,7 +36,7 @@ function wireRecord(act: Actions, store: Store): (session: Session) => void {
     };
 }
 
-/** Into the log and the recording; what was typed stays until the daemon has it. */
+/** Sends a remark for log and recording. The text stays in its field until the daemon has accepted it. */
 function wireRemark(act: Actions): void {
     const remark = byId("remark-text", HTMLInputElement);
     wire(form("remark"), act, () => {

@@ -7,7 +7,7 @@ import type { Harmonic, Known } from "../protocol";
 import type { Store } from "../store";
 import type { Theme, Themes } from "../theme";
 
-const floor = -100;  // dB, where the bars stand
+const floor = -100;  // dB, lower end of the bars
 const clamp = (level: number | null): number | null => (level === null ? null : Math.max(floor, level));
 
 function milliradians(phase: Known): string { return phase === null ? unknown : `${fixed(phase * 1e3, 1)} mrad`; }
@@ -49,7 +49,7 @@ function drawBars(u: uPlot, harmonics: Harmonic[], theme: Theme): void {
     ctx.restore();
 }
 
-/** As a share of the target where there is one, else against gamma. */
+/** Error as a share of the target; without a target, level relative to gamma. */
 function errorWords(h: Harmonic, gamma: Known): string {
     if (h.measured_mps2 === null) return unknown;
     if (h.target_mps2) return `${fixed((h.measured_mps2 / h.target_mps2 - 1) * 100, 2)} %`;

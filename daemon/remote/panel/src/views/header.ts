@@ -1,4 +1,4 @@
-// State, recording, trip, connection, and what becomes of an abort.
+// State, recording, trip, connection, and progress of an abort.
 import type { Abort, AbortStatus } from "../abort";
 import type { Connection } from "../connection";
 import { byId, setData, setHidden, setText } from "../dom";
@@ -6,7 +6,7 @@ import { duration, fixed, number } from "../format";
 import type { RunState, Session } from "../protocol";
 import type { Store } from "../store";
 
-/** A sign beside the word: the states differ without their colours. */
+/** Each state has a sign beside its word, so that states differ without colours. */
 const words: Record<RunState, string> = {
     starting: "… starting", idle: "○ idle", armed: "◇ armed", identifying: "≈ identifying", ramping: "▲ ramping", settling: "◐ settling",
     running: "● running", stopping: "▼ stopping", tripped: "✖ tripped",
@@ -46,7 +46,7 @@ export function makeHeader(store: Store, connection: Connection, abort: Abort): 
     };
 }
 
-/** The banner is an alert: its text must not change with every second, or it is read out with every second. */
+/** Screen readers read out each change of this alert, so its text must not change every second. */
 function showLink(link: HTMLElement, connection: Connection): void {
     const { lostAt } = connection;
     document.body.classList.toggle("stale", lostAt !== null);
@@ -72,7 +72,7 @@ function abortWords(status: AbortStatus): string {
     switch (status.state) {
         case "ready": return "Esc or Space";
         case "sending":
-            return status.error ? `ABORT not through: ${status.error}; attempt ${status.attempt}` : "ABORT sent…";
+            return status.error ? `ABORT not confirmed: ${status.error}; attempt ${status.attempt}` : "ABORT sent…";
         case "done": return `ABORT received, ${fixed(status.took_ms, 0)} ms`;
         case "failed": return `ABORT failed: ${status.error}. Use the hardware stop!`;
     }

@@ -1,4 +1,4 @@
-// Clocks, losses, disk, jitter, limits: what tells that the numbers can be trusted.
+// Health of the measurement: clocks, losses, disk, jitter, limits.
 import uPlot from "uplot";
 import { byId, setRows, setText } from "../dom";
 import { fixed, number, prefixed, unknown } from "../format";
@@ -20,7 +20,7 @@ function limitRow([name, value]: [string, unknown]): string[] {
     return [name.replaceAll("_", " "), typeof value === "number" ? number(value) : JSON.stringify(value)];
 }
 
-/** Number of each bin and its count; no bar where there is none, as the axis of counts is logarithmic. */
+/** Number of each bin and its count. Empty bins have no bar, because the axis of counts is logarithmic. */
 function jitterColumns(jitter: Jitter): Columns {
     return [jitter.counts.map((_, i) => i), jitter.counts.map((count) => count || null)];
 }
@@ -32,7 +32,7 @@ function edgeWords(bins: number[], index: number): string {
     return "more";
 }
 
-/** What waits for the disk, of what may wait. */
+/** Filled share of the recorder's queue. */
 function share(backlog: Known): string {
     return backlog === null ? unknown : `${fixed(100 * backlog, 0)} % of its queue`;
 }
@@ -80,13 +80,13 @@ function makeJitter(box: HTMLElement, store: Store, themes: Themes): () => void 
             paths: barPaths,
         }],
     }));
-    let told = "";
+    let drawn = "";
     return () => {
         const jitter = store.state?.jitter;
         if (!jitter) return;
         const now = JSON.stringify(jitter.counts);
-        if (now === told && !plot.stale) return;
-        told = now;
+        if (now === drawn && !plot.stale) return;
+        drawn = now;
         bins = jitter.bins_s;
         plot.draw(jitterColumns(jitter));
     };

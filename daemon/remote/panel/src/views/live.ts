@@ -1,5 +1,5 @@
-// The last seconds as they come: where walker and base are, and the acceleration. Of many points a pixel the least and
-// the greatest are drawn.
+// Live curves of the last seconds: positions of walker and base, and the acceleration. When several points fall on one
+// pixel, their least and greatest values are drawn.
 import type uPlot from "uplot";
 import { atLeast, common, dashes, line, Plot, xAxis, yAxis, type Columns } from "../plot";
 import type { Rolling } from "../rolling";
@@ -7,14 +7,14 @@ import type { Theme, Themes } from "../theme";
 
 const window = 20;  // s
 
-/** `filled`: the room between least and greatest is. */
+/** `filled`: the area between least and greatest value is filled. */
 interface Look { channel: number; colour: keyof Theme; dash: number[]; filled: boolean }
 
 interface Strip {
-    scale: number;  // from SI to what is shown
+    scale: number;  // from SI to the shown unit
     label: string;
-    least: number;  // of the range, as shown
-    looks: [Look, Look];  // the second is drawn over the first
+    least: number;  // smallest range, in the shown unit
+    looks: [Look, Look];  // the second one is drawn over the first
 }
 
 export const trackStrip: Strip = {

@@ -1,4 +1,4 @@
-// The events, newest first: as many nodes as the store keeps events, no more.
+// The events, newest first; one node for each event in the store.
 import { make } from "../dom";
 import { fixed } from "../format";
 import type { LogEvent } from "../protocol";

@@ -1,4 +1,4 @@
-// The results with their errors, the drive as asked and as measured, and where the walker is.
+// The results with their errors, the requested and the measured drive, and the walker's position.
 import { byId, setHidden, setText } from "../dom";
 import { decimalsFor, fixed, number, prefixed, unknown, withError } from "../format";
 import { degrees, paperG } from "../groups";
@@ -48,7 +48,7 @@ export function makeNumbers(store: Store): () => void {
     };
 }
 
-/** A setting as it was given: no digits that nobody typed. */
+/** A setting with the digits that the operator gave. */
 function exact(value: number): string {
     const digits = value.toPrecision(9);
     const typed = digits.replace(/0+$/, "").split(".")[1]?.length ?? 0;
@@ -69,7 +69,7 @@ function makeOrigin(): (result: Result) => void {
     };
 }
 
-/** "sticks 0.506 to 0.707 T"; without one, how short it may have been without being seen. */
+/** "sticks 0.506 to 0.707 T"; without stick, the shortest interval that would have been detected. */
 export function stickWords(stick: Result["stick"], shortest: Known): string {
     if (stick.length) return `sticks ${stick.map(([from, to]) => `${fixed(from, 3)} to ${fixed(to, 3)} T`).join(", ")}`;
     if (shortest === null) return "never sticks";
@@ -79,10 +79,10 @@ export function stickWords(stick: Result["stick"], shortest: Known): string {
 function originWords({ number: count, drive, current, stick, shortest_visible_stick }: Result, when: string): string {
     const at = drive === null ? "" :
         `: γ ${acceleration(drive.gamma_mps2)}, φ ${angle(drive.phi_rad)}, f ${number(drive.frequency_hz)} Hz, ρ ${number(drive.rho, 3)}`;
-    return `${current ? "" : "⚠ Another set-point is asked for now. "}Measurement ${count} at ${when}${at}; ${stickWords(stick, shortest_visible_stick)}`;
+    return `${current ? "" : "⚠ The set-point has changed since. "}Measurement ${count} at ${when}${at}; ${stickWords(stick, shortest_visible_stick)}`;
 }
 
-/** The walker between the ends of its camera's picture, as the picture shows it. */
+/** Position of the walker between the ends of its camera's picture, oriented as in the picture. */
 function makeWalker(): (walker: Walker | null) => void {
     const track = byId("walker-track", HTMLElement), mark = byId("walker-mark", HTMLElement);
     const low = byId("walker-low", HTMLElement), high = byId("walker-high", HTMLElement);

@@ -71,7 +71,7 @@ function showKey(list: HTMLElement, found: Curve[], theme: Theme): void {
     list.replaceChildren(...items, closed);
 }
 
-/** Room for the points with their errors and for the closed form; zero is always in view. */
+/** A range that contains zero, all points with their errors, and the closed form. */
 function range(found: Curve[]): [number, number] {
     let low = 0, high = 0;
     for (const { points } of found)
@@ -87,7 +87,7 @@ export function makePoints(
     box: HTMLElement, key: HTMLElement, by: (typeof axes)["gamma"], label: string, store: Store, themes: Themes,
 ): () => void {
     let found: Curve[] = [];
-    let told = "";
+    let shown = "";
     const plot = new Plot(box, themes, (theme) => ({
         ...common,
         scales: {
@@ -109,8 +109,8 @@ export function makePoints(
         data = [all.map((p) => p.x), all.map((p) => p.v)];
         plot.draw(data);
         const words = `${themes.version} ${found.map((curve) => curve.label).join()}`;
-        if (words !== told) showKey(key, found, themes.current);
-        told = words;
+        if (words !== shown) showKey(key, found, themes.current);
+        shown = words;
     };
 }
 

@@ -1,4 +1,4 @@
-// The signs of the curves: colour and shape together, so that either alone tells them apart.
+// The signs of the curves. They differ in colour and in shape, so that either is sufficient.
 import type { Colour, Theme } from "../theme";
 
 type Shape = (path: CanvasRenderingContext2D, x: number, y: number, r: number) => void;
@@ -30,7 +30,7 @@ const colours: Colour[] = ["series-1", "series-2", "series-3", "series-4", "seri
 
 export interface Sign { colour: string; shape: Shape }
 
-/** As many signs as there are colours; `null` is that of points beside the curves. */
+/** One sign per colour; `null`: sign of points on no curve. */
 export function sign(index: number | null, theme: Theme): Sign {
     if (index === null) return { colour: theme.faint, shape: cross };
     return { colour: theme[colours[index % colours.length]!], shape: shapes[index % shapes.length]! };

@@ -1,4 +1,4 @@
-// a_B over two periods, the target against what was measured.
+// a_B over two periods: target and measurement.
 import { channel, type SampleFrame } from "../frames";
 import { atLeast, common, dashes, line, Plot, xAxis, yAxis, type Columns } from "../plot";
 import type { Store } from "../store";
@@ -12,7 +12,7 @@ export function makeWaveform(box: HTMLElement, store: Store, themes: Themes): { 
         series: [
             {},
             line(theme.measured, dashes.solid, 3),
-            line(theme.target, dashes.dashed),  // above: where both agree it shows through the gaps
+            line(theme.target, dashes.dashed),  // drawn last: where both agree, the measurement shows through the gaps
         ],
     }));
     let seen: SampleFrame | null = null;
