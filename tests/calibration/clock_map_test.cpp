@@ -35,7 +35,7 @@ TEST(ClockMapTest, InverseReturnsTickAndFraction) {
     EXPECT_NEAR(half.fraction, 0.5, 1e-6);
 }
 
-TEST(ClockMapTest, ErrorsGrowAwayFromTheMiddleOfTheFit) {
+TEST(ClockMapTest, ErrorsGrowWithDistanceFromMiddle) {
     const ClockMap<struct DacClock> map{tick0, time0, 1e9 / 48000, Seconds{3e-7}, 4e-8};
     EXPECT_DOUBLE_EQ(map.sigma_at(tick0).count(), 3e-7);
     EXPECT_NEAR(map.sigma_at(DacTick{tick0.n + 480000}).count(), 5e-7, 1e-15);  // 10 s: 0.3 and 0.4 us

@@ -65,7 +65,7 @@ double error(const ClockTracker<struct DacClock>& tracker, const Device& device)
     return Seconds{off}.count() - shortest;
 }
 
-TEST(ClockTrackerTest, FindsTheRateWithinOnePpmAndTheOffsetWithin5usAfter10s) {
+TEST(ClockTrackerTest, FindsRateTo1ppmAndOffsetTo5usAfter10s) {
     double sum = 0;
     constexpr int devices = 20;
     for (unsigned seed = 1; seed <= devices; ++seed) {
@@ -81,7 +81,7 @@ TEST(ClockTrackerTest, FindsTheRateWithinOnePpmAndTheOffsetWithin5usAfter10s) {
     EXPECT_LT(std::abs(sum / devices), 1e-6) << "the mean delay of 150 us must not show";
 }
 
-TEST(ClockTrackerTest, SpikesDoNotPullTheLine) {
+TEST(ClockTrackerTest, LateSpikesDoNotChangeFit) {
     const auto spiky = [](std::mt19937_64& random) {
         std::uniform_real_distribution<double> unit{0, 1};
         const double spike = unit(random) < 0.03 ? 0.5 * unit(random) : 0;  // up to half a second
@@ -97,7 +97,7 @@ TEST(ClockTrackerTest, SpikesDoNotPullTheLine) {
     }
 }
 
-TEST(ClockTrackerTest, UncertaintyCoversTheErrorFromTheFirstStampOn) {
+TEST(ClockTrackerTest, UncertaintyCoversErrorFromFirstStamp) {
     int outside = 0;
     int all = 0;
     for (unsigned seed = 1; seed <= 40; ++seed) {
@@ -113,7 +113,7 @@ TEST(ClockTrackerTest, UncertaintyCoversTheErrorFromTheFirstStampOn) {
 }
 
 // A busy computer is late for a while, not by chance each time: the delay wanders over 0.2 s.
-TEST(ClockTrackerTest, UncertaintyOfTheRateCoversDelaysThatHangTogether) {
+TEST(ClockTrackerTest, RateUncertaintyCoversCorrelatedDelays) {
     int outside = 0;
     double squares = 0;  // of the error, in standard errors
     constexpr int seeds = 200;
@@ -166,7 +166,7 @@ TEST(ClockTrackerTest, FollowsACrystalThatWarmsUp) {
     }
 }
 
-TEST(ClockTrackerTest, MapsBeforeItKnowsTheRate) {
+TEST(ClockTrackerTest, MapsWithNominalRateAtFirst) {
     ClockTracker<struct DacClock> tracker{rate};
     EXPECT_FALSE(tracker.map().has_value());
     EXPECT_EQ(tracker.ppm(), 0);
@@ -176,7 +176,7 @@ TEST(ClockTrackerTest, MapsBeforeItKnowsTheRate) {
     EXPECT_EQ(tracker.ppm(), 0);
 }
 
-TEST(ClockTrackerTest, LeavesOutTicksThatDoNotRise) {
+TEST(ClockTrackerTest, IgnoresTicksThatDoNotIncrease) {
     ClockTracker<struct DacClock> tracker{rate};
     Device device{37.5, usual_delay, 6};
     device.play(tracker, 10);
@@ -186,7 +186,7 @@ TEST(ClockTrackerTest, LeavesOutTicksThatDoNotRise) {
     EXPECT_NEAR(tracker.ppm(), before, 0.2);
 }
 
-TEST(ClockTrackerTest, MoreStampsThanItKeepsShortenTheWindow) {
+TEST(ClockTrackerTest, ManyStampsShortenWindow) {
     ClockTracker<struct CameraClock> tracker{2000};
     std::mt19937_64 random{8};
     for (std::int64_t n = 0; n < 100000; ++n) {

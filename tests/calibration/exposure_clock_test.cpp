@@ -47,7 +47,7 @@ View view_at(double fps, bool triggered) {
             .targets = {}};
 }
 
-TEST(ExposureClockTest, ATriggeredFrameIsOnItsPulseToTheSampleWhateverTheArrival) {
+TEST(ExposureClockTest, TriggeredFrameIsExactlyOnItsPulse) {
     const double fps = 190;  // a pulse every 252.6 samples; frames arrive most of a frame late and worse
     ExposureClock clock{view_at(fps, true), dac_hz};
     TestCamera camera;
@@ -69,7 +69,7 @@ TEST(ExposureClockTest, ATriggeredFrameIsOnItsPulseToTheSampleWhateverTheArrival
 }
 
 // A client that has just started is slow with the first pictures: none of them tells how soon one can come.
-TEST(ExposureClockTest, FirstFramesThatCameLateAreNoJumpOfTheStamps) {
+TEST(ExposureClockTest, LateFirstFramesAreNotJump) {
     for (const double slow_s : {2.5e-3, 40e-3}) {
         ExposureClock clock{view_at(200, true), dac_hz};
         TestCamera camera;
@@ -88,7 +88,7 @@ TEST(ExposureClockTest, FirstFramesThatCameLateAreNoJumpOfTheStamps) {
     }
 }
 
-TEST(ExposureClockTest, AComputerThatIsLateForSecondsIsNoJumpOfTheStamps) {
+TEST(ExposureClockTest, SlowComputerIsNotJump) {
     ExposureClock clock{view_at(200, true), dac_hz};
     TestCamera camera;
     std::vector<FrameStamp> frames;
@@ -105,7 +105,7 @@ TEST(ExposureClockTest, AComputerThatIsLateForSecondsIsNoJumpOfTheStamps) {
             << "frame " << k;
 }
 
-TEST(ExposureClockTest, AFreeRunningCameraIsPlacedByItsStampsTo20us) {
+TEST(ExposureClockTest, FreeRunningCameraIsAccurateTo20us) {
     ExposureClock clock{view_at(200, false), dac_hz};
     TestCamera camera;
     double worst = 0;
@@ -119,7 +119,7 @@ TEST(ExposureClockTest, AFreeRunningCameraIsPlacedByItsStampsTo20us) {
     EXPECT_LT(worst, 20e-6);  // the shortest of 1000 exponential delays of mean 500 us, and the rate's error
 }
 
-TEST(ExposureClockTest, StampsThatJumpEitherWayBeginANewEpoch) {
+TEST(ExposureClockTest, JumpInEitherDirectionStartsNewEpoch) {
     for (const double jump : {0.012, -0.012, -500.0}) {
         const double fps = 200;
         ExposureClock clock{view_at(fps, true), dac_hz};
@@ -138,7 +138,7 @@ TEST(ExposureClockTest, StampsThatJumpEitherWayBeginANewEpoch) {
     }
 }
 
-TEST(ExposureClockTest, ACameraWithoutAClockIsTakenByItsCount) {
+TEST(ExposureClockTest, CameraWithoutClockUsesItsCount) {
     ExposureClock clock{view_at(100, false), dac_hz};
     TestCamera camera;
     double worst = 0;

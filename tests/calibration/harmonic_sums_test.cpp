@@ -116,7 +116,7 @@ INSTANTIATE_TEST_SUITE_P(Orders, AgainstPlainSums,
                          ::testing::Values(std::pair{1, 1}, std::pair{4, 4}, std::pair{12, 12},
                                            std::pair{12, 5}));
 
-TEST(HarmonicSumsTest, SumsOfOneStreamEqualThoseOfItAlone) {
+TEST(HarmonicSumsTest, OneOfSeveralStreamsFitsLikeAlone) {
     const std::vector<Stream> streams{rough(1, 5), rough(2, -40)};
     const std::array<HarmonicSamples, 2> in{streams[0].samples(), streams[1].samples()};
     const HarmonicFit one = HarmonicSums(in, f, 6, Slope::free).of_stream(1).fit(6);

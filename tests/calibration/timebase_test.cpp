@@ -111,7 +111,7 @@ TEST(TimebaseTest, EveryClockHasAFitWithItsError) {
 }
 
 // A recording is read a device at a time, a live bench mixes them.
-TEST(TimebaseTest, OrderBetweenDevicesDoesNotChangeABit) {
+TEST(TimebaseTest, OrderBetweenDevicesDoesNotMatter) {
     const Bench bench{3};
     Timebase live{devices()}, replayed{devices()};
     std::array<std::size_t, 2> number{};
@@ -142,7 +142,7 @@ TEST(TimebaseTest, OrderBetweenDevicesDoesNotChangeABit) {
                 << c << " " << k;
 }
 
-TEST(TimebaseTest, AnUnderrunIsAJumpAndKeepsTheRate) {
+TEST(TimebaseTest, UnderrunCountsAsJumpAndKeepsRate) {
     const Bench bench{6};
     Timebase timebase{devices()};
     bench.give_all(timebase);
@@ -163,7 +163,7 @@ TEST(TimebaseTest, WithoutADacTheAccelerometerCounts) {
     EXPECT_EQ(seconds(timebase.at(AccelTick{500})), 0.75);
 }
 
-TEST(TimebaseTest, FramesWithAToldTimeShowTheRateOnly) {
+TEST(TimebaseTest, FramesWithOwnTimeAffectOnlyTheRate) {
     const Bench bench{5};
     Timebase timebase{devices()};
     for (const FrameStamp& f : bench.frames[1]) timebase.add(1, f, Timebase::FrameTime::frame);

@@ -70,7 +70,7 @@ void cause_one(mock::MockBench& b, const std::function<int(int)>& pick) {
     }
 }
 
-TEST(LoadTest, WhatIsLostUnderLoadIsCountedAlikeOnBothSides) {
+TEST(LoadTest, LossesUnderLoadAgreeOnBothSides) {
     const Load load;
     BenchRun run{37.5, "[walker]\nstart_mm = 0\n"};
     const double length = length_s();

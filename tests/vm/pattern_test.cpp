@@ -37,7 +37,7 @@ void append(std::vector<std::int32_t>& samples, std::int64_t from, std::int64_t 
     for (std::int64_t n = from; n < to; ++n) samples.push_back(pattern_code(n, 24) * 256);
 }
 
-TEST(PatternTest, AllOfItAfterSilenceIsOnePiece) {
+TEST(PatternTest, PatternAfterSilenceIsOnePiece) {
     std::vector<std::int32_t> samples(777);
     append(samples, 0, frames);
     const PatternFound found = Recorder{samples}.found();
@@ -47,7 +47,7 @@ TEST(PatternTest, AllOfItAfterSilenceIsOnePiece) {
     EXPECT_EQ(found.skipped + found.repeated + found.foreign, 0);
 }
 
-TEST(PatternTest, WhatIsLeftOutAndWhatComesTwiceIsTold) {
+TEST(PatternTest, OmittedAndRepeatedSamplesAreCounted) {
     std::vector<std::int32_t> samples;
     append(samples, 0, 1000);
     append(samples, 3000, frames);
@@ -60,7 +60,7 @@ TEST(PatternTest, WhatIsLeftOutAndWhatComesTwiceIsTold) {
     EXPECT_EQ(found.foreign, 0);
 }
 
-TEST(PatternTest, OneBitMakesASampleForeign) {
+TEST(PatternTest, OneWrongBitMakesSampleForeign) {
     std::vector<std::int32_t> samples;
     append(samples, 0, frames);
     samples[2000] ^= 1;  // below the 24 bits
@@ -71,7 +71,7 @@ TEST(PatternTest, OneBitMakesASampleForeign) {
     EXPECT_EQ(found.skipped, 2);
 }
 
-TEST(PatternTest, ARecordingThatIsNotThereIsAnError) {
+TEST(PatternTest, MissingRecordingIsAnError) {
     EXPECT_THROW(find_pattern("/nowhere/at/all.raw", 16, frames), InputError);
 }
 

@@ -25,14 +25,14 @@ void expect_run(const RecentFrames& tail, std::int64_t first, std::int64_t last)
     }
 }
 
-TEST(RecentFramesTest, KeepsTheNewestFramesAsTheyWere) {
+TEST(RecentFramesTest, KeepsNewestFramesUnchanged) {
     RecentFrames tail{100};
     for (std::int64_t n = 0; n < 1000; ++n) tail.push(frame(n));
     expect_run(tail, 1000 - 220, 999);  // 2.2 s
     EXPECT_FALSE(tail.whole());
 }
 
-TEST(RecentFramesTest, AfterATripWhatLedToItStaysAndWhatFollowsIsAdded) {
+TEST(RecentFramesTest, TripKeepsFramesBeforeAndAddsFramesAfter) {
     RecentFrames tail{100};
     for (std::int64_t n = 0; n < 300; ++n) tail.push(frame(n));
     tail.hold();
@@ -43,7 +43,7 @@ TEST(RecentFramesTest, AfterATripWhatLedToItStaysAndWhatFollowsIsAdded) {
     EXPECT_EQ(tail.lost(), 650U);
 }
 
-TEST(RecentFramesTest, ARunThatGoesOnAfterATripBeginsItsTailAnew) {
+TEST(RecentFramesTest, ContinuedRunStartsNewTail) {
     RecentFrames tail{100};
     for (std::int64_t n = 0; n < 300; ++n) tail.push(frame(n));
     tail.hold();
@@ -54,7 +54,7 @@ TEST(RecentFramesTest, ARunThatGoesOnAfterATripBeginsItsTailAnew) {
     EXPECT_FALSE(tail.whole());
 }
 
-TEST(RecentFramesTest, AShortRunIsWhole) {
+TEST(RecentFramesTest, ShortRunIsComplete) {
     RecentFrames tail{100};
     for (std::int64_t n = 0; n < 5; ++n) tail.push(frame(n));
     tail.hold();
@@ -76,7 +76,7 @@ TEST(RecentFramesTest, MemoryIsBoundedByRateAndSize) {
     EXPECT_EQ(most, 2U << 20U);  // 270 x 24 bytes in one piece
 }
 
-TEST(RecentFramesTest, MemoryIsWhatSoManyPicturesTake) {
+TEST(RecentFramesTest, MemoryMatchesNumberOfPictures) {
     RecentFrames tail{100};
     Frame big = frame(0);
     big.width = 640;
@@ -94,7 +94,7 @@ TEST(RecentFramesTest, MemoryIsWhatSoManyPicturesTake) {
     EXPECT_LE(most, 270U * 128000 + (16U << 20U));
 }
 
-TEST(RecentFramesTest, AFrameOfAnotherSizeIsCountedInstead) {
+TEST(RecentFramesTest, FrameOfOtherSizeIsCountedNotKept) {
     RecentFrames tail{100};
     tail.push(frame(0));
     Frame other = frame(1);
@@ -106,7 +106,7 @@ TEST(RecentFramesTest, AFrameOfAnotherSizeIsCountedInstead) {
     EXPECT_EQ(tail.lost(), 1U);
 }
 
-TEST(RecentFramesTest, ACameraThatTellsNoRateStillHasItsNewestFrame) {
+TEST(RecentFramesTest, CameraWithoutRateKeepsNewestFrame) {
     RecentFrames tail{0};
     tail.push(frame(1));
     tail.push(frame(2));

@@ -53,7 +53,7 @@ DriveCommand one_volt() {
     return c;
 }
 
-TEST(LoopsTest, TheOutputStepPlaysWhatWasAskedAndTakesNoMemory) {
+TEST(LoopsTest, OutputStepPlaysDriveWithoutAllocating) {
     NullDac dac;
     Channels channels{0};
     DriveOutput output{dac.info(), 20, 1000, 240};
@@ -73,7 +73,7 @@ TEST(LoopsTest, TheOutputStepPlaysWhatWasAskedAndTakesNoMemory) {
     EXPECT_EQ(channels.lost.plays_lost, 0U);
 }
 
-TEST(LoopsTest, ADacThatRanEmptyIsSilentUntilToldOtherwiseAndNothingIsOutOfPlace) {
+TEST(LoopsTest, EmptyDacStaysSilentUntilNewCommand) {
     NullDac dac;
     Channels channels{0};
     DriveOutput output{dac.info(), 20, 1000, 240};
@@ -105,7 +105,7 @@ TEST(LoopsTest, ADacThatRanEmptyIsSilentUntilToldOtherwiseAndNothingIsOutOfPlace
     EXPECT_EQ(high_word(again->phase) >> 54, 0U);  // at the start of a period of the old phase, to a sample
 }
 
-TEST(LoopsTest, TheAccelerometerStepHandsOnOrCountsAndTakesNoMemory) {
+TEST(LoopsTest, AccelerometerStepPassesOnOrCountsBlocks) {
     NullAccelerometer device;
     Channels channels{0};
     AccelerometerInput input{safety::SampleGuard{device.info(), 48000, safety::Limits{}}};
@@ -119,7 +119,7 @@ TEST(LoopsTest, TheAccelerometerStepHandsOnOrCountsAndTakesNoMemory) {
     EXPECT_EQ(channels.lost.blocks_lost, 76U);
 }
 
-TEST(ExecutorsTest, LockstepGivesEveryOtherLoopAllItWantsAfterEachStepOfTheFirst) {
+TEST(ExecutorsTest, LockstepRunsOtherLoopsToIdleAfterEachStep) {
     std::string order;
     int queued = 0, rounds = 0;
     std::vector<Loop> loops{{"first", 0, true,
@@ -139,7 +139,7 @@ TEST(ExecutorsTest, LockstepGivesEveryOtherLoopAllItWantsAfterEachStepOfTheFirst
     EXPECT_EQ(order, "AbbAbbAbb");
 }
 
-TEST(ExecutorsTest, AThreadThatThrowsEndsTheRunWithItsError) {
+TEST(ExecutorsTest, ExceptionInThreadEndsRunAndIsRethrown) {
     std::atomic<bool> unblocked{false};
     std::vector<Loop> loops{
         {"fails", 0, true, [](std::chrono::milliseconds) -> bool { throw std::runtime_error{"gone"}; }},
@@ -155,7 +155,7 @@ TEST(ExecutorsTest, AThreadThatThrowsEndsTheRunWithItsError) {
 }
 
 // Otherwise virtual time would race after a computer that stood still, and threads could not follow.
-TEST(PacerTest, WhatTheComputerStoodStillIsNotMadeUpFor) {
+TEST(PacerTest, LongPauseIsNotMadeUpFor) {
     using Clock = std::chrono::steady_clock;
     Pacer pacer;
     pacer.wait_until(1);

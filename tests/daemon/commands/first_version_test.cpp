@@ -77,13 +77,13 @@ TEST_P(FirstVersionTest, ExportsAllItsTables) {
     EXPECT_EQ(rows["trips"], file.texts("trips/cause").size());
 }
 
-TEST_P(FirstVersionTest, IsWhole) {
+TEST_P(FirstVersionTest, IsIntact) {
     const Outcome o = shakerd("recover " + unpacked(GetParam(), folder_), folder_);
     EXPECT_EQ(o.status, 0) << o.err;
     EXPECT_NE(o.out.find("finished recording, intact"), std::string::npos) << o.out;
 }
 
-TEST(FirstVersionCrashTest, AnUnfinishedOneIsRecovered) {
+TEST(FirstVersionCrashTest, UnfinishedRecordingIsRecovered) {
     const auto folder = test::fresh_folder();
     unpacked("killed.nxs.part", folder);
     std::filesystem::copy_file(golden + "killed.nxs.journal", folder / "killed.nxs.journal");

@@ -76,7 +76,7 @@ TEST(ExampleSessionTest, ReducesToItsTruthWithinErrors) {
     EXPECT_EQ(r["frames"], 2 * 240);
 }
 
-TEST(ExampleSessionTest, IsSmallAndWritesOverNothing) {
+TEST(ExampleSessionTest, IsSmallAndOverwritesNothing) {
     const auto folder = fresh_folder();
     ASSERT_EQ(shakerd("example lab", folder).status, 0);
     std::uintmax_t bytes = 0;
@@ -95,12 +95,11 @@ TEST(ExampleSessionTest, IsSmallAndWritesOverNothing) {
 class SessionTest : public testing::Test {
 protected:
     void SetUp() override {
-        if (shared_data("lab-session").empty())
-            GTEST_SKIP() << missing_data("lab-session");
+        if (shared_data("lab-session").empty()) GTEST_SKIP() << missing_data("lab-session");
     }
 };
 
-TEST_F(SessionTest, TheLabSessionReducesToItsTruthAndItsRecordingReplays) {
+TEST_F(SessionTest, LabSessionGivesTruthAndReplays) {
     const json truth = json::parse(std::ifstream{shared_data("lab-session") / "truth.json"});
     const auto folder = fresh_folder();
     const Outcome o = shakerd("reduce --json -o out.nxs " + sessions + "lab-session.toml", folder);
@@ -145,7 +144,7 @@ TEST_F(SessionTest, LabTracksLieOnTheExactPositions) {
     }
 }
 
-TEST_F(SessionTest, EveryDotOfTheSwingingBuildingStaysItself) {
+TEST_F(SessionTest, DotsOfSwingingBuildingKeepIdentity) {
     const auto folder = fresh_folder();
     const Outcome o = shakerd("track -o tracks.csv " + sessions + "building-swing.toml", folder);
     ASSERT_EQ(o.status, 0) << o.err;
@@ -198,7 +197,7 @@ Outcome changed(const std::string& from, const std::string& to, const std::files
     return shakerd(command + " session.toml", folder);
 }
 
-TEST_F(SessionTest, ATargetThatIsNotInItsRegionIsRefusedAndNothingIsWritten) {
+TEST_F(SessionTest, RefusesTargetOutsideItsRegion) {
     const auto folder = fresh_folder();
     std::ifstream in{sessions + "lab-session.toml"};
     std::string toml{std::istreambuf_iterator<char>{in}, {}};
@@ -211,7 +210,7 @@ TEST_F(SessionTest, ATargetThatIsNotInItsRegionIsRefusedAndNothingIsWritten) {
     EXPECT_FALSE(std::filesystem::exists(folder / "x.nxs") || std::filesystem::exists(folder / "x.nxs.part"));
 }
 
-TEST_F(SessionTest, LessThanTwoPeriodsInCommonIsRefusedAndNothingIsWritten) {
+TEST_F(SessionTest, RefusesFewerThanTwoCommonPeriods) {
     const auto folder = fresh_folder();
     for (const auto& [from, to] : {std::pair{"frequency_hz = 20.0", "frequency_hz = 5.0"},
                                    {"first_exposure_s = 0.00015", "first_exposure_s = 100.0"}}) {

@@ -61,7 +61,7 @@ std::string error_of(const std::string& text) {
     return "accepted";
 }
 
-TEST(PredictCasesTest, EveryReferenceCaseIsAnsweredAsTheReferenceDoes) {
+TEST(PredictCasesTest, EveryCaseAgreesWithReference) {
     const Json all = Json::parse(predict_cases(golden));
     const Json reference = Json::parse(std::ifstream{golden});
     EXPECT_EQ(all.size(), reference.at("cases").size());
@@ -175,7 +175,7 @@ TEST(PredictCasesTest, FilesThatAreNotListsOfCasesAreRefused) {
     EXPECT_EQ(answers({{"cases", Json::array()}}), Json::object());
 }
 
-TEST(PredictTest, JsonOfOneDriveHoldsTheExactMotionAndTheClosedFormBesideIt) {
+TEST(PredictTest, JsonHasExactMotionAndClosedForm) {
     const Json j = Json::parse(predict({.drive = {.gamma = 9.8}, .json = true}));
     EXPECT_NEAR(j.at("v_D_mps"), 0.01458239344603039, 1e-14);
     EXPECT_NEAR(j.at("D_m"), 0.0007291196723015195, 1e-15);
@@ -193,7 +193,7 @@ TEST(PredictTest, JsonOfOneDriveHoldsTheExactMotionAndTheClosedFormBesideIt) {
     EXPECT_EQ(closed.at("theta_coulomb_rad"), reduction::coulomb_theta(1 / 0.113));
 }
 
-TEST(PredictTest, TheClosedFormIsNotCalledExactWhereItIsNot) {
+TEST(PredictTest, ClosedFormIsMarkedExactOnlyWhenValid) {
     const auto valid = [](const PredictOptions& options) {
         const Json closed = Json::parse(predict(options)).at("closed_form");
         EXPECT_EQ(closed.at("valid").get<bool>(), closed.at("reason").get<std::string>().empty());
@@ -211,7 +211,7 @@ TEST(PredictTest, TheClosedFormIsNotCalledExactWhereItIsNot) {
     }
 }
 
-TEST(PredictTest, TextNamesEveryFigure) {
+TEST(PredictTest, TextHasEveryValue) {
     const std::string text = predict({.drive = {.gamma = 4.9}});
     for (const char* words :
          {"3.08442 mm/s", "efficiency", "V_RMS", "0.505728 to 0.707218 T", "settled after",

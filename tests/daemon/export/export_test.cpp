@@ -91,7 +91,7 @@ std::vector<std::uint64_t> bits(std::span<const double> values) {
     return out;
 }
 
-TEST(ExportTest, TheDriveMadeAgainIsToTheBitWhatTheDacWasGiven) {
+TEST(ExportTest, RecomputedDriveIsBitIdentical) {
     for (const unsigned seed : {1U, 2U, 3U}) {
         const EventfulDrive run{seed};
         ASSERT_GT(run.changes.size(), 50U);
@@ -105,7 +105,7 @@ TEST(ExportTest, TheDriveMadeAgainIsToTheBitWhatTheDacWasGiven) {
     }
 }
 
-TEST(ExportTest, ChangesThatNoDriveMakesAreRefused) {
+TEST(ExportTest, ImpossibleChangesAreRefused) {
     const EventfulDrive run{4};
     std::vector<double> volts(run.dac.given.size());
     ASSERT_NO_THROW((recorded::PlayedDrive{run.dac.info(), 23.7, run.changes, run.played}.fill(volts)));
@@ -192,7 +192,7 @@ assert [r[1] for r in rows[1:]] == [s.decode() for s in e['events/state'][:]], r
 )");
 }
 
-TEST_F(ExportedRun, MatHoldsTheSameInStructs) {
+TEST_F(ExportedRun, MatHasSameNumbersInStructs) {
     const Outcome o = exported("-o mat --format mat --what all,drive");
     ASSERT_EQ(o.status, 0) << o.err;
     python("mat.check.py", std::string{compare} + R"(
@@ -211,7 +211,7 @@ assert len(volts) == e['raw/drive/play_tick'][-1] and np.abs(volts).max() > 0.1,
 )");
 }
 
-TEST_F(ExportedRun, NothingIsWrittenOverAndNothingLeftBehindARefusal) {
+TEST_F(ExportedRun, RefusalOverwritesAndLeavesNothing) {
     ASSERT_EQ(exported("-o once --what results,cycle").status, 0);
     std::ofstream{folder_ / "once/cycle.csv"} << "mine";
     const Outcome again = exported("-o once --what periods,cycle");
@@ -229,7 +229,7 @@ TEST_F(ExportedRun, NothingIsWrittenOverAndNothingLeftBehindARefusal) {
     EXPECT_FALSE(std::filesystem::exists(folder_ / "none"));
 }
 
-TEST_F(ExportedRun, WhatCannotBeReadLeavesNoFiles) {
+TEST_F(ExportedRun, UnreadableRecordingLeavesNoFiles) {
     std::filesystem::copy_file(folder_ / "run.nxs", folder_ / "bent.nxs");
     python("bend.py", "import h5py\nh5py.File('bent.nxs', 'r+')['entry/raw/drive/changes/phase'][3] += 1\n");
     const Outcome bent = shakerd("export bent.nxs --what results,drive", folder_);
@@ -239,7 +239,7 @@ TEST_F(ExportedRun, WhatCannotBeReadLeavesNoFiles) {
 }
 
 // As on a full disk: writing fails from some length on.
-TEST_F(ExportedRun, AFileThatCouldNotBeWrittenIsADiskFailureAndDoesNotStay) {
+TEST_F(ExportedRun, FailedWriteIsDiskErrorAndLeavesNoFile) {
     for (const std::string format : {"csv", "mat"}) {
         const std::string command = "cd '" + folder_.string() + "' && trap '' XFSZ && ulimit -f 100 && " +
                                     test::build_dir() + "/shakerd export run.nxs -o full --format " + format +
@@ -250,7 +250,7 @@ TEST_F(ExportedRun, AFileThatCouldNotBeWrittenIsADiskFailureAndDoesNotStay) {
     }
 }
 
-TEST_F(ExportedRun, AnUnfinishedRecordingIsRefusedWithTheWayOut) {
+TEST_F(ExportedRun, UnfinishedRecordingIsRefusedWithAdvice) {
     recorded::RecordingHeader header;
     header.title = "cut";
     recorded::RecordingWriter unfinished{folder_ / "left.nxs.part", header};

@@ -55,7 +55,7 @@ std::vector<std::int32_t> played_again(const recorded::RecordingReader& recordin
     return codes;
 }
 
-TEST(ClosedRunTest, FortyPeriodsGiveTheTrueDriftTheClocksErrorAndTheExactWaveform) {
+TEST(ClosedRunTest, GivesTrueDriftClockErrorAndExactWaveform) {
     BenchRun run{37.5};
     run.start("--gamma 1g --phi 100deg --periods 40 -o run.nxs");
     if (!in_real_time) return expect_order(run.finish());
@@ -91,7 +91,7 @@ TEST(ClosedRunTest, FortyPeriodsGiveTheTrueDriftTheClocksErrorAndTheExactWavefor
     EXPECT_EQ(again.status, 0) << again.out << again.err;
 }
 
-TEST(ClosedRunTest, CheckFindsTheBenchFitAndTellsEachClock) {
+TEST(ClosedRunTest, CheckPassesAndReportsEveryClock) {
     BenchRun run{-80};
     const Outcome o = shakerd("check --json --rig '" + run.bench.rig_file().string() + "'", run.folder);
     if (!in_real_time) return expect_order(o);
@@ -116,7 +116,7 @@ TEST(ClosedRunTest, CheckFindsTheBenchFitAndTellsEachClock) {
     EXPECT_TRUE(says("camera \"top\"", "\"walker\" found well")) << o.out;
 }
 
-TEST(ClosedRunTest, CheckSeesACrossedWire) {
+TEST(ClosedRunTest, CheckDetectsSwappedWires) {
     BenchRun run{0, "[shaker]\namplifier_gain = -10\n"};
     // The rig file is right about everything but the polarity.
     run.rig("amplifier_gain", "10");

@@ -61,7 +61,7 @@ struct PatientFaultTest : FaultTest {
     }
 };
 
-TEST_F(FaultTest, AnUnderrunIsCountedAndTheRunStartsAgainFromSilence) {
+TEST_F(FaultTest, UnderrunIsCountedAndDriveRestartsFromSilence) {
     run.bench.dac().cause_underrun();
     const nlohmann::json r = good_results();
     ASSERT_FALSE(r.empty());
@@ -72,7 +72,7 @@ TEST_F(FaultTest, AnUnderrunIsCountedAndTheRunStartsAgainFromSilence) {
     EXPECT_TRUE(noted(r, "the DAC ran empty at")) << r.at("notes");
 }
 
-TEST_F(FaultTest, ADacThatStandsStillIsCountedAndStartedAgain) {
+TEST_F(FaultTest, StalledDacIsCountedAndRestarted) {
     run.bench.dac().stall(Seconds{1});
     const nlohmann::json r = good_results();
     ASSERT_FALSE(r.empty());
@@ -89,7 +89,7 @@ TEST_F(FaultTest, AnUnpluggedDacEndsTheRunByName) {
     expect_partial_results(o);
 }
 
-TEST_F(FaultTest, SamplesThatTheAccelerometerLosesAreCountedToTheLastOne) {
+TEST_F(FaultTest, LostSamplesAreCountedExactly) {
     run.bench.accelerometer().drop(200);
     const nlohmann::json r = good_results();
     ASSERT_FALSE(r.empty());
@@ -102,7 +102,7 @@ TEST_F(FaultTest, ASilentAccelerometerStopsTheDrive) {
     expect_trip("sensor_missing");
 }
 
-TEST_F(PatientFaultTest, ASilentAccelerometerIsWaitedForAndNothingIsLost) {
+TEST_F(PatientFaultTest, WaitsForSilentAccelerometerWithoutLoss) {
     run.bench.accelerometer().silence(0.6);
     const nlohmann::json r = good_results();
     ASSERT_FALSE(r.empty());
@@ -115,7 +115,7 @@ TEST_F(FaultTest, AFrozenAccelerometerStopsTheDrive) {
     expect_trip("sensor_frozen");
 }
 
-TEST_F(PatientFaultTest, ABrokenConnectionToTheAccelerometerIsMadeAnew) {
+TEST_F(PatientFaultTest, BrokenSensorConnectionIsReopened) {
     run.bench.accelerometer().disconnect();
     const nlohmann::json r = good_results();
     ASSERT_FALSE(r.empty());
@@ -124,7 +124,7 @@ TEST_F(PatientFaultTest, ABrokenConnectionToTheAccelerometerIsMadeAnew) {
     EXPECT_LE(device(r, "adxl355").at("lost").get<std::uint64_t>(), c.unread + c.overflowed + c.unheard);
 }
 
-TEST_F(PatientFaultTest, AnErrorOfTheAccelerometersBufferBuildsItAnew) {
+TEST_F(PatientFaultTest, BufferErrorRecreatesBuffer) {
     run.bench.accelerometer().error(-110);
     const nlohmann::json r = good_results();
     ASSERT_FALSE(r.empty());
@@ -132,7 +132,7 @@ TEST_F(PatientFaultTest, AnErrorOfTheAccelerometersBufferBuildsItAnew) {
     EXPECT_GE(device(r, "adxl355").at("reopened"), 1);
 }
 
-TEST_F(FaultTest, PicturesThatAreNotSentAreCountedToTheLastOne) {
+TEST_F(FaultTest, UnsentPicturesAreCountedExactly) {
     run.bench.camera("top").drop(17);
     const nlohmann::json r = good_results();
     ASSERT_FALSE(r.empty());
@@ -140,7 +140,7 @@ TEST_F(FaultTest, PicturesThatAreNotSentAreCountedToTheLastOne) {
     EXPECT_EQ(device(r, "\"side\"").at("lost"), 0);
 }
 
-TEST_F(FaultTest, PacketsThatAreLostCostTheirPicturesAndNoMore) {
+TEST_F(FaultTest, LostPacketsLoseOnlyTheirPictures) {
     run.bench.camera("side").lose(0.01);
     run.played(measuring_s + 1);
     run.bench.camera("side").lose(0);
@@ -151,7 +151,7 @@ TEST_F(FaultTest, PacketsThatAreLostCostTheirPicturesAndNoMore) {
               run.bench.camera("side").counts().damaged + run.bench.camera("side").counts().overflow);
 }
 
-TEST_F(FaultTest, ACameraThatStallsIsLateAndLosesNothing) {
+TEST_F(FaultTest, StalledCameraIsLateAndLosesNothing) {
     run.bench.camera("top").stall(0.5);
     const nlohmann::json r = good_results();
     ASSERT_FALSE(r.empty());
@@ -159,14 +159,14 @@ TEST_F(FaultTest, ACameraThatStallsIsLateAndLosesNothing) {
               run.bench.camera("top").counts().overflow);
 }
 
-TEST_F(FaultTest, ACamerasWrongStampsBeginANewEpoch) {
+TEST_F(FaultTest, WrongCameraStampsStartNewEpoch) {
     run.bench.camera("top").shift_stamps(753'300'000);
     const nlohmann::json r = good_results();
     ASSERT_FALSE(r.empty());
     EXPECT_TRUE(noted(r, "its time stamps jumped")) << r.at("notes");
 }
 
-TEST_F(FaultTest, ACameraThatIsUnpluggedComesBack) {
+TEST_F(FaultTest, UnpluggedCameraReconnects) {
     run.bench.camera("side").unplug();
     run.played(measuring_s + 0.5);
     run.bench.camera("side").plug();
@@ -175,7 +175,7 @@ TEST_F(FaultTest, ACameraThatIsUnpluggedComesBack) {
     EXPECT_GE(device(r, "\"side\"").at("incidents"), 1);
 }
 
-TEST_F(PatientFaultTest, StampsOfTheAccelerometerThatJumpAreAnIncident) {
+TEST_F(PatientFaultTest, JumpOfSensorStampsIsIncident) {
     run.bench.accelerometer().shift_stamps(-300'000'000);
     const nlohmann::json r = good_results();
     ASSERT_FALSE(r.empty());
@@ -198,7 +198,7 @@ TEST(CheckFaultTest, ADacThatRunsEmptyInTheSelfTestIsAFinding) {
 // does would use a whole processor; the program at work uses a fifth of one.
 constexpr double most_cpu = 0.6;
 
-TEST_F(PatientFaultTest, AnAccelerometerThatStaysSilentEndsTheRunWithoutSpinning) {
+TEST_F(PatientFaultTest, SilentAccelerometerEndsRunWithoutBusyWaiting) {
     run.bench.accelerometer().silence(60);
     const Outcome o = run.finish();
     EXPECT_EQ(o.status, 3) << o.out;
@@ -209,7 +209,7 @@ TEST_F(PatientFaultTest, AnAccelerometerThatStaysSilentEndsTheRunWithoutSpinning
     expect_partial_results(o);
 }
 
-TEST_F(FaultTest, ADacThatNeverMovesAgainEndsTheRunWithoutSpinning) {
+TEST_F(FaultTest, DeadDacEndsRunWithoutBusyWaiting) {
     const auto before = run.bench.dac().taken();
     run.bench.dac().stall(Seconds{60});
     const Outcome o = run.finish();
@@ -219,7 +219,7 @@ TEST_F(FaultTest, ADacThatNeverMovesAgainEndsTheRunWithoutSpinning) {
     EXPECT_LT(o.cpu_s / (measuring_s + waited_s), most_cpu);
 }
 
-TEST_F(FaultTest, ARunThatIsKilledLeavesTheOutputSilentWithinTheBuffer) {
+TEST_F(FaultTest, KilledRunIsSilentWithinBuffer) {
     for (;;) {  // SIGKILL reaches it in the middle of whatever it does
         ::kill(run.program().pid(), SIGKILL);
         if (run.program().ended()) break;

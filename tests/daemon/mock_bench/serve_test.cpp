@@ -117,7 +117,7 @@ void run_recorded(ServedBench& bench, const std::string& name) {
     EXPECT_TRUE(bench.becomes("run")) << bench.log();
 }
 
-TEST(ServeTest, SigtermBringsTheDriveDownAndFinishesTheRecording) {
+TEST(ServeTest, SigtermStopsSoftlyAndFinishesRecording) {
     Manager manager;
     ServedBench bench;
     EXPECT_TRUE(manager.hears("READY=1", 5));
@@ -131,7 +131,7 @@ TEST(ServeTest, SigtermBringsTheDriveDownAndFinishesTheRecording) {
     EXPECT_EQ(shakerd("recover ended.nxs", bench.folder).status, 0) << "a finished file is verified";
 }
 
-TEST(ServeTest, SigkillLeavesAFileThatIsRecoveredAndTheNextDaemonIsDisarmed) {
+TEST(ServeTest, SigkillLeavesRecoverableFileAndDisarmedDaemon) {
     ServedBench bench;
     run_recorded(bench, "killed");
     std::this_thread::sleep_for(std::chrono::seconds{2});
@@ -147,7 +147,7 @@ TEST(ServeTest, SigkillLeavesAFileThatIsRecoveredAndTheNextDaemonIsDisarmed) {
 }
 
 // The simulated bench waits for its readers: virtual time stands still with the computer.
-TEST(ServeTest, AComputerThatStandsStillNowAndThenStopsNoSimulatedRun) {
+TEST(ServeTest, PausesOfComputerDoNotStopSimulatedRun) {
     ServedBench bench;
     TcpClient client{bench.scpi_port()};
     client.send("OUTP ON");
@@ -161,7 +161,7 @@ TEST(ServeTest, AComputerThatStandsStillNowAndThenStopsNoSimulatedRun) {
     EXPECT_EQ(client.ask("OUTP?;:SYST:STAT?"), "1;\"run\"") << bench.log();
 }
 
-TEST(ServeTest, TheWatchdogIsFedOnlyWhileTheDrivesLoopLives) {
+TEST(ServeTest, WatchdogNeedsRunningOutputLoop) {
     Manager manager;
     ServedBench bench;
     EXPECT_TRUE(manager.hears("WATCHDOG=1", 5));
@@ -227,7 +227,7 @@ TEST(ServeTest, AnswersAndFeedsWatchdogWhileFinishing) {
     EXPECT_EQ(shakerd("recover long.nxs", folder).status, 0) << "a finished file is verified";
 }
 
-TEST(ServeTest, DrivesOnWhileTheDiskDoesNotReportItsRoom) {
+TEST(ServeTest, DrivesOnWhileDiskQueryHangs) {
     if (SHAKER_SANITIZED) GTEST_SKIP() << "a sanitiser cannot be loaded behind another library";
     const auto folder = fresh_folder();
     Manager manager{"2000000"};
@@ -243,7 +243,7 @@ TEST(ServeTest, DrivesOnWhileTheDiskDoesNotReportItsRoom) {
     EXPECT_LT(manager.longest_silence_s(), longest_silence_s) << bench.log();
 }
 
-TEST(ServeTest, AReloadTakesAllOfTheSettingsOrNothing) {
+TEST(ServeTest, ReloadTakesAllSettingsOrNone) {
     ServedBench bench;
     TcpClient client{bench.scpi_port()};
     bench.settings("phi_rad = 0.5\ngamma_mps2 = 5\nperiods = 30\n");

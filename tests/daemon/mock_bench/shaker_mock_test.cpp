@@ -21,7 +21,7 @@ std::vector<nlohmann::json> answers(const std::string& commands, Outcome* outcom
     return all;
 }
 
-TEST(ShakerMockTest, TellsTheRigFileAnswersCountsAndLeavesNothingBehind) {
+TEST(ShakerMockTest, PrintsRigFileAnswersCountsLeavesNothing) {
     Outcome o;
     const auto all = answers("counts\ndrift 1 0 1\n\nquit\n", &o);
     EXPECT_EQ(o.status, 0) << o.err;
@@ -44,7 +44,7 @@ TEST(ShakerMockTest, EveryFaultIsUnderstood) {
     for (const auto& answer : all) EXPECT_TRUE(answer.at("ok")) << answer;
 }
 
-TEST(ShakerMockTest, WhatIsNotUnderstoodIsAnsweredWithWhatIs) {
+TEST(ShakerMockTest, UnknownCommandIsAnsweredWithKnownOnes) {
     const struct {
         const char* line;
         std::vector<const char*> words;

@@ -59,7 +59,7 @@ protected:
     std::filesystem::path file_ = folder_ / "rows.nxs";
 };
 
-TEST_F(ColumnsTest, RowsComeBackAsTheyWereWritten) {
+TEST_F(ColumnsTest, RowsAreReadBackUnchanged) {
     const std::vector<Row> rows{{-7, {0.1}, master_time(2.5), Colour::green, true, "a"},
                                 {1LL << 52, {-0.0}, master_time(-1e-9), Colour::red, false, ""}};
     {
@@ -84,12 +84,12 @@ TEST_F(ColumnsTest, RowsComeBackAsTheyWereWritten) {
     EXPECT_TRUE(differences(reader, {}, {table_of(table, rows)}).empty());
 }
 
-TEST_F(ColumnsTest, AnotherLengthIsRefusedWithBothColumns) {
+TEST_F(ColumnsTest, ColumnsOfDifferentLengthAreRefused) {
     write({{1, 2}, {1, 2}, {1, 2}, {0, 1}, {0, 1}, {2, 4}}, {"a"});
     test::expect_in(refusal(), {"rows/n has 2 rows", "rows/word has 1"});
 }
 
-TEST_F(ColumnsTest, ValuesThatNoMemberHoldsAreRefused) {
+TEST_F(ColumnsTest, ImpossibleValuesAreRefused) {
     for (const double value : {0.5, 1e300, static_cast<double>(NAN)}) {
         write({{1, value}, {1, 2}, {1, 2}, {0, 1}, {0, 1}, {2, 4}}, {"a", "b"});
         test::expect_in(refusal(), {"rows/n row 1", "is not a value"});
@@ -140,7 +140,7 @@ protected:
     std::filesystem::path file_ = folder_ / "measured.nxs";
 };
 
-TEST_F(MeasuredTablesTest, SetPointPartAndTimeComeBack) {
+TEST_F(MeasuredTablesTest, SetPointPartAndTimeAreReadBack) {
     write({measurement(1), measurement(2)});
     const std::vector<FinishedMeasurement> read = read_finished(recorded::RecordingReader{file_});
     ASSERT_EQ(read.size(), 2U);
@@ -179,7 +179,7 @@ TEST_F(MeasuredTablesTest, ADifferenceNamesItsMeasurement) {
     EXPECT_EQ(found[0], "measured/results/v_D row 1 (measurement 2): recorded 0.02, now 0.03");
 }
 
-TEST_F(MeasuredTablesTest, AnOvertoneOfNoMeasurementIsRefused) {
+TEST_F(MeasuredTablesTest, OvertoneWithoutMeasurementIsRefused) {
     FinishedMeasurement m = measurement(2);
     write({m});
     {

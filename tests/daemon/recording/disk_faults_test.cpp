@@ -12,7 +12,7 @@ namespace {
 
 class DiskFaultsTest : public testing::TestWithParam<const char*> {};
 
-TEST_P(DiskFaultsTest, TheRunEndsAsItMustAndWhatWasRecordedIsWhole) {
+TEST_P(DiskFaultsTest, RunEndsCorrectlyAndRecordedDataAreIntact) {
     if (SHAKER_SANITIZED) GTEST_SKIP() << "a sanitised program takes no library before its own";
     const auto& all = test::disk_faults();
     const auto fault = std::ranges::find(all, std::string{GetParam()}, &test::DiskFault::name);

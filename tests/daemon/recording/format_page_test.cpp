@@ -35,7 +35,7 @@ TEST(FormatPageTest, HasTheTablesOfTheCode) {
                   << made << " " << page_file;
 }
 
-TEST(FormatPageTest, SaysTheVersionThatIsWritten) {
+TEST(FormatPageTest, HasTheWrittenVersion) {
     EXPECT_NE(page().find(fmt::format("This page describes version {}.", schema_version)), std::string::npos);
 }
 
@@ -62,7 +62,7 @@ void look_for_columns(const recorded::RecordingReader& file, const std::string& 
     }
 }
 
-TEST(FormatPageTest, NamesAllThatARecordingHas) {
+TEST(FormatPageTest, HasEverythingInARecording) {
     const auto file = test::fresh_folder() / "run.nxs";
     recorded::RecordingHeader header = test::small_header();
     lay_out(header, true);

@@ -56,7 +56,7 @@ protected:
     control::IdentifiedResponse found_;
 };
 
-TEST_F(IdentificationRecordTest, TheResponseIsThatOfTheHighestLevelInSi) {
+TEST_F(IdentificationRecordTest, ResponseIsOfHighestLevelInSi) {
     const recorded::Column f = column("response", "frequency"), m = column("response", "magnitude"),
                            p = column("response", "phase"), e = column("response", "phase_errors");
     EXPECT_EQ(f.units, "Hz");
@@ -74,7 +74,7 @@ TEST_F(IdentificationRecordTest, TheResponseIsThatOfTheHighestLevelInSi) {
     EXPECT_EQ(column("response", "coherence").values, std::vector<double>(8, 0.99));
 }
 
-TEST_F(IdentificationRecordTest, EachLevelIsThereAndTheCompressionBetweenThem) {
+TEST_F(IdentificationRecordTest, HasEveryLevelAndCompression) {
     EXPECT_EQ(column("level_1", "magnitude").values[0], 60);
     EXPECT_NEAR(column("level_2", "magnitude").values[0], 54, 1e-12);
     EXPECT_NEAR(column("response", "gain_change").values[3], 0.9, 1e-12);
@@ -85,7 +85,7 @@ TEST_F(IdentificationRecordTest, EachLevelIsThereAndTheCompressionBetweenThem) {
     EXPECT_TRUE(reader.numbers("identification/level_3/magnitude").empty());
 }
 
-TEST_F(IdentificationRecordTest, PolarityAxisAndMotionAcrossItAreTold) {
+TEST_F(IdentificationRecordTest, HasPolarityAxisAndTransverseMotion) {
     const recorded::RecordingReader reader{file_};
     EXPECT_EQ(reader.scalar("identification/polarity"), -1);
     EXPECT_EQ(reader.scalar("identification/turn"), 3);
@@ -95,7 +95,7 @@ TEST_F(IdentificationRecordTest, PolarityAxisAndMotionAcrossItAreTold) {
     EXPECT_NEAR(column("transverse", "share_errors").values[2], 1e-4, 1e-6);
 }
 
-TEST_F(IdentificationRecordTest, WhatWasNotFoundOutIsNotThere) {
+TEST_F(IdentificationRecordTest, UnmeasuredQuantitiesAreAbsent) {
     {
         recorded::RecordingWriter writer{folder_ / "none.nxs", header()};
         write_identification(writer, {});

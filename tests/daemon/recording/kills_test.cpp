@@ -9,7 +9,7 @@
 namespace shaker::recording {
 namespace {
 
-TEST(KillsTest, WhatAKilledRunRecordedIsRecoveredReplayedAndHeldAgainstItself) {
+TEST(KillsTest, KilledRunIsRecoveredAndReplayed) {
     if (SHAKER_SANITIZED) GTEST_SKIP() << "a sanitised program is not as fast as real time";
     const test::KilledRun run{.scene = test::source_dir() + "/tests/support/slow_cameras.toml",
                               .longest_s = 3};

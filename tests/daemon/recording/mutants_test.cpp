@@ -17,7 +17,7 @@ protected:
     MutantTrials trials_{folder_, false};
 };
 
-TEST_F(MutantsTest, TheParentIsAsBeforeWhateverBecomesOfTheReader) {
+TEST_F(MutantsTest, ParentSurvivesAnyFateOfReader) {
     constexpr int mutants = 150;
     std::map<Fate, int> fates;
     int sealed_refused = 0;
@@ -36,7 +36,7 @@ TEST_F(MutantsTest, TheParentIsAsBeforeWhateverBecomesOfTheReader) {
     EXPECT_GT(fates[Fate::identical], 0) << "some bytes mean nothing";
 }
 
-TEST_F(MutantsTest, AWholeRecordingReplaysInTheChildAsInThisProcess) {
+TEST_F(MutantsTest, IntactRecordingReplaysInChildAsInParent) {
     testing::internal::CaptureStdout();
     const bool identical = commands::replay({.file = folder_ / "run.nxs", .json = true});
     const std::string here = testing::internal::GetCapturedStdout();
@@ -50,7 +50,7 @@ TEST_F(MutantsTest, AWholeRecordingReplaysInTheChildAsInThisProcess) {
     EXPECT_TRUE(child.out == here.substr(begin, end + 3 - begin)) << child.out;
 }
 
-TEST_F(MutantsTest, ARecordingThatIsCutShortIsRefusedByTheProgram) {
+TEST_F(MutantsTest, TruncatedRecordingIsRefused) {
     std::filesystem::resize_file(folder_ / "run.nxs", 5000);
     const Outcome child = shakerd("replay run.nxs", folder_);
     EXPECT_EQ(child.status, 2) << child.err;

@@ -9,7 +9,7 @@
 namespace shaker::recording {
 namespace {
 
-TEST(PowerCutsTest, NothingThatWasSyncedIsLostAndNothingBadIsTakenForGood) {
+TEST(PowerCutsTest, SyncedDataSurviveAndBadDataAreDetected) {
     if (SHAKER_SANITIZED) GTEST_SKIP() << "a sanitised program takes no library before its own";
     const auto folder = test::fresh_folder();
     const test::PowerCuts run{folder / "reference"};

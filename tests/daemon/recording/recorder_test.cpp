@@ -20,7 +20,7 @@ recorded::RecordingHeader header() {
     return h;
 }
 
-TEST(RecorderTest, WhatFindsNoRoomIsCountedInTheFile) {
+TEST(RecorderTest, LostPiecesAreCountedInTheFile) {
     const std::filesystem::path file = test::fresh_folder() / "run.nxs";
     constexpr std::int64_t plays = 70000;
     Recorder recording{file, header(), {.live = true}};
@@ -37,7 +37,7 @@ TEST(RecorderTest, WhatFindsNoRoomIsCountedInTheFile) {
     EXPECT_EQ(read.damage(), std::vector<std::string>{});
 }
 
-TEST(RecorderTest, WithoutAFileNothingIsDone) {
+TEST(RecorderTest, DoesNothingWithoutFile) {
     Recorder recording{{}, header(), {}};
     recording.add(PlayTime{{7}, {}});
     EXPECT_FALSE(recording.on());
@@ -45,7 +45,7 @@ TEST(RecorderTest, WithoutAFileNothingIsDone) {
     recording.finish(acquisition::Streams{});
 }
 
-TEST(RecorderTest, LessRoomThanMustStayFreeIsRefusedWithFigures) {
+TEST(RecorderTest, FullDiskIsRefusedWithFigures) {
     const std::filesystem::path file = test::fresh_folder() / "run.nxs";
     try {
         Recorder recording{file, header(), {.least_free_bytes = std::uint64_t{1} << 60U}};

@@ -46,7 +46,7 @@ protected:
     std::filesystem::path folder_ = fresh_folder();
 };
 
-TEST_F(RecoverTest, AWholeFileComesBackWithEveryRow) {
+TEST_F(RecoverTest, IntactFileIsRecoveredWithEveryRow) {
     const Outcome o = shakerd("recover run.nxs", folder_);
     ASSERT_EQ(o.status, 0) << o.err;
     const recorded::RecordingReader whole{folder_ / "whole.nxs"}, back{folder_ / "run.nxs"};
@@ -60,14 +60,14 @@ TEST_F(RecoverTest, AWholeFileComesBackWithEveryRow) {
     EXPECT_TRUE(std::filesystem::exists(folder_ / "run.nxs.part")) << "what was left is not touched";
 }
 
-TEST_F(RecoverTest, OnceMoreItIsFoundWhole) {
+TEST_F(RecoverTest, SecondRecoveryFindsItIntact) {
     ASSERT_EQ(shakerd("recover run.nxs.part", folder_).status, 0);
     const Outcome again = shakerd("recover run.nxs.part", folder_);
     EXPECT_EQ(again.status, 0);
     expect_in(again.out, {"run.nxs: finished recording, intact"});
 }
 
-TEST_F(RecoverTest, WhatIsBehindADamagedPieceIsNotClaimed) {
+TEST_F(RecoverTest, DataAfterDamageAreOmitted) {
     const std::size_t rows = recorded::RecordingReader{folder_ / "whole.nxs"}.play_times().size();
     damage("raw/drive/play_heard", rows / 2);
     const Outcome o = shakerd("recover run.nxs", folder_);
@@ -81,7 +81,7 @@ TEST_F(RecoverTest, WhatIsBehindADamagedPieceIsNotClaimed) {
     EXPECT_EQ(back.damage(), std::vector<std::string>{});
 }
 
-TEST_F(RecoverTest, ADamagedPictureIsNamedAndItsFrameHasNoneThen) {
+TEST_F(RecoverTest, DamagedPictureIsReportedAndRemoved) {
     const std::filesystem::path file = folder_ / "run.frames" / "top-0000.h5";
     {
         std::fstream bytes{file, std::ios::in | std::ios::out | std::ios::binary};
@@ -103,7 +103,7 @@ TEST_F(RecoverTest, ADamagedPictureIsNamedAndItsFrameHasNoneThen) {
     EXPECT_EQ(shakerd("replay run.nxs", folder_).status, 0);
 }
 
-TEST_F(RecoverTest, AFinishedFileThatWasChangedIsToldAndNotTouched) {
+TEST_F(RecoverTest, ChangedFinishedFileIsReportedNotModified) {
     damage("raw/drive/play_heard", 7);
     std::filesystem::rename(folder_ / "run.nxs.part", folder_ / "run.nxs");
     const Outcome o = shakerd("recover run.nxs", folder_);
@@ -111,13 +111,13 @@ TEST_F(RecoverTest, AFinishedFileThatWasChangedIsToldAndNotTouched) {
     expect_in(o.out, {"damaged from row", "raw/drive/play_heard"});
 }
 
-TEST_F(RecoverTest, AFileThatIsNotThereIsRefusedByName) {
+TEST_F(RecoverTest, MissingFileIsRefusedByName) {
     const Outcome o = shakerd("recover none.nxs", folder_);
     EXPECT_EQ(o.status, 2);
     expect_in(o.err, {"none.nxs", "none.nxs.part"});
 }
 
-TEST_F(RecoverTest, NothingIsWrittenOverWhatACrashLeftOrOverARecording) {
+TEST_F(RecoverTest, NoRecordingOrCrashedFileIsOverwritten) {
     const Outcome left = shakerd("run --no-identify --periods 4 -o run.nxs", folder_);
     EXPECT_EQ(left.status, 2);
     expect_in(left.err, {"run.nxs.part", "recover"});
@@ -126,7 +126,7 @@ TEST_F(RecoverTest, NothingIsWrittenOverWhatACrashLeftOrOverARecording) {
     expect_in(there.err, {"whole.nxs", "exists already"});
 }
 
-TEST_F(RecoverTest, OtherSettingsSayWhatTheyChange) {
+TEST_F(RecoverTest, OtherSettingsPrintChanges) {
     ASSERT_EQ(shakerd("recover run.nxs", folder_).status, 0);
     const Outcome o = shakerd("replay --from tracks --set top.mm_per_px=0.2 whole.nxs", folder_);
     ASSERT_EQ(o.status, 0) << o.err;

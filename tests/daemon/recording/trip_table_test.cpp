@@ -55,7 +55,7 @@ protected:
     std::filesystem::path file_ = folder_ / "trip.nxs";
 };
 
-TEST_F(TripRecordTest, CauseValueLimitTimeAndStateComeBack) {
+TEST_F(TripRecordTest, CauseValueLimitTimeAndStateAreReadBack) {
     const std::vector<RecordedTrip> read = read_trips(recorded::RecordingReader{file_});
     ASSERT_EQ(read.size(), two.size());
     for (std::size_t i = 0; i < two.size(); ++i) {
@@ -73,12 +73,12 @@ TEST_F(TripRecordTest, CauseValueLimitTimeAndStateComeBack) {
     EXPECT_TRUE(std::isnan(read[1].at_s));
 }
 
-TEST_F(TripRecordTest, ARunThatEndedWellHasNone) {
+TEST_F(TripRecordTest, RunWithoutStopHasNoTrips) {
     { recorded::RecordingWriter{folder_ / "well.nxs", header()}.close(); }
     EXPECT_TRUE(read_trips(recorded::RecordingReader{folder_ / "well.nxs"}).empty());
 }
 
-TEST_F(TripRecordTest, AMalformedTableIsNamed) {
+TEST_F(TripRecordTest, MalformedTableIsReportedByName) {
     const auto replace = [](const char* name, const std::vector<std::string>& texts) {
         return [=](hid_t trips) {
             h5::check(H5Ldelete(trips, name, H5P_DEFAULT), name);
@@ -93,7 +93,7 @@ TEST_F(TripRecordTest, AMalformedTableIsNamed) {
     expect_in(refusal([](hid_t trips) { H5Ldelete(trips, "cause", H5P_DEFAULT); }), {"trips/cause"});
 }
 
-TEST_F(TripRecordTest, NumbersThatAreNoTicksOrOfAnotherLengthAreNamed) {
+TEST_F(TripRecordTest, InvalidTicksAndLengthsAreReported) {
     const auto replace = [](const char* name, const std::vector<double>& values) {
         return [=](hid_t trips) {
             h5::check(H5Ldelete(trips, name, H5P_DEFAULT), name);
@@ -130,7 +130,7 @@ acquisition::Streams long_streams() {
     return streams;
 }
 
-TEST(TailTest, HoldsTheLastSecondsOfAllStreamsUnderTheirNumbers) {
+TEST(TailTest, HasLastSecondsOfAllStreams) {
     const acquisition::Streams tail = tail_of(long_streams(), 8);
     EXPECT_EQ(tail.played.front().tick.n, 8 * 48000);
     EXPECT_EQ(tail.played.back().tick.n, 480000 - 240);
@@ -145,14 +145,14 @@ TEST(TailTest, HoldsTheLastSecondsOfAllStreamsUnderTheirNumbers) {
     EXPECT_EQ(tail.changes[0].first.n, 7.5 * 48000);
 }
 
-TEST(TailTest, ARunShorterThanThatIsWhole) {
+TEST(TailTest, ShortRunIsComplete) {
     const acquisition::Streams streams = long_streams(), tail = tail_of(streams, -1);
     EXPECT_EQ(tail.blocks.size(), streams.blocks.size());
     EXPECT_EQ(tail.changes.size(), streams.changes.size());
     EXPECT_FALSE(has(tail.blocks.front().quality, Quality::gap));
 }
 
-TEST(TailTest, WhatMayShowTheFaultIsNotReduced) {
+TEST(TailTest, DoubtfulPeriodsAreNotReduced) {
     const MeasuredPart part = part_before({3, 5}, 4.5, 20);
     EXPECT_EQ(part.from_s, 3);
     EXPECT_NEAR(part.to_s, 4.4, 1e-9);  // two periods before
@@ -162,7 +162,7 @@ TEST(TailTest, WhatMayShowTheFaultIsNotReduced) {
         EXPECT_FALSE(none.to_s > none.from_s);
 }
 
-TEST(TailTest, TheFilesNameIsTheTimeAndNeverTaken) {
+TEST(TailTest, FileNameIsUniqueTime) {
     const SessionFolder folder;
     const auto at = std::chrono::system_clock::from_time_t(1795271405);
     EXPECT_EQ(run::trip_file(folder / ".", at).filename(), "trip-20261121T143005Z.nxs");

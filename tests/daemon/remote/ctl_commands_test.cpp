@@ -70,7 +70,7 @@ std::vector<std::string> lines_of(const std::string& text) {
     return lines;
 }
 
-TEST_F(CtlTest, StatusSaysTheStateInWordsOrAsOneLineOfJson) {
+TEST_F(CtlTest, StatusPrintsTextOrOneLineOfJson) {
     const Outcome words = ctl("status");
     EXPECT_EQ(words.status, exit_done) << words.err;
     EXPECT_EQ(words.out.substr(0, 16), "state      idle,") << words.out;
@@ -83,7 +83,7 @@ TEST_F(CtlTest, StatusSaysTheStateInWordsOrAsOneLineOfJson) {
     EXPECT_EQ(json::parse(whole.out)["session"]["rig"], "played");
 }
 
-TEST_F(CtlTest, SetChangesWhatItNamesAndNothingElse) {
+TEST_F(CtlTest, SetChangesOnlyGivenValues) {
     ASSERT_EQ(ctl("set --gamma 1.5g --phi -30deg --rho 40% --frequency 25Hz").status, exit_done);
     Drive drive = last<service::SetDrive>().drive;
     EXPECT_DOUBLE_EQ(drive.gamma, 14.7);
@@ -96,7 +96,7 @@ TEST_F(CtlTest, SetChangesWhatItNamesAndNothingElse) {
     EXPECT_DOUBLE_EQ(drive.frequency, 25);
 }
 
-TEST_F(CtlTest, ARefusalIsStatus1AndTheDaemonsWords) {
+TEST_F(CtlTest, RefusalIsStatus1WithReason) {
     const Outcome refused = ctl("set --gamma 20g");
     EXPECT_EQ(refused.status, exit_refused);
     EXPECT_EQ(refused.err, "shakerctl: acceleration 120 m/s^2: at most 50 is allowed\n");
@@ -140,7 +140,7 @@ TEST_F(CtlTest, IdentifyClearAndRecordAreOrders) {
     EXPECT_TRUE(std::holds_alternative<service::ClearTrip>(bench.ordered().back()));
 }
 
-TEST_F(CtlTest, WhoeverHoldsControlIsNamedAndAnAbortIsObeyedAllTheSame) {
+TEST_F(CtlTest, RefusalNamesHolderAndAbortWorksAnyway) {
     test::TcpClient page{server.http_port()};
     take_control(page);
     for (const char* order : {"set --gamma 1g", "identify", "start", "start --wait", "stop", "stop --wait",
@@ -155,7 +155,7 @@ TEST_F(CtlTest, WhoeverHoldsControlIsNamedAndAnAbortIsObeyedAllTheSame) {
     EXPECT_EQ(bench.aborts, 1);
 }
 
-TEST_F(CtlTest, AnAbortIsDoneAtOnceWhileTheBenchAnswersNobody) {
+TEST_F(CtlTest, AbortWorksWhileBenchDoesNotAnswer) {
     bench.deaf = true;
     Program waits{"shakerctl", words("start"), folder};
     while (bench.bench_port.ordered() == 0) std::this_thread::sleep_for(std::chrono::milliseconds{1});
@@ -169,7 +169,7 @@ TEST_F(CtlTest, AnAbortIsDoneAtOnceWhileTheBenchAnswersNobody) {
     EXPECT_EQ(waits.wait(limit_s).status, exit_refused) << "what waited when the abort came";
 }
 
-TEST_F(CtlTest, AnOrderThatTheBenchDoesNotAnswerEndsAfterFiveSeconds) {
+TEST_F(CtlTest, UnansweredOrderEndsAfterFiveSeconds) {
     bench.deaf = true;
     const auto begin = Clock::now();
     const Outcome waited = ctl("start");
@@ -189,7 +189,7 @@ TEST_F(CtlTest, WaitEndsWithTheStateAndWithItsTimeout) {
     EXPECT_EQ(late.err, "shakerctl: the bench was not idle within 200ms\n");
 }
 
-TEST_F(CtlTest, AStopEndsEveryWaitThatItMakesVain) {
+TEST_F(CtlTest, AbortEndsWaitForOtherStates) {
     Program stays{"shakerctl", words("wait stopping"), folder};
     ASSERT_TRUE(watched());
     EXPECT_EQ(ctl("abort").status, exit_done);
@@ -200,7 +200,7 @@ TEST_F(CtlTest, AStopEndsEveryWaitThatItMakesVain) {
     EXPECT_NE(ctl("status").out.find("may be cleared"), std::string::npos);
 }
 
-TEST_F(CtlTest, WatchSaysALineASecondAndEveryEvent) {
+TEST_F(CtlTest, WatchPrintsLinePerSecondAndEveryEvent) {
     bench.bench_port.log(0.5, "note", "before");
     Program watches{"shakerctl", words("watch --seconds 2.5"), folder};
     ASSERT_TRUE(watched());
@@ -221,7 +221,7 @@ TEST_F(CtlTest, WatchSaysALineASecondAndEveryEvent) {
         << lines.back();
 }
 
-TEST_F(CtlTest, WatchAsJsonIsALineAMessage) {
+TEST_F(CtlTest, WatchJsonPrintsOneLinePerMessage) {
     bench.bench_port.log(0.5, "note", "a \x1b[31mred\n note");
     const auto lines = lines_of(ctl("watch --json --seconds 1").out);
     EXPECT_GT(lines.size(), 5U);
@@ -230,7 +230,7 @@ TEST_F(CtlTest, WatchAsJsonIsALineAMessage) {
     EXPECT_EQ(json::parse(lines.back())["type"], "state");
 }
 
-TEST_F(CtlTest, WatchEndsWithCtrlCAndWhenNobodyReads) {
+TEST_F(CtlTest, WatchEndsOnCtrlCOrClosedOutput) {
     Program watches{"shakerctl", words("watch"), folder};
     ASSERT_TRUE(watched());
     ::kill(watches.pid(), SIGINT);

@@ -36,7 +36,7 @@ Outcome ctl_at(int port, const std::string& arguments) {
 
 int port_of_nobody() { return CannedDaemon{""}.port(); }
 
-TEST(CtlTroubleTest, ADaemonThatIsNotThereIsStatus69ForEveryCommand) {
+TEST(CtlTroubleTest, MissingDaemonIsStatus69ForEveryCommand) {
     const int port = port_of_nobody();
     for (const char* command :
          {"status", "set --rho 0.5", "identify", "start", "stop", "abort", "clear", "record off", "watch",
@@ -49,7 +49,7 @@ TEST(CtlTroubleTest, ADaemonThatIsNotThereIsStatus69ForEveryCommand) {
     }
 }
 
-TEST(CtlTroubleTest, WaitGivesADaemonThatIsStartedJustNowTimeToListen) {
+TEST(CtlTroubleTest, WaitAllowsDaemonToStart) {
     const int port = port_of_nobody();
     test::Program waits{"shakerctl", "--at 127.0.0.1:" + std::to_string(port) + " wait idle",
                         test::fresh_folder()};
@@ -60,7 +60,7 @@ TEST(CtlTroubleTest, WaitGivesADaemonThatIsStartedJustNowTimeToListen) {
     EXPECT_EQ(waits.wait(limit_s).status, exit_done);
 }
 
-TEST(CtlTroubleTest, AnAbortThatDidNotGetThereSendsToTheEmergencyStop) {
+TEST(CtlTroubleTest, FailedAbortPointsToEmergencyStop) {
     EXPECT_NE(ctl_at(port_of_nobody(), "abort").err.find("use the emergency stop"), std::string::npos);
     const CannedDaemon stranger{http_answer("404 Not Found", "<html>nothing here</html>")};
     const Outcome failed = ctl_at(stranger.port(), "abort");
@@ -68,7 +68,7 @@ TEST(CtlTroubleTest, AnAbortThatDidNotGetThereSendsToTheEmergencyStop) {
     EXPECT_NE(failed.err.find("use the emergency stop"), std::string::npos) << failed.err;
 }
 
-TEST(CtlTroubleTest, ASilentDaemonIsLeftAfterFiveSecondsAndByAnAbortAfterTwo) {
+TEST(CtlTroubleTest, SilentDaemonTimesOutAfter5sAbortAfter2s) {
     const CannedDaemon silent{""};
     const auto taken = [&](const std::string& command) {
         const auto begin = std::chrono::steady_clock::now();
@@ -82,7 +82,7 @@ TEST(CtlTroubleTest, ASilentDaemonIsLeftAfterFiveSecondsAndByAnAbortAfterTwo) {
     EXPECT_NEAR(taken("abort"), 2, 1);
 }
 
-TEST(CtlTroubleTest, WhatIsNoDaemonIsSaidToBeNone) {
+TEST(CtlTroubleTest, OtherServerIsReported) {
     const std::string bodies[] = {"<html>hello</html>", "", "[1,2]", "\"ok\"", "{\"ok\":"};
     for (const std::string& body : bodies) {
         const CannedDaemon stranger{http_answer("200 OK", body)};
@@ -97,7 +97,7 @@ TEST(CtlTroubleTest, WhatIsNoDaemonIsSaidToBeNone) {
     EXPECT_EQ(ctl_at(hasty.port(), "status").status, exit_not_reached);
 }
 
-TEST(CtlTroubleTest, NothingTheDaemonSaysIsObeyedByTheTerminal) {
+TEST(CtlTroubleTest, ControlSequencesAreEscaped) {
     const CannedDaemon state{http_answer(
         "200 OK",
         R"({"session":{"state":"\u001b[2Jidle","rig":"a\nb\u202ec","trip":{"text":"\u009b31m"}},"losses":7})")};
@@ -117,7 +117,7 @@ TEST(CtlTroubleTest, NothingTheDaemonSaysIsObeyedByTheTerminal) {
     EXPECT_EQ(ctl_at(metrics.port(), "fetch metrics").out, "a 1\nb\\x1b 2\n");
 }
 
-TEST(CtlTroubleTest, PrintableSpellsOutWhatIsNoTextAndLeavesTextAlone) {
+TEST(CtlTroubleTest, PrintableEscapesOnlyControlCharacters) {
     EXPECT_EQ(printable("14.7 m/s\xc2\xb2 \xe2\x82\xac \xf0\x9f\x98\x80"),
               "14.7 m/s\xc2\xb2 \xe2\x82\xac \xf0\x9f\x98\x80");
     EXPECT_EQ(printable("\xff\xc2 \xc0\x80 \xed\xa0\x80 \xe2\x82"),
@@ -126,7 +126,7 @@ TEST(CtlTroubleTest, PrintableSpellsOutWhatIsNoTextAndLeavesTextAlone) {
     EXPECT_EQ(printable("a\nb\r\n", true), "a\nb\\x0d\n");
 }
 
-TEST(CtlTroubleTest, TheNewestMeasurementIsPrintedAsTheDaemonHasIt) {
+TEST(CtlTroubleTest, NewestMeasurementIsPrintedUnchanged) {
     const std::string result =
         R"({"cycle":{"phase":[0.0,0.5],"v_mps":[1e-3,-0.25]},"v_D_mps":{"sigma":3e-05,"value":0.0145}})";
     const CannedDaemon daemon{http_answer("200 OK", result)};
@@ -134,7 +134,7 @@ TEST(CtlTroubleTest, TheNewestMeasurementIsPrintedAsTheDaemonHasIt) {
               nlohmann::json::parse(result));
 }
 
-TEST(CtlTroubleTest, WrongValuesAreNamedWithTheirRangeAndNothingIsAsked) {
+TEST(CtlTroubleTest, WrongValuesAreRefusedWithRange) {
     const int port = port_of_nobody();
     const auto refused = [&](const std::string& words) {
         const Outcome outcome = ctl_at(port, words);
@@ -167,7 +167,7 @@ TEST(CtlTroubleTest, WrongValuesAreNamedWithTheirRangeAndNothingIsAsked) {
     EXPECT_NE(refused("status $'\\x1b[31m'").find("\\x1b[31m"), std::string::npos) << "by bash";
 }
 
-TEST(CtlTroubleTest, AddressesAreReadAsAPersonTypesThem) {
+TEST(CtlTroubleTest, AddressesAcceptCommonForms) {
     EXPECT_EQ(address_of("--at", "http://127.0.0.1:8080").text(), "127.0.0.1:8080");
     EXPECT_EQ(address_of("--at", "http://bench.lab/").text(), "bench.lab:8080");
     EXPECT_EQ(address_of("--at", "bench:80").text(), "bench:80");
@@ -186,7 +186,7 @@ TEST(CtlTroubleTest, AddressesAreReadAsAPersonTypesThem) {
     }
 }
 
-TEST(CtlTroubleTest, AFullDiskIsSaid) {
+TEST(CtlTroubleTest, FullDiskIsReported) {
     const auto folder = test::fresh_folder();
     EXPECT_EQ((test::Program{"shakerctl", "manual >/dev/full 2>said; true", folder}.wait(limit_s).status),
               exit_not_written);
@@ -210,7 +210,7 @@ struct CtlTokenTest : testing::Test {
     }
 };
 
-TEST_F(CtlTokenTest, WithoutTheTokenEveryWayInIsRefused) {
+TEST_F(CtlTokenTest, EveryRequestNeedsToken) {
     for (const char* command : {"status", "start", "abort", "watch", "wait idle", "fetch metrics"}) {
         const Outcome refused = ctl(command);
         EXPECT_EQ(refused.status, exit_refused) << command;
@@ -219,14 +219,14 @@ TEST_F(CtlTokenTest, WithoutTheTokenEveryWayInIsRefused) {
     EXPECT_EQ(bench.aborts, 0);
 }
 
-TEST_F(CtlTokenTest, TheEnvironmentsTokenLetsIn) {
+TEST_F(CtlTokenTest, TokenFromEnvironmentIsAccepted) {
     const Environment set{{{"SHAKERD_TOKEN", token}}};
     for (const char* command : {"status", "wait idle", "watch --seconds 0.2", "abort"})
         EXPECT_EQ(ctl(command).status, exit_done) << command;
     EXPECT_EQ(bench.aborts, 1);
 }
 
-TEST_F(CtlTokenTest, ATokenFileIsTheOwnersAloneAndGoesBeforeTheEnvironment) {
+TEST_F(CtlTokenTest, TokenFileIsPrivateAndPrecedesEnvironment) {
     using std::filesystem::perms;
     const perms own = perms::owner_read | perms::owner_write;
     const Environment set{{{"SHAKERD_TOKEN", "another"}}};

@@ -73,7 +73,7 @@ struct HostileTest : testing::Test {
     }
 };
 
-TEST_F(HostileTest, AHeaderAByteAtATimeIsCutWhileOthersAreServed) {
+TEST_F(HostileTest, SlowHeaderIsCutWhileOthersAreServed) {
     TcpClient slow{http};
     const std::string header = "GET / HTTP/1.1\r\nX-Slow: " + std::string(1000, 'x');
     const auto begin = steady_clock::now();
@@ -86,7 +86,7 @@ TEST_F(HostileTest, AHeaderAByteAtATimeIsCutWhileOthersAreServed) {
     EXPECT_LT(steady_clock::now() - begin, 5s + 4 * soon);
 }
 
-TEST_F(HostileTest, AnyNumberOfSlowConnectionsKeepsNoRequestOut) {
+TEST_F(HostileTest, SlowConnectionsDoNotBlockRequests) {
     std::deque<TcpClient> slow;
     for (int i = 0; i < 100; ++i) slow.emplace_back(http).send_bytes("POST /api/st");
     expect_that_an_abort_gets_through();
@@ -97,7 +97,7 @@ TEST_F(HostileTest, AnyNumberOfSlowConnectionsKeepsNoRequestOut) {
     EXPECT_LE(closed, 100 - 32 + 4) << "no more than are needed give way";
 }
 
-TEST_F(HostileTest, AnAbortGetsThroughBetweenOrdersThatNobodyAnswers) {
+TEST_F(HostileTest, AbortPassesUnansweredOrders) {
     bench.deaf = true;
     std::deque<TcpClient> waits;
     for (int i = 0; i < 40; ++i)
@@ -121,7 +121,7 @@ TEST_F(HostileTest, LiveSocketsLeaveRoomForRequests) {
     EXPECT_EQ(again, 101) << "once they are gone a later one is taken";
 }
 
-TEST_F(HostileTest, ASessionTooManyIsClosedUntilOneLeavesOrFallsSilent) {
+TEST_F(HostileTest, ExcessSessionIsClosedUntilOneIsFreeOrSilent) {
     std::deque<TcpClient> sessions;
     for (int i = 0; i < 16; ++i) EXPECT_EQ(sessions.emplace_back(scpi).ask("*IDN?").substr(0, 7), "shakerd");
     for (int i = 0; i < 30; ++i) EXPECT_TRUE(TcpClient{scpi}.closed());
@@ -135,7 +135,7 @@ TEST_F(HostileTest, ASessionTooManyIsClosedUntilOneLeavesOrFallsSilent) {
     EXPECT_TRUE(sessions.front().closed()) << "the one that was silent for the longest gave way";
 }
 
-TEST_F(HostileTest, AFloodOfMessagesWhoseRepliesNobodyReadsTakesBoundedMemory) {
+TEST_F(HostileTest, UnreadRepliesTakeBoundedMemory) {
     TcpClient greedy{scpi}, other{scpi};
     greedy.ask("*IDN?");
     const double before = resident_mb();
@@ -157,7 +157,7 @@ TEST_F(HostileTest, AFloodOfMessagesWhoseRepliesNobodyReadsTakesBoundedMemory) {
     RecordProperty("resident_mb", std::to_string(most));
 }
 
-TEST_F(HostileTest, ASessionThatSendsNoMoreAndReadsNothingIsClosed) {
+TEST_F(HostileTest, HalfClosedSessionThatDoesNotReadIsClosed) {
     TcpClient greedy{scpi};
     for (int i = 0; i < 20000; ++i) greedy.send("SYST:HELP:HEAD?");
     const auto sessions = [this] { return metric("shakerd_clients{kind=\"scpi\"}"); };
@@ -184,7 +184,7 @@ std::string timer_of(int port) {
     return {};
 }
 
-TEST_F(HostileTest, AConnectionWhoseOtherEndIsGoneIsFoundOut) {
+TEST_F(HostileTest, DeadConnectionIsDetected) {
     TcpClient session{scpi};
     session.ask("*IDN?");
     const std::string timer = timer_of(scpi);
@@ -192,7 +192,7 @@ TEST_F(HostileTest, AConnectionWhoseOtherEndIsGoneIsFoundOut) {
     EXPECT_LE(std::stoul(timer.substr(3), nullptr, 16), 60U * 100) << "hundredths of a second";
 }
 
-TEST_F(HostileTest, ASocketThatNeverReadsLosesItsOwnMessagesAndIsClosed) {
+TEST_F(HostileTest, SocketThatNeverReadsIsClosed) {
     bench.wave = 65536;  // half a megabyte a message
     SocketClient good{http, "/ws?client=good"}, stuck{http, "/ws?client=stuck"};
     const std::string wish = R"({"type":"subscribe","stream":"waveform","rate_hz":30})";
@@ -241,7 +241,7 @@ TEST_F(HostileTest, WrongFramesEndTheirSocketOnly) {
     EXPECT_TRUE(ended_by([](C& c) { c.tcp.send_bytes("GET / HTTP/1.1\r\n\r\n"); }));
 }
 
-TEST_F(HostileTest, WishesThatMeanNothingArePassedOver) {
+TEST_F(HostileTest, MeaninglessRequestsAreIgnored) {
     SocketClient client{http};
     for (const char* no : {"", "{", "[]", "null", R"({"type":1,"stream":2})", R"({"type":"subscribe"})"})
         client.send(SocketClient::text, no);
@@ -257,7 +257,7 @@ TEST_F(HostileTest, WishesThatMeanNothingArePassedOver) {
         << "sixteen of them were taken, one ended, and there is room for this";
 }
 
-TEST_F(HostileTest, AFloodOfPingsHoldsNobodyUp) {
+TEST_F(HostileTest, FloodOfPingsDelaysNobody) {
     SocketClient client{http};
     for (int i = 0; i < 20000; ++i) client.send(SocketClient::ping, "x");
     expect_that_others_are_served();
@@ -266,14 +266,14 @@ TEST_F(HostileTest, AFloodOfPingsHoldsNobodyUp) {
     EXPECT_EQ(op, SocketClient::pong);
 }
 
-TEST_F(HostileTest, APageOfAnotherSiteGetsNoSocket) {
+TEST_F(HostileTest, PageOfOtherSiteGetsNoSocket) {
     EXPECT_EQ(SocketClient(http, "/ws", "Origin: http://evil.example\r\n").status, 403);
     EXPECT_EQ(SocketClient(http, "/ws", "Origin: null\r\n").status, 403);
     EXPECT_EQ(SocketClient(http, "/ws", "Origin: http://localhost\r\n").status, 101);
     EXPECT_EQ(SocketClient(http, "/api/state", "Origin: http://localhost\r\n").status, 200);
 }
 
-TEST_F(HostileTest, OfTwoThatFightForControlOverBothDoorsOnlyTheHolderIsObeyed) {
+TEST_F(HostileTest, OnlyHolderIsObeyedOverBothPorts) {
     TcpClient script{scpi};
     std::size_t obeyed = 0;
     for (int round = 0; round < 20; ++round) {

@@ -19,7 +19,7 @@ T at(const std::string& bytes, std::size_t offset) {
     return value;
 }
 
-TEST(LiveFramesTest, TheHeaderIsAsThePageReadsIt) {
+TEST(LiveFramesTest, HeaderHasTheLayoutOfThePage) {
     const std::string f = frame_of({.id = web::StreamId::track,
                                     .first = 7,
                                     .t0_s = 1.5,
@@ -55,7 +55,7 @@ TEST(LiveFramesTest, NoPeakIsHiddenByDecimation) {
     EXPECT_NEAR(s.dt_s * static_cast<double>(s.channels[0].size()), 5, 0.06);
 }
 
-TEST(LiveFramesTest, WhatWasForgottenUnreadIsAGap) {
+TEST(LiveFramesTest, DroppedUnreadSamplesAreAGap) {
     service::LiveSeries series{1, 10};
     for (int i = 0; i < 25; ++i) series.add(i, std::array{static_cast<float>(i)});
     const service::LiveSeries::Part part = series.since(3);
@@ -81,7 +81,7 @@ TEST(AccessTest, NamesOriginsAndTokens) {
         EXPECT_FALSE(a.token_allowed(wrong)) << wrong;
 }
 
-TEST(LiveSocketTest, WishesAreReadAndBounded) {
+TEST(LiveSocketTest, SubscriptionsAreReadAndBounded) {
     const auto wish = wish_of(R"({"type":"subscribe","stream":"track","width":1e9,"rate_hz":-3})");
     ASSERT_TRUE(wish);
     EXPECT_EQ(wish->what.stream, "track");

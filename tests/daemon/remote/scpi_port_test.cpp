@@ -39,7 +39,7 @@ TEST_F(ScpiPortTest, AWholeRunByCommands) {
     EXPECT_EQ(ask("SYST:ERR?"), "0,\"No error\"");
 }
 
-TEST_F(ScpiPortTest, ReadBeginsWaitsForAMeasurementThatBeganSinceAndAnswersIt) {
+TEST_F(ScpiPortTest, ReadReturnsNextMeasurement) {
     EXPECT_EQ(ask("READ?;:OUTP?").substr(0, 14), "1.45000000E-02");
     const std::string got = ask("MEAS? 25,2G;:FREQ?;:ACC?");
     EXPECT_EQ(got.substr(got.find(';')), ";2.50000000E+01;1.96000000E+01");
@@ -67,7 +67,7 @@ TEST_F(ScpiPortTest, AnAbortEndsARead) {
     EXPECT_NE(told.find("stopped"), std::string::npos) << told;
 }
 
-TEST_F(ScpiPortTest, ABusTriggerBeginsWhatWasInitiated) {
+TEST_F(ScpiPortTest, BusTriggerStartsInitiatedMeasurement) {
     EXPECT_EQ(ask("TRIG:SOUR BUS;SOUR?;*TRG;:SYST:ERR?").substr(0, 8), "BUS;-211");
     EXPECT_EQ(ask("READ?"), "9.91E37,9.91E37,9.91E37,0,0");
     EXPECT_EQ(ask("SYST:ERR?").substr(0, 5), "-214,");
@@ -79,7 +79,7 @@ TEST_F(ScpiPortTest, ABusTriggerBeginsWhatWasInitiated) {
     EXPECT_EQ(ask("*RST;*OPC?;:TRIG:SOUR?"), "1;IMM");
 }
 
-TEST_F(ScpiPortTest, WhatIsAveragedIsSaidBeforeAndKeptByTheBench) {
+TEST_F(ScpiPortTest, AverageSettingsApplyToNextRun) {
     EXPECT_EQ(ask("AVER:SETT?;PER?"), "AUTO;40");
     EXPECT_EQ(ask("AVER:SETT 25;PER 60;:OUTP ON;*OPC?"), "1");
     EXPECT_EQ(ask("AVER:SETT?;PER?"), "25;60");
@@ -89,7 +89,7 @@ TEST_F(ScpiPortTest, WhatIsAveragedIsSaidBeforeAndKeptByTheBench) {
     EXPECT_EQ(std::get<service::Begin>(ordered[0]).periods, 60);
 }
 
-TEST_F(ScpiPortTest, OvertonesAreSharesOfGammaAndAPeriodMayComeAsSamples) {
+TEST_F(ScpiPortTest, OvertonesAndSampledPeriodSetTheDrive) {
     EXPECT_EQ(ask("FUNC?;:HARM1:AMPL?;:HARM2:AMPL 0.7;:BIH:RHO?"), "BIH;5.00000000E-01;3.00000000E-01");
     EXPECT_EQ(ask("HARM3:PHAS 1;:SYST:ERR?").substr(0, 4), "-221");
     EXPECT_EQ(ask("HARM3:AMPL 0.25;PHAS 90DEG;:FUNC?;:HARM3:AMPL?;PHAS?"),
@@ -122,7 +122,7 @@ TEST_F(ScpiPortTest, ARefusedOrderIsAnErrorOfItsSession) {
     EXPECT_EQ(ask("OUTP:PROT:CLE;*OPC?"), "1");
 }
 
-TEST_F(ScpiPortTest, AnyoneMayAbortWhoeverHoldsControl) {
+TEST_F(ScpiPortTest, EveryClientMayAbort) {
     TcpClient other{server.scpi_port()};
     EXPECT_EQ(ask("SYST:LOCK:REQ?"), "1");
     EXPECT_EQ(other.ask("SYST:LOCK:REQ?"), "0");
@@ -137,7 +137,7 @@ TEST_F(ScpiPortTest, AnyoneMayAbortWhoeverHoldsControl) {
     EXPECT_TRUE(told.starts_with("101,\"Abort;")) << told;
 }
 
-TEST_F(ScpiPortTest, AnAbortOvertakesWhatWaits) {
+TEST_F(ScpiPortTest, AbortOvertakesWaitingCommands) {
     bench.deaf = true;
     client.send("OUTP ON;*OPC?");
     client.send("ABOR");
@@ -170,7 +170,7 @@ std::string plain(std::string_view row) {
     return header;
 }
 
-TEST_F(ScpiPortTest, ThePageOfTheLanguageHasEveryHeaderOfTheBench) {
+TEST_F(ScpiPortTest, ScpiPageHasEveryHeader) {
     std::ifstream in{test::source_dir() + "/daemon/remote/SCPI.md"};
     const std::string page{std::istreambuf_iterator<char>{in}, {}};
     client.send("SYST:HELP:HEAD?");
@@ -188,7 +188,7 @@ TEST_F(ScpiPortTest, ThePageOfTheLanguageHasEveryHeaderOfTheBench) {
 
 // What can be asked can be set to what it answered; what can only be set is understood: no header is a
 // fiction.
-TEST_F(ScpiPortTest, EverySettingTakesWhatItsQueryAnswers) {
+TEST_F(ScpiPortTest, EverySettingAcceptsItsOwnAnswer) {
     client.send("SYST:HELP:HEAD?");
     std::istringstream list{client.block()};
     int set = 0;

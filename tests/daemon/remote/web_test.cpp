@@ -56,7 +56,7 @@ struct WebTest : testing::Test {
     }
 };
 
-TEST_F(WebTest, ThePageIsServedUnderAPolicyThatLetsNothingElseIn) {
+TEST_F(WebTest, PageHasStrictContentPolicy) {
     const Got got = request("GET /");
     EXPECT_EQ(got.status, 200);
     EXPECT_NE(got.body.find("the page"), std::string::npos);
@@ -65,7 +65,7 @@ TEST_F(WebTest, ThePageIsServedUnderAPolicyThatLetsNothingElseIn) {
     EXPECT_EQ(request("GET /favicon.ico").status, 204);
 }
 
-TEST_F(WebTest, MetricsAndHealthSayWhatTheBenchIsAt) {
+TEST_F(WebTest, MetricsAndHealthReportState) {
     const Got metrics = request("GET /metrics");
     EXPECT_EQ(metrics.status, 200);
     EXPECT_NE(metrics.body.find("shakerd_state{state=\"idle\"} 1\n"), std::string::npos) << metrics.body;
@@ -77,7 +77,7 @@ TEST_F(WebTest, MetricsAndHealthSayWhatTheBenchIsAt) {
     EXPECT_EQ(request("GET /healthz").status, 503);
 }
 
-TEST_F(WebTest, MetricsCountWhatTheInstrumentLanguageRefused) {
+TEST_F(WebTest, MetricsCountScpiErrors) {
     TcpClient client{server.scpi_port()};
     for (int i = 0; i < 3; ++i) client.send("NO:SUCH:HEADER");
     EXPECT_EQ(client.ask("*IDN?").substr(0, 7), "shakerd");
@@ -88,7 +88,7 @@ TEST_F(WebTest, MetricsCountWhatTheInstrumentLanguageRefused) {
     EXPECT_NE(metrics.find("shakerd_scpi_messages_total 4\n"), std::string::npos) << metrics;
 }
 
-TEST_F(WebTest, ASocketIsToldThePointsAtItsBeginAndAfterEachMeasurement) {
+TEST_F(WebTest, SocketGetsPointsAtStartAndAfterMeasurements) {
     test::SocketClient page{server.http_port(), "/ws?client=tab1"};
     const auto next_has_points = [&page] {
         for (;;) {
@@ -107,7 +107,7 @@ TEST_F(WebTest, ASocketIsToldThePointsAtItsBeginAndAfterEachMeasurement) {
     EXPECT_TRUE(json::parse(request("GET /api/state").body).contains("points"));
 }
 
-TEST_F(WebTest, ActionsAreOrdersAndARefusalSaysWhy) {
+TEST_F(WebTest, ActionsAreOrdersAndRefusalsHaveReasons) {
     EXPECT_EQ(post("drive", R"({"gamma_mps2": 12, "phi_rad": 0.5})").status, 200);
     const json state = json::parse(request("GET /api/state").body);
     EXPECT_EQ(state["drive"]["gamma_mps2"], 12);
@@ -122,7 +122,7 @@ TEST_F(WebTest, ActionsAreOrdersAndARefusalSaysWhy) {
     EXPECT_EQ(post("start", "").status, 409);
 }
 
-TEST_F(WebTest, OnlyTheHolderIsObeyedAndAnyoneMayAbort) {
+TEST_F(WebTest, OnlyHolderIsObeyedButAnyClientMayAbort) {
     EXPECT_EQ(post("control/request", "", "one").status, 200);
     EXPECT_EQ(post("control/request", "", "two").status, 409);
     EXPECT_EQ(post("drive", R"({"gamma_mps2": 5})", "two").status, 409);
@@ -133,7 +133,7 @@ TEST_F(WebTest, OnlyTheHolderIsObeyedAndAnyoneMayAbort) {
     EXPECT_EQ(post("control/request", "", "two").status, 200);
 }
 
-TEST_F(WebTest, AnAbortIsDoneWhileEverythingElseWaits) {
+TEST_F(WebTest, AbortIsDoneWhileOrdersWait) {
     bench.deaf = true;
     TcpClient waits{server.http_port()};
     waits.send_bytes("POST /api/start HTTP/1.1\r\nHost: localhost\r\nContent-Length: 0\r\n\r\n");
@@ -154,7 +154,7 @@ TEST_F(WebTest, OtherSitesAndNamesAreRefused) {
     EXPECT_EQ(request("POST /api/abort", {}, "Origin: http://localhost\r\n").status, 200);
 }
 
-TEST_F(WebTest, WhatIsTooLongOrBrokenEndsItsOwnConnectionOnly) {
+TEST_F(WebTest, BadRequestEndsOnlyItsConnection) {
     TcpClient babbler{server.http_port()};
     babbler.send_bytes(std::string(100000, 'x'));
     EXPECT_TRUE(babbler.closed());
@@ -164,7 +164,7 @@ TEST_F(WebTest, WhatIsTooLongOrBrokenEndsItsOwnConnectionOnly) {
     EXPECT_EQ(request("GET /").status, 200);
 }
 
-TEST(StateJsonTest, ResultSaysWhichMeasurementItIs) {
+TEST(StateJsonTest, ResultHasItsMeasurement) {
     service::BenchState state;
     EXPECT_TRUE(json::parse(web::state_json(state, {}))["result"]["age_s"].is_null());
     auto result = std::make_shared<reduction::Reduction>();
@@ -199,7 +199,7 @@ TEST(StateJsonTest, WalkerHasTheEndsOfItsPicture) {
     EXPECT_TRUE(json::parse(web::state_json(state, {}))["walker"]["left_m"].is_null());
 }
 
-TEST(WebTokenTest, WithATokenNothingIsToldOrDoneWithoutIt) {
+TEST(WebTokenTest, NothingIsAllowedWithoutToken) {
     PlayedBench bench;
     Server server{bench.bench_port, {.http_port = 0, .scpi_port = 0, .token = "0123456789abcdefghijklmn"}};
     const auto status = [&](const std::string& more) {

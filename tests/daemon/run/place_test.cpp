@@ -6,13 +6,13 @@
 namespace shaker::run {
 namespace {
 
-TEST(PlaceTest, SensorThatShowsTheGravityOfThePlaceDoesNotTrip) {
+TEST(PlaceTest, LocalGravityDoesNotTrip) {
     const test::VirtualRun r = test::run_virtually({.scene = "gravity_mps2 = 4\n"});
     EXPECT_FALSE(r.trip) << text(*r.trip);
     EXPECT_TRUE(r.entered_s.contains(RunState::run));
 }
 
-TEST(PlaceTest, SensorThatShowsAnotherGravityTripsAtRest) {
+TEST(PlaceTest, WrongGravityTripsAtRest) {
     const test::VirtualRun r =
         test::run_virtually({.scene = "[[fault]]\nwhat = \"gain\"\nvalue = 0.4\nat_s = 0\n"});
     ASSERT_TRUE(r.trip);

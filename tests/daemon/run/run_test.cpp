@@ -39,7 +39,7 @@ void expect_true_drift(const json& r) {
     EXPECT_GT(se, 0);
 }
 
-TEST(RunTest, ThePapersDriveGivesTheTrueDriftAndReplaysToTheBit) {
+TEST(RunTest, PaperDriveGivesTrueDriftAndReplays) {
     const auto folder = fresh_folder();
     const json r = run("--periods " + paper_periods + " -o run.nxs", folder);
     expect_true_drift(r);
@@ -56,7 +56,7 @@ TEST(RunTest, ThePapersDriveGivesTheTrueDriftAndReplaysToTheBit) {
 
 // AC coupling, the walker's reaction and the shaker's own distortion stand between the asked drive and the
 // base.
-TEST(RunTest, WithTheLoopClosedTheDriftIsThatOfTheAskedDriveWithItOpenItIsNot) {
+TEST(RunTest, OnlyClosedLoopGivesDriftOfRequestedDrive) {
     const auto folder = fresh_folder();
     const auto off = [&](const std::string& loop) {
         const json r = run("--gamma 1g --phi 35deg --periods " + paper_periods + loop, folder);
@@ -79,7 +79,7 @@ TEST(RunTest, TheSameSeedGivesTheSameBytes) {
     EXPECT_FALSE(bytes(folder / "a.nxs") == bytes(folder / "c.nxs"));
 }
 
-TEST(RunTest, AChangedRecordingIsSeenOnReplay) {
+TEST(RunTest, ReplayDetectsChangedRecording) {
     const auto folder = fresh_folder();
     run("--no-identify --periods 4 --frames off -o run.nxs", folder);
     EXPECT_EQ(shakerd("replay run.nxs", folder).status, 0);
@@ -117,7 +117,7 @@ TEST(RunTest, CamerasWithOwnClocksReplayToTheBit) {
     EXPECT_NE(replay.out.find("replay: identical"), std::string::npos) << replay.out;
 }
 
-TEST(RunTest, ThreadsFindWhatLockstepFinds) {
+TEST(RunTest, ThreadsGiveSameResultAsLockstep) {
     const auto folder = fresh_folder();
     expect_true_drift(run("--no-identify --periods 10 --threads -o threads.nxs", folder));
     EXPECT_EQ(shakerd("replay threads.nxs", folder).status,
@@ -129,7 +129,7 @@ TEST(RunTest, SymmetricDrivesDoNotDrift) {
     EXPECT_LE(std::abs(r["v_D_mps"].get<double>()), 3 * r["v_D_se_mps"].get<double>() + 2e-5);
 }
 
-TEST(RunTest, SettingsComeFromAFileAndOptionsWin) {
+TEST(RunTest, OptionsOverrideSettingsFile) {
     const auto folder = fresh_folder();
     std::ofstream{folder / "run.toml"}
         << "[run]\ngamma_mps2 = 6\nphi_rad = 0.3\nperiods = 4\nframes = \"off\"\n";
@@ -154,7 +154,7 @@ TEST(RunTest, AClippingSensorStopsTheDrive) {
 }
 
 // With the guards of the walker set aside by the operator.
-TEST(RunTest, AWalkerThatLeavesTheViewIsReducedFromWhatWasSeenAndTheLossIsTold) {
+TEST(RunTest, LostWalkerIsReducedFromSeenFramesWithNote) {
     const auto folder = fresh_folder();
     std::ofstream{folder / "wide.toml"} << "[limits]\nedge_mm = -100\ntracking_lost_frames = 100000\n";
     const json r = run("--no-identify --scene wide.toml --gamma 2.7g --periods 20", folder);
@@ -164,7 +164,7 @@ TEST(RunTest, AWalkerThatLeavesTheViewIsReducedFromWhatWasSeenAndTheLossIsTold) 
     EXPECT_NEAR(used + lost, 2 * 20 * 50, 4);  // two views, 50 frames a period
 }
 
-TEST(RunTest, AWalkerNearTheEdgeStopsTheDriveAndOneThatIsLostToo) {
+TEST(RunTest, WalkerNearEdgeOrLostStopsDrive) {
     const auto folder = fresh_folder();
     const Outcome edge = shakerd("run --no-identify --gamma 3g --periods 20", folder);
     EXPECT_EQ(edge.status, 5);
@@ -175,7 +175,7 @@ TEST(RunTest, AWalkerNearTheEdgeStopsTheDriveAndOneThatIsLostToo) {
     EXPECT_NE(lost.err.find("tracking_lost"), std::string::npos) << lost.err;
 }
 
-TEST(RunTest, ACameraThatIsSilentStopsTheDriveWhereItMustNotBe) {
+TEST(RunTest, SilentCameraStopsDriveIfLimitIsGiven) {
     const auto folder = fresh_folder();
     const std::string stall =
         "[[fault]]\nwhat = \"camera_stall\"\nat_s = 2\nfor_s = 0.5\ncamera = \"side\"\n";
@@ -187,7 +187,7 @@ TEST(RunTest, ACameraThatIsSilentStopsTheDriveWhereItMustNotBe) {
     EXPECT_NE(o.err.find("camera_missing"), std::string::npos) << o.err;
 }
 
-TEST(RunTest, AWalkerThatIsCoveredStopsTheDrive) {
+TEST(RunTest, CoveredWalkerStopsDrive) {
     const auto folder = fresh_folder();
     std::ofstream{folder / "hand.toml"} << "[[fault]]\nwhat = \"walker_hidden\"\nat_s = 2\n";
     const Outcome o = shakerd("run --no-identify --scene hand.toml --gamma 0.7g --periods 4", folder);
@@ -195,7 +195,7 @@ TEST(RunTest, AWalkerThatIsCoveredStopsTheDrive) {
     EXPECT_NE(o.err.find("tracking_lost"), std::string::npos) << o.err;
 }
 
-TEST(RunTest, ADriveBeyondTheLimitsIsRefusedWithFiguresBeforeAnythingMoves) {
+TEST(RunTest, DriveBeyondLimitsIsRefusedWithFigures) {
     const auto folder = fresh_folder();
     std::ofstream{folder / "weak.toml"} << "[shaker]\namplifier_gain = 1.0\n";
     const Outcome o = shakerd("run --scene weak.toml --gamma 2g --phi 0.5 --periods 4 -o x.nxs", folder);
@@ -205,7 +205,7 @@ TEST(RunTest, ADriveBeyondTheLimitsIsRefusedWithFiguresBeforeAnythingMoves) {
 }
 
 // The data sheet promised more than the amplifier gives.
-TEST(RunTest, ADriveBeyondTheVoltageLimitKeepsItsShapeAndSaysHowMuchItReached) {
+TEST(RunTest, VoltageLimitKeepsShapeAndReportsReachedShare) {
     const auto folder = fresh_folder();
     std::ofstream{folder / "weak.toml"}
         << "[[fault]]\nwhat = \"amplifier_gain\"\nvalue = 0.5\nat_s = 0\n[shaker]\namplifier_gain = 2.4\n"
@@ -217,7 +217,7 @@ TEST(RunTest, ADriveBeyondTheVoltageLimitKeepsItsShapeAndSaysHowMuchItReached) {
     EXPECT_NE(r["notes"].dump().find("% of the requested gamma"), std::string::npos) << r["notes"];
 }
 
-TEST(RunTest, BadInputIsRefusedByNameWithStatusTwoAndNothingWritten) {
+TEST(RunTest, BadInputIsRefusedWithStatus2) {
     const auto folder = fresh_folder();
     std::ofstream{folder / "bad.toml"} << "[walker]\nmu = 0.1\n";
     const std::pair<const char*, const char*> cases[] = {
@@ -251,14 +251,14 @@ TEST(RunTest, BadInputIsRefusedByNameWithStatusTwoAndNothingWritten) {
     EXPECT_FALSE(std::filesystem::exists(folder / "x.csv"));
 }
 
-TEST(RunTest, ADiskThatCannotBeWrittenIsADeviceErrorNamingTheFile) {
+TEST(RunTest, UnwritableDiskIsDeviceErrorWithFileName) {
     const auto folder = fresh_folder();
     const Outcome o = shakerd("run --periods 2 -o no/such/folder/x.nxs", folder);
     EXPECT_EQ(o.status, 3);
     EXPECT_NE(o.err.find("no/such/folder/x.nxs"), std::string::npos) << o.err;
 }
 
-TEST(RunTest, HelpSaysWhatThereIs) {
+TEST(RunTest, HelpListsCommandsAndExitStatuses) {
     const Outcome o = shakerd("--help", fresh_folder());
     EXPECT_EQ(o.status, 0);
     for (const char* word : {"run", "replay", "reduce", "track", "predict", "Exit status"})

@@ -68,7 +68,7 @@ TEST(RunnerTest, TrippedRunPrintsThePeriodsMeasuredBefore) {
     EXPECT_NE(text.out.find("v_D"), std::string::npos) << text.out;
 }
 
-TEST(RunnerTest, TripBeforeMeasuringSaysThatNothingWasMeasured) {
+TEST(RunnerTest, TripBeforeMeasurementIsReported) {
     const auto folder = bench("[[fault]]\nat_s = 1\nwhat = \"saturated\"\n");
     const Outcome o = shakerd("run --scene scene.toml --json", folder);
     EXPECT_EQ(o.status, 5) << o.err;
@@ -79,7 +79,7 @@ TEST(RunnerTest, TripBeforeMeasuringSaysThatNothingWasMeasured) {
 }
 
 // The amplifier becomes 50 times as loud in the midst of the self-test.
-TEST(RunnerTest, CheckStopsAShakerThatMisbehaves) {
+TEST(RunnerTest, CheckStopsFaultyShaker) {
     const auto folder = bench(
         "[limits]\nacceleration_warn_mps2 = 8\nacceleration_abort_mps2 = 10\n"
         "[[fault]]\nwhat = \"amplifier_gain\"\nvalue = 50\nat_s = 2\n");
@@ -122,7 +122,7 @@ TEST(RunnerTest, ServeReportsWarningsAsEventsAndNotes) {
     EXPECT_EQ(std::ranges::count_if(r.last.result->notes, about), 1);
 }
 
-TEST(RunnerTest, SimulatedRunSaysThatItsTimesAreNoDates) {
+TEST(RunnerTest, SimulatedRunIsMarkedAsVirtualTime) {
     const auto folder = bench();
     const Outcome o =
         shakerd("run --no-identify --scene scene.toml --periods 4 --gamma 0.3g -o x.nxs", folder);
@@ -131,7 +131,7 @@ TEST(RunnerTest, SimulatedRunSaysThatItsTimesAreNoDates) {
     EXPECT_TRUE(h5::read_attribute_text(file.get(), "entry", "time_reference").starts_with("virtual time"));
 }
 
-TEST(RunnerTest, EndTimeDoesNotContainTheDaemonsWaiting) {
+TEST(RunnerTest, EndTimeExcludesIdleTimeOfDaemon) {
     const auto folder = fresh_folder();
     test::Answers answers;
     RunOptions quick;

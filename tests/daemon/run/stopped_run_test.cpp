@@ -87,7 +87,7 @@ void expect_end_of(const Pictures& all, const Pictures& some) {
 }
 
 // 2 s before the trip and 0.3 s after it; 200 pictures a second.
-TEST(StoppedRunTest, ThePicturesOfTheLastSecondsAreTheRenderedOnes) {
+TEST(StoppedRunTest, TailPicturesAreTheRenderedOnes) {
     const auto folder = bench("saturated", 2.6);
     stopped("-o full.nxs --frames full", folder);
     stopped("-o lean.nxs --frames off", folder);
@@ -112,7 +112,7 @@ TEST(StoppedRunTest, ThePicturesOfTheLastSecondsAreTheRenderedOnes) {
     EXPECT_EQ(shakerd("replay full.nxs", folder).status, 0);
 }
 
-TEST(StoppedRunTest, BlocksAndPlaysOfTheLastSecondsKeepTheirNumbers) {
+TEST(StoppedRunTest, TailBlocksAndPlaysKeepNumbers) {
     const auto folder = bench("saturated", 2.6);
     stopped("-o full.nxs --frames off", folder);
     stopped("--trips .", folder);
@@ -138,7 +138,7 @@ TEST(StoppedRunTest, BlocksAndPlaysOfTheLastSecondsKeepTheirNumbers) {
     EXPECT_EQ(recording::read_trips(full).size(), 1U);
 }
 
-TEST(StoppedRunTest, WhatWasMeasuredWellBeforeTheStopIsReducedAndSaysSo) {
+TEST(StoppedRunTest, PeriodsBeforeStopAreReducedWithNote) {
     const auto folder = bench("flipped", 9.2);
     stopped("--periods 40", folder);
     const std::string name = only_trip(folder).filename().string();
@@ -154,7 +154,7 @@ TEST(StoppedRunTest, WhatWasMeasuredWellBeforeTheStopIsReducedAndSaysSo) {
     EXPECT_TRUE(said.out.starts_with("a limit stopped this run at 9.20")) << said.out;
 }
 
-TEST(StoppedRunTest, PythonFindsCauseUnitsAndTheIdentificationsPlot) {
+TEST(StoppedRunTest, PythonReadsCauseUnitsAndIdentification) {
     if (std::system("/usr/bin/python3 -c 'import h5py' 2> /dev/null") != 0) {
         if (std::getenv("CI") != nullptr) FAIL() << "python3 has no h5py";
         GTEST_SKIP() << "python3 has no h5py";
@@ -187,14 +187,14 @@ assert tail.shape[0] > 400 and tail.ndim == 3, tail.shape
     EXPECT_EQ(std::system(("cd '" + folder.string() + "' && /usr/bin/python3 look.py").c_str()), 0);
 }
 
-TEST(StoppedRunTest, AFolderForTripsThatIsNotThereIsRefused) {
+TEST(StoppedRunTest, MissingTripFolderIsRefused) {
     const auto folder = bench("saturated", 0.3);
     const Outcome o = shakerd("run --scene scene.toml --trips none", folder);
     EXPECT_EQ(o.status, 2);
     expect_in(o.err, {"--trips", "none"});
 }
 
-TEST(StoppedRunTest, AFileThatCannotBeWrittenDoesNotHideTheCause) {
+TEST(StoppedRunTest, UnwritableFileDoesNotHideCause) {
     const Outcome o = stopped("--trips /proc", bench("saturated", 0.3));
     expect_in(o.err, {"the drive was stopped", "acceleration", "nothing could be recorded", "/proc/trip-"});
 }

@@ -28,7 +28,7 @@ std::uint64_t warnings_of(double before, double after) {
     return warnings[Cause::clock];
 }
 
-TEST(ClockGuardTest, ARateThatIsOffIsCorrectedInSilenceOneThatChangesIsToldOf) {
+TEST(ClockGuardTest, ConstantErrorIsCorrectedChangeIsCounted) {
     EXPECT_EQ(warnings_of(-5000, -5000), 0U);
     EXPECT_EQ(warnings_of(0, 100), 0U);
     EXPECT_GT(warnings_of(0, 400), 0U);

@@ -26,12 +26,12 @@ struct BoundedLogTest : testing::Test {
     }
 };
 
-TEST_F(BoundedLogTest, NothingThatATerminalObeysGetsThrough) {
+TEST_F(BoundedLogTest, ControlCharactersAreEscaped) {
     logger({})->info("from \"{}\"", "a\x1b[2Jb\nc\r\x7f");
     EXPECT_EQ(out.str(), "from \"a\\x1b[2Jb\\x0ac\\x0d\\x7f\"\n");
 }
 
-TEST_F(BoundedLogTest, AFloodIsCutAndSaysByHowMuch) {
+TEST_F(BoundedLogTest, FloodIsCutAndOmissionsAreCounted) {
     const auto log = logger({.burst = 5, .per_s = 20});
     for (int i = 0; i < 1000; ++i) log->info("again");
     EXPECT_LE(lines(), 7U);

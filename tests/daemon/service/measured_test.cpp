@@ -160,7 +160,7 @@ TEST_F(MeasuredSeriesTest, ExportHasTheirTables) {
     EXPECT_EQ(rows, 3);
 }
 
-TEST_F(MeasuredSeriesTest, ATripKeepsThoseThatWereFinished) {
+TEST_F(MeasuredSeriesTest, TripKeepsFinishedMeasurements) {
     Answers answers;
     const auto r = test::play_on_call(
         slow, quick(), folder_,

@@ -32,7 +32,7 @@ auto measured(std::size_t n) {
     return [n](const BenchState& s) { return s.points.size() >= n; };
 }
 
-TEST(OnCallTest, ItWaitsInIdleIsDrivenMeasuresAgainAndAgainAndComesDown) {
+TEST(OnCallTest, MeasuresRepeatedlyFromIdleToIdle) {
     const auto folder = test::fresh_folder();
     Answers answers;
     const auto r = play_on_call(slow, quick(), folder,
@@ -49,7 +49,7 @@ TEST(OnCallTest, ItWaitsInIdleIsDrivenMeasuresAgainAndAgainAndComesDown) {
     EXPECT_FALSE(r.last.trip);
 }
 
-TEST(OnCallTest, ASecondRunKeepsTheResponseAndANewSetPointIsMeasured) {
+TEST(OnCallTest, SecondRunKeepsResponseAndMeasuresNewSetPoint) {
     const auto folder = test::fresh_folder();
     Answers answers;
     Drive other;
@@ -69,7 +69,7 @@ TEST(OnCallTest, ASecondRunKeepsTheResponseAndANewSetPointIsMeasured) {
     EXPECT_EQ(last.asked.frequency, 25);
 }
 
-TEST(OnCallTest, WhereMuIsKnownTheClosedFormStandsBesideThePoints) {
+TEST(OnCallTest, KnownMuGivesClosedFormForPoints) {
     Answers answers;
     const auto r = play_on_call(slow, quick(), test::fresh_folder(),
                                 {{in(run::RunState::idle), orders(Begin{20}, answers)},
@@ -83,7 +83,7 @@ TEST(OnCallTest, WhereMuIsKnownTheClosedFormStandsBesideThePoints) {
     EXPECT_EQ(r.last.mu.value, 0.113);
 }
 
-TEST(OnCallTest, AnAbortIsLatchedUntilItIsClearedAndThenItMayBeDrivenAgain) {
+TEST(OnCallTest, AbortIsLatchedUntilCleared) {
     const auto folder = test::fresh_folder();
     Answers answers;
     const auto r =
@@ -103,7 +103,7 @@ TEST(OnCallTest, AnAbortIsLatchedUntilItIsClearedAndThenItMayBeDrivenAgain) {
     EXPECT_NE(stop->text.find("operator_stop"), std::string::npos) << stop->text;
 }
 
-TEST(OnCallTest, ItMeasuresSoManyPeriodsAfterTheDriveSettledWhereThatIsAskedFor) {
+TEST(OnCallTest, MeasuresAfterRequestedSettlePeriods) {
     double since_s[2] = {};
     for (const int settle : {1, 40}) {
         Answers answers;
@@ -118,7 +118,7 @@ TEST(OnCallTest, ItMeasuresSoManyPeriodsAfterTheDriveSettledWhereThatIsAskedFor)
     EXPECT_NEAR(since_s[1] - since_s[0], 39 / 20.0, 2 / 20.0);
 }
 
-TEST(OnCallTest, WithAnOpenLoopTheDriveStaysWhatTheResponseMakesOfIt) {
+TEST(OnCallTest, OpenLoopDoesNotCorrectDrive) {
     Answers answers;
     const auto r = play_on_call(slow, quick(), test::fresh_folder(),
                                 {{in(run::RunState::idle), orders(CloseLoop{false}, answers)},
@@ -133,7 +133,7 @@ TEST(OnCallTest, WithAnOpenLoopTheDriveStaysWhatTheResponseMakesOfIt) {
     EXPECT_EQ(std::ranges::count(r.events, std::string{"identify"}, &BenchEvent::text), 0);
 }
 
-TEST(OnCallTest, OvertonesAreDrivenAsTheyWereAskedFor) {
+TEST(OnCallTest, OvertonesAreDrivenAsRequested) {
     Answers answers;
     Drive drive;
     drive.gamma = 7;
@@ -155,7 +155,7 @@ TEST(OnCallTest, OvertonesAreDrivenAsTheyWereAskedFor) {
 }
 
 // The walker is elsewhere than when the daemon began to follow it.
-TEST(OnCallTest, ARunRecordedWithPicturesAfterTheWalkerWentReplaysFromThemToTheBit) {
+TEST(OnCallTest, RecordingAfterWalkerMovedReplaysFromPictures) {
     for (const recorded::KeptPictures pictures :
          {recorded::KeptPictures::region, recorded::KeptPictures::full}) {
         const auto folder = test::fresh_folder();
@@ -179,7 +179,7 @@ TEST(OnCallTest, ARunRecordedWithPicturesAfterTheWalkerWentReplaysFromThemToTheB
     }
 }
 
-TEST(OnCallTest, ARecordingWithPicturesBeginsWithAllTargetsSeen) {
+TEST(OnCallTest, RecordingWithPicturesNeedsAllTargets) {
     run::RunOptions run = quick();
     run.pictures = recorded::KeptPictures::full;
     Answers answers;
@@ -194,7 +194,7 @@ TEST(OnCallTest, ARecordingWithPicturesBeginsWithAllTargetsSeen) {
     EXPECT_NE(answers[1].find("target \"walker\": not visible"), std::string::npos) << answers[1];
 }
 
-TEST(OnCallTest, RemarksAreInTheRecordingThatGrowsElseInTheNext) {
+TEST(OnCallTest, RemarksGoToOpenOrNextRecording) {
     const auto folder = test::fresh_folder();
     Answers answers;
     play_on_call(
@@ -219,7 +219,7 @@ TEST(OnCallTest, RemarksAreInTheRecordingThatGrowsElseInTheNext) {
               (std::vector<std::string>{"remark: new paper (idle)", "remark: the lamp flickers (run)"}));
 }
 
-TEST(OnCallTest, WhatIsRefusedSaysWhyAndChangesNothing) {
+TEST(OnCallTest, RefusedOrderHasReasonAndChangesNothing) {
     const auto folder = test::fresh_folder();
     Answers answers;
     Drive wild;
@@ -257,7 +257,7 @@ TEST(OnCallTest, TakenRecordingNameIsRefusedAtTheOrder) {
     EXPECT_FALSE(r.last.record);
 }
 
-TEST(OnCallTest, StateSaysThatTheNextRunIsRecordedAndItsName) {
+TEST(OnCallTest, StateHasNameOfNextRecording) {
     constexpr auto off = recorded::KeptPictures::off;
     for (const auto& [order, name] : {std::pair{Record{true, "walk", off}, "walk"},
                                       {Record{true, "walk.nxs", off}, "walk"},
@@ -296,7 +296,7 @@ TEST(OnCallTest, ResultsCarryNumberTimeAndSetPoint) {
     EXPECT_EQ(seen[2].result_origin.asked.phi, 1);
 }
 
-TEST(OnCallTest, WalkerStandsBetweenTheEndsOfItsPicture) {
+TEST(OnCallTest, WalkerIsBetweenEndsOfPicture) {
     const auto ends = [](const char* scene) {
         const auto r = play_on_call(
             scene, quick(), test::fresh_folder(),
@@ -311,7 +311,7 @@ TEST(OnCallTest, WalkerStandsBetweenTheEndsOfItsPicture) {
     EXPECT_NEAR(nearer_m, walker.edge_m + 0.015, 0.002) << "radius 15 mm, seen 2 % larger or smaller";
 }
 
-TEST(OnCallTest, ARunIsRecordedUnderItsNameAndReplaysToTheBit) {
+TEST(OnCallTest, RecordedRunHasItsNameAndReplays) {
     const auto folder = test::fresh_folder();
     Answers answers;
     const auto r = play_on_call(
@@ -325,7 +325,7 @@ TEST(OnCallTest, ARunIsRecordedUnderItsNameAndReplaysToTheBit) {
     EXPECT_TRUE(commands::replay({.file = folder / "first.nxs"}));
 }
 
-TEST(OnCallTest, MemoryStaysWhereItIsHoweverLongItWaits) {
+TEST(OnCallTest, WaitingDoesNotGrowMemory) {
     const auto folder = test::fresh_folder();
     if (SHAKER_SANITIZED) GTEST_SKIP() << "a sanitiser keeps what was freed";
     std::vector<std::size_t> pages;  // that are resident, each 10 s

@@ -62,7 +62,8 @@ const std::vector<Case> wrong_messages{
     {"REC:NOTE 'more than twenty characters'",
      "-223,\"Too much data;RECord:NOTE 27 bytes, allowed at most 20\""},
     {"FUNC SQUare", "-224,\"Illegal parameter value;SOURce:FUNCtion SQUare, allowed SIN or BIH or NONE\""},
-    {"ACC DEF", "-224,\"Illegal parameter value;SOURce:ACCeleration DEFault is not defined for this parameter\""},
+    {"ACC DEF",
+     "-224,\"Illegal parameter value;SOURce:ACCeleration DEFault is not defined for this parameter\""},
     {"FORM REAL,16", "-224,\"Illegal parameter value;FORMat: 16, allowed 32 or 64\""},
     {"DIAG:FAUL 'input'", "-220,\"Parameter error;DIAGnostic:FAULt: scene.toml: no such key\""},
     {"DIAG:FAUL 'device'", "-240,\"Hardware error;DIAGnostic:FAULt: hw:1: No such device\""},
@@ -73,7 +74,7 @@ const std::vector<Case> wrong_messages{
      "-430,\"Query DEADLOCKED;MMEMory:DATA?: more than 1048576 bytes in the replies to one message\""},
 };
 
-TEST(ScpiErrorTest, EachMistakeIsNamedWithWhatWasSentAndWhatIsAllowed) {
+TEST(ScpiErrorTest, ErrorNamesInputAndAllowedValues) {
     for (const Case& wrong : wrong_messages) {
         test::ScpiBench bench;
         test::ScpiClient client{bench};
@@ -83,7 +84,7 @@ TEST(ScpiErrorTest, EachMistakeIsNamedWithWhatWasSentAndWhatIsAllowed) {
     }
 }
 
-TEST(ScpiErrorTest, WhatAHandlerThrowsArrivesWithItsNumberAndStandardWords) {
+TEST(ScpiErrorTest, HandlerExceptionHasNumberAndStandardText) {
     for (const int code : {-200, -203, -211, -213, -220, -221, -222, -223, -224, -230, -240, -241, -250, -256,
                            -310, 101,  102,  103,  104,  105,  106,  107,  108,  109,  110,  111,  112}) {
         test::ScpiBench bench;
@@ -112,7 +113,7 @@ TEST(ScpiErrorTest, AnErrorSetsTheEventBitOfItsClass) {
     }
 }
 
-TEST(ScpiErrorTest, WhatIsBehindACommandErrorIsDroppedAndBehindAnyOtherIsNot) {
+TEST(ScpiErrorTest, OnlyCommandErrorDropsRestOfMessage) {
     test::ScpiBench bench;
     test::ScpiClient client{bench};
     client.ask("SOUR:FREK 3;ACC 5;:OUTP ON");
@@ -124,7 +125,7 @@ TEST(ScpiErrorTest, WhatIsBehindACommandErrorIsDroppedAndBehindAnyOtherIsNot) {
     EXPECT_EQ(bench.last_told(), "abort");
 }
 
-TEST(ScpiErrorTest, DataBehindAnErrorAreNotTakenForCommands) {
+TEST(ScpiErrorTest, DataAfterErrorAreNotCommands) {
     for (const char* message :
          {"FREK #15;ABOR", "FREQ 500,#15;ABOR", "FREQ 5, #15;ABOR", "FREK ';ABOR'", "FREQ 5,';ABOR'",
           "FREK \";ABOR", "REC:NOTE \"a\"\"b\" \";ABOR\"", "FREQ 500;FREK #0;ABOR"}) {
@@ -136,7 +137,7 @@ TEST(ScpiErrorTest, DataBehindAnErrorAreNotTakenForCommands) {
     }
 }
 
-TEST(ScpiErrorTest, WhatAClientSentIsRepeatedBoundedAndInPrintableCharacters) {
+TEST(ScpiErrorTest, QuotedInputIsBoundedAndPrintable) {
     test::ScpiBench bench;
     test::ScpiClient client{bench};
     client.ask("FREQ '" + std::string(5000, '"') + "\x01\xfe'");
@@ -162,7 +163,7 @@ TEST(ScpiErrorTest, AFullQueueEndsInOverflowAndKeepsTheOldest) {
     EXPECT_EQ(client.error(), "0,\"No error\"");
 }
 
-TEST(ScpiErrorTest, EachClientHasErrorsOfItsOwn) {
+TEST(ScpiErrorTest, EachClientHasItsOwnErrors) {
     test::ScpiBench bench;
     test::ScpiClient one{bench}, other{bench};
     one.ask("FREK");
@@ -172,7 +173,7 @@ TEST(ScpiErrorTest, EachClientHasErrorsOfItsOwn) {
     EXPECT_EQ(one.error(), "-113,\"Undefined header;FREK\"");
 }
 
-TEST(ScpiErrorTest, OnlyWhoHoldsControlMaySetButAnyoneMayAskAndAbort) {
+TEST(ScpiErrorTest, OnlyHolderMaySetOthersMayQueryAndAbort) {
     test::ScpiBench bench;
     test::ScpiClient one{bench, "192.0.2.1:5"}, other{bench, "192.0.2.2:6"};
     EXPECT_EQ(one.ask("SYST:LOCK:OWN?"), "\"\"\n");

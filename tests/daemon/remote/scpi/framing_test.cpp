@@ -15,7 +15,7 @@ constexpr char text[] =
     "#H21;FREQ?\n:SYST:ERR?\n";
 const std::string conversation{text, sizeof(text) - 1};
 
-TEST(ScpiFramingTest, AConversationCutAtEachByteGivesTheSameReplies) {
+TEST(ScpiFramingTest, SplitMessagesGiveSameReplies) {
     test::ScpiBench whole_bench;
     test::ScpiClient whole{whole_bench};
     whole.session.feed(conversation);
@@ -37,7 +37,7 @@ TEST(ScpiFramingTest, AConversationCutAtEachByteGivesTheSameReplies) {
     EXPECT_EQ(client.read(), expected);
 }
 
-TEST(ScpiFramingTest, ABlockHoldsItsBytesAsTheyCame) {
+TEST(ScpiFramingTest, BlockKeepsItsBytes) {
     test::ScpiBench bench;
     test::ScpiClient client{bench};
     std::string bytes;
@@ -49,7 +49,7 @@ TEST(ScpiFramingTest, ABlockHoldsItsBytesAsTheyCame) {
               "-223,\"Too much data;SOURce:ARBitrary:DATA 40001 bytes, allowed at most 40000\"");
 }
 
-TEST(ScpiFramingTest, AMessageThatIsTooLongIsPassedOverToItsEnd) {
+TEST(ScpiFramingTest, TooLongMessageIsSkipped) {
     for (const std::string& flood :
          {std::string(200000, 'A'), "ARB:DATA #6200000" + std::string(200000, '\n'),
           "REC:NOTE '" + std::string(100000, ';') + "'", std::string(65537, ' ')}) {
@@ -70,7 +70,7 @@ TEST(ScpiFramingTest, TheLongestMessageIsStillRead) {
     EXPECT_EQ(client.ask(std::string(Session::input_limit - query.size() + 1, ' ') + query), "");
 }
 
-TEST(ScpiFramingTest, AnUnfinishedQueryIsToldAndNotAnswered) {
+TEST(ScpiFramingTest, UnfinishedQueryIsReportedNotAnswered) {
     test::ScpiBench bench;
     test::ScpiClient client{bench};
     client.session.feed("FREQ 33;FREQ?");

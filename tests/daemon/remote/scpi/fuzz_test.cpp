@@ -85,7 +85,7 @@ private:
     std::mt19937 random_;
 };
 
-TEST(ScpiFuzzTest, TwoHundredThousandMessagesLeaveWorkingClientsAndNoMemoryBehind) {
+TEST(ScpiFuzzTest, RandomMessagesLeaveClientsAndMemoryIntact) {
     test::ScpiBench bench;
     test::ScpiClient client{bench}, other{bench};
     Babbler babbler{20260101};

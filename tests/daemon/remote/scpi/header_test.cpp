@@ -24,7 +24,7 @@ TEST(ScpiHeaderTest, ShortAndLongFormsInAnyCaseAreTheSameCommand) {
     }
 }
 
-TEST(ScpiHeaderTest, NothingBetweenShortAndLongFormIsUnderstood) {
+TEST(ScpiHeaderTest, FormsBetweenShortAndLongAreRefused) {
     for (const char* header :
          {"FREQU", "FREQUENC", "FRE", "SOU:FREQ", "SOURC:FREQ", "FREQUENCYS", "SOUR", "FREQ:FIX:FIX", "FIX",
           "SOUR:SOUR:FREQ", "*FREQ", "IDN", "FREQ:", "A:B:C:D:E:F:G:H:I:J"}) {
@@ -35,7 +35,7 @@ TEST(ScpiHeaderTest, NothingBetweenShortAndLongFormIsUnderstood) {
     }
 }
 
-TEST(ScpiHeaderTest, ASemicolonStaysWhereTheLastHeaderWas) {
+TEST(ScpiHeaderTest, SemicolonKeepsPathOfLastHeader) {
     test::ScpiBench bench;
     test::ScpiClient client{bench};
     client.ask("SOUR:BIH:RHO 0.25;PHAS 1;:AVER:PER 7;SETT 3;*CLS;PER 8");
@@ -59,7 +59,7 @@ TEST(ScpiHeaderTest, ANewMessageBeginsAtTheRoot) {
     EXPECT_EQ(client.error(), "-113,\"Undefined header;PHAS\"");
 }
 
-TEST(ScpiHeaderTest, NumbersBehindMnemonicsAreKeptByThePath) {
+TEST(ScpiHeaderTest, PathKeepsNumericSuffixes) {
     test::ScpiBench bench;
     test::ScpiClient client{bench};
     client.ask("HARM3:AMPL 0.5;PHAS 1;AMPL 0.25");
@@ -73,7 +73,7 @@ TEST(ScpiHeaderTest, NumbersBehindMnemonicsAreKeptByThePath) {
     EXPECT_EQ(bench.last_told(), "exposure 2 1 0.000000");
 }
 
-TEST(ScpiHeaderTest, NumbersOutsideTheirRangeAreRefusedWithIt) {
+TEST(ScpiHeaderTest, SuffixOutOfRangeIsRefusedWithRange) {
     test::ScpiBench bench;
     test::ScpiClient client{bench};
     for (int n = 1; n <= 16; ++n)
@@ -88,7 +88,7 @@ TEST(ScpiHeaderTest, NumbersOutsideTheirRangeAreRefusedWithIt) {
     }
 }
 
-TEST(ScpiHeaderTest, AllControlCharactersAreBlanksAndEmptyUnitsAreNothing) {
+TEST(ScpiHeaderTest, ControlCharactersAreBlanks) {
     test::ScpiBench bench;
     test::ScpiClient client{bench};
     EXPECT_EQ(client.ask(" \t\r;; FREQ\t \r 33 \r;\v; FREQ?\r"), "3.30000000E+01\n");
@@ -116,7 +116,7 @@ std::string refusal(std::vector<std::string> headers) {
     return "accepted";
 }
 
-TEST(ScpiHeaderTest, ATableThatCannotBeMeantIsRefused) {
+TEST(ScpiHeaderTest, InvalidTableIsRefused) {
     EXPECT_EQ(refusal({"A:B", "A:C", "A[:D]:E"}), "accepted");
     EXPECT_EQ(refusal({"FREQuency", "[SOURce:]FREQuency[:FIXed]"}),
               "[SOURce:]FREQuency[:FIXed] is the same header as FREQuency");

@@ -31,7 +31,7 @@ TEST(ScpiReplyTest, NumbersHaveNineDigitsOrSeventeen) {
         EXPECT_EQ(std::strtod(written(value, Format::Data::real64).c_str(), nullptr), value);
 }
 
-TEST(ScpiReplyTest, WhatIsNoNumberHasTheNumbersOfTheStandard) {
+TEST(ScpiReplyTest, NonFiniteValuesUseStandardNumbers) {
     for (const auto data : {Format::Data::ascii, Format::Data::real64}) {
         EXPECT_EQ(written(std::nan(""), data), "9.91E37");
         EXPECT_EQ(written(HUGE_VAL, data), "9.9E37");
@@ -56,7 +56,7 @@ std::vector<double> unpacked(const std::string& reply, std::size_t head, bool sw
     return values;
 }
 
-TEST(ScpiReplyTest, BlocksOfNumbersHaveTheOrderOfBytesThatWasAskedFor) {
+TEST(ScpiReplyTest, BlocksHaveRequestedByteOrder) {
     test::ScpiBench bench;
     test::ScpiClient client{bench};
     EXPECT_EQ(client.ask("FORM?;FORM:BORD?"), "ASC,9;NORM\n");
@@ -85,7 +85,7 @@ TEST(ScpiReplyTest, ANumberTooLargeForFourBytesIsInfinite) {
     EXPECT_EQ((unpacked<float, std::uint32_t>(out + "\n", 3, false)), std::vector<double>{9.9e37F});
 }
 
-TEST(ScpiReplyTest, ANumbersBoundsMayBeAsked) {
+TEST(ScpiReplyTest, QueryReturnsBoundsOfNumber) {
     test::ScpiBench bench;
     test::ScpiClient client{bench};
     EXPECT_EQ(client.ask("FREQ? MIN;FREQ? maximum;:SOUR:FREQ:FIX? DEF;FREQ?"),
@@ -96,7 +96,7 @@ TEST(ScpiReplyTest, ANumbersBoundsMayBeAsked) {
     EXPECT_TRUE(client.error().starts_with("-224,"));
 }
 
-TEST(ScpiReplyTest, ShortCommandsTakeNoMemory) {
+TEST(ScpiReplyTest, ShortCommandsDoNotAllocate) {
     test::ScpiBench bench;
     test::ScpiClient client{bench};
     const auto exchange = [&] {
@@ -121,7 +121,7 @@ std::string plain(std::string header, bool with_optional) {
     return header;
 }
 
-TEST(ScpiReplyTest, HelpListsWhatIsUnderstoodAndNothingElse) {
+TEST(ScpiReplyTest, HelpListsExactlyTheKnownHeaders) {
     test::ScpiBench bench;
     std::string list;
     {

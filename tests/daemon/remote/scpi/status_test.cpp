@@ -22,7 +22,7 @@ TEST_F(ScpiStatusTest, MasksReadBackAndTheServiceMaskHasNoBitSix) {
     EXPECT_EQ(client_.ask("*ESE?;*SRE?"), "255;191\n");
 }
 
-TEST_F(ScpiStatusTest, TheStatusByteSumsUpWhatIsEnabled) {
+TEST_F(ScpiStatusTest, StatusByteSummarisesEnabledEvents) {
     client_.ask("*CLS");
     EXPECT_EQ(client_.ask("*STB?"), "0\n");
     client_.ask("FREK");
@@ -47,13 +47,13 @@ TEST_F(ScpiStatusTest, ConditionsMakeEventsThatStayUntilRead) {
     EXPECT_EQ(client_.ask("STAT:OPER:COND?;:STAT:OPER?"), "0;0\n");
 }
 
-TEST_F(ScpiStatusTest, AConditionThatCameAndWentUnseenIsAnEvent) {
+TEST_F(ScpiStatusTest, ShortConditionIsAnEvent) {
     bench_.status.set(Questionable::data_loss, true);
     bench_.status.set(Questionable::data_loss, false);
     EXPECT_EQ(client_.ask("STAT:QUES:COND?;EVEN?"), "0;2048\n");
 }
 
-TEST_F(ScpiStatusTest, FiltersSayWhichChangeIsAnEvent) {
+TEST_F(ScpiStatusTest, FiltersSelectEvents) {
     client_.ask("STAT:OPER:PTR 0;NTR 256");
     bench_.status.set(Operation::output_on, true);
     bench_.status.set(Operation::recording, true);
@@ -85,7 +85,7 @@ TEST_F(ScpiStatusTest, EnabledEventsReachTheStatusByte) {
     EXPECT_EQ(client_.ask("*STB?"), "0\n");
 }
 
-TEST_F(ScpiStatusTest, ClearForgetsEventsAndErrorsButNoMask) {
+TEST_F(ScpiStatusTest, ClearKeepsMasks) {
     client_.ask("*ESE 5;*SRE 6;:STAT:OPER:ENAB 7;PTR 8;NTR 9;:FREK");
     bench_.status.set(Operation::sweeping, true);
     client_.ask("*CLS");
@@ -94,7 +94,7 @@ TEST_F(ScpiStatusTest, ClearForgetsEventsAndErrorsButNoMask) {
     EXPECT_EQ(client_.error(), "0,\"No error\"");
 }
 
-TEST_F(ScpiStatusTest, EachClientHasEventsOfItsOwn) {
+TEST_F(ScpiStatusTest, EachClientHasItsOwnEvents) {
     test::ScpiClient other{bench_};
     bench_.status.set(Operation::output_on, true);
     EXPECT_EQ(client_.ask("STAT:OPER?"), "256\n");

@@ -68,7 +68,7 @@ TEST(ScpiValueTest, NumbersAreReadInAllTheirForms) {
     for (const auto& [text, expected] : cases) EXPECT_EQ(value(text), expected) << text;
 }
 
-TEST(ScpiValueTest, NumbersThatAreNoneAreRefusedByWhatIsWrong) {
+TEST(ScpiValueTest, MalformedNumbersAreRefused) {
     const Parameter plain = number("", -any, any);
     const std::vector<std::pair<std::string, int>> cases{{"+", -121},
                                                          {"-", -121},
@@ -97,7 +97,7 @@ TEST(ScpiValueTest, NumbersThatAreNoneAreRefusedByWhatIsWrong) {
     for (const auto& [text, code] : cases) EXPECT_EQ(refused(text, plain), code) << text;
 }
 
-TEST(ScpiValueTest, UnitsAreScaledOnceAndMIsMilliButForMegahertz) {
+TEST(ScpiValueTest, UnitsAreScaledAndMIsMilliExceptMegahertz) {
     const double pi = std::numbers::pi;
     const std::vector<std::tuple<std::string, std::string, double>> cases{{"20", "HZ", 20},
                                                                           {"20HZ", "HZ", 20},
@@ -168,7 +168,7 @@ TEST(ScpiValueTest, BooleansAreWordsOrNumbers) {
     EXPECT_EQ(refused("1 V", boolean()), -138);
 }
 
-TEST(ScpiValueTest, ChoicesAreTheirPlaceInTheList) {
+TEST(ScpiValueTest, ChoiceIsIndexOfWord) {
     const Parameter shape = choice("SINusoid|BIHarmonic|NONE");
     EXPECT_EQ(taken("sin", shape).word, 0);
     EXPECT_EQ(taken("BIHARMONIC", shape).word, 1);
@@ -210,7 +210,7 @@ TEST(ScpiValueTest, BlocksAreBytes) {
     EXPECT_EQ(refused("#15abcde", block(4)), -223);
 }
 
-TEST(ScpiValueTest, AKindThatDoesNotFitHasAnErrorOfItsOwn) {
+TEST(ScpiValueTest, WrongKindHasItsOwnError) {
     const std::vector<Parameter> kinds{number("", 0, 1), boolean(), choice("A|B"), string(), block(9)};
     const std::vector<std::pair<std::string, std::vector<int>>> cases{{"1", {0, 0, -128, -128, -128}},
                                                                       {"A", {-141, -104, 0, -148, -148}},

@@ -26,7 +26,7 @@ TEST_F(ScpiWaitingTest, NothingWaitsForAnInstrumentThatIsDone) {
     EXPECT_FALSE(client_.session.waiting());
 }
 
-TEST_F(ScpiWaitingTest, TheReplyOfOpcAndWhatIsBehindItAreWithheld) {
+TEST_F(ScpiWaitingTest, OpcReplyAndFollowingInputAreWithheld) {
     EXPECT_EQ(client_.ask("*TST?;:INIT;*OPC?;:FREQ 33;FREQ?"), "");
     EXPECT_EQ(client_.ask("FREQ?"), "");
     client_.session.poll();
@@ -63,13 +63,13 @@ TEST_F(ScpiWaitingTest, ClearAndResetForgetOpc) {
     }
 }
 
-TEST_F(ScpiWaitingTest, OtherClientsAreNotHeldUp) {
+TEST_F(ScpiWaitingTest, OtherClientsDoNotWait) {
     test::ScpiClient other{bench_};
     client_.ask("INIT;*WAI");
     EXPECT_EQ(other.ask("FREQ?"), "2.00000000E+01\n");
 }
 
-TEST_F(ScpiWaitingTest, AbortBehindAWaitRunsAtOnceAndDropsWhatIsInFrontOfIt) {
+TEST_F(ScpiWaitingTest, AbortAfterWaitRunsAtOnceAndDropsInput) {
     bench_.instrument.abort_ends_it = false;
     client_.ask("INIT;*OPC?;:OUTP ON");
     client_.ask("OUTP ON;:FREQ 33");
@@ -82,7 +82,7 @@ TEST_F(ScpiWaitingTest, AbortBehindAWaitRunsAtOnceAndDropsWhatIsInFrontOfIt) {
     EXPECT_EQ(client_.error(), "-200,\"Execution error;2 messages before ABORt were dropped\"");
 }
 
-TEST_F(ScpiWaitingTest, AbortInTheMessageThatWaitsRunsAtOnce) {
+TEST_F(ScpiWaitingTest, AbortInWaitingMessageRunsAtOnce) {
     for (const char* message : {"INIT;*WAI;:ABOR;:FREQ 44", "INIT;*OPC?;FREK;ABOR;:FREQ 44",
                                 "INIT;*WAI;LIM:ACC:WARN 3;:ABOR;FREQ 44"}) {
         test::ScpiBench bench;
@@ -98,7 +98,7 @@ TEST_F(ScpiWaitingTest, AbortInTheMessageThatWaitsRunsAtOnce) {
     }
 }
 
-TEST_F(ScpiWaitingTest, OtherHeadersThatEndInAbortAreNone) {
+TEST_F(ScpiWaitingTest, OtherHeadersEndingInAbortDoNotAbort) {
     client_.ask("INIT;*WAI;:LIM:ACC:WARN 3;ABOR 5");
     client_.ask("LIM:ACC:ABOR 5");
     client_.ask("REC:NOTE ';ABOR;'");
@@ -108,7 +108,7 @@ TEST_F(ScpiWaitingTest, OtherHeadersThatEndInAbortAreNone) {
     EXPECT_EQ(told_, (std::vector<std::string>{"abort level", "abort level"}));
 }
 
-TEST_F(ScpiWaitingTest, AbortOfAnotherClientLetsThisOneForgetWhatItWithholds) {
+TEST_F(ScpiWaitingTest, AbortByOtherClientDropsWithheldInput) {
     client_.ask("INIT;*OPC?;:OUTP ON");
     client_.ask("OUTP ON");
     client_.session.drop_withheld();
@@ -117,15 +117,15 @@ TEST_F(ScpiWaitingTest, AbortOfAnotherClientLetsThisOneForgetWhatItWithholds) {
     EXPECT_TRUE(client_.error().starts_with("-200,"));
 }
 
-TEST_F(ScpiWaitingTest, WhatIsWithheldIsBoundedAndAbortStillPasses) {
+TEST_F(ScpiWaitingTest, WithheldInputIsBoundedAndAbortPasses) {
     client_.ask("INIT;*WAI");
     const std::string note = "REC:NOTE '" + std::string(1000, 'x') + "'";
     for (int i = 0; i < 200; ++i) client_.ask(note);
     client_.ask("ABOR");
     EXPECT_EQ(bench_.last_told(), "abort");
     done();
-    EXPECT_TRUE(
-        client_.error().starts_with("-363,\"Input buffer overrun;more than 65536 bytes received during a wait"));
+    EXPECT_TRUE(client_.error().starts_with(
+        "-363,\"Input buffer overrun;more than 65536 bytes received during a wait"));
 }
 
 }  // namespace
