@@ -10,7 +10,6 @@
 #include <boost/asio/co_spawn.hpp>
 #include <boost/asio/detached.hpp>
 #include <boost/asio/redirect_error.hpp>
-#include <boost/asio/steady_timer.hpp>
 #include <boost/asio/use_awaitable.hpp>
 #include <boost/asio/write.hpp>
 
@@ -62,7 +61,7 @@ void ScpiPort::count_errors(Client& client) noexcept {
 }
 
 bool ScpiPort::make_room() {
-    const auto since = std::chrono::steady_clock::now() - silence_;
+    const auto since = access::ServerClock::now() - silence_;
     auto longest = clients_.end();
     for (auto c = clients_.begin(); c != clients_.end(); ++c) {
         const scpi::Session& session = (*c)->session;
@@ -84,7 +83,7 @@ asio::awaitable<void> ScpiPort::converse(std::shared_ptr<Client> client) {
         const std::size_t n = co_await client->socket.async_read_some(
             asio::buffer(bytes), asio::redirect_error(use_awaitable, failed));
         if (failed) break;
-        client->heard = std::chrono::steady_clock::now();
+        client->heard = access::ServerClock::now();
         messages_ += static_cast<std::uint64_t>(
             std::count(bytes.begin(), bytes.begin() + static_cast<std::ptrdiff_t>(n), '\n'));
         client->session.feed({bytes.data(), n});

@@ -7,12 +7,12 @@
 #include <string>
 #include <utility>
 
+#include "daemon/remote/access/server_clock.hpp"
 #include "daemon/remote/instrument/commands.hpp"
 #include "daemon/remote/scpi/session.hpp"
 
 #include <boost/asio/awaitable.hpp>
 #include <boost/asio/ip/tcp.hpp>
-#include <boost/asio/steady_timer.hpp>
 
 namespace shaker::remote {
 
@@ -44,8 +44,8 @@ private:
             : session{shared, std::move(name)}, socket{std::move(s)} {}
         scpi::Session session;
         boost::asio::ip::tcp::socket socket;
-        boost::asio::steady_timer goodbye{socket.get_executor()};
-        std::chrono::steady_clock::time_point heard = std::chrono::steady_clock::now();
+        access::ServerTimer goodbye{socket.get_executor()};
+        access::ServerClock::time_point heard = access::ServerClock::now();
         bool sending = false;
         std::uint64_t counted = 0;  // errors of the session that are in errors_
     };

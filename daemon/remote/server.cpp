@@ -10,6 +10,7 @@
 #include <thread>
 #include <utility>
 
+#include "daemon/remote/access/server_clock.hpp"
 #include "daemon/remote/scpi_port.hpp"
 #include "daemon/remote/web/web_client.hpp"
 #include "drivers/errors.hpp"
@@ -21,7 +22,6 @@
 #include <boost/asio/ip/tcp.hpp>
 #include <boost/asio/post.hpp>
 #include <boost/asio/redirect_error.hpp>
-#include <boost/asio/steady_timer.hpp>
 #include <boost/asio/use_awaitable.hpp>
 
 namespace shaker::remote {
@@ -91,7 +91,7 @@ struct Server::State {
     ScpiPort scpi;
     std::shared_ptr<web::Site> site;
     tcp::acceptor web_door, scpi_door;
-    std::chrono::steady_clock::time_point held_at = std::chrono::steady_clock::now();
+    access::ServerClock::time_point held_at = access::ServerClock::now();
     std::jthread thread;
 
     State(service::BenchPort& bench_port, const ServerSettings& s)
@@ -110,7 +110,7 @@ struct Server::State {
             tcp::socket socket = co_await door.async_accept(asio::redirect_error(use_awaitable, failed));
             if (failed == asio::error::operation_aborted) co_return;
             if (failed) {  // no free descriptor, or the client has disconnected already
-                asio::steady_timer pause{io, update_every};
+                access::ServerTimer pause{io, update_every};
                 co_await pause.async_wait(use_awaitable);
                 continue;
             }
@@ -120,7 +120,7 @@ struct Server::State {
     }
 
     asio::awaitable<void> housekeeping() {
-        asio::steady_timer timer{io};
+        access::ServerTimer timer{io};
         for (;;) {
             timer.expires_after(update_every);
             co_await timer.async_wait(use_awaitable);
@@ -135,7 +135,7 @@ struct Server::State {
     // A closed page loses control after the lease.
     void end_stale_control() {
         const std::string& owner = lock.owner();
-        const auto now = std::chrono::steady_clock::now();
+        const auto now = access::ServerClock::now();
         if (!owner.starts_with("page") || site->sockets.contains(owner))
             held_at = now;
         else if (now - held_at > lease)

@@ -5,6 +5,7 @@
 #include <optional>
 #include <utility>
 
+#include "daemon/remote/access/server_clock.hpp"
 #include "daemon/remote/web/live_frames.hpp"
 #include "daemon/remote/web/site.hpp"
 #include "daemon/remote/web/socket_limits.hpp"
@@ -14,7 +15,6 @@
 #include <boost/asio/co_spawn.hpp>
 #include <boost/asio/detached.hpp>
 #include <boost/asio/redirect_error.hpp>
-#include <boost/asio/steady_timer.hpp>
 #include <boost/asio/use_awaitable.hpp>
 #include <boost/beast/core/buffers_to_string.hpp>
 #include <boost/beast/core/flat_buffer.hpp>
@@ -28,7 +28,7 @@ namespace asio = boost::asio;
 namespace beast = boost::beast;
 using asio::use_awaitable;
 using Socket = beast::websocket::stream<beast::tcp_stream>;
-using Clock = std::chrono::steady_clock;
+using Clock = access::ServerClock;
 
 constexpr std::chrono::milliseconds turn{33}, state_every{100};
 constexpr std::chrono::seconds patience{10};  // for the client to receive one message
@@ -161,7 +161,7 @@ void drop_due(Live& live) {
 
 // A slow client gets fewer messages: at most one waits here.
 asio::awaitable<void> take_turns(std::shared_ptr<Live> live) {
-    asio::steady_timer timer{live->socket.get_executor()};
+    access::ServerTimer timer{live->socket.get_executor()};
     while (live->open) {
         if (!live->sending) {
             live->sending = true;

@@ -6,11 +6,11 @@
 #include <optional>
 #include <utility>
 
+#include "daemon/remote/access/server_clock.hpp"
 #include "daemon/remote/web/live_socket.hpp"
 #include "daemon/remote/web/requests.hpp"
 
 #include <boost/asio/redirect_error.hpp>
-#include <boost/asio/steady_timer.hpp>
 #include <boost/asio/use_awaitable.hpp>
 #include <boost/beast/core.hpp>
 #include <boost/beast/http.hpp>
@@ -55,9 +55,9 @@ private:
 
 // Waits for the result of an order, which the bench's thread executes, or until `bell` is cancelled.
 asio::awaitable<Response> answered(const Request& request, Site& site, const std::string& who,
-                                   asio::steady_timer& bell) {
+                                   access::ServerTimer& bell) {
     auto got = std::make_shared<std::optional<Response>>();
-    auto ring = std::make_shared<asio::steady_timer*>(&bell);
+    auto ring = std::make_shared<access::ServerTimer*>(&bell);
     answer(request, site, who, [got, ring](Response r) {
         *got = std::move(r);
         if (*ring != nullptr) (*ring)->cancel();
@@ -75,7 +75,7 @@ asio::awaitable<Response> answered(const Request& request, Site& site, const std
 // Serves requests until the client closes (returns empty) or requests an upgrade to a socket (returned).
 asio::awaitable<std::optional<Request>> converse(beast::tcp_stream& stream, Site& site,
                                                  const std::string& address) {
-    asio::steady_timer bell{stream.get_executor()};
+    access::ServerTimer bell{stream.get_executor()};
     Seat seat{site.guests, [&] {
                   stream.close();
                   bell.cancel();

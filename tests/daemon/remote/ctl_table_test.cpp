@@ -79,7 +79,8 @@ void expect_in_all_texts(const Command& command, const std::string& page) {
         EXPECT_TRUE(own.contains(std::string{a.name})) << name << " " << a.name;
         EXPECT_NE(page.find(a.help), std::string::npos) << name << " " << a.name;
         EXPECT_EQ(bash.contains(std::string{a.name}), !a.positional()) << name << " " << a.name;
-        for (const std::string_view word : a.words) {  // before an option's name only positional words are offered
+        for (const std::string_view word :
+             a.words) {  // before an option's name only positional words are offered
             const bool positional = std::ranges::any_of(command.arguments, [&](const Argument& other) {
                 return other.positional() && std::ranges::find(other.words, word) != other.words.end();
             });
@@ -98,8 +99,8 @@ TEST(CtlTableTest, EveryRowIsInHelpManualPageAndCompletions) {
 
 TEST(CtlTableTest, EveryExitStatusIsInHelpManualPageAndReadme) {
     const std::string page = plain(manual_page(program())), text = help(program());
-    const std::string readme =
-        output_of("sed -n '/^| exit status of `shakerctl`/,/^$/p' '" + test::source_dir() + "/daemon/remote/README.md'");
+    const std::string readme = output_of("sed -n '/^| exit status of `shakerctl`/,/^$/p' '" +
+                                         test::source_dir() + "/daemon/remote/README.md'");
     for (const manual::ExitStatus& s : exit_statuses) {
         const std::string number = std::to_string(s.number), meaning{s.meaning};
         EXPECT_NE(text.find(number + "  " + meaning + "\n"), std::string::npos) << number;
