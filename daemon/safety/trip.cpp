@@ -53,7 +53,7 @@ constexpr std::array<Words, causes> words{{
      "check the wiring of the amplifier and the sensor's direction"},
     {"gravity", "", 100, "%", "gravity reads {0} of its reference value (allowed 60 % to {1})",
      "check the sensor's mounting, its axes, its power and its scale"},
-    {"walker_edge", "mm", 1, "mm", "the walker is {0} from the edge of the base (at least {1})",
+    {"walker_edge", "mm", 1, "mm", "the walker is {0} from the edge of the picture (at least {1})",
      "move it back to the middle"},
     {"tracking_lost", "frames", 1, "frames", "the walker was not found in {0} in a row (limit {1})",
      "check the light and the walker"},

@@ -28,7 +28,7 @@ enum class Cause : std::uint8_t {
     gain_limit,         // motion per volt / identified response, or drive / drive by the response
     polarity,           // measured / predicted motion, negative
     gravity,            // gravity in the reading / reference (earlier reading, or standard gravity)
-    walker_edge,        // mm, distance of the walker from the edge of the base
+    walker_edge,        // mm, distance of the walker from the edge of the picture
     tracking_lost,      // number of consecutive frames without the walker
     camera_missing,     // s, duration without frames from a camera
     underrun,           // samples, duration of an underrun of the DAC

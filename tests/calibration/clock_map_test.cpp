@@ -9,7 +9,7 @@ namespace {
 
 using std::chrono::nanoseconds;
 
-// Wall-clock nanoseconds and months of ticks: where a double alone would lose 256 ns.
+// Nanoseconds since 1970 and months of ticks: numbers for which a double would lose 256 ns.
 constexpr DacTick tick0{1'000'000'000'000};
 constexpr HostTime time0{nanoseconds{1'700'000'000'000'000'001}};
 

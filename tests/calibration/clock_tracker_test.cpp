@@ -17,14 +17,14 @@ using std::chrono::nanoseconds;
 constexpr double rate = 48000;
 constexpr std::int64_t block = 256;
 
-/// A device with a clock of its own, whose blocks are stamped late.
+/// A device with its own clock, whose blocks are stamped late.
 class Device {
 public:
     Device(double ppm, std::function<double(std::mt19937_64&)> delay_s, unsigned seed,
            double ppm_a_minute = 0)
         : ppm_{ppm}, ppm_a_minute_{ppm_a_minute}, delay_s_{std::move(delay_s)}, random_{seed} {}
 
-    /// When a tick really happens. The host has been up for a year.
+    /// True time of a tick. The host has been running for a year.
     [[nodiscard]] HostTime true_time(DacTick tick) const {
         const double s = static_cast<double>(tick.n - first) / rate;
         const double early = 1e-6 * (ppm_ + ppm_a_minute_ * s / 120) * s;
@@ -58,8 +58,8 @@ double usual_delay(std::mt19937_64& random) {
     return shortest + std::exponential_distribution<double>{1 / 100e-6}(random);
 }
 
-/// The map against true time and the shortest delay, in s, at the newest tick: where the map is used, and at
-/// its worst.
+/// Error of the map at the newest tick, s: map minus true time and shortest delay. The map is used there, and
+/// its error is largest there.
 double error(const ClockTracker<struct DacClock>& tracker, const Device& device) {
     const auto off = tracker.map().value().at(device.next()) - device.true_time(device.next());
     return Seconds{off}.count() - shortest;
@@ -78,7 +78,7 @@ TEST(ClockTrackerTest, FindsRateTo1ppmAndOffsetTo5usAfter10s) {
                     10e-6);  // mean of the exponential law, of 1875 delays
         sum += error(tracker, device);
     }
-    EXPECT_LT(std::abs(sum / devices), 1e-6) << "the mean delay of 150 us must not show";
+    EXPECT_LT(std::abs(sum / devices), 1e-6) << "the mean delay of 150 us must have no effect";
 }
 
 TEST(ClockTrackerTest, LateSpikesDoNotChangeFit) {
@@ -93,7 +93,7 @@ TEST(ClockTrackerTest, LateSpikesDoNotChangeFit) {
         device.play(tracker, 30);
         EXPECT_NEAR(tracker.ppm(), -61, 0.5);
         EXPECT_LT(std::abs(error(tracker, device)), 2e-6);
-        EXPECT_GT(tracker.residual().count(), 5e-3) << "the residual must tell that something is wrong";
+        EXPECT_GT(tracker.residual().count(), 5e-3) << "the residual must show the late stamps";
     }
 }
 
@@ -112,7 +112,7 @@ TEST(ClockTrackerTest, UncertaintyCoversErrorFromFirstStamp) {
     EXPECT_LE(outside, all / 50) << "of " << all << " maps, outside of 3 sigma";
 }
 
-// A busy computer is late for a while, not by chance each time: the delay wanders over 0.2 s.
+// The delays of a busy computer are correlated: they vary with a time constant of 0.2 s.
 TEST(ClockTrackerTest, RateUncertaintyCoversCorrelatedDelays) {
     int outside = 0;
     double squares = 0;  // of the error, in standard errors
@@ -133,7 +133,7 @@ TEST(ClockTrackerTest, RateUncertaintyCoversCorrelatedDelays) {
         squares += off * off / seeds;
     }
     EXPECT_LE(outside, seeds / 10) << "of " << seeds << " outside of 2 sigma";
-    EXPECT_GT(std::sqrt(squares), 0.2) << "the error bars should not be far too long either";
+    EXPECT_GT(std::sqrt(squares), 0.2) << "the standard errors must not be far too large";
 }
 
 TEST(ClockTrackerTest, ARestartForgetsTheOffsetAndKeepsTheRate) {
@@ -157,8 +157,8 @@ TEST(ClockTrackerTest, FollowsACrystalThatWarmsUp) {
         Device device{20, usual_delay, seed, 1};
         for (int i = 0; i < 20; ++i) {
             device.play(tracker, 10);
-            // The line is that of 10 s ago: the rate has moved on by 1/6 ppm, the time by half of that times
-            // 10 s.
+            // The line lags by 10 s, in which the rate has changed by 1/6 ppm and the time by half of that
+            // times 10 s.
             EXPECT_NEAR(tracker.ppm(), device.ppm_now(), 0.5);
             EXPECT_LT(std::abs(error(tracker, device)), 3e-6);
             EXPECT_LT(std::abs(error(tracker, device)), 3 * tracker.map()->sigma_at(device.next()).count());

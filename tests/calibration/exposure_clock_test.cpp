@@ -19,8 +19,8 @@ HostTime host_of_sample(double n) { return host(n / (dac_hz * (1 + 1e-6 * dac_pp
 
 ClockMap<DacClock> dac_map() { return {{0}, host(0), 1e9 / (dac_hz * (1 + 1e-6 * dac_ppm))}; }
 
-// A camera whose clock began at another time and runs at another rate. Frames arrive 3.2 ms after the start
-// of their exposure or later: up to 2 ms of jitter, and stalls of 60 ms.
+// A camera whose clock has another origin and another rate. Frames arrive at least 3.2 ms after the start of
+// their exposure, with up to 2 ms of jitter and stalls of 60 ms.
 struct TestCamera {
     std::mt19937_64 rng{5};
     std::exponential_distribution<double> jitter{2000};
@@ -53,7 +53,7 @@ TEST(ExposureClockTest, TriggeredFrameIsExactlyOnItsPulse) {
     TestCamera camera;
     std::int64_t tick = 0;
     for (std::int64_t k = 0; k < 3000; ++k) {
-        if (k > 200 && k % 50 < 7) continue;  // pulses that no frame came of; the count may or may not see it
+        if (k > 200 && k % 50 < 7) continue;  // pulses without a frame, with or without a step of the count
         if (k % 100 == 10) tick += 3;
         const auto sample = TriggerTrain::pulse(k, dac_hz, fps);
         const FrameStamp f = camera.frame(k <= 200 ? k : tick++, static_cast<double>(sample) + 0.3);
@@ -68,7 +68,7 @@ TEST(ExposureClockTest, TriggeredFrameIsExactlyOnItsPulse) {
     EXPECT_EQ(clock.jumps(), 0U);
 }
 
-// A client that has just started is slow with the first pictures: none of them tells how soon one can come.
+// A client that has just started receives its first pictures late, so none of them shows the shortest delay.
 TEST(ExposureClockTest, LateFirstFramesAreNotJump) {
     for (const double slow_s : {2.5e-3, 40e-3}) {
         ExposureClock clock{view_at(200, true), dac_hz};

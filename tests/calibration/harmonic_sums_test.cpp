@@ -20,7 +20,7 @@ struct Stream {
     [[nodiscard]] HarmonicSamples samples() const { return {t, y, sd}; }
 };
 
-/// Irregular times with a gap, a length that is no whole number of blocks, weights that differ.
+/// Irregular times with a gap, a length that is not a whole number of blocks, different weights.
 Stream rough(unsigned seed, double constant) {
     std::mt19937_64 random(seed);
     std::normal_distribution<double> normal;
@@ -36,7 +36,7 @@ Stream rough(unsigned seed, double constant) {
     return s;
 }
 
-/// Least squares as in a textbook: every row written down, the sums plain, everything in long double.
+/// Textbook least squares in long double: all rows are stored and summed directly.
 struct Plain {
     using Matrix = Eigen::Matrix<long double, Eigen::Dynamic, Eigen::Dynamic>;
     Matrix inverse, p;
@@ -81,7 +81,7 @@ struct Plain {
 
 class AgainstPlainSums : public ::testing::TestWithParam<std::pair<int, int>> {};
 
-/// To 1e-12 of the largest: amplitudes, slope, constants, their covariance, what is left.
+/// Amplitudes, slope, constants, their covariance and the residual agree to 1e-12 of the largest.
 TEST_P(AgainstPlainSums, EveryFitEqualsPlainSums) {
     const auto [gathered, order] = GetParam();
     const std::vector<Stream> streams{rough(1, 5), rough(2, -40)};
@@ -104,7 +104,7 @@ TEST_P(AgainstPlainSums, EveryFitEqualsPlainSums) {
                                              static_cast<double>(plain.p(i + 1, 0)));
             const auto turn = std::polar(1.0, two_pi * f * q * (fit.origin_s - origin));
             EXPECT_LT(std::abs(fit.at(q) - truth * turn), 1e-12) << q;
-            // The trace over a harmonic's two components does not know of the origin.
+            // The trace over a harmonic's two components is independent of the origin.
             const double trace =
                 variance * static_cast<double>(plain.inverse(i, i) + plain.inverse(i + 1, i + 1));
             EXPECT_NEAR((fit.cov(i, i) + fit.cov(i + 1, i + 1)) / trace, 1, 1e-12) << q;

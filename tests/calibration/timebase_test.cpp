@@ -33,8 +33,8 @@ TimebaseDevices devices() {
             .cameras = {view("triggered", true), view("free", false)}};
 }
 
-// Devices of known rates on the true time, whose stamps are late by 20 us on average. Camera 0 exposes on the
-// DAC's pulses, camera 1 by its own clock.
+// Devices with known rates in true time. Stamps are late by 20 us on average. Camera 0 exposes on the DAC's
+// pulses, camera 1 by its own clock.
 struct Bench {
     std::mt19937_64 rng{3};
     std::exponential_distribution<double> late{5e4};
@@ -110,7 +110,7 @@ TEST(TimebaseTest, EveryClockHasAFitWithItsError) {
     EXPECT_FALSE(timebase.camera_stamps(0));
 }
 
-// A recording is read a device at a time, a live bench mixes them.
+// A recording is read device by device; a live bench mixes the devices.
 TEST(TimebaseTest, OrderBetweenDevicesDoesNotMatter) {
     const Bench bench{3};
     Timebase live{devices()}, replayed{devices()};

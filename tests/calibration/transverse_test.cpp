@@ -58,7 +58,7 @@ TEST(TransverseTest, DirectionDoesNotDependOnTheSensorsMounting) {
     EXPECT_NEAR(std::abs(dot(t.direction, w)), 1, 1e-9);
 }
 
-// The spread of a share that is far above the noise is its sigma: 400 draws tell it to 3.5 %.
+// The scatter of a share far above the noise must equal its sigma; 400 draws determine it to 3.5 %.
 TEST(TransverseTest, SigmaMatchesScatterUnderNoise) {
     std::mt19937_64 rng{1};
     const double sd = 0.02;

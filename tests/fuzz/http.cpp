@@ -28,7 +28,7 @@ constexpr const char* token = "0123456789abcdefghijkl";
 
 std::string text(beast::string_view s) { return {s.data(), s.size()}; }
 
-// The daemon's own rules again, in other words: whether this request may change or see anything.
+// Independent implementation of the daemon's access rules: true if the request may change or read data.
 bool may(const web::Request& request, bool asks_token) {
     const std::string host = text(request[http::field::host]), origin = text(request[http::field::origin]);
     bool known = false;
@@ -56,14 +56,14 @@ struct Seen {
 void look_at(const web::Response& response) {
     const unsigned status = response.result_int();
     require((status >= 200 && status < 300) || (status >= 400 && status < 600), "2xx, 4xx or 5xx");
-    require(response.count(http::field::content_length) == 1 || status == 204, "a length is told");
+    require(response.count(http::field::content_length) == 1 || status == 204, "a reply has a length");
     if (text(response[http::field::content_type]) == "application/json" && !response.body().empty())
-        require(nlohmann::json::accept(response.body()), "what is called JSON is JSON");
+        require(nlohmann::json::accept(response.body()), "a reply of type JSON is JSON");
     std::ostringstream out;
     out << response;
 }
 
-// Lines like "drive {...}" as requests whose lengths are right: what is behind them is reached sooner.
+// Converts lines like "drive {...}" to valid requests, so that the fuzzer reaches the actions sooner.
 std::string requests_of(std::string_view lines) {
     std::string out;
     while (!lines.empty()) {
@@ -80,8 +80,8 @@ std::string requests_of(std::string_view lines) {
 
 }  // namespace
 
-// The first byte says whether a token is asked for, whether the bench answers in between, and whether the
-// others are what comes over the wire or lines of actions.
+// Bits of the first byte: a token is required; the bench answers in between; the other bytes are raw HTTP or
+// lines of actions.
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
     if (size == 0) return 0;
     const bool with_token = (data[0] & 1U) != 0, prompt = (data[0] & 2U) == 0;
@@ -110,7 +110,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
         };
         const Seen before = seen();
         if (takes_socket(request, site)) {
-            require(may(request, with_token), "a socket only for those who may");
+            require(may(request, with_token), "a socket only for allowed clients");
             break;
         }
         int answers = 0;
@@ -128,9 +128,9 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
         look_at(*response);
         const bool private_path =
             text(request.target()).starts_with("/api/") || text(request.target()).starts_with("/metrics");
-        if (after != before) require(may(request, with_token), "nothing is done for those who may not");
+        if (after != before) require(may(request, with_token), "no action without permission");
         if (response->result_int() == 200)
-            require(may(request, with_token && private_path), "nothing is told to those who may not");
+            require(may(request, with_token && private_path), "no data without permission");
         if (!response->keep_alive()) break;
     }
     return 0;

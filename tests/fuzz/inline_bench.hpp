@@ -1,5 +1,5 @@
 #pragma once
-// A played desk and what stands before it in the daemon, on one thread: it moves when settle() is called.
+// A simulated bench port with the daemon's queue of orders, in one thread. settle() executes the orders.
 #include <cstdlib>
 #include <deque>
 #include <functional>
@@ -12,7 +12,7 @@
 
 namespace shaker::test {
 
-/// Ends the program, which libFuzzer takes for a finding.
+/// Ends the program if `holds` is false; libFuzzer counts that as a finding.
 inline void require(bool holds, const char* what) {
     if (holds) return;
     std::cerr << "does not hold: " << what << '\n';
@@ -28,7 +28,7 @@ public:
     service::PendingOrders pending_orders{
         played.bench_port, [this](std::function<void()> f) { later_.push_back(std::move(f)); }};
 
-    /// What was ordered is done and answered.
+    /// Executes and answers all orders.
     void settle() {
         played.turn();
         while (!later_.empty()) {

@@ -1,5 +1,5 @@
-// Gives a fuzzer's function each file of a folder, then mutations of them that SHAKER_SEED chooses:
-// tests/fuzz without libFuzzer. A finding ends the program by a signal or a sanitiser's report.
+// Runs a fuzzer's function on each file of a folder, then on mutations chosen by SHAKER_SEED, without
+// libFuzzer. A finding ends the program by a signal or a sanitiser's report.
 #include <algorithm>
 #include <cstdint>
 #include <cstdlib>
@@ -29,7 +29,7 @@ std::vector<Bytes> read_all(const std::filesystem::path& folder) {
     return all;
 }
 
-/// A piece of `of` is overwritten, removed, repeated or replaced by a piece of `other`.
+/// `of` with a piece overwritten, removed, repeated or replaced by a piece of `other`.
 Bytes mutated(Bytes of, const Bytes& other, std::mt19937_64& random) {
     const auto below = [&](std::size_t n) { return n == 0 ? 0 : static_cast<std::size_t>(random() % n); };
     for (std::size_t changes = 1 + below(4); changes > 0 && !of.empty(); --changes) {

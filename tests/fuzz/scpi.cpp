@@ -15,7 +15,8 @@ namespace {
 using namespace shaker;
 using test::require;
 
-// Made anew for each input at the place where the commands, which take long to make, look for it.
+// Created again for each input. The table of commands is created only once, because that takes long; its
+// commands refer to this object.
 std::optional<instrument::BenchInstrument>& the_instrument() {
     static std::optional<instrument::BenchInstrument> instrument;
     return instrument;
@@ -47,7 +48,7 @@ struct Door {
     scpi::Session* client = nullptr;
 };
 
-void look_at(const scpi::Session& client, std::size_t before) {
+void check_output(const scpi::Session& client, std::size_t before) {
     const std::string_view output = client.output();
     require(output.empty() || output.back() == '\n', "a reply ends in LF");
     require(output.size() >= before, "replies that were not sent stay");
@@ -63,8 +64,8 @@ std::string ask(Door& door, scpi::Session& client, std::string_view message) {
 
 }  // namespace
 
-// The first byte says how the others are cut, whether the bench does its orders in between, and whether
-// somebody else holds control.
+// Bits of the first byte: length of the pieces; the bench executes orders in between; another client has
+// control.
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
     if (size == 0) return 0;
     const std::size_t piece = 1U + (data[0] & 0x3fU);
@@ -79,7 +80,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
         client.feed(rest.substr(0, piece));
         rest.remove_prefix(std::min(piece, rest.size()));
         if (prompt) door.go_on();
-        look_at(client, before);
+        check_output(client, before);
     }
     constexpr std::size_t measured_in = 2 * test::PlayedPort::shown_each;  // turns, at most
     for (std::size_t turns = 0; turns == 0 || client.waiting(); ++turns) {
@@ -87,7 +88,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
         door.go_on();
     }
     client.finish();
-    look_at(client, 0);
+    check_output(client, 0);
     if (held) {
         require(door.bench.lock.owner() == "somebody else", "control stays where it is");
         require(door.bench.played.ordered().empty(), "only the holder of control is obeyed");
@@ -97,6 +98,6 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     const int aborts = door.bench.played.aborts;
     scpi::Session other{door.shared(), "other"};
     other.feed("ABOR\n");
-    require(door.bench.played.aborts == aborts + 1, "an abort of another client reaches the desk");
+    require(door.bench.played.aborts == aborts + 1, "an abort of another client reaches the bench");
     return 0;
 }

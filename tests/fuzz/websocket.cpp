@@ -1,4 +1,4 @@
-// One live socket: what its client asks for, as text and as bytes on the wire.
+// One live socket: requests of its client as text and as bytes of the protocol.
 #include <cstddef>
 #include <cstdint>
 #include <string>
@@ -31,11 +31,11 @@ void obey(std::string_view text, Streams& streams) {
     const auto wish = wish_of(text);
     if (!wish) return;
     take(*wish, streams);
-    require(streams.size() <= most_streams, "no more streams than there may be");
+    require(streams.size() <= most_streams, "the number of streams is limited");
     for (const auto& [name, stream] : streams) {
-        require(name.size() <= 64 && name == stream.wish.stream, "the stream that was asked for");
+        require(name.size() <= 64 && name == stream.wish.stream, "the requested stream");
         require(stream.wish.width >= 1 && stream.wish.width <= 4096, "a width of pixels");
-        require(stream.wish.rate_hz >= 0.1 && stream.wish.rate_hz <= 30, "a rate that can be kept");
+        require(stream.wish.rate_hz >= 0.1 && stream.wish.rate_hz <= 30, "the rate is in its range");
     }
 }
 
@@ -76,7 +76,7 @@ void read_wire(std::string_view bytes, Streams& streams) {
 
 }  // namespace
 
-// The first byte says whether the others are lines of text or what comes over the wire.
+// First byte 't': the others are lines of text; otherwise: bytes of the protocol.
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
     if (size == 0) return 0;
     const std::string_view bytes{reinterpret_cast<const char*>(data) + 1, size - 1};

@@ -1,5 +1,5 @@
-// Ten minutes of the whole program on the mock bench while other processes take all processors, with faults
-// now and then: both sides must have counted the same. SHAKER_LONG_S: another length, s.
+// Ten minutes of the whole program on the mock bench with random faults, while other processes use all
+// processors. Program and mock bench must count equal losses. SHAKER_LONG_S: another duration, s.
 #include <gtest/gtest.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -16,7 +16,7 @@
 namespace shaker::test {
 namespace {
 
-/// One process for each processor that only asks who its parent is.
+/// One busy process per processor.
 class Load {
 public:
     Load() {
@@ -51,7 +51,7 @@ double length_s() {
 
 std::uint64_t never_came(const mock::GigeCounts& c) { return c.damaged + c.dropped + c.overflow; }
 
-/// A fault of the sensors, by chance.
+/// Causes a random fault of the sensors.
 void cause_one(mock::MockBench& b, const std::function<int(int)>& pick) {
     b.camera("side").lose(0);
     switch (pick(6)) {
@@ -74,12 +74,12 @@ TEST(LoadTest, LossesUnderLoadAgreeOnBothSides) {
     const Load load;
     BenchRun run{37.5, "[walker]\nstart_mm = 0\n"};
     const double length = length_s();
-    // One harmonic alone moves the walker to and fro and nowhere else: it is in view to the end.
+    // A single harmonic causes no drift, so the walker stays in view.
     run.start("--gamma 1.5g --rho 1 --periods " + std::to_string(std::lround(20 * length)));
     std::mt19937 random{7};
     const auto pick = [&](int most) { return 1 + static_cast<int>(random() % static_cast<unsigned>(most)); };
     mock::MockBench& b = run.bench;
-    // The drive starts again from silence after an underrun: early, so that the measurement is whole.
+    // The drive restarts after an underrun. The underrun is early, so that the measurement is complete.
     ASSERT_TRUE(run.played(2)) << end_of(run.finish().err);
     b.dac().cause_underrun();
     int faults = 1;

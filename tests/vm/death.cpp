@@ -39,7 +39,7 @@ public:
         check(snd_pcm_start(pcm));
     }
 
-    /// Takes what has come.
+    /// Reads the captured samples.
     void listen() {
         std::array<std::int32_t, 2048> frames{};
         for (;;) {

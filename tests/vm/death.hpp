@@ -1,5 +1,5 @@
 #pragma once
-// What a kernel's PCM goes on to play when the process that drives it ends.
+// Output of a kernel's PCM after the end of the process that drives it.
 #include <cstdint>
 #include <string>
 
@@ -16,14 +16,14 @@ enum class End {
 
 struct AfterDeath {
     double level = 0;         // largest sample before the end, a share of full scale
-    Seconds sounds_on{};      // from the end to the last sample that is not zero, as captured
-    double largest_step = 0;  // from sample to sample, over all that was captured, a share of full scale
-    double drive_step = 0;    // the drive's own
-    Seconds longest_pause{};  // between two listenings; 20 ms when nothing stood still
+    Seconds sounds_on{};      // from the end of the process to the last captured sample that is not zero
+    double largest_step = 0;  // largest step between captured samples, share of full scale
+    double drive_step = 0;    // largest step of the drive itself
+    Seconds longest_pause{};  // between two reads of the capture; 20 ms without a stall
 };
 
-/// A process of its own drives the DAC of `settings` with two harmonics for `duration` and then ends; the
-/// PCM `capture` (S32, two channels, same rate) hears it, before and long after. Throws DeviceError.
+/// A separate process drives the DAC of `settings` with two harmonics for `duration` and then ends. The PCM
+/// `capture` (S32, two channels, same rate) records before and long after the end. Throws DeviceError.
 AfterDeath hear_a_death(const alsa::AlsaSettings& settings, const std::string& capture, Seconds duration,
                         End end);
 

@@ -1,5 +1,5 @@
 #pragma once
-// What the virtual machine's jobs do with an open device of each kind, and what they saw.
+// Operations of the virtual machine's jobs on an open device of each kind, with their results.
 #include <cstdint>
 #include <functional>
 #include <string>
@@ -11,10 +11,10 @@ namespace shaker {
 struct Played {
     std::int64_t frames = 0;    // of the pattern, given to the DAC
     DeviceCounts counts;        // the DAC's own
-    double ppm = 0;             // the DAC's clock against CLOCK_MONOTONIC
-    Seconds residual{};         // mean delay of its stamps beyond the shortest
-    std::string fault;          // what the DAC said when it failed; empty when it did not
-    Seconds last_write_took{};  // the one that failed, or the last one
+    double ppm = 0;             // rate of the DAC's clock relative to CLOCK_MONOTONIC, minus 1
+    Seconds residual{};         // mean delay of its stamps minus the shortest one
+    std::string fault;          // the DAC's error; empty without a failure
+    Seconds last_write_took{};  // duration of the last write, also if it failed
 };
 
 /// Plays the pattern (pattern.hpp) on the first channel, then silence of a quarter of a second. A DeviceError
@@ -25,7 +25,7 @@ struct Heard {
     std::int64_t samples = 0;
     std::int64_t missing = 0;    // by the count on axis z
     std::int64_t wrong = 0;      // axes x and y do not fit axis z, or the count goes backwards
-    std::int64_t misplaced = 0;  // the driver's tick moved otherwise than the count
+    std::int64_t misplaced = 0;  // the driver's tick and the count changed differently
     double rate_hz = 0;          // by the stamps of the first and the last block
     DeviceCounts counts;         // the driver's own
     std::string fault;
@@ -37,7 +37,7 @@ Heard read_counted_samples(Accelerometer& accelerometer, std::int64_t samples);
 struct Watched {
     std::int64_t frames = 0;
     std::int64_t span = 0;       // exposures from the first frame to the last, by the driver's ticks
-    std::int64_t backwards = 0;  // ticks or stamps that did not rise
+    std::int64_t backwards = 0;  // ticks or stamps that did not increase
     std::int64_t unstamped = 0;  // frames without the kernel's stamp
     double rate_hz = 0;          // exposures a second by the frames' own stamps
     DeviceCounts counts;

@@ -1,6 +1,6 @@
 #pragma once
-// What the virtual machine's jobs play: samples that tell which they are, so that any stretch of a recording
-// can be placed in what was played, to the bit.
+// Test pattern of the virtual machine's jobs. Samples identify their own position, so any part of a
+// recording can be located in the played pattern, to the bit.
 #include <cstdint>
 #include <string>
 
@@ -19,16 +19,16 @@ constexpr std::int32_t pattern_code(std::int64_t frame, int bits) noexcept {
 /// Where the pattern's first `frames` samples are in a recording.
 struct PatternFound {
     std::int64_t exact = 0;     // samples equal to the pattern, in runs of four or more, in order
-    std::int64_t pieces = 0;    // unbroken stretches of them
-    std::int64_t longest = 0;   // of these
-    std::int64_t skipped = 0;   // samples of the pattern left out between two pieces
-    std::int64_t repeated = 0;  // samples of the pattern that come again, out of order
+    std::int64_t pieces = 0;    // number of contiguous pieces
+    std::int64_t longest = 0;   // length of the longest piece
+    std::int64_t skipped = 0;   // samples of the pattern missing between two pieces
+    std::int64_t repeated = 0;  // samples of the pattern that appear again, out of order
     std::int64_t foreign = 0;   // samples that are neither the pattern nor zero
 };
 
-/// Looks in the first channel of a file of two: a WAV, or samples alone, little endian. Codes of 16 bits are
-/// in two bytes; of 24 bits in the upper three of four bytes, the lowest zero. Throws InputError when the
-/// file cannot be read.
+/// Searches the first channel of a file with two channels: WAV or raw samples, little-endian. Codes of 16
+/// bits are in two bytes, codes of 24 bits in the upper three of four bytes. Throws InputError when the file
+/// cannot be read.
 PatternFound find_pattern(const std::string& path, int bits, std::int64_t frames);
 
 }  // namespace shaker

@@ -1,5 +1,5 @@
-// The drivers against a real kernel, one job after another (tests/vm/jobs). Each prints a line that begins
-// with "proved: ", or says what is wrong and ends with status 1.
+// The drivers on a real kernel, one job after another (tests/vm/jobs). Each job prints a line that starts
+// with "proved: ", or prints its error and ends with status 1.
 #include <spdlog/fmt/fmt.h>
 
 #include <cmath>
@@ -38,13 +38,13 @@ void require(bool holds, const std::string& otherwise) {
     if (!holds) throw NotProved{otherwise};
 }
 
-// Told at once: what comes after it may hang.
+// Prints at once, because later steps may hang.
 void proved(const std::string& what) {
     fmt::print("proved: {}\n", what);
     std::fflush(stdout);
 }
 
-// A device's own settings, each in a file of its own as it stands in a rig file.
+// Settings of one device, in a separate file with the format of a rig file.
 template <class Read>
 auto settings(const std::string& file, Read read) {
     SettingsTable table = SettingsTable::from_file(file);
@@ -55,7 +55,7 @@ auto settings(const std::string& file, Read read) {
 
 std::int64_t whole(const std::string& text) { return std::stoll(text); }
 
-// play SETTINGS BITS FRAMES PPM TOLERANCE_PPM: all is played and the clock's error is the one expected.
+// play SETTINGS BITS FRAMES PPM TOLERANCE_PPM: all frames are played, and the clock has the expected error.
 void play(Arguments a) {
     alsa::AlsaDac dac{settings(a[0], alsa::read_alsa_settings)};
     const int bits = std::stoi(a[1]);
@@ -70,8 +70,8 @@ void play(Arguments a) {
                        played.counts.incidents, clock));
 }
 
-// find RECORDING BITS FRAMES SHARE: the recording holds only what was played, to the bit, and that share of
-// it.
+// find RECORDING BITS FRAMES SHARE: the recording has only played samples, to the bit, and at least this
+// share.
 void find(Arguments a) {
     const std::int64_t frames = whole(a[2]);
     const PatternFound found = find_pattern(a[0], std::stoi(a[1]), frames);
@@ -84,7 +84,7 @@ void find(Arguments a) {
     proved(what);
 }
 
-// death SETTINGS CAPTURE: the process that drives is killed, another stopped; what is captured then is a
+// death SETTINGS CAPTURE: one driving process is killed, another one stopped; the output then ends with a
 // ramp.
 void death(Arguments a) {
     const alsa::AlsaSettings dac = settings(a[0], alsa::read_alsa_settings);
@@ -94,7 +94,7 @@ void death(Arguments a) {
     for (const auto& [end, name] : {std::pair{End::stopped, "SIGSTOP"}, std::pair{End::killed, "SIGKILL"}}) {
         for (const double after_s : {0.4, 0.4037, 0.4071}) {  // at several phases of drive and block
             AfterDeath heard = hear_a_death(dac, a[1], Seconds{after_s}, end);
-            int repeated = 0;  // a machine that stood still for a buffer's length tells nothing
+            int repeated = 0;  // a stall of the machine as long as the buffer invalidates the result
             while (heard.longest_pause.count() > buffer_s / 2 && ++repeated < 10)
                 heard = hear_a_death(dac, a[1], Seconds{after_s}, end);
             const std::string what = fmt::format(
@@ -110,7 +110,8 @@ void death(Arguments a) {
     }
 }
 
-// unplug SETTINGS MARKER: makes the file MARKER while it plays; the device then goes and the DAC says so.
+// unplug SETTINGS MARKER: creates the file MARKER while it plays. The device is then unplugged, and the DAC
+// must report that.
 void unplug(Arguments a) {
     alsa::AlsaDac dac{settings(a[0], alsa::read_alsa_settings)};
     constexpr std::int64_t longer_than_any_patience = 2'880'000;  // a minute
@@ -121,7 +122,7 @@ void unplug(Arguments a) {
     proved(what);
 }
 
-// accelerometer SETTINGS SAMPLES: all are there and right, and the driver says that nothing was lost.
+// accelerometer SETTINGS SAMPLES: all samples are present and correct, and the driver reports no loss.
 void accelerometer(Arguments a) {
     const auto device = iio::open_iio_accelerometer(settings(a[0], iio::read_iio_settings));
     const Heard heard = read_counted_samples(*device, whole(a[1]));
@@ -137,7 +138,7 @@ void accelerometer(Arguments a) {
     proved(what);
 }
 
-// cameras SECONDS RATE_HZ SETTINGS...: all at once; each exposure is a frame or a counted loss.
+// cameras SECONDS RATE_HZ SETTINGS...: all cameras together; each exposure is a frame or a counted loss.
 void cameras(Arguments a) {
     const Seconds duration{std::stod(a[0])};
     const double rate_hz = std::stod(a[1]);
@@ -189,7 +190,7 @@ int main(int argc, char** argv) try {
             job.run(Arguments{words}.subspan(1));
             return 0;
         }
-    fmt::print(stderr, "vm_probe is a part of tests/vm/run; the jobs say how it is called\n");
+    fmt::print(stderr, "vm_probe is part of tests/vm/run; see tests/vm/jobs for its arguments\n");
     return 2;
 } catch (const std::exception& error) {
     fmt::print("not proved: {}\n", error.what());

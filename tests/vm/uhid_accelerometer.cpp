@@ -1,5 +1,5 @@
-// A three-axis accelerometer for the kernel: a HID sensor hub made of user space. uhid_accelerometer RATE_HZ
-// feeds samples until it is killed: axis z counts them, x and y are multiples of the count.
+// A three-axis accelerometer for the kernel: a HID sensor hub in user space. uhid_accelerometer RATE_HZ sends
+// samples until it is killed: axis z counts them, x and y are multiples of the count.
 #include <fcntl.h>
 #include <linux/input.h>
 #include <linux/uhid.h>
@@ -20,7 +20,8 @@ namespace {
 
 constexpr std::uint8_t report_id = 1;
 
-// Short items of a report descriptor: the lowest two bits of the first byte tell how many bytes follow.
+// Short items of a report descriptor: the lowest two bits of the first byte are the number of following
+// bytes.
 constexpr std::uint8_t descriptor[] = {
     0x05, 0x20,  // usage page: sensor
     0x09, 0x73,  // usage: accelerometer 3D
@@ -54,7 +55,7 @@ void create(int hid) {
     event.type = UHID_CREATE2;
     constexpr std::string_view name = "shaker test accelerometer";
     name.copy(reinterpret_cast<char*>(event.u.create2.name), name.size());
-    event.u.create2.bus = BUS_USB;  // the sensor hub's driver looks at USB and I2C only
+    event.u.create2.bus = BUS_USB;  // the sensor hub's driver supports USB and I2C only
     event.u.create2.rd_size = sizeof descriptor;
     std::memcpy(event.u.create2.rd_data, descriptor, sizeof descriptor);
     send(hid, event);
@@ -78,8 +79,9 @@ void send_sample(int hid, std::int32_t count) {
     send(hid, event);
 }
 
-// The feature report: interval, reporting state, power state. What the kernel sets is what it reads. The
-// interval stays 0, "not told": the kernel keeps it in whole milliseconds, so no rate above 1 kHz could be.
+// The feature report: interval, reporting state, power state. The kernel reads back the values it has set.
+// The interval stays 0 (unknown), because the kernel stores whole milliseconds, which would limit the rate to
+// 1 kHz.
 using Features = std::array<std::uint8_t, 7>;
 
 template <std::size_t size>

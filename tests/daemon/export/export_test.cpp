@@ -1,4 +1,4 @@
-// What other people's tools get from a recording is what is in it, and nothing is written over.
+// Exported files have the content of the recording, and no file is overwritten.
 #include <gtest/gtest.h>
 #include <sys/wait.h>
 
@@ -26,7 +26,7 @@ using test::shakerd;
 
 constexpr std::size_t block = 240;
 
-/// Keeps what it is given, at its place in time.
+/// Keeps all samples by their ticks.
 class KeepingDac final : public Dac {
 public:
     [[nodiscard]] DacInfo info() const override { return {"keeping", 48000, 1, block}; }
@@ -39,10 +39,10 @@ public:
     }
     void stop() noexcept override {}
     std::vector<double> given;
-    std::int64_t loses = 0;  // with the next write
+    std::int64_t loses = 0;  // samples lost with the next write
 };
 
-/// A minute of everything that can happen to a drive, by chance.
+/// A minute with random changes, stops and underruns of the drive.
 struct EventfulDrive {
     KeepingDac dac;
     std::vector<DriveChange> changes;
@@ -128,7 +128,7 @@ TEST(ExportTest, ImpossibleChangesAreRefused) {
     refused([](auto& changes, auto&) { changes[5].command.volts.at(1) = NAN; });
 }
 
-/// A short run, and what a command says of it.
+/// A short recorded run, and commands on its recording.
 class ExportedRun : public testing::Test {
 protected:
     void SetUp() override {
@@ -238,7 +238,7 @@ TEST_F(ExportedRun, UnreadableRecordingLeavesNoFiles) {
     EXPECT_FALSE(std::filesystem::exists(folder_ / "bent.export"));
 }
 
-// As on a full disk: writing fails from some length on.
+// Simulates a full disk: writing fails beyond a given length.
 TEST_F(ExportedRun, FailedWriteIsDiskErrorAndLeavesNoFile) {
     for (const std::string format : {"csv", "mat"}) {
         const std::string command = "cd '" + folder_.string() + "' && trap '' XFSZ && ulimit -f 100 && " +

@@ -1,4 +1,4 @@
-// A table's rows come back as they were written; what no member can hold is refused with its place.
+// Rows of a table are read back unchanged. Values that no member can have are refused with their place.
 #include "daemon/recording/tables/columns.hpp"
 
 #include <gtest/gtest.h>

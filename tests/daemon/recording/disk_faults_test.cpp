@@ -13,7 +13,7 @@ namespace {
 class DiskFaultsTest : public testing::TestWithParam<const char*> {};
 
 TEST_P(DiskFaultsTest, RunEndsCorrectlyAndRecordedDataAreIntact) {
-    if (SHAKER_SANITIZED) GTEST_SKIP() << "a sanitised program takes no library before its own";
+    if (SHAKER_SANITIZED) GTEST_SKIP() << "sanitisers do not allow a preloaded library";
     const auto& all = test::disk_faults();
     const auto fault = std::ranges::find(all, std::string{GetParam()}, &test::DiskFault::name);
     ASSERT_NE(fault, all.end());

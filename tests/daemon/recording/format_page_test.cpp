@@ -1,4 +1,4 @@
-// FORMAT.md says what the code does, and a recording has what FORMAT.md says.
+// FORMAT.md agrees with the code, and a recording agrees with FORMAT.md.
 #include "tests/support/recording/format_page.hpp"
 
 #include <gtest/gtest.h>
@@ -31,8 +31,8 @@ TEST(FormatPageTest, HasTheTablesOfTheCode) {
     }
     const std::string made = test::build_dir() + "/FORMAT.md";
     std::ofstream{made} << expected;
-    ADD_FAILURE() << "the tables of " << page_file << " are not those of the code; look at them and\n  cp "
-                  << made << " " << page_file;
+    ADD_FAILURE() << "the tables of " << page_file
+                  << " differ from the code; check the differences, then\n  cp " << made << " " << page_file;
 }
 
 TEST(FormatPageTest, HasTheWrittenVersion) {
@@ -52,8 +52,7 @@ TEST(FormatPageTest, EveryGroupAndColumnHasAMeaning) {
     }
 }
 
-void look_for_columns(const recorded::RecordingReader& file, const std::string& group,
-                      const std::string& text) {
+void check_columns(const recorded::RecordingReader& file, const std::string& group, const std::string& text) {
     for (const std::string& name : file.names(group)) {
         const std::string path = group.empty() ? name : group + "/" + name;
         if (group == "raw" && name != "drive" && name != "accelerometer") continue;  // cameras: as <camera>
@@ -73,7 +72,7 @@ TEST(FormatPageTest, HasEverythingInARecording) {
     for (const char* group :
          {"process", "results", "raw/drive", "raw/drive/changes", "raw/accelerometer", "raw/top", "measured",
           "measured/results", "seals", "trips", "tracks/top/walker"})
-        look_for_columns(reader, group, text);
+        check_columns(reader, group, text);
 }
 
 }  // namespace

@@ -21,7 +21,7 @@ control::IdentifiedLevel level(double peak_V, double gain) {
         l.coherence[i] = 0.99;
         l.floor[i] = 0.002;
     }
-    l.h[7] = 0;  // an antiresonance: its phase is not known
+    l.h[7] = 0;  // an antiresonance with unknown phase
     return l;
 }
 

@@ -1,4 +1,4 @@
-// A run that is killed leaves a recording.
+// A killed run leaves a recoverable recording.
 #include "tests/support/recording/kills.hpp"
 
 #include <gtest/gtest.h>
@@ -10,7 +10,7 @@ namespace shaker::recording {
 namespace {
 
 TEST(KillsTest, KilledRunIsRecoveredAndReplayed) {
-    if (SHAKER_SANITIZED) GTEST_SKIP() << "a sanitised program is not as fast as real time";
+    if (SHAKER_SANITIZED) GTEST_SKIP() << "a sanitised program is slower than real time";
     const test::KilledRun run{.scene = test::source_dir() + "/tests/support/slow_cameras.toml",
                               .longest_s = 3};
     for (const test::Kill& kill : test::kill_runs(run, 3, 5, 1, test::fresh_folder())) {
@@ -20,7 +20,7 @@ TEST(KillsTest, KilledRunIsRecoveredAndReplayed) {
         EXPECT_TRUE(kill.replayed);
         EXPECT_TRUE(kill.wrong.empty()) << kill.wrong.front();
         EXPECT_GE(kill.series_lost_s, 0);
-        EXPECT_LE(kill.series_lost_s, 1.0);  // 0.6 on a machine that does nothing else
+        EXPECT_LE(kill.series_lost_s, 1.0);  // 0.6 on an idle machine
     }
 }
 

@@ -1,4 +1,4 @@
-// Damaged recordings through the whole of replay, in the child that reads them.
+// Complete replays of damaged recordings in the confined child.
 #include "tests/support/recording/mutants.hpp"
 
 #include <gtest/gtest.h>
@@ -29,11 +29,11 @@ TEST_F(MutantsTest, ParentSurvivesAnyFateOfReader) {
         ++fates[t.fate];
         if (t.fate == Fate::refused && t.mutant.sealed) ++sealed_refused;
     }
-    // What remains are HDF5 1.10's own slips on structure whose checksums are right.
+    // The rest are errors of HDF5 1.10 with wrong structure and valid checksums.
     EXPECT_LE(fates[Fate::died], 2);
     EXPECT_GT(fates[Fate::refused], mutants / 3);
-    EXPECT_GT(sealed_refused, 10) << "damage behind right checksums is to be seen too";
-    EXPECT_GT(fates[Fate::identical], 0) << "some bytes mean nothing";
+    EXPECT_GT(sealed_refused, 10) << "damage with valid checksums must be detected too";
+    EXPECT_GT(fates[Fate::identical], 0) << "some bytes have no meaning";
 }
 
 TEST_F(MutantsTest, IntactRecordingReplaysInChildAsInParent) {
@@ -43,7 +43,7 @@ TEST_F(MutantsTest, IntactRecordingReplaysInChildAsInParent) {
     const Outcome child = shakerd("replay --json run.nxs", folder_);
     EXPECT_TRUE(identical);
     EXPECT_EQ(child.status, 0) << child.err;
-    // What is logged goes to standard output too, in this program.
+    // In this program the log also goes to standard output.
     const std::size_t begin = here.find("{\n"), end = here.rfind("\n}\n");
     ASSERT_NE(begin, std::string::npos) << here;
     ASSERT_NE(end, std::string::npos) << here;

@@ -1,5 +1,4 @@
-// A recording after the power was cut holds what had been brought to the disk, and nothing that was not
-// recorded.
+// After a power cut a recording has all synchronised data and no invalid data.
 #include "tests/support/recording/power_cuts.hpp"
 
 #include <gtest/gtest.h>
@@ -10,7 +9,7 @@ namespace shaker::recording {
 namespace {
 
 TEST(PowerCutsTest, SyncedDataSurviveAndBadDataAreDetected) {
-    if (SHAKER_SANITIZED) GTEST_SKIP() << "a sanitised program takes no library before its own";
+    if (SHAKER_SANITIZED) GTEST_SKIP() << "sanitisers do not allow a preloaded library";
     const auto folder = test::fresh_folder();
     const test::PowerCuts run{folder / "reference"};
     EXPECT_GE(run.syncs(), 10U);

@@ -1,4 +1,4 @@
-// A recording that is fed faster than it is written: what finds no room is counted in the file.
+// Data that arrive faster than they are written are lost and counted in the file.
 #include "daemon/recording/recorder.hpp"
 
 #include <gtest/gtest.h>
@@ -49,7 +49,7 @@ TEST(RecorderTest, FullDiskIsRefusedWithFigures) {
     const std::filesystem::path file = test::fresh_folder() / "run.nxs";
     try {
         Recorder recording{file, header(), {.least_free_bytes = std::uint64_t{1} << 60U}};
-        FAIL() << "it was begun";
+        FAIL() << "the recording was started";
     } catch (const InputError& e) {
         test::expect_in(e.what(), {"run.nxs", "free", "1152921504.61 GB"});
     }

@@ -1,4 +1,4 @@
-// What a crash left of a recording is finished, and nothing is claimed that cannot be vouched for.
+// A recording is completed after a crash, with verified data only.
 #include <gtest/gtest.h>
 
 #include <fstream>
@@ -20,7 +20,7 @@ using test::fresh_folder;
 using test::Outcome;
 using test::shakerd;
 
-// A run as a crash at its end would have left it: finished, then put back under the unfinished name.
+// A run as after a crash at its end: finished, then renamed to the unfinished name.
 class RecoverTest : public ::testing::Test {
 protected:
     RecoverTest() {
@@ -57,7 +57,7 @@ TEST_F(RecoverTest, IntactFileIsRecoveredWithEveryRow) {
     EXPECT_EQ(back.damage(), std::vector<std::string>{});
     expect_in(back.text("process/recovered"), {"without closing"});
     EXPECT_EQ(shakerd("replay run.nxs", folder_).status, 0);
-    EXPECT_TRUE(std::filesystem::exists(folder_ / "run.nxs.part")) << "what was left is not touched";
+    EXPECT_TRUE(std::filesystem::exists(folder_ / "run.nxs.part")) << "the .part file must stay";
 }
 
 TEST_F(RecoverTest, SecondRecoveryFindsItIntact) {
@@ -76,7 +76,7 @@ TEST_F(RecoverTest, DataAfterDamageAreOmitted) {
     const std::vector<PlayTime> played = back.play_times(),
                                 was = recorded::RecordingReader{folder_ / "whole.nxs"}.play_times();
     EXPECT_LT(played.size(), rows / 2 + 1);
-    EXPECT_GT(played.size(), rows / 2 - 101) << "half a second is the most that goes with it";
+    EXPECT_GT(played.size(), rows / 2 - 101) << "at most half a second may be lost";
     for (std::size_t i = 0; i < played.size(); ++i) EXPECT_EQ(played[i].heard, was[i].heard);
     EXPECT_EQ(back.damage(), std::vector<std::string>{});
 }

@@ -43,7 +43,7 @@ protected:
         write_trips(writer, two);
         writer.close();
     }
-    // What is said of the file after a change of its group "trips".
+    // The refusal of the file after a change of its group "trips".
     std::string refusal(const std::function<void(hid_t trips)>& change) {
         {
             const h5::Handle file{H5Fopen(file_.c_str(), H5F_ACC_RDWR, H5P_DEFAULT), "file"};
@@ -134,13 +134,13 @@ TEST(TailTest, HasLastSecondsOfAllStreams) {
     const acquisition::Streams tail = tail_of(long_streams(), 8);
     EXPECT_EQ(tail.played.front().tick.n, 8 * 48000);
     EXPECT_EQ(tail.played.back().tick.n, 480000 - 240);
-    // The first block whose end is not before 8 s: one that ends there may be counted to either side.
+    // The first block that ends at 8 s or later; rounding may include or omit a block that ends at 8 s.
     EXPECT_NEAR(static_cast<double>(tail.blocks.front().first.n), 8 * 4000, 40);
     EXPECT_TRUE(has(tail.blocks.front().quality, Quality::gap));
     EXPECT_FALSE(has(tail.blocks[1].quality, Quality::gap));
     EXPECT_EQ(tail.tracks[0].tracks.front().tick.n, 800);
     EXPECT_EQ(tail.tracks[0].tracks.size(), 200U);
-    // The ramp that began at 8 s leads there from the drive before, which is needed too.
+    // The ramp at 8 s starts from the previous drive, so the previous drive is needed too.
     ASSERT_GE(tail.changes.size(), 2U);
     EXPECT_EQ(tail.changes[0].first.n, 7.5 * 48000);
 }

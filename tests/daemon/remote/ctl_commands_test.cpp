@@ -39,7 +39,7 @@ struct CtlTest : testing::Test {
         const auto all = bench.ordered();
         return all.empty() ? Order{} : std::get<Order>(all.back());
     }
-    // A page that is open takes control.
+    // Takes control as an open page does.
     void take_control(test::TcpClient& page) const {
         const std::string who = " HTTP/1.1\r\nHost: localhost\r\nX-Shaker-Client: tab1\r\n";
         page.send_bytes("GET /ws" + who +
@@ -50,12 +50,12 @@ struct CtlTest : testing::Test {
         asks.send_bytes("POST /api/control/request" + who + "Connection: close\r\nContent-Length: 0\r\n\r\n");
         ASSERT_NE(asks.rest().find("200 OK"), std::string::npos);
     }
-    // Until somebody looks on by a WebSocket: only then does what a test tells the desk count as heard.
+    // Waits until a client watches over a WebSocket; the client receives events only from then on.
     [[nodiscard]] bool watched() const {
         for (int i = 0; i < 1000; ++i) {
             test::TcpClient client{server.http_port()};
             client.send_bytes("GET /metrics HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\n\r\n");
-            // This request is a client itself.
+            // This request counts as a client too.
             if (client.rest().find("shakerd_clients{kind=\"web\"} 2\n") != std::string::npos) return true;
             std::this_thread::sleep_for(std::chrono::milliseconds{5});
         }
@@ -105,7 +105,7 @@ TEST_F(CtlTest, RefusalIsStatus1WithReason) {
 
 TEST_F(CtlTest, StartWaitsForAMeasurementAndStopForSilence) {
     EXPECT_EQ(ctl("start").status, exit_done);
-    EXPECT_EQ(last<service::Begin>().periods, 40) << "as the daemon has it";
+    EXPECT_EQ(last<service::Begin>().periods, 40) << "default of the daemon";
     EXPECT_EQ(ctl("stop --wait").status, exit_done);
     const Outcome started = ctl("start --periods 12 --settle 7 --wait");
     EXPECT_EQ(started.status, exit_done) << started.err;
@@ -166,7 +166,7 @@ TEST_F(CtlTest, AbortWorksWhileBenchDoesNotAnswer) {
     EXPECT_EQ(aborted.out, "aborted\n");
     EXPECT_EQ(bench.aborts, 1);
     bench.deaf = false;
-    EXPECT_EQ(waits.wait(limit_s).status, exit_refused) << "what waited when the abort came";
+    EXPECT_EQ(waits.wait(limit_s).status, exit_refused) << "the command was waiting at the abort";
 }
 
 TEST_F(CtlTest, UnansweredOrderEndsAfterFiveSeconds) {
@@ -183,7 +183,7 @@ TEST_F(CtlTest, WaitEndsWithTheStateAndWithItsTimeout) {
     EXPECT_FALSE(waits.ended());
     EXPECT_EQ(ctl("start").status, exit_done);
     EXPECT_EQ(waits.wait(limit_s).status, exit_done);
-    EXPECT_EQ(ctl("wait running").status, exit_done) << "it is there already";
+    EXPECT_EQ(ctl("wait running").status, exit_done) << "the state is reached already";
     const Outcome late = ctl("wait idle --timeout 200ms");
     EXPECT_EQ(late.status, exit_timed_out);
     EXPECT_EQ(late.err, "shakerctl: the bench was not idle within 200ms\n");
@@ -212,7 +212,7 @@ TEST_F(CtlTest, WatchPrintsLinePerSecondAndEveryEvent) {
     EXPECT_EQ(lines.at(0), "at 0.500 s  note: before");
     const auto states =
         std::ranges::count_if(lines, [](const std::string& l) { return l.substr(0, 2) != "at"; });
-    EXPECT_TRUE(states == 3 || states == 2) << watched.out;  // 2 where one came late
+    EXPECT_TRUE(states == 3 || states == 2) << watched.out;  // 2 if one was late
     EXPECT_EQ(static_cast<long>(lines.size()), states + 21) << watched.out;
     EXPECT_NE(watched.out.find("at 20.000 s  note: number 19\n"), std::string::npos);
     EXPECT_NE(

@@ -29,7 +29,7 @@ Words words_of(const std::string& text) {
     return {std::istream_iterator<std::string>{in}, {}};
 }
 
-std::string plain(std::string roff) {  // as a reader sees it
+std::string plain(std::string roff) {  // as displayed
     for (const auto& [sign, shown] : {std::pair{"\\fB", ""}, std::pair{"\\fI", ""}, std::pair{"\\fP", ""},
                                       std::pair{"\\-", "-"}, std::pair{"\\(ha", "^"}, std::pair{"\n", " "}})
         for (auto at = roff.find(sign); at != std::string::npos; at = roff.find(sign))
@@ -37,7 +37,7 @@ std::string plain(std::string roff) {  // as a reader sees it
     return roff;
 }
 
-// What a command prints; it must succeed.
+// Output of a command, which must succeed.
 std::string output_of(const std::string& command) {
     FILE* pipe = ::popen(command.c_str(), "r");
     std::string out;
@@ -51,7 +51,7 @@ std::string with_program(const std::string& command) {
     return "PATH='" + test::build_dir() + "':$PATH " + command;
 }
 
-// What bash offers for the last of these words.
+// Completions by bash for the last of these words.
 Words offered_by_bash(const std::string& words) {
     return words_of(
         output_of(with_program("bash -c 'source <(shakerctl completion bash); COMP_WORDS=(" + words +
@@ -137,7 +137,7 @@ TEST(CtlTableTest, FishCompletesCommandsAndValues) {
     EXPECT_EQ(offered_by_fish("shakerctl set --ga"), (Words{"--gamma"}));
 }
 
-// What a person at a terminal sees of it: zsh completes in an interactive shell only.
+// Completions shown at a terminal, because zsh completes in an interactive shell only.
 std::string offered_by_zsh(const std::string& words) {
     const auto script = test::fresh_folder() / "ask.zsh";
     std::ofstream{script} << R"(zmodload zsh/zpty

@@ -1,4 +1,4 @@
-// Clients that are slow, greedy, silent or broken: they end or slow down themselves, and nobody else.
+// Slow, greedy, silent and broken clients are closed or slowed down, without effect on other clients.
 #include <gtest/gtest.h>
 #include <spdlog/fmt/fmt.h>
 #include <unistd.h>
@@ -95,7 +95,7 @@ TEST_F(HostileTest, SlowConnectionsDoNotBlockRequests) {
     int closed = 0;
     for (TcpClient& c : slow) closed += c.closed(1) ? 1 : 0;
     EXPECT_GE(closed, 100 - 32);
-    EXPECT_LE(closed, 100 - 32 + 4) << "no more than are needed give way";
+    EXPECT_LE(closed, 100 - 32 + 4) << "no more connections than needed may be closed";
 }
 
 TEST_F(HostileTest, AbortPassesUnansweredOrders) {
@@ -119,7 +119,7 @@ TEST_F(HostileTest, LiveSocketsLeaveRoomForRequests) {
         again = SocketClient{http}.status;
         std::this_thread::sleep_for(10ms);
     }
-    EXPECT_EQ(again, 101) << "once they are gone a later one is taken";
+    EXPECT_EQ(again, 101) << "a later connection is accepted after their end";
 }
 
 TEST_F(HostileTest, ExcessSessionIsClosedUntilOneIsFreeOrSilent) {
@@ -132,8 +132,8 @@ TEST_F(HostileTest, ExcessSessionIsClosedUntilOneIsFreeOrSilent) {
     EXPECT_EQ(got, "1");
     access::ServerClock::advance(300ms);
     TcpClient late{scpi};
-    EXPECT_EQ(late.ask("SYST:LOCK:REQ?"), "0") << "the holder of control stays, however silent";
-    EXPECT_TRUE(sessions.front().closed()) << "the one that was silent for the longest gave way";
+    EXPECT_EQ(late.ask("SYST:LOCK:REQ?"), "0") << "a silent holder of control stays connected";
+    EXPECT_TRUE(sessions.front().closed()) << "the session with the longest silence is closed";
 }
 
 TEST_F(HostileTest, UnreadRepliesTakeBoundedMemory) {
@@ -144,7 +144,7 @@ TEST_F(HostileTest, UnreadRepliesTakeBoundedMemory) {
     for (int i = 0; i < 4096; ++i) flood += "SYST:HELP:HEAD?\n";
     double most = 0;
     const std::jthread sender{[&] {
-        for (int i = 0; i < 32; ++i) greedy.send_bytes(flood);  // 2 MiB, answered by a hundred times as much
+        for (int i = 0; i < 32; ++i) greedy.send_bytes(flood);  // 2 MiB with 100 times larger answers
         greedy.send("ABOR");
     }};
     while (bench.aborts == 0 && !testing::Test::HasFailure()) {
@@ -153,7 +153,7 @@ TEST_F(HostileTest, UnreadRepliesTakeBoundedMemory) {
         EXPECT_LT(steady_clock::now() - begin, soon);
         most = std::max(most, resident_mb() - before);
     }
-    EXPECT_EQ(bench.aborts, 1) << "read behind all that was not";
+    EXPECT_EQ(bench.aborts, 1) << "the abort after the unread messages is executed";
     EXPECT_LT(most, most_mb);
     RecordProperty("resident_mb", std::to_string(most));
 }
@@ -174,7 +174,7 @@ TEST_F(HostileTest, HalfClosedSessionThatDoesNotReadIsClosed) {
     EXPECT_EQ(sessions(), 0);
 }
 
-// What the kernel waits for on the daemon's side of a connection: "02" is the timer of keep-alive.
+// The kernel's timer on the daemon's side of a connection; "02" is the keep-alive timer.
 std::string timer_of(int port) {
     std::ifstream in{"/proc/net/tcp"};
     const std::string local = fmt::format(":{:04X}", port);
@@ -214,7 +214,7 @@ TEST_F(HostileTest, SocketThatNeverReadsIsClosed) {
     EXPECT_LT(most, most_mb);
     EXPECT_GT(metric("shakerd_stream_messages_dropped_total"), 50);
     while (metric("shakerd_clients{kind=\"web\"}") > 2 && steady_clock::now() - begin < 20s) good.next();
-    EXPECT_EQ(metric("shakerd_clients{kind=\"web\"}"), 2) << "the good one, and who asks";
+    EXPECT_EQ(metric("shakerd_clients{kind=\"web\"}"), 2) << "the working client and this request";
     EXPECT_LT(steady_clock::now() - begin, 14s);
     expect_that_others_are_served();
 }
@@ -232,7 +232,7 @@ TEST_F(HostileTest, WrongFramesEndTheirSocketOnly) {
     EXPECT_TRUE(ended_by([](C& c) { c.send(C::text, "not masked", true, false); }));
     EXPECT_TRUE(ended_by([](C& c) { c.send(static_cast<C::Op>(3), "an opcode nobody knows"); }));
     EXPECT_TRUE(ended_by([](C& c) { c.send(C::ping, "a ping in pieces", false); }));
-    EXPECT_TRUE(ended_by([](C& c) { c.send(C::ping, std::string(126, 'x')); })) << "a ping too long";
+    EXPECT_TRUE(ended_by([](C& c) { c.send(C::ping, std::string(126, 'x')); })) << "a too long ping";
     EXPECT_TRUE(ended_by([](C& c) { c.send(C::more, "behind nothing"); }));
     EXPECT_TRUE(ended_by([](C& c) { c.send(C::text, "\xff\xfe"); })) << "not UTF-8";
     EXPECT_TRUE(ended_by([](C& c) { c.send(C::text, std::string(5000, ' ')); })) << "more than 4096 bytes";
@@ -257,8 +257,7 @@ TEST_F(HostileTest, MeaninglessRequestsAreIgnored) {
     client.send(SocketClient::text, R"({"type":"subscribe","stream":"acceleration"})");
     int op = SocketClient::text;
     for (int i = 0; i < 100 && op == SocketClient::text; ++i) op = client.next().op;
-    EXPECT_EQ(op, SocketClient::binary)
-        << "sixteen of them were taken, one ended, and there is room for this";
+    EXPECT_EQ(op, SocketClient::binary) << "16 streams were accepted, one ended, so this one is accepted";
 }
 
 TEST_F(HostileTest, FloodOfPingsDelaysNobody) {
@@ -291,10 +290,10 @@ TEST_F(HostileTest, OnlyHolderIsObeyedOverBothPorts) {
         std::string error = script.ask("SYST:ERR?");
         while (error.starts_with("101,")) error = script.ask("SYST:ERR?");  // the page's abort
         EXPECT_EQ(error.substr(0, 5), page ? "-203," : "0,\"No");
-        EXPECT_EQ(bench.ordered().size(), ++obeyed) << "the holder's only";
+        EXPECT_EQ(bench.ordered().size(), ++obeyed) << "only the holder's order";
         script.ask("ABOR;:SYST:LOCK:REL;*OPC?");
         EXPECT_EQ(status(post("abort")), 200);
-        EXPECT_EQ(bench.aborts, 2 * round + 2) << "of both, whoever holds control";
+        EXPECT_EQ(bench.aborts, 2 * round + 2) << "aborts of both clients count";
         EXPECT_EQ(status(post("control/release")), 200);
     }
 }

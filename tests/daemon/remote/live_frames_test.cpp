@@ -39,7 +39,7 @@ TEST(LiveFramesTest, HeaderHasTheLayoutOfThePage) {
     EXPECT_EQ(at<std::uint16_t>(f, 36), 2);
     EXPECT_EQ(at<std::uint16_t>(f, 38), 1 | 4);
     EXPECT_EQ(at<float>(f, 40), 1);
-    EXPECT_EQ(at<float>(f, 44), 4) << "channels of a sample stand beside each other";
+    EXPECT_EQ(at<float>(f, 44), 4) << "the values of a channel are contiguous";
 }
 
 TEST(LiveFramesTest, NoPeakIsHiddenByDecimation) {

@@ -132,7 +132,7 @@ TEST_F(ScpiPortTest, EveryClientMayAbort) {
     EXPECT_EQ(other.ask("ABOR;*OPC?"), "1");
     EXPECT_EQ(bench.aborts, 1);
     EXPECT_EQ(ask("OUTP:PROT:TRIP?"), "1");
-    std::string told;  // to the others within a look at the state
+    std::string told;  // error of the other session after the next update
     for (int i = 0; i < 200 && !told.starts_with("101,"); ++i) told = ask("SYST:ERR?");
     EXPECT_TRUE(told.starts_with("101,\"Abort;")) << told;
 }
@@ -158,7 +158,7 @@ TEST_F(ScpiPortTest, ControlEndsWithTheConnection) {
     EXPECT_EQ(got, "1");
 }
 
-// ":STATus:OPERation[:EVENt]?/qonly/" with all that may be left out, and the first of "<1..4>".
+// ":STATus:OPERation[:EVENt]?/qonly/" with its optional parts, and the first number of "<1..4>".
 std::string plain(std::string_view row) {
     std::string header;
     for (std::size_t i = 0; i < row.size(); ++i) {
@@ -186,8 +186,8 @@ TEST_F(ScpiPortTest, ScpiPageHasEveryHeader) {
     EXPECT_GT(found, 60);
 }
 
-// What can be asked can be set to what it answered; what can only be set is understood: no header is a
-// fiction.
+// Every setting accepts the answer of its query, and every command without a query is accepted, so no listed
+// header is missing.
 TEST_F(ScpiPortTest, EverySettingAcceptsItsOwnAnswer) {
     client.send("SYST:HELP:HEAD?");
     std::istringstream list{client.block()};
@@ -216,7 +216,8 @@ TEST_F(ScpiPortTest, EverySettingAcceptsItsOwnAnswer) {
     EXPECT_GT(set, 25);
 }
 
-// A client that reads one line for each query never waits in vain: idle without a result, and measuring.
+// Each query gives exactly one line, in idle without a result and while measuring, so no client waits in
+// vain.
 TEST_F(ScpiPortTest, EveryQueryAnswersExactlyOneLine) {
     client.send("SYST:HELP:HEAD?");
     const std::string list = client.block();

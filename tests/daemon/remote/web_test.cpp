@@ -144,7 +144,7 @@ TEST_F(WebTest, AbortIsDoneWhileOrdersWait) {
     EXPECT_EQ(bench.aborts, 1);
     bench.deaf = false;
     EXPECT_NE(waits.until("\r\n\r\n").find("409 Conflict"), std::string::npos)
-        << "what waited when the abort came is refused";
+        << "an order that was waiting at the abort is refused";
 }
 
 TEST_F(WebTest, OtherSitesAndNamesAreRefused) {

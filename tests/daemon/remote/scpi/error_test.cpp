@@ -1,4 +1,4 @@
-// Each error number by what a client does to get it, and the words it then reads.
+// Every error number with an input that causes it and its text.
 #include <gtest/gtest.h>
 
 #include <set>
@@ -12,8 +12,8 @@ namespace {
 
 struct Case {
     std::string message;
-    std::string error;        // as SYSTem:ERRor? tells it
-    std::string answer = {};  // of a query that was understood
+    std::string error;        // answer of SYSTem:ERRor?
+    std::string answer = {};  // answer of a valid query
 };
 
 const std::vector<Case> wrong_messages{

@@ -1,4 +1,4 @@
-// Messages are what they are however their bytes arrive, and no client makes the daemon's memory grow.
+// Messages do not depend on how their bytes arrive, and no client can make the daemon's memory grow.
 #include <gtest/gtest.h>
 
 #include <string>
@@ -8,7 +8,7 @@
 namespace shaker::scpi {
 namespace {
 
-// The block in it holds 17 bytes: what would end a message, begin a string or a block, abort.
+// The block has 17 bytes with characters that elsewhere end a message, start a string or block, or abort.
 constexpr char text[] =
     "*IDN?\r\nARB:DATA #217\n;\r\"ABOR\n'#15\0xyz\n;FREQ?\n"
     "REC:NOTE \"a;b\"\"c\";:REC:NOTE?\nFREK\nARB:DATA #0any;thing\nARB:DATA?;*ESR?\nFREQ "

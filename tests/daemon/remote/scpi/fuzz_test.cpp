@@ -1,4 +1,4 @@
-// Whatever a client sends, the daemon stays as it is.
+// No input of a client disturbs the daemon.
 #include <gtest/gtest.h>
 
 #include <random>
@@ -11,7 +11,7 @@
 namespace shaker::scpi {
 namespace {
 
-/// Bytes, and what the language is made of, in any order.
+/// Random bytes and elements of the language, in random order.
 class Babbler {
 public:
     explicit Babbler(unsigned seed) : random_{seed} {}
@@ -99,7 +99,7 @@ TEST(ScpiFuzzTest, RandomMessagesLeaveClientsAndMemoryIntact) {
         who.session.feed(std::string_view{message}.substr(cut));
         if (babbler.below(5) == 0) bench.instrument.busy = false;
         if (babbler.below(5) == 0) who.session.poll();
-        if (babbler.below(100) == 0) who.session.finish();  // out of a block of a gigabyte
+        if (babbler.below(100) == 0) who.session.finish();  // ends a block of a gigabyte
         ASSERT_LE(who.session.output().size(), Session::output_limit);
         ASSERT_LE(who.session.status().errors.size(), ErrorQueue::capacity);
         const std::string read = who.read();

@@ -1,4 +1,4 @@
-// Headers as SCPI-99 volume 1, chapter 6 writes them.
+// Headers by SCPI-99 volume 1, chapter 6.
 #include <gtest/gtest.h>
 
 #include <string>

@@ -1,4 +1,4 @@
-// What queries answer, and what HELP lists.
+// Answers of queries, and the list of HELP.
 #include <gtest/gtest.h>
 
 #include <array>
@@ -109,7 +109,7 @@ TEST(ScpiReplyTest, ShortCommandsDoNotAllocate) {
     for (int i = 0; i < 100; ++i) exchange();
 }
 
-/// Takes "[SOURce:]" and the like out, or only their brackets.
+/// Removes optional parts such as "[SOURce:]", or only their brackets.
 std::string plain(std::string header, bool with_optional) {
     for (std::size_t at = header.find('['); at != std::string::npos; at = header.find('[')) {
         const std::size_t end = header.find(']', at);

@@ -1,4 +1,4 @@
-// Status registers as IEEE 488.2 chapter 11 and SCPI-99 volume 1, chapter 5 have them.
+// Status registers by IEEE 488.2 chapter 11 and SCPI-99 volume 1, chapter 5.
 #include <gtest/gtest.h>
 
 #include <string>

@@ -1,4 +1,4 @@
-// Data elements as IEEE 488.2 chapter 7.7 writes them, and the values they are taken for.
+// Data elements by IEEE 488.2 chapter 7.7, and their values.
 #include <gtest/gtest.h>
 
 #include <cmath>

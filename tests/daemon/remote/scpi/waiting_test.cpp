@@ -1,4 +1,4 @@
-// *OPC, *OPC? and *WAI hold a client up; ABORt is held up by nothing.
+// *OPC, *OPC? and *WAI make a client wait. ABORt never waits.
 #include <gtest/gtest.h>
 
 #include <string>
