@@ -39,8 +39,8 @@ void Reload::read() {
         bench_port_.log(now ? now->now_s : 0, "settings", text);
     };
     if (const auto now = bench_port_.state(); now && driving(now->state))
-        return tell(
-            fmt::format("nothing was reloaded: the settings cannot change in state {}; stop the drive first",
+        return log(
+            fmt::format("settings not reloaded: the settings cannot change in state {}; stop the drive first",
                         name(now->state)));
     try {
         const ServeSettings now = serve_settings(options_);
