@@ -338,14 +338,14 @@ Alignment align(const Measurement& m, std::vector<std::string>& notes) {
     OwnClock own;
     Lag lag;
     for (int pass = 0; pass < 2; ++pass) {
-        std::vector<std::string> said;
+        std::vector<std::string> pass_notes;
         own = on_own_clock(m.accelerometer, window,
                            pass == 0 ? calibration::Estimate{base_f.value, unknown} : own.frequency);
         lag = rates(m, base_f, own);
         if (pass == 0) out.base = base_motion(m, lag.frequency.value);
-        set_lag(lag, own, out.base, m.accelerometer, said);
+        set_lag(lag, own, out.base, m.accelerometer, pass_notes);
         window = {lag.clock.inverse(common.from_s), lag.clock.inverse(common.to_s)};
-        if (pass == 1) notes.insert(notes.end(), said.begin(), said.end());
+        if (pass == 1) notes.insert(notes.end(), pass_notes.begin(), pass_notes.end());
     }
     const double sign = lag.clock.flipped ? -1 : 1;
     out.t_s.reserve(own.t.size());

@@ -208,7 +208,7 @@ double few_periods_factor(int freedom) {
     return boost::math::quantile(boost::math::students_t(freedom), 0.975) / 2;
 }
 
-DriftSpread drift_spread(std::span<const PeriodMean> means, const ErrorOfMean& told) {
+DriftSpread drift_spread(std::span<const PeriodMean> means, const ErrorOfMean& scatter) {
     DriftSpread out;
     if (means.size() < 3) {
         out.sigma_m = std::numeric_limits<double>::infinity();
@@ -216,8 +216,8 @@ DriftSpread drift_spread(std::span<const PeriodMean> means, const ErrorOfMean& t
     }
     const Differences x = differences(means);
     // Positions without noise still have rounding errors, and a likelihood needs a width.
-    const double least = std::max(told.least_m, 1e-15 + 1e-9 * std::sqrt(spread_of(x)));
-    const double most = std::max(told.most_m, least);
+    const double least = std::max(scatter.least_m, 1e-15 + 1e-9 * std::sqrt(spread_of(x)));
+    const double most = std::max(scatter.most_m, least);
     const auto all = candidates(x, least * least, most * most);
     const Candidate& best = likeliest(all);
     out.sigma_m = half_width_95(all, best.log_weight) / 2;

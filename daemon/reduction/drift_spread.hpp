@@ -33,10 +33,10 @@ struct DriftSpread {
 
 /// Model: y_k = sum of D_j up to the middle of period k + e_k; D_j = D + jitter, e_k independent. Differences
 /// of successive means have variance jitter^2/2 + 2 error^2 and covariance jitter^2/4 - error^2 with the
-/// next. `told`: range of the error from the scatter within periods. Both unknowns are averaged over with
+/// next. `scatter`: range of the error from the scatter within periods. Both unknowns are averaged over with
 /// restricted likelihood as weight, so that neither noise nor jitter makes sigma too small. Where jitter
 /// cannot be separated from white noise, sigma is up to 3 times the line's own scatter. O(periods).
-DriftSpread drift_spread(std::span<const PeriodMean> means, const ErrorOfMean& told);
+DriftSpread drift_spread(std::span<const PeriodMean> means, const ErrorOfMean& scatter);
 
 /// Half of the 95 % quantile of |t| with n degrees of freedom: the factor that widens a standard error.
 double few_periods_factor(int freedom);

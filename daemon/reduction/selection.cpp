@@ -94,7 +94,7 @@ struct StreamSpan {
 /// where known.
 std::vector<StreamSpan> make_usable(std::vector<MotionSeries>& views, const std::string& target, double from,
                                     double to) {
-    const std::size_t told = views.size();
+    const std::size_t given = views.size();
     std::vector<StreamSpan> streams;
     for (MotionSeries& s : views) {
         require_sound(s, target + " in view '" + s.view + "'");
@@ -106,7 +106,7 @@ std::vector<StreamSpan> make_usable(std::vector<MotionSeries>& views, const std:
     }
     std::erase_if(views, [](const MotionSeries& s) { return s.t_s.size() < 2; });
     if (views.empty()) {
-        throw InputError(std::string("no ") + target + ": " + std::to_string(told) +
+        throw InputError(std::string("no ") + target + ": " + std::to_string(given) +
                          " views, none with two or more positions; at least one view must follow the " +
                          target);
     }

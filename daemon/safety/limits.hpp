@@ -30,8 +30,8 @@ struct Limits {
     double force_n = std::numeric_limits<double>::infinity();  // N, peak; compared with predictions only
     double sensor_range_mps2 =
         std::numeric_limits<double>::infinity();  // m/s^2; a sample at or beyond it is saturated
-    double edge_mm = 5;  // mm, least distance of the walker from the edge of the picture; negative: the
-                         // walker may leave the picture
+    /// mm, least distance of the walker from the edge of the picture; negative: the walker may leave it.
+    double edge_mm = 5;
     int tracking_lost_frames = 20;  // consecutive frames
     double soft_stop_s = 0.05;      // s, ramp to zero
     double hard_stop_s = 0.005;

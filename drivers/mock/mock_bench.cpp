@@ -57,7 +57,7 @@ struct MockBench::State {
     void play(const std::stop_token& stop);
     void play(std::span<const double> first, std::span<const double> second);
     void find_pulses(std::span<double> share);
-    void tell_when_late();
+    void warn_when_late();
     void send_samples();
     void send_pictures(const std::stop_token& stop, MockCamera& camera_input);
     std::int64_t until_free_exposure(std::int64_t most);
@@ -70,7 +70,7 @@ struct MockBench::State {
     std::vector<MockCamera> eyes;
     std::filesystem::path rig_file;
     double trigger_before = 0;
-    bool told_late = false;
+    bool warned_late = false;
     const double spacing =
         settings.scene.dac_rate_hz / settings.scene.cameras[0].view.frame_rate_hz;  // samples
     std::int64_t last_pulse = -1;                                                   // sample of the world
@@ -120,7 +120,7 @@ void MockBench::State::play(const std::stop_token& stop) {
             second.resize(n);
             converter.take(first, second);
             for (double& share : first) share *= settings.scene.dac_full_scale_v;
-            tell_when_late();
+            warn_when_late();
             find_pulses(second);
             play(first, second);
             send_samples();
@@ -128,9 +128,9 @@ void MockBench::State::play(const std::stop_token& stop) {
     }
 }
 
-void MockBench::State::tell_when_late() {
+void MockBench::State::warn_when_late() {
     const std::uint64_t missed = converter.counts().missed;
-    if (missed == 0 || std::exchange(told_late, true)) return;
+    if (missed == 0 || std::exchange(warned_late, true)) return;
     spdlog::warn(
         "this computer is too slow for the mock bench: {} samples of the DAC were overwritten before the "
         "simulated world processed them; reduce the cameras' frame rate",

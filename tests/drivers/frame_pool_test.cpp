@@ -76,7 +76,7 @@ TEST(FramePoolTest, FramesOutliveThePool) {
     FramePtr kept = std::move(frame);
     pool.reset();
     EXPECT_EQ(kept->pixels[3], std::byte{9});
-    kept.reset();  // the memory checkers see whether all of it is returned, once
+    kept.reset();  // memory checkers verify that all memory is returned once
 }
 
 TEST(FramePoolTest, FramesReturnFromAnotherThread) {
@@ -105,7 +105,7 @@ TEST(FramePoolTest, FramesReturnFromAnotherThread) {
         while (!ring.push(frame)) std::this_thread::yield();
     }
     reader.join();
-    for (int i = 0; i < 2; ++i) {  // all are back, and stay usable
+    for (int i = 0; i < 2; ++i) {  // all frames are back and usable
         std::array<FramePtr, 8> all;
         for (FramePtr& frame : all) frame = pool.acquire();
         for (const FramePtr& frame : all) EXPECT_NE(frame, nullptr);

@@ -100,7 +100,7 @@ TEST(MailboxTest, ReturnsNewestValueOnce) {
     EXPECT_FALSE(box.take().has_value());
 }
 
-/// Far larger than any atomic, with every word alike, so that a torn copy shows.
+/// Much larger than any atomic, with equal words, so that an inconsistent copy is detected.
 struct Large {
     std::array<std::uint64_t, 100> words{};
 };

@@ -201,7 +201,7 @@ TEST(SynthesiserStopTest, BlockSizesDoNotMatter) {
     EXPECT_EQ(played([] { return std::int64_t{100000}; }), played([&] { return n++ % 97 + 1; }));
 }
 
-// What a record stores, the changes, gives back each sample, stops and releases included.
+// The recorded changes reproduce every sample, including stops and releases.
 TEST(SynthesiserStopTest, ReplayingTheChangesGivesIdenticalSamples) {
     std::mt19937_64 random{7};
     std::uniform_real_distribution<double> unit{0, 1};

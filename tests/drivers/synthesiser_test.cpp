@@ -189,7 +189,7 @@ TEST(SynthesiserTest, BlockSizesDoNotMatter) {
     EXPECT_EQ(got, want);
 }
 
-// What a record stores, the changes, gives back each sample: here by the definition, in long double.
+// The recorded changes reproduce every sample, computed here by the definition in long double.
 TEST(SynthesiserTest, ChangesDetermineEverySampleOfRamps) {
     Synthesiser synth{rate, f, 3};
     std::vector<DriveChange> changes;

@@ -1,11 +1,12 @@
-// The played bench: states, drive and results as the daemon tells them. Time comes from outside, chance from a seed.
+// The simulated bench of the page's tests: states, drive and results as the daemon sends them. The caller gives the time,
+// a seed gives the randomness.
 import { closedForm, g, steadyPeriod } from "./motion.mjs";
 
 const mu = 0.113;
 const reach = 0.03;  // m, of the walker to either side of x = middle
 const middle = 0.05;  // m, of the picture: x is 0 at its left end
 
-/** mulberry32: the same numbers for the same seed. */
+/** mulberry32: equal numbers for equal seeds. */
 export function chance(seed) {
     return () => {
         seed = (seed + 0x6d2b79f5) | 0;
@@ -145,7 +146,7 @@ export class Bench {
         };
     }
 
-    /** The result of now, or else the last one with what it was measured at. */
+    /** The present result, or the last one with its set-point. */
     newest(some, values) {
         if (some) this.held = { ...values, number: ++this.measurements, drive: this.drive, at: this.time };
         if (!this.held) return { ...values, number: null };
@@ -153,7 +154,7 @@ export class Bench {
         return { ...result, age_s: this.time - at, stick: [], shortest_visible_stick: 0.031, current: JSON.stringify(result.drive) === JSON.stringify(this.drive) };
     }
 
-    /** What an action does: null, or the words of its refusal. */
+    /** Carries out an action: null, or the reason of its refusal. */
     act(name, body) {
         if (name === "abort") {
             this.trip = { cause: "operator_stop", text: "ABORT from the page", t_s: this.time };
@@ -175,7 +176,7 @@ export class Bench {
         }
     }
 
-    /** The next run is recorded where nothing is driven; the page's tests of a growing recording set `recording`. */
+    /** Requests the recording of the next run; tests of an open recording set `recording`. */
     record(name) {
         if (name === "taken") return `/var/lib/shakerd/${name}.nxs: exists already; recordings are never overwritten, choose another name`;
         this.recording = null;

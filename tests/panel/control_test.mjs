@@ -1,4 +1,4 @@
-// The page in headless Chromium: what it sends, and what it does when something fails.
+// The page in headless Chromium: orders that it sends, and behaviour after failures.
 import assert from "node:assert/strict";
 import { join } from "node:path";
 import test, { after, afterEach, before, beforeEach } from "node:test";

@@ -13,7 +13,7 @@ async function end(child) {
     await gone;
 }
 
-/** The daemon itself on the simulated bench, on ports that are free: it says them on its standard error. phi in rad. */
+/** The real daemon on the simulated bench, on free ports, which it prints on standard error. phi in rad. */
 export async function startDaemon(phi) {
     const recordings = mkdtempSync(join(tmpdir(), "shakerd-page-"));
     const settings = join(recordings, "settings.toml");

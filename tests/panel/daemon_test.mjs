@@ -1,4 +1,4 @@
-// The page with the daemon itself behind it, on the simulated bench: what an operator does, in a real browser.
+// The page with the real daemon on the simulated bench: actions of an operator in a real browser.
 import assert from "node:assert/strict";
 import { join } from "node:path";
 import test, { after, before } from "node:test";
@@ -9,7 +9,7 @@ const folder = process.env.PANEL_SCREENSHOTS;
 let daemon, stage;
 
 before(async () => {
-    daemon = await startDaemon(1.75);  // a slow walker: seconds until it is at the edge
+    daemon = await startDaemon(1.75);  // a slow walker, which needs seconds to reach the edge
     stage = { server: { port: daemon.port }, browser: await openBrowser() };
 });
 after(async () => {

@@ -1,4 +1,4 @@
-// Binary messages as the daemon makes them.
+// Binary messages in the daemon's format.
 
 function header(stream, { first = 0, t0 = 0, dt = 0, n, channels = 0, flags = 0 }) {
     const head = Buffer.alloc(40);

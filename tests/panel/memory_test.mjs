@@ -1,4 +1,5 @@
-// Hours of streaming must not make the page grow. PANEL_MINUTES says how long; the first third, at most a minute, fills it.
+// Hours of streaming must not increase the page's memory. PANEL_MINUTES: duration; the first third, at most a minute,
+// fills its buffers.
 import assert from "node:assert/strict";
 import test from "node:test";
 import { heapOf, openPage, running, setStage } from "./stage.mjs";
@@ -12,7 +13,7 @@ test(`After ${minutes} min of streaming its memory is within 10 % of that after 
     const { server } = stage;
     await running(stage);
     const { page, troubles } = await openPage(stage, { viewport: { width: 1366, height: 2000 } });
-    // Ten events a second fill the log to its bound before the first look; else it would be growth of the right kind.
+    // Ten events per second fill the log before the first measurement of memory; otherwise its growth would be normal.
     for (let k = 0; k < 600; k++) server.bench.log("info", `event before the first look ${k}`);
     const chatter = setInterval(() => server.bench.log("info", `event at ${server.bench.time}`), 100);
     const look = () => heapOf(page);

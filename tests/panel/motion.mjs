@@ -1,4 +1,4 @@
-// The walker of the played bench: Coulomb friction under a biharmonic base, stepped; and the closed form without stick.
+// The walker of the simulated bench: Coulomb friction on a biharmonic base, by time steps; the closed form without stick.
 export const g = 9.8;
 
 const baseAcceleration = ({ gamma, rho, phi }, p) => gamma * (rho * Math.sin(p) + (1 - rho) * Math.sin(2 * p + phi));
@@ -33,7 +33,7 @@ export function steadyPeriod(drive, mu, bins = 100, steps = 4000) {
     return out;
 }
 
-/** v_D of a walker that never sticks; null where there is none. */
+/** v_D of a walker that never sticks; null when the closed form does not exist. */
 export function closedForm(drive, mu) {
     const omega = 2 * Math.PI * drive.frequency_hz;
     const argument = (Math.PI * mu * g) / (2 * drive.rho * drive.gamma_mps2);

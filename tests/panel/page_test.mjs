@@ -1,4 +1,4 @@
-// The page in headless Chromium: what it shows.
+// The page in headless Chromium: its display.
 import assert from "node:assert/strict";
 import { mkdirSync } from "node:fs";
 import { join } from "node:path";

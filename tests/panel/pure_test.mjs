@@ -1,4 +1,4 @@
-// What needs no browser: numbers as text, messages, frames, the rolling store, the curves.
+// Tests without a browser: numbers as text, messages, frames, the rolling store, the curves.
 import assert from "node:assert/strict";
 import test from "node:test";
 import { chance } from "./bench.mjs";

@@ -1,4 +1,4 @@
-// Plays the daemon on loopback: the page's files under its security policy, the socket, the actions.
+// A simulated daemon on loopback: the page's files with their security policy, the socket, the actions.
 import { createServer } from "node:http";
 import { readFile } from "node:fs/promises";
 import { join } from "node:path";
@@ -19,7 +19,7 @@ export async function startServer(folder, port = 0) {
     const pictures = makePictures();
     played = { bench, requests: [], refuse: null, silent: false, mute: false, port: 0, dropAll, close, subscribed: () => [...clients].flatMap((c) => [...c.streams.keys()]) };
 
-    /** The points are told again when there are others, as the daemon does. */
+    /** Sends the points again when they have changed, as the daemon does. */
     function stateFor(client) {
         const { points, ...rest } = bench.message();
         if (client.points === points.length) return rest;

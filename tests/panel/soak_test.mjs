@@ -1,5 +1,5 @@
-// The daemon drives its simulated bench for PANEL_MINUTES with a page that shows it all: neither may grow. The drive's
-// phase is near the null, so that the walker stays in the picture.
+// The daemon drives its simulated bench for PANEL_MINUTES with a page that shows everything: the memory of neither may
+// grow. The drive's phase is near the null, so that the walker stays in the picture.
 import assert from "node:assert/strict";
 import { readFileSync } from "node:fs";
 import test from "node:test";

@@ -1,4 +1,4 @@
-// The page's modules as node can load them, and what is installed beside them.
+// The page's modules in a form that node can load, and the installed packages.
 import { createRequire } from "node:module";
 import { join, resolve } from "node:path";
 import { fileURLToPath, pathToFileURL } from "node:url";

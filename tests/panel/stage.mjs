@@ -1,4 +1,4 @@
-// A browser, the played daemon, and pages that note whatever must not happen.
+// A browser, the simulated daemon, and pages that collect all errors.
 import assert from "node:assert/strict";
 import { existsSync } from "node:fs";
 import { join } from "node:path";
@@ -67,7 +67,7 @@ export async function until(condition, what, patience = 8000) {
     }
 }
 
-/** What a page holds after its garbage was collected. */
+/** Memory of a page after garbage collection. */
 export async function heapOf(page) {
     const devtools = await page.context().newCDPSession(page);
     for (let k = 0; k < 3; k++) await devtools.send("HeapProfiler.collectGarbage");

@@ -1,4 +1,4 @@
-// As much of a WebSocket server (RFC 6455) as the page needs: text in, text and binary out, no extensions.
+// A WebSocket server (RFC 6455) with the functions that the page needs: text in, text and binary out, no extensions.
 import { createHash } from "node:crypto";
 
 const key = "258EAFA5-E914-47DA-95CA-C5AB0DC85B11";
@@ -18,7 +18,7 @@ function frame(opcode, payload) {
     return Buffer.concat([head, payload]);
 }
 
-/** The first whole frame of a client: {opcode, payload, used}; null when more bytes are needed. */
+/** The first complete frame of a client: {opcode, payload, used}; null when more bytes are needed. */
 function parse(data) {
     if (data.length < 6) return null;
     let size = data[1] & 0x7f, at = 2;

@@ -1,4 +1,4 @@
-// Plays the test drive through AlsaDac to a sound server, and looks for it in what the server gave out.
+// Plays the test drive through AlsaDac to a sound server and searches it in the output of the server.
 //
 //   peer_alsa_player play CONFIG PCM SECONDS   until the time is over or the device fails (exit status 3)
 //   peer_alsa_player compare RAW SECONDS TICK... RAW: captured S32 frames of two channels; TICK: where

@@ -1,6 +1,6 @@
-// Two mock cameras, TOP at 127.0.0.1 and SIDE at 127.0.0.2, in a network of their own, and a command that
-// sees them: mock_cameras COMMAND [ARGUMENT...]. Exits with the command's status; 77 when the kernel refuses
-// the network.
+// Two mock cameras, TOP at 127.0.0.1 and SIDE at 127.0.0.2, and a command in the same private network:
+// mock_cameras COMMAND [ARGUMENT...]. Exits with the command's status; 77 when the kernel refuses the
+// network.
 #include <array>
 #include <chrono>
 #include <stop_token>

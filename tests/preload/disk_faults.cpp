@@ -1,9 +1,8 @@
-// A disk that fails, for the files of one folder (SHAKER_DISK_FOLDER). SHAKER_DISK_FAULT is "call ending
-// after_s error stall_s": from after_s seconds of the program on, `call` ("write", "sync" or "any", which is
-// both and the reserving of room) on files whose name ends in `ending` ("*": all) fails with this errno, or
-// for stall_s seconds takes until they are over. "space" is the
-// request for the free room of any folder, and is not part of "any". SHAKER_DISK_ROOM is the bytes of the
-// disk.
+// A failing disk for the files of one folder (SHAKER_DISK_FOLDER). SHAKER_DISK_FAULT is "call ending after_s
+// error stall_s": from after_s seconds of the program on, `call` on files whose name ends in `ending` ("*":
+// all) fails with this errno, or blocks until stall_s seconds are over. `call` is "write", "sync", "any"
+// (both, and reserving of space) or "space" (the query of free space of any folder). SHAKER_DISK_ROOM: size
+// of the disk, bytes.
 #include <sys/statvfs.h>
 #include <unistd.h>
 
@@ -71,7 +70,7 @@ std::int64_t length_of(int descriptor) {
     return ::fstat(descriptor, &status) == 0 ? status.st_size : 0;
 }
 
-// Takes what a file grows by when it ends at `end`; an errno, or 0.
+// Accounts for the growth of a file to length `end`. Returns an errno, or 0.
 int take(int descriptor, std::int64_t end) {
     const std::int64_t more = end - length_of(descriptor);
     if (!room() || more <= 0) return 0;

@@ -1,6 +1,6 @@
 #pragma once
-// For libraries that are put between a program and the C library: what the C library itself does, and which
-// files are meant.
+// For preloaded libraries between a program and the C library: functions of the C library itself, and
+// selection of files.
 #include <dlfcn.h>
 #include <sys/stat.h>
 #include <unistd.h>
@@ -20,7 +20,7 @@ Function* real(const char* name) noexcept {
     return reinterpret_cast<Function*>(::dlsym(RTLD_NEXT, name));
 }
 
-/// The files meant are those in this folder and below; empty: none.
+/// Folder of the selected files, including subfolders; empty: no files.
 inline const std::string& folder() {
     static const std::string path = [] {
         const char* name = std::getenv("SHAKER_DISK_FOLDER");
@@ -34,7 +34,7 @@ inline bool is_meant(std::string_view path) {
            (path.size() == folder().size() || path[folder().size()] == '/');
 }
 
-/// The name of an open file; empty when it is none of those.
+/// The name of an open selected file; empty for other files.
 inline std::string meant(int descriptor) {
     if (folder().empty()) return {};
     const int before = errno;
@@ -46,7 +46,7 @@ inline std::string meant(int descriptor) {
     return is_meant(name) ? std::string{name} : std::string{};
 }
 
-/// A path as the program gave it, from the root on.
+/// The absolute path for a path given by the program.
 inline std::string absolute(const char* path) {
     if (path[0] == '/') return path;
     std::array<char, 4096> here{};

@@ -110,7 +110,7 @@ private:
                  unit);
     }
 
-    void tell(const std::string& what, double got, double asked, const std::string& unit) {
+    void note_granted(const std::string& what, double got, double asked, const std::string& unit) {
         granted_.push_back(what + " " + to_text(got) + unit + " (requested " + to_text(asked) + ")");
     }
 
@@ -125,7 +125,7 @@ private:
              [&](GError** e) { arv_camera_set_exposure_time(camera_, 1e6 * asked_.exposure_s, e); });
         picture.exposure_s =
             call("exposure", [&](GError** e) { return arv_camera_get_exposure_time(camera_, e); }) / 1e6;
-        tell("exposure", picture.exposure_s, asked_.exposure_s, " s");
+        note_granted("exposure", picture.exposure_s, asked_.exposure_s, " s");
     }
 
     void set_gain() {
@@ -136,8 +136,8 @@ private:
         call("gain", [&](GError** e) { arv_camera_get_gain_bounds(camera_, &min, &max, e); });
         require_range("gain", *asked_.gain, min, max, "");
         call("gain", [&](GError** e) { arv_camera_set_gain(camera_, *asked_.gain, e); });
-        tell("gain", call("gain", [&](GError** e) { return arv_camera_get_gain(camera_, e); }), *asked_.gain,
-             "");
+        note_granted("gain", call("gain", [&](GError** e) { return arv_camera_get_gain(camera_, e); }),
+                     *asked_.gain, "");
     }
 
     void set_trigger() {
@@ -150,7 +150,7 @@ private:
                  [&](GError** e) { arv_camera_set_frame_rate(camera_, asked_.frame_rate_hz, e); });
             const double got =
                 call("frame rate", [&](GError** e) { return arv_camera_get_frame_rate(camera_, e); });
-            tell("frame rate", got, asked_.frame_rate_hz, " Hz");
+            note_granted("frame rate", got, asked_.frame_rate_hz, " Hz");
             return;
         }
         require_range("frame rate", asked_.frame_rate_hz, 0, max, " Hz");

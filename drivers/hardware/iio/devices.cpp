@@ -52,7 +52,7 @@ IioDeviceSeen seen(const std::string& uri, const iio_device* device) {
     return d;
 }
 
-IioContextSeen look_at(const std::string& uri) try {
+IioContextSeen context_at(const std::string& uri) try {
     IioContextSeen place{.uri = uri};
     const IioContextHandle context = open_iio_context(uri);
     place.description = iio_string(iio_context_get_description(context.get()));
@@ -73,9 +73,9 @@ IioContextSeen look_at(const std::string& uri) try {
 }  // namespace
 
 std::vector<IioContextSeen> list_iio_devices(const std::vector<std::string>& uris) {
-    std::vector<IioContextSeen> places{look_at("local:")};
-    for (const std::string& uri : scanned("usb")) places.push_back(look_at(uri));
-    for (const std::string& uri : uris) places.push_back(look_at(uri));
+    std::vector<IioContextSeen> places{context_at("local:")};
+    for (const std::string& uri : scanned("usb")) places.push_back(context_at(uri));
+    for (const std::string& uri : uris) places.push_back(context_at(uri));
     return places;
 }
 

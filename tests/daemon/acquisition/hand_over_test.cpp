@@ -5,7 +5,7 @@
 namespace shaker::acquisition {
 namespace {
 
-// A hundred seconds: a stamp, a block and a track a second, a change of the drive each ten seconds.
+// 100 s with one stamp, one block and one track per second, and a change of the drive every 10 s.
 Streams hundred_seconds() {
     Streams s;
     s.dac_rate_hz = 1000;
@@ -58,7 +58,7 @@ TEST(HandOverTest, MovesEverythingWhenNothingIsKept) {
     EXPECT_EQ(s.changes.size(), 1U) << "the drive in force";
 }
 
-// A recording that began in mid-life is reduced by the stamps that are in it; the bench keeps its clocks.
+// A recording that starts later than the bench is reduced by its own stamps only; the bench keeps its clocks.
 TEST(HandOverTest, TheTimeBaseOfARecordingHasItsStampsOnly) {
     Streams s;
     s.dac_rate_hz = 1000;

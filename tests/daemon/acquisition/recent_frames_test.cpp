@@ -66,7 +66,7 @@ TEST(RecentFramesTest, ShortRunIsComplete) {
 TEST(RecentFramesTest, MemoryIsBoundedByRateAndSize) {
     RecentFrames tail{100};
     EXPECT_EQ(tail.capacity(), 270U);
-    EXPECT_EQ(tail.bytes(), 0U);  // nothing is taken before there are frames
+    EXPECT_EQ(tail.bytes(), 0U);  // no allocation before the first frame
     std::size_t most = 0;
     for (std::int64_t n = 0; n < 5000; ++n) {
         if (n == 4000) tail.hold();

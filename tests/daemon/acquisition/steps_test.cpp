@@ -29,7 +29,7 @@ public:
     void stop() noexcept override {}
     std::int64_t samples = 0;
     double peak = 0;
-    bool empty = false;  // the next write finds that it ran empty
+    bool empty = false;  // the next write reports an empty DAC
     int pulses = 0;
 };
 
@@ -154,7 +154,7 @@ TEST(ExecutorsTest, ExceptionInThreadEndsRunAndIsRethrown) {
     EXPECT_TRUE(unblocked);
 }
 
-// Otherwise virtual time would race after a computer that stood still, and threads could not follow.
+// After a pause of the computer virtual time must not run faster than the threads can follow.
 TEST(PacerTest, LongPauseIsNotMadeUpFor) {
     using Clock = std::chrono::steady_clock;
     Pacer pacer;

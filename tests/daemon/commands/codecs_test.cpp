@@ -1,4 +1,4 @@
-// shakerd where its module shaker_codecs.so is not installed.
+// shakerd without its module shaker_codecs.so.
 #include <gtest/gtest.h>
 
 #include <fstream>
@@ -13,7 +13,7 @@ class CodecsTest : public testing::Test {
 protected:
     std::filesystem::path folder_ = test::fresh_folder();
 
-    /// A copy of shakerd with nothing beside it.
+    /// A copy of shakerd in an empty folder.
     test::Outcome lonely_shakerd(const std::string& arguments) {
         std::filesystem::copy_file(test::build_dir() + "/shakerd", folder_ / "shakerd");
         const auto name = std::filesystem::relative(folder_ / "shakerd", test::build_dir());

@@ -1,4 +1,4 @@
-// Recordings that the first version of the program made open, replay to the bit, export and recover.
+// Recordings by the first version of the program can be opened, replayed to the bit, exported and recovered.
 #include <gtest/gtest.h>
 
 #include <cstdlib>

@@ -1,4 +1,4 @@
-// Sessions that shakerd did not record, reduced and tracked as their user does it.
+// "shakerd reduce" and "shakerd track" on sessions of footage.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -57,7 +57,7 @@ double rms_about_mean(const std::vector<double>& x) {
     return std::sqrt(squares / static_cast<double>(x.size()));
 }
 
-// What a clone has: a session that the program writes itself.
+// A session written by "shakerd example", which needs no shared data.
 TEST(ExampleSessionTest, ReducesToItsTruthWithinErrors) {
     const auto folder = fresh_folder();
     const Outcome written = shakerd("example lab", folder);
@@ -160,7 +160,7 @@ TEST_F(SessionTest, DotsOfSwingingBuildingKeepIdentity) {
                 if (a[k].state != "lost" && b[k].state != "lost")
                     distance.push_back(std::hypot(b[k].x_px - a[k].x_px, b[k].y_px - a[k].y_px));
             ASSERT_GT(distance.size(), 100U);
-            // Rigid beams: in the neighbour's place would be 160 px off, on another mark tens of px.
+            // Rigid beams: a mix-up with the neighbour would be 160 px off, with another mark tens of px.
             const auto [least, most] = std::ranges::minmax(distance);
             EXPECT_LT(most - least, 5) << camera << " dot " << dot;
             // The camera looks at the swinging top beam obliquely: its gaps change with its place by up

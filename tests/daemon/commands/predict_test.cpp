@@ -18,7 +18,7 @@ namespace {
 using Json = nlohmann::json;
 const std::string golden = test::source_dir() + "/tests/golden/physics_reference.json";
 
-/// A file of this test, gone when the test ends.
+/// A temporary file, removed at the end of the test.
 class CasesFile {
 public:
     explicit CasesFile(const std::string& text) { std::ofstream{path_} << text; }

@@ -1,4 +1,4 @@
-// The cases of the bench (tests/bench/run control), two seeds each: what is promised of the loop.
+// The cases of tests/bench/run control with two seeds each: limits that the loop must keep.
 #include <gtest/gtest.h>
 
 #include <cctype>

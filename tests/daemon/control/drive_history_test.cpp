@@ -15,7 +15,7 @@ DriveCommand command(double volts, double frequency, int ramp, std::uint64_t seq
     return c;
 }
 
-// Plays through a list of commands, each given at a sample, and tells a history.
+// Plays a list of commands, each given at a sample, and passes the changes to a history.
 struct Played {
     Synthesiser synthesiser{rate, 20, 10};
     DriveHistory history{rate, 20};
@@ -59,7 +59,7 @@ TEST(DriveHistoryTest, MeanEqualsThatOfTheSamples) {
         for (std::size_t i = 0; i < 2400; ++i)
             sum += p.volts[2400 * static_cast<std::size_t>(period) + i] *
                    std::sin(two_pi * static_cast<double>(i) / 2400) / 1200;
-        // A ramp bends the sine a little: what it does to the lock-in is not what it does to the mean.
+        // A ramp distorts the sine slightly, and lock-in and mean change by different amounts.
         EXPECT_NEAR(p.history.mean(from, from + 0.05).at(1).real(), sum, 0.06) << period;
         const bool steady = period == 0 || (period >= 4 && period <= 6) || period >= 8;
         EXPECT_EQ(p.history.steady(from, from + 0.05), steady) << period;

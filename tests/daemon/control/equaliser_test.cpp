@@ -16,7 +16,7 @@ Response nominal() {
     return h;
 }
 
-// A shaker whose response differs from the nominal one, that adds harmonics of its own, late by a delay.
+// A shaker with a response that differs from the nominal one, its own harmonics and a delay.
 struct Toy {
     Response h;
     double late = 0;   // rad of harmonic 1
@@ -37,7 +37,7 @@ struct Toy {
     }
 };
 
-// psi: phase error of the nominal response at harmonic 2 and above, beyond the turn that harmonic 1 tells.
+// psi: phase error of the nominal response at harmonic 2 and above, minus the phase error of harmonic 1.
 Toy toy(double magnitude, double psi) {
     Toy t;
     t.h = nominal();
@@ -45,7 +45,7 @@ Toy toy(double magnitude, double psi) {
     return t;
 }
 
-// Windows of settled motion until it has seen `windows` of them.
+// Gives the equaliser `windows` windows of settled motion.
 Equaliser::Report run(Equaliser& eq, Toy& t, int windows, double sd = 1e-6) {
     Equaliser::Report r;
     for (int k = 0; k < windows; ++k) r = eq.take({t.measured(eq.volts()), sd, eq.volts(), true});
@@ -178,7 +178,7 @@ TEST(EqualiserTest, HoldsLastGoodDriveOfSaturatedPlant) {
     Toy t = toy(1, 0);
     Equaliser eq{harmonics(Drive{.gamma = 9.8}), nominal(), {.volts_limit = 1e3}};
     Equaliser::Report r;
-    for (int k = 0; k < 600; ++k) {  // harmonic 1 saturates at 0.8 of what is asked
+    for (int k = 0; k < 600; ++k) {  // harmonic 1 saturates at 0.8 of the request
         Harmonics<Acceleration> a = t.measured(eq.volts());
         const double size = std::abs(a.at(1));
         a.at(1) *= 3.92 * std::tanh(size / 3.92) / size;

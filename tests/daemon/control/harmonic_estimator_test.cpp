@@ -58,7 +58,8 @@ TEST(HarmonicEstimatorTest, StatedDeviationMatchesScatter) {
         squares += std::norm(p.along.at(2) - s.base.at(2)) / 2;  // two components
         stated += p.sd * p.sd;
     }
-    EXPECT_NEAR(std::sqrt(squares / stated), 1, 0.05);         // 2000 periods tell a deviation to 1.6 %
+    EXPECT_NEAR(std::sqrt(squares / stated), 1,
+                0.05);  // 2000 periods determine a standard deviation to 1.6 %
     const double white = s.noise * std::sqrt(2 / per_period);  // the Cramer-Rao bound for white noise
     EXPECT_NEAR(std::sqrt(squares / static_cast<double>(found.size())), white, 0.05 * white);
 }

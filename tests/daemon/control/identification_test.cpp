@@ -18,7 +18,7 @@ Response sheet() {
     return h;
 }
 
-// Plays what is asked to a plant until it is done.
+// Plays the requested drives to a plant until the identification is done.
 template <class Plant>
 IdentifiedResponse identify(const Plant& plant, double noise, double gamma = 9.8, int* windows = nullptr) {
     Identification id{{.gamma = gamma, .nominal = sheet()}};
@@ -119,7 +119,7 @@ TEST(IdentificationTest, TransverseMotionIgnoresScatterOfTheAxis) {
     std::normal_distribution<double> gauss{0, 1e-4};
     while (!id.done()) {
         PeriodEstimate w;
-        w.axis = {std::cos(gauss(rng)), gauss(rng), 0};  // the smaller of y and z may be either
+        w.axis = {std::cos(gauss(rng)), gauss(rng), 0};  // either y or z may be the smaller one
         (std::abs(gauss(rng)) < 7e-5 ? w.axis[2] : w.axis[1]) = gauss(rng);
         const auto across = calibration::across_axes(w.axis);
         for (int q = 1; q <= 8; ++q) {

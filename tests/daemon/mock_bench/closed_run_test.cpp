@@ -1,4 +1,4 @@
-// A whole run on the mock bench: what the program says against what the bench knows.
+// A complete run on the mock bench: results of the program compared with the truth of the bench.
 #include <gtest/gtest.h>
 
 #include <fstream>
@@ -16,7 +16,7 @@ namespace {
 constexpr double rate_hz = 48000;
 constexpr int block = 480;
 
-/// Both channels of what the mock DAC has put out, left-justified.
+/// Both channels of the mock DAC's output, left-justified.
 struct Codes {
     std::vector<std::int32_t> drive, trigger;
 };
@@ -31,7 +31,7 @@ Codes codes_of(const std::filesystem::path& file) {
     return codes;
 }
 
-/// Every sample of the drive again, from the changes that the recording tells.
+/// Every sample of the drive, computed from the recorded changes.
 std::vector<std::int32_t> played_again(const recorded::RecordingReader& recording) {
     const std::vector<DriveChange> changes = recording.changes();
     Synthesiser synthesiser{rate_hz, recording.header().frequency_hz, 1};
@@ -67,7 +67,7 @@ TEST(ClosedRunTest, GivesTrueDriftClockErrorAndExactWaveform) {
     EXPECT_NEAR(v_D / v_true, 1, 0.01);
     EXPECT_NEAR(v_D, v_true, 8 * r.at("v_D_se_mps").get<double>() + 1e-4 * v_true);
     EXPECT_NEAR(r.at("dac_ppm"), 37.5, 1);
-    EXPECT_NEAR(r.at("gamma_mps2"), 9.8, 0.01);  // 1e-3: where the control calls it settled
+    EXPECT_NEAR(r.at("gamma_mps2"), 9.8, 0.01);  // 1e-3: tolerance of the settled control
     EXPECT_NEAR(r.at("phi_rad"), 100 * std::numbers::pi / 180, 1e-3);
 
     for (const char* camera : {"top", "side"}) EXPECT_EQ(device(r, camera).at("lost"), 0) << camera;

@@ -1,5 +1,4 @@
-// Every fault that the mock bench can make, in the middle of a run: how it must end, and that both sides
-// count the same.
+// Every fault of the mock bench in the middle of a run: required end of the run, equal counts on both sides.
 #include <gtest/gtest.h>
 
 #include <array>
@@ -15,9 +14,9 @@
 namespace shaker::test {
 namespace {
 
-// A slow walker: it does not reach the edge when settling takes long.
+// A slow walker, which does not reach the edge even if settling takes long.
 constexpr const char* options = "--gamma 0.7g --phi 100deg --periods 40 --no-identify";
-// In the run: the drive has settled by 2.5 s after the start, where the 2 s of measuring begin.
+// Time of the fault: the drive has settled 2.5 s after the start, and the measurement of 2 s starts then.
 constexpr double measuring_s = 3;
 
 struct FaultTest : testing::Test {
@@ -29,8 +28,7 @@ struct FaultTest : testing::Test {
         run.start(options);
         ASSERT_TRUE(run.played(measuring_s)) << end_of(run.finish().err);
     }
-    /// The run ended well, and v_D is still within 1 % of the truth: ticks keep their place, so the first
-    /// stream's pulses tell the time.
+    /// The run ended normally, and v_D is within 1 % of the truth, because ticks keep their place in time.
     nlohmann::json good_results() {
         nlohmann::json r = run.results();
         if (r.empty()) return r;
@@ -53,7 +51,7 @@ struct FaultTest : testing::Test {
     }
 };
 
-/// The operator would rather wait for the accelerometer than have the drive stopped.
+/// Settings with which the drive continues while the accelerometer is silent.
 struct PatientFaultTest : FaultTest {
     void SetUp() override {
         run.rig("missing_s", "10");
@@ -194,8 +192,8 @@ TEST(CheckFaultTest, ADacThatRunsEmptyInTheSelfTestIsAFinding) {
     EXPECT_NE(o.out.find("BAD  self-test: the DAC ran empty"), std::string::npos) << o.out;
 }
 
-// Trouble that does not end: the run fails in bounded time, and nothing spins while it waits. A loop that
-// does would use a whole processor; the program at work uses a fifth of one.
+// After a permanent fault the run fails in bounded time, without busy waiting. A busy loop would use a whole
+// processor; the program in operation uses a fifth of one.
 constexpr double most_cpu = 0.6;
 
 TEST_F(PatientFaultTest, SilentAccelerometerEndsRunWithoutBusyWaiting) {
@@ -220,7 +218,7 @@ TEST_F(FaultTest, DeadDacEndsRunWithoutBusyWaiting) {
 }
 
 TEST_F(FaultTest, KilledRunIsSilentWithinBuffer) {
-    for (;;) {  // SIGKILL reaches it in the middle of whatever it does
+    for (;;) {  // SIGKILL comes at any point of its work
         ::kill(run.program().pid(), SIGKILL);
         if (run.program().ended()) break;
     }

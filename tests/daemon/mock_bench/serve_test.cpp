@@ -1,4 +1,4 @@
-// The daemon from outside: what a service manager and an administrator do to it.
+// The daemon from outside: signals, service manager, settings, disk.
 #include <gtest/gtest.h>
 #include <poll.h>
 #include <sys/ptrace.h>
@@ -27,11 +27,10 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-/// A service manager's ear.
+/// Receives the daemon's messages to the service manager.
 class Manager {
 public:
-    /// watchdog_us: how long the daemon may be silent, microseconds; it sends four signs of life in that
-    /// time.
+    /// watchdog_us: watchdog time of the daemon, microseconds; it sends four signs of life in that time.
     explicit Manager(const char* watchdog_us = "1000000")
         : path_{(std::filesystem::temp_directory_path() / ("notify-" + std::to_string(getpid()))).string()} {
         sockaddr_un address{};
@@ -52,7 +51,7 @@ public:
     Manager(const Manager&) = delete;
     Manager& operator=(const Manager&) = delete;
 
-    /// Whether it hears this within so many seconds, beyond what was forgotten.
+    /// True if this message arrives within the time, s; forgotten messages do not count.
     bool hears(const std::string& words, double limit_s) {
         const auto end = Clock::now() + std::chrono::duration<double>{limit_s};
         while (Clock::now() < end) {
@@ -69,7 +68,7 @@ public:
         const std::scoped_lock lock{mutex_};
         return std::chrono::duration<double>(std::max(longest_, Clock::now() - fed_)).count();
     }
-    /// Forgets what it heard so far.
+    /// Forgets the messages received until now.
     void forget() {
         const std::scoped_lock lock{mutex_};
         heard_.clear();
@@ -84,7 +83,7 @@ private:
     std::string heard_;
     Clock::time_point fed_ = Clock::now();
     Clock::duration longest_{};
-    // Always: who tells something waits while too much is unheard.
+    // Reads all the time, because the sender waits while too many messages are unread.
     std::jthread ear_{[this](const std::stop_token& stop) {
         while (!stop.stop_requested()) {
             pollfd ready{socket_, POLLIN, 0};
@@ -146,7 +145,7 @@ TEST(ServeTest, SigkillLeavesRecoverableFileAndDisarmedDaemon) {
     EXPECT_EQ(client.ask("OUTP?;:SYST:STAT?"), "0;\"idle\"");
 }
 
-// The simulated bench waits for its readers: virtual time stands still with the computer.
+// Virtual time pauses with the computer, because the simulated bench waits for its readers.
 TEST(ServeTest, PausesOfComputerDoNotStopSimulatedRun) {
     ServedBench bench;
     TcpClient client{bench.scpi_port()};
@@ -173,17 +172,16 @@ TEST(ServeTest, WatchdogNeedsRunningOutputLoop) {
         GTEST_SKIP() << "one thread cannot be stopped here";
     ptrace(PTRACE_INTERRUPT, output, nullptr, nullptr);
     ASSERT_EQ(waitpid(output, nullptr, __WALL), output);
-    std::this_thread::sleep_for(std::chrono::milliseconds{700});  // what was gathered before
+    std::this_thread::sleep_for(std::chrono::milliseconds{700});  // for data gathered before
     manager.forget();
     EXPECT_FALSE(manager.hears("WATCHDOG=1", 2)) << "the drive's loop stands still";
     TcpClient client{bench.scpi_port()};
     EXPECT_EQ(client.ask("*IDN?").substr(0, 7), "shakerd") << "while the rest of it answers";
-    ptrace(PTRACE_DETACH, output, nullptr, nullptr);  // what is traced cannot be waited for as a whole
+    ptrace(PTRACE_DETACH, output, nullptr, nullptr);  // a traced process cannot be waited for
     kill(bench.program().pid(), SIGKILL);
 }
 
-/// A disk that takes until `until_s` of the program's life for one kind of call on these files, from after_s
-/// on.
+/// A disk on which one kind of call on these files blocks from after_s until until_s of the program's life.
 std::map<std::string, std::string> slow_disk(const char* call, const char* ending, double after_s,
                                              double until_s, const std::filesystem::path& folder) {
     return {{"LD_PRELOAD", test::build_dir() + "/preload_disk_faults.so"},
@@ -211,7 +209,7 @@ TEST(ServeTest, AnswersAndFeedsWatchdogWhileFinishing) {
     client.send("OUTP OFF");
     ASSERT_TRUE(bench.becomes("idle", 3)) << bench.log();
     client.send("REC ON,\"next\";:OUTP ON");
-    std::string refused = "0,";  // an order is refused by the bench's thread, a moment later
+    std::string refused = "0,";  // the bench's thread refuses an order with a small delay
     for (int i = 0; i < 40 && refused.starts_with("0,"); ++i) {
         std::this_thread::sleep_for(std::chrono::milliseconds{50});
         refused = client.ask("SYST:ERR?");

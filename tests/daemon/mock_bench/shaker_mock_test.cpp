@@ -1,4 +1,4 @@
-// shaker-mock as its user meets it: lines in, lines of JSON out.
+// shaker-mock from outside: command lines in, lines of JSON out.
 #include <gtest/gtest.h>
 
 #include <nlohmann/json.hpp>

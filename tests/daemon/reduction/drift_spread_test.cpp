@@ -54,8 +54,8 @@ double coverage(const Coverage& c, const Scatter& s) {
 
 class CoverageTest : public ::testing::TestWithParam<std::tuple<Coverage, Scatter>> {};
 
-// Never below 0.92 is asked. 400 runs know a coverage of 0.95 to 0.011. No upper limit where the noise is
-// white: jitter too small to be seen cannot be excluded there, and sigma must allow for it.
+// Required coverage: at least 0.92. 400 runs determine a coverage of 0.95 to 0.011. There is no upper limit
+// for white noise: small jitter cannot be excluded then, and sigma must include it.
 TEST_P(CoverageTest, TwoSigmaCoverTheTruthForAnyNoise) {
     const auto& [c, s] = GetParam();
     const double share = coverage(c, s);
@@ -76,7 +76,7 @@ INSTANTIATE_TEST_SUITE_P(Short, CoverageTest,
                                                               Coverage{12, 1000, 1000},
                                                               Coverage{40, 400, 1000}),
                                             ::testing::ValuesIn(scatters)));
-// 200 periods at fewer frames: the cost is in the frames, the question in the periods.
+// 200 periods with fewer frames, which saves time without changing the result.
 INSTANTIATE_TEST_SUITE_P(Long, CoverageTest,
                          ::testing::Combine(::testing::Values(Coverage{200, 400, 300}),
                                             ::testing::ValuesIn(scatters)));
@@ -85,7 +85,7 @@ TEST(DriftSpreadTest, SigmaWithoutScatterEqualsGivenError) {
     std::vector<PeriodMean> means(40);
     for (int k = 0; k < 40; ++k) means[static_cast<std::size_t>(k)] = {k, 1e-3 * k, 50};
     const DriftSpread s = drift_spread(means, {1e-9, 1e-9});
-    // 12 sigma^2 / N^3 for the line; at most 3 times that, as the header says
+    // 12 sigma^2 / N^3 for the line; at most 3 times that, see the header
     EXPECT_GT(s.sigma_m, 1e-9 * std::sqrt(12 / std::pow(40, 3)));
     EXPECT_LT(s.sigma_m, 3 * 1e-9 * std::sqrt(12 / std::pow(40, 3)));
 }
@@ -156,7 +156,8 @@ TEST(DriftTest, ViewsOfDifferentScaleWidenErrorWithNote) {
 
 class GridTest : public ::testing::TestWithParam<double> {};
 
-// Commensurate, barely not, few frames a period: harmonics beyond the fit must not turn into drift.
+// Frame rates that are commensurate, nearly commensurate, and low: harmonics beyond the fit must not become
+// drift.
 TEST_P(GridTest, NoiseFreeDriftHasNoBias) {
     for (const double start : {0.00015, 0.0131, 0.0377}) {
         SyntheticRun run;

@@ -1,4 +1,4 @@
-// Minutes of an experiment without pictures, against the exact motion they were made from.
+// Minutes of an experiment without pictures, compared with the exact motion.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -23,13 +23,13 @@ TEST(LongRecordTest, TwoHundredSecondsGiveDriftWithinErrors) {
         EXPECT_LT(std::abs(off), 4) << "seed " << seed;
         squares += off * off;
         // 2 um in 400 000 positions over 200 s: white noise alone leaves 2 um sqrt(12 / 400 000) / 200 s.
-        // That the drift itself might scatter widens it by up to about 5.
+        // Possible scatter of the drift itself increases sigma by a factor of up to about 5.
         EXPECT_LT(r.v_D.sigma, 6 * 2e-6 * std::sqrt(12.0 / 4e5) / 200);
         EXPECT_EQ(r.frames + r.frames_lost, 400'000);
         EXPECT_GT(r.frames_lost, 0);
-        ASSERT_EQ(r.stick.size(), 1U);  // near the phase without drift it always rests for a while
+        ASSERT_EQ(r.stick.size(), 1U);  // near the phase without drift each period has a rest
     }
-    EXPECT_GT(squares / runs, 0.01);  // errors that are far too wide would hide anything
+    EXPECT_GT(squares / runs, 0.01);  // far too large errors would hide any bias
 }
 
 TEST(LongRecordTest, FastDriftIsFoundToo) {

@@ -55,8 +55,8 @@ Reduction reduced(double gamma_g, double phi, double frame_rate_hz, double noise
     return reduce(make_measurement(run));
 }
 
-// Sticks of the exact walker: 0.2015 T and 0.1512 T and 0.0788 T. Where one is not found, it is one of those
-// below the shortest that is visible.
+// Stick intervals of the exact walker: 0.2015 T, 0.1512 T and 0.0788 T. Only intervals below the shortest
+// visible one may be missed.
 TEST(StickTest, HiddenStickIsBelowTheShortestVisible) {
     int hidden = 0;
     for (const auto& [gamma_g, phi, length] : {std::array{0.5, 0.0, 0.2015},

@@ -1,4 +1,4 @@
-// Motion across the shaker's axis, as a whole reduction tells it.
+// Motion across the shaker's axis in the results of a complete reduction.
 #include <gtest/gtest.h>
 
 #include <algorithm>

@@ -1,4 +1,4 @@
-// The gravity of the place is a setting: what judges the resting sensor compares with it.
+// The local gravity is a setting, with which the check of the resting sensor compares.
 #include <gtest/gtest.h>
 
 #include "tests/support/run/virtual_run.hpp"

@@ -1,4 +1,4 @@
-// The main job, run as its user runs it.
+// "shakerd run" from outside.
 #include <gtest/gtest.h>
 
 #include <cstdio>
@@ -16,7 +16,7 @@ using test::fresh_folder;
 using test::Outcome;
 using test::shakerd;
 
-// Under the sanitisers, which make everything ten times slower, the same path over fewer periods.
+// Fewer periods with sanitisers, which make the program ten times slower.
 const std::string paper_periods = SHAKER_SANITIZED ? "8" : "40";
 
 std::string bytes(const std::filesystem::path& file) {
@@ -54,8 +54,8 @@ TEST(RunTest, PaperDriveGivesTrueDriftAndReplays) {
     EXPECT_FALSE(std::filesystem::exists(folder / "run.nxs.part"));
 }
 
-// AC coupling, the walker's reaction and the shaker's own distortion stand between the asked drive and the
-// base.
+// AC coupling, the walker's reaction and distortion of the shaker make the base's motion differ from the
+// requested drive.
 TEST(RunTest, OnlyClosedLoopGivesDriftOfRequestedDrive) {
     const auto folder = fresh_folder();
     const auto off = [&](const std::string& loop) {
@@ -121,7 +121,7 @@ TEST(RunTest, ThreadsGiveSameResultAsLockstep) {
     const auto folder = fresh_folder();
     expect_true_drift(run("--no-identify --periods 10 --threads -o threads.nxs", folder));
     EXPECT_EQ(shakerd("replay threads.nxs", folder).status,
-              0);  // and what threads recorded replays in lockstep
+              0);  // a recording made with threads replays in lockstep
 }
 
 TEST(RunTest, SymmetricDrivesDoNotDrift) {
@@ -145,7 +145,7 @@ TEST(RunTest, OptionsOverrideSettingsFile) {
 
 TEST(RunTest, AClippingSensorStopsTheDrive) {
     const auto folder = fresh_folder();
-    // Limits beyond what the sensor can show: the operator wants the guard of saturation to speak.
+    // Limits beyond the sensor's range, so that only the saturation check can trip.
     std::ofstream{folder / "clip.toml"} << "[accelerometer]\nrange_mps2 = 10.5\n[limits]\n"
                                            "acceleration_abort_mps2 = 30\nsensor_range_mps2 = 10.5\n";
     const Outcome o = shakerd("run --no-identify --scene clip.toml --gamma 1.3g --periods 3", folder);
@@ -153,7 +153,7 @@ TEST(RunTest, AClippingSensorStopsTheDrive) {
     EXPECT_NE(o.err.find("sensor_saturated"), std::string::npos) << o.err;
 }
 
-// With the guards of the walker set aside by the operator.
+// With the checks of the walker switched off in the limits.
 TEST(RunTest, LostWalkerIsReducedFromSeenFramesWithNote) {
     const auto folder = fresh_folder();
     std::ofstream{folder / "wide.toml"} << "[limits]\nedge_mm = -100\ntracking_lost_frames = 100000\n";
@@ -204,7 +204,7 @@ TEST(RunTest, DriveBeyondLimitsIsRefusedWithFigures) {
     EXPECT_FALSE(std::filesystem::exists(folder / "x.nxs"));
 }
 
-// The data sheet promised more than the amplifier gives.
+// The amplifier gives less than its data sheet.
 TEST(RunTest, VoltageLimitKeepsShapeAndReportsReachedShare) {
     const auto folder = fresh_folder();
     std::ofstream{folder / "weak.toml"}

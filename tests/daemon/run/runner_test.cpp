@@ -1,4 +1,4 @@
-// One runner leads run, serve and check: what they have in common, as the user of each finds it.
+// Common behaviour of run, serve and check, which one runner leads.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -19,7 +19,7 @@ using test::fresh_folder;
 using test::Outcome;
 using test::shakerd;
 
-// The paper's bench with cameras of 200 pictures a second, and these changes.
+// The paper's bench with cameras of 200 pictures per second and these changes.
 std::filesystem::path bench(const std::string& changes = {}) {
     auto folder = fresh_folder();
     std::ofstream{folder / "scene.toml"} << "[top]\nframe_rate_hz = 200\n[side]\nframe_rate_hz = 200\n"
@@ -78,7 +78,7 @@ TEST(RunnerTest, TripBeforeMeasurementIsReported) {
     EXPECT_NE(r["not_reduced"].get<std::string>().find("fewer than two periods"), std::string::npos);
 }
 
-// The amplifier becomes 50 times as loud in the midst of the self-test.
+// The gain of the amplifier rises by a factor of 50 in the middle of the self-test.
 TEST(RunnerTest, CheckStopsFaultyShaker) {
     const auto folder = bench(
         "[limits]\nacceleration_warn_mps2 = 8\nacceleration_abort_mps2 = 10\n"
@@ -151,7 +151,7 @@ TEST(RunnerTest, EndTimeExcludesIdleTimeOfDaemon) {
     EXPECT_LT(end, "1970-01-01T00:00:18") << "of a recording that began 20 s after the daemon";
 }
 
-/// Enters states that cannot follow, as a defect of the program would.
+/// Makes impossible transitions, as an error in the program could.
 class DerailedSequence : public Sequence {
 public:
     using Sequence::go;

@@ -1,4 +1,4 @@
-// What a stopped run leaves behind, as its user finds it when the program has ended.
+// Files of a stopped run after the end of the program.
 #include <gtest/gtest.h>
 
 #include <cstdlib>
@@ -23,7 +23,7 @@ using test::fresh_folder;
 using test::Outcome;
 using test::shakerd;
 
-// A bench whose accelerometer fails at at_s, with cameras of 200 pictures a second.
+// A bench whose accelerometer fails at at_s, with cameras of 200 pictures per second.
 std::filesystem::path bench(const std::string& what, double at_s) {
     auto folder = fresh_folder();
     std::ofstream{folder / "scene.toml"} << "[top]\nframe_rate_hz = 200\n[side]\nframe_rate_hz = 200\n"
@@ -37,7 +37,7 @@ Outcome stopped(const std::string& options, const std::filesystem::path& folder)
     return o;
 }
 
-// The only file of a kind in a folder.
+// The only file of this kind in a folder.
 std::filesystem::path only_trip(const std::filesystem::path& folder) {
     std::vector<std::filesystem::path> found;
     for (const auto& entry : std::filesystem::directory_iterator{folder})
@@ -63,7 +63,7 @@ Pictures pictures(const std::filesystem::path& file, std::size_t camera) {
     return p;
 }
 
-// Those beside a recording that keeps no frames.
+// Tail pictures beside a recording without pictures.
 Pictures tail(const std::filesystem::path& file, const std::string& camera) {
     pictures::PictureReader reader{recorded::pictures_folder(file), camera + "-tail"};
     Pictures p;
@@ -75,7 +75,7 @@ Pictures tail(const std::filesystem::path& file, const std::string& camera) {
     return p;
 }
 
-// The last of `all` from the first of `some` on.
+// The elements of `all` from the first one of `some` on.
 void expect_end_of(const Pictures& all, const Pictures& some) {
     ASSERT_FALSE(some.ticks.empty());
     const auto at = std::ranges::find(all.ticks, some.ticks.front()) - all.ticks.begin();

@@ -1,4 +1,4 @@
-// Each detector on its own: what it finds trips by its cause, and with it alone switched off does not.
+// Each detector alone: its fault trips with its cause, and does not when only this detector is switched off.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -18,11 +18,11 @@ using test::VirtualRunSettings;
 /// A scenario in which a detector trips.
 struct Scenario {
     VirtualRunSettings run;
-    std::set<Cause> faster{};   // that would find it first, and are off
-    std::set<Cause> instead{};  // that find it, later, when the detector is off
+    std::set<Cause> faster{};   // detectors that would trip earlier; switched off
+    std::set<Cause> instead{};  // detectors that trip later, if this detector is off
 };
 
-// Not of drive and sensors: RunTest and ClockWatchTest have them.
+// Causes other than drive and sensors, tested by RunTest and ClockGuardTest.
 const std::set<Cause> of_cameras_and_clocks{Cause::tracking_lost, Cause::walker_edge, Cause::camera_missing,
                                             Cause::clock};
 
@@ -30,7 +30,7 @@ const std::string bench = "[accelerometer]\naxis_told = 1\nblock_samples = 10\n"
 // A run with the data sheet's response is in state run from 2 s on and at its target from 5 s on.
 constexpr double running_s = 8;
 
-/// A run that takes the data sheet for the response, and a fault while it is in state run.
+/// A run with the data sheet's response and a fault in state run.
 Scenario running(const std::string& fault) {
     return {.run = {.scene = bench + "[[fault]]\nat_s = 6.0137\n" + fault + "\n",
                     .periods = 200,

@@ -20,8 +20,8 @@ TEST(EnduranceTest, HourOfSetPointsOnSoundBenchesDoesNotTrip) {
     EXPECT_GT(all.locked_s, 0.3 * all.simulated_s);
 }
 
-// A target that leaves the prediction behind, two changes one on the other, a walker that is put on the base
-// right after a step.
+// A change of target faster than the prediction, two changes in quick succession, a walker put on the base
+// directly after a change.
 TEST(EnduranceTest, SeedsThatOnceTrippedDoNotTrip) {
     std::vector<std::uint64_t> seeds{1221, 229, 1201, 1138, 1135, 1152, 1192, 1219, 1237};
     if (SHAKER_SANITIZED) seeds.resize(1);

@@ -1,6 +1,6 @@
-// Every fault of drive and sensors, begun in every state of a run: what must trip does so by the right reason
-// and the drive is silent in time. In virtual time. SHAKER_SEEDS: noise and moments to try each, else 2; the
-// bench of trips tries more.
+// Every fault of drive and sensors in every state of a run: it trips with the right cause, and the drive is
+// silent in time. Virtual time. SHAKER_SEEDS: number of noise seeds and fault times for each (default 2);
+// tests/bench/run trips tries more.
 #include <gtest/gtest.h>
 
 #include <cstdlib>
@@ -42,7 +42,7 @@ TEST(TripTimeTest, ExceededLimitRampsDriveWithinBlockAndOneMs) {
     }
 }
 
-// Wherever in the output's block the last sound sample lies.
+// For all positions of the last good sample in the output's block.
 TEST(TripTimeTest, LostOrFrozenSensorIsSilentWithin80Ms) {
     for (const FaultCase& fault : test::fault_cases()) {
         if (fault.name != "silent" && fault.name != "frozen") continue;

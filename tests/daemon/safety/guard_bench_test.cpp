@@ -1,5 +1,5 @@
-// The guard on the whole simulated bench, walker and clocks included, with an expectation made as a
-// controller would: of the harmonics it has measured.
+// The guard on the complete simulated bench with walker and clocks. The expectation comes from measured
+// harmonics, as in a controller.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -21,7 +21,7 @@ namespace {
 constexpr double f = 20;
 constexpr std::int64_t block = 240;
 
-/// An accelerometer whose samples a test may bend.
+/// An accelerometer whose samples a test can change.
 class Bent final : public Accelerometer {
 public:
     explicit Bent(Accelerometer& inner) : inner_{inner} {}
@@ -72,7 +72,7 @@ public:
         volts = c.volts;
         channels.drive.post(c);
     }
-    /// From the last second: 20 periods of what the drive now in force makes.
+    /// Expectation from the last second: 20 periods of the motion by the present drive.
     [[nodiscard]] Expectation measured() const {
         const AccelerometerInfo info = rig.accelerometer->info();
         const double dac_rate = rig.dac->info().rate_hz,

@@ -1,4 +1,4 @@
-// The guard in the loops: from the sample that violates to the ramp of the drive, in played time.
+// The guard in the loops: from the sample that violates a limit to the ramp of the drive, in played time.
 #include <gtest/gtest.h>
 
 #include <cstdio>
@@ -16,11 +16,11 @@ constexpr double rate = 48000;
 constexpr std::int64_t block = 240;
 constexpr std::size_t most_blocks = 4000;
 
-/// A base that follows the volts at once, and what its two devices share.
+/// A base that follows the voltage without delay; state shared by the two devices.
 struct Base {
     double gain = 20;  // m/s^2 a volt
     bool unplugged = false;
-    std::int64_t empty = 0;  // the next write finds that the DAC stood empty so long
+    std::int64_t empty = 0;  // duration of an underrun that the next write reports, samples
     std::vector<double> played;
     std::deque<AccelBlock> ready;
     AccelBlock filling{.first = {0}, .arrived = {}, .size = 0};
@@ -174,7 +174,7 @@ TEST(GuardTest, UnpluggedAccelerometerSilencesWithin80Ms) {
         run.start(0.5);
         run.go(later * block / rate);
         run.base.unplugged = true;
-        const std::int64_t last = 12 * run.base.filling.first.n;  // what is being filled is lost with it
+        const std::int64_t last = 12 * run.base.filling.first.n;  // the block being filled is lost too
         run.go(0.2);
         ASSERT_EQ(run.trips.size(), 1U);
         EXPECT_EQ(run.trips[0].cause, Cause::sensor_missing);
@@ -196,7 +196,7 @@ TEST(GuardTest, FrozenAccelerometerSilencesWithin80Ms) {
     run.base.gain = 0;
     run.go(0.01);
     const std::int64_t frozen = std::ssize(run.base.played);
-    // Its samples still come, and all are the same.
+    // Samples still arrive and are all equal.
     for (int i = 0; i < 40 && run.trips.empty(); ++i) {
         for (AccelBlock& b : run.base.ready) b.counts.fill({7, 7, 9800});
         output_step(run.output, run.dac, run.channels);
@@ -267,7 +267,7 @@ TEST(GuardTest, LatchesOperatorStopUntilRelease) {
     ASSERT_TRUE(run.channels.ordered.push({.cause = Cause::operator_stop}));
     run.go(0.02);
     EXPECT_TRUE(run.channels.stopped);
-    ++run.channels.releases;  // while it still ramps: answered when it is silent
+    ++run.channels.releases;  // during the ramp: answered when the drive is silent
     run.channels.drive.post(volts(0.5));
     run.go(0.01);
     EXPECT_TRUE(run.channels.stopped);
@@ -310,7 +310,7 @@ TEST(GuardTest, StepsDoNotAllocateEvenWhenTripping) {
     run.start(0.5);
     run.base.gain = 60;
     run.base.ready.clear();
-    run.base.unplugged = true;  // it queues no block of its own meanwhile
+    run.base.unplugged = true;  // so it queues no blocks
     BaseAccelerometer& accelerometer = run.accelerometer;
     AccelBlock wild{.first = {run.base.filling.first.n}, .arrived = {}};
     wild.counts.fill({30000, 0, 9800});

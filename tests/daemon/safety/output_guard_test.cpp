@@ -10,11 +10,11 @@ namespace {
 constexpr double rate = 48000;
 constexpr std::int64_t block = 240;
 
-/// Blocks of 5 ms with every sign of life, as long as a test leaves them on.
+/// Blocks of 5 ms with signs of life, which a test can switch off.
 struct Life {
     explicit Life(const std::optional<Limits>& limits, double accelerometer_rate_hz = 4000)
         : guard{rate, accelerometer_rate_hz, limits} {}
-    /// Seconds until the first trip, or none within so many.
+    /// Time until the first trip, s; empty without a trip in this time.
     std::optional<double> trips_within(double s) {
         const std::int64_t from = signs.tick;
         while (static_cast<double>(signs.tick - from) < s * rate) {
@@ -49,7 +49,8 @@ TEST(OutputGuardTest, DoesNotTripOnWorkingBench) {
     EXPECT_FALSE(life.trips_within(10000)) << text(*life.trip);
 }
 
-// The accelerometer's blocks are 16 ms long; 20 ms without one are allowed, and the output looks every 5 ms.
+// The accelerometer's blocks are 16 ms long, 20 ms without a block are allowed, and the output checks every 5
+// ms.
 TEST(OutputGuardTest, SilentAccelerometerTripsInPlayedTime) {
     Life life{limits()};
     ASSERT_FALSE(life.trips_within(1.6));  // a block has just come

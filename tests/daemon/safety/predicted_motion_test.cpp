@@ -24,8 +24,9 @@ DriveCommand command(double volts, double frequency, int ramp_periods = 1) {
     return c;
 }
 
-// With a response of 1 the prediction is what the synthesiser plays. Its phase in a ramp of the frequency is
-// a sum where this has the integral: they differ by half a sample of the change, 1e-4 of a turn here.
+// With a response of 1 the prediction equals the synthesiser's output. In a ramp of the frequency the
+// synthesiser's phase is a sum and the predicted one an integral: they differ by half a sample of the change,
+// 1e-4 of a turn here.
 TEST(PredictedMotionTest, UnitResponsePredictsThePlayedDrive) {
     Synthesiser synth{dac_rate, 20, 10};
     PredictedMotion motion{rate, 20, dac_rate};

@@ -1,5 +1,5 @@
-// The residual to the predicted motion: every fault that falsifies the signal or the plant, in every state of
-// the drive, and none of what is normal.
+// The residual check trips for every fault of signal or plant, in every state of the drive, and never in
+// normal operation.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -18,7 +18,7 @@ using test::GuardBench;
 struct Fault {
     const char* name;
     std::function<void(GuardBench&)> begin;
-    std::vector<Cause> causes;  // any of which is right
+    std::vector<Cause> causes;  // each of them is right
     double budget_s = 0.02;
     double gamma = paper_g;
 };
@@ -65,7 +65,7 @@ const std::vector<Fault> faults{
          };
      },
      {Cause::polarity, Cause::residual}},
-    // Much of the motion then lies where gravity was: it looks like a change of it.
+    // Much of the motion then has the direction of gravity and looks like a change of gravity.
     {"AxesSwapped",
      [](GuardBench& b) {
          b.sensor = [](double, GuardBench::Counts& c) {
@@ -74,7 +74,7 @@ const std::vector<Fault> faults{
          };
      },
      {Cause::residual, Cause::transverse, Cause::sensor_open, Cause::gravity},
-     0.025},  // the half of the motion that the second axis has is still there
+     0.025},  // half of the motion remains on the second axis
     {"SensorTimesATenth",
      [](GuardBench& b) {
          b.sensor = [](double, GuardBench::Counts& c) {
@@ -88,7 +88,7 @@ const std::vector<Fault> faults{
      {Cause::residual, Cause::acceleration, Cause::polarity},
      0.02,
      5},
-    // The base itself rings on, by a factor e in 64 ms.
+    // The base itself rings with a time constant of 64 ms.
     {"GainTimesATenth",
      [](GuardBench& b) { b.plant_gain = 0.1; },
      {Cause::sensor_open, Cause::residual, Cause::polarity},
@@ -127,7 +127,8 @@ TEST_P(FaultTest, TripsWithinItsBudgetAtAnyPhaseOfAnyShape) {
     EXPECT_LE(worst, fault.budget_s);
 }
 
-// While the drive comes up the fault shows as soon as there is motion enough to tell; no harm comes before.
+// During the soft start the fault is detected as soon as the motion is large enough; smaller motion does no
+// harm.
 TEST_P(FaultTest, TripsInEveryStateOfTheDrive) {
     const Fault& fault = GetParam();
     const Drive drive{.gamma = fault.gamma}, more{.gamma = 1.2 * fault.gamma, .phi = 1};

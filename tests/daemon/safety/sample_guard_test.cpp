@@ -14,7 +14,7 @@ constexpr double rate = 4000;
 constexpr double dac_rate = 48000;
 constexpr double lsb = 1e-3;  // m/s^2
 
-/// Feeds samples that a test writes down: acceleration along x, across along y, gravity on z.
+/// Feeds samples given by a test: motion along the axis on x, motion across it on y, gravity on z.
 class Feed {
 public:
     explicit Feed(const std::optional<Limits>& limits, std::array<double, 3> axis = {1, 0, 0})
@@ -23,10 +23,10 @@ public:
                 limits} {
         for (int i = 0; i < 4000; ++i) add(0);  // gravity is known, integrals have settled
     }
-    /// The next sample; trips as it should at a sample's own tick.
+    /// Feeds the next sample. A trip must have the tick of its sample.
     void add(double along, double across = 0) {
         AccelBlock block{.first = {next++}, .arrived = {}, .size = 1};
-        ++dither;  // a sensor is never quite still
+        ++dither;  // sensors always have noise
         block.counts[0] = {static_cast<std::int32_t>(std::lround(along / lsb)) + dither % 2,
                            static_cast<std::int32_t>(std::lround(across / lsb)), 9800 + dither % 3};
         check(block);
@@ -35,7 +35,7 @@ public:
         guard.check(block, ring, warnings);
         while (const auto t = ring.pop()) trips.push_back(*t);
     }
-    /// Samples until the first trip, with `along` of the sample number.
+    /// Number of samples until the first trip; along: acceleration by sample number.
     std::optional<int> trips_after(int most, const std::function<double(int)>& along, double across = 0) {
         for (int i = 0; i < most; ++i) {
             add(along(i), across * along(i));
@@ -289,7 +289,7 @@ TEST(SampleGuardTest, UsesVectorLengthWhileAxisIsUnknown) {
 TEST(SampleGuardTest, ChecksPredictionAgainstItsOwnTolerance) {
     for (const bool right : {true, false}) {
         test::GuardBench bench{{}, test::bench_limits()};
-        Expectation rough = bench.expectation(20);  // 60 % off, and said to be rough
+        Expectation rough = bench.expectation(20);  // 60 % off, with a large tolerance
         for (std::complex<double>& h : rough.response) h *= 1.6;
         rough.tolerance = 0.6;
         bench.guard.expect(rough);

@@ -38,7 +38,7 @@ constexpr Confinement ample{.memory_bytes = std::uint64_t{8} << 30U, .processor_
 struct End {
     int status = -1;
     std::string said;     // by the child
-    std::string refused;  // the InputError that came of it
+    std::string refused;  // text of the InputError
 };
 
 End confine(const std::function<int()>& work, const Confinement& allowed = ample) {
@@ -54,7 +54,7 @@ End confine(const std::function<int()>& work, const Confinement& allowed = ample
     return end;
 }
 
-/// What the system answers to a call in a confined child: 0, or errno.
+/// Result of a system call in a confined child: 0 or errno.
 template <class Call>
 int answer(Call call, const Confinement& allowed = ample) {
     return confine([&] { return call() < 0 ? errno : 0; }, allowed).status;
@@ -128,7 +128,7 @@ TEST(ConfinedTest, ProcessorTimeEndsEndlessWork) {
     expect_in(confine(spin, {.memory_bytes = ample.memory_bytes, .processor_s = 1}).refused,
               {"some.nxs", "more than 1 s of processor time", "damaged"});
     EXPECT_LT(std::chrono::steady_clock::now() - began, std::chrono::seconds{30});
-    // Nor does it help to ignore the first signal.
+    // Ignoring the first signal does not help.
     const auto stubborn = [&] {
         (void)std::signal(SIGXCPU, SIG_IGN);
         return spin();
@@ -155,7 +155,7 @@ TEST(ConfinedTest, ThereIsNoNetwork) {
         EXPECT_EQ(answer([&] { return socket(family, SOCK_DGRAM, 0); }), EPERM) << family;
     std::array<int, 2> pair{};
     EXPECT_EQ(answer([&] { return socketpair(AF_UNIX, SOCK_STREAM, 0, pair.data()); }), EPERM);
-    // One that is open already cannot be used to call anybody.
+    // A socket that is open already cannot connect.
     const int open = socket(AF_INET, SOCK_DGRAM, 0);
     ASSERT_GE(open, 0);
     const sockaddr nobody{};
@@ -176,7 +176,7 @@ TEST(ConfinedTest, NoOtherProgramOrProcessIsStarted) {
               EPERM);
     EXPECT_EQ(confine([] {
                   int seen = 0;
-                  std::thread{[&] { seen = 7; }}.join();  // threads are its own
+                  std::thread{[&] { seen = 7; }}.join();  // threads are allowed
                   return seen;
               }).status,
               7);
@@ -200,7 +200,7 @@ TEST(ConfinedTest, RefusesOtherKernelInterfaces) {
     EXPECT_EQ(answer([] { return syscall(SYS_bpf, 0, nullptr, 0); }), EPERM);
     EXPECT_EQ(answer([] { return syscall(SYS_io_uring_setup, 1, nullptr); }), EPERM);
     EXPECT_EQ(answer([] { return syscall(SYS_ioctl, 0, TIOCSTI, "x"); }), EPERM);
-    // The kernel looks at 32 bits of this argument; what is above does not open it.
+    // The kernel uses 32 bits of this argument; higher bits must not bypass the filter.
     EXPECT_EQ(answer([] { return syscall(SYS_ioctl, 0, TIOCSTI | (1UL << 32U), "x"); }), EPERM);
     EXPECT_EQ(answer([] { return syscall(SYS_prctl, PR_SET_PDEATHSIG | (1UL << 32U), 0); }), EPERM);
 }
@@ -308,7 +308,7 @@ TEST(ConfinedTest, ItEndsWithItsParent) {
     close(pipe[0]);
 }
 
-/// From here on this process is as on a system that has no filters of system calls.
+/// Makes this process behave as on a system without filters of system calls.
 void refuse_filters() {
     const auto jump = [](unsigned value, unsigned char to) {
         return sock_filter{BPF_JMP | BPF_JEQ | BPF_K, to, 0, value};

@@ -1,4 +1,4 @@
-// A recording of a daemon keeps every finished measurement of its run, and none that was interrupted.
+// A recording by the daemon has every finished measurement of its run and no interrupted one.
 #include <gtest/gtest.h>
 
 #include "daemon/commands/replay_command.hpp"
@@ -16,7 +16,7 @@ using test::Answers;
 using test::in;
 using test::orders;
 
-// Cameras that are rendered in a fifth of the time.
+// Cameras with a fifth of the rendering time.
 constexpr const char* slow = "[top]\nframe_rate_hz = 200\n[side]\nframe_rate_hz = 200\n";
 // Cameras that stamp by their own clocks: the time of a frame follows from the stamps of the whole run.
 constexpr const char* own_clocks =
@@ -84,7 +84,7 @@ TEST_F(MeasuredSeriesTest, EveryFinishedMeasurementIsKept) {
         EXPECT_EQ(all[i].part, r.last.parts[i]);
         EXPECT_NEAR((all[i].part.to_s - all[i].part.from_s) * all[i].asked.frequency, periods, 1e-6);
         EXPECT_TRUE(all[i].time.starts_with("1970-01-01T00:00:")) << all[i].time;
-        // The clocks are known better at the end of the run than at the end of the measurement.
+        // At the end of the run the clocks are known better than at the end of the measurement.
         EXPECT_NEAR(v_D[i], r.last.points[i].v_D.value, r.last.points[i].v_D.sigma);
         EXPECT_GE(std::ranges::count(periods_of, all[i].number), periods - 1);
     }

@@ -17,7 +17,7 @@ using test::in;
 using test::orders;
 using test::play_on_call;
 
-// Cameras that are rendered in a fifth of the time.
+// Cameras with a fifth of the rendering time.
 constexpr const char* slow = "[top]\nframe_rate_hz = 200\n[side]\nframe_rate_hz = 200\n";
 
 run::RunOptions quick() {
@@ -27,7 +27,7 @@ run::RunOptions quick() {
     return run;
 }
 
-// The bench waits until it is asked, again after it was stopped.
+// The bench waits for orders, also after a stop.
 auto measured(std::size_t n) {
     return [n](const BenchState& s) { return s.points.size() >= n; };
 }
@@ -77,8 +77,8 @@ TEST(OnCallTest, KnownMuGivesClosedFormForPoints) {
                                  {in(run::RunState::idle), [](BenchPort&) {}}},
                                 60, {0.113, 0});
     ASSERT_EQ(r.last.closed_form.size(), r.last.points.size());
-    // It never sticks; its own push on the base, 0.1 to 0.2 % of gamma in each odd harmonic from the 9th on,
-    // is not in the two harmonics that are asked for, and takes 0.36 %.
+    // The walker never sticks. Its reaction on the base, 0.1 to 0.2 % of gamma in each odd harmonic from the
+    // 9th on, is not corrected by the two requested harmonics and changes v_D by 0.36 %.
     EXPECT_NEAR(r.last.closed_form[0] / r.last.points[0].v_D.value, 1, 5e-3);
     EXPECT_EQ(r.last.mu.value, 0.113);
 }
@@ -154,7 +154,7 @@ TEST(OnCallTest, OvertonesAreDrivenAsRequested) {
     }
 }
 
-// The walker is elsewhere than when the daemon began to follow it.
+// The walker has moved since the daemon learned its targets.
 TEST(OnCallTest, RecordingAfterWalkerMovedReplaysFromPictures) {
     for (const recorded::KeptPictures pictures :
          {recorded::KeptPictures::region, recorded::KeptPictures::full}) {
@@ -328,7 +328,7 @@ TEST(OnCallTest, RecordedRunHasItsNameAndReplays) {
 TEST(OnCallTest, WaitingDoesNotGrowMemory) {
     const auto folder = test::fresh_folder();
     if (SHAKER_SANITIZED) GTEST_SKIP() << "a sanitiser keeps what was freed";
-    std::vector<std::size_t> pages;  // that are resident, each 10 s
+    std::vector<std::size_t> pages;  // resident pages, every 10 s
     const auto look = [&](BenchPort&) {
         std::size_t size = 0, resident = 0;
         std::ifstream{"/proc/self/statm"} >> size >> resident;

@@ -12,7 +12,7 @@ using namespace test;
 
 constexpr int frames = 4;
 
-/// A session that is in order; tests replace parts of its description.
+/// A valid session; tests replace parts of its description.
 class LabSessionTest : public ::testing::Test {
 protected:
     LabSessionTest() {
@@ -33,11 +33,11 @@ protected:
     [[nodiscard]] OpenLabSession open(const std::string& text) const {
         return open_lab_session(folder.write("session.toml", text));
     }
-    /// What reading says when `from` in a good description is replaced.
+    /// Refusal after a replacement of `from` in a valid description.
     [[nodiscard]] std::string refused(const std::string& from, const std::string& to) const {
         return refusal([&] { (void)read(replaced(good, from, to)); });
     }
-    /// What opening and reading all frames says.
+    /// Refusal when all frames are opened and read.
     [[nodiscard]] std::string refused_when_played(const std::string& text) const {
         return refusal([&] {
             const OpenLabSession session = open(text);
@@ -319,7 +319,8 @@ TEST_F(LabSessionTest, ThereMustBeACameraWithATarget) {
               {"session.toml:1: camera: ", "[[camera]]"});
     expect_in(refusal([&] { (void)read(good.substr(0, good.find("[[camera.target]]"))); }),
               {"session.toml:11: camera.target: ", "\"top\" has no target"});
-    expect_in(refusal([&] { (void)read("camera = 3\n"); }), {"session.toml:1: camera: expected tables [[camera]], got 3"});
+    expect_in(refusal([&] { (void)read("camera = 3\n"); }),
+              {"session.toml:1: camera: expected tables [[camera]], got 3"});
 }
 
 }  // namespace

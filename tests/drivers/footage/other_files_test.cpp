@@ -1,4 +1,4 @@
-// A recording leads nowhere but into itself: not by its links, not by its addresses, not by code to load.
+// A recording must not refer to anything outside itself: no links, no addresses, no code to load.
 #include <gtest/gtest.h>
 #include <malloc.h>
 #include <sys/wait.h>
@@ -24,7 +24,7 @@ protected:
         write_session(small_session(), file_);
         write_session(small_session(), folder_ / "other.h5");
     }
-    /// What reading complains about after Python made a link of `path`.
+    /// Refusal after Python replaced `path` by a link.
     std::string refusal_of_link(const std::string& path, const std::string& link) {
         write_session(small_session(), file_);
         const std::string change =
@@ -39,7 +39,7 @@ protected:
     std::filesystem::path file_ = folder_ / "small.h5";
 };
 
-// The other file is sound: if it were read, nothing would be refused.
+// The other file is valid: if it were read, there would be no refusal.
 TEST_F(OtherFilesTest, ALinkToAnotherFileIsNotFollowed) {
     for (const std::string path : {"results/v_D", "raw/drive/changes/phase", "raw/accelerometer", "title"})
         expect_in(refusal_of_link(path, "ExternalLink('other.h5', '/entry/" + path + "')"),
@@ -74,15 +74,15 @@ int end_of_reading(const std::filesystem::path& file) {
     return WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
 }
 
-// Every pointer to a block with a checksum is bent, one at a time, and the checksums are made right again.
-// All ones means that there is no such block, which HDF5's own drivers copied from a null pointer.
+// Every pointer to a block with a checksum is changed, one at a time, and the checksums are corrected. A
+// pointer of all ones means "no block", which HDF5's own drivers copied from a null pointer.
 TEST_F(OtherFilesTest, AddressesOutsideOfTheFileAreRefused) {
     const std::string bytes = bytes_of(file_);
     const test::Structure structure = test::structure_of(file_);
     ASSERT_GT(structure.sealed.size(), 50U);
     int bent = 0, refused = 0;
     for (const test::Stretch& block : structure.sealed) {
-        if (block.begin == 0) continue;  // the superblock; to which 0 leads, as much else is 0
+        if (block.begin == 0) continue;  // the superblock at 0; too many other values are 0
         for (std::size_t at = bytes.find(little_endian(block.begin, 8)); at != std::string::npos;
              at = bytes.find(little_endian(block.begin, 8), at + 1)) {
             for (const std::uint64_t address : {UINT64_MAX, std::uint64_t{bytes.size()} - 2}) {

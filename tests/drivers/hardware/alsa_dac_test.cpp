@@ -69,7 +69,7 @@ TEST(AlsaDacTest, TicksMatchTheConverter) {
         const PlayTime played = player.play();
         mock.listen();
         const std::int64_t first = mock.converter.stream_starts().at(0) + 7200;  // of tick 0
-        // A stamp is later than its tick by what reading clock and pointer takes, never earlier.
+        // A stamp is later than its tick by the duration of reading clock and pointer, never earlier.
         const auto behind = played.heard - mock.converter.time_of(first + played.tick.n);
         EXPECT_GE(behind.count(), -1000);  // ns
     }

@@ -27,7 +27,7 @@ using test::Player;
 constexpr double steepest = test::steepest_step;
 constexpr std::size_t ten_ms = 480;
 
-/// A process of its own that drives as told.
+/// A separate process that plays a given drive.
 class Driving {
 public:
     explicit Driving(const std::function<void()>& drive) : pid_{::fork()} {
@@ -56,7 +56,7 @@ private:
     for (;;) ::pause();
 }
 
-/// The test drive until so many blocks are written, then nothing more.
+/// Plays the test drive for a number of blocks, then nothing.
 std::function<void()> drives(const alsa::AlsaSettings& settings, std::size_t blocks = 1U << 30U) {
     return [settings, blocks] {
         alsa::AlsaDac dac{settings};
@@ -122,7 +122,7 @@ TEST_F(AlsaDeathTest, HangingWriterLeavesRamp) {
     mock.listen_for(Seconds{0.6});
     const auto drive = static_cast<std::size_t>(mock.converter.stream_starts().at(0)) + 7200;
     expect_silence_after(mock, drive + blocks * Player::block);
-    // All that was written is heard, and the whole ramp but for its last samples, which round to zero.
+    // All written samples are played, and the ramp without its last samples, which round to zero.
     EXPECT_LT(mock.end_of_sound(), drive + blocks * Player::block + 2400);
     EXPECT_GT(mock.end_of_sound(), drive + blocks * Player::block + 2300);
 }

@@ -21,8 +21,8 @@ constexpr std::int64_t live = 7200;  // samples of the drive in MockDac's buffer
 
 void pause_for(double seconds) { std::this_thread::sleep_for(Seconds{seconds}); }
 
-/// By how many samples the drive at `tick` is heard after its place in time, that of the first stream.
-/// Looks within 2 periods of the drive; 480 samples a period.
+/// Delay of the drive at `tick` relative to the time base of the first stream, samples. Searches 2 periods of
+/// the drive with 480 samples each.
 std::int64_t misplaced(const MockDac& mock, std::int64_t tick) {
     const alsa::PcmCodec codec{alsa::SampleFormat::s32, 0, 1};
     const std::int64_t place = mock.converter.stream_starts().at(0) + live + tick;
@@ -38,7 +38,7 @@ std::int64_t misplaced(const MockDac& mock, std::int64_t tick) {
     return 999999;
 }
 
-/// After an error: counted once, ticks in place, lost time as reported and as played.
+/// After an error: counted once, ticks correct, equal lost time in report and output.
 void expect_one_gap(MockDac& mock, const alsa::AlsaDac& dac, const Player& player,
                     std::int64_t places_within) {
     ASSERT_EQ(player.lost.size(), 1U);
@@ -76,8 +76,7 @@ TEST(AlsaFaultTest, DropsBlockThatArrivesDuringRamp) {
     player.play(40);
     pause_for(0.16);
     mock.listen();
-    // In the same stream nothing is guessed; a machine that slept longer than the buffer has seen an
-    // underrun.
+    // Within one stream all times are exact; a machine that paused longer than the buffer has an underrun.
     expect_one_gap(mock, dac, player, mock.converter.counts().streams == 1 ? 0 : 5);
     const auto resumed = mock.converter.stream_starts()[0] + live + player.resumed[0];
     EXPECT_LT(mock.largest_step(0, static_cast<std::size_t>(resumed) - 5), 1.001 * test::steepest_step);
@@ -114,7 +113,7 @@ TEST(AlsaFaultTest, ReopensAndGivesUpStalledDevice) {
     EXPECT_EQ(dac.counts().reopened, 1U);
     EXPECT_GE(dac.counts().incidents, 6U);
     EXPECT_LE(dac.counts().taken,
-              20 * Player::block);  // silence that was never heard is not taken back from it
+              20 * Player::block);  // unplayed silence does not count as lost
 }
 
 TEST(AlsaFaultTest, ReportsUnpluggedDeviceAndReopens) {
@@ -157,7 +156,7 @@ TEST(AlsaFaultTest, StopUnblocksWriteToStalledDevice) {
     dac.stop();
     writer.join();
     if (!test::in_real_time)
-        return;  // who is slow writes once more behind the stall, and sees it: an incident
+        return;  // a slow test writes once more after the stall, which is then an incident
     EXPECT_EQ(dac.counts().incidents, 0U);
 }
 

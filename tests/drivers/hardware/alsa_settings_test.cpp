@@ -1,4 +1,4 @@
-// What a rig file may say, what a device grants of it, and what devices there are.
+// Settings in a rig file, values granted by a device, and the list of devices.
 #include <gtest/gtest.h>
 
 #include "drivers/errors.hpp"
@@ -87,7 +87,8 @@ TEST(AlsaGrantedTest, RefusesUnsupportedSettingsWithRange) {
                 "ALSA device shaker: rate_hz 44100 is not possible: must be 48000 to 48000");
     s = mock.settings;
     s.period_frames = 3;
-    expect_says(refusal<DeviceError>([&] { alsa::AlsaDac{s}; }), "period_frames 3 is not possible: must be 8 to ");
+    expect_says(refusal<DeviceError>([&] { alsa::AlsaDac{s}; }),
+                "period_frames 3 is not possible: must be 8 to ");
     s = mock.settings;
     s.pcm = "not_there";
     const std::string said = refusal<DeviceError>([&] { alsa::AlsaDac{s}; });

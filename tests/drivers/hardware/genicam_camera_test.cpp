@@ -137,7 +137,7 @@ TEST_F(GenicamCameraTest, ChunksAddIdWithoutChangingPicture) {
     EXPECT_EQ(camera->counts().lost, 0u);
 }
 
-// 300 frames are more than the pool holds: those that find none are lost, and counted when one comes again.
+// 300 frames are more than the pool has. Frames without a buffer are lost and are counted at the next frame.
 TEST_F(GenicamCameraTest, ReadersHoldingAllFramesLoseOnlyPictures) {
     mock::GigeCamera mock{{}};
     const auto camera = open();
@@ -173,7 +173,7 @@ TEST_F(GenicamCameraTest, StopEndsAReadFromAnotherThread) {
         std::this_thread::sleep_for(50ms);
         camera->stop();
     }};
-    EXPECT_EQ(camera->read(std::chrono::hours{1}), nullptr);  // ctest's time limit is the judge
+    EXPECT_EQ(camera->read(std::chrono::hours{1}), nullptr);  // must return before ctest's time limit
     EXPECT_TRUE(camera->ended());
 }
 
@@ -190,7 +190,7 @@ TEST_F(GenicamCameraTest, ReopensUnpluggedCameraAndContinuesTicks) {
     ASSERT_EQ(camera->counts().reopened, 1u);
     EXPECT_EQ(camera->counts().incidents, 1u);
     EXPECT_TRUE(mock.requested().acquiring);
-    // The mock's clock goes on: the stamp tells the tick, although ids begin again.
+    // The mock's clock continues, so the stamp determines the tick although ids restart.
     const auto elapsed = std::chrono::steady_clock::now() - began;
     const std::int64_t tick = elapsed / std::chrono::nanoseconds{period_ns};
     mock.push(numbered_picture(2, 512, 96), tick * period_ns);
@@ -219,7 +219,7 @@ TEST_F(GenicamCameraTest, ATriggeredCameraMayBeSilent) {
     EXPECT_EQ(camera->counts().incidents, 0u);
 }
 
-// Another camera at the same address answers at once, so that no time-out of a second or more is waited for.
+// Another camera at the same address answers at once, so there is no time-out of a second or more.
 TEST_F(GenicamCameraTest, GivesUpCameraThatReturnsDifferent) {
     std::optional<mock::GigeCamera> mock{std::in_place, mock::GigeCameraSettings{}};
     settings_.give_up_s = 0.1;
@@ -261,8 +261,8 @@ TEST_F(GenicamCameraTest, BothCamerasOfARigAreListedWithWhatTheyCanDo) {
     EXPECT_EQ(open()->counts().incidents, 0u);
 }
 
-// Two cameras as the bench has them, 2 s at 200 pictures a second each, and more until a later one has come
-// from both. Stalls of the machine may lose pictures; each of them must be counted.
+// Two cameras as on the bench for 2 s at 200 pictures per second each, and longer until both have delivered a
+// later picture. Stalls of the machine may lose pictures; each lost picture must be counted.
 TEST_F(GenicamCameraTest, TwoCamerasAtOnceCountEveryPicture) {
     constexpr int pictures = 400;
     mock::GigeCamera mocks[] = {mock::GigeCamera{{.serial = "TOP"}},

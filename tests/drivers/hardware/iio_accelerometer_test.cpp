@@ -144,7 +144,7 @@ TEST(IioAccelerometerTest, ClockJumpIsAnIncidentAndTimeContinues) {
         const AccelBlock& b = bench.reading->blocks.back();
         const std::int64_t n = bench.reading->first() + b.first.n + b.size - 1;
         const std::int64_t due = bench.feeder.first_stamp_ns() + n * 250'000;
-        // The step is taken out to within the last samples' deviation from the line.
+        // The step is removed with the accuracy of the last samples' deviation from the line.
         EXPECT_NEAR(static_cast<double>(b.arrived.time_since_epoch().count() - due), 0, 5000);
     }
 }
@@ -155,11 +155,11 @@ TEST(IioAccelerometerTest, PassesOnFrozenSamples) {
     ASSERT_TRUE(bench.read_for(0.5));
     bench.iiod.freeze(0.1);
     ASSERT_TRUE(bench.read_for(0.5));
-    EXPECT_EQ(bench.reading->wrong, 400);  // repeated counts at ticks that go on
+    EXPECT_EQ(bench.reading->wrong, 400);  // repeated counts at increasing ticks
     EXPECT_EQ(bench.device->counts().lost, 0U);
 }
 
-/// What each fault that breaks the connection must end in: counted, rebuilt, ticks in time.
+/// Required result of every fault that breaks the connection: counted, reconnected, correct ticks.
 void expect_rebuilt(IioBench& bench, const char* fault) {
     ASSERT_TRUE(bench.read_for(1)) << fault;
     const DeviceCounts counts = bench.device->counts();
@@ -210,13 +210,13 @@ TEST(IioAccelerometerTest, CountsBreakByTimeWithoutStamps) {
     EXPECT_EQ(bench.reading->wrong, 0);
     bench.iiod.drop(100);
     ASSERT_TRUE(bench.read_for(0.5));
-    EXPECT_EQ(bench.device->counts().lost, 0U);  // nobody can know
+    EXPECT_EQ(bench.device->counts().lost, 0U);  // unknowable
     const std::int64_t off_before = bench.reading->off_by;
     EXPECT_EQ(off_before, 100);
     bench.iiod.disconnect();
     ASSERT_TRUE(bench.read_for(0.5));
     EXPECT_GE(bench.reading->gaps, 1);
-    // To within what the host may be late before and after: 500 ms of stalls would be 2000 samples.
+    // Accurate to the delays of the host before and after: 500 ms of stalls would be 2000 samples.
     EXPECT_LT(bench.reading->off_by, 2000);
 }
 
@@ -298,7 +298,7 @@ double cpu_s() {
     return static_cast<double>(t.tv_sec) + 1e-9 * static_cast<double>(t.tv_nsec);
 }
 
-/// A driver that streams and gives up after 1 s, and then its server goes.
+/// A streaming driver with a time-out of 1 s whose server ends.
 struct Bereaved {
     std::unique_ptr<mock::Iiod> iiod = std::make_unique<mock::Iiod>(mock::IiodDescription{});
     std::uint16_t port = iiod->port();

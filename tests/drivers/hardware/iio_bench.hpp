@@ -1,5 +1,5 @@
 #pragma once
-// The driver at a mock iiod that is fed with the pattern at 4 kHz.
+// The driver with a mock iiod that receives the pattern at 4 kHz.
 #include <algorithm>
 #include <chrono>
 #include <cstdint>
@@ -20,13 +20,12 @@ inline iio::IioSettings settings_for(const mock::Iiod& iiod) {
     return s;
 }
 
-/// Reads, and holds each sample's tick against its number.
+/// Reads samples and compares each tick with the sample's number.
 class Reading {
 public:
     explicit Reading(Accelerometer& device) : device_{device} {}
 
-    /// Reads on until a sample with this number or a later one has come; false when none came in 200 waits of
-    /// 50 ms.
+    /// Reads until a sample with at least this number arrives; false after 200 waits of 50 ms.
     bool until(std::int64_t number) {
         int waits = 0;
         while (last_ < number && waits < 200) waits += step(std::chrono::milliseconds{50}) ? 0 : 1;
@@ -43,15 +42,15 @@ public:
     [[nodiscard]] std::int64_t first() const { return first_.value_or(-1); }
     [[nodiscard]] std::int64_t last() const { return last_; }
     [[nodiscard]] std::size_t samples() const { return samples_; }
-    /// All ticks missing between blocks.
+    /// Number of ticks missing between blocks.
     [[nodiscard]] std::int64_t missing() const {
         return last_ - first() + 1 - static_cast<std::int64_t>(samples_);
     }
 
     std::vector<AccelBlock> blocks;
-    std::int64_t wrong = 0;     // samples whose tick is not their number, or that are not of the pattern
-    std::int64_t gaps = 0;      // blocks marked so
-    std::int64_t unmarked = 0;  // blocks that do not follow on and are not marked
+    std::int64_t wrong = 0;     // samples with a tick unequal to their number, or not in the pattern
+    std::int64_t gaps = 0;      // blocks marked as coming after a gap
+    std::int64_t unmarked = 0;  // blocks after a gap without a mark
     std::int64_t off_by = 0;    // the largest |tick - number|
     std::int64_t ragged = 0;    // short blocks without a gap after them
 
@@ -82,8 +81,8 @@ private:
     std::size_t samples_ = 0;
 };
 
-/// Mock, feeder and driver. Unless told otherwise it bears a machine that stands still for seconds without a
-/// loss or a broken connection.
+/// Mock, feeder and driver. With the default settings, pauses of the machine of some seconds cause no loss
+/// and no broken connection.
 struct IioBench {
     explicit IioBench(const mock::IiodDescription& description = {.fifo = 65536}) : iiod{description} {}
 
@@ -95,7 +94,7 @@ struct IioBench {
         device = open_iio_accelerometer(s, &notes);
         reading.emplace(*device);
     }
-    /// Reads what comes in the next `seconds` of samples.
+    /// Reads samples for `seconds`.
     bool read_for(double seconds) {
         return reading->until(feeder.pushed() + static_cast<std::int64_t>(seconds * 4000));
     }

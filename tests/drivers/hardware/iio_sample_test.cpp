@@ -18,7 +18,7 @@ struct Scene {
     [[nodiscard]] const iio_channel* channel(unsigned i) const { return iio_device_get_channel(device, i); }
 };
 
-/// libiio's own idea of a device whose channels c0, c1, ... have these formats.
+/// A libiio device with channels c0, c1, ... of these formats.
 Scene scene(const std::vector<std::string>& formats) {
     std::string xml = R"(<?xml version="1.0"?><context name="x"><device id="iio:device0" name="d">)";
     for (std::size_t i = 0; i < formats.size(); ++i)
@@ -52,7 +52,7 @@ TEST(IioSampleTest, UnpacksEveryFormatLikeLibiio) {
             const std::uint64_t bytes = round == 0 ? 0 : round == 1 ? ~std::uint64_t{0} : random();
             std::int64_t theirs = 0;
             iio_channel_convert(channel, &theirs, &bytes);
-            // libiio writes as many bytes as the storage has: extend them as the format says.
+            // libiio writes all bytes of the storage: extend the sign by the format.
             const unsigned above = 64 - field.format.storage_bits;
             const std::uint64_t word = static_cast<std::uint64_t>(theirs) << above;
             theirs = field.format.is_signed ? static_cast<std::int64_t>(word) >> above

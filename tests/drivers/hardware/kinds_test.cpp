@@ -1,4 +1,4 @@
-// A kind of device that exists in this file only, added to tables of its own.
+// A kind of device that exists only in this test, in a separate table of kinds.
 #include "drivers/hardware/kinds.hpp"
 
 #include <gtest/gtest.h>

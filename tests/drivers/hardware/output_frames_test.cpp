@@ -42,9 +42,9 @@ std::vector<double> sine(std::size_t n, double turns_a_sample, double phase) {
     return volts;
 }
 
-// Wherever in its period a drive of 20 Hz ends: the ramp turns its slope round within 1 ms and takes its
-// value down within 50 ms, so its steps are the drive's own or those of a raised cosine from 0.6 V, and their
-// change from sample to sample is at most slope / (1 ms) or the cosine's curvature.
+// A drive of 20 Hz ends at any phase: the ramp reverses its slope within 1 ms and reduces its value to zero
+// within 50 ms. Its steps are at most those of the drive or of a raised cosine from 0.6 V, and they change
+// between samples by at most slope / (1 ms) or the cosine's curvature.
 TEST(OutputFramesTest, RampContinuesValueAndSlopeAndEndsAtZero) {
     const alsa::AlsaSettings s = settings_with(alsa::SecondChannel::tone);
     const double steepest = 2 * std::numbers::pi * 0.6 * 20 / s.rate_hz;

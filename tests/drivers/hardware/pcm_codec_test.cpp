@@ -50,7 +50,7 @@ TEST(PcmCodecTest, BytesAreLittleEndianAndSigned) {
 }
 
 // Triangular dither makes mean and variance of the error those of no signal: 0 and 1/4 step squared (1/12 of
-// rounding and twice 1/12 of noise). 1e5 samples know the mean to 0.0016, the variance to 0.0011: 5 sigma.
+// rounding and twice 1/12 of noise). 1e5 samples give the mean to 0.0016, the variance to 0.0011: 5 sigma.
 TEST(PcmCodecTest, DitheredErrorIsIndependentOfSignal) {
     const alsa::PcmCodec codec{alsa::SampleFormat::s16, 0, 32768};  // 1 V a step
     constexpr int n = 100000;
@@ -75,8 +75,8 @@ TEST(PcmCodecTest, DitherIsAFunctionOfTickAndChannelAlone) {
         ASSERT_EQ(codec.dithered(0.3, {i}, 0), other.dithered(0.3, {i}, 0));
         if (codec.dithered(0.5, {i}, 0) == codec.dithered(0.5, {i}, 1)) ++same;
     }
-    // Half a step becomes 0 or 1 with equal chance; channels that know nothing of each other agree in half of
-    // the samples: 5 sigma.
+    // Half a step becomes 0 or 1 with equal probability; independent channels agree in half of the samples,
+    // within 5 sigma.
     EXPECT_NEAR(same, 0.5 * n, 800);
 }
 

@@ -19,7 +19,7 @@ constexpr std::int64_t ms = 1'000'000;
 struct Sensor {
     double step_ns = 1e9 / rate_hz;
     std::int64_t begin_ns = 5'000'000'000;
-    std::int64_t delay_ns = 300'000;  // until the host has it
+    std::int64_t delay_ns = 300'000;  // from the sample to the host
 
     [[nodiscard]] iio::TimedSample sample(std::int64_t n) const {
         const std::int64_t at = begin_ns + std::llround(step_ns * static_cast<double>(n));
@@ -27,7 +27,7 @@ struct Sensor {
     }
 };
 
-/// Gives samples to a grid and takes back what is placed.
+/// Passes samples to a grid and takes the placed ones.
 struct Numbering {
     iio::SampleGrid grid{rate_hz};
     std::vector<iio::PlacedSample> placed{};
@@ -40,7 +40,7 @@ struct Numbering {
         for (const iio::PlacedSample& p : placed) sum += p.lost;
         return sum;
     }
-    /// The ticks are the sensor's own numbers, at every sample.
+    /// Checks that every tick equals the sensor's own number.
     [[nodiscard]] bool exact() const {
         for (const iio::PlacedSample& p : placed)
             if (p.tick != p.sample.counts[0] - placed.front().sample.counts[0]) return false;
@@ -52,7 +52,7 @@ TEST(SampleGridTest, PunctualSamplesAreNumberedInARow) {
     Numbering run;
     const Sensor sensor;
     for (int n = 0; n < 10000; ++n) run.add(sensor.sample(n));
-    EXPECT_EQ(run.placed.size(), 10000U);  // none is held back after the rate is known
+    EXPECT_EQ(run.placed.size(), 10000U);  // no sample is held back once the rate is known
     EXPECT_EQ(run.lost(), 0);
     EXPECT_TRUE(run.exact());
 }
@@ -72,7 +72,7 @@ TEST(SampleGridTest, ARateThatDriftsIsFollowed) {
     Numbering run;
     Sensor sensor;
     double at = 0;
-    for (int n = 0; n < 100000; ++n) {  // 25 s, by 1 % up and down: a thousand times what warming up does
+    for (int n = 0; n < 100000; ++n) {  // 25 s, by +-1 %: a thousand times the effect of warming up
         at += sensor.step_ns * (1 + 0.01 * std::sin(n * 2e-4));
         iio::TimedSample sample = sensor.sample(n);
         sample.stamp_ns = sensor.begin_ns + std::llround(at);
@@ -199,7 +199,7 @@ TEST(SampleGridTest, ALossWhileTheRateIsMeasuredIsCounted) {
 }
 
 TEST(SampleGridTest, AQuarterOfAllSamplesLostFromTheStartIsCounted) {
-    Numbering run;  // a trigger that misses: the median step would be no guide, the nominal rate is
+    Numbering run;  // a trigger with misses: the nominal rate is reliable, the median step is not
     const Sensor sensor;
     std::mt19937_64 random{5};
     std::int64_t last = 0;
@@ -223,8 +223,8 @@ TEST(SampleGridTest, ALongOutageIsCountedInTime) {
 }
 
 TEST(SampleGridTest, ALossWhileTheHostIsBehindIsStillALoss) {
-    Numbering
-        run;  // the FIFO overflowed: what was in it arrives late and together with what came after the gap
+    Numbering run;  // after an overflow the content of the FIFO arrives late, together with the samples after
+                    // the gap
     const Sensor sensor;
     const std::int64_t back = sensor.sample(12000).arrived_ns;
     for (int n = 0; n < 20000; ++n) {
@@ -261,7 +261,7 @@ TEST(SampleGridTest, ClockStepIsNoLossAndStampsContinue) {
 }
 
 TEST(SampleGridTest, ContinuesAtHostTimeAfterDeviceRestart) {
-    Numbering run;  // its clock restarts; the place is known to the accuracy of the arrival
+    Numbering run;  // its clock restarts; the arrival determines the place in time
     const Sensor sensor;
     for (int n = 0; n < 50000; ++n) {
         if (n >= 8000 && n < 28000) continue;

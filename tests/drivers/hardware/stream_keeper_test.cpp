@@ -17,7 +17,7 @@ namespace {
 
 using std::chrono::steady_clock;
 
-/// A descriptor to keep: the end of file on the other end tells when nobody has it any more.
+/// A descriptor to keep. The other end reads end of file when no process has it any more.
 struct Kept {
     std::array<int, 2> ends{-1, -1};
     Kept() { EXPECT_EQ(::pipe2(ends.data(), O_CLOEXEC), 0); }

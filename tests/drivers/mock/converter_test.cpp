@@ -1,4 +1,4 @@
-// The mock converter against bare libasound: what a client of a kernel PCM relies on.
+// The mock converter through plain libasound: behaviour on which clients of a kernel PCM rely.
 #include "drivers/mock/converter.hpp"
 
 #include <alsa/asoundlib.h>
@@ -21,7 +21,7 @@ namespace {
 using test::MockDac;
 constexpr snd_pcm_uframes_t period = 240, buffer = 14400;  // 300 ms: longer than this machine's stalls
 
-/// A playback stream of S32 as its application sees it.
+/// A playback stream of S32, from the side of the application.
 class Client {
 public:
     enum class Empty { stops, repeats, is_silent };
@@ -62,7 +62,7 @@ public:
         }
         return snd_pcm_writei(pcm, data.data(), frames);
     }
-    /// Waits until so many frames have been played.
+    /// Waits until this number of frames has been played.
     void play(std::int64_t frames) const {
         std::int64_t room = 0;
         while ((room = snd_pcm_avail(pcm)) >= 0 && room < frames) snd_pcm_wait(pcm, 10);
@@ -243,9 +243,9 @@ TEST(ConverterTest, PositionIsConstantDuringStall) {
     EXPECT_LE(later - room, 1);
     mock.listen_for(Seconds{0.8});
     const auto sounding = std::count_if(mock.first.begin(), mock.first.end(), [](auto c) { return c != 0; });
-    EXPECT_EQ(sounding, static_cast<std::ptrdiff_t>(buffer));  // nothing is left out
+    EXPECT_EQ(sounding, static_cast<std::ptrdiff_t>(buffer));  // nothing is omitted
     const auto start = static_cast<std::size_t>(mock.converter.stream_starts().at(0));
-    EXPECT_EQ(mock.end_of_sound(), start + buffer + 24000);  // and 0.5 s are put in
+    EXPECT_EQ(mock.end_of_sound(), start + buffer + 24000);  // and 0.5 s are inserted
 }
 
 }  // namespace

@@ -35,14 +35,14 @@ protected:
         for (int i = 0; i < n; ++i, ++pushed_)
             camera.push(numbered_picture(pushed_, 512, 96), static_cast<std::int64_t>(pushed_) * period_ns);
     }
-    /// Byte for byte the picture that its stamp names, at its tick. Returns its number.
+    /// Checks that the picture has the pixels and the tick that belong to its stamp. Returns its number.
     static std::uint64_t verified(const Frame& frame) {
         const auto number = static_cast<std::uint64_t>(frame.stamp->n / period_ns);
         EXPECT_TRUE(same_picture(frame, *numbered_picture(number, 512, 96))) << number;
         EXPECT_EQ(frame.tick.n, static_cast<std::int64_t>(number));
         return number;
     }
-    /// How many pictures came, the last one being the last that was pushed.
+    /// Number of received pictures; the last received one must be the last pushed one.
     [[nodiscard]] std::uint64_t received_all(Camera& client) const {
         std::uint64_t n = 0;
         while (const FramePtr frame = next_frame(client)) {
@@ -52,7 +52,7 @@ protected:
         ADD_FAILURE() << "picture " << pushed_ - 1 << " did not come";
         return n;
     }
-    /// Pushes one after another and takes each that was transmitted whole; returns how many came.
+    /// Pushes pictures one by one and takes each completely transmitted one; returns their number.
     std::uint64_t exchange(GigeCamera& camera, Camera& client, int n) {
         std::uint64_t came = 0;
         for (int i = 0; i < n; ++i) {

@@ -1,4 +1,4 @@
-// The writer of pictures dies: what it had written is found again, and nothing is taken for what it is not.
+// After the death of the picture writer all written pictures are found, and no damaged picture is accepted.
 #include <gtest/gtest.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -19,7 +19,7 @@ namespace shaker::recorded {
 using namespace test;
 namespace {
 
-/// Everything in a folder, by name.
+/// All files in a folder, by name.
 std::map<std::string, std::string> contents(const std::filesystem::path& folder) {
     std::map<std::string, std::string> all;
     for (const auto& entry : std::filesystem::directory_iterator{folder})
@@ -38,7 +38,7 @@ void change(const std::filesystem::path& file, std::uint64_t at, const std::func
 
 class FrameCrashTest : public testing::Test {
 protected:
-    /// Stores pictures in a process of its own, which ends without a word after the `last`-th.
+    /// Stores pictures in a separate process, which ends without closing the store after picture `last`.
     void store_and_die(std::uint64_t last, std::uint64_t segment) {
         std::filesystem::remove_all(frames_);
         const pid_t child = fork();
@@ -58,7 +58,7 @@ protected:
         for (std::uint64_t n = 1; n <= last; ++n) store.add(numbered(n, shape_));
         store.sync();
     }
-    /// All pictures but these are as they were stored; these are refused.
+    /// Checks that these pictures are refused and all others are unchanged.
     void expect_whole_but(const std::vector<std::uint64_t>& bad, std::uint64_t count) {
         pictures::PictureReader reader{frames_, "top"};
         ASSERT_EQ(reader.count(), count);
@@ -106,7 +106,7 @@ TEST_F(FrameCrashTest, DyingWriterLosesAtMostItsUnwrittenBlock) {
     }
 }
 
-// Killed at any moment: also while a segment is made, within a write, between pixels and records.
+// Killed at random times: also while a segment is created, in a write, between pixels and records.
 TEST_F(FrameCrashTest, KilledWriterLosesNoWholePicture) {
     std::mt19937 random{11};
     std::uint64_t stored = 0;
@@ -162,7 +162,7 @@ TEST_F(FrameCrashTest, AFlippedBitInAPictureOrARecordIsFoundAndNamed) {
     }
 }
 
-// What a power cut can leave: records on the disk before their pixels, or pixels without records.
+// After a power cut, records may be on the disk without their pixels, or pixels without records.
 TEST_F(FrameCrashTest, ReportsLostRecordBetweenPictures) {
     store_all(40, 16);
     const pictures::FoundSegment s = segment(1);
@@ -189,7 +189,7 @@ TEST_F(FrameCrashTest, BadPicturesAtTheEndAreCutOff) {
     EXPECT_TRUE(pictures::verify_frames(frames_, "top").bad.empty());
 }
 
-// A record of one picture in the place of another says nothing about the other's pixels.
+// A record of another picture does not validate the pixels at its place.
 TEST_F(FrameCrashTest, RejectsRecordOfAnotherPicture) {
     store_all(16, 16);
     const pictures::FoundSegment s = segment(0);

@@ -1,4 +1,4 @@
-// Segments that are damaged, or made by somebody else: an InputError that says where, never a crash.
+// Segments that are damaged or come from another program: an InputError with the place, never a crash.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -19,7 +19,7 @@ namespace {
 constexpr pictures::PictureShape shape{16, 12, 1};
 constexpr std::uint64_t pictures = 20;
 
-/// Looks at all there is.
+/// Reads everything.
 void read_all(const std::filesystem::path& folder) {
     pictures::PictureReader reader{folder, "top"};
     for (std::uint64_t k = 0; k < reader.count(); ++k) reader.read(k);
@@ -35,7 +35,7 @@ protected:
         good_ = bytes_of(file_);
     }
     void put(const std::string& bytes) { std::ofstream{file_, std::ios::binary} << bytes; }
-    /// What reading complains about after `change` was made to the root group.
+    /// Refusal after `change` of the root group.
     std::string refusal_after(const std::function<void(hid_t)>& change) {
         put(good_);
         {
@@ -50,7 +50,7 @@ protected:
             h5::set_attribute(root, name, value);
         });
     }
-    /// With another data set in the place of one of ours.
+    /// Replaces one of our data sets by another one.
     std::string refusal_with(
         const std::string& name, hid_t type, std::vector<hsize_t> extent,
         const std::function<void(hid_t)>& how = [](hid_t) {}) {
@@ -150,7 +150,7 @@ TEST_F(FrameDamageTest, RefusesLinkedOrCompressedData) {
         });
     };
     std::filesystem::copy_file(file_, frames_ / "other.h5");
-    // This process makes no such links any more, once it has opened a file.
+    // After it has opened a file, this process cannot create such links.
     const std::string change =
         "/usr/bin/python3 -c \"import h5py; f = h5py.File('" + file_.string() +
         "', 'r+'); del f['frames']; f['frames'] = h5py.ExternalLink('other.h5', '/frames')\"";
@@ -173,7 +173,8 @@ TEST_F(FrameDamageTest, NamesInconsistentAttributes) {
     for (const double first : {0.0, -1.0, 0.5, nan, 1e300})
         expect_in(refusal_with_attribute("first_number", first), {"@first_number"});
     expect_in(refusal_after([](hid_t root) { H5Adelete(root, "first_number"); }), {"first_number"});
-    expect_in(refusal_with_attribute("first_number", std::int64_t{100}), {"picture 1 is in no readable file"});
+    expect_in(refusal_with_attribute("first_number", std::int64_t{100}),
+              {"picture 1 is in no readable file"});
 }
 
 TEST_F(FrameDamageTest, SegmentsThatContradictEachOtherAreRefused) {
@@ -206,8 +207,8 @@ TEST_F(FrameDamageTest, MutantsAreReadOrRefusedAndNothingElse) {
     EXPECT_LT(all.peak_MB, most_MB);
 }
 
-// The library's checksums stop most mutants before anything of ours sees them; here none do. HDF5 1.10.8
-// itself reads beyond the end of some damaged messages: those may die, in their own process.
+// The checksums of HDF5 stop most mutants before our code sees them, so these mutants have none. HDF5 1.10.8
+// itself reads beyond the end of some damaged messages: their processes may die.
 TEST_F(FrameDamageTest, MutantsWithoutChecksumsAreReadOrRefusedToo) {
     copy_without_checksums(file_, folder_ / "old.h5");
     {

@@ -1,4 +1,4 @@
-// Disks that are full, that fail and that know no direct writing: told once, and what was stored stays
+// Disks that are full, fail or do not support direct writing: reported once, and stored pictures stay
 // readable.
 #include <gtest/gtest.h>
 #include <sched.h>
@@ -24,8 +24,7 @@ constexpr std::uint64_t segment = 64;                 // 4 MiB
 
 enum class Disk { tmpfs, ramfs };
 
-/// A name space of this process alone, in which it may mount: as root, or as an ordinary user who stays who
-/// he is.
+/// A private mount name space of this process, as root or as an ordinary user with unchanged id.
 bool alone() {
     const auto user = std::to_string(::geteuid()), group = std::to_string(::getegid());
     if (::geteuid() == 0 && ::unshare(CLONE_NEWNS) == 0) return true;
@@ -36,7 +35,7 @@ bool alone() {
     return true;
 }
 
-/// A disk of this process alone, at `where`.
+/// A private disk of this process, at `where`.
 bool mounted(Disk disk, const std::filesystem::path& where) {
     const auto [kind, options] =
         disk == Disk::tmpfs ? std::pair{"tmpfs", "size=20m,mode=777"} : std::pair{"ramfs", "mode=777"};
@@ -44,8 +43,8 @@ bool mounted(Disk disk, const std::filesystem::path& where) {
            ::mount("none", where.c_str(), kind, 0, options) == 0;
 }
 
-/// What add() says of picture after picture: how many it took before it complained, and of what; it must not
-/// complain again.
+/// Adds pictures until the first error: number of accepted pictures, and the error. A second error is not
+/// allowed.
 struct Filling {
     std::uint64_t taken = 0;
     std::string complaint;
@@ -78,7 +77,7 @@ class FrameDiskTest : public testing::Test {
 protected:
     static constexpr int no_disk = 77;
 
-    /// Runs `body` in a process of its own: its disk and its limits are nobody else's.
+    /// Runs `body` in a separate process with its own disk and limits.
     template <class Body>
     int exit_status_of(Body body) {
         std::fflush(nullptr);
@@ -170,11 +169,11 @@ TEST_F(FrameDiskTest, WritesThroughCacheWithoutODirect) {
     });
 }
 
-// A limit on the length of files stands for a disk that fails within a segment.
+// A limit of the file length simulates a disk that fails within a segment.
 TEST_F(FrameDiskTest, ReportsDiskFailureOnceAndKeepsPictures) {
     const int status = exit_status_of([&] {
         pictures::PictureStore store{frames_, "top", segment};
-        // Behind these the next segment is there already and the one after it is not yet begun.
+        // After these the next segment exists already and the one after it does not.
         EXPECT_EQ(fill(store, 1, segment + 2).taken, segment + 2);
         const rlimit none{4096, 4096};
         EXPECT_EQ(::setrlimit(RLIMIT_FSIZE, &none), 0);

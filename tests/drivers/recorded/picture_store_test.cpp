@@ -1,4 +1,4 @@
-// Pictures through the store and back: to the bit, over segments, and as other programs see them.
+// Stored pictures are read back to the bit, over several segments, and by other programs.
 #include "drivers/recorded/pictures/picture_store.hpp"
 
 #include <gtest/gtest.h>
@@ -34,7 +34,7 @@ void expect_pictures(const std::filesystem::path& folder, const pictures::Pictur
     for (std::uint64_t n = 1; n <= count; ++n) expect_same(*reader.read(n - 1), numbered(n, shape), n);
 }
 
-/// What a program prints, and its exit status behind it.
+/// Output of a program followed by its exit status.
 std::string said_by(const std::string& command) {
     std::string said;
     std::FILE* out = ::popen((command + " 2>&1").c_str(), "r");

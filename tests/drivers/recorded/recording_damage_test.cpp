@@ -1,4 +1,4 @@
-// Recordings that are damaged or not recordings at all: an InputError that says where, never a crash.
+// Damaged recordings and files that are no recordings: an InputError with the place, never a crash.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -28,7 +28,7 @@ protected:
             std::filesystem::create_directory_symlink(pictures_folder(file_), folder_ / copy);
     }
 
-    /// What reading complains about after `change` was made to the group /entry.
+    /// Refusal after `change` of the group /entry.
     std::string refusal_after(const std::function<void(hid_t)>& change) {
         write_session(small_session(), file_);
         {
@@ -175,7 +175,7 @@ TEST_F(SessionDamageTest, NumbersOfTheHeaderOutOfRangeAreNamed) {
               {"raw/drive@name"});
 }
 
-/// A data set that claims a shape but holds nothing of it.
+/// A data set with a shape but without data.
 void claim(hid_t entry, const std::string& path, hid_t type, const std::vector<hsize_t>& shape,
            bool chunked) {
     h5::check(H5Ldelete(entry, path.c_str(), H5P_DEFAULT), path);
@@ -277,10 +277,10 @@ TEST_F(SessionDamageTest, MutantsAreReadOrRefusedAndNothingElse) {
     EXPECT_LT(all.peak_MB, most_MB);
 }
 
-// The library's checksums stop most mutants of a recording before anything of ours sees them; here none do.
-// HDF5 1.10.8 itself reads beyond the end of some damaged attribute and link messages before it hands out
-// anything that could be checked (two of 600 under valgrind, which one moves with the file's layout): those
-// may die, in their own process; ours would show in far more of them.
+// The checksums of HDF5 stop most mutants of a recording before our code sees them, so these mutants have
+// none. HDF5 1.10.8 itself reads beyond the end of some damaged attribute and link messages before it hands
+// out anything that could be checked (two of 600 under valgrind, which one moves with the file's layout):
+// those may die, in their own process; ours would show in far more of them.
 TEST_F(SessionDamageTest, MutantsWithoutChecksumsAreReadOrRefusedToo) {
     copy_without_checksums(file_, folder_ / "old.h5");
     const std::string bytes = bytes_of(folder_ / "old.h5");

@@ -22,7 +22,7 @@ void expect_same_bits(const std::vector<double>& a, const std::vector<double>& b
         EXPECT_EQ(std::bit_cast<std::uint64_t>(a[i]), std::bit_cast<std::uint64_t>(b[i])) << "value " << i;
 }
 
-/// Written and read back.
+/// Writes data and reads them back.
 class SessionFileTest : public testing::Test {
 protected:
     SessionFileTest() {

@@ -1,5 +1,5 @@
-// A power cut may tear any block of a file that was being written: what can still be read is kept, the rest
-// costs its own rows and nothing else.
+// A power cut may damage any block of a file that is being written: readable data are kept, and damage costs
+// only its own rows.
 #include <gtest/gtest.h>
 
 #include <map>
@@ -42,7 +42,7 @@ protected:
         write(long_session(), folder_ / "whole.nxs");
         whole_ = bytes_of(folder_ / "whole.nxs");
     }
-    // With a seal every now and then, as a run has them.
+    // With a seal from time to time, as in a run.
     static void write(const Session& s, const std::filesystem::path& file) {
         RecordingWriter writer{file, s.header};
         for (const DriveChange& c : s.changes) writer.add(c);
@@ -57,19 +57,19 @@ protected:
         writer.scalar("results/v_D", s.v_D);
         writer.close();
     }
-    // Columns and their rows after the mending of a file with these bytes, each a beginning of the written
-    // one.
+    // Columns and their rows after mending a file with these bytes. Each column must be the start of the
+    // written one.
     std::map<std::string, std::size_t> mended(const std::string& bytes) {
         const std::filesystem::path file = folder_.write("torn.nxs", bytes);
         RecordingWriter::mend(file).close();
-        RecordingWriter again = RecordingWriter::mend(file);  // as recovery does, which adds what it found
+        RecordingWriter again = RecordingWriter::mend(file);  // as in a recovery, which adds results
         again.rows("tracks/top/walker", {{"t", "s", {9}}, {"x", "m", {9}}, {"x_errors", "m", {9}}});
         again.close();
         const RecordingReader is{file}, was{folder_ / "whole.nxs"};
         EXPECT_EQ(is.damage(), std::vector<std::string>{});
         std::map<std::string, std::size_t> rows;
         for (const h5::SealedColumn& c : h5::read_seals(is.opened().entry.get())) {
-            if (h5::description_of(is.opened().entry.get(), c.path).shape.empty()) continue;  // told once
+            if (h5::description_of(is.opened().entry.get(), c.path).shape.empty()) continue;  // written once
             const h5::Bytes a = h5::read_bytes(is.opened().entry.get(), c.path),
                             b = h5::read_bytes(was.opened().entry.get(), c.path);
             const std::size_t added = c.path.starts_with("tracks/") ? a.row : 0;
@@ -96,7 +96,7 @@ TEST_F(SessionMendTest, TornIndexBlockCostsOnlyItsGroup) {
     for (const char* kind : {"EAHD", "EAIB", "EADB"}) {
         const std::vector<std::size_t> places = places_of(whole_, kind);
         EXPECT_GT(places.size(), 0U) << kind;
-        int of_all = 0;  // the seals' own index: nothing behind it can be vouched for
+        int of_all = 0;  // the index of the seals: no later data can be verified
         for (const std::size_t at : places) {
             SCOPED_TRACE(testing::Message() << kind << " at " << at);
             std::string torn = whole_;

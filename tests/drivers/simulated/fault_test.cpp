@@ -22,8 +22,8 @@ struct Heard {
     std::array<DeviceCounts, 2> cameras;
 };
 
-// One second of 1 g with 200 frames a second, on the paper's bench with a fault. After lost time the caller
-// goes on where the DAC says.
+// One second of 1 g with 200 frames per second on the paper's bench with a fault. After lost time the caller
+// continues at the tick reported by the DAC.
 Heard play(const std::string& toml, double drive_g = 1) {
     Scene scene = parse_scene(toml, "test");
     for (CameraTruth& c : scene.cameras) c.view.frame_rate_hz = 200;
@@ -64,7 +64,7 @@ const Heard& healthy() {
     return h;
 }
 
-// Before tick `from` and from tick `to` on, every sample is that of the healthy bench.
+// Before tick `from` and from tick `to` on, every sample equals that of the healthy bench.
 void expect_healthy_outside(const Heard& h, std::int64_t from, std::int64_t to) {
     for (const auto& [tick, counts] : h.samples) {
         if (tick >= from && tick < to) continue;

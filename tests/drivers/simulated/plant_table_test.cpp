@@ -1,4 +1,4 @@
-// What others measured on a simulated shaker, measured on ours.
+// Published results of another simulated shaker, reproduced on ours.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -25,7 +25,7 @@ std::complex<double> harmonic(const std::vector<PlantState>& states, double Plan
     return std::complex<double>{0, 1} * sum;
 }
 
-// The last of `periods` under a drive that would give it `drive` without a walker.
+// The last of `periods` under a voltage that would give the base the motion `drive` without a walker.
 std::vector<PlantState> last_period(const Scene& scene, const Drive& drive, long periods) {
     const auto volts = test::samples(test::volts_for(scene, drive), 20, scene.dac_rate_hz, 0,
                                      static_cast<std::size_t>(periods * period));

@@ -1,4 +1,4 @@
-// The walker against an independent long double stepper, on drives at random.
+// The walker compared with an independent long double stepper, on random drives.
 #include <gtest/gtest.h>
 
 #include <cmath>

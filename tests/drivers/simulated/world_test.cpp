@@ -93,8 +93,8 @@ TEST(WorldTest, SensorMeasuresMotionOfBase) {
     s.accelerometer.noise_mps2_rthz = 0;
     s.accelerometer.yaw_deg = 0;
     const Heard h = play(s, 600);
-    // Twice integrated over a period, a zero-mean acceleration is the position the cameras' truth tells:
-    // compare amplitudes at w through a_1 = -w^2 x_1.
+    // The true position seen by the cameras is the double integral of the acceleration: compare amplitudes at
+    // w by a_1 = -w^2 x_1.
     std::complex<double> a1 = 0, x1 = 0;
     const double w = two_pi * 20,
                  scale = s.accelerometer.range_mps2 / std::ldexp(1.0, s.accelerometer.bits - 1);
@@ -182,7 +182,7 @@ TEST(WorldTest, PacedRunEqualsLockstepRun) {
     }
 }
 
-// A reader that is not given the processor for a while is not late in virtual time.
+// A reader that gets no processor time for a while is not late in virtual time.
 TEST(WorldTest, PacedDacWaitsForReaderOfBlock) {
     World world{quick(), World::Pace::paced};
     Rig rig = world.rig();

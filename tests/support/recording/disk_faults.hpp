@@ -9,12 +9,12 @@ namespace shaker::test {
 
 struct DiskFault {
     std::string name;
-    std::string fault;       // as tests/preload/disk_faults.cpp takes it; empty: none
+    std::string fault;       // in the format of tests/preload/disk_faults.cpp; empty: no fault
     std::int64_t room = -1;  // bytes free on the disk; -1: unlimited
     bool refused = false;    // the run must be refused
     bool finished = false;   // the run must end normally, without gaps in its series
     bool mute = false;       // the journal cannot be written either
-    double least_s = 2;      // master time to which the recording must go at least, of one that ends early
+    double least_s = 2;      // least master time at the end of a recording that ends early
 };
 
 /// The disk full before the start and in mid run, errors of each kind of file, stalls of 5 and 10 s.
@@ -25,10 +25,10 @@ struct AfterFault {
     std::string words;                                    // of the program
     bool came_down_softly = false;                        // the program reports a soft stop
     bool journal_says_why = false;                        // the reason is in the recovered recording
-    double until_s = 0;                                   // master time to which the recording goes
+    double until_s = 0;                                   // master time at the end of the recording
     std::uint64_t missing = 0;                            // missing blocks, samples and frames without a mark
     std::uint64_t produced = 0, stored = 0, dropped = 0;  // pictures of all cameras
-    std::vector<std::string> wrong;                       // differences from the requirements; empty: none
+    std::vector<std::string> wrong;                       // violated requirements; empty: success
 };
 
 /// One run with this fault in an empty folder; for those that end early, recovered.

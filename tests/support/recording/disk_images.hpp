@@ -1,5 +1,5 @@
 #pragma once
-// Disks as a power cut may leave them, rebuilt from the log of what a program did to its files.
+// Possible contents of a disk after a power cut, rebuilt from the log of a program's file operations.
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
@@ -15,24 +15,23 @@ namespace shaker::test {
 
 /// The part of the unsynced data that is on the disk nevertheless.
 enum class Surviving {
-    all,    // the program died, the computer did not
-    half,   // a random half of the pages, each as it was at some moment since; names up to some moment
+    all,    // only the program died
+    half,   // a random half of the pages, each in a state after the sync; names up to a random time
     synced  // nothing
 };
 const char* name(Surviving surviving) noexcept;
 
 class DiskImages {
 public:
-    /// A log by tests/preload/disk_log.cpp of what happened in `folder`. std::runtime_error when it is not
-    /// one.
+    /// Reads a log by tests/preload/disk_log.cpp for `folder`. std::runtime_error for other files.
     DiskImages(const std::filesystem::path& log, std::filesystem::path folder);
     ~DiskImages();
     DiskImages(const DiskImages&) = delete;
     DiskImages& operator=(const DiskImages&) = delete;
 
-    /// Calls in the log; a cut is behind the first so many of them.
+    /// Number of calls in the log. A cut is given by the number of calls before it.
     [[nodiscard]] std::size_t size() const noexcept { return calls_.size(); }
-    /// Cuts right behind a sync of the file that has this name at the time, in their order.
+    /// Cuts directly after a sync of the file that has this name at that time, in their order.
     [[nodiscard]] std::vector<std::size_t> syncs(const std::string& file_name) const;
     /// Makes an image in an empty folder.
     void build(const std::filesystem::path& into, std::size_t cut, Surviving surviving,

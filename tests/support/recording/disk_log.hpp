@@ -1,6 +1,6 @@
 #pragma once
-// What a program did to the files of a folder, call after call: written by tests/preload/disk_log.cpp, read
-// by disk_images.cpp. A log is a sequence of entries: header, names, bytes.
+// Log of a program's calls that change the files of a folder. tests/preload/disk_log.cpp writes it,
+// disk_images.cpp reads it. A log is a sequence of entries: header, names, bytes.
 #include <cstdint>
 
 namespace shaker::test {
@@ -11,10 +11,10 @@ enum class DiskCall : std::uint32_t {
     rename,       // name, second name
     remove,       // name
     write,        // bytes at `at`
-    size,         // `at`: the file's length from now on
-    reserve,      // `at`: it is at least as long
-    sync,         // returned well: what the file had `covered` entries into the log is on the disk
-    sync_folder,  // likewise the names in a folder
+    size,         // `at`: new length of the file
+    reserve,      // `at`: new minimum length of the file
+    sync,         // successful: the file's content after `covered` entries of the log is on the disk
+    sync_folder,  // successful: the names in a folder after `covered` entries are on the disk
 };
 
 struct DiskEntry {

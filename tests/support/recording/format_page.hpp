@@ -1,11 +1,11 @@
 #pragma once
-// The tables of daemon/recording/FORMAT.md as the code has them.
+// The tables of daemon/recording/FORMAT.md, generated from the code.
 #include <string>
 
 namespace shaker::test {
 
-/// The page with its tables as the code has them: all that stands between the lines "<!-- tables -->" and
-/// "<!-- end of tables -->" is replaced. The page unchanged where it has no such lines.
+/// The page with generated tables between the lines "<!-- tables -->" and "<!-- end of tables -->". Without
+/// these lines the page is unchanged.
 std::string with_tables(const std::string& page);
 
 }  // namespace shaker::test

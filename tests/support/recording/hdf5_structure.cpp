@@ -58,7 +58,7 @@ std::uint32_t little_endian(std::string_view bytes) {
     return value;
 }
 
-/// Takes the values of one data set out of what is described.
+/// Removes the values of one data set from the structural bytes.
 void take_out(hid_t set, std::vector<bool>& described) {
     const auto values = [&](haddr_t address, hsize_t bytes) {
         if (address == HADDR_UNDEF) return;
@@ -105,7 +105,7 @@ std::vector<Stretch> described_in(const std::filesystem::path& file, std::size_t
     return stretches;
 }
 
-/// The block that begins here with a signature ends where its checksum is right.
+/// Finds the end of the block with this signature: the position where its checksum is right.
 void add_sealed(std::string_view bytes, std::size_t begin, std::vector<Stretch>& sealed) {
     constexpr std::size_t longest = 8192;
     const std::size_t most = std::min(bytes.size(), begin + longest);

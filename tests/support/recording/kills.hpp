@@ -15,17 +15,17 @@ struct KilledRun {
 };
 
 struct Kill {
-    double at_s = 0;                 // master time, from the first line of the journal on
-    double series_lost_s = 0;        // of it, of the series of which most is lost
-    double pictures_lost = 0;        // exposed before the kill and on no disk, of the camera that lost most
-    bool recovered = false;          // by the report of "shakerd recover"
-    bool whole = false;              // once more it finds what it made whole, byte for byte what it was
-    bool replayed = false;           // "shakerd replay" computes the recorded results
-    bool reduced = false;            // there were results
-    std::vector<std::string> wrong;  // of the content
+    double at_s = 0;           // master time, from the first line of the journal on
+    double series_lost_s = 0;  // lost time before the kill, of the series with the largest loss
+    double pictures_lost = 0;  // pictures exposed before the kill and not stored; camera with most losses
+    bool recovered = false;    // by the report of "shakerd recover"
+    bool whole = false;        // a second recovery finds the file intact and does not change it
+    bool replayed = false;     // "shakerd replay" computes the recorded results
+    bool reduced = false;      // there were results
+    std::vector<std::string> wrong;  // errors in the content
 };
 
-/// One run in this empty folder, killed at_s after its beginning.
+/// One run in this empty folder, killed at_s after its start.
 Kill kill_run(const KilledRun& run, double at_s, const std::filesystem::path& folder);
 
 /// `count` runs killed at random times from 0.3 s on, `jobs` at a time, in folders below this one. A failed

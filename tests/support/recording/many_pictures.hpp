@@ -1,5 +1,5 @@
 #pragma once
-// Pictures of which each pixel is known from the picture's number, and what a stored one must be.
+// Pictures whose pixels follow from the picture's number, and checks of stored pictures.
 #include <gtest/gtest.h>
 
 #include <cmath>

@@ -38,7 +38,7 @@ public:
 private:
     std::uint64_t below(std::uint64_t n) { return random_() % n; }
 
-    /// A byte from which `length` are there; mostly one that says something.
+    /// A position with at least `length` bytes after it; mostly one that is not zero.
     std::size_t place(std::size_t length) {
         const std::size_t last = mutant_.bytes.size() - length;
         if (below(10) < 2) return below(last + 1);

@@ -43,7 +43,7 @@ struct Said {
     std::string words;
 };
 
-/// Work in a confined child, with what it says.
+/// Work in a confined child, with its output.
 Said run_quietly(const fs::path& file, const sandbox::Confinement& allowed,
                  const std::function<int()>& work) {
     const int memory = memfd_create("said", MFD_CLOEXEC);
@@ -51,7 +51,7 @@ Said run_quietly(const fs::path& file, const sandbox::Confinement& allowed,
     const auto quiet = [&] {
         dup2(memory, STDOUT_FILENO);
         dup2(memory, STDERR_FILENO);
-        mallopt(M_PERTURB, 0x55);  // what is used before it is set shows
+        mallopt(M_PERTURB, 0x55);  // makes the use of uninitialised memory visible
         alarm(wall_s);
         return work();
     };
@@ -109,7 +109,7 @@ MutantTrials::MutantTrials(const fs::path& folder, bool pictures) : folder_{fold
         .pictures = pictures ? recorded::KeptPictures::region : recorded::KeptPictures::off,
         .identify = false,
         .closed_loop = false};
-    // In a child too: this process is not to have started a thread.
+    // Also in a child, because this process must not start a thread.
     const Said recorded = run_quietly(
         file, {.memory_bytes = std::uint64_t{8} << 30U, .processor_s = 600, .writes_files = true}, [&] {
             commands::run(options);

@@ -13,15 +13,16 @@ namespace shaker::test {
 struct Mutant {
     std::string bytes;
     std::string what;     // kind and place of the damage
-    bool sealed = false;  // checksums were made right again
+    bool sealed = false;  // checksums were corrected
 };
-/// The same for the same seed. Of ten, eight are hit where the file is described, half have right checksums.
+/// Equal mutants for equal seeds. Eight of ten have damage in the structure of the file, half have correct
+/// checksums.
 Mutant mutant_of(const std::string& bytes, const Structure& structure, std::uint64_t seed);
 
 enum class Fate {
     identical,      // replayed, all numbers equal to the bit
     not_identical,  // replayed, and the difference was reported
-    refused,        // as the user's input, with a message
+    refused,        // as wrong input, with a message
     unclear,        // any other message or status: a defect
     died,           // by a signal or a sanitiser
     timed_out       // 10 s of processor time or 60 s in all
@@ -34,20 +35,20 @@ struct Trial {
     Mutant mutant;            // without its bytes
     std::string said;         // output of the child
     double processor_s = 0;   // of the child
-    std::string parent_harm;  // what is not as before in this process or on disk; empty: all is
+    std::string parent_harm;  // changes in this process or on disk; empty: no change
 };
 
-/// A small recording of its own, in a folder that is there as long as this is.
+/// A small recording in a temporary folder, removed with this object.
 class MutantTrials {
 public:
-    /// Records a run of 3 periods on the simulated bench, with or without its pictures. Throws when what was
-    /// recorded does not replay identically.
+    /// Records a run of 3 periods on the simulated bench, with or without its pictures. Throws when the
+    /// recording does not replay identically.
     MutantTrials(const std::filesystem::path& folder, bool pictures);
     ~MutantTrials();
     MutantTrials(const MutantTrials&) = delete;
     MutantTrials& operator=(const MutantTrials&) = delete;
-    /// One of the recording's files is replaced by its mutant, the recording replayed, the file put back.
-    /// `keep`: the mutant is kept there when its reader died, timed out or was unclear; empty: it is not.
+    /// Replaces one of the recording's files by its mutant, replays the recording and restores the file.
+    /// `keep`: folder for mutants whose reader died, timed out or was unclear; empty: they are not kept.
     Trial attempt(std::uint64_t seed, const std::filesystem::path& keep = {});
 
 private:

@@ -1,5 +1,5 @@
 #pragma once
-// Damaged copies of a file, each read in a process of its own.
+// Damaged copies of a file, each read in a separate process.
 #include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -44,15 +44,15 @@ enum ReadEnd : int { read_accepted = 20, read_refused, read_wrong };
 }
 
 struct MutantFile {
-    std::filesystem::path file;  // where each mutant is put
-    std::string bytes;           // without damage
+    std::filesystem::path file;  // path of each mutant
+    std::string bytes;           // undamaged content
     std::size_t
         anywhere;  // half of the changes are in the first of so many bytes, half where there is no zero
     std::function<void()> read;
 };
 
 inline Mutants read_mutants(const MutantFile& of, int mutants, std::uint64_t seed) {
-    // Streams are padded with zeros to whole chunks; what is not zero is mostly structure.
+    // Streams are padded with zeros to whole chunks, so other bytes are mostly structure.
     std::vector<std::size_t> used;
     for (std::size_t i = 0; i < of.bytes.size(); ++i)
         if (of.bytes[i] != 0) used.push_back(i);

@@ -33,7 +33,7 @@ bool is_picture_number(const std::string& path) {
     return path.starts_with("raw/") && path.ends_with("/picture");
 }
 
-// Columns that grow while the run lasts and are never written over.
+// Columns that grow during the run and are never overwritten.
 std::vector<std::string> lasting_columns(const recorded::RecordingReader& file) {
     std::vector<std::string> paths;
     for (const h5::SealedColumn& column : h5::read_seals(file.opened().entry.get())) {
@@ -63,7 +63,7 @@ void tell_bad(const std::string& path, std::uint64_t row, PowerCut& result) {
     result.words = fmt::format("{}: row {} is not that of the run", path, row);
 }
 
-// Whole rows at the beginning that are the same.
+// Number of equal complete rows at the start.
 std::uint64_t same_rows(const h5::Bytes& is, const h5::Bytes& was) {
     const auto [end, ignored] = std::ranges::mismatch(is.values, was.values);
     return static_cast<std::uint64_t>(end - is.values.begin()) / is.row;
@@ -116,7 +116,7 @@ PowerCuts::PowerCuts(std::filesystem::path folder) : folder_{std::move(folder)} 
     look_at_syncs();
 }
 
-// What the files held when a sync began is what it brought to the disk.
+// A sync writes the content that the files had at its start.
 void PowerCuts::look_at_syncs() {
     const std::vector<std::size_t> cuts = images_->syncs(std::string{recording_name} + ".part");
     for (const std::size_t cut : cuts) {

@@ -14,12 +14,12 @@ namespace shaker::test {
 
 /// Outcome of one image.
 struct PowerCut {
-    bool anything_synced = false;   // the recording had been brought to the disk before the cut
-    bool recovered = false;         // there is a recording that can be read to its end
-    std::uint64_t synced_lost = 0;  // rows and pictures that had been brought to the disk and are not there
-    std::uint64_t bad = 0;          // rows and pictures reported as good that differ from the run
-    std::uint64_t unsynced_saved = 0;  // rows that are there beyond those
-    std::string words;                 // when it did not go well
+    bool anything_synced = false;      // the recording was synchronised before the cut
+    bool recovered = false;            // the recovered recording can be read to its end
+    std::uint64_t synced_lost = 0;     // lost rows and pictures that were synchronised
+    std::uint64_t bad = 0;             // rows and pictures reported as good that differ from the run
+    std::uint64_t unsynced_saved = 0;  // saved rows that were not synchronised
+    std::string words;                 // error; empty: success
 };
 
 class PowerCuts {
@@ -32,7 +32,7 @@ public:
     /// The image of a random cut, recovered in an empty folder. Any thread.
     [[nodiscard]] PowerCut cut(Surviving surviving, std::uint64_t seed,
                                const std::filesystem::path& folder) const;
-    /// Calls that were logged, and times that the series were brought to the disk.
+    /// Number of logged calls, and of synchronisations of the series.
     [[nodiscard]] std::size_t calls() const noexcept { return images_->size(); }
     [[nodiscard]] std::size_t syncs() const noexcept { return synced_.size(); }
 
