@@ -51,8 +51,8 @@ function(share_of file name out)
   set(${out} ${share} PARENT_SCOPE)
 endfunction()
 
-# list_tests(PROGRAM FILE): ctest's entries for the tests of a file, labelled with its tier. One entry a file; one a test
-# where tests are held against real time, so that one that failed can be run again alone.
+# list_tests(PROGRAM FILE): ctest's entries for the tests of a file, labelled with its tier. One entry per file; one per
+# test in tier realtime, so that a failed test can be repeated alone.
 function(list_tests program file)
   set(labels ${tier_${file}})
   if("threads=nightly" IN_LIST options_${file})

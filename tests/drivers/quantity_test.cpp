@@ -87,7 +87,7 @@ TEST(QuantityTest, AllowsBothEndsOfTheRange) {
     EXPECT_NE(refusal("-20Hz", Dimension::frequency, allowed).find("out of range"), std::string::npos);
 }
 
-TEST(QuantityTest, ADecimalCommaLocaleChangesNothing) {
+TEST(QuantityTest, IgnoresDecimalCommaLocale) {
     const std::string before = std::setlocale(LC_ALL, nullptr);
     for (const char* name : {"de_DE.UTF-8", "fr_FR.UTF-8", "C.UTF-8"}) {
         if (std::setlocale(LC_ALL, name) == nullptr) continue;

@@ -29,7 +29,7 @@ const press = (page, name) => page.getByRole("button", { name, exact: true }).cl
 const isTripped = (page) => page.waitForFunction(() => document.getElementById("state").textContent.includes("tripped"));
 const refusal = /Failed to load resource/;
 
-test("The drive's form sends the fields that were edited, in SI, with the token", async () => {
+test("The drive form sends edited fields in SI units with the token", async () => {
     const { page, troubles } = await openPage(stage);
     await until(async () => (await page.inputValue("#drive-gamma")) === "1", "the field follows the drive");
     await page.fill("#drive-gamma", "1.5");
@@ -48,7 +48,7 @@ test("The drive's form sends the fields that were edited, in SI, with the token"
     assert.deepEqual(troubles, []);
 });
 
-test("An edited field does not follow the daemon until it is sent or reverted", async () => {
+test("An edited field keeps its value until it is sent or reverted", async () => {
     const { page } = await openPage(stage);
     await page.fill("#drive-frequency", "33");
     server.bench.act("drive", { frequency_hz: 25 });
@@ -60,7 +60,7 @@ test("An edited field does not follow the daemon until it is sent or reverted", 
     await until(async () => (await page.inputValue("#drive-frequency")) === "20", "it follows again");
 });
 
-test("Each button sends its action, and the whole way from arming to a stop works", async () => {
+test("Each button sends its action, from arming to a stop", async () => {
     server.bench.control = false;
     const { page, troubles } = await openPage(stage);
     await press(page, "Take control");
@@ -98,7 +98,7 @@ test("Each button sends its action, and the whole way from arming to a stop work
     assert.deepEqual(troubles, []);
 });
 
-test("A recording that was asked for is shown and taken back, a taken name is refused at once", async () => {
+test("A requested recording is shown and can be cancelled; an existing name is refused at once", async () => {
     await idle(stage);
     server.bench.record_next = false;
     const { page } = await openPage(stage);
@@ -117,7 +117,7 @@ test("A recording that was asked for is shown and taken back, a taken name is re
     assert.equal(await button.textContent(), "Record");
 });
 
-test("A new drive while it runs is played", async () => {
+test("A new set-point during a run is played", async () => {
     await running(stage);
     const { page } = await openPage(stage);
     await page.fill("#drive-gamma", "2");
@@ -126,7 +126,7 @@ test("A new drive while it runs is played", async () => {
     await until(async () => Number((await page.locator("#v-D").textContent()).split(" ±")[0]) > 30, "v_D at 2 g");
 });
 
-test("A refusal is shown by the form that asked, in the daemon's words, and goes with the next success", async () => {
+test("A refusal is shown beside its form until the next success", async () => {
     const { page, troubles } = await openPage(stage);
     await page.fill("#drive-frequency", "500");
     await press(page, "Set and arm");
@@ -143,7 +143,7 @@ test("A refusal is shown by the form that asked, in the daemon's words, and goes
     assert.ok(troubles.every((trouble) => refusal.test(trouble)), troubles.join());
 });
 
-test("What is no number, or no whole number of periods, is refused without asking the daemon", async () => {
+test("Invalid numbers are refused without a request to the daemon", async () => {
     const { page } = await openPage(stage);
     await page.fill("#drive-rho", "");
     await press(page, "Set and arm");
@@ -156,7 +156,7 @@ test("What is no number, or no whole number of periods, is refused without askin
     assert.deepEqual(server.requests, []);
 });
 
-test("ABORT by click stops the drive, is told, and needs no control; clearing leads back", async () => {
+test("ABORT by click stops the drive, is confirmed, and needs no control; the trip can be cleared", async () => {
     await running(stage);
     server.bench.control = false;
     const { page, troubles } = await openPage(stage);
@@ -185,7 +185,7 @@ test("ABORT by Escape works everywhere, also in a field", async () => {
     await isTripped(page);
 });
 
-test("Space aborts, even on another button, but not where it is typed", async () => {
+test("Space aborts, even on another button, but not in a text field", async () => {
     const { page } = await openPage(stage);
     await page.focus("#record-name");
     await page.keyboard.type("a b");
@@ -204,7 +204,7 @@ test("Space aborts, even on another button, but not where it is typed", async ()
     assert.equal(aborts(), 2);
 });
 
-test("ABORT gets through while the socket is down, and is repeated until it does", async () => {
+test("ABORT works without the socket and is repeated until it is confirmed", async () => {
     await running(stage);
     const { page } = await openPage(stage);
     server.silent = true;
@@ -223,7 +223,7 @@ test("ABORT gets through while the socket is down, and is repeated until it does
     assert.equal(aborts(), count, "no more of them once it was received");
 });
 
-test("It says since when it is not connected, greys what is old, and connects again by itself", async () => {
+test("A lost connection is shown with its time, old values are grey, and the page reconnects", async () => {
     const { page } = await openPage(stage, { viewport: phone });
     const events = await page.locator("#log li").count();
     server.silent = true;
@@ -241,7 +241,7 @@ test("It says since when it is not connected, greys what is old, and connects ag
     await until(() => server.subscribed().includes("waveform"), "streams are asked for again");
 });
 
-test("A socket that is open but silent is taken for lost", async () => {
+test("An open but silent socket counts as lost", async () => {
     const { page } = await openPage(stage);
     server.mute = true;
     await page.getByText(/Not connected since/).waitFor({ timeout: 6000 });
@@ -252,7 +252,7 @@ test("A socket that is open but silent is taken for lost", async () => {
     await page.waitForFunction(() => document.getElementById("link").hidden, null, { timeout: 8000 });
 });
 
-test("A part of the page that fails leaves state, trip and ABORT alone", async () => {
+test("A failing part of the page does not affect state, trip and ABORT", async () => {
     const { bench } = server;
     const { page, troubles } = await openPage(stage);
     bench.message = () => ({ ...Object.getPrototypeOf(bench).message.call(bench), losses: [{ stream: "camera:top" }] });

@@ -14,7 +14,7 @@ afterEach(() => stage.closePages());
 const text = (page, id) => page.locator(`#${id}`).textContent();
 const overflow = (page) => page.evaluate(() => document.documentElement.scrollWidth - innerWidth);
 
-test("It loads without a console error, a policy violation, or a request to another host", async () => {
+test("The page loads without console errors, policy violations and requests to other hosts", async () => {
     const { page, troubles } = await openPage(stage);
     await page.waitForTimeout(1500);
     for (const card of await page.locator(".card").all()) await card.scrollIntoViewIfNeeded();
@@ -23,7 +23,7 @@ test("It loads without a console error, a policy violation, or a request to anot
     assert.equal(await page.evaluate(() => location.hash), "");
 });
 
-test("It shows the results with their errors, the drive, and the state", async () => {
+test("The page shows results with errors, drive and state", async () => {
     await running(stage);
     const { page } = await openPage(stage);
     await until(async () => (await text(page, "v-D")) !== "–", "v_D");
@@ -37,7 +37,7 @@ test("It shows the results with their errors, the drive, and the state", async (
     await until(async () => /running/.test(await text(page, "log")), "the log");
 });
 
-test("A result at another set-point is grey and says which measurement it is", async () => {
+test("A result of another set-point is grey and shows its measurement", async () => {
     const { bench } = stage.server;
     await running(stage);
     const { page } = await openPage(stage);
@@ -57,7 +57,7 @@ test("A result at another set-point is grey and says which measurement it is", a
     bench.act("drive", { phi_rad: 0 });
 });
 
-test("The walker's mark stands where the picture shows the walker", async () => {
+test("The walker's mark agrees with the picture", async () => {
     const { bench } = stage.server;
     await idle(stage);
     const { page } = await openPage(stage);
@@ -123,7 +123,7 @@ async function keepPicture(page, viewport, name) {
     await page.screenshot({ path: join(folder, `${name}-whole.png`) });
 }
 
-test("Words of any length fit a phone", async () => {
+test("Texts of any length fit on a phone", async () => {
     const { bench } = stage.server;
     await running(stage);
     const { page } = await openPage(stage, { viewport: phone });
@@ -150,7 +150,7 @@ test("The theme's button changes the colours of page and plots, and a reload kee
     assert.equal(await ground(), dark);
 });
 
-test("Text is told apart from its ground by 4.5 to 1, in both themes", async () => {
+test("The contrast of text is at least 4.5 to 1 in both themes", async () => {
     for (const colorScheme of ["light", "dark"]) {
         const { page } = await openPage(stage, { colorScheme });
         const ratios = await page.evaluate(() => {
@@ -169,7 +169,7 @@ test("Text is told apart from its ground by 4.5 to 1, in both themes", async () 
     }
 });
 
-test("Hidden, it asks for nothing and draws nothing; shown again, it does", async () => {
+test("A hidden page requests and draws nothing until it is visible again", async () => {
     await running(stage);
     const { page } = await openPage(stage);
     await until(() => stage.server.subscribed().includes("waveform"), "subscribed");
@@ -187,7 +187,7 @@ test("Hidden, it asks for nothing and draws nothing; shown again, it does", asyn
     await until(async () => !before.equals(await canvas.screenshot()), "drawn again");
 });
 
-test("Cameras are asked for only while they are in view", async () => {
+test("Pictures are requested only while they are in view", async () => {
     const { page } = await openPage(stage, { viewport: phone });
     await until(() => stage.server.subscribed().includes("waveform"), "subscribed");
     await page.waitForTimeout(1200);

@@ -26,7 +26,7 @@ test("A value has the decimals of its error, which has two digits", () => {
     assert.equal(withError(null), "–");
 });
 
-test("Whatever the size of an error, the shown value is off by less than a tenth of it", () => {
+test("The rounding of a shown value is less than a tenth of its error", () => {
     const random = chance(1);
     for (let k = 0; k < 2000; k++) {
         const sigma = 10 ** (random() * 9 - 6), value = (random() - 0.5) * sigma * 10 ** (random() * 4);
@@ -36,7 +36,7 @@ test("Whatever the size of an error, the shown value is off by less than a tenth
     }
 });
 
-test("Numbers, prefixes, durations and levels read as an operator writes them", () => {
+test("Numbers, prefixes, durations and levels have their usual form", () => {
     assert.equal(number(9.8), "9.800");
     assert.equal(number(0), "0");
     assert.equal(number(-0.00012346), "−0.0001235");
@@ -53,7 +53,7 @@ test("Numbers, prefixes, durations and levels read as an operator writes them", 
     assert.equal(decibels(1, 0), null);
 });
 
-test("Ticks have the decimals that tell them apart", () => {
+test("Ticks have enough decimals to differ", () => {
     assert.deepEqual(tickTexts([1.00002, 1.00004, 1.00006]), ["1.00002", "1.00004", "1.00006"]);
     assert.deepEqual(tickTexts([0, 0.25, 0.5]), ["0.00", "0.25", "0.50"]);
     assert.deepEqual(tickTexts([-0.2, -0.1, 0, 0.1, 0.1 + 0.1 + 0.1]), ["−0.2", "−0.1", "0.0", "0.1", "0.3"]);
@@ -62,14 +62,14 @@ test("Ticks have the decimals that tell them apart", () => {
     assert.deepEqual(tickTexts([124.415]), ["124.4"]);
 });
 
-test("Without a stick the words say how short one may have been", () => {
+test("Without a stick the text has the shortest detectable one", () => {
     assert.equal(stickWords([[0.5057, 0.7072]], null), "sticks 0.506 to 0.707 T");
     assert.equal(stickWords([], 0.0312), "never sticks for over 0.031 T");
     assert.equal(stickWords([], 1), "sticks: too few frames to tell");
     assert.equal(stickWords([], null), "never sticks");
 });
 
-test("A frame of samples is read as it was written, with its flags", () => {
+test("A frame of samples is decoded with its flags", () => {
     const frame = decoded(samples(2, [[1, 2, 3], [-1, NaN, 0.5]], { first: 2 ** 40, t0: 12.5, dt: 1e-3, flags: 5 }));
     assert.deepEqual({ ...frame, values: [...frame.values] }, {
         what: "samples", stream: 2, first: 2 ** 40, t0: 12.5, dt: 1e-3, count: 3, channels: 2, gap: true, pairs: false,
@@ -78,7 +78,7 @@ test("A frame of samples is read as it was written, with its flags", () => {
     assert.deepEqual(channel(frame, 1, 2), [-2, null, 1]);
 });
 
-test("A picture is read with its marks, whatever their number", () => {
+test("A picture is decoded with any number of marks", () => {
     const jpeg = Buffer.from([0xff, 0xd8, 1, 2, 3, 0xff, 0xd9]);
     for (let count = 0; count < 10; count++) {
         const marks = Array.from({ length: count }, (_, i) => ({ x: i, y: 2 * i, width: 10.5, height: 4, kind: i }));
@@ -88,7 +88,7 @@ test("A picture is read with its marks, whatever their number", () => {
     }
 });
 
-test("A frame that is cut anywhere, or of another kind or version, is refused", () => {
+test("A truncated frame and one of another kind or version are refused", () => {
     const jpeg = Buffer.alloc(9), mark = { x: 1, y: 2, width: 3, height: 4, kind: 0 };
     for (const whole of [samples(1, [[1, 2], [3, 4]], {}), picture(0, jpeg, 4, 4, [mark], {})]) {
         const bytes = arrayBuffer(whole);
@@ -102,7 +102,7 @@ test("A frame that is cut anywhere, or of another kind or version, is refused", 
     }
 });
 
-test("A state with members missing or null becomes one that can be shown", () => {
+test("A state with missing or null members can be shown", () => {
     const { state } = parseMessage(JSON.stringify({ type: "state", session: { state: "running" }, measured: { harmonics: null }, result: null }));
     assert.equal(state.session.state, "running");
     assert.equal(state.session.recording, null);
@@ -119,7 +119,7 @@ test("A state with members missing or null becomes one that can be shown", () =>
 
 function frameOf(t0, dt, columns, flags = 0) { return decoded(samples(1, columns, { t0, dt, flags })); }
 
-test("The rolling store keeps the newest points in their order and no more", () => {
+test("The rolling store keeps only the newest points, in order", () => {
     const rolling = new Rolling(100, 2);
     for (let k = 0; k < 30; k++) {
         const times = Array.from({ length: 7 }, (_, i) => 7 * k + i);
@@ -133,7 +133,7 @@ test("The rolling store keeps the newest points in their order and no more", () 
     assert.deepEqual(second, first.map((value) => -value));
 });
 
-test("Decimation keeps every extreme, in one point a bucket", () => {
+test("Decimation keeps every extreme in one point per bucket", () => {
     const random = chance(3), rolling = new Rolling(5000, 1);
     const values = Array.from({ length: 5000 }, () => Math.fround(random() - 0.5));
     values[1234] = 7;
@@ -151,7 +151,7 @@ test("Decimation keeps every extreme, in one point a bucket", () => {
     }
 });
 
-test("A gap is a hole in the line; time that runs backwards begins anew", () => {
+test("A gap interrupts the line; a backward step of time restarts it", () => {
     const rolling = new Rolling(100, 1);
     rolling.push(frameOf(0, 1, [[1, 2]]));
     rolling.push(frameOf(5, 1, [[3]], 1));
@@ -162,7 +162,7 @@ test("A gap is a hole in the line; time that runs backwards begins anew", () => 
     assert.deepEqual(rolling.envelope(1, 10, 50, 1)[1], [9]);
 });
 
-test("Points of a sweep become one curve each, in order; what is on none comes last", () => {
+test("Each sweep becomes one curve, in order; other points are last", () => {
     const points = [];
     for (const gamma of [3, 1, 2]) for (const phi of [Math.PI / 2, 0])
         points.push({ gamma_mps2: gamma * g, phi_rad: phi, v_D_mps: gamma / 1e3, sigma_mps: 1e-4, closed_form_mps: null });
@@ -183,7 +183,7 @@ test("An angle is shown within half a turn of zero", () => {
     near(degrees(7 * Math.PI), 180);
 });
 
-test("The played walker drifts as a Coulomb walker does, the closed form agrees where nothing sticks", () => {
+test("The simulated walker drifts like a Coulomb walker; the closed form agrees without stick", () => {
     const drive = { frequency_hz: 20, gamma_mps2: g, rho: 0.5, phi_rad: 0 };
     const { drift, period } = steadyPeriod(drive, 0.113);
     assert.ok(Math.abs(drift / period - 14.582e-3) < 2e-5);

@@ -10,7 +10,7 @@ namespace shaker {
 /// instead, so that a test that needs the data cannot pass without them.
 std::filesystem::path shared_data(std::string_view name);
 
-/// Why a test is skipped: the data set by its name, and that a clone does not have it.
+/// Reason for a skipped test: the name of the missing data set, which a clone does not have.
 std::string missing_data(std::string_view name);
 
 }  // namespace shaker

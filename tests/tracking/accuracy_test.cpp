@@ -1,4 +1,4 @@
-// What one target of each kind is measured to, with every edge known.
+// Accuracy for one target of each kind, in pictures with exactly known edges.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -25,7 +25,7 @@ protected:
     std::mt19937_64 random_{7};
 };
 
-// 12 bit counts without noise, so that rounding does not dither what is looked for.
+// 12 bit counts without noise, so that rounding does not act as dither.
 TEST_P(EveryKindTest, DoesNotLockToPixels) {
     Follower follow{scene_.view};
     std::vector<double> errors;
@@ -79,7 +79,7 @@ TEST_P(EveryKindTest, StandardDeviationMatchesScatter) {
     }
 }
 
-// Light that flickers by 20 % and falls off by 40 % across the picture costs no more than its noise.
+// Light that flickers by 20 % and decreases by 40 % across the picture adds no error beyond its noise.
 TEST_P(EveryKindTest, ToleratesFlickerAndUnevenLight) {
     Follower follow{scene_.view};
     std::vector<double> errors;
@@ -109,7 +109,7 @@ TEST_P(EveryKindTest, IsRepeatableAndIgnoresPadding) {
     }
 }
 
-// Scratch memory is taken in the first frames; a target that stays in view needs no more.
+// Scratch memory is allocated in the first frames only, if the target stays in view.
 TEST_P(EveryKindTest, DoesNotAllocateWhileTracking) {
     ViewTracker tracker{scene_.view};
     std::vector<test::Shot> shots;
@@ -122,7 +122,7 @@ TEST_P(EveryKindTest, DoesNotAllocateWhileTracking) {
     for (int i = 6; i < 12; ++i) tracker.update(shots[static_cast<std::size_t>(i)].view(), CameraTick{i});
 }
 
-// 16 bit of which 4 are below one count of an 8 bit camera: the rounding must not come back.
+// 16 bits, of which 4 are below one count of an 8 bit camera: no rounding error may appear.
 TEST_P(EveryKindTest, KeepsAllSixteenBits) {
     const auto scatter = [&](const test::Exposure& exposure) {
         Follower follow{scene_.view};
@@ -141,11 +141,11 @@ TEST_P(EveryKindTest, KeepsAllSixteenBits) {
     EXPECT_LT(sixteen, 0.002);
 }
 
-// The kinds whose scenes have room for it.
+// The kinds whose scenes have enough space.
 class LongRunTest : public EveryKindTest {};
 
-// Out by 30 px and back over a thousand frames: nothing may pile up. The bound is four standard deviations of
-// a mean over 50 frames.
+// Away by 30 px and back over a thousand frames: errors must not accumulate. The bound is four standard
+// deviations of a mean over 50 frames.
 TEST_P(LongRunTest, DoesNotDriftOverAThousandFrames) {
     Follower follow{scene_.view};
     double first = 0, last = 0, sd = 0;

@@ -1,4 +1,5 @@
-// Real footage: seven dots on each beam of a model building, 20 frames a second, up to 100 px between frames.
+// Real footage: seven dots on each beam of a model building, 20 frames per second, up to 100 px between
+// frames.
 #include <gtest/gtest.h>
 
 #include <Eigen/Dense>
@@ -16,7 +17,7 @@ using Fixes = std::vector<std::vector<Fix>>;  // by frame, by dot
 View beam(const std::string& name, const std::vector<std::array<int, 2>>& dots) {
     View view;
     view.camera = name;
-    view.mm_per_px = 1;  // nobody measured it
+    view.mm_per_px = 1;  // unknown
     for (const auto& [x, y] : dots) {
         Target dot{"dot" + std::to_string(view.targets.size() + 1), TargetKind::dots};
         dot.diameter_mm = 20;
@@ -135,8 +136,8 @@ TEST_F(BuildingSwingTest, BottomBeamIsRigidAndHardlyMoves) {
     }
 }
 
-// Independent of any naming: the picture itself moves by as much as the dots say. A dot in its neighbour's
-// place would be some 160 px off; here the grey levels around the old place must be found around the new one.
+// Check independent of the dots' names: the picture itself must move like the dots. A dot mistaken for its
+// neighbour would be some 160 px off; the grey levels around the old place must be found around the new one.
 TEST_F(BuildingSwingTest, SurroundingsMoveWithTheirDot) {
     const auto movie = test::grey_movie(folder_ / "top.mkv");
     const Fixes all = follow(top_);

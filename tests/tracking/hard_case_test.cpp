@@ -20,7 +20,8 @@ protected:
         return picture.expose({.noise = 3}, random_);
     }
 
-    /// An error has to be within four of the claimed standard deviations, or half of it claimed and flagged.
+    /// An error must be within four claimed standard deviations, or flagged with a claim of at least half of
+    /// it.
     static void expect_honest(const Fix& fix, double error, int frame) {
         if (!found(fix.state)) {
             EXPECT_TRUE(std::isnan(fix.x_px) && std::isnan(fix.y_px) && std::isnan(fix.sd_px));
@@ -32,7 +33,7 @@ protected:
         }
     }
 
-    /// Mean place over the first frames, in full view: what later frames are compared with.
+    /// Mean place over the first frames in full view, the reference for later frames.
     double settle(Follower& follow) {
         double sum = 0;
         for (int i = 0; i < 16; ++i) sum += follow(shot(scene_.picture({0, 0}))).x_px / 16;
@@ -40,7 +41,8 @@ protected:
     }
 };
 
-// The view goes dark grey for ten frames: no frame of them may be called found, and the second after is.
+// The view is dark grey for ten frames: none of them may count as found, and the second frame after them
+// must.
 TEST_P(HardCaseTest, RecoversWithinTwoFramesAfterCover) {
     Follower follow{scene_.view};
     const double origin = settle(follow);
@@ -65,7 +67,7 @@ TEST_P(HardCaseTest, RecoversWithinTwoFramesAfterCover) {
     }
 }
 
-// A card slides over the target from the left, over all of it, and off again. Never a wrong place.
+// A card slides completely over the target from the left and away again. No wrong place is reported.
 TEST_P(HardCaseTest, ReportsNoWrongPositionUnderSlidingCard) {
     Follower follow{scene_.view};
     const double origin = settle(follow);
@@ -162,7 +164,7 @@ INSTANTIATE_TEST_SUITE_P(Tracking, HardCaseTest,
                          testing::Values("disc", "dot", "rectangle", "dots", "bars", "patch"),
                          [](const auto& kind) { return kind.param; });
 
-// 4 px a frame out of the picture on the right and back in, the rim half cut on the way.
+// 4 px per frame out of the picture on the right and back, with the rim partly cut on the way.
 TEST(LeavingTest, LeavingDiscIsLostAndFoundAgain) {
     const TrackingScene& scene = test::tracking_scene("disc");
     Follower follow{scene.view};
@@ -227,7 +229,7 @@ TEST(DirectionTest, OneDirectionKindsRefuseDiagonalAxis) {
     }
 }
 
-// The same picture on its side, measured along y, gives the same number.
+// The same picture turned by 90 degrees, measured along y, gives the same number.
 TEST(DirectionTest, BarsAndRectanglesAreMeasuredAlongYToo) {
     for (const std::string name : {"rectangle", "bars"}) {
         const TrackingScene& scene = test::tracking_scene(name);

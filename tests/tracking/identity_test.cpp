@@ -1,4 +1,4 @@
-// Seven dots that look exactly alike, equally spaced: nobody may ever be taken for a neighbour.
+// Seven identical, equally spaced dots: no dot may be mistaken for its neighbour.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -40,8 +40,8 @@ struct Count {
     int right = 0, wrong = 0, lost = 0;
 };
 
-// Free swing of 45 px amplitude seen at five frames a period, with a new phase and now and then a jerk: steps
-// of up to 60 px, three quarters of the spacing.
+// Free swing of 45 px amplitude at five frames per period, with random phases and occasional jerks: steps of
+// up to 60 px, three quarters of the spacing.
 template <class Hidden>
 Count swing(const View& view, int first, Hidden hidden, std::uint64_t seed) {
     std::mt19937_64 random{seed};
@@ -94,7 +94,7 @@ TEST(IdentityTest, KeepsNamesAfterFullCover) {
     EXPECT_LE(count.lost, 7 * 3 * 8);
 }
 
-// Only one of the seven is asked for: the others, which nobody named, still keep it from being mistaken.
+// Only one of the seven dots is a target: the other ones still prevent a mix-up.
 TEST(IdentityTest, SingleTargetIsNotMistakenForItsDoubles) {
     const Count count = swing(
         row_of_dots(3, 4), 3, [](int) { return std::vector<int>{}; }, 2);

@@ -56,8 +56,8 @@ protected:
         std::ifstream{folder_ / "truth.json"} >> truth_;
     }
 
-    /// Every frame ok, and within `rms_px` of truth once one constant is removed. The constant is the
-    /// target's place on the object, which the session does not tell.
+    /// Every frame is ok and within `rms_px` of the truth after removal of a constant. The constant is the
+    /// target's place on the object, which is not in the session.
     void expect_within(const View& view, double rms_px) {
         const std::vector<test::Shot> movie = test::grey_movie(folder_ / (view.camera + ".mkv"));
         ASSERT_EQ(movie.size(), 300U);

@@ -101,7 +101,7 @@ TEST(CommandTableTest, ListsEndBeforeThePositionalArgument) {
     EXPECT_EQ(parsed({"export", "x.nxs"}).values.texts("--what"), std::vector<std::string>{"all"});
 }
 
-TEST(CommandTableTest, JsonOfPredictTakesAFileOrNone) {
+TEST(CommandTableTest, PredictJsonTakesOptionalFile) {
     EXPECT_TRUE(parsed({"predict", "--json"}).values.has("--json"));
     EXPECT_EQ(parsed({"predict", "--json"}).values.text("--json"), "");
     EXPECT_EQ(parsed({"predict", "--json", "cases.json"}).values.text("--json"), "cases.json");

@@ -20,7 +20,7 @@ TEST(SpeedDifferenceTest, HasNoShareOfZeroOrOfLessThanItsError) {
     EXPECT_EQ(speed_difference({1e-4, NAN}, 1e-17, 3), "+100.000 um/s");
 }
 
-TEST(NoStickTextTest, SaysHowShortAStickMayHaveBeen) {
+TEST(NoStickTextTest, ReportsShortestDetectableStick) {
     EXPECT_EQ(no_stick_text(0.0312), "never for over 0.031 T");
     EXPECT_EQ(no_stick_text(1), "too few frames to tell");
     EXPECT_EQ(no_stick_text(NAN), "never");

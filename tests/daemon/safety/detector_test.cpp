@@ -75,9 +75,11 @@ const std::map<Cause, Scenario>& scenarios() {
         // Across the axis: mounted 35 degrees from the given axis.
         s[Cause::transverse] = {
             .run = {.scene = bench + "yaw_deg = 35\n", .identify = false, .longest_s = running_s}};
-        s[Cause::transverse].run.told = [](AccelerometerInfo& info) { info.shaker_axis = {1, 0, 0}; };
+        s[Cause::transverse].run.stated = [](AccelerometerInfo& info) { info.shaker_axis = {1, 0, 0}; };
         s[Cause::sensor_not_finite] = {.run = {.scene = bench, .longest_s = 0.5}};
-        s[Cause::sensor_not_finite].run.told = [](AccelerometerInfo& info) { info.mps2_per_count[1] = NAN; };
+        s[Cause::sensor_not_finite].run.stated = [](AccelerometerInfo& info) {
+            info.mps2_per_count[1] = NAN;
+        };
         s[Cause::gain_limit] = {
             .run = {.scene = bench + "[[fault]]\nat_s = 0\nwhat = \"amplifier_gain\"\nvalue = 0.1\n"}};
         s[Cause::watchdog] = {.run = {.scene = bench,

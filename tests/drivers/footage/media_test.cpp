@@ -372,7 +372,7 @@ TEST(MovieTest, CountsUndecodablePictureAsMissing) {
     }
 }
 
-TEST(MovieTest, AFileThatIsNotAMovieIsRefusedByName) {
+TEST(MovieTest, RefusesFileThatIsNotMovie) {
     const SessionFolder folder;
     expect_in(refusal([&] { open(folder.write("run.mkv", "this is not a movie")); }),
               {"run.mkv", "not a movie"});

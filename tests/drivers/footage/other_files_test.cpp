@@ -40,7 +40,7 @@ protected:
 };
 
 // The other file is valid: if it were read, there would be no refusal.
-TEST_F(OtherFilesTest, ALinkToAnotherFileIsNotFollowed) {
+TEST_F(OtherFilesTest, RefusesLinkToOtherFile) {
     for (const std::string path : {"results/v_D", "raw/drive/changes/phase", "raw/accelerometer", "title"})
         expect_in(refusal_of_link(path, "ExternalLink('other.h5', '/entry/" + path + "')"),
                   {path.substr(0, path.rfind('/')), "link to another file"});
@@ -49,7 +49,7 @@ TEST_F(OtherFilesTest, ALinkToAnotherFileIsNotFollowed) {
               {"results/v_D", "link to another file"});
 }
 
-TEST_F(OtherFilesTest, ALinkWithinTheFileIsFollowedUnlessItGoesInCircles) {
+TEST_F(OtherFilesTest, FollowsInternalLinksExceptLoops) {
     EXPECT_EQ(refusal_of_link("process/kind", "SoftLink('/entry/title')"), "accepted");
     expect_in(refusal_of_link("results/v_D", "SoftLink('/entry/results/v_D')"), {"results/v_D"});
     expect_in(refusal_of_link("results/v_D", "SoftLink('/nowhere')"), {"results/v_D"});

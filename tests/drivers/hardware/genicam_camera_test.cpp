@@ -236,7 +236,7 @@ TEST_F(GenicamCameraTest, GivesUpCameraThatReturnsDifferent) {
     }
 }
 
-TEST_F(GenicamCameraTest, BothCamerasOfARigAreListedWithWhatTheyCanDo) {
+TEST_F(GenicamCameraTest, ListsBothCamerasWithCapabilities) {
     const mock::GigeCamera top{{.serial = "TOP"}};
     const mock::GigeCamera side{{.address = "127.0.0.2", .serial = "SIDE", .width = 640, .height = 480}};
     const auto devices = genicam::list_genicam_devices();

@@ -22,7 +22,7 @@ TEST(IioSettingsTest, AnEmptyTableMeansTheOnlyAccelerometerOfThisMachine) {
     EXPECT_EQ(s.stamps, iio::IioStamps::host);
 }
 
-TEST(IioSettingsTest, StampsOfAnotherMachineAreNotOfTheHostsClock) {
+TEST(IioSettingsTest, StampsOfOtherMachineAreNotHostTime) {
     EXPECT_EQ(read("uri = 'ip:bench.local'").stamps, iio::IioStamps::device);
     EXPECT_EQ(read("uri = 'usb:1.2.3'").stamps, iio::IioStamps::device);
     EXPECT_EQ(read("uri = 'ip:127.0.0.1:30431'\nstamps = 'host'").stamps, iio::IioStamps::host);

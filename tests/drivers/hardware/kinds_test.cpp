@@ -141,7 +141,7 @@ TEST(KindsTest, AnUnknownKindIsNamedWithTheAllowedOnes) {
               {"rig.toml", "dac.driver", "\"loud\"", "\"silent\""});
 }
 
-TEST(KindsTest, NothingIsOpenedBeforeTheWholeFileIsRead) {
+TEST(KindsTest, ReadsWholeFileBeforeOpeningDevices) {
     opened = 0;
     expect_in(refusal(rig_file("driver = \"drawn\"\ngrey = 7\ncolour = 3\n")), {"colour"});
     expect_in(refusal(rig_file("driver = \"drawn\"\ngrey = 256\n")), {"grey", "256", "0 to 255"});

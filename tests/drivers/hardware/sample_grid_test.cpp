@@ -57,7 +57,7 @@ TEST(SampleGridTest, PunctualSamplesAreNumberedInARow) {
     EXPECT_TRUE(run.exact());
 }
 
-TEST(SampleGridTest, ARateThatIsNotTheNominalOneIsFollowed) {
+TEST(SampleGridTest, FollowsRateOtherThanNominal) {
     for (const double error : {-0.10, -0.03, 0.002, 0.10}) {
         Numbering run;
         Sensor sensor;
@@ -222,7 +222,7 @@ TEST(SampleGridTest, ALongOutageIsCountedInTime) {
     EXPECT_EQ(run.grid.clock_steps(), 0U);
 }
 
-TEST(SampleGridTest, ALossWhileTheHostIsBehindIsStillALoss) {
+TEST(SampleGridTest, CountsLossWhileHostIsLate) {
     Numbering run;  // after an overflow the content of the FIFO arrives late, together with the samples after
                     // the gap
     const Sensor sensor;

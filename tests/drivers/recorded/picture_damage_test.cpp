@@ -88,7 +88,7 @@ TEST_F(FrameDamageTest, RefusesFileThatIsNoSegment) {
     expect_in(refusal([&] { read_all(frames_); }), {"top-0000.h5"});
 }
 
-TEST_F(FrameDamageTest, ATruncatedSegmentIsRefusedWhereverItEnds) {
+TEST_F(FrameDamageTest, RefusesTruncatedSegments) {
     for (std::size_t i = 0; i < 64; ++i) {
         put(good_.substr(0, good_.size() * i / 64));
         EXPECT_NE(refusal([&] { read_all(frames_); }), "accepted") << i << "/64 of the file";
@@ -200,7 +200,7 @@ Mutants mutants_of(const std::filesystem::path& folder, const std::filesystem::p
     return read_mutants({file, bytes_of(file), 1000, [&] { read_all(folder); }}, mutants, seed);
 }
 
-TEST_F(FrameDamageTest, MutantsAreReadOrRefusedAndNothingElse) {
+TEST_F(FrameDamageTest, ReadsOrRefusesMutants) {
     const Mutants all = mutants_of(frames_, file_, 400, 30);
     EXPECT_GT(all.refused, 100);
     EXPECT_EQ(all.wrong + all.died, 0) << all.example;

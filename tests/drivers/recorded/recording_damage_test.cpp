@@ -65,12 +65,12 @@ TEST_F(SessionDamageTest, RefusesFileThatIsNotHdf5) {
     expect_in(refusal([&] { RecordingReader{folder_ / "."}; }), {"no such file"});
 }
 
-TEST_F(SessionDamageTest, AnHdf5FileWithoutAnEntryIsNoRecording) {
+TEST_F(SessionDamageTest, RefusesHdf5FileWithoutEntry) {
     { h5::create_file(folder_ / "empty.h5"); }
     expect_in(refusal([&] { RecordingReader{folder_ / "empty.h5"}; }), {"empty.h5", "entry"});
 }
 
-TEST_F(SessionDamageTest, ATruncatedFileIsRefusedWhereverItEnds) {
+TEST_F(SessionDamageTest, RefusesTruncatedFiles) {
     const std::string bytes = bytes_of(file_);
     for (int i = 0; i < 64; ++i) {
         const auto part =
@@ -96,7 +96,7 @@ TEST_F(SessionDamageTest, NamesMissingParts) {
         {"raw/top@mm_per_px"});
 }
 
-TEST_F(SessionDamageTest, AnotherTypeThanTheWrittenOneIsNamed) {
+TEST_F(SessionDamageTest, ReportsUnexpectedType) {
     const std::vector<double> five{0, 1, 2, 3, 4};
     for (const char* path :
          {"raw/drive/play_tick", "raw/drive/changes/phase", "raw/accelerometer/counts",
@@ -269,7 +269,7 @@ Mutants mutants_of(const SessionFolder& folder, const std::string& bytes, int mu
     return read_mutants({file, bytes, bytes.size(), [&] { read_session(file); }}, mutants, seed);
 }
 
-TEST_F(SessionDamageTest, MutantsAreReadOrRefusedAndNothingElse) {
+TEST_F(SessionDamageTest, ReadsOrRefusesMutants) {
     const Mutants all = mutants_of(folder_, bytes_of(file_), 400, 20);
     EXPECT_GT(all.refused, 20);
     EXPECT_LT(all.refused, 400);

@@ -35,7 +35,7 @@ protected:
     Session read_;
 };
 
-TEST_F(SessionFileTest, HeaderComesBack) {
+TEST_F(SessionFileTest, HeaderIsReadBack) {
     const RecordingHeader &a = written_.header, &b = read_.header;
     EXPECT_EQ(b.title, a.title);
     EXPECT_EQ(b.kind, a.kind);
@@ -58,7 +58,7 @@ TEST_F(SessionFileTest, HeaderComesBack) {
     EXPECT_EQ(read_.note, written_.note);
 }
 
-TEST_F(SessionFileTest, ViewsAndTargetsComeBackInTheirOrder) {
+TEST_F(SessionFileTest, ViewsAndTargetsAreReadBackInOrder) {
     ASSERT_EQ(read_.header.views.size(), 2U);
     for (std::size_t k = 0; k < 2; ++k) {
         const View &a = written_.header.views[k], &b = read_.header.views[k];
@@ -83,7 +83,7 @@ TEST_F(SessionFileTest, ViewsAndTargetsComeBackInTheirOrder) {
     }
 }
 
-TEST_F(SessionFileTest, DriveChangesComeBackWithAll128BitsOfTheirPhase) {
+TEST_F(SessionFileTest, DriveChangesKeepAll128BitsOfPhase) {
     ASSERT_EQ(read_.changes.size(), written_.changes.size());
     for (std::size_t i = 0; i < read_.changes.size(); ++i) {
         const DriveChange &a = written_.changes[i], &b = read_.changes[i];
@@ -99,7 +99,7 @@ TEST_F(SessionFileTest, DriveChangesComeBackWithAll128BitsOfTheirPhase) {
     }
 }
 
-TEST_F(SessionFileTest, PlayTimesComeBack) {
+TEST_F(SessionFileTest, PlayTimesAreReadBack) {
     ASSERT_EQ(read_.played.size(), written_.played.size());
     for (std::size_t i = 0; i < read_.played.size(); ++i) {
         EXPECT_EQ(read_.played[i].tick, written_.played[i].tick);
@@ -120,7 +120,7 @@ TEST_F(SessionFileTest, AccelerometerBlocksKeepTheirBoundaries) {
     }
 }
 
-TEST_F(SessionFileTest, FramesOf8And16BitsComeBack) {
+TEST_F(SessionFileTest, FramesOf8And16BitsAreReadBack) {
     ASSERT_EQ(read_.frames.size(), written_.frames.size());
     for (std::size_t k = 0; k < read_.frames.size(); ++k) {
         ASSERT_EQ(read_.frames[k].size(), written_.frames[k].size());
@@ -139,7 +139,7 @@ TEST_F(SessionFileTest, FramesOf8And16BitsComeBack) {
     }
 }
 
-TEST_F(SessionFileTest, TablesAndNumbersComeBackWithNaN) {
+TEST_F(SessionFileTest, TablesAndNumbersAreReadBackWithNaN) {
     ASSERT_EQ(read_.walker.size(), written_.walker.size());
     for (std::size_t i = 0; i < read_.walker.size(); ++i) {
         EXPECT_EQ(read_.walker[i].name, written_.walker[i].name);

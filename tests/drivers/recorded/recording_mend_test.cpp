@@ -85,7 +85,7 @@ protected:
     std::string whole_;
 };
 
-TEST_F(SessionMendTest, AWholeFileKeepsEveryRow) {
+TEST_F(SessionMendTest, IntactFileKeepsEveryRow) {
     const auto rows = mended(whole_);
     EXPECT_EQ(rows.at("raw/drive/play_tick"), long_session().played.size());
     EXPECT_EQ(rows.at("raw/accelerometer/block_first"), long_session().blocks.size());

@@ -68,7 +68,7 @@ TEST(PlantContactsTest, DryFrictionDampsHalfSwingsEqually) {
     EXPECT_NEAR(plant.state().x, turn, 1e-15);
 }
 
-TEST(PlantContactsTest, AWalkerSlidesDownABaseThatIsHeld) {
+TEST(PlantContactsTest, WalkerSlidesDownHeldBase) {
     Scene s = paper_scene();
     s.tilt_deg = 10;  // tan 10 deg > mu
     s.shaker.static_friction_n = s.shaker.kinetic_friction_n = 1;

@@ -207,7 +207,7 @@ TEST(SteadyStateTest, ViscousFrictionVanishesContinuously) {
     EXPECT_LT(drift(s), 0.8 * dry);
 }
 
-TEST(SteadyStateTest, ATiltBeyondTheAngleOfFrictionHasNoSteadyMotion) {
+TEST(SteadyStateTest, SteepTiltHasNoSteadyMotion) {
     WalkerSetting s = paper_setting(0.5, 0);
     s.tilt = 0.12;  // tan 0.12 = 0.1206 > 0.113
     EXPECT_THROW(settle(WalkerLaw{s}), InputError);

@@ -1,5 +1,5 @@
 #pragma once
-// Small sessions written into a folder of their own: pictures of every kind, tables, descriptions.
+// Small recordings in separate folders: pictures of every kind, tables, descriptions.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -20,7 +20,7 @@ namespace shaker::test {
 
 constexpr std::chrono::milliseconds no_wait{0};
 
-/// What an action complains about; "accepted" when it does not.
+/// Text of the refusal of an action; "accepted" without a refusal.
 inline std::string refusal(const std::function<void()>& action) {
     try {
         action();
@@ -35,7 +35,7 @@ inline void expect_in(const std::string& message, std::initializer_list<std::str
         EXPECT_NE(message.find(part), std::string::npos) << "\"" << part << "\" is not in: " << message;
 }
 
-/// A folder that is there for one test.
+/// A temporary folder for one test.
 class SessionFolder {
 public:
     SessionFolder() {

@@ -1,5 +1,5 @@
 #pragma once
-// A small recording with something of everything, and the reading of all of it.
+// A small recording with all kinds of data, and functions that read all of them.
 #include <bit>
 #include <cmath>
 #include <filesystem>
@@ -141,7 +141,7 @@ inline void write_session(const Session& s, const std::filesystem::path& file) {
     writer.close();
 }
 
-/// All that a recording of this kind can be asked for.
+/// Everything that can be read from such a recording.
 inline Session read_session(const std::filesystem::path& file) {
     const recorded::RecordingReader reader{file};
     Session s;

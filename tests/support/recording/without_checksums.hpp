@@ -1,6 +1,6 @@
 #pragma once
-// A recording as HDF5 of before version 1.8 would have stored it: its structure carries no checksums, so that
-// damage gets past the library's door.
+// A recording in the format of HDF5 before version 1.8: its structure has no checksums, so that HDF5 itself
+// does not detect damage.
 #include <filesystem>
 #include <vector>
 

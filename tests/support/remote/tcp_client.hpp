@@ -25,7 +25,7 @@ public:
     }
     /// A block of the instrument language (#<n><length><data>) and the LF behind it.
     std::string block();
-    /// So many bytes.
+    /// This number of bytes.
     std::string bytes(std::size_t n);
     /// Reads up to and including `end`.
     std::string until(std::string_view end);

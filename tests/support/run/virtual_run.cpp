@@ -49,7 +49,7 @@ VirtualRun run_virtually(const VirtualRunSettings& settings) {
     rig.cameras.clear();
     const DacInfo dac = rig.dac->info();
     AccelerometerInfo info = rig.accelerometer->info();
-    if (settings.told) settings.told(info);
+    if (settings.stated) settings.stated(info);
     rig.accelerometer = std::make_unique<ToldAccelerometer>(std::move(rig.accelerometer), info);
     safety::Limits limits = limits_of(scene);
     if (settings.limits) settings.limits(limits);

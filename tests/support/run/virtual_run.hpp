@@ -20,8 +20,8 @@ struct VirtualRunSettings {
     int periods = 20;
     bool identify = true;
     safety::Detectors detectors = safety::all_detectors;
-    std::function<void(safety::Limits&)> limits{};   // changes those of the scene's data sheets
-    std::function<void(AccelerometerInfo&)> told{};  // changes the stated properties of the accelerometer
+    std::function<void(safety::Limits&)> limits{};     // changes those of the scene's data sheets
+    std::function<void(AccelerometerInfo&)> stated{};  // changes the stated properties of the accelerometer
     double stalls_at_s = std::numeric_limits<double>::infinity();  // the reduction stops from here on
     double stalls_for_s = 0;
     double line_hz = 0;  // mains, fitted beside the harmonics

@@ -12,14 +12,14 @@ namespace {
 using enum safety::Cause;
 using Answers = std::array<Answer, lasting_states.size()>;
 
-// Silence of the safety table, s after the first sample that violates.
+// Times to silence in the safety table, s after the first violating sample.
 constexpr double at_once = 0;    // nothing has been driven yet
 constexpr double hard = 0.02;    // SAFE-5
 constexpr double soft = 0.08;    // SAFE-6, SAFE-9
-constexpr double periods = 0.2;  // SAFE-7: what takes two periods to be seen
+constexpr double periods = 0.2;  // SAFE-7: faults that need two periods for detection
 constexpr double empty = 0.015;  // SAFE-11
-// SAFE-4: before a higher level is reached. The first is reached half a second after the drive began; a level
-// takes 45 periods; five are played for a base that seems to stick.
+// SAFE-4: before a higher level is reached. The first level is reached half a second after the start of the
+// drive; each level takes 45 periods; five levels are played for a base that seems to stick.
 constexpr double first_windows = 1, first_level = 3.1, all_levels = 11;
 
 Answer trips(std::set<safety::Cause> causes, double within_s) {
@@ -30,7 +30,7 @@ Answer may_trip(std::set<safety::Cause> causes, double within_s) {
 }
 Answer goes_on() { return {}; }
 
-// The same in every state with a drive.
+// The same reaction in every state with a drive.
 Answers driven(const Answer& init, const Answer& self_test, const Answer& rest) {
     return {init, self_test, rest, rest, rest, rest};
 }
@@ -68,9 +68,9 @@ void add_sensor(std::vector<FaultCase>& all) {
     all.push_back(of_sensor("open", "open",
                             driven(trips({sensor_open}, first_windows), trips({sensor_open}, at_once),
                                    trips({sensor_open}, soft))));
-    const Answer frozen = trips({sensor_frozen}, first_windows);  // at rest it may well tell the same
+    const Answer frozen = trips({sensor_frozen}, first_windows);  // at rest the reading may be the same
     all.push_back(of_sensor("frozen", "frozen", driven(frozen, frozen, trips({sensor_frozen}, soft))));
-    // Its rails are beyond what the base may do: whether they are is not to be seen in one sample.
+    // Its range exceeds the motion of the base, which one sample cannot show.
     const std::set<safety::Cause> rails{sensor_saturated, acceleration};
     all.push_back(of_sensor("saturated", "saturated",
                             driven(trips({sensor_saturated, acceleration, transverse}, at_once),
@@ -92,8 +92,7 @@ void add_sensor(std::vector<FaultCase>& all) {
 }
 
 void add_plant(std::vector<FaultCase>& all) {
-    // From the beginning an amplifier that gives a half or the double is one of another gain: it is
-    // identified, and told.
+    // An amplifier with half or double gain from the start is identified with that gain and reported.
     const Answer weak_at_rest = trips({gain_limit}, all_levels);
     all.push_back(
         of_plant("plant_tenth", 0.1,
@@ -120,7 +119,7 @@ void add_plant(std::vector<FaultCase>& all) {
 void add_gaps(std::vector<FaultCase>& all) {
     const Answer missing = trips({sensor_missing}, soft), before = trips({sensor_missing}, at_once);
     all.push_back(silence("silent", 100, driven({Answer::never_drive}, before, missing)));
-    // Before its first sample nothing is missing.
+    // No samples are missing before the first one.
     all.push_back(silence("silent_for_60_ms", 0.06, driven(goes_on(), before, missing)));
     all.push_back(silence("silent_for_15_ms", 0.015, everywhere(goes_on())));
     all.push_back(drop(1, everywhere(goes_on())));
@@ -129,7 +128,7 @@ void add_gaps(std::vector<FaultCase>& all) {
     all.push_back(drop(1000, driven(goes_on(), before, missing)));
     const Answer stops = trips({safety::Cause::underrun}, empty),
                  stopped = trips({safety::Cause::underrun}, at_once);
-    // A ramp down that an underrun cuts short is over.
+    // An underrun ends a ramp to zero.
     all.push_back(
         empty_dac("underrun", 480,
                   {stopped, stopped, stops, stops, stops, may_trip({safety::Cause::underrun}, empty)}, {}));
@@ -141,15 +140,15 @@ std::string bench(int seed) {
     return fmt::format("seed = {}\n[accelerometer]\naxis_told = 1\nblock_samples = 10\n", seed);
 }
 
-// When a run without a fault enters its states.
+// Times at which a run without a fault enters its states.
 const VirtualRun& healthy(int seed) {
     static std::map<int, VirtualRun> runs;
     if (!runs.contains(seed)) runs[seed] = run_virtually({.scene = bench(seed)});
     return runs[seed];
 }
 
-// After the state was entered, s: at another phase of the drive for every seed. In ramp-down while the base
-// still moves by more than a walker does.
+// Time of the fault after the start of the state, s, with another phase of the drive for every seed. In
+// ramp_down the base must still move by more than the walker.
 double moment(run::RunState state, int seed) {
     const double share = std::fmod(0.381966 * seed, 1);
     switch (state) {

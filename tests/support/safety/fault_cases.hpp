@@ -1,5 +1,5 @@
 #pragma once
-// Faults of drive and sensors, the state of a run they begin in, and what must be seen of them.
+// Faults of drive and sensors, the state of a run in which they start, and the required reaction.
 #include <array>
 #include <limits>
 #include <set>
@@ -13,17 +13,17 @@ namespace shaker::test {
 /// Required reaction to a fault.
 struct Answer {
     enum Kind {
-        trip,           // by one of the causes, silent in time
-        trip_or_go_on,  // likewise, or the run goes on to its end: the fault does no harm
-        go_on,          // no trip: the run goes on to its end
-        never_drive,    // nothing is ever driven
+        trip,           // trip with one of the causes, silent in time
+        trip_or_go_on,  // trip as above, or normal end of the run: the fault does no harm
+        go_on,          // no trip, normal end of the run
+        never_drive,    // the drive never starts
     } kind = go_on;
     std::set<safety::Cause> causes{};
     double silent_within_s =
         0;  // after the fault, or the beginning of the drive where that is later; 0: before
 };
 
-/// The states of a run that last. In idle and armed it does not stay: what begins there shows in identify.
+/// The states of a run with a duration. Idle and armed are left at once; their faults appear in identify.
 inline constexpr std::array lasting_states{run::RunState::init,     run::RunState::self_test,
                                            run::RunState::identify, run::RunState::ramp,
                                            run::RunState::run,      run::RunState::ramp_down};
@@ -31,10 +31,10 @@ inline constexpr std::array lasting_states{run::RunState::init,     run::RunStat
 struct FaultCase {
     std::string name;
     std::string toml;         // table [[fault]] of a scene, without its time
-    std::string requirement;  // of the safety table: "SAFE-6"
+    std::string requirement;  // number in the safety table: "SAFE-6"
     std::array<Answer, lasting_states.size()> answers;
     std::set<safety::Cause> off{};  // detectors that are switched off
-    std::uint64_t missing = 0;      // samples that must have been counted, at least, where it goes on
+    std::uint64_t missing = 0;      // least number of missing samples counted, if the run goes on
 };
 
 const std::vector<FaultCase>& fault_cases();
@@ -42,22 +42,22 @@ const Answer& answer_to(const FaultCase& fault, run::RunState state);
 
 /// A run with a fault.
 struct Injected {
-    double from_s = 0;  // the fault, or the beginning of the drive where that is later
+    double from_s = 0;  // time of the fault or start of the drive, whichever is later
     VirtualRun run;
-    /// From there to the first sample of the ramp to zero, and to the last that is not zero.
+    /// Time from from_s to the first sample of the ramp to zero, and to the last sample that is not zero.
     [[nodiscard]] double to_ramp_s() const { return run.stop_began_s - from_s; }
     [[nodiscard]] double to_silence_s() const { return run.silent_s - from_s; }
 };
 
-/// The fault begins in that state of a run; the seed sets the scene's noise and the moment, by odd fractions
-/// of a period.
+/// Runs with the fault starting in this state. The seed determines noise and time of the fault (odd fractions
+/// of a period).
 Injected inject(const FaultCase& fault, run::RunState state, int seed);
 
 /// Differences from the required reaction, as text; empty if there are none.
 std::string complaint(const FaultCase& fault, run::RunState state, const Injected& injected);
 
-/// A sensor that hands on every sample within 0.3 ms, and a base that crosses its limit of acceleration: from
-/// the violating sample to the first of the ramp, and to silence.
+/// A sensor that delivers every sample within 0.3 ms, and a base that exceeds its limit of acceleration: time
+/// from the violating sample to the first sample of the ramp, and to silence.
 struct Crossing {
     double to_ramp_s = 0, to_silence_s = 0;
 };
