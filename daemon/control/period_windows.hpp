@@ -1,5 +1,5 @@
 #pragma once
-// What a controller sees: for each window of whole periods, the base's harmonics beside the drive that made
+// Input of a controller: for each window of whole periods, the base's harmonics beside the drive that made
 // them.
 #include <array>
 #include <vector>

@@ -56,7 +56,7 @@ public:
 private:
     RunnerSettings settings_;
     bench::Bench bench_;
-    bool live_;  // one thread a loop
+    bool live_;  // one thread per loop
     safety::Limits limits_;
     acquisition::Collector collector_;
     acquisition::DriveOutput output_;

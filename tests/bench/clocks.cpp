@@ -51,8 +51,8 @@ Errors under(const Stamps& all) {
         tick.n += block;
     }
     tick.n -= block;
-    const Seconds told = tracker.map()->at(tick).time_since_epoch();
-    return {told.count() - all.true_s.back() - shortest_s, tracker.ppm() - ppm};
+    const Seconds mapped = tracker.map()->at(tick).time_since_epoch();
+    return {mapped.count() - all.true_s.back() - shortest_s, tracker.ppm() - ppm};
 }
 
 Errors through(const Stamps& all) {
@@ -72,8 +72,8 @@ Errors through(const Stamps& all) {
         xx += x * x;
     }
     const double slope = xy / xx;
-    const double told = mean_y + slope * (static_cast<double>(first + n - 1) - mean_x);
-    return {told - all.true_s.back() - shortest_s, 1e6 * (block / rate / slope - 1) - ppm};
+    const double mapped = mean_y + slope * (static_cast<double>(first + n - 1) - mean_x);
+    return {mapped - all.true_s.back() - shortest_s, 1e6 * (block / rate / slope - 1) - ppm};
 }
 
 void add(bench::Table& table, const std::string& method, Errors (*fit)(const Stamps&), const std::string& law,
