@@ -42,6 +42,8 @@ public:
     /// Processes the data that arrived since the last call and posts a command when the drive should change.
     /// False when no data arrived.
     bool step(const acquisition::Streams& streams, acquisition::Channels& channels);
+    /// InputError, which names `what`, unless a drive may start now: in idle, with no stop under way.
+    void require_idle(const char* what, const acquisition::Channels& channels) const;
     /// On call and in idle: drives towards `drive` and measures `periods` periods repeatedly. An unknown
     /// response is identified first. settle: as in RunPlan. InputError in any other state.
     void begin(const Drive& drive, int periods, int settle, acquisition::Channels& channels);

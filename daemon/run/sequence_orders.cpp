@@ -6,10 +6,14 @@
 
 namespace shaker::run {
 
-void Sequence::aim(const char* what, const Drive& drive, const acquisition::Channels& channels) {
+void Sequence::require_idle(const char* what, const acquisition::Channels& channels) const {
     if (state() != RunState::idle || channels.stopped)
         throw InputError{
             fmt::format("{} cannot start in state {}; it needs state idle", what, name(state()))};
+}
+
+void Sequence::aim(const char* what, const Drive& drive, const acquisition::Channels& channels) {
+    require_idle(what, channels);
     order_ = {};
     notes_.clear();
     measured_.clear();

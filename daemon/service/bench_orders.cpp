@@ -80,9 +80,7 @@ void BenchService::obey(const Begin& order, acquisition::Channels& channels) {
     require("periods", order.periods, {2, static_cast<double>(most)}, "");
     require("settle_periods", order.settle, {0, most_settle_periods}, "");
     require_possible(run_.drive, limits_);
-    if (sequence_.state() != run::RunState::idle || channels.stopped)
-        throw InputError{
-            fmt::format("a run cannot start in state {}; it needs state idle", name(sequence_.state()))};
+    sequence_.require_idle("a run", channels);
     run_.periods = order.periods;
     run_.settle = order.settle;
     record_.begin(run_, recorded_ ? record_.file_named(name_) : std::filesystem::path{}, sequence_.now_s());
@@ -99,6 +97,7 @@ void BenchService::obey(const Begin& order, acquisition::Channels& channels) {
 
 void BenchService::obey(const Identify& /*order*/, acquisition::Channels& channels) {
     require_possible(run_.drive, limits_);
+    sequence_.require_idle("identification", channels);
     record_.begin(run_, {}, sequence_.now_s());
     warned_.clear();
     sequence_.identify(run_.drive, channels);

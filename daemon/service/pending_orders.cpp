@@ -4,21 +4,14 @@
 
 namespace shaker::service {
 
-Drive PendingOrders::drive() const {
-    if (under_way_ > 0) return drive_;
+PendingOrders::Settings PendingOrders::settings() const {
+    if (under_way_ > 0) return ordered_;
     const auto state = now();
-    return state ? state->wanted : Drive{};
-}
-
-int PendingOrders::periods() const {
-    const auto state = now();
-    return state ? state->periods : 0;
-}
-
-safety::Limits PendingOrders::limits() const {
-    if (under_way_ > 0) return limits_;
-    const auto state = now();
-    return state ? state->limits : safety::Limits{};
+    if (!state) return {};
+    return {state->wanted,
+            state->limits,
+            {state->record, state->record_name, state->pictures},
+            state->closed_loop};
 }
 
 bool PendingOrders::pending() const {
@@ -44,12 +37,11 @@ bool PendingOrders::pending() const {
 }
 
 void PendingOrders::order(OrderWhat what, Answered answered) {
-    if (under_way_ == 0) {
-        drive_ = drive();
-        limits_ = limits();
-    }
-    if (const auto* set = std::get_if<SetDrive>(&what)) drive_ = set->drive;
-    if (const auto* lower = std::get_if<LowerLimits>(&what)) limits_ = lower->limits;
+    ordered_ = settings();
+    if (const auto* set = std::get_if<SetDrive>(&what)) ordered_.drive = set->drive;
+    if (const auto* lower = std::get_if<LowerLimits>(&what)) ordered_.limits = lower->limits;
+    if (const auto* record = std::get_if<Record>(&what)) ordered_.record = *record;
+    if (const auto* loop = std::get_if<CloseLoop>(&what)) ordered_.closed_loop = loop->on;
     ++under_way_;
     // The port may answer after the end of this object; `later` then drops the function.
     bench_port_.order(

@@ -17,10 +17,17 @@ public:
 
     /// The newest published state; null before the first.
     [[nodiscard]] std::shared_ptr<const BenchState> now() const { return bench_port_.state(); }
-    /// Set-point, periods and limits after all orders under way.
-    [[nodiscard]] Drive drive() const;
-    [[nodiscard]] int periods() const;
-    [[nodiscard]] safety::Limits limits() const;
+    /// Settings that orders change, with the values after all orders under way. A client that sets and then
+    /// reads gets what it set.
+    struct Settings {
+        Drive drive{};
+        safety::Limits limits{};
+        Record record{};
+        bool closed_loop = false;
+    };
+    [[nodiscard]] Settings settings() const;
+    [[nodiscard]] Drive drive() const { return settings().drive; }
+    [[nodiscard]] safety::Limits limits() const { return settings().limits; }
     /// True while an order or an abort is under way, or an operation that it started: a ramp, an
     /// identification, a stop.
     [[nodiscard]] bool pending() const;
@@ -36,8 +43,7 @@ private:
     BenchPort& bench_port_;
     Later later_;
     std::size_t under_way_ = 0;  // orders without an answer
-    Drive drive_;                // last ordered set-point
-    safety::Limits limits_;
+    Settings ordered_;           // while orders are under way
 };
 
 }  // namespace shaker::service

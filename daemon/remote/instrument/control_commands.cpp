@@ -67,7 +67,10 @@ std::vector<Command> control_commands(BenchInstrument& bench) {
                         [&bench](scpi::Call& call) {
                             bench.order(call.session, service::CloseLoop{call.arguments[0].on});
                         },
-                    .query = [&bench](scpi::Call& call) { call.reply.boolean(bench.state()->closed_loop); },
+                    .query =
+                        [&bench](scpi::Call& call) {
+                            call.reply.boolean(bench.pending_orders().settings().closed_loop);
+                        },
                     .guarded = true});
     rows.push_back({.header = "CONTrol:LOOP:TOLerance",
                     .query = [](scpi::Call& call) { call.reply.number(control::kept_within); }});

@@ -13,14 +13,14 @@ namespace {
 using scpi::Command;
 
 void record(BenchInstrument& bench, scpi::Call& call, bool on, std::string name) {
-    const auto state = bench.state();
-    bench.order(call.session, service::Record{on, std::move(name), state->pictures});
+    const recorded::KeptPictures pictures = bench.pending_orders().settings().record.pictures;
+    bench.order(call.session, service::Record{on, std::move(name), pictures});
 }
 
 void keep_pictures(BenchInstrument& bench, scpi::Call& call) {
-    const auto state = bench.state();
-    bench.order(call.session, service::Record{state->record, state->record_name,
-                                              static_cast<recorded::KeptPictures>(call.arguments[0].word)});
+    service::Record record = bench.pending_orders().settings().record;
+    record.pictures = static_cast<recorded::KeptPictures>(call.arguments[0].word);
+    bench.order(call.session, std::move(record));
 }
 
 }  // namespace
@@ -47,15 +47,17 @@ std::vector<Command> record_commands(BenchInstrument& bench) {
          .set = [&bench](scpi::Call& call) { bench.periods = static_cast<int>(call.arguments[0].number); },
          .query = [&bench](scpi::Call& call) { call.reply.integer(bench.next().periods); },
          .guarded = true});
-    rows.push_back({.header = "RECord[:STATe]",
-                    .parameters = {scpi::boolean(), scpi::optional(scpi::string(64))},
-                    .set =
-                        [&bench](scpi::Call& call) {
-                            const auto a = call.arguments;
-                            record(bench, call, a[0].on, a[1].given ? std::string{a[1].text} : std::string{});
-                        },
-                    .query = [&bench](scpi::Call& call) { call.reply.boolean(bench.state()->record); },
-                    .guarded = true});
+    rows.push_back(
+        {.header = "RECord[:STATe]",
+         .parameters = {scpi::boolean(), scpi::optional(scpi::string(64))},
+         .set =
+             [&bench](scpi::Call& call) {
+                 const auto a = call.arguments;
+                 record(bench, call, a[0].on, a[1].given ? std::string{a[1].text} : std::string{});
+             },
+         .query =
+             [&bench](scpi::Call& call) { call.reply.boolean(bench.pending_orders().settings().record.on); },
+         .guarded = true});
     rows.push_back({.header = "RECord:NOTE",
                     .parameters = {scpi::string(service::Remark::longest)},
                     .set =
@@ -72,7 +74,8 @@ std::vector<Command> record_commands(BenchInstrument& bench) {
                     .query =
                         [&bench](scpi::Call& call) {
                             constexpr std::array words{"OFF", "REG", "FULL"};
-                            call.reply.word(words.at(static_cast<std::size_t>(bench.state()->pictures)));
+                            call.reply.word(words.at(
+                                static_cast<std::size_t>(bench.pending_orders().settings().record.pictures)));
                         },
                     .guarded = true});
     return rows;

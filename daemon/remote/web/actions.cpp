@@ -62,9 +62,8 @@ service::OrderWhat loop_of(const json& body) {
     return service::CloseLoop{body["closed"].get<bool>()};
 }
 
-service::OrderWhat record_of(const json& body, const service::BenchState* now) {
-    service::Record record{
-        .on = true, .name = {}, .pictures = now ? now->pictures : recorded::KeptPictures::off};
+service::OrderWhat record_of(const json& body, recorded::KeptPictures pictures) {
+    service::Record record{.on = true, .name = {}, .pictures = pictures};
     if (body.contains("on")) {
         if (!body["on"].is_boolean())
             throw InputError{fmt::format("on: expected true or false, got {}", body["on"].dump())};
@@ -97,7 +96,7 @@ std::optional<service::OrderWhat> order_of(const std::string& name, const json& 
     if (name == "clear") return service::ClearTrip{};
     if (name == "remark") return remark_of(body);
     if (name == "loop") return loop_of(body);
-    if (name == "record") return record_of(body, pending_orders.now().get());
+    if (name == "record") return record_of(body, pending_orders.settings().record.pictures);
     return std::nullopt;
 }
 

@@ -89,6 +89,17 @@ TEST_F(ScpiPortTest, AverageSettingsApplyToNextRun) {
     EXPECT_EQ(std::get<service::Begin>(ordered[0]).periods, 60);
 }
 
+TEST_F(ScpiPortTest, SettingsAreReadBackWhileOrdersWait) {
+    bench.deaf = true;
+    client.send("REC ON,\"walk\";:REC:RAW:CAM FULL;:CONT:LOOP OFF");
+    EXPECT_EQ(ask("REC?;:REC:RAW:CAM?;:CONT:LOOP?"), "1;FULL;0");
+    bench.deaf = false;
+    EXPECT_EQ(ask("*OPC?;:REC?;:REC:RAW:CAM?;:CONT:LOOP?"), "1;1;FULL;0");
+    const auto last = std::get<service::Record>(bench.ordered().at(1));
+    EXPECT_TRUE(last.on) << "a later order keeps what an earlier one set";
+    EXPECT_EQ(last.name, "walk");
+}
+
 TEST_F(ScpiPortTest, OvertonesAndSampledPeriodSetTheDrive) {
     EXPECT_EQ(ask("FUNC?;:HARM1:AMPL?;:HARM2:AMPL 0.7;:BIH:RHO?"), "BIH;5.00000000E-01;3.00000000E-01");
     EXPECT_EQ(ask("HARM3:PHAS 1;:SYST:ERR?").substr(0, 4), "-221");

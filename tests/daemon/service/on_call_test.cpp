@@ -325,6 +325,25 @@ TEST(OnCallTest, RecordedRunHasItsNameAndReplays) {
     EXPECT_TRUE(commands::replay({.file = folder / "first.nxs"}));
 }
 
+TEST(OnCallTest, RefusedIdentifyLeavesTheRecordingAlone) {
+    const auto end_time = [](bool identify) {
+        const auto folder = test::fresh_folder();
+        Answers answers;
+        std::vector<test::Move> moves{
+            {in(run::RunState::idle), orders(Record{true, "first", recorded::KeptPictures::off}, answers)},
+            {in(run::RunState::idle), orders(Begin{10}, answers)}};
+        if (identify) moves.push_back({measured(1), orders(Identify{}, answers)});
+        moves.push_back({measured(2), orders(End{}, answers)});
+        moves.push_back({in(run::RunState::idle), [](BenchPort&) {}});
+        play_on_call(slow, quick(), folder, moves);
+        if (identify)
+            EXPECT_NE(answers.at(2).find("identification cannot start in state run"), std::string::npos);
+        const recorded::RecordingReader file{folder / "first.nxs"};
+        return file.text("start_time") + " to " + file.text("end_time");
+    };
+    EXPECT_EQ(end_time(true), end_time(false));
+}
+
 TEST(OnCallTest, WaitingDoesNotGrowMemory) {
     const auto folder = test::fresh_folder();
     if (SHAKER_SANITIZED) GTEST_SKIP() << "a sanitiser keeps what was freed";

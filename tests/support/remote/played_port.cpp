@@ -76,6 +76,7 @@ std::string PlayedPort::obey(const service::OrderWhat& what) {
     } else if (const auto* record = std::get_if<service::Record>(&what)) {
         state_.record = record->on;
         state_.record_name = record->on ? record->name : std::string{};
+        state_.pictures = record->pictures;
     } else if (const auto* lower = std::get_if<service::LowerLimits>(&what)) {
         if (lower->limits.acceleration.abort > state_.limits.acceleration.abort)
             return "limits are raised in the file only";
