@@ -11,6 +11,7 @@ PendingOrders::Settings PendingOrders::settings() const {
     return {state->wanted,
             state->limits,
             {state->record, state->record_name, state->pictures},
+            {state->periods, state->settle},
             state->closed_loop};
 }
 
@@ -41,6 +42,7 @@ void PendingOrders::order(OrderWhat what, Answered answered) {
     if (const auto* set = std::get_if<SetDrive>(&what)) ordered_.drive = set->drive;
     if (const auto* lower = std::get_if<LowerLimits>(&what)) ordered_.limits = lower->limits;
     if (const auto* record = std::get_if<Record>(&what)) ordered_.record = *record;
+    if (const auto* run = std::get_if<Begin>(&what)) ordered_.run = *run;
     if (const auto* loop = std::get_if<CloseLoop>(&what)) ordered_.closed_loop = loop->on;
     ++under_way_;
     // The port may answer after the end of this object; `later` then drops the function.

@@ -23,6 +23,7 @@ public:
         Drive drive{};
         safety::Limits limits{};
         Record record{};
+        Begin run{};
         bool closed_loop = false;
     };
     [[nodiscard]] Settings settings() const;

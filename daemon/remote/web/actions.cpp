@@ -45,9 +45,9 @@ int whole_at(const json& body, const char* key, int otherwise, int least, int mo
 }
 
 service::OrderWhat begin_of(const json& body, const service::PendingOrders& pending_orders) {
-    const auto now = pending_orders.now();
-    return service::Begin{whole_at(body, "periods", pending_orders.periods(), 1, most_periods),
-                          whole_at(body, "settle_periods", now ? now->settle : 0, 0, most_settle_periods)};
+    const service::Begin last = pending_orders.settings().run;
+    return service::Begin{whole_at(body, "periods", last.periods, 1, most_periods),
+                          whole_at(body, "settle_periods", last.settle, 0, most_settle_periods)};
 }
 
 service::OrderWhat remark_of(const json& body) {
