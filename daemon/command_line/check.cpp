@@ -16,7 +16,7 @@ constexpr std::array arguments{
              .kind = Kind::quantity,
              .dimension = Dimension::frequency,
              .allowed = drive_limits.frequency,
-             .standard = "20"},
+             .standard = "20Hz"},
     Argument{.name = "--level",
              .value = "SHARE",
              .help = "Amplitude of each harmonic as a share of the DAC's full scale",

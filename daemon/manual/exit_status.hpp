@@ -15,16 +15,18 @@ struct ExitStatus {
 
 inline constexpr int exit_ok = 0;
 inline constexpr int exit_failure = 1;  // an error that should not happen
-inline constexpr int exit_input = 2;    // command line, settings or a file's content; nothing was written
-inline constexpr int exit_device = 3;   // a device or the disk failed
-inline constexpr int exit_tripped = 5;  // a limit stopped the drive
+inline constexpr int exit_input =
+    2;  // command line, settings or a file's content; or data that cannot be reduced
+inline constexpr int exit_device = 3;         // a device or the disk failed
+inline constexpr int exit_tripped = 5;        // a limit stopped the drive
 inline constexpr int exit_not_identical = 4;  // replay: the results are not the recorded ones
 
 /// The exit statuses of shakerd.
 inline constexpr std::array exit_meanings{
     ExitStatus{exit_ok, "done", true},
     ExitStatus{exit_failure, "internal failure", true},
-    ExitStatus{exit_input, "input refused; nothing was written", true},
+    ExitStatus{exit_input, "input refused, nothing was written; or the measured data cannot be reduced",
+               true},
     ExitStatus{exit_device, "a device or the disk failed"},
     ExitStatus{exit_not_identical,
                "replay: the results differ from the recorded ones; recover: a finished file was changed"},
