@@ -256,7 +256,7 @@ TEST(ServeTest, ReloadTakesAllSettingsOrNone) {
 
     bench.settings("phi_rad = 1\nframes = \"full\"\n");
     kill(bench.program().pid(), SIGHUP);
-    EXPECT_TRUE(bench.logged("frames was changed: that needs a start")) << bench.log();
+    EXPECT_TRUE(bench.logged("frames was changed; restart the daemon")) << bench.log();
 
     bench.settings("phi_rad = 1.745\nperiods = 10\n");
     client.send("OUTP ON");

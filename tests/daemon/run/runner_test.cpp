@@ -168,7 +168,7 @@ TEST(SequenceTest, ImpossibleTransitionStopsTheDrive) {
     EXPECT_EQ(sequence.state(), RunState::init);
     EXPECT_TRUE(channels.ordered.pop()) << "the output is to stop";
     ASSERT_EQ(sequence.notes().size(), 1U);
-    EXPECT_NE(sequence.notes()[0].find("cannot go from init to run"), std::string::npos);
+    EXPECT_NE(sequence.notes()[0].find("cannot go from state init to run"), std::string::npos);
 }
 
 }  // namespace

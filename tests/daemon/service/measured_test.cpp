@@ -106,7 +106,7 @@ TEST_F(MeasuredSeriesTest, CamerasWithOwnClocksGiveTheSameResults) {
         EXPECT_NEAR(v_D.value, expected.value, std::hypot(v_D.sigma, expected.sigma)) << i;
     }
     const recorded::RecordingReader file{file_};
-    EXPECT_GT(file.numbers("raw/top/stamp").back(), 1e12) << "the camera's own clock";
+    EXPECT_TRUE(file.frames("top").back().stamp) << "the camera's own clock";
     EXPECT_TRUE(commands::replay({.file = file_}));
 }
 

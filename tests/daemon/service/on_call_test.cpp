@@ -336,8 +336,9 @@ TEST(OnCallTest, RefusedIdentifyLeavesTheRecordingAlone) {
         moves.push_back({measured(2), orders(End{}, answers)});
         moves.push_back({in(run::RunState::idle), [](BenchPort&) {}});
         play_on_call(slow, quick(), folder, moves);
-        if (identify)
+        if (identify) {
             EXPECT_NE(answers.at(2).find("identification cannot start in state run"), std::string::npos);
+        }
         const recorded::RecordingReader file{folder / "first.nxs"};
         return file.text("start_time") + " to " + file.text("end_time");
     };
