@@ -99,8 +99,6 @@ test("Each button sends its action, from arming to a stop", async () => {
 });
 
 test("A requested recording is shown and can be cancelled; an existing name is refused at once", async () => {
-    await idle(stage);
-    server.bench.record_next = false;
     const { page } = await openPage(stage);
     const chip = page.locator("#recording"), button = page.locator("#record-button");
     assert.equal(await chip.isHidden(), true);
@@ -111,10 +109,11 @@ test("A requested recording is shown and can be cancelled; an existing name is r
     await page.fill("#record-name", "walk");
     await button.click();
     await chip.getByText("○ next run is recorded: walk.nxs").waitFor();
-    assert.equal(await page.locator("#record-name").isDisabled(), true);
+    // Chip and form are drawn at different rates.
+    await until(() => page.locator("#record-name").isDisabled(), "the name cannot be edited");
     await page.getByRole("button", { name: "Do not record" }).click();
     await until(() => chip.isHidden(), "no run is recorded");
-    assert.equal(await button.textContent(), "Record");
+    await until(async () => (await button.textContent()) === "Record", "a recording can be requested again");
 });
 
 test("A new set-point during a run is played", async () => {

@@ -56,6 +56,7 @@ export async function idle({ server }) {
     bench.control = true;
     bench.trip = null;
     bench.recording = null;
+    bench.record_next = false;
     bench.become("idle");
     await until(() => bench.level === 0, "the bench is silent");
 }
