@@ -76,6 +76,14 @@ private:
     [[nodiscard]] std::optional<Motion> by_accelerometer();
     [[nodiscard]] std::optional<Motion> by_cameras() const;
     void response(const Motion& m);
+    /// Phase of the motion's shape off that of the data sheet, rad, -pi to pi; near +-pi: inverted.
+    [[nodiscard]] double shape_off(const Motion& m) const {
+        const double sheet = std::arg(test_.plan().response[1]) - 2 * std::arg(test_.plan().response[0]);
+        return std::remainder(m.shape() - sheet, two_pi);
+    }
+    [[nodiscard]] bool inverted(const Motion& m) const {
+        return std::abs(shape_off(m)) > 2 * std::numbers::pi / 3;
+    }
     void polarity(const std::string& device, const Motion& m, const char* cure);
 
     const SelfTest& test_;
@@ -243,13 +251,12 @@ void Judge::response(const Motion& m) {
 }
 
 void Judge::polarity(const std::string& device, const Motion& m, const char* cure) {
-    const double sheet = std::arg(test_.plan().response[1]) - 2 * std::arg(test_.plan().response[0]);
-    const double off = std::remainder(m.shape() - sheet, two_pi);
+    const double off = shape_off(m);
     if (std::abs(off) < std::numbers::pi / 3)
         add(Verdict::good, device,
             fmt::format("polarity is right: positive volts move the base towards +x (shape {:+.1f} deg off)",
                         deg * off));
-    else if (std::abs(off) > 2 * std::numbers::pi / 3)
+    else if (inverted(m))
         add(Verdict::bad, device, fmt::format("polarity is inverted: {}", cure));
     else
         add(Verdict::warning, device,
@@ -260,19 +267,22 @@ void Judge::polarity(const std::string& device, const Motion& m, const char* cur
 
 void Judge::motion() {
     const auto a = by_accelerometer(), c = by_cameras();
+    constexpr const char* wires = "swap the wires of the shaker";
     if (a && a->seen()) {
         response(*a);
+        const bool alone = c && c->seen() && !inverted(*c);
         polarity(rig_.accelerometer->info().name, *a,
-                 "reverse the sign of the sensor's shaker_axis, or swap the wires of the shaker");
+                 alone ? "the cameras disagree: correct the sign of the sensor's shaker_axis" : wires);
     } else if (a) {
         add(Verdict::bad, "shaker",
             fmt::format("base does not move: {:.2g} +- {:.1g} m/s^2 at {:.4g} V; check the amplifier's power "
-                        "and gain, "
-                        "and the cables",
+                        "and gain, and the cables",
                         std::abs(a->a[0]), a->sd[0], test_.plan().volts));
     }
     if (c && c->seen()) {
-        polarity("cameras", *c, "reverse `along` of the cameras, or swap the wires of the shaker");
+        const bool alone = a && a->seen() && !inverted(*a);
+        polarity("cameras", *c,
+                 alone ? "the accelerometer disagrees: reverse `along` of the cameras" : wires);
         if (a && a->seen()) {
             const double ratio = std::abs(c->a[0]) / std::abs(a->a[0]);
             const double sd = ratio * std::hypot(c->sd[0] / std::abs(c->a[0]), a->sd[0] / std::abs(a->a[0]));

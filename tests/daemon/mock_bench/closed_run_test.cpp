@@ -123,7 +123,8 @@ TEST(ClosedRunTest, CheckDetectsSwappedWires) {
     const Outcome o = shakerd("check --rig '" + run.bench.rig_file().string() + "'", run.folder);
     if (!in_real_time) return expect_order(o);
     EXPECT_EQ(o.status, 3);
-    EXPECT_NE(o.out.find("polarity is inverted"), std::string::npos) << o.out << end_of(o.err);
+    EXPECT_NE(o.out.find("polarity is inverted: swap the wires"), std::string::npos)
+        << o.out << end_of(o.err);
     EXPECT_NE(o.out.find("the bench is not fit to run"), std::string::npos) << o.out;
 }
 
