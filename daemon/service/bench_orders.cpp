@@ -115,7 +115,7 @@ void BenchService::obey(const ClearTrip& /*order*/, acquisition::Channels& chann
     sequence_.clear(channels);
 }
 
-void BenchService::obey(const Record& order, acquisition::Channels& /*lanes*/) {
+void BenchService::obey(const Record& order, acquisition::Channels& /*channels*/) {
     if (driving(sequence_.state()))
         throw InputError{fmt::format("recording cannot be switched in state {}; stop the drive first",
                                      name(sequence_.state()))};
@@ -132,13 +132,13 @@ void BenchService::obey(const Record& order, acquisition::Channels& /*lanes*/) {
     run_.pictures = order.pictures;
 }
 
-void BenchService::obey(const Remark& order, acquisition::Channels& /*lanes*/) {
+void BenchService::obey(const Remark& order, acquisition::Channels& /*channels*/) {
     require_remark(order.text);
     record_.remark(order.text, sequence_);
     log("remark", order.text);
 }
 
-void BenchService::obey(const CloseLoop& order, acquisition::Channels& /*lanes*/) {
+void BenchService::obey(const CloseLoop& order, acquisition::Channels& /*channels*/) {
     sequence_.close_loop(order.on);
     run_.closed_loop = order.on;
 }

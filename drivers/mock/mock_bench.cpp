@@ -40,7 +40,7 @@ IiodDescription describe(const simulated::Scene& scene, const AccelerometerInfo&
 
 // Threads are declared last: they end before the objects they use.
 struct MockCamera {
-    Camera& camera;  // of the world
+    Camera& device;  // of the world
     std::unique_ptr<GigeCamera> gige;
     double clock;                                                 // camera seconds per true second
     double next_free = std::numeric_limits<double>::quiet_NaN();  // sample of its next free-running exposure
@@ -59,7 +59,7 @@ struct MockBench::State {
     void find_pulses(std::span<double> share);
     void warn_when_late();
     void send_samples();
-    void send_pictures(const std::stop_token& stop, MockCamera& camera_input);
+    void send_pictures(const std::stop_token& stop, MockCamera& camera);
     std::int64_t until_free_exposure(std::int64_t most);
 
     MockBenchSettings settings;
@@ -67,7 +67,7 @@ struct MockBench::State {
     Rig rig;
     Converter converter;
     Iiod iiod;
-    std::vector<MockCamera> eyes;
+    std::vector<MockCamera> cameras;
     std::filesystem::path rig_file;
     double trigger_before = 0;
     bool warned_late = false;
@@ -93,8 +93,8 @@ MockBench::State::State(const MockBenchSettings& s)
       interrupt_s{1 / std::max(s.scene.accelerometer.latency_jitter_s, 1e-9)} {
     for (std::size_t i = 0; i < rig.cameras.size(); ++i) {
         const simulated::CameraTruth& c = s.scene.cameras.at(i);
-        eyes.push_back(
-            {.camera = *rig.cameras[i],
+        cameras.push_back(
+            {.device = *rig.cameras[i],
              .gige = std::make_unique<GigeCamera>(GigeCameraSettings{.address = bench_addresses.at(i),
                                                                      .serial = bench_serial(c.view.camera),
                                                                      .width = c.width,
@@ -103,9 +103,9 @@ MockBench::State::State(const MockBenchSettings& s)
              .clock = 1 + 1e-6 * s.camera_ppm.at(i)});
     }
     rig_file = write_bench_files(s, iiod.port());
-    for (MockCamera& camera_input : eyes)
-        camera_input.thread = std::jthread{
-            [this, &camera_input](const std::stop_token& stop) { send_pictures(stop, camera_input); }};
+    for (MockCamera& camera : cameras)
+        camera.thread =
+            std::jthread{[this, &camera](const std::stop_token& stop) { send_pictures(stop, camera); }};
     player = std::jthread{[this](const std::stop_token& stop) { play(stop); }};
 }
 
@@ -166,22 +166,22 @@ void MockBench::State::play(std::span<const double> first, std::span<const doubl
 
 // Number of samples before the next exposure of a free-running camera; starts that exposure if it is due now.
 std::int64_t MockBench::State::until_free_exposure(std::int64_t most) {
-    for (std::size_t i = 0; i < eyes.size(); ++i) {
-        MockCamera& camera_input = eyes[i];
-        const GigeRequest asked = camera_input.gige->requested();
+    for (std::size_t i = 0; i < cameras.size(); ++i) {
+        MockCamera& camera = cameras[i];
+        const GigeRequest asked = camera.gige->requested();
         if (!asked.acquiring || asked.triggered || !(asked.frame_rate_hz > 0)) {
-            camera_input.next_free = NAN;
+            camera.next_free = NAN;
             continue;
         }
-        const double step = settings.scene.dac_rate_hz / asked.frame_rate_hz / camera_input.clock;
+        const double step = settings.scene.dac_rate_hz / asked.frame_rate_hz / camera.clock;
         const auto here = static_cast<double>(played);
-        if (std::isnan(camera_input.next_free)) camera_input.next_free = here + step;
-        if (camera_input.next_free <= here) {
+        if (std::isnan(camera.next_free)) camera.next_free = here + step;
+        if (camera.next_free <= here) {
             world.expose_next(i);
-            camera_input.next_free += step;
+            camera.next_free += step;
             most = std::min<std::int64_t>(most, 1);
         }
-        most = std::min(most, static_cast<std::int64_t>(std::ceil(camera_input.next_free - here)));
+        most = std::min(most, static_cast<std::int64_t>(std::ceil(camera.next_free - here)));
     }
     return most;
 }
@@ -204,14 +204,14 @@ void MockBench::State::send_samples() {
     }
 }
 
-void MockBench::State::send_pictures(const std::stop_token& stop, MockCamera& camera_input) {
-    const double half_exposure_s = 0.5 * camera_input.camera.view().exposure_s;
+void MockBench::State::send_pictures(const std::stop_token& stop, MockCamera& camera) {
+    const double half_exposure_s = 0.5 * camera.device.view().exposure_s;
     while (!stop.stop_requested()) {
-        FramePtr frame = camera_input.camera.read(patience);
+        FramePtr frame = camera.device.read(patience);
         if (frame == nullptr) continue;
         const double start_s = seconds(*frame->mid_exposure) - half_exposure_s;
-        const double stamp_s = camera_epoch_s + camera_input.clock * host_s(start_s);
-        camera_input.gige->push(std::move(frame), std::llround(1e9 * stamp_s));
+        const double stamp_s = camera_epoch_s + camera.clock * host_s(start_s);
+        camera.gige->push(std::move(frame), std::llround(1e9 * stamp_s));
     }
 }
 
@@ -223,8 +223,8 @@ Converter& MockBench::dac() noexcept { return state_->converter; }
 Iiod& MockBench::accelerometer() noexcept { return state_->iiod; }
 
 GigeCamera& MockBench::camera(const std::string& name) {
-    for (MockCamera& camera_input : state_->eyes)
-        if (camera_input.camera.view().camera == name) return *camera_input.gige;
+    for (MockCamera& camera : state_->cameras)
+        if (camera.device.view().camera == name) return *camera.gige;
     std::string there;
     for (const std::string& known : camera_names()) there += (there.empty() ? "\"" : ", \"") + known + "\"";
     throw InputError{"camera \"" + name + "\": no such camera; expected one of " + there};
@@ -232,7 +232,7 @@ GigeCamera& MockBench::camera(const std::string& name) {
 
 std::vector<std::string> MockBench::camera_names() const {
     std::vector<std::string> names;
-    for (const MockCamera& camera_input : state_->eyes) names.push_back(camera_input.camera.view().camera);
+    for (const MockCamera& camera : state_->cameras) names.push_back(camera.device.view().camera);
     return names;
 }
 

@@ -62,7 +62,7 @@ Cost cost_of(const std::filesystem::path& said, const std::function<int()>& work
 }
 
 int record(const std::filesystem::path& file, double seconds) {
-    const test::LongTake run = test::make_long_streams({.seconds = seconds});
+    const test::LongStreams run = test::make_long_streams({.seconds = seconds});
     recording::Recorder recording{file, run.header, {.unfinished = recording::Unfinished::discard}};
     test::record_raw(recording, run.streams);
     recording.writer().scalar("truth/v_D", run.v_D);

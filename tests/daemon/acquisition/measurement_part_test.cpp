@@ -11,8 +11,8 @@ namespace {
 
 constexpr double everything = 1e300, from_s = 60, to_s = 62;
 
-const test::LongTake& run() {
-    static const test::LongTake taken = test::make_long_streams({.seconds = 120});
+const test::LongStreams& run() {
+    static const test::LongStreams taken = test::make_long_streams({.seconds = 120});
     return taken;
 }
 

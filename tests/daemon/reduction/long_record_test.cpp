@@ -9,7 +9,7 @@
 namespace shaker::reduction {
 namespace {
 
-Reduction reduced(const test::LongTake& run) {
+Reduction reduced(const test::LongStreams& run) {
     return reduce(measurement_of(run.streams, run.header.frequency_hz, run.from_s, run.to_s));
 }
 
@@ -17,7 +17,7 @@ TEST(LongRecordTest, TwoHundredSecondsGiveDriftWithinErrors) {
     constexpr int runs = 3;
     double squares = 0;
     for (std::uint64_t seed = 1; seed <= runs; ++seed) {
-        const test::LongTake run = test::make_long_streams({.seconds = 200, .seed = seed});
+        const test::LongStreams run = test::make_long_streams({.seconds = 200, .seed = seed});
         const Reduction r = reduced(run);
         const double off = (r.v_D.value - run.v_D) / r.v_D.sigma;
         EXPECT_LT(std::abs(off), 4) << "seed " << seed;
@@ -33,7 +33,7 @@ TEST(LongRecordTest, TwoHundredSecondsGiveDriftWithinErrors) {
 }
 
 TEST(LongRecordTest, FastDriftIsFoundToo) {
-    const test::LongTake run =
+    const test::LongStreams run =
         test::make_long_streams({.seconds = 200, .drive = {.frequency = 20, .gamma = 2 * paper_g, .phi = 0}});
     const Reduction r = reduced(run);
     EXPECT_NEAR(1e3 * run.v_D, 36.5359, 1e-4);  // mm/s, by the closed form, which is exact here

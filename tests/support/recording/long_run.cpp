@@ -28,7 +28,7 @@ tracking::Fix fix_at(const View& view, const Target& target, double x_m, double 
     return {view.along[0] * px, view.along[1] * px, sd_m / m_per_px, tracking::TrackState::ok};
 }
 
-void see(LongTake& out, const LongRun& run, const simulated::WalkerLaw& law, double v0, std::size_t camera) {
+void see(LongStreams& out, const LongRun& run, const simulated::WalkerLaw& law, double v0, std::size_t camera) {
     const View view = out.streams.cameras[camera].view;
     std::mt19937_64 random{run.seed * 104729 + camera};
     std::normal_distribution<double> noise{0, run.position_noise_m};
@@ -73,7 +73,7 @@ std::vector<double> one_period(const LongRun& run, double rate_hz) {
     return a;
 }
 
-void feel(LongTake& out, const LongRun& run, simulated::AccelerometerModel& sensor) {
+void feel(LongStreams& out, const LongRun& run, simulated::AccelerometerModel& sensor) {
     const double rate = out.streams.dac_rate_hz;
     const std::vector<double> a = one_period(run, rate);
     const auto samples = std::llround(run.seconds * rate);
@@ -84,7 +84,7 @@ void feel(LongTake& out, const LongRun& run, simulated::AccelerometerModel& sens
     }
 }
 
-void play(LongTake& out, const LongRun& run, std::size_t block_frames) {
+void play(LongStreams& out, const LongRun& run, std::size_t block_frames) {
     const double rate = out.streams.dac_rate_hz;
     std::mt19937_64 random{run.seed * 7919 + 5};
     std::exponential_distribution<double> late{1 / run.heard_jitter_s};
@@ -96,11 +96,11 @@ void play(LongTake& out, const LongRun& run, std::size_t block_frames) {
 
 }  // namespace
 
-LongTake make_long_streams(const LongRun& run) {
+LongStreams make_long_streams(const LongRun& run) {
     simulated::Scene scene = simulated::paper_scene();
     scene.seed = run.seed;
     simulated::AccelerometerModel sensor{scene};
-    LongTake out;
+    LongStreams out;
     recorded::RecordingHeader& h = out.header;
     h.title = "a long run";
     h.kind = "run";

@@ -19,7 +19,7 @@ struct LongRun {
     std::uint64_t seed = 1;
 };
 
-struct LongTake {
+struct LongStreams {
     recorded::RecordingHeader header;  // of a recording without pictures
     acquisition::Streams streams;      // with master times
     double v_D = 0;                    // m/s, exact
@@ -28,7 +28,7 @@ struct LongTake {
 
 /// Accelerometer and cameras are those of paper_scene(): sensor model, clocks, noise and views. Throws
 /// InputError when a period is not a whole number of the DAC's samples.
-LongTake make_long_streams(const LongRun& run);
+LongStreams make_long_streams(const LongRun& run);
 
 /// Gives every raw stream of it to a recording, as a run would.
 void record_raw(recording::Recorder& file, const acquisition::Streams& streams);
