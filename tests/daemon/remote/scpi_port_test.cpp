@@ -6,6 +6,7 @@
 #include <fstream>
 #include <iterator>
 #include <sstream>
+#include <thread>
 #include <vector>
 
 #include "daemon/remote/server.hpp"
@@ -73,7 +74,10 @@ TEST_F(ScpiPortTest, BusTriggerStartsInitiatedMeasurement) {
     EXPECT_EQ(ask("SYST:ERR?").substr(0, 5), "-214,");
     EXPECT_EQ(ask("INIT;*OPC?;:OUTP?"), "1;0");
     std::string bits;
-    for (int i = 0; i < 200 && bits != "32"; ++i) bits = ask("STAT:OPER:COND?");
+    for (int i = 0; i < 200 && bits != "32"; ++i) {  // the registers are updated every 5 ms
+        bits = ask("STAT:OPER:COND?");
+        std::this_thread::sleep_for(std::chrono::milliseconds{5});
+    }
     EXPECT_EQ(bits, "32");
     EXPECT_EQ(ask("*TRG;*OPC?;:OUTP?"), "1;1");
     EXPECT_EQ(ask("*RST;*OPC?;:TRIG:SOUR?"), "1;IMM");
