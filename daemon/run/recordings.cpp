@@ -218,7 +218,9 @@ void Recordings::conclude(Job& job) const {
     }
     if (job.recording != nullptr) f.recorder_failure = job.recording->failure();
     job.recording.reset();
-    if (settings_.on_call) f.run.streams = acquisition::Streams{};
+    if (!settings_.on_call) return;
+    acquisition::Streams none;
+    std::swap(f.run.streams, none);
 }
 
 // Runs on the recorder's thread, so a hanging disk does not block the thread that leads the drive.
