@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 
+#include "tests/support/paths.hpp"
 #include "tests/support/program.hpp"
 
 namespace shaker::run {
@@ -17,7 +18,8 @@ using test::Outcome;
 using test::shakerd;
 
 // Fewer periods with sanitisers, which make the program ten times slower.
-const std::string paper_periods = SHAKER_SANITIZED ? "8" : "40";
+const std::string paper_periods =
+    SHAKER_SANITIZED ? "8 --scene '" + test::source_dir() + "/tests/support/slow_cameras.toml'" : "40";
 
 std::string bytes(const std::filesystem::path& file) {
     std::ifstream in{file, std::ios::binary};
