@@ -189,11 +189,11 @@ void Synthesiser::stop(std::int64_t samples) noexcept {
     stop_first_ = tick_;
     stop_samples_ = samples;
     reported_ = {{.volts = {}, .frequency = change_.command.frequency},
-             tick_,
-             0,
-             phase_,
-             ramping_ ? change_.step : step_,
-             samples};
+                 tick_,
+                 0,
+                 phase_,
+                 ramping_ ? change_.step : step_,
+                 samples};
 }
 
 bool Synthesiser::release() noexcept {

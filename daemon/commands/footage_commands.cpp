@@ -11,12 +11,12 @@
 #include <sstream>
 
 #include "daemon/acquisition/collector.hpp"
+#include "daemon/bench/region_camera.hpp"
 #include "daemon/recording/recorder.hpp"
 #include "daemon/recording/tables/places.hpp"
 #include "daemon/report/results.hpp"
 #include "drivers/errors.hpp"
 #include "drivers/footage/lab_session.hpp"
-#include "daemon/bench/region_camera.hpp"
 
 namespace shaker::commands {
 
@@ -151,7 +151,8 @@ void reduce_session(const ReduceOptions& options) {
     header.frequency_hz = session.description.drive->frequency_hz;
     header.dac.rate_hz = 0;
     header.accelerometer = session.rig.accelerometer->info();
-    if (options.pictures == recorded::KeptPictures::region && !options.out.empty()) bench::take_regions(session.rig);
+    if (options.pictures == recorded::KeptPictures::region && !options.out.empty())
+        bench::take_regions(session.rig);
     for (const auto& camera : session.rig.cameras) header.views.push_back(camera->view());
     header.pictures = options.pictures;
     recording::lay_out(header, false);

@@ -1,6 +1,6 @@
 #pragma once
-// RecordingWriter and RecordingReader: recordings as HDF5 files in NeXus layout. Other processes may read a file
-// while it is written (HDF5's single writer, many readers). Pictures are stored beside it, see
+// RecordingWriter and RecordingReader: recordings as HDF5 files in NeXus layout. Other processes may read a
+// file while it is written (HDF5's single writer, many readers). Pictures are stored beside it, see
 // pictures/picture_store.hpp.
 //
 // The page for users of the format is daemon/recording/FORMAT.md. This room knows two parts of a file:

@@ -82,7 +82,8 @@ TEST(SettingsTableTest, RefusesWrongTypeWithLineAndValue) {
     expect_in(refusal([&] { table.numbers("c", 2); }), {":3: c: ", "x", "a number"});
     expect_in(refusal([&] { table.numbers("c", 3); }), {":3: c: ", "an array of 3 numbers"});
     expect_in(refusal([&] { table.texts("c", 2); }), {":3: c: expected a string", "got 1"});
-    expect_in(refusal([&] { table.integer("d", 0, 9, 1); }), {":4: d: expected a whole number, 0 to 9", "got 1.5"});
+    expect_in(refusal([&] { table.integer("d", 0, 9, 1); }),
+              {":4: d: expected a whole number, 0 to 9", "got 1.5"});
     expect_in(refusal([&] { table.number("e", {0, 1}, 0); }), {":5: e: ", "got true"});
     expect_in(refusal([&] { table.flag("b", false); }), {":2: b: expected true or false", "got 2"});
     expect_in(refusal([&] { table.text("f"); }), {":6: f: "});

@@ -91,8 +91,7 @@ Response answer_get(Manner manner, const std::string& path, Site& site, const st
                      state_json(*state, {site.lock.owner(), site.lock.owner() == who}));
     }
     if (path == "/api/result") {
-        if (state && state->result)
-            return reply(manner, 200, "application/json", result_json(*state));
+        if (state && state->result) return reply(manner, 200, "application/json", result_json(*state));
         return reply(manner,
                      refusal(404, state && !state->not_reduced.empty() ? state->not_reduced
                                                                        : "no measurement is complete yet"));

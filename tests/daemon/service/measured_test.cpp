@@ -36,8 +36,7 @@ auto measured(std::size_t n) {
 }
 
 // Two measurements, then a third one of another set-point; each set-point's last one is interrupted.
-test::OnCallResult series(const std::filesystem::path& folder, const Drive& other,
-                          const char* scene = slow) {
+test::OnCallResult series(const std::filesystem::path& folder, const Drive& other, const char* scene = slow) {
     Answers answers;
     auto r = test::play_on_call(
         scene, quick(), folder,

@@ -28,7 +28,8 @@ tracking::Fix fix_at(const View& view, const Target& target, double x_m, double 
     return {view.along[0] * px, view.along[1] * px, sd_m / m_per_px, tracking::TrackState::ok};
 }
 
-void see(LongStreams& out, const LongRun& run, const simulated::WalkerLaw& law, double v0, std::size_t camera) {
+void see(LongStreams& out, const LongRun& run, const simulated::WalkerLaw& law, double v0,
+         std::size_t camera) {
     const View view = out.streams.cameras[camera].view;
     std::mt19937_64 random{run.seed * 104729 + camera};
     std::normal_distribution<double> noise{0, run.position_noise_m};
