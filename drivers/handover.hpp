@@ -28,7 +28,7 @@ public:
     [[nodiscard]] bool full() const noexcept { return queue_.write_available() == 0; }
     /// True when there is no value to pop(). Reader's thread only.
     [[nodiscard]] bool empty() const noexcept { return queue_.read_available() == 0; }
-    /// The oldest value, or empty when there is none. Reader's thread only.
+    /// The oldest value; empty when the ring is empty. Reader's thread only.
     [[nodiscard]] std::optional<T> pop() noexcept(std::is_nothrow_move_constructible_v<T>) {
         std::optional<T> value;
         queue_.consume_one([&](T& oldest) { value.emplace(std::move(oldest)); });

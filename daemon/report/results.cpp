@@ -61,7 +61,7 @@ std::string with_error(double value, double sigma) {
 
 std::string no_stick_text(double shortest_visible) {
     if (std::isnan(shortest_visible)) return "never";
-    if (shortest_visible >= 1) return "too few frames to tell";
+    if (shortest_visible >= 1) return "not known: too few frames";
     return fmt::format("never for over {:.3f} T", shortest_visible);
 }
 

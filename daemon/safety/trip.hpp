@@ -56,7 +56,7 @@ struct Trip {
 
 /// The word for a cause in settings and remote commands: "sensor_frozen".
 const char* name(Cause cause) noexcept;
-/// The cause for a word of name(); empty when there is none.
+/// The cause whose name() is this word; empty for an unknown word.
 std::optional<Cause> cause_named(std::string_view word) noexcept;
 /// Unit of value and limit; empty for a ratio.
 const char* unit_of(Cause cause) noexcept;

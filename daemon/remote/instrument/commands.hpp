@@ -31,7 +31,7 @@ std::vector<scpi::Command> bench_commands(BenchInstrument& bench);
 /// All of them, after the standard commands.
 std::vector<scpi::Command> command_table(BenchInstrument& bench);
 
-/// The newest result, for FETCh:DRIFt? and READ?; Error -230 when there is none.
+/// The newest result, for FETCh:DRIFt? and READ?; error -230 without a result.
 std::shared_ptr<const reduction::Reduction> result_of(const service::BenchState& state);
 void reply_drift(const service::BenchState& state, scpi::Reply& reply);
 /// The same without a result: NaN, NaN, NaN, 0 periods, not measuring.

@@ -16,7 +16,7 @@ using Arguments = std::array<Argument, most_parameters>;
 /// without the command's name in its detail: -103 -108 -109, and those of read_element and to_argument.
 std::span<const Argument> read_arguments(Text& text, std::span<const Parameter> parameters, Arguments& into);
 
-/// Reads MIN, MAX or DEF after the query of a number; false when there is none.
+/// Reads MIN, MAX or DEF after the query of a number; false without such a word.
 bool read_bound(Text& text, Bound& bound);
 
 }  // namespace shaker::scpi

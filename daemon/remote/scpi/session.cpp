@@ -207,7 +207,7 @@ void Session::hold(Text rest) {
     remainder_.assign(rest.at, rest.end);
 }
 
-/// Runs the next urgent unit in `rest` and moves past it. False, with `rest` unchanged, when there is none.
+/// Runs the next urgent unit in `rest` and moves past it. Without an urgent unit: false, `rest` unchanged.
 /// Units that cannot be parsed yet are skipped.
 bool Session::run_urgent(Text& rest, Path& path) {
     Text look = rest;

@@ -22,7 +22,7 @@ public:
     Place enter(std::function<void()> leave) { return list_.insert(list_.end(), Guest{std::move(leave)}); }
     void heard(Place place) { list_.splice(list_.end(), list_, place); }
     void gone(Place place) { list_.erase(place); }
-    /// Closes the connection that has been silent longest. False when there is none left.
+    /// Closes the connection with the longest silence. False when every connection is being closed already.
     bool ask_one_to_leave() {
         const auto first = std::ranges::find(list_, false, &Guest::asked);
         if (first == list_.end()) return false;

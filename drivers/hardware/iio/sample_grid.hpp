@@ -42,7 +42,7 @@ public:
 
     /// Adds a sample. Empty next() before adding another.
     void add(const TimedSample& sample) noexcept;
-    /// Samples whose tick is decided, in order; empty when there is none.
+    /// Samples whose tick is decided, in order; empty while no tick is decided.
     [[nodiscard]] std::optional<PlacedSample> next() noexcept;
 
     /// Time between samples on the sensor's clock.

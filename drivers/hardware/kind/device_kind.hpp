@@ -56,7 +56,7 @@ using CameraKind = DeviceKind<OpenCamera (*)(SettingsTable&, View&)>;
 using AccelerometerKind = DeviceKind<OpenAccelerometer (*)(SettingsTable&)>;
 using DacKind = DeviceKind<OpenDac (*)(SettingsTable&)>;
 
-/// The kind of this name; null when there is none.
+/// The kind of this name; null for an unknown name.
 template <class Kind>
 const Kind* find_kind(std::span<const Kind> kinds, std::string_view name) {
     for (const Kind& kind : kinds)

@@ -7,7 +7,7 @@
 
 namespace shaker::h5 {
 
-/// The checksum of `bytes`, continued from `before`, that of the preceding bytes (0: there are none).
+/// The checksum of `bytes`, continued from `before`, that of the preceding bytes (0: no preceding bytes).
 [[nodiscard]] std::uint32_t crc32c(std::span<const std::byte> bytes, std::uint32_t before = 0) noexcept;
 
 }  // namespace shaker::h5

@@ -27,7 +27,7 @@ struct FoundSegments {
     /// Each unreadable file with the reason; and "pictures 65 to 128 are in no readable file".
     std::vector<std::string> damaged;
 };
-/// InputError when there is none, or when segments contradict each other.
+/// InputError without a segment, or when segments contradict each other.
 FoundSegments find_segments(const std::filesystem::path& folder, const std::string& camera);
 
 /// Reads records and pixels of one segment.

@@ -51,7 +51,7 @@ public:
     };
     static constexpr double never = 1e300;
     /// First v_R = 0 after `from` in this period for the slip with constant C (requires s v_R >= 0 at
-    /// `from`); phase `never` when there is none. Pieces that end before `ignore_until` are skipped.
+    /// `from`); phase `never` without such a phase. Pieces that end before `ignore_until` are skipped.
     [[nodiscard]] Zero next_zero(double from, double C, double ignore_until) const noexcept;
 
 private:
