@@ -10,7 +10,6 @@ namespace shaker::instrument {
 
 namespace {
 
-using scpi::Call;
 using scpi::Command;
 
 /// LIMit:<quantity>:WARN and :ABORt. scale: SI units per unit of the limits.

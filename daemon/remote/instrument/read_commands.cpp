@@ -14,10 +14,7 @@ namespace shaker::instrument {
 
 namespace {
 
-using scpi::Call;
-using scpi::Code;
 using scpi::Command;
-using scpi::Error;
 
 /// The first measurement that begins after all earlier orders are in force.
 class NextMeasurement {

@@ -15,10 +15,7 @@ namespace shaker::instrument {
 
 namespace {
 
-using scpi::Call;
-using scpi::Code;
 using scpi::Command;
-using scpi::Error;
 
 constexpr std::uintmax_t largest_file =
     scpi::Session::output_limit - 64;      // bytes, largest answer of MMEMory:DATA?

@@ -14,10 +14,7 @@ namespace shaker::instrument {
 
 namespace {
 
-using scpi::Call;
-using scpi::Code;
 using scpi::Command;
-using scpi::Error;
 
 enum Shape { sinusoid, biharmonic, multiharmonic };  // in the order of FUNCtion's words
 
