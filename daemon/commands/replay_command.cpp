@@ -104,8 +104,11 @@ bool print_differences(const recorded::RecordingReader& file, const Recomputed& 
         std::size_t values = now.numbers.size();
         for (const recording::RecordedTable& t : now.tables)
             for (const recorded::Column& c : t.columns) values += c.values.size();
-        spdlog::info("replay identical: {} numbers equal to the bit", values);
-        if (!json) fmt::print("replay: identical ({} numbers, to the bit)\n", values);
+        const std::string text = fmt::format("replay: identical ({} numbers, to the bit)", values);
+        if (json)
+            spdlog::info("{}", text);
+        else
+            fmt::print("{}\n", text);
         return true;
     }
     for (std::size_t i = 0; i < std::min<std::size_t>(found.size(), 20); ++i)
