@@ -84,12 +84,13 @@ public:
     [[nodiscard]] virtual AccelerometerInfo info() const = 0;
     /// Any thread.
     [[nodiscard]] virtual DeviceCounts counts() const noexcept { return {}; }
-    /// Samples that have arrived, including those whose tick is not known yet. Shows that the device
-    /// is alive. Any thread.
-    [[nodiscard]] virtual std::uint64_t heard() const noexcept { return counts().taken; }
     /// The next block in order. Waits at most `wait`; false when none arrived in that time or the
     /// recording has ended. One thread.
     virtual bool read(AccelBlock& block, std::chrono::milliseconds wait) = 0;
+    /// Samples that have arrived since the last call while their ticks may still be unknown, in order, so that
+    /// their levels are checked at once; read() delivers each of them later. Writes at most counts.size();
+    /// returns how many. Devices that know the tick of each sample on arrival have none. Thread of read().
+    virtual std::size_t read_early(std::span<std::array<std::int32_t, 3>> /*counts*/) noexcept { return 0; }
     /// True when no more data will come: the recording has ended or the device was stopped.
     [[nodiscard]] virtual bool ended() const noexcept = 0;
     virtual void stop() noexcept = 0;

@@ -113,7 +113,7 @@ bool finite(const Harmonics<Voltage>& volts) noexcept {
 }  // namespace
 
 Synthesiser::Synthesiser(double rate_hz, double frequency, double limit_V)
-    : rate_hz_{rate_hz}, limit_V_{limit_V}, step_{0}, last_step_{1} {
+    : rate_hz_{rate_hz}, limit_V_{limit_V}, next_limit_V_{limit_V}, step_{0}, last_step_{1} {
     if (!(rate_hz > 0 && std::isfinite(rate_hz)))
         throw InputError{"sample rate " + std::to_string(rate_hz) + " Hz: must be positive"};
     if (!playable(frequency, 1, rate_hz))
@@ -127,11 +127,22 @@ Synthesiser::Synthesiser(double rate_hz, double frequency, double limit_V)
 }
 
 void Synthesiser::set(const DriveCommand& command) noexcept {
-    if (!stopped_ && finite(command.volts) && command.ramp_periods >= 1 &&
-        playable(command.frequency, command.volts.order(), rate_hz_))
+    if (stopping_ && tick_.n == stop_first_.n + stop_samples_) end_stop();
+    if (command.stop_s > 0 && !stopped_ && std::isfinite(command.stop_s)) {
+        reported_.reset();
+        begin_stop(std::llround(command.stop_s * rate_hz_), command.sequence);
+    } else if (!stopped_ && !stopping_ && finite(command.volts) && command.ramp_periods >= 1 &&
+             playable(command.frequency, command.volts.order(), rate_hz_)) {
         pending_ = command;
-    else
+    } else {
         ++refused_;
+    }
+}
+
+void Synthesiser::limit(double limit_V) noexcept {
+    if (!(limit_V > 0 && std::isfinite(limit_V))) return;
+    next_limit_V_ = limit_V;
+    if (std::abs(last_V_) <= limit_V) limit_V_ = limit_V;
 }
 
 void Synthesiser::fill(std::span<double> volts) noexcept {
@@ -168,27 +179,34 @@ void Synthesiser::silence(std::int64_t samples) noexcept {
     if (ramping_) end_ramp();
     volts_ = {};
     order_ = 0;
+    last_V_ = 0;
+    limit_V_ = next_limit_V_;
     stopping_ = false;
     change_ = {{.volts = {}, .frequency = change_.command.frequency}, tick_, 0, phase_, step_};
     reported_ = change_;
 }
 
 void Synthesiser::stop(std::int64_t samples) noexcept {
+    reported_.reset();
+    if (!stopped_ || stopping_) begin_stop(samples, 0);
+    stopped_ = true;
+}
+
+void Synthesiser::begin_stop(std::int64_t samples, std::uint64_t sequence) noexcept {
     samples = std::max<std::int64_t>(samples, 1);
     pending_.reset();
-    reported_.reset();
     const bool earlier = stopping_ && tick_.n + samples < stop_first_.n + stop_samples_;
-    if (stopped_ && !earlier) return;
+    if (stopping_ && !earlier) return;
     if (earlier) {
         const std::uint64_t step = (half_turn - stop_angle_) / static_cast<std::uint64_t>(stop_samples_);
         stop_angle_ += static_cast<std::uint64_t>(tick_.n - stop_first_.n) * step;
     } else {
         stop_angle_ = 0;
     }
-    stopped_ = stopping_ = true;
+    stopping_ = true;
     stop_first_ = tick_;
     stop_samples_ = samples;
-    reported_ = {{.volts = {}, .frequency = change_.command.frequency},
+    reported_ = {{.volts = {}, .frequency = change_.command.frequency, .sequence = sequence},
                  tick_,
                  0,
                  phase_,
@@ -246,6 +264,7 @@ void Synthesiser::end_stop() noexcept {
     volts_ = {};
     change_.command.volts = {};
     order_ = 0;
+    limit_V_ = next_limit_V_;
 }
 
 void Synthesiser::fill_steady(std::span<double> volts) noexcept {
@@ -318,6 +337,7 @@ void Synthesiser::put(std::span<const double> block, std::span<double> volts) no
                 tick_.n - stop_first_.n, weight);
         for (std::size_t i = 0; i < volts.size(); ++i) volts[i] *= 0.5 + 0.5 * weight[i];
     }
+    if (!volts.empty()) last_V_ = volts.back();
     tick_.n += static_cast<std::int64_t>(volts.size());
 }
 

@@ -1,6 +1,7 @@
 #pragma once
 // Samples of the drive voltage from its harmonics, on one integer phase. Real-time: no allocation, locks
 // or log.
+#include <algorithm>
 #include <cstdint>
 #include <optional>
 #include <span>
@@ -11,12 +12,16 @@
 
 namespace shaker {
 
-/// Command to the output thread: change to these harmonics at this frequency over `ramp_periods` periods.
+/// Command to the output thread: change to these harmonics at this frequency over `ramp_periods` periods, or
+/// a soft stop.
 struct DriveCommand {
     Harmonics<Voltage> volts;
     double frequency = 20.0;     // Hz
     int ramp_periods = 1;        // >= 1, periods of the old frequency; raised cosine
     std::uint64_t sequence = 0;  // copied into the DriveChange
+    /// Above 0: a soft stop of this length, s, that begins with the next sample, also during a ramp. Volts,
+    /// frequency and ramp are ignored then.
+    double stop_s = 0;
 };
 
 /// A command as it was applied. With the previous one it is enough to regenerate every sample.
@@ -29,8 +34,10 @@ struct DriveChange {
     /// Samples, >= 0. Above 0: a stop, not a command. The signal that was playing, ramps included, is
     /// multiplied by a weight that falls from 1 at `first` to 0 at first + stop, followed by silence;
     /// `command` has no volts and `ramp` is 0. A stop during another stop continues from the present
-    /// weight.
+    /// weight. A soft stop has the sequence of its command, a trip's stop has 0.
     std::int64_t stop = 0;
+    /// First sample behind the ramp or the stop.
+    [[nodiscard]] DacTick end() const noexcept { return {first.n + std::max(ramp, stop)}; }
 };
 
 /// Fills blocks with volts(t) = Im sum_q a_q e^{i q theta(t)}, a_q in V and theta the phase. Starts
@@ -52,9 +59,14 @@ public:
     /// playable: at least one period in 2^32 samples, and every harmonic below half the rate.
     Synthesiser(double rate_hz, double frequency, double limit_V);
 
-    /// Sets the next command; replaces one that has not taken effect yet. Commands with non-finite
-    /// values are refused and counted.
+    /// Sets the next command; replaces one that has not taken effect yet. A soft stop takes effect with
+    /// the next sample. Commands with non-finite values and commands during any stop are refused and
+    /// counted.
     void set(const DriveCommand& command) noexcept;
+    /// Samples from now on are cut to +-limit_V (positive and finite, else it is ignored). A lower limit
+    /// than the last sample waits until the output is silent, so that it never makes a step: the caller
+    /// stops the drive.
+    void limit(double limit_V) noexcept;
     /// The next samples, in volts.
     void fill(std::span<double> volts) noexcept;
     /// Advances by `samples` samples without output, for time that the device lost.
@@ -64,8 +76,8 @@ public:
     void silence(std::int64_t samples) noexcept;
     /// From the next sample on, multiplies the signal, ramps included, by a raised cosine from 1 to 0
     /// over `samples` (at least 1); then silence. Drops a waiting command; commands are refused until
-    /// release(). A second stop that would end earlier makes the rest of the weight steeper, without
-    /// a step; a later end is ignored. change() reports the stop at once.
+    /// release(). A second stop, also one after a soft stop, that would end earlier makes the rest of the
+    /// weight steeper, without a step; a later end is ignored. change() reports the stop at once.
     void stop(std::int64_t samples) noexcept;
     /// Accepts commands again after a stop has ended in silence. False while the stop has not ended.
     bool release() noexcept;
@@ -99,11 +111,13 @@ private:
     void fill_ramp(std::span<double> volts) noexcept;
     void skip_ramp(std::int64_t samples) noexcept;
     void end_ramp() noexcept;
+    void begin_stop(std::int64_t samples, std::uint64_t sequence) noexcept;
     void end_stop() noexcept;
     void put(std::span<const double> block, std::span<double> volts) noexcept;
 
     double rate_hz_;
-    double limit_V_;
+    double limit_V_, next_limit_V_;
+    double last_V_ = 0;  // the last sample
     DacTick tick_;
     Turns phase_ = 0;
     Turns step_;       // steady state, or before the ramp

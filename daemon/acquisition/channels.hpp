@@ -33,6 +33,12 @@ struct Counters {
     std::atomic<std::uint64_t> not_learned{0};  // fresh trackers that did not find their targets
 };
 
+/// An operator's clear. The silent output unlatches if no trip and no abort came after it.
+struct Clearance {
+    std::uint64_t trips = 0;   // Trip::number of the newest trip that the operator has seen
+    std::uint64_t aborts = 0;  // Channels::aborts when the operator cleared
+};
+
 /// Rings of samples hold at least 10 s at the paper's rates. Rings of frames hold fewer frames than a
 /// camera's pool.
 struct Channels {
@@ -44,14 +50,16 @@ struct Channels {
     Ring<safety::Trip> sensed{8};   // accelerometer to output
     Ring<safety::Trip> ordered{8};  // reduction to output: its own trips and the operator's stop
     Ring<safety::Trip> trips{64};   // output to reduction, in order: the first since a release is the cause
-    std::atomic<std::uint64_t> aborts{0};           // any thread increments it to stop the drive
-    std::atomic<std::uint64_t> aborts_answered{0};  // set by the output after its trip
-    std::atomic<bool> stopped{false};               // the output is latched and refuses commands
-    std::atomic<std::uint64_t> releases{0};    // the reduction increments it to unlatch the silent output
-    Mailbox<safety::Expectation> expectation;  // reduction to accelerometer
+    std::atomic<std::uint64_t> aborts{0};                 // any thread increments it to stop the drive
+    std::atomic<std::uint64_t> aborts_answered{0};        // set by the output after its trip
+    std::atomic<bool> stopped{false};                     // the output is latched and refuses commands
+    Mailbox<Clearance> clearance;                         // reduction to output: an operator's clear
+    std::atomic<std::uint64_t> releases{0};               // the output increments it when it has unlatched
+    Mailbox<safety::Expectation> expectation;             // reduction to accelerometer
     Mailbox<safety::Limits> output_limits, input_limits;  // reduction to output and accelerometer
-    Ring<DriveChange> ahead{64};                  // output to accelerometer: changes before they are audible
-    std::atomic<std::uint64_t> signs_of_life{0};  // of the accelerometer
+    Ring<DriveChange> ahead{64};           // output to accelerometer: changes before they are audible
+    std::atomic<std::uint64_t> heard{0};   // samples of the accelerometer whose level was checked
+    std::atomic<std::uint64_t> judged{0};  // blocks of the accelerometer that were checked completely
     safety::Warnings warnings;
     Ring<PlayTime> played{8192};  // output to reduction
     Ring<DriveChange> changes{1024};

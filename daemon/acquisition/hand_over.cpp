@@ -35,9 +35,8 @@ Streams hand_over(Streams& streams, double keep_from_s) {
             end_of(all.blocks, [&](const AccelBlock& b) { return static_cast<double>(b.first.n) < oldest; }),
         .played =
             end_of(all.played, [&](const PlayTime& p) { return static_cast<double>(p.tick.n) < from_tick; }),
-        .changes = end_of(
-            all.changes,
-            [&](const DriveChange& c) { return static_cast<double>(c.first.n + c.ramp) <= from_tick; }),
+        .changes = end_of(all.changes,
+                          [&](const DriveChange& c) { return static_cast<double>(c.end().n) <= from_tick; }),
         .trips = all.trips,
         .aborts = all.aborts,
         .dac_rate_hz = all.dac_rate_hz,

@@ -3,6 +3,7 @@
 #include <functional>
 
 #include "daemon/acquisition/collector.hpp"
+#include "daemon/acquisition/drive_output.hpp"
 #include "daemon/acquisition/executors.hpp"
 #include "daemon/acquisition/steps.hpp"
 #include "daemon/bench/bench.hpp"

@@ -100,9 +100,8 @@ void drop_before(Streams& streams, double from_s) {
         drop_front(streams.played, std::ranges::find_if(streams.played, [&](const PlayTime& p) {
                        return static_cast<double>(p.tick.n) >= from_tick;
                    }));
-    auto in_force = std::ranges::find_if(streams.changes, [&](const DriveChange& c) {
-        return static_cast<double>(c.first.n + c.ramp) > from_tick;
-    });
+    auto in_force = std::ranges::find_if(
+        streams.changes, [&](const DriveChange& c) { return static_cast<double>(c.end().n) > from_tick; });
     if (in_force != streams.changes.begin()) --in_force;
     streams.dropped.changes += drop_front(streams.changes, in_force);
     if (!streams.blocks.empty()) {

@@ -12,6 +12,11 @@ void DriveController::quiet(const PeriodEstimate& window) {
     noise_ += (window.sd - noise_) / quiet_windows_;
 }
 
+void DriveController::limit(double volts) noexcept {
+    settings_.volts_limit = volts;
+    if (equaliser_) equaliser_->limit(volts);
+}
+
 bool DriveController::begin_identification() {
     if (!settings_.identify || !settings_.equalise) return false;
     IdentificationSettings s{.harmonics = controlled_harmonics,

@@ -35,6 +35,8 @@ public:
     void aim(const Drive& drive) { settings_.drive = drive; }
     /// Switches the correction by measured windows on or off, from the next begin() on.
     void close_loop(bool on) noexcept { settings_.equalise = on; }
+    /// New voltage limit, from the next window on; an identification keeps the limit with which it began.
+    void limit(double volts) noexcept;
     /// Discards the identified response; the data sheet is used until the next identification.
     void forget() noexcept { identified_.reset(); }
     /// Starts the drive towards the target.

@@ -36,7 +36,7 @@ void DriveHistory::add(const DriveChange& change) {
         c.end_s = counted_s(DacTick{change.first.n + change.stop}, rate_hz_);
         c.begin_turns = turns(c.begin_s);
         c.end_turns = turns(c.end_s);
-        changes_.push_back(c);
+        append(c);
         return;
     }
     // A change begins at the first sample of a turn; its phase is the fraction of the turn at that
@@ -48,6 +48,10 @@ void DriveHistory::add(const DriveChange& change) {
     // Each sample uses the step at its beginning: half a step of the rise less than the integral.
     c.end_turns = c.begin_turns + before.frequency * length + step * risen(length, length) -
                   (length > 0 ? 0.5 * step / rate_hz_ : 0);
+    append(c);
+}
+
+void DriveHistory::append(const Change& c) {
     changes_.push_back(c);
     if (changes_.size() > kept) changes_.pop_front();
 }

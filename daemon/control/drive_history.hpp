@@ -35,6 +35,8 @@ private:
         double begin_s = 0, end_s = 0;  // of the ramp
         double begin_turns = 0, end_turns = 0;
     };
+    void append(const Change& c);
+
     double rate_hz_;
     std::deque<Change> changes_;
 };

@@ -322,6 +322,12 @@ void Equaliser::fall_back() {
     mode_ = Mode::track;
 }
 
+void Equaliser::limit(double volts) {
+    settings_.volts_limit = volts;
+    limit_V_ = unreachable_ ? std::min(limit_V_, volts) : volts;
+    keep_within_limit();
+}
+
 void Equaliser::retarget(const Harmonics<Acceleration>& target) {
     const Harmonics<Acceleration> before = aim();
     const double worked = gamma_ * settings_.levels[level_] * reached_;

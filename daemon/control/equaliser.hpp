@@ -82,6 +82,8 @@ public:
     /// Sets a new target at the same frequency. The drive changes at once by the learned plant, then
     /// corrects.
     void retarget(const Harmonics<Acceleration>& target);
+    /// New voltage limit, V; volts() changes at once if its peak is above.
+    void limit(double volts);
 
 private:
     struct Block {  // mean of windows at one drive

@@ -28,9 +28,9 @@ public:
     }
     /// A change that the output has started. transient_s: settling time of the suspension, s.
     void add(const DriveChange& c, double transient_s) noexcept {
-        // Number 0 is the silence after lost time; the ramp up from it follows later.
-        if (c.stop > 0 || c.command.sequence < awaited_ || c.command.sequence == 0) return;
-        in_force_s_ = counted_s(DacTick{c.first.n + c.ramp}, dac_rate_hz_);
+        // Number 0 is the stop of a trip, or the silence after lost time; the ramp up from it follows later.
+        if (c.command.sequence < awaited_ || c.command.sequence == 0) return;
+        in_force_s_ = counted_s(c.end(), dac_rate_hz_);
         if (c.command.sequence >= target_sequence_) target_from_s_ = std::min(target_from_s_, in_force_s_);
         if (!std::isfinite(steady_from_s_)) steady_from_s_ = in_force_s_ + transient_s;
     }

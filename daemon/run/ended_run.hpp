@@ -47,7 +47,7 @@ struct EndedRun {
 };
 
 /// Stops, measurements and notes of the run; its streams stay empty. The stops do not include trips that
-/// were excused or cleared.
+/// were cleared.
 EndedRun ended_run(const Sequence& sequence, const acquisition::Streams& streams);
 
 /// The results of a run, or the reason why it has no results.

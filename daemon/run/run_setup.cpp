@@ -48,9 +48,8 @@ std::vector<safety::Demand> run_demands(const bench::Bench& bench, const Drive& 
 }
 
 RunPlan run_plan(const bench::Bench& bench, const RunOptions& run, const safety::Limits& limits) {
-    constexpr double usable = 0.95;  // share of the drive's limit; the rest is for corrections
     return {.controller = {.drive = run.drive,
-                           .volts_limit = usable * limits.drive.abort,
+                           .volts_limit = usable_drive * limits.drive.abort,
                            .identify = run.identify,
                            .equalise = run.closed_loop,
                            .sheet = bench.response},

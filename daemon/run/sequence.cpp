@@ -15,11 +15,6 @@ namespace shaker::run {
 namespace {
 constexpr double transient_periods = 1;  // settling time of the suspension after a ramp
 constexpr int between_levels = 5;        // periods of the ramps between levels of the identification
-
-bool contradicts_prediction(safety::Cause cause) {
-    return cause == safety::Cause::residual || cause == safety::Cause::sensor_open ||
-           cause == safety::Cause::polarity;
-}
 }  // namespace
 
 Sequence::Sequence(const RunPlan& plan, double dac_rate_hz, const AccelerometerInfo& accelerometer, Say say)
@@ -54,6 +49,7 @@ void Sequence::take_trips(const acquisition::Streams& streams, acquisition::Chan
         const auto* running = std::get_if<Run>(&state_);
         stops_.push_back({state(), running != nullptr && running->measuring});
         note(fmt::format("stopped in state {}: {}", name(state()), text(trip)));
+        newest_trip_ = trip.number;
         auto* before = std::get_if<Tripped>(&state_);
         if (before != nullptr && before->phase != Tripped::Phase::clearing) continue;
         trip_ = trip;
@@ -63,23 +59,7 @@ void Sequence::take_trips(const acquisition::Streams& streams, acquisition::Chan
             *before = tripped;
         else
             go(tripped, channels);
-        if (now_s_ < lost_.at_s + aftermath_s) blame_dac(std::get<Tripped>(state_));
     }
-}
-
-// An empty DAC makes the base contradict the prediction, which may trip before the empty DAC is reported.
-// The trip then counts as an underrun, and the drive restarts softly where that is allowed. A fault with
-// another cause trips again.
-void Sequence::blame_dac(Tripped& tripped) {
-    if (!contradicts_prediction(trip_->cause)) return;
-    note("the base did not follow the prediction because the DAC had run empty");
-    trip_ = safety::Trip{
-        .cause = safety::Cause::underrun,
-        .on_dac_clock = true,
-        .value = static_cast<double>(lost_.samples),
-        .tick = trip_->on_dac_clock ? trip_->tick : static_cast<std::int64_t>(lost_.at_s * dac_rate_hz_)};
-    const bool excusable = !plan_.limits.detectors[static_cast<std::size_t>(safety::Cause::underrun)];
-    if (excusable && tripped.phase == Tripped::Phase::latched) tripped.phase = Tripped::Phase::excused;
 }
 
 void Sequence::take_stamps(const acquisition::Streams& streams, acquisition::Channels& channels) {
@@ -97,25 +77,21 @@ void Sequence::take_stamps(const acquisition::Streams& streams, acquisition::Cha
     }
 }
 
-// The DAC ran empty and stands at zero: the present measurement is abandoned and the drive restarts softly.
+// The DAC ran empty and stands at zero: the present measurement is abandoned. The drive restarts softly
+// unless there was a trip, or too many restarts.
 void Sequence::start_again(std::int64_t lost, acquisition::Channels& channels) {
-    lost_ = {lost, now_s_};
     guard_.clocks_lost();
     if (done()) return;
     note(fmt::format("the DAC ran empty at {:.3f} s and was silent for {:.1f} ms", now_s_,
                      1e3 * duration_s(lost, dac_rate_hz_)));
     if (state() == RunState::ramp_down) return go(Idle{.ended = !plan_.on_call}, channels);  // silent already
-    if ((driving(state()) || !plan_.on_call) && ++order_.restarts > plan_.most_restarts) {
-        if (!plan_.on_call)
-            throw DeviceError{fmt::format(
-                "the DAC ran empty {} times in one run ({} restarts allowed): the computer is too "
-                "busy, or buffer_frames is too small",
-                order_.restarts, plan_.most_restarts)};
-        stop(channels, {.cause = safety::Cause::underrun, .value = static_cast<double>(lost)});
-    }
-    if (auto* tripped = std::get_if<Tripped>(&state_)) return blame_dac(*tripped);
+    if (!driving(state())) return;
+    if (++order_.restarts > plan_.most_restarts)
+        return stop(channels, {.cause = safety::Cause::underrun,
+                               .value = static_cast<double>(lost),
+                               .limit = static_cast<double>(plan_.most_restarts)});
     if (state() == RunState::run) go(Ramp{}, channels);
-    if (driving(state())) go_for_target(plan_.soft_start, channels);
+    go_for_target(plan_.soft_start, channels);
 }
 
 void Sequence::take_accelerations(const acquisition::Streams& streams, acquisition::Channels& channels) {

@@ -18,6 +18,8 @@
 
 namespace shaker::run {
 
+inline constexpr double usable_drive = 0.95;  // share of the drive's limit; the rest is for corrections
+
 struct RunPlan {
     control::ControllerSettings controller;
     double line_hz = 0;        // mains frequency, fitted together with the harmonics; 0: not fitted
@@ -63,9 +65,10 @@ public:
     /// Stops the run from outside: an immediate ramp to zero, which counts as a trip.
     void stop(acquisition::Channels& channels,
               const safety::Trip& why = {.cause = safety::Cause::operator_stop});
-    /// The operator has acknowledged the trip: idle as soon as the output has released its stop. InputError
-    /// without a trip and while the drive is not silent yet.
-    void clear(acquisition::Channels& channels);
+    /// The operator has acknowledged the trip: idle as soon as the output has unlatched. A later trip or
+    /// abort keeps it latched. aborts: Channels::aborts when the operator cleared. InputError without a trip
+    /// and while the drive is not silent yet.
+    void clear(std::uint64_t aborts, acquisition::Channels& channels);
 
     [[nodiscard]] const RunPlan& plan() const noexcept { return plan_; }
     [[nodiscard]] RunState state() const noexcept { return named(state_); }
@@ -115,7 +118,6 @@ private:
     void take_trips(const acquisition::Streams& streams, acquisition::Channels& channels);
     void take_stamps(const acquisition::Streams& streams, acquisition::Channels& channels);
     void start_again(std::int64_t lost, acquisition::Channels& channels);
-    void blame_dac(Tripped& tripped);
     void arm(acquisition::Channels& channels);
     void take_accelerations(const acquisition::Streams& streams, acquisition::Channels& channels);
     void window_done(const control::PeriodWindows::Window& window, const calibration::Timebase& timebase,
@@ -143,7 +145,6 @@ private:
     void advance(RampDown& down, acquisition::Channels& channels);
     void advance(Tripped& tripped, acquisition::Channels& channels);
     void settle(Run& run);
-    void unlatch(Tripped& tripped, acquisition::Channels& channels);
     void finish_clearing(acquisition::Channels& channels);
 
     RunPlan plan_;
@@ -165,13 +166,10 @@ private:
         int restarts = 0;             // after the DAC ran empty
     } order_;
     static constexpr double aftermath_s = 0.3;  // recorded after a trip
-    struct Lost {
-        std::int64_t samples = 0;
-        double at_s = -INFINITY;  // master time
-    } lost_;                      // the last time the DAC ran empty
 
-    std::vector<Stop> stops_;  // one for each trip
-    std::size_t cause_ = 0;    // index of the trip that stopped the run
+    std::vector<Stop> stops_;        // one for each trip
+    std::size_t cause_ = 0;          // index of the trip that stopped the run
+    std::uint64_t newest_trip_ = 0;  // its number
     std::optional<safety::Trip> trip_;
     std::size_t plays_ = 0, blocks_ = 0, changes_ = 0;  // processed elements of the streams
     AccelTick last_tick_{};                             // newest accelerometer sample

@@ -74,6 +74,8 @@ void Sequence::set(const Drive& drive, acquisition::Channels& channels) {
 void Sequence::hold_to(const safety::Limits& limits, acquisition::Channels& channels) {
     plan_.limits = limits;
     guard_.hold_to(limits);
+    plan_.controller.volts_limit = limits.drive.abort * usable_drive;
+    controller_.limit(plan_.controller.volts_limit);
     channels.output_limits.post(limits);
     channels.input_limits.post(limits);
 }
@@ -85,13 +87,13 @@ void Sequence::stop(acquisition::Channels& channels, const safety::Trip& why) {
     if (!channels.ordered.push(trip)) ++channels.lost.trips_lost;
 }
 
-void Sequence::clear(acquisition::Channels& channels) {
+void Sequence::clear(std::uint64_t aborts, acquisition::Channels& channels) {
     auto* tripped = std::get_if<Tripped>(&state_);
     if (tripped == nullptr)
         throw InputError{fmt::format("nothing to clear: the run is in state {}", name(state()))};
     if (tripped->phase != Tripped::Phase::silent)
         throw InputError{"the drive is not silent yet; wait until it is, then clear the trip"};
-    ++channels.releases;
+    channels.clearance.post({newest_trip_, aborts});
     tripped->phase = Tripped::Phase::clearing;
 }
 

@@ -12,6 +12,7 @@ namespace shaker::run {
 namespace {
 constexpr double accelerometer_patience_s = 8;  // longer than the time-out of its driver
 constexpr double camera_patience_s = 2;
+constexpr double longest_soft_stop_s = 2;
 }  // namespace
 
 void Sequence::go(const State& next, acquisition::Channels& channels) {
@@ -80,29 +81,12 @@ void Sequence::advance(Tripped& tripped, acquisition::Channels& channels) {
         case Tripped::Phase::latched:
             tripped.phase = Tripped::Phase::silent;
             break;
-        case Tripped::Phase::excused:
-        case Tripped::Phase::released:
-            unlatch(tripped, channels);
-            break;
         case Tripped::Phase::clearing:
             finish_clearing(channels);
             break;
         case Tripped::Phase::silent:
             break;
     }
-}
-
-void Sequence::unlatch(Tripped& tripped, acquisition::Channels& channels) {
-    if (tripped.phase == Tripped::Phase::excused) {
-        ++channels.releases;
-        tripped.phase = Tripped::Phase::released;
-        return;
-    }
-    if (channels.stopped) return;
-    guard_.rearm();
-    trip_.reset();
-    go(Idle{}, channels);
-    arm(channels);
 }
 
 // A run may be armed in idle, so idle waits until the output has released its stop.
@@ -120,7 +104,10 @@ bool Sequence::walker_settled() const {
 void Sequence::come_down(acquisition::Channels& channels) {
     go(RampDown{}, channels);
     say_("soft stop");
-    command({}, plan_.soft_start, true, channels);
+    channels.drive.post({.volts = {},
+                         .sequence = drive_.next(),
+                         .stop_s = std::min(plan_.soft_start / frequency_, longest_soft_stop_s)});
+    drive_.await();
 }
 
 void Sequence::begin_measuring(bool late) {

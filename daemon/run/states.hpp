@@ -25,8 +25,6 @@ struct RampDown {};
 struct Tripped {
     enum class Phase {
         latched,   // data from before the trip are still arriving
-        excused,   // an empty DAC was the cause: the drive restarts by itself
-        released,  // excused; waits until the output has released its stop
         silent,    // waits for clear()
         clearing,  // cleared; waits until the output has released its stop
     };

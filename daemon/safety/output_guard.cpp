@@ -16,10 +16,14 @@ OutputGuard::OutputGuard(double rate_hz, double accelerometer_rate_hz, std::opti
     : rate_hz_{rate_hz},
       limits_{limits.value_or(Limits{})},
       armed_{limits.has_value()},
-      has_accelerometer_{accelerometer_rate_hz > 0},
-      patience_s_{limits_.missing_s} {
-    if (has_accelerometer_)
-        patience_s_ = std::max(patience_s_, block_patience * AccelBlock::capacity / accelerometer_rate_hz);
+      has_accelerometer_{accelerometer_rate_hz > 0} {
+    if (has_accelerometer_) least_patience_s_ = block_patience * AccelBlock::capacity / accelerometer_rate_hz;
+}
+
+// A cause that was reported and has another limit now may be reported again.
+void OutputGuard::hold_to(const Limits& limits) noexcept {
+    limits_ = limits;
+    reported_.reset();
 }
 
 std::int64_t OutputGuard::stop_samples(StopKind kind) const noexcept {
@@ -27,12 +31,15 @@ std::int64_t OutputGuard::stop_samples(StopKind kind) const noexcept {
 }
 
 std::optional<Trip> OutputGuard::check(const OutputSigns& signs, Warnings& warnings) noexcept {
-    const bool waits_for_first = signs.silent && signs.signs_of_life == 0;
-    if (signs.signs_of_life != signs_of_life_ || waits_for_first) block_at_ = signs.tick;
+    const bool waits_for_first = signs.silent && signs.judged == 0;
+    if (signs.judged != judged_ || waits_for_first) judged_at_ = signs.tick;
+    if (signs.judged != judged_ || signs.heard != heard_ || (waits_for_first && signs.heard == 0))
+        heard_at_ = signs.tick;
     if (signs.gathered != gathered_ || signs.silent) gathered_at_ = signs.tick;
     const std::optional<Trip> found = find(signs, warnings);
     clamped_ = signs.clamped;
-    signs_of_life_ = signs.signs_of_life;
+    heard_ = signs.heard;
+    judged_ = signs.judged;
     gathered_ = signs.gathered;
     return found;
 }
@@ -43,18 +50,30 @@ std::optional<Trip> OutputGuard::find(const OutputSigns& s, Warnings& warnings) 
         if (const auto t =
                 trip(Cause::drive, StopKind::hard, s.largest_clamped_V, s.peak_V, s.tick, warnings))
             return t;
+    if (s.peak_V > limits_.drive.abort)
+        if (const auto t =
+                trip(Cause::drive, StopKind::hard, s.peak_V, limits_.drive.abort, s.tick, warnings))
+            return t;
     if (s.lost > 0)
         if (const auto t =
                 trip(Cause::underrun, StopKind::hard, static_cast<double>(s.lost), 0, s.tick, warnings))
             return t;
-    const double silent_s = duration_s(s.tick - block_at_, rate_hz_);
-    if (has_accelerometer_ && silent_s >= patience_s_)
-        if (const auto t =
-                trip(Cause::sensor_missing, StopKind::soft, silent_s, patience_s_, s.tick, warnings))
-            return t;
+    if (has_accelerometer_)
+        if (const auto t = find_silence(s, warnings)) return t;
     const double still_s = duration_s(s.tick - gathered_at_, rate_hz_);
     if (still_s > limits_.watchdog_s)
         return trip(Cause::watchdog, StopKind::soft, still_s, limits_.watchdog_s, s.tick, warnings);
+    return std::nullopt;
+}
+
+std::optional<Trip> OutputGuard::find_silence(const OutputSigns& s, Warnings& warnings) noexcept {
+    const double patience_s = std::max(limits_.missing_s, least_patience_s_);
+    const double unheard_s = duration_s(s.tick - heard_at_, rate_hz_);
+    if (unheard_s >= patience_s)
+        return trip(Cause::sensor_missing, StopKind::soft, unheard_s, patience_s, s.tick, warnings);
+    const double unjudged_s = duration_s(s.tick - judged_at_, rate_hz_), most_s = patience_s + held_back_s;
+    if (unjudged_s >= most_s)
+        return trip(Cause::sensor_missing, StopKind::soft, unjudged_s, most_s, s.tick, warnings);
     return std::nullopt;
 }
 

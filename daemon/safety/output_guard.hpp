@@ -11,14 +11,15 @@ namespace shaker::safety {
 
 /// State of the output before a block, and of the block before.
 struct OutputSigns {
-    std::int64_t tick = 0;            // next sample to be played
-    bool silent = true;               // no drive
-    double peak_V = 0;                // V, of the block
-    std::uint64_t clamped = 0;        // samples cut at the limit since the start
-    double largest_clamped_V = 0;     // V, largest requested |volts| of those
-    std::int64_t lost = 0;            // samples, duration of underruns
-    std::uint64_t signs_of_life = 0;  // accelerometer blocks since the start
-    std::int64_t gathered = 0;        // counter that the control increases while it runs
+    std::int64_t tick = 0;         // next sample to be played
+    bool silent = true;            // no drive
+    double peak_V = 0;             // V, of the block
+    std::uint64_t clamped = 0;     // samples cut at the limit since the start
+    double largest_clamped_V = 0;  // V, largest requested |volts| of those
+    std::int64_t lost = 0;         // samples, duration of underruns
+    std::uint64_t heard = 0;       // accelerometer samples whose level was checked
+    std::uint64_t judged = 0;      // accelerometer blocks that were checked completely
+    std::int64_t gathered = 0;     // counter that the control increases while it runs
 };
 
 class OutputGuard {
@@ -27,13 +28,17 @@ public:
     /// limits all findings are counted as warnings and nothing trips.
     OutputGuard(double rate_hz, double accelerometer_rate_hz, std::optional<Limits> limits);
 
-    /// Call before each block. A trip is reported once until rearm(). sensor_missing: no
-    /// accelerometer block for missing_s or 1.25 blocks, whichever is longer, once the first has
-    /// arrived or the drive is on. watchdog: checked while the drive is on.
+    /// Call before each block. A trip is reported once until rearm(). drive: a block above the abort level,
+    /// or samples cut at it. sensor_missing: no accelerometer sample was checked for missing_s or 1.25
+    /// blocks, whichever is longer, once the first has arrived or the drive is on; samples whose place in
+    /// time is not known count for at most held_back_s. watchdog: checked while the drive is on.
     std::optional<Trip> check(const OutputSigns& signs, Warnings& warnings) noexcept;
     void rearm() noexcept { reported_.reset(); }
     /// Replaces the limits from now on.
-    void hold_to(const Limits& limits) noexcept { limits_ = limits; }
+    void hold_to(const Limits& limits) noexcept;
+    /// Longest time for which samples are checked for their level only, because their place in time is not
+    /// known, s.
+    static constexpr double held_back_s = 0.1;
     /// True if limits were given.
     [[nodiscard]] bool armed() const noexcept { return armed_; }
     /// Length of the ramp to zero, in samples.
@@ -41,6 +46,7 @@ public:
 
 private:
     std::optional<Trip> find(const OutputSigns& signs, Warnings& warnings) noexcept;
+    std::optional<Trip> find_silence(const OutputSigns& signs, Warnings& warnings) noexcept;
     std::optional<Trip> trip(Cause cause, StopKind kind, double value, double limit, std::int64_t tick,
                              Warnings& warnings) noexcept;
 
@@ -48,11 +54,11 @@ private:
     Limits limits_;
     bool armed_;
     bool has_accelerometer_;
-    double patience_s_;   // longest silence of the accelerometer, s
-    Detectors reported_;  // causes reported since rearm()
-    std::uint64_t clamped_ = 0, signs_of_life_ = 0;
+    double least_patience_s_ = 0;  // 1.25 blocks of the accelerometer
+    Detectors reported_;           // causes reported since rearm()
+    std::uint64_t clamped_ = 0, heard_ = 0, judged_ = 0;
     std::int64_t gathered_ = 0;
-    std::int64_t block_at_ = 0, gathered_at_ = 0;  // ticks of the last block and the last progress
+    std::int64_t heard_at_ = 0, judged_at_ = 0, gathered_at_ = 0;  // ticks of the last progress
 };
 
 }  // namespace shaker::safety

@@ -42,18 +42,21 @@ void PredictedMotion::hear(const DriveChange& change) noexcept {
 }
 
 void PredictedMotion::begin(const DriveChange& change) noexcept {
-    if (change.stop > 0) {
+    // A soft stop of a constant drive is a ramp to zero. The product of a ramp and a stop is not predicted.
+    const double before = static_cast<double>(change.first.n) - first_;
+    const bool soft = change.stop > 0 && change.command.sequence > 0 && !stopped_ && before >= ramp_;
+    if (change.stop > 0 && !soft) {
         stopped_ = true;
         return;
     }
-    left_ = stopped_ ? 0 : slack_at(static_cast<double>(change.first.n) - first_);
+    left_ = stopped_ ? 0 : slack_at(before);
     from_ = stopped_ ? End{.volts = {}, .frequency = to_.frequency, .step = to_.step} : to_;
     stopped_ = false;
     to_ = {.volts = change.command.volts,
            .frequency = change.command.frequency,
            .step = 0x1p-64 * static_cast<double>(high_word(change.step))};
     first_ = static_cast<double>(change.first.n);
-    ramp_ = static_cast<double>(change.ramp);
+    ramp_ = static_cast<double>(std::max(change.ramp, change.stop));
     phase_ = 0x1p-64 * static_cast<double>(high_word(change.phase));
     frequency_ = to_.frequency;
     predict(from_);

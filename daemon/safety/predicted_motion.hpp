@@ -34,7 +34,7 @@ struct Expectation {
 
 /// Prediction in steady state: a(t) = Im sum_q H_q V_q e^{i q theta(t)}, with H the response (m/s^2 per V), V
 /// the harmonics of the drive (V) and theta the drive's phase at the DAC sample of the clock map.
-/// Ramps: amplitudes and frequency follow the raised cosine of the synthesiser.
+/// Ramps and soft stops: amplitudes and frequency follow the raised cosine of the synthesiser.
 /// Slack, a bound of the transient: decays with settling_s from at most 1.5 times the change of amplitude (8
 /// times the motion while the frequency is ramped).
 /// Sign: as AccelerometerInfo::acceleration along `axis`, without gravity and offset.
@@ -60,7 +60,7 @@ public:
                            // frequency changes
     };
     /// The prediction at a tick; ticks must not decrease. Empty while clock map or response is
-    /// unknown, and from a stop until the next change.
+    /// unknown, and from a trip's stop, or a soft stop during a ramp, until the next change.
     std::optional<Sample> at(AccelTick tick) noexcept;
     /// DAC sample that was playing at a tick; empty while the clock map is unknown.
     [[nodiscard]] std::optional<double> dac_sample(AccelTick tick) const noexcept;

@@ -73,6 +73,8 @@ void SampleGuard::expect(const Expectation& expectation) noexcept {
 
 void SampleGuard::hear(const DriveChange& change) noexcept {
     motion_.hear(change);
+    const bool ran_empty = change.ramp == 0 && change.stop == 0;
+    if (ran_empty && contradicts_) rearm();  // the output takes that trip for a part of the underrun
     const double ramp_s = duration_s(change.ramp, dac_rate_hz_);
     const double steady_s = ramp_s + 1 / change.command.frequency;
     const bool silent = change.stop > 0 || change.command.volts.order() == 0;
@@ -81,6 +83,7 @@ void SampleGuard::hear(const DriveChange& change) noexcept {
 
 void SampleGuard::rearm() noexcept {
     tripped_.reset();
+    contradicts_ = false;
     window_.clear();
 }
 
@@ -94,6 +97,22 @@ void SampleGuard::check(const AccelBlock& block, Ring<Trip>& trips, Warnings& wa
         judge(counts, at_rail(counts, largest), out);
     }
     next_ = block.first.n + block.size;
+}
+
+void SampleGuard::check_early(std::span<const std::array<std::int32_t, 3>> counts, Ring<Trip>& trips,
+                              Warnings& warnings) noexcept {
+    const Findings out{trips, warnings};
+    tick_ = {next_};
+    for (const auto& sample : counts) {
+        Vector a = sensor_.acceleration(sample);
+        if (!std::isfinite(a[0] + a[1] + a[2]))
+            trip(Cause::sensor_not_finite, StopKind::soft, a[0] + a[1] + a[2], 0, out);
+        if (static_cast<double>(seen_) < gravity_known_s * sensor_.rate_hz) continue;
+        for (std::size_t k = 0; k < 3; ++k) a[k] -= mean_[k];
+        // check() counts the warnings.
+        const Level level{std::numeric_limits<double>::infinity(), limits_.acceleration.abort};
+        watch_level(Cause::acceleration, size_along(a), level, StopKind::hard, out);
+    }
 }
 
 void SampleGuard::judge(const std::array<std::int32_t, 3>& counts, bool railed,
@@ -336,13 +355,15 @@ void SampleGuard::trip(Cause cause, StopKind kind, double value, double limit, c
     if (tripped_ && !(*tripped_ == StopKind::soft && kind == StopKind::hard)) return;
     tripped_ = kind;
     const auto dac = motion_.dac_sample(tick_);
-    // The ring holds more than two trips, the most there can be before a release.
-    static_cast<void>(out.trips.push({.cause = cause,
-                                      .stop = kind,
-                                      .on_dac_clock = dac.has_value(),
-                                      .value = value,
-                                      .limit = limit,
-                                      .tick = dac ? std::llround(*dac) : tick_.n}));
+    const Trip trip{.cause = cause,
+                    .stop = kind,
+                    .on_dac_clock = dac.has_value(),
+                    .value = value,
+                    .limit = limit,
+                    .tick = dac ? std::llround(*dac) : tick_.n};
+    contradicts_ = contradicts_prediction(trip);
+    // The ring holds more than the few trips that there can be before a release.
+    static_cast<void>(out.trips.push(trip));
 }
 
 }  // namespace shaker::safety

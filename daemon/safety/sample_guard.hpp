@@ -4,6 +4,7 @@
 #include <array>
 #include <cstdint>
 #include <optional>
+#include <span>
 
 #include "daemon/safety/limits.hpp"
 #include "daemon/safety/predicted_motion.hpp"
@@ -35,6 +36,10 @@ public:
     void rearm() noexcept;
     /// Replaces the limits from now on.
     void hold_to(const Limits& limits) noexcept { limits_ = limits; }
+    /// Checks the levels of samples whose place in time is not known yet: finite, and acceleration below its
+    /// abort level. check() gets the same samples later. Pushes a trip into `trips` at once.
+    void check_early(std::span<const std::array<std::int32_t, 3>> counts, Ring<Trip>& trips,
+                     Warnings& warnings) noexcept;
     /// Checks a block. Pushes a trip into `trips` at once.
     void check(const AccelBlock& block, Ring<Trip>& trips, Warnings& warnings) noexcept;
 
@@ -86,9 +91,10 @@ private:
     bool axis_known_;
 
     std::optional<StopKind> tripped_;
-    AccelTick tick_;         // of the sample being checked
-    std::int64_t next_ = 0;  // expected tick of the next sample
-    std::int64_t seen_ = 0;  // number of samples
+    bool contradicts_ = false;  // the newest trip contradicts the prediction
+    AccelTick tick_;            // of the sample being checked
+    std::int64_t next_ = 0;     // expected tick of the next sample
+    std::int64_t seen_ = 0;     // number of samples
     Vector mean_{}, last_{}, velocity_{}, displacement_{};
     double leak_ = 0;                  // factor of the integrals per sample
     double frequency_ = 0;             // Hz, for which leak_ and the windows are set

@@ -38,8 +38,8 @@ constexpr std::array<Words, causes> words{{
     {"sensor_not_finite", "", 1, "",
      "the acceleration computed from the accelerometer's counts is not finite",
      "check its scale and offset in the rig file"},
-    {"sensor_missing", "s", 1e3, "ms", "no accelerometer samples for {0} (limit {1})",
-     "check its cable and the load of the computer"},
+    {"sensor_missing", "s", 1e3, "ms", "no accelerometer sample could be checked for {0} (limit {1})",
+     "check its cable, its time stamps and the load of the computer"},
     {"residual", "m/s^2", 1, "m/s^2", "measured and predicted acceleration differ by {0} rms (limit {1})",
      "check for a loose fixture, a changed amplifier gain or a hand on the table; then identify again"},
     {"loop_divergence", "", 100, "%", "the control error is {0} of the target (limit {1})",
@@ -73,6 +73,11 @@ constexpr std::array<Words, causes> words{{
 const Words& of(Cause cause) noexcept { return words[static_cast<std::size_t>(cause) % causes]; }
 
 }  // namespace
+
+bool contradicts_prediction(const Trip& trip) noexcept {
+    return trip.stop == StopKind::soft && (trip.cause == Cause::residual ||
+                                           trip.cause == Cause::sensor_open || trip.cause == Cause::polarity);
+}
 
 const char* name(Cause cause) noexcept { return of(cause).name; }
 

@@ -51,8 +51,12 @@ struct Trip {
     int harmonic = 0;           // order of the harmonic if the cause concerns one; else 0
     double value = 0;           // in the unit of the cause
     double limit = 0;
-    std::int64_t tick = 0;  // of the sample that exceeded the limit
+    std::int64_t tick = 0;     // of the sample that exceeded the limit
+    std::uint64_t number = 0;  // the output counts its trips from 1; 0: not answered by the output yet
 };
+
+/// True for a soft stop because the base did not move as predicted.
+bool contradicts_prediction(const Trip& trip) noexcept;
 
 /// The word for a cause in settings and remote commands: "sensor_frozen".
 const char* name(Cause cause) noexcept;

@@ -32,12 +32,22 @@ void require_lower(const char* what, double now, double wanted) {
 
 }  // namespace
 
+// An abort voids the orders that were waiting. Those that cannot lead to a drive are carried out.
+void BenchService::require_newer_than_abort(const Order& order) const {
+    if (order.aborts == bench_port_.aborted() || std::holds_alternative<Remark>(order.what) ||
+        std::holds_alternative<LowerLimits>(order.what) || std::holds_alternative<End>(order.what))
+        return;
+    throw InputError{"an abort came after this order; give it again if it is still wanted"};
+}
+
 bool BenchService::answer(acquisition::Channels& channels) {
     bool any = false;
     while (const auto order = bench_port_.next()) {
         any = true;
         std::string refused;
         try {
+            aborts_seen_ = channels.aborts;
+            require_newer_than_abort(*order);
             std::visit([&](const auto& what) { obey(what, channels); }, order->what);
         } catch (const std::exception& e) {
             refused = e.what();
@@ -112,7 +122,7 @@ void BenchService::obey(const ClearTrip& /*order*/, acquisition::Channels& chann
     if (record_.finishing())
         throw InputError{
             "the recording of the stopped run is still being finished; wait, then clear the trip"};
-    sequence_.clear(channels);
+    sequence_.clear(aborts_seen_, channels);
 }
 
 void BenchService::obey(const Record& order, acquisition::Channels& /*channels*/) {

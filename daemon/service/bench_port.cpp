@@ -6,10 +6,10 @@
 
 namespace shaker::service {
 
-// Stops first: stop_() takes no lock.
+// Counts first, so that no waiting order is carried out behind the stop. stop_() takes no lock.
 void BenchPort::abort(const std::string& by) {
-    stop_();
     ++aborted_;
+    stop_();
     const auto now = state();
     log(now ? now->now_s : 0, "order", "abort by " + by);
 }
@@ -19,6 +19,7 @@ void BenchPort::order(Order order) {
         const std::scoped_lock lock{mutex_};
         if (orders_.size() < most_orders) {
             ++ordered_;
+            order.aborts = aborted_;
             orders_.push_back(std::move(order));
             return;
         }

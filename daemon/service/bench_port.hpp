@@ -65,6 +65,7 @@ struct Order {
     OrderWhat what;
     /// Called once on the service's thread with the reason of a refusal; empty: the order was carried out.
     std::function<void(const std::string& refused)> answer;
+    std::uint64_t aborts = 0;  // set by BenchPort::order(): aborts before this order
 };
 
 /// A line of the log for all clients.
@@ -86,7 +87,8 @@ public:
     void abort(const std::string& by);
     /// Calls of abort(). BenchState::aborts reaches this number when the bench has carried them out.
     [[nodiscard]] std::uint64_t aborted() const noexcept { return aborted_; }
-    /// Never waits. An order that finds most_orders waiting orders is refused at once.
+    /// Never waits. An order that can drive the shaker is refused if an abort comes before it is carried out.
+    /// An order that finds most_orders waiting orders is refused at once.
     void order(Order order);
     /// Accepted orders. BenchState::answered reaches this number when all of them are answered.
     [[nodiscard]] std::uint64_t ordered() const;

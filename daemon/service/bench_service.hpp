@@ -48,6 +48,7 @@ private:
     using Outcome = std::variant<std::shared_ptr<const reduction::Reduction>, std::string>;
 
     bool answer(acquisition::Channels& channels);
+    void require_newer_than_abort(const Order& order) const;
     void obey(const SetDrive& order, acquisition::Channels& channels);
     void obey(const Begin& order, acquisition::Channels& channels);
     void obey(const Identify& order, acquisition::Channels& channels);
@@ -85,6 +86,7 @@ private:
     bool recorded_ = false;  // the next run is recorded
     std::string name_;       // of the next recording; empty: a name from the time
     std::uint64_t answered_ = 0;
+    std::uint64_t aborts_seen_ = 0;  // Channels::aborts before the present order was checked
     run::RunState state_ = run::RunState::init;
     bool active_ = false;         // a run is not finished
     bool stop_recorded_ = false;  // the trip of the stopped run was recorded

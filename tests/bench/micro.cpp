@@ -93,7 +93,7 @@ void BM_drive_guard_check(benchmark::State& state) {
     safety::Warnings warnings;
     for (auto _ : state) {
         signs.tick += 240;
-        ++signs.signs_of_life;
+        ++signs.judged;
         ++signs.gathered;
         benchmark::DoNotOptimize(guard.check(signs, warnings));
     }

@@ -16,6 +16,7 @@
 #include <utility>
 
 #include "drivers/errors.hpp"
+#include "drivers/handover.hpp"
 #include "drivers/hardware/clock/host_now.hpp"
 #include "drivers/hardware/iio/accel_blocks.hpp"
 #include "drivers/hardware/iio/context.hpp"
@@ -109,7 +110,7 @@ public:
     [[nodiscard]] DeviceCounts counts() const noexcept override {
         return {blocks_.taken(), blocks_.lost(), incidents_ + clock_steps_, reopened_};
     }
-    [[nodiscard]] std::uint64_t heard() const noexcept override { return heard_; }
+    std::size_t read_early(std::span<std::array<std::int32_t, 3>> counts) noexcept override;
     bool read(AccelBlock& block, milliseconds wait) override;
     [[nodiscard]] bool ended() const noexcept override { return stopping_ && drained_; }
     void stop() noexcept override;
@@ -136,9 +137,10 @@ private:
     bool broken_ = false;                               // since the last sample
     // both threads
     AccelBlocks blocks_;
+    Ring<std::array<std::int32_t, 3>> early_{8192};
     Doorbell bell_{}, stop_bell_{}, end_bell_{};
     std::atomic<std::int64_t> last_data_ns_{0};
-    std::atomic<std::uint64_t> heard_{0}, incidents_{0}, clock_steps_{0}, reopened_{0};
+    std::atomic<std::uint64_t> incidents_{0}, clock_steps_{0}, reopened_{0};
     std::atomic<bool> stopping_{false}, drained_{false}, reader_started_{false}, reader_ended_{false};
     std::jthread reader_{};
 };
@@ -162,6 +164,16 @@ bool IioAccelerometer::read(AccelBlock& block, milliseconds wait) {
     const bool silent = static_cast<double>(now_ns() - last_data_ns_) > 1e9 * settings_.give_up_s;
     if (silent && !stopping_) give_up();
     return false;
+}
+
+std::size_t IioAccelerometer::read_early(std::span<std::array<std::int32_t, 3>> counts) noexcept {
+    std::size_t n = 0;
+    for (; n < counts.size(); ++n) {
+        const auto sample = early_.pop();
+        if (!sample) break;
+        counts[n] = *sample;
+    }
+    return n;
 }
 
 void IioAccelerometer::give_up() {
@@ -241,7 +253,6 @@ void IioAccelerometer::take(std::span<const std::byte> samples) noexcept {
     const std::int64_t now = now_ns();
     last_data_ns_ = now;
     const IioScan& scan = facts_.scan;
-    heard_ += samples.size() / scan.size;
     for (std::size_t left = samples.size() / scan.size; left-- > 0; samples = samples.subspan(scan.size)) {
         TimedSample sample;
         for (std::size_t k = 0; k < 3; ++k)
@@ -252,6 +263,7 @@ void IioAccelerometer::take(std::span<const std::byte> samples) noexcept {
             place(sample);
             continue;
         }
+        static_cast<void>(early_.push(sample.counts));  // a full ring: the sample counts as unheard
         sample.stamp_ns = unpack(samples, *scan.stamp);
         grid_.add(sample);
         while (const auto placed = grid_.next()) add(*placed);

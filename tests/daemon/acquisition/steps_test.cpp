@@ -1,3 +1,4 @@
+#include "daemon/acquisition/drive_output.hpp"
 #include "daemon/acquisition/steps.hpp"
 
 #include <gtest/gtest.h>

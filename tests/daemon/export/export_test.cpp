@@ -9,6 +9,7 @@
 #include <nlohmann/json.hpp>
 #include <random>
 
+#include "daemon/acquisition/drive_output.hpp"
 #include "daemon/acquisition/steps.hpp"
 #include "daemon/export/tables.hpp"
 #include "drivers/errors.hpp"
@@ -70,7 +71,7 @@ struct EventfulDrive {
             if (chance(0.004))
                 static_cast<void>(channels.ordered.push(
                     {.cause = safety::Cause::operator_stop, .stop = safety::StopKind::soft}));
-            if (chance(0.01)) ++channels.releases;
+            if (chance(0.01)) channels.clearance.post({output.newest.number, 0});
             if (chance(0.001)) dac.loses = 1 + static_cast<std::int64_t>(between(0, 5000));
             output_step(output, dac, channels);
             while (const auto change = channels.changes.pop()) {

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "calibration/clocks/timebase.hpp"
+#include "daemon/acquisition/drive_output.hpp"
 #include "daemon/acquisition/steps.hpp"
 #include "drivers/simulated/shaker_plant.hpp"
 #include "drivers/simulated/world.hpp"

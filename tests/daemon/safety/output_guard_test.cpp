@@ -19,7 +19,7 @@ struct Life {
         const std::int64_t from = signs.tick;
         while (static_cast<double>(signs.tick - from) < s * rate) {
             signs.tick += block;
-            if (sensor && signs.tick / 768 != (signs.tick - block) / 768) ++signs.signs_of_life;
+            if (sensor && signs.tick / 768 != (signs.tick - block) / 768) ++signs.judged;
             if (reduction) signs.gathered = signs.tick - block;
             if ((trip = guard.check(signs, warnings))) return static_cast<double>(signs.tick - from) / rate;
         }

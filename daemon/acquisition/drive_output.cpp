@@ -1,0 +1,154 @@
+#include "daemon/acquisition/drive_output.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace shaker::acquisition {
+
+namespace {
+
+double drive_limit(double full_scale_V, const std::optional<safety::Limits>& limits) {
+    return limits ? std::min(limits->drive.abort, full_scale_V) : full_scale_V;
+}
+
+// Passes a change of the drive to the reduction and, before it is audible, to the accelerometer's guard.
+void push_change(const DriveOutput& output, Channels& channels) {
+    const DriveChange* change = output.synthesiser.change();
+    if (change == nullptr) return;
+    if (!channels.changes.push(*change)) ++channels.lost.changes_lost;
+    if (output.guard.armed() && !channels.ahead.push(*change)) ++channels.lost.changes_lost;
+}
+
+// Reports the newest trip to the reduction. A trip that finds a full ring waits for room.
+void report(DriveOutput& output, Channels& channels) {
+    if (output.unreported && channels.trips.push(*output.unreported)) output.unreported.reset();
+}
+
+void latch(safety::Trip trip, DriveOutput& output, Channels& channels) {
+    trip.number = output.newest.number + 1;
+    output.newest = trip;
+    if (output.unreported) ++channels.lost.trips_lost;
+    output.unreported = trip;
+    report(output, channels);
+    output.synthesiser.stop(output.guard.stop_samples(trip.stop));
+    push_change(output, channels);
+}
+
+void latch_for_operator(DriveOutput& output, Channels& channels) {
+    latch({.cause = safety::Cause::operator_stop,
+           .stop = safety::StopKind::hard,
+           .on_dac_clock = true,
+           .tick = output.synthesiser.tick().n},
+          output, channels);
+}
+
+double peak(const std::vector<double>& volts) noexcept {
+    double largest = 0;
+    for (const double v : volts) largest = std::max(largest, std::abs(v));
+    return largest;
+}
+
+// State of the output after the last block, and signs of life of the other threads.
+safety::OutputSigns signs_of(const DriveOutput& output, const Channels& channels) {
+    const Synthesiser& s = output.synthesiser;
+    return {.tick = s.tick().n,
+            .silent = s.silent(),
+            .peak_V = peak(output.volts),
+            .clamped = s.clamped(),
+            .largest_clamped_V = s.largest_clamped(),
+            .lost = output.lost,
+            .heard = channels.heard,
+            .judged = channels.judged,
+            .gathered = channels.gathered};
+}
+
+// A DAC that ran empty makes the base miss its predicted motion: that finding is part of the underrun.
+bool part_of_underrun(const safety::Trip& trip, const DriveOutput& output) {
+    return contradicts_prediction(trip) && trip.on_dac_clock && trip.tick >= output.empty_from &&
+           trip.tick < output.empty_to;
+}
+
+// An abort always leaves a trip. More aborts while the output is silent after an abort change nothing but
+// refuse an earlier clear.
+void answer_aborts(DriveOutput& output, Channels& channels) {
+    const std::uint64_t aborts = channels.aborts;
+    if (aborts == output.aborted) return;
+    output.aborted = aborts;
+    const bool silent = output.synthesiser.stopped() && output.synthesiser.silent();
+    if (!silent || output.newest.cause != safety::Cause::operator_stop) latch_for_operator(output, channels);
+    channels.aborts_answered = aborts;
+}
+
+void answer_clears(DriveOutput& output, Channels& channels) {
+    if (const auto clearance = channels.clearance.take()) output.clearance = clearance;
+    if (!output.clearance) return;
+    if (output.clearance->aborts != output.aborted) {
+        // The reduction waits for an answer. It gets a trip, unless the abort has already left one.
+        if (output.clearance->trips == output.newest.number) latch_for_operator(output, channels);
+        output.clearance.reset();
+    } else if (output.clearance->trips != output.newest.number) {
+        output.clearance.reset();  // the reduction has not seen the newest trip yet
+    } else if (output.synthesiser.release()) {
+        output.clearance.reset();
+        output.guard.rearm();
+        ++channels.releases;
+    }
+}
+
+void answer_trips(DriveOutput& output, Channels& channels) {
+    report(output, channels);
+    answer_aborts(output, channels);
+    // The output's own trips first: an empty DAC also makes the base miss its predicted motion.
+    if (const auto trip = output.guard.check(signs_of(output, channels), channels.warnings))
+        latch(*trip, output, channels);
+    while (const auto trip = channels.sensed.pop())
+        if (!part_of_underrun(*trip, output)) latch(*trip, output, channels);
+    while (const auto trip = channels.ordered.pop()) latch(*trip, output, channels);
+    answer_clears(output, channels);
+}
+
+void take_drive(DriveOutput& output, Channels& channels) {
+    const auto command = channels.drive.take();
+    if (!command) return;
+    output.synthesiser.set(*command);
+    if (command->stop_s > 0) push_change(output, channels);
+}
+
+}  // namespace
+
+DriveOutput::DriveOutput(const DacInfo& dac, double frequency, double frames_per_second, std::size_t block,
+                         const std::optional<safety::Limits>& limits, double accelerometer_rate_hz)
+    : full_scale_V{dac.full_scale_V},
+      synthesiser{dac.rate_hz, frequency, drive_limit(dac.full_scale_V, limits)},
+      guard{dac.rate_hz, accelerometer_rate_hz, limits},
+      triggers{dac.rate_hz, frames_per_second},
+      volts(block),
+      pulses(block) {}
+
+void output_step(DriveOutput& output, Dac& dac, Channels& channels) {
+    Synthesiser& synthesiser = output.synthesiser;
+    if (const auto limits = channels.output_limits.take()) {
+        output.guard.hold_to(*limits);
+        synthesiser.limit(drive_limit(output.full_scale_V, limits));
+    }
+    answer_trips(output, channels);
+    take_drive(output, channels);
+    synthesiser.fill(output.volts);
+    output.triggers.fill(output.pulses);
+    push_change(output, channels);
+    const std::int64_t first = synthesiser.tick().n - std::ssize(output.volts);
+    const PlayTime played = dac.write(output.volts, output.pulses);
+    if (!channels.played.push(played)) ++channels.lost.plays_lost;
+    if (played.lost > 0) {  // the next sample starts from silence, never at full level
+        synthesiser.silence(played.lost);
+        output.triggers.skip(played.lost);
+        push_change(output, channels);
+        output.empty_from = first;
+        output.empty_to = synthesiser.tick().n;
+    }
+    output.lost = played.lost;
+    channels.stopped = synthesiser.stopped();
+    channels.lost.samples_clamped = synthesiser.clamped();
+}
+
+}  // namespace shaker::acquisition
