@@ -42,21 +42,23 @@ void PredictedMotion::hear(const DriveChange& change) noexcept {
 }
 
 void PredictedMotion::begin(const DriveChange& change) noexcept {
-    // A soft stop of a constant drive is a ramp to zero. The product of a ramp and a stop is not predicted.
-    const double before = static_cast<double>(change.first.n) - first_;
-    const bool soft = change.stop > 0 && change.command.sequence > 0 && !stopped_ && before >= ramp_;
-    if (change.stop > 0 && !soft) {
-        stopped_ = true;
+    if (change.stop > 0) {
+        if (change.command.sequence == 0) stopped_ = true;
+        if (fade_ > 0) return;  // the drive is fading or silent already
+        fade_first_ = static_cast<double>(change.first.n);
+        fade_ = static_cast<double>(change.stop);
         return;
     }
-    left_ = stopped_ ? 0 : slack_at(before);
-    from_ = stopped_ ? End{.volts = {}, .frequency = to_.frequency, .step = to_.step} : to_;
+    const bool silent = stopped_ || fade_ > 0;
+    left_ = silent ? 0 : slack_at(static_cast<double>(change.first.n) - first_);
+    from_ = silent ? End{.volts = {}, .frequency = to_.frequency, .step = to_.step} : to_;
     stopped_ = false;
+    fade_ = 0;
     to_ = {.volts = change.command.volts,
            .frequency = change.command.frequency,
            .step = 0x1p-64 * static_cast<double>(high_word(change.step))};
     first_ = static_cast<double>(change.first.n);
-    ramp_ = static_cast<double>(std::max(change.ramp, change.stop));
+    ramp_ = static_cast<double>(change.ramp);
     phase_ = 0x1p-64 * static_cast<double>(high_word(change.phase));
     frequency_ = to_.frequency;
     predict(from_);
@@ -105,6 +107,14 @@ double PredictedMotion::slack_at(double x) const noexcept {
     return std::max(slack, left_ * std::exp(-std::max(x, 0.0) / settling));
 }
 
+// The slack of a ramp from the motion to zero.
+double PredictedMotion::fade_slack(double x, double rms) const noexcept {
+    const double settling = newest_->settling_s * rate_hz_ * newest_->dac_per_tick;
+    if (!(settling > 0)) return 0;
+    const double slack = rms * std::min(most_slack, 4 * settling / fade_);
+    return x > fade_ ? slack * std::exp((fade_ - x) / settling) : slack;
+}
+
 std::optional<double> PredictedMotion::dac_sample(AccelTick tick) const noexcept {
     if (!mapped_) return std::nullopt;
     return newest_->dac_sample + newest_->dac_per_tick * static_cast<double>(tick.n - newest_->at.n);
@@ -142,7 +152,11 @@ std::optional<PredictedMotion::Sample> PredictedMotion::at(AccelTick tick) noexc
         re = sum_re * c - sum_im * s;
         im = sum_re * s + sum_im * c;
     }
-    return Sample{im, std::sqrt(0.5 * squares), slack_at(x)};
+    const double rms = std::sqrt(0.5 * squares);
+    if (fade_ <= 0) return Sample{im, rms, slack_at(x)};
+    const double faded = std::min((*now - fade_first_) / fade_, 1.0);
+    const double left = 0.5 + 0.5 * std::cos(std::numbers::pi * faded);
+    return Sample{left * im, left * rms, std::max(slack_at(x), fade_slack(*now - fade_first_, rms))};
 }
 
 }  // namespace shaker::safety

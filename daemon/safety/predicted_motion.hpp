@@ -60,7 +60,7 @@ public:
                            // frequency changes
     };
     /// The prediction at a tick; ticks must not decrease. Empty while clock map or response is
-    /// unknown, and from a trip's stop, or a soft stop during a ramp, until the next change.
+    /// unknown, and from a trip's stop until the next change.
     std::optional<Sample> at(AccelTick tick) noexcept;
     /// DAC sample that was playing at a tick; empty while the clock map is unknown.
     [[nodiscard]] std::optional<double> dac_sample(AccelTick tick) const noexcept;
@@ -86,6 +86,8 @@ private:
     void weigh() noexcept;
     /// Slack x DAC samples after the start of the newest change.
     [[nodiscard]] double slack_at(double x) const noexcept;
+    /// Slack x DAC samples after the start of a soft stop; rms: of the motion without the stop, m/s^2.
+    [[nodiscard]] double fade_slack(double x, double rms) const noexcept;
 
     double rate_hz_;
     std::optional<Expectation> newest_, before_;  // before_: the newest at another frequency
@@ -93,11 +95,12 @@ private:
     std::array<DriveChange, most_waiting> waiting_{};
     std::size_t first_waiting_ = 0, waiting_count_ = 0;
     End from_, to_;
-    double first_ = 0, ramp_ = 0;  // DAC samples
-    double map_from_ = 0;          // DAC sample; clock maps from before it are invalid
-    double phase_ = 0;             // turns at first_
-    double change_rms_ = 0;        // m/s^2, rms of to_ minus from_
-    double left_ = 0;              // m/s^2, slack at first_ from earlier changes
+    double first_ = 0, ramp_ = 0;       // DAC samples
+    double fade_first_ = 0, fade_ = 0;  // DAC samples: the soft stop of this drive; fade_ 0: none
+    double map_from_ = 0;               // DAC sample; clock maps from before it are invalid
+    double phase_ = 0;                  // turns at first_
+    double change_rms_ = 0;             // m/s^2, rms of to_ minus from_
+    double left_ = 0;                   // m/s^2, slack at first_ from earlier changes
     int order_ = 0;
     double frequency_;
 };

@@ -53,6 +53,42 @@ TEST(PredictedMotionTest, UnitResponsePredictsThePlayedDrive) {
     EXPECT_LT(worst, 2e-3);
 }
 
+TEST(PredictedMotionTest, PredictsSoftStopsAlsoDuringRamps) {
+    Synthesiser synth{dac_rate, 20, 10};
+    PredictedMotion motion{rate, 20, dac_rate};
+    motion.expect(expectation(20));
+    std::mt19937_64 rng{3};
+    std::uniform_real_distribution<double> unit{0, 1};
+    double worst = 0, largest = 0;
+    std::vector<double> volts(240);
+    const auto hear = [&] {
+        if (synth.change() != nullptr) motion.hear(*synth.change());
+    };
+    const auto play = [&](int blocks) {
+        for (; blocks > 0; --blocks) {
+            const std::int64_t n = synth.tick().n;
+            synth.fill(volts);
+            hear();
+            for (std::int64_t k = 0; k < 240; k += 12) {
+                const auto p = motion.at({(n + k) / 12});
+                ASSERT_TRUE(p);
+                worst = std::max(worst, std::abs(p->value - volts[static_cast<std::size_t>(k)]));
+                largest = std::max(largest, std::abs(p->value));
+            }
+        }
+    };
+    for (int i = 0; i < 100; ++i) {
+        synth.set(command(0.5 + unit(rng), 20, 1 + static_cast<int>(10 * unit(rng))));
+        play(static_cast<int>(100 * unit(rng)));
+        synth.set({.volts = {}, .sequence = 1, .stop_s = 0.02 + 0.5 * unit(rng)});
+        hear();
+        play(200);
+        ASSERT_TRUE(synth.silent());
+    }
+    EXPECT_LT(worst, 1e-9);
+    EXPECT_GT(largest, 1);
+}
+
 TEST(PredictedMotionTest, AppliesAnnouncedChangeAtItsSample) {
     Synthesiser synth{dac_rate, 20, 10};
     PredictedMotion motion{rate, 20, dac_rate};
