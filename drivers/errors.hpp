@@ -2,6 +2,7 @@
 // Exceptions for errors that a person can correct. A message names the item, its value and what is
 // allowed.
 #include <stdexcept>
+#include <string>
 
 namespace shaker {
 
@@ -19,6 +20,12 @@ struct DeviceError : std::runtime_error {
 /// The drive was stopped because a limit was exceeded: which one, by how much. Exit status 5.
 struct TripError : std::runtime_error {
     using std::runtime_error::runtime_error;
+};
+
+/// A signal ended a run before its measurement was complete. Exit status 128 + signal.
+struct Interrupted : std::runtime_error {
+    Interrupted(int number, const std::string& what) : std::runtime_error{what}, signal{number} {}
+    int signal;
 };
 
 }  // namespace shaker

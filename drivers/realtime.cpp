@@ -10,6 +10,7 @@
 #include <cerrno>
 #include <cstdint>
 #include <cstring>
+#include <ctime>
 
 namespace shaker {
 namespace {
@@ -65,6 +66,17 @@ std::string use_fifo_priority(int priority) noexcept {
     const int error = pthread_setschedparam(pthread_self(), SCHED_FIFO, &parameters);
     return error == 0 ? std::string{}
                       : refusal(what, error, "allow it with LimitRTPRIO=99 in the unit or 'ulimit -r 99'");
+}
+
+void use_ordinary_priority() noexcept {
+    const sched_param parameters{.sched_priority = 0};
+    pthread_setschedparam(pthread_self(), SCHED_OTHER, &parameters);
+}
+
+double thread_time_s() noexcept {
+    timespec t{};
+    clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t);
+    return static_cast<double>(t.tv_sec) + 1e-9 * static_cast<double>(t.tv_nsec);
 }
 
 std::string name_thread(const std::string& name) noexcept {

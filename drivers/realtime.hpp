@@ -14,6 +14,12 @@ namespace shaker {
 /// Sets the calling thread to SCHED_FIFO at a priority of 1 to 99, above all ordinary threads.
 [[nodiscard]] std::string use_fifo_priority(int priority) noexcept;
 
+/// Sets the calling thread to ordinary scheduling.
+void use_ordinary_priority() noexcept;
+
+/// Processor time of the calling thread, s.
+[[nodiscard]] double thread_time_s() noexcept;
+
 /// Names the calling thread for debuggers and `ps -L`; at most 15 characters.
 [[nodiscard]] std::string name_thread(const std::string& name) noexcept;
 

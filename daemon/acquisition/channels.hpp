@@ -2,6 +2,7 @@
 // All data that cross threads in a run: bounded rings, mailboxes for newest values, counters of lost data.
 #include <atomic>
 #include <list>
+#include <string>
 #include <vector>
 
 #include "daemon/acquisition/period_jitter.hpp"
@@ -39,23 +40,34 @@ struct Clearance {
     std::uint64_t aborts = 0;  // Channels::aborts when the operator cleared
 };
 
+/// The failure of a loop whose loss the run survives.
+struct LoopFailure {
+    std::string why;  // written before `failed`
+    std::atomic<bool> failed{false};
+};
+
 /// Rings of samples hold at least 10 s at the paper's rates. Rings of frames hold fewer frames than a
 /// camera's pool.
 struct Channels {
     explicit Channels(std::size_t cameras) {
-        for (std::size_t i = 0; i < cameras; ++i) frames.emplace_back(128);
+        for (std::size_t i = 0; i < cameras; ++i) {
+            frames.emplace_back(128);
+            cameras_failed.emplace_back();
+        }
     }
     Mailbox<DriveCommand> drive;  // reduction to output: the only feedback path
     // Trips from all threads go to the output. It stops within its next block and reports to the reduction.
     Ring<safety::Trip> sensed{8};   // accelerometer to output
     Ring<safety::Trip> ordered{8};  // reduction to output: its own trips and the operator's stop
     Ring<safety::Trip> trips{64};   // output to reduction, in order: the first since a release is the cause
-    std::atomic<std::uint64_t> aborts{0};                 // any thread increments it to stop the drive
-    std::atomic<std::uint64_t> aborts_answered{0};        // set by the output after its trip
-    std::atomic<bool> stopped{false};                     // the output is latched and refuses commands
-    Mailbox<Clearance> clearance;                         // reduction to output: an operator's clear
-    std::atomic<std::uint64_t> releases{0};               // the output increments it when it has unlatched
-    Mailbox<safety::Expectation> expectation;             // reduction to accelerometer
+    std::atomic<std::uint64_t> aborts{0};           // any thread increments it to stop the drive
+    std::atomic<std::uint64_t> aborts_answered{0};  // set by the output after its trip
+    std::atomic<bool> stopped{false};               // the output is latched and refuses commands
+    std::atomic<std::int64_t> silent{0};            // samples for which the output has been silent
+    std::atomic<int> failed{-1};               // cause for which the output must stop, because a loop failed
+    Mailbox<Clearance> clearance;              // reduction to output: an operator's clear
+    std::atomic<std::uint64_t> releases{0};    // the output increments it when it has unlatched
+    Mailbox<safety::Expectation> expectation;  // reduction to accelerometer
     Mailbox<safety::Limits> output_limits, input_limits;  // reduction to output and accelerometer
     Ring<DriveChange> ahead{64};           // output to accelerometer: changes before they are audible
     std::atomic<std::uint64_t> heard{0};   // samples of the accelerometer whose level was checked
@@ -65,6 +77,7 @@ struct Channels {
     Ring<DriveChange> changes{1024};
     Ring<AccelBlock> blocks{1024};
     std::list<Ring<TrackedFrame>> frames;
+    std::list<LoopFailure> cameras_failed;  // one for each camera
     std::atomic<std::int64_t> gathered{0};  // newest DAC sample of which the reduction has the PlayTime
     Counters lost;
     PeriodJitter jitter;  // of the output in real time

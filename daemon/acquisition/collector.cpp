@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <utility>
 
 #include "drivers/errors.hpp"
@@ -118,6 +119,11 @@ bool Collector::collect_frames() {
         }
         ++camera;
     }
+    camera = 0;
+    for (const LoopFailure& failure : channels_.cameras_failed) {
+        if (failure.failed) streams_.cameras[camera].failure = failure.why;
+        ++camera;
+    }
     return any;
 }
 
@@ -135,19 +141,40 @@ std::vector<tracking::Track> Collector::newest_tracks(std::size_t camera) const 
     return tracks;
 }
 
+namespace {
+
+// A run survives a camera that has failed. False when there was no frame.
+bool survives(LoopFailure& failure, const std::function<bool()>& step) {
+    if (failure.failed) return false;
+    try {
+        return step();
+    } catch (const DeviceError& e) {
+        failure.why = e.what();
+        failure.failed = true;
+        return false;
+    }
+}
+
+}  // namespace
+
 std::vector<Loop> Collector::sensor_loops() {
     std::vector<Loop> loops;
     if (rig_.accelerometer)
         loops.push_back({"accelerometer", 65, true, [this](std::chrono::milliseconds wait) {
                              return accelerometer_step(input_, *rig_.accelerometer, wait, channels_);
                          }});
+    constexpr double camera_share = 0.6;
     auto ring = channels_.frames.begin();
-    for (std::size_t i = 0; i < rig_.cameras.size(); ++i, ++ring)
-        loops.push_back({"camera " + rig_.cameras[i]->view().camera, 50, true,
-                         [this, i, &out = *ring](std::chrono::milliseconds wait) {
-                             return camera_step(*rig_.cameras[i], camera_inputs_[i], wait, out,
-                                                channels_.lost);
-                         }});
+    auto failure = channels_.cameras_failed.begin();
+    for (std::size_t i = 0; i < rig_.cameras.size(); ++i, ++ring, ++failure)
+        loops.push_back({"camera " + rig_.cameras[i]->view().camera, 50, false,
+                         [this, i, &out = *ring, &lost = *failure](std::chrono::milliseconds wait) {
+                             return survives(lost, [&] {
+                                 return camera_step(*rig_.cameras[i], camera_inputs_[i], wait, out,
+                                                    channels_.lost);
+                             });
+                         },
+                         camera_share});
     return loops;
 }
 

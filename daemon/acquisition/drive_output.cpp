@@ -79,6 +79,17 @@ void answer_aborts(DriveOutput& output, Channels& channels) {
     channels.aborts_answered = aborts;
 }
 
+// A loop has failed.
+void answer_failure(DriveOutput& output, Channels& channels) {
+    const int cause = channels.failed;
+    if (cause < 0 || output.failed) return;
+    output.failed = true;
+    latch({.cause = static_cast<safety::Cause>(cause),
+           .on_dac_clock = true,
+           .tick = output.synthesiser.tick().n},
+          output, channels);
+}
+
 void answer_clears(DriveOutput& output, Channels& channels) {
     if (const auto clearance = channels.clearance.take()) output.clearance = clearance;
     if (!output.clearance) return;
@@ -98,6 +109,7 @@ void answer_clears(DriveOutput& output, Channels& channels) {
 void answer_trips(DriveOutput& output, Channels& channels) {
     report(output, channels);
     answer_aborts(output, channels);
+    answer_failure(output, channels);
     // The output's own trips first: an empty DAC also makes the base miss its predicted motion.
     if (const auto trip = output.guard.check(signs_of(output, channels), channels.warnings))
         latch(*trip, output, channels);
@@ -147,6 +159,7 @@ void output_step(DriveOutput& output, Dac& dac, Channels& channels) {
         output.empty_to = synthesiser.tick().n;
     }
     output.lost = played.lost;
+    channels.silent = synthesiser.silent() ? channels.silent + std::ssize(output.volts) : 0;
     channels.stopped = synthesiser.stopped();
     channels.lost.samples_clamped = synthesiser.clamped();
 }

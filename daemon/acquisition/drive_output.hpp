@@ -27,6 +27,7 @@ struct DriveOutput {
     std::int64_t lost = 0;                      // samples during which the DAC was empty after the last block
     std::int64_t empty_from = 0, empty_to = 0;  // DAC samples: the last time the DAC was empty
     std::uint64_t aborted = 0;                  // value of Channels::aborts that was answered
+    bool failed = false;                        // a loop has failed and its stop was ordered
     safety::Trip newest{};                      // number 0: no trip yet
     std::optional<safety::Trip> unreported;     // newest trip that found a full ring
     std::optional<Clearance> clearance;         // waits for silence

@@ -1,11 +1,15 @@
 #include "daemon/acquisition/executors.hpp"
 
-#include <atomic>
+#include <algorithm>
 #include <exception>
+#include <iterator>
+#include <latch>
 #include <mutex>
 #include <stop_token>
+#include <system_error>
 #include <thread>
 
+#include "daemon/acquisition/fifo_budget.hpp"
 #include "drivers/realtime.hpp"
 
 namespace shaker::acquisition {
@@ -51,52 +55,110 @@ void Pacer::wait_until(double s) {
     std::this_thread::sleep_until(*begin_ + since);
 }
 
-Execution run_lockstep(std::vector<Loop>& loops, const std::function<bool()>& done) {
+double run_lockstep(std::vector<Loop>& loops, const std::function<bool()>& done, const RunHooks& hooks) {
     const Stopwatch watch;
     constexpr std::chrono::milliseconds no_wait{0};
-    while (!done()) {
-        loops.front().step(no_wait);
-        for (std::size_t i = 1; i < loops.size(); ++i)
-            while (loops[i].step(no_wait)) {
+    hooks.begun({});
+    std::size_t at = 0;
+    const auto round = [&](std::size_t failed) {
+        for (at = 0; at < loops.size(); ++at)
+            while (at != failed && loops[at].step(no_wait) && at > 0) {
             }
+    };
+    try {
+        while (!done()) round(loops.size());
+    } catch (...) {
+        const std::size_t failed = std::min(at, loops.size() - 1);
+        constexpr int most_rounds = 2000;
+        for (int i = 0; i < most_rounds && !hooks.wound_down(failed); ++i) round(failed);
+        throw;
     }
-    return {watch.seconds(), {}};
+    return watch.seconds();
 }
 
-Execution run_threaded(std::vector<Loop>& loops, const std::function<bool()>& done,
-                       const std::function<void()>& unblock) {
+namespace {
+
+/// Threads of one run. The first failure is kept.
+class Threads {
+public:
+    Threads(std::vector<Loop>& loops, const std::function<bool()>& done, const RunHooks& hooks)
+        : loops_{loops}, done_{done}, hooks_{hooks}, ready_{std::ssize(loops)} {}
+
+    void run(std::size_t i) noexcept try {
+        Loop& loop = loops_[i];
+        add(prepare_thread(loop));
+        ready_.arrive_and_wait();
+        if (stop_.stop_requested()) return;
+        if (last(i)) hooks_.begun(refused_);
+        FifoBudget budget{loop.fifo_priority, loop.fifo_share};
+        while (!stop_.stop_requested()) {
+            if (!loop.step(wait) && !loop.waits) std::this_thread::sleep_for(pause);
+            budget.spend();
+            if (last(i) && done_()) stop_.request_stop();
+        }
+    } catch (...) {
+        fail(i, std::current_exception());
+    }
+    void add(std::vector<std::string> refused) {
+        const std::scoped_lock lock{mutex_};
+        std::ranges::move(refused, std::back_inserter(refused_));
+    }
+    /// Threads from number `begun` on could not be created.
+    void give_up(std::size_t begun) noexcept {
+        stop_.request_stop();
+        ready_.count_down(std::ssize(loops_) - static_cast<std::ptrdiff_t>(begun));
+    }
+    [[nodiscard]] std::exception_ptr error() const { return error_; }
+
+private:
+    static constexpr std::chrono::milliseconds wait{50}, pause{1};
+    [[nodiscard]] bool last(std::size_t i) const noexcept { return i + 1 == loops_.size(); }
+
+    void fail(std::size_t i, std::exception_ptr why) noexcept {
+        {
+            const std::scoped_lock lock{mutex_};
+            if (!error_) error_ = std::move(why);
+        }
+        const Stopwatch watch;
+        while (!stop_.stop_requested() && !hooks_.wound_down(i) && watch.seconds() < longest_wind_down_s)
+            std::this_thread::sleep_for(pause);
+        stop_.request_stop();
+    }
+
+    std::vector<Loop>& loops_;
+    const std::function<bool()>& done_;
+    const RunHooks& hooks_;
+    std::latch ready_;
+    std::stop_source stop_;
+    std::mutex mutex_;
+    std::vector<std::string> refused_;
+    std::exception_ptr error_;
+};
+
+}  // namespace
+
+double run_threaded(std::vector<Loop>& loops, const std::function<bool()>& done,
+                    const std::function<void()>& unblock, const RunHooks& hooks) {
     const Stopwatch watch;
-    constexpr std::chrono::milliseconds wait{50}, pause{1};
-    std::mutex mutex;
-    std::vector<std::string> refused;
-    if (std::string why = lock_memory(); !why.empty()) refused.push_back(std::move(why));
-    std::exception_ptr error;
-    std::stop_source stop;
+    Threads run{loops, done, hooks};
+    const bool real_time = std::ranges::any_of(loops, [](const Loop& l) { return l.fifo_priority > 0; });
+    if (std::string why = real_time ? lock_memory() : std::string{}; !why.empty()) run.add({std::move(why)});
     {
         std::vector<std::jthread> threads;
-        for (std::size_t i = 0; i < loops.size(); ++i) {
-            threads.emplace_back([&, i] {
-                Loop& loop = loops[i];
-                for (std::string& why : prepare_thread(loop)) {
-                    const std::scoped_lock lock{mutex};
-                    refused.push_back(std::move(why));
-                }
-                try {
-                    while (!stop.stop_requested()) {
-                        if (!loop.step(wait) && !loop.waits) std::this_thread::sleep_for(pause);
-                        if (i + 1 == loops.size() && done()) stop.request_stop();
-                    }
-                } catch (...) {
-                    const std::scoped_lock lock{mutex};
-                    if (!error) error = std::current_exception();
-                    stop.request_stop();
-                }
-                unblock();
-            });
+        threads.reserve(loops.size());
+        try {
+            for (std::size_t i = 0; i < loops.size(); ++i)
+                threads.emplace_back([&, i] {
+                    run.run(i);
+                    unblock();
+                });
+        } catch (const std::system_error&) {
+            run.give_up(threads.size());
+            throw;
         }
     }
-    if (error) std::rethrow_exception(error);
-    return {watch.seconds(), std::move(refused)};
+    if (run.error()) std::rethrow_exception(run.error());
+    return watch.seconds();
 }
 
 }  // namespace shaker::acquisition

@@ -15,13 +15,20 @@ struct Loop {
     int fifo_priority = 0;  // SCHED_FIFO priority of its thread; 0: ordinary
     bool waits = true;      // `step` waits for a device; false: the thread pauses after a step without work
     std::function<bool(std::chrono::milliseconds)> step;
+    double fifo_share = 1;  // most processor time at that priority, share of each tenth of a second
 };
 
-/// Duration of a run, and the operating system's refusals.
-struct Execution {
-    double wall_s = 0;                 // real time
-    std::vector<std::string> refused;  // refused real-time requests, one sentence each
+/// What a run does when its threads have begun and when a loop fails.
+struct RunHooks {
+    /// Called once before the first step. refused: real-time requests that the operating system refused, one
+    /// sentence each.
+    std::function<void(const std::vector<std::string>& refused)> begun = [](const std::vector<std::string>&) {
+    };
+    /// The loop with this index has thrown. The other loops continue until this returns true, at most
+    /// longest_wind_down_s.
+    std::function<bool(std::size_t index)> wound_down = [](std::size_t) { return true; };
 };
+inline constexpr double longest_wind_down_s = 5;
 
 /// Keeps virtual time from running ahead of real time.
 class Pacer {
@@ -37,13 +44,15 @@ private:
 };
 
 /// Calls every loop in turn, each until it has nothing to do, until `done`. The first loop (the output) moves
-/// virtual time and does one step per round. Deterministic.
-Execution run_lockstep(std::vector<Loop>& loops, const std::function<bool()>& done);
+/// virtual time and does one step per round. Deterministic. A loop that throws ends the run after
+/// hooks.wound_down; its exception is thrown from here. Returns the real time, s.
+double run_lockstep(std::vector<Loop>& loops, const std::function<bool()>& done, const RunHooks& hooks = {});
 
 /// Runs each loop in its own thread until `done`, which the last loop (the reduction) calls after each of its
 /// steps. Then calls `unblock`, so that no loop waits for a device any more, and joins all threads. A loop
-/// that throws ends the run; its exception is thrown from here.
-Execution run_threaded(std::vector<Loop>& loops, const std::function<bool()>& done,
-                       const std::function<void()>& unblock);
+/// that throws ends the run after hooks.wound_down; the first exception is thrown from here. Returns the real
+/// time, s.
+double run_threaded(std::vector<Loop>& loops, const std::function<bool()>& done,
+                    const std::function<void()>& unblock, const RunHooks& hooks = {});
 
 }  // namespace shaker::acquisition

@@ -11,6 +11,7 @@ namespace {
 
 constexpr double most_lead_s =
     0.1;  // largest lead of a simulated rig's output over the reduction, with threads
+constexpr double played_out_s = 0.25;  // silence after the ramp, so that a DAC has played its buffer
 
 }  // namespace
 
@@ -31,39 +32,69 @@ double trigger_rate(const Rig& rig) {
 
 bool runs_threaded(const bench::Bench& bench, bool threads) { return threads || bench.world == nullptr; }
 
-Execution run_loops(bench::Bench& bench, Collector& collector, DriveOutput& output, bool threads,
-                    const Lead& lead, const std::function<bool()>& done,
-                    const std::function<bool()>& recorder) {
+namespace {
+
+safety::Cause cause_of(const std::string& loop) {
+    if (loop == "accelerometer") return safety::Cause::sensor_missing;
+    return loop.starts_with("camera") ? safety::Cause::camera_missing : safety::Cause::watchdog;
+}
+
+// The output stops for the failed loop. True when the drive has been silent for a while, or cannot be stopped
+// because the output itself has failed.
+bool wound_down(const Loop& failed, const DriveOutput& output, double rate_hz, Channels& channels) {
+    if (failed.name == "output") return true;
+    channels.failed = static_cast<int>(cause_of(failed.name));
+    return duration_s(channels.silent, rate_hz) > played_out_s + output.guard.longest_stop_s();
+}
+
+}  // namespace
+
+double run_loops(bench::Bench& bench, Collector& collector, DriveOutput& output, bool threads,
+                 const Leader& leader) {
     Rig& rig = bench.rig;
+    Channels& channels = collector.channels();
     const bool simulated = bench.world != nullptr;
+    const double rate_hz = rig.dac->info().rate_hz;
     // Hardware keeps to real time. Virtual time waits for the reduction, which shares the processor.
-    const auto ahead = static_cast<std::int64_t>(most_lead_s * rig.dac->info().rate_hz);
+    const auto ahead = static_cast<std::int64_t>(most_lead_s * rate_hz);
     const bool wait_for_reduction = simulated && threads;
     const bool real_time = runs_threaded(bench, threads);
-    const double block_s = duration_s(std::ssize(output.volts), rig.dac->info().rate_hz);
-    std::vector<Loop> loops{
-        {"output", 70, !wait_for_reduction, [&](std::chrono::milliseconds) {
-             if (wait_for_reduction && output.synthesiser.tick().n - collector.channels().gathered > ahead)
-                 return false;
-             output_step(output, *rig.dac, collector.channels());
-             if (real_time) collector.channels().jitter.took(std::chrono::steady_clock::now(), block_s);
-             return true;
-         }}};
+    const double block_s = duration_s(std::ssize(output.volts), rate_hz);
+    std::vector<Loop> loops{{"output", 70, !wait_for_reduction, [&](std::chrono::milliseconds) {
+                                 if (wait_for_reduction && channels.failed < 0 &&
+                                     output.synthesiser.tick().n - channels.gathered > ahead)
+                                     return false;
+                                 output_step(output, *rig.dac, channels);
+                                 if (real_time)
+                                     channels.jitter.took(std::chrono::steady_clock::now(), block_s);
+                                 return true;
+                             }}};
     for (Loop& loop : collector.sensor_loops()) loops.push_back(std::move(loop));
-    if (recorder)
-        loops.push_back({"recorder", 20, false, [&](std::chrono::milliseconds) { return recorder(); }});
+    if (leader.recorder)
+        loops.push_back(
+            {"recorder", 20, false, [&](std::chrono::milliseconds) { return leader.recorder(); }});
     loops.push_back({"reduction", 0, false, [&](std::chrono::milliseconds) {
                          const bool any = collector.collect();
-                         return lead(collector.streams(), collector.channels()) || any;
+                         return leader.lead(collector.streams(), channels) || any;
                      }});
+    if (simulated)
+        for (Loop& loop : loops) loop.fifo_priority = 0;
     const auto unblock = [&] {
         rig.dac->stop();
         if (rig.accelerometer) rig.accelerometer->stop();
         for (const auto& camera : rig.cameras) camera->stop();
     };
-    Execution execution = real_time ? run_threaded(loops, done, unblock) : run_lockstep(loops, done);
-    collector.collect();
-    return execution;
+    const RunHooks hooks{leader.begun,
+                         [&](std::size_t i) { return wound_down(loops[i], output, rate_hz, channels); }};
+    try {
+        const double wall_s = real_time ? run_threaded(loops, leader.done, unblock, hooks)
+                                        : run_lockstep(loops, leader.done, hooks);
+        collector.collect();
+        return wall_s;
+    } catch (...) {
+        collector.collect();  // the ramp to zero belongs to the run
+        throw;
+    }
 }
 
 }  // namespace shaker::acquisition

@@ -20,10 +20,17 @@ using Lead = std::function<bool(const Streams&, Channels&)>;
 /// True when a run on this rig has one thread per loop. Hardware always does; `threads` requests it
 /// otherwise.
 bool runs_threaded(const bench::Bench& bench, bool threads);
-/// Runs all loops until `done`, which is called after each call of `lead`. recorder: step of the loop that
-/// writes the gathered data.
-Execution run_loops(bench::Bench& bench, Collector& collector, DriveOutput& output, bool threads,
-                    const Lead& lead, const std::function<bool()>& done,
-                    const std::function<bool()>& recorder = {});
+/// Who leads the loops.
+struct Leader {
+    Lead lead;                         // called after new data
+    std::function<bool()> done;        // called after `lead`
+    std::function<bool()> recorder{};  // writes the gathered data; empty: no such loop
+    std::function<void(const std::vector<std::string>&)> begun  // as RunHooks::begun
+        = [](const std::vector<std::string>&) {};
+};
+/// Runs all loops until `done`. Loops that fail: the drive ramps to zero, then the exception is thrown from
+/// here. Simulated rigs take no real-time priority. Returns the real time, s.
+double run_loops(bench::Bench& bench, Collector& collector, DriveOutput& output, bool threads,
+                 const Leader& leader);
 
 }  // namespace shaker::acquisition

@@ -28,6 +28,7 @@ struct CameraStream {
     int width = 0, height = 0;    // px, of the newest frame
     double until_s = 0;           // master time of the newest frame
     std::size_t first_track = 0;  // index of its first target in Streams::tracks
+    std::string failure{};        // reason for which it delivers no more; empty: it works
     /// Every frame without a final time, in the order of the tracks.
     std::vector<calibration::FrameStamp> untimed;
 };

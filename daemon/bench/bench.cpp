@@ -52,6 +52,14 @@ Bench open_simulated(const std::filesystem::path& scene, simulated::World::Pace 
     return open;
 }
 
+// The limits follow from the ratings, so they must not be those of another shaker.
+void require_ratings(SettingsTable& shaker) {
+    if (shaker.has("model")) return;
+    for (const char* rating : {"max_force_n", "stroke_mm", "max_velocity_mps", "max_acceleration_mps2"})
+        if (!shaker.has(rating))
+            shaker.fail(rating, "missing; expected this rating of the shaker, or its `model`");
+}
+
 Bench open_file(const std::filesystem::path& file) {
     if (!std::filesystem::is_regular_file(file))
         throw InputError{"--rig \"" + file.string() +
@@ -60,14 +68,17 @@ Bench open_file(const std::filesystem::path& file) {
     std::ifstream in{file};
     open.rig_text.assign(std::istreambuf_iterator<char>{in}, {});
     SettingsTable root = SettingsTable::from_file(file);
+    for (const char* device : {"dac", "accelerometer", "shaker"})
+        if (!root.has(device)) root.fail(device, std::string{"missing; expected a table ["} + device + "]");
     simulated::Scene sheet = simulated::paper_scene();
-    sheet.shaker = open.shaker = simulated::read_shaker(root.table("shaker"));
+    SettingsTable shaker = root.table("shaker");
+    require_ratings(shaker);
+    sheet.shaker = open.shaker = simulated::read_shaker(std::move(shaker));
+    open.real_time_required = root.choice("real_time", {"required", "wanted"}, 0) == 0;
     open.gravity = root.number("gravity_mps2", on_earth, paper_g);
     SettingsTable limits = root.table("limits");
     if (root.tables("camera").empty())
         root.fail("camera", "expected at least one [[camera]] that sees the base");
-    for (const char* device : {"dac", "accelerometer"})
-        if (!root.has(device)) root.fail(device, std::string{"missing; expected a table ["} + device + "]");
     hardware::HardwareRig bench = hardware::open_hardware_rig(root);
     open.rig = std::move(bench.rig);
     open.rig.name = file.string();

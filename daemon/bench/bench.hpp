@@ -22,6 +22,7 @@ struct Bench {
     double gravity = paper_g;          // m/s^2 at the place
     safety::Limits limits;             // in force for every run
     std::string rig_text;              // TOML: the rig file, or the scene of a simulated rig
+    bool real_time_required = false;   // nothing is driven without real-time scheduling and locked memory
     std::vector<std::string> granted;  // requested and granted settings of the devices, one sentence each
     /// Response of the shaker from the data sheet, m/s^2 per V, at a frequency in Hz.
     std::function<std::complex<double>(double)> response;
@@ -30,8 +31,9 @@ struct Bench {
 /// Opens a rig. "sim:" is the simulated rig, modified by the file `scene` (may be empty). Any other name is a
 /// rig file: its devices (hardware_rig.hpp) and [shaker], the data sheet of shaker and amplifier. Both may
 /// have [limits] (limits.hpp); limits that are not given follow from the data sheet. Both may
-/// have gravity_mps2, the gravity of the place (default 9.8). InputError for the file's content, DeviceError
-/// for a device that cannot be opened.
+/// have gravity_mps2, the gravity of the place (default 9.8). A rig file must name the shaker: its model, or
+/// all maximum ratings; real_time = "wanted" allows a drive without real-time scheduling. InputError for the
+/// file's content, DeviceError for a device that cannot be opened.
 Bench open_bench(const std::string& name, const std::filesystem::path& scene, simulated::World::Pace pace);
 
 /// The limits in the bench's files now, for a reload. The devices are not touched.

@@ -43,7 +43,7 @@ manual::Command check_row() {
             .details = "A device that fails the test also gives exit status 3.",
             .arguments = arguments,
             .example = "shakerd check --rig bench.toml",
-            .exit_statuses = {manual::exit_device, manual::exit_tripped},
+            .exit_statuses = {manual::exit_device, manual::exit_tripped, manual::exit_signal},
             .act = act};
 }
 

@@ -91,7 +91,7 @@ manual::Command run_row() {
             "walker have settled, measures, and prints the results.",
         .arguments = arguments,
         .example = "shakerd run --rig sim: --gamma 1.5g --phi 35deg --periods 40 -o run.nxs",
-        .exit_statuses = {manual::exit_device, manual::exit_tripped},
+        .exit_statuses = {manual::exit_device, manual::exit_tripped, manual::exit_signal},
         .act = act};
 }
 

@@ -8,6 +8,7 @@
 #include <iterator>
 #include <nlohmann/json.hpp>
 
+#include "daemon/commands/stop_signals.hpp"
 #include "daemon/run/runner.hpp"
 
 namespace shaker::commands {
@@ -32,6 +33,7 @@ std::vector<run::Finding> find(const CheckOptions& options) {
     run.scene = options.scene;
     run.drive.frequency = options.frequency_hz;
     run::Runner runner{{.run = run}};
+    const StopSignals signals{runner};
     std::vector<run::Finding> findings;
     for (const std::string& granted : runner.bench().granted)
         findings.push_back({run::Verdict::good, "opened", granted});

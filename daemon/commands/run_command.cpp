@@ -8,6 +8,7 @@
 #include <exception>
 #include <numbers>
 
+#include "daemon/commands/stop_signals.hpp"
 #include "daemon/report/difference.hpp"
 #include "daemon/report/results.hpp"
 #include "daemon/run/runner.hpp"
@@ -130,18 +131,21 @@ std::string why_failed(const run::FinishedRun& ended) try {
 void run(const run::RunOptions& options) {
     run::Runner runner{{.run = options, .recordings = options.trips}};
     for (const std::string& granted : runner.bench().granted) spdlog::info("{}", granted);
+    const StopSignals signals{runner};
     const run::FinishedRun ended = runner.run();
-    for (const std::string& refused : runner.refused()) spdlog::warn("{}", refused);
     const bool stopped = !ended.run.stops.empty();
     if (ended.abandoned || (!stopped && ended.failure)) {
         if (ended.results.reduction) (options.json ? print_json : print_text)(runner, ended);
         std::rethrow_exception(ended.failure);
     }
-    if (!stopped && !ended.results.reduction)
+    if (!stopped && !ended.results.reduction) {
+        StopSignals::rethrow();
         throw InputError{ended.results.not_reduced +
                          (ended.whole ? "; recorded: " + ended.file.string() : "")};
+    }
     (options.json ? print_json : print_text)(runner, ended);
     if (stopped) throw_trip(ended);
+    if (ended.run.interrupted) StopSignals::rethrow();
 }
 
 }  // namespace shaker::commands

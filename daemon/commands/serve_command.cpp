@@ -82,7 +82,6 @@ void serve(const ServeOptions& options) {
             return any;
         },
         [&] { return session.done(); });
-    for (const std::string& refused : runner.refused()) spdlog::warn("{}", refused);
 }
 
 }  // namespace shaker::commands

@@ -17,6 +17,9 @@ int exit_status_of(const std::function<int()>& work) try { return work(); } catc
 } catch (const TripError& e) {
     spdlog::error("shakerd: the drive was stopped: {}", e.what());
     return exit_tripped;
+} catch (const Interrupted& e) {
+    spdlog::error("shakerd: {}", e.what());
+    return exit_signal + e.signal;
 } catch (const std::exception& e) {
     spdlog::critical("shakerd: {}", e.what());
     return exit_failure;

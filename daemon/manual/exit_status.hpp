@@ -19,6 +19,7 @@ inline constexpr int exit_input =
     2;  // command line, settings or a file's content; or data that cannot be reduced
 inline constexpr int exit_device = 3;         // a device or the disk failed
 inline constexpr int exit_tripped = 5;        // a limit stopped the drive
+inline constexpr int exit_signal = 128;       // plus the number of the signal that ended a run softly
 inline constexpr int exit_not_identical = 4;  // replay: the results are not the recorded ones
 
 /// The exit statuses of shakerd.
@@ -31,6 +32,7 @@ inline constexpr std::array exit_meanings{
     ExitStatus{exit_not_identical,
                "replay: the results differ from the recorded ones; recover: a finished file was changed"},
     ExitStatus{exit_tripped, "a limit stopped the drive"},
+    ExitStatus{exit_signal, "plus the signal's number: a signal ended the run; the drive was stopped softly"},
 };
 
 /// Returns the result of `work`, or the status for the exception that it throws; logs the exception's

@@ -124,6 +124,11 @@ EndedRun ended_run(const Sequence& sequence, const acquisition::Streams& streams
     if (!sequence.trip()) {
         if (sequence.state() == RunState::run && run.finished.to_s <= run.finished.from_s)
             run.planned = {sequence.from_s(), sequence.to_s()};
+        if (sequence.interrupted()) {
+            run.interrupted = true;
+            run.planned = sequence.interrupted_part();
+            run.data_end_s = run.planned.to_s;
+        }
         return run;
     }
     for (std::size_t i = sequence.cause(); i < streams.trips.size(); ++i)
@@ -147,7 +152,9 @@ Results results_of(EndedRun& run) {
     std::ranges::copy(run.notes, std::back_inserter(all));
     const bool failed = std::isfinite(run.data_end_s);
     if ((failed || !results.trips.empty()) && !(run.finished.to_s > run.finished.from_s))
-        all.push_back(stopped_note(results.trips.empty() ? "a failed device" : "a limit",
+        all.push_back(stopped_note(run.interrupted         ? "an interruption"
+                                   : results.trips.empty() ? "a failed device"
+                                                           : "a limit",
                                    (results.part.to_s - results.part.from_s) * run.header.frequency_hz));
     return results;
 }

@@ -40,7 +40,8 @@ struct EndedRun {
     std::vector<Stop> stops;  // the trip that stopped the run and later ones; empty: no limit stopped it
     recording::MeasuredPart finished;  // newest finished measurement; empty: no measurement was finished
     recording::MeasuredPart planned;   // the measurement that did not finish; empty: none had begun
-    double data_end_s = NAN;           // master time at which a device failed; NaN: none failed
+    double data_end_s = NAN;   // master time at which a device failed or the run was interrupted; else NaN
+    bool interrupted = false;  // the operator ended the run before a measurement was complete
     std::optional<control::IdentifiedResponse> identified;
     std::vector<std::string> notes;  // for the reader of the results
     std::optional<Truth> truth;

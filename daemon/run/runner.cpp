@@ -76,11 +76,31 @@ double Runner::played_s() const noexcept {
 
 void Runner::lead(const acquisition::Lead& step, const std::function<bool()>& done) {
     const bool records = live_ && (settings_.on_call || recordings_.on());
-    acquisition::Execution execution = run_loops(
-        bench_, collector_, output_, settings_.run.threads, step, done,
-        records ? std::function<bool()>{[this] { return recordings_.step(); }} : std::function<bool()>{});
-    wall_s_ = execution.wall_s;
-    refused_ = std::move(execution.refused);
+    wall_s_ = run_loops(bench_, collector_, output_, settings_.run.threads,
+                        {.lead = step,
+                         .done = done,
+                         .recorder = records ? std::function<bool()>{[this] { return recordings_.step(); }}
+                                             : std::function<bool()>{},
+                         .begun = [this](const std::vector<std::string>& refused) {
+                             refused_ = refused;
+                             for (const std::string& what : refused) spdlog::warn("{}", what);
+                         }});
+}
+
+void Runner::require_real_time() const {
+    if (refused_.empty() || !bench_.real_time_required) return;
+    throw DeviceError{
+        fmt::format("{}; a drive without it may stop by itself at any time. Allow it, or set real_time = "
+                    "\"wanted\" in {}",
+                    refused_.front(), bench_.rig.name)};
+}
+
+void Runner::obey_stop_requests(acquisition::Channels& channels) {
+    const int requests = stop_requests_;
+    if (requests == obeyed_) return;
+    if (requests > 1) ++channels.aborts;
+    if (obeyed_ == 0) sequence_.leave(channels);
+    obeyed_ = requests;
 }
 
 FinishedRun Runner::run() {
@@ -91,7 +111,9 @@ FinishedRun Runner::run() {
     try {
         lead(
             [this](const acquisition::Streams& streams, acquisition::Channels& channels) {
+                require_real_time();
                 const bool any = sequence_.step(streams, channels);
+                obey_stop_requests(channels);
                 recordings_.update(sequence_, channels);
                 return any;
             },
@@ -113,13 +135,25 @@ std::vector<Finding> Runner::check(SelfTestPlan plan) {
     spdlog::info("self-test: {:.3g} s of silence, then {} periods of {:.3g} V at {:.4g} and {:.4g} Hz",
                  plan.quiet_s, plan.hold, plan.volts, plan.frequency, 2 * plan.frequency);
     try {
-        lead([&](const acquisition::Streams& streams,
-                 acquisition::Channels& channels) { return test.step(streams, channels.drive); },
-             [&] { return test.done(); });
+        lead(
+            [&](const acquisition::Streams& streams, acquisition::Channels& channels) {
+                require_real_time();
+                if (const int requests = stop_requests_; requests != obeyed_) {
+                    if (requests > 1) ++channels.aborts;
+                    test.leave(channels.drive);
+                    obeyed_ = requests;
+                }
+                return test.step(streams, channels.drive);
+            },
+            [&] { return test.done(); });
     } catch (const DeviceError& e) {
         return {{Verdict::bad, "self-test", e.what()}};
     }
     for (const std::string& what : refused_) findings.push_back({Verdict::warning, "real time", what});
+    if (stop_requests_ > 0) {
+        findings.push_back({Verdict::bad, "self-test", "interrupted; the drive was stopped softly"});
+        return findings;
+    }
     for (const std::string& what : notes_on(collector_.channels().warnings))
         findings.push_back({Verdict::warning, "limits", what});
     if (test.trip()) {

@@ -1,5 +1,6 @@
 #pragma once
 // Leads any run on a bench: a single run, a bench on call, or a self-test.
+#include <atomic>
 #include <functional>
 #include <string>
 #include <vector>
@@ -38,8 +39,16 @@ public:
     FinishedRun run();
     /// Runs a self-test and judges it. A stop by a limit and a failed device are findings too.
     std::vector<Finding> check(SelfTestPlan plan);
-    /// Runs the loops until `done` returns true. Calls `step` after new data.
+    /// Runs the loops until `done` returns true. Calls `step` after new data. A loop that fails: the drive
+    /// ramps to zero, then the exception is thrown from here.
     void lead(const acquisition::Lead& step, const std::function<bool()>& done);
+    /// Asks run() and check() to end: the first request with a soft stop, a further one with an abort. Any
+    /// thread and signal handlers.
+    void request_stop() noexcept { ++stop_requests_; }
+    [[nodiscard]] int stop_requests() const noexcept { return stop_requests_; }
+    /// DeviceError when the operating system refused real-time scheduling or locked memory and the rig file
+    /// requires them.
+    void require_real_time() const;
 
     [[nodiscard]] bench::Bench& bench() noexcept { return bench_; }
     [[nodiscard]] acquisition::Collector& collector() noexcept { return collector_; }
@@ -50,7 +59,7 @@ public:
     /// Time that the DAC has played, and the elapsed real time, s.
     [[nodiscard]] double played_s() const noexcept;
     [[nodiscard]] double wall_s() const noexcept { return wall_s_; }
-    /// The operating system's refusals of real-time requests.
+    /// The operating system's refusals of real-time requests, from the first step on.
     [[nodiscard]] const std::vector<std::string>& refused() const noexcept { return refused_; }
 
 private:
@@ -62,8 +71,12 @@ private:
     acquisition::DriveOutput output_;
     Sequence sequence_;
     Recordings recordings_;
+    void obey_stop_requests(acquisition::Channels& channels);
+
     double wall_s_ = 0;
     std::vector<std::string> refused_;
+    std::atomic<int> stop_requests_{0};
+    int obeyed_ = 0;  // stop requests
 };
 
 }  // namespace shaker::run

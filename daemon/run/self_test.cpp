@@ -23,6 +23,14 @@ void SelfTest::post(const Harmonics<Voltage>& volts, Mailbox<DriveCommand>& driv
     in_force_s_ = INFINITY;
 }
 
+void SelfTest::leave(Mailbox<DriveCommand>& drive) {
+    if (state_ == State::quiet) state_ = State::done;
+    if (state_ != State::ramp && state_ != State::hold) return;
+    drive.post({.volts = {}, .sequence = ++sequence_, .stop_s = plan_.ramp / plan_.frequency});
+    in_force_s_ = INFINITY;
+    state_ = State::ramp_down;
+}
+
 bool SelfTest::step(const acquisition::Streams& streams, Mailbox<DriveCommand>& drive) {
     const bool any = plays_ != streams.played.size() || changes_ != streams.changes.size();
     for (; plays_ < streams.played.size(); ++plays_)
@@ -40,8 +48,7 @@ bool SelfTest::step(const acquisition::Streams& streams, Mailbox<DriveCommand>& 
     for (; changes_ < streams.changes.size(); ++changes_) {
         const DriveChange& c = streams.changes[changes_];
         if (c.stop > 0) silent_s_ = counted_s(DacTick{c.first.n + c.stop}, dac_rate_hz_);
-        if (c.command.sequence == sequence_)
-            in_force_s_ = counted_s(DacTick{c.first.n + c.ramp}, dac_rate_hz_);
+        if (c.command.sequence == sequence_) in_force_s_ = counted_s(c.end(), dac_rate_hz_);
     }
     if (streams.played.empty()) return any;
     const double period_s = 1 / plan_.frequency;

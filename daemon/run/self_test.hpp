@@ -36,6 +36,8 @@ public:
     SelfTest(const SelfTestPlan& plan, double dac_rate_hz);
     /// Processes new data. False when no data arrived. Throws DeviceError when the DAC ran empty.
     bool step(const acquisition::Streams& streams, Mailbox<DriveCommand>& drive);
+    /// Ends it with a soft stop of the drive.
+    void leave(Mailbox<DriveCommand>& drive);
     [[nodiscard]] bool done() const noexcept { return state_ == State::done; }
     /// The trip that stopped the self-test; empty: no limit stopped it.
     [[nodiscard]] const std::optional<safety::Trip>& trip() const noexcept { return trip_; }

@@ -37,7 +37,8 @@ bool Sequence::step(const acquisition::Streams& streams, acquisition::Channels& 
     walker_.add(streams);
     clocks_known_ = streams.timebase.ready();
     if (state() == RunState::run) guard_.check(walker_, now_s_, channels);
-    if (driving(state())) guard_.check(streams.cameras, now_s_, channels);
+    note_failures(streams.cameras);
+    if (driving(state())) guard_.check(streams.cameras, walker_, now_s_, channels);
     std::visit([&](auto& now) { advance(now, channels); }, state_);
     return plays_ + blocks_ + changes_ + stops_.size() + walker_.seen() != before;
 }
@@ -60,6 +61,15 @@ void Sequence::take_trips(const acquisition::Streams& streams, acquisition::Chan
         else
             go(tripped, channels);
     }
+}
+
+void Sequence::note_failures(const std::vector<acquisition::CameraStream>& cameras) {
+    cameras_failed_.resize(cameras.size());
+    for (std::size_t i = 0; i < cameras.size(); ++i)
+        if (!cameras[i].failure.empty() && !cameras_failed_[i]) {
+            cameras_failed_[i] = true;
+            note(fmt::format("camera \"{}\" has failed: {}", cameras[i].view.camera, cameras[i].failure));
+        }
 }
 
 void Sequence::take_stamps(const acquisition::Streams& streams, acquisition::Channels& channels) {

@@ -57,6 +57,8 @@ public:
     void identify(const Drive& drive, acquisition::Channels& channels);
     /// On call: a soft stop, then idle. InputError when nothing is driven.
     void end(acquisition::Channels& channels);
+    /// Not on call: ends the run, with a soft stop when something is driven.
+    void leave(acquisition::Channels& channels);
     /// A new set-point in state run: the drive changes over one period, settles and is measured again.
     /// InputError in any other state.
     void set(const Drive& drive, acquisition::Channels& channels);
@@ -81,6 +83,10 @@ public:
     [[nodiscard]] const std::vector<recording::FinishedMeasurement>& measured() const noexcept {
         return measured_;
     }
+    /// leave() came before the measurement was complete.
+    [[nodiscard]] bool interrupted() const noexcept { return leaving_ && measured_.empty(); }
+    /// The measurement that leave() ended: to_s is the time of leave(). Empty: none had begun.
+    [[nodiscard]] recording::MeasuredPart interrupted_part() const noexcept { return interrupted_part_; }
     /// Silent after a trip: clear() may follow.
     [[nodiscard]] bool may_clear() const noexcept;
     /// Master time played, and start of the present state, s.
@@ -116,6 +122,7 @@ private:
     void aim(const char* what, const Drive& drive, const acquisition::Channels& channels);
     void come_down(acquisition::Channels& channels);
     void take_trips(const acquisition::Streams& streams, acquisition::Channels& channels);
+    void note_failures(const std::vector<acquisition::CameraStream>& cameras);
     void take_stamps(const acquisition::Streams& streams, acquisition::Channels& channels);
     void start_again(std::int64_t lost, acquisition::Channels& channels);
     void arm(acquisition::Channels& channels);
@@ -148,6 +155,8 @@ private:
     void finish_clearing(acquisition::Channels& channels);
 
     RunPlan plan_;
+    bool leaving_ = false;
+    recording::MeasuredPart interrupted_part_{0, 0};
     double dac_rate_hz_;
     double frequency_;  // realised by the synthesiser, Hz
     Say say_;
@@ -167,9 +176,10 @@ private:
     } order_;
     static constexpr double aftermath_s = 0.3;  // recorded after a trip
 
-    std::vector<Stop> stops_;        // one for each trip
-    std::size_t cause_ = 0;          // index of the trip that stopped the run
-    std::uint64_t newest_trip_ = 0;  // its number
+    std::vector<bool> cameras_failed_;  // one for each camera, noted
+    std::vector<Stop> stops_;           // one for each trip
+    std::size_t cause_ = 0;             // index of the trip that stopped the run
+    std::uint64_t newest_trip_ = 0;     // its number
     std::optional<safety::Trip> trip_;
     std::size_t plays_ = 0, blocks_ = 0, changes_ = 0;  // processed elements of the streams
     AccelTick last_tick_{};                             // newest accelerometer sample

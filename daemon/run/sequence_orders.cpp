@@ -1,6 +1,8 @@
 // Orders to the sequence from outside.
 #include <spdlog/fmt/fmt.h>
 
+#include <algorithm>
+
 #include "daemon/run/sequence.hpp"
 #include "drivers/errors.hpp"
 
@@ -53,6 +55,15 @@ void Sequence::end(acquisition::Channels& channels) {
     if (now != RunState::identify && now != RunState::ramp && now != RunState::run)
         throw InputError{fmt::format("no drive to stop in state {}", name(now))};
     come_down(channels);
+}
+
+void Sequence::leave(acquisition::Channels& channels) {
+    leaving_ = true;
+    note("interrupted");
+    const RunState now = state();
+    const auto* run = std::get_if<Run>(&state_);
+    if (run != nullptr && run->measuring) interrupted_part_ = {part_.from_s, std::min(part_.to_s, now_s_)};
+    if (now == RunState::identify || now == RunState::ramp || now == RunState::run) come_down(channels);
 }
 
 void Sequence::set(const Drive& drive, acquisition::Channels& channels) {

@@ -28,7 +28,8 @@ void Sequence::go(const State& next, acquisition::Channels& channels) {
 
 bool Sequence::done() const noexcept {
     const auto* idle = std::get_if<Idle>(&state_);
-    return may_clear() || (idle != nullptr && idle->ended);
+    const bool silent = !driving(state()) && state() != RunState::tripped;
+    return may_clear() || (idle != nullptr && idle->ended) || (leaving_ && silent);
 }
 
 bool Sequence::may_clear() const noexcept {

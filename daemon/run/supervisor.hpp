@@ -42,9 +42,10 @@ public:
                acquisition::Channels& channels);
     /// Checks the walker's place and tracking while the base is driven.
     void check(const WalkerMonitor& walker, double now_s, acquisition::Channels& channels);
-    /// Checks that all cameras deliver while the base is driven.
-    void check(const std::vector<acquisition::CameraStream>& cameras, double now_s,
-               acquisition::Channels& channels);
+    /// Checks that all working cameras deliver while the base is driven, and that one of them sees the
+    /// walker.
+    void check(const std::vector<acquisition::CameraStream>& cameras, const WalkerMonitor& walker,
+               double now_s, acquisition::Channels& channels);
     /// Call it when another target or a restart of the drive was ordered.
     void settling() noexcept { loop_.settling(); }
     /// Call it before another target. Widens the expectation's tolerance, because the response at the

@@ -36,12 +36,20 @@ double edge_distance_mm(const tracking::Track& t, const Target& target,
 }  // namespace
 
 void WalkerMonitor::add(const acquisition::Streams& streams) {
-    const auto walker =
-        std::ranges::find_if(streams.tracks, [](const auto& t) { return t.target.name == "walker"; });
+    const auto camera_of = [&](const acquisition::TargetTrack& t) {
+        return std::ranges::find(streams.cameras, t.camera,
+                                 [](const acquisition::CameraStream& c) { return c.view.camera; });
+    };
+    const auto is_walker = [](const auto& t) { return t.target.name == "walker"; };
+    const auto walker = std::ranges::find_if(streams.tracks, [&](const auto& t) {
+        const auto c = camera_of(t);
+        return is_walker(t) && (c == streams.cameras.end() || c->failure.empty());
+    });
     watches_ = walker != streams.tracks.end();
+    blind_ = !watches_ && std::ranges::any_of(streams.tracks, is_walker);
     if (!watches_) return;
-    const auto camera = std::ranges::find(streams.cameras, walker->camera,
-                                          [](const acquisition::CameraStream& c) { return c.view.camera; });
+    const auto camera = camera_of(*walker);
+    if (walker->camera != camera_) follow(*walker);
     seen_ = std::max(seen_, walker->dropped);
     for (; seen_ < walker->dropped + walker->tracks.size(); ++seen_) {
         const tracking::Track& t = walker->tracks[seen_ - walker->dropped];
@@ -57,6 +65,17 @@ void WalkerMonitor::add(const acquisition::Streams& streams) {
         if (const auto period = fold_.add(seconds(t.time), t.x_m, t.sd_m)) drifts_.push_back(*period);
         if (drifts_.size() > most_drifts) drifts_.pop_front();
     }
+}
+
+// Positions of two cameras are not compared: the drifts begin anew.
+void WalkerMonitor::follow(const acquisition::TargetTrack& walker) {
+    if (!camera_.empty()) {
+        fold_ = reduction::PeriodFold{0, 1 / frequency_};
+        drifts_.clear();
+        seen_ = walker.dropped + walker.tracks.size();
+        lost_ = 0;
+    }
+    camera_ = walker.camera;
 }
 
 bool WalkerMonitor::settled_since(double from_s, double gamma) const {

@@ -1,9 +1,10 @@
 #pragma once
-// The walker's position and drift during a run, from the first camera that tracks it.
+// The walker's position and drift during a run, from the first working camera that tracks it.
 #include <array>
 #include <cmath>
 #include <deque>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "daemon/acquisition/streams.hpp"
@@ -16,8 +17,10 @@ public:
     explicit WalkerMonitor(double frequency) : frequency_{frequency}, fold_{0, 1 / frequency} {}
     /// Adds the tracks that arrived since the last call.
     void add(const acquisition::Streams& streams);
-    /// True when a camera tracks the walker.
+    /// True when a working camera tracks the walker.
     [[nodiscard]] bool watches() const noexcept { return watches_; }
+    /// True when a camera that tracks the walker has failed and no other one tracks it.
+    [[nodiscard]] bool blind() const noexcept { return blind_; }
     /// True when the drifts of whole periods since `from_s` (s) have settled to 1e-4 V / f, with
     /// V = gamma / (2 pi f); gamma in m/s^2.
     [[nodiscard]] bool settled_since(double from_s, double gamma) const;
@@ -37,10 +40,13 @@ public:
     [[nodiscard]] std::size_t seen() const noexcept { return seen_; }
 
 private:
+    void follow(const acquisition::TargetTrack& walker);
+
     double frequency_;
     reduction::PeriodFold fold_;
     std::deque<reduction::PeriodFold::Period> drifts_;  // the newest, oldest first
-    bool watches_ = false;
+    bool watches_ = false, blind_ = false;
+    std::string camera_;  // that tracks it
     std::size_t seen_ = 0;
     double until_s_ = 0;
     std::optional<double> x_m_, edge_mm_;

@@ -1,6 +1,7 @@
 #pragma once
 // OutputGuard: the output thread checks its own volts and that the other threads are alive. Real-time.
 // Time is counted in samples played, so a run in virtual time always trips at the same sample.
+#include <algorithm>
 #include <cstdint>
 #include <optional>
 
@@ -41,6 +42,10 @@ public:
     static constexpr double held_back_s = 0.1;
     /// True if limits were given.
     [[nodiscard]] bool armed() const noexcept { return armed_; }
+    /// Longest ramp to zero of a trip, s.
+    [[nodiscard]] double longest_stop_s() const noexcept {
+        return std::max(limits_.soft_stop_s, limits_.hard_stop_s);
+    }
     /// Length of the ramp to zero, in samples.
     [[nodiscard]] std::int64_t stop_samples(StopKind kind) const noexcept;
 

@@ -25,7 +25,8 @@ constexpr std::size_t most_points = 500;  // published measurements
 }  // namespace
 
 BenchService::BenchService(run::Runner& runner, const BenchServiceSettings& settings, BenchPort& bench_port)
-    : bench_{runner.bench()},
+    : runner_{runner},
+      bench_{runner.bench()},
       collector_{runner.collector()},
       run_{runner.options()},
       opened_{run_.pictures},
@@ -83,13 +84,12 @@ void BenchService::measure(const acquisition::Streams& streams) {
                 reduction::Reduction r = reduce(std::move(m));
                 std::ranges::move(warnings, std::back_inserter(r.notes));
                 return std::make_shared<const reduction::Reduction>(std::move(r));
-            } catch (const InputError& e) {
+            } catch (const std::exception& e) {  // the bench stays on call, whatever failed
                 return std::string{e.what()};
             }
         };
-        pending_.push_back(
-            {run_.drive, part,
-             std::async(beside_ ? std::launch::async : std::launch::deferred, std::move(work))});
+        const auto policy = beside_ ? std::launch::async : std::launch::deferred;
+        pending_.push_back({run_.drive, part, std::async(policy, std::move(work))});
     }
 }
 

@@ -72,6 +72,7 @@ private:
     void log(std::string kind, const std::string& text);
     void publish();
 
+    const run::Runner& runner_;
     bench::Bench& bench_;
     acquisition::Collector& collector_;
     run::RunOptions run_;

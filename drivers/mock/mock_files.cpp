@@ -42,6 +42,7 @@ std::filesystem::path write_bench_files(const MockBenchSettings& s, std::uint16_
                               std::filesystem::absolute(s.folder / "converter").string()));
     std::string text = fmt::format(
         "# The mock bench: valid while the shaker-mock that wrote it runs.\n"
+        "real_time = \"wanted\"\n"
         "[dac]\npcm = \"shaker_mock\"\nalsa_config = \"asound.conf\"\nrate_hz = {:.0f}\nformat = \"S32\"\n"
         "period_frames = {:.0f}\nbuffer_frames = {:.0f}\nfull_scale_V = {}\nsecond_channel = \"trigger\"\n\n"
         "[accelerometer]\nuri = \"ip:127.0.0.1:{}\"\ndevice = \"{}\"\nrate_hz = {}\nstamps = \"host\"\n"

@@ -22,7 +22,7 @@ struct Description {
 constexpr Range factor{-1e6, 1e6}, count{1, 1e6};
 
 // In the order of FaultKind.
-constexpr std::array<Description, 15> descriptions{{
+constexpr std::array<Description, 17> descriptions{{
     {.name = "open", .lasts = true},
     {.name = "frozen", .lasts = true},
     {.name = "saturated", .lasts = true},
@@ -38,6 +38,8 @@ constexpr std::array<Description, 15> descriptions{{
     {.name = "camera_stall", .lasts = true, .must_end = true, .of_camera = true},
     {.name = "camera_lose", .of_camera = true},
     {.name = "walker_hidden", .lasts = true, .of_camera = true},
+    {.name = "held_back", .lasts = true, .must_end = true},
+    {.name = "camera_gone", .of_camera = true},
 }};
 
 const Description& description(FaultKind what) { return descriptions[static_cast<std::size_t>(what)]; }

@@ -29,6 +29,8 @@ enum class FaultKind {
     camera_stall,   // camera: no frames; exposures of that time are missing
     camera_lose,    // camera: one frame is missing
     walker_hidden,  // camera: an object covers the walker
+    held_back,      // accelerometer: samples arrive, but their place in time is known only at the end
+    camera_gone,    // camera: its driver gives up
 };
 
 struct SceneFault {

@@ -76,6 +76,14 @@ public:
         s_.moved.notify_all();
         return true;
     }
+    std::size_t read_early(std::span<std::array<std::int32_t, 3>> counts) noexcept override {
+        const std::scoped_lock lock{s_.mutex};
+        const std::size_t n = std::min(counts.size(), s_.early.size());
+        const auto end = s_.early.begin() + static_cast<std::ptrdiff_t>(n);
+        std::copy(s_.early.begin(), end, counts.begin());
+        s_.early.erase(s_.early.begin(), end);
+        return n;
+    }
     [[nodiscard]] bool ended() const noexcept override {
         const std::scoped_lock lock{s_.mutex};
         return s_.stopped && !s_.accel_ready();
@@ -101,6 +109,8 @@ public:
         Exposure e;
         {
             std::unique_lock lock{s_.mutex};
+            if (camera_.ends.take(s_.now()) != nullptr)
+                throw DeviceError{"camera \"" + camera_.truth.view.camera + "\": it does not answer"};
             s_.moved.wait_for(lock, wait, [&] { return s_.stopped || s_.frame_ready(camera_); });
             if (!s_.frame_ready(camera_)) return nullptr;
             e = camera_.done.front();

@@ -28,18 +28,21 @@ World::State::State(const Scene& s, Pace p)
       buffer(static_cast<std::size_t>(std::lround(s.dac_buffer_s * s.dac_rate_hz))),
       n{-static_cast<std::int64_t>(buffer.size())},
       plant_faults{s.faults, {FaultKind::amplifier_gain, FaultKind::walker_off, FaultKind::walker_on}},
-      underruns{s.faults, {FaultKind::underrun}} {
+      underruns{s.faults, {FaultKind::underrun}},
+      sensor_faults{s.faults, {FaultKind::held_back}} {
     for (const CameraTruth& c : s.cameras) {
         const std::string& name = c.view.camera;
         views.push_back({.truth = c,
                          .renderer = Renderer{c, s.walker, s.seed + 1000 * (1 + views.size())},
                          .faults = {s.faults, {FaultKind::camera_stall, FaultKind::walker_hidden}, name},
-                         .losses = {s.faults, {FaultKind::camera_lose}, name}});
+                         .losses = {s.faults, {FaultKind::camera_lose}, name},
+                         .ends = {s.faults, {FaultKind::camera_gone}, name}});
     }
 }
 
 bool World::State::accel_ready() const {
-    return !blocks.empty() && blocks.front().arrived <= host_time(now());
+    return !blocks.empty() && blocks.front().arrived <= host_time(now()) &&
+           !sensor_faults.at(FaultKind::held_back, now());
 }
 
 bool World::State::frame_ready(const SimulatedView& camera) const {
@@ -108,6 +111,8 @@ void World::State::step(const PlayedOutput& out) {
         if (overflow) block->quality = block->quality | Quality::gap;
         overflow = blocks.size() >= queue_limit;
         if (!overflow) blocks.push_back(*block);
+        if (!overflow && sensor_faults.at(FaultKind::held_back, now()))
+            early.insert(early.end(), block->counts.begin(), block->counts.begin() + block->size);
     }
 }
 

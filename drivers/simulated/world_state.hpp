@@ -41,7 +41,7 @@ struct World::State {
         CameraTruth truth;
         Renderer renderer;
         LastingFaults faults;
-        FaultQueue losses;
+        FaultQueue losses, ends;
         CameraTick next{};
         bool expose = false;  // start an exposure with the next sample, without a trigger
         std::deque<Exposure> open{}, done{};
@@ -55,10 +55,12 @@ struct World::State {
     AccelerometerModel sensor;
     std::vector<SimulatedView> views{};
     std::deque<AccelBlock> blocks{};
-    std::deque<PlayedOutput> buffer;  // written and not played yet
-    std::int64_t n;                   // next sample to play; < 0 while the buffer fills
+    std::deque<std::array<std::int32_t, 3>> early{};  // samples of blocks that are held back
+    std::deque<PlayedOutput> buffer;                  // written and not played yet
+    std::int64_t n;                                   // next sample to play; < 0 while the buffer fills
     DeviceCounts dac_counts{};
     FaultQueue plant_faults, underruns;
+    LastingFaults sensor_faults;
     bool overflow = false;
     bool block_in_hand = false;  // the reader has taken a block and not asked for the next yet
     bool stopped = false;

@@ -23,7 +23,7 @@ AlsaSettings read_alsa_settings(SettingsTable& table) {
     s.format = static_cast<SampleFormat>(table.choice("format", {"S32", "S24", "S24_3", "S16"}, 0));
     s.period_frames = table.integer("period_frames", 16, 65536, s.period_frames);
     s.buffer_frames = table.integer("buffer_frames", 64, 1 << 20, s.buffer_frames);
-    s.full_scale_V = table.number("full_scale_V", {1e-3, 100}, s.full_scale_V);
+    s.full_scale_V = table.number("full_scale_V", {1e-3, 100});
     s.second_channel =
         static_cast<SecondChannel>(table.choice("second_channel", {"trigger", "tone", "off"}, 0));
     s.second_level = table.number("second_level", {0, 1}, s.second_level);

@@ -60,7 +60,12 @@ TEST_F(RigFileTest, GravityOfThePlaceIsASetting) {
 
 TEST_F(RigFileTest, NamesMissingTables) {
     expect_refused(replaced(wiring, "[dac]", "[shaker.dac]"), {"rig.toml", "dac"});
-    expect_refused("", {"rig.toml", "camera"});
+    expect_refused("", {"rig.toml", "dac", "missing"});
+    expect_refused(replaced(wiring, "full_scale_V", "# "), {"rig.toml", "dac.full_scale_V", "missing"});
+    expect_refused(replaced(wiring, "[shaker]", "[shaker.spare]"), {"rig.toml", "shaker"});
+    expect_refused(replaced(replaced(wiring, "model =", "# "), "stroke_mm", "# "),
+                   {"rig.toml", "shaker.stroke_mm", "rating", "model"});
+    expect_refused("real_time = \"no\"\n" + wiring, {"rig.toml:1", "real_time", "required", "wanted"});
     expect_refused(replaced(wiring, "pcm = ", "# "), {"rig.toml", "dac.pcm", "missing"});
     expect_refused(replaced(wiring, "driver = ", "# "), {"rig.toml", "camera", "driver", "genicam"});
     expect_refused(replaced(wiring, "id = ", "# "), {"rig.toml", "camera", "id", "missing"});

@@ -32,8 +32,8 @@ void expect_says(const std::string& text, const std::string& part) {
     EXPECT_NE(text.find(part), std::string::npos) << '"' << part << "\" was expected in: " << text;
 }
 
-TEST(AlsaSettingsTest, ThePcmIsEnough) {
-    const alsa::AlsaSettings s = read("pcm = 'hw:CARD=Device,DEV=0'");
+TEST(AlsaSettingsTest, PcmAndFullScaleAreEnough) {
+    const alsa::AlsaSettings s = read("pcm = 'hw:CARD=Device,DEV=0'\nfull_scale_V = 1.75");
     EXPECT_EQ(s.pcm, "hw:CARD=Device,DEV=0");
     EXPECT_TRUE(s.alsa_config.empty());
     EXPECT_EQ(s.format, alsa::SampleFormat::s32);
@@ -63,10 +63,10 @@ TEST(AlsaSettingsTest, EveryKeyIsRead) {
 
 TEST(AlsaSettingsTest, RefusesBufferTooSmallForRamp) {
     const std::string said =
-        refusal<InputError>([] { read("pcm = 'x'\nperiod_frames = 256\nbuffer_frames = 2911"); });
-    expect_says(said, "bench.toml:3");
+        refusal<InputError>([] { read("pcm = 'x'\nfull_scale_V = 1\nperiod_frames = 256\nbuffer_frames = 2911"); });
+    expect_says(said, "bench.toml:4");
     expect_says(said, "at least 2912");
-    EXPECT_EQ(read("pcm = 'x'\nperiod_frames = 256\nbuffer_frames = 2912").buffer_frames, 2912);
+    EXPECT_EQ(read("pcm = 'x'\nfull_scale_V = 1\nperiod_frames = 256\nbuffer_frames = 2912").buffer_frames, 2912);
 }
 
 TEST(AlsaGrantedTest, ReportsGrantedSettingsInOneLine) {

@@ -1,0 +1,48 @@
+#include "daemon/commands/stop_signals.hpp"
+
+#include <array>
+#include <atomic>
+#include <csignal>
+#include <cstring>
+
+#include "drivers/errors.hpp"
+
+namespace shaker::commands {
+
+namespace {
+
+constexpr std::array stop_signals{SIGINT, SIGTERM, SIGHUP};
+std::atomic<run::Runner*> asked{nullptr};
+std::atomic<int> first{0};
+
+extern "C" void ask_to_stop(int signal) {
+    int none = 0;
+    first.compare_exchange_strong(none, signal);
+    if (run::Runner* runner = asked) runner->request_stop();
+}
+
+void handle(void (*handler)(int)) {
+    struct sigaction action {};
+    action.sa_handler = handler;
+    for (const int signal : stop_signals) sigaction(signal, &action, nullptr);
+}
+
+}  // namespace
+
+StopSignals::StopSignals(run::Runner& runner) {
+    first = 0;
+    asked = &runner;
+    handle(ask_to_stop);
+}
+
+StopSignals::~StopSignals() {
+    handle(SIG_DFL);
+    asked = nullptr;
+}
+
+void StopSignals::rethrow() {
+    if (const int signal = first)
+        throw Interrupted{signal, std::string{"interrupted by SIG"} + sigabbrev_np(signal)};
+}
+
+}  // namespace shaker::commands

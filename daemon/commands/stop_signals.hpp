@@ -1,0 +1,19 @@
+#pragma once
+// Signals that end a command which drives the shaker. Without a handler they would end the process, and the
+// drive with a step.
+#include "daemon/run/runner.hpp"
+
+namespace shaker::commands {
+
+/// During its lifetime SIGINT, SIGTERM and SIGHUP ask the runner to stop. One object at a time.
+class StopSignals {
+public:
+    explicit StopSignals(run::Runner& runner);
+    StopSignals(const StopSignals&) = delete;
+    StopSignals& operator=(const StopSignals&) = delete;
+    ~StopSignals();
+    /// Throws Interrupted if a signal came.
+    static void rethrow();
+};
+
+}  // namespace shaker::commands

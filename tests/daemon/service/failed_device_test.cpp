@@ -1,0 +1,109 @@
+// Devices and threads that fail while the shaker is driven: the drive ends with a ramp, or goes on where its
+// guards need nothing of the failed device.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <fstream>
+
+#include "tests/support/program.hpp"
+#include "tests/support/run/bench_on_call.hpp"
+
+namespace shaker::service {
+namespace {
+
+using run::RunState;
+using test::Answers;
+using test::in;
+using test::orders;
+using test::play_on_call;
+
+constexpr const char* slow = "[top]\nframe_rate_hz = 200\n[side]\nframe_rate_hz = 200\n";
+
+run::RunOptions quick() {
+    run::RunOptions run;
+    run.pictures = recorded::KeptPictures::off;
+    run.periods = 10;
+    run.drive.phi = 1.75;  // a slow walk
+    return run;
+}
+
+std::string gone(const char* camera, double at_s) {
+    return "[[fault]]\nwhat = \"camera_gone\"\nat_s = " + std::to_string(at_s) + "\ncamera = \"" + camera +
+           "\"\n";
+}
+
+TEST(FailedDeviceTest, RunGoesOnWithTheOtherCamera) {
+    for (const char* camera : {"top", "side"}) {
+        Answers answers;
+        const auto r =
+            play_on_call(slow + gone(camera, 9), quick(), test::fresh_folder(),
+                         {{in(RunState::idle), orders(Begin{10}, answers)},
+                          {[](const BenchState& s) { return s.now_s > 14; }, orders(End{}, answers)},
+                          {in(RunState::idle), [](BenchPort&) {}}});
+        EXPECT_EQ(answers, Answers(2, "")) << camera;
+        EXPECT_EQ(r.last.trips, 0U) << camera;
+        EXPECT_GT(r.last.measured_from_s, 10) << camera << ": still measured";
+        const auto note = std::ranges::find_if(r.events, [&](const BenchEvent& e) {
+            return e.text.find("camera \"" + std::string{camera} + "\" has failed") != std::string::npos;
+        });
+        EXPECT_NE(note, r.events.end());
+    }
+}
+
+TEST(FailedDeviceTest, LossOfEveryViewOfTheWalkerStopsSoftly) {
+    Answers answers;
+    const auto r = play_on_call(
+        slow + gone("top", 9) + gone("side", 10), quick(), test::fresh_folder(),
+        {{in(RunState::idle), orders(Begin{10}, answers)}, {in(RunState::tripped), [](BenchPort&) {}}});
+    ASSERT_TRUE(r.last.trip);
+    EXPECT_EQ(r.last.trip->cause, safety::Cause::camera_missing);
+    EXPECT_EQ(r.last.trip->stop, safety::StopKind::soft);
+    EXPECT_NEAR(static_cast<double>(r.last.trip->tick) / r.last.facts->dac.rate_hz, 10, 0.1);
+}
+
+TEST(FailedDeviceTest, HeldBackSamplesTripInTime) {
+    Answers answers;
+    const auto r = play_on_call(
+        std::string{slow} + "[[fault]]\nwhat = \"held_back\"\nat_s = 9\nfor_s = 1\n", quick(),
+        test::fresh_folder(),
+        {{in(RunState::idle), orders(Begin{10}, answers)}, {in(RunState::tripped), [](BenchPort&) {}}});
+    ASSERT_TRUE(r.last.trip);
+    EXPECT_EQ(r.last.trip->cause, safety::Cause::sensor_missing);
+    EXPECT_LT(static_cast<double>(r.last.trip->tick) / r.last.facts->dac.rate_hz, 9.16);
+}
+
+TEST(FailedDeviceTest, ThreadThatThrowsEndsTheDriveWithARamp) {
+    const auto folder = test::fresh_folder();
+    std::ofstream{folder / "scene.toml"} << slow;
+    run::RunOptions options = quick();
+    options.scene = folder / "scene.toml";
+    run::Runner runner{{.run = options, .on_call = true, .recordings = folder}};
+    BenchPort port;
+    BenchService session{runner, {}, port};
+    bool begun = false;
+    try {
+        runner.lead(
+            [&](const acquisition::Streams& streams, acquisition::Channels& channels) {
+                const bool any = session.step(streams, channels);
+                const RunState state = port.state()->state;
+                if (state == RunState::idle && !begun) {
+                    begun = true;
+                    port.order({Begin{10}, {}});
+                }
+                if (state == RunState::run) throw std::runtime_error{"a defect"};
+                return any;
+            },
+            [] { return false; });
+        FAIL() << "nothing was thrown";
+    } catch (const std::runtime_error& e) {
+        EXPECT_STREQ(e.what(), "a defect");
+    }
+    const acquisition::Streams& streams = runner.collector().streams();
+    ASSERT_EQ(streams.trips.size(), 1U);
+    EXPECT_EQ(streams.trips[0].cause, safety::Cause::watchdog);
+    EXPECT_GT(streams.changes.back().stop, 0) << "the drive ended with the ramp of a stop";
+    EXPECT_GT(streams.played.back().tick.n, streams.changes.back().end().n) << "and the ramp was played";
+}
+
+}  // namespace
+}  // namespace shaker::service
