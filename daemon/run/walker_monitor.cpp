@@ -67,7 +67,7 @@ void WalkerMonitor::add(const acquisition::Streams& streams) {
     }
 }
 
-// Positions of two cameras are not compared: the drifts begin anew.
+// Positions of two cameras are not compared: the drifts restart.
 void WalkerMonitor::follow(const acquisition::TargetTrack& walker) {
     if (!camera_.empty()) {
         fold_ = reduction::PeriodFold{0, 1 / frequency_};
