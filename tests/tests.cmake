@@ -188,7 +188,7 @@ foreach(source ${benches})
   get_filename_component(name ${source} NAME_WE)
   add_executable(bench_${name} ${source})
   target_link_libraries(bench_${name} PRIVATE bench_table test_support benchmark::benchmark)
-  if(name MATCHES "kills|power_cuts|disk_faults|remote")  # of the whole program
+  if(name MATCHES "intrusions|kills|power_cuts|disk_faults|remote")  # of the whole program
     add_dependencies(bench_${name} shakerd)
   endif()
 endforeach()

@@ -22,6 +22,7 @@
 #include "daemon/recording/time_text.hpp"
 #include "drivers/errors.hpp"
 #include "drivers/recorded/h5/disk_file.hpp"
+#include "drivers/recorded/h5/file_lock.hpp"
 #include "drivers/recorded/pictures/picture_check.hpp"
 #include "drivers/ticks.hpp"
 
@@ -203,6 +204,16 @@ bool verify(const std::filesystem::path& path, bool json) {
     return whole;
 }
 
+// Keeps a recorder and another recovery away from the file and its pictures.
+h5::FileLock lock_of(const std::filesystem::path& part) {
+    if (auto lock = h5::FileLock::take(part)) return std::move(*lock);
+    const pid_t by = h5::locked_by(part).value_or(0);
+    throw InputError{fmt::format(
+        "{}: is being recorded by process {}, or recovered by it; nothing was changed. Wait until "
+        "the recording is complete",
+        part.string(), by)};
+}
+
 }  // namespace
 
 bool recover(const RecoverOptions& options) {
@@ -214,6 +225,9 @@ bool recover(const RecoverOptions& options) {
     if (std::filesystem::exists(file)) return verify(file, options.json);
     if (!std::filesystem::exists(part))
         throw InputError{fmt::format("neither {} nor {} exists", file.string(), part.string())};
+    const h5::FileLock lock = lock_of(part);
+    // The recording may have been completed before it was locked.
+    if (!lock.is_still(part)) return verify(file, options.json);
     std::filesystem::path working = file, journal = file;
     working += ".recovering";
     journal += ".journal";
@@ -231,7 +245,7 @@ bool recover(const RecoverOptions& options) {
     }
     recorded::RecordingWriter mended = recorded::RecordingWriter::mend(working);
     complete(mended, header, found);
-    std::filesystem::rename(working, file);
+    h5::rename_new(working, file);
     h5::sync_folder(file.has_parent_path() ? file.parent_path() : ".");
     print(file, found, options.json);
     return true;

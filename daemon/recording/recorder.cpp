@@ -13,6 +13,7 @@
 #include "drivers/errors.hpp"
 #include "drivers/frame_pool.hpp"
 #include "drivers/recorded/h5/disk_file.hpp"
+#include "drivers/recorded/h5/file_lock.hpp"
 #include "drivers/recorded/pictures/picture_store.hpp"
 #include "drivers/ticks.hpp"
 
@@ -52,7 +53,11 @@ void require_new(const std::filesystem::path& file) {
     if (std::filesystem::exists(file))
         throw InputError{fmt::format(
             "{}: exists already; recordings are never overwritten, choose another name", file.string())};
-    if (const std::filesystem::path part = beside(file, ".part"); std::filesystem::exists(part))
+    const std::filesystem::path part = beside(file, ".part");
+    if (const auto writer = h5::locked_by(part))
+        throw InputError{
+            fmt::format("{}: is being recorded by process {}; choose another name", part.string(), *writer)};
+    if (std::filesystem::exists(part))
         throw InputError{
             fmt::format("{}: belongs to a recording that was never finished; finish it by \"shakerd recover "
                         "{}\" or remove it",
@@ -123,7 +128,7 @@ Recorder::~Recorder() {
     if (settings_.unfinished == Unfinished::keep) {
         while (step()) {
         }
-        if (!failed_) flush();
+        if (!failed_ && !closed_) flush();
         return;
     }
     stores_.clear();
@@ -320,11 +325,21 @@ void Recorder::complete(const acquisition::Streams& streams, const Known& known)
     for (const auto& store : stores_) store->finish();
     for (const auto& store : tails_) store->finish();
     file.close();
-    std::filesystem::rename(part_, file_);
-    h5::sync_folder(folder_of(file_));
+    closed_ = true;
+    give_name();
     writer_.reset();
     journal_.reset();
     std::filesystem::remove(beside(file_, ".journal"));
+}
+
+// The file stays locked until it has its name.
+void Recorder::give_name() try {
+    h5::rename_new(part_, file_);
+    h5::sync_folder(folder_of(file_));
+} catch (const InputError& e) {
+    throw DeviceError{fmt::format(
+        "{}; the recording is complete: move the other file away, then run \"shakerd recover {}\"", e.what(),
+        file_.string())};
 }
 
 }  // namespace shaker::recording

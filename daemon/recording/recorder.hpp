@@ -1,6 +1,6 @@
 #pragma once
 // Writes a recording during a run. The reduction thread adds data, a separate thread writes them. The file
-// gets its name when it is complete; until then it is FILE.part.
+// gets its name when it is complete; until then it is FILE.part, which is locked while it is written.
 #include <atomic>
 #include <filesystem>
 #include <memory>
@@ -81,7 +81,8 @@ public:
     /// The added finished measurements.
     [[nodiscard]] const std::vector<FinishedMeasurement>& finished() const noexcept { return finished_; }
     /// Writes final times of tracks, results of every finished measurement, clocks, gaps and counts, and
-    /// gives the file its name. DeviceError when a part could not be written; then FILE.part stays.
+    /// gives the file its name. DeviceError when a part could not be written, or when another file has got
+    /// the name; then FILE.part stays.
     void finish(const acquisition::Streams& streams);
     /// As above, with results and the part of master time from which they were made, s.
     void finish(const acquisition::Streams& streams, const reduction::Reduction& reduction, double from_s,
@@ -111,6 +112,7 @@ private:
     void fail(const std::string& why) noexcept;
     void write_journal(const LogEntry& entry) noexcept;
     void complete(const acquisition::Streams& streams, const Known& known);
+    void give_name();
 
     std::filesystem::path file_, part_;
     RecorderSettings settings_;
@@ -130,9 +132,11 @@ private:
     mutable std::mutex mutex_;  // guards failure_
     std::optional<std::string> failure_;
     std::atomic<bool> failed_{false};
+    bool closed_ = false;  // nothing can be added to the file
 };
 
-/// InputError naming the file when FILE exists, or FILE.part after a crash: no recording is overwritten.
+/// InputError naming the file when FILE exists, or FILE.part of a crash or of a recording that another
+/// process is writing: no recording is overwritten.
 void require_new(const std::filesystem::path& file);
 
 }  // namespace shaker::recording

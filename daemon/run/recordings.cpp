@@ -40,6 +40,7 @@ std::vector<DeviceReport> lost_since(const std::vector<DeviceReport>& before, st
 Recordings::Recordings(bench::Bench& bench, acquisition::Collector& collector,
                        const RecordingsSettings& settings)
     : bench_{bench}, collector_{collector}, settings_{settings} {
+    if (settings.on_call) folder_ = recording::lock_folder(settings.folder);
     ask_for_space();
 }
 

@@ -16,6 +16,7 @@
 
 #include "daemon/acquisition/collector.hpp"
 #include "daemon/bench/bench.hpp"
+#include "daemon/recording/folder_lock.hpp"
 #include "daemon/run/ended_run.hpp"
 #include "daemon/run/recording_monitor.hpp"
 #include "daemon/run/run_settings.hpp"
@@ -46,7 +47,8 @@ struct FinishedRun {
 /// Only begin() and file_named() wait for the disk. They are called while nothing is driven.
 class Recordings {
 public:
-    /// Bench and collector must outlive this object.
+    /// Bench and collector must outlive this object. On call it locks the folder: InputError when another
+    /// daemon has it, DeviceError when it cannot be written.
     Recordings(bench::Bench& bench, acquisition::Collector& collector, const RecordingsSettings& settings);
 
     /// Path of a recording in the folder. name: without folder and ending; empty: a new name from the time.
@@ -97,6 +99,7 @@ private:
     bench::Bench& bench_;
     acquisition::Collector& collector_;
     RecordingsSettings settings_;
+    h5::FileLock folder_;  // on call only
     recorded::RecordingHeader header_;
     double started_s_ = 0;              // master time of the date in the header
     std::vector<DeviceReport> before_;  // device counts at begin()

@@ -61,8 +61,8 @@ std::filesystem::path pictures_folder(std::filesystem::path recording);
 
 class RecordingWriter {
 public:
-    /// Creates (or replaces) the file with all its data sets, readable by other processes from then on.
-    /// Throws DeviceError when that fails.
+    /// Creates the file with all its data sets, readable by other processes from then on, and locks it for
+    /// the life of this object. InputError when the file exists, DeviceError when it cannot be created.
     RecordingWriter(const std::filesystem::path& file, const RecordingHeader& header);
     /// Continues a copy of a file whose writer died, cut to its verified part: each column to its last whole
     /// seal, and columns that belong together to equal length. No streams can be added. InputError when no

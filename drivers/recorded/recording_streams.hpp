@@ -5,6 +5,7 @@
 #include <optional>
 
 #include "drivers/recorded/h5/crc32c.hpp"
+#include "drivers/recorded/h5/file_lock.hpp"
 #include "drivers/recorded/h5/seals.hpp"
 #include "drivers/recorded/raw_columns.hpp"
 #include "drivers/recorded/recording_file.hpp"
@@ -36,6 +37,7 @@ struct RecordingWriter::Streams {
     struct CameraStream {
         Numbered *tick, *arrived, *stamp, *mid_exposure, *quality, *picture;
     };
+    h5::FileLock lock;  // released after all handles are closed
     h5::Handle file, entry;
     std::string name;
     std::vector<std::string> columns;  // paths, indexed by number

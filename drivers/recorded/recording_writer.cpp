@@ -185,6 +185,7 @@ RecordingWriter::RecordingWriter(const std::filesystem::path& file, const Record
     : streams_{std::make_unique<Streams>()} {
     Streams& s = *streams_;
     s.name = file.string();
+    s.lock = h5::FileLock::of_new(file);
     s.file = h5::create_file(file);
     s.begin(header);
     s.open_drive(header.dac);
@@ -335,6 +336,7 @@ void RecordingWriter::close() {
     sync();
     std::unique_ptr<Streams> last = std::move(streams_);
     streams_ = std::make_unique<Streams>();
+    streams_->lock = std::move(last->lock);
     const std::string file = last->name;
     h5::Handle handle = std::move(last->file);
     last.reset();

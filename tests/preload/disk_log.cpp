@@ -160,6 +160,12 @@ int rename(const char* from, const char* to) noexcept {
     return logged_name(DiskCall::rename, from, to,
                        [&] { return real<int(const char*, const char*)>("rename")(from, to); });
 }
+int renameat2(int from_folder, const char* from, int to_folder, const char* to, unsigned flags) noexcept {
+    return logged_name(DiskCall::rename, from, to, [&] {
+        return real<int(int, const char*, int, const char*, unsigned)>("renameat2")(from_folder, from,
+                                                                                    to_folder, to, flags);
+    });
+}
 int unlink(const char* path) noexcept {
     return logged_name(DiskCall::remove, path, nullptr,
                        [&] { return real<int(const char*)>("unlink")(path); });

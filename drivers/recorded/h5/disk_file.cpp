@@ -12,6 +12,7 @@
 #include <utility>
 
 #include "drivers/errors.hpp"
+#include "drivers/recorded/h5/file_lock.hpp"
 
 namespace shaker::h5 {
 
@@ -168,8 +169,10 @@ void DiskFile::sync() {
         fail("cannot be synchronised to the disk", errno);
 }
 
-void DiskFile::rename(const std::filesystem::path& to) {
-    if (::rename(path_.c_str(), to.c_str()) < 0)
+void DiskFile::rename(const std::filesystem::path& to, Existing existing) {
+    if (existing == Existing::keep)
+        rename_new(path_, to);
+    else if (::rename(path_.c_str(), to.c_str()) < 0)
         fail("cannot be renamed to " + to.filename().string(), errno);
     path_ = to;
     sync_folder(to.parent_path());
@@ -188,7 +191,7 @@ void replace_file(const std::filesystem::path& file, std::span<const std::byte> 
     DiskFile fresh = DiskFile::create(unfinished(file));
     fresh.write(0, bytes);
     fresh.sync();
-    fresh.rename(file);
+    fresh.rename(file, DiskFile::Existing::replace);
 }
 
 std::filesystem::path unfinished(const std::filesystem::path& file) { return file.string() + ".part"; }

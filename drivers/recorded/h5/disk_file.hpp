@@ -41,8 +41,11 @@ public:
     void forget() const;
     /// Returns when all written data are on the disk.
     void sync();
-    /// Renames the file to `to`, replacing it, and returns when the folder is on the disk.
-    void rename(const std::filesystem::path& to);
+    /// Treatment of a file that already has the new name.
+    enum class Existing { keep, replace };
+    /// Renames the file and returns when the folder is on the disk. InputError, which names both files, when
+    /// `to` exists and is kept.
+    void rename(const std::filesystem::path& to, Existing existing);
 
 private:
     DiskFile(std::filesystem::path path, int flags);

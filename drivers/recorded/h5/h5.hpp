@@ -48,8 +48,9 @@ void be_quiet();
 /// Throws DeviceError with `what` and HDF5's error text when a call failed.
 void check(herr_t status, const std::string& what);
 
-/// Creates a file that other processes may read while it grows, after let_others_read(). Every object begins
-/// on its own page of the disk: a page torn by a power failure damages no other object.
+/// Creates a file that other processes may read while it grows, after let_others_read(). Replaces an existing
+/// file: see FileLock::of_new(). Every object begins on its own page of the disk: a page torn by a power
+/// failure damages no other object.
 Handle create_file(const std::filesystem::path& file);
 /// From now on no objects can be added to the file. No attribute may be open.
 void let_others_read(hid_t file);

@@ -1,9 +1,12 @@
+#include <spdlog/fmt/fmt.h>
+
 #include <algorithm>
 #include <array>
 #include <fstream>
 
 #include "drivers/errors.hpp"
 #include "drivers/recorded/h5/bounded.hpp"
+#include "drivers/recorded/h5/file_lock.hpp"
 #include "drivers/recorded/h5/refusal.hpp"
 
 namespace shaker::h5 {
@@ -71,11 +74,12 @@ Handle open_file(const std::filesystem::path& file, Access access) {
     const hid_t id = H5Fopen(file.c_str(), how, way.get());
     if (id >= 0) return {id, file.string()};
     const std::string why = own_words();
+    if (const auto writer = locked_by(file); !growing && writer)
+        throw InputError{fmt::format("{}: is being recorded by process {}; wait until it is complete",
+                                     file.string(), *writer)};
     if (!growing && has_a_writer(file))
-        throw InputError{
-            file.string() +
-            ": is still being written, or its writer was killed; in that case run \"shakerd recover " +
-            file.string() + "\""};
+        throw InputError{fmt::format(
+            "{0}: its writer ended without closing it; \"shakerd recover {0}\" completes it", file.string())};
     throw InputError{file.string() + ": cannot be opened: " + why};
 }
 

@@ -53,7 +53,7 @@ void cut(const FoundSegment& found, std::uint64_t places) {
             shorter.add(segment.records()[place], pixels);
         }
         shorter.sync();
-        shorter.rename(found.file);
+        shorter.replace(found.file);
     } catch (...) {
         std::error_code ignored;
         std::filesystem::remove(name, ignored);

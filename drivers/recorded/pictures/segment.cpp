@@ -13,7 +13,7 @@ h5::DiskFile made(const std::filesystem::path& name, const PictureSegmentImage& 
         file.reserve(image.bytes);
         file.write(0, image.head);
         file.sync();
-        file.rename(name);
+        file.rename(name, h5::DiskFile::Existing::keep);
     } catch (...) {
         std::error_code ignored;
         std::filesystem::remove(file.path(), ignored);

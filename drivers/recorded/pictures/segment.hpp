@@ -21,7 +21,7 @@ public:
 
     /// Creates `file` with space on the disk for all pictures, none of them used. When this returns, the file
     /// is on the disk under this name; on an error it does not exist. DeviceError with the space required and
-    /// free when there is none.
+    /// free when there is none, InputError when the file exists.
     PictureSegment(const std::filesystem::path& file, const PictureSegmentInfo& info);
 
     [[nodiscard]] const std::filesystem::path& file() const noexcept { return file_.path(); }
@@ -43,7 +43,7 @@ public:
     /// Takes over the buffer of a full segment.
     void follow(PictureSegment& full) noexcept { pages_.swap(full.pages_); }
     /// Renames the file, replacing `to`.
-    void rename(const std::filesystem::path& to) { file_.rename(to); }
+    void replace(const std::filesystem::path& to) { file_.rename(to, h5::DiskFile::Existing::replace); }
 
 private:
     struct alignas(h5::page_bytes) Page {

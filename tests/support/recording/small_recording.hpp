@@ -123,6 +123,7 @@ inline Session small_session() {
 }
 
 inline void write_session(const Session& s, const std::filesystem::path& file) {
+    std::filesystem::remove(file);
     recorded::RecordingWriter writer{file, s.header};
     std::filesystem::remove_all(recorded::pictures_folder(file));
     for (const PlayTime& p : s.played) writer.add(p);

@@ -1,0 +1,41 @@
+#pragma once
+// FileLock: an advisory lock of one process on a file. Also gives files their final names without replacing
+// others.
+#include <sys/types.h>
+
+#include <filesystem>
+#include <optional>
+
+namespace shaker::h5 {
+
+/// The lock ends with this object, or with the process, however it ends. On a file system without locks
+/// nothing is locked and held() is false.
+class FileLock {
+public:
+    FileLock() = default;
+    /// Creates the file and locks it. InputError when the file exists, DeviceError when it cannot be created.
+    static FileLock of_new(const std::filesystem::path& file);
+    /// Locks an existing file, or one that this call creates (`make`). Empty when another process or object
+    /// has the lock. InputError when the file is missing, DeviceError when it cannot be opened.
+    static std::optional<FileLock> take(const std::filesystem::path& file, bool make = false);
+    FileLock(FileLock&& other) noexcept;
+    FileLock& operator=(FileLock&& other) noexcept;
+    ~FileLock();
+
+    [[nodiscard]] bool held() const noexcept { return held_; }
+    /// False when the locked file has been renamed or removed since it was opened as `file`.
+    [[nodiscard]] bool is_still(const std::filesystem::path& file) const noexcept;
+
+private:
+    int fd_ = -1;
+    bool held_ = false;
+};
+
+/// The process that has locked a file; empty for a file that is not locked, or missing.
+std::optional<pid_t> locked_by(const std::filesystem::path& file) noexcept;
+
+/// Renames a file. InputError, which names both files, when `to` exists; DeviceError when the disk fails. The
+/// folder is not synchronised.
+void rename_new(const std::filesystem::path& from, const std::filesystem::path& to);
+
+}  // namespace shaker::h5

@@ -1,0 +1,88 @@
+// Locks on files, and names that replace nothing.
+#include "drivers/recorded/h5/file_lock.hpp"
+
+#include <gtest/gtest.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <csignal>
+#include <fstream>
+
+#include "tests/support/recording/recording_folder.hpp"
+
+namespace shaker::h5 {
+namespace {
+
+using test::expect_in;
+using test::refusal;
+
+class FileLockTest : public testing::Test {
+protected:
+    test::SessionFolder folder_;
+    std::filesystem::path file_ = folder_.write("run.nxs.part", "data");
+};
+
+TEST_F(FileLockTest, SecondOneIsRefusedAndSeesTheProcess) {
+    EXPECT_FALSE(locked_by(file_));
+    {
+        const auto lock = FileLock::take(file_);
+        ASSERT_TRUE(lock);
+        EXPECT_TRUE(lock->held());
+        EXPECT_FALSE(FileLock::take(file_));
+        EXPECT_EQ(locked_by(file_), ::getpid());
+    }
+    EXPECT_FALSE(locked_by(file_));
+    EXPECT_TRUE(FileLock::take(file_));
+}
+
+TEST_F(FileLockTest, LockDiesWithItsProcess) {
+    const pid_t child = ::fork();
+    if (child == 0) {
+        const auto lock = FileLock::take(file_);
+        while (lock) ::pause();
+        ::_exit(1);
+    }
+    while (!locked_by(file_)) ::usleep(1000);
+    EXPECT_EQ(locked_by(file_), child);
+    ::kill(child, SIGKILL);
+    ::waitpid(child, nullptr, 0);
+    EXPECT_TRUE(FileLock::take(file_));
+}
+
+TEST_F(FileLockTest, NewFileIsLockedAndReplacesNothing) {
+    const auto lock = FileLock::of_new(folder_ / "new.nxs.part");
+    EXPECT_TRUE(lock.held());
+    EXPECT_EQ(locked_by(folder_ / "new.nxs.part"), ::getpid());
+    expect_in(refusal([&] { FileLock::of_new(file_); }), {"run.nxs.part", "exists already"});
+    EXPECT_EQ(std::filesystem::file_size(file_), 4U);
+}
+
+TEST_F(FileLockTest, KnowsThatItsFileWasRenamed) {
+    const auto lock = FileLock::take(file_);
+    ASSERT_TRUE(lock);
+    EXPECT_TRUE(lock->is_still(file_));
+    std::filesystem::rename(file_, folder_ / "run.nxs");
+    EXPECT_FALSE(lock->is_still(file_));
+    EXPECT_TRUE(lock->is_still(folder_ / "run.nxs"));
+}
+
+TEST_F(FileLockTest, MissingFileIsNotLocked) {
+    EXPECT_FALSE(locked_by(folder_ / "none"));
+    EXPECT_THROW(FileLock::take(folder_ / "none"), InputError);
+    EXPECT_THROW(FileLock::take(folder_ / "no" / "none", true), DeviceError);
+}
+
+TEST_F(FileLockTest, RenameReplacesNothing) {
+    const auto taken = folder_.write("run.nxs", "another");
+    expect_in(refusal([&] { rename_new(file_, taken); }), {"run.nxs.part", "run.nxs: another file"});
+    EXPECT_EQ(std::filesystem::file_size(file_), 4U);
+    EXPECT_EQ(std::filesystem::file_size(taken), 7U);
+    std::filesystem::remove(taken);
+    rename_new(file_, taken);
+    EXPECT_FALSE(std::filesystem::exists(file_));
+    EXPECT_EQ(std::filesystem::file_size(taken), 4U);
+    EXPECT_THROW(rename_new(file_, taken), DeviceError) << "the file is gone";
+}
+
+}  // namespace
+}  // namespace shaker::h5
