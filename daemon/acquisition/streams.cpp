@@ -15,24 +15,10 @@ namespace {
 
 constexpr double allowance_s = 1;
 
-/// A part of master time, s.
-struct Part {
-    double from_s, to_s;
-};
-
-/// The part with a margin that covers all data that the reduction reads. The accelerometer's clock is
-/// uncertain, and the common motion shifts it by up to half a period.
-Part read_around(const Part& part, double frequency_hz, double clock_uncertainty_s) {
-    constexpr double rate_error = 1e-3;  // largest relative error of the accelerometer's clock
-    const double margin_s =
-        1 + clock_uncertainty_s + 2 / frequency_hz + rate_error * (part.to_s - part.from_s);
-    return {part.from_s - margin_s, part.to_s + margin_s};
-}
-
 /// The elements in the part. Searches from the end, where the part of a live run is. Elements without a time
 /// (NaN) are treated like their neighbours.
 template <class T, class Time>
-std::span<const T> within(const std::vector<T>& list, const Part& part, Time time_s) {
+std::span<const T> within(const std::vector<T>& list, const ReadPart& part, Time time_s) {
     auto end = list.end();
     while (end != list.begin() && time_s(*std::prev(end)) > part.to_s) --end;
     auto begin = end;
@@ -41,7 +27,7 @@ std::span<const T> within(const std::vector<T>& list, const Part& part, Time tim
 }
 
 // Counts losses from from_s to to_s only. The reduction cuts the positions to that part.
-reduction::MotionSeries series_of(const TargetTrack& t, const Part& read, double from_s, double to_s) {
+reduction::MotionSeries series_of(const TargetTrack& t, const ReadPart& read, double from_s, double to_s) {
     reduction::MotionSeries s;
     s.view = t.camera;
     const auto tracks = within(t.tracks, read, [](const tracking::Track& k) { return seconds(k.time); });
@@ -61,7 +47,7 @@ reduction::MotionSeries series_of(const TargetTrack& t, const Part& read, double
     return s;
 }
 
-reduction::AccelSeries accelerations_of(const Streams& streams, const Part& read) {
+reduction::AccelSeries accelerations_of(const Streams& streams, const ReadPart& read) {
     reduction::AccelSeries s;
     s.clock_uncertainty_s = streams.accelerometer.clock_uncertainty_s;
     s.shaker_axis = streams.accelerometer.shaker_axis;
@@ -81,13 +67,31 @@ reduction::AccelSeries accelerations_of(const Streams& streams, const Part& read
     return s;
 }
 
+std::size_t blocks_with(std::span<const AccelBlock> blocks, Quality flag) {
+    return static_cast<std::size_t>(
+        std::ranges::count_if(blocks, [&](const AccelBlock& b) { return has(b.quality, flag); }));
+}
+
 // Removing the front moves the rest, so it is done only when the rest is shorter than the front.
+template <class T>
+bool worth_dropping(const std::vector<T>& list, typename std::vector<T>::const_iterator keep) {
+    return keep - list.begin() > list.end() - keep;
+}
 template <class T>
 std::size_t drop_front(std::vector<T>& list, typename std::vector<T>::iterator keep) {
     const auto n = keep - list.begin();
-    if (n <= list.end() - keep) return 0;
+    if (!worth_dropping<T>(list, keep)) return 0;
     list.erase(list.begin(), keep);
     return static_cast<std::size_t>(n);
+}
+
+void drop_blocks(Streams& streams, std::vector<AccelBlock>::iterator keep) {
+    if (!worth_dropping<AccelBlock>(streams.blocks, keep)) return;
+    const std::span<const AccelBlock> front{streams.blocks.begin(), keep};
+    streams.dropped.clipped += blocks_with(front, Quality::clipped);
+    streams.dropped.after_gap += blocks_with(front, Quality::gap);
+    streams.dropped.late += blocks_with(front, Quality::late);
+    streams.dropped.blocks += drop_front(streams.blocks, keep);
 }
 
 }  // namespace
@@ -108,10 +112,9 @@ void drop_before(Streams& streams, double from_s) {
         // Uses the sensor's own count, because its clock may not be known.
         const double newest = static_cast<double>(streams.blocks.back().first.n);
         const double oldest = newest - (age_s + allowance_s) * streams.accelerometer.rate_hz;
-        streams.dropped.blocks +=
-            drop_front(streams.blocks, std::ranges::find_if(streams.blocks, [&](const AccelBlock& b) {
-                           return static_cast<double>(b.first.n) >= oldest;
-                       }));
+        drop_blocks(streams, std::ranges::find_if(streams.blocks, [&](const AccelBlock& b) {
+                        return static_cast<double>(b.first.n) >= oldest;
+                    }));
     }
     for (TargetTrack& t : streams.tracks)
         t.dropped += drop_front(t.tracks, std::ranges::find_if(t.tracks, [&](const tracking::Track& k) {
@@ -128,6 +131,7 @@ void forget(Streams& streams) {
     streams.dropped.played += drop(streams.played, 0);
     streams.dropped.changes += drop(streams.changes, 1);
     streams.dropped.blocks += drop(streams.blocks, 0);
+    streams.dropped.clipped = streams.dropped.after_gap = streams.dropped.late = 0;
     for (TargetTrack& t : streams.tracks) t.dropped += drop(t.tracks, 0);
     for (CameraStream& c : streams.cameras) c.untimed.clear();
     streams.timebase.begin_recording();
@@ -237,17 +241,24 @@ std::vector<std::string> notes_on(const Streams& streams) {
     const auto note = [&](auto count, const std::string& what) {
         if (count > 0) notes.push_back(std::to_string(count) + what);
     };
-    const auto blocks_with = [&](Quality flag) {
-        return std::ranges::count_if(streams.blocks,
-                                     [&](const AccelBlock& b) { return has(b.quality, flag); });
-    };
-    note(blocks_with(Quality::clipped),
+    const Streams::Dropped& dropped = streams.dropped;
+    note(dropped.clipped + blocks_with(streams.blocks, Quality::clipped),
          " accelerometer blocks have samples at the end of the sensor's range");
-    note(blocks_with(Quality::gap), " accelerometer blocks come after missing samples");
-    note(blocks_with(Quality::late), " accelerometer blocks arrived late");
+    note(dropped.after_gap + blocks_with(streams.blocks, Quality::gap),
+         " accelerometer blocks come after missing samples");
+    note(dropped.late + blocks_with(streams.blocks, Quality::late), " accelerometer blocks arrived late");
     note(streams.blocks_lost, " accelerometer blocks were lost because the reduction did not keep up");
     note(streams.frames_lost, " frames were lost because the reduction did not keep up");
     return notes;
+}
+
+// The margin covers all data that the reduction reads. The accelerometer's clock is uncertain, and the common
+// motion shifts it by up to half a period.
+ReadPart part_read(const Streams& streams, double frequency_hz, double from_s, double to_s) {
+    constexpr double rate_error = 1e-3;  // largest relative error of the accelerometer's clock
+    const double margin_s =
+        1 + streams.accelerometer.clock_uncertainty_s + 2 / frequency_hz + rate_error * (to_s - from_s);
+    return {from_s - margin_s, to_s + margin_s};
 }
 
 reduction::Measurement measurement_of(const Streams& streams, double frequency_hz, double from_s,
@@ -257,7 +268,7 @@ reduction::Measurement measurement_of(const Streams& streams, double frequency_h
     m.frequency_is_exact = !streams.played.empty();
     m.from_s = from_s;
     m.to_s = to_s;
-    const Part read = read_around({from_s, to_s}, frequency_hz, streams.accelerometer.clock_uncertainty_s);
+    const ReadPart read = part_read(streams, frequency_hz, from_s, to_s);
     m.accelerometer = accelerations_of(streams, read);
     for (const TargetTrack& t : streams.tracks) {
         if (t.target.name == "walker") m.walkers.push_back(series_of(t, read, from_s, to_s));

@@ -45,9 +45,11 @@ struct Streams {
     std::vector<TargetTrack> tracks;
     calibration::Timebase timebase{};  // from all stamps; recorded(): from those since forget()
     std::uint64_t blocks_lost = 0, frames_lost = 0, frames = 0;
-    /// Elements removed from the front of each list by drop_before().
+    /// Elements removed from the front of each list by drop_before(), and the qualities of removed blocks
+    /// since forget().
     struct Dropped {
         std::size_t blocks = 0, played = 0, changes = 0;
+        std::size_t clipped = 0, after_gap = 0, late = 0;
     } dropped;
 };
 
@@ -84,9 +86,16 @@ void scale(tracking::Track& track, const View& view, const Target& target);
 /// stamps. Adds a note for a camera whose stamps jumped.
 void settle_times(Streams& streams, std::vector<std::string>& notes);
 
-/// Notes on the data for the operator: clipped and late blocks, blocks after a gap, lost data. One sentence
-/// each.
+/// Notes on the data for the operator: clipped and late blocks, blocks after a gap, lost data, with removed
+/// blocks. One sentence each.
 std::vector<std::string> notes_on(const Streams& streams);
+
+/// A part of master time, s.
+struct ReadPart {
+    double from_s, to_s;
+};
+/// The part of the streams that measurement_of() reads for the part from from_s to to_s.
+ReadPart part_read(const Streams& streams, double frequency_hz, double from_s, double to_s);
 
 /// The input of a reduction. Accelerometer samples of a live run get master time from their arrival stamps,
 /// accurate to a fraction of a period; the reduction determines the rest from the common motion. Samples of

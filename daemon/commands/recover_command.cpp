@@ -135,7 +135,7 @@ void complete(recorded::RecordingWriter& file, const recorded::RecordingHeader& 
         file.clear(group);
     if (header.schema > 1) recording::clear_measured(file);
     for (const recording::MeasuredResult& result : found.measured) recording::write(file, result);
-    recording::write_streams(file, found.streams);
+    recording::write_streams(file, found.streams, recording::gaps_of(found.streams));
     if (found.reduction) {
         recording::write(file, *found.reduction, found.part);
     } else {

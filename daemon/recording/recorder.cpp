@@ -24,7 +24,10 @@ namespace {
 constexpr double flush_s = 0.5;                             // master time between flushes
 constexpr std::size_t most_waiting = 65536;                 // pieces of data: 20 s of the fastest streams
 constexpr std::size_t pool_bytes = std::size_t{16} << 20U;  // size of an allocation for pictures
-constexpr double live_queue_s = 2;                          // duration of waiting pictures
+const std::size_t time_column = static_cast<std::size_t>(
+    std::ranges::find(track_columns.numbers, std::string{"t"}, &NumberColumn<tracking::Track>::name) -
+    track_columns.numbers.begin());
+constexpr double live_queue_s = 2;  // duration of waiting pictures
 
 std::filesystem::path beside(const std::filesystem::path& file, const char* ending) {
     std::filesystem::path path = file;
@@ -121,6 +124,7 @@ Recorder::Recorder(const std::filesystem::path& file, const recorded::RecordingH
         for (const Target& t : view.targets) tables.push_back(writer_->table(track_path(view.camera, t)));
     }
     counts_.resize(header.views.size());
+    if (settings.final_times) parts_.emplace(header.views);
 }
 
 Recorder::~Recorder() {
@@ -197,11 +201,15 @@ bool Recorder::step() {
 void Recorder::write(const Piece& piece) {
     if (const auto* played = std::get_if<PlayTime>(&piece)) {
         writer_->add(*played);
+        gaps_.add(*played);
+        if (parts_) parts_->add(*played);
         advance(counted_s(played->tick, header_.dac.rate_hz));
     } else if (const auto* change = std::get_if<DriveChange>(&piece)) {
         writer_->add(*change);
     } else if (const auto* block = std::get_if<AccelBlock>(&piece)) {
         writer_->add(*block);
+        gaps_.add(*block);
+        if (parts_) parts_->add(*block);
         if (header_.dac.rate_hz <= 0) advance(counted_s(block->first, header_.accelerometer.rate_hz));
     } else if (const auto* part = std::get_if<MeasuredPart>(&piece)) {
         recording::write(*writer_, *part);
@@ -228,11 +236,17 @@ void Recorder::write(const Entry& entry) {
     }
     writer_->add(entry.camera, entry.frame, picture);
     const std::vector<std::size_t>& tables = tables_[entry.camera];
-    if (tables.empty() || entry.rows.empty()) return;
+    if (tables.empty()) return;
+    gaps_.add(entry.camera, entry.frame.tick);
+    if (entry.rows.empty()) return;
     tracks_written_ = true;
     const std::size_t columns = entry.rows.size() / tables.size();
     for (std::size_t i = 0; i < tables.size(); ++i)
         writer_->row(tables[i], std::span{entry.rows}.subspan(i * columns, columns));
+    if (!parts_) return;
+    std::vector<double> times;
+    for (std::size_t i = 0; i < tables.size(); ++i) times.push_back(entry.rows[i * columns + time_column]);
+    parts_->add(entry.camera, times);
 }
 
 void Recorder::advance(double s) {
@@ -307,15 +321,12 @@ void Recorder::finish(const acquisition::Streams& streams) {
 
 void Recorder::complete(const acquisition::Streams& streams, const Known& known) {
     recorded::RecordingWriter& file = writer();
-    if (tracks_written_)
-        write_times(file, streams);
-    else
+    if (!tracks_written_)
         recording::write(file, tables_of(streams));
-    for (const FinishedMeasurement& f : finished_)
-        recording::write(file, known.reduction != nullptr && f.part == known.part
-                                   ? MeasuredResult{f, *known.reduction, {}}
-                                   : reduced(f, streams, header_.frequency_hz));
-    write_streams(file, streams);
+    else if (!settings_.final_times)
+        write_times(file, streams);
+    for (const FinishedMeasurement& f : finished_) recording::write(file, result_of(f, streams, known));
+    write_streams(file, streams, gaps_.gaps());
     // Not 0 only when the disk was blocked and the stop came too late.
     write_pieces_lost(file, lost_);
     for (std::size_t c = 0; c < counts_.size(); ++c)
@@ -330,6 +341,19 @@ void Recorder::complete(const acquisition::Streams& streams, const Known& known)
     writer_.reset();
     journal_.reset();
     std::filesystem::remove(beside(file_, ".journal"));
+}
+
+MeasuredResult Recorder::result_of(const FinishedMeasurement& finished, const acquisition::Streams& streams,
+                                   const Known& known) {
+    if (known.reduction != nullptr && finished.part == known.part) return {finished, *known.reduction, {}};
+    const auto part = around(finished.part, streams);
+    return reduced(finished, part ? *part : streams, header_.frequency_hz);
+}
+
+std::optional<acquisition::Streams> Recorder::around(const MeasuredPart& part,
+                                                     const acquisition::Streams& streams) {
+    if (!parts_) return std::nullopt;
+    return parts_->read(part, header_.frequency_hz, streams, writer());
 }
 
 // The file stays locked until it has its name.

@@ -12,6 +12,7 @@
 
 #include "daemon/acquisition/stream_sink.hpp"
 #include "daemon/recording/journal.hpp"
+#include "daemon/recording/recorded_parts.hpp"
 #include "daemon/recording/tables/measured_tables.hpp"
 #include "daemon/recording/tables/stream_tables.hpp"
 #include "daemon/reduction/reduction.hpp"
@@ -33,6 +34,9 @@ struct RecorderSettings {
     /// Live run: a separate thread calls step(), flushed data are synchronised with the disk each half
     /// second, and up to 2 s of pictures wait in memory. Otherwise add() writes the data directly.
     bool live = false;
+    /// Times of tracks are final when they are added. Measurements are then reduced from the file, so the
+    /// streams of the run need not stay in memory.
+    bool final_times = false;
     double started_s = 0;  // master time of the date in the header
     /// Free space on the disk below which nothing more is recorded.
     std::uint64_t least_free_bytes = std::uint64_t{1} << 30U;
@@ -78,8 +82,10 @@ public:
     [[nodiscard]] recorded::RecordingWriter& writer();
     /// Adds a picture of the last seconds before a trip, in a recording that does not keep whole pictures.
     void tail(std::size_t camera, const Frame& frame);
-    /// The added finished measurements.
-    [[nodiscard]] const std::vector<FinishedMeasurement>& finished() const noexcept { return finished_; }
+    /// With final times: the data that the reduction of `part` uses, from the file. Empty otherwise:
+    /// `streams` has them. streams: of the run, with settled times. DeviceError after a failure.
+    [[nodiscard]] std::optional<acquisition::Streams> around(const MeasuredPart& part,
+                                                             const acquisition::Streams& streams);
     /// Writes final times of tracks, results of every finished measurement, clocks, gaps and counts, and
     /// gives the file its name. DeviceError when a part could not be written, or when another file has got
     /// the name; then FILE.part stays.
@@ -112,6 +118,8 @@ private:
     void fail(const std::string& why) noexcept;
     void write_journal(const LogEntry& entry) noexcept;
     void complete(const acquisition::Streams& streams, const Known& known);
+    [[nodiscard]] MeasuredResult result_of(const FinishedMeasurement& finished,
+                                           const acquisition::Streams& streams, const Known& known);
     void give_name();
 
     std::filesystem::path file_, part_;
@@ -125,6 +133,8 @@ private:
     bool tracks_written_ = false;                   // together with the frames
     std::vector<PictureCounts> counts_;
     std::vector<FinishedMeasurement> finished_;
+    std::optional<RecordedParts> parts_;  // with final times
+    GapFinder gaps_;
     std::optional<Ring<Piece>> ring_;
     std::atomic<std::uint64_t> pushed_{0}, popped_{0}, lost_{0};
     double now_s_ = 0, flushed_s_ = 0;

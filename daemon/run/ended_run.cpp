@@ -44,9 +44,10 @@ std::vector<recording::RecordedTrip> recorded_trips(const EndedRun& run) {
     return trips;
 }
 
-// Reduces the measured part of `streams`, which are the run's streams or their last seconds.
+// Reduces the measured part of `streams`, which are the run's streams or their last seconds. A recording may
+// have more of the run's data.
 void reduce_part(const EndedRun& run, const acquisition::Streams& streams, double earliest_s,
-                 Results& results) {
+                 Results& results, recording::Recorder* recording = nullptr) {
     const double f = run.header.frequency_hz;
     results.part = measured_part(run, results.trips, earliest_s);
     try {
@@ -55,7 +56,9 @@ void reduce_part(const EndedRun& run, const acquisition::Streams& streams, doubl
                                  ? std::string{"no measurement was complete"}
                                  : fmt::format("in state {} fewer than two periods had been measured",
                                                results.trips.front().state)};
-        results.reduction = reduce(measurement_of(streams, f, results.part.from_s, results.part.to_s));
+        const auto part = recording != nullptr ? recording->around(results.part, streams) : std::nullopt;
+        results.reduction =
+            reduce(measurement_of(part ? *part : streams, f, results.part.from_s, results.part.to_s));
     } catch (const InputError& e) {
         results.part = {};
         results.not_reduced = e.what();
@@ -139,12 +142,12 @@ EndedRun ended_run(const Sequence& sequence, const acquisition::Streams& streams
     return run;
 }
 
-Results results_of(EndedRun& run) {
+Results results_of(EndedRun& run, recording::Recorder* recording) {
     Results results;
     std::vector<std::string> notes;
     settle_times(run.streams, notes);
     results.trips = recorded_trips(run);
-    reduce_part(run, run.streams, -INFINITY, results);
+    reduce_part(run, run.streams, -INFINITY, results, recording);
     if (!results.reduction) return results;
     std::vector<std::string>& all = results.reduction->notes;
     std::ranges::move(notes, std::back_inserter(all));

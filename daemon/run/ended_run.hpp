@@ -61,8 +61,8 @@ struct Results {
 
 /// Settles the streams' times and reduces the newest finished measurement. Without a finished measurement, it
 /// reduces those periods of the stopped one that lie clearly before the first trip or the failure of a
-/// device.
-Results results_of(EndedRun& run);
+/// device. recording: of this run; null: the run was not recorded.
+Results results_of(EndedRun& run, recording::Recorder* recording = nullptr);
 
 /// Note for results from `periods` periods that were measured before `cause` ("a limit", "a failed device")
 /// stopped the run.

@@ -80,7 +80,9 @@ void Recordings::begin(const RunOptions& run, const std::filesystem::path& file,
 void Recordings::open(const std::filesystem::path& file) {
     file_ = file;
     auto recording = std::make_shared<recording::Recorder>(
-        file_, header_, recording::RecorderSettings{.live = settings_.live, .started_s = started_s_});
+        file_, header_,
+        recording::RecorderSettings{
+            .live = settings_.live, .final_times = settings_.on_call, .started_s = started_s_});
     {
         const std::scoped_lock lock{mutex_};
         recording_ = std::move(recording);
@@ -162,6 +164,7 @@ void Recordings::finish(const Sequence& sequence) {
         !settings_.on_call || on()
             ? hand_over(collector_.streams(), settings_.on_call ? sequence.now_s() - kept_s : INFINITY)
             : collector_.streams();
+    if (settings_.on_call && !on()) run.streams.dropped = {};  // of earlier runs
     ++unfinished_;
     {
         const std::scoped_lock lock{mutex_};
@@ -207,7 +210,7 @@ bool Recordings::step() {
 void Recordings::conclude(Job& job) const {
     FinishedRun& f = job.run;
     try {
-        f.results = results_of(f.run);
+        f.results = results_of(f.run, job.recording.get());
         if (job.recording != nullptr) {
             run::finish(*job.recording, f.run, f.results);
         } else if (!f.run.stops.empty()) {

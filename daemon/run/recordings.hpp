@@ -27,7 +27,7 @@ namespace shaker::run {
 
 struct RecordingsSettings {
     std::filesystem::path folder;  // for named recordings and for the last seconds of stopped runs
-    double most_s = 3600;          // longest recording, s; its streams stay in memory until it is finished
+    double most_s = 3600;          // longest recording, s
     bool live = false;             // a separate thread calls step()
     bool on_call = false;          // runs follow each other on endless streams
 };

@@ -19,7 +19,7 @@ namespace shaker::service {
 namespace {
 
 constexpr double publish_s = 0.1;         // master time between two published states
-constexpr double kept_s = 12;             // length of streams kept in memory outside of recordings
+constexpr double kept_s = 12;             // length of streams kept in memory
 constexpr std::size_t most_points = 500;  // published measurements
 
 }  // namespace
@@ -201,11 +201,14 @@ void BenchService::go_away(acquisition::Channels& channels) {
                 (state != run::RunState::tripped || stop_recorded_) && state != run::RunState::armed;
 }
 
+// Keeps the last seconds and the measurement that is not finished. Finished ones are in the recording.
 void BenchService::tidy(acquisition::Streams& streams) const {
-    if (record_.on()) return;
-    double from_s = sequence_.now_s() - kept_s;
-    if (sequence_.to_s() > sequence_.from_s()) from_s = std::min(from_s, sequence_.from_s() - 1);
-    drop_before(streams, from_s);
+    const recording::MeasuredPart part{sequence_.from_s(), sequence_.to_s()};
+    const std::vector<recording::FinishedMeasurement>& done = sequence_.measured();
+    const bool open = part.to_s > part.from_s && (done.empty() || done.back().part != part) &&
+                      sequence_.now_s() < part.to_s + kept_s;
+    const double from_s = sequence_.now_s() - kept_s;
+    drop_before(streams, open ? std::min(from_s, part.from_s - 1) : from_s);
 }
 
 void BenchService::log(std::string kind, const std::string& text) {

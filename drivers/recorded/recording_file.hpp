@@ -91,6 +91,11 @@ public:
     void clear(const std::string& path);
     void scalar(const std::string& path, double value);
     void text(const std::string& path, const std::string& text);
+    /// Rows `first` to `first + count` of a column of numbers. DeviceError when they do not exist.
+    [[nodiscard]] std::vector<double> numbers(const std::string& path, std::size_t first, std::size_t count);
+    /// Added accelerometer blocks from number `first` on. first_sample: number of samples before them.
+    [[nodiscard]] std::vector<AccelBlock> blocks(std::size_t first, std::size_t count,
+                                                 std::size_t first_sample);
     /// Writes buffered data and seals it: readers see it then.
     void flush();
     /// Returns when all flushed data are on the disk.

@@ -210,6 +210,21 @@ std::vector<Row> read_rows(const recorded::RecordingReader& file, const Table<Ro
     return rows;
 }
 
+/// Reads rows `first` to `first + count` of a table that is being written; only its numbers. InputError as
+/// above, DeviceError when the disk fails.
+template <class Row>
+std::vector<Row> read_rows(recorded::RecordingWriter& file, const Table<Row>& table, const std::string& path,
+                           std::size_t first, std::size_t count) {
+    std::vector<Row> rows(count);
+    for (const NumberColumn<Row>& c : table.numbers) {
+        if (c.set == nullptr) continue;
+        const std::vector<double> values = file.numbers(path + "/" + c.name, first, count);
+        for (std::size_t i = 0; i < count; ++i)
+            if (!c.set(rows[i], values[i])) refuse_value(path, c.name, first + i, std::to_string(values[i]));
+    }
+    return rows;
+}
+
 /// Places of a table's columns. path: overrides the table's own path.
 template <class Row>
 recorded::GroupLayout layout_of(const Table<Row>& table, const std::string& path = {}, double rows_per_s = 0,

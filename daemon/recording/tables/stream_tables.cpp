@@ -46,32 +46,47 @@ std::vector<ClockRow> clocks_of(const acquisition::Streams& streams) {
     return rows;
 }
 
+void GapFinder::expect(std::size_t stream, std::int64_t first, std::int64_t next) {
+    if (streams_.size() <= stream) streams_.resize(stream + 1);
+    Stream& s = streams_[stream];
+    if (s.next && first != *s.next) s.gaps.push_back({stream, *s.next, first - *s.next});
+    s.next = next;
+}
+
+void GapFinder::add(const PlayTime& played) {
+    if (played.lost > 0) streams_[0].gaps.push_back({0, played.tick.n, played.lost});
+}
+
+void GapFinder::add(const AccelBlock& block) { expect(1, block.first.n, block.first.n + block.size); }
+
+void GapFinder::add(std::size_t camera, CameraTick frame) { expect(2 + camera, frame.n, frame.n + 1); }
+
+std::vector<Gap> GapFinder::gaps() const {
+    std::vector<Gap> all;
+    for (const Stream& s : streams_) all.insert(all.end(), s.gaps.begin(), s.gaps.end());
+    return all;
+}
+
 std::vector<Gap> gaps_of(const acquisition::Streams& streams) {
-    std::vector<Gap> gaps;
-    for (const PlayTime& p : streams.played)
-        if (p.lost > 0) gaps.push_back({0, p.tick.n, p.lost});
-    std::int64_t next = streams.blocks.empty() ? 0 : streams.blocks.front().first.n;
-    for (const AccelBlock& b : streams.blocks) {
-        if (b.first.n != next) gaps.push_back({1, next, b.first.n - next});
-        next = b.first.n + b.size;
-    }
+    GapFinder finder;
+    for (const PlayTime& p : streams.played) finder.add(p);
+    for (const AccelBlock& b : streams.blocks) finder.add(b);
     for (std::size_t c = 0; c < streams.cameras.size(); ++c) {
         if (streams.cameras[c].view.targets.empty()) continue;
-        const std::vector<tracking::Track>& frames = streams.tracks[streams.cameras[c].first_track].tracks;
-        for (std::size_t i = 1; i < frames.size(); ++i)
-            if (const std::int64_t n = frames[i].tick.n - frames[i - 1].tick.n - 1; n != 0)
-                gaps.push_back({2 + c, frames[i - 1].tick.n + 1, n});
+        for (const tracking::Track& frame : streams.tracks[streams.cameras[c].first_track].tracks)
+            finder.add(c, frame.tick);
     }
-    return gaps;
+    return finder.gaps();
 }
 
 std::string pictures_path(const std::string& camera) {
     return std::string{picture_columns.path} + "/" + camera;
 }
 
-void write_streams(recorded::RecordingWriter& file, const acquisition::Streams& streams) {
+void write_streams(recorded::RecordingWriter& file, const acquisition::Streams& streams,
+                   const std::vector<Gap>& gaps) {
     write_rows(file, clock_columns, clocks_of(streams));
-    write_rows(file, gap_columns, gaps_of(streams));
+    write_rows(file, gap_columns, gaps);
 }
 
 void write(recorded::RecordingWriter& file, const std::string& camera, const PictureCounts& counts) {

@@ -1,6 +1,8 @@
 #pragma once
 // Tables about the raw streams: clocks, gaps, numbers of pictures.
 #include <cstdint>
+#include <optional>
+#include <vector>
 
 #include "daemon/acquisition/streams.hpp"
 #include "daemon/recording/tables/columns.hpp"
@@ -24,6 +26,23 @@ struct Gap {
     std::int64_t first = 0, count = 0;
 };
 extern const Table<Gap> gap_columns;
+/// Finds missing data in pieces that are added in the order of each stream.
+class GapFinder {
+public:
+    void add(const PlayTime& played);
+    void add(const AccelBlock& block);
+    void add(std::size_t camera, CameraTick frame);
+    /// All gaps until now, ordered by stream.
+    [[nodiscard]] std::vector<Gap> gaps() const;
+
+private:
+    struct Stream {
+        std::optional<std::int64_t> next;  // expected number; empty before the first piece
+        std::vector<Gap> gaps;
+    };
+    void expect(std::size_t stream, std::int64_t first, std::int64_t next);
+    std::vector<Stream> streams_{2};
+};
 std::vector<Gap> gaps_of(const acquisition::Streams& streams);
 
 /// Numbers of a camera's pictures: produced = stored + dropped + not_kept (excluded by the settings).
@@ -35,7 +54,8 @@ extern const Table<PictureCounts> picture_columns;
 std::string pictures_path(const std::string& camera);
 
 /// Writes clocks and gaps.
-void write_streams(recorded::RecordingWriter& file, const acquisition::Streams& streams);
+void write_streams(recorded::RecordingWriter& file, const acquisition::Streams& streams,
+                   const std::vector<Gap>& gaps);
 void write(recorded::RecordingWriter& file, const std::string& camera, const PictureCounts& counts);
 
 }  // namespace shaker::recording

@@ -109,15 +109,28 @@ void Growing::append_text(const std::string& text) {
 
 hsize_t Growing::rows() const noexcept { return extent_[0] + waiting_.size() / row_bytes_; }
 
-void Growing::write(hsize_t first, std::span<const std::byte> rows) {
+// Rows of the file, and as many in memory.
+std::pair<Handle, Handle> Growing::spaces(hsize_t first, hsize_t rows) const {
     std::vector<hsize_t> start(extent_.size(), 0), count = extent_;
     start[0] = first;
-    count[0] = rows.size() / row_bytes_;
-    const Handle space{H5Dget_space(set_.get()), name_};
+    count[0] = rows;
+    Handle space{H5Dget_space(set_.get()), name_};
     check(H5Sselect_hyperslab(space.get(), H5S_SELECT_SET, start.data(), nullptr, count.data(), nullptr),
           name_);
-    const Handle memory{H5Screate_simple(static_cast<int>(count.size()), count.data(), nullptr), name_};
+    return {std::move(space),
+            Handle{H5Screate_simple(static_cast<int>(count.size()), count.data(), nullptr), name_}};
+}
+
+void Growing::write(hsize_t first, std::span<const std::byte> rows) {
+    const auto [space, memory] = spaces(first, rows.size() / row_bytes_);
     check(H5Dwrite(set_.get(), type_.get(), memory.get(), space.get(), H5P_DEFAULT, rows.data()), name_);
+}
+
+void Growing::read_bytes(hsize_t first, std::span<std::byte> rows) {
+    if (rows.empty()) return;
+    flush();
+    const auto [space, memory] = spaces(first, rows.size() / row_bytes_);
+    check(H5Dread(set_.get(), type_.get(), memory.get(), space.get(), H5P_DEFAULT, rows.data()), name_);
 }
 
 void Growing::flush() {

@@ -30,6 +30,13 @@ public:
     /// Replaces the values of all rows. Requires flush().
     void replace(std::span<const std::byte> rows);
 
+    /// Reads rows that append() has added, from `first` on; the size of `rows` gives their number.
+    /// DeviceError when they do not exist or the disk fails.
+    template <Element T>
+    void read(hsize_t first, std::span<T> rows) {
+        read_bytes(first, std::as_writable_bytes(rows));
+    }
+
     [[nodiscard]] hsize_t rows() const noexcept;
     /// Removes all rows.
     void clear();
@@ -42,6 +49,8 @@ private:
     void remake(hid_t parent);
     void add(std::span<const std::byte> rows);
     void write(hsize_t first, std::span<const std::byte> rows);
+    void read_bytes(hsize_t first, std::span<std::byte> rows);
+    [[nodiscard]] std::pair<Handle, Handle> spaces(hsize_t first, hsize_t rows) const;
 
     std::string name_;
     Handle type_, set_;
