@@ -144,9 +144,10 @@ Recorder::~Recorder() {
     std::filesystem::remove_all(recorded::pictures_folder(file_), ignored);
 }
 
-void Recorder::push(const Piece& piece) {
+// The queue has pointers: pieces are of very different size, and memory is needed for waiting ones only.
+void Recorder::push(Piece piece) {
     if (!on()) return;
-    if (ring_->push(piece))
+    if (ring_->push(std::make_shared<const Piece>(std::move(piece))))
         ++pushed_;
     else
         ++lost_;
@@ -181,12 +182,13 @@ void Recorder::add(const FinishedMeasurement& finished) {
 bool Recorder::step() {
     if (!on()) return false;
     bool any = false;
-    while (auto piece = ring_->pop()) {
+    while (const auto next = ring_->pop()) {
+        const Piece* piece = next->get();
         any = true;
         ++popped_;
         if (failed_) {
             ++lost_;
-            if (const auto* entry = std::get_if<LogEntry>(&*piece)) write_journal(*entry);
+            if (const auto* entry = std::get_if<LogEntry>(piece)) write_journal(*entry);
             continue;
         }
         try {

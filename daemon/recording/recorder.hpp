@@ -110,7 +110,7 @@ private:
         const reduction::Reduction* reduction = nullptr;
     };
 
-    void push(const Piece& piece);
+    void push(Piece piece);
     void write(const Piece& piece);
     void write(const Entry& entry);
     void advance(double s);
@@ -135,7 +135,7 @@ private:
     std::vector<FinishedMeasurement> finished_;
     std::optional<RecordedParts> parts_;  // with final times
     GapFinder gaps_;
-    std::optional<Ring<Piece>> ring_;
+    std::optional<Ring<std::shared_ptr<const Piece>>> ring_;
     std::atomic<std::uint64_t> pushed_{0}, popped_{0}, lost_{0};
     double now_s_ = 0, flushed_s_ = 0;
     std::string state_;         // last recorded state of the run

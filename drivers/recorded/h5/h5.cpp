@@ -24,6 +24,15 @@ void keep_together(hid_t create) {
     check(H5Pset_attr_phase_change(create, most, most), "group");
 }
 
+// Each column keeps the chunk in memory that is being filled. By default it would keep its last megabyte. Set
+// for the file, because the start of the writer for many readers opens the columns again.
+void keep_one_chunk(hid_t access, const std::string& name) {
+    constexpr int unused = 0;
+    constexpr std::size_t slots = 1, most_bytes = 1U << 20U;
+    constexpr double drop_full_chunks = 1;
+    check(H5Pset_cache(access, unused, slots, most_bytes, drop_full_chunks), name);
+}
+
 // Concatenated texts, each padded to the length of the longest.
 std::pair<std::size_t, std::string> as_block(const std::vector<std::string>& texts) {
     std::size_t longest = 1;
@@ -122,6 +131,7 @@ Handle create_file(const std::filesystem::path& file) {
     const Handle access = plist(H5P_FILE_ACCESS);
     check(H5Pset_libver_bounds(access.get(), H5F_LIBVER_LATEST, H5F_LIBVER_LATEST), file.string());
     check(H5Pset_alignment(access.get(), 1, page), file.string());
+    keep_one_chunk(access.get(), file.string());
     const Handle create = plist(H5P_FILE_CREATE);
     check(H5Pset_obj_track_times(create.get(), false), file.string());  // equal content gives equal bytes
     keep_together(create.get());

@@ -45,6 +45,7 @@ protected:
     void write(const std::vector<std::vector<double>>& columns, const std::vector<std::string>& words) const {
         recorded::RecordingHeader header = test::small_header();
         header.groups = {layout_of(table)};
+        std::filesystem::remove(file_);
         recorded::RecordingWriter writer{file_, header};
         RecordedTable rows = table_of(table, std::vector<Row>{});
         for (std::size_t i = 0; i < columns.size(); ++i) rows.columns[i].values = columns[i];
