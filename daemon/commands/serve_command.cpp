@@ -8,6 +8,7 @@
 #include "daemon/commands/reload.hpp"
 #include "daemon/commands/serve_settings.hpp"
 #include "daemon/run/runner.hpp"
+#include "daemon/service/bench_heartbeats.hpp"
 #include "daemon/service/bench_service.hpp"
 #include "daemon/service/bounded_log.hpp"
 #include "daemon/service/systemd_notify.hpp"
@@ -66,12 +67,14 @@ void serve(const ServeOptions& options) {
                  server.http_port(), settings.server.address, server.scpi_port());
     const Signals signals{session};
     service::SystemdNotify notes;
+    service::BenchHeartbeats heartbeats;
     std::uint64_t logged = 0;
     runner.lead(
         [&](const acquisition::Streams& streams, acquisition::Channels& channels) {
             const bool any = session.step(streams, channels);
+            heartbeats.follow(channels, runner.recordings());
             if (const auto state = bench_port.state())
-                notes.report(*state, channels.gathered, session.leaving());
+                notes.report(*state, heartbeats.all(), session.leaving());
             for (const service::BenchEvent& e : bench_port.events(logged)) {
                 logged = e.number;
                 spdlog::log(

@@ -307,7 +307,10 @@ recorded::RecordingWriter& Recorder::writer() {
     return *writer_;
 }
 
-void Recorder::tail(std::size_t camera, const Frame& frame) { tails_.at(camera)->add(frame); }
+void Recorder::tail(std::size_t camera, const Frame& frame) {
+    tails_.at(camera)->add(frame);
+    settings_.progress();
+}
 
 void Recorder::finish(const acquisition::Streams& streams, const reduction::Reduction& reduction,
                       double from_s, double to_s) {
@@ -327,7 +330,10 @@ void Recorder::complete(const acquisition::Streams& streams, const Known& known)
         recording::write(file, tables_of(streams));
     else if (!settings_.final_times)
         write_times(file, streams);
-    for (const FinishedMeasurement& f : finished_) recording::write(file, result_of(f, streams, known));
+    for (const FinishedMeasurement& f : finished_) {
+        recording::write(file, result_of(f, streams, known));
+        settings_.progress();
+    }
     write_streams(file, streams, gaps_.gaps());
     // Not 0 only when the disk was blocked and the stop came too late.
     write_pieces_lost(file, lost_);
@@ -335,8 +341,11 @@ void Recorder::complete(const acquisition::Streams& streams, const Known& known)
         recording::write(file, header_.views[c].camera, counts_[c]);
     if (!header_.started.empty())
         file.text("end_time", time_text_after(header_.started, now_s_ - settings_.started_s));
-    for (const auto& store : stores_) store->finish();
-    for (const auto& store : tails_) store->finish();
+    for (const auto* stores : {&stores_, &tails_})
+        for (const auto& store : *stores) {
+            store->finish();
+            settings_.progress();
+        }
     file.close();
     closed_ = true;
     give_name();

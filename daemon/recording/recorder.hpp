@@ -3,6 +3,7 @@
 // gets its name when it is complete; until then it is FILE.part, which is locked while it is written.
 #include <atomic>
 #include <filesystem>
+#include <functional>
 #include <memory>
 #include <mutex>
 #include <optional>
@@ -37,6 +38,8 @@ struct RecorderSettings {
     /// Times of tracks are final when they are added. Measurements are then reduced from the file, so the
     /// streams of the run need not stay in memory.
     bool final_times = false;
+    /// Called after each step of finish(): a measurement, a picture of a tail, the files of a camera.
+    std::function<void()> progress = [] {};
     double started_s = 0;  // master time of the date in the header
     /// Free space on the disk below which nothing more is recorded.
     std::uint64_t least_free_bytes = std::uint64_t{1} << 30U;

@@ -91,7 +91,7 @@ void warn_of_lost(const EndedRun& run) {
 
 // Adds the pictures of one camera's tail that belong to the kept end of its tracks.
 void add_pictures(recording::Recorder& recording, std::size_t camera, const acquisition::RecentFrames& tail,
-                  acquisition::Streams& streams) {
+                  acquisition::Streams& streams, const std::function<void()>& progress) {
     const acquisition::CameraStream& c = streams.cameras[camera];
     const bool cut = !c.view.targets.empty() && !streams.tracks[c.first_track].tracks.empty();
     const CameraTick from = cut ? streams.tracks[c.first_track].tracks.front().tick : CameraTick{};
@@ -106,7 +106,15 @@ void add_pictures(recording::Recorder& recording, std::size_t camera, const acqu
         gap = false;
         add_stamps(streams, camera, frame);
         recording.add(camera, frame, {}, {});
+        progress();
     }
+}
+
+// Pictures of many stops leave space for the series of the stops after them.
+bool room_for_pictures(const std::filesystem::path& file) {
+    std::error_code failed;
+    const std::filesystem::space_info space = std::filesystem::space(file.parent_path(), failed);
+    return failed || space.available >= least_free_for_tails;
 }
 
 }  // namespace
@@ -191,7 +199,7 @@ void finish(recording::Recorder& recording, const EndedRun& run, const Results& 
 void record_tail(const EndedRun& run, const Results& results, const std::filesystem::path& file) {
     recorded::RecordingHeader header = run.header;
     header.kind = "trip";
-    header.pictures = recorded::KeptPictures::full;
+    header.pictures = room_for_pictures(file) ? recorded::KeptPictures::full : recorded::KeptPictures::off;
     recording::lay_out(header, false);
     double at_s = results.trips.front().at_s;
     if (!std::isfinite(at_s) && !run.streams.played.empty())
@@ -199,11 +207,14 @@ void record_tail(const EndedRun& run, const Results& results, const std::filesys
     const double from_s = at_s - acquisition::tail_s;
     acquisition::Streams streams = recording::tail_of(run.streams, from_s);
     recording::Recorder recording{
-        file, header, {.unfinished = recording::Unfinished::discard, .started_s = run.started_s}};
+        file,
+        header,
+        {.unfinished = recording::Unfinished::discard, .progress = run.progress, .started_s = run.started_s}};
     for (const PlayTime& p : streams.played) recording.add(p);
     for (const DriveChange& c : streams.changes) recording.add(c);
     for (const AccelBlock& b : streams.blocks) recording.add(b);
-    for (std::size_t i = 0; i < run.tails->size(); ++i) add_pictures(recording, i, (*run.tails)[i], streams);
+    for (std::size_t i = 0; i < run.tails->size(); ++i)
+        add_pictures(recording, i, (*run.tails)[i], streams, run.progress);
     warn_of_lost(run);
     Results end{.part = {}, .reduction = {}, .not_reduced = {}, .trips = results.trips};
     reduce_part(run, streams, from_s, end);

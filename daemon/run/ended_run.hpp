@@ -4,6 +4,7 @@
 #include <chrono>
 #include <cmath>
 #include <filesystem>
+#include <functional>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -45,6 +46,7 @@ struct EndedRun {
     std::optional<control::IdentifiedResponse> identified;
     std::vector<std::string> notes;  // for the reader of the results
     std::optional<Truth> truth;
+    std::function<void()> progress = [] {};  // called after each step of the completion of its file
 };
 
 /// Stops, measurements and notes of the run; its streams stay empty. The stops do not include trips that
@@ -74,6 +76,9 @@ double end_of_data(const acquisition::Streams& streams);
 /// Completes the recording of the whole run. A stopped run whose recording keeps no frames gets the frames
 /// of the tails. DeviceError when the file cannot be written.
 void finish(recording::Recorder& recording, const EndedRun& run, const Results& results);
+
+/// Free space below which the last seconds of a stopped run are written without pictures, bytes.
+inline constexpr std::uint64_t least_free_for_tails = std::uint64_t{8} << 30U;
 
 /// Writes a recording of the last seconds of a stopped run that was not recorded. DeviceError when the file
 /// cannot be written.

@@ -35,6 +35,15 @@ std::vector<DeviceReport> lost_since(const std::vector<DeviceReport>& before, st
     return now;
 }
 
+// An operator's stop of a silent bench: it leaves a line in the log and no file, so that repeated stops
+// cannot fill the disk.
+bool stopped_at_rest(const Sequence& sequence, const acquisition::Streams& streams) {
+    if (!sequence.trip() || driving(sequence.stops().at(sequence.cause()).state)) return false;
+    const auto since = streams.trips.begin() + static_cast<std::ptrdiff_t>(sequence.cause());
+    return std::all_of(since, streams.trips.end(),
+                       [](const safety::Trip& trip) { return trip.cause == safety::Cause::operator_stop; });
+}
+
 }  // namespace
 
 Recordings::Recordings(bench::Bench& bench, acquisition::Collector& collector,
@@ -79,10 +88,12 @@ void Recordings::begin(const RunOptions& run, const std::filesystem::path& file,
 
 void Recordings::open(const std::filesystem::path& file) {
     file_ = file;
-    auto recording = std::make_shared<recording::Recorder>(
-        file_, header_,
-        recording::RecorderSettings{
-            .live = settings_.live, .final_times = settings_.on_call, .started_s = started_s_});
+    auto recording =
+        std::make_shared<recording::Recorder>(file_, header_,
+                                              recording::RecorderSettings{.live = settings_.live,
+                                                                          .final_times = settings_.on_call,
+                                                                          .progress = [this] { ++progress_; },
+                                                                          .started_s = started_s_});
     {
         const std::scoped_lock lock{mutex_};
         recording_ = std::move(recording);
@@ -142,10 +153,12 @@ FinishedRun Recordings::abandon(const Sequence& sequence, std::exception_ptr why
 }
 
 void Recordings::finish(const Sequence& sequence) {
-    if (settings_.on_call && !on() && !sequence.trip()) return;
+    if (settings_.on_call && !on() && (!sequence.trip() || stopped_at_rest(sequence, collector_.streams())))
+        return;
     auto job = std::make_unique<Job>();
     EndedRun& run = job->run.run;
     run = ended(sequence);
+    run.progress = [this] { ++progress_; };
     if (!run.stops.empty()) {
         collector_.close_tails();
         run.tails = &collector_.tails();

@@ -67,6 +67,8 @@ public:
     [[nodiscard]] FinishedRun abandon(const Sequence& sequence, std::exception_ptr why);
     /// True while a file is being completed.
     [[nodiscard]] bool finishing() const noexcept { return unfinished_ > 0; }
+    /// Grows with every step of the completion of a file: measurements reduced, pictures cut. Any thread.
+    [[nodiscard]] std::uint64_t progress() const noexcept { return progress_; }
     /// The next finished run whose file is complete; empty while there is no such run.
     std::optional<FinishedRun> finished();
     /// Warnings of the guards since begin(), one sentence per cause.
@@ -113,6 +115,7 @@ private:
     std::deque<recording::LogEntry> remarks_;  // for the next recording, at most most_remarks
 
     std::atomic<int> unfinished_{0};
+    std::atomic<std::uint64_t> progress_{0};
     std::atomic<double> free_bytes_{NAN};
     std::chrono::steady_clock::time_point asked_{};  // last query of the free space
     mutable std::mutex mutex_;                       // guards recording_, jobs_, finished_; held briefly

@@ -242,7 +242,8 @@ void BenchService::publish() {
     state->null = null_;
     state->mu = mu_;
     state->closed_form = closed_form_;
-    state->recording = {record_.name(), record_.backlog(), record_.pieces_lost(), record_.free_bytes()};
+    state->recording = {record_.name(), record_.finishing(), record_.backlog(), record_.pieces_lost(),
+                        record_.free_bytes()};
     state->may_clear = sequence_.may_clear() && !record_.finishing();
     state->limits = limits_;
     published_s_ = state->now_s;

@@ -84,8 +84,9 @@ struct LostState {
 };
 
 struct RecordingState {
-    std::string name;    // file name of the open recording; empty: no recording
-    double backlog = 0;  // filled share of its queue, 0 to 1
+    std::string name;        // file name of the open recording; empty: no recording
+    bool finishing = false;  // the run is over, and its recording is being completed
+    double backlog = 0;      // filled share of its queue, 0 to 1
     std::uint64_t pieces_lost = 0;
     double free_bytes = 0;  // in the folder of recordings
 };

@@ -1,6 +1,6 @@
 #include "daemon/service/systemd_notify.hpp"
 
-#include <spdlog/fmt/fmt.h>
+#include <spdlog/spdlog.h>
 #include <systemd/sd-daemon.h>
 
 #include <utility>
@@ -9,23 +9,27 @@ namespace shaker::service {
 
 SystemdNotify::SystemdNotify() {
     std::uint64_t us = 0;
-    if (sd_watchdog_enabled(0, &us) > 0) every_ = std::chrono::microseconds{us / 4};
+    if (sd_watchdog_enabled(0, &us) > 0) every_ = std::chrono::microseconds{us / 8};
 }
 
-void SystemdNotify::report(const BenchState& state, std::int64_t heartbeat, bool leaving) {
+void SystemdNotify::report(const BenchState& state, Heartbeats& heartbeats, bool leaving) {
     if (leaving && !std::exchange(stopping_, true)) sd_notify(0, "STOPPING=1");
     if (!ready_ && state.state != run::RunState::init && state.state != run::RunState::self_test) {
         ready_ = true;
         sd_notify(0, "READY=1");
     }
     std::string status = state.trip ? text(*state.trip) : std::string{name(state.state)};
+    if (state.recording.finishing) status += ", finishing " + state.recording.name;
     if (status != status_) {
         status_ = std::move(status);
         sd_notify(0, ("STATUS=" + status_).c_str());
     }
     const auto now = std::chrono::steady_clock::now();
-    if (every_.count() == 0 || heartbeat == heartbeat_ || now - signalled_ < every_) return;
-    heartbeat_ = heartbeat;
+    if (every_.count() == 0) return;
+    const Heartbeat* late = heartbeats.overdue(now);
+    if (late != std::exchange(late_, late) && late != nullptr)
+        spdlog::error("the {} gives no sign of life; the watchdog is not fed", late->name());
+    if (late != nullptr || now - signalled_ < every_) return;
     signalled_ = now;
     sd_notify(0, "WATCHDOG=1");
 }

@@ -1,11 +1,12 @@
 #pragma once
-// Messages to the service manager: ready, a line with the state, and watchdog signals while the output loop
-// runs.
+// Messages to the service manager: ready, a line with the state, and watchdog signals while all threads are
+// alive.
 #include <chrono>
 #include <cstdint>
 #include <string>
 
 #include "daemon/service/bench_state.hpp"
+#include "daemon/service/heartbeats.hpp"
 
 namespace shaker::service {
 
@@ -13,15 +14,14 @@ namespace shaker::service {
 class SystemdNotify {
 public:
     SystemdNotify();
-    /// Call it often. heartbeat: DAC sample up to which the played drive was gathered. While it does not
-    /// change, no watchdog signal is sent, and the manager ends the program. leaving: the daemon is shutting
-    /// down and ramps the drive to zero.
-    void report(const BenchState& state, std::int64_t heartbeat, bool leaving);
+    /// Call it often. While a heartbeat is overdue, no watchdog signal is sent, and the manager ends the
+    /// program. leaving: the daemon is shutting down and ramps the drive to zero.
+    void report(const BenchState& state, Heartbeats& heartbeats, bool leaving);
 
 private:
     std::chrono::steady_clock::duration every_{};  // between two watchdog signals; 0: no watchdog
     std::chrono::steady_clock::time_point signalled_{};
-    std::int64_t heartbeat_ = -1;
+    const Heartbeat* late_ = nullptr;
     bool ready_ = false, stopping_ = false;
     std::string status_;
 };

@@ -104,7 +104,8 @@ std::string state_text(const json& s) {
         line("result", fmt::format("{}, D {} mm, efficiency {}", drift_text(s),
                                    estimate(s, "/result/D_m", 1e3), estimate(s, "/result/efficiency", 1)));
     const std::string file = word(s, "/session/recording"), holder = word(s, "/session/controller");
-    line("recording", file.empty() ? std::string{"none"} : file);
+    const bool finishing = yes(s, "/session/finishing");
+    line("recording", file.empty() ? std::string{"none"} : file + (finishing ? ", is being completed" : ""));
     const std::string next = word(s, "/session/record_name");
     line("next run", !yes(s, "/session/record_next") ? "is not recorded"
                      : next.empty()                  ? "is recorded"

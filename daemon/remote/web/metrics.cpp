@@ -155,6 +155,8 @@ std::string metrics_text(const service::BenchState* state, const ServedCounts& s
     t.histogram("output_period_jitter_seconds",
                 "Deviation of the time between two blocks of the drive from a block's length.", s.jitter);
     t.gauge("recording", "1 while a run is being recorded.", s.recording.name.empty() ? 0 : 1);
+    t.gauge("recording_finishing", "1 while the recording of the last run is being completed.",
+            s.recording.finishing ? 1 : 0);
     t.gauge("writer_backlog_ratio", "Fill level of the queue of the recorder, 0 to 1.", s.recording.backlog);
     t.counter("writer_pieces_lost_total", "Items of the present recording lost because the queue was full.",
               s.recording.pieces_lost);

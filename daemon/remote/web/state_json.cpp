@@ -23,6 +23,7 @@ json session(const service::BenchState& s, const Viewer& viewer) {
             {"since_s", s.now_s - s.since_s},
             {"rig", s.facts ? s.facts->rig : ""},
             {"recording", s.recording.name.empty() ? json(nullptr) : json(s.recording.name)},
+            {"finishing", s.recording.finishing},
             {"record_next", s.record},
             {"record_name", s.record_name.empty() ? json(nullptr) : json(s.record_name)},
             {"controller", viewer.controller.empty() ? json(nullptr) : json(viewer.controller)},

@@ -4,7 +4,7 @@ import type { Drive, Jitter, LogEvent, Measured, Message, Result, Session, State
 export const maxPoints = 2000;
 
 const session: Session = {
-    state: "idle", since_s: null, rig: "", recording: null, record_next: false, record_name: null, controller: null, you_control: false,
+    state: "idle", since_s: null, rig: "", recording: null, finishing: false, record_next: false, record_name: null, controller: null, you_control: false,
     trip: null, program: "shakerd", version: "",
 };
 const drive: Drive = { frequency_hz: null, gamma_mps2: null, rho: null, phi_rad: null, locked: false };

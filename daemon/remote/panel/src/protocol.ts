@@ -14,6 +14,7 @@ export interface Session {
     since_s: Known;  // time in this state
     rig: string;
     recording: string | null;
+    finishing: boolean;  // the run is over, and its recording is being completed
     record_next: boolean;  // the next run is recorded
     record_name: string | null;  // of the next recording, without ending; null: named by its time
     controller: string | null;

@@ -57,7 +57,8 @@ function showLink(link: HTMLElement, connection: Connection): void {
     setText(link, `Not connected since ${since}. ${what} Reconnecting; ABORT is still sent.`);
 }
 
-function recordingWords({ recording, record_next, record_name }: Session): string {
+function recordingWords({ recording, finishing, record_next, record_name }: Session): string {
+    if (finishing && recording !== null) return `◌ finishing ${recording}`;
     if (recording !== null) return `● recording ${recording}`;
     if (!record_next) return "";
     return record_name === null ? "○ next run is recorded, named by its time" : `○ next run is recorded: ${record_name}.nxs`;

@@ -1,0 +1,46 @@
+#pragma once
+// Signs of life of the daemon's threads. The service manager's watchdog is fed while all of them are alive.
+#include <atomic>
+#include <chrono>
+#include <cstdint>
+#include <deque>
+#include <string>
+
+namespace shaker::service {
+
+/// Sign of life of one thread.
+/// Thread safety: any thread calls beat() and rest(); they never wait.
+class Heartbeat {
+public:
+    using Duration = std::chrono::steady_clock::duration;
+    /// silence: longest time between two beats of a live thread.
+    Heartbeat(std::string name, Duration silence) : name_{std::move(name)}, silence_{silence} {}
+    void beat() noexcept { ++beats_; }
+    /// No beat is expected until the next one: the thread has nothing to do.
+    void rest() noexcept { rested_ = beats_.load(); }
+
+    [[nodiscard]] const std::string& name() const noexcept { return name_; }
+
+private:
+    friend class Heartbeats;
+    std::string name_;
+    Duration silence_;
+    std::atomic<std::uint64_t> beats_{0};
+    std::atomic<std::uint64_t> rested_{0};  // value of beats_ at rest(); before the first beat it is at rest
+    std::uint64_t seen_ = 0;
+    std::chrono::steady_clock::time_point changed_{};
+};
+
+/// All heartbeats. One thread, except the heartbeats themselves.
+class Heartbeats {
+public:
+    /// Adds a thread. Nothing is expected of it before its first beat. The reference stays valid.
+    Heartbeat& add(const std::string& name, Heartbeat::Duration silence);
+    /// A heartbeat that is overdue; null while all threads are alive or at rest. Call it often.
+    [[nodiscard]] const Heartbeat* overdue(std::chrono::steady_clock::time_point now);
+
+private:
+    std::deque<Heartbeat> all_;
+};
+
+}  // namespace shaker::service
