@@ -16,7 +16,7 @@ public:
 
 private:
     Heartbeats all_;
-    Heartbeat& output_ = all_.add("output", std::chrono::milliseconds{500});
+    Heartbeat& output_ = all_.add("output", std::chrono::milliseconds{300});
     Heartbeat& recorder_ = all_.add("recorder", std::chrono::seconds{60});
     std::int64_t gathered_ = 0;
     std::uint64_t progress_ = 0;
