@@ -256,10 +256,14 @@ TEST_F(ExportedRun, UnfinishedRecordingIsRefusedWithAdvice) {
     header.title = "cut";
     recorded::RecordingWriter unfinished{folder_ / "left.nxs.part", header};
     unfinished.flush();
-    const Outcome o = shakerd("export left.nxs.part", folder_);
-    EXPECT_EQ(o.status, 2);
-    EXPECT_NE(o.err.find("shakerd recover"), std::string::npos) << o.err;
-    EXPECT_FALSE(std::filesystem::exists(folder_ / "left.nxs.export"));
+    std::filesystem::copy_file(folder_ / "left.nxs.part", folder_ / "crashed.nxs.part");
+    for (const auto& [name, words] :
+         {std::pair{"left", "is being recorded by process"}, std::pair{"crashed", "shakerd recover"}}) {
+        const Outcome o = shakerd(std::string{"export "} + name + ".nxs.part", folder_);
+        EXPECT_EQ(o.status, 2);
+        EXPECT_NE(o.err.find(words), std::string::npos) << o.err;
+        EXPECT_FALSE(std::filesystem::exists(folder_ / (std::string{name} + ".nxs.export")));
+    }
 }
 
 }  // namespace
