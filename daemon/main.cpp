@@ -4,11 +4,12 @@
 
 #include "daemon/command_line/table.hpp"
 #include "daemon/manual/exit_status.hpp"
+#include "daemon/report/printing.hpp"
 
 int main(int argc, char** argv) {
     return shaker::manual::exit_status_of([&] {
         spdlog::set_default_logger(spdlog::stderr_color_mt("shakerd"));
-        spdlog::set_pattern("%v");
+        spdlog::set_formatter(shaker::report::log_format());
         return shaker::command_line::run_command_line(argc, argv);
     });
 }

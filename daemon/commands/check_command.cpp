@@ -3,12 +3,11 @@
 #include <spdlog/fmt/fmt.h>
 
 #include <algorithm>
-#include <cstdio>
-#include <iostream>
 #include <iterator>
 #include <nlohmann/json.hpp>
 
 #include "daemon/commands/stop_signals.hpp"
+#include "daemon/report/printing.hpp"
 #include "daemon/run/runner.hpp"
 
 namespace shaker::commands {
@@ -53,11 +52,12 @@ bool check(const CheckOptions& options) {
         nlohmann::json j{{"sound", sound}, {"findings", nlohmann::json::array()}};
         for (const run::Finding& f : findings)
             j["findings"].push_back({{"verdict", word(f.verdict)}, {"device", f.device}, {"text", f.text}});
-        std::cout << j.dump(2) << "\n";
+        report::say(report::json_text(j) + "\n");
         return sound;
     }
-    for (const run::Finding& f : findings) fmt::print("{:<5}{}: {}\n", word(f.verdict), f.device, f.text);
-    fmt::print("{}\n", sound ? "the bench is fit to run" : "the bench is not fit to run: see BAD above");
+    for (const run::Finding& f : findings)
+        report::say(fmt::format("{:<5}{}: {}\n", word(f.verdict), f.device, f.text));
+    report::say(sound ? "the bench is fit to run\n" : "the bench is not fit to run: see BAD above\n");
     return sound;
 }
 

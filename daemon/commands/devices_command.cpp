@@ -4,6 +4,8 @@
 
 #include <nlohmann/json.hpp>
 
+#include "daemon/report/printing.hpp"
+
 namespace shaker::commands {
 
 void list_devices(const DevicesOptions& options) {
@@ -16,9 +18,9 @@ void list_devices(const DevicesOptions& options) {
             list.push_back(nlohmann::ordered_json::parse(device.json));
             text += device.text;
         }
-        if (!options.json) fmt::print("{}\n{}", kind.heading, text.empty() ? "  none\n" : text);
+        if (!options.json) report::say(fmt::format("{}\n{}", kind.heading, text.empty() ? "  none\n" : text));
     }
-    if (options.json) fmt::print("{}\n", json.dump(2));
+    if (options.json) report::say(json.dump(2) + "\n");
 }
 
 }  // namespace shaker::commands

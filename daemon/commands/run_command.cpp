@@ -10,6 +10,7 @@
 
 #include "daemon/commands/stop_signals.hpp"
 #include "daemon/report/difference.hpp"
+#include "daemon/report/printing.hpp"
 #include "daemon/report/results.hpp"
 #include "daemon/run/runner.hpp"
 #include "drivers/errors.hpp"
@@ -63,7 +64,7 @@ void print_truth(const reduction::Reduction& r, double v_D, const Drive& asked, 
 void print_json(run::Runner& runner, const run::FinishedRun& ended) {
     const run::Results& results = ended.results;
     if (!results.reduction) {
-        std::fputs((report::trips_json(results.trips, results.not_reduced) + "\n").c_str(), stdout);
+        report::say(report::trips_json(results.trips, results.not_reduced) + "\n");
         return;
     }
     const calibration::ClockFit clock = ended.run.streams.timebase.dac();
@@ -76,23 +77,21 @@ void print_json(run::Runner& runner, const run::FinishedRun& ended) {
         more["v_D_true_mps"] = drift_velocity(world->truth(0), results.part.from_s, results.part.to_s);
         more["v_D_asked_mps"] = coulomb_drift(harmonics(asked), asked.frequency, runner.bench().scene);
     }
-    std::fputs(
-        (report::results_json(*results.reduction, more, device_reports(runner.bench().rig), results.trips) +
-         "\n")
-            .c_str(),
-        stdout);
+    report::say(
+        report::results_json(*results.reduction, more, device_reports(runner.bench().rig), results.trips) +
+        "\n");
 }
 
 void print_text(run::Runner& runner, const run::FinishedRun& ended) {
     const run::Results& results = ended.results;
-    fmt::print("{}\n", ended.run.header.title);
+    report::say(ended.run.header.title + "\n");
     for (const recording::RecordedTrip& trip : results.trips)
-        fmt::print("a limit stopped this run {}\n", text(trip));
+        report::say(fmt::format("a limit stopped this run {}\n", text(trip)));
     if (!results.reduction) {
-        fmt::print("no results: {}\n", results.not_reduced);
+        report::say(fmt::format("no results: {}\n", results.not_reduced));
         return;
     }
-    std::fputs(report::results_text(*results.reduction).c_str(), stdout);
+    report::say(report::results_text(*results.reduction));
     if (const auto clamped = runner.collector().channels().lost.samples_clamped.load(); clamped > 0)
         fmt::print("{} samples of the drive were limited to {} V\n", clamped,
                    runner.bench().rig.dac->info().full_scale_V);
@@ -101,7 +100,7 @@ void print_text(run::Runner& runner, const run::FinishedRun& ended) {
                     drift_velocity(world->truth(0), results.part.from_s, results.part.to_s),
                     runner.options().drive, runner.bench().scene,
                     {runner.wall_s(), runner.played_s(), world->render_seconds()});
-    if (ended.whole && !ended.failure) fmt::print("recorded: {}\n", ended.file.string());
+    if (ended.whole && !ended.failure) report::say(fmt::format("recorded: {}\n", ended.file.string()));
 }
 
 std::string why_failed(const run::FinishedRun& ended) try {

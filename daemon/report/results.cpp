@@ -7,6 +7,8 @@
 #include <nlohmann/json.hpp>
 #include <numbers>
 
+#include "daemon/report/printing.hpp"
+
 namespace shaker::report {
 
 namespace {
@@ -158,11 +160,11 @@ std::string results_json(const reduction::Reduction& r, const std::map<std::stri
                                 {"incidents", c.incidents},
                                 {"reopened", c.reopened}});
     j["notes"] = r.notes;
-    return j.dump(2);
+    return json_text(j);
 }
 
 std::string trips_json(const std::vector<recording::RecordedTrip>& trips, const std::string& why) {
-    return nlohmann::json{{"trips", list_of(trips)}, {"not_reduced", why}}.dump(2);
+    return json_text({{"trips", list_of(trips)}, {"not_reduced", why}});
 }
 
 }  // namespace shaker::report

@@ -13,24 +13,14 @@
 #include <string>
 #include <utility>
 
+#include "daemon/report/printing.hpp"
+#include "drivers/text/printable.hpp"
+
 namespace shaker::service {
 
 namespace {
 
 constexpr std::size_t most_waiting = 8192;  // messages
-
-std::string clean(std::string_view text) {
-    std::string out;
-    out.reserve(text.size());
-    for (const char c : text) {
-        const auto byte = static_cast<unsigned char>(c);
-        if (byte < 0x20 || byte == 0x7f)
-            out += fmt::format("\\x{:02x}", byte);
-        else
-            out += c;
-    }
-    return out;
-}
 
 class BoundedSink final : public spdlog::sinks::base_sink<std::mutex> {
 public:
@@ -47,7 +37,7 @@ protected:
             return;
         }
         left_ = std::max(0.0, left_ - 1);
-        std::string text = clean({message.payload.data(), message.payload.size()});
+        std::string text = printable({message.payload.data(), message.payload.size()});
         if (const auto n = std::exchange(left_out_, 0))
             text += fmt::format(" ({} messages before this one were left out: too many at once)", n);
         spdlog::details::log_msg cleaned = message;
@@ -93,7 +83,7 @@ BoundedLog::BoundedLog() {
 BoundedLog::~BoundedLog() {
     auto last =
         std::make_shared<spdlog::logger>("shakerd", std::make_shared<spdlog::sinks::stderr_sink_mt>());
-    last->set_pattern("%v");
+    last->set_formatter(report::log_format());
     spdlog::set_default_logger(std::move(last));
     spdlog::details::registry::instance().set_tp(nullptr);
 }

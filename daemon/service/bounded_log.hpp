@@ -1,6 +1,6 @@
 #pragma once
 // The log of the daemon. A separate thread writes it at a bounded rate, so callers never wait. Control
-// characters are written as text.
+// characters are written as text, see drivers/text/printable.hpp.
 #include <spdlog/sinks/sink.h>
 
 #include <memory>
@@ -12,7 +12,7 @@ struct LogRate {
     double per_s = 10;  // messages per second beyond the burst
 };
 
-/// Passes messages to `inner`, at most at `rate`, with control characters as \xNN. The next message that
+/// Passes messages to `inner`, at most at `rate`, with control characters as text. The next message that
 /// passes reports how many were left out. Errors always pass.
 std::shared_ptr<spdlog::sinks::sink> bounded_sink(std::shared_ptr<spdlog::sinks::sink> inner, LogRate rate);
 

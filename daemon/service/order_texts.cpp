@@ -3,22 +3,17 @@
 #include <spdlog/fmt/fmt.h>
 
 #include <algorithm>
-#include <nlohmann/json.hpp>
 #include <string_view>
 
 #include "daemon/service/bench_port.hpp"
 #include "drivers/errors.hpp"
+#include "drivers/text/printable.hpp"
 
 namespace shaker::service {
 
 namespace {
 
 constexpr std::size_t longest_name = 64;
-
-bool is_utf8(const std::string& text) {
-    return nlohmann::json(text).dump(-1, ' ', false, nlohmann::json::error_handler_t::ignore) ==
-           nlohmann::json(text).dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
-}
 
 }  // namespace
 
@@ -38,9 +33,7 @@ void require_name(const std::string& name) {
 }
 
 void require_remark(const std::string& text) {
-    const bool plain =
-        std::ranges::all_of(text, [](char c) { return static_cast<unsigned char>(c) >= ' ' && c != '\x7f'; });
-    if (!text.empty() && text.size() <= Remark::longest && plain && is_utf8(text)) return;
+    if (!text.empty() && text.size() <= Remark::longest && printable(text) == text) return;
     throw InputError{
         fmt::format("remark of {} bytes: 1 to {} bytes of UTF-8 without control characters are "
                     "allowed",

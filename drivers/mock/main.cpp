@@ -13,6 +13,7 @@
 #include "drivers/errors.hpp"
 #include "drivers/mock/loopback.hpp"
 #include "drivers/mock/mock_commands.hpp"
+#include "drivers/text/printable.hpp"
 
 namespace {
 
@@ -52,14 +53,16 @@ private:
     bool ours_;
 };
 
-void say(const nlohmann::json& answer) { std::cout << answer.dump() << std::endl; }
+void say(const nlohmann::json& answer) {
+    std::cout << answer.dump(-1, ' ', true, nlohmann::json::error_handler_t::replace) << std::endl;
+}
 
 void obey(MockBench& bench) {
     for (std::string line; std::getline(std::cin, line);) {
         if (line.find_first_not_of(" \t") == std::string::npos) continue;
         if (line == "quit") return;
         try {
-            std::cout << bench_command(bench, line) << std::endl;
+            std::cout << printable(bench_command(bench, line)) << std::endl;
         } catch (const std::exception& e) {
             say({{"ok", false}, {"error", e.what()}});
         }

@@ -7,8 +7,8 @@
 #include <charconv>
 #include <fstream>
 
-#include "daemon/remote/ctl/terminal.hpp"
 #include "drivers/errors.hpp"
+#include "drivers/text/printable.hpp"
 
 namespace shaker::ctl {
 

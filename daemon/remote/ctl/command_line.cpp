@@ -8,6 +8,7 @@
 #include "daemon/remote/ctl/terminal.hpp"
 #include "daemon/remote/ctl/trouble.hpp"
 #include "drivers/errors.hpp"
+#include "drivers/text/printable.hpp"
 
 namespace shaker::ctl {
 

@@ -10,6 +10,7 @@
 #include "daemon/remote/ctl/state_text.hpp"
 #include "daemon/remote/ctl/terminal.hpp"
 #include "daemon/remote/ctl/trouble.hpp"
+#include "drivers/text/printable.hpp"
 
 namespace shaker::ctl {
 

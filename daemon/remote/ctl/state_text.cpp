@@ -6,8 +6,8 @@
 #include <nlohmann/json.hpp>
 #include <numbers>
 
-#include "daemon/remote/ctl/terminal.hpp"
 #include "drivers/drive.hpp"
+#include "drivers/text/printable.hpp"
 
 namespace shaker::ctl {
 

@@ -6,7 +6,6 @@
 #include <thread>
 
 #include "daemon/remote/ctl/address.hpp"
-#include "daemon/remote/ctl/terminal.hpp"
 #include "daemon/remote/ctl/trouble.hpp"
 #include "daemon/remote/server.hpp"
 #include "drivers/errors.hpp"
@@ -115,15 +114,6 @@ TEST(CtlTroubleTest, ControlSequencesAreEscaped) {
     EXPECT_EQ(ctl_at(refuses.port(), "start").err, "shakerctl: no \\x1b]0;you\\x07 \\x0d not\n");
     const CannedDaemon metrics{http_answer("200 OK", "a 1\nb\x1b 2\n")};
     EXPECT_EQ(ctl_at(metrics.port(), "fetch metrics").out, "a 1\nb\\x1b 2\n");
-}
-
-TEST(CtlTroubleTest, PrintableEscapesOnlyControlCharacters) {
-    EXPECT_EQ(printable("14.7 m/s\xc2\xb2 \xe2\x82\xac \xf0\x9f\x98\x80"),
-              "14.7 m/s\xc2\xb2 \xe2\x82\xac \xf0\x9f\x98\x80");
-    EXPECT_EQ(printable("\xff\xc2 \xc0\x80 \xed\xa0\x80 \xe2\x82"),
-              "\\xff\\xc2 \\xc0\\x80 \\xed\\xa0\\x80 \\xe2\\x82");
-    EXPECT_EQ(printable("\xe2\x80\xa8\xe2\x81\xa6\xd8\x9c\x7f\t"), "\\u2028\\u2066\\u061c\\x7f\\x09");
-    EXPECT_EQ(printable("a\nb\r\n", true), "a\nb\\x0d\n");
 }
 
 TEST(CtlTroubleTest, NewestMeasurementIsPrintedUnchanged) {

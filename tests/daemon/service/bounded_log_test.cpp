@@ -27,8 +27,8 @@ struct BoundedLogTest : testing::Test {
 };
 
 TEST_F(BoundedLogTest, ControlCharactersAreEscaped) {
-    logger({})->info("from \"{}\"", "a\x1b[2Jb\nc\r\x7f");
-    EXPECT_EQ(out.str(), "from \"a\\x1b[2Jb\\x0ac\\x0d\\x7f\"\n");
+    logger({})->info("from \"{}\"", "a\x1b[2Jb\nc\r\x7f\xc2\x9b");
+    EXPECT_EQ(out.str(), "from \"a\\x1b[2Jb\\x0ac\\x0d\\u007f\\u009b\"\n");
 }
 
 TEST_F(BoundedLogTest, FloodIsCutAndOmissionsAreCounted) {

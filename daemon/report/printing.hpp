@@ -1,0 +1,22 @@
+#pragma once
+// Standard output and standard error of shakerd: control characters of files, devices and clients leave as
+// text.
+#include <spdlog/formatter.h>
+
+#include <memory>
+#include <nlohmann/json_fwd.hpp>
+#include <string>
+#include <string_view>
+
+namespace shaker::report {
+
+/// Writes the text to standard output, made printable; its line ends are kept.
+void say(std::string_view text);
+
+/// Indented JSON. Bytes that are not UTF-8 are replaced by U+FFFD.
+std::string json_text(const nlohmann::json& json);
+
+/// Format of log messages: the message alone, made printable; its line ends are kept.
+std::unique_ptr<spdlog::formatter> log_format();
+
+}  // namespace shaker::report
