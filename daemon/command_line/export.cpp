@@ -1,6 +1,7 @@
 #include "daemon/command_line/rows.hpp"
 #include "daemon/commands/export_command.hpp"
 #include "daemon/sandbox/confined.hpp"
+#include "daemon/sandbox/new_files.hpp"
 
 namespace shaker::command_line {
 
@@ -44,7 +45,9 @@ int act(const manual::Values& values) {
         .what = values.texts("--what"),
         .json = values.has("--json")};
     sandbox::Confinement allowed = sandbox::confinement_for(options.file);
-    allowed.writes_files = true;
+    const std::filesystem::path folder = export_folder(options);
+    const sandbox::NewFolder made{options.file, folder};
+    allowed.files.writes = {folder};
     return confined(options.file.string(), allowed, [&] {
         export_recording(options);
         return manual::exit_ok;

@@ -1,5 +1,8 @@
 #include "daemon/command_line/rows.hpp"
 #include "daemon/commands/footage_commands.hpp"
+#include "daemon/report/printing.hpp"
+#include "daemon/sandbox/confined.hpp"
+#include "daemon/sandbox/new_files.hpp"
 
 namespace shaker::command_line {
 
@@ -7,6 +10,8 @@ namespace {
 
 using manual::Argument;
 using manual::Kind;
+using sandbox::NewFile;
+using sandbox::NewRecording;
 
 constexpr std::array reduce_arguments{
     Argument{
@@ -31,18 +36,65 @@ constexpr std::array track_arguments{
              .otherwise = "a summary only"},
     json_argument};
 
+// Rights to read a session: its files are found in a child that can read nothing but session.toml.
+struct SessionRights {
+    int status = manual::exit_ok;  // of that child
+    sandbox::Confinement allowed{};
+};
+
+// Far above the needs of intact footage: 8 GiB of memory plus twice its files; 10 hours for each GiB of it.
+SessionRights rights_for(const std::filesystem::path& session) {
+    sandbox::Confinement allowed = sandbox::confinement_for(session);
+    allowed.files.reads = {session};
+    const sandbox::Answer names = sandbox::ask_confined(
+        session.string(), allowed, [&] { return commands::read_session_names(session); });
+    if (names.status != manual::exit_ok) return {.status = names.status};
+    const commands::SessionFiles files = commands::session_files(session, names.text);
+    allowed.files.lists = files.folders;
+    allowed.files.reads = files.files;
+    allowed.memory_bytes = (std::uint64_t{8} << 30U) + 2 * files.bytes;
+    allowed.processor_s = 36000 * (1 + (files.bytes >> 30U));
+    allowed.prepare = commands::load_decoders;
+    return {.allowed = std::move(allowed)};
+}
+
+int reduce_confined(const commands::ReduceOptions& options, const sandbox::Confinement& allowed) {
+    return confined(options.session.string(), allowed, [&] {
+        reduce_session(options);
+        return manual::exit_ok;
+    });
+}
+
 int act_reduce(const manual::Values& values) {
     commands::ReduceOptions options{
         .session = values.text("SESSION"), .out = values.text("--output"), .json = values.has("--json")};
     options.pictures = recorded::kept_pictures_named(values.text("--frames")).value_or(options.pictures);
-    reduce_session(options);
-    return manual::exit_ok;
+    SessionRights rights = rights_for(options.session);
+    if (rights.status != manual::exit_ok) return rights.status;
+    if (options.out.empty()) return reduce_confined(options, rights.allowed);
+    require_new_recording(options);
+    const std::filesystem::path out = options.out;
+    const NewRecording recording{out};
+    options.out = recording.working();
+    rights.allowed.files.writes = {recording.folder()};
+    const int status = reduce_confined(options, rights.allowed);
+    if (status != manual::exit_ok) return status;
+    recording.keep();
+    if (!options.json) report::say("recorded: " + out.string() + "\n");
+    return status;
 }
 
 int act_track(const manual::Values& values) {
-    commands::track_session(
-        {.session = values.text("SESSION"), .out = values.text("--output"), .json = values.has("--json")});
-    return manual::exit_ok;
+    const commands::TrackOptions options{
+        .session = values.text("SESSION"), .out = values.text("--output"), .json = values.has("--json")};
+    SessionRights rights = rights_for(options.session);
+    if (rights.status != manual::exit_ok) return rights.status;
+    const NewFile out{options.out};
+    if (!options.out.empty()) rights.allowed.files.writes = {options.out};
+    return confined(options.session.string(), rights.allowed, [&] {
+        track_session(options);
+        return manual::exit_ok;
+    });
 }
 
 }  // namespace

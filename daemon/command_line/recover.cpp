@@ -1,6 +1,8 @@
 #include "daemon/command_line/rows.hpp"
 #include "daemon/commands/recover_command.hpp"
 #include "daemon/sandbox/confined.hpp"
+#include "daemon/sandbox/new_files.hpp"
+#include "drivers/recorded/recording_file.hpp"
 
 namespace shaker::command_line {
 
@@ -10,12 +12,27 @@ constexpr std::array arguments{
     manual::Argument{.name = "FILE", .help = "Recording, or its .part", .kind = manual::Kind::file},
     json_argument};
 
-int act(const manual::Values& values) {
-    const commands::RecoverOptions options{.file = values.text("FILE"), .json = values.has("--json")};
-    sandbox::Confinement allowed = sandbox::confinement_for(options.file);
-    allowed.writes_files = true;
+int recover_confined(const commands::RecoverOptions& options, const sandbox::Confinement& allowed) {
     return confined(options.file.string(), allowed,
                     [&] { return recover(options) ? manual::exit_ok : manual::exit_not_identical; });
+}
+
+int act(const manual::Values& values) {
+    const commands::RecoverOptions options{.file = values.text("FILE"), .json = values.has("--json")};
+    const commands::RecoveredFiles files = recovered_files(options);
+    const std::filesystem::path folder = files.file.parent_path();
+    sandbox::Confinement allowed = sandbox::confinement_for(options.file);
+    const std::filesystem::path pictures = recorded::pictures_folder(files.file);
+    allowed.files = {.lists = {folder.empty() ? "." : folder},
+                     .reads = {files.file, files.part, files.journal, pictures}};
+    const bool finished = std::filesystem::exists(files.file);
+    if (finished || !std::filesystem::exists(files.part)) return recover_confined(options, allowed);
+    const sandbox::NewFile working{files.working};
+    allowed.files.writes = {files.working, pictures};
+    const int status = recover_confined(options, allowed);
+    // The recorder may have finished the file meanwhile.
+    if (status == manual::exit_ok && !std::filesystem::exists(files.file)) name_recovered(files);
+    return status;
 }
 
 }  // namespace

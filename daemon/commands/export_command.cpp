@@ -8,6 +8,7 @@
 #include "daemon/export/files.hpp"
 #include "daemon/export/tables.hpp"
 #include "daemon/recording/tables/places.hpp"
+#include "daemon/report/printing.hpp"
 
 namespace shaker::commands {
 
@@ -25,10 +26,15 @@ void print(const std::filesystem::path& folder, const std::vector<Exported>& all
         list.push_back({{"table", e.table}, {"file", file}, {"rows", e.rows}});
         if (!json) fmt::print("{:<32} {:>10} rows  {}\n", e.table, e.rows, file);
     }
-    if (json) fmt::print("{}\n", nlohmann::json{{"tables", list}}.dump(2));
+    if (json) fmt::print("{}\n", report::json_text({{"tables", list}}));
 }
 
 }  // namespace
+
+std::filesystem::path export_folder(const ExportOptions& options) {
+    if (!options.folder.empty()) return options.folder;
+    return options.file.parent_path() / (options.file.stem().string() + ".export");
+}
 
 void export_recording(const ExportOptions& options) {
     const recorded::RecordingReader file{options.file};
@@ -37,8 +43,7 @@ void export_recording(const ExportOptions& options) {
     std::vector<exporting::ExportTable> tables = exporting::export_tables(file, options.what);
     const bool mat = options.format == ExportOptions::Format::mat;
     const std::string stem = options.file.stem().string();
-    const std::filesystem::path folder =
-        options.folder.empty() ? options.file.parent_path() / (stem + ".export") : options.folder;
+    const std::filesystem::path folder = export_folder(options);
     const auto file_of = [&](const exporting::ExportTable& t) {
         return mat ? stem + ".mat" : exporting::joined_name(t.name, '-') + ".csv";
     };

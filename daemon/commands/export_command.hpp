@@ -14,6 +14,8 @@ struct ExportOptions {
     std::vector<std::string> what{"all"};  // first words of the tables' names
     bool json = false;
 };
+/// Folder of the files.
+std::filesystem::path export_folder(const ExportOptions& options);
 /// Writes a recording's tables as files; never overwrites a file.
 void export_recording(const ExportOptions& options);
 

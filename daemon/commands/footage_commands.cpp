@@ -14,9 +14,11 @@
 #include "daemon/bench/region_camera.hpp"
 #include "daemon/recording/recorder.hpp"
 #include "daemon/recording/tables/places.hpp"
+#include "daemon/report/printing.hpp"
 #include "daemon/report/results.hpp"
 #include "drivers/errors.hpp"
 #include "drivers/footage/lab_session.hpp"
+#include "drivers/footage/media.hpp"
 
 namespace shaker::commands {
 
@@ -138,7 +140,49 @@ std::string line_of(const nlohmann::json& j) {
     return s;
 }
 
+// A path cannot contain the character that ends each name.
+constexpr char end_of_name = '\0';
+
+void append_names(std::string& names, const std::vector<std::filesystem::path>& files, char kind) {
+    for (const std::filesystem::path& file : files) names += kind + file.string() + end_of_name;
+}
+
 }  // namespace
+
+std::string read_session_names(const std::filesystem::path& session) {
+    const footage::NamedFiles named = named_files(footage::read_lab_session(session));
+    std::string names;
+    append_names(names, named.media, 'm');
+    append_names(names, named.tables, 't');
+    return names;
+}
+
+SessionFiles session_files(const std::filesystem::path& session, std::string_view names) {
+    SessionFiles all;
+    all.files.push_back(session);
+    for (std::size_t end = 0; (end = names.find(end_of_name)) != std::string_view::npos;
+         names.remove_prefix(end + 1)) {
+        const std::string_view name = names.substr(0, end);
+        if (name.size() < 2) continue;
+        std::vector<std::filesystem::path> files{name.substr(1)};
+        if (name.front() == 'm') files = footage::media_files(files.front());
+        std::error_code missing;  // reported when it is opened
+        for (std::filesystem::path& file : files) {
+            if (std::filesystem::is_directory(file, missing)) {
+                all.folders.push_back(std::move(file));
+                continue;
+            }
+            const std::uintmax_t size = std::filesystem::file_size(file, missing);
+            all.bytes += missing ? 0 : size;
+            all.files.push_back(std::move(file));
+        }
+    }
+    return all;
+}
+
+void load_decoders() noexcept { footage::load_decoders(); }
+
+void require_new_recording(const ReduceOptions& options) { recording::require_new(options.out); }
 
 void reduce_session(const ReduceOptions& options) {
     footage::OpenLabSession session = footage::open_lab_session(options.session);
@@ -172,7 +216,6 @@ void reduce_session(const ReduceOptions& options) {
     fmt::print("{}: {}\n", options.session.string(), header.title);
     std::fputs(report::results_text(r).c_str(), stdout);
     compare(*session.description.drive, r);
-    if (!options.out.empty()) fmt::print("recorded: {}\n", options.out.string());
 }
 
 void track_session(const TrackOptions& options) {
@@ -195,7 +238,7 @@ void track_session(const TrackOptions& options) {
         if (!options.json) fmt::print("{}\n", line_of(j["targets"].back()));
     }
     if (options.json)
-        fmt::print("{}\n", j.dump(2));
+        fmt::print("{}\n", report::json_text(j));
     else if (!options.out.empty())
         fmt::print("tracks: {}\n", options.out.string());
 }

@@ -20,6 +20,7 @@
 #include "daemon/recording/tables/track_table.hpp"
 #include "daemon/recording/tables/trip_table.hpp"
 #include "daemon/recording/time_text.hpp"
+#include "daemon/report/printing.hpp"
 #include "drivers/errors.hpp"
 #include "drivers/recorded/h5/disk_file.hpp"
 #include "drivers/recorded/h5/file_lock.hpp"
@@ -159,7 +160,7 @@ void print(const std::filesystem::path& file, const Recovered& found, bool json)
                                {"reduced", found.reduction.has_value()},
                                {"measurements", found.measured.size()},
                                {"notes", found.notes}};
-        fmt::print("{}\n", j.dump(2));
+        fmt::print("{}\n", report::json_text(j));
         return;
     }
     fmt::print("recovered: {}, complete up to {:.3f} s: {} frames, {} pictures, {} pictures lost\n",
@@ -216,21 +217,21 @@ h5::FileLock lock_of(const std::filesystem::path& part) {
 
 }  // namespace
 
+RecoveredFiles recovered_files(const RecoverOptions& options) {
+    std::filesystem::path file = options.file;
+    if (file.extension() == ".part") file.replace_extension();
+    const auto with = [&](const char* ending) { return std::filesystem::path{file} += ending; };
+    return {.file = file, .part = with(".part"), .journal = with(".journal"), .working = with(".recovering")};
+}
+
 bool recover(const RecoverOptions& options) {
-    std::filesystem::path file = options.file, part = options.file;
-    if (file.extension() == ".part")
-        file.replace_extension();
-    else
-        part += ".part";
+    const auto [file, part, journal, working] = recovered_files(options);
     if (std::filesystem::exists(file)) return verify(file, options.json);
     if (!std::filesystem::exists(part))
         throw InputError{fmt::format("neither {} nor {} exists", file.string(), part.string())};
     const h5::FileLock lock = lock_of(part);
     // The recording may have been completed before it was locked.
     if (!lock.is_still(part)) return verify(file, options.json);
-    std::filesystem::path working = file, journal = file;
-    working += ".recovering";
-    journal += ".journal";
     std::filesystem::copy_file(part, working, std::filesystem::copy_options::overwrite_existing);
     recorded::RecordingWriter::mend(working).close();
     Recovered found;
@@ -245,10 +246,13 @@ bool recover(const RecoverOptions& options) {
     }
     recorded::RecordingWriter mended = recorded::RecordingWriter::mend(working);
     complete(mended, header, found);
-    h5::rename_new(working, file);
-    h5::sync_folder(file.has_parent_path() ? file.parent_path() : ".");
     print(file, found, options.json);
     return true;
+}
+
+void name_recovered(const RecoveredFiles& files) {
+    h5::rename_new(files.working, files.file);
+    h5::sync_folder(files.file.parent_path());
 }
 
 }  // namespace shaker::commands

@@ -8,8 +8,17 @@ struct RecoverOptions {
     std::filesystem::path file;  // the recording or its .part
     bool json = false;
 };
-/// Completes a recording after a crash: writes a new file with all intact data under the recording's name. A
-/// finished recording is only verified by its checksums; false when it was changed.
+/// Paths of a recording that may lack its end.
+struct RecoveredFiles {
+    std::filesystem::path file, part, journal;
+    std::filesystem::path working;  // the new file until it is complete
+};
+RecoveredFiles recovered_files(const RecoverOptions& options);
+
+/// Completes a recording after a crash: writes a new file with all intact data, `working`. A finished
+/// recording is only verified by its checksums; false when it was changed.
 bool recover(const RecoverOptions& options);
+/// Gives the new file the recording's name. Throws DeviceError.
+void name_recovered(const RecoveredFiles& files);
 
 }  // namespace shaker::commands

@@ -1,23 +1,31 @@
 #include "daemon/sandbox/confined.hpp"
 
+#include <fcntl.h>
+#include <linux/capability.h>
 #include <spdlog/fmt/fmt.h>
 #include <spdlog/spdlog.h>
 #include <sys/prctl.h>
 #include <sys/resource.h>
+#include <sys/syscall.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
 #include <algorithm>
+#include <array>
 #include <cerrno>
+#include <climits>
 #include <csignal>
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
 #include <fstream>
+#include <memory>
 #include <new>
 #include <stdexcept>
+#include <utility>
 
 #include "daemon/manual/exit_status.hpp"
+#include "daemon/sandbox/relay.hpp"
 #include "daemon/sandbox/syscall_filter.hpp"
 #include "drivers/errors.hpp"
 #include "drivers/recorded/recording_file.hpp"
@@ -48,29 +56,84 @@ void lower(__rlimit_resource resource, rlim_t soft, rlim_t hard) {
     setrlimit(resource, &wanted);
 }
 
-void give_up_rights(const Confinement& allowed) {
+// Of root's privileges, only those stay that open files of other users.
+void drop_privileges() {
+    __user_cap_header_struct header{_LINUX_CAPABILITY_VERSION_3, 0};
+    std::array<__user_cap_data_struct, _LINUX_CAPABILITY_U32S_3> sets{};
+    if (syscall(SYS_capget, &header, sets.data()) < 0) return;
+    constexpr std::uint32_t files = 1U << CAP_DAC_OVERRIDE | 1U << CAP_DAC_READ_SEARCH;
+    for (std::uint32_t kept = files; __user_cap_data_struct & set : sets) {
+        set = {set.effective & kept, set.permitted & kept, 0};
+        kept = 0;
+    }
+    syscall(SYS_capset, &header, sets.data());
+}
+
+// Cannot be attached to or read by other processes while it exists. Its own children inherit this.
+class Undumpable {
+public:
+    Undumpable() { prctl(PR_SET_DUMPABLE, 0); }
+    ~Undumpable() {
+        if (before_ == 1) prctl(PR_SET_DUMPABLE, 1);
+    }
+    Undumpable(const Undumpable&) = delete;
+    Undumpable& operator=(const Undumpable&) = delete;
+
+private:
+    int before_ = prctl(PR_GET_DUMPABLE);
+};
+
+void restrict_to(const FileRights& allowed, FileBroker& files) {
+    const std::string no_landlock = restrict_files(allowed);
+    if (no_landlock.empty()) return files.close();
+    prctl(PR_SET_DUMPABLE, 1);  // the parent reads the names of files in this process
+    if (const std::string no_broker = files.ask_parent(); !no_broker.empty())
+        spdlog::warn(
+            "the system cannot restrict a file reader to its files ({}; {}): it {} every file of its user",
+            no_landlock, no_broker, allowed.writes.empty() ? "could read" : "could read and write");
+}
+
+void give_up_rights(const Confinement& allowed, FileBroker& files) {
+    prctl(PR_SET_DUMPABLE, 1);  // or the next line would need privileges
     std::ofstream{"/proc/self/oom_score_adj"}
         << "1000";  // the kernel ends this process first when memory is short
+    prctl(PR_SET_DUMPABLE, 0);
     lower(RLIMIT_CORE, 0, 0);
     // The soft limit sends SIGXCPU; the hard limit, one second later, kills.
     lower(RLIMIT_CPU, allowed.processor_s, allowed.processor_s + 1);
     if (limits_memory) lower(RLIMIT_AS, allowed.memory_bytes, allowed.memory_bytes);
     setenv("HDF5_PLUGIN_PATH", "", 1);
-    prctl(PR_SET_DUMPABLE, 0);
     prctl(PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0);
-    if (const std::string refused = filter_syscalls(allowed.writes_files); !refused.empty())
-        spdlog::warn(
-            "the system cannot confine a file reader ({}); only its memory and processor time are limited",
-            refused);
+    drop_privileges();
+    restrict_to(allowed.files, files);
+    if (const std::string refused = filter_syscalls(!allowed.files.writes.empty()); !refused.empty())
+        spdlog::warn("the system cannot restrict the system calls of a file reader ({})", refused);
+}
+
+// Sockets and files of the process that started this one could carry data out.
+void close_others(std::vector<int> kept) {
+    std::ranges::sort(kept);
+    int next = STDERR_FILENO + 1;
+    for (const int fd : kept) {
+        if (fd < next) continue;
+        if (fd > next) close_range(static_cast<unsigned>(next), static_cast<unsigned>(fd) - 1, 0);
+        next = fd + 1;
+    }
+    close_range(static_cast<unsigned>(next), UINT_MAX, 0);
 }
 
 [[noreturn]] void be_child(const std::string& file, const Confinement& allowed,
-                           const std::function<int()>& work, pid_t parent) {
+                           const std::function<int()>& work, pid_t parent, Relay& output, FileBroker& files) {
     prctl(PR_SET_PDEATHSIG, SIGKILL);
     if (getppid() != parent) _exit(manual::exit_failure);  // the parent ended before the line above
     const int status = manual::exit_status_of([&] {
         try {
-            give_up_rights(allowed);
+            output.send();
+            std::vector<int> kept = allowed.keeps;
+            kept.push_back(files.fd_of_child());
+            close_others(std::move(kept));
+            if (allowed.prepare) allowed.prepare();
+            give_up_rights(allowed, files);
             return work();
         } catch (const std::bad_alloc&) {
             throw InputError{
@@ -88,29 +151,44 @@ double seconds(const timeval& t) {
     return static_cast<double>(t.tv_sec) + 1e-6 * static_cast<double>(t.tv_usec);
 }
 
+// A pipe must not get the number of a standard descriptor that the caller of this program has closed.
+void open_standard_descriptors() {
+    int fd = 0;
+    while (fd >= 0 && fd <= STDERR_FILENO) fd = ::open("/dev/null", O_RDWR);
+    if (fd >= 0) ::close(fd);
+}
+
 bool is_crash(int signal) {
-    constexpr int crashes[] = {SIGSEGV, SIGBUS, SIGABRT, SIGFPE, SIGILL, SIGTRAP, SIGSYS};
+    constexpr int crashes[] = {SIGSEGV, SIGBUS, SIGABRT, SIGFPE, SIGILL, SIGTRAP};
     return std::ranges::find(crashes, signal) != std::end(crashes);
 }
 
 }  // namespace
 
 Confinement confinement_for(const std::filesystem::path& file) {
+    const std::filesystem::path folder = recorded::pictures_folder(file);
     const std::uint64_t bytes = bytes_of(file);
     std::uint64_t pictures = 0;
     std::error_code missing;
-    for (const auto& picture : std::filesystem::directory_iterator{recorded::pictures_folder(file), missing})
+    for (const auto& picture : std::filesystem::directory_iterator{folder, missing})
         pictures += bytes_of(picture.path());
     return {.memory_bytes = (std::uint64_t{4} << 30U) + 20 * bytes,
-            .processor_s = 600 + 60 * ((bytes + pictures) >> 30U)};
+            .processor_s = 600 + 60 * ((bytes + pictures) >> 30U),
+            .files = {.reads = {file, folder}}};
 }
 
 ChildEnd run_confined(const std::string& file, const Confinement& allowed, const std::function<int()>& work) {
     std::fflush(nullptr);  // or the child would write buffered output again
+    open_standard_descriptors();
+    const Undumpable hidden;
+    Relay output;
+    FileBroker files{allowed.files};
     const pid_t parent = getpid();
     const pid_t child = fork();
     if (child < 0) throw DeviceError{"starting a reader for " + file + ": " + std::strerror(errno)};
-    if (child == 0) be_child(file, allowed, work, parent);
+    if (child == 0) be_child(file, allowed, work, parent, output, files);
+    files.started(child);
+    output.receive(files);
     int status = 0;
     rusage used{};
     while (wait4(child, &status, 0, &used) < 0)
@@ -131,10 +209,38 @@ int confined(const std::string& file, const Confinement& allowed, const std::fun
             fmt::format("{}: reading took more than {} s of processor time; the file is damaged or "
                         "malicious",
                         file, allowed.processor_s)};
+    if (end.signal == SIGSYS)
+        throw InputError{fmt::format(
+            "{}: its reader made a system call that reading does not need ({}) and was ended; the file is "
+            "damaged or malicious",
+            file, signal)};
     if (is_crash(end.signal))
         throw InputError{
             fmt::format("{}: the file crashed its reader ({}); it is damaged or malicious", file, signal)};
     throw std::runtime_error{fmt::format("{}: its reader was killed by another process ({})", file, signal)};
+}
+
+Answer ask_confined(const std::string& file, const Confinement& allowed,
+                    const std::function<std::string()>& work) {
+    const std::unique_ptr<std::FILE, int (*)(std::FILE*)> memory{std::tmpfile(), &std::fclose};
+    if (!memory) throw DeviceError{"memory for the reader of " + file + ": " + std::strerror(errno)};
+    Answer answer;
+    Confinement with_answer = allowed;
+    with_answer.keeps.push_back(fileno(memory.get()));
+    answer.status = confined(file, with_answer, [&] {
+        const std::string text = work();
+        return std::fwrite(text.data(), 1, text.size(), memory.get()) == text.size() &&
+                       std::fflush(memory.get()) == 0
+                   ? manual::exit_ok
+                   : manual::exit_failure;
+    });
+    if (answer.status != manual::exit_ok) return answer;
+    constexpr std::size_t most = 1U << 20U;
+    answer.text.resize(most + 1);
+    std::rewind(memory.get());
+    answer.text.resize(std::fread(answer.text.data(), 1, answer.text.size(), memory.get()));
+    if (answer.text.size() > most) throw InputError{file + ": names too many files"};
+    return answer;
 }
 
 }  // namespace shaker::sandbox

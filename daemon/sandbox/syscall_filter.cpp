@@ -5,6 +5,7 @@
 #include <seccomp.h>
 #include <sys/ioctl.h>
 #include <sys/prctl.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <cerrno>
@@ -19,19 +20,20 @@ namespace {
 
 class Filter {
 public:
-    Filter() : rules_{seccomp_init(SCMP_ACT_ALLOW), seccomp_release} {
-        if (!rules_) error_ = -ENOMEM;
+    Filter() : rules_{seccomp_init(SCMP_ACT_KILL_PROCESS), seccomp_release} {
+        if (!rules_) error_ = -EINVAL;  // the system does not know this action
+        note(seccomp_attr_set(rules_.get(), SCMP_FLTATR_ACT_BADARCH, SCMP_ACT_KILL_PROCESS));  // x32 too
         note(seccomp_attr_set(rules_.get(), SCMP_FLTATR_API_SYSRAWRC, 1));  // the kernel's own errno
         // A binary tree instead of a list: every call passes through it.
         note(seccomp_attr_set(rules_.get(), SCMP_FLTATR_CTL_OPTIMIZE, 2));
     }
-    void refuse(std::initializer_list<int> calls) {
-        for (const int call : calls) add(EPERM, call, {});
+    void allow(std::initializer_list<int> calls) {
+        for (const int call : calls) add(SCMP_ACT_ALLOW, call, {});
     }
-    void refuse_when(int call, scmp_arg_cmp condition) { add(EPERM, call, {condition}); }
-    /// Pretends that the kernel does not know the call: the C library then uses an older one that can be
-    /// filtered.
-    void hide(int call) { add(ENOSYS, call, {}); }
+    void allow_when(int call, scmp_arg_cmp condition) { add(SCMP_ACT_ALLOW, call, {condition}); }
+    void refuse_when(int call, scmp_arg_cmp condition) { add(SCMP_ACT_ERRNO(EACCES), call, {condition}); }
+    /// Pretends that the kernel does not know the call: the C library then uses an older one.
+    void hide(int call) { add(SCMP_ACT_ERRNO(ENOSYS), call, {}); }
     /// Zero, or the first error as a negative errno.
     int load() {
         if (error_ == 0) note(seccomp_load(rules_.get()));
@@ -39,9 +41,9 @@ public:
     }
 
 private:
-    void add(int answer, int call, std::initializer_list<scmp_arg_cmp> conditions) {
-        note(seccomp_rule_add_array(rules_.get(), SCMP_ACT_ERRNO(static_cast<std::uint32_t>(answer)), call,
-                                    static_cast<unsigned>(conditions.size()), conditions.begin()));
+    void add(std::uint32_t action, int call, std::initializer_list<scmp_arg_cmp> conditions) {
+        note(seccomp_rule_add_array(rules_.get(), action, call, static_cast<unsigned>(conditions.size()),
+                                    conditions.begin()));
     }
     void note(int status) {
         if (status < 0 && error_ == 0) error_ = status;
@@ -51,105 +53,90 @@ private:
     int error_ = 0;
 };
 
-scmp_arg_cmp differs(unsigned argument, std::uint64_t value) { return {argument, SCMP_CMP_NE, value, 0}; }
-
 /// The kernel reads 32 bits of these arguments, so the filter ignores the upper bits.
-scmp_arg_cmp has(unsigned argument, std::uint64_t mask, std::uint64_t value) {
+scmp_arg_cmp is(unsigned argument, std::uint64_t value, std::uint64_t mask = UINT32_MAX) {
     return {argument, SCMP_CMP_MASKED_EQ, mask, value};
 }
 
-void refuse_network(Filter& f) {
-    f.refuse({SCMP_SYS(socket), SCMP_SYS(socketpair), SCMP_SYS(connect), SCMP_SYS(bind), SCMP_SYS(listen),
-              SCMP_SYS(accept), SCMP_SYS(accept4), SCMP_SYS(sendto), SCMP_SYS(sendmsg), SCMP_SYS(sendmmsg),
-              SCMP_SYS(recvfrom), SCMP_SYS(recvmsg), SCMP_SYS(recvmmsg)});
+void allow_reading(Filter& f) {
+    f.allow({SCMP_SYS(read), SCMP_SYS(pread64), SCMP_SYS(readv), SCMP_SYS(preadv), SCMP_SYS(lseek),
+             SCMP_SYS(close), SCMP_SYS(write), SCMP_SYS(writev)});
+    f.allow({SCMP_SYS(stat), SCMP_SYS(fstat), SCMP_SYS(lstat), SCMP_SYS(newfstatat), SCMP_SYS(statx),
+             SCMP_SYS(statfs), SCMP_SYS(fstatfs), SCMP_SYS(access), SCMP_SYS(faccessat), SCMP_SYS(faccessat2),
+             SCMP_SYS(readlink), SCMP_SYS(readlinkat), SCMP_SYS(getdents64), SCMP_SYS(getcwd)});
+    f.allow({SCMP_SYS(flock), SCMP_SYS(fadvise64), SCMP_SYS(dup), SCMP_SYS(dup2), SCMP_SYS(dup3),
+             SCMP_SYS(pipe), SCMP_SYS(pipe2), SCMP_SYS(poll)});
+    for (const int what : {F_GETFD, F_SETFD, F_GETFL, F_SETFL, F_DUPFD, F_DUPFD_CLOEXEC, F_GETLK, F_SETLK,
+                           F_OFD_GETLK, F_OFD_SETLK})
+        f.allow_when(SCMP_SYS(fcntl), is(1, static_cast<std::uint64_t>(what)));
+    f.allow_when(SCMP_SYS(ioctl), is(1, TCGETS));  // used by isatty()
 }
 
-void refuse_other_processes(Filter& f) {
-    f.refuse({SCMP_SYS(execve),
-              SCMP_SYS(execveat),
-              SCMP_SYS(fork),
-              SCMP_SYS(vfork),
-              SCMP_SYS(ptrace),
-              SCMP_SYS(process_vm_readv),
-              SCMP_SYS(process_vm_writev),
-              SCMP_SYS(process_madvise),
-              SCMP_SYS(kcmp),
-              SCMP_SYS(pidfd_open),
-              SCMP_SYS(pidfd_getfd),
-              SCMP_SYS(pidfd_send_signal),
-              SCMP_SYS(tkill),
-              SCMP_SYS(rt_sigqueueinfo),
-              SCMP_SYS(setpriority),
-              SCMP_SYS(sched_setscheduler),
-              SCMP_SYS(sched_setparam),
-              SCMP_SYS(sched_setattr),
-              SCMP_SYS(shmget),
-              SCMP_SYS(shmat),
-              SCMP_SYS(semget),
-              SCMP_SYS(msgget),
-              SCMP_SYS(mq_open)});
-    f.refuse_when(SCMP_SYS(clone), has(0, CLONE_THREAD, 0));
-    f.hide(SCMP_SYS(clone3));
+void allow_memory_and_threads(Filter& f) {
+    f.allow({SCMP_SYS(mmap), SCMP_SYS(mprotect), SCMP_SYS(munmap), SCMP_SYS(mremap), SCMP_SYS(brk),
+             SCMP_SYS(madvise), SCMP_SYS(futex), SCMP_SYS(membarrier), SCMP_SYS(set_robust_list),
+             SCMP_SYS(rseq), SCMP_SYS(set_tid_address), SCMP_SYS(sched_yield), SCMP_SYS(sched_getaffinity),
+             SCMP_SYS(getcpu), SCMP_SYS(exit), SCMP_SYS(exit_group)});
+    f.allow_when(SCMP_SYS(clone), is(0, CLONE_THREAD, CLONE_THREAD));
+    f.hide(SCMP_SYS(clone3));  // its flags are in memory, which a filter cannot read; glibc then uses clone
+    for (const int name : {PR_SET_NAME, PR_GET_NAME, PR_GET_DUMPABLE, PR_GET_NO_NEW_PRIVS})
+        f.allow_when(SCMP_SYS(prctl), is(0, static_cast<std::uint64_t>(name)));
+}
+
+void allow_own_state(Filter& f) {
+    f.allow({SCMP_SYS(getpid), SCMP_SYS(getppid), SCMP_SYS(gettid), SCMP_SYS(getuid), SCMP_SYS(geteuid),
+             SCMP_SYS(getgid), SCMP_SYS(getegid), SCMP_SYS(getrandom), SCMP_SYS(getrusage), SCMP_SYS(times),
+             SCMP_SYS(sysinfo), SCMP_SYS(uname), SCMP_SYS(getrlimit)});
+    f.allow({SCMP_SYS(clock_gettime), SCMP_SYS(clock_getres), SCMP_SYS(gettimeofday), SCMP_SYS(time),
+             SCMP_SYS(nanosleep), SCMP_SYS(clock_nanosleep), SCMP_SYS(alarm), SCMP_SYS(pause)});
+    f.allow({SCMP_SYS(rt_sigaction), SCMP_SYS(rt_sigprocmask), SCMP_SYS(rt_sigreturn), SCMP_SYS(sigaltstack),
+             SCMP_SYS(restart_syscall)});
+    f.allow_when(SCMP_SYS(prlimit64), {2, SCMP_CMP_EQ, 0, 0});  // reads a limit
     const auto self = static_cast<std::uint64_t>(getpid());
-    f.refuse_when(SCMP_SYS(kill), differs(0, self));
-    f.refuse_when(SCMP_SYS(tgkill), differs(0, self));
-    f.refuse_when(SCMP_SYS(rt_tgsigqueueinfo), differs(0, self));
-    for (const int owner : {F_SETOWN, F_SETOWN_EX})  // a file could then send signals to another process
-        f.refuse_when(SCMP_SYS(fcntl), has(1, UINT32_MAX, static_cast<std::uint64_t>(owner)));
-    for (const int option : {PR_SET_PDEATHSIG, PR_SET_DUMPABLE})
-        f.refuse_when(SCMP_SYS(prctl), has(0, UINT32_MAX, static_cast<std::uint64_t>(option)));
-    f.refuse({SCMP_SYS(setrlimit)});
-    f.refuse_when(SCMP_SYS(prlimit64), differs(2, 0));
-    f.refuse_when(SCMP_SYS(ioctl), differs(1, TCGETS));  // used by isatty()
+    for (const int signal : {SCMP_SYS(kill), SCMP_SYS(tgkill)}) f.allow_when(signal, is(0, self));
 }
 
-void refuse_system(Filter& f) {
-    f.refuse({SCMP_SYS(mount), SCMP_SYS(umount2), SCMP_SYS(pivot_root), SCMP_SYS(chroot),
-              SCMP_SYS(mount_setattr), SCMP_SYS(move_mount), SCMP_SYS(open_tree), SCMP_SYS(fsopen),
-              SCMP_SYS(fsconfig), SCMP_SYS(fsmount), SCMP_SYS(fspick), SCMP_SYS(unshare), SCMP_SYS(setns),
-              SCMP_SYS(name_to_handle_at), SCMP_SYS(open_by_handle_at), SCMP_SYS(quotactl), SCMP_SYS(acct),
-              SCMP_SYS(swapon), SCMP_SYS(swapoff)});
-    f.refuse({SCMP_SYS(bpf), SCMP_SYS(perf_event_open), SCMP_SYS(userfaultfd), SCMP_SYS(io_uring_setup),
-              SCMP_SYS(io_uring_enter), SCMP_SYS(io_uring_register), SCMP_SYS(io_setup), SCMP_SYS(io_submit),
-              SCMP_SYS(fanotify_init), SCMP_SYS(keyctl), SCMP_SYS(add_key), SCMP_SYS(request_key)});
-    f.refuse({SCMP_SYS(init_module),   SCMP_SYS(finit_module),    SCMP_SYS(delete_module),
-              SCMP_SYS(kexec_load),    SCMP_SYS(kexec_file_load), SCMP_SYS(reboot),
-              SCMP_SYS(sethostname),   SCMP_SYS(setdomainname),   SCMP_SYS(settimeofday),
-              SCMP_SYS(clock_settime), SCMP_SYS(adjtimex),        SCMP_SYS(clock_adjtime),
-              SCMP_SYS(iopl),          SCMP_SYS(ioperm),          SCMP_SYS(modify_ldt),
-              SCMP_SYS(personality),   SCMP_SYS(syslog),          SCMP_SYS(setuid),
-              SCMP_SYS(setgid),        SCMP_SYS(setreuid),        SCMP_SYS(setregid),
-              SCMP_SYS(setresuid),     SCMP_SYS(setresgid),       SCMP_SYS(setgroups),
-              SCMP_SYS(setfsuid),      SCMP_SYS(setfsgid),        SCMP_SYS(capset)});
-}
+constexpr unsigned make_unnamed = unsigned{O_TMPFILE} & ~unsigned{O_DIRECTORY};
 
-void refuse_writing(Filter& f) {
-    f.refuse({SCMP_SYS(creat),       SCMP_SYS(truncate),     SCMP_SYS(ftruncate),   SCMP_SYS(fallocate),
-              SCMP_SYS(rename),      SCMP_SYS(renameat),     SCMP_SYS(renameat2),   SCMP_SYS(unlink),
-              SCMP_SYS(unlinkat),    SCMP_SYS(rmdir),        SCMP_SYS(mkdir),       SCMP_SYS(mkdirat),
-              SCMP_SYS(link),        SCMP_SYS(linkat),       SCMP_SYS(symlink),     SCMP_SYS(symlinkat),
-              SCMP_SYS(mknod),       SCMP_SYS(mknodat),      SCMP_SYS(chmod),       SCMP_SYS(fchmod),
-              SCMP_SYS(fchmodat),    SCMP_SYS(chown),        SCMP_SYS(lchown),      SCMP_SYS(fchown),
-              SCMP_SYS(fchownat),    SCMP_SYS(utime),        SCMP_SYS(utimes),      SCMP_SYS(futimesat),
-              SCMP_SYS(utimensat),   SCMP_SYS(setxattr),     SCMP_SYS(lsetxattr),   SCMP_SYS(fsetxattr),
-              SCMP_SYS(removexattr), SCMP_SYS(lremovexattr), SCMP_SYS(fremovexattr)});
-    f.hide(SCMP_SYS(openat2));  // its flags are in memory, which a filter cannot read
+// A way of opening that is not allowed answers EACCES instead of killing, because libraries try it.
+void allow_opening(Filter& f, bool for_writing) {
     for (const auto& [call, flags] : {std::pair{SCMP_SYS(open), 1U}, {SCMP_SYS(openat), 2U}}) {
-        for (const unsigned access : {unsigned{O_WRONLY}, unsigned{O_RDWR}, unsigned{O_ACCMODE}})
-            f.refuse_when(call, has(flags, O_ACCMODE, access));
-        for (const unsigned change : {unsigned{O_CREAT}, unsigned{O_TRUNC}})
-            f.refuse_when(call, has(flags, change, change));
+        const unsigned changes =
+            for_writing ? unsigned{O_TRUNC} : unsigned{O_CREAT} | unsigned{O_TRUNC} | make_unnamed;
+        f.allow_when(call, is(flags, O_RDONLY, O_ACCMODE | changes));
+        f.refuse_when(call, is(flags, O_ACCMODE, O_ACCMODE));
+        for (const unsigned access : {unsigned{O_WRONLY}, unsigned{O_RDWR}}) {
+            if (for_writing)
+                f.allow_when(call, is(flags, access, O_ACCMODE));
+            else
+                f.refuse_when(call, is(flags, access, O_ACCMODE));
+        }
+        // Linux before 6.2 empties a file that is opened so without asking Landlock.
+        f.refuse_when(call, is(flags, O_TRUNC, O_ACCMODE | O_TRUNC));
+        if (for_writing) continue;
+        for (const unsigned change : {unsigned{O_CREAT}, make_unnamed})
+            f.refuse_when(call, is(flags, change, O_ACCMODE | change));
     }
+}
+
+void allow_writing(Filter& f) {
+    f.allow({SCMP_SYS(creat),     SCMP_SYS(memfd_create),    SCMP_SYS(pwrite64),  SCMP_SYS(ftruncate),
+             SCMP_SYS(fallocate), SCMP_SYS(fsync),           SCMP_SYS(fdatasync), SCMP_SYS(sync_file_range),
+             SCMP_SYS(sendfile),  SCMP_SYS(copy_file_range), SCMP_SYS(pwritev),   SCMP_SYS(rename),
+             SCMP_SYS(renameat),  SCMP_SYS(renameat2),       SCMP_SYS(unlink),    SCMP_SYS(link),
+             SCMP_SYS(unlinkat),  SCMP_SYS(rmdir),           SCMP_SYS(mkdir),     SCMP_SYS(mkdirat)});
+    f.allow_when(SCMP_SYS(fchmod), is(1, 0, S_ISUID | S_ISGID));  // of a copied file
 }
 
 }  // namespace
 
 std::string filter_syscalls(bool writes_files) {
     Filter filter;
-    refuse_network(filter);
-    refuse_other_processes(filter);
-    refuse_system(filter);
-    if (!writes_files) refuse_writing(filter);
+    allow_reading(filter);
+    allow_memory_and_threads(filter);
+    allow_own_state(filter);
+    allow_opening(filter, writes_files);
+    if (writes_files) allow_writing(filter);
     const int status = filter.load();
     return status == 0 ? "" : std::string{"seccomp: "} + std::strerror(-status);
 }

@@ -4,10 +4,11 @@
 
 namespace shaker::sandbox {
 
-/// From now on, this thread and those it starts are refused (EPERM): sockets, other programs, other processes
-/// with their memory and signals, mounts, kernel interfaces that files do not need, and, unless
-/// `writes_files`, every change of the file system. Open files stay open. Returns an empty text, or the
-/// reason for which the system does not support this.
+/// From now on, this thread and those it starts may read and, if `writes_files`, write files, use memory,
+/// start threads, and ask for the time and their own state. Every other system call kills the process
+/// (SIGSYS): also all that are newer than this list, of 32 bits or of x32. Opening a file for writing without
+/// `writes_files` is refused (EACCES). Open files stay open. Returns an empty text, or the reason for which
+/// the system does not support this.
 std::string filter_syscalls(bool writes_files);
 
 }  // namespace shaker::sandbox

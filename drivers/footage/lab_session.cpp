@@ -91,6 +91,16 @@ LabSession read_lab_session(const std::filesystem::path& file) {
     return session;
 }
 
+NamedFiles named_files(const LabSession& session) {
+    NamedFiles files;
+    if (session.accelerometer) files.tables.push_back(session.accelerometer->file);
+    for (const LabCamera& camera : session.cameras) {
+        files.media.push_back(camera.file);
+        if (camera.times) files.tables.push_back(*camera.times);
+    }
+    return files;
+}
+
 void require_reducible(const LabSession& session) {
     const auto require = [&](bool is_there, const std::string& what) {
         if (!is_there) throw InputError{session.file.string() + ": to reduce this session, " + what};

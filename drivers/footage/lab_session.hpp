@@ -42,6 +42,12 @@ struct LabSession {
 /// out of range, missing files, duplicate names.
 LabSession read_lab_session(const std::filesystem::path& file);
 
+/// Files that a description names: movies or images (as in media_files()) and tables.
+struct NamedFiles {
+    std::vector<std::filesystem::path> media, tables;
+};
+NamedFiles named_files(const LabSession& session);
+
 /// Throws InputError that names what is missing for a reduction: the drive's frequency, an accelerometer, a
 /// target "walker" and a target "base" in any of the cameras.
 void require_reducible(const LabSession& session);

@@ -270,9 +270,20 @@ Pattern parsed_pattern(const std::filesystem::path& file) {
     return {text.substr(0, percent), text.substr(end + 1), digits.empty() ? 0 : std::stoul(digits)};
 }
 
+std::filesystem::path folder_of(const std::filesystem::path& file) {
+    return file.has_parent_path() ? file.parent_path() : std::filesystem::path{"."};
+}
+
+/// True for a folder, and for a pattern of names.
+bool are_images(const std::filesystem::path& file) {
+    const bool pattern =
+        file.filename().string().find('%') != std::string::npos && !std::filesystem::exists(file);
+    return pattern || std::filesystem::is_directory(file);
+}
+
 std::vector<std::filesystem::path> images_like(const std::filesystem::path& file, MissingNumbers missing) {
     const Pattern pattern = parsed_pattern(file);
-    const auto folder = file.has_parent_path() ? file.parent_path() : std::filesystem::path{"."};
+    const auto folder = folder_of(file);
     if (!std::filesystem::is_directory(folder)) throw InputError{folder.string() + ": No such folder"};
     std::map<std::int64_t, std::filesystem::path> found;
     for (const auto& entry : std::filesystem::directory_iterator{folder})
@@ -315,11 +326,34 @@ std::unique_ptr<Media> open_images(const std::filesystem::path& file, MissingNum
     return std::make_unique<Images>(folder ? images_in(file) : images_like(file, missing));
 }
 
+std::vector<std::filesystem::path> media_files(const std::filesystem::path& file) {
+    if (!are_images(file)) {
+        std::vector<std::filesystem::path> files{file};
+        if (lower(file.extension().string()) == ".cih")
+            for (const char* extension : raw_extensions)
+                files.push_back(std::filesystem::path{file}.replace_extension(extension));
+        return files;
+    }
+    const bool folder = std::filesystem::is_directory(file);
+    std::vector<std::filesystem::path> files{folder ? file : folder_of(file)};
+    try {
+        for (auto& image : folder ? images_in(file) : images_like(file, MissingNumbers::left_out))
+            files.push_back(std::move(image));
+    } catch (const std::exception&) {  // reported when it is opened
+    }
+    return files;
+}
+
+void load_decoders() noexcept {
+    try {
+        (void)codecs::has_ffmpeg();
+    } catch (const std::exception&) {  // reported when it is needed
+    }
+}
+
 std::unique_ptr<Media> open_media(const std::filesystem::path& file, MissingNumbers missing) {
     const std::string extension = lower(file.extension().string());
-    const bool pattern =
-        file.filename().string().find('%') != std::string::npos && !std::filesystem::exists(file);
-    if (std::filesystem::is_directory(file) || pattern) return open_images(file, missing);
+    if (are_images(file)) return open_images(file, missing);
     if (!std::filesystem::exists(file)) throw InputError{file.string() + ": No such file or directory"};
     if (extension == ".cih") return open_photron(file);
     if (extension == ".cine") return open_phantom(file);

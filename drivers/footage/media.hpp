@@ -1,5 +1,6 @@
 #pragma once
 // Media: recorded pictures, one at a time. Movies, numbered images, and files of high-speed cameras.
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
@@ -48,6 +49,16 @@ enum class MissingNumbers { refused, left_out };
 /// ("img_%05d.png"), .cih (Photron, beside its .mraw), .cine (Phantom), else a movie. Throws InputError with
 /// the file when it is missing, truncated, compressed, or in colour where only grey is supported.
 std::unique_ptr<Media> open_media(const std::filesystem::path& file, MissingNumbers missing);
+
+/// Files that open_media() may open for `file`: itself, its raw pictures, or the images of a folder or
+/// pattern, whose folder comes first. Only names are read.
+std::vector<std::filesystem::path> media_files(const std::filesystem::path& file);
+
+/// Loads what decodes movies and images, if it is installed; otherwise the first use reports that.
+void load_decoders() noexcept;
+
+/// Endings of the raw pictures of a .cih.
+inline constexpr std::array raw_extensions{".mraw", ".MRAW", ".Mraw"};
 
 /// Photron: text header (.cih) beside raw pictures (.mraw) of 8, 10, 12 or 16 bits; 10 and 12 bits are packed
 /// without gaps, most significant bit first.

@@ -108,7 +108,7 @@ private:
     /// Checks the size of the pictures' file against the header before allocating memory.
     void open_pictures(const std::filesystem::path& cih) {
         mraw_ = cih;
-        for (const char* extension : {".mraw", ".MRAW", ".Mraw"})
+        for (const char* extension : raw_extensions)
             if (std::filesystem::exists(mraw_.replace_extension(extension))) break;
         in_.open(mraw_, std::ios::binary);
         if (!in_)
