@@ -29,6 +29,7 @@ void Reload::require_same(const ServeSettings& now) const {
     same("address", now.server.address, settings_.server.address);
     same("http_port", now.server.http_port, settings_.server.http_port);
     same("scpi_port", now.server.scpi_port, settings_.server.scpi_port);
+    same("scpi_socket", now.server.scpi_socket, settings_.server.scpi_socket);
     same("recordings", now.recordings, settings_.recordings);
     same("longest_recording_s", now.longest_recording_s, settings_.longest_recording_s);
 }

@@ -15,8 +15,8 @@ public:
 
     /// Reads the files and orders the new drive, periods, limits, token, names and page. The bench's log
     /// reports the result. Refused while the shaker is driven, without reading a file; for an error in the
-    /// files; and for a change that needs a restart of the daemon (rig, scene, address, ports, folder of
-    /// recordings, longest recording, pictures, identification, closed loop, mains). Never throws.
+    /// files; and for a change that needs a restart of the daemon (rig, scene, address, ports, socket, folder
+    /// of recordings, longest recording, pictures, identification, closed loop, mains). Never throws.
     void read();
 
 private:

@@ -65,6 +65,8 @@ void serve(const ServeOptions& options) {
     Reload reload{options, settings, runner.bench(), bench_port, server};
     spdlog::info("page and metrics: http://{}:{}/  instrument language: {} port {}", settings.server.address,
                  server.http_port(), settings.server.address, server.scpi_port());
+    if (!settings.server.scpi_socket.empty())
+        spdlog::info("instrument language for this computer: {}", settings.server.scpi_socket.string());
     const Signals signals{session};
     service::SystemdNotify notes;
     service::BenchHeartbeats heartbeats;

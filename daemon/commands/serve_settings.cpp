@@ -3,6 +3,7 @@
 #include <spdlog/fmt/fmt.h>
 #include <sys/stat.h>
 
+#include <cstdlib>
 #include <fstream>
 #include <string>
 
@@ -38,11 +39,24 @@ std::filesystem::path path_at(SettingsTable& table, const char* key, const std::
     return table.has(key) ? table.folder() / table.text(key) : otherwise;
 }
 
+// Where the service manager keeps files of the running service; empty without one.
+std::filesystem::path socket_of_service() {
+    const char* folder = std::getenv("RUNTIME_DIRECTORY");
+    return folder == nullptr ? std::filesystem::path{} : std::filesystem::path{folder} / "scpi";
+}
+
+std::filesystem::path socket_at(SettingsTable& table, const std::filesystem::path& otherwise) {
+    if (!table.has("scpi_socket")) return otherwise;
+    const std::string name = table.text("scpi_socket");
+    return name.empty() ? std::filesystem::path{} : table.folder() / name;
+}
+
 void read_serve_table(SettingsTable table, ServeSettings& s) {
     remote::ServerSettings& server = s.server;
     server.address = table.text("address", server.address);
     server.http_port = table.integer("http_port", 0, most_port, server.http_port);
     server.scpi_port = table.integer("scpi_port", 0, most_port, server.scpi_port);
+    server.scpi_socket = socket_at(table, server.scpi_socket);
     if (table.has("host")) server.hosts.push_back(table.text("host"));
     server.page = path_at(table, "page", server.page);
     s.recordings = path_at(table, "recordings", s.recordings);
@@ -53,7 +67,8 @@ void read_serve_table(SettingsTable table, ServeSettings& s) {
     }
     if (!own_machine_only(server.address) && server.token.empty())
         table.fail("address",
-                   "\"" + server.address + "\" is reached from other machines; token_file is required");
+                   "\"" + server.address +
+                       "\" is reached from other machines, over HTTP and SCPI; token_file is required");
     if (table.has("mu")) s.mu = {table.number("mu", {0, 10}), table.number("mu_se", {0, 1}, 0)};
     table.finish();
 }
@@ -62,6 +77,7 @@ void read_serve_table(SettingsTable table, ServeSettings& s) {
 
 ServeSettings serve_settings(const ServeOptions& options) {
     ServeSettings s;
+    s.server.scpi_socket = socket_of_service();
     if (!options.settings.empty()) {
         SettingsTable root = SettingsTable::from_file(options.settings);
         if (root.has("run")) read_run_table(root.table("run"), s.run);

@@ -17,9 +17,10 @@ struct ServeSettings {
 };
 
 /// The built-in settings, changed by the file (if given), changed by the command line. [serve]: address,
-/// http_port, scpi_port, host (its name in a network), token_file, page, recordings (folders). Relative paths
-/// start at the folder of the file. InputError with file, line, key, value and range; also for an address
-/// that other machines reach without a token, and for a token file that other users may read.
+/// http_port, scpi_port, scpi_socket (RUNTIME_DIRECTORY/scpi as a service, else none), host (its name in a
+/// network), token_file, page, recordings (folders). Relative paths start at the folder of the file.
+/// InputError with file, line, key, value and range; also for an address that other machines reach without a
+/// token, and for a token file that other users may read.
 ServeSettings serve_settings(const ServeOptions& options);
 
 }  // namespace shaker::commands

@@ -1,27 +1,29 @@
 #include "daemon/remote/server.hpp"
 
-#include <netinet/tcp.h>
 #include <spdlog/fmt/fmt.h>
-#include <spdlog/spdlog.h>
 
 #include <chrono>
 #include <functional>
 #include <mutex>
+#include <optional>
 #include <thread>
 #include <utility>
 
 #include "daemon/remote/access/server_clock.hpp"
+#include "daemon/remote/doors.hpp"
+#include "daemon/remote/heartbeat.hpp"
 #include "daemon/remote/scpi_port.hpp"
+#include "daemon/remote/troubles.hpp"
 #include "daemon/remote/web/web_client.hpp"
 #include "drivers/errors.hpp"
 #include "drivers/realtime.hpp"
 
 #include <boost/asio/co_spawn.hpp>
-#include <boost/asio/detached.hpp>
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/ip/tcp.hpp>
 #include <boost/asio/post.hpp>
 #include <boost/asio/redirect_error.hpp>
+#include <boost/asio/steady_timer.hpp>
 #include <boost/asio/use_awaitable.hpp>
 
 namespace shaker::remote {
@@ -32,28 +34,16 @@ using asio::ip::tcp;
 
 namespace {
 
-constexpr std::chrono::milliseconds update_every{5};
+constexpr std::chrono::milliseconds update_every{5}, beat_every{100};
 constexpr std::chrono::seconds lease{10};  // a page keeps control for this time after its last socket closed
 
-tcp::acceptor listen_at(asio::io_context& io, const std::string& address, int port) {
-    try {
-        tcp::acceptor acceptor{io, {asio::ip::make_address(address), static_cast<unsigned short>(port)}};
-        return acceptor;
-    } catch (const boost::system::system_error& e) {
-        throw DeviceError{fmt::format("{} port {}: {}", address, port, e.code().message())};
-    }
-}
-
-// A connection to a dead machine or network is closed after two minutes, also when nothing is sent.
-void watch_over(tcp::socket& socket) {
-    using namespace boost::asio::detail::socket_option;
-    boost::system::error_code ignored;
-    socket.set_option(tcp::no_delay{true}, ignored);
-    socket.set_option(asio::socket_base::keep_alive{true}, ignored);
-    socket.set_option(integer<IPPROTO_TCP, TCP_KEEPIDLE>{60}, ignored);
-    socket.set_option(integer<IPPROTO_TCP, TCP_KEEPINTVL>{10}, ignored);
-    socket.set_option(integer<IPPROTO_TCP, TCP_KEEPCNT>{6}, ignored);
-    socket.set_option(integer<IPPROTO_TCP, TCP_USER_TIMEOUT>{120'000}, ignored);  // ms
+void require_token(const ServerSettings& s) {
+    boost::system::error_code not_an_address;
+    const auto address = asio::ip::make_address(s.address, not_an_address);
+    if (!s.token.empty() || not_an_address || address.is_loopback()) return;
+    throw InputError{fmt::format(
+        "address \"{}\" is reached from other machines, over HTTP and SCPI; token_file is required",
+        s.address)};
 }
 
 access::Access access_of(const ServerSettings& s) {
@@ -85,50 +75,116 @@ private:
 
 struct Server::State {
     access::ControlLock lock;  // before `io`: connections in `io` use it until they are destroyed
+    access::Aborts aborts;
+    Troubles troubles;
     asio::io_context io{1};
     std::shared_ptr<Letterbox> letterbox = std::make_shared<Letterbox>(io);
     service::PendingOrders pending_orders;
-    ScpiPort scpi;
     std::shared_ptr<web::Site> site;
+    ScpiPort scpi;
     tcp::acceptor web_door, scpi_door;
+    std::optional<LocalDoor> local_door;
+    Heartbeat heartbeat;
     access::ServerClock::time_point held_at = access::ServerClock::now();
     std::jthread thread;
 
     State(service::BenchPort& bench_port, const ServerSettings& s)
-        : pending_orders{bench_port,
+        : aborts{{.stop = [&bench_port](const std::string& by) { return bench_port.abort(by); },
+                  .obeyed = [&bench_port] { return bench_port.obeyed(); }}},
+          troubles{bench_port},
+          pending_orders{bench_port,
                          [box = letterbox](std::function<void()> later) { box->post(std::move(later)); }},
-          scpi{pending_orders, lock, s.silence},
-          site{std::make_shared<web::Site>(web::Site{pending_orders, lock, web::Actions{pending_orders, lock},
-                                                     access_of(s), web::read_page(s.page)})},
+          site{std::make_shared<web::Site>(web::Site{pending_orders, lock,
+                                                     web::Actions{pending_orders, lock, aborts}, access_of(s),
+                                                     web::read_page(s.page)})},
+          scpi{{pending_orders, lock, aborts, site->access}, s.silence},
           web_door{listen_at(io, s.address, s.http_port)},
-          scpi_door{listen_at(io, s.address, s.scpi_port)} {}
+          scpi_door{listen_at(io, s.address, s.scpi_port)} {
+        if (!s.scpi_socket.empty()) local_door.emplace(io, s.scpi_socket);
+        aborts.after([this](const std::string& by) { scpi.drop_waiting(by); });
+    }
 
-    template <class Serve>
-    asio::awaitable<void> accept(tcp::acceptor& door, Serve serve) {
+    /// Starts a task; an exception ends only the task.
+    void start(const char* what, asio::awaitable<void> task) {
+        asio::co_spawn(io, std::move(task), [this, what](const std::exception_ptr& exception) {
+            if (exception) troubles.note(what, exception);
+        });
+    }
+
+    /// Repeats a task for ever, also after an exception.
+    template <class Task>
+    asio::awaitable<void> repeat(const char* what, Task task) {
         for (;;) {
-            boost::system::error_code failed;
-            tcp::socket socket = co_await door.async_accept(asio::redirect_error(use_awaitable, failed));
-            if (failed == asio::error::operation_aborted) co_return;
-            if (failed) {  // no free descriptor, or the client has disconnected already
-                access::ServerTimer pause{io, update_every};
-                co_await pause.async_wait(use_awaitable);
-                continue;
+            try {
+                co_await task();
+            } catch (...) {
+                troubles.note(what, std::current_exception());
             }
-            watch_over(socket);
-            asio::co_spawn(io, serve(std::move(socket)), asio::detached);
+            access::ServerTimer pause{io, update_every};
+            co_await pause.async_wait(use_awaitable);
         }
     }
 
-    asio::awaitable<void> housekeeping() {
-        access::ServerTimer timer{io};
+    /// Returns when there is no free descriptor, or the client has disconnected already.
+    template <class Acceptor, class Serve>
+    asio::awaitable<void> accept(Acceptor& door, const char* what, Serve serve) {
         for (;;) {
-            timer.expires_after(update_every);
+            boost::system::error_code failed;
+            auto socket = co_await door.async_accept(asio::redirect_error(use_awaitable, failed));
+            if (failed) co_return;
+            start(what, serve(std::move(socket)));
+        }
+    }
+
+    asio::awaitable<void> serve_scpi(tcp::socket socket) {
+        watch_over(socket);
+        std::string name = name_of(socket);
+        if (name.empty()) co_return;
+        co_await scpi.serve(std::move(socket), std::move(name), scpi::Admission::password);
+    }
+
+    asio::awaitable<void> serve_local(LocalDoor::Protocol::socket socket) {
+        std::string name = local_door->name_of(socket);
+        co_await scpi.serve(std::move(socket), std::move(name), scpi::Admission::free);
+    }
+
+    void open_doors() {
+        start("accepting of HTTP connections", repeat("accepting of HTTP connections", [this] {
+                  return accept(web_door, "an HTTP connection", [this](tcp::socket socket) {
+                      watch_over(socket);
+                      return web::serve(std::move(socket), site);
+                  });
+              }));
+        start("accepting of SCPI connections", repeat("accepting of SCPI connections", [this] {
+                  return accept(scpi_door, "a SCPI connection",
+                                [this](tcp::socket socket) { return serve_scpi(std::move(socket)); });
+              }));
+        if (local_door)
+            start("accepting of local connections", repeat("accepting of local connections", [this] {
+                      return accept(local_door->acceptor(), "a local connection",
+                                    [this](auto socket) { return serve_local(std::move(socket)); });
+                  }));
+        start("housekeeping", repeat("housekeeping", [this] { return keep_house(); }));
+        start("heartbeat", repeat("heartbeat", [this] { return beat(); }));
+    }
+
+    asio::awaitable<void> keep_house() {
+        scpi.update();
+        web::update(*site);
+        site->served.scpi_clients = scpi.sessions();
+        site->served.scpi_commands = scpi.messages();
+        site->served.scpi_errors = scpi.errors();
+        site->served.troubles = troubles.count();
+        end_stale_control();
+        co_return;
+    }
+
+    asio::awaitable<void> beat() {
+        asio::steady_timer timer{io};
+        for (;;) {
+            heartbeat.beat();
+            timer.expires_after(beat_every);
             co_await timer.async_wait(use_awaitable);
-            scpi.update();
-            site->served.scpi_clients = scpi.sessions();
-            site->served.scpi_commands = scpi.messages();
-            site->served.scpi_errors = scpi.errors();
-            end_stale_control();
         }
     }
 
@@ -141,24 +197,26 @@ struct Server::State {
         else if (now - held_at > lease)
             lock.release(std::string{owner});
     }
+
+    /// Turns until the server ends. A function that throws does not end it.
+    void run() {
+        static_cast<void>(name_thread("remote"));
+        for (bool running = true; running;) try {
+                io.run();
+                running = false;
+            } catch (...) {
+                troubles.note("a posted function", std::current_exception());
+            }
+    }
 };
 
-Server::Server(service::BenchPort& bench_port, const ServerSettings& settings)
-    : state_{std::make_unique<State>(bench_port, settings)} {
+Server::Server(service::BenchPort& bench_port, const ServerSettings& settings) {
+    require_token(settings);
+    state_ = std::make_unique<State>(bench_port, settings);
     State& s = *state_;
     s.scpi.set_streams(fmt::format("ws://{}:{}/ws", settings.address, http_port()));
-    asio::co_spawn(
-        s.io,
-        s.accept(s.web_door, [&s](tcp::socket socket) { return web::serve(std::move(socket), s.site); }),
-        asio::detached);
-    asio::co_spawn(
-        s.io, s.accept(s.scpi_door, [&s](tcp::socket socket) { return s.scpi.serve(std::move(socket)); }),
-        asio::detached);
-    asio::co_spawn(s.io, s.housekeeping(), asio::detached);
-    s.thread = std::jthread{[&s] {
-        static_cast<void>(name_thread("remote"));
-        s.io.run();
-    }};
+    s.open_doors();
+    s.thread = std::jthread{[&s] { s.run(); }};
 }
 
 Server::~Server() {
@@ -167,13 +225,16 @@ Server::~Server() {
     state_->letterbox->close();
 }
 
+// The page is read first: a folder that cannot be read leaves all settings as they are.
 void Server::adopt(const ServerSettings& settings) {
     asio::post(state_->io, [this, settings] {
+        auto page = web::read_page(settings.page);
         state_->site->access = access_of(settings);
-        state_->site->page = web::read_page(settings.page);
+        state_->site->page = std::move(page);
     });
 }
 
+bool Server::alive() const noexcept { return state_->heartbeat.age() < longest_pause; }
 int Server::http_port() const noexcept { return state_->web_door.local_endpoint().port(); }
 int Server::scpi_port() const noexcept { return state_->scpi_door.local_endpoint().port(); }
 

@@ -15,16 +15,20 @@ struct ServerSettings {
     std::string address = "127.0.0.1";          // on which it listens
     int http_port = 8080;                       // 0: any free port
     int scpi_port = 5025;                       // 0: any free port
+    std::filesystem::path scpi_socket{};        // Unix socket for scripts on this computer; empty: none
     std::vector<std::string> hosts{};           // host names of the daemon, besides its address and localhost
-    std::string token{};                        // required from HTTP clients; empty: no token
+    std::string token{};                        // required from clients of both ports; empty: no token
     std::filesystem::path page{};               // folder of the page's files; empty: no page
     std::chrono::milliseconds silence{60'000};  // of a SCPI session that may be closed for a new one
 };
 
 class Server {
 public:
-    /// Starts to listen. DeviceError naming address and port when that fails. The port must outlive this
-    /// object.
+    /// Age of the newest beat of the server's thread up to which it is alive; it beats every 100 ms.
+    static constexpr std::chrono::milliseconds longest_pause{500};
+
+    /// Starts to listen. DeviceError naming address and port, or the socket, when that fails. InputError for
+    /// an address that other machines can reach without a token. The port must outlive this object.
     Server(service::BenchPort& bench_port, const ServerSettings& settings);
     /// Ends all connections.
     ~Server();
@@ -33,6 +37,9 @@ public:
 
     /// Takes token, host names and page from new settings. The address stays. Any thread.
     void adopt(const ServerSettings& settings);
+    /// False when the thread that serves the clients has not turned for longest_pause: then no abort arrives
+    /// over a network. For the watchdog. Any thread, never waits.
+    [[nodiscard]] bool alive() const noexcept;
     [[nodiscard]] int http_port() const noexcept;
     [[nodiscard]] int scpi_port() const noexcept;
 

@@ -7,11 +7,12 @@
 namespace shaker::service {
 
 // Counts first, so that no waiting order is carried out behind the stop. stop_() takes no lock.
-void BenchPort::abort(const std::string& by) {
+std::uint64_t BenchPort::abort(const std::string& by) {
     ++aborted_;
-    stop_();
+    const std::uint64_t number = stop_();
     const auto now = state();
     log(now ? now->now_s : 0, "order", "abort by " + by);
+    return number;
 }
 
 void BenchPort::order(Order order) {

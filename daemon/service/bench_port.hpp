@@ -83,8 +83,11 @@ public:
 
     // Any thread:
 
-    /// Stops the drive at once, before all waiting orders. by: name of the client, for the log.
-    void abort(const std::string& by);
+    /// Stops the drive at once, before all waiting orders. by: name of the client, for the log. Returns the
+    /// number of this abort, for obeyed().
+    std::uint64_t abort(const std::string& by);
+    /// Number of the newest abort that the output has obeyed: it ramps to zero, or it was silent and latched.
+    [[nodiscard]] std::uint64_t obeyed() const { return obeyed_(); }
     /// Calls of abort(). BenchState::aborts reaches this number when the bench has carried them out.
     [[nodiscard]] std::uint64_t aborted() const noexcept { return aborted_; }
     /// Never waits. An order that can drive the shaker is refused if an abort comes before it is carried out.
@@ -100,8 +103,13 @@ public:
 
     // The service's thread:
 
-    /// Sets the function by which abort() stops the output. Call it before any client uses the port.
-    void stop_by(std::function<void()> stop) { stop_ = std::move(stop); }
+    /// Sets the function by which abort() stops the output, which returns the number of the abort, and the
+    /// function that returns the newest number obeyed. Any thread calls them. Call it before any client uses
+    /// the port.
+    void stop_by(std::function<std::uint64_t()> stop, std::function<std::uint64_t()> obeyed) {
+        stop_ = std::move(stop);
+        obeyed_ = std::move(obeyed);
+    }
     [[nodiscard]] std::optional<Order> next();
     void publish(std::shared_ptr<const BenchState> state);
     void log(double t_s, std::string kind, std::string text);
@@ -109,7 +117,7 @@ public:
 private:
     mutable std::mutex mutex_;
     std::atomic<std::uint64_t> aborted_{0};
-    std::function<void()> stop_;
+    std::function<std::uint64_t()> stop_, obeyed_;
     std::deque<Order> orders_;
     std::uint64_t ordered_ = 0;
     std::shared_ptr<const BenchState> state_;

@@ -48,7 +48,9 @@ BenchService::BenchService(run::Runner& runner, const BenchServiceSettings& sett
     facts_ = std::make_shared<const BenchFacts>(std::move(facts));
     predicted_ = run::run_demands(bench_, run_.drive, limits_);
     if (bench_.world) bench_.world->keep_truth_for(kept_s);
-    bench_port.stop_by([&aborts = collector_.channels().aborts] { ++aborts; });
+    acquisition::Channels& channels = collector_.channels();
+    bench_port.stop_by([&channels] { return ++channels.aborts; },
+                       [&channels] { return channels.aborts_answered.load(); });
 }
 
 BenchService::~BenchService() = default;

@@ -37,7 +37,6 @@ public:
     /// out.
     using Answered = std::function<void(const std::string& refused)>;
     void order(OrderWhat what, Answered answered);
-    void abort(const std::string& by) { bench_port_.abort(by); }
     [[nodiscard]] BenchPort& bench_port() noexcept { return bench_port_; }
 
 private:

@@ -120,7 +120,7 @@ void add_rows(bench::Table& table, int commands) {
                         .set = [&](scpi::Call& call) { sum += call.arguments[0].number; },
                         .query = [](scpi::Call& call) { call.reply.number(15); }});
     const scpi::CommandTree tree{std::move(rows)};
-    scpi::Session session{{tree, parts.instrument, parts.status, parts.lock}, "bench"};
+    scpi::Session session{{tree, parts.instrument, parts.status, parts.lock, parts.access}, "bench"};
     const auto wrong = [&] { return static_cast<double>(session.status().errors.size()); };
 
     std::size_t found = 0;

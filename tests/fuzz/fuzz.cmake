@@ -4,14 +4,14 @@ if(NOT CMAKE_CXX_COMPILER_ID MATCHES Clang)
   message(FATAL_ERROR "libFuzzer comes with clang: cmake --preset fuzz")
 endif()
 
-file(GLOB language CONFIGURE_DEPENDS daemon/remote/scpi/*.cpp daemon/remote/scpi/*/*.cpp daemon/remote/instrument/*.cpp)
+file(GLOB language CONFIGURE_DEPENDS daemon/remote/access/*.cpp daemon/remote/scpi/*.cpp daemon/remote/scpi/*/*.cpp daemon/remote/instrument/*.cpp)
 file(GLOB drivers CONFIGURE_DEPENDS drivers/*.cpp)  # what all others stand on; the linker takes what is asked for
 set(port daemon/service/bench_port.cpp daemon/service/live_feed.cpp daemon/service/pending_orders.cpp
     daemon/run/state.cpp daemon/safety/trip.cpp tests/support/remote/played_port.cpp)
 add_library(fuzzed_drivers STATIC ${drivers})
 add_library(fuzzed_port STATIC ${port})
 add_library(fuzzed_language STATIC ${language})
-add_library(fuzzed_web STATIC daemon/remote/access/access.cpp daemon/remote/web/actions.cpp daemon/remote/web/metrics.cpp
+add_library(fuzzed_web STATIC daemon/remote/web/actions.cpp daemon/remote/web/metrics.cpp
             daemon/remote/web/requests.cpp daemon/remote/web/state_json.cpp daemon/remote/web/subscription.cpp
             daemon/report/results.cpp daemon/reduction/no_stick.cpp daemon/recording/recorded_trip.cpp)
 foreach(library fuzzed_drivers fuzzed_port fuzzed_language fuzzed_web)

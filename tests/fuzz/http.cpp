@@ -50,7 +50,6 @@ struct Seen {
     std::size_t orders;
     int aborts;
     std::string owner;
-    bool operator==(const Seen&) const = default;
 };
 
 void look_at(const web::Response& response) {
@@ -88,7 +87,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     test::InlineBench bench;
     web::Site site{.pending_orders = bench.pending_orders,
                    .lock = bench.lock,
-                   .actions = web::Actions{bench.pending_orders, bench.lock},
+                   .actions = web::Actions{bench.pending_orders, bench.lock, bench.aborts},
                    .access = {.hosts = {"localhost", "127.0.0.1", "[::1]"}, .token = with_token ? token : ""},
                    .page = {{"/", {"text/html", "the page"}}}};
     boost::asio::io_context io;
@@ -124,11 +123,15 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
         if (answers == 0 && !prompt) response = unanswered(request);
         const Seen after = seen();
         bench.settle();
+        site.actions.update();
         require(answers == 1, "one answer, once");
         look_at(*response);
-        const bool private_path =
-            text(request.target()).starts_with("/api/") || text(request.target()).starts_with("/metrics");
-        if (after != before) require(may(request, with_token), "no action without permission");
+        const std::string target = text(request.target());
+        const bool private_path = (target.starts_with("/api/") || target.starts_with("/metrics")) &&
+                                  target.substr(0, target.find('?')) != "/api/abort";
+        if (after.aborts != before.aborts) require(may(request, false), "no abort by another site");
+        if (after.orders != before.orders || after.owner != before.owner)
+            require(may(request, with_token), "no action without permission");
         if (response->result_int() == 200)
             require(may(request, with_token && private_path), "no data without permission");
         if (!response->keep_alive()) break;

@@ -6,6 +6,7 @@
 #include <iostream>
 #include <utility>
 
+#include "daemon/remote/access/aborts.hpp"
 #include "daemon/remote/access/control_lock.hpp"
 #include "daemon/service/pending_orders.hpp"
 #include "tests/support/remote/played_port.hpp"
@@ -25,6 +26,8 @@ class InlineBench {
 public:
     PlayedPort played;
     access::ControlLock lock;
+    access::Aborts aborts{{.stop = [this](const std::string& by) { return played.bench_port.abort(by); },
+                           .obeyed = [this] { return played.bench_port.obeyed(); }}};
     service::PendingOrders pending_orders{
         played.bench_port, [this](std::function<void()> f) { later_.push_back(std::move(f)); }};
 

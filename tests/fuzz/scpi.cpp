@@ -29,14 +29,16 @@ const scpi::CommandTree& commands() {
 
 struct Door {
     Door() {
-        the_instrument().emplace(
-            bench.pending_orders, [](const scpi::Session&) {},
-            [this](const std::string& session, const std::string& why) {
-                if (client != nullptr && client->name() == session)
-                    client->report(scpi::Code::settings_conflict, why);
-            });
+        the_instrument().emplace(bench.pending_orders, bench.aborts,
+                                 [this](const std::string& session, const std::string& why) {
+                                     if (client != nullptr && client->name() == session)
+                                         client->report(scpi::Code::settings_conflict, why);
+                                 });
+        bench.aborts.after([](const std::string&) { the_instrument()->armed = false; });
     }
-    [[nodiscard]] scpi::Shared shared() { return {commands(), *the_instrument(), status, bench.lock}; }
+    [[nodiscard]] scpi::Shared shared() {
+        return {commands(), *the_instrument(), status, bench.lock, access};
+    }
     void go_on() {
         bench.settle();
         instrument::show(*bench.pending_orders.now(), status);
@@ -45,6 +47,7 @@ struct Door {
 
     test::InlineBench bench;
     scpi::DeviceStatus status;
+    access::Access access{};
     scpi::Session* client = nullptr;
 };
 
@@ -62,6 +65,15 @@ std::string ask(Door& door, scpi::Session& client, std::string_view message) {
     return std::string{client.output()};
 }
 
+// Independent of the daemon's own rule: a request line of HTTP with one of the methods of a browser.
+bool is_request(std::string_view bytes) {
+    const std::string_view line = bytes.substr(0, bytes.find("\r\n"));
+    if (line.size() == bytes.size() || !line.ends_with(" HTTP/1.1")) return false;
+    for (const std::string_view method : {"GET /", "HEAD /", "POST /", "OPTIONS /"})
+        if (line.starts_with(method)) return line.find('\n') == std::string_view::npos;
+    return false;
+}
+
 }  // namespace
 
 // Bits of the first byte: length of the pieces; the bench executes orders in between; another client has
@@ -75,6 +87,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     door.client = &client;
     if (held) door.bench.lock.request("somebody else");
     std::string_view rest{reinterpret_cast<const char*>(data) + 1, size - 1};
+    const bool from_browser = is_request(rest);
     while (!rest.empty()) {
         const std::size_t before = client.output().size();
         client.feed(rest.substr(0, piece));
@@ -89,10 +102,15 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     }
     client.finish();
     check_output(client, 0);
+    if (from_browser) {
+        require(!client.ended().empty(), "a browser's connection is closed");
+        require(door.bench.played.ordered().empty() && door.bench.played.aborts == 0, "a page is not obeyed");
+    }
     if (held) {
         require(door.bench.lock.owner() == "somebody else", "control stays where it is");
         require(door.bench.played.ordered().empty(), "only the holder of control is obeyed");
     }
+    if (!client.ended().empty()) return 0;
     require(ask(door, client, "*CLS\nSYST:ERR?\n") == "0,\"No error\"\n", "*CLS empties the queue of errors");
 
     const int aborts = door.bench.played.aborts;

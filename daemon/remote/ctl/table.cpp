@@ -150,7 +150,9 @@ constexpr std::array commands{
             .act = done<stop>},
     Command{.name = "abort",
             .summary = "Stop the drive at once, whoever holds control",
-            .details = "The abort is latched: the drive can start again only after \"shakerctl clear\".",
+            .details =
+                "The abort is latched: the drive can start again only after \"shakerctl clear\". It needs no "
+                "token. Exit status 1 and a message tell that the output did not obey.",
             .exit_statuses = asks,
             .act = done<abort>},
     Command{.name = "clear",

@@ -58,11 +58,7 @@ void BenchInstrument::recall(int place) {
     pending_orders_.order(service::SetDrive{*saved}, {});
 }
 
-void BenchInstrument::abort(const scpi::Session& by) {
-    armed = false;
-    pending_orders_.abort(by.name());
-    aborted_(by);
-}
+access::Aborts::Receipt BenchInstrument::abort(const scpi::Session& by) { return aborts_.give(by.name()); }
 
 service::Begin BenchInstrument::next() const {
     const auto now = state();

@@ -5,6 +5,7 @@
 #include <optional>
 #include <string>
 
+#include "daemon/remote/access/aborts.hpp"
 #include "daemon/remote/scpi/instrument.hpp"
 #include "daemon/remote/scpi/status/device_status.hpp"
 #include "daemon/service/pending_orders.hpp"
@@ -13,12 +14,10 @@ namespace shaker::instrument {
 
 class BenchInstrument final : public scpi::Instrument {
 public:
-    using Aborted = std::function<void(const scpi::Session& by)>;
     using Refused = std::function<void(const std::string& session, const std::string& why)>;
-    /// aborted: called when all other sessions must drop their withheld input. refused: called when an order
-    /// of the session of that name is refused; the session may have ended.
-    BenchInstrument(service::PendingOrders& pending_orders, Aborted aborted, Refused refused)
-        : pending_orders_{pending_orders}, aborted_{std::move(aborted)}, refused_{std::move(refused)} {}
+    /// refused: called when an order of the session of that name is refused; the session may have ended.
+    BenchInstrument(service::PendingOrders& pending_orders, access::Aborts& aborts, Refused refused)
+        : pending_orders_{pending_orders}, aborts_{aborts}, refused_{std::move(refused)} {}
 
     [[nodiscard]] std::string identity() const override;
     [[nodiscard]] std::string options() const override;
@@ -27,7 +26,7 @@ public:
     void trigger() override;
     void save(int place) override;
     void recall(int place) override;
-    void abort(const scpi::Session& by) override;
+    access::Aborts::Receipt abort(const scpi::Session& by) override;
     [[nodiscard]] bool pending() const override { return pending_orders_.pending(); }
 
     /// Posts an order of a session; a refusal becomes its error -221.
@@ -46,7 +45,7 @@ public:
 
 private:
     service::PendingOrders& pending_orders_;
-    Aborted aborted_;
+    access::Aborts& aborts_;
     Refused refused_;
     std::array<std::optional<Drive>, 10> saved_{};
 };

@@ -54,7 +54,8 @@ struct Command {
     /// Answer of a query that failed, besides its error, so that no client waits in vain.
     Placeholder without = nans<1>;
     bool guarded = false;  // `set` changes the bench: only for the holder of control
-    bool urgent = false;   // `set` runs at once, even after *WAI and *OPC?, for any client
+    bool urgent = false;   // runs at once, even after *WAI and *OPC?, for any client
+    bool open = false;     // also for a client that must send the password first
 };
 
 inline constexpr std::size_t most_parameters = 8;

@@ -43,15 +43,17 @@ int place(const Call& call) { return static_cast<int>(call.arguments.front().num
 std::vector<Command> common_commands() {
     const std::vector<Parameter> mask{integer(0, largest_byte)}, memory{integer(0, last_place)};
     return {
-        {.header = "*CLS", .set = clear},
+        {.header = "*CLS", .set = clear, .open = true},
         {.header = "*ESE",
          .parameters = mask,
          .set = [](Call& call) { call.session.status().set_event_mask(byte(call)); },
          .query = [](Call& call) { call.reply.integer(call.session.status().event_mask()); }},
         {.header = "*ESR",
-         .query = [](Call& call) { call.reply.integer(call.session.status().take_events()); }},
+         .query = [](Call& call) { call.reply.integer(call.session.status().take_events()); },
+         .open = true},
         {.header = "*IDN",
-         .query = [](Call& call) { call.reply.word(call.session.shared().instrument.identity()); }},
+         .query = [](Call& call) { call.reply.word(call.session.shared().instrument.identity()); },
+         .open = true},
         {.header = "*OPC",
          .set = [](Call& call) { call.session.complete_operation(); },
          .query = when_complete},
@@ -70,7 +72,9 @@ std::vector<Command> common_commands() {
          .parameters = mask,
          .set = [](Call& call) { call.session.status().set_service_mask(byte(call)); },
          .query = [](Call& call) { call.reply.integer(call.session.status().service_mask()); }},
-        {.header = "*STB", .query = [](Call& call) { call.reply.integer(call.session.status_byte()); }},
+        {.header = "*STB",
+         .query = [](Call& call) { call.reply.integer(call.session.status_byte()); },
+         .open = true},
         {.header = "*TRG",
          .set = [](Call& call) { call.session.shared().instrument.trigger(); },
          .guarded = true},
@@ -78,8 +82,10 @@ std::vector<Command> common_commands() {
          .query = [](Call& call) { call.reply.integer(call.session.shared().instrument.self_test()); }},
         {.header = "*WAI", .set = wait},
         {.header = "ABORt",
-         .set = [](Call& call) { call.session.shared().instrument.abort(call.session); },
-         .urgent = true},
+         .set = [](Call& call) { call.session.abort(); },
+         .query = [](Call& call) { call.session.abort_and_answer(); },
+         .urgent = true,
+         .open = true},
     };
 }
 

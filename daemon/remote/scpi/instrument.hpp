@@ -2,6 +2,8 @@
 // Instrument: what the common commands require of the bench.
 #include <string>
 
+#include "daemon/remote/access/aborts.hpp"
+
 namespace shaker::scpi {
 
 class Session;
@@ -23,8 +25,9 @@ public:
     virtual void save(int place) = 0;
     virtual void recall(int place) = 0;
     /// Stops the drive at once and latches the stop. Any session may call it at any time; all others must
-    /// then drop their withheld input, see Session::drop_withheld().
-    virtual void abort(const Session& by) = 0;
+    /// then drop their withheld input, see Session::drop_withheld(). The receipt reports whether the output
+    /// has obeyed.
+    virtual access::Aborts::Receipt abort(const Session& by) = 0;
     /// True while an overlapped command (ramp, identification, sequence) is in progress; used by *OPC, *OPC?
     /// and *WAI.
     [[nodiscard]] virtual bool pending() const = 0;

@@ -1,14 +1,17 @@
 #include "daemon/remote/scpi/session.hpp"
 
 #include <algorithm>
+#include <memory>
 #include <utility>
 
+#include "daemon/remote/scpi/foreign.hpp"
 #include "drivers/errors.hpp"
 
 namespace shaker::scpi {
 namespace {
 
 constexpr std::size_t cost_of_a_message = 64;  // bytes, in addition to its text
+constexpr std::size_t piece = 4096;            // bytes, after which the start of a message is looked at
 
 bool has_bounds(const Found& found) {
     const Command& command = *found.command;
@@ -18,30 +21,55 @@ bool has_bounds(const Found& found) {
 
 }  // namespace
 
-Session::Session(Shared shared, std::string name)
-    : shared_{shared}, name_{std::move(name)}, status_{shared.status} {}
+Session::Session(Shared shared, std::string name, Admission admission)
+    : shared_{shared}, name_{std::move(name)}, admission_{admission}, status_{shared.status} {}
 
 Session::~Session() { shared_.lock.release(name_); }
 
 void Session::feed(std::string_view bytes) {
+    if (!begun_ && !bytes.empty()) {
+        begun_ = true;
+        if (is_binary(bytes.front())) end("it began like a binary protocol");
+    }
+    for (; !bytes.empty() && ended_.empty(); bytes.remove_prefix(std::min(piece, bytes.size())))
+        if (!take(bytes.substr(0, piece))) end("it spoke HTTP");
+}
+
+/// Takes all bytes, or those before a line of HTTP: then false.
+bool Session::take(std::string_view bytes) {
     for (;;) {
         switch (framer_.take(bytes)) {
             case Framer::Event::none:
-                return;
+                return !begins_like_http(framer_.begun());
             case Framer::Event::too_long:
                 report(Code::input_overrun, std::string{"message of more than "}
                                                 .append(std::to_string(input_limit))
                                                 .append(" bytes"));
                 break;
-            case Framer::Event::message:
-                accept(framer_.message());
+            case Framer::Event::message: {
+                const Text message = framer_.message();
+                if (is_http_line({message.at, message.size()})) return false;
+                accept(message);
+                if (!ended_.empty()) return true;
                 break;
+            }
         }
     }
 }
 
+void Session::end(std::string_view why) {
+    ended_ = why;
+    pause_.reset();
+    owed_.clear();
+    remainder_.clear();
+    withheld_.clear();
+}
+
 void Session::accept(Text message) {
     poll();
+    message.skip_blanks();
+    if (message.empty()) return;
+    ++messages_;
     if (!waiting()) return run_message(message);
     Path path;
     bool urgent = false;
@@ -57,6 +85,7 @@ void Session::accept(Text message) {
 }
 
 void Session::poll() {
+    watch_abort();
     if (opc_ && !shared_.instrument.pending()) {
         opc_ = false;
         status_.raise_event(esr::operation_complete);
@@ -72,6 +101,10 @@ void Session::poll() {
         std::string rest = std::exchange(remainder_, {});
         run_units({rest.data(), rest.data() + rest.size()});
         if (!waiting()) end_message();
+        if (!waiting() && !owed_.empty()) {
+            pause_for(std::move(owed_.front()));
+            owed_.pop_front();
+        }
         while (!waiting() && !withheld_.empty()) {
             std::string next = std::move(withheld_.front());
             withheld_.pop_front();
@@ -82,6 +115,7 @@ void Session::poll() {
 }
 
 void Session::finish() {
+    if (!ended_.empty()) return;
     if (framer_.begun().find('?') != std::string_view::npos)
         report(Code::query_unterminated, printable(framer_.begun()));
     framer_ = Framer{input_limit};
@@ -104,6 +138,7 @@ void Session::run_units(Text rest) {
             }
             return;
         }
+        if (!ended_.empty()) return;
         if (waiting()) return hold(rest);
     }
 }
@@ -115,6 +150,7 @@ bool Session::run_unit(Text& rest, Path& path, bool behind_blank) {
     try {
         const Found found = shared_.tree.find(rest, path);
         if (found.query) asked = found.command;
+        require_admission(*found.command);
         run_values(found, rest);
         return true;
     } catch (const Error& error) {
@@ -192,7 +228,7 @@ void Session::answer(Write write) {
 /// The client sent a valid query and reads its answer, so it gets one for any error. No answer to a message
 /// that was not understood (IEEE 488.2), or when the output is full.
 void Session::answer_without(const Command& command, Code code) {
-    if (is_command_error(code) || is_query_error(code)) return;
+    if (is_command_error(code) || is_query_error(code) || admission_ == Admission::abort_only) return;
     try {
         answer([&](Reply& reply) { command.without(reply); });
     } catch (const Error& error) {
@@ -222,7 +258,7 @@ bool Session::run_urgent(Text& rest, Path& path) {
         const Path before = there;
         try {
             const Found found = shared_.tree.find(unit, there);
-            if (found.command->urgent && !found.query) {
+            if (found.command->urgent) {
                 unit = begin;
                 path = before;
                 run_unit(unit, path, false);
@@ -275,6 +311,62 @@ std::uint8_t Session::status_byte() noexcept {
 void Session::complete_operation() {
     opc_ = shared_.instrument.pending();
     if (!opc_) status_.raise_event(esr::operation_complete);
+}
+
+void Session::require_admission(const Command& command) const {
+    if (command.open || unlocked()) {
+        if (admission_ != Admission::abort_only || command.urgent) return;
+        throw Error{Code::command_protected, "no session is free; only ABORt is obeyed"};
+    }
+    throw Error{Code::command_protected, "send SYSTem:PASSword with the daemon's token first"};
+}
+
+bool Session::unlocked() const noexcept {
+    const std::string& token = shared_.access.token;
+    return admission_ != Admission::password || token.empty() || password_ == token;
+}
+
+void Session::unlock(std::string_view password) {
+    if (shared_.access.token_allowed(password)) {
+        password_ = shared_.access.token;
+        wrong_passwords_ = 0;
+        return;
+    }
+    if (++wrong_passwords_ == most_wrong_passwords) end("it sent wrong passwords");
+    throw Error{Code::settings_conflict, "wrong password"};
+}
+
+void Session::abort() { unanswered_ = shared_.instrument.abort(*this); }
+
+void Session::abort_and_answer() {
+    access::Aborts::Receipt receipt = shared_.instrument.abort(*this);
+    if (!waiting()) return pause_for(std::move(receipt));
+    if (owed_.size() == most_owed)
+        throw Error{Code::query_deadlocked, "too many answers of ABORt? during a wait; it was obeyed"};
+    owed_.push_back(std::move(receipt));
+}
+
+void Session::watch_abort() {
+    if (!unanswered_) return;
+    const access::Aborts::Answer answer = unanswered_();
+    if (answer == access::Aborts::Answer::none) return;
+    unanswered_ = nullptr;
+    hear(answer);
+}
+
+void Session::pause_for(access::Aborts::Receipt receipt) {
+    using Answer = access::Aborts::Answer;
+    const auto answer = std::make_shared<Answer>(Answer::none);
+    pause({[answer, receipt = std::move(receipt)] { return (*answer = receipt()) != Answer::none; },
+           [this, answer](Reply& reply) {
+               reply.boolean(*answer == Answer::obeyed);
+               hear(*answer);
+           }});
+}
+
+void Session::hear(access::Aborts::Answer answer) {
+    abort_failed_ = answer == access::Aborts::Answer::silent;
+    if (abort_failed_) report(Code::output_silent, access::Aborts::silent_text);
 }
 
 void Session::require_control() const {

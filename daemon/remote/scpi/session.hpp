@@ -8,6 +8,8 @@
 #include <string_view>
 #include <utility>
 
+#include "daemon/remote/access/aborts.hpp"
+#include "daemon/remote/access/access.hpp"
 #include "daemon/remote/access/control_lock.hpp"
 #include "daemon/remote/scpi/arguments.hpp"
 #include "daemon/remote/scpi/command_tree.hpp"
@@ -24,18 +26,29 @@ struct Shared {
     Instrument& instrument;
     DeviceStatus& status;
     access::ControlLock& lock;
+    const access::Access& access;  // its token is the password
+};
+
+/// The door by which a client came.
+enum class Admission : std::uint8_t {
+    free,        // needs no password
+    password,    // needs SYSTem:PASSword if there is a token
+    abort_only,  // only ABORt is obeyed
 };
 
 /// Messages and replies end with LF. An error in parsing (-1xx) drops the rest of the message; any other
 /// error ends its unit only. After *WAI and *OPC? input is withheld until the instrument is done; an urgent
-/// command (ABORt) in it runs at once and drops all input withheld before it.
+/// command (ABORt) in it runs at once and drops all input withheld before it. A client that speaks another
+/// protocol, and one that tries passwords, is not obeyed any more: see ended().
 class Session {
 public:
     static constexpr std::size_t input_limit = 65536;      // bytes of one message, and of withheld input
     static constexpr std::size_t output_limit = 1U << 20;  // bytes of unsent replies
+    static constexpr int most_wrong_passwords = 3;
+    static constexpr std::size_t most_owed = 64;  // answers of ABORt? during a wait
 
     /// name: the client's address, shown to other clients as the holder of control.
-    Session(Shared shared, std::string name);
+    Session(Shared shared, std::string name, Admission admission = Admission::free);
     ~Session();
     Session(const Session&) = delete;
     Session& operator=(const Session&) = delete;
@@ -48,6 +61,14 @@ public:
     /// error -420.
     void finish();
     [[nodiscard]] bool waiting() const noexcept { return pause_.has_value(); }
+    /// The reason why the connection must be closed; empty: it may stay open.
+    [[nodiscard]] std::string_view ended() const noexcept { return ended_; }
+    /// True until the output has answered the newest ABORt, or did not in time.
+    [[nodiscard]] bool aborting() const noexcept { return unanswered_ || waiting(); }
+    /// The output did not answer the newest ABORt in time.
+    [[nodiscard]] bool abort_failed() const noexcept { return abort_failed_; }
+    /// Number of messages so far that were not blank.
+    [[nodiscard]] std::uint64_t messages() const noexcept { return messages_; }
 
     /// Replies to send. Call sent() with the number of bytes sent.
     [[nodiscard]] std::string_view output() const noexcept;
@@ -76,9 +97,23 @@ public:
     void pause(Pause pause) { pause_ = std::move(pause); }
     /// Throws Error -203 unless this session may change the bench.
     void require_control() const;
+    /// ABORt; error 113 follows if the output does not obey.
+    void abort();
+    /// ABORt?: the answer, 1 or 0, follows when the output has obeyed or did not in time.
+    void abort_and_answer();
+    /// SYSTem:PASSword. Error -221 for a wrong one; most_wrong_passwords end the session.
+    void unlock(std::string_view password);
+    void lock_again() noexcept { password_.clear(); }
+    [[nodiscard]] bool unlocked() const noexcept;
 
 private:
+    void end(std::string_view why);
+    bool take(std::string_view bytes);
     void accept(Text message);
+    void require_admission(const Command& command) const;
+    void watch_abort();
+    void pause_for(access::Aborts::Receipt receipt);
+    void hear(access::Aborts::Answer answer);
     void run_message(Text message);
     void run_units(Text rest);
     bool run_unit(Text& rest, Path& path, bool behind_blank);
@@ -94,6 +129,15 @@ private:
 
     Shared shared_;
     std::string name_;
+    Admission admission_;
+    std::string password_;  // the newest right one
+    int wrong_passwords_ = 0;
+    std::string_view ended_;
+    bool begun_ = false;  // a byte was received
+    std::uint64_t messages_ = 0;
+    bool abort_failed_ = false;
+    access::Aborts::Receipt unanswered_;          // of the newest ABORt
+    std::deque<access::Aborts::Receipt> owed_{};  // of ABORt? during a wait
     StatusModel status_;
     Format format_;
     Framer framer_{input_limit};

@@ -8,6 +8,8 @@
 namespace shaker::scpi {
 namespace {
 
+constexpr std::size_t longest_token = 1024;  // bytes
+
 void next_error(Call& call) {
     const ErrorQueue::Entry entry = call.session.status().errors.pop();
     call.reply.integer(static_cast<int>(entry.code));
@@ -52,13 +54,23 @@ access::ControlLock& lock(const Call& call) { return call.session.shared().lock;
 
 std::vector<Command> system_commands() {
     return {
-        {.header = "SYSTem:ERRor[:NEXT]", .query = next_error},
+        {.header = "SYSTem:ERRor[:NEXT]", .query = next_error, .open = true},
         {.header = "SYSTem:VERSion", .query = [](Call& call) { call.reply.word("1999.0"); }},
         {.header = "SYSTem:HELP:HEADers", .query = headers},
         {.header = "SYSTem:LOCK:REQuest",
          .query = [](Call& call) { call.reply.boolean(lock(call).request(call.session.name())); }},
         {.header = "SYSTem:LOCK:RELease", .set = [](Call& call) { lock(call).release(call.session.name()); }},
         {.header = "SYSTem:LOCK:OWNer", .query = [](Call& call) { call.reply.string(lock(call).owner()); }},
+        {.header = "SYSTem:PASSword[:CENable]",
+         .parameters = {string(longest_token)},
+         .set = [](Call& call) { call.session.unlock(call.arguments[0].text); },
+         .open = true},
+        {.header = "SYSTem:PASSword:CDISable",
+         .set = [](Call& call) { call.session.lock_again(); },
+         .open = true},
+        {.header = "SYSTem:PASSword:STATe",
+         .query = [](Call& call) { call.reply.boolean(call.session.unlocked()); },
+         .open = true},
         {.header = "FORMat[:DATA]",
          .parameters = {choice("ASCii|REAL"), optional(integer(0, 64))},
          .set = set_format,

@@ -18,7 +18,8 @@ namespace {
 
 using nlohmann::json;
 
-constexpr int bad_request = 400, not_found = 404, conflict = 409;
+constexpr int bad_request = 400, not_found = 404, conflict = 409, gateway_timeout = 504;
+const Answer well{200, R"({"ok":true})"};
 constexpr std::array pictures_words{"off", "region", "full"};
 
 double number_at(const json& body, const char* key, double otherwise) {
@@ -106,13 +107,28 @@ Answer refusal(int status, const std::string& why) {
     return {status, json{{"error", why}}.dump(-1, ' ', false, json::error_handler_t::replace)};
 }
 
-void Actions::act(const std::string& name, const std::string& body, const std::string& who,
-                  const std::function<void(Answer)>& done) {
-    const Answer well{200, R"({"ok":true})"};
-    if (name == "abort") {
-        pending_orders_.abort(who);
-        return done(well);
+void Actions::abort(const std::string& who, Done done) {
+    access::Aborts::Receipt receipt = aborts_.give(who);
+    if (done) unanswered_.push_back({std::move(receipt), std::move(done)});
+}
+
+void Actions::update() {
+    using access::Aborts;
+    for (auto u = unanswered_.begin(); u != unanswered_.end();) {
+        const Aborts::Answer answer = u->receipt();
+        if (answer == Aborts::Answer::none) {
+            ++u;
+            continue;
+        }
+        const Done done = std::move(u->done);
+        u = unanswered_.erase(u);
+        done(answer == Aborts::Answer::obeyed ? well : refusal(gateway_timeout, Aborts::silent_text));
     }
+}
+
+void Actions::act(const std::string& name, const std::string& body, const std::string& who,
+                  const Done& done) {
+    if (name == "abort") return abort(who, done);
     if (name == "control/release") {
         lock_.release(who);
         return done(well);
@@ -125,7 +141,7 @@ void Actions::act(const std::string& name, const std::string& body, const std::s
         const auto order = order_of(name, fields, pending_orders_);
         if (!order) return done(refusal(not_found, "there is no action \"" + name + "\""));
         if (!lock_.allows(who)) return done(held());
-        pending_orders_.order(*order, [done, well](const std::string& refused) {
+        pending_orders_.order(*order, [done](const std::string& refused) {
             done(refused.empty() ? well : refusal(conflict, refused));
         });
     } catch (const json::exception& e) {

@@ -6,12 +6,15 @@
 #include <list>
 #include <utility>
 
+#include "daemon/remote/access/server_clock.hpp"
+
 namespace shaker::web {
 
 /// In order of the last complete request, or of arrival.
 class Guests {
     struct Guest {
         std::function<void()> leave;
+        access::ServerClock::time_point heard = access::ServerClock::now();
         bool asked = false;
     };
 
@@ -20,15 +23,23 @@ public:
 
     /// leave: ends the connection soon; called at most once.
     Place enter(std::function<void()> leave) { return list_.insert(list_.end(), Guest{std::move(leave)}); }
-    void heard(Place place) { list_.splice(list_.end(), list_, place); }
+    void heard(Place place) {
+        place->heard = access::ServerClock::now();
+        list_.splice(list_.end(), list_, place);
+    }
     void gone(Place place) { list_.erase(place); }
-    /// Closes the connection with the longest silence. False when every connection is being closed already.
-    bool ask_one_to_leave() {
+    /// Closes the connection with the longest silence, if that is at least `silence`. False when there is
+    /// none.
+    bool ask_one_to_leave(std::chrono::milliseconds silence) {
         const auto first = std::ranges::find(list_, false, &Guest::asked);
-        if (first == list_.end()) return false;
+        if (first == list_.end() || access::ServerClock::now() - first->heard < silence) return false;
         first->asked = true;
         first->leave();
         return true;
+    }
+    /// Connections that are being closed.
+    [[nodiscard]] int leaving() const noexcept {
+        return static_cast<int>(std::ranges::count(list_, true, &Guest::asked));
     }
 
 private:

@@ -53,6 +53,8 @@ struct Live {
     run::RunState shown{};
     bool open = true;
     bool sending = false;
+    bool aborting = false;      // the client waits for the answer to an abort
+    std::string answer{};       // to its abort, if not empty
     Clock::time_point begun{};  // start of sending the present message
 };
 
@@ -80,13 +82,25 @@ std::string message_of(Stream& stream, Site& site, const service::BenchState& st
     return {};
 }
 
+// Aborts that come before the answer to an earlier one are given; they have the same answer.
+void abort(const std::shared_ptr<Live>& live) {
+    const auto done = [live](const Answer& answer) {
+        live->aborting = false;
+        live->answer = R"({"type":"abort",)" + answer.json.substr(1);
+    };
+    live->site->actions.abort(live->who, live->aborting ? Actions::Done{} : done);
+    live->aborting = true;
+}
+
 asio::awaitable<void> read(std::shared_ptr<Live> live) {
     beast::flat_buffer buffer;
     boost::system::error_code failed;
     while (!failed) {
         co_await live->socket.async_read(buffer, asio::redirect_error(use_awaitable, failed));
         if (failed) break;
-        if (const auto wish = wish_of(beast::buffers_to_string(buffer.data()))) take(*wish, live->streams);
+        const std::string text = beast::buffers_to_string(buffer.data());
+        if (is_abort(text)) abort(live);
+        if (const auto wish = wish_of(text)) take(*wish, live->streams);
         buffer.consume(buffer.size());
     }
     live->open = false;
@@ -106,6 +120,10 @@ void set_next(Stream& stream, Clock::time_point now) {
 // Sends all messages that are due.
 asio::awaitable<void> send_due(Live& live) {
     Site& site = *live.site;
+    if (!live.answer.empty()) {
+        const std::string answer = std::exchange(live.answer, {});
+        co_await send(live, true, answer);
+    }
     for (const service::BenchEvent& e : site.pending_orders.bench_port().events(live.sent_events)) {
         live.sent_events = e.number;
         const std::string text = event_json(e);

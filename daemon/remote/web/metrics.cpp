@@ -137,6 +137,7 @@ std::string metrics_text(const service::BenchState* state, const ServedCounts& s
               served.messages_dropped);
     t.counter("scpi_messages_total", "SCPI messages received.", served.scpi_commands);
     t.counter("scpi_errors_total", "SCPI errors reported.", served.scpi_errors);
+    t.counter("remote_failures_total", "Internal errors of the remote control.", served.troubles);
     t.family("clients", "gauge", "Connected clients.");
     t.sample("kind", "web", served.web_clients);
     t.sample("kind", "scpi", served.scpi_clients);

@@ -11,6 +11,7 @@ namespace shaker::web {
 struct ServedCounts {
     std::uint64_t requests = 0, refused_requests = 0, messages_dropped = 0;
     std::uint64_t scpi_commands = 0, scpi_errors = 0;
+    std::uint64_t troubles = 0;  // exceptions in the server's own code
     int web_clients = 0, scpi_clients = 0;
 };
 

@@ -104,8 +104,9 @@ bool token_right(const Request& request, const access::Access& access) {
     return access.token_allowed(query_of(view(request.target()), "token"));
 }
 
+// Anybody may abort, as over SCPI; only pages of other sites may not.
 bool needs_token(const std::string& path) {
-    return path.starts_with("/api/") || path == "/ws" || path == "/metrics";
+    return (path.starts_with("/api/") && path != "/api/abort") || path == "/ws" || path == "/metrics";
 }
 
 // The refusal of a request by the access rules; empty: it is accepted.

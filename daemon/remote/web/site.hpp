@@ -28,6 +28,7 @@ struct Site {
     Guests guests{};                       // connections without a socket
     int live_clients = 0;                  // connections with a socket; these are kept
     int most_clients = 32;
+    int reserve = 64;    // further connections, which have a moment for a request, such as an abort
     int most_live = 24;  // leaves connections free for requests, such as an abort
 };
 

@@ -20,4 +20,9 @@ std::optional<Wish> wish_of(std::string_view text) {
     return wish;
 }
 
+bool is_abort(std::string_view text) {
+    const nlohmann::json j = nlohmann::json::parse(text, nullptr, false);
+    return j.is_object() && j.contains("type") && j["type"] == "abort";
+}
+
 }  // namespace shaker::web

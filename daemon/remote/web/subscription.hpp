@@ -22,6 +22,8 @@ struct Wish {
     Subscription what;
 };
 std::optional<Wish> wish_of(std::string_view text);
+/// True for {"type": "abort"}.
+bool is_abort(std::string_view text);
 
 /// Adds or removes the stream, up to the limit of streams. Stream: state of each, with its `wish`.
 template <class Stream>

@@ -24,7 +24,8 @@ namespace beast = boost::beast;
 namespace http = beast::http;
 using asio::use_awaitable;
 
-constexpr std::chrono::seconds patience{5};  // for a request that has begun, and for an answer
+constexpr std::chrono::milliseconds moment{50};  // for a request beyond the limit of connections
+constexpr std::chrono::seconds patience{5};      // for a request that has begun, and for an answer
 
 /// An entry in the list of guests for its lifetime.
 class Seat {
@@ -40,6 +41,9 @@ private:
     Guests& guests_;
     Guests::Place place_;
 };
+
+// Number of connections above the limit, without those that are being closed.
+int beyond(const Site& site) { return site.served.web_clients - site.guests.leaving() - site.most_clients; }
 
 /// Increments a counter for its lifetime.
 class Counted {
@@ -128,11 +132,18 @@ std::map<std::string, PageFile> read_page(const std::filesystem::path& folder) {
 
 // A client that disconnects, is slow or sends invalid data ends its own connection only.
 asio::awaitable<void> serve(asio::ip::tcp::socket socket, std::shared_ptr<Site> site) {
-    if (site->served.web_clients >= site->most_clients && !site->guests.ask_one_to_leave()) co_return;
+    if (site->served.web_clients >= 2 * (site->most_clients + site->reserve)) co_return;
+    if (beyond(*site) >= site->reserve) static_cast<void>(site->guests.ask_one_to_leave({}));
     const Counted counted{site->served.web_clients};
     try {
         co_await attend(std::move(socket), site);
     } catch (const std::exception&) {
+    }
+}
+
+void update(Site& site) {
+    site.actions.update();
+    for (int n = beyond(site); n > 0 && site.guests.ask_one_to_leave(moment); --n) {
     }
 }
 

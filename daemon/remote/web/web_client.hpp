@@ -16,8 +16,11 @@ namespace shaker::web {
 /// The existing files of a page in a folder: index.html, panel.js, panel.css.
 std::map<std::string, PageFile> read_page(const std::filesystem::path& folder);
 
-/// Serves a connection until it closes. At the limit of connections, the one without a live socket that has
-/// been silent longest is closed. Never throws.
+/// Serves a connection until it closes. Never throws.
 boost::asio::awaitable<void> serve(boost::asio::ip::tcp::socket socket, std::shared_ptr<Site> site);
+
+/// Call it often. Answers aborts. Beyond the limit of connections, it closes those without a live socket that
+/// have been silent longest.
+void update(Site& site);
 
 }  // namespace shaker::web

@@ -200,13 +200,24 @@ struct CtlTokenTest : testing::Test {
     }
 };
 
-TEST_F(CtlTokenTest, EveryRequestNeedsToken) {
-    for (const char* command : {"status", "start", "abort", "watch", "wait idle", "fetch metrics"}) {
+TEST_F(CtlTokenTest, EveryRequestButAbortNeedsToken) {
+    for (const char* command : {"status", "start", "watch", "wait idle", "fetch metrics"}) {
         const Outcome refused = ctl(command);
         EXPECT_EQ(refused.status, exit_refused) << command;
         EXPECT_NE(refused.err.find("a token is required"), std::string::npos) << command << refused.err;
     }
-    EXPECT_EQ(bench.aborts, 0);
+    EXPECT_EQ(ctl("abort").status, exit_done);
+    EXPECT_EQ(bench.aborts, 1);
+}
+
+TEST_F(CtlTokenTest, AbortThatIsNotObeyedFails) {
+    bench.hung = true;
+    const Outcome aborted = ctl("abort");
+    EXPECT_EQ(aborted.status, exit_refused);
+    EXPECT_EQ(aborted.out, "");
+    EXPECT_NE(aborted.err.find("the output does not answer: cut the amplifier"), std::string::npos)
+        << aborted.err;
+    EXPECT_EQ(bench.aborts, 1);
 }
 
 TEST_F(CtlTokenTest, TokenFromEnvironmentIsAccepted) {

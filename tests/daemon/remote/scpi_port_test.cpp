@@ -212,7 +212,7 @@ TEST_F(ScpiPortTest, EverySettingAcceptsItsOwnAnswer) {
         if (row.find("/qonly/") != std::string::npos) continue;
         ++set;
         std::string value;
-        if (row.find("/nquery/") == std::string::npos && header != "*OPC") {
+        if (row.find("/nquery/") == std::string::npos && header != "*OPC" && header != ":ABORt") {
             value = ask("*CLS;" + header + "?");
             if (header.find("MEMory") != std::string::npos) continue;
         } else if (header == "*SAV" || header == "*RCL") {
@@ -221,6 +221,8 @@ TEST_F(ScpiPortTest, EverySettingAcceptsItsOwnAnswer) {
             value = "'new paper'";
         } else if (header.ends_with("ARBitrary:DATA")) {
             value = "#10";
+        } else if (header.ends_with("PASSword:CENable")) {
+            value = "''";
         }
         client.send("*CLS;" + header + (value.empty() ? "" : " " + value));
         std::string told = ask("SYST:ERR?");
@@ -245,6 +247,7 @@ TEST_F(ScpiPortTest, EveryQueryAnswersExactlyOneLine) {
         for (std::string row; std::getline(rows, row);) {
             std::string header = plain(row.substr(0, row.find_first_of("?/")));
             if (row.find("/nquery/") != std::string::npos || header == ":SYSTem:HELP:HEADers") continue;
+            if (header == ":ABORt") continue;  // trips the bench
             header += header == ":MMEMory:DATA" ? "? 'none.nxs'" : "?";
             ++queries;
             client.send("*CLS;" + header);

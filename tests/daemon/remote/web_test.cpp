@@ -199,19 +199,22 @@ TEST(StateJsonTest, WalkerHasTheEndsOfItsPicture) {
     EXPECT_TRUE(json::parse(web::state_json(state, {}))["walker"]["left_m"].is_null());
 }
 
-TEST(WebTokenTest, NothingIsAllowedWithoutToken) {
+TEST(WebTokenTest, OnlyAnAbortIsAllowedWithoutToken) {
     PlayedBench bench;
     Server server{bench.bench_port, {.http_port = 0, .scpi_port = 0, .token = "0123456789abcdefghijklmn"}};
-    const auto status = [&](const std::string& more) {
+    const auto status = [&](const std::string& action, const std::string& more) {
         TcpClient client{server.http_port()};
-        client.send_bytes("POST /api/abort HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\n" + more +
-                          "Content-Length: 0\r\n\r\n");
+        client.send_bytes("POST /api/" + action + " HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\n" +
+                          more + "Content-Length: 0\r\n\r\n");
         return client.rest().substr(9, 3);
     };
-    EXPECT_EQ(status(""), "401");
-    EXPECT_EQ(status("X-Shaker-Token: 0123456789abcdefghijklm\r\n"), "401");
-    EXPECT_EQ(bench.aborts, 0);
-    EXPECT_EQ(status("X-Shaker-Token: 0123456789abcdefghijklmn\r\n"), "200");
+    EXPECT_EQ(status("stop", ""), "401");
+    EXPECT_EQ(status("stop", "X-Shaker-Token: 0123456789abcdefghijklm\r\n"), "401");
+    EXPECT_TRUE(bench.ordered().empty());
+    EXPECT_EQ(status("stop", "X-Shaker-Token: 0123456789abcdefghijklmn\r\n"), "200");
+    EXPECT_EQ(bench.ordered().size(), 1U);
+    EXPECT_EQ(status("abort", ""), "200");
+    EXPECT_EQ(status("abort", "Origin: http://elsewhere.example\r\n"), "403");
     EXPECT_EQ(bench.aborts, 1);
 }
 

@@ -41,7 +41,13 @@ PlayedPort::PlayedPort() {
                                                                                    .mu = {}});
     state_.periods = 40;
     state_.limits.acceleration = {40, 50};
-    bench_port.stop_by([this] { ++aborts; });
+    bench_port.stop_by(
+        [this] {
+            const auto number = static_cast<std::uint64_t>(++aborts);
+            if (!hung) obeyed_ = number;
+            return number;
+        },
+        [this] { return obeyed_.load(); });
     bench_port.publish(std::make_shared<service::BenchState>(state_));
 }
 
@@ -87,7 +93,7 @@ std::string PlayedPort::obey(const service::OrderWhat& what) {
 
 void PlayedPort::turn() {
     bool changed = false;
-    if (aborts > 0 && state_.aborts != static_cast<std::uint64_t>(aborts)) {
+    if (!hung && aborts > 0 && state_.aborts != static_cast<std::uint64_t>(aborts)) {
         state_.aborts = static_cast<std::uint64_t>(aborts);
         state_.state = run::RunState::tripped;
         state_.trip = safety::Trip{.cause = safety::Cause::operator_stop, .stop = safety::StopKind::hard};

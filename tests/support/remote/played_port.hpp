@@ -19,6 +19,8 @@ public:
     std::atomic<int> aborts{0};
     /// While true, orders are not answered.
     std::atomic<bool> deaf{false};
+    /// While true, the output does not obey aborts.
+    std::atomic<bool> hung{false};
     /// Points of the published waveform; 0: no waveform.
     std::atomic<std::size_t> wave{0};
     /// Steps between two published states while there is no order.
@@ -31,6 +33,7 @@ public:
 private:
     std::string obey(const service::OrderWhat& what);
 
+    std::atomic<std::uint64_t> obeyed_{0};
     mutable std::mutex mutex_;
     std::vector<service::OrderWhat> ordered_;
     service::BenchState state_;

@@ -20,14 +20,16 @@ public:
     void trigger() override { told.emplace_back("trigger"); }
     void save(int place) override { told.push_back("save " + std::to_string(place)); }
     void recall(int place) override { told.push_back("recall " + std::to_string(place)); }
-    void abort(const scpi::Session& /*by*/) override {
+    access::Aborts::Receipt abort(const scpi::Session& /*by*/) override {
         told.emplace_back("abort");
         busy = busy && !abort_ends_it;
+        return [this] { return abort_answer; };
     }
     [[nodiscard]] bool pending() const override { return busy; }
 
     bool busy = false;
     bool abort_ends_it = true;
+    access::Aborts::Answer abort_answer = access::Aborts::Answer::obeyed;
     std::vector<std::string> told;  // in order
 };
 
@@ -40,10 +42,11 @@ struct ScpiBench {
     std::string wave;
     scpi::DeviceStatus status;
     access::ControlLock lock;
+    access::Access access;
     scpi::CommandTree tree;
 
     ScpiBench();
-    [[nodiscard]] scpi::Shared shared() { return {tree, instrument, status, lock}; }
+    [[nodiscard]] scpi::Shared shared() { return {tree, instrument, status, lock, access}; }
     [[nodiscard]] std::string last_told() const {
         return instrument.told.empty() ? "" : instrument.told.back();
     }
@@ -51,8 +54,9 @@ struct ScpiBench {
 
 class ScpiClient {
 public:
-    explicit ScpiClient(ScpiBench& bench, std::string name = "192.0.2.1:5")
-        : session{bench.shared(), std::move(name)} {}
+    explicit ScpiClient(ScpiBench& bench, std::string name = "192.0.2.1:5",
+                        scpi::Admission admission = scpi::Admission::free)
+        : session{bench.shared(), std::move(name), admission} {}
 
     /// Sends the text and a line feed; returns the output available then.
     std::string ask(std::string_view message) {

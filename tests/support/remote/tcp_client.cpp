@@ -4,6 +4,7 @@
 #include <netinet/in.h>
 #include <poll.h>
 #include <sys/socket.h>
+#include <sys/un.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -25,6 +26,15 @@ TcpClient::TcpClient(int port) : socket_{::socket(AF_INET, SOCK_STREAM | SOCK_CL
     to.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
     if (::connect(socket_, reinterpret_cast<const sockaddr*>(&to), sizeof to) != 0)
         throw std::runtime_error{"no connection to port " + std::to_string(port)};
+}
+
+TcpClient::TcpClient(const std::filesystem::path& socket)
+    : socket_{::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0)} {
+    sockaddr_un to{};
+    to.sun_family = AF_UNIX;
+    socket.string().copy(to.sun_path, sizeof to.sun_path - 1);
+    if (::connect(socket_, reinterpret_cast<const sockaddr*>(&to), sizeof to) != 0)
+        throw std::runtime_error{"no connection to " + socket.string()};
 }
 
 TcpClient::~TcpClient() { ::close(socket_); }

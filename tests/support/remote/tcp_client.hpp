@@ -1,5 +1,6 @@
 #pragma once
-// A client of a local port for lines or bytes.
+// A client of a local port or Unix socket for lines or bytes.
+#include <filesystem>
 #include <string>
 #include <string_view>
 
@@ -9,6 +10,8 @@ namespace shaker::test {
 class TcpClient {
 public:
     explicit TcpClient(int port);
+    /// The same for a Unix socket.
+    explicit TcpClient(const std::filesystem::path& socket);
     ~TcpClient();
     TcpClient(const TcpClient&) = delete;
     TcpClient& operator=(const TcpClient&) = delete;

@@ -64,6 +64,7 @@ constexpr std::array messages = std::to_array<std::pair<Code, std::string_view>>
     {Code::walker_at_edge, "Walker at the edge"},
     {Code::watchdog, "Watchdog"},
     {Code::disk, "Disk"},
+    {Code::output_silent, "Abort not obeyed"},
 });
 
 constexpr std::uint8_t query_bit = 1U << 2, device_bit = 1U << 3, execution_bit = 1U << 4,

@@ -65,6 +65,7 @@ enum class Code : std::int16_t {
     walker_at_edge = 110,
     watchdog = 111,
     disk = 112,
+    output_silent = 113,
 };
 
 /// The standard's text for a number; own numbers have texts like "Abort".
