@@ -93,7 +93,8 @@ void ScpiPort::hear(Client& client, std::string_view bytes) {
     service::BenchPort& port = parts_.pending_orders.bench_port();
     const auto now = port.state();
     port.log(now ? now->now_s : 0, "warning",
-             fmt::format("SCPI connection of {} was closed: {}", client.session.name(), why));
+             fmt::format("SCPI connection of {} was closed: {}", client.session.name(), why),
+             fmt::format("SCPI connection closed: {}", why));
 }
 
 // Reads on while replies wait to be sent, because an ABORt may follow.

@@ -11,7 +11,7 @@ std::uint64_t BenchPort::abort(const std::string& by) {
     ++aborted_;
     const std::uint64_t number = stop_();
     const auto now = state();
-    log(now ? now->now_s : 0, "order", "abort by " + by);
+    log(now ? now->now_s : 0, "order", "abort by " + by, "abort");
     return number;
 }
 
@@ -41,10 +41,7 @@ std::shared_ptr<const BenchState> BenchPort::state() const {
 
 std::vector<BenchEvent> BenchPort::events(std::uint64_t seen) const {
     const std::scoped_lock lock{mutex_};
-    std::vector<BenchEvent> list;
-    for (const BenchEvent& e : events_)
-        if (e.number > seen) list.push_back(e);
-    return list;
+    return events_.since(seen);
 }
 
 std::optional<Order> BenchPort::next() {
@@ -58,12 +55,12 @@ std::optional<Order> BenchPort::next() {
 void BenchPort::publish(std::shared_ptr<const BenchState> state) {
     const std::scoped_lock lock{mutex_};
     state_ = std::move(state);
+    events_.show_counts(state_->now_s);
 }
 
-void BenchPort::log(double t_s, std::string kind, std::string text) {
+void BenchPort::log(double t_s, const std::string& kind, std::string text, std::string key) {
     const std::scoped_lock lock{mutex_};
-    events_.push_back({++logged_, t_s, std::move(kind), std::move(text)});
-    if (events_.size() > most_events) events_.pop_front();
+    events_.add(t_s, kind, std::move(text), std::move(key));
 }
 
 }  // namespace shaker::service

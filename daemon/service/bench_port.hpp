@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "daemon/service/bench_state.hpp"
+#include "daemon/service/event_log.hpp"
 #include "daemon/service/live_feed.hpp"
 
 namespace shaker::service {
@@ -68,18 +69,9 @@ struct Order {
     std::uint64_t aborts = 0;  // set by BenchPort::order(): aborts before this order
 };
 
-/// A line of the log for all clients.
-struct BenchEvent {
-    std::uint64_t number = 0;  // counts from 1
-    double t_s = 0;            // master time
-    std::string kind;          // "state", "note", "trip", "order", "remark", "warning" or "settings"
-    std::string text;
-};
-
 class BenchPort {
 public:
     static constexpr std::size_t most_orders = 256;  // waiting orders
-    static constexpr std::size_t most_events = 200;  // remembered events
 
     // Any thread:
 
@@ -97,7 +89,7 @@ public:
     [[nodiscard]] std::uint64_t ordered() const;
     /// The newest state; null before the first.
     [[nodiscard]] std::shared_ptr<const BenchState> state() const;
-    /// Remembered events with a number above `seen`, oldest first.
+    /// Remembered events with a number above `seen`, in order of their numbers.
     [[nodiscard]] std::vector<BenchEvent> events(std::uint64_t seen) const;
     [[nodiscard]] LiveFeed& feed() noexcept { return feed_; }
 
@@ -112,7 +104,8 @@ public:
     }
     [[nodiscard]] std::optional<Order> next();
     void publish(std::shared_ptr<const BenchState> state);
-    void log(double t_s, std::string kind, std::string text);
+    /// Adds an event; see EventLog::add(). Any thread.
+    void log(double t_s, const std::string& kind, std::string text, std::string key = {});
 
 private:
     mutable std::mutex mutex_;
@@ -121,8 +114,7 @@ private:
     std::deque<Order> orders_;
     std::uint64_t ordered_ = 0;
     std::shared_ptr<const BenchState> state_;
-    std::deque<BenchEvent> events_;
-    std::uint64_t logged_ = 0;
+    EventLog events_;
     LiveFeed feed_;
 };
 

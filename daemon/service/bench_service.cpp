@@ -152,7 +152,7 @@ void BenchService::follow_states() {
                 : nullptr;
         if (state == run::RunState::tripped) {
             trip_s_ = sequence_.now_s();
-            log("trip", text(*sequence_.trip()));
+            log("trip", text(*sequence_.trip()), name(sequence_.trip()->cause));
         }
         if (state == run::RunState::idle && active_) {
             active_ = false;
@@ -213,9 +213,9 @@ void BenchService::tidy(acquisition::Streams& streams) const {
     drop_before(streams, open ? std::min(from_s, part.from_s - 1) : from_s);
 }
 
-void BenchService::log(std::string kind, const std::string& text) {
+void BenchService::log(const std::string& kind, const std::string& text, std::string key) {
     changed_ = true;
-    bench_port_.log(sequence_.now_s(), std::move(kind), text);
+    bench_port_.log(sequence_.now_s(), kind, text, std::move(key));
 }
 
 void BenchService::publish() {

@@ -69,7 +69,7 @@ private:
     void tidy(acquisition::Streams& streams) const;
     void log_finished(const run::FinishedRun& run);
     void log_warnings(const acquisition::Channels& channels);
-    void log(std::string kind, const std::string& text);
+    void log(const std::string& kind, const std::string& text, std::string key = {});
     void publish();
 
     const run::Runner& runner_;

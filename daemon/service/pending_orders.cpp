@@ -4,6 +4,19 @@
 
 namespace shaker::service {
 
+namespace {
+
+// For the log; empty: the order does not switch the drive.
+const char* name_of(const OrderWhat& what) {
+    if (std::holds_alternative<Begin>(what)) return "start";
+    if (std::holds_alternative<Identify>(what)) return "identification";
+    if (std::holds_alternative<End>(what)) return "stop";
+    if (std::holds_alternative<ClearTrip>(what)) return "clear";
+    return "";
+}
+
+}  // namespace
+
 PendingOrders::Settings PendingOrders::settings() const {
     if (under_way_ > 0) return ordered_;
     const auto state = now();
@@ -37,7 +50,7 @@ bool PendingOrders::pending() const {
     return false;
 }
 
-void PendingOrders::order(OrderWhat what, Answered answered) {
+void PendingOrders::order(OrderWhat what, const std::string& by, Answered answered) {
     ordered_ = settings();
     if (const auto* set = std::get_if<SetDrive>(&what)) ordered_.drive = set->drive;
     if (const auto* lower = std::get_if<LowerLimits>(&what)) ordered_.limits = lower->limits;
@@ -46,13 +59,20 @@ void PendingOrders::order(OrderWhat what, Answered answered) {
     if (const auto* loop = std::get_if<CloseLoop>(&what)) ordered_.closed_loop = loop->on;
     ++under_way_;
     // The port may answer after the end of this object; `later` then drops the function.
-    bench_port_.order(
-        {std::move(what), [this, later = later_, answered = std::move(answered)](const std::string& refused) {
-             later([this, answered, refused] {
-                 --under_way_;
-                 if (answered) answered(refused);
-             });
-         }});
+    const std::string name = name_of(what);
+    bench_port_.order({std::move(what), [this, later = later_, answered = std::move(answered), name,
+                                         by](const std::string& refused) {
+                           later([this, answered, refused, name, by] {
+                               --under_way_;
+                               if (refused.empty() && !name.empty()) log(name, by);
+                               if (answered) answered(refused);
+                           });
+                       }});
+}
+
+void PendingOrders::log(const std::string& order, const std::string& by) {
+    const auto state = now();
+    bench_port_.log(state ? state->now_s : 0, "order", order + " by " + by, order);
 }
 
 }  // namespace shaker::service

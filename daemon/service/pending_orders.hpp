@@ -33,13 +33,15 @@ public:
     /// identification, a stop.
     [[nodiscard]] bool pending() const;
 
-    /// Gives an order. answered(refused) is called once on this thread; refused: the reason, empty: carried
-    /// out.
+    /// Gives an order of the client `by`; the log names who started, stopped and cleared. answered(refused)
+    /// is called once on this thread; refused: the reason, empty: carried out.
     using Answered = std::function<void(const std::string& refused)>;
-    void order(OrderWhat what, Answered answered);
+    void order(OrderWhat what, const std::string& by, Answered answered);
     [[nodiscard]] BenchPort& bench_port() noexcept { return bench_port_; }
 
 private:
+    void log(const std::string& order, const std::string& by);
+
     BenchPort& bench_port_;
     Later later_;
     std::size_t under_way_ = 0;  // orders without an answer

@@ -35,6 +35,7 @@ export class Bench {
     level = 0;  // of the drive, 0 to 1
     x = 0;
     events = [];
+    logged = 0;
     points = [];
     random = chance(7);
     unfinished = false;  // no measurement becomes complete
@@ -48,7 +49,7 @@ export class Bench {
     }
 
     log(kind, text) {
-        const event = { type: "event", t_s: this.time, kind, text };
+        const event = { type: "event", id: ++this.logged, t_s: this.time, kind, text };
         this.events = [...this.events, event].slice(-200);
         this.tell(event);
     }

@@ -203,6 +203,16 @@ test("Space aborts, even on another button, but not in a text field", async () =
     assert.equal(aborts(), 2);
 });
 
+test("An output that does not obey ABORT is told until it obeys", async () => {
+    await running(stage);
+    const { page } = await openPage(stage);
+    server.refuse = "the output does not answer: cut the amplifier";
+    await page.keyboard.press("Escape");
+    await page.waitForFunction(() => /not confirmed: .*cut the amplifier/.test(document.getElementById("abort-status").textContent));
+    server.refuse = null;
+    await page.waitForFunction(() => /received/.test(document.getElementById("abort-status").textContent));
+});
+
 test("ABORT works without the socket and is repeated until it is confirmed", async () => {
     await running(stage);
     const { page } = await openPage(stage);

@@ -24,7 +24,8 @@ export async function startDaemon(phi) {
     child.stderr.on("data", (bytes) => { said += bytes; });
     for (const late = Date.now() + 20_000; ;) {
         const found = /http:\/\/127\.0\.0\.1:(\d+)\//.exec(said);
-        if (found) return { child, port: Number(found[1]), said: () => said, end: () => end(child) };
+        const scpi = /instrument language: 127\.0\.0\.1 port (\d+)/.exec(said);
+        if (found && scpi) return { child, port: Number(found[1]), scpi: Number(scpi[1]), said: () => said, end: () => end(child) };
         assert.ok(Date.now() < late && child.exitCode === null, `the daemon did not come up: ${said}`);
         await new Promise((resume) => setTimeout(resume, 50));
     }

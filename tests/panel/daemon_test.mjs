@@ -1,5 +1,7 @@
 // The page with the real daemon on the simulated bench: actions of an operator in a real browser.
 import assert from "node:assert/strict";
+import { createServer } from "node:http";
+import { connect } from "node:net";
 import { join } from "node:path";
 import test, { after, before } from "node:test";
 import { startDaemon } from "./daemon.mjs";
@@ -45,4 +47,43 @@ test("A run from the page: drive, start, results, stop, start, abort, clear", { 
     await press(page, "Clear the trip");
     await stateIs(page, "idle");
     assert.deepEqual(troubles, []);
+});
+
+/** Answers of the instrument port to lines. */
+function scpi(lines) {
+    return new Promise((resume, fail) => {
+        const socket = connect(daemon.scpi, "127.0.0.1", () => socket.write(lines));
+        socket.once("data", (bytes) => { socket.destroy(); resume(bytes.toString()); });
+        socket.once("error", fail);
+    });
+}
+
+test("A page of another site starts nothing, by no door", { timeout: 60_000 }, async () => {
+    const before = daemon.said().length;
+    const site = createServer((_, answer) => answer.end("<!doctype html>another site"));
+    await new Promise((resume) => site.listen(0, "127.0.0.1", resume));
+    const page = await (await stage.browser.newContext()).newPage();
+    await page.goto(`http://127.0.0.1:${site.address().port}/`);
+    const orders = "SYST:LOCK:REQ?\nOUTP:PROT:CLE\nACC 3\nOUTP ON\nABOR\n";
+    const tried = await page.evaluate(async ({ http, instrument, orders }) => {
+        const send = (url, body, more = {}) => fetch(url, { method: "POST", mode: "no-cors", body, ...more }).then(() => "answered", () => "failed");
+        const got = [];
+        for (const host of ["127.0.0.1", "localhost"]) {
+            for (const path of ["", "OUTP%20ON", "a\n"]) got.push(await send(`http://${host}:${instrument}/${path}`, orders));
+            got.push(await send(`http://${host}:${instrument}/`, new Blob([orders])), await send(`http://${host}:${instrument}/`, new URLSearchParams({ a: orders })));
+            got.push(await fetch(`http://${host}:${instrument}/`, { mode: "no-cors" }).then(() => "answered", () => "failed"));
+            got.push(await new Promise((resume) => { const socket = new WebSocket(`ws://${host}:${instrument}/`); socket.onerror = () => resume("failed"); socket.onopen = () => resume("answered"); }));
+            for (const name of ["start", "abort", "identify"]) await send(`http://${host}:${http}/api/${name}`, "{}");
+            await new Promise((resume) => { const socket = new WebSocket(`ws://${host}:${http}/ws`); socket.onerror = resume; socket.onopen = () => { socket.send('{"type":"abort"}'); resume(); }; });
+            navigator.sendBeacon(`http://${host}:${instrument}/`, orders);
+        }
+        return got;
+    }, { http: daemon.port, instrument: daemon.scpi, orders });
+    assert.deepEqual([...new Set(tried)], ["failed"], "the instrument port answers no browser");
+    await page.waitForTimeout(500);
+    assert.equal(await scpi("SYST:STAT?;:OUTP?;:OUTP:PROT:TRIP?\n"), '"idle";0;0\n');
+    assert.match(daemon.said(), /SCPI connection of 127\.0\.0\.1:\d+ was closed: it spoke HTTP/);
+    assert.doesNotMatch(daemon.said().slice(before), /order: /);
+    await page.context().close();
+    site.close();
 });

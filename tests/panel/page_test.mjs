@@ -137,6 +137,19 @@ test("Texts of any length fit on a phone", async () => {
     bench.recording = bench.trip = null;
 });
 
+test("A repeated event is one line with its count", async () => {
+    const { bench } = stage.server;
+    const { page } = await openPage(stage);
+    await page.locator("#log").scrollIntoViewIfNeeded();
+    bench.log("order", "abort by a flood");
+    await until(async () => /a flood$/.test(await page.locator("#log li").first().textContent()), "the event is told");
+    const lines = await page.locator("#log li").count();
+    const { id } = bench.events.at(-1);
+    for (const more of [1, 2, 4]) bench.tell({ type: "event", id, t_s: 1, kind: "order", text: `abort by a flood (${more} more)` });
+    await until(async () => /4 more/.test(await page.locator("#log li").first().textContent()), "the count is told");
+    assert.equal(await page.locator("#log li").count(), lines);
+});
+
 test("The theme's button changes the colours of page and plots, and a reload keeps them", async () => {
     const { page } = await openPage(stage, { colorScheme: "light" });
     const ground = () => page.evaluate(() => getComputedStyle(document.body).backgroundColor);

@@ -25,10 +25,9 @@ std::shared_ptr<const service::BenchState> BenchInstrument::state() const {
 }
 
 // *RST is no error while nothing is driven.
-void BenchInstrument::reset() {
+void BenchInstrument::reset(const scpi::Session& by) {
     const auto now = pending_orders_.now();
-    if (now && driving(now->state) && now->state != run::RunState::ramp_down)
-        pending_orders_.order(service::End{}, {});
+    if (now && driving(now->state) && now->state != run::RunState::ramp_down) order(by, service::End{});
     periods = run::RunOptions{}.periods;
     settle = run::RunOptions{}.settle;
     on_trigger = armed = false;
@@ -39,23 +38,23 @@ int BenchInstrument::self_test() {
     return now && now->state != run::RunState::init ? 0 : 1;
 }
 
-void BenchInstrument::trigger() {
+void BenchInstrument::trigger(const scpi::Session& by) {
     if (on_trigger && !std::exchange(armed, false))
         throw scpi::Error{scpi::Code::trigger_ignored,
                           "no measurement waits for a trigger; send INITiate first"};
-    pending_orders_.order(next(), {});
+    order(by, next());
 }
 
 void BenchInstrument::save(int place) {
     saved_.at(static_cast<std::size_t>(place)) = pending_orders_.drive();
 }
 
-void BenchInstrument::recall(int place) {
+void BenchInstrument::recall(const scpi::Session& by, int place) {
     const auto& saved = saved_.at(static_cast<std::size_t>(place));
     if (!saved)
         throw scpi::Error{scpi::Code::settings_conflict,
                           fmt::format("place {} is empty; save settings with *SAV first", place)};
-    pending_orders_.order(service::SetDrive{*saved}, {});
+    order(by, service::SetDrive{*saved});
 }
 
 access::Aborts::Receipt BenchInstrument::abort(const scpi::Session& by) { return aborts_.give(by.name()); }
@@ -66,9 +65,10 @@ service::Begin BenchInstrument::next() const {
 }
 
 void BenchInstrument::order(const scpi::Session& session, service::OrderWhat what) {
-    pending_orders_.order(std::move(what), [this, who = session.name()](const std::string& refused) {
-        if (!refused.empty()) refused_(who, refused);
-    });
+    pending_orders_.order(std::move(what), session.name(),
+                          [this, who = session.name()](const std::string& refused) {
+                              if (!refused.empty()) refused_(who, refused);
+                          });
 }
 
 void show(const service::BenchState& s, scpi::DeviceStatus& status) {

@@ -21,11 +21,11 @@ public:
 
     [[nodiscard]] std::string identity() const override;
     [[nodiscard]] std::string options() const override;
-    void reset() override;
+    void reset(const scpi::Session& by) override;
     int self_test() override;
-    void trigger() override;
+    void trigger(const scpi::Session& by) override;
     void save(int place) override;
-    void recall(int place) override;
+    void recall(const scpi::Session& by, int place) override;
     access::Aborts::Receipt abort(const scpi::Session& by) override;
     [[nodiscard]] bool pending() const override { return pending_orders_.pending(); }
 

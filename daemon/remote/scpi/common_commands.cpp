@@ -17,7 +17,7 @@ void clear(Call& call) {
 void reset(Call& call) {
     call.session.forget_operation();
     call.session.format() = {};
-    call.session.shared().instrument.reset();
+    call.session.shared().instrument.reset(call.session);
 }
 
 /// Pauses the session until all orders are done. False when they are done already.
@@ -61,7 +61,7 @@ std::vector<Command> common_commands() {
          .query = [](Call& call) { call.reply.word(call.session.shared().instrument.options()); }},
         {.header = "*RCL",
          .parameters = memory,
-         .set = [](Call& call) { call.session.shared().instrument.recall(place(call)); },
+         .set = [](Call& call) { call.session.shared().instrument.recall(call.session, place(call)); },
          .guarded = true},
         {.header = "*RST", .set = reset, .guarded = true},
         {.header = "*SAV",
@@ -76,7 +76,7 @@ std::vector<Command> common_commands() {
          .query = [](Call& call) { call.reply.integer(call.session.status_byte()); },
          .open = true},
         {.header = "*TRG",
-         .set = [](Call& call) { call.session.shared().instrument.trigger(); },
+         .set = [](Call& call) { call.session.shared().instrument.trigger(call.session); },
          .guarded = true},
         {.header = "*TST",
          .query = [](Call& call) { call.reply.integer(call.session.shared().instrument.self_test()); }},

@@ -17,13 +17,13 @@ public:
     /// Names separated by commas; "0" for none.
     [[nodiscard]] virtual std::string options() const = 0;
     /// Ramps the drive to zero and ends sequences; calibration is kept.
-    virtual void reset() = 0;
+    virtual void reset(const Session& by) = 0;
     /// 0: no error.
     virtual int self_test() = 0;
-    virtual void trigger() = 0;
+    virtual void trigger(const Session& by) = 0;
     /// Settings in place 0 to 9.
     virtual void save(int place) = 0;
-    virtual void recall(int place) = 0;
+    virtual void recall(const Session& by, int place) = 0;
     /// Stops the drive at once and latches the stop. Any session may call it at any time; all others must
     /// then drop their withheld input, see Session::drop_withheld(). The receipt reports whether the output
     /// has obeyed.

@@ -141,7 +141,7 @@ void Actions::act(const std::string& name, const std::string& body, const std::s
         const auto order = order_of(name, fields, pending_orders_);
         if (!order) return done(refusal(not_found, "there is no action \"" + name + "\""));
         if (!lock_.allows(who)) return done(held());
-        pending_orders_.order(*order, [done](const std::string& refused) {
+        pending_orders_.order(*order, who, [done](const std::string& refused) {
             done(refused.empty() ? well : refusal(conflict, refused));
         });
     } catch (const json::exception& e) {

@@ -199,8 +199,8 @@ std::string result_json(const service::BenchState& s) {
 }
 
 std::string event_json(const service::BenchEvent& e) {
-    return json{{"type", "event"}, {"t_s", number(e.t_s)}, {"kind", e.kind}, {"text", e.text}}.dump(
-        -1, ' ', false, json::error_handler_t::replace);
+    return json{{"type", "event"}, {"id", e.id}, {"t_s", number(e.t_s)}, {"kind", e.kind}, {"text", e.text}}
+        .dump(-1, ' ', false, json::error_handler_t::replace);
 }
 
 }  // namespace shaker::web

@@ -142,6 +142,23 @@ TEST_F(HostileTest, ExcessSessionIsRefusedUntilOneIsFreeOrSilent) {
     EXPECT_TRUE(sessions.front().closed()) << "the session with the longest silence is closed";
 }
 
+TEST_F(HostileTest, AbortFloodLeavesEarlierEvents) {
+    TcpClient first{scpi}, flood{scpi};
+    first.ask("REC:NOTE 'before the flood';:OUTP ON;*OPC?");
+    first.ask("ABOR?");
+    std::string aborts;
+    for (int i = 0; i < 1000; ++i) aborts += "ABOR\n";
+    for (int i = 0; i < 100; ++i) flood.send_bytes(aborts);
+    flood.ask("*IDN?");
+    EXPECT_EQ(bench.aborts, 100001);
+    std::string all;
+    for (const service::BenchEvent& e : bench.bench_port.events(0)) all += e.kind + ": " + e.text + "\n";
+    EXPECT_NE(all.find("remark: before the flood\n"), std::string::npos) << all;
+    EXPECT_NE(all.find("order: start by 127.0.0.1:"), std::string::npos) << all;
+    EXPECT_NE(all.find("order: abort by 127.0.0.1:"), std::string::npos) << all;
+    EXPECT_LT(all.size(), 5000U) << all;
+}
+
 TEST_F(HostileTest, AbortPassesAThousandWebConnections) {
     std::deque<SocketClient> sockets;
     for (int i = 0; i < 24; ++i) sockets.emplace_back(http, "/ws?client=" + std::to_string(i));

@@ -15,11 +15,13 @@ class FakeInstrument final : public scpi::Instrument {
 public:
     [[nodiscard]] std::string identity() const override { return "maker,model,1,0.1"; }
     [[nodiscard]] std::string options() const override { return "0"; }
-    void reset() override { told.emplace_back("reset"); }
+    void reset(const scpi::Session& /*by*/) override { told.emplace_back("reset"); }
     int self_test() override { return 0; }
-    void trigger() override { told.emplace_back("trigger"); }
+    void trigger(const scpi::Session& /*by*/) override { told.emplace_back("trigger"); }
     void save(int place) override { told.push_back("save " + std::to_string(place)); }
-    void recall(int place) override { told.push_back("recall " + std::to_string(place)); }
+    void recall(const scpi::Session& /*by*/, int place) override {
+        told.push_back("recall " + std::to_string(place));
+    }
     access::Aborts::Receipt abort(const scpi::Session& /*by*/) override {
         told.emplace_back("abort");
         busy = busy && !abort_ends_it;

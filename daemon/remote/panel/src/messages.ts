@@ -47,7 +47,7 @@ function stateOf(raw: Record<string, unknown>): State {
 }
 
 function eventOf(raw: Record<string, unknown>): LogEvent {
-    return { t_s: Number(raw["t_s"]), kind: String(raw["kind"] ?? ""), text: String(raw["text"] ?? "") };
+    return { id: Number(raw["id"]), t_s: Number(raw["t_s"]), kind: String(raw["kind"] ?? ""), text: String(raw["text"] ?? "") };
 }
 
 function parsed(text: string): unknown {

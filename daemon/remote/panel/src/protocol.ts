@@ -90,6 +90,7 @@ export interface State {
     limits: Record<string, unknown>;
 }
 
-export interface LogEvent { t_s: number; kind: string; text: string }
+/** An event with the id of an earlier one replaces it: its text has a new count of repeats. */
+export interface LogEvent { id: number; t_s: number; kind: string; text: string }
 
 export type Message = { type: "state"; state: State } | { type: "event"; event: LogEvent };

@@ -33,6 +33,9 @@ export class Store {
             this.state = parsed.state;
             this.stateVersion++;
         } else if (parsed?.type === "event") {
+            const { id } = parsed.event;
+            const before = this.events.findIndex((event) => event.id === id);
+            if (before >= 0) this.events.splice(before, 1);
             this.events.push(parsed.event);
             this.eventCount++;
             if (this.events.length > maxEvents) this.events.shift();

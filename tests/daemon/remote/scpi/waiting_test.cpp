@@ -128,5 +128,50 @@ TEST_F(ScpiWaitingTest, WithheldInputIsBoundedAndAbortPasses) {
         "-363,\"Input buffer overrun;more than 65536 bytes received during a wait"));
 }
 
+TEST(ScpiAbortTest, AbortQueryAnswersWhenTheOutputObeys) {
+    using Answer = access::Aborts::Answer;
+    test::ScpiBench bench;
+    test::ScpiClient client{bench};
+    bench.instrument.abort_answer = Answer::none;
+    EXPECT_EQ(client.ask("ABOR?;FREQ?"), "");
+    EXPECT_EQ(bench.last_told(), "abort");
+    EXPECT_EQ(client.ask("*TST?"), "");
+    bench.instrument.abort_answer = Answer::obeyed;
+    client.session.poll();
+    EXPECT_EQ(client.read(), "1;2.00000000E+01\n0\n");
+    bench.instrument.abort_answer = Answer::silent;
+    client.ask("ABOR?");
+    client.session.poll();
+    EXPECT_EQ(client.read(), "0\n");
+    EXPECT_EQ(client.error(), "113,\"Abort not obeyed;the output does not answer: cut the amplifier\"");
+}
+
+TEST(ScpiAbortTest, AbortQueryDuringAWaitAnswersAfterIt) {
+    test::ScpiBench bench;
+    bench.instrument.busy = true;
+    bench.instrument.abort_ends_it = false;
+    test::ScpiClient client{bench};
+    EXPECT_EQ(client.ask("*OPC?"), "");
+    EXPECT_EQ(client.ask("OUTP ON"), "");
+    EXPECT_EQ(client.ask("ABOR?"), "");
+    EXPECT_EQ(client.ask("FREQ?"), "");
+    EXPECT_EQ(bench.instrument.told, std::vector<std::string>{"abort"}) << "at once";
+    bench.instrument.busy = false;
+    client.session.poll();
+    EXPECT_EQ(client.read(), "1\n1\n2.00000000E+01\n");
+    EXPECT_EQ(bench.instrument.told.size(), 1U) << "once, and what was withheld before it is dropped";
+}
+
+TEST(ScpiAbortTest, UnobeyedAbortIsReportedOnce) {
+    test::ScpiBench bench;
+    bench.instrument.abort_answer = access::Aborts::Answer::silent;
+    test::ScpiClient client{bench};
+    client.ask("ABOR;ABOR");
+    client.session.poll();
+    client.session.poll();
+    EXPECT_EQ(client.error().substr(0, 4), "113,");
+    EXPECT_EQ(client.error(), "0,\"No error\"");
+}
+
 }  // namespace
 }  // namespace shaker::scpi

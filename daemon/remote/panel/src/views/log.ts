@@ -7,6 +7,7 @@ import { maxEvents, type Store } from "../store";
 function item(event: LogEvent): HTMLLIElement {
     const line = make("li");
     line.dataset["kind"] = event.kind;
+    line.dataset["id"] = String(event.id);
     line.append(make("time", "", `${fixed(event.t_s, 2)} s`), make("b", "", event.kind), make("span", "", event.text));
     return line;
 }
@@ -20,7 +21,10 @@ export function makeLog(list: HTMLElement, store: Store): () => void {
             shown = 0;
         }
         const fresh = Math.min(store.eventCount - shown, store.events.length);
-        if (fresh) list.prepend(...store.events.slice(-fresh).reverse().map(item));
+        const added = fresh ? store.events.slice(-fresh) : [];
+        const replaced = new Set(added.map((event) => String(event.id)));
+        for (const line of list.querySelectorAll("li")) if (replaced.has(line.dataset["id"] ?? "")) line.remove();
+        list.prepend(...added.reverse().map(item));
         while (list.childElementCount > maxEvents) list.lastElementChild?.remove();
         shown = store.eventCount;
     };
