@@ -17,6 +17,8 @@ namespace shaker::commands {
 
 namespace {
 
+constexpr int above_cameras = 60;  // real-time priority of the thread that reads aborts; below the sensors
+
 std::atomic<service::BenchService*> on_call{nullptr};
 std::atomic<bool> reload_asked{false};
 
@@ -61,7 +63,10 @@ void serve(const ServeOptions& options) {
     for (const std::string& granted : runner.bench().granted) spdlog::info("{}", granted);
     service::BenchPort bench_port;
     service::BenchService session{runner, {.beside = true, .mu = settings.mu}, bench_port};
-    remote::Server server{bench_port, settings.server};
+    remote::ServerSettings served = settings.server;
+    if (runner.bench().world == nullptr) served.fifo_priority = above_cameras;
+    remote::Server server{bench_port, served};
+    if (const std::string refused = server.refused(); !refused.empty()) spdlog::warn("{}", refused);
     Reload reload{options, settings, runner.bench(), bench_port, server};
     spdlog::info("page and metrics: http://{}:{}/  instrument language: {} port {}", settings.server.address,
                  server.http_port(), settings.server.address, server.scpi_port());

@@ -12,6 +12,7 @@
 #include "daemon/remote/access/server_clock.hpp"
 #include "daemon/remote/doors.hpp"
 #include "daemon/remote/heartbeat.hpp"
+#include "daemon/remote/lent_priority.hpp"
 #include "daemon/remote/scpi_port.hpp"
 #include "daemon/remote/troubles.hpp"
 #include "daemon/remote/web/web_client.hpp"
@@ -87,6 +88,7 @@ struct Server::State {
     Heartbeat heartbeat;
     access::ServerClock::time_point held_at = access::ServerClock::now();
     std::jthread thread;
+    std::optional<LentPriority> priority;
 
     State(service::BenchPort& bench_port, const ServerSettings& s)
         : aborts{{.stop = [&bench_port](const std::string& by) { return bench_port.abort(by); },
@@ -217,9 +219,11 @@ Server::Server(service::BenchPort& bench_port, const ServerSettings& settings) {
     s.scpi.set_streams(fmt::format("ws://{}:{}/ws", settings.address, http_port()));
     s.open_doors();
     s.thread = std::jthread{[&s] { s.run(); }};
+    if (settings.fifo_priority > 0) s.priority.emplace(s.thread.native_handle(), settings.fifo_priority);
 }
 
 Server::~Server() {
+    state_->priority.reset();
     state_->io.stop();
     if (state_->thread.joinable()) state_->thread.join();
     state_->letterbox->close();
@@ -235,6 +239,7 @@ void Server::adopt(const ServerSettings& settings) {
 }
 
 bool Server::alive() const noexcept { return state_->heartbeat.age() < longest_pause; }
+std::string Server::refused() const { return state_->priority ? state_->priority->refused() : std::string{}; }
 int Server::http_port() const noexcept { return state_->web_door.local_endpoint().port(); }
 int Server::scpi_port() const noexcept { return state_->scpi_door.local_endpoint().port(); }
 

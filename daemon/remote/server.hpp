@@ -12,13 +12,14 @@
 namespace shaker::remote {
 
 struct ServerSettings {
-    std::string address = "127.0.0.1";          // on which it listens
-    int http_port = 8080;                       // 0: any free port
-    int scpi_port = 5025;                       // 0: any free port
-    std::filesystem::path scpi_socket{};        // Unix socket for scripts on this computer; empty: none
-    std::vector<std::string> hosts{};           // host names of the daemon, besides its address and localhost
-    std::string token{};                        // required from clients of both ports; empty: no token
-    std::filesystem::path page{};               // folder of the page's files; empty: no page
+    std::string address = "127.0.0.1";    // on which it listens
+    int http_port = 8080;                 // 0: any free port
+    int scpi_port = 5025;                 // 0: any free port
+    std::filesystem::path scpi_socket{};  // Unix socket for scripts on this computer; empty: none
+    std::vector<std::string> hosts{};     // host names of the daemon, besides its address and localhost
+    std::string token{};                  // required from clients of both ports; empty: no token
+    std::filesystem::path page{};         // folder of the page's files; empty: no page
+    int fifo_priority = 0;                // SCHED_FIFO priority of its thread, see LentPriority; 0: ordinary
     std::chrono::milliseconds silence{60'000};  // of a SCPI session that may be closed for a new one
 };
 
@@ -40,6 +41,8 @@ public:
     /// False when the thread that serves the clients has not turned for longest_pause: then no abort arrives
     /// over a network. For the watchdog. Any thread, never waits.
     [[nodiscard]] bool alive() const noexcept;
+    /// The operating system's refusal of the priority; empty: granted, or none was requested.
+    [[nodiscard]] std::string refused() const;
     [[nodiscard]] int http_port() const noexcept;
     [[nodiscard]] int scpi_port() const noexcept;
 
