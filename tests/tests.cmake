@@ -190,6 +190,8 @@ foreach(source ${benches})
   target_link_libraries(bench_${name} PRIVATE bench_table test_support benchmark::benchmark)
   if(name MATCHES "intrusions|kills|power_cuts|disk_faults|remote")  # of the whole program
     add_dependencies(bench_${name} shakerd)
+  elseif(name STREQUAL aborts)
+    add_dependencies(bench_${name} shakerctl)
   endif()
 endforeach()
 
