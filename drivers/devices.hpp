@@ -87,9 +87,10 @@ public:
     /// The next block in order. Waits at most `wait`; false when none arrived in that time or the
     /// recording has ended. One thread.
     virtual bool read(AccelBlock& block, std::chrono::milliseconds wait) = 0;
-    /// Samples that have arrived since the last call while their ticks may still be unknown, in order, so that
-    /// their levels are checked at once; read() delivers each of them later. Writes at most counts.size();
-    /// returns how many. Devices that know the tick of each sample on arrival have none. Thread of read().
+    /// Samples that have arrived since the last call while their ticks may still be unknown, in order, so
+    /// that their levels are checked at once; read() delivers each of them later. Writes at most
+    /// counts.size(); returns how many. Devices that know the tick of each sample on arrival have none.
+    /// Thread of read().
     virtual std::size_t read_early(std::span<std::array<std::int32_t, 3>> /*counts*/) noexcept { return 0; }
     /// True when no more data will come: the recording has ended or the device was stopped.
     [[nodiscard]] virtual bool ended() const noexcept = 0;

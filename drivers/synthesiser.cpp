@@ -132,7 +132,7 @@ void Synthesiser::set(const DriveCommand& command) noexcept {
         reported_.reset();
         begin_stop(std::llround(command.stop_s * rate_hz_), command.sequence);
     } else if (!stopped_ && !stopping_ && finite(command.volts) && command.ramp_periods >= 1 &&
-             playable(command.frequency, command.volts.order(), rate_hz_)) {
+               playable(command.frequency, command.volts.order(), rate_hz_)) {
         pending_ = command;
     } else {
         ++refused_;

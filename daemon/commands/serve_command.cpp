@@ -75,11 +75,13 @@ void serve(const ServeOptions& options) {
     const Signals signals{session};
     service::SystemdNotify notes;
     service::BenchHeartbeats heartbeats;
+    service::Heartbeat& doors = heartbeats.all().add("doors", std::chrono::milliseconds{500});
     std::uint64_t logged = 0;
     runner.lead(
         [&](const acquisition::Streams& streams, acquisition::Channels& channels) {
             const bool any = session.step(streams, channels);
             heartbeats.follow(channels, runner.recordings());
+            if (server.alive()) doors.beat();
             if (const auto state = bench_port.state())
                 notes.report(*state, heartbeats.all(), session.leaving());
             for (const service::BenchEvent& e : bench_port.events(logged)) {

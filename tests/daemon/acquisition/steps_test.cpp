@@ -1,4 +1,3 @@
-#include "daemon/acquisition/drive_output.hpp"
 #include "daemon/acquisition/steps.hpp"
 
 #include <gtest/gtest.h>
@@ -7,6 +6,7 @@
 #include <thread>
 #include <utility>
 
+#include "daemon/acquisition/drive_output.hpp"
 #include "daemon/acquisition/executors.hpp"
 #include "tests/support/no_alloc.hpp"
 

@@ -62,11 +62,12 @@ TEST(AlsaSettingsTest, EveryKeyIsRead) {
 }
 
 TEST(AlsaSettingsTest, RefusesBufferTooSmallForRamp) {
-    const std::string said =
-        refusal<InputError>([] { read("pcm = 'x'\nfull_scale_V = 1\nperiod_frames = 256\nbuffer_frames = 2911"); });
+    const std::string said = refusal<InputError>(
+        [] { read("pcm = 'x'\nfull_scale_V = 1\nperiod_frames = 256\nbuffer_frames = 2911"); });
     expect_says(said, "bench.toml:4");
     expect_says(said, "at least 2912");
-    EXPECT_EQ(read("pcm = 'x'\nfull_scale_V = 1\nperiod_frames = 256\nbuffer_frames = 2912").buffer_frames, 2912);
+    EXPECT_EQ(read("pcm = 'x'\nfull_scale_V = 1\nperiod_frames = 256\nbuffer_frames = 2912").buffer_frames,
+              2912);
 }
 
 TEST(AlsaGrantedTest, ReportsGrantedSettingsInOneLine) {
