@@ -102,6 +102,8 @@ bool FileLock::is_still(const std::filesystem::path& file) const noexcept {
 }
 
 std::optional<pid_t> locked_by(const std::filesystem::path& file) noexcept {
+    std::error_code unknown;
+    if (!std::filesystem::exists(file, unknown)) return std::nullopt;
     const int fd = descriptor_of(file, O_RDONLY);
     if (fd < 0) return std::nullopt;
     struct flock found = whole_file(F_WRLCK);

@@ -75,7 +75,7 @@ TEST(NewFilesTest, RecordingReplacesNothing) {
         const NewRecording made{here / "run.nxs"};
         put(made.working());
         put(here / "run.nxs", "another");
-        EXPECT_THROW(made.keep(), DeviceError);
+        EXPECT_THROW(made.keep(), InputError);
     }
     EXPECT_EQ(fs::file_size(here / "run.nxs"), 7U);
     EXPECT_FALSE(fs::exists(here / "run.nxs.unfinished"));
