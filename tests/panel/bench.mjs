@@ -114,7 +114,7 @@ export class Bench {
         return {
             type: "state",
             session: {
-                state: this.state, since_s: this.time - this.since, rig: "sim:", recording: this.recording, finishing: false, record_next: this.record_next, record_name: this.record_name,
+                state: this.state, since_s: this.time - this.since, rig: "sim:", recording: this.recording, finishing: false, may_clear: true, record_next: this.record_next, record_name: this.record_name,
                 controller: this.control ? "this page" : null, you_control: this.control, trip: this.trip,
                 program: "shakerd", version: "0.1.0",
             },

@@ -61,6 +61,7 @@ function scpi(lines) {
 test("A page of another site starts nothing, by no door", { timeout: 60_000 }, async () => {
     const before = daemon.said().length;
     const site = createServer((_, answer) => answer.end("<!doctype html>another site"));
+    after(() => { site.closeAllConnections(); site.close(); });
     await new Promise((resume) => site.listen(0, "127.0.0.1", resume));
     const page = await (await stage.browser.newContext()).newPage();
     await page.goto(`http://127.0.0.1:${site.address().port}/`);
@@ -85,5 +86,4 @@ test("A page of another site starts nothing, by no door", { timeout: 60_000 }, a
     assert.match(daemon.said(), /SCPI connection of 127\.0\.0\.1:\d+ was closed: it spoke HTTP/);
     assert.doesNotMatch(daemon.said().slice(before), /order: /);
     await page.context().close();
-    site.close();
 });

@@ -20,6 +20,7 @@ export interface Session {
     controller: string | null;
     you_control: boolean;
     trip: Trip | null;
+    may_clear: boolean;  // the drive is silent and the end of the stopped run is recorded
     program: string;
     version: string;
 }

@@ -53,7 +53,7 @@ export function makeForms(act: Actions, store: Store): () => void {
     wireRemark(act);
     const showRecord = wireRecord(act, store);
     const showDrive = makeDriveForm(act, store);
-    const holder = byId("holder", HTMLElement);
+    const holder = byId("holder", HTMLElement), clear = byId("clear-button", HTMLButtonElement);
     let seen = -1;
     return () => {
         const { state } = store;
@@ -61,6 +61,7 @@ export function makeForms(act: Actions, store: Store): () => void {
         seen = store.stateVersion;
         const { session } = state;
         setText(holder, holderWords(session));
+        clear.disabled = session.state === "tripped" && !session.may_clear;
         setHidden(form("take"), session.you_control);
         setHidden(form("release"), !session.you_control);
         showRecord(session);
