@@ -142,7 +142,9 @@ EndedRun ended_run(const Sequence& sequence, const acquisition::Streams& streams
         }
         return run;
     }
-    for (std::size_t i = sequence.cause(); i < streams.trips.size(); ++i)
+    // A trip that came after the sequence's last step has no state.
+    const std::size_t seen = std::min(streams.trips.size(), sequence.stops().size());
+    for (std::size_t i = sequence.cause(); i < seen; ++i)
         run.stops.push_back(
             {i == sequence.cause() ? *sequence.trip() : streams.trips[i], sequence.stops().at(i).state});
     if (sequence.stops().at(sequence.cause()).measuring) run.planned = {sequence.from_s(), sequence.to_s()};
