@@ -51,8 +51,8 @@ struct Answer {
     std::string text;  // at most 1 MiB
 };
 
-/// The same for `work` that returns a text. What it says is not to be trusted: `work` may have been taken
-/// over. Throws InputError when it is longer than 1 MiB.
+/// The same for `work` that returns a text. Check the text before use: an attacker may control `work`.
+/// Throws InputError when it is longer than 1 MiB.
 Answer ask_confined(const std::string& file, const Confinement& allowed,
                     const std::function<std::string()>& work);
 

@@ -1,6 +1,6 @@
 #pragma once
-// Opens files for a confined child where the kernel cannot tell it which: its system calls that open or
-// change files by name are answered by its parent (Linux 5.9 and later).
+// Opens files for a confined child on a kernel without Landlock (Linux 5.9 and later). The parent answers the
+// child's system calls that open or change files by name.
 #include <string>
 
 #include "daemon/sandbox/allowed_files.hpp"

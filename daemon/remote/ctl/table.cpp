@@ -152,7 +152,7 @@ constexpr std::array commands{
             .summary = "Stop the drive at once, whoever holds control",
             .details =
                 "The abort is latched: the drive can start again only after \"shakerctl clear\". It needs no "
-                "token. Exit status 1 and a message tell that the output did not obey.",
+                "token. If the output does not obey, a message and exit status 1 report it.",
             .exit_statuses = asks,
             .act = done<abort>},
     Command{.name = "clear",

@@ -20,8 +20,8 @@ public:
     static constexpr std::size_t large_block = 64;
 
     /// Creates `file` with space on the disk for all pictures, none of them used. When this returns, the file
-    /// is on the disk under this name; on an error it does not exist. DeviceError with the space required and
-    /// free when there is none, InputError when the file exists.
+    /// is on the disk under this name; on an error it does not exist. DeviceError, with the required and
+    /// the free space, when the disk is full; InputError when the file exists.
     PictureSegment(const std::filesystem::path& file, const PictureSegmentInfo& info);
 
     [[nodiscard]] const std::filesystem::path& file() const noexcept { return file_.path(); }
