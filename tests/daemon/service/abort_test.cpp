@@ -15,15 +15,8 @@ using test::Answers;
 using test::in;
 using test::orders;
 using test::play_on_call;
-
-constexpr const char* slow = "[top]\nframe_rate_hz = 200\n[side]\nframe_rate_hz = 200\n";
-
-run::RunOptions quick() {
-    run::RunOptions run;
-    run.pictures = recorded::KeptPictures::off;
-    run.periods = 10;
-    return run;
-}
+using test::quick;
+using test::slow;
 
 auto from_s(double t) {
     return [t](const BenchState& s) { return s.now_s >= t; };

@@ -16,14 +16,11 @@ using test::Answers;
 using test::in;
 using test::orders;
 using test::play_on_call;
+using test::slow;
 
-constexpr const char* slow = "[top]\nframe_rate_hz = 200\n[side]\nframe_rate_hz = 200\n";
-
-run::RunOptions quick() {
-    run::RunOptions run;
-    run.pictures = recorded::KeptPictures::off;
-    run.periods = 10;
-    run.drive.phi = 1.75;  // a slow walk
+run::RunOptions slow_walk() {
+    run::RunOptions run = test::quick();
+    run.drive.phi = 1.75;
     return run;
 }
 
@@ -36,7 +33,7 @@ TEST(FailedDeviceTest, RunGoesOnWithTheOtherCamera) {
     for (const char* camera : {"top", "side"}) {
         Answers answers;
         const auto r =
-            play_on_call(slow + gone(camera, 9), quick(), test::fresh_folder(),
+            play_on_call(slow + gone(camera, 9), slow_walk(), test::fresh_folder(),
                          {{in(RunState::idle), orders(Begin{10}, answers)},
                           {[](const BenchState& s) { return s.now_s > 14; }, orders(End{}, answers)},
                           {in(RunState::idle), [](BenchPort&) {}}});
@@ -53,7 +50,7 @@ TEST(FailedDeviceTest, RunGoesOnWithTheOtherCamera) {
 TEST(FailedDeviceTest, LossOfEveryViewOfTheWalkerStopsSoftly) {
     Answers answers;
     const auto r = play_on_call(
-        slow + gone("top", 9) + gone("side", 10), quick(), test::fresh_folder(),
+        slow + gone("top", 9) + gone("side", 10), slow_walk(), test::fresh_folder(),
         {{in(RunState::idle), orders(Begin{10}, answers)}, {in(RunState::tripped), [](BenchPort&) {}}});
     ASSERT_TRUE(r.last.trip);
     EXPECT_EQ(r.last.trip->cause, safety::Cause::camera_missing);
@@ -64,7 +61,7 @@ TEST(FailedDeviceTest, LossOfEveryViewOfTheWalkerStopsSoftly) {
 TEST(FailedDeviceTest, HeldBackSamplesTripInTime) {
     Answers answers;
     const auto r = play_on_call(
-        std::string{slow} + "[[fault]]\nwhat = \"held_back\"\nat_s = 9\nfor_s = 1\n", quick(),
+        std::string{slow} + "[[fault]]\nwhat = \"held_back\"\nat_s = 9\nfor_s = 1\n", slow_walk(),
         test::fresh_folder(),
         {{in(RunState::idle), orders(Begin{10}, answers)}, {in(RunState::tripped), [](BenchPort&) {}}});
     ASSERT_TRUE(r.last.trip);
@@ -75,7 +72,7 @@ TEST(FailedDeviceTest, HeldBackSamplesTripInTime) {
 TEST(FailedDeviceTest, ThreadThatThrowsEndsTheDriveWithARamp) {
     const auto folder = test::fresh_folder();
     std::ofstream{folder / "scene.toml"} << slow;
-    run::RunOptions options = quick();
+    run::RunOptions options = slow_walk();
     options.scene = folder / "scene.toml";
     run::Runner runner{{.run = options, .on_call = true, .recordings = folder}};
     BenchPort port;

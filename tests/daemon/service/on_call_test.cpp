@@ -16,16 +16,8 @@ using test::Answers;
 using test::in;
 using test::orders;
 using test::play_on_call;
-
-// Cameras with a fifth of the rendering time.
-constexpr const char* slow = "[top]\nframe_rate_hz = 200\n[side]\nframe_rate_hz = 200\n";
-
-run::RunOptions quick() {
-    run::RunOptions run;
-    run.pictures = recorded::KeptPictures::off;
-    run.periods = 10;
-    return run;
-}
+using test::quick;
+using test::slow;
 
 // The bench waits for orders, also after a stop.
 auto measured(std::size_t n) {

@@ -8,6 +8,13 @@
 
 namespace shaker::test {
 
+run::RunOptions quick() {
+    run::RunOptions run;
+    run.pictures = recorded::KeptPictures::off;
+    run.periods = 10;
+    return run;
+}
+
 std::function<void(service::BenchPort&)> orders(service::OrderWhat what, Answers& answers) {
     return [what = std::move(what), &answers](service::BenchPort& bench_port) {
         bench_port.order({what, [&answers](const std::string& refused) { answers.push_back(refused); }});

@@ -9,6 +9,11 @@
 
 namespace shaker::test {
 
+/// Cameras with a fifth of the rendering time.
+inline constexpr const char* slow = "[top]\nframe_rate_hz = 200\n[side]\nframe_rate_hz = 200\n";
+/// Short measurements without pictures.
+run::RunOptions quick();
+
 /// One action of the operator, with the state in which it starts.
 struct Move {
     std::function<bool(const service::BenchState&)> when;
