@@ -3,6 +3,7 @@
 #include <spdlog/fmt/fmt.h>
 
 #include <algorithm>
+#include <cmath>
 #include <mutex>
 #include <stdexcept>
 
@@ -78,6 +79,15 @@ std::map<std::string, std::vector<Picture>> all_pictures(const recorded::Recordi
         }
     }
     return all;
+}
+
+// Random, but successive seeds are spread over the whole run: multiples of the golden ratio.
+std::size_t cut_of(std::uint64_t seed, std::size_t calls) {
+    constexpr double golden = 0.6180339887498949;
+    std::mt19937_64 random{seed};
+    const double place =
+        golden * static_cast<double>(seed) + std::uniform_real_distribution{0.0, 0.1}(random);
+    return static_cast<std::size_t>((place - std::floor(place)) * static_cast<double>(calls + 1));
 }
 
 }  // namespace
@@ -173,8 +183,7 @@ void PowerCuts::compare(const std::filesystem::path& recording, const Rows& sync
 }
 
 PowerCut PowerCuts::cut(Surviving surviving, std::uint64_t seed, const std::filesystem::path& folder) const {
-    std::mt19937_64 random{seed};
-    const std::size_t at = random() % (images_->size() + 1);
+    const std::size_t at = cut_of(seed, images_->size());
     PowerCut result;
     Rows synced;
     for (const Synced& s : synced_)
