@@ -3,6 +3,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <memory>
 #include <optional>
 #include <vector>
@@ -51,7 +52,15 @@ struct ImageView {
     [[nodiscard]] const std::byte* row(int y) const noexcept { return pixels + y * stride; }
 };
 
-/// One exposure, immutable once it has left its camera.
+/// Place of one target in an exposure, px; pixel centres are at whole numbers. NaN: the target is not seen.
+struct Sighting {
+    double x_px = std::numeric_limits<double>::quiet_NaN();
+    double y_px = std::numeric_limits<double>::quiet_NaN();
+    double sd_px = std::numeric_limits<double>::quiet_NaN();  // standard deviation along the shaker's axis
+};
+
+/// One exposure, immutable once it has left its camera. It carries pixels or, from a camera with
+/// View::positions, sightings.
 struct Frame {
     CameraTick tick;
     HostTime arrived;
@@ -62,7 +71,8 @@ struct Frame {
     int width = 0;
     int height = 0;
     int bytes_per_pixel = 1;
-    std::vector<std::byte> pixels;  // rows without padding
+    std::vector<std::byte> pixels;      // rows without padding
+    std::vector<Sighting> sightings{};  // one for each target of the view, in its order
     [[nodiscard]] ImageView view() const noexcept {
         return {pixels.data(), width, height, std::ptrdiff_t{width} * bytes_per_pixel, bytes_per_pixel};
     }

@@ -37,6 +37,7 @@ struct View {
     double arrival_delay_s = 0;
     std::vector<Target> targets;
     std::array<int, 2> origin_px{};  // position of the picture on the sensor if it is cropped; else 0, 0
+    bool positions = false;          // frames carry sightings of the targets instead of pixels
 };
 
 }  // namespace shaker

@@ -89,6 +89,14 @@ if(SHAKER_SANITIZE)  # Eigen's intrinsics need it
     PROPERTIES COMPILE_OPTIONS -O1 SKIP_PRECOMPILE_HEADERS ON)
 endif()
 
+# The simulator of orders and faults, for its tests and for tests/bench/orders.cpp. An object library: it replaces
+# functions of the C library in its program.
+file(GLOB orders_sources CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/tests/orders/*.cpp)
+list(FILTER orders_sources EXCLUDE REGEX "_test\\.cpp$")
+add_library(orders OBJECT ${orders_sources})
+target_link_libraries(orders PUBLIC test_support)
+compile_fast(orders)
+
 # One program a folder that holds tests.
 file(GLOB_RECURSE test_files CONFIGURE_DEPENDS RELATIVE ${PROJECT_SOURCE_DIR}/tests ${PROJECT_SOURCE_DIR}/tests/*_test.cpp)
 list(FILTER test_files EXCLUDE REGEX "^(long|vm)/")
@@ -128,6 +136,9 @@ foreach(tier unit virtual realtime nightly)  # a folder's program, where one of 
 endforeach()
 add_custom_target(threads_tests DEPENDS ${unit_programs} ${virtual_programs} ${realtime_programs} ${nightly_programs})
 target_link_libraries(drivers_hardware_tests PRIVATE PkgConfig::libiio)
+if(TARGET orders_tests)
+  target_link_libraries(orders_tests PRIVATE orders)
+endif()
 foreach(program drivers_footage_tests drivers_hardware_tests tracking_tests)  # they write and read movies themselves
   if(TARGET ${program})
     target_link_libraries(${program} PRIVATE opencv_imgcodecs opencv_videoio)
@@ -190,6 +201,8 @@ foreach(source ${benches})
   target_link_libraries(bench_${name} PRIVATE bench_table test_support benchmark::benchmark)
   if(name MATCHES "intrusions|kills|power_cuts|disk_faults|remote")  # of the whole program
     add_dependencies(bench_${name} shakerd)
+  elseif(name STREQUAL "orders")
+    target_link_libraries(bench_orders PRIVATE orders)
   elseif(name STREQUAL aborts)
     add_dependencies(bench_${name} shakerctl)
   endif()

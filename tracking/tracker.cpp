@@ -243,4 +243,17 @@ std::span<const Fix> ViewTracker::update(const ImageView& image, CameraTick tick
     return self.fixes;
 }
 
+std::span<const Fix> ViewTracker::update(std::span<const Sighting> sightings) {
+    if (sightings.size() != impl_->view.targets.size())
+        throw InputError{"camera " + impl_->view.camera + ": a frame has " +
+                         std::to_string(sightings.size()) + " sightings; the view has " +
+                         std::to_string(impl_->view.targets.size()) + " targets"};
+    impl_->fixes.clear();
+    for (const Sighting& s : sightings) {
+        const bool seen = std::isfinite(s.x_px) && std::isfinite(s.y_px) && std::isfinite(s.sd_px);
+        impl_->fixes.push_back(seen ? Fix{s.x_px, s.y_px, s.sd_px, TrackState::ok} : Fix{});
+    }
+    return impl_->fixes;
+}
+
 }  // namespace shaker::tracking

@@ -23,6 +23,9 @@ public:
     /// targets from their regions and throws InputError that names camera, target and region if one is not
     /// found. In later frames a target that is not found is `lost`. The span is valid until the next call.
     std::span<const Fix> update(const ImageView& image, CameraTick tick);
+    /// The same for a frame that carries sightings: each target is ok where it was seen, or lost. Earlier
+    /// frames do not count.
+    std::span<const Fix> update(std::span<const Sighting> sightings);
 
 private:
     struct Impl;

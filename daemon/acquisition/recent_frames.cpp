@@ -43,13 +43,6 @@ std::byte* RecentFrames::pixels_of(std::size_t slot) const noexcept {
 }
 
 void RecentFrames::put(std::size_t slot, const Frame& frame) {
-    auto& piece = pieces_[slot / piece_frames_];
-    if (!piece) {
-        piece.reset(static_cast<std::byte*>(std::aligned_alloc(huge_page, piece_bytes_)));
-        if (!piece) throw std::bad_alloc{};
-        // The first access to ordinary pages takes longer than the copy. A refusal does no harm.
-        madvise(piece.get(), piece_bytes_, MADV_HUGEPAGE);
-    }
     Frame& to = slots_[slot];
     to.tick = frame.tick;
     to.arrived = frame.arrived;
@@ -59,13 +52,22 @@ void RecentFrames::put(std::size_t slot, const Frame& frame) {
     to.width = frame.width;
     to.height = frame.height;
     to.bytes_per_pixel = frame.bytes_per_pixel;
+    to.sightings = frame.sightings;
+    if (frame_bytes_ == 0) return;
+    auto& piece = pieces_[slot / piece_frames_];
+    if (!piece) {
+        piece.reset(static_cast<std::byte*>(std::aligned_alloc(huge_page, piece_bytes_)));
+        if (!piece) throw std::bad_alloc{};
+        // The first access to ordinary pages takes longer than the copy. A refusal does no harm.
+        madvise(piece.get(), piece_bytes_, MADV_HUGEPAGE);
+    }
     std::memcpy(pixels_of(slot), frame.pixels.data(), frame_bytes_);
 }
 
 void RecentFrames::push(const Frame& frame) {
     if (frame_bytes_ == 0 && !frame.pixels.empty()) begin(frame.pixels.size());
-    if (frame_bytes_ == 0 || frame.pixels.size() != frame_bytes_ ||
-        (held_ && most_before_ + after_ == capacity())) {
+    const bool empty = frame.pixels.empty() && frame.sightings.empty();
+    if (empty || frame.pixels.size() != frame_bytes_ || (held_ && most_before_ + after_ == capacity())) {
         ++lost_;
         return;
     }
@@ -85,6 +87,7 @@ void RecentFrames::push(const Frame& frame) {
 Frame RecentFrames::operator[](std::size_t i) const {
     const std::size_t slot = i < before_ ? (oldest_ + i) % most_before_ : most_before_ + i - before_;
     Frame frame = slots_[slot];
+    if (frame_bytes_ == 0) return frame;
     const std::byte* pixels = pixels_of(slot);
     frame.pixels.assign(pixels, pixels + frame_bytes_);
     return frame;

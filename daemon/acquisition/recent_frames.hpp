@@ -24,9 +24,10 @@ public:
     void push(const Frame& frame);
     /// Call it at a trip: the frames before it are kept.
     void hold() noexcept { held_ = true; }
-    /// Call it when the run continues after a trip: removes all frames.
+    /// Call it when the run continues after a trip: removes all frames and forgets their losses.
     void release() noexcept {
         oldest_ = before_ = after_ = 0;
+        lost_ = 0;
         held_ = whole_ = false;
     }
 

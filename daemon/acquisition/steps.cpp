@@ -10,18 +10,23 @@ namespace shaker::acquisition {
 
 namespace {
 
+std::span<const tracking::Fix> update(tracking::ViewTracker& tracker, const Frame& frame) {
+    return frame.sightings.empty() ? tracker.update(frame.view(), frame.tick)
+                                   : tracker.update(frame.sightings);
+}
+
 std::span<const tracking::Fix> found_in(const Frame& frame, CameraInput& camera_input, Counters& lost) {
     if (const auto fresh = camera_input.fresh.pop()) {
         ++camera_input.learned;
         try {
-            const auto fixes = (*fresh)->update(frame.view(), frame.tick);
+            const auto fixes = update(**fresh, frame);
             camera_input.tracker = std::move(**fresh);
             return fixes;
         } catch (const InputError&) {
             ++lost.not_learned;
         }
     }
-    return camera_input.tracker.update(frame.view(), frame.tick);
+    return update(camera_input.tracker, frame);
 }
 
 }  // namespace

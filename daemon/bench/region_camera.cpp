@@ -95,7 +95,7 @@ PictureRegion region_of(const View& view) {
 
 void take_regions(Rig& rig) {
     for (std::unique_ptr<Camera>& camera : rig.cameras)
-        camera = std::make_unique<RegionCamera>(std::move(camera));
+        if (!camera->view().positions) camera = std::make_unique<RegionCamera>(std::move(camera));
 }
 
 }  // namespace shaker::bench

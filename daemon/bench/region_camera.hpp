@@ -17,7 +17,7 @@ struct PictureRegion {
 /// rows and columns.
 PictureRegion region_of(const View& view);
 
-/// Crops every camera of a rig to its region. Tracked and recorded pixels are then the same, and a
+/// Crops every camera of a rig that gives pixels to its region. Tracked and recorded pixels are then the same, and a
 /// recording replays to the bit.
 void take_regions(Rig& rig);
 

@@ -67,8 +67,8 @@ std::set<std::uint64_t> whole_pictures(const std::filesystem::path& folder, cons
 
 void find_pictures(const recorded::RecordingReader& file, const std::filesystem::path& folder,
                    Recovered& found) {
-    const bool none = file.header().pictures == recorded::KeptPictures::off;
     for (const View& view : file.header().views) {
+        const bool none = view.positions || file.header().pictures == recorded::KeptPictures::off;
         std::vector<std::uint64_t> pictures = file.pictures_of(view.camera);
         recording::PictureCounts counts{.produced = pictures.size()};
         const bool any = std::ranges::any_of(pictures, [](std::uint64_t n) { return n > 0; });

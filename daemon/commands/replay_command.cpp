@@ -33,10 +33,9 @@ bool from_pictures(const recorded::RecordingReader& file, ReplayOptions::From fr
     if (header.kind == "trip")
         why =
             "the file has only the end of a run, and its targets have left the regions where tracking starts";
-    else if (header.pictures == recorded::KeptPictures::off)
-        why = "no pictures were kept";
     else if (file.frames_without_picture() > 0)
-        why = "not all pictures were kept";
+        why = header.pictures == recorded::KeptPictures::off ? "no pictures were kept"
+                                                             : "not all pictures were kept";
     if (from == ReplayOptions::From::raw && why != nullptr)
         throw InputError{fmt::format("{}: --from raw is not possible: {}", file.file().string(), why)};
     return from != ReplayOptions::From::tracks && why == nullptr;

@@ -163,11 +163,12 @@ void Recorder::add(std::size_t camera, const Frame& frame, std::span<const track
     entry.frame.stamp = frame.stamp;
     entry.frame.mid_exposure = frame.mid_exposure ? frame.mid_exposure : mid_exposure;
     entry.frame.quality = frame.quality;
+    entry.frame.sightings = frame.sightings;
     for (const tracking::Track& t : tracks) {
         const std::vector<double> row = row_of(track_columns, t);
         entry.rows.insert(entry.rows.end(), row.begin(), row.end());
     }
-    if (header_.pictures != recorded::KeptPictures::off && !failed_)
+    if (header_.pictures != recorded::KeptPictures::off && !frame.pixels.empty() && !failed_)
         entry.picture = waiting_[camera]->copy(frame, entry.frame.mid_exposure);
     push(std::move(entry));
 }
@@ -234,7 +235,8 @@ void Recorder::write(const Entry& entry) {
         picture = stores_[entry.camera]->add(*entry.picture, !ring_->empty());
         ++count.stored;
     } else {
-        ++(header_.pictures == recorded::KeptPictures::off ? count.not_kept : count.dropped);
+        const bool none = header_.pictures == recorded::KeptPictures::off || !entry.frame.sightings.empty();
+        ++(none ? count.not_kept : count.dropped);
     }
     writer_->add(entry.camera, entry.frame, picture);
     const std::vector<std::size_t>& tables = tables_[entry.camera];
@@ -308,7 +310,7 @@ recorded::RecordingWriter& Recorder::writer() {
 }
 
 void Recorder::tail(std::size_t camera, const Frame& frame) {
-    tails_.at(camera)->add(frame);
+    if (!frame.pixels.empty()) tails_.at(camera)->add(frame);
     settings_.progress();
 }
 

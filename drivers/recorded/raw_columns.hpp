@@ -35,6 +35,7 @@ inline constexpr const char* changes = "raw/drive/changes";
 inline constexpr const char* accelerometer = "raw/accelerometer";
 inline constexpr const char* cameras = "raw";
 inline constexpr std::size_t axes = 3;
+inline constexpr std::size_t sighting_values = 3;  // of one target
 
 inline constexpr RawColumn play_tick{drive, "play_tick", int64, "1", "DAC sample at which a block starts"},
     play_heard{drive, "play_heard", int64, "ns", "host time at which that sample left the converter"},
@@ -77,7 +78,15 @@ inline constexpr RawColumn tick{cameras, "tick", int64, "1",
                  "master time if the frame contains it, otherwise NaN"},
     quality{cameras, "quality", uint8, "1", "as block_quality"},
     picture{cameras, "picture", uint64, "1", "number in the pictures folder, from 1; 0: no picture"};
-inline constexpr std::array frames{tick, arrived, stamp, mid_exposure, quality, picture};
+inline constexpr RawColumn sightings{cameras,
+                                     "sightings",
+                                     float64,
+                                     "px",
+                                     "x, y and standard error, for each target; NaN: not seen. Only of a "
+                                     "camera that gives positions instead of "
+                                     "pictures",
+                                     sighting_values};
+inline constexpr std::array frames{tick, arrived, stamp, mid_exposure, quality, picture, sightings};
 
 struct Group {
     const char* path;

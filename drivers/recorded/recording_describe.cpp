@@ -36,6 +36,7 @@ void describe(hid_t group, const View& view) {
     h5::set_attribute(group, "dac_triggered", std::int64_t{view.dac_triggered});
     h5::set_attribute(group, "trigger_delay_s", view.trigger_delay_s);
     h5::set_attribute(group, "arrival_delay_s", view.arrival_delay_s);
+    if (view.positions) h5::set_attribute(group, "positions", std::int64_t{1});
     for (std::size_t k = 0; k < 2; ++k)
         h5::set_attribute(group, fmt::format("origin_{}_px", "xy"[k]), std::int64_t{view.origin_px[k]});
     std::int64_t order = 0;
@@ -82,6 +83,8 @@ View read_view(hid_t entry, const std::string& camera) {
     view.dac_triggered = whole_attribute(entry, path, "dac_triggered", 0, 1) != 0;
     view.trigger_delay_s = h5::read_attribute(entry, path, "trigger_delay_s");
     view.arrival_delay_s = h5::read_attribute(entry, path, "arrival_delay_s");
+    view.positions =
+        h5::has_attribute(entry, path, "positions") && whole_attribute(entry, path, "positions", 0, 1) != 0;
     for (std::size_t k = 0; k < 2; ++k)
         view.origin_px[k] = whole_attribute(entry, path, std::string{"origin_"} + "xy"[k] + "_px", 0, 100000);
     const std::vector<std::string> names = h5::names_in(entry, path + "/targets");

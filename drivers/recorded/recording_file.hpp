@@ -131,11 +131,12 @@ public:
     [[nodiscard]] bool has(const std::string& path) const;
     /// Damage of the file, one sentence each. Reads every column and checks it against its seals.
     [[nodiscard]] std::vector<std::string> damage() const;
-    /// The frames of a camera, without pixels.
+    /// The frames of a camera, with sightings but without pixels.
     [[nodiscard]] std::vector<Frame> frames(const std::string& camera) const;
     /// For each frame of a camera the number of its picture; 0: not stored.
     [[nodiscard]] std::vector<std::uint64_t> pictures_of(const std::string& camera) const;
-    /// Number of frames without stored picture; all frames if no pictures were to be stored.
+    /// Number of frames without stored picture, of the cameras that give pictures; all of these frames if no
+    /// pictures were to be stored.
     [[nodiscard]] std::uint64_t frames_without_picture() const;
     [[nodiscard]] const std::filesystem::path& file() const noexcept;
 
@@ -146,8 +147,8 @@ private:
     std::unique_ptr<Opened> opened_;
 };
 
-/// The recorded streams as a Rig: accelerometer blocks and, from pictures, cameras. header: the reader's own,
-/// or one with other scales. The reader must outlive the rig.
+/// The recorded streams as a Rig: accelerometer blocks and, from pictures or sightings, cameras. header: the
+/// reader's own, or one with other scales. The reader must outlive the rig.
 Rig replay_rig(const RecordingReader& reader, const RecordingHeader& header, bool pictures);
 
 }  // namespace shaker::recorded

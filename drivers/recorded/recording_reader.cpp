@@ -225,6 +225,15 @@ std::vector<Frame> RecordingReader::frames(const std::string& camera) const {
         if (!std::isnan(mid[i])) frames[i].mid_exposure = master_time(mid[i]);
         frames[i].quality = static_cast<Quality>(quality[i]);
     }
+    const std::string path = at(raw::sightings);
+    if (!h5::exists(e, path) || frames.empty()) return frames;
+    const auto values = h5::read<double>(e, path);
+    const std::size_t targets = values.size() / raw::sighting_values / frames.size();
+    same_length(values, frames.size() * targets * raw::sighting_values, path);
+    auto value = values.begin();
+    for (Frame& frame : frames)
+        for (std::size_t k = 0; k < targets; ++k, value += raw::sighting_values)
+            frame.sightings.push_back({value[0], value[1], value[2]});
     return frames;
 }
 
@@ -235,6 +244,7 @@ std::vector<std::uint64_t> RecordingReader::pictures_of(const std::string& camer
 std::uint64_t RecordingReader::frames_without_picture() const {
     std::uint64_t without = 0;
     for (const View& view : opened_->header.views) {
+        if (view.positions) continue;
         const std::vector<std::uint64_t> pictures = pictures_of(view.camera);
         without += static_cast<std::uint64_t>(std::ranges::count(pictures, std::uint64_t{0}));
     }

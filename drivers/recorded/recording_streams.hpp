@@ -36,6 +36,7 @@ struct Numbered {
 struct RecordingWriter::Streams {
     struct CameraStream {
         Numbered *tick, *arrived, *stamp, *mid_exposure, *quality, *picture;
+        Numbered* sightings = nullptr;  // of a camera that gives positions
     };
     h5::FileLock lock;  // released after all handles are closed
     h5::Handle file, entry;

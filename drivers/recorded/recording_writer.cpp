@@ -112,6 +112,10 @@ void RecordingWriter::Streams::open_camera(const View& view, std::int64_t order)
                        .mid_exposure = column(raw::mid_exposure),
                        .quality = column(raw::quality),
                        .picture = column(raw::picture)});
+    if (view.positions)
+        cameras.back().sightings =
+            grow(path_of(raw::sightings, view.camera), type_of(raw::sightings.type),
+                 {view.targets.size(), raw::sighting_values}, view.frame_rate_hz, raw::sightings.units);
 }
 
 void RecordingWriter::Streams::open_once(const std::string& path, const Place& place) {
@@ -252,6 +256,8 @@ void RecordingWriter::add(std::size_t camera, const Frame& frame, std::uint64_t 
     c.mid_exposure->data.append(time_of(frame));
     c.quality->data.append(static_cast<std::uint8_t>(frame.quality));
     c.picture->data.append(picture);
+    for (const Sighting& s : frame.sightings)
+        for (const double value : {s.x_px, s.y_px, s.sd_px}) c.sightings->data.append(value);
 }
 
 Numbered& RecordingWriter::Streams::column(const std::string& path) {

@@ -93,6 +93,34 @@ private:
     std::size_t next_ = 0;
 };
 
+class RecordedPositions final : public Camera {
+public:
+    RecordedPositions(const RecordingReader& r, const View& view)
+        : view_{view}, frames_{r.frames(view.camera)} {
+        for (const Frame& frame : frames_)
+            if (frame.sightings.size() != view.targets.size())
+                throw InputError{"recording: raw/" + view.camera + "/sightings has " +
+                                 std::to_string(frame.sightings.size()) + " targets, the view has " +
+                                 std::to_string(view.targets.size())};
+    }
+    [[nodiscard]] const View& view() const override { return view_; }
+    FramePtr read(std::chrono::milliseconds) override {
+        return ended() ? nullptr : std::make_shared<const Frame>(std::move(frames_[next_++]));
+    }
+    [[nodiscard]] bool ended() const noexcept override { return next_ >= frames_.size(); }
+    void stop() noexcept override { next_ = frames_.size(); }
+
+private:
+    View view_;
+    std::vector<Frame> frames_;
+    std::size_t next_ = 0;
+};
+
+std::unique_ptr<Camera> recorded_camera(const RecordingReader& reader, const View& view) {
+    if (view.positions) return std::make_unique<RecordedPositions>(reader, view);
+    return std::make_unique<RecordedCamera>(reader, view);
+}
+
 }  // namespace
 
 Rig replay_rig(const RecordingReader& reader, const RecordingHeader& header, bool pictures) {
@@ -101,7 +129,7 @@ Rig replay_rig(const RecordingReader& reader, const RecordingHeader& header, boo
     if (header.accelerometer.rate_hz > 0)
         rig.accelerometer = std::make_unique<RecordedAccelerometer>(reader, header.accelerometer);
     for (const View& view : header.views)
-        if (pictures) rig.cameras.push_back(std::make_unique<RecordedCamera>(reader, view));
+        if (pictures) rig.cameras.push_back(recorded_camera(reader, view));
     return rig;
 }
 

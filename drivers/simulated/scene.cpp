@@ -75,6 +75,7 @@ void visit_camera(Visitor&& v, CameraTruth& c) {
     v("latency_s", c.latency_s, {0, 1});
     v("own_clock", c.own_clock, {0, 1});
     v("clock_ppm", c.clock_ppm, {-1000, 1000});
+    v("positions", c.positions, {0, 1});
 }
 
 template <class Visitor>
@@ -164,6 +165,7 @@ Scene read_scene(SettingsTable& root) {
             root.table(c.view.camera)
                 .fail("exposure_s", fmt::format("{} s does not fit between frames at {} Hz",
                                                 c.view.exposure_s, c.view.frame_rate_hz));
+        c.view.positions = c.positions != 0;
     }
     place_regions(s);
     return s;

@@ -47,6 +47,7 @@ struct CameraTruth {
     double latency_s = 0.0005;    // from the end of the exposure to the arrival at the host
     int own_clock = 0;     // 1: frames carry a stamp of the camera's clock instead of their master time
     double clock_ppm = 0;  // error of that clock; positive: fast
+    int positions = 0;     // 1: frames carry positions of the targets instead of pixels
     bool side = false;     // true: views along y (silhouette); false: down z
 };
 

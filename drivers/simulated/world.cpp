@@ -2,10 +2,12 @@
 
 #include <cmath>
 #include <ctime>
+#include <optional>
 #include <utility>
 
 #include "drivers/errors.hpp"
 #include "drivers/frame_pool.hpp"
+#include "drivers/simulated/sightings.hpp"
 #include "drivers/simulated/world_state.hpp"
 #include "drivers/ticks.hpp"
 
@@ -99,7 +101,10 @@ private:
 class SimulatedCamera final : public Camera {
 public:
     SimulatedCamera(World::State& s, std::size_t index)
-        : s_{s}, camera_{s.views[index]}, pool_{pool_frames, camera_.truth.width, camera_.truth.height, 1} {}
+        : s_{s}, camera_{s.views[index]}, layout_{layout_of(camera_.truth, s.scene.walker)} {
+        if (!camera_.truth.view.positions)
+            pool_.emplace(pool_frames, camera_.truth.width, camera_.truth.height, 1);
+    }
     [[nodiscard]] const View& view() const override { return camera_.truth.view; }
     [[nodiscard]] DeviceCounts counts() const noexcept override {
         const std::scoped_lock lock{s_.mutex};
@@ -118,7 +123,8 @@ public:
             s_.moved.notify_all();
         }
         const double before = cpu_seconds();
-        const std::shared_ptr<Frame> frame = pool_.acquire();
+        const bool positions = camera_.truth.view.positions;
+        const std::shared_ptr<Frame> frame = positions ? std::make_shared<Frame>() : pool_->acquire();
         if (frame == nullptr) {  // readers hold all buffers: this exposure is lost
             lost_ = true;
             return nullptr;
@@ -128,7 +134,10 @@ public:
         frame->arrived = host_time(s_.due(camera_, e));
         set_time(*frame, e);
         frame->quality = e.quality;
-        camera_.renderer.render(e.poses, e.tick, frame->pixels, e.walker);
+        if (positions)
+            see(*frame, e);
+        else
+            camera_.renderer.render(e.poses, e.tick, frame->pixels, e.walker);
         const std::scoped_lock lock{s_.mutex};
         camera_.render_s += cpu_seconds() - before;
         ++counts_.taken;
@@ -154,9 +163,16 @@ private:
         frame.stamp = CameraStamp{std::llround(1e9 * clock_s)};
     }
 
+    void see(Frame& frame, const Exposure& e) const {
+        frame.width = camera_.truth.width;
+        frame.height = camera_.truth.height;
+        frame.sightings = sightings(camera_.truth, layout_, e.poses, e.tick, e.walker, s_.scene.seed);
+    }
+
     World::State& s_;
     World::State::SimulatedView& camera_;
-    FramePool pool_;
+    PictureLayout layout_;
+    std::optional<FramePool> pool_;  // of a camera that gives pixels
     bool lost_ = false;
     DeviceCounts counts_;
     std::int64_t next_ = 0;

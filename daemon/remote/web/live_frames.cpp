@@ -135,7 +135,7 @@ Samples cycle_of(const reduction::Reduction& r) {
 }
 
 std::string picture_frame(const service::PictureState& p, std::size_t k) {
-    if (!p.frame || p.frame->width <= 0 || p.frame->height <= 0) return {};
+    if (!p.frame || p.frame->pixels.empty()) return {};
     const Frame& f = *p.frame;
     // OpenCV takes no const pixels; it does not write to them.
     const cv::Mat whole(

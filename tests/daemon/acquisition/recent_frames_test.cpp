@@ -48,9 +48,11 @@ TEST(RecentFramesTest, ContinuedRunStartsNewTail) {
     for (std::int64_t n = 0; n < 300; ++n) tail.push(frame(n));
     tail.hold();
     for (std::int64_t n = 300; n < 330; ++n) tail.push(frame(n));
+    for (std::int64_t n = 330; n < 400; ++n) tail.push(frame(n));
     tail.release();
-    for (std::int64_t n = 330; n < 700; ++n) tail.push(frame(n));
+    for (std::int64_t n = 400; n < 700; ++n) tail.push(frame(n));
     expect_run(tail, 480, 699);
+    EXPECT_EQ(tail.lost(), 0U) << "of the new tail";
     EXPECT_FALSE(tail.whole());
 }
 

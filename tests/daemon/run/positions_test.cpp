@@ -1,0 +1,52 @@
+// Runs whose cameras give positions instead of pixels.
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+
+#include "drivers/recorded/recording_file.hpp"
+#include "tests/support/program.hpp"
+
+namespace shaker::run {
+namespace {
+
+using test::fresh_folder;
+using test::Outcome;
+using test::shakerd;
+
+constexpr const char* scene = "[top]\npositions = 1\n[side]\npositions = 1\n";
+
+TEST(PositionsTest, RunMeasuresAndReplaysToTheBit) {
+    const auto folder = fresh_folder();
+    std::ofstream{folder / "scene.toml"} << scene;
+    const Outcome run =
+        shakerd("run --json --rig sim: --scene scene.toml --phi 2.17 --periods 20 -o run.nxs", folder);
+    ASSERT_EQ(run.status, 0) << run.err;
+    const nlohmann::json r = nlohmann::json::parse(run.out);
+    const double v = r["v_D_mps"], se = r["v_D_se_mps"], truth = r["v_D_true_mps"];
+    EXPECT_LE(std::abs(v - truth), 4 * se) << v << " is not " << truth;
+    EXPECT_LT(se, 2e-6);
+    const recorded::RecordingReader file{folder / "run.nxs"};
+    EXPECT_EQ(file.frames_without_picture(), 0U) << "these cameras have none";
+    ASSERT_FALSE(file.frames("top").empty());
+    EXPECT_EQ(file.frames("top").front().sightings.size(), 2U);
+    for (const char* from : {"", " --from raw", " --from tracks"}) {
+        const Outcome replay = shakerd(std::string{"replay run.nxs"} + from, folder);
+        EXPECT_EQ(replay.status, 0) << replay.out << replay.err;
+        EXPECT_NE(replay.out.find("identical"), std::string::npos) << replay.out;
+    }
+}
+
+TEST(PositionsTest, StoppedRunReplaysToo) {
+    const auto folder = fresh_folder();
+    std::ofstream{folder / "scene.toml"} << scene << "[[fault]]\nwhat = \"open\"\nat_s = 4\n";
+    const Outcome run =
+        shakerd("run --rig sim: --scene scene.toml --phi 2.17 --periods 40 -o run.nxs", folder);
+    EXPECT_EQ(run.status, 5) << run.err;
+    const Outcome replay = shakerd("replay run.nxs", folder);
+    EXPECT_EQ(replay.status, 0) << replay.out << replay.err;
+    const Outcome verify = shakerd("recover run.nxs", folder);
+    EXPECT_EQ(verify.status, 0) << verify.out << verify.err;
+}
+
+}  // namespace
+}  // namespace shaker::run

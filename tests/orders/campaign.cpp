@@ -1,0 +1,120 @@
+#include "tests/orders/campaign.hpp"
+
+#include <spdlog/fmt/fmt.h>
+#include <sys/resource.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <chrono>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <set>
+
+#include "tests/orders/simulation.hpp"
+
+namespace shaker::orders {
+
+namespace {
+
+using nlohmann::json;
+using Clock = std::chrono::steady_clock;
+
+std::set<std::uint64_t> done_in(const std::filesystem::path& file) {
+    std::set<std::uint64_t> done;
+    std::ifstream in{file};
+    for (std::uint64_t seed = 0; in >> seed;) done.insert(seed);
+    return done;
+}
+
+double most_bytes() {
+    rusage usage{};
+    ::getrusage(RUSAGE_SELF, &usage);
+    return 1024.0 * static_cast<double>(usage.ru_maxrss);
+}
+
+// Every jobs-th seed, in a process of its own. Writes one line of JSON a seed.
+void work(const Campaign& campaign, int job, const std::filesystem::path& lines) {
+    const std::set<std::uint64_t> done = done_in(campaign.done);
+    const auto end = Clock::now() + std::chrono::duration_cast<Clock::duration>(
+                                        std::chrono::duration<double>{campaign.most_s});
+    std::ofstream out{lines};
+    for (std::uint64_t i = 0; campaign.most_s > 0 ? Clock::now() < end : i < campaign.seeds; ++i) {
+        const std::uint64_t seed = campaign.first + i;
+        if (i % static_cast<std::uint64_t>(campaign.jobs) != static_cast<std::uint64_t>(job)) continue;
+        if (done.contains(seed)) continue;
+        const std::filesystem::path folder = campaign.folder / fmt::format("seed-{}", seed);
+        const Outcome o = simulate(plan_of(seed), folder);
+        std::filesystem::remove_all(folder);
+        json broken = json::array();
+        for (const Violation& v : o.violations)
+            broken.push_back(fmt::format("{}: at {:.4f} s {}", v.law, v.at_s, v.words));
+        out << json{{"seed", seed},
+                    {"virtual_s", o.virtual_s},
+                    {"aborts", o.aborts},
+                    {"trips", o.trips},
+                    {"recordings", o.recordings},
+                    {"recovered", o.recovered},
+                    {"slowest_abort_s", o.slowest_abort_s},
+                    {"broken", broken},
+                    {"coverage", o.coverage.numbers()},
+                    {"bytes", most_bytes()}}
+                   .dump()
+            << std::endl;  // NOLINT(performance-avoid-endl): a killed process keeps its lines
+        if (!campaign.done.empty() && o.violations.empty())
+            std::ofstream{campaign.done, std::ios::app} << fmt::format("{}\n", seed);
+    }
+}
+
+void add(Totals& totals, const std::filesystem::path& lines) {
+    std::ifstream in{lines};
+    for (std::string line; std::getline(in, line);) {
+        const json o = json::parse(line);
+        ++totals.seeds;
+        totals.virtual_s += o["virtual_s"].get<double>();
+        totals.aborts += o["aborts"].get<std::uint64_t>();
+        totals.trips += o["trips"].get<std::uint64_t>();
+        totals.recordings += o["recordings"].get<std::uint64_t>();
+        totals.recovered += o["recovered"].get<std::uint64_t>();
+        totals.slowest_abort_s = std::max(totals.slowest_abort_s, o["slowest_abort_s"].get<double>());
+        totals.most_bytes = std::max(totals.most_bytes, o["bytes"].get<double>());
+        if (!o["broken"].empty())
+            totals.broken.emplace_back(o["seed"].get<std::uint64_t>(),
+                                       o["broken"].front().get<std::string>());
+        totals.coverage.add(o["coverage"].get<std::vector<std::uint64_t>>());
+    }
+}
+
+}  // namespace
+
+Totals play(const Campaign& campaign) {
+    const auto began = Clock::now();
+    std::filesystem::create_directories(campaign.folder);
+    std::vector<std::pair<pid_t, std::filesystem::path>> jobs;
+    for (int job = 0; job < campaign.jobs; ++job) {
+        const std::filesystem::path lines = campaign.folder / fmt::format("job-{}.json", job);
+        const pid_t child = ::fork();
+        if (child == 0) {
+            int status = 0;
+            try {
+                work(campaign, job, lines);
+            } catch (const std::exception& e) {
+                fmt::print(stderr, "{}\n", e.what());
+                status = 1;
+            }
+            ::_exit(status);
+        }
+        jobs.emplace_back(child, lines);
+    }
+    Totals totals;
+    for (const auto& [child, lines] : jobs) {
+        int status = 0;
+        ::waitpid(child, &status, 0);
+        add(totals, lines);
+        if (status != 0) totals.broken.emplace_back(0, fmt::format("a job ended with status {}", status));
+    }
+    totals.wall_s = std::chrono::duration<double>(Clock::now() - began).count();
+    return totals;
+}
+
+}  // namespace shaker::orders

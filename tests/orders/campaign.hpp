@@ -1,0 +1,33 @@
+#pragma once
+// Campaign: many seeds, in several processes.
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "tests/orders/coverage.hpp"
+
+namespace shaker::orders {
+
+struct Campaign {
+    std::uint64_t first = 1, seeds = 50;
+    double most_s = 0;  // real time; above 0: as many seeds as fit instead of `seeds`
+    int jobs = 2;       // processes
+    /// Names the seeds that were done; they are left out, and more are added. Empty: no file.
+    std::filesystem::path done{};
+    std::filesystem::path folder{};
+};
+
+struct Totals {
+    std::uint64_t seeds = 0, aborts = 0, trips = 0, recordings = 0, recovered = 0;
+    double virtual_s = 0, wall_s = 0, slowest_abort_s = 0, most_bytes = 0;
+    std::vector<std::pair<std::uint64_t, std::string>> broken{};  // seed, law and words
+    Coverage coverage{};
+};
+
+/// Plays the seeds. The daemon's library of files has one user at a time, so each job is a process of its
+/// own.
+Totals play(const Campaign& campaign);
+
+}  // namespace shaker::orders

@@ -1,0 +1,183 @@
+#include "tests/orders/clients.hpp"
+
+#include <spdlog/fmt/fmt.h>
+
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <numbers>
+
+namespace shaker::orders {
+
+namespace {
+
+using nlohmann::json;
+
+constexpr std::array nonsense{"OUTP PERHAPS\n",
+                              "ACC 1e9\n",
+                              "*RST\n",
+                              "FETC:DRIF?\n",
+                              "SYST:LOCK:REQ?\n",
+                              "SYST:LOCK:REL\n",
+                              "GET / HTTP/1.1\r\nHost: bench\r\n\r\n",
+                              "\x1b]0;owned\x07\n",
+                              "*WAI\n",
+                              "AVER:PER 5;SETT 4\n"};
+
+const char* nonsense_for(double value) {
+    return nonsense.at(static_cast<std::size_t>(value * nonsense.size()));
+}
+
+// A set-point of the paper's range.
+Drive drive_for(double value, double frequency) {
+    Drive d;
+    d.frequency = frequency;
+    d.gamma = 2 + 14 * value;
+    d.phi = 2 * std::numbers::pi * std::fmod(7 * value, 1.0);
+    return d;
+}
+
+}  // namespace
+
+Clients::Clients(service::BenchPort& port, Laws& laws)
+    : port_{port},
+      laws_{laws},
+      pending_orders_{port, [this](std::function<void()> f) { later_.push_back(std::move(f)); }},
+      aborts_{{.stop = [&port](const std::string& by) { return port.abort(by); },
+               .obeyed = [&port] { return port.obeyed(); }}},
+      instrument_{pending_orders_, aborts_,
+                  [this](const std::string& session, const std::string& why) {
+                      for (const auto& s : sessions_)
+                          if (s && s->name() == session) s->report(scpi::Code::settings_conflict, why);
+                  }},
+      tree_{command_table(instrument_)},
+      actions_{pending_orders_, lock_, aborts_} {
+    aborts_.after([this](const std::string& by) {
+        instrument_.armed = false;
+        for (const auto& s : sessions_)
+            if (s && s->name() != by) s->drop_withheld();
+    });
+    for (std::size_t i = 0; i < sessions_.size(); ++i) open(i);
+}
+
+Clients::~Clients() = default;
+
+void Clients::open(std::size_t session) {
+    if (sessions_.at(session)) {
+        sessions_[session]->finish();
+        lock_.release(sessions_[session]->name());
+    }
+    sessions_[session] =
+        std::make_unique<scpi::Session>(scpi::Shared{tree_, instrument_, status_, lock_, access_},
+                                        fmt::format("client {}.{}", session, ++opened_.at(session)));
+}
+
+void Clients::send(std::unique_ptr<scpi::Session>& session, const std::string& text) { session->feed(text); }
+
+void Clients::reload(double value) {
+    const auto now = port_.state();
+    if (!now) return;
+    safety::Limits limits = now->limits;
+    limits.drive.abort *= 0.5 + value;
+    limits.drive.warn = 0.8 * limits.drive.abort;
+    port_.order({service::Adopt{now->wanted, now->periods, now->settle, limits}, {}});
+}
+
+void Clients::act(const Move& move) {
+    const auto now = port_.state();
+    if (move.action == Action::abort) laws_.aborted();
+    if (move.action == Action::clear) laws_.cleared();
+    if (move.action == Action::reload) return reload(move.value);
+    say(move.client, move.action, move.value);
+}
+
+void Clients::post(const std::string& name, const std::string& body, Action action) {
+    requests_.push_back({name, laws_.now_s()});
+    const auto request = std::prev(requests_.end());
+    const std::string remark = action == Action::remark ? json::parse(body)["text"].get<std::string>() : "";
+    actions_.act(name, body, "page", [this, request, remark](const web::Answer& answer) {
+        if (answer.status == 200 && !remark.empty()) remarks_.emplace_back(laws_.now_s(), remark);
+        requests_.erase(request);
+    });
+}
+
+void Clients::say(int client, Action action, double value) {
+    const auto now = port_.state();
+    const bool http = client == 2;
+    const double frequency = now ? now->wanted.frequency : 20;
+    const Drive drive = drive_for(value, value > 0.9 ? frequency * 0.8 : frequency);
+    const double limit_V = now ? now->limits.drive.abort * (0.3 + 0.7 * value) : 1;
+    const double limit_a = now ? now->limits.acceleration.abort * (0.3 + 0.7 * value) : 1;
+    const auto order = [&](const char* name, const json& body, const std::string& scpi) {
+        if (http)
+            post(name, body.is_null() ? std::string{} : body.dump(), action);
+        else
+            send(sessions_.at(static_cast<std::size_t>(client)), scpi + "\n");
+    };
+    switch (action) {
+        case Action::drive:
+            return order(
+                "drive",
+                {{"frequency_hz", drive.frequency}, {"gamma_mps2", drive.gamma}, {"phi_rad", drive.phi}},
+                fmt::format("APPL:BIH {}, {}, 0.5, {}", drive.frequency, drive.gamma, drive.phi));
+        case Action::start:
+            return order("start", {{"periods", 2 + static_cast<int>(8 * value)}, {"settle_periods", 3}},
+                         "OUTP ON");
+        case Action::identify:
+            return order("identify", nullptr, "CONT:IDEN");
+        case Action::stop:
+            return order("stop", nullptr, "OUTP OFF");
+        case Action::abort:
+            return order("abort", nullptr, value < 0.5 ? "ABOR" : "ABOR?");
+        case Action::clear:
+            return order("clear", nullptr, "OUTP:PROT:CLE");
+        case Action::remark: {
+            const std::string words = fmt::format("remark {}", ++remarked_);
+            return order("remark", {{"text", words}}, "REC:NOTE '" + words + "'");
+        }
+        case Action::record: {
+            const std::string name = fmt::format("recording-{}", ++recorded_);
+            return order("record", {{"on", true}, {"name", name}}, "REC ON,'" + name + "'");
+        }
+        case Action::unrecord:
+            return order("record", {{"on", false}}, "REC OFF");
+        case Action::loop:
+            return order("loop", {{"closed", value < 0.5}}, value < 0.5 ? "CONT:LOOP 1" : "CONT:LOOP 0");
+        case Action::lower_drive:
+            return send(sessions_[0],
+                        fmt::format("{} {}\n", value < 0.5 ? "LIM:DRIV:ABOR" : "OUTP:PROT:LEV", limit_V));
+        case Action::lower_motion:
+            return send(sessions_[1], fmt::format("LIM:ACC:ABOR {}\n", limit_a));
+        case Action::read:
+            return send(sessions_.at(static_cast<std::size_t>(client % 2)), "READ?\n");
+        case Action::disconnect:
+            send(sessions_.at(static_cast<std::size_t>(client % 2)), "OUTP ON;:ACC ");
+            return open(static_cast<std::size_t>(client % 2));
+        case Action::nonsense:
+            if (http) return post("nonsense", "{\"a\":", action);
+            return send(sessions_.at(static_cast<std::size_t>(client)), nonsense_for(value));
+        case Action::reload:
+            return;
+    }
+}
+
+void Clients::turn() {
+    for (std::size_t n = later_.size(); n > 0; --n) {
+        const auto next = std::move(later_.front());
+        later_.pop_front();
+        next();
+    }
+    if (const auto now = port_.state()) instrument::show(*now, status_);
+    actions_.update();
+    for (std::size_t i = 0; i < sessions_.size(); ++i) {
+        sessions_[i]->poll();
+        sessions_[i]->sent(sessions_[i]->output().size());
+        if (!sessions_[i]->ended().empty()) open(i);
+    }
+}
+
+void Clients::require_answers(double most_s) {
+    for (const Request& r : requests_)
+        if (laws_.now_s() - r.since_s > most_s) laws_.unanswered(r.what, r.since_s);
+}
+
+}  // namespace shaker::orders

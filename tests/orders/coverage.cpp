@@ -1,0 +1,78 @@
+#include "tests/orders/coverage.hpp"
+
+#include <spdlog/fmt/fmt.h>
+
+#include <algorithm>
+
+namespace shaker::orders {
+
+namespace {
+
+void count(Coverage::Pairs& pairs, std::uint64_t times, const std::string& name) {
+    ++pairs.all;
+    pairs.met += times > 0 ? 1 : 0;
+    pairs.ten_times += times >= 10 ? 1 : 0;
+    if (times == 0) pairs.missing.push_back(name);
+}
+
+}  // namespace
+
+void Coverage::action(run::RunState state, Action action) {
+    const auto s = static_cast<std::size_t>(state), a = static_cast<std::size_t>(action);
+    ++actions_.at(s).at(a);
+    for (const auto& [first_s, first] : recent_)
+        for (const auto& [second_s, second] : recent_)
+            if (first <= second) fourfold_.insert(((s * actions + a) * troubles + first) * troubles + second);
+}
+
+void Coverage::fault(run::RunState state, std::size_t trouble, double at_s) {
+    ++faults_.at(static_cast<std::size_t>(state)).at(trouble);
+    std::erase_if(recent_, [&](const auto& f) { return f.first < at_s - together_s || f.first > at_s; });
+    for (const auto& [other_s, other] : recent_)
+        ++together_.at(std::min(other, trouble)).at(std::max(other, trouble));
+    recent_.emplace_back(at_s, trouble);
+}
+
+void Coverage::add(const Coverage& other) { add(other.numbers()); }
+
+std::vector<std::uint64_t> Coverage::numbers() const {
+    std::vector<std::uint64_t> all;
+    const auto append = [&](const auto& table) {
+        for (const auto& row : table) all.insert(all.end(), row.begin(), row.end());
+    };
+    append(actions_);
+    append(faults_);
+    append(together_);
+    all.insert(all.end(), fourfold_.begin(), fourfold_.end());
+    return all;
+}
+
+void Coverage::add(const std::vector<std::uint64_t>& numbers) {
+    auto next = numbers.begin();
+    const auto take = [&](auto& table) {
+        for (auto& row : table)
+            for (std::uint64_t& count : row) count += *next++;
+    };
+    if (numbers.size() < states * (actions + troubles) + troubles * troubles) return;
+    take(actions_);
+    take(faults_);
+    take(together_);
+    fourfold_.insert(next, numbers.end());
+}
+
+std::vector<Coverage::Pairs> Coverage::pairs() const {
+    std::vector<Pairs> all{{"state, order"}, {"state, fault"}, {"fault, fault"}};
+    for (std::size_t s = 0; s < states; ++s) {
+        const char* state = name(static_cast<run::RunState>(s));
+        for (std::size_t a = 0; a < actions; ++a)
+            count(all[0], actions_[s][a], fmt::format("{} in {}", action_names.at(a), state));
+        for (std::size_t t = 0; t < troubles; ++t)
+            count(all[1], faults_[s][t], fmt::format("{} in {}", name_of_trouble(t), state));
+    }
+    for (std::size_t a = 0; a < troubles; ++a)
+        for (std::size_t b = a; b < troubles; ++b)
+            count(all[2], together_[a][b], fmt::format("{} with {}", name_of_trouble(a), name_of_trouble(b)));
+    return all;
+}
+
+}  // namespace shaker::orders

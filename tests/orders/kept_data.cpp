@@ -1,0 +1,89 @@
+#include "tests/orders/kept_data.hpp"
+
+#include <fcntl.h>
+#include <spdlog/fmt/fmt.h>
+#include <unistd.h>
+
+#include <cstdio>
+
+#include "daemon/commands/recover_command.hpp"
+#include "daemon/commands/replay_command.hpp"
+#include "daemon/recording/journal.hpp"
+#include "daemon/recording/tables/run_tables.hpp"
+#include "drivers/recorded/recording_file.hpp"
+
+namespace shaker::orders {
+
+namespace {
+
+/// Sends standard output to nowhere during its life: commands print their results there.
+class Mute {
+public:
+    Mute() : out_{::dup(STDOUT_FILENO)} {
+        std::fflush(stdout);
+        const int nowhere = ::open("/dev/null", O_WRONLY | O_CLOEXEC);
+        ::dup2(nowhere, STDOUT_FILENO);
+        ::close(nowhere);
+    }
+    ~Mute() {
+        std::fflush(stdout);
+        ::dup2(out_, STDOUT_FILENO);
+        ::close(out_);
+    }
+    Mute(const Mute&) = delete;
+    Mute& operator=(const Mute&) = delete;
+
+private:
+    int out_;
+};
+
+}  // namespace
+
+std::vector<std::string> faults_of(const std::filesystem::path& file) try {
+    std::vector<std::string> faults;
+    for (const std::string& what : recorded::RecordingReader{file}.damage())
+        faults.push_back(fmt::format("{}: {}", file.filename().string(), what));
+    const Mute mute;
+    if (!commands::replay({.file = file}))
+        faults.push_back(fmt::format("{}: the replay differs", file.filename().string()));
+    return faults;
+} catch (const std::exception& e) {
+    return {fmt::format("{}: {}", file.filename().string(), e.what())};
+}
+
+std::vector<std::string> lost_after_kill(const std::filesystem::path& folder,
+                                         const std::vector<std::pair<double, std::string>>& remarks) {
+    std::vector<std::string> lost;
+    std::vector<std::filesystem::path> parts;
+    for (const auto& entry : std::filesystem::directory_iterator{folder})
+        if (entry.path().extension() == ".part") parts.push_back(entry.path());
+    for (const std::filesystem::path& part : parts) try {
+            const std::vector<recording::LogEntry> written =
+                recording::read_journal(std::filesystem::path{part}.replace_extension(".journal"));
+            const commands::RecoverOptions options{.file = part};
+            {
+                const Mute mute;
+                static_cast<void>(commands::recover(options));
+                commands::name_recovered(commands::recovered_files(options));
+            }
+            const std::filesystem::path file = std::filesystem::path{part}.replace_extension();
+            std::vector<std::string> kept;
+            for (const recording::LogEntry& e : recording::read_log(recorded::RecordingReader{file}))
+                kept.push_back(e.text);
+            for (const auto& [at_s, remark] : remarks) {
+                const bool during = !written.empty() && at_s >= written.front().t_s;
+                if (during && std::ranges::none_of(kept, [&](const std::string& text) {
+                        return text.find(remark) != std::string::npos;
+                    }))
+                    lost.push_back(fmt::format("{}: \"{}\" at {:.3f} s is not there",
+                                               file.filename().string(), remark, at_s));
+            }
+            for (const std::string& what : recorded::RecordingReader{file}.damage())
+                lost.push_back(fmt::format("{}: {}", file.filename().string(), what));
+        } catch (const std::exception& e) {
+            lost.push_back(fmt::format("{}: {}", part.filename().string(), e.what()));
+        }
+    return lost;
+}
+
+}  // namespace shaker::orders

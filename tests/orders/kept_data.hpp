@@ -1,0 +1,20 @@
+#pragma once
+// Checks of the disk after a run: finished recordings replay to the bit, and a killed program has left all that
+// it had acknowledged.
+#include <filesystem>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace shaker::orders {
+
+/// Damage of a finished recording, and whether its replay differs; one sentence each.
+std::vector<std::string> faults_of(const std::filesystem::path& file);
+
+/// The folder of a killed program: recovers what was being recorded and checks each recording. remarks: those
+/// that the bench accepted, with their virtual times, s. Each remark given while a file was recorded must be
+/// in it.
+std::vector<std::string> lost_after_kill(const std::filesystem::path& folder,
+                                         const std::vector<std::pair<double, std::string>>& remarks);
+
+}  // namespace shaker::orders

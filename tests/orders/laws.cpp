@@ -1,0 +1,126 @@
+#include "tests/orders/laws.hpp"
+
+#include <spdlog/fmt/fmt.h>
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+
+#include "daemon/safety/output_guard.hpp"
+
+namespace shaker::orders {
+
+namespace {
+constexpr std::size_t most_violations = 8;
+constexpr double block_patience = 1.25;  // blocks of the accelerometer that the output always waits
+constexpr double slack = 1 + 1e-6;       // of a limit
+}  // namespace
+
+Laws::Laws(double rate_hz, std::size_t block, double accelerometer_hz, const acquisition::Channels& channels,
+           const acquisition::Streams& streams)
+    : rate_hz_{rate_hz},
+      block_{block},
+      patience_floor_s_{block_patience * AccelBlock::capacity / accelerometer_hz},
+      channels_{channels},
+      streams_{streams} {}
+
+std::int64_t Laws::samples(double s) const noexcept { return std::llround(s * rate_hz_); }
+
+void Laws::broken(std::string law, std::string words) {
+    if (violations_.size() < most_violations)
+        violations_.push_back({std::move(law), now_s(), std::move(words)});
+}
+
+void Laws::require_silence(double after_s, bool abort, std::string why) {
+    silences_.push_back({next_ + samples(after_s), ++events_, abort, std::move(why)});
+}
+
+// The next block begins the ramp.
+void Laws::aborted() {
+    ++aborts_;
+    abort_at_ = next_;
+    require_silence(limits_.hard_stop_s + 1 / rate_hz_, true, "an abort");
+}
+
+// A limit that was lowered holds after the present block and a hard stop; one that was raised holds at once.
+void Laws::limits(const safety::Limits& limits) {
+    const double was = limits_.drive.abort, is = limits.drive.abort;
+    limits_ = limits;
+    if (is == was) return;
+    if (is > was) drive_limits_.clear();
+    const std::int64_t promised =
+        is > was ? 0 : static_cast<std::int64_t>(block_) + samples(limits.hard_stop_s) + 1;
+    drive_limits_.emplace_back(next_ + promised, is);
+}
+
+// Every trip asks for silence until a clear, except an underrun, after which the drive may come back softly.
+void Laws::see_trips() {
+    seen_trips_ = std::min(seen_trips_, streams_.trips.size());
+    for (; seen_trips_ < streams_.trips.size(); ++seen_trips_) {
+        const safety::Trip& trip = streams_.trips[seen_trips_];
+        ++trips_;
+        if (trip.cause == safety::Cause::underrun) continue;
+        require_silence(limits_.soft_stop_s + 1 / rate_hz_, false, fmt::format("trip {}", name(trip.cause)));
+    }
+}
+
+// Without judged samples the output must have come to rest: patience, time for samples that are held back,
+// the block in which it is noticed and the next one, and a soft stop.
+void Laws::see_judged() {
+    if (const std::uint64_t judged = channels_.judged; judged != judged_) {
+        judged_ = judged;
+        judged_at_ = next_;
+    }
+}
+
+void Laws::check(double volt, std::int64_t tick) {
+    if (std::abs(volt) <= silence_V) return;
+    for (const auto& [from, limit] : drive_limits_)
+        if (tick >= from && std::abs(volt) > limit * slack) {
+            broken("drive limit", fmt::format("{:.6f} V above the limit of {:.6f} V", volt, limit));
+            drive_limits_.clear();
+            break;
+        }
+    for (auto s = silences_.begin(); s != silences_.end(); ++s)
+        if (tick >= s->from) {
+            broken("silence until a clear", fmt::format("{:.6f} V after {}", volt, s->why));
+            silences_.erase(s);
+            break;
+        }
+    const double patience_s = std::max(limits_.missing_s, patience_floor_s_) + safety::OutputGuard::held_back_s +
+                              2 * static_cast<double>(block_) / rate_hz_ + limits_.soft_stop_s;
+    if (tick - judged_at_ > samples(patience_s)) {
+        broken("judged samples", fmt::format("{:.6f} V {:.4f} s after the last judged sample", volt,
+                                             static_cast<double>(tick - judged_at_) / rate_hz_));
+        judged_at_ = tick;
+    }
+}
+
+void Laws::played(std::span<const double> volts, std::int64_t lost) {
+    see_trips();
+    see_judged();
+    std::erase_if(silences_, [&](const Silence& s) { return cleared_ > s.event; });
+    for (std::size_t i = 0; i < volts.size(); ++i) {
+        hash_ = (hash_ ^ std::bit_cast<std::uint64_t>(volts[i])) * 1099511628211ULL;
+        check(volts[i], next_ + static_cast<std::int64_t>(i));
+        if (!abort_at_) continue;
+        const auto since_s =
+            static_cast<double>(next_ + static_cast<std::int64_t>(i) - *abort_at_) / rate_hz_;
+        if (std::abs(volts[i]) > silence_V)
+            slowest_abort_s_ = std::max(slowest_abort_s_, since_s);
+        else if (since_s > limits_.hard_stop_s)
+            abort_at_.reset();
+    }
+    next_ += static_cast<std::int64_t>(volts.size()) + lost;
+    if (lost > 0) judged_at_ = std::max(judged_at_, next_ - samples(patience_floor_s_));
+}
+
+void Laws::unanswered(const std::string& request, double since_s) {
+    broken("a promised answer", fmt::format("{} has had no answer since {:.3f} s", request, since_s));
+}
+
+void Laws::allocated(const char* step, std::uint64_t calls) {
+    broken("no allocation", fmt::format("{} heap calls in the step of the {}", calls, step));
+}
+
+}  // namespace shaker::orders

@@ -1,0 +1,90 @@
+#pragma once
+// Laws: what must hold at every sample that leaves the DAC, whatever clients, devices and disk do.
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "daemon/acquisition/channels.hpp"
+#include "daemon/acquisition/streams.hpp"
+#include "daemon/safety/limits.hpp"
+
+namespace shaker::orders {
+
+struct Violation {
+    std::string law;
+    double at_s = 0;  // virtual time
+    std::string words;
+};
+
+/// Checks the output block by block. Volts above `silence_V` count as a drive.
+class Laws {
+public:
+    static constexpr double silence_V = 1e-9;
+
+    /// rate_hz: DAC. block: samples per write. accelerometer_hz: samples a second.
+    Laws(double rate_hz, std::size_t block, double accelerometer_hz, const acquisition::Channels& channels,
+         const acquisition::Streams& streams);
+
+    /// A client aborted; the output has not yet written a block since.
+    void aborted();
+    /// A client gave a clear.
+    void cleared() noexcept { cleared_ = ++events_; }
+    /// Reads the trips of the streams. Call it before clients act.
+    void see_trips();
+    /// The limits in force, as published. Call after every change.
+    void limits(const safety::Limits& limits);
+    /// A block was handed to the DAC, which lost `lost` samples behind it.
+    void played(std::span<const double> volts, std::int64_t lost);
+    /// A client's request has had no answer since `since_s`.
+    void unanswered(const std::string& request, double since_s);
+    /// Heap calls in a real-time step.
+    void allocated(const char* step, std::uint64_t calls);
+    /// Any other violation.
+    void broken(std::string law, std::string words);
+
+    [[nodiscard]] double now_s() const noexcept { return static_cast<double>(next_) / rate_hz_; }
+    [[nodiscard]] const std::vector<Violation>& violations() const noexcept { return violations_; }
+    /// Hash of all volts so far.
+    [[nodiscard]] std::uint64_t fingerprint() const noexcept { return hash_; }
+    [[nodiscard]] std::uint64_t aborts() const noexcept { return aborts_; }
+    [[nodiscard]] std::uint64_t trips() const noexcept { return trips_; }
+    /// Longest time from an abort to the first sample of a silent output, s.
+    [[nodiscard]] double slowest_abort_s() const noexcept { return slowest_abort_s_; }
+
+private:
+    /// From this tick on the output must be silent, until a clear that was given after the event.
+    struct Silence {
+        std::int64_t from;
+        std::uint64_t event;
+        bool abort;
+        std::string why;
+    };
+    void see_judged();
+    void check(double volt, std::int64_t tick);
+    void require_silence(double after_s, bool abort, std::string why);
+    [[nodiscard]] std::int64_t samples(double s) const noexcept;
+
+    double rate_hz_;
+    std::size_t block_;
+    double patience_floor_s_;
+    const acquisition::Channels& channels_;
+    const acquisition::Streams& streams_;
+    safety::Limits limits_;
+    std::vector<std::pair<std::int64_t, double>> drive_limits_{};  // tick from which a drive limit holds, V
+    std::int64_t next_ = 0;                                        // tick of the next block
+    std::uint64_t events_ = 0;              // aborts, trips and clears, to put them in order
+    std::uint64_t cleared_ = 0;             // event of the newest clear
+    std::optional<std::int64_t> abort_at_;  // tick of the newest abort, until the output is silent
+    std::vector<Silence> silences_{};
+    std::uint64_t judged_ = 0;
+    std::int64_t judged_at_ = 0;
+    std::size_t seen_trips_ = 0;
+    double slowest_abort_s_ = 0;
+    std::uint64_t aborts_ = 0, trips_ = 0;
+    std::uint64_t hash_ = 1469598103934665603ULL;
+    std::vector<Violation> violations_{};
+};
+
+}  // namespace shaker::orders

@@ -1,0 +1,139 @@
+#include "tests/orders/plan.hpp"
+
+#include <spdlog/fmt/fmt.h>
+
+#include <algorithm>
+#include <cmath>
+#include <random>
+#include <utility>
+
+namespace shaker::orders {
+
+namespace {
+
+using simulated::FaultKind;
+
+constexpr std::array fault_names{
+    "open",         "frozen",      "saturated",      "flipped",      "swapped",     "gain",
+    "drop",         "silent",      "amplifier_gain", "walker_off",   "walker_on",   "underrun",
+    "camera_stall", "camera_lose", "walker_hidden",  "held_back",    "camera_gone", "disk_full",
+    "disk_error",   "slow_sensor", "slow_cameras",   "slow_service", "killed"};
+static_assert(fault_names.size() == troubles);
+
+// How often a client does what, in the order of Action.
+constexpr std::array<double, actions> weights{8, 16, 5, 7, 5, 12, 4, 6, 3, 3, 3, 2, 4, 3, 3, 3};
+
+double settled_s(const Plan& plan) { return 1.2 + plan.buffer_s; }
+
+// The second of a pair of faults comes soon after the first.
+void add_faults(Plan& plan, std::mt19937_64& random) {
+    std::uniform_real_distribution<double> share{0, 1};
+    const int count = static_cast<int>(plan.length_s / 10 * (1 + 4 * share(random)));
+    double last_s = 0;
+    for (int i = 0; i < count; ++i) {
+        const bool paired = last_s > 0 && share(random) < 0.5;
+        const double at_s = paired ? std::min(plan.length_s, last_s + 0.6 * share(random) * share(random))
+                                   : settled_s(plan) + (plan.length_s - settled_s(plan)) * share(random);
+        last_s = at_s;
+        const auto what = static_cast<std::size_t>(share(random) * static_cast<double>(troubles));
+        const double for_s = 0.005 * std::pow(200.0, share(random));  // 5 ms to 1 s
+        plan.faults.push_back({at_s, what, for_s, share(random)});
+    }
+    // A program is killed once in a plan, and not often.
+    bool killed = share(random) < 0.7;
+    std::erase_if(plan.faults, [&](const Fault& f) {
+        return f.trouble == static_cast<std::size_t>(Trouble::killed) && std::exchange(killed, true);
+    });
+}
+
+void add_moves(Plan& plan, std::mt19937_64& random) {
+    std::uniform_real_distribution<double> share{0, 1};
+    std::discrete_distribution<std::size_t> action(weights.begin(), weights.end());
+    std::exponential_distribution<double> wait{1.6};
+    for (double at_s = settled_s(plan) * share(random); at_s < plan.length_s; at_s += wait(random)) {
+        const int client = static_cast<int>(3 * share(random));
+        const auto what = static_cast<Action>(action(random));
+        plan.moves.push_back({at_s, client, what, share(random)});
+        // Operators answer a trip by clear and start, and follow faults by aborts.
+        if (what == Action::clear && share(random) < 0.7)
+            plan.moves.push_back({at_s + 0.3 * share(random), client, Action::start, share(random)});
+    }
+    for (const Fault& f : plan.faults)
+        if (share(random) < 0.25)
+            plan.moves.push_back(
+                {f.at_s + 0.3 * share(random), static_cast<int>(3 * share(random)), Action::abort, 0});
+    std::ranges::stable_sort(plan.moves, {}, &Move::at_s);
+}
+
+std::string scene_fault(const Fault& f, double from_s) {
+    const auto kind = static_cast<FaultKind>(f.trouble);
+    std::string text = fmt::format("\n[[fault]]\nwhat = \"{}\"\nat_s = {}\n", fault_names.at(f.trouble),
+                                   std::max(0.0, f.at_s - from_s));
+    switch (kind) {
+        case FaultKind::drop:
+            return text + fmt::format("value = {}\n", 1 + static_cast<int>(40 * f.value));
+        case FaultKind::underrun:
+            return text + fmt::format("value = {}\n", 1 + static_cast<int>(4000 * f.value));
+        case FaultKind::gain:
+            return text + fmt::format("for_s = {}\nvalue = {}\n", f.for_s, 0.2 + 2 * f.value);
+        case FaultKind::amplifier_gain:
+            return text + fmt::format("value = {}\n", 0.3 + 1.5 * f.value);
+        case FaultKind::walker_off:
+        case FaultKind::walker_on:
+            return text;
+        case FaultKind::camera_stall:
+        case FaultKind::walker_hidden:
+            return text +
+                   fmt::format("for_s = {}\ncamera = \"{}\"\n", f.for_s, f.value < 0.5 ? "top" : "side");
+        case FaultKind::camera_lose:
+        case FaultKind::camera_gone:
+            return text + fmt::format("camera = \"{}\"\n", f.value < 0.5 ? "top" : "side");
+        default:
+            return text + fmt::format("for_s = {}\n", f.for_s);
+    }
+}
+
+}  // namespace
+
+const char* name_of_trouble(std::size_t trouble) noexcept { return fault_names[trouble]; }
+
+Plan plan_of(std::uint64_t seed) {
+    std::mt19937_64 random{seed * 0x9e3779b97f4a7c15ULL + 1};
+    std::uniform_real_distribution<double> share{0, 1};
+    Plan plan{.seed = seed};
+    plan.length_s = seed % 100 == 0 ? 60 : 10 + 4 * share(random);
+    plan.frequency_hz = std::array{10.0, 20.0, 30.0, 50.0}.at(static_cast<std::size_t>(4 * share(random)));
+    plan.identifies = share(random) < 0.25;
+    plan.buffer_s = share(random) < 0.5 ? 0 : 0.04 * share(random);
+    add_faults(plan, random);
+    add_moves(plan, random);
+    return plan;
+}
+
+std::string text(const Plan& plan) {
+    std::vector<std::pair<double, std::string>> lines;
+    for (const Move& m : plan.moves)
+        lines.emplace_back(m.at_s, fmt::format("client {}: {} ({:.3f})", m.client,
+                                               action_names.at(static_cast<std::size_t>(m.action)), m.value));
+    for (const Fault& f : plan.faults)
+        lines.emplace_back(f.at_s, fmt::format("fault: {} for {:.3f} s ({:.3f})", name_of_trouble(f.trouble),
+                                               f.for_s, f.value));
+    std::ranges::stable_sort(lines, {}, &std::pair<double, std::string>::first);
+    std::string all = fmt::format(
+        "seed {}: {:.3f} s at {} Hz, {}, DAC buffer {:.4f} s\n", plan.seed, plan.length_s, plan.frequency_hz,
+        plan.identifies ? "identifies" : "response of the data sheet", plan.buffer_s);
+    for (const auto& [at_s, line] : lines) all += fmt::format("{:8.3f} s {}\n", at_s, line);
+    return all;
+}
+
+std::string scene_of(const Plan& plan, double from_s) {
+    std::string scene = fmt::format(
+        "seed = {}\n[dac]\nrate_hz = 24000\nbuffer_s = {}\n[top]\npositions = 1\nframe_rate_hz = 200\n"
+        "[side]\npositions = 1\nframe_rate_hz = 200\n",
+        plan.seed % 1000000, plan.buffer_s);
+    for (const Fault& f : plan.faults)
+        if (f.trouble < scene_faults && f.at_s + f.for_s > from_s) scene += scene_fault(f, from_s);
+    return scene;
+}
+
+}  // namespace shaker::orders

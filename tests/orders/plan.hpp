@@ -1,0 +1,80 @@
+#pragma once
+// Plan: what clients, devices, disk and computer do in one simulated run of the daemon. Drawn from a seed.
+#include <array>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "drivers/simulated/faults.hpp"
+
+namespace shaker::orders {
+
+/// Actions of a client, in the order of `action_names`.
+enum class Action : std::uint8_t {
+    drive,
+    start,
+    identify,
+    stop,
+    abort,
+    clear,
+    remark,
+    record,
+    unrecord,
+    loop,
+    lower_drive,
+    lower_motion,
+    reload,
+    read,        // READ? by SCPI: waits for the next measurement
+    disconnect,  // in the middle of a command
+    nonsense,
+};
+inline constexpr std::array action_names{
+    "drive",    "start", "identify",    "stop",         "abort",  "clear", "remark",     "record",
+    "unrecord", "loop",  "lower_drive", "lower_motion", "reload", "read",  "disconnect", "nonsense"};
+inline constexpr std::size_t actions = action_names.size();
+
+/// Faults of disk and computer. Their numbers follow those of a scene's faults.
+inline constexpr std::size_t scene_faults = static_cast<std::size_t>(simulated::FaultKind::camera_gone) + 1;
+enum class Trouble : std::uint8_t {
+    disk_full = scene_faults,
+    disk_error,
+    slow_sensor,   // the thread of the accelerometer stands still
+    slow_cameras,  // the threads of the cameras
+    slow_service,  // the thread that obeys orders
+    killed,        // the program is killed and started again
+};
+inline constexpr std::size_t troubles = static_cast<std::size_t>(Trouble::killed) + 1;
+const char* name_of_trouble(std::size_t trouble) noexcept;
+
+struct Move {
+    double at_s = 0;  // virtual time
+    int client = 0;   // 0 and 1 speak SCPI, 2 HTTP
+    Action action{};
+    double value = 0;  // 0..1; its meaning depends on the action
+};
+struct Fault {
+    double at_s = 0;
+    std::size_t trouble = 0;
+    double for_s = 0;
+    double value = 0;  // 0..1
+};
+
+struct Plan {
+    std::uint64_t seed = 0;
+    double length_s = 10;
+    double frequency_hz = 20;
+    bool identifies = false;  // measures the response first
+    double buffer_s = 0;      // of the DAC
+    std::vector<Move> moves{};
+    std::vector<Fault> faults{};
+    [[nodiscard]] std::size_t size() const noexcept { return moves.size() + faults.size(); }
+};
+
+/// The plan of a seed. Every hundredth seed is a minute long, the others 10 to 14 s.
+Plan plan_of(std::uint64_t seed);
+/// One line for each move and fault, in order of time.
+std::string text(const Plan& plan);
+/// The scene of a plan, from `from_s` on: cameras give positions, devices fail as planned.
+std::string scene_of(const Plan& plan, double from_s);
+
+}  // namespace shaker::orders

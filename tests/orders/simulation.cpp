@@ -1,0 +1,266 @@
+#include "tests/orders/simulation.hpp"
+
+#include <spdlog/fmt/fmt.h>
+#include <spdlog/spdlog.h>
+
+#include <cmath>
+#include <fstream>
+
+#include "daemon/run/runner.hpp"
+#include "daemon/service/bench_service.hpp"
+#include "drivers/errors.hpp"
+#include "tests/orders/clients.hpp"
+#include "tests/orders/kept_data.hpp"
+#include "tests/orders/simulated_disk.hpp"
+#include "tests/orders/watched_devices.hpp"
+
+namespace shaker::orders {
+
+namespace {
+
+struct Killed {};
+
+constexpr double longest_answer_s = 5;
+constexpr double longest_end_s = 20;  // after leave()
+
+run::RunOptions options_of(const Plan& plan, const std::filesystem::path& scene) {
+    run::RunOptions run;
+    run.scene = scene;
+    run.pictures = recorded::KeptPictures::off;
+    run.drive.frequency = plan.frequency_hz;
+    run.drive.gamma = 4;
+    run.periods = 5;
+    run.settle = 3;
+    run.identify = plan.identifies;
+    return run;
+}
+
+/// One life of the program: from its start to its end or to the moment it is killed.
+class Life {
+public:
+    Life(const Plan& plan, double from_s, const std::filesystem::path& folder, Outcome& outcome)
+        : plan_{plan},
+          from_s_{from_s},
+          folder_{folder},
+          outcome_{outcome},
+          runner_{{.run = options_of(plan, scene_file()), .on_call = true, .recordings = folder}},
+          service_{runner_, {}, port_},
+          laws_{runner_.bench().rig.dac->info().rate_hz, runner_.bench().rig.dac->info().block_frames,
+                runner_.bench().rig.accelerometer->info().rate_hz, runner_.collector().channels(),
+                runner_.collector().streams()},
+          clients_{port_, laws_},
+          watch_{.laws = laws_, .troubled = [this](std::size_t trouble) { return lasts(trouble); }} {
+        laws_.limits(runner_.limits());
+        watch_devices(runner_.bench().rig, watch_);
+        while (move_ < plan_.moves.size() && plan_.moves[move_].at_s < from_s_) ++move_;
+    }
+
+    /// True when the program was killed.
+    bool play() {
+        bool killed = false;
+        try {
+            runner_.lead(
+                [this](const acquisition::Streams& s, acquisition::Channels& c) { return step(s, c); },
+                [this] {
+                    watch_.heap.begin("output");
+                    return service_.done() || overdue();
+                });
+        } catch (const Killed&) {
+            killed = true;
+        } catch (const DeviceError& e) {
+            laws_.broken("the daemon stays up", e.what());
+        }
+        watch_.heap.forget();
+        set_disk(Disk::good);
+        take_counts();
+        if (!killed && disk_was_good_) check_events();
+        return killed;
+    }
+    [[nodiscard]] const Clients& clients() const noexcept { return clients_; }
+    [[nodiscard]] const std::filesystem::path& copy() const noexcept { return copy_; }
+    [[nodiscard]] double killed_at_s() const noexcept { return killed_at_s_; }
+
+private:
+    std::filesystem::path scene_file() {
+        std::filesystem::create_directories(folder_);
+        const std::filesystem::path file = folder_ / "scene.toml";
+        std::ofstream{file} << scene_of(plan_, from_s_);
+        return file;
+    }
+
+    [[nodiscard]] double now_s() const noexcept { return from_s_ + laws_.now_s(); }
+
+    [[nodiscard]] bool lasts(std::size_t trouble) const {
+        return std::ranges::any_of(plan_.faults, [&](const Fault& f) {
+            return f.trouble == trouble && now_s() >= f.at_s && now_s() < f.at_s + f.for_s;
+        });
+    }
+
+    bool step(const acquisition::Streams& streams, acquisition::Channels& channels) {
+        laws_.see_trips();
+        begin_faults();
+        act();
+        bool any = false;
+        if (!lasts(static_cast<std::size_t>(Trouble::slow_service))) any = service_.step(streams, channels);
+        clients_.turn();
+        if (const auto now = port_.state()) {
+            state_ = now->state;
+            laws_.limits(now->limits);
+        }
+        if (now_s() > plan_.length_s && !service_.leaving()) {
+            service_.leave();
+            left_at_s_ = now_s();
+        }
+        if (!lasts(static_cast<std::size_t>(Trouble::slow_service)))
+            clients_.require_answers(longest_answer_s);
+        return any;
+    }
+
+    void act() {
+        if (service_.leaving()) return;
+        for (; move_ < plan_.moves.size() && plan_.moves[move_].at_s <= now_s(); ++move_) {
+            outcome_.coverage.action(state_, plan_.moves[move_].action);
+            clients_.act(plan_.moves[move_]);
+        }
+    }
+
+    void begin_faults() {
+        for (std::size_t i = 0; i < plan_.faults.size(); ++i) {
+            const Fault& f = plan_.faults[i];
+            if (begun_.at(i) || f.at_s < from_s_ || now_s() < f.at_s) continue;
+            begun_[i] = true;
+            outcome_.coverage.fault(state_, f.trouble, f.at_s);
+            if (f.trouble == static_cast<std::size_t>(Trouble::killed)) die();
+        }
+        Disk disk = Disk::good;
+        if (lasts(static_cast<std::size_t>(Trouble::disk_error))) disk = Disk::failing;
+        if (lasts(static_cast<std::size_t>(Trouble::disk_full))) disk = Disk::full;
+        if (disk != Disk::good) disk_was_good_ = false;
+        set_disk(disk);
+    }
+
+    // What the program has written until now stays; what it would write while it is destroyed does not count.
+    void die() {
+        killed_at_s_ = now_s();
+        set_disk(Disk::good);
+        copy_ = folder_;
+        copy_ += "-after-kill";
+        std::filesystem::copy(folder_, copy_, std::filesystem::copy_options::recursive);
+        throw Killed{};
+    }
+
+    bool overdue() {
+        if (left_at_s_ < 0 || now_s() < left_at_s_ + longest_end_s) return false;
+        laws_.broken("the daemon ends",
+                     fmt::format("state {} {} s after the request to end", name(state_), longest_end_s));
+        return true;
+    }
+
+    void check_events() {
+        for (const service::BenchEvent& e : port_.events(0)) {
+            if (e.kind != "note" || !e.text.starts_with("recorded: ")) continue;
+            const std::filesystem::path file = e.text.substr(std::string{"recorded: "}.size());
+            ++outcome_.recordings;
+            for (const std::string& why : faults_of(file)) laws_.broken("what was recorded is kept", why);
+            outcome_.replayed += 1;
+        }
+    }
+
+    void take_counts() {
+        for (const service::BenchEvent& e : port_.events(0))
+            outcome_.log.push_back(fmt::format("{:8.3f} s {}: {}", from_s_ + e.t_s, e.kind, e.text));
+        outcome_.virtual_s += laws_.now_s();
+        outcome_.aborts += laws_.aborts();
+        outcome_.trips += laws_.trips();
+        outcome_.slowest_abort_s = std::max(outcome_.slowest_abort_s, laws_.slowest_abort_s());
+        outcome_.fingerprint = outcome_.fingerprint * 31 + laws_.fingerprint();
+    }
+
+public:
+    void take_violations() {
+        for (const Violation& v : laws_.violations()) {
+            outcome_.violations.push_back(v);
+            outcome_.violations.back().at_s += from_s_;
+        }
+    }
+
+private:
+    const Plan& plan_;
+    double from_s_;
+    std::filesystem::path folder_;
+    Outcome& outcome_;
+    run::Runner runner_;
+    service::BenchPort port_;
+    service::BenchService service_;
+    Laws laws_;
+    Clients clients_;
+    Watch watch_;
+    std::size_t move_ = 0;
+    std::vector<bool> begun_ = std::vector<bool>(plan_.faults.size());
+    run::RunState state_ = run::RunState::init;
+    double left_at_s_ = -1, killed_at_s_ = 0;
+    bool disk_was_good_ = true;
+    std::filesystem::path copy_;
+};
+
+}  // namespace
+
+Outcome simulate(const Plan& plan, const std::filesystem::path& folder) {
+    Outcome outcome;
+    double from_s = 0;
+    std::filesystem::path now = folder / "life-1";
+    for (int life = 1;; ++life) {
+        std::filesystem::path copy;
+        bool killed = false;
+        std::vector<std::pair<double, std::string>> remarks;
+        {
+            Life present{plan, from_s, now, outcome};
+            killed = present.play();
+            present.take_violations();
+            copy = present.copy();
+            if (killed) from_s = present.killed_at_s();
+            remarks = present.clients().remarks();
+        }
+        if (!killed) return outcome;
+        for (const std::string& why : lost_after_kill(copy, remarks))
+            outcome.violations.push_back({"what was recorded is kept", from_s, why});
+        ++outcome.recovered;
+        now = folder / fmt::format("life-{}", life + 1);
+    }
+}
+
+Plan shortest(const Plan& plan, const std::filesystem::path& folder) {
+    int tried = 0;
+    const auto breaks = [&](const Plan& p) {
+        const Outcome o = simulate(p, folder / fmt::format("try-{}", ++tried));
+        std::filesystem::remove_all(folder / fmt::format("try-{}", tried));
+        return o.violations.empty() ? std::string{} : o.violations.front().law;
+    };
+    const std::string law = breaks(plan);
+    Plan best = plan;
+    if (law.empty()) return best;
+    for (std::size_t part = std::max<std::size_t>(1, best.size() / 2);;
+         part = std::max<std::size_t>(1, part / 2)) {
+        bool shorter = false;
+        for (std::size_t from = 0; from < best.size();) {
+            Plan less = best;
+            const std::size_t to = std::min(best.size(), from + part);
+            for (std::size_t i = to; i-- > from;) {
+                if (i < best.moves.size())
+                    less.moves.erase(less.moves.begin() + static_cast<std::ptrdiff_t>(i));
+                else
+                    less.faults.erase(less.faults.begin() +
+                                      static_cast<std::ptrdiff_t>(i - best.moves.size()));
+            }
+            if (breaks(less) == law) {
+                best = less;
+                shorter = true;
+            } else {
+                from = to;
+            }
+        }
+        if (part == 1 && !shorter) return best;
+    }
+}
+
+}  // namespace shaker::orders
