@@ -120,7 +120,9 @@ void BenchService::obey(const Identify& /*order*/, acquisition::Channels& channe
 
 void BenchService::obey(const End& /*order*/, acquisition::Channels& channels) { sequence_.end(channels); }
 
-void BenchService::obey(const ClearTrip& /*order*/, acquisition::Channels& channels) {
+void BenchService::obey(const ClearTrip& order, acquisition::Channels& channels) {
+    if (order.shown != sequence_.stops().size() && sequence_.state() == run::RunState::tripped)
+        throw InputError{"a trip came after this clear; look at its cause, then clear it"};
     if (record_.finishing())
         throw InputError{
             "the recording of the stopped run is still being finished; wait, then clear the trip"};

@@ -2,6 +2,7 @@
 
 #include <spdlog/fmt/fmt.h>
 
+#include <algorithm>
 #include <utility>
 
 namespace shaker::service {
@@ -21,6 +22,8 @@ void BenchPort::order(Order order) {
         if (orders_.size() < most_orders) {
             ++ordered_;
             order.aborts = aborted_;
+            if (auto* clear = std::get_if<ClearTrip>(&order.what))
+                clear->shown = std::min(clear->shown, state_ ? state_->trips : 0);
             orders_.push_back(std::move(order));
             return;
         }

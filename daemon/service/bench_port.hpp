@@ -6,6 +6,7 @@
 #include <deque>
 #include <filesystem>
 #include <functional>
+#include <limits>
 #include <memory>
 #include <mutex>
 #include <optional>
@@ -34,7 +35,11 @@ struct Begin {
 struct Identify {};
 /// Soft stop.
 struct End {};
-struct ClearTrip {};
+/// Clears the trips that the client has been shown. A trip that came later refuses it.
+struct ClearTrip {
+    /// BenchState::trips shown to the client, at most those published when the order is given.
+    std::uint64_t shown = std::numeric_limits<std::uint64_t>::max();
+};
 /// Switches recording of the following runs.
 struct Record {
     bool on;

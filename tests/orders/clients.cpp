@@ -156,6 +156,8 @@ void Clients::say(int client, Action action, double value) {
             if (http) return post("nonsense", "{\"a\":", action);
             return send(sessions_.at(static_cast<std::size_t>(client)), nonsense_for(value));
         case Action::reload:
+        case Action::recover:
+        case Action::same_name:
             return;
     }
 }

@@ -10,6 +10,7 @@
 #include "daemon/commands/replay_command.hpp"
 #include "daemon/recording/journal.hpp"
 #include "daemon/recording/tables/run_tables.hpp"
+#include "drivers/errors.hpp"
 #include "drivers/recorded/recording_file.hpp"
 
 namespace shaker::orders {
@@ -51,12 +52,24 @@ std::vector<std::string> faults_of(const std::filesystem::path& file) try {
     return {fmt::format("{}: {}", file.filename().string(), e.what())};
 }
 
+bool recovers(const std::filesystem::path& file) try {
+    const Mute mute;
+    const commands::RecoverOptions options{.file = file};
+    static_cast<void>(commands::recover(options));
+    commands::name_recovered(commands::recovered_files(options));
+    return true;
+} catch (const InputError&) {
+    return false;
+}
+
 std::vector<std::string> lost_after_kill(const std::filesystem::path& folder,
                                          const std::vector<std::pair<double, std::string>>& remarks) {
     std::vector<std::string> lost;
     std::vector<std::filesystem::path> parts;
     for (const auto& entry : std::filesystem::directory_iterator{folder})
-        if (entry.path().extension() == ".part") parts.push_back(entry.path());
+        if (entry.path().extension() == ".part" &&
+            !std::filesystem::exists(std::filesystem::path{entry.path()}.replace_extension()))
+            parts.push_back(entry.path());
     for (const std::filesystem::path& part : parts) try {
             const std::vector<recording::LogEntry> written =
                 recording::read_journal(std::filesystem::path{part}.replace_extension(".journal"));

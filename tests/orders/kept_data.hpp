@@ -1,6 +1,6 @@
 #pragma once
-// Checks of the disk after a run: finished recordings replay to the bit, and a killed program has left all that
-// it had acknowledged.
+// Checks of the disk after a run: finished recordings replay to the bit, and a killed program has left all
+// that it had acknowledged.
 #include <filesystem>
 #include <string>
 #include <utility>
@@ -10,6 +10,9 @@ namespace shaker::orders {
 
 /// Damage of a finished recording, and whether its replay differs; one sentence each.
 std::vector<std::string> faults_of(const std::filesystem::path& file);
+
+/// Recovers a recording that may be open. False: refused.
+bool recovers(const std::filesystem::path& file);
 
 /// The folder of a killed program: recovers what was being recorded and checks each recording. remarks: those
 /// that the bench accepted, with their virtual times, s. Each remark given while a file was recorded must be

@@ -87,8 +87,9 @@ void Laws::check(double volt, std::int64_t tick) {
             silences_.erase(s);
             break;
         }
-    const double patience_s = std::max(limits_.missing_s, patience_floor_s_) + safety::OutputGuard::held_back_s +
-                              2 * static_cast<double>(block_) / rate_hz_ + limits_.soft_stop_s;
+    const double patience_s = std::max(limits_.missing_s, patience_floor_s_) +
+                              safety::OutputGuard::held_back_s + 2 * static_cast<double>(block_) / rate_hz_ +
+                              limits_.soft_stop_s;
     if (tick - judged_at_ > samples(patience_s)) {
         broken("judged samples", fmt::format("{:.6f} V {:.4f} s after the last judged sample", volt,
                                              static_cast<double>(tick - judged_at_) / rate_hz_));

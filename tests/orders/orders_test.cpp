@@ -27,7 +27,21 @@ TEST(OrdersTest, EqualSeedsGiveEqualVolts) {
     EXPECT_NE(first.fingerprint, simulate(plan_of(8), folder / "other").fingerprint);
 }
 
-// Seeds that changes with SHAKER_SEED; `tests/bench/run orders` plays more.
+// The client's *WAI holds its clear back until the trip; the drive must not come back.
+TEST(OrdersTest, ClearHeldBackClearsNoLaterTrip) {
+    constexpr double wai = 0.85;
+    Plan plan{.seed = 1, .length_s = 4, .frequency_hz = 10};
+    plan.moves = {{1.0, 2, Action::start, 0.5},
+                  {1.3, 0, Action::nonsense, wai},
+                  {1.6, 0, Action::clear, 0},
+                  {3.0, 2, Action::start, 0.5}};
+    plan.faults = {{1.95, static_cast<std::size_t>(simulated::FaultKind::saturated), 0.2, 0}};
+    const Outcome outcome = simulate(plan, test::fresh_folder() / "run");
+    EXPECT_EQ(outcome.trips, 1U);
+    EXPECT_TRUE(outcome.violations.empty()) << words(plan, outcome);
+}
+
+// Seeds that change with SHAKER_SEED; `tests/bench/run orders` plays more.
 TEST(OrdersTest, LawsHoldForSeedsOfTheDay) {
     const auto folder = test::fresh_folder();
     const char* day = std::getenv("SHAKER_SEED");

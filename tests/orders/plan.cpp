@@ -21,7 +21,7 @@ constexpr std::array fault_names{
 static_assert(fault_names.size() == troubles);
 
 // How often a client does what, in the order of Action.
-constexpr std::array<double, actions> weights{8, 16, 5, 7, 5, 12, 4, 6, 3, 3, 3, 2, 4, 3, 3, 3};
+constexpr std::array<double, actions> weights{8, 16, 5, 7, 5, 12, 4, 6, 3, 3, 3, 2, 4, 3, 3, 3, 2, 0.5};
 
 double settled_s(const Plan& plan) { return 1.2 + plan.buffer_s; }
 

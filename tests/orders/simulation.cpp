@@ -20,6 +20,7 @@ namespace {
 
 struct Killed {};
 
+constexpr const char* foreign = "a file of another program\n";
 constexpr double longest_answer_s = 5;
 constexpr double longest_end_s = 20;  // after leave()
 
@@ -73,6 +74,7 @@ public:
         watch_.heap.forget();
         set_disk(Disk::good);
         take_counts();
+        check_taken_names();
         if (!killed && disk_was_good_) check_events();
         return killed;
     }
@@ -120,7 +122,41 @@ private:
         if (service_.leaving()) return;
         for (; move_ < plan_.moves.size() && plan_.moves[move_].at_s <= now_s(); ++move_) {
             outcome_.coverage.action(state_, plan_.moves[move_].action);
-            clients_.act(plan_.moves[move_]);
+            if (plan_.moves[move_].action == Action::recover)
+                recover_open_recording();
+            else if (plan_.moves[move_].action == Action::same_name)
+                take_name_of_recording();
+            else
+                clients_.act(plan_.moves[move_]);
+        }
+    }
+
+    // The file that is being recorded; empty: none.
+    [[nodiscard]] std::filesystem::path open_recording() const {
+        const auto now = port_.state();
+        if (!now || now->recording.name.empty()) return {};
+        const std::filesystem::path file = folder_ / now->recording.name;
+        return std::filesystem::exists(file.string() + ".part") ? file : std::filesystem::path{};
+    }
+
+    void recover_open_recording() {
+        const std::filesystem::path file = open_recording();
+        if (!file.empty() && recovers(file))
+            laws_.broken("a recorder keeps its file", file.filename().string());
+    }
+
+    void take_name_of_recording() {
+        const std::filesystem::path file = open_recording();
+        if (file.empty() || std::filesystem::exists(file)) return;
+        std::ofstream{file} << foreign;
+        taken_.push_back(file);
+    }
+
+    void check_taken_names() {
+        for (const std::filesystem::path& file : taken_) {
+            std::ifstream in{file};
+            const std::string now{std::istreambuf_iterator<char>{in}, {}};
+            if (now != foreign) laws_.broken("no file is replaced", file.filename().string());
         }
     }
 
@@ -201,6 +237,7 @@ private:
     double left_at_s_ = -1, killed_at_s_ = 0;
     bool disk_was_good_ = true;
     std::filesystem::path copy_;
+    std::vector<std::filesystem::path> taken_{};  // names that another program took
 };
 
 }  // namespace

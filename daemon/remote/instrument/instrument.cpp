@@ -72,6 +72,7 @@ void BenchInstrument::order(const scpi::Session& session, service::OrderWhat wha
 }
 
 void show(const service::BenchState& s, scpi::DeviceStatus& status) {
+    status.trips = s.trips;
     status.set(scpi::Operation::calibrating, s.state == run::RunState::identify);
     status.set(scpi::Operation::settling, s.state == run::RunState::ramp ||
                                               s.state == run::RunState::ramp_down ||

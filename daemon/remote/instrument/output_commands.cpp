@@ -55,7 +55,10 @@ std::vector<Command> output_commands(BenchInstrument& bench) {
                         },
                     .without = scpi::empty_string});
     rows.push_back({.header = "OUTPut:PROTection:CLEar",
-                    .set = [&bench](scpi::Call& call) { bench.order(call.session, service::ClearTrip{}); },
+                    .set =
+                        [&bench](scpi::Call& call) {
+                            bench.order(call.session, service::ClearTrip{call.session.trips()});
+                        },
                     .guarded = true});
     rows.push_back(
         {.header = "OUTPut:PROTection:LEVel",

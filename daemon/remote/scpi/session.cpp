@@ -70,7 +70,10 @@ void Session::accept(Text message) {
     message.skip_blanks();
     if (message.empty()) return;
     ++messages_;
-    if (!waiting()) return run_message(message);
+    if (!waiting()) {
+        trips_ = shared_.status.trips;
+        return run_message(message);
+    }
     Path path;
     bool urgent = false;
     while (run_urgent(message, path)) urgent = true;
@@ -81,7 +84,7 @@ void Session::accept(Text message) {
         return report(Code::input_overrun,
                       "more than " + std::to_string(input_limit) + " bytes received during a wait");
     withheld_bytes_ += message.size() + cost_of_a_message;
-    withheld_.emplace_back(message.at, message.end);
+    withheld_.push_back({{message.at, message.end}, shared_.status.trips});
 }
 
 void Session::poll() {
@@ -106,10 +109,11 @@ void Session::poll() {
             owed_.pop_front();
         }
         while (!waiting() && !withheld_.empty()) {
-            std::string next = std::move(withheld_.front());
+            Withheld next = std::move(withheld_.front());
             withheld_.pop_front();
-            withheld_bytes_ -= next.size() + cost_of_a_message;
-            run_message({next.data(), next.data() + next.size()});
+            withheld_bytes_ -= next.message.size() + cost_of_a_message;
+            trips_ = next.trips;
+            run_message({next.message.data(), next.message.data() + next.message.size()});
         }
     }
 }

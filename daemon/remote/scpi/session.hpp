@@ -81,6 +81,8 @@ public:
     void drop_withheld();
 
     // For handlers.
+    /// Trips of the bench that had been shown when the present message was received.
+    [[nodiscard]] std::uint64_t trips() const noexcept { return trips_; }
     [[nodiscard]] const Shared& shared() const noexcept { return shared_; }
     [[nodiscard]] StatusModel& status() noexcept { return status_; }
     [[nodiscard]] Format& format() noexcept { return format_; }
@@ -134,6 +136,7 @@ private:
     int wrong_passwords_ = 0;
     std::string_view ended_;
     bool begun_ = false;  // a byte was received
+    std::uint64_t trips_ = 0;
     std::uint64_t messages_ = 0;
     bool abort_failed_ = false;
     access::Aborts::Receipt unanswered_;          // of the newest ABORt
@@ -149,7 +152,11 @@ private:
     std::optional<Pause> pause_;
     const Command* asked_ = nullptr;  // the newest query, which may have paused
     std::string remainder_;           // of the paused message
-    std::deque<std::string> withheld_;
+    struct Withheld {
+        std::string message;
+        std::uint64_t trips;  // shown when it was received
+    };
+    std::deque<Withheld> withheld_;
     std::size_t withheld_bytes_ = 0;
 };
 

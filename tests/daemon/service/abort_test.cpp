@@ -101,6 +101,19 @@ TEST(AbortTest, OrdersFromBeforeTheAbortAreRefused) {
     EXPECT_EQ(r.last.wanted.gamma, paper_g);
 }
 
+TEST(AbortTest, ClearFromBeforeTheTripIsRefused) {
+    Answers answers;
+    const auto clearable = [](const BenchState& s) { return s.may_clear; };
+    const auto r = play_on_call(slow + fault("flipped", 5, "for_s = 0.05\n"), quick(), test::fresh_folder(),
+                                {{in(RunState::idle), orders(Begin{10}, answers)},
+                                 {clearable, orders(ClearTrip{.shown = 0}, answers)},
+                                 {clearable, orders(ClearTrip{}, answers)},
+                                 {in(RunState::idle), [](BenchPort&) {}}});
+    ASSERT_EQ(answers.size(), 3U);
+    EXPECT_EQ(answers[1], "a trip came after this clear; look at its cause, then clear it");
+    EXPECT_EQ(answers[2], "");
+}
+
 TEST(AbortTest, SoftStopEndsWithinTwoSecondsAtOneHertz) {
     run::RunOptions run = quick();
     run.drive.frequency = 1;

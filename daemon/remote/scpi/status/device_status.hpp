@@ -56,6 +56,7 @@ private:
 struct DeviceStatus {
     ConditionRegister operation;
     ConditionRegister questionable;
+    std::uint64_t trips = 0;  // since the start of the bench
 
     void set(Operation bit, bool on) noexcept { operation.set(static_cast<std::uint8_t>(bit), on); }
     void set(Questionable bit, bool on) noexcept { questionable.set(static_cast<std::uint8_t>(bit), on); }
