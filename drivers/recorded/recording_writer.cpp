@@ -183,7 +183,9 @@ void RecordingWriter::Streams::begin(const RecordingHeader& header) {
     }
 }
 
-RecordingWriter::~RecordingWriter() = default;
+RecordingWriter::~RecordingWriter() {
+    if (streams_ && streams_->file.get() >= 0) h5::write_or_give_up(streams_->file.get());
+}
 
 RecordingWriter::RecordingWriter(const std::filesystem::path& file, const RecordingHeader& header)
     : streams_{std::make_unique<Streams>()} {

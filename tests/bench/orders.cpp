@@ -24,6 +24,7 @@ int show_seed(std::uint64_t seed, const std::filesystem::path& folder) {
     std::fputs(text(plan).c_str(), stdout);
     fmt::print("{:.3f} s played, {} aborts, {} trips, {} recordings, volts {:016x}\n", outcome.virtual_s,
                outcome.aborts, outcome.trips, outcome.recordings, outcome.fingerprint);
+    std::fflush(stdout);
     for (const orders::Violation& v : outcome.violations)
         fmt::print("BROKEN {}: at {:.4f} s {}\n", v.law, v.at_s, v.words);
     if (outcome.violations.empty()) return 0;

@@ -1,6 +1,7 @@
 #include "tests/orders/kept_data.hpp"
 
 #include <fcntl.h>
+#include <hdf5.h>
 #include <spdlog/fmt/fmt.h>
 #include <unistd.h>
 
@@ -11,6 +12,7 @@
 #include "daemon/recording/journal.hpp"
 #include "daemon/recording/tables/run_tables.hpp"
 #include "drivers/errors.hpp"
+#include "drivers/recorded/h5/h5.hpp"
 #include "drivers/recorded/recording_file.hpp"
 
 namespace shaker::orders {
@@ -50,6 +52,11 @@ std::vector<std::string> faults_of(const std::filesystem::path& file) try {
     return faults;
 } catch (const std::exception& e) {
     return {fmt::format("{}: {}", file.filename().string(), e.what())};
+}
+
+std::size_t left_open() noexcept {
+    h5::be_quiet();
+    return static_cast<std::size_t>(std::max<ssize_t>(0, H5Fget_obj_count(H5F_OBJ_ALL, H5F_OBJ_ALL)));
 }
 
 bool recovers(const std::filesystem::path& file) try {

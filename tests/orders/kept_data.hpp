@@ -11,6 +11,9 @@ namespace shaker::orders {
 /// Damage of a finished recording, and whether its replay differs; one sentence each.
 std::vector<std::string> faults_of(const std::filesystem::path& file);
 
+/// Number of files and of their parts that the daemon's library of files still has open in this process.
+std::size_t left_open() noexcept;
+
 /// Recovers a recording that may be open. False: refused.
 bool recovers(const std::filesystem::path& file);
 

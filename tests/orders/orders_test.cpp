@@ -5,6 +5,7 @@
 #include <chrono>
 #include <cstdlib>
 
+#include "tests/orders/simulated_disk.hpp"
 #include "tests/orders/simulation.hpp"
 #include "tests/support/program.hpp"
 
@@ -36,6 +37,16 @@ TEST(OrdersTest, ClearHeldBackClearsNoLaterTrip) {
                   {1.6, 0, Action::clear, 0},
                   {3.0, 2, Action::start, 0.5}};
     plan.faults = {{1.95, static_cast<std::size_t>(simulated::FaultKind::saturated), 0.2, 0}};
+    const Outcome outcome = simulate(plan, test::fresh_folder() / "run");
+    EXPECT_EQ(outcome.trips, 1U);
+    EXPECT_TRUE(outcome.violations.empty()) << words(plan, outcome);
+}
+
+TEST(OrdersTest, FullDiskLeavesNoFileOpen) {
+    if (!disk_can_fail()) GTEST_SKIP() << "sanitisers do not allow replaced calls";
+    Plan plan{.seed = 1, .length_s = 5, .frequency_hz = 50};
+    plan.moves = {{0.8, 2, Action::record, 0.5}, {1.0, 0, Action::start, 0.3}};
+    plan.faults = {{2.0, static_cast<std::size_t>(Trouble::disk_full), 0.3, 0}};
     const Outcome outcome = simulate(plan, test::fresh_folder() / "run");
     EXPECT_EQ(outcome.trips, 1U);
     EXPECT_TRUE(outcome.violations.empty()) << words(plan, outcome);

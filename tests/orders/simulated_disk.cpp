@@ -1,6 +1,7 @@
 #include "tests/orders/simulated_disk.hpp"
 
 #include <dlfcn.h>
+#include <sys/stat.h>
 #include <sys/statvfs.h>
 #include <unistd.h>
 
@@ -30,8 +31,10 @@ Function* next(const char* name) {
     return reinterpret_cast<Function*>(::dlsym(RTLD_NEXT, name));
 }
 
-// True when a file's call must fail; sets errno.
-bool fails() noexcept {
+// True when a file's call must fail; sets errno. A file in memory has no name and no disk.
+bool fails(int file) noexcept {
+    struct stat status {};
+    if (shaker::orders::disk == Disk::good || ::fstat(file, &status) != 0 || status.st_nlink == 0) return false;
     switch (shaker::orders::disk) {
         case Disk::good:
             return false;
@@ -51,19 +54,19 @@ extern "C" {
 
 ssize_t pwrite64(int file, const void* bytes, size_t count, off64_t at) {
     static auto* const real = next<ssize_t(int, const void*, size_t, off64_t)>("pwrite64");
-    return fails() ? -1 : real(file, bytes, count, at);
+    return fails(file) ? -1 : real(file, bytes, count, at);
 }
 ssize_t pwrite(int file, const void* bytes, size_t count, off_t at) {
     static auto* const real = next<ssize_t(int, const void*, size_t, off_t)>("pwrite");
-    return fails() ? -1 : real(file, bytes, count, at);
+    return fails(file) ? -1 : real(file, bytes, count, at);
 }
 int fdatasync(int file) {
     static auto* const real = next<int(int)>("fdatasync");
-    return fails() ? -1 : real(file);
+    return fails(file) ? -1 : real(file);
 }
 int fsync(int file) {
     static auto* const real = next<int(int)>("fsync");
-    return fails() ? -1 : real(file);
+    return fails(file) ? -1 : real(file);
 }
 int statvfs64(const char* path, struct statvfs64* status) {
     static auto* const real = next<int(const char*, struct statvfs64*)>("statvfs64");

@@ -244,6 +244,7 @@ private:
 
 Outcome simulate(const Plan& plan, const std::filesystem::path& folder) {
     Outcome outcome;
+    const std::size_t open_before = left_open();
     double from_s = 0;
     std::filesystem::path now = folder / "life-1";
     for (int life = 1;; ++life) {
@@ -258,6 +259,9 @@ Outcome simulate(const Plan& plan, const std::filesystem::path& folder) {
             if (killed) from_s = present.killed_at_s();
             remarks = present.clients().remarks();
         }
+        if (const std::size_t open = left_open(); open > open_before)
+            outcome.violations.push_back(
+                {"files are closed", from_s, fmt::format("{} are still open", open - open_before)});
         if (!killed) return outcome;
         for (const std::string& why : lost_after_kill(copy, remarks))
             outcome.violations.push_back({"what was recorded is kept", from_s, why});
