@@ -5,6 +5,7 @@
 #include <functional>
 #include <utility>
 
+#include "daemon/acquisition/fifo_priorities.hpp"
 #include "drivers/errors.hpp"
 
 namespace shaker::acquisition {
@@ -160,14 +161,15 @@ bool survives(LoopFailure& failure, const std::function<bool()>& step) {
 std::vector<Loop> Collector::sensor_loops() {
     std::vector<Loop> loops;
     if (rig_.accelerometer)
-        loops.push_back({"accelerometer", 65, true, [this](std::chrono::milliseconds wait) {
-                             return accelerometer_step(input_, *rig_.accelerometer, wait, channels_);
-                         }});
+        loops.push_back(
+            {"accelerometer", fifo_priority::accelerometer, true, [this](std::chrono::milliseconds wait) {
+                 return accelerometer_step(input_, *rig_.accelerometer, wait, channels_);
+             }});
     constexpr double camera_share = 0.6;
     auto ring = channels_.frames.begin();
     auto failure = channels_.cameras_failed.begin();
     for (std::size_t i = 0; i < rig_.cameras.size(); ++i, ++ring, ++failure)
-        loops.push_back({"camera " + rig_.cameras[i]->view().camera, 50, false,
+        loops.push_back({"camera " + rig_.cameras[i]->view().camera, fifo_priority::camera, false,
                          [this, i, &out = *ring, &lost = *failure](std::chrono::milliseconds wait) {
                              return survives(lost, [&] {
                                  return camera_step(*rig_.cameras[i], camera_inputs_[i], wait, out,

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <exception>
-#include <iterator>
 #include <latch>
 #include <mutex>
 #include <stop_token>
@@ -26,19 +25,14 @@ private:
     std::chrono::steady_clock::time_point began_ = std::chrono::steady_clock::now();
 };
 
-// Requests name, stack and priority of a loop's thread; returns the refusals.
-std::vector<std::string> prepare_thread(const Loop& loop) {
+// Requests stack and priority for a loop's thread.
+RealTimeGrant prepare_thread(const Loop& loop) {
     constexpr std::size_t stack = 262144;  // bytes
-    std::vector<std::string> refused;
-    refused.reserve(3);
-    refused.push_back(name_thread(loop.name));
-    if (loop.fifo_priority > 0) {
-        refused.push_back(prefault_stack(stack));
-        refused.push_back(use_fifo_priority(loop.fifo_priority));
-    }
-    std::erase(refused, "");
-    for (std::string& why : refused) why.insert(0, loop.name + ": ");
-    return refused;
+    const std::string no_stack = prefault_stack(stack), no_priority = use_fifo_priority(loop.fifo_priority);
+    std::string refused;
+    for (const std::string& why : {no_stack, no_priority})
+        if (!why.empty()) refused += (refused.empty() ? loop.name + ": " : "; ") + why;
+    return {loop.name, refused};
 }
 
 }  // namespace
@@ -86,10 +80,11 @@ public:
 
     void run(std::size_t i) noexcept try {
         Loop& loop = loops_[i];
-        add(prepare_thread(loop));
+        static_cast<void>(name_thread(loop.name));
+        if (loop.fifo_priority > 0) add(prepare_thread(loop));
         ready_.arrive_and_wait();
         if (stop_.stop_requested()) return;
-        if (last(i)) hooks_.begun(refused_);
+        if (last(i)) hooks_.begun(grants_);
         FifoBudget budget{loop.fifo_priority, loop.fifo_share};
         while (!stop_.stop_requested()) {
             if (!loop.step(wait) && !loop.waits) std::this_thread::sleep_for(pause);
@@ -99,9 +94,9 @@ public:
     } catch (...) {
         fail(i, std::current_exception());
     }
-    void add(std::vector<std::string> refused) {
+    void add(RealTimeGrant grant) {
         const std::scoped_lock lock{mutex_};
-        std::ranges::move(refused, std::back_inserter(refused_));
+        grants_.push_back(std::move(grant));
     }
     /// Threads from number `begun` on could not be created.
     void give_up(std::size_t begun) noexcept {
@@ -131,7 +126,7 @@ private:
     std::latch ready_;
     std::stop_source stop_;
     std::mutex mutex_;
-    std::vector<std::string> refused_;
+    std::vector<RealTimeGrant> grants_;
     std::exception_ptr error_;
 };
 
@@ -142,7 +137,7 @@ double run_threaded(std::vector<Loop>& loops, const std::function<bool()>& done,
     const Stopwatch watch;
     Threads run{loops, done, hooks};
     const bool real_time = std::ranges::any_of(loops, [](const Loop& l) { return l.fifo_priority > 0; });
-    if (std::string why = real_time ? lock_memory() : std::string{}; !why.empty()) run.add({std::move(why)});
+    if (real_time) run.add({"memory", lock_memory()});
     {
         std::vector<std::jthread> threads;
         threads.reserve(loops.size());

@@ -6,6 +6,8 @@
 #include <string>
 #include <vector>
 
+#include "daemon/acquisition/real_time_grant.hpp"
+
 namespace shaker::acquisition {
 
 /// One loop of a run. `step` does one piece of work and waits for it at most the given time; false: there was
@@ -20,10 +22,8 @@ struct Loop {
 
 /// What a run does when its threads have begun and when a loop fails.
 struct RunHooks {
-    /// Called once before the first step. refused: real-time requests that the operating system refused, one
-    /// sentence each.
-    std::function<void(const std::vector<std::string>& refused)> begun = [](const std::vector<std::string>&) {
-    };
+    /// Called once before the first step, with all requests for real time; empty: none was made.
+    std::function<void(const std::vector<RealTimeGrant>&)> begun = [](const std::vector<RealTimeGrant>&) {};
     /// The loop with this index has thrown. The other loops continue until this returns true, at most
     /// longest_wind_down_s.
     std::function<bool(std::size_t index)> wound_down = [](std::size_t) { return true; };

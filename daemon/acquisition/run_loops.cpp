@@ -2,6 +2,7 @@
 
 #include <spdlog/fmt/fmt.h>
 
+#include "daemon/acquisition/fifo_priorities.hpp"
 #include "drivers/errors.hpp"
 #include "drivers/ticks.hpp"
 
@@ -60,19 +61,19 @@ double run_loops(bench::Bench& bench, Collector& collector, DriveOutput& output,
     const bool wait_for_reduction = simulated && threads;
     const bool real_time = runs_threaded(bench, threads);
     const double block_s = duration_s(std::ssize(output.volts), rate_hz);
-    std::vector<Loop> loops{{"output", 70, !wait_for_reduction, [&](std::chrono::milliseconds) {
-                                 if (wait_for_reduction && channels.failed < 0 &&
-                                     output.synthesiser.tick().n - channels.gathered > ahead)
-                                     return false;
-                                 output_step(output, *rig.dac, channels);
-                                 if (real_time)
-                                     channels.jitter.took(std::chrono::steady_clock::now(), block_s);
-                                 return true;
-                             }}};
+    std::vector<Loop> loops{
+        {"output", fifo_priority::output, !wait_for_reduction, [&](std::chrono::milliseconds) {
+             if (wait_for_reduction && channels.failed < 0 &&
+                 output.synthesiser.tick().n - channels.gathered > ahead)
+                 return false;
+             output_step(output, *rig.dac, channels);
+             if (real_time) channels.jitter.took(std::chrono::steady_clock::now(), block_s);
+             return true;
+         }}};
     for (Loop& loop : collector.sensor_loops()) loops.push_back(std::move(loop));
     if (leader.recorder)
-        loops.push_back(
-            {"recorder", 20, false, [&](std::chrono::milliseconds) { return leader.recorder(); }});
+        loops.push_back({"recorder", fifo_priority::recorder, false,
+                         [&](std::chrono::milliseconds) { return leader.recorder(); }});
     loops.push_back({"reduction", 0, false, [&](std::chrono::milliseconds) {
                          const bool any = collector.collect();
                          return leader.lead(collector.streams(), channels) || any;

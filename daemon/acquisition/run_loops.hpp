@@ -25,8 +25,8 @@ struct Leader {
     Lead lead;                         // called after new data
     std::function<bool()> done;        // called after `lead`
     std::function<bool()> recorder{};  // writes the gathered data; empty: no such loop
-    std::function<void(const std::vector<std::string>&)> begun  // as RunHooks::begun
-        = [](const std::vector<std::string>&) {};
+    std::function<void(const std::vector<RealTimeGrant>&)> begun  // as RunHooks::begun
+        = [](const std::vector<RealTimeGrant>&) {};
 };
 /// Runs all loops until `done`. Loops that fail: the drive ramps to zero, then the exception is thrown from
 /// here. Simulated rigs take no real-time priority. Returns the real time, s.

@@ -5,6 +5,7 @@
 #include <atomic>
 #include <csignal>
 
+#include "daemon/acquisition/fifo_priorities.hpp"
 #include "daemon/commands/reload.hpp"
 #include "daemon/commands/serve_settings.hpp"
 #include "daemon/run/runner.hpp"
@@ -12,12 +13,11 @@
 #include "daemon/service/bench_service.hpp"
 #include "daemon/service/bounded_log.hpp"
 #include "daemon/service/systemd_notify.hpp"
+#include "drivers/errors.hpp"
 
 namespace shaker::commands {
 
 namespace {
-
-constexpr int above_cameras = 60;  // real-time priority of the thread that reads aborts; below the sensors
 
 std::atomic<service::BenchService*> on_call{nullptr};
 std::atomic<bool> reload_asked{false};
@@ -28,7 +28,8 @@ extern "C" void leave_softly(int /*signal*/) {
 
 extern "C" void ask_for_reload(int /*signal*/) { reload_asked = true; }
 
-/// During its lifetime, SIGTERM and SIGINT end the service, and SIGHUP reloads the settings.
+/// During its lifetime, SIGTERM and SIGINT end the service (a second one aborts the drive), and SIGHUP
+/// reloads the settings.
 class Signals {
 public:
     explicit Signals(service::BenchService& session) {
@@ -64,8 +65,9 @@ void serve(const ServeOptions& options) {
     service::BenchPort bench_port;
     service::BenchService session{runner, {.beside = true, .mu = settings.mu}, bench_port};
     remote::ServerSettings served = settings.server;
-    if (runner.bench().world == nullptr) served.fifo_priority = above_cameras;
+    if (runner.bench().world == nullptr) served.fifo_priority = acquisition::fifo_priority::doors;
     remote::Server server{bench_port, served};
+    if (served.fifo_priority > 0) session.publish_grant({"doors", server.refused()});
     if (const std::string refused = server.refused(); !refused.empty()) spdlog::warn("{}", refused);
     Reload reload{options, settings, runner.bench(), bench_port, server};
     spdlog::info("page and metrics: http://{}:{}/  instrument language: {} port {}", settings.server.address,
@@ -73,6 +75,11 @@ void serve(const ServeOptions& options) {
     if (!settings.server.scpi_socket.empty())
         spdlog::info("instrument language for this computer: {}", settings.server.scpi_socket.string());
     const Signals signals{session};
+    try {
+        remote::Server::load_all();
+    } catch (const DeviceError& e) {
+        spdlog::warn("{}", e.what());
+    }
     service::SystemdNotify notes;
     service::BenchHeartbeats heartbeats;
     service::Heartbeat& doors = heartbeats.all().add("doors", std::chrono::milliseconds{500});

@@ -15,6 +15,7 @@
 #include "daemon/remote/lent_priority.hpp"
 #include "daemon/remote/scpi_port.hpp"
 #include "daemon/remote/troubles.hpp"
+#include "daemon/remote/web/live_frames.hpp"
 #include "daemon/remote/web/web_client.hpp"
 #include "drivers/errors.hpp"
 #include "drivers/realtime.hpp"
@@ -221,6 +222,8 @@ Server::Server(service::BenchPort& bench_port, const ServerSettings& settings) {
     s.thread = std::jthread{[&s] { s.run(); }};
     if (settings.fifo_priority > 0) s.priority.emplace(s.thread.native_handle(), settings.fifo_priority);
 }
+
+void Server::load_all() { web::load_encoder(); }
 
 Server::~Server() {
     state_->priority.reset();

@@ -41,6 +41,9 @@ public:
     /// False when the thread that serves the clients has not turned for longest_pause: then no abort arrives
     /// over a network. For the watchdog. Any thread, never waits.
     [[nodiscard]] bool alive() const noexcept;
+    /// Loads what clients may need later: nothing is loaded while a run is under way, and an upgrade of the
+    /// program does not change a running one. Throws DeviceError.
+    static void load_all();
     /// The operating system's refusal of the priority; empty: granted, or none was requested.
     [[nodiscard]] std::string refused() const;
     [[nodiscard]] int http_port() const noexcept;

@@ -81,18 +81,21 @@ void Runner::lead(const acquisition::Lead& step, const std::function<bool()>& do
                          .done = done,
                          .recorder = records ? std::function<bool()>{[this] { return recordings_.step(); }}
                                              : std::function<bool()>{},
-                         .begun = [this](const std::vector<std::string>& refused) {
-                             refused_ = refused;
-                             for (const std::string& what : refused) spdlog::warn("{}", what);
+                         .begun = [this](const std::vector<acquisition::RealTimeGrant>& grants) {
+                             real_time_ = grants;
+                             for (const acquisition::RealTimeGrant& g : grants)
+                                 if (!g.refused.empty()) spdlog::warn("{}", g.refused);
                          }});
 }
 
 void Runner::require_real_time() const {
-    if (refused_.empty() || !bench_.real_time_required) return;
+    const auto refused = std::ranges::find_if(
+        real_time_, [](const acquisition::RealTimeGrant& g) { return !g.refused.empty(); });
+    if (refused == real_time_.end() || !bench_.real_time_required) return;
     throw DeviceError{
         fmt::format("{}; a drive without it may stop by itself at any time. Allow it, or set real_time = "
                     "\"wanted\" in {}",
-                    refused_.front(), bench_.rig.name)};
+                    refused->refused, bench_.rig.name)};
 }
 
 void Runner::obey_stop_requests(acquisition::Channels& channels) {
@@ -149,7 +152,8 @@ std::vector<Finding> Runner::check(SelfTestPlan plan) {
     } catch (const DeviceError& e) {
         return {{Verdict::bad, "self-test", e.what()}};
     }
-    for (const std::string& what : refused_) findings.push_back({Verdict::warning, "real time", what});
+    for (const acquisition::RealTimeGrant& g : real_time_)
+        if (!g.refused.empty()) findings.push_back({Verdict::warning, "real time", g.refused});
     if (stop_requests_ > 0) {
         findings.push_back({Verdict::bad, "self-test", "interrupted; the drive was stopped softly"});
         return findings;

@@ -59,8 +59,11 @@ public:
     /// Time that the DAC has played, and the elapsed real time, s.
     [[nodiscard]] double played_s() const noexcept;
     [[nodiscard]] double wall_s() const noexcept { return wall_s_; }
-    /// The operating system's refusals of real-time requests, from the first step on.
-    [[nodiscard]] const std::vector<std::string>& refused() const noexcept { return refused_; }
+    /// Requests for real time and the operating system's answers, from the first step on. Simulated rigs:
+    /// none.
+    [[nodiscard]] const std::vector<acquisition::RealTimeGrant>& real_time() const noexcept {
+        return real_time_;
+    }
 
 private:
     RunnerSettings settings_;
@@ -74,7 +77,7 @@ private:
     void obey_stop_requests(acquisition::Channels& channels);
 
     double wall_s_ = 0;
-    std::vector<std::string> refused_;
+    std::vector<acquisition::RealTimeGrant> real_time_;
     std::atomic<int> stop_requests_{0};
     int obeyed_ = 0;  // stop requests
 };

@@ -18,6 +18,7 @@
 
 namespace shaker::run {
 
+inline constexpr double longest_soft_stop_s = 2;
 inline constexpr double usable_drive = 0.95;  // share of the drive's limit; the rest is for corrections
 
 struct RunPlan {

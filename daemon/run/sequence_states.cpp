@@ -12,7 +12,6 @@ namespace shaker::run {
 namespace {
 constexpr double accelerometer_patience_s = 8;  // longer than the time-out of its driver
 constexpr double camera_patience_s = 2;
-constexpr double longest_soft_stop_s = 2;
 }  // namespace
 
 void Sequence::go(const State& next, acquisition::Channels& channels) {

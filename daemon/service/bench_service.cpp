@@ -246,6 +246,8 @@ void BenchService::publish() {
     state->closed_form = closed_form_;
     state->recording = {record_.name(), record_.finishing(), record_.backlog(), record_.pieces_lost(),
                         record_.free_bytes()};
+    state->real_time = runner_.real_time();
+    state->real_time.insert(state->real_time.end(), grants_.begin(), grants_.end());
     state->may_clear = sequence_.may_clear() && !record_.finishing();
     state->limits = limits_;
     published_s_ = state->now_s;

@@ -10,7 +10,9 @@
 #include <optional>
 #include <set>
 #include <string>
+#include <utility>
 #include <variant>
+#include <vector>
 
 #include "daemon/run/runner.hpp"
 #include "daemon/service/bench_port.hpp"
@@ -37,8 +39,13 @@ public:
 
     /// Processes new data, answers orders and publishes the state. False when no data and no order arrived.
     bool step(const acquisition::Streams& streams, acquisition::Channels& channels);
-    /// Requests the end: a soft stop, then recordings are finished, then done(). Any thread.
-    void leave() noexcept { leaving_ = true; }
+    /// Publishes an answer to a request for real time besides those of the runner. Before the first step.
+    void publish_grant(acquisition::RealTimeGrant grant) { grants_.push_back(std::move(grant)); }
+    /// Requests the end: a soft stop, then recordings are finished, then done(). A further call aborts. Any
+    /// thread and signal handlers.
+    void leave() noexcept {
+        if (leaving_.exchange(true)) ++collector_.channels().aborts;
+    }
     [[nodiscard]] bool leaving() const noexcept { return leaving_; }
     /// True after leave(), when the drive is silent and all recordings are finished.
     [[nodiscard]] bool done() const noexcept { return done_; }
@@ -76,6 +83,7 @@ private:
     bench::Bench& bench_;
     acquisition::Collector& collector_;
     run::RunOptions run_;
+    std::vector<acquisition::RealTimeGrant> grants_;
     recorded::KeptPictures opened_;  // pictures for which the cameras were opened
     bool beside_;
     BenchPort& bench_port_;

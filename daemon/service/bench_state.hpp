@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "daemon/acquisition/period_jitter.hpp"
+#include "daemon/acquisition/real_time_grant.hpp"
 #include "daemon/control/identification.hpp"
 #include "daemon/recording/journal.hpp"
 #include "daemon/reduction/reduction.hpp"
@@ -146,6 +147,7 @@ struct BenchState {
     std::vector<DeviceReport> devices;
     LostState lost;
     acquisition::PeriodJitter::Seen jitter;
+    std::vector<acquisition::RealTimeGrant> real_time;  // empty: no request, as on a simulated rig
     RecordingState recording;
     safety::Limits limits;
     std::uint64_t aborts = 0, trips = 0;

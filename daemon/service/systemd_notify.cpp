@@ -25,11 +25,20 @@ void SystemdNotify::report(const BenchState& state, Heartbeats& heartbeats, bool
         sd_notify(0, ("STATUS=" + status_).c_str());
     }
     const auto now = std::chrono::steady_clock::now();
-    if (every_.count() == 0) return;
     const Heartbeat* late = heartbeats.overdue(now);
-    if (late != std::exchange(late_, late) && late != nullptr)
+    if (late != std::exchange(late_, late) && late != nullptr && every_.count() > 0)
         spdlog::error("the {} gives no sign of life; the watchdog is not fed", late->name());
-    if (late != nullptr || now - signalled_ < every_) return;
+    if (late != nullptr) return;
+    feed_watchdog(now);
+    if (!stopping_ || now - extended_ < stop_patience / 10) return;
+    extended_ = now;
+    sd_notify(
+        0,
+        ("EXTEND_TIMEOUT_USEC=" + std::to_string(std::chrono::microseconds{stop_patience}.count())).c_str());
+}
+
+void SystemdNotify::feed_watchdog(std::chrono::steady_clock::time_point now) {
+    if (every_.count() == 0 || now - signalled_ < every_) return;
     signalled_ = now;
     sd_notify(0, "WATCHDOG=1");
 }

@@ -35,6 +35,8 @@ const Functions& functions() {
 
 }  // namespace
 
+void load_now() { functions(); }
+
 std::unique_ptr<cv::VideoCapture> new_capture() { return functions().new_capture(); }
 
 std::unique_ptr<cv::VideoWriter> open_ffv1(const std::string& file, double rate_hz, cv::Size size) {

@@ -11,6 +11,9 @@
 
 namespace shaker::codecs {
 
+/// Loads the module now, so that a program that lives through an upgrade keeps its own version.
+void load_now();
+
 /// A capture that is not open yet. Its virtual functions may be called; no other part of OpenCV's video
 /// input is linked to the program.
 std::unique_ptr<cv::VideoCapture> new_capture();

@@ -73,6 +73,12 @@ test("The walker's mark agrees with the picture", async () => {
     bench.mirrored = false;
 });
 
+test("Refused real time is shown with its reason", async () => {
+    const { page } = await openPage(stage);
+    await until(async () => (await text(page, "real-time")) === "⚠ refused: memory", "the refusal");
+    assert.match(await page.locator("#real-time").getAttribute("title"), /8192 kB/);
+});
+
 test("Every plot and both cameras move with the data", async () => {
     await running(stage);
     const { page } = await openPage(stage);

@@ -1,5 +1,7 @@
+#include <algorithm>
 #include <cmath>
 #include <limits>
+#include <vector>
 
 #include "daemon/remote/instrument/commands.hpp"
 #include "daemon/remote/scpi/data/error.hpp"
@@ -39,6 +41,25 @@ void limit_rows(BenchInstrument& bench, std::vector<Command>& rows, const std::s
 void no_device(scpi::Reply& reply) {
     reply.string("");
     for (int i = 0; i < 3; ++i) reply.integer(0);
+}
+
+void real_time_counts(const std::vector<acquisition::RealTimeGrant>& grants, scpi::Reply& reply) {
+    reply.string("real time");
+    reply.integer(std::ssize(grants));
+    reply.integer(std::ranges::count_if(
+        grants, [](const acquisition::RealTimeGrant& g) { return !g.refused.empty(); }));
+    reply.integer(0);
+}
+
+// The refusals of the operating system.
+void refusals(const std::vector<acquisition::RealTimeGrant>& grants, scpi::Reply& reply) {
+    bool any = false;
+    for (const acquisition::RealTimeGrant& g : grants) {
+        if (g.refused.empty()) continue;
+        reply.string(g.refused);
+        any = true;
+    }
+    if (!any) reply.string("");
 }
 
 void losses(BenchInstrument& bench, scpi::Call& call) {
@@ -82,15 +103,19 @@ std::vector<Command> bench_commands(BenchInstrument& bench) {
                     .query =
                         [&bench](scpi::Call& call) {
                             const auto state = bench.state();
-                            if (state->devices.empty()) return no_device(call.reply);
+                            if (state->devices.empty()) no_device(call.reply);
                             for (const DeviceReport& d : state->devices) {
                                 call.reply.string(d.device);
                                 call.reply.integer(static_cast<std::int64_t>(d.counts.taken));
                                 call.reply.integer(static_cast<std::int64_t>(d.counts.lost));
                                 call.reply.integer(static_cast<std::int64_t>(d.counts.incidents));
                             }
+                            real_time_counts(state->real_time, call.reply);
                         },
                     .without = no_device});
+    rows.push_back({.header = "SYSTem:HEALth:RTIMe",
+                    .query = [&bench](scpi::Call& call) { refusals(bench.state()->real_time, call.reply); },
+                    .without = scpi::empty_string});
     rows.push_back(
         {.header = "DIAGnostic:RT", .query = [&bench](scpi::Call& call) {
              const auto s = bench.state();

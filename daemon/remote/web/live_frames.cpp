@@ -134,6 +134,8 @@ Samples cycle_of(const reduction::Reduction& r) {
                          floats(c.v_base_mps)}};
 }
 
+void load_encoder() { codecs::load_now(); }
+
 std::string picture_frame(const service::PictureState& p, std::size_t k) {
     if (!p.frame || p.frame->pixels.empty()) return {};
     const Frame& f = *p.frame;

@@ -37,6 +37,8 @@ Samples decimated(const service::LiveSeries::Part& part, std::size_t channels, s
 Samples waveform_of(const service::WaveformState& waveform);
 /// The walker's averaged period: x, its error, v, its error, v of the base.
 Samples cycle_of(const reduction::Reduction& reduction);
+/// Loads the encoder of pictures, which the first picture would load otherwise. Throws DeviceError.
+void load_encoder();
 /// Picture of camera k as JPEG with its marks; empty when encoding fails.
 std::string picture_frame(const service::PictureState& picture, std::size_t k);
 

@@ -153,6 +153,10 @@ std::string metrics_text(const service::BenchState* state, const ServedCounts& s
     put_motion(t, s);
     put_streams(t, s);
     put_clocks(t, s);
+    t.family("realtime", "gauge",
+             "1: locked memory, or stack and priority of a thread, granted; 0: refused.");
+    for (const acquisition::RealTimeGrant& g : s.real_time)
+        t.sample("what", g.what, g.refused.empty() ? 1 : 0);
     t.histogram("output_period_jitter_seconds",
                 "Deviation of the time between two blocks of the drive from a block's length.", s.jitter);
     t.gauge("recording", "1 while a run is being recorded.", s.recording.name.empty() ? 0 : 1);

@@ -123,6 +123,13 @@ json losses(const service::BenchState& s) {
     return list;
 }
 
+json real_time(const service::BenchState& s) {
+    json list = json::array();
+    for (const acquisition::RealTimeGrant& g : s.real_time)
+        list.push_back({{"what", g.what}, {"refused", g.refused.empty() ? json(nullptr) : json(g.refused)}});
+    return list;
+}
+
 json limits(const safety::Limits& l) {
     return {{"acceleration_abort_mps2", number(l.acceleration.abort)},
             {"velocity_abort_mps", number(l.velocity.abort)},
@@ -183,6 +190,7 @@ std::string state_json(const service::BenchState& s, const Viewer& viewer) {
               {{"bins_s", acquisition::PeriodJitter::ends_s},
                {"counts", s.jitter.counts},
                {"worst_s", s.jitter.worst_s > 0 ? json(s.jitter.worst_s) : json(nullptr)}}},
+             {"real_time", real_time(s)},
              {"limits", limits(s.limits)}};
     if (!viewer.knows_points) all["points"] = points(s);
     return all.dump(-1, ' ', false, json::error_handler_t::replace);

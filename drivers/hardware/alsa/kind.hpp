@@ -8,6 +8,7 @@ namespace shaker::alsa {
 
 hardware::OpenDac read_kind(SettingsTable& table);
 std::vector<hardware::ListedDevice> list_kind(const hardware::Search& search);
+std::vector<hardware::DeviceAccess> access_kind(SettingsTable& table);
 
 inline constexpr std::array search_options{
     hardware::SearchOption{
@@ -25,6 +26,7 @@ inline constexpr hardware::DacKind alsa_kind{
     .list = list_kind,
     .search = search_options,
     .advice = {.silent = "is another program using the PCM?",
-               .rate_off = "does a plug-in (plughw, a sound server) convert the rate?"}};
+               .rate_off = "does a plug-in (plughw, a sound server) convert the rate?"},
+    .access = access_kind};
 
 }  // namespace shaker::alsa

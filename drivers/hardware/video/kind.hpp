@@ -6,6 +6,7 @@ namespace shaker::video {
 
 hardware::OpenCamera read_kind(SettingsTable& table, View& view);
 std::vector<hardware::ListedDevice> list_kind(const hardware::Search& search);
+std::vector<hardware::DeviceAccess> access_kind(SettingsTable& table);
 
 inline constexpr hardware::CameraKind video_kind{
     .name = "video",
@@ -15,6 +16,7 @@ inline constexpr hardware::CameraKind video_kind{
     .list = list_kind,
     .search = {},
     .advice = {.silent = "is another program using it, and is it on a fast USB port?",
-               .rate_off = "does poor light lower its frame rate?"}};
+               .rate_off = "does poor light lower its frame rate?"},
+    .access = access_kind};
 
 }  // namespace shaker::video

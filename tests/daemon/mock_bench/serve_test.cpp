@@ -130,6 +130,28 @@ TEST(ServeTest, SigtermStopsSoftlyAndFinishesRecording) {
     EXPECT_EQ(shakerd("recover ended.nxs", bench.folder).status, 0) << "a finished file is verified";
 }
 
+TEST(ServeTest, ManagerWaitsWhileStoppingDaemonLives) {
+    Manager manager;
+    ServedBench bench;
+    run_recorded(bench, "waited");
+    EXPECT_FALSE(manager.hears("EXTEND_TIMEOUT_USEC", 0.3)) << "before the stop";
+    kill(bench.program().pid(), SIGTERM);
+    EXPECT_TRUE(manager.hears("EXTEND_TIMEOUT_USEC=10000000", 5));
+    EXPECT_EQ(bench.program().wait(20).status, 0);
+}
+
+TEST(ServeTest, SecondSigtermAborts) {
+    ServedBench bench{"phi_rad = 1.745\nperiods = 10\nfrequency_hz = 10\ngamma_mps2 = 2\n"};
+    run_recorded(bench, "aborted");
+    kill(bench.program().pid(), SIGTERM);
+    EXPECT_TRUE(bench.logged("ramp_down", 5)) << bench.log();
+    kill(bench.program().pid(), SIGTERM);
+    const Outcome o = bench.program().wait(20);
+    EXPECT_EQ(o.status, 0) << o.err;
+    EXPECT_NE(o.err.find("operator_stop"), std::string::npos) << o.err;
+    EXPECT_EQ(shakerd("recover aborted.nxs", bench.folder).status, 0);
+}
+
 TEST(ServeTest, SigkillLeavesRecoverableFileAndDisarmedDaemon) {
     ServedBench bench;
     run_recorded(bench, "killed");

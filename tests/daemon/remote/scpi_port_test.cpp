@@ -47,6 +47,11 @@ TEST_F(ScpiPortTest, ReadReturnsNextMeasurement) {
     EXPECT_EQ(ask("SYST:ERR?"), "0,\"No error\"");
 }
 
+TEST_F(ScpiPortTest, HealthReportsRefusedRealTime) {
+    EXPECT_EQ(ask("SYST:HEAL?"), "\"\",0,0,0,\"real time\",2,1,0");
+    EXPECT_EQ(ask("SYST:HEAL:RTIM?"), "\"output: cannot set real-time priority 70\"");
+}
+
 TEST_F(ScpiPortTest, ReadWithoutControlIsRefused) {
     TcpClient other{server.scpi_port()};
     EXPECT_EQ(other.ask("SYST:LOCK:REQ?"), "1");

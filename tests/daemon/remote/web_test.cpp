@@ -77,6 +77,16 @@ TEST_F(WebTest, MetricsAndHealthReportState) {
     EXPECT_EQ(request("GET /healthz").status, 503);
 }
 
+TEST_F(WebTest, MetricsAndStateReportRefusedRealTime) {
+    const std::string metrics = request("GET /metrics").body;
+    EXPECT_NE(metrics.find("shakerd_realtime{what=\"memory\"} 1\n"), std::string::npos) << metrics;
+    EXPECT_NE(metrics.find("shakerd_realtime{what=\"output\"} 0\n"), std::string::npos) << metrics;
+    const json grants = json::parse(request("GET /api/state").body).at("real_time");
+    ASSERT_EQ(grants.size(), 2U);
+    EXPECT_TRUE(grants[0].at("refused").is_null());
+    EXPECT_EQ(grants[1].at("refused"), "output: cannot set real-time priority 70");
+}
+
 TEST_F(WebTest, MetricsCountScpiErrors) {
     TcpClient client{server.scpi_port()};
     for (int i = 0; i < 3; ++i) client.send("NO:SUCH:HEADER");

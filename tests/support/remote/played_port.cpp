@@ -40,6 +40,7 @@ PlayedPort::PlayedPort() {
                                                                                    .recordings = {},
                                                                                    .mu = {}});
     state_.periods = 40;
+    state_.real_time = {{"memory", ""}, {"output", "output: cannot set real-time priority 70"}};
     state_.limits.acceleration = {40, 50};
     bench_port.stop_by(
         [this] {

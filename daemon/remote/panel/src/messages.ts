@@ -42,6 +42,7 @@ function stateOf(raw: Record<string, unknown>): State {
         losses: list(raw["losses"]),
         disk: section(raw["disk"], { free_bytes: null, backlog: null }),
         jitter: section(raw["jitter"], jitter),
+        real_time: list(raw["real_time"]),
         limits: object(raw["limits"]),
     };
 }

@@ -77,6 +77,9 @@ export interface Disk { free_bytes: Known; backlog: Known }
 /** counts[i]: number of values up to bins_s[i] and above bins_s[i - 1]; the last count is for larger values. */
 export interface Jitter { bins_s: number[]; counts: number[]; worst_s: Known }
 
+/** A request for real time to the operating system; refused: reason, null if granted. */
+export interface RealTimeGrant { what: string; refused: string | null }
+
 export interface State {
     session: Session;
     drive: Drive;
@@ -88,6 +91,7 @@ export interface State {
     losses: Loss[];
     disk: Disk;
     jitter: Jitter;
+    real_time: RealTimeGrant[];
     limits: Record<string, unknown>;
 }
 

@@ -3,7 +3,7 @@ import uPlot from "uplot";
 import { byId, setRows, setText } from "../dom";
 import { fixed, number, prefixed, unknown } from "../format";
 import { common, Plot, xAxis, yAxis, type Columns } from "../plot";
-import type { Clock, Jitter, Known, Loss, State } from "../protocol";
+import type { Clock, Jitter, Known, Loss, RealTimeGrant, State } from "../protocol";
 import type { Store } from "../store";
 import type { Themes } from "../theme";
 
@@ -37,9 +37,17 @@ function share(backlog: Known): string {
     return backlog === null ? unknown : `${fixed(100 * backlog, 0)} % of its queue`;
 }
 
+/** Refused requests for real time, or "granted"; a simulated bench makes none. */
+export function realTimeWords(grants: RealTimeGrant[]): string {
+    if (!grants.length) return "not requested";
+    const refused = grants.filter((grant) => grant.refused !== null);
+    return refused.length ? `⚠ refused: ${refused.map((grant) => grant.what).join(", ")}` : "granted";
+}
+
 export function makeHealth(box: HTMLElement, store: Store, themes: Themes): () => void {
     const free = byId("disk-free", HTMLElement), lag = byId("disk-lag", HTMLElement);
     const worst = byId("jitter-worst", HTMLElement), missed = byId("page-missed", HTMLElement);
+    const realTime = byId("real-time", HTMLElement);
     const clocks = byId("clocks", HTMLTableSectionElement), losses = byId("losses", HTMLTableSectionElement);
     const limits = byId("limits", HTMLTableSectionElement);
     const draw = makeJitter(box, store, themes);
@@ -49,6 +57,8 @@ export function makeHealth(box: HTMLElement, store: Store, themes: Themes): () =
         setText(lag, share(state.disk.backlog));
         setText(worst, prefixed(state.jitter.worst_s, "s"));
         setText(missed, `${store.missed} gaps` + (store.unreadable ? `, ${store.unreadable} unreadable` : ""));
+        setText(realTime, realTimeWords(state.real_time));
+        realTime.title = state.real_time.flatMap((grant) => grant.refused ?? []).join("\n");
         setRows(clocks, state.clocks.map(clockRow));
         setRows(losses, state.losses.map(lossRow));
         setRows(limits, Object.entries(state.limits).map(limitRow));

@@ -1,0 +1,110 @@
+// The service unit: what it allows is what the program requests.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <fstream>
+#include <map>
+#include <sstream>
+
+#include "daemon/acquisition/fifo_priorities.hpp"
+#include "daemon/commands/unit_drop_in.hpp"
+#include "daemon/run/sequence.hpp"
+#include "daemon/service/systemd_notify.hpp"
+#include "tests/support/devices/mock_cameras.hpp"
+#include "tests/support/paths.hpp"
+#include "tests/support/program.hpp"
+
+namespace shaker {
+namespace {
+
+/// The values of each key, in the order of the file.
+std::map<std::string, std::vector<std::string>> keys_of(std::istream& unit) {
+    std::map<std::string, std::vector<std::string>> keys;
+    for (std::string line; std::getline(unit, line);) {
+        const auto equals = line.find('=');
+        if (line.starts_with('#') || equals == std::string::npos) continue;
+        keys[line.substr(0, equals)].push_back(line.substr(equals + 1));
+    }
+    return keys;
+}
+
+struct UnitTest : testing::Test {
+    std::ifstream file{test::source_dir() + "/systemd/shakerd.service"};
+    std::map<std::string, std::vector<std::string>> unit = keys_of(file);
+
+    double number(const std::string& key) { return std::stod(unit.at(key).at(0)); }
+    std::string text(const std::string& key) { return unit.at(key).at(0); }
+};
+
+TEST_F(UnitTest, KeeperOfTheRampOutlivesTheDaemon) {
+    // "mixed" and "process" send SIGKILL to the rest of the group; the keeper blocks SIGTERM.
+    EXPECT_EQ(text("KillMode"), "control-group");
+    EXPECT_FALSE(unit.contains("SendSIGKILL"));
+    EXPECT_EQ(text("OOMPolicy"), "continue");
+}
+
+TEST_F(UnitTest, StopTimeCoversSlowestSoftStop) {
+    constexpr double longest_buffer_s = 2;
+    EXPECT_GE(number("TimeoutStopSec"), run::longest_soft_stop_s + longest_buffer_s);
+    EXPECT_GE(number("TimeoutStopSec"),
+              std::chrono::duration<double>{service::SystemdNotify::stop_patience}.count());
+}
+
+TEST_F(UnitTest, MemoryAndPrioritiesAreAllowed) {
+    EXPECT_EQ(text("LimitMEMLOCK"), "infinity") << "lock_memory() locks nothing below a limit";
+    using namespace acquisition::fifo_priority;
+    EXPECT_GE(number("LimitRTPRIO"), std::max({output, accelerometer, doors + 1, camera, recorder}));
+    const std::vector<std::string>& filters = unit.at("SystemCallFilter");
+    for (const char* call : {"sched_setscheduler", "mlockall"})
+        EXPECT_NE(filters.back().find(call), std::string::npos) << call;
+}
+
+TEST_F(UnitTest, DiscoveryOfDevicesHasItsSockets) {
+    for (const char* family : {"AF_UNIX", "AF_INET", "AF_INET6", "AF_NETLINK"})
+        EXPECT_NE(text("RestrictAddressFamilies").find(family), std::string::npos) << family;
+}
+
+TEST_F(UnitTest, FailureIsReported) {
+    EXPECT_EQ(text("OnFailure"), "shakerd-failed.service");
+    std::ifstream failed{test::source_dir() + "/systemd/shakerd-failed.service"};
+    EXPECT_FALSE(keys_of(failed)["ExecStart"].empty());
+}
+
+constexpr const char* cameras =
+    "[[camera]]\nname = \"top\"\ndriver = \"video\"\ndevice = \"/dev/video0\"\n"
+    "[[camera]]\nname = \"side\"\ndriver = \"genicam\"\nid = \"Not-Connected-1\"\n";
+
+// Cameras are searched for on the loop-back interface only.
+std::string drop_in(const std::string& accelerometer) {
+    if (const std::string refused = test::private_network(); !refused.empty())
+        throw std::runtime_error{refused};
+    const auto folder = test::fresh_folder();
+    std::ofstream{folder / "bench.toml"}
+        << "[dac]\npcm = \"hw:0\"\n[accelerometer]\n" + accelerometer + "\n" + cameras;
+    return commands::unit_drop_in(folder / "bench.toml");
+}
+
+TEST_F(UnitTest, EveryKindOfDeviceIsAllowed) {
+    const std::vector<std::string>& allowed = unit.at("DeviceAllow");
+    for (const char* uri : {"uri = \"local:\"", "uri = \"usb:\""}) {
+        std::istringstream lines{drop_in(uri)};
+        const auto keys = keys_of(lines);
+        for (const std::string& device : keys.at("DeviceAllow"))
+            EXPECT_TRUE(device.empty() || std::ranges::count(allowed, device)) << device;
+    }
+}
+
+TEST_F(UnitTest, DropInHasDevicesAndAddressesOfItsBench) {
+    std::istringstream lines{drop_in("uri = \"ip:192.168.7.2:30431\"")};
+    auto keys = keys_of(lines);
+    EXPECT_EQ(keys["DeviceAllow"],
+              (std::vector<std::string>{"", "char-alsa rw", "char-video4linux rw", "char-usb_device rw"}));
+    EXPECT_EQ(keys["IPAddressAllow"], std::vector<std::string>{"192.168.7.2"});
+    const std::string text = drop_in("uri = \"ip:sensor.lab\"");
+    EXPECT_NE(text.find("IPAddressAllow=<address of \"sensor.lab\">"), std::string::npos) << text;
+    EXPECT_NE(text.find("\"Not-Connected-1\" is not connected"), std::string::npos) << text;
+    EXPECT_EQ(text.find("gpiochip"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace shaker
