@@ -208,6 +208,15 @@ foreach(source ${benches})
   endif()
 endforeach()
 
+# Runs in the machine of tests/systemd/run, which has a systemd.
+add_executable(service_deaths tests/systemd/deaths.cpp)
+target_link_libraries(service_deaths PRIVATE bench_table test_support)
+foreach(job package deaths)
+  add_test(NAME systemd_${job} COMMAND ${PROJECT_SOURCE_DIR}/tests/systemd/run ${job})
+  set_tests_properties(systemd_${job} PROPERTIES ENVIRONMENT SHAKER_BUILD=${PROJECT_BINARY_DIR} SKIP_RETURN_CODE 77
+                       TIMEOUT 7200 RESOURCE_LOCK realtime COST 1000 LABELS realtime)
+endforeach()
+
 # Programs for the scripts in tests/peers, which try the mock devices against software of others.
 file(GLOB peers CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/tests/peers/*.cpp)
 foreach(source ${peers})

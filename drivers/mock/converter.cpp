@@ -26,7 +26,11 @@ std::int64_t now_ns() {
     return std::int64_t{1'000'000'000} * t.tv_sec + t.tv_nsec;
 }
 
-ConverterMemory* create_memory(const std::filesystem::path& file) {
+struct OpenMemory {
+    int file = -1;
+    ConverterMemory* memory = nullptr;
+};
+OpenMemory create_memory(const std::filesystem::path& file) {
     const auto fail = [&](const char* what) -> void {
         throw DeviceError{"mock converter: " + file.string() + ": " + what + ": " + std::strerror(errno)};
     };
@@ -36,17 +40,28 @@ ConverterMemory* create_memory(const std::filesystem::path& file) {
     void* at = sized ? ::mmap(nullptr, sizeof(ConverterMemory), PROT_READ | PROT_WRITE, MAP_SHARED, fd, 0)
                      : MAP_FAILED;
     const int error = errno;
-    ::close(fd);
-    errno = error;
-    if (at == MAP_FAILED) fail("cannot be mapped");
-    return static_cast<ConverterMemory*>(at);
+    if (at == MAP_FAILED) {
+        ::close(fd);
+        errno = error;
+        fail("cannot be mapped");
+    }
+    return {fd, static_cast<ConverterMemory*>(at)};
+}
+
+// True if a process has the descriptor with which a client opened the file.
+bool has_client(int file) noexcept {
+    struct flock whole {};
+    whole.l_type = F_WRLCK;
+    whole.l_whence = SEEK_SET;
+    return ::fcntl(file, F_OFD_GETLK, &whole) != 0 || whole.l_type != F_UNLCK;
 }
 
 }  // namespace
 
 struct Converter::State {
     std::filesystem::path file;
-    ConverterMemory& memory;
+    OpenMemory open;
+    ConverterMemory& memory{*open.memory};
     std::ofstream log{};
     std::vector<std::array<std::int32_t, 2>> logged{};
     std::atomic<std::int64_t> taken = 0;
@@ -99,7 +114,7 @@ std::array<std::int32_t, 2> Converter::State::from_stream(std::int64_t play) {
 
 Converter::Converter(const std::filesystem::path& file, double rate_hz, double ppm,
                      const std::filesystem::path& log)
-    : state_{new State{.file = file, .memory = *create_memory(file)}} {
+    : state_{new State{.file = file, .open = create_memory(file)}} {
     ConverterMemory& m = state_->memory;
     m.rate_hz = rate_hz;
     m.ppm = ppm;
@@ -113,6 +128,7 @@ Converter::Converter(const std::filesystem::path& file, double rate_hz, double p
 
 Converter::~Converter() {
     ::munmap(&state_->memory, sizeof(ConverterMemory));
+    ::close(state_->open.file);
     std::error_code ignored;
     std::filesystem::remove(state_->file, ignored);
 }
@@ -131,6 +147,8 @@ std::int64_t Converter::taken() const noexcept { return state_->taken; }
 void Converter::take(std::span<double> first, std::span<double> second) {
     State& s = *state_;
     s.logged.clear();
+    if (ConverterMemory::phase(s.memory.state) == ConverterMemory::Phase::running && !has_client(s.open.file))
+        s.memory.close(s.memory.play_count(s.taken));
     for (std::size_t i = 0; i < first.size(); ++i) {
         const auto codes = s.sample(s.taken);
         ++s.taken;

@@ -1,6 +1,7 @@
 #pragma once
 // ConverterMemory: mapped file shared by a mock converter's owner and the PCM plug-in. Clock, faults, stream
 // pointers and samples. Lock-free: either side may die at any instruction and the other continues.
+#include <algorithm>
 #include <array>
 #include <atomic>
 #include <cmath>
@@ -117,6 +118,11 @@ struct ConverterMemory {
     }
     /// Play count at which the stream stops without new data.
     [[nodiscard]] std::int64_t dry_at() const noexcept { return start + written + plays_on; }
+    /// The client is gone with all its descriptors: the stream ends before `play`.
+    void close(std::int64_t play) noexcept {
+        state = changed(state, Phase::idle);
+        erase(play, std::max(dry_at(), play) + buffer_frames);
+    }
     /// True if the stream whose state was `seen` has no data for `play`. Counted once, by the side that
     /// detects it first.
     bool dry(std::uint64_t seen, std::int64_t play) noexcept {

@@ -8,7 +8,6 @@
 #include <alsa/asoundlib.h>
 #include <alsa/pcm_external.h>
 #include <fcntl.h>
-#include <sys/file.h>
 #include <sys/mman.h>
 #include <sys/stat.h>
 #include <sys/timerfd.h>
@@ -27,7 +26,9 @@ namespace {
 using shaker::mock::ConverterMemory;
 using Phase = ConverterMemory::Phase;
 
-// A mapped file with the lock that makes this process its only client.
+// A mapped file with a lock that makes this process its only client. The lock lives as long as a descriptor
+// of this opening, in whatever process: the converter stops without it, as a kernel does when a card is
+// closed.
 class Mapping {
 public:
     ~Mapping() {
@@ -41,7 +42,10 @@ public:
     int open(const char* file) noexcept {
         fd_ = ::open(file, O_RDWR | O_CLOEXEC);
         if (fd_ < 0) return -errno;
-        if (::flock(fd_, LOCK_EX | LOCK_NB) != 0) return -EBUSY;
+        struct flock whole {};
+        whole.l_type = F_WRLCK;
+        whole.l_whence = SEEK_SET;
+        if (::fcntl(fd_, F_OFD_SETLK, &whole) != 0) return -EBUSY;
         struct stat size {};
         if (::fstat(fd_, &size) != 0 || size.st_size != sizeof(ConverterMemory)) return -EINVAL;
         void* at = ::mmap(nullptr, sizeof(ConverterMemory), PROT_READ | PROT_WRITE, MAP_SHARED, fd_, 0);
@@ -50,6 +54,7 @@ public:
         return memory_->ready.load(std::memory_order_acquire) == ConverterMemory::version ? 0 : -EINVAL;
     }
     [[nodiscard]] ConverterMemory& operator*() const noexcept { return *memory_; }
+    [[nodiscard]] int descriptor() const noexcept { return fd_; }
 
 private:
     int fd_ = -1;
@@ -239,12 +244,24 @@ int sw_params(snd_pcm_ioplug_t* io, snd_pcm_sw_params_t* params) {
     return 0;
 }
 
+// The first descriptor is the stream's, as for a kernel's PCM; the second one wakes.
+int poll_descriptors_count(snd_pcm_ioplug_t* /*io*/) { return 2; }
+
+int poll_descriptors(snd_pcm_ioplug_t* io, pollfd* fds, unsigned int space) {
+    const Plugin& p = plugin_of(io);
+    const pollfd all[] = {{.fd = p.mapping.descriptor(), .events = 0, .revents = 0},
+                          {.fd = p.timer, .events = POLLIN, .revents = 0}};
+    const unsigned count = std::min(space, 2U);
+    std::copy_n(all, count, fds);
+    return static_cast<int>(count);
+}
+
 int poll_revents(snd_pcm_ioplug_t* io, pollfd* fds, unsigned int count, unsigned short* events) {
     const Plugin& p = plugin_of(io);
     *events = 0;
-    if (count != 1) return -EINVAL;
+    if (count != 2) return -EINVAL;
     std::uint64_t expirations = 0;
-    if ((fds[0].revents & POLLIN) != 0 && ::read(p.timer, &expirations, sizeof expirations) < 0) return 0;
+    if ((fds[1].revents & POLLIN) != 0 && ::read(p.timer, &expirations, sizeof expirations) < 0) return 0;
     const snd_pcm_sframes_t played = pointer(io);
     if (played < 0 || p.memory().unplugged) {
         *events = POLLERR | POLLOUT;
@@ -273,6 +290,8 @@ const snd_pcm_ioplug_callback_t callbacks = [] {
     c.hw_params = hw_params;
     c.sw_params = sw_params;
     c.prepare = prepare;
+    c.poll_descriptors_count = poll_descriptors_count;
+    c.poll_descriptors = poll_descriptors;
     c.poll_revents = poll_revents;
     c.delay = delay;
     return c;

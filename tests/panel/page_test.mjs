@@ -75,6 +75,7 @@ test("The walker's mark agrees with the picture", async () => {
 
 test("Refused real time is shown with its reason", async () => {
     const { page } = await openPage(stage);
+    await page.locator("#real-time").scrollIntoViewIfNeeded();  // a card that is not seen is not drawn
     await until(async () => (await text(page, "real-time")) === "⚠ refused: memory", "the refusal");
     assert.match(await page.locator("#real-time").getAttribute("title"), /8192 kB/);
 });

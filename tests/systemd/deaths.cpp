@@ -1,0 +1,264 @@
+// Output of the installed service when it dies or is stopped while it drives the mock bench, under systemd:
+// service_deaths COUNT [--json]. Run by tests/systemd/run deaths.
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <chrono>
+#include <cmath>
+#include <csignal>
+#include <cstdio>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <random>
+#include <stdexcept>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "drivers/mock/mock_bench.hpp"
+#include "tests/bench/table.hpp"
+#include "tests/support/remote/tcp_client.hpp"
+
+namespace shaker::test {
+namespace {
+
+namespace fs = std::filesystem;
+using std::chrono::milliseconds;
+
+constexpr double rate_hz = 48000, full_scale = 2147483648.0;
+constexpr double silent = 1e-5, audible = 3e-2;  // shares of full scale; dither is below the first
+constexpr double largest_allowed_step = 0.01;
+const fs::path folder{"/dev/shm/bench"};
+
+enum class Death { segv, kill, watchdog, memory, stop };
+constexpr std::array<const char*, 5> names{"SIGSEGV", "SIGKILL", "watchdog", "out of memory", "stop at 1 Hz"};
+
+std::string output_of(const std::string& command) {
+    std::string text;
+    FILE* const pipe = popen(command.c_str(), "r");
+    if (pipe == nullptr) return {};
+    for (std::array<char, 256> part{}; std::fgets(part.data(), part.size(), pipe) != nullptr;)
+        text += part.data();
+    pclose(pipe);
+    if (text.ends_with('\n')) text.pop_back();
+    return text;
+}
+
+std::string property(const std::string& name) {
+    return output_of("systemctl show --value --property=" + name + " shakerd.service");
+}
+
+template <class Condition>
+void wait_for(const std::string& what, double limit_s, Condition condition) {
+    const auto end = std::chrono::steady_clock::now() + std::chrono::duration<double>{limit_s};
+    while (!condition()) {
+        if (std::chrono::steady_clock::now() > end)
+            throw std::runtime_error{"not within " + std::to_string(limit_s) + " s: " + what};
+        std::this_thread::sleep_for(milliseconds{20});
+    }
+}
+
+/// The mock DAC's output, read from the file of its codes.
+class Output {
+public:
+    explicit Output(mock::Converter& converter) : converter_{converter} {}
+    [[nodiscard]] std::int64_t now() const {
+        return converter_.due(HostTime{std::chrono::steady_clock::now().time_since_epoch()});
+    }
+    /// The drive, shares of full scale, of the timeline samples [from, to).
+    [[nodiscard]] std::vector<double> drive(std::int64_t from, std::int64_t to) const {
+        wait_for("the output is taken", 10,
+                 [&] { return fs::file_size(folder / "codes") >= 8 * static_cast<std::uintmax_t>(to); });
+        std::ifstream in{folder / "codes", std::ios::binary};
+        in.seekg(8 * from);
+        std::vector<std::int32_t> codes(2 * static_cast<std::size_t>(to - from));
+        in.read(reinterpret_cast<char*>(codes.data()), static_cast<std::streamsize>(4 * codes.size()));
+        std::vector<double> drive;
+        for (std::size_t i = 0; i < codes.size(); i += 2) drive.push_back(codes[i] / full_scale);
+        return drive;
+    }
+    [[nodiscard]] double level(double seconds) const {
+        const std::int64_t to = now() - static_cast<std::int64_t>(0.05 * rate_hz);
+        double most = 0;
+        for (const double v :
+             drive(std::max<std::int64_t>(0, to - static_cast<std::int64_t>(seconds * rate_hz)), to))
+            most = std::max(most, std::abs(v));
+        return most;
+    }
+
+private:
+    mock::Converter& converter_;
+};
+
+// Takes memory in the service's group until the kernel ends the largest process there, which is the daemon.
+void exhaust_memory() {
+    const fs::path group = "/sys/fs/cgroup/memory" + property("ControlGroup");
+    const fs::path unified = "/sys/fs/cgroup" + property("ControlGroup");
+    const bool first_version = fs::exists(group / "memory.limit_in_bytes");
+    const fs::path in = first_version ? group : unified;
+    std::int64_t used = 0;
+    std::ifstream{in / (first_version ? "memory.usage_in_bytes" : "memory.current")} >> used;
+    constexpr std::int64_t spare = 8 << 20;
+    std::ofstream{in / (first_version ? "memory.limit_in_bytes" : "memory.max")} << used + spare
+                                                                                 << std::flush;
+    const pid_t child = ::fork();
+    if (child == 0) {
+        std::ofstream{"/proc/self/oom_score_adj"}
+            << -1000;  // not allowed everywhere; the daemon is larger anyhow
+        std::ofstream{in / "cgroup.procs"} << ::getpid() << std::flush;
+        std::vector<char> taken;
+        for (int i = 0; i < 400; ++i) {
+            taken.resize(taken.size() + (1 << 20), 1);
+            std::this_thread::sleep_for(milliseconds{2});
+            std::ifstream procs{in / "cgroup.procs"};
+            if (std::distance(std::istream_iterator<int>{procs}, {}) <= 2 && i > 16) break;  // daemon ended
+        }
+        ::_exit(0);
+    }
+    ::waitpid(child, nullptr, 0);
+}
+
+struct Seen {
+    double level = 0, step = 0;  // shares of full scale
+    double silent_after_s = NAN;
+};
+
+class Service {
+public:
+    explicit Service(mock::Converter& converter) : output_{converter} {}
+
+    /// Starts the service and a drive, and waits until the drive is audible.
+    void drive(bool slowly) {
+        output_of("systemctl reset-failed shakerd.service 2>&1");
+        if (property("ActiveState") != "active") output_of("systemctl start shakerd.service 2>&1");
+        wait_for("the service is idle", 60, [] { return property("StatusText") == "idle"; });
+        TcpClient client{fs::path{"/run/shakerd/scpi"}};
+        client.send(slowly ? "APPL:BIH 1,0.01,0.5,0" : "APPL:BIH 20,8,0.5,0");
+        client.send("OUTP ON");
+        wait_for("the drive is audible", 60, [&] {
+            if (const std::string error = client.ask("SYST:ERR?"); !error.starts_with("0,"))
+                throw std::runtime_error{"the drive: " + error};
+            return output_.level(0.3) > audible;
+        });
+    }
+
+    Seen end(Death how) {
+        const pid_t daemon = std::stoi(property("MainPID"));
+        const std::int64_t from = output_.now();
+        switch (how) {
+            case Death::segv:
+                ::kill(daemon, SIGSEGV);
+                break;
+            case Death::kill:
+                ::kill(daemon, SIGKILL);
+                break;
+            case Death::watchdog:
+                ::kill(daemon, SIGSTOP);
+                break;
+            case Death::memory:
+                exhaust_memory();
+                break;
+            case Death::stop:
+                output_of("systemctl stop shakerd.service 2>&1");
+                break;
+        }
+        if (how != Death::stop)
+            wait_for("the daemon has ended", 30,
+                     [&] { return property("MainPID") != std::to_string(daemon); });
+        std::this_thread::sleep_for(milliseconds{700});
+        return judge(from);
+    }
+
+private:
+    [[nodiscard]] Seen judge(std::int64_t from) const {
+        Seen seen;
+        const auto before = static_cast<std::int64_t>(0.3 * rate_hz);
+        const std::vector<double> heard = output_.drive(from - before, output_.now());
+        for (std::size_t i = 1; i < heard.size(); ++i) {
+            if (static_cast<std::int64_t>(i) < before) seen.level = std::max(seen.level, std::abs(heard[i]));
+            seen.step = std::max(seen.step, std::abs(heard[i] - heard[i - 1]));
+            if (std::abs(heard[i]) > silent)
+                seen.silent_after_s = static_cast<double>(static_cast<std::int64_t>(i) - before) / rate_hz;
+        }
+        return seen;
+    }
+
+    Output output_;
+};
+
+struct Row {
+    int count = 0, steps = 0;
+    double level = 0, step = 0, silent_after_s = 0;
+};
+
+int run(int argc, char** argv) {
+    const int count = std::atoi(argv[1]);
+    fs::create_directories(folder);
+    fs::permissions(folder, fs::perms::owner_all | fs::perms::group_all | fs::perms::others_all);
+    mock::MockBenchSettings settings;
+    settings.folder = folder;
+    settings.plugin = "/usr/lib/shakerd/shaker_mock_pcm.so";
+    settings.log_codes = true;
+    settings.iiod_port = 30431;
+    SettingsTable scene = SettingsTable::from_text(
+        "[shaker]\namplifier_gain = 3\n[walker]\nmu_k = 0.9\nmu_s = 0.9\n[top]\nframe_rate_hz = "
+        "100\n[side]\nframe_rate_hz "
+        "= 100\n",
+        "scene");
+    settings.scene = simulated::read_scene(scene);
+    mock::MockBench bench{settings};
+    fs::permissions(folder / "converter",
+                    fs::perms::owner_all | fs::perms::group_all | fs::perms::others_all);
+    Service service{bench.dac()};
+    std::mt19937_64 random{
+        std::getenv("SHAKER_SEED") != nullptr ? std::strtoull(std::getenv("SHAKER_SEED"), nullptr, 10) : 1};
+    std::uniform_real_distribution<double> later_s{0, 8};
+    std::array<Row, names.size()> rows{};
+    for (int i = 0; i < count; ++i) {
+        const auto how = static_cast<std::size_t>(i) % names.size();
+        service.drive(static_cast<Death>(how) == Death::stop);
+        std::this_thread::sleep_for(std::chrono::duration<double>{later_s(random)});
+        const Seen seen = service.end(static_cast<Death>(how));
+        std::fprintf(stderr, "%3d %-14s level %.3f, largest step %.5f, silent after %.3f s\n", i,
+                     names.at(how), seen.level, seen.step, seen.silent_after_s);
+        Row& row = rows.at(how);
+        ++row.count;
+        row.steps += seen.step > largest_allowed_step ? 1 : 0;
+        row.level = std::max(row.level, seen.level);
+        row.step = std::max(row.step, seen.step);
+        row.silent_after_s = std::max(row.silent_after_s, seen.silent_after_s);
+    }
+    bench::Table table;
+    int steps = 0;
+    for (std::size_t how = 0; how < names.size(); ++how) {
+        const Row& row = rows.at(how);
+        steps += row.steps;
+        if (row.count > 0)
+            table.add({{"death", names.at(how)},
+                       {"count", static_cast<double>(row.count)},
+                       {"level before", 100 * row.level, "% of full scale"},
+                       {"largest step", 100 * row.step, "% of full scale"},
+                       {"steps above 1 %", static_cast<double>(row.steps)},
+                       {"silent after", 1e3 * row.silent_after_s, "ms", 4}});
+    }
+    table.print(argc, argv);
+    return steps == 0 ? 0 : 1;
+}
+
+}  // namespace
+}  // namespace shaker::test
+
+int main(int argc, char** argv) try {
+    if (argc < 2) {
+        std::fputs("usage: service_deaths COUNT [--json]\n", stderr);
+        return 2;
+    }
+    return shaker::test::run(argc, argv);
+} catch (const std::exception& e) {
+    std::fprintf(stderr, "service_deaths: %s\n", e.what());
+    return 3;
+}
