@@ -4,6 +4,7 @@
 #include <iterator>
 #include <utility>
 
+#include "drivers/commissioned/record.hpp"
 #include "drivers/errors.hpp"
 #include "drivers/hardware/hardware_rig.hpp"
 #include "drivers/simulated/shaker_plant.hpp"
@@ -82,6 +83,7 @@ Bench open_file(const std::filesystem::path& file) {
     hardware::HardwareRig bench = hardware::open_hardware_rig(root);
     open.rig = std::move(bench.rig);
     open.rig.name = file.string();
+    open.not_commissioned = commissioned::missing_record(file, open.rig_text);
     open.granted = std::move(bench.granted);
     open.response = predicted_response(sheet);
     open.limits = limits_for(open.shaker, 0, open.rig, std::move(limits));

@@ -23,6 +23,7 @@ struct Bench {
     safety::Limits limits;             // in force for every run
     std::string rig_text;              // TOML: the rig file, or the scene of a simulated rig
     bool real_time_required = false;   // nothing is driven without real-time scheduling and locked memory
+    std::string not_commissioned;      // reason why a service may not drive it; empty: it may
     std::vector<std::string> granted;  // requested and granted settings of the devices, one sentence each
     /// Response of the shaker from the data sheet, m/s^2 per V, at a frequency in Hz.
     std::function<std::complex<double>(double)> response;

@@ -9,7 +9,8 @@ using manual::Argument;
 using manual::Kind;
 
 constexpr std::array arguments{
-    rig_argument, scene_argument,
+    rig_argument,
+    scene_argument,
     Argument{.name = "--frequency",
              .value = "FREQUENCY",
              .help = "Frequency of the first of two harmonics, e.g. 20Hz",
@@ -24,6 +25,9 @@ constexpr std::array arguments{
              .dimension = Dimension::ratio,
              .allowed = {0, 0.2},
              .standard = "0.02"},
+    Argument{
+        .name = "--commission",
+        .help = "Then lead the operator through the first day: the record lets a service drive the bench"},
     json_argument};
 
 int act(const manual::Values& values) {
@@ -31,7 +35,8 @@ int act(const manual::Values& values) {
                                         .scene = values.text("--scene"),
                                         .frequency_hz = values.number("--frequency"),
                                         .level = values.number("--level"),
-                                        .json = values.has("--json")});
+                                        .json = values.has("--json"),
+                                        .commission = values.has("--commission")});
     return sound ? manual::exit_ok : manual::exit_device;
 }
 

@@ -3,12 +3,15 @@
 #include <spdlog/fmt/fmt.h>
 
 #include <algorithm>
+#include <iostream>
 #include <iterator>
 #include <nlohmann/json.hpp>
 
 #include "daemon/commands/stop_signals.hpp"
+#include "daemon/commissioning/commission.hpp"
 #include "daemon/report/printing.hpp"
 #include "daemon/run/runner.hpp"
+#include "drivers/errors.hpp"
 
 namespace shaker::commands {
 
@@ -42,9 +45,21 @@ std::vector<run::Finding> find(const CheckOptions& options) {
     return findings;
 }
 
+// The operator's answer on standard input.
+std::string answer_to(const std::string& question) {
+    report::say(question);
+    std::string answer;
+    std::getline(std::cin, answer);
+    report::say("\n");
+    return answer;
+}
+
 }  // namespace
 
 bool check(const CheckOptions& options) {
+    if (options.commission && (options.rig == "sim:" || options.json))
+        throw InputError{
+            "--commission: needs a rig file of real devices (--rig) and an operator (no --json)"};
     const std::vector<run::Finding> findings = find(options);
     const bool sound =
         std::ranges::none_of(findings, [](const run::Finding& f) { return f.verdict == run::Verdict::bad; });
@@ -58,7 +73,12 @@ bool check(const CheckOptions& options) {
     for (const run::Finding& f : findings)
         report::say(fmt::format("{:<5}{}: {}\n", word(f.verdict), f.device, f.text));
     report::say(sound ? "the bench is fit to run\n" : "the bench is not fit to run: see BAD above\n");
-    return sound;
+    if (!sound || !options.commission) return sound;
+    return commissioning::commission({.rig = options.rig,
+                                      .frequency_hz = options.frequency_hz,
+                                      .level = options.level,
+                                      .self_test = fmt::format("{} findings, none bad", findings.size())},
+                                     {report::say, answer_to});
 }
 
 }  // namespace shaker::commands

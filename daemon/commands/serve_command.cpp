@@ -62,6 +62,8 @@ void serve(const ServeOptions& options) {
                         .recordings = settings.recordings,
                         .longest_recording_s = settings.longest_recording_s}};
     for (const std::string& granted : runner.bench().granted) spdlog::info("{}", granted);
+    if (const std::string& why = runner.bench().not_commissioned; !why.empty())
+        spdlog::warn("the drive cannot be started: {}", why);
     service::BenchPort bench_port;
     service::BenchService session{runner, {.beside = true, .mu = settings.mu}, bench_port};
     remote::ServerSettings served = settings.server;

@@ -98,6 +98,11 @@ void Runner::require_real_time() const {
                     refused->refused, bench_.rig.name)};
 }
 
+void Runner::require_commissioned() const {
+    if (!settings_.commissioning && !bench_.not_commissioned.empty())
+        throw InputError{bench_.not_commissioned};
+}
+
 void Runner::obey_stop_requests(acquisition::Channels& channels) {
     const int requests = stop_requests_;
     if (requests == obeyed_) return;

@@ -20,6 +20,7 @@ struct RunnerSettings {
     /// Folder for named recordings and for the last seconds of stopped runs.
     std::filesystem::path recordings = ".";
     double longest_recording_s = 3600;  // on call only
+    bool commissioning = false;         // drives a bench that has not been commissioned
 };
 
 /// Owns an opened bench and the loops that drive and measure it. Limits, refusals, warnings and recordings
@@ -49,6 +50,8 @@ public:
     /// DeviceError when the operating system refused real-time scheduling or locked memory and the rig file
     /// requires them.
     void require_real_time() const;
+    /// InputError when the bench is real hardware without a valid record of its commissioning.
+    void require_commissioned() const;
 
     [[nodiscard]] bench::Bench& bench() noexcept { return bench_; }
     [[nodiscard]] acquisition::Collector& collector() noexcept { return collector_; }

@@ -90,6 +90,7 @@ void BenchService::obey(const Begin& order, acquisition::Channels& channels) {
     require("periods", order.periods, {2, static_cast<double>(most)}, "");
     require("settle_periods", order.settle, {0, most_settle_periods}, "");
     require_possible(run_.drive, limits_);
+    runner_.require_commissioned();
     runner_.require_real_time();
     sequence_.require_idle("a run", channels);
     run_.periods = order.periods;
@@ -108,6 +109,7 @@ void BenchService::obey(const Begin& order, acquisition::Channels& channels) {
 
 void BenchService::obey(const Identify& /*order*/, acquisition::Channels& channels) {
     require_possible(run_.drive, limits_);
+    runner_.require_commissioned();
     runner_.require_real_time();
     sequence_.require_idle("identification", channels);
     record_.begin(run_, {}, sequence_.now_s());

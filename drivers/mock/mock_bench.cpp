@@ -13,6 +13,7 @@
 #include <thread>
 #include <utility>
 
+#include "drivers/commissioned/record.hpp"
 #include "drivers/errors.hpp"
 #include "drivers/mock/mock_files.hpp"
 #include "drivers/simulated/world.hpp"
@@ -103,6 +104,9 @@ MockBench::State::State(const MockBenchSettings& s)
              .clock = 1 + 1e-6 * s.camera_ppm.at(i)});
     }
     rig_file = write_bench_files(s, iiod.port());
+    if (s.commissioned)
+        commissioned::write_record(rig_file, "1970-01-01T00:00:00+00:00",
+                                   {{"mock bench", "nothing can be harmed"}});
     for (MockCamera& camera : cameras)
         camera.thread =
             std::jthread{[this, &camera](const std::stop_token& stop) { send_pictures(stop, camera); }};

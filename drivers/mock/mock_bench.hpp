@@ -23,6 +23,7 @@ struct MockBenchSettings {
     double dac_ppm = 0;            // error of the DAC's clock against the host's; positive: fast
     std::array<double, 2> camera_ppm{-12, 23};
     std::uint16_t iiod_port = 0;  // 0: any free port
+    bool commissioned = true;     // write a record for the rig file, so that a service drives it
     bool log_codes = false;  // write every output sample to the file "codes" in the folder (see Converter)
 };
 

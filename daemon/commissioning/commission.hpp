@@ -1,0 +1,28 @@
+#pragma once
+// The first day of a bench with real devices: tests with the operator, and the record that lets a service
+// drive it.
+#include <functional>
+#include <string>
+
+namespace shaker::commissioning {
+
+struct Settings {
+    std::string rig;           // file
+    double frequency_hz = 20;  // of the drive
+    double level = 0.02;       // peak of the drive, share of the DAC's full scale
+    std::string self_test;     // result of the self-test before
+};
+
+/// The operator: shown text, and the answer to a question; empty at the end of the input.
+struct Operator {
+    std::function<void(const std::string&)> show;
+    std::function<std::string(const std::string&)> ask;
+};
+
+/// Leads through the tests: polarity by hand, gain by a known step, limits crossed on purpose, the ramp seen,
+/// an abort from each door timed, the emergency stop. Writes the record of the rig file when all passed, and
+/// returns true. False, with the reason shown, when the operator denies one. InputError for a simulated rig;
+/// DeviceError when the bench does not do what a test demands.
+bool commission(const Settings& settings, const Operator& person);
+
+}  // namespace shaker::commissioning

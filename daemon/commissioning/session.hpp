@@ -1,0 +1,67 @@
+#pragma once
+// A bench on call that the commissioning drives and stops on purpose.
+#include <atomic>
+#include <exception>
+#include <filesystem>
+#include <functional>
+#include <memory>
+#include <mutex>
+#include <string>
+#include <thread>
+
+#include "daemon/remote/server.hpp"
+#include "daemon/run/runner.hpp"
+#include "daemon/service/bench_service.hpp"
+
+namespace shaker::commissioning {
+
+/// A stop of the drive as it was seen.
+struct SeenStop {
+    safety::Trip trip;
+    double after_s = 0;  // from the order to the published trip
+    double ramp_s = 0;   // length of the output's ramp to zero
+};
+
+/// Thread safety: one thread. All functions throw DeviceError when the bench does not follow in time, or has
+/// ended.
+class Session {
+public:
+    /// Opens the bench of a rig file and serves it on free ports of this computer. `folder`: for the socket
+    /// and the files of stopped runs.
+    Session(const std::string& rig, const Drive& drive, const std::filesystem::path& folder);
+    /// Stops the drive softly.
+    ~Session();
+    Session(const Session&) = delete;
+    Session& operator=(const Session&) = delete;
+
+    [[nodiscard]] bench::Bench& bench() noexcept { return runner_.bench(); }
+    /// Changes the set-point, starts the drive unless it is on, and waits until the base follows. Returns the
+    /// state then.
+    std::shared_ptr<const service::BenchState> drive(const Drive& drive);
+    /// Calls `stop` and waits for the trip.
+    SeenStop stopped_by(const std::function<void()>& stop);
+    void order(const service::OrderWhat& what);
+    /// Restores the limits and clears the trip.
+    void clear();
+    [[nodiscard]] const safety::Limits& limits() const noexcept { return runner_.limits(); }
+    [[nodiscard]] const remote::Server& server() const noexcept { return *server_; }
+    [[nodiscard]] const std::filesystem::path& socket() const noexcept { return socket_; }
+
+private:
+    void lead();
+    std::shared_ptr<const service::BenchState> wait_for(
+        const std::string& what, const std::function<bool(const service::BenchState&)>& seen);
+
+    run::Runner runner_;
+    service::BenchPort port_;
+    service::BenchService service_;
+    std::filesystem::path socket_;
+    std::unique_ptr<remote::Server> server_;
+    Drive drive_;
+    std::atomic<std::int64_t> ramp_{0};  // samples of the newest stop
+    std::mutex mutex_;                   // guards ended_
+    std::exception_ptr ended_;
+    std::jthread leader_;
+};
+
+}  // namespace shaker::commissioning
