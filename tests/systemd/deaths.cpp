@@ -32,6 +32,7 @@ using std::chrono::milliseconds;
 constexpr double rate_hz = 48000, full_scale = 2147483648.0;
 constexpr double silent = 1e-5, audible = 3e-2;  // shares of full scale; dither is below the first
 constexpr double largest_allowed_step = 0.01;
+constexpr int most_goes = 6;  // to a death in mid-drive: a computer that stands still ends drives
 const fs::path folder{"/dev/shm/bench"};
 
 enum class Death { segv, kill, watchdog, memory, stop };
@@ -53,13 +54,19 @@ std::string property(const std::string& name) {
 }
 
 template <class Condition>
-void wait_for(const std::string& what, double limit_s, Condition condition) {
+bool soon(double limit_s, Condition condition) {
     const auto end = std::chrono::steady_clock::now() + std::chrono::duration<double>{limit_s};
     while (!condition()) {
-        if (std::chrono::steady_clock::now() > end)
-            throw std::runtime_error{"not within " + std::to_string(limit_s) + " s: " + what};
+        if (std::chrono::steady_clock::now() > end) return false;
         std::this_thread::sleep_for(milliseconds{20});
     }
+    return true;
+}
+
+template <class Condition>
+void wait_for(const std::string& what, double limit_s, Condition condition) {
+    if (!soon(limit_s, condition))
+        throw std::runtime_error{"not within " + std::to_string(limit_s) + " s: " + what};
 }
 
 /// The mock DAC's output, read from the file of its codes.
@@ -136,7 +143,10 @@ public:
     bool drive(bool slowly) {
         output_of("systemctl reset-failed shakerd.service 2>&1");
         if (property("ActiveState") != "active") output_of("systemctl start shakerd.service 2>&1");
-        wait_for("the service is idle", 60, [] { return property("StatusText") == "idle"; });
+        if (!soon(20, [] { return property("StatusText") == "idle"; })) {
+            output_of("systemctl stop shakerd.service 2>&1");
+            return false;
+        }
         TcpClient client{fs::path{"/run/shakerd/scpi"}};
         client.send(slowly ? "APPL:BIH 1,0.01,0.5,0" : "APPL:BIH 20,8,0.5,0");
         client.send("OUTP ON");
@@ -225,10 +235,13 @@ int run(int argc, char** argv) {
     std::array<Row, names.size()> rows{};
     for (int i = 0; i < count; ++i) {
         const auto how = static_cast<std::size_t>(i) % names.size();
-        for (int go = 0; !service.drive(static_cast<Death>(how) == Death::stop); ++go)
-            if (go == 3) throw std::runtime_error{"the drive does not start"};
-        std::this_thread::sleep_for(std::chrono::duration<double>{later_s(random)});
-        const Seen seen = service.end(static_cast<Death>(how));
+        Seen seen;
+        for (int go = 0; seen.level < audible; ++go) {
+            if (go == most_goes) throw std::runtime_error{"the drive does not start or go on"};
+            if (!service.drive(static_cast<Death>(how) == Death::stop)) continue;
+            std::this_thread::sleep_for(std::chrono::duration<double>{later_s(random)});
+            seen = service.end(static_cast<Death>(how));
+        }
         std::fprintf(stderr, "%3d %-14s level %.3f, largest step %.5f, silent after %.3f s\n", i,
                      names.at(how), seen.level, seen.step, seen.silent_after_s);
         Row& row = rows.at(how);
