@@ -30,6 +30,9 @@ struct DacInfo {
     double rate_hz = 48000;
     double full_scale_V = 1;
     std::size_t block_frames = 240;  // samples per write(); 240 are 5 ms at 48 kHz
+    std::int64_t queue_frames = 0;   // most samples of the drive that wait to be played after write()
+    std::int64_t kept_frames = 0;    // of these, samples that take_back() leaves; all: none can be taken back
+    [[nodiscard]] bool takes_back() const noexcept { return kept_frames < queue_frames; }
 };
 
 /// Analogue output that feeds the shaker. Its sample counter is the master time.
@@ -44,6 +47,10 @@ public:
     /// leaves the converter or, on hardware with a queue, as soon as there is room. Blocks; one
     /// thread. Throws DeviceError when the device has failed permanently.
     virtual PlayTime write(std::span<const double> volts, std::span<const double> trigger) = 0;
+    /// Takes back up to `most` of the samples that were written last and are not played yet, and leaves
+    /// DacInfo::kept_frames. Returns how many; the next write() continues behind the last sample that stays.
+    /// 0 if the DAC cannot or if it fails: then all queued samples are played. Real-time; thread of write().
+    [[nodiscard]] virtual std::int64_t take_back(std::int64_t /*most*/) noexcept { return 0; }
     /// Silences the output and unblocks write(). Safe from any thread.
     virtual void stop() noexcept = 0;
 };

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <string>
 
 #include "drivers/errors.hpp"
@@ -112,6 +113,26 @@ bool finite(const Harmonics<Voltage>& volts) noexcept {
 
 }  // namespace
 
+std::vector<DriveChange> in_effect(std::vector<DriveChange> changes) {
+    std::vector<DriveChange> made;
+    for (const DriveChange& c : changes) {
+        while (!made.empty() && c.voids(made.back())) made.pop_back();
+        made.push_back(c);
+    }
+    return made;
+}
+
+std::size_t in_force_at(std::span<const DriveChange> changes, double dac_sample) {
+    auto void_from = std::numeric_limits<std::int64_t>::max();
+    for (std::size_t i = changes.size(); i-- > 0;) {
+        const DriveChange& c = changes[i];
+        if (c.first.n >= void_from) continue;
+        if (static_cast<double>(c.end().n) <= dac_sample) return i;
+        if (c.taken_back > 0) void_from = c.first.n;
+    }
+    return 0;
+}
+
 Synthesiser::Synthesiser(double rate_hz, double frequency, double limit_V)
     : rate_hz_{rate_hz}, limit_V_{limit_V}, next_limit_V_{limit_V}, step_{0}, last_step_{1} {
     if (!(rate_hz > 0 && std::isfinite(rate_hz)))
@@ -128,8 +149,8 @@ Synthesiser::Synthesiser(double rate_hz, double frequency, double limit_V)
 
 void Synthesiser::set(const DriveCommand& command) noexcept {
     if (stopping_ && tick_.n == stop_first_.n + stop_samples_) end_stop();
+    if (command.stop_s > 0) reported_.reset();  // a refused stop is not reported
     if (command.stop_s > 0 && !stopped_ && std::isfinite(command.stop_s)) {
-        reported_.reset();
         begin_stop(std::llround(command.stop_s * rate_hz_), command.sequence);
     } else if (!stopped_ && !stopping_ && finite(command.volts) && command.ramp_periods >= 1 &&
                playable(command.frequency, command.volts.order(), rate_hz_)) {
@@ -212,6 +233,16 @@ void Synthesiser::begin_stop(std::int64_t samples, std::uint64_t sequence) noexc
                  phase_,
                  ramping_ ? change_.step : step_,
                  samples};
+}
+
+void Synthesiser::go_back(const Synthesiser& earlier, std::span<double> volts) noexcept {
+    const Synthesiser now = *this;
+    *this = earlier;
+    fill(volts);
+    clamped_ = now.clamped_;
+    largest_clamped_ = now.largest_clamped_;
+    refused_ = now.refused_;
+    limit(now.next_limit_V_);
 }
 
 bool Synthesiser::release() noexcept {

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <optional>
 #include <span>
+#include <vector>
 
 #include "drivers/drive.hpp"
 #include "drivers/time.hpp"
@@ -36,9 +37,23 @@ struct DriveChange {
     /// `command` has no volts and `ramp` is 0. A stop during another stop continues from the present
     /// weight. A soft stop has the sequence of its command, a trip's stop has 0.
     std::int64_t stop = 0;
+    /// Samples, >= 0. Above 0: before this stop, the samples from `first` to first + taken_back were taken
+    /// back from the DAC; they were never played.
+    std::int64_t taken_back = 0;
+    /// True if a change reported before this one never took effect, because its first sample was taken back.
+    /// Every user of a list of changes ignores such changes.
+    [[nodiscard]] bool voids(const DriveChange& earlier) const noexcept {
+        return taken_back > 0 && earlier.first >= first;
+    }
     /// First sample behind the ramp or the stop.
     [[nodiscard]] DacTick end() const noexcept { return {first.n + std::max(ramp, stop)}; }
 };
+
+/// The changes that took effect: without those that a later one voids.
+std::vector<DriveChange> in_effect(std::vector<DriveChange> changes);
+/// Number of the newest change that took effect and was complete at a DAC sample; 0 if there is none.
+/// Together with the changes after it, it is enough to regenerate the drive from that sample on.
+std::size_t in_force_at(std::span<const DriveChange> changes, double dac_sample);
 
 /// Fills blocks with volts(t) = Im sum_q a_q e^{i q theta(t)}, a_q in V and theta the phase. Starts
 /// silent at phase 0. A command takes effect at the next start of a period (the first sample whose phase
@@ -79,6 +94,9 @@ public:
     /// release(). A second stop, also one after a soft stop, that would end earlier makes the rest of the
     /// weight steeper, without a step; a later end is ignored. change() reports the stop at once.
     void stop(std::int64_t samples) noexcept;
+    /// Goes back to an earlier copy of this synthesiser and fills `volts` from there. Counters and the newest
+    /// limit stay.
+    void go_back(const Synthesiser& earlier, std::span<double> volts) noexcept;
     /// Accepts commands again after a stop has ended in silence. False while the stop has not ended.
     bool release() noexcept;
     /// True from stop() until release().
@@ -86,8 +104,8 @@ public:
     /// True if the next sample is zero, and all that follow until a command takes effect.
     [[nodiscard]] bool silent() const noexcept { return order_ == 0; }
 
-    /// The last change that began within the last fill(), skip(), silence() or stop(); null when none
-    /// did.
+    /// The last change that began within the last fill(), skip(), silence(), stop() or set() of a soft stop;
+    /// null when none did.
     [[nodiscard]] const DriveChange* change() const noexcept { return reported_ ? &*reported_ : nullptr; }
     /// Number of samples cut at the limit since the start. Must stay 0.
     [[nodiscard]] std::uint64_t clamped() const noexcept { return clamped_; }

@@ -12,11 +12,12 @@ double drive_limit(double full_scale_V, const std::optional<safety::Limits>& lim
 }
 
 // Passes a change of the drive to the reduction and, before it is audible, to the accelerometer's guard.
-void push_change(const DriveOutput& output, Channels& channels) {
-    const DriveChange* change = output.synthesiser.change();
-    if (change == nullptr) return;
-    if (!channels.changes.push(*change)) ++channels.lost.changes_lost;
-    if (output.guard.armed() && !channels.ahead.push(*change)) ++channels.lost.changes_lost;
+void push_change(const DriveOutput& output, Channels& channels, std::int64_t taken_back = 0) {
+    if (output.synthesiser.change() == nullptr) return;
+    DriveChange change = *output.synthesiser.change();
+    change.taken_back = taken_back;
+    if (!channels.changes.push(change)) ++channels.lost.changes_lost;
+    if (output.guard.armed() && !channels.ahead.push(change)) ++channels.lost.changes_lost;
 }
 
 // Reports the newest trip to the reduction. A trip that finds a full ring waits for room.
@@ -24,28 +25,53 @@ void report(DriveOutput& output, Channels& channels) {
     if (output.unreported && channels.trips.push(*output.unreported)) output.unreported.reset();
 }
 
-void latch(safety::Trip trip, DriveOutput& output, Channels& channels) {
+// Takes back samples before a stop, unless the drive ends as early without that. Returns their number.
+std::int64_t take_back(std::int64_t stop_samples, DriveOutput& output, Dac& dac) {
+    const Synthesiser& s = output.synthesiser;
+    if (s.stopped() && output.newest.stop == safety::StopKind::hard) return 0;
+    const DacTick now = s.tick(), first = output.queued.first(now);
+    const std::int64_t ends = s.silent() ? output.drives_until : now.n + stop_samples;
+    if (first.n + stop_samples >= ends) return 0;
+    const std::int64_t taken = dac.take_back(now.n - first.n);
+    if (taken > 0) output.queued.go_back({now.n - taken}, output.synthesiser, output.triggers, output.volts);
+    return taken;
+}
+
+void latch(safety::Trip trip, DriveOutput& output, Dac& dac, Channels& channels) {
+    const std::int64_t samples = output.guard.stop_samples(trip.stop);
+    const std::int64_t taken = trip.stop == safety::StopKind::hard ? take_back(samples, output, dac) : 0;
+    if (trip.on_dac_clock) trip.tick = std::min(trip.tick, output.synthesiser.tick().n);
     trip.number = output.newest.number + 1;
     output.newest = trip;
     if (output.unreported) ++channels.lost.trips_lost;
     output.unreported = trip;
     report(output, channels);
-    output.synthesiser.stop(output.guard.stop_samples(trip.stop));
-    push_change(output, channels);
+    output.synthesiser.stop(samples);
+    push_change(output, channels, taken);
 }
 
-void latch_for_operator(DriveOutput& output, Channels& channels) {
+void latch_for_operator(DriveOutput& output, Dac& dac, Channels& channels) {
     latch({.cause = safety::Cause::operator_stop,
            .stop = safety::StopKind::hard,
            .on_dac_clock = true,
            .tick = output.synthesiser.tick().n},
-          output, channels);
+          output, dac, channels);
 }
 
 double peak(const std::vector<double>& volts) noexcept {
     double largest = 0;
     for (const double v : volts) largest = std::max(largest, std::abs(v));
     return largest;
+}
+
+// Records where the drive of the block that starts at `first` ends.
+void note_drive(std::int64_t first, DriveOutput& output) noexcept {
+    for (std::int64_t i = std::ssize(output.volts); i > 0; --i) {
+        if (output.volts[static_cast<std::size_t>(i - 1)] == 0) continue;
+        output.drives_until = first + i;
+        return;
+    }
+    output.drives_until = std::min(output.drives_until, first);
 }
 
 // State of the output after the last block, and signs of life of the other threads.
@@ -70,32 +96,33 @@ bool part_of_underrun(const safety::Trip& trip, const DriveOutput& output) {
 
 // An abort always leaves a trip. More aborts while the output is silent after an abort change nothing but
 // refuse an earlier clear.
-void answer_aborts(DriveOutput& output, Channels& channels) {
+void answer_aborts(DriveOutput& output, Dac& dac, Channels& channels) {
     const std::uint64_t aborts = channels.aborts;
     if (aborts == output.aborted) return;
     output.aborted = aborts;
     const bool silent = output.synthesiser.stopped() && output.synthesiser.silent();
-    if (!silent || output.newest.cause != safety::Cause::operator_stop) latch_for_operator(output, channels);
+    if (!silent || output.newest.cause != safety::Cause::operator_stop)
+        latch_for_operator(output, dac, channels);
     channels.aborts_answered = aborts;
 }
 
 // A loop has failed.
-void answer_failure(DriveOutput& output, Channels& channels) {
+void answer_failure(DriveOutput& output, Dac& dac, Channels& channels) {
     const int cause = channels.failed;
     if (cause < 0 || output.failed) return;
     output.failed = true;
     latch({.cause = static_cast<safety::Cause>(cause),
            .on_dac_clock = true,
            .tick = output.synthesiser.tick().n},
-          output, channels);
+          output, dac, channels);
 }
 
-void answer_clears(DriveOutput& output, Channels& channels) {
+void answer_clears(DriveOutput& output, Dac& dac, Channels& channels) {
     if (const auto clearance = channels.clearance.take()) output.clearance = clearance;
     if (!output.clearance) return;
     if (output.clearance->aborts != output.aborted) {
         // The reduction waits for an answer. It gets a trip, unless the abort has already left one.
-        if (output.clearance->trips == output.newest.number) latch_for_operator(output, channels);
+        if (output.clearance->trips == output.newest.number) latch_for_operator(output, dac, channels);
         output.clearance.reset();
     } else if (output.clearance->trips != output.newest.number) {
         output.clearance.reset();  // the reduction has not seen the newest trip yet
@@ -106,17 +133,17 @@ void answer_clears(DriveOutput& output, Channels& channels) {
     }
 }
 
-void answer_trips(DriveOutput& output, Channels& channels) {
+void answer_trips(DriveOutput& output, Dac& dac, Channels& channels) {
     report(output, channels);
-    answer_aborts(output, channels);
-    answer_failure(output, channels);
+    answer_aborts(output, dac, channels);
+    answer_failure(output, dac, channels);
     // The output's own trips first: an empty DAC also makes the base miss its predicted motion.
     if (const auto trip = output.guard.check(signs_of(output, channels), channels.warnings))
-        latch(*trip, output, channels);
+        latch(*trip, output, dac, channels);
     while (const auto trip = channels.sensed.pop())
-        if (!part_of_underrun(*trip, output)) latch(*trip, output, channels);
-    while (const auto trip = channels.ordered.pop()) latch(*trip, output, channels);
-    answer_clears(output, channels);
+        if (!part_of_underrun(*trip, output)) latch(*trip, output, dac, channels);
+    while (const auto trip = channels.ordered.pop()) latch(*trip, output, dac, channels);
+    answer_clears(output, dac, channels);
 }
 
 void take_drive(DriveOutput& output, Channels& channels) {
@@ -135,7 +162,8 @@ DriveOutput::DriveOutput(const DacInfo& dac, double frequency, double frames_per
       guard{dac.rate_hz, accelerometer_rate_hz, limits},
       triggers{dac.rate_hz, frames_per_second},
       volts(block),
-      pulses(block) {}
+      pulses(block),
+      queued{dac, block, synthesiser, triggers} {}
 
 void output_step(DriveOutput& output, Dac& dac, Channels& channels) {
     Synthesiser& synthesiser = output.synthesiser;
@@ -143,17 +171,20 @@ void output_step(DriveOutput& output, Dac& dac, Channels& channels) {
         output.guard.hold_to(*limits);
         synthesiser.limit(drive_limit(output.full_scale_V, limits));
     }
-    answer_trips(output, channels);
+    answer_trips(output, dac, channels);
     take_drive(output, channels);
+    output.queued.add(synthesiser, output.triggers);
     synthesiser.fill(output.volts);
     output.triggers.fill(output.pulses);
     push_change(output, channels);
     const std::int64_t first = synthesiser.tick().n - std::ssize(output.volts);
+    note_drive(first, output);
     const PlayTime played = dac.write(output.volts, output.pulses);
     if (!channels.played.push(played)) ++channels.lost.plays_lost;
     if (played.lost > 0) {  // the next sample starts from silence, never at full level
         synthesiser.silence(played.lost);
         output.triggers.skip(played.lost);
+        output.queued.clear();
         push_change(output, channels);
         output.empty_from = first;
         output.empty_to = synthesiser.tick().n;

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "daemon/acquisition/channels.hpp"
+#include "daemon/acquisition/queued_blocks.hpp"
 #include "daemon/safety/output_guard.hpp"
 #include "drivers/devices.hpp"
 #include "drivers/synthesiser.hpp"
@@ -24,6 +25,8 @@ struct DriveOutput {
     safety::OutputGuard guard;
     TriggerTrain triggers;
     std::vector<double> volts, pulses;
+    QueuedBlocks queued;
+    std::int64_t drives_until = 0;              // DAC sample after the last one that was not zero
     std::int64_t lost = 0;                      // samples during which the DAC was empty after the last block
     std::int64_t empty_from = 0, empty_to = 0;  // DAC samples: the last time the DAC was empty
     std::uint64_t aborted = 0;                  // value of Channels::aborts that was answered
@@ -34,7 +37,9 @@ struct DriveOutput {
 };
 
 /// Answers trips (also its own), aborts and clears, takes the newest drive, fills one block and plays it. A
-/// stop starts with the first sample of that block. Real-time except for Dac::write.
+/// stop starts with the first sample of that block. Before a hard stop, queued samples are taken back from
+/// the DAC if the drive ends earlier by it: the block then starts behind the last sample that stays, and the
+/// change that reports the stop has their number. Real-time except for Dac::write.
 void output_step(DriveOutput& output, Dac& dac, Channels& channels);
 
 }  // namespace shaker::acquisition

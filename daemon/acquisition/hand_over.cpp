@@ -35,8 +35,8 @@ Streams hand_over(Streams& streams, double keep_from_s) {
             end_of(all.blocks, [&](const AccelBlock& b) { return static_cast<double>(b.first.n) < oldest; }),
         .played =
             end_of(all.played, [&](const PlayTime& p) { return static_cast<double>(p.tick.n) < from_tick; }),
-        .changes = end_of(all.changes,
-                          [&](const DriveChange& c) { return static_cast<double>(c.end().n) <= from_tick; }),
+        .changes = {all.changes.begin() + static_cast<std::ptrdiff_t>(in_force_at(all.changes, from_tick)),
+                    all.changes.end()},
         .trips = all.trips,
         .aborts = all.aborts,
         .dac_rate_hz = all.dac_rate_hz,
@@ -47,8 +47,6 @@ Streams hand_over(Streams& streams, double keep_from_s) {
         .frames_lost = all.frames_lost,
         .frames = all.frames,
         .dropped = all.dropped};
-    if (rest.changes.size() < all.changes.size())  // the drive in force at keep_from_s
-        rest.changes.insert(rest.changes.begin(), *(all.changes.end() - std::ssize(rest.changes) - 1));
     for (CameraStream& c : rest.cameras) c.untimed.clear();
     rest.dropped.blocks += all.blocks.size() - rest.blocks.size();
     rest.dropped.played += all.played.size() - rest.played.size();

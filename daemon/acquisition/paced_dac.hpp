@@ -1,5 +1,6 @@
 #pragma once
 // A simulated DAC that accepts samples only at their real rate, so that virtual time keeps to real time.
+#include <algorithm>
 #include <memory>
 #include <utility>
 
@@ -17,15 +18,23 @@ public:
     [[nodiscard]] DeviceCounts counts() const noexcept override { return inner_->counts(); }
     PlayTime write(std::span<const double> volts, std::span<const double> trigger) override {
         pacer_.wait_until(duration_s(written_, rate_hz_));
-        written_ += volts.size();
+        const std::int64_t again = std::min(owed_, std::ssize(volts));
+        owed_ -= again;
+        written_ += std::ssize(volts) - again;
         return inner_->write(volts, trigger);
+    }
+    std::int64_t take_back(std::int64_t most) noexcept override {
+        const std::int64_t taken = inner_->take_back(most);
+        owed_ += taken;
+        return taken;
     }
     void stop() noexcept override { inner_->stop(); }
 
 private:
     std::unique_ptr<Dac> inner_;
     double rate_hz_;
-    std::size_t written_ = 0;  // samples
+    std::int64_t written_ = 0;  // samples
+    std::int64_t owed_ = 0;     // samples that were taken back and not written again yet
     Pacer pacer_;
 };
 

@@ -104,10 +104,8 @@ void drop_before(Streams& streams, double from_s) {
         drop_front(streams.played, std::ranges::find_if(streams.played, [&](const PlayTime& p) {
                        return static_cast<double>(p.tick.n) >= from_tick;
                    }));
-    auto in_force = std::ranges::find_if(
-        streams.changes, [&](const DriveChange& c) { return static_cast<double>(c.end().n) > from_tick; });
-    if (in_force != streams.changes.begin()) --in_force;
-    streams.dropped.changes += drop_front(streams.changes, in_force);
+    const auto in_force = static_cast<std::ptrdiff_t>(in_force_at(streams.changes, from_tick));
+    streams.dropped.changes += drop_front(streams.changes, streams.changes.begin() + in_force);
     if (!streams.blocks.empty()) {
         // Uses the sensor's own count, because its clock may not be known.
         const double newest = static_cast<double>(streams.blocks.back().first.n);

@@ -24,6 +24,9 @@ DriveHistory::DriveHistory(double rate_hz, double frequency) : rate_hz_{rate_hz}
 }
 
 void DriveHistory::add(const DriveChange& change) {
+    if (change.taken_back > 0)
+        while (changes_.size() > 1 && changes_.back().begin_s >= counted_s(change.first, rate_hz_))
+            changes_.pop_back();
     const Change before = changes_.back();
     Change c{.volts = change.command.volts,
              .frequency = change.command.frequency,

@@ -11,8 +11,9 @@ public:
     /// Silent at phase 0 and this frequency from sample 0 on.
     DriveHistory(double rate_hz, double frequency);
 
-    /// Appends a change; call in the order of application. Keeps the newest few hundred. A stop
-    /// during a ramp is treated as one at the ramp's end: both are followed by silence.
+    /// Appends a change; call in the order of application. Changes that it voids are forgotten. Keeps the
+    /// newest few hundred. A stop during a ramp is treated as one at the ramp's end: both are followed by
+    /// silence.
     void add(const DriveChange& change);
 
     /// Phase of the drive in turns, whole turns included, at master time at_s.

@@ -170,7 +170,8 @@ ExportTable drive_table(const recorded::RecordingReader& file) {
 
 ExportTable changes_table(const recorded::RecordingReader& file) {
     std::vector<ExportColumn> headings{stored(raw::first_tick), stored(raw::ramp_samples),
-                                       stored(raw::stop_samples), stored(raw::frequency)};
+                                       stored(raw::stop_samples), stored(raw::taken_back),
+                                       stored(raw::frequency)};
     for (int q = 1; q <= max_harmonics; ++q) {
         headings.push_back(stored(raw::harmonics_re, fmt::format("re_{}", q)));
         headings.push_back(stored(raw::harmonics_im, fmt::format("im_{}", q)));
@@ -180,10 +181,11 @@ ExportTable changes_table(const recorded::RecordingReader& file) {
             put(columns, 0, c.first.n);
             put(columns, 1, c.ramp);
             put(columns, 2, c.stop);
-            put(columns, 3, c.command.frequency);
+            put(columns, 3, c.taken_back);
+            put(columns, 4, c.command.frequency);
             for (std::size_t q = 0; q < max_harmonics; ++q) {
-                put(columns, 4 + 2 * q, c.command.volts.a[q].real());
-                put(columns, 5 + 2 * q, c.command.volts.a[q].imag());
+                put(columns, 5 + 2 * q, c.command.volts.a[q].real());
+                put(columns, 6 + 2 * q, c.command.volts.a[q].imag());
             }
         }
     });

@@ -32,6 +32,8 @@ void PredictedMotion::hear(const DriveChange& change) noexcept {
         mapped_ = false;
         return;
     }
+    while (waiting_count_ > 0 && change.voids(waiting_[(first_waiting_ + waiting_count_ - 1) % most_waiting]))
+        --waiting_count_;
     if (waiting_count_ == most_waiting) {  // no map, so no change was applied: only the newest matter
         begin(waiting_[first_waiting_]);
         first_waiting_ = (first_waiting_ + 1) % most_waiting;

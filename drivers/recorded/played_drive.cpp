@@ -31,7 +31,7 @@ std::int64_t in_range(std::int64_t samples, const char* path) {
 
 PlayedDrive::PlayedDrive(const DacInfo& dac, double frequency_hz, std::vector<DriveChange> changes,
                          const std::vector<PlayTime>& played)
-    : synthesiser_{rate_of(dac), frequency_hz, dac.full_scale_V}, changes_{std::move(changes)} {
+    : synthesiser_{rate_of(dac), frequency_hz, dac.full_scale_V}, changes_{in_effect(std::move(changes))} {
     for (const DriveChange& c : changes_) {
         in_range(c.first.n, "changes/first_tick");
         in_range(c.stop, "changes/stop_samples");

@@ -46,6 +46,9 @@ inline constexpr RawColumn first_tick{changes, "first_tick", int64, "1",
                                       "DAC sample at which the change starts"},
     ramp_samples{changes, "ramp_samples", int64, "1", "length of the ramp from the previous drive"},
     stop_samples{changes, "stop_samples", int64, "1", "length of a stop's ramp to zero; 0: not a stop"},
+    taken_back{changes, "taken_back", int64, "1",
+               "samples from first_tick on that a stop took back from the DAC: earlier rows that start at or "
+               "after first_tick did not take effect"},
     ramp_periods{changes, "ramp_periods", int64, "1", "commanded length of the ramp in periods"},
     phase{changes, "phase", uint64, "1", "phase at first_tick in turns / 2^64"},
     phase_low{changes, "phase_low", uint64, "1", "next 64 bits of the phase"},
@@ -57,9 +60,9 @@ inline constexpr RawColumn first_tick{changes, "first_tick", int64, "1",
         changes,      "harmonics_re", float64, "V", "drive = Im sum a_q exp(i q w t): real parts of a_q",
         max_harmonics},
     harmonics_im{changes, "harmonics_im", float64, "V", "imaginary parts of a_q", max_harmonics};
-inline constexpr std::array drive_changes{first_tick, ramp_samples, stop_samples, ramp_periods,
-                                          phase,      phase_low,    step,         step_low,
-                                          sequence,   frequency,    harmonics_re, harmonics_im};
+inline constexpr std::array drive_changes{first_tick, ramp_samples, stop_samples, taken_back, ramp_periods,
+                                          phase,      phase_low,    step,         step_low,   sequence,
+                                          frequency,  harmonics_re, harmonics_im};
 
 inline constexpr RawColumn counts{
     accelerometer, "counts", int32, "count", "unchanged samples x, y, z, one row per sample", axes},

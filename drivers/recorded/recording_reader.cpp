@@ -21,6 +21,12 @@ void same_length(const std::vector<T>& a, std::size_t n, const std::string& path
                          std::to_string(n)};
 }
 
+void require_not_negative(const std::vector<std::int64_t>& column, const RawColumn& name) {
+    for (const std::int64_t n : column)
+        if (n < 0)
+            throw InputError{"recording: " + path_of(name) + " " + std::to_string(n) + " must be at least 0"};
+}
+
 HostTime host(std::int64_t ns) { return HostTime{std::chrono::nanoseconds{ns}}; }
 
 }  // namespace
@@ -109,6 +115,10 @@ std::vector<DriveChange> RecordingReader::changes() const {
     const auto first = h5::read<std::int64_t>(opened_->entry.get(), path_of(raw::first_tick));
     const auto ramp = h5::read<std::int64_t>(opened_->entry.get(), path_of(raw::ramp_samples));
     const auto stop = h5::read<std::int64_t>(opened_->entry.get(), path_of(raw::stop_samples));
+    const bool knows_taken_back = h5::exists(opened_->entry.get(), path_of(raw::taken_back));
+    const auto taken_back = knows_taken_back
+                                ? h5::read<std::int64_t>(opened_->entry.get(), path_of(raw::taken_back))
+                                : std::vector<std::int64_t>(first.size());
     const auto ramp_periods = h5::read<std::int64_t>(opened_->entry.get(), path_of(raw::ramp_periods));
     const auto phase = h5::read<std::uint64_t>(opened_->entry.get(), path_of(raw::phase));
     const auto phase_low = h5::read<std::uint64_t>(opened_->entry.get(), path_of(raw::phase_low));
@@ -120,6 +130,7 @@ std::vector<DriveChange> RecordingReader::changes() const {
     const auto im = h5::read<double>(opened_->entry.get(), path_of(raw::harmonics_im));
     same_length(ramp, first.size(), path_of(raw::ramp_samples));
     same_length(stop, first.size(), path_of(raw::stop_samples));
+    same_length(taken_back, first.size(), path_of(raw::taken_back));
     same_length(ramp_periods, first.size(), path_of(raw::ramp_periods));
     same_length(phase, first.size(), path_of(raw::phase));
     same_length(phase_low, first.size(), path_of(raw::phase_low));
@@ -133,10 +144,8 @@ std::vector<DriveChange> RecordingReader::changes() const {
         if (n < 1 || n > std::numeric_limits<int>::max())
             throw InputError{"recording: " + path_of(raw::ramp_periods) + " " + std::to_string(n) +
                              " must be at least 1"};
-    for (const std::int64_t n : stop)
-        if (n < 0)
-            throw InputError{"recording: " + path_of(raw::stop_samples) + " " + std::to_string(n) +
-                             " must be at least 0"};
+    require_not_negative(stop, raw::stop_samples);
+    require_not_negative(taken_back, raw::taken_back);
     std::vector<DriveChange> out(first.size());
     for (std::size_t i = 0; i < out.size(); ++i) {
         DriveChange& c = out[i];
@@ -148,6 +157,7 @@ std::vector<DriveChange> RecordingReader::changes() const {
         c.first = {first[i]};
         c.ramp = ramp[i];
         c.stop = stop[i];
+        c.taken_back = taken_back[i];
         c.phase = turns_of(phase[i], phase_low[i]);
         c.step = turns_of(step[i], step_low[i]);
     }

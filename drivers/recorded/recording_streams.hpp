@@ -50,8 +50,8 @@ struct RecordingWriter::Streams {
     Numbered *play_tick, *play_heard, *play_lost;
     Numbered *counts, *block_first, *block_arrived, *block_quality, *block_size;
     struct {
-        Numbered *first, *ramp, *stop, *ramp_periods, *phase, *phase_low, *step, *step_low, *sequence,
-            *frequency, *re, *im;
+        Numbered *first, *ramp, *stop, *taken_back, *ramp_periods, *phase, *phase_low, *step, *step_low,
+            *sequence, *frequency, *re, *im;
     } change;
     std::vector<CameraStream> cameras;
     std::optional<h5::SealWriter> seals;

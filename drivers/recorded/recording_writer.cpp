@@ -76,6 +76,7 @@ void RecordingWriter::Streams::open_drive(const DacInfo& dac) {
     change = {.first = of_change(raw::first_tick),
               .ramp = of_change(raw::ramp_samples),
               .stop = of_change(raw::stop_samples),
+              .taken_back = of_change(raw::taken_back),
               .ramp_periods = of_change(raw::ramp_periods),
               .phase = of_change(raw::phase),
               .phase_low = of_change(raw::phase_low),
@@ -228,6 +229,7 @@ void RecordingWriter::add(const DriveChange& c) {
     to.first->data.append(c.first.n);
     to.ramp->data.append(c.ramp);
     to.stop->data.append(c.stop);
+    to.taken_back->data.append(c.taken_back);
     to.ramp_periods->data.append(std::int64_t{c.command.ramp_periods});
     to.phase->data.append(high_word(c.phase));
     to.phase_low->data.append(low_word(c.phase));

@@ -58,6 +58,7 @@ struct Scene {
     double dac_rate_hz = 48000;
     double dac_full_scale_v = 1;
     double dac_buffer_s = 0;  // latency from write() to the converter
+    double dac_kept_s = 1;    // part of dac_buffer_s that a hard stop cannot take back
     ShakerTruth shaker;
     WalkerTruth walker;
     AccelerometerTruth accelerometer;

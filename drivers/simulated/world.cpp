@@ -30,7 +30,9 @@ public:
     [[nodiscard]] DacInfo info() const override {
         return {.name = "simulated DAC",
                 .rate_hz = s_.scene.dac_rate_hz,
-                .full_scale_V = s_.scene.dac_full_scale_v};
+                .full_scale_V = s_.scene.dac_full_scale_v,
+                .queue_frames = static_cast<std::int64_t>(s_.queue),
+                .kept_frames = static_cast<std::int64_t>(s_.kept)};
     }
     [[nodiscard]] DeviceCounts counts() const noexcept override {
         const std::scoped_lock lock{s_.mutex};
@@ -41,7 +43,8 @@ public:
     PlayTime write(std::span<const double> volts, std::span<const double> trigger) override {
         if (volts.size() != trigger.size()) throw DeviceError{"simulated DAC: channels of different length"};
         std::unique_lock lock{s_.mutex};
-        const std::int64_t first = s_.next_written();
+        // The first sample of the block while the queue is full; the same sample while it fills up again.
+        const std::int64_t first = s_.n + static_cast<std::int64_t>(s_.queue);
         PlayTime played{DacTick{first}, host_time(duration_s(first, s_.scene.dac_rate_hz))};
         played.lost = s_.run_empty(static_cast<std::int64_t>(volts.size()));
         for (std::size_t i = 0; i < volts.size() && played.lost == 0; ++i)
@@ -49,6 +52,10 @@ public:
         s_.moved.notify_all();
         if (s_.pace == World::Pace::paced) s_.moved.wait(lock, [&] { return s_.stopped || s_.all_read(); });
         return played;
+    }
+    std::int64_t take_back(std::int64_t most) noexcept override {
+        const std::scoped_lock lock{s_.mutex};
+        return s_.take_back(most);
     }
     void stop() noexcept override { s_.stop(); }
 

@@ -25,7 +25,9 @@ World::State::State(const Scene& s, Pace p)
       pace{p},
       plant{s},
       sensor{s},
-      buffer(static_cast<std::size_t>(std::lround(s.dac_buffer_s * s.dac_rate_hz))),
+      queue{static_cast<std::size_t>(std::lround(s.dac_buffer_s * s.dac_rate_hz))},
+      kept{std::min(queue, static_cast<std::size_t>(std::lround(s.dac_kept_s * s.dac_rate_hz)))},
+      buffer(queue),
       n{-static_cast<std::int64_t>(buffer.size())},
       plant_faults{s.faults, {FaultKind::amplifier_gain, FaultKind::walker_off, FaultKind::walker_on}},
       underruns{s.faults, {FaultKind::underrun}},
@@ -62,8 +64,16 @@ void World::State::stop() noexcept {
 
 void World::State::play(const PlayedOutput& out) {
     buffer.push_back(out);
+    if (buffer.size() <= queue) return;
     step(buffer.front());
     buffer.pop_front();
+}
+
+std::int64_t World::State::take_back(std::int64_t most) {
+    const auto free = static_cast<std::int64_t>(buffer.size()) - static_cast<std::int64_t>(kept);
+    const std::int64_t taken = std::clamp<std::int64_t>(free, 0, std::max<std::int64_t>(most, 0));
+    buffer.resize(buffer.size() - static_cast<std::size_t>(taken));
+    return taken;
 }
 
 // Handles an underrun that is due before the end of a block: plays silence for the block and for the lost

@@ -56,8 +56,9 @@ struct World::State {
     std::vector<SimulatedView> views{};
     std::deque<AccelBlock> blocks{};
     std::deque<std::array<std::int32_t, 3>> early{};  // samples of blocks that are held back
-    std::deque<PlayedOutput> buffer;                  // written and not played yet
-    std::int64_t n;                                   // next sample to play; < 0 while the buffer fills
+    std::size_t queue, kept;          // samples: written and not played; of these, not to be taken back
+    std::deque<PlayedOutput> buffer;  // written and not played yet; shorter than `queue` after a take back
+    std::int64_t n;                   // next sample to play; < 0 while the buffer fills
     DeviceCounts dac_counts{};
     FaultQueue plant_faults, underruns;
     LastingFaults sensor_faults;
@@ -78,6 +79,7 @@ struct World::State {
     [[nodiscard]] bool all_read() const;
     [[nodiscard]] std::int64_t next_written() const { return n + static_cast<std::int64_t>(buffer.size()); }
     void play(const PlayedOutput& out);
+    std::int64_t take_back(std::int64_t most);
     std::int64_t run_empty(std::int64_t block);
     void step(const PlayedOutput& out);
     void cause_faults();

@@ -279,5 +279,62 @@ TEST(SynthesiserStopTest, DoesNotAllocate) {
     EXPECT_TRUE(synth.release());
 }
 
+TEST(SynthesiserStopTest, RefusedSoftStopIsNotReported) {
+    Synthesiser synth{rate, f, 1};
+    synth.set(test::biharmonic(0.9, 1, f));
+    play(synth, 3 * period);
+    synth.stop(240);
+    ASSERT_NE(synth.change(), nullptr);
+    synth.set({.volts = {}, .stop_s = 0.1});
+    EXPECT_EQ(synth.change(), nullptr) << "the trip's stop was reported already";
+}
+
+TEST(SynthesiserStopTest, GoingBackRepeatsEverySample) {
+    Synthesiser synth{rate, f, 0.5};
+    synth.set(test::biharmonic(0.9, 1, f));
+    play(synth, 3 * period);
+    const Synthesiser before = synth;
+    synth.set(test::biharmonic(0.4, 2, 1.5 * f));
+    const std::vector<double> first = play(synth, 5000);
+    const std::uint64_t clamped = synth.clamped();
+    EXPECT_GT(clamped, 0U);
+    Synthesiser earlier = before;
+    earlier.set(test::biharmonic(0.4, 2, 1.5 * f));
+    std::vector<double> again(1234);
+    synth.go_back(earlier, again);
+    EXPECT_EQ(synth.clamped(), clamped) << "counters do not go back";
+    for (const double v : play(synth, 5000 - 1234)) again.push_back(v);
+    EXPECT_EQ(again, first);
+    synth.limit(0.1);
+    synth.go_back(before, {});
+    synth.stop(240);
+    play(synth, 480);
+    EXPECT_TRUE(synth.release());
+    synth.set(test::biharmonic(0.9, 1, f));
+    for (const double v : play(synth, 5000)) ASSERT_LE(std::abs(v), 0.1) << "the newest limit holds";
+}
+
+// First samples 10, 20, 30; then a stop at 15 that took back 30, and one command more.
+TEST(SynthesiserStopTest, ChangesAfterAStopThatTookBackAreVoid) {
+    const auto change = [](std::int64_t first, std::int64_t ramp, std::int64_t taken_back = 0) {
+        DriveChange c{.command = {}, .first = {first}, .ramp = ramp};
+        c.taken_back = taken_back;
+        c.stop = taken_back > 0 ? 4 : 0;
+        return c;
+    };
+    const std::vector<DriveChange> all{change(10, 2), change(20, 2), change(30, 2), change(15, 0, 30),
+                                       change(40, 2)};
+    std::vector<std::int64_t> firsts;
+    for (const DriveChange& c : in_effect(all)) firsts.push_back(c.first.n);
+    EXPECT_EQ(firsts, (std::vector<std::int64_t>{10, 15, 40}));
+    EXPECT_EQ(in_force_at(all, 5), 0U);
+    EXPECT_EQ(in_force_at(all, 12), 0U);
+    EXPECT_EQ(in_force_at(all, 18), 0U) << "the stop is not complete";
+    EXPECT_EQ(in_force_at(all, 19), 3U);
+    EXPECT_EQ(in_force_at(all, 35), 3U) << "the change at 30 never took effect";
+    EXPECT_EQ(in_force_at(all, 42), 4U);
+    EXPECT_EQ(in_force_at({}, 42), 0U);
+}
+
 }  // namespace
 }  // namespace shaker

@@ -77,9 +77,8 @@ acquisition::Streams tail_of(const acquisition::Streams& streams, double from_s)
     const double from_tick = from_s * streams.dac_rate_hz;
     std::erase_if(tail.played, [&](const PlayTime& p) { return static_cast<double>(p.tick.n) < from_tick; });
     // A ramp starts from the previous drive, so the previous drive is kept too.
-    const auto after = std::ranges::find_if(
-        tail.changes, [&](const DriveChange& c) { return static_cast<double>(c.end().n) > from_tick; });
-    if (after != tail.changes.begin()) tail.changes.erase(tail.changes.begin(), std::prev(after));
+    const auto in_force = static_cast<std::ptrdiff_t>(in_force_at(tail.changes, from_tick));
+    tail.changes.erase(tail.changes.begin(), tail.changes.begin() + in_force);
     if (const calibration::Timebase& timebase = streams.timebase.recorded(); timebase.ready())
         std::erase_if(tail.blocks, [&](const AccelBlock& b) {
             return seconds(timebase.at(AccelTick{b.first.n + b.size})) < from_s;

@@ -66,5 +66,28 @@ TEST(DriveHistoryTest, MeanEqualsThatOfTheSamples) {
     }
 }
 
+TEST(DriveHistoryTest, ChangesThatWereTakenBackAreForgotten) {
+    Played p;
+    p.on(4800);
+    p.synthesiser.set(command(1, 20, 1, 1));
+    p.on(9600);
+    const Synthesiser before = p.synthesiser;
+    p.synthesiser.set(command(0.5, 31, 1, 2));
+    p.on(4800);
+    EXPECT_EQ(p.history.frequency(), 31);
+    const std::int64_t generated = p.synthesiser.tick().n;
+    p.synthesiser.go_back(before, {});
+    p.synthesiser.stop(240);
+    DriveChange stop = *p.synthesiser.change();
+    stop.taken_back = generated - p.synthesiser.tick().n;
+    p.history.add(stop);
+    EXPECT_EQ(p.history.frequency(), 20);
+    EXPECT_EQ(p.history.in_force_s(), static_cast<double>(stop.first.n + 240) / rate);
+    const double s = static_cast<double>(stop.first.n) / rate;
+    EXPECT_EQ(p.history.mean(s - 0.05, s).at(1), std::complex<double>{1});
+    const double exact = static_cast<double>(static_cast<long double>(p.synthesiser.phase()) * 0x1p-128L);
+    EXPECT_LT(std::abs(std::remainder(p.history.turns(s) - exact, 1)), 1e-9);
+}
+
 }  // namespace
 }  // namespace shaker::control

@@ -15,6 +15,7 @@
 #include "drivers/errors.hpp"
 #include "drivers/recorded/played_drive.hpp"
 #include "drivers/recorded/recording_file.hpp"
+#include "tests/support/devices/queued_dac.hpp"
 #include "tests/support/paths.hpp"
 #include "tests/support/program.hpp"
 
@@ -27,25 +28,9 @@ using test::shakerd;
 
 constexpr std::size_t block = 240;
 
-/// Keeps all samples by their ticks.
-class KeepingDac final : public Dac {
-public:
-    [[nodiscard]] DacInfo info() const override { return {"keeping", 48000, 1, block}; }
-    PlayTime write(std::span<const double> volts, std::span<const double>) override {
-        const auto tick = static_cast<std::int64_t>(given.size());
-        given.insert(given.end(), volts.begin(), volts.end());
-        const std::int64_t lost = std::exchange(loses, 0);
-        given.resize(given.size() + static_cast<std::size_t>(lost));
-        return {{tick}, HostTime{std::chrono::nanoseconds{tick * 20833}}, lost};
-    }
-    void stop() noexcept override {}
-    std::vector<double> given;
-    std::int64_t loses = 0;  // samples lost with the next write
-};
-
 /// A minute with random changes, stops and underruns of the drive.
 struct EventfulDrive {
-    KeepingDac dac;
+    test::QueuedDac dac{2400, 480};
     std::vector<DriveChange> changes;
     std::vector<PlayTime> played;
     int stops = 0, silences = 0;
@@ -98,6 +83,7 @@ TEST(ExportTest, RecomputedDriveIsBitIdentical) {
         ASSERT_GT(run.changes.size(), 50U);
         ASSERT_GT(run.stops, 3);
         ASSERT_GT(run.silences, 3);
+        ASSERT_GT(run.dac.taken_back, 1000);
         recorded::PlayedDrive again{run.dac.info(), 23.7, run.changes, run.played};
         std::vector<double> volts(run.dac.given.size());
         again.fill(std::span{volts}.first(12345));

@@ -1,6 +1,7 @@
 // Files of a stopped run after the end of the program.
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <cstdlib>
 #include <fstream>
 #include <nlohmann/json.hpp>
@@ -136,6 +137,40 @@ TEST(StoppedRunTest, TailBlocksAndPlaysKeepNumbers) {
     EXPECT_EQ(trip.header().kind, "trip");
     EXPECT_EQ(recording::read_trips(trip).size(), 1U);
     EXPECT_EQ(recording::read_trips(full).size(), 1U);
+}
+
+// A queue of 100 ms, of which 10 ms stay: the recording has the drive that was played, and replays to the
+// bit.
+TEST(StoppedRunTest, HardStopThatTookBackReplaysIdentically) {
+    const auto folder = fresh_folder();
+    std::ofstream{folder / "scene.toml"}
+        << "[dac]\nbuffer_s = 0.1\nkept_s = 0.01\n[top]\nframe_rate_hz = 200\n"
+        << "[side]\nframe_rate_hz = 200\n[[fault]]\nwhat = \"saturated\"\n"
+        << "at_s = 11.2\nfor_s = 0.02\n";
+    stopped("--periods 80 -o run.nxs --frames off", folder);
+    const recorded::RecordingReader file{folder / "run.nxs"};
+    const DriveChange stop = file.changes().back();
+    EXPECT_GT(stop.stop, 0);
+    EXPECT_GE(stop.taken_back, 85 * 48) << "all but 10 ms, at any phase of a block";
+    EXPECT_LE(stop.taken_back, 90 * 48);
+    const double stopped_s = static_cast<double>(stop.end().n) / 48000;
+    EXPECT_LT(stopped_s, 11.2 + 0.02 + 0.01 + 0.005 + 0.005)
+        << "sample, block of the sensor, what stays, ramp, block";
+    double largest = 0;
+    AccelBlock block;
+    for (Rig rig = replay_rig(file, file.header(), false); rig.accelerometer->read(block, test::no_wait);)
+        for (int i = 0; i < block.size; ++i) {
+            const double t = static_cast<double>(block.first.n + i) / 4000 - 0.1;  // the queue fills first
+            if (t < stopped_s + 0.05 || t > stopped_s + 0.08) continue;
+            largest = std::max(largest, std::abs(file.header().accelerometer.acceleration(
+                                            block.counts[static_cast<std::size_t>(i)])[0]));
+        }
+    EXPECT_LT(largest, 1.5) << "the base rests, while the queue would still have driven it";
+    const Outcome replay = shakerd("replay run.nxs", folder);
+    EXPECT_EQ(replay.status, 0) << replay.err;
+    EXPECT_TRUE(replay.out.starts_with("a limit stopped this run at 11.2")) << replay.out;
+    expect_in(replay.out, {"v_D", "identical"});
+    EXPECT_EQ(shakerd("export run.nxs --what drive,changes", folder).status, 0);
 }
 
 TEST(StoppedRunTest, PeriodsBeforeStopAreReducedWithNote) {

@@ -186,7 +186,7 @@ TEST_F(SessionFileTest, EveryNumberHasAUnitAndNoObjectATime) {
     EXPECT_EQ(walk.without_units, std::vector<std::string>{});
     EXPECT_EQ(walk.with_time, std::vector<std::string>{});
     EXPECT_EQ(walk.numbers,
-              3 + 12 + 5 + 2 * 6 + 3 + 1 + 4);  // drive, changes, blocks, cameras, table, v_D, seals
+              3 + 13 + 5 + 2 * 6 + 3 + 1 + 4);  // drive, changes, blocks, cameras, table, v_D, seals
 }
 
 TEST_F(SessionFileTest, AColumnWithoutAUnitIsAPureNumber) {
