@@ -25,6 +25,9 @@ constexpr double least_slip_s = 0.01;
 // A ramp that starts sooner than this is not replaced: replacing takes time too.
 constexpr double margin_s = 5e-4;
 
+// For devices that report their position in steps.
+constexpr std::chrono::nanoseconds least_wait{250'000};
+
 // Outcomes other than libasound's errors.
 constexpr int done = 0, came_late = 1, was_stalled = 2, stop_requested = 3;
 
@@ -63,6 +66,7 @@ struct AlsaDac::State {
     int begin();
     int put(std::span<const double> volts, std::span<const double> trigger);
     int wait_until_queued(std::int64_t most, std::int64_t least);
+    std::int64_t take_back(std::int64_t most) noexcept;
     int note_time();
     void go_on(int outcome, std::int64_t wanted_end);
     int fill_behind();
@@ -125,7 +129,10 @@ int AlsaDac::State::wait_until_queued(std::int64_t most, std::int64_t least) {
         if (queued.frames <= most) return done;
         if (stopping) return stop_requested;
         if (now >= until) return -ETIMEDOUT;
-        if (const int error = pcm->wait(wake, until - now); error < 0) return error;
+        // The device wakes this thread at its periods only, which may come up to a period after the room.
+        const std::chrono::nanoseconds room{1'000'000'000 * (queued.frames - most) / settings.rate_hz};
+        const auto at_most = std::min<std::chrono::nanoseconds>(until - now, std::max(room, least_wait));
+        if (const int error = pcm->wait(wake, at_most); error < 0) return error;
     }
 }
 
@@ -148,6 +155,24 @@ int AlsaDac::State::put(std::span<const double> volts, std::span<const double> t
         Seconds{hardware::host_now() - before}.count() * settings.rate_hz >= static_cast<double>(left))
         return came_late;
     return note_time();
+}
+
+// The samples that were taken back become silence, so that they are not heard behind the ramp if the process
+// dies. If playback reaches the new end meanwhile, the next put() comes late; errors stay in the stream until
+// then, too.
+std::int64_t AlsaDac::State::take_back(std::int64_t most) noexcept {
+    if (ramp == 0 || !running || stopping) return 0;
+    const AlsaPcm::Queued queued = pcm->queued();
+    if (queued.error < 0) return 0;
+    const std::int64_t n = std::min({most, queued.frames - ramp - pcm->granted().kept_frames,
+                                     pcm->rewindable() - ramp, driven, frames.most_back()});
+    if (n <= 0 || pcm->rewind(n + ramp) < 0) return 0;
+    frames.go_back(n);
+    end -= n;
+    driven -= n;
+    taken -= static_cast<std::uint64_t>(n);
+    if (pcm->write(frames.ramp(n)) == ramp + n) static_cast<void>(pcm->rewind(n));
+    return n;
 }
 
 int AlsaDac::State::note_time() {
@@ -255,7 +280,12 @@ AlsaDac::~AlsaDac() = default;
 
 DacInfo AlsaDac::info() const {
     const AlsaSettings& s = state_->settings;
-    return {s.pcm, static_cast<double>(s.rate_hz), s.full_scale_V};
+    const AlsaGranted& got = state_->granted;
+    return {.name = s.pcm,
+            .rate_hz = static_cast<double>(s.rate_hz),
+            .full_scale_V = s.full_scale_V,
+            .queue_frames = got.queue_frames,
+            .kept_frames = got.kept_frames};
 }
 
 DeviceCounts AlsaDac::counts() const noexcept {
@@ -283,6 +313,8 @@ PlayTime AlsaDac::write(std::span<const double> volts, std::span<const double> t
     }
     return s.last;
 }
+
+std::int64_t AlsaDac::take_back(std::int64_t most) noexcept { return state_->take_back(most); }
 
 void AlsaDac::stop() noexcept {
     state_->stopping = true;

@@ -15,6 +15,9 @@ namespace shaker::alsa {
 /// reaches zero within the length of the buffer, without a step. On other devices silence follows the last
 /// sample.
 ///
+/// **Takes back.** Such a device also takes back queued samples of the drive, all but two periods. The ramp
+/// is written behind the last sample that stays in the same step, so that it is always there.
+///
 /// Temporary errors (underrun, suspend, a device that does not advance for two buffer lengths) are counted
 /// and reported by PlayTime::lost; the stream restarts with silence. After three restarts without a block
 /// played, the device is closed and opened again; after three more, or on a permanent error, write() throws
@@ -32,6 +35,8 @@ public:
     [[nodiscard]] DeviceCounts counts() const noexcept override;
     /// Real-time as far as libasound is, unless the device is opened again. Waits at most two buffer lengths.
     PlayTime write(std::span<const double> volts, std::span<const double> trigger) override;
+    /// Real-time as far as libasound is.
+    [[nodiscard]] std::int64_t take_back(std::int64_t most) noexcept override;
     /// Plays the queued samples, then the ramp. From now on write() returns at once.
     void stop() noexcept override;
 

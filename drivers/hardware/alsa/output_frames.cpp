@@ -1,5 +1,6 @@
 #include "drivers/hardware/alsa/output_frames.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 
@@ -19,8 +20,9 @@ OutputFrames::OutputFrames(const AlsaSettings& settings, const PcmCodec& codec, 
       pulse_samples_{std::max(1L, std::lround(settings.pulse_s * settings.rate_hz))},
       tone_{turns_per_sample(settings.tone_hz, settings.rate_hz)},
       decay_{std::exp(-1 / (slope_lasts_s * settings.rate_hz))},
+      ends_(static_cast<std::size_t>(settings.buffer_frames)),
       ramp_(static_cast<std::size_t>(settings.ramp_frames())),
-      bytes_((most_frames + ramp_.size()) * frame_bytes()) {
+      bytes_(std::max(most_frames + ramp_.size(), ends_.size()) * frame_bytes()) {
     const auto length = static_cast<double>(ramp_.size());
     for (std::size_t k = 0; k < ramp_.size(); ++k)
         ramp_[k] = 0.5 + 0.5 * std::cos(std::numbers::pi * static_cast<double>(k + 1) / length);
@@ -32,37 +34,53 @@ std::span<const std::byte> OutputFrames::block(std::span<const double> volts, st
         const DacTick tick{first.n + static_cast<std::int64_t>(i)};
         put(i, dither_ ? codec_.dithered(volts[i], tick, 0) : codec_.code(volts[i]),
             second(trigger[i], tick));
-        slope_V_ = volts[i] - last_V_;
-        last_V_ = volts[i];
+        end_.slope = volts[i] - end_.volts;
+        end_.volts = volts[i];
+        ends_[next_] = end_;
+        next_ = (next_ + 1) % ends_.size();
+        known_ = std::min(known_ + 1, ends_.size());
     }
     put_ramp(volts.size());
     return std::span{bytes_}.first((volts.size() + ramp_.size()) * frame_bytes());
 }
 
-std::span<const std::byte> OutputFrames::ramp() noexcept {
+std::span<const std::byte> OutputFrames::ramp(std::int64_t silence) noexcept {
+    const std::size_t frames = ramp_.size() + static_cast<std::size_t>(silence);
     put_ramp(0);
-    return std::span{bytes_}.first(ramp_.size() * frame_bytes());
+    for (std::size_t k = ramp_.size(); k < frames; ++k) put(k, 0, 0);
+    return std::span{bytes_}.first(frames * frame_bytes());
+}
+
+std::int64_t OutputFrames::most_back() const noexcept {
+    return std::max<std::int64_t>(0, static_cast<std::int64_t>(known_) - 1);
+}
+
+void OutputFrames::go_back(std::int64_t samples) noexcept {
+    const auto n = static_cast<std::size_t>(samples);
+    known_ -= n;
+    next_ = (next_ + ends_.size() - n) % ends_.size();
+    end_ = ends_[(next_ + ends_.size() - 1) % ends_.size()];
 }
 
 void OutputFrames::restart() noexcept {
-    last_V_ = slope_V_ = 0;
-    pulse_left_ = 0;
+    end_ = {};
+    known_ = 0;
 }
 
 void OutputFrames::put_ramp(std::size_t at) noexcept {
-    double carried = 0, step = slope_V_;
+    double carried = 0, step = end_.slope;
     for (std::size_t k = 0; k < ramp_.size(); ++k) {
         carried += step;
         step *= decay_;
-        put(at + k, codec_.code(ramp_[k] * (last_V_ + carried)), 0);
+        put(at + k, codec_.code(ramp_[k] * (end_.volts + carried)), 0);
     }
 }
 
 std::int32_t OutputFrames::second(double trigger, DacTick tick) noexcept {
     switch (kind_) {
         case SecondChannel::trigger:
-            if (trigger > 0.5) pulse_left_ = pulse_samples_;
-            return pulse_left_ > 0 ? (--pulse_left_, codec_.code(level_V_)) : 0;
+            if (trigger > 0.5) end_.pulse_left = pulse_samples_;
+            return end_.pulse_left > 0 ? (--end_.pulse_left, codec_.code(level_V_)) : 0;
         case SecondChannel::tone: {
             const Turns phase = tone_ * static_cast<Turns>(tick.n);
             const double volts = level_V_ * std::sin(2 * std::numbers::pi *

@@ -27,13 +27,23 @@ public:
     /// value per sample: 1 at the start of an exposure, else 0.
     std::span<const std::byte> block(std::span<const double> volts, std::span<const double> trigger,
                                      DacTick first) noexcept;
-    /// The ramp alone, from the end of the last block.
-    std::span<const std::byte> ramp() noexcept;
+    /// The ramp alone, from the end of the last block, and silence behind it: at most the length of the
+    /// buffer together.
+    std::span<const std::byte> ramp(std::int64_t silence = 0) noexcept;
+    /// Largest number of samples for go_back().
+    [[nodiscard]] std::int64_t most_back() const noexcept;
+    /// Goes back by `samples`, 0..most_back(): the next block or ramp follows the sample before them.
+    void go_back(std::int64_t samples) noexcept;
     /// Call after an interruption: the next ramp ignores the old slope, and a started pulse does not
     /// continue.
     void restart() noexcept;
 
 private:
+    /// What a ramp from a sample, and the second channel after it, depend on.
+    struct End {
+        double volts = 0, slope = 0;  // V, V per sample
+        std::int64_t pulse_left = 0;  // samples
+    };
     void put(std::size_t frame, std::int32_t drive, std::int32_t second) noexcept;
     [[nodiscard]] std::int32_t second(double trigger, DacTick tick) noexcept;
     void put_ramp(std::size_t at) noexcept;
@@ -44,11 +54,12 @@ private:
     bool dither_;
     double level_V_;  // of the second channel
     std::int64_t pulse_samples_;
-    Turns tone_;                       // turns per sample
-    double decay_;                     // factor of the slope per sample
-    std::int64_t pulse_left_ = 0;      // samples
-    double last_V_ = 0, slope_V_ = 0;  // at the end of the last block; slope in V per sample
-    std::vector<double> ramp_;         // shape, 1 to 0
+    Turns tone_;                        // turns per sample
+    double decay_;                      // factor of the slope per sample
+    End end_;                           // at the last sample
+    std::vector<End> ends_;             // at the newest samples, a ring
+    std::size_t next_ = 0, known_ = 0;  // place of the next sample in the ring; samples in it
+    std::vector<double> ramp_;          // shape, 1 to 0
     std::vector<std::byte> bytes_;
 };
 

@@ -44,12 +44,18 @@ std::string allowed_formats(snd_pcm_t* pcm, snd_pcm_hw_params_t* hw) {
 }  // namespace
 
 std::string AlsaGranted::text() const {
+    const double begins_ms = 1e3 * kept_frames / rate_hz;
     return fmt::format(
         "{}: {} at {} Hz, {} channels, period {}, buffer {} samples ({:.1f} ms); {}; stamps {}", pcm,
         to_text(format), rate_hz, channels, period_frames, buffer_frames, 1e3 * buffer_frames / rate_hz,
-        rewinds ? "frames can be taken back: a ramp to zero is queued behind the drive"
-                : "frames cannot be taken back: if the process stops, silence follows its last samples "
-                  "without a ramp",
+        queue_frames < buffer_frames
+            ? fmt::format(
+                  "a ramp to zero is queued behind the drive; a hard stop takes the queue back, and its "
+                  "ramp begins at most {:.1f} ms after that",
+                  begins_ms)
+            : fmt::format("{}: if the process stops, silence follows its last samples without a ramp; a hard "
+                          "stop begins behind the queued drive, up to {:.1f} ms later",
+                          rewinds ? "ramp_s is 0" : "frames cannot be taken back", begins_ms),
         monotonic ? "CLOCK_MONOTONIC" : "of an unknown clock, the host's clock is used");
 }
 
@@ -216,9 +222,17 @@ AlsaPcm::AlsaPcm(const AlsaSettings& settings)
     s.silence.resize(static_cast<std::size_t>(s.granted.buffer_frames) * s.frame_bytes);
     s.set_software(s.granted.buffer_frames);
     s.granted.rewinds = s.takes_back();
+    constexpr int kept_periods = 2;
+    const int ramp = s.granted.rewinds ? settings.ramp_frames() : 0;
+    s.granted.queue_frames = s.granted.buffer_frames - ramp;
+    s.granted.kept_frames = ramp > 0
+                                ? std::min(kept_periods * s.granted.period_frames, s.granted.queue_frames)
+                                : s.granted.queue_frames;
     // While frames are taken back and not replaced yet, the application's end is before a ramp that is still
-    // in the ring. If the process dies then, playback must continue to the end of that ramp.
-    if (s.granted.rewinds) s.set_software(s.granted.buffer_frames + settings.ramp_frames());
+    // in the ring, behind as much of the drive as was taken back. If the process dies then, playback must
+    // continue to the end of that ramp.
+    if (s.granted.rewinds)
+        s.set_software(s.granted.buffer_frames + ramp + s.granted.queue_frames - s.granted.kept_frames);
     const int count = snd_pcm_poll_descriptors_count(s.pcm);
     s.check(count, "cannot be waited for");
     s.polled.resize(static_cast<std::size_t>(count) + 1);
@@ -257,6 +271,10 @@ std::int64_t AlsaPcm::rewind(std::int64_t frames) noexcept {
     if (back == frames && left.error == 0 && left.frames >= 0) return left.frames;
     if (back > 0) snd_pcm_forward(state_->pcm, static_cast<snd_pcm_uframes_t>(back));
     return -1;
+}
+
+std::int64_t AlsaPcm::rewindable() noexcept {
+    return std::max<snd_pcm_sframes_t>(0, snd_pcm_rewindable(state_->pcm));
 }
 
 int AlsaPcm::delay(AlsaDelay& out) noexcept {

@@ -23,6 +23,8 @@ struct AlsaGranted {
     int period_frames = 0;
     int buffer_frames = 0;
     bool rewinds = false;    // frames can be taken back, so a ramp is queued behind the drive
+    int queue_frames = 0;    // most samples of the drive that wait to be played
+    int kept_frames = 0;     // of these, samples that stay when a hard stop takes the queue back
     int stop_threshold = 0;  // free frames at which the stream stops
     bool monotonic = false;  // its stamps are CLOCK_MONOTONIC
 
@@ -66,6 +68,8 @@ public:
     /// Takes back the last `frames`, all or none. Returns the number of frames left to play; -1 when some of
     /// those to take back have been played.
     [[nodiscard]] std::int64_t rewind(std::int64_t frames) noexcept;
+    /// Most frames that the device lets rewind() take back now; 0 after an error.
+    [[nodiscard]] std::int64_t rewindable() noexcept;
     [[nodiscard]] int delay(AlsaDelay& out) noexcept;
     /// Waits for room, for data at `wake_fd`, or for the time-out. Returns an error when the stream cannot
     /// continue.

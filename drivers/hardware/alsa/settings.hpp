@@ -27,8 +27,8 @@ struct AlsaSettings {
     int rate_hz = 48000;
     SampleFormat format = SampleFormat::s32;
     int period_frames = 256;
-    int buffer_frames = 4096;
-    double full_scale_V = 1;  // V at the output for full scale
+    int buffer_frames = 3328;  // the ramp and 19 ms of drive
+    double full_scale_V = 1;   // V at the output for full scale
     SecondChannel second_channel = SecondChannel::trigger;
     double second_level = 1;  // height of the pulse or amplitude of the tone, as a share of full scale
     double pulse_s = 1e-4;

@@ -75,7 +75,7 @@ TEST_F(RigFileTest, NamesRefusedValueWithAllowedOnes) {
     expect_refused(replaced(wiring, "rate_hz = 48000", "rate_hz = 48"),
                    {"rig.toml:3", "dac.rate_hz", "48", "8000"});
     expect_refused(replaced(wiring, "\"S32\"", "\"S33\""), {"rig.toml:4", "dac.format", "S33", "S24_3"});
-    expect_refused(replaced(wiring, "buffer_frames = 4800", "buffer_frames = 480"),
+    expect_refused(replaced(wiring, "buffer_frames = 3360", "buffer_frames = 480"),
                    {"rig.toml:6", "dac.buffer_frames", "480", "ramp"});
     expect_refused(replaced(wiring, "uri = \"ip:", "uri = \"tcp:"),
                    {"accelerometer.uri", "tcp:192", "ip:host"});

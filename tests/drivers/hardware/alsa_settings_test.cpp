@@ -40,6 +40,9 @@ TEST(AlsaSettingsTest, PcmAndFullScaleAreEnough) {
     EXPECT_EQ(s.second_channel, alsa::SecondChannel::trigger);
     EXPECT_EQ(s.ramp_frames(), 2400);
     EXPECT_TRUE(s.dither);
+    const double queue_ms = 1e3 * (s.buffer_frames - s.ramp_frames()) / s.rate_hz;
+    EXPECT_TRUE(queue_ms >= 10 && queue_ms <= 20) << "as WIRING.md advises";
+    EXPECT_EQ(s.buffer_frames % s.period_frames, 0);
 }
 
 TEST(AlsaSettingsTest, EveryKeyIsRead) {

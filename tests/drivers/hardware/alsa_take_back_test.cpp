@@ -1,0 +1,164 @@
+// Hard stops on the mock converter: what is heard is the recorded drive, and it is silent in time.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstdio>
+#include <thread>
+
+#include "drivers/hardware/alsa/alsa_dac.hpp"
+#include "drivers/hardware/alsa/pcm_codec.hpp"
+#include "tests/support/devices/hard_stops.hpp"
+#include "tests/support/devices/mock_dac.hpp"
+#include "tests/support/no_alloc.hpp"
+#include "tests/support/remote/player.hpp"
+
+namespace shaker::hardware {
+namespace {
+
+using test::MockDac;
+using test::Player;
+
+constexpr int aborts = 40;
+
+alsa::AlsaSettings short_buffer(const MockDac& mock) {
+    alsa::AlsaSettings s = mock.settings;
+    s.period_frames = 240;
+    s.buffer_frames = 4800;
+    s.dither = false;
+    return s;
+}
+
+TEST(AlsaTakeBackTest, HardStopsAreHeardAsRecorded) {
+    MockDac mock;
+    const alsa::AlsaSettings s = short_buffer(mock);
+    test::HardStops all;
+    {
+        alsa::AlsaDac dac{s};
+        const std::jthread listener{[&](const std::stop_token& stop) {
+            while (!stop.stop_requested()) mock.listen_for(Seconds{0.1});
+        }};
+        all = test::stop_hard(dac, aborts, 1);
+    }
+    mock.listen();
+    ASSERT_EQ(all.counts.incidents, 0U);
+    ASSERT_EQ(all.counts.taken, all.volts.size());
+    ASSERT_EQ(all.stops.size(), static_cast<std::size_t>(aborts));
+    const double block_s = 0.005, margin_s = 2.0 * s.period_frames / s.rate_hz, ramp_s = 0.005;
+    std::size_t in_time = 0;
+    double worst_s = 0;
+    for (const test::HardStop& stop : all.stops) {
+        EXPECT_GT(stop.taken_back, 0);
+        EXPECT_EQ(stop.ramp, 240);
+        worst_s = std::max(worst_s, stop.silent_s);
+        in_time += stop.silent_s < block_s + margin_s + ramp_s + 1e-3 ? 1 : 0;
+    }
+    std::printf("%zu of %zu silent within %.0f ms, the slowest after %.1f ms\n", in_time, all.stops.size(),
+                1e3 * (block_s + margin_s + ramp_s), 1e3 * worst_s);
+    EXPECT_GE(in_time, all.stops.size() * 9 / 10) << "the others came while the machine stood still";
+    const auto start = static_cast<std::size_t>(mock.converter.stream_starts().at(0)) +
+                       static_cast<std::size_t>(s.buffer_frames - s.ramp_frames());
+    const alsa::PcmCodec codec{s.format, 0, s.full_scale_V};
+    for (std::size_t i = 0; i < all.volts.size(); ++i)
+        ASSERT_EQ(mock.first[start + i], std::int64_t{codec.code(all.volts[i])} << (32 - codec.bits())) << i;
+}
+
+TEST(AlsaTakeBackTest, ToneAndTriggerFollowTheDrive) {
+    for (const auto second : {alsa::SecondChannel::tone, alsa::SecondChannel::trigger}) {
+        MockDac mock;
+        alsa::AlsaSettings s = short_buffer(mock);
+        s.second_channel = second;
+        std::vector<double> volts, pulses;
+        {
+            alsa::AlsaDac dac{s};
+            const std::vector<double> block = test::test_block(0, 480);
+            for (int k = 0; k < 60; ++k) {
+                std::vector<double> trigger(block.size());
+                for (std::size_t i = 7; i < block.size(); i += 48) trigger[i] = 1;
+                dac.write(block, trigger);
+                volts.insert(volts.end(), block.begin(), block.end());
+                pulses.insert(pulses.end(), trigger.begin(), trigger.end());
+                if (k % 20 != 19) continue;
+                const std::int64_t taken = dac.take_back(1000);  // ends inside a pulse or beside it
+                ASSERT_GT(taken, 0);
+                const auto n = static_cast<std::size_t>(taken);
+                const std::vector<double> again(volts.end() - taken, volts.end());
+                const std::vector<double> pulses_again(pulses.end() - taken, pulses.end());
+                dac.write(std::span{again}.first(n / 2), std::span{pulses_again}.first(n / 2));
+                dac.write(std::span{again}.subspan(n / 2), std::span{pulses_again}.subspan(n / 2));
+            }
+            ASSERT_EQ(dac.counts().incidents, 0U);
+            ASSERT_EQ(dac.counts().taken, volts.size());
+        }
+        mock.listen();
+        const auto start = static_cast<std::size_t>(mock.converter.stream_starts().at(0)) +
+                           static_cast<std::size_t>(s.buffer_frames - s.ramp_frames());
+        std::int64_t high = 0;  // samples left of a pulse of 0.1 ms
+        for (std::size_t i = 0; i < volts.size(); ++i) {
+            if (pulses[i] > 0.5) high = 5;
+            const double tone = std::sin(2 * std::numbers::pi * std::fmod(static_cast<double>(i) / 48, 1));
+            const double want = second == alsa::SecondChannel::tone ? tone : high > 0 ? 1 : 0;
+            high -= high > 0 ? 1 : 0;
+            ASSERT_NEAR(static_cast<double>(mock.first[start + i]) / 0x1p31, volts[i], 1e-6) << i;
+            ASSERT_NEAR(static_cast<double>(mock.second[start + i]) / 0x1p31, want, 1e-6) << i;
+        }
+    }
+}
+
+TEST(AlsaTakeBackTest, KeepsTwoPeriodsAndRampFollows) {
+    MockDac mock;
+    const alsa::AlsaSettings s = short_buffer(mock);
+    std::int64_t end = 0;
+    {
+        alsa::AlsaDac dac{s};
+        Player player{dac};
+        player.play(40);
+        const std::int64_t taken = dac.take_back(1 << 20);
+        end = player.next - taken;
+        EXPECT_GT(taken, 0);
+        EXPECT_LE(taken, dac.info().queue_frames - dac.info().kept_frames);
+        EXPECT_EQ(dac.info().kept_frames, 480);
+        EXPECT_EQ(dac.take_back(1 << 20), 0) << "the rest stays";
+    }
+    mock.listen();
+    const auto start = static_cast<std::size_t>(mock.converter.stream_starts().at(0)) +
+                       static_cast<std::size_t>(s.buffer_frames - s.ramp_frames());
+    const std::size_t last = start + static_cast<std::size_t>(end);
+    EXPECT_LT(mock.end_of_sound(), last + 2400);
+    EXPECT_GT(mock.end_of_sound(), last + 2300);
+    const double own = 1.02 * test::steepest_step;
+    EXPECT_LE(mock.largest_step(start, mock.first.size()), own) << "neither value nor slope jumps";
+}
+
+TEST(AlsaTakeBackTest, NothingIsTakenBackWithoutRamp) {
+    MockDac mock;
+    alsa::AlsaSettings s = short_buffer(mock);
+    s.ramp_s = 0;
+    alsa::AlsaDac dac{s};
+    Player player{dac};
+    player.play(40);
+    EXPECT_FALSE(dac.info().takes_back());
+    EXPECT_EQ(dac.take_back(1000), 0);
+    EXPECT_NE(dac.granted().text().find("up to 100.0 ms later"), std::string::npos) << dac.granted().text();
+}
+
+TEST(AlsaTakeBackTest, UnpluggedDeviceTakesNothingBack) {
+    MockDac mock;
+    alsa::AlsaDac dac{short_buffer(mock)};
+    Player player{dac};
+    player.play(40);
+    mock.converter.unplug();
+    EXPECT_EQ(dac.take_back(1000), 0);
+}
+
+TEST(AlsaTakeBackTest, DoesNotAllocate) {
+    MockDac mock;
+    alsa::AlsaDac dac{short_buffer(mock)};
+    const std::vector<double> volts = test::test_block(0, 480), still(480);
+    for (int i = 0; i < 20; ++i) dac.write(volts, still);
+    const test::NoAlloc guard;
+    EXPECT_GT(dac.take_back(1000), 0);
+    dac.write(volts, still);
+}
+
+}  // namespace
+}  // namespace shaker::hardware

@@ -1,0 +1,116 @@
+#include "tests/support/devices/hard_stops.hpp"
+
+#include <algorithm>
+#include <atomic>
+#include <chrono>
+#include <cmath>
+#include <random>
+#include <thread>
+
+#include "daemon/acquisition/drive_output.hpp"
+#include "drivers/recorded/played_drive.hpp"
+
+namespace shaker::test {
+
+namespace {
+
+constexpr double amplitude_V = 0.4;
+constexpr double lead_s = 0.03;  // from the start of a drive until the operator may abort
+
+HostTime now() { return HostTime{std::chrono::steady_clock::now().time_since_epoch()}; }
+
+/// Aborts once after each wish, at a random time within 20 ms.
+class Operator {
+public:
+    Operator(acquisition::Channels& channels, unsigned seed)
+        : thread_{[this, &channels, seed](const std::stop_token& stop) {
+              std::mt19937 random{seed};
+              for (std::uint64_t answered = 0; !stop.stop_requested();) {
+                  if (wishes_ == answered) {
+                      std::this_thread::sleep_for(std::chrono::milliseconds{1});
+                      continue;
+                  }
+                  ++answered;
+                  std::this_thread::sleep_for(std::chrono::microseconds{random() % 20000});
+                  at_ = now().time_since_epoch().count();
+                  ++channels.aborts;
+              }
+          }} {}
+    void wish() { ++wishes_; }
+    [[nodiscard]] HostTime at() const { return HostTime{std::chrono::nanoseconds{at_.load()}}; }
+
+private:
+    std::atomic<std::uint64_t> wishes_{0};
+    std::atomic<std::int64_t> at_{0};
+    std::jthread thread_;
+};
+
+struct Output {
+    explicit Output(Dac& d) : dac{d}, info{d.info()}, output{info, 50, 0, info.block_frames} {}
+    void step() {
+        output_step(output, dac, channels);
+        while (const auto c = channels.changes.pop()) changes.push_back(*c);
+        while (const auto p = channels.played.pop()) played.push_back(*p);
+        while (channels.trips.pop()) {
+        }
+    }
+    void go(double s) {
+        for (const std::int64_t end = output.synthesiser.tick().n + std::llround(s * info.rate_hz);
+             output.synthesiser.tick().n < end;)
+            step();
+    }
+    [[nodiscard]] double queue_s() const { return static_cast<double>(info.queue_frames) / info.rate_hz; }
+    Dac& dac;
+    DacInfo info;
+    acquisition::Channels channels{0};
+    acquisition::DriveOutput output;
+    std::vector<DriveChange> changes;
+    std::vector<PlayTime> played;
+};
+
+HardStop stop_of(const Output& run, HostTime ordered) {
+    const DriveChange& c = run.changes.back();
+    const PlayTime& seen = run.played.back();
+    const Seconds until{static_cast<double>(c.first.n - seen.tick.n) / run.info.rate_hz};
+    const double ramp_s = Seconds{seen.heard - ordered}.count() + until.count();
+    return {c.first.n, c.stop, c.taken_back, ramp_s, ramp_s + static_cast<double>(c.stop) / run.info.rate_hz};
+}
+
+void judge(HardStops& all) {
+    std::size_t i = 1;
+    for (const HardStop& stop : all.stops) {
+        for (; i < all.volts.size() && static_cast<std::int64_t>(i) < stop.first; ++i)
+            all.step_driven = std::max(all.step_driven, std::abs(all.volts[i] - all.volts[i - 1]));
+        for (; i < all.volts.size() && static_cast<std::int64_t>(i) <= stop.first + stop.ramp; ++i)
+            all.step_stopped = std::max(all.step_stopped, std::abs(all.volts[i] - all.volts[i - 1]));
+    }
+}
+
+}  // namespace
+
+HardStops stop_hard(Dac& dac, int count, unsigned seed) {
+    HardStops all;
+    Output run{dac};
+    Operator person{run.channels, seed};
+    std::mt19937 random{seed + 1};
+    for (int i = 0; i < count; ++i) {
+        DriveCommand drive{.volts = {}, .frequency = 50 + static_cast<double>(random() % 1000) / 10};
+        drive.volts.at(1) = amplitude_V;
+        drive.volts.at(2) = {0, amplitude_V};
+        run.channels.drive.post(drive);
+        run.go(run.queue_s() + lead_s);
+        person.wish();
+        while (!run.channels.stopped) run.step();
+        if (run.changes.back().stop > 0) all.stops.push_back(stop_of(run, person.at()));  // else an underrun
+        run.go(run.queue_s() + 0.01);
+        run.channels.clearance.post({run.output.newest.number, run.channels.aborts});
+        run.step();
+    }
+    all.counts = dac.counts();
+    all.volts.resize(static_cast<std::size_t>(run.output.synthesiser.tick().n));
+    recorded::PlayedDrive{run.info, 50, run.changes, run.played}.fill(all.volts);
+    judge(all);
+    return all;
+}
+
+}  // namespace shaker::test
