@@ -16,8 +16,22 @@ namespace {
 
 constexpr int size_of(int bits) noexcept { return bits > 16 ? 4 : 2; }  // bytes of a sample
 
-// The first channel's samples, as they are in memory.
-std::vector<std::int32_t> read_samples(const std::string& path, int bits) {
+// A window of samples: one code of 16 bits comes again, four in a row do not.
+using Window = std::array<std::int32_t, 4>;
+
+struct WindowHash {
+    std::size_t operator()(const Window& w) const noexcept {
+        std::uint64_t h = 0;
+        for (const std::int32_t code : w) h = (h ^ static_cast<std::uint32_t>(code)) * 0x9E3779B97F4A7C15U;
+        return h;
+    }
+};
+
+Window window_at(const std::int32_t* codes) noexcept { return {codes[0], codes[1], codes[2], codes[3]}; }
+
+}  // namespace
+
+std::vector<std::int32_t> read_first_channel(const std::string& path, int bits) {
     std::ifstream file{path, std::ios::binary};
     if (!file) throw InputError{path + ": cannot be read"};
     const std::vector<char> bytes{std::istreambuf_iterator<char>{file}, {}};
@@ -34,23 +48,8 @@ std::vector<std::int32_t> read_samples(const std::string& path, int bits) {
     return samples;
 }
 
-// A window of samples: one code of 16 bits comes again, four in a row do not.
-using Window = std::array<std::int32_t, 4>;
-
-struct WindowHash {
-    std::size_t operator()(const Window& w) const noexcept {
-        std::uint64_t h = 0;
-        for (const std::int32_t code : w) h = (h ^ static_cast<std::uint32_t>(code)) * 0x9E3779B97F4A7C15U;
-        return h;
-    }
-};
-
-Window window_at(const std::int32_t* codes) noexcept { return {codes[0], codes[1], codes[2], codes[3]}; }
-
-}  // namespace
-
 PatternFound find_pattern(const std::string& path, int bits, std::int64_t frames) {
-    const std::vector<std::int32_t> heard = read_samples(path, bits);
+    const std::vector<std::int32_t> heard = read_first_channel(path, bits);
     std::vector<std::int32_t> played(static_cast<std::size_t>(frames));
     for (std::size_t n = 0; n < played.size(); ++n)
         played[n] = pattern_code(static_cast<std::int64_t>(n), bits) * (1 << (8 * size_of(bits) - bits));

@@ -3,6 +3,7 @@
 // recording can be located in the played pattern, to the bit.
 #include <cstdint>
 #include <string>
+#include <vector>
 
 namespace shaker {
 
@@ -16,6 +17,10 @@ constexpr std::int32_t pattern_code(std::int64_t frame, int bits) noexcept {
     return (code >> (32 - bits)) / 2;
 }
 
+/// The first channel of a file with two channels: WAV or raw samples, little-endian. Codes of 16 bits are in
+/// two bytes, codes of 24 bits in the upper three of four bytes. Throws InputError when it cannot be read.
+std::vector<std::int32_t> read_first_channel(const std::string& path, int bits);
+
 /// Where the pattern's first `frames` samples are in a recording.
 struct PatternFound {
     std::int64_t exact = 0;     // samples equal to the pattern, in runs of four or more, in order
@@ -26,9 +31,7 @@ struct PatternFound {
     std::int64_t foreign = 0;   // samples that are neither the pattern nor zero
 };
 
-/// Searches the first channel of a file with two channels: WAV or raw samples, little-endian. Codes of 16
-/// bits are in two bytes, codes of 24 bits in the upper three of four bytes. Throws InputError when the file
-/// cannot be read.
+/// Searches the first channel of a recording. Throws InputError when the file cannot be read.
 PatternFound find_pattern(const std::string& path, int bits, std::int64_t frames);
 
 }  // namespace shaker

@@ -2,11 +2,13 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <filesystem>
 #include <fstream>
 #include <vector>
 
 #include "drivers/errors.hpp"
+#include "tests/vm/heard_drive.hpp"
 
 namespace {
 
@@ -28,6 +30,9 @@ public:
     Recorder& operator=(const Recorder&) = delete;
     ~Recorder() { std::filesystem::remove(path_); }
     [[nodiscard]] PatternFound found() const { return find_pattern(path_, 24, frames); }
+    [[nodiscard]] DriveFound found(const std::vector<std::int32_t>& drive) const {
+        return find_drive(path_, 24, drive);
+    }
 
 private:
     std::string path_;
@@ -73,6 +78,43 @@ TEST(PatternTest, OneWrongBitMakesSampleForeign) {
 
 TEST(PatternTest, MissingRecordingIsAnError) {
     EXPECT_THROW(find_pattern("/nowhere/at/all.raw", 16, frames), InputError);
+}
+
+std::vector<std::int32_t> drive_with_a_stop() {
+    std::vector<std::int32_t> codes(3000);
+    for (std::size_t i = 0; i < 2000; ++i)
+        codes[i] = static_cast<std::int32_t>(1e6 * std::sin(0.0131 * static_cast<double>(i + 1))) * 256;
+    return codes;
+}
+
+TEST(HeardDriveTest, SkippedStretchIsCounted) {
+    const std::vector<std::int32_t> drive = drive_with_a_stop();
+    std::vector<std::int32_t> heard(100);
+    heard.insert(heard.end(), drive.begin(), drive.begin() + 700);
+    heard.insert(heard.end(), drive.begin() + 1000, drive.end());
+    const DriveFound found = Recorder{heard}.found(drive);
+    EXPECT_EQ(found.exact, 1700);
+    EXPECT_EQ(found.pieces, 2);
+    EXPECT_EQ(found.skipped, 300);
+    EXPECT_EQ(found.foreign, 0);
+}
+
+TEST(HeardDriveTest, ChangedSamplesAreForeign) {
+    const std::vector<std::int32_t> drive = drive_with_a_stop();
+    std::vector<std::int32_t> heard = drive;
+    heard[500] += 256;
+    heard[2500] = 256;
+    const DriveFound found = Recorder{heard}.found(drive);
+    EXPECT_EQ(found.exact, 1999);
+    EXPECT_EQ(found.foreign, 2);
+}
+
+TEST(HeardDriveTest, CodesAreReadAsWritten) {
+    const std::string path = testing::TempDir() + "codes.raw";
+    write_codes(path, drive_with_a_stop());
+    EXPECT_EQ(read_codes(path), drive_with_a_stop());
+    std::filesystem::remove(path);
+    EXPECT_THROW(read_codes(path), InputError);
 }
 
 }  // namespace

@@ -2,6 +2,7 @@
 // with "proved: ", or prints its error and ends with status 1.
 #include <spdlog/fmt/fmt.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
@@ -16,13 +17,16 @@
 #include "drivers/errors.hpp"
 #include "drivers/hardware/alsa/alsa_dac.hpp"
 #include "drivers/hardware/alsa/pcm.hpp"
+#include "drivers/hardware/alsa/pcm_codec.hpp"
 #include "drivers/hardware/alsa/settings.hpp"
 #include "drivers/hardware/iio/iio_accelerometer.hpp"
 #include "drivers/hardware/iio/settings.hpp"
 #include "drivers/hardware/video/settings.hpp"
 #include "drivers/hardware/video/video_camera.hpp"
+#include "tests/support/devices/hard_stops.hpp"
 #include "tests/vm/death.hpp"
 #include "tests/vm/drive_device.hpp"
+#include "tests/vm/heard_drive.hpp"
 #include "tests/vm/pattern.hpp"
 
 namespace {
@@ -110,6 +114,61 @@ void death(Arguments a) {
     }
 }
 
+// stops SETTINGS COUNT DRIVE: hard stops at random phases; the codes of the recorded drive go to the file
+// DRIVE, and to DRIVE.ramps the number of samples in ramps after underruns, which no recording has.
+void stops(Arguments a) {
+    const alsa::AlsaSettings s = settings(a[0], alsa::read_alsa_settings);
+    alsa::AlsaDac dac{s};
+    const alsa::AlsaGranted granted = dac.granted();
+    fmt::print("{}\n", granted.text());
+    const test::HardStops all = test::stop_hard(dac, static_cast<int>(whole(a[1])), 1);
+    const alsa::PcmCodec codec{granted.format, granted.significant_bits, s.full_scale_V};
+    const int container = s.format == alsa::SampleFormat::s16 ? 16 : 32;
+    std::vector<std::int32_t> codes;
+    for (const double volts : all.volts)
+        codes.push_back(codec.code(volts) * (1 << (container - codec.bits())));
+    write_codes(a[2], codes);
+    constexpr std::int64_t doubtful = 64;  // samples around each
+    std::ofstream{a[2] + ".ramps"} << static_cast<std::int64_t>(all.counts.incidents) *
+                                          (s.ramp_frames() + doubtful);
+    std::vector<double> silent_ms;
+    double taken_ms = 0;
+    for (const test::HardStop& stop : all.stops) {
+        silent_ms.push_back(1e3 * stop.silent_s);
+        taken_ms += 1e3 * static_cast<double>(stop.taken_back) / s.rate_hz;
+        require(stop.taken_back > 0 || all.counts.incidents > 0, "a hard stop took nothing back");
+    }
+    require(!silent_ms.empty(), "every drive ended in an underrun");
+    std::ranges::sort(silent_ms);
+    const std::string what = fmt::format(
+        "{} hard stops took {:.1f} of {:.1f} ms back on average; {:.1f} ms stay; silent after {:.1f} ms "
+        "(median), {:.1f} ms (worst); largest step {:.5f} V, of drive and ramp together at most {:.5f} V; {} "
+        "underruns",
+        all.stops.size(), taken_ms / static_cast<double>(all.stops.size()),
+        1e3 * granted.queue_frames / s.rate_hz, 1e3 * granted.kept_frames / s.rate_hz,
+        silent_ms[silent_ms.size() / 2], silent_ms.back(), all.largest_step, all.own_step,
+        all.counts.incidents);
+    require(all.largest_step < all.own_step, what);
+    proved(what);
+}
+
+// heard RECORDING BITS DRIVE SHARE: the recording has only samples of the drive, in order, and of ramps after
+// underruns, and at least this share of the drive.
+void heard(Arguments a) {
+    const std::vector<std::int32_t> drive = read_codes(a[2]);
+    const DriveFound found = find_drive(a[0], std::stoi(a[1]), drive);
+    const std::string what = fmt::format(
+        "{} samples of the drive bit-exact at the other end, in {} pieces, {} skipped, {} foreign",
+        found.exact, found.pieces, found.skipped, found.foreign);
+    const auto sounds = std::ranges::count_if(drive, [](std::int32_t code) { return code != 0; });
+    std::int64_t ramps = 0;
+    std::ifstream{a[2] + ".ramps"} >> ramps;
+    require(found.foreign <= ramps &&
+                static_cast<double>(found.exact) >= std::stod(a[3]) * static_cast<double>(sounds),
+            what);
+    proved(what);
+}
+
 // unplug SETTINGS MARKER: creates the file MARKER while it plays. The device is then unplugged, and the DAC
 // must report that.
 void unplug(Arguments a) {
@@ -177,6 +236,8 @@ struct Job {
 constexpr Job jobs[] = {{"play", 5, play},
                         {"find", 4, find},
                         {"death", 2, death},
+                        {"stops", 3, stops},
+                        {"heard", 4, heard},
                         {"unplug", 2, unplug},
                         {"accelerometer", 2, accelerometer},
                         {"cameras", 3, cameras}};
