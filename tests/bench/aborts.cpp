@@ -52,6 +52,7 @@ public:
         }
         return played;
     }
+    std::int64_t take_back(std::int64_t most) noexcept override { return inner_->take_back(most); }
     void stop() noexcept override { inner_->stop(); }
     [[nodiscard]] std::uint64_t stamped() const noexcept { return stamped_; }
     [[nodiscard]] Clock::time_point at() const noexcept {

@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 #include <string>
 #include <thread>
 #include <utility>
@@ -87,7 +86,6 @@ void add_row(bench::Table& table, const Card& card, bool takes_back, int count, 
         taken +=
             1e3 * static_cast<double>(stop.taken_back) / s.rate_hz / static_cast<double>(all.stops.size());
     }
-    const double own = all.step_driven + 0.8 * 0.5 * std::numbers::pi / 240;
     table.add(
         {{"card", card.name},
          {"period", 1e3 * card.period / s.rate_hz, "ms", 3},
@@ -100,8 +98,8 @@ void add_row(bench::Table& table, const Card& card, bool takes_back, int count, 
          {"silent p50", quantile(silent_ms, 0.5), "ms", 3},
          {"p99", quantile(silent_ms, 0.99), "ms", 3},
          {"worst", quantile(silent_ms, 1), "ms", 3},
-         {"largest step", all.step_stopped, "V", 3},
-         {"drive's and ramp's own", own, "V", 3},
+         {"largest step", all.largest_step, "V", 3},
+         {"drive's and ramp's own", all.own_step, "V", 3},
          {"samples", static_cast<double>(all.volts.size()), "", 9},
          {"not as recorded",
           all.counts.incidents == 0 ? static_cast<double>(wrong(mock, s, all.volts)) : NAN},

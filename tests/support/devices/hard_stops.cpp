@@ -4,6 +4,7 @@
 #include <atomic>
 #include <chrono>
 #include <cmath>
+#include <numbers>
 #include <random>
 #include <thread>
 
@@ -14,7 +15,8 @@ namespace shaker::test {
 
 namespace {
 
-constexpr double amplitude_V = 0.4;
+constexpr double amplitude_V = 0.4;  // of each harmonic
+constexpr double lowest_hz = 50, highest_hz = 150;
 constexpr double lead_s = 0.03;  // from the start of a drive until the operator may abort
 
 HostTime now() { return HostTime{std::chrono::steady_clock::now().time_since_epoch()}; }
@@ -46,7 +48,7 @@ private:
 };
 
 struct Output {
-    explicit Output(Dac& d) : dac{d}, info{d.info()}, output{info, 50, 0, info.block_frames} {}
+    explicit Output(Dac& d) : dac{d}, info{d.info()}, output{info, lowest_hz, 0, info.block_frames} {}
     void step() {
         output_step(output, dac, channels);
         while (const auto c = channels.changes.pop()) changes.push_back(*c);
@@ -76,13 +78,15 @@ HardStop stop_of(const Output& run, HostTime ordered) {
     return {c.first.n, c.stop, c.taken_back, ramp_s, ramp_s + static_cast<double>(c.stop) / run.info.rate_hz};
 }
 
-void judge(HardStops& all) {
-    std::size_t i = 1;
+void judge(HardStops& all, double rate_hz) {
     for (const HardStop& stop : all.stops) {
-        for (; i < all.volts.size() && static_cast<std::int64_t>(i) < stop.first; ++i)
-            all.step_driven = std::max(all.step_driven, std::abs(all.volts[i] - all.volts[i - 1]));
-        for (; i < all.volts.size() && static_cast<std::int64_t>(i) <= stop.first + stop.ramp; ++i)
-            all.step_stopped = std::max(all.step_stopped, std::abs(all.volts[i] - all.volts[i - 1]));
+        const auto first = static_cast<std::size_t>(stop.first);
+        const std::size_t end = std::min(first + static_cast<std::size_t>(stop.ramp) + 2, all.volts.size());
+        for (std::size_t i = first; i < end; ++i)
+            all.largest_step = std::max(all.largest_step, std::abs(all.volts[i] - all.volts[i - 1]));
+        const double drive = 2 * std::numbers::pi * (1 + 2) * amplitude_V * highest_hz / rate_hz;
+        const double ramp = 2 * amplitude_V * 0.5 * std::numbers::pi / static_cast<double>(stop.ramp);
+        all.own_step = std::max(all.own_step, drive + ramp);
     }
 }
 
@@ -94,7 +98,9 @@ HardStops stop_hard(Dac& dac, int count, unsigned seed) {
     Operator person{run.channels, seed};
     std::mt19937 random{seed + 1};
     for (int i = 0; i < count; ++i) {
-        DriveCommand drive{.volts = {}, .frequency = 50 + static_cast<double>(random() % 1000) / 10};
+        DriveCommand drive{
+            .volts = {},
+            .frequency = lowest_hz + (highest_hz - lowest_hz) * static_cast<double>(random() % 1000) / 1000};
         drive.volts.at(1) = amplitude_V;
         drive.volts.at(2) = {0, amplitude_V};
         run.channels.drive.post(drive);
@@ -108,8 +114,8 @@ HardStops stop_hard(Dac& dac, int count, unsigned seed) {
     }
     all.counts = dac.counts();
     all.volts.resize(static_cast<std::size_t>(run.output.synthesiser.tick().n));
-    recorded::PlayedDrive{run.info, 50, run.changes, run.played}.fill(all.volts);
-    judge(all);
+    recorded::PlayedDrive{run.info, lowest_hz, run.changes, run.played}.fill(all.volts);
+    judge(all, run.info.rate_hz);
     return all;
 }
 

@@ -18,8 +18,8 @@ struct HardStop {
 struct HardStops {
     std::vector<HardStop> stops;
     std::vector<double> volts;  // of every DAC sample, from the recorded changes
-    /// Largest difference of neighbouring samples in V: while driven, and from each stop on.
-    double step_driven = 0, step_stopped = 0;
+    double largest_step = 0;    // V, between neighbouring samples from the start of a stop to its end
+    double own_step = 0;        // V, at most, of the drives and of the ramp that multiplies them
     DeviceCounts counts;
 };
 
