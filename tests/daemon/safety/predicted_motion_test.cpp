@@ -154,20 +154,20 @@ TEST(PredictedMotionTest, ChangesThatWereTakenBackAreNotPredicted) {
     motion.expect(expectation(20));
     std::vector<double> volts(4800);
     synth.set(command(0.5, 20));
-    synth.fill(volts);
+    synth.fill(std::span{volts}.first(4700));
     motion.hear(*synth.change());
     const Synthesiser before = synth;
     synth.set(command(1, 20));
     synth.fill(volts);
     ASSERT_EQ(synth.change()->first.n, 4800);
     motion.hear(*synth.change());
-    ASSERT_TRUE(motion.at({4788 / 12}));
+    ASSERT_TRUE(motion.at({4692 / 12}));
     synth.go_back(before, std::span{volts}.first(0));
     synth.stop(240);
     DriveChange stop = *synth.change();
     stop.taken_back = 4800;
     motion.hear(stop);
-    EXPECT_FALSE(motion.at({4812 / 12})) << "stopped";
+    EXPECT_FALSE(motion.at({4716 / 12})) << "stopped";
     EXPECT_FALSE(motion.at({9600 / 12})) << "the second command was never played";
 }
 
