@@ -164,9 +164,10 @@ std::int64_t AlsaDac::State::take_back(std::int64_t most) noexcept {
     if (ramp == 0 || !running || stopping) return 0;
     const AlsaPcm::Queued queued = pcm->queued();
     if (queued.error < 0) return 0;
-    const std::int64_t n = std::min({most, queued.frames - ramp - pcm->granted().kept_frames,
-                                     pcm->rewindable() - ramp, driven, frames.most_back()});
-    if (n <= 0 || pcm->rewind(n + ramp) < 0) return 0;
+    const std::int64_t kept = pcm->granted().kept_frames;
+    const std::int64_t n =
+        std::min({most, queued.frames - ramp - kept, pcm->rewindable() - ramp, driven, frames.most_back()});
+    if (n <= 0 || pcm->rewind(n + ramp, kept / 2) < 0) return 0;  // less: this thread stood still meanwhile
     frames.go_back(n);
     end -= n;
     driven -= n;

@@ -265,10 +265,10 @@ std::int64_t AlsaPcm::write_silence(std::int64_t frames) noexcept {
     return snd_pcm_writei(state_->pcm, state_->silence.data(), static_cast<snd_pcm_uframes_t>(frames));
 }
 
-std::int64_t AlsaPcm::rewind(std::int64_t frames) noexcept {
+std::int64_t AlsaPcm::rewind(std::int64_t frames, std::int64_t least) noexcept {
     const snd_pcm_sframes_t back = snd_pcm_rewind(state_->pcm, static_cast<snd_pcm_uframes_t>(frames));
     const Queued left = queued();
-    if (back == frames && left.error == 0 && left.frames >= 0) return left.frames;
+    if (back == frames && left.error == 0 && left.frames >= least) return left.frames;
     if (back > 0) snd_pcm_forward(state_->pcm, static_cast<snd_pcm_uframes_t>(back));
     return -1;
 }

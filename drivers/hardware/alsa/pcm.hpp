@@ -65,9 +65,9 @@ public:
     /// Number of frames written (all of them if there is room), or an error.
     [[nodiscard]] std::int64_t write(std::span<const std::byte> frames) noexcept;
     [[nodiscard]] std::int64_t write_silence(std::int64_t frames) noexcept;
-    /// Takes back the last `frames`, all or none. Returns the number of frames left to play; -1 when some of
-    /// those to take back have been played.
-    [[nodiscard]] std::int64_t rewind(std::int64_t frames) noexcept;
+    /// Takes back the last `frames`, all or none. Returns the number of frames left to play; -1 when fewer
+    /// than `least` are left, or some of those to take back have been played.
+    [[nodiscard]] std::int64_t rewind(std::int64_t frames, std::int64_t least = 0) noexcept;
     /// Most frames that the device lets rewind() take back now; 0 after an error.
     [[nodiscard]] std::int64_t rewindable() noexcept;
     [[nodiscard]] int delay(AlsaDelay& out) noexcept;

@@ -127,17 +127,20 @@ TEST_F(AlsaDeathTest, HangingWriterLeavesRamp) {
     EXPECT_GT(mock.end_of_sound(), drive + blocks * Player::block + 2300);
 }
 
-TEST_F(AlsaDeathTest, DeathDuringRewindStillPlaysTheRamp) {
+// Before a block is written, the ramp is taken back; before a hard stop, the drive in front of it as well.
+class AlsaRewindDeathTest : public AlsaDeathTest, public testing::WithParamInterface<std::int64_t> {};
+
+TEST_P(AlsaRewindDeathTest, StillPlaysDriveAndRamp) {
     MockDac mock;
     constexpr std::int64_t silence = 4800;
-    const Driving driving{[&s = mock.settings] {
+    const Driving driving{[&s = mock.settings, drive = GetParam()] {
         alsa::AlsaPcm pcm{s};
         const alsa::PcmCodec codec{s.format, 0, s.full_scale_V};
         alsa::OutputFrames frames{s, codec, 2, Player::block};
         const std::vector<double> still(Player::block);
         if (pcm.prepare() < 0 || pcm.write_silence(silence) != silence) return;
         if (pcm.write(frames.block(test::test_block(0, Player::block), still, {0})) < 0) return;
-        if (pcm.start() < 0 || pcm.rewind(s.ramp_frames()) < 0) return;
+        if (pcm.start() < 0 || pcm.rewind(s.ramp_frames() + drive) < 0) return;
         hang();
     }};
     mock.listen_for(Seconds{0.3});
@@ -147,6 +150,8 @@ TEST_F(AlsaDeathTest, DeathDuringRewindStillPlaysTheRamp) {
     EXPECT_LT(mock.end_of_sound(), end_of_drive + 2400);
     EXPECT_GT(mock.end_of_sound(), end_of_drive + 2300);
 }
+
+INSTANTIATE_TEST_SUITE_P(SamplesOfTheDrive, AlsaRewindDeathTest, testing::Values(0, 400));
 
 }  // namespace
 }  // namespace shaker::hardware

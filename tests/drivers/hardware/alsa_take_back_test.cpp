@@ -119,6 +119,7 @@ TEST(AlsaTakeBackTest, KeepsTwoPeriodsAndRampFollows) {
         EXPECT_LE(taken, dac.info().queue_frames - dac.info().kept_frames);
         EXPECT_EQ(dac.info().kept_frames, 480);
         EXPECT_EQ(dac.take_back(1 << 20), 0) << "the rest stays";
+        ASSERT_EQ(dac.counts().incidents, 0U);
     }
     mock.listen();
     const auto start = static_cast<std::size_t>(mock.converter.stream_starts().at(0)) +
