@@ -1,0 +1,69 @@
+#include "daemon/run/walk_prediction.hpp"
+
+#include <spdlog/fmt/fmt.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <ranges>
+
+#include "daemon/reduction/no_stick.hpp"
+#include "drivers/errors.hpp"
+#include "drivers/simulated/walker/steady_state.hpp"
+
+namespace shaker::run {
+
+namespace {
+
+constexpr double unknown_share = 0.05;  // of the base's rms velocity
+constexpr double sure = 3;              // errors
+
+// The same drive, or its mirror image: every odd harmonic has the opposite sign, or the second one.
+bool alike(const Drive& a, const Drive& b, double phi) {
+    return a.frequency == b.frequency && a.gamma == b.gamma && a.rho == b.rho && a.biharmonic() &&
+           b.biharmonic() && std::abs(std::remainder(a.phi - b.phi - phi, two_pi)) < 1e-6;
+}
+
+double settled_drift(const Drive& drive, double mu, double g) {
+    simulated::WalkerSetting setting;
+    setting.frequency = drive.frequency;
+    setting.base = harmonics(drive);
+    setting.g = g;
+    setting.friction = {mu, mu, 0};
+    return settle(simulated::WalkerLaw{setting}).v_D;
+}
+
+}  // namespace
+
+std::optional<PredictedWalk> predict_walk(const Drive& drive,
+                                          const std::vector<reduction::DrivenPoint>& points,
+                                          const calibration::Estimate& mu, double g) {
+    const double unknown = unknown_share * reduction::v_rms(harmonics(drive), drive.frequency);
+    for (const reduction::DrivenPoint& p : points | std::views::reverse)
+        for (const bool mirror : {false, true})
+            if (alike(drive, p.asked, mirror ? std::numbers::pi : 0))
+                return PredictedWalk{
+                    {mirror ? -p.v_D.value : p.v_D.value, std::hypot(p.v_D.sigma, unknown)},
+                    mirror ? "measured at phi + 180 deg" : "measured before at this set-point"};
+    if (!std::isfinite(mu.value)) return std::nullopt;
+    try {
+        const double v_D = settled_drift(drive, mu.value, g);
+        const double step = std::max(mu.sigma, 1e-3 * mu.value);
+        const double slope = (settled_drift(drive, mu.value + step, g) - v_D) / step;
+        return PredictedWalk{{v_D, std::hypot(slope * mu.sigma, unknown)},
+                             fmt::format("Coulomb's law with mu {:.4g}", mu.value)};
+    } catch (const InputError&) {
+        return std::nullopt;  // no settled walk
+    }
+}
+
+std::string text(const PredictedWalk& walk) {
+    return fmt::format("predicted walk {:+.3g} +- {:.2g} mm/s ({})", 1e3 * walk.v_D.value,
+                       1e3 * walk.v_D.sigma, walk.from);
+}
+
+bool leads_towards(const PredictedWalk& walk, int direction) noexcept {
+    return direction * walk.v_D.value > sure * walk.v_D.sigma;
+}
+
+}  // namespace shaker::run

@@ -1,0 +1,30 @@
+#pragma once
+// Where the walker will go: its drift velocity predicted before the drive starts.
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "daemon/reduction/series.hpp"
+#include "drivers/drive.hpp"
+
+namespace shaker::run {
+
+struct PredictedWalk {
+    calibration::Estimate v_D;  // m/s
+    std::string from;           // its source, for the operator
+};
+
+/// From the newest measured point with this drive or with its mirror image (phi + pi, opposite drift);
+/// without one by the exact Coulomb law, if mu is known (finite). Empty without either. The error contains
+/// the uncertainty of the point or of mu, and 5 % of the base's rms velocity for what is not known: tilt,
+/// overtones, mu that depends on speed. g in m/s^2.
+std::optional<PredictedWalk> predict_walk(const Drive& drive,
+                                          const std::vector<reduction::DrivenPoint>& points,
+                                          const calibration::Estimate& mu, double g);
+
+/// "predicted walk +12.3 +- 0.4 mm/s (source)".
+std::string text(const PredictedWalk& walk);
+/// True if the walk leads towards `direction` (+1 or -1 along x) by more than three times its error.
+bool leads_towards(const PredictedWalk& walk, int direction) noexcept;
+
+}  // namespace shaker::run
