@@ -36,7 +36,7 @@ bool Sequence::step(const acquisition::Streams& streams, acquisition::Channels& 
     take_accelerations(streams, channels);
     walker_.add(streams);
     clocks_known_ = streams.timebase.ready();
-    if (state() == RunState::run) guard_.check(walker_, now_s_, channels);
+    check_walker(channels);
     note_failures(streams.cameras);
     if (driving(state())) guard_.check(streams.cameras, walker_, now_s_, channels);
     std::visit([&](auto& now) { advance(now, channels); }, state_);
@@ -54,6 +54,7 @@ void Sequence::take_trips(const acquisition::Streams& streams, acquisition::Chan
         auto* before = std::get_if<Tripped>(&state_);
         if (before != nullptr && before->phase != Tripped::Phase::clearing) continue;
         trip_ = trip;
+        if (trip.cause == safety::Cause::walker_edge && !edge_trip_mm_) edge_trip_mm_ = trip.value;
         cause_ = stops_.size() - 1;
         const Tripped tripped{.at_s = now_s_};
         if (before != nullptr)
@@ -61,6 +62,24 @@ void Sequence::take_trips(const acquisition::Streams& streams, acquisition::Chan
         else
             go(tripped, channels);
     }
+}
+
+void Sequence::check_walker(acquisition::Channels& channels) {
+    const RunState now = state();
+    const auto place = walker_.mean_edge_mm();
+    if (place && *place >= plan_.limits.edge_mm) edge_trip_mm_.reset();
+    if (!driving(now) || now == RunState::ramp_down) return;
+    if (!permit_ || permit_->over()) {
+        if (now != RunState::identify) guard_.check(walker_, now_s_, channels);
+        return;
+    }
+    const auto* run = std::get_if<Run>(&state_);
+    const double periods = run != nullptr ? (now_s_ - run->from_s) * frequency_ : 0;
+    std::optional<safety::EdgePermit::Place> seen;
+    if (place) seen = {*walker_.edge_mm(), *place};
+    if (const auto trip = permit_->judge(seen, walker_.lost(), periods))
+        guard_.withdraw(*trip, now_s_, channels);
+    if (permit_->over()) note("the walker is inside the edge limit again");
 }
 
 void Sequence::note_failures(const std::vector<acquisition::CameraStream>& cameras) {

@@ -15,6 +15,7 @@
 #include "daemon/run/states.hpp"
 #include "daemon/run/supervisor.hpp"
 #include "daemon/run/walker_monitor.hpp"
+#include "daemon/safety/edge_permit.hpp"
 
 namespace shaker::run {
 
@@ -48,8 +49,10 @@ public:
     /// InputError, which names `what`, unless a drive may start now: in idle, with no stop under way.
     void require_idle(const char* what, const acquisition::Channels& channels) const;
     /// On call and in idle: drives towards `drive` and measures `periods` periods repeatedly. An unknown
-    /// response is identified first. settle: as in RunPlan. InputError in any other state.
-    void begin(const Drive& drive, int periods, int settle, acquisition::Channels& channels);
+    /// response is identified first. settle: as in RunPlan. permit: for a walker beyond the edge limit.
+    /// InputError in any other state.
+    void begin(const Drive& drive, int periods, int settle, acquisition::Channels& channels,
+               const std::optional<safety::EdgePermit>& permit = {});
     /// On call and in idle: whether measured harmonics correct the drive from the next begin() on. InputError
     /// in any other state.
     void close_loop(bool on);
@@ -99,6 +102,9 @@ public:
     }
     [[nodiscard]] const control::PeriodWindows& windows() const noexcept { return windows_; }
     [[nodiscard]] const WalkerMonitor& walker() const noexcept { return walker_; }
+    /// Distance from the edge of the picture at the first trip of a walker that has not been inside since,
+    /// mm.
+    [[nodiscard]] const std::optional<double>& edge_trip_mm() const noexcept { return edge_trip_mm_; }
     /// Remarks on the run for the reader of the results; on call: since begin().
     [[nodiscard]] const std::vector<std::string>& notes() const noexcept { return notes_; }
     /// Reason of the stop; empty when no limit stopped the drive.
@@ -123,6 +129,7 @@ private:
     void aim(const char* what, const Drive& drive, const acquisition::Channels& channels);
     void come_down(acquisition::Channels& channels);
     void take_trips(const acquisition::Streams& streams, acquisition::Channels& channels);
+    void check_walker(acquisition::Channels& channels);
     void note_failures(const std::vector<acquisition::CameraStream>& cameras);
     void take_stamps(const acquisition::Streams& streams, acquisition::Channels& channels);
     void start_again(std::int64_t lost, acquisition::Channels& channels);
@@ -164,6 +171,8 @@ private:
     control::PeriodWindows windows_;
     control::DriveController controller_;
     WalkerMonitor walker_;
+    std::optional<safety::EdgePermit> permit_;  // of the present drive
+    std::optional<double> edge_trip_mm_;
     Supervisor guard_;
     DriveInForce drive_;
 

@@ -26,8 +26,10 @@ void Sequence::aim(const char* what, const Drive& drive, const acquisition::Chan
     frequency_ = frequency;
 }
 
-void Sequence::begin(const Drive& drive, int periods, int settle, acquisition::Channels& channels) {
+void Sequence::begin(const Drive& drive, int periods, int settle, acquisition::Channels& channels,
+                     const std::optional<safety::EdgePermit>& permit) {
     aim("a run", drive, channels);
+    permit_ = permit;
     plan_.periods = periods;
     plan_.settle = settle;
     arm(channels);
@@ -71,6 +73,9 @@ void Sequence::set(const Drive& drive, acquisition::Channels& channels) {
     if (run == nullptr)
         throw InputError{
             fmt::format("the set-point cannot be changed in state {}; it needs state run", name(state()))};
+    if (permit_ && !permit_->over())
+        throw InputError{
+            "the walker is still beyond the edge limit; the set-point can change when it is inside"};
     *run = {.from_s = now_s_};
     order_.settling_noted = false;
     controller_.set(drive);

@@ -46,6 +46,10 @@ public:
     /// walker.
     void check(const std::vector<acquisition::CameraStream>& cameras, const WalkerMonitor& walker,
                double now_s, acquisition::Channels& channels);
+    /// The permit of a drive beyond the edge limit is withdrawn.
+    void withdraw(const safety::Trip& trip, double now_s, acquisition::Channels& channels) {
+        found(trip.cause, trip.value, trip.limit, now_s, channels);
+    }
     /// Call it when another target or a restart of the drive was ordered.
     void settling() noexcept { loop_.settling(); }
     /// Call it before another target. Widens the expectation's tolerance, because the response at the

@@ -60,6 +60,8 @@ void WalkerMonitor::add(const acquisition::Streams& streams) {
         x_m_ = t.x_m;
         if (camera != streams.cameras.end() && camera->width > 0) {
             edge_mm_ = edge_distance_mm(t, walker->target, *camera);
+            edges_.push_back({seconds(t.time), *edge_mm_});
+            while (edges_.front().at_s <= edges_.back().at_s - 1 / frequency_) edges_.pop_front();
             ends_m_ = picture_ends_m(t, walker->target, *camera);
         }
         if (const auto period = fold_.add(seconds(t.time), t.x_m, t.sd_m)) drifts_.push_back(*period);
@@ -72,10 +74,23 @@ void WalkerMonitor::follow(const acquisition::TargetTrack& walker) {
     if (!camera_.empty()) {
         fold_ = reduction::PeriodFold{0, 1 / frequency_};
         drifts_.clear();
+        edges_.clear();
         seen_ = walker.dropped + walker.tracks.size();
         lost_ = 0;
     }
     camera_ = walker.camera;
+}
+
+std::optional<double> WalkerMonitor::mean_edge_mm() const noexcept {
+    if (edges_.empty()) return std::nullopt;
+    double sum = 0;
+    for (const Edge& e : edges_) sum += e.mm;
+    return sum / static_cast<double>(edges_.size());
+}
+
+int WalkerMonitor::inwards() const noexcept {
+    if (!x_m_ || !std::isfinite(ends_m_[0])) return 0;
+    return *x_m_ < 0.5 * (ends_m_[0] + ends_m_[1]) ? 1 : -1;
 }
 
 bool WalkerMonitor::settled_since(double from_s, double gamma) const {

@@ -31,6 +31,11 @@ public:
     /// Smaller distance of the walker's outline from the two ends of the picture along the shaker's axis, mm;
     /// empty before the walker was found.
     [[nodiscard]] std::optional<double> edge_mm() const noexcept { return edge_mm_; }
+    /// The same, mean over the last period of the drive: without the walker's oscillation.
+    [[nodiscard]] std::optional<double> mean_edge_mm() const noexcept;
+    /// Direction along x from the nearer end of the picture to the middle, +1 or -1; 0 before the walker was
+    /// found.
+    [[nodiscard]] int inwards() const noexcept;
     /// x on the walker's line at the picture's left and right end, m (upper and lower end when the shaker's
     /// axis runs along the picture's height); NaN before the walker was found.
     [[nodiscard]] std::array<double, 2> ends_m() const noexcept { return ends_m_; }
@@ -50,6 +55,10 @@ private:
     std::size_t seen_ = 0;
     double until_s_ = 0;
     std::optional<double> x_m_, edge_mm_;
+    struct Edge {
+        double at_s, mm;
+    };
+    std::deque<Edge> edges_;  // of the last period
     std::array<double, 2> ends_m_{NAN, NAN};
     int lost_ = 0;
 };

@@ -1,6 +1,7 @@
 // The bench's orders: checks, refusals and execution.
 #include <spdlog/fmt/fmt.h>
 
+#include <algorithm>
 #include <cmath>
 #include <exception>
 
@@ -93,6 +94,8 @@ void BenchService::obey(const Begin& order, acquisition::Channels& channels) {
     runner_.require_commissioned();
     runner_.require_real_time();
     sequence_.require_idle("a run", channels);
+    const auto walk = run::predict_walk(run_.drive, points_, mu_, bench_.gravity);
+    const auto permit = walk_from_the_edge(walk);
     run_.periods = order.periods;
     run_.settle = order.settle;
     record_.begin(run_, recorded_ ? record_.file_named(name_) : std::filesystem::path{}, sequence_.now_s());
@@ -103,8 +106,47 @@ void BenchService::obey(const Begin& order, acquisition::Channels& channels) {
     measured_ = logged_notes_ = 0;
     result_.reset();
     not_reduced_.clear();
+    if (walk) say_what_fits(*walk);
     // Throws after an abort in this moment; its trip then ends the recording.
-    sequence_.begin(run_.drive, order.periods, order.settle, channels);
+    sequence_.begin(run_.drive, order.periods, order.settle, channels, permit);
+}
+
+// A walker beyond the edge limit, or so near to it that its oscillation would cross it, may start if it will
+// certainly walk inwards.
+std::optional<safety::EdgePermit> BenchService::walk_from_the_edge(
+    const std::optional<run::PredictedWalk>& walk) const {
+    const run::WalkerMonitor& walker = sequence_.walker();
+    const auto edge_mm = walker.mean_edge_mm();
+    const auto travel = std::ranges::find(predicted_, "displacement", &safety::Demand::quantity);
+    const double inside_mm = limits_.edge_mm + travel->value;
+    if (!edge_mm || *edge_mm >= inside_mm) return std::nullopt;
+    const double outer_mm = safety::EdgePermit::outer_limit_mm(sequence_.edge_trip_mm().value_or(*edge_mm));
+    const bool inwards = walk && leads_towards(*walk, walker.inwards());
+    if (inwards && *edge_mm >= outer_mm) return safety::EdgePermit{*edge_mm, inside_mm, outer_mm};
+    if (*edge_mm >= limits_.edge_mm) return std::nullopt;
+    std::string reason = "move it back by hand";
+    if (!walk)
+        reason = "its walk is not known: give mu in the settings, or " + reason;
+    else if (!inwards)
+        reason = fmt::format("{} does not lead inwards by three times its error; try phi + 180 deg, or {}",
+                             text(*walk), reason);
+    throw InputError{fmt::format("the walker is {:.1f} mm from the edge of the picture (at least {} mm); {}",
+                                 *edge_mm, limits_.edge_mm, reason)};
+}
+
+// How long the walker will stay in view.
+void BenchService::say_what_fits(const run::PredictedWalk& walk) {
+    const run::WalkerMonitor& walker = sequence_.walker();
+    if (!walker.mean_edge_mm() || walk.v_D.value == 0) return;
+    const auto [first_m, last_m] = walker.ends_m();
+    const double left_mm = 1e3 * (*walker.x_m() - std::min(first_m, last_m)),
+                 right_mm = 1e3 * (std::max(first_m, last_m) - *walker.x_m());
+    // The walker's outline ends this far before its middle.
+    const double half_mm = std::min(left_mm, right_mm) - *walker.mean_edge_mm();
+    const double way_mm = (walk.v_D.value > 0 ? right_mm : left_mm) - half_mm - limits_.edge_mm;
+    const double periods = way_mm / (1e3 * std::abs(walk.v_D.value)) * run_.drive.frequency;
+    log("note",
+        fmt::format("{}: about {:.0f} periods until the edge limit", text(walk), std::max(periods, 0.0)));
 }
 
 void BenchService::obey(const Identify& /*order*/, acquisition::Channels& channels) {

@@ -15,6 +15,7 @@
 #include <vector>
 
 #include "daemon/run/runner.hpp"
+#include "daemon/run/walk_prediction.hpp"
 #include "daemon/service/bench_port.hpp"
 
 namespace shaker::service {
@@ -66,6 +67,9 @@ private:
     void obey(const CloseLoop& order, acquisition::Channels& channels);
     void obey(const LowerLimits& order, acquisition::Channels& channels);
     void obey(const Adopt& order, acquisition::Channels& channels);
+    [[nodiscard]] std::optional<safety::EdgePermit> walk_from_the_edge(
+        const std::optional<run::PredictedWalk>& walk) const;
+    void say_what_fits(const run::PredictedWalk& walk);
     void require_possible(const Drive& drive, const safety::Limits& limits) const;
     void take_limits(const safety::Limits& limits, acquisition::Channels& channels);
     void measure(const acquisition::Streams& streams);

@@ -1,0 +1,142 @@
+// The way back from a trip at the edge of the picture.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <numbers>
+#include <string>
+
+#include "tests/support/program.hpp"
+#include "tests/support/run/bench_on_call.hpp"
+
+namespace shaker::service {
+namespace {
+
+using run::RunState;
+using test::Answers;
+using test::in;
+using test::orders;
+using test::play_on_call;
+using test::quick;
+
+Drive turned_back() {
+    Drive drive;
+    drive.phi = std::numbers::pi;
+    return drive;
+}
+
+bool may_clear(const BenchState& s) { return s.may_clear; }
+
+// The walker starts near the edge. before, after: TOML before and after the tables of cameras and walker.
+std::string near_the_edge(const std::string& before = "", const std::string& after = "",
+                          const char* start_mm = "40") {
+    std::string scene = before;
+    scene += test::slow;
+    scene += "[walker]\nstart_mm = ";
+    scene += start_mm;
+    scene += "\n";
+    return scene += after;
+}
+
+// Drives the walker to the edge, clears the trip, and gives these moves.
+test::OnCallResult after_the_edge(const std::string& scene, std::vector<test::Move> moves,
+                                  calibration::Estimate mu) {
+    static Answers answers;
+    std::vector<test::Move> all{{in(RunState::idle), orders(Begin{10}, answers)},
+                                {may_clear, orders(ClearTrip{}, answers)}};
+    std::ranges::move(moves, std::back_inserter(all));
+    return play_on_call(scene, quick(), test::fresh_folder(), all, 60, mu);
+}
+
+TEST(EdgeTest, DriveInwardsLeavesTheEdge) {
+    Answers answers;
+    const auto r = after_the_edge(
+        near_the_edge(),
+        {{in(RunState::idle), orders(Begin{10}, answers)},
+         {in(RunState::idle), orders(SetDrive{turned_back()}, answers)},
+         {in(RunState::idle), orders(Begin{10}, answers)},
+         {[](const BenchState& s) { return s.state == RunState::run && s.walker->edge_m > 0.008; },
+          orders(End{}, answers)},
+         {in(RunState::idle), [](BenchPort&) {}}},
+        {0.113, 0.001});
+    ASSERT_EQ(answers.size(), 4U);
+    EXPECT_NE(answers[0].find("does not lead inwards"), std::string::npos) << answers[0];
+    EXPECT_EQ(answers[2], "");
+    EXPECT_EQ(r.last.trips, 1U) << "the one at the edge";
+    EXPECT_TRUE(std::ranges::any_of(r.events, [](const BenchEvent& e) {
+        return e.text.find("about 119 periods until the edge limit") != std::string::npos;
+    }));
+}
+
+TEST(EdgeTest, UnknownWalkIsRefused) {
+    Answers answers;
+    Drive other = turned_back();
+    other.gamma = 5;
+    after_the_edge(near_the_edge(),
+                   {{in(RunState::idle), orders(SetDrive{other}, answers)},
+                    {in(RunState::idle), orders(Begin{10}, answers)}},
+                   {NAN, NAN});
+    ASSERT_EQ(answers.size(), 2U);
+    EXPECT_NE(answers[1].find("give mu in the settings"), std::string::npos) << answers[1];
+}
+
+void expect_trip_within_half_a_millimetre(const test::OnCallResult& r) {
+    ASSERT_TRUE(r.last.trip);
+    EXPECT_EQ(r.last.trip->cause, safety::Cause::walker_edge);
+    EXPECT_EQ(r.last.trips, 2U);
+    EXPECT_GT(r.last.trip->value, r.last.trip->limit - 0.2) << "mm";
+}
+
+// The table is tilted by more than the walk can climb: the prediction is wrong.
+TEST(EdgeTest, WalkAgainstThePredictionTripsAtOnce) {
+    Answers answers;
+    const auto r = after_the_edge(near_the_edge("tilt_deg = 3\n"),
+                                  {{in(RunState::idle), orders(SetDrive{turned_back()}, answers)},
+                                   {in(RunState::idle), orders(Begin{10}, answers)},
+                                   {in(RunState::tripped), [](BenchPort&) {}}},
+                                  {0.113, 0.001});
+    EXPECT_EQ(answers, Answers(2, ""));
+    expect_trip_within_half_a_millimetre(r);
+}
+
+// The sensor is mounted the other way round than the cameras' direction says.
+TEST(EdgeTest, CameraDirectionToldWrongTripsAtOnce) {
+    Answers answers;
+    const auto r = after_the_edge(
+        near_the_edge("", "[accelerometer]\nyaw_deg = -178\n", "-40"),
+        {{in(RunState::idle), orders(Begin{10}, answers)}, {in(RunState::tripped), [](BenchPort&) {}}},
+        {0.113, 0.001});
+    EXPECT_EQ(answers, Answers(1, ""));
+    expect_trip_within_half_a_millimetre(r);
+}
+
+// The walker sticks: its friction is not that of the settings.
+TEST(EdgeTest, StandingWalkerTripsAfterTwentyPeriods) {
+    Answers answers;
+    const auto r = play_on_call(near_the_edge("", "mu_k = 2\n", "45"), quick(), test::fresh_folder(),
+                                {{in(RunState::idle), orders(SetDrive{turned_back()}, answers)},
+                                 {in(RunState::idle), orders(Begin{10}, answers)},
+                                 {in(RunState::tripped), [](BenchPort&) {}}},
+                                60, {0.113, 0.001});
+    EXPECT_EQ(answers, Answers(2, ""));
+    ASSERT_TRUE(r.last.trip);
+    EXPECT_EQ(r.last.trip->cause, safety::Cause::walker_edge);
+    const auto run = std::ranges::find_if(
+        r.events, [](const BenchEvent& e) { return e.kind == "state" && e.text == "run"; });
+    ASSERT_NE(run, r.events.end());
+    EXPECT_NEAR(static_cast<double>(r.last.trip->tick) / 48000, run->t_s + 20 / 20.0, 0.02);
+}
+
+TEST(EdgeTest, HiddenWalkerTripsOnTheWayBack) {
+    Answers answers;
+    const auto r = after_the_edge(near_the_edge("", "[[fault]]\nwhat = \"walker_hidden\"\nat_s = 8.3\n"),
+                                  {{in(RunState::idle), orders(SetDrive{turned_back()}, answers)},
+                                   {in(RunState::idle), orders(Begin{10}, answers)},
+                                   {in(RunState::tripped), [](BenchPort&) {}}},
+                                  {0.113, 0.001});
+    EXPECT_EQ(answers, Answers(2, ""));
+    ASSERT_TRUE(r.last.trip);
+    EXPECT_EQ(r.last.trip->cause, safety::Cause::tracking_lost);
+}
+
+}  // namespace
+}  // namespace shaker::service
