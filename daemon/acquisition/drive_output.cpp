@@ -74,12 +74,19 @@ void note_drive(std::int64_t first, DriveOutput& output) noexcept {
     output.drives_until = std::min(output.drives_until, first);
 }
 
+double mean_square(const std::vector<double>& volts) noexcept {
+    double sum = 0;
+    for (const double v : volts) sum += v * v;
+    return sum / static_cast<double>(volts.size());
+}
+
 // State of the output after the last block, and signs of life of the other threads.
 safety::OutputSigns signs_of(const DriveOutput& output, const Channels& channels) {
     const Synthesiser& s = output.synthesiser;
     return {.tick = s.tick().n,
             .silent = s.silent(),
             .peak_V = peak(output.volts),
+            .mean_square_V2 = mean_square(output.volts),
             .clamped = s.clamped(),
             .largest_clamped_V = s.largest_clamped(),
             .lost = output.lost,

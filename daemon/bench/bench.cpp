@@ -1,7 +1,9 @@
 #include "daemon/bench/bench.hpp"
 
+#include <cmath>
 #include <fstream>
 #include <iterator>
+#include <numbers>
 #include <utility>
 
 #include "drivers/commissioned/record.hpp"
@@ -26,15 +28,20 @@ std::function<std::complex<double>(double)> predicted_response(const simulated::
 safety::Limits limits_for(const simulated::ShakerTruth& shaker, double walker_kg, const Rig& rig,
                           SettingsTable table) {
     const simulated::ShakerSheet& s = shaker.sheet;
-    return safety::read_limits(std::move(table), {.max_force_n = s.max_force_n,
-                                                  .moving_mass_kg = shaker.moving_mass_kg,
-                                                  .load_kg = shaker.base_mass_kg + walker_kg,
-                                                  .stroke_m = 1e-3 * s.stroke_mm,
-                                                  .max_velocity_mps = s.max_velocity_mps,
-                                                  .max_acceleration_mps2 = s.max_acceleration_mps2,
-                                                  .sensor_range_mps2 = rig.accelerometer->info().range_mps2,
-                                                  .sensor_block_s = rig.accelerometer->info().block_s,
-                                                  .full_scale_V = rig.dac->info().full_scale_V});
+    // An amplifier that holds the voltage sends at most this current through the coil's resistance.
+    const double ohm = shaker.drive == simulated::DriveKind::current ? 1 : shaker.resistance_ohm;
+    return safety::read_limits(std::move(table),
+                               {.max_force_n = s.max_force_n,
+                                .moving_mass_kg = shaker.moving_mass_kg,
+                                .load_kg = shaker.base_mass_kg + walker_kg,
+                                .stroke_m = 1e-3 * s.stroke_mm,
+                                .max_velocity_mps = s.max_velocity_mps,
+                                .max_acceleration_mps2 = s.max_acceleration_mps2,
+                                .sensor_range_mps2 = rig.accelerometer->info().range_mps2,
+                                .sensor_block_s = rig.accelerometer->info().block_s,
+                                .full_scale_V = rig.dac->info().full_scale_V,
+                                .max_coil_A = s.max_force_n / shaker.force_factor_npa / std::numbers::sqrt2,
+                                .coil_A_per_V = std::abs(shaker.amplifier_gain) / ohm});
 }
 
 Bench open_simulated(const std::filesystem::path& scene, simulated::World::Pace pace) {

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 namespace shaker::safety {
 
@@ -13,6 +14,7 @@ constexpr double warn_share = 0.8;  // of the abort level
 constexpr Range positive{1e-9, 1e9};
 
 Level level(double abort) { return {warn_share * abort, abort}; }
+Level rms_of_sine(const Level& peak) { return level(peak.abort / std::numbers::sqrt2); }
 
 /// The keys of one level in a file. One unit of the file is `unit` SI units.
 struct LevelKeys {
@@ -21,8 +23,12 @@ struct LevelKeys {
     const char* abort;
     double unit;
 };
-constexpr std::array<LevelKeys, 5> level_keys{
-    {{&Limits::acceleration, "acceleration_warn_mps2", "acceleration_abort_mps2", 1},
+constexpr LevelKeys acceleration_keys{&Limits::acceleration, "acceleration_warn_mps2",
+                                      "acceleration_abort_mps2", 1};
+constexpr std::array<LevelKeys, 7> level_keys{
+    {acceleration_keys,
+     {&Limits::acceleration_rms, "acceleration_rms_warn_mps2", "acceleration_rms_abort_mps2", 1},
+     {&Limits::coil_A, "coil_warn_A", "coil_abort_A", 1},
      {&Limits::velocity, "velocity_warn_mps", "velocity_abort_mps", 1},
      {&Limits::displacement, "displacement_warn_mm", "displacement_abort_mm", 1000},
      {&Limits::drive, "drive_warn_V", "drive_abort_V", 1},
@@ -33,14 +39,16 @@ struct NumberKey {
     const char* key;
     Range allowed;
 };
-constexpr std::array<NumberKey, 8> number_keys{{{&Limits::force_n, "force_n", positive},
-                                                {&Limits::sensor_range_mps2, "sensor_range_mps2", positive},
-                                                {&Limits::edge_mm, "edge_mm", {-1e4, 1e4}},
-                                                {&Limits::soft_stop_s, "soft_stop_s", {0.02, 0.2}},
-                                                {&Limits::hard_stop_s, "hard_stop_s", {0.001, 0.02}},
-                                                {&Limits::missing_s, "missing_s", {0.001, 10}},
-                                                {&Limits::camera_missing_s, "camera_missing_s", {0.01, 1e4}},
-                                                {&Limits::watchdog_s, "watchdog_s", {0.01, 60}}}};
+constexpr std::array<NumberKey, 10> number_keys{{{&Limits::coil_A_per_V, "coil_A_per_V", {0, 1e6}},
+                                                 {&Limits::coil_time_s, "coil_time_s", {1, 1e5}},
+                                                 {&Limits::force_n, "force_n", positive},
+                                                 {&Limits::sensor_range_mps2, "sensor_range_mps2", positive},
+                                                 {&Limits::edge_mm, "edge_mm", {-1e4, 1e4}},
+                                                 {&Limits::soft_stop_s, "soft_stop_s", {0.02, 0.2}},
+                                                 {&Limits::hard_stop_s, "hard_stop_s", {0.001, 0.02}},
+                                                 {&Limits::missing_s, "missing_s", {0.001, 10}},
+                                                 {&Limits::camera_missing_s, "camera_missing_s", {0.01, 1e4}},
+                                                 {&Limits::watchdog_s, "watchdog_s", {0.01, 60}}}};
 constexpr double blocks_missing = 1.75;
 constexpr int most_frames = 100000;
 
@@ -61,6 +69,9 @@ Limits limits_of(const DataSheet& sheet, double margin) {
     const double by_force = mass > 0 ? sheet.max_force_n / mass : INFINITY;
     l.acceleration =
         level(margin * std::min({sheet.max_acceleration_mps2, by_force, sheet.sensor_range_mps2}));
+    l.acceleration_rms = rms_of_sine(l.acceleration);
+    l.coil_A = level(margin * sheet.max_coil_A);
+    l.coil_A_per_V = sheet.coil_A_per_V;
     l.velocity = level(margin * sheet.max_velocity_mps);
     l.displacement = level(margin * sheet.stroke_m / 2);
     l.drive = {warn_share * sheet.full_scale_V, sheet.full_scale_V};
@@ -72,6 +83,8 @@ Limits limits_of(const DataSheet& sheet, double margin) {
 
 Limits read_limits(SettingsTable table, const DataSheet& sheet) {
     Limits l = limits_of(sheet, table.number("margin", {0.1, 1}, 0.8));
+    read_level(table, acceleration_keys, l.acceleration);
+    l.acceleration_rms = rms_of_sine(l.acceleration);
     for (const LevelKeys& keys : level_keys) read_level(table, keys, l.*keys.level);
     for (const NumberKey& k : number_keys) l.*k.value = table.number(k.key, k.allowed, l.*k.value);
     l.tracking_lost_frames = table.integer("tracking_lost_frames", 1, most_frames, l.tracking_lost_frames);

@@ -22,11 +22,15 @@ using Detectors = std::bitset<causes>;
 inline constexpr Detectors all_detectors{(1ULL << causes) - 1};
 
 struct Limits {
-    Level acceleration{};                                      // peak, m/s^2
-    Level velocity{};                                          // peak, m/s
-    Level displacement{};                                      // peak from the middle, m
-    Level drive{};                                             // peak, V at the DAC
-    Level transverse{0.25, 0.5};                               // share of the peak along the axis
+    Level acceleration{};         // peak, m/s^2
+    Level acceleration_rms{};     // over two periods, m/s^2
+    Level velocity{};             // peak, m/s
+    Level displacement{};         // peak from the middle, m
+    Level drive{};                // peak, V at the DAC
+    Level transverse{0.25, 0.5};  // share of the peak along the axis
+    Level coil_A{};               // A rms: heat of the coil as the steady current that gives the same heat
+    double coil_A_per_V = 0;      // A in the coil per V at the DAC; 0: unknown, the heat is not checked
+    double coil_time_s = 120;     // s, thermal time constant of the coil
     double force_n = std::numeric_limits<double>::infinity();  // N, peak; compared with predictions only
     double sensor_range_mps2 =
         std::numeric_limits<double>::infinity();  // m/s^2; a sample at or beyond it is saturated
@@ -59,15 +63,20 @@ struct DataSheet {
     double sensor_range_mps2 = std::numeric_limits<double>::infinity();
     double sensor_block_s = 0;                                      // s, sampling time per delivered block
     double full_scale_V = std::numeric_limits<double>::infinity();  // of the DAC
+    double max_coil_A = std::numeric_limits<double>::infinity();    // rms, continuous
+    double coil_A_per_V = 0;                                        // A in the coil per V at the DAC
 };
 
 /// Limits from the data sheets. Abort levels: `margin` (0..1) times the data sheet; warnings: 80 % of the
-/// abort levels. Acceleration: the least of shaker, force / moved mass, and sensor. Drive: the full scale
+/// abort levels. Acceleration: the least of shaker, force / moved mass, and sensor; rms: of a
+/// sine of that peak. Drive: the full scale
 /// of the DAC. missing_s: 20 ms or 1.75 blocks of the accelerometer, whichever is longer.
 Limits limits_of(const DataSheet& sheet, double margin = 0.8);
 
 /// Reads a table [limits]. Keys, all optional: margin (0.1..1, of the data sheet, for levels that are not
-/// given), acceleration_warn_mps2, acceleration_abort_mps2, velocity_warn_mps, velocity_abort_mps,
+/// given), acceleration_warn_mps2, acceleration_abort_mps2, acceleration_rms_warn_mps2,
+/// acceleration_rms_abort_mps2 (default: of a sine of the abort level), coil_warn_A, coil_abort_A,
+/// coil_A_per_V, coil_time_s, velocity_warn_mps, velocity_abort_mps,
 /// displacement_warn_mm, displacement_abort_mm (peak), drive_warn_V, drive_abort_V, transverse_warn,
 /// transverse_abort (ratios), force_n, sensor_range_mps2, edge_mm, tracking_lost_frames, soft_stop_s
 /// (0.02..0.2), hard_stop_s (0.001..0.02), missing_s, camera_missing_s, watchdog_s. Default of a warning

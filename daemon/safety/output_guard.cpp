@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "drivers/data.hpp"
 #include "drivers/ticks.hpp"
@@ -58,12 +59,23 @@ std::optional<Trip> OutputGuard::find(const OutputSigns& s, Warnings& warnings) 
         if (const auto t =
                 trip(Cause::underrun, StopKind::hard, static_cast<double>(s.lost), 0, s.tick, warnings))
             return t;
+    if (const auto t = find_heat(s, warnings)) return t;
     if (has_accelerometer_)
         if (const auto t = find_silence(s, warnings)) return t;
     const double still_s = duration_s(s.tick - gathered_at_, rate_hz_);
     if (still_s > limits_.watchdog_s)
         return trip(Cause::watchdog, StopKind::soft, still_s, limits_.watchdog_s, s.tick, warnings);
     return std::nullopt;
+}
+
+std::optional<Trip> OutputGuard::find_heat(const OutputSigns& s, Warnings& warnings) noexcept {
+    const double block_s = duration_s(s.tick - std::exchange(heated_to_, s.tick), rate_hz_);
+    const double square_A2 = limits_.coil_A_per_V * limits_.coil_A_per_V * s.mean_square_V2;
+    heat_A2_ -= std::expm1(-block_s / limits_.coil_time_s) * (square_A2 - heat_A2_);
+    const double heat_A = std::sqrt(heat_A2_);
+    if (heat_A > limits_.coil_A.warn) warnings.count(Cause::coil_heat);
+    if (!(heat_A > limits_.coil_A.abort)) return std::nullopt;
+    return trip(Cause::coil_heat, StopKind::soft, heat_A, limits_.coil_A.abort, s.tick, warnings);
 }
 
 std::optional<Trip> OutputGuard::find_silence(const OutputSigns& s, Warnings& warnings) noexcept {

@@ -15,6 +15,7 @@ struct OutputSigns {
     std::int64_t tick = 0;         // next sample to be played
     bool silent = true;            // no drive
     double peak_V = 0;             // V, of the block
+    double mean_square_V2 = 0;     // V^2, of the block
     std::uint64_t clamped = 0;     // samples cut at the limit since the start
     double largest_clamped_V = 0;  // V, largest requested |volts| of those
     std::int64_t lost = 0;         // samples, duration of underruns
@@ -32,7 +33,9 @@ public:
     /// Call before each block. A trip is reported once until rearm(). drive: a block above the abort level,
     /// or samples cut at it. sensor_missing: no accelerometer sample was checked for missing_s or 1.25
     /// blocks, whichever is longer, once the first has arrived or the drive is on; samples whose place in
-    /// time is not known count for at most held_back_s. watchdog: checked while the drive is on.
+    /// time is not known count for at most held_back_s. coil_heat: with the current i = coil_A_per_V volts,
+    /// the heat h follows coil_time_s dh/dt = i^2 - h from 0; its root exceeds the limit. watchdog: checked
+    /// while the drive is on.
     std::optional<Trip> check(const OutputSigns& signs, Warnings& warnings) noexcept;
     void rearm() noexcept { reported_.reset(); }
     /// Replaces the limits from now on.
@@ -51,6 +54,7 @@ public:
 
 private:
     std::optional<Trip> find(const OutputSigns& signs, Warnings& warnings) noexcept;
+    std::optional<Trip> find_heat(const OutputSigns& signs, Warnings& warnings) noexcept;
     std::optional<Trip> find_silence(const OutputSigns& signs, Warnings& warnings) noexcept;
     std::optional<Trip> trip(Cause cause, StopKind kind, double value, double limit, std::int64_t tick,
                              Warnings& warnings) noexcept;
@@ -61,6 +65,8 @@ private:
     bool has_accelerometer_;
     double least_patience_s_ = 0;  // 1.25 blocks of the accelerometer
     Detectors reported_;           // causes reported since rearm()
+    double heat_A2_ = 0;           // of the coil
+    std::int64_t heated_to_ = 0;   // tick
     std::uint64_t clamped_ = 0, heard_ = 0, judged_ = 0;
     std::int64_t gathered_ = 0;
     std::int64_t heard_at_ = 0, judged_at_ = 0, gathered_at_ = 0;  // ticks of the last progress

@@ -233,7 +233,11 @@ void SampleGuard::integrate(const Vector& a) noexcept {
 }
 
 void SampleGuard::watch_motion(const Vector& a, const Findings& out) noexcept {
-    watch_level(Cause::acceleration, size_along(a), limits_.acceleration, StopKind::hard, out);
+    const double size = size_along(a);
+    watch_level(Cause::acceleration, size, limits_.acceleration, StopKind::hard, out);
+    mean_square_ += (1 - leak_) * (size * size - mean_square_);
+    watch_level(Cause::acceleration_rms, std::sqrt(mean_square_), limits_.acceleration_rms, StopKind::hard,
+                out);
     if (seen_ < integrals_from_) return;
     watch_level(Cause::velocity, size_along(velocity_), limits_.velocity, StopKind::hard, out);
     watch_level(Cause::displacement, size_along(displacement_), limits_.displacement, StopKind::hard, out);

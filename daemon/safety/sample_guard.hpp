@@ -15,10 +15,10 @@
 
 namespace shaker::safety {
 
-/// Checks until the first trip: acceleration along the shaker's axis; velocity and displacement (leaky
-/// integrals with a time constant of two periods: 0.7 % low at the drive's frequency, settled to 1 % ten
-/// periods after a step of the sensor's offset); motion across the axis; change of gravity across the
-/// axis; samples at the end of the range; equal samples; gaps; residual to the prediction.
+/// Checks until the first trip: acceleration along the shaker's axis, and its rms over two periods; velocity
+/// and displacement (leaky integrals with a time constant of two periods: 0.7 % low at the drive's frequency,
+/// settled to 1 % ten periods after a step of the sensor's offset); motion across the axis; change of gravity
+/// across the axis; samples at the end of the range; equal samples; gaps; residual to the prediction.
 ///
 /// Mean (gravity and offset): low-pass of the signal, time constant 4 s, subtracted before all checks of
 /// motion. While the axis is unknown, the length of the vector replaces the component along it.
@@ -96,6 +96,7 @@ private:
     std::int64_t next_ = 0;     // expected tick of the next sample
     std::int64_t seen_ = 0;     // number of samples
     Vector mean_{}, last_{}, velocity_{}, displacement_{};
+    double mean_square_ = 0;           // of the acceleration along the axis, m^2/s^4
     double leak_ = 0;                  // factor of the integrals per sample
     double frequency_ = 0;             // Hz, for which leak_ and the windows are set
     std::int64_t integrals_from_ = 0;  // `seen_` at which they are settled

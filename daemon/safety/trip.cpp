@@ -67,6 +67,10 @@ constexpr std::array<Words, causes> words{{
      "check the sample rates of the devices"},
     {"recorder", "s", 1, "s", "nothing could be recorded for {0} (limit {1})",
      "check the disk: free space, speed, health"},
+    {"acceleration_rms", "m/s^2", 1, "m/s^2", "acceleration of the base {0} rms exceeds the limit of {1}",
+     "check for clipping, a loose fixture or a changed amplifier gain"},
+    {"coil_heat", "A", 1, "A", "the coil is as hot as after a long drive with {0} rms (limit {1})",
+     "let the shaker cool, then lower gamma or drive for a shorter time"},
     {"operator_stop", "", 1, "", "stopped by the operator", ""},
 }};
 

@@ -35,9 +35,11 @@ enum class Cause : std::uint8_t {
     watchdog,           // s, duration without progress of the control
     clock,              // ppm, change of rate between two clocks
     recorder,           // s, duration for which nothing could be recorded
+    acceleration_rms,   // m/s^2, along the shaker's axis, over two periods
+    coil_heat,          // A, rms current of the coil, over its thermal time constant
     operator_stop,      // requested by the operator
 };
-inline constexpr std::size_t causes = 24;
+inline constexpr std::size_t causes = 26;
 
 /// Soft: the measurement is no longer valid (ramp of Limits::soft_stop_s). Hard: the motion itself is
 /// wrong (ramp of Limits::hard_stop_s).

@@ -208,6 +208,8 @@ void BenchService::obey(const LowerLimits& order, acquisition::Channels& channel
         require_lower(what, a.abort, b.abort);
     };
     level("acceleration", now.acceleration, wanted.acceleration);
+    level("rms acceleration", now.acceleration_rms, wanted.acceleration_rms);
+    level("coil", now.coil_A, wanted.coil_A);
     level("velocity", now.velocity, wanted.velocity);
     level("displacement", now.displacement, wanted.displacement);
     level("drive", now.drive, wanted.drive);

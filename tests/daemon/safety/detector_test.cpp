@@ -47,6 +47,12 @@ const std::map<Cause, Scenario>& scenarios() {
         std::map<Cause, Scenario> s;
         // The base goes to 8.7 m/s^2, 0.05 m/s, 0.34 mm at 0.2 V.
         s[Cause::acceleration] = running([](Limits& l) { l.acceleration.abort = 6; });
+        s[Cause::acceleration_rms] = running([](Limits& l) { l.acceleration_rms.abort = 4; });
+        s[Cause::coil_heat] = running([](Limits& l) {
+            l.coil_A.abort = 0.05;
+            l.coil_A_per_V = 1;
+            l.coil_time_s = 1;
+        });
         s[Cause::velocity] = running([](Limits& l) { l.velocity.abort = 0.03; });
         s[Cause::displacement] = running([](Limits& l) { l.displacement.abort = 0.2e-3; });
         s[Cause::drive] = running([](Limits& l) { l.drive.abort = 0.1; });

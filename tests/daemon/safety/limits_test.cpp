@@ -17,7 +17,9 @@ const DataSheet sheet{.max_force_n = 45,
                       .max_velocity_mps = 1.65,
                       .max_acceleration_mps2 = 736,
                       .sensor_range_mps2 = 78.5,
-                      .full_scale_V = 1};
+                      .full_scale_V = 1,
+                      .max_coil_A = 4.7,
+                      .coil_A_per_V = 5};
 
 Limits parsed(const std::string& toml) {
     SettingsTable root = SettingsTable::from_text(toml, "bench.toml");
@@ -39,6 +41,9 @@ TEST(LimitsTest, DefaultsAreEightyPercentOfTheDataSheet) {
     const Limits l = limits_of(sheet);
     EXPECT_NEAR(l.acceleration.abort, 0.8 * 78.5, 1e-12)
         << "the sensor is the least, 45 N / 0.557 kg is 80.8";
+    EXPECT_NEAR(l.acceleration_rms.abort, 0.8 * 78.5 / std::sqrt(2), 1e-12) << "of a sine";
+    EXPECT_NEAR(l.coil_A.abort, 3.76, 1e-12);
+    EXPECT_EQ(l.coil_A_per_V, 5);
     EXPECT_NEAR(l.velocity.abort, 1.32, 1e-12);
     EXPECT_NEAR(l.displacement.abort, 3.2e-3, 1e-15);
     EXPECT_NEAR(l.displacement.warn, 2.56e-3, 1e-15);
@@ -64,9 +69,19 @@ TEST(LimitsTest, TableSetsItsKeysAndMarginTheRest) {
     EXPECT_EQ(parsed(""), limits_of(sheet));
 }
 
+TEST(LimitsTest, RmsFollowsThePeakThatIsGiven) {
+    EXPECT_NEAR(parsed("[limits]\nacceleration_abort_mps2 = 20\n").acceleration_rms.abort, 20 / std::sqrt(2),
+                1e-12);
+    EXPECT_EQ(parsed("[limits]\nacceleration_abort_mps2 = 20\nacceleration_rms_abort_mps2 = 5\n")
+                  .acceleration_rms.abort,
+              5);
+}
+
 TEST(LimitsTest, TextReadsBackAsTheSameLimits) {
-    for (const char* toml : {"", "[limits]\nmargin = 0.37\nedge_mm = 3.3\nmissing_s = 0.0123\n",
-                             "[limits]\ntransverse_abort = 0.123456789012345\nwatchdog_s = 2\n"}) {
+    for (const char* toml :
+         {"", "[limits]\nmargin = 0.37\nedge_mm = 3.3\nmissing_s = 0.0123\n",
+          "[limits]\ntransverse_abort = 0.123456789012345\nwatchdog_s = 2\n",
+          "[limits]\nacceleration_abort_mps2 = 20\ncoil_abort_A = 3\ncoil_time_s = 30\n"}) {
         const Limits l = parsed(toml);
         const Limits again = parsed(limits_text(l));
         EXPECT_EQ(limits_text(again), limits_text(l));

@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+
 #include "tests/support/no_alloc.hpp"
 
 namespace shaker::safety {
@@ -176,6 +178,69 @@ TEST(OutputGuardTest, DoesNotAllocate) {
     life.trips_within(1);
     life.sensor = false;
     life.trips_within(1);
+}
+
+Limits with_coil() {
+    Limits l = limits();
+    l.coil_A = {1.6, 2};
+    l.coil_A_per_V = 5;
+    l.coil_time_s = 120;
+    return l;
+}
+
+// Twice the limit's current reaches the limit's heat after 120 s ln(4/3).
+TEST(OutputGuardTest, CoilHeatTripsAfterHalfAMinute) {
+    Life life{with_coil()};
+    life.signs.mean_square_V2 = 0.8 * 0.8;
+    const auto after = life.trips_within(600);
+    ASSERT_TRUE(after);
+    EXPECT_NEAR(*after, 120 * std::log(4.0 / 3), 0.02);
+    EXPECT_EQ(life.trip->cause, Cause::coil_heat);
+    EXPECT_EQ(life.trip->stop, StopKind::soft);
+    EXPECT_NEAR(life.trip->value, 2, 1e-3);
+    EXPECT_GT(life.warnings[Cause::coil_heat], 0U) << "at 80 %";
+}
+
+TEST(OutputGuardTest, CoilMayCarryItsCurrentForHours) {
+    Life life{with_coil()};
+    life.signs.mean_square_V2 = 0.399 * 0.399;
+    EXPECT_FALSE(life.trips_within(7200)) << text(*life.trip);
+}
+
+TEST(OutputGuardTest, CoilCoolsBetweenDrives) {
+    Life life{with_coil()};
+    for (int drive = 0; drive < 20; ++drive) {  // 20 s at twice the current, then four minutes of rest
+        life.signs.mean_square_V2 = 0.8 * 0.8;
+        EXPECT_FALSE(life.trips_within(20)) << drive;
+        life.signs.mean_square_V2 = 0;
+        EXPECT_FALSE(life.trips_within(240)) << drive;
+    }
+    life.signs.mean_square_V2 = 0.8 * 0.8;
+    EXPECT_FALSE(life.trips_within(20));
+    EXPECT_TRUE(life.trips_within(20)) << "without the rest";
+}
+
+// A clear does not cool the coil.
+TEST(OutputGuardTest, HotCoilTripsSoonAfterAClear) {
+    Life life{with_coil()};
+    life.signs.mean_square_V2 = 0.8 * 0.8;
+    ASSERT_TRUE(life.trips_within(600));
+    life.signs.mean_square_V2 = 0;
+    EXPECT_FALSE(life.trips_within(1));
+    life.guard.rearm();
+    EXPECT_FALSE(life.trips_within(1));
+    life.signs.mean_square_V2 = 0.8 * 0.8;
+    const auto again = life.trips_within(600);
+    ASSERT_TRUE(again);
+    EXPECT_LT(*again, 2);
+}
+
+TEST(OutputGuardTest, UnknownCoilIsNotChecked) {
+    Limits l = with_coil();
+    l.coil_A_per_V = 0;
+    Life life{l};
+    life.signs.mean_square_V2 = 1;
+    EXPECT_FALSE(life.trips_within(600));
 }
 
 }  // namespace

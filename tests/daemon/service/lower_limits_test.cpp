@@ -54,7 +54,15 @@ TEST_P(LowerLimitsTest, LimitBelowPresentValueTripsInTime) {
 constexpr double half_period = 0.025 + 0.02;
 
 INSTANTIATE_TEST_SUITE_P(EveryKey, LowerLimitsTest,
-                         testing::Values(Lowered{"acceleration", Cause::acceleration, half_period,
+                         testing::Values(Lowered{"acceleration_rms", Cause::acceleration_rms, half_period,
+                                                 [](Limits& l) {
+                                                     l.acceleration_rms = {1, 2};
+                                                 }},
+                                         Lowered{"coil", Cause::coil_heat, half_period,
+                                                 [](Limits& l) {
+                                                     l.coil_A = {0.001, 0.002};
+                                                 }},
+                                         Lowered{"acceleration", Cause::acceleration, half_period,
                                                  [](Limits& l) {
                                                      l.acceleration = {1, 2};
                                                  }},
