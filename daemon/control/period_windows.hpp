@@ -31,6 +31,7 @@ public:
     std::vector<Window> add(const AccelBlock& block, const calibration::Timebase& timebase);
     /// Master time of the end of the last block, s; 0 until the clocks are known.
     [[nodiscard]] double until_s() const noexcept { return until_s_; }
+    [[nodiscard]] const AccelerometerInfo& accelerometer() const noexcept { return accelerometer_; }
     [[nodiscard]] const DriveHistory& history() const noexcept { return history_; }
     /// Along the shaker's axis as the newest window found it, without its constant part; 0 before the first.
     [[nodiscard]] double along(const std::array<double, 3>& a) const noexcept {

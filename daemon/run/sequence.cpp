@@ -50,6 +50,9 @@ void Sequence::take_trips(const acquisition::Streams& streams, acquisition::Chan
         const auto* running = std::get_if<Run>(&state_);
         stops_.push_back({state(), running != nullptr && running->measuring});
         note(fmt::format("stopped in state {}: {}", name(state()), text(trip)));
+        const auto* check = std::get_if<Check>(&state_);
+        if (check != nullptr && !check->over && trip.cause == safety::Cause::sensor_open)
+            note("loop check: noise: the sensor shows no motion; its lead or the amplifier may be off");
         newest_trip_ = trip.number;
         auto* before = std::get_if<Tripped>(&state_);
         if (before != nullptr && before->phase != Tripped::Phase::clearing) continue;
@@ -77,8 +80,7 @@ void Sequence::check_walker(acquisition::Channels& channels) {
     const double periods = run != nullptr ? (now_s_ - run->from_s) * frequency_ : 0;
     std::optional<safety::EdgePermit::Place> seen;
     if (place) seen = {*walker_.edge_mm(), *place};
-    if (const auto trip = permit_->judge(seen, walker_.lost(), periods))
-        guard_.withdraw(*trip, now_s_, channels);
+    if (const auto trip = permit_->judge(seen, walker_.lost(), periods)) guard_.stop(*trip, now_s_, channels);
     if (permit_->over()) note("the walker is inside the edge limit again");
 }
 
@@ -119,8 +121,9 @@ void Sequence::start_again(std::int64_t lost, acquisition::Channels& channels) {
         return stop(channels, {.cause = safety::Cause::underrun,
                                .value = static_cast<double>(lost),
                                .limit = static_cast<double>(plan_.most_restarts)});
-    if (state() == RunState::run) go(Ramp{}, channels);
-    go_for_target(plan_.soft_start, channels);
+    if (state() == RunState::identify) return go_for_target(plan_.soft_start, channels);
+    const auto* check = std::get_if<Check>(&state_);
+    check_loop(check == nullptr || check->resumes, channels);
 }
 
 void Sequence::take_accelerations(const acquisition::Streams& streams, acquisition::Channels& channels) {
@@ -142,6 +145,7 @@ void Sequence::window_done(const control::PeriodWindows::Window& window,
         controller_.quiet(window.estimate);
         guard_.check_at_rest(window, channels);
     }
+    if (auto* check = std::get_if<Check>(&state_)) return take_check(*check, window, channels);
     if (now != RunState::identify && now != RunState::run) return;
     // False while a newer command is still on its way to the output.
     const bool newest = window.sequence >= drive_.newest();
@@ -196,7 +200,7 @@ void Sequence::arm(acquisition::Channels& channels) {
         say_("identification: measuring the response of the base to the drive");
         command(controller_.volts(), plan_.soft_start, true, channels);
     } else {
-        start(channels);
+        check_loop(false, channels);
     }
 }
 

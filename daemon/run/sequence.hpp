@@ -49,8 +49,8 @@ public:
     /// InputError, which names `what`, unless a drive may start now: in idle, with no stop under way.
     void require_idle(const char* what, const acquisition::Channels& channels) const;
     /// On call and in idle: drives towards `drive` and measures `periods` periods repeatedly. An unknown
-    /// response is identified first. settle: as in RunPlan. permit: for a walker beyond the edge limit.
-    /// InputError in any other state.
+    /// response is identified first, a known one is checked at a low level. settle: as in RunPlan. permit:
+    /// for a walker beyond the edge limit. InputError in any other state.
     void begin(const Drive& drive, int periods, int settle, acquisition::Channels& channels,
                const std::optional<safety::EdgePermit>& permit = {});
     /// On call and in idle: whether measured harmonics correct the drive from the next begin() on. InputError
@@ -139,6 +139,9 @@ private:
                      acquisition::Channels& channels);
     void identified(acquisition::Channels& channels);
     void report(const control::PeriodWindows::Window& window);
+    void check_loop(bool resumes, acquisition::Channels& channels);
+    void take_check(Check& check, const control::PeriodWindows::Window& window,
+                    acquisition::Channels& channels);
     void start(acquisition::Channels& channels);
     void go_for_target(int ramp_periods, acquisition::Channels& channels);
     void begin_measuring(bool late);
@@ -155,6 +158,7 @@ private:
     void advance(Idle& /*idle*/, acquisition::Channels& /*channels*/) {}
     void advance(Armed& /*armed*/, acquisition::Channels& /*channels*/) {}
     void advance(Identify& /*identify*/, acquisition::Channels& /*channels*/) {}
+    void advance(Check& check, acquisition::Channels& channels);
     void advance(Ramp& ramp, acquisition::Channels& channels);
     void advance(Run& run, acquisition::Channels& channels);
     void advance(RampDown& down, acquisition::Channels& channels);

@@ -54,7 +54,7 @@ void Sequence::identify(const Drive& drive, acquisition::Channels& channels) {
 
 void Sequence::end(acquisition::Channels& channels) {
     const RunState now = state();
-    if (now != RunState::identify && now != RunState::ramp && now != RunState::run)
+    if (!driving(now) || now == RunState::ramp_down)
         throw InputError{fmt::format("no drive to stop in state {}", name(now))};
     come_down(channels);
 }
@@ -65,7 +65,7 @@ void Sequence::leave(acquisition::Channels& channels) {
     const RunState now = state();
     const auto* run = std::get_if<Run>(&state_);
     if (run != nullptr && run->measuring) interrupted_part_ = {part_.from_s, std::min(part_.to_s, now_s_)};
-    if (now == RunState::identify || now == RunState::ramp || now == RunState::run) come_down(channels);
+    if (driving(now) && now != RunState::ramp_down) come_down(channels);
 }
 
 void Sequence::set(const Drive& drive, acquisition::Channels& channels) {

@@ -12,6 +12,9 @@ namespace shaker::run {
 namespace {
 constexpr double accelerometer_patience_s = 8;  // longer than the time-out of its driver
 constexpr double camera_patience_s = 2;
+constexpr int check_ramp = 2;         // periods to the level of the loop check
+constexpr double check_periods = 60;  // longest loop check: this and check_patience_s
+constexpr double check_patience_s = 2;
 }  // namespace
 
 void Sequence::go(const State& next, acquisition::Channels& channels) {
@@ -44,6 +47,45 @@ void Sequence::advance(Quiet& /*quiet*/, acquisition::Channels& channels) {
     if (now_s_ < plan_.quiet_s) return;
     go(Idle{}, channels);
     if (!plan_.on_call) arm(channels);
+}
+
+// A drive from rest begins with this check. resumes: after the DAC ran empty.
+void Sequence::check_loop(bool resumes, acquisition::Channels& channels) {
+    const control::DriveController& c = controller_;
+    const auto& axis = windows_.accelerometer().shaker_axis;
+    const bool axis_known = std::ranges::any_of(axis, [](double u) { return u != 0; });
+    const safety::LoopCheck loop{{.target = harmonics(c.drive()),
+                                  .response = c.response_at(c.drive().frequency),
+                                  .identified = c.identified() ? &*c.identified() : nullptr,
+                                  .noise = c.noise(),
+                                  .direction_known = axis_known || c.identified()}};
+    go(Check{.loop = loop, .resumes = resumes}, channels);
+    say_("loop check: ten periods at a low level");
+    guard_.loop_check(true, channels);
+    command(loop.volts(), check_ramp, true, channels);
+}
+
+void Sequence::take_check(Check& check, const control::PeriodWindows::Window& window,
+                          acquisition::Channels& channels) {
+    const bool settled =
+        window.motion.steady && window.sequence >= drive_.newest() && window.from_s >= drive_.steady_from_s();
+    if (check.over || !settled || !check.loop.take(window.estimate.along, window.estimate.periods)) return;
+    check.over = true;
+    const auto trip = check.loop.trip();
+    if (trip && guard_.stop(*trip, now_s_, channels)) return note(check.loop.finding());
+    say_(check.loop.finding());
+    guard_.loop_check(false, channels);
+    if (!check.resumes) return start(channels);
+    go(Ramp{}, channels);
+    go_for_target(plan_.soft_start, channels);
+}
+
+void Sequence::advance(Check& check, acquisition::Channels& channels) {
+    const double silent_s = now_s_ - since_s_, patience_s = check_patience_s + check_periods / frequency_;
+    if (check.over || silent_s < patience_s) return;
+    check.over = true;
+    note("loop check: no complete windows of the accelerometer");
+    stop(channels, {.cause = safety::Cause::sensor_missing, .value = silent_s, .limit = patience_s});
 }
 
 void Sequence::advance(Ramp& /*ramp*/, acquisition::Channels& channels) {

@@ -7,25 +7,27 @@
 namespace shaker::run {
 
 const char* name(RunState state) noexcept {
-    constexpr std::array names{"init", "self_test", "idle",      "armed",  "identify",
-                               "ramp", "run",       "ramp_down", "tripped"};
+    constexpr std::array names{"init",       "self_test", "idle", "armed",     "identify",
+                               "loop_check", "ramp",      "run",  "ramp_down", "tripped"};
     return names[static_cast<std::size_t>(state)];
 }
 
 bool may_follow(RunState from, RunState to) noexcept {
     using enum RunState;
     constexpr std::array ways{
-        std::pair{init, self_test}, std::pair{self_test, idle},     std::pair{idle, armed},
-        std::pair{armed, idle},     std::pair{armed, identify},     std::pair{armed, ramp},
-        std::pair{identify, ramp},  std::pair{identify, ramp_down}, std::pair{ramp, run},
-        std::pair{ramp, ramp_down}, std::pair{run, ramp},           std::pair{run, ramp_down},
-        std::pair{ramp_down, idle}, std::pair{tripped, idle}};
+        std::pair{init, self_test},   std::pair{self_test, idle},     std::pair{idle, armed},
+        std::pair{armed, idle},       std::pair{armed, identify},     std::pair{armed, ramp},
+        std::pair{identify, ramp},    std::pair{identify, ramp_down}, std::pair{ramp, run},
+        std::pair{ramp, ramp_down},   std::pair{run, ramp},           std::pair{run, ramp_down},
+        std::pair{armed, loop_check}, std::pair{loop_check, ramp},    std::pair{loop_check, ramp_down},
+        std::pair{ramp, loop_check},  std::pair{run, loop_check},     std::pair{ramp_down, idle},
+        std::pair{tripped, idle}};
     return (to == tripped && from != tripped) || std::ranges::find(ways, std::pair{from, to}) != ways.end();
 }
 
 bool driving(RunState state) noexcept {
     using enum RunState;
-    return state == identify || state == ramp || state == run || state == ramp_down;
+    return state == identify || state == loop_check || state == ramp || state == run || state == ramp_down;
 }
 
 }  // namespace shaker::run

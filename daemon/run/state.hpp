@@ -4,13 +4,14 @@
 namespace shaker::run {
 
 enum class RunState {
-    init,       // devices deliver, clocks are not known yet
-    self_test,  // silent: noise, clocks and gravity are measured
-    idle,       // silent, ready
-    armed,      // a drive within the limits was requested
-    identify,   // the response is measured at a low level
-    ramp,       // the drive rises to its target
-    run,        // the drive is kept at its target
+    init,        // devices deliver, clocks are not known yet
+    self_test,   // silent: noise, clocks and gravity are measured
+    idle,        // silent, ready
+    armed,       // a drive within the limits was requested
+    identify,    // the response is measured at a low level
+    loop_check,  // a known response is checked at a low level
+    ramp,        // the drive rises to its target
+    run,         // the drive is kept at its target
     ramp_down,
     tripped,  // a limit was violated: silent until an operator clears it
 };
@@ -19,7 +20,7 @@ enum class RunState {
 const char* name(RunState state) noexcept;
 /// Whether a run in `from` may go to `to`. Any state may trip, and from there only idle follows.
 bool may_follow(RunState from, RunState to) noexcept;
-/// True when the shaker is driven: identify, ramp, run, ramp_down.
+/// True when the shaker is driven: identify, loop_check, ramp, run, ramp_down.
 bool driving(RunState state) noexcept;
 
 }  // namespace shaker::run

@@ -4,6 +4,7 @@
 #include <variant>
 
 #include "daemon/run/state.hpp"
+#include "daemon/safety/loop_check.hpp"
 
 namespace shaker::run {
 
@@ -14,6 +15,11 @@ struct Idle {
 };
 struct Armed {};
 struct Identify {};
+struct Check {
+    safety::LoopCheck loop;
+    bool over = false;     // all windows are taken
+    bool resumes = false;  // the DAC ran empty; the equaliser goes on where it was
+};
 struct Ramp {};
 /// The drive is kept at its target: it settles, then measurements follow.
 struct Run {
@@ -32,7 +38,7 @@ struct Tripped {
     Phase phase = Phase::latched;
 };
 
-using State = std::variant<Init, Quiet, Idle, Armed, Identify, Ramp, Run, RampDown, Tripped>;
+using State = std::variant<Init, Quiet, Idle, Armed, Identify, Check, Ramp, Run, RampDown, Tripped>;
 
 /// The published name of a state.
 inline RunState named(const State& state) noexcept { return static_cast<RunState>(state.index()); }

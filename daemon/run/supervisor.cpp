@@ -10,6 +10,7 @@ namespace {
 constexpr double strong = 0.1;
 // Relative tolerance of the expectation while the response is the data sheet's or another target's.
 constexpr double loose = 0.6;
+constexpr double anything = 1e6;       // during a loop check
 constexpr double tight = 0.3;          // relative tolerance for a measured response
 constexpr double near = 0.1;           // loop error, share of the target, below which the target is reached
 constexpr double clear_of_noise = 30;  // motion / standard deviation of the noise
@@ -108,17 +109,25 @@ void Supervisor::expect_another(acquisition::Channels& channels) {
     channels.expectation.post(*posted_);
 }
 
+void Supervisor::loop_check(bool begins, acquisition::Channels& channels) {
+    if (!posted_) return;
+    safety::Expectation e = *posted_;
+    if (begins) e.tolerance = anything;
+    channels.expectation.post(e);
+}
+
 void Supervisor::check(const control::IdentifiedResponse& response, bool ended, double now_s,
                        acquisition::Channels& channels) {
     const bool axis_known = std::ranges::any_of(accelerometer_.shaker_axis, [](double u) { return u != 0; });
     if (const auto trip = loop_.check(response, axis_known, ended, tick_at(now_s))) order(*trip, channels);
 }
 
-void Supervisor::found(safety::Cause cause, double value, double limit, double now_s,
+bool Supervisor::found(safety::Cause cause, double value, double limit, double now_s,
                        acquisition::Channels& channels) {
-    if (!limits_.detectors[static_cast<std::size_t>(cause)]) return;
+    if (!limits_.detectors[static_cast<std::size_t>(cause)]) return false;
     order({.cause = cause, .on_dac_clock = true, .value = value, .limit = limit, .tick = tick_at(now_s)},
           channels);
+    return true;
 }
 
 void Supervisor::check(const WalkerMonitor& walker, double now_s, acquisition::Channels& channels) {

@@ -46,15 +46,18 @@ public:
     /// walker.
     void check(const std::vector<acquisition::CameraStream>& cameras, const WalkerMonitor& walker,
                double now_s, acquisition::Channels& channels);
-    /// The permit of a drive beyond the edge limit is withdrawn.
-    void withdraw(const safety::Trip& trip, double now_s, acquisition::Channels& channels) {
-        found(trip.cause, trip.value, trip.limit, now_s, channels);
+    /// Orders this stop; false when the detector of its cause is off.
+    bool stop(const safety::Trip& trip, double now_s, acquisition::Channels& channels) {
+        return found(trip.cause, trip.value, trip.limit, now_s, channels);
     }
     /// Call it when another target or a restart of the drive was ordered.
     void settling() noexcept { loop_.settling(); }
     /// Call it before another target. Widens the expectation's tolerance, because the response at the
     /// new target is less well known until a window has measured it.
     void expect_another(acquisition::Channels& channels);
+    /// A loop check begins or has ended. Between both the sample guard checks levels only, because the check
+    /// measures whether the bench still moves as expected.
+    void loop_check(bool begins, acquisition::Channels& channels);
     /// Call it after the DAC ran empty: the relation of the clocks is no longer known.
     void clocks_lost() noexcept { posted_.reset(); }
     /// New limits from now on.
@@ -67,7 +70,7 @@ public:
 
 private:
     void order(const safety::Trip& trip, acquisition::Channels& channels);
-    void found(safety::Cause cause, double value, double limit, double now_s,
+    bool found(safety::Cause cause, double value, double limit, double now_s,
                acquisition::Channels& channels);
     [[nodiscard]] std::int64_t tick_at(double now_s) const {
         return static_cast<std::int64_t>(now_s * dac_rate_hz_);

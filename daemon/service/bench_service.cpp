@@ -196,7 +196,7 @@ void BenchService::log_warnings(const acquisition::Channels& channels) {
 
 void BenchService::go_away(acquisition::Channels& channels) {
     const run::RunState state = sequence_.state();
-    if (state == run::RunState::identify || state == run::RunState::ramp || state == run::RunState::run)
+    if (driving(state) && state != run::RunState::ramp_down)
         sequence_.end(channels);
     else
         done_ = !record_.finishing() && !driving(state) &&

@@ -37,6 +37,7 @@ bool PendingOrders::pending() const {
         case run::RunState::self_test:
         case run::RunState::armed:
         case run::RunState::identify:
+        case run::RunState::loop_check:
         case run::RunState::ramp:
         case run::RunState::ramp_down:
             return true;

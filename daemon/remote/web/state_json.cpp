@@ -152,6 +152,8 @@ const char* word_of(const service::BenchState& state) noexcept {
             return "armed";
         case run::RunState::identify:
             return "identifying";
+        case run::RunState::loop_check:
+            return "checking";
         case run::RunState::ramp:
             return "ramping";
         case run::RunState::run:

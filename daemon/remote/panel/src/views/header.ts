@@ -8,10 +8,10 @@ import type { Store } from "../store";
 
 /** Each state has a sign beside its word, so that states differ without colours. */
 const words: Record<RunState, string> = {
-    starting: "… starting", idle: "○ idle", armed: "◇ armed", identifying: "≈ identifying", ramping: "▲ ramping", settling: "◐ settling",
+    starting: "… starting", idle: "○ idle", armed: "◇ armed", identifying: "≈ identifying", checking: "∿ checking", ramping: "▲ ramping", settling: "◐ settling",
     running: "● running", stopping: "▼ stopping", tripped: "✖ tripped",
 };
-const driving = new Set<RunState>(["identifying", "ramping", "settling", "running", "stopping"]);
+const driving = new Set<RunState>(["identifying", "checking", "ramping", "settling", "running", "stopping"]);
 
 export function makeHeader(store: Store, connection: Connection, abort: Abort): () => void {
     const title = byId("title", HTMLElement), program = byId("program", HTMLElement);
