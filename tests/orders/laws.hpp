@@ -37,6 +37,8 @@ public:
     void limits(const safety::Limits& limits);
     /// A block was handed to the DAC, which lost `lost` samples behind it.
     void played(std::span<const double> volts, std::int64_t lost);
+    /// The DAC has taken back this many samples; they are never played.
+    void took_back(std::int64_t samples) noexcept { next_ -= samples; }
     /// A client's request has had no answer since `since_s`.
     void unanswered(const std::string& request, double since_s);
     /// Heap calls in a real-time step.

@@ -105,6 +105,7 @@ Plan plan_of(std::uint64_t seed) {
     plan.frequency_hz = std::array{10.0, 20.0, 30.0, 50.0}.at(static_cast<std::size_t>(4 * share(random)));
     plan.identifies = share(random) < 0.25;
     plan.buffer_s = share(random) < 0.5 ? 0 : 0.04 * share(random);
+    plan.kept_s = share(random) < 0.5 ? plan.buffer_s : 0.5 * plan.buffer_s * share(random);
     add_faults(plan, random);
     add_moves(plan, random);
     return plan;
@@ -128,9 +129,9 @@ std::string text(const Plan& plan) {
 
 std::string scene_of(const Plan& plan, double from_s) {
     std::string scene = fmt::format(
-        "seed = {}\n[dac]\nrate_hz = 24000\nbuffer_s = {}\n[top]\npositions = 1\nframe_rate_hz = 200\n"
+        "seed = {}\n[dac]\nrate_hz = 24000\nbuffer_s = {}\nkept_s = {}\n[top]\npositions = 1\nframe_rate_hz = 200\n"
         "[side]\npositions = 1\nframe_rate_hz = 200\n",
-        plan.seed % 1000000, plan.buffer_s);
+        plan.seed % 1000000, plan.buffer_s, plan.kept_s);
     for (const Fault& f : plan.faults)
         if (f.trouble < scene_faults && f.at_s + f.for_s > from_s) scene += scene_fault(f, from_s);
     return scene;

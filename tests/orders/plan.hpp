@@ -68,6 +68,7 @@ struct Plan {
     double frequency_hz = 20;
     bool identifies = false;  // measures the response first
     double buffer_s = 0;      // of the DAC
+    double kept_s = 0;        // part of it that a hard stop cannot take back
     std::vector<Move> moves{};
     std::vector<Fault> faults{};
     [[nodiscard]] std::size_t size() const noexcept { return moves.size() + faults.size(); }

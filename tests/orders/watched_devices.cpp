@@ -21,6 +21,13 @@ public:
         watch_.heap.begin("output");
         return played;
     }
+    std::int64_t take_back(std::int64_t most) noexcept override {
+        watch_.heap.end(watch_.laws);
+        const std::int64_t taken = dac_->take_back(most);
+        watch_.laws.took_back(taken);
+        watch_.heap.begin("output");
+        return taken;
+    }
     void stop() noexcept override { dac_->stop(); }
 
 private:
