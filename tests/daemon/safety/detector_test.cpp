@@ -56,14 +56,15 @@ const std::map<Cause, Scenario>& scenarios() {
         s[Cause::velocity] = running([](Limits& l) { l.velocity.abort = 0.03; });
         s[Cause::displacement] = running([](Limits& l) { l.displacement.abort = 0.2e-3; });
         s[Cause::drive] = running([](Limits& l) { l.drive.abort = 0.1; });
+        s[Cause::drive].faster = {Cause::residual};  // a drive that is cut moves the base less than predicted
         s[Cause::sensor_open] = running("what = \"open\"");
         s[Cause::sensor_open].instead = {Cause::transverse};
         s[Cause::sensor_frozen] = running("what = \"frozen\"");
         s[Cause::sensor_frozen].instead = {Cause::loop_divergence};
         s[Cause::sensor_saturated] = running("what = \"saturated\"");
-        s[Cause::sensor_saturated].faster = {Cause::acceleration, Cause::residual,   Cause::polarity,
-                                             Cause::sensor_open,  Cause::transverse, Cause::gravity,
-                                             Cause::sensor_frozen};
+        s[Cause::sensor_saturated].faster = {Cause::acceleration, Cause::acceleration_rms, Cause::residual,
+                                             Cause::polarity,     Cause::sensor_open,      Cause::transverse,
+                                             Cause::gravity,      Cause::sensor_frozen};
         s[Cause::sensor_saturated].instead = {Cause::velocity, Cause::displacement, Cause::loop_divergence};
         s[Cause::sensor_missing] = running("what = \"silent\"\nfor_s = 100");
         s[Cause::residual] = running("what = \"amplifier_gain\"\nvalue = 2");
