@@ -82,7 +82,7 @@ TEST(EdgeTest, UnknownWalkIsRefused) {
 void expect_trip_within_half_a_millimetre(const test::OnCallResult& r) {
     ASSERT_TRUE(r.last.trip);
     EXPECT_EQ(r.last.trip->cause, safety::Cause::walker_edge);
-    EXPECT_EQ(r.last.trips, 2U);
+    EXPECT_EQ(r.last.trips, 2U) << test::log_of(r);
     EXPECT_GT(r.last.trip->value, r.last.trip->limit - 0.2) << "mm";
 }
 

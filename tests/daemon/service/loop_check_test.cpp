@@ -49,7 +49,7 @@ std::vector<double> times_of(const test::OnCallResult& r, const std::string& tex
 
 void expect_no_drive(const test::OnCallResult& r, safety::Cause cause, const std::string& words) {
     ASSERT_TRUE(r.last.trip);
-    EXPECT_EQ(r.last.trip->cause, cause) << text(*r.last.trip);
+    EXPECT_EQ(r.last.trip->cause, cause) << test::log_of(r);
     EXPECT_EQ(times_of(r, words).size(), 1U) << words;
     EXPECT_TRUE(times_of(r, "ramp").empty() || times_of(r, "ramp").back() < fault_s) << "no drive";
 }
@@ -64,7 +64,7 @@ TEST(LoopCheckedTest, DriveFromRestIsCheckedWithinTime) {
     const double took_s = ramps.back() - times_of(r, "loop_check")[0];
     std::printf("loop check: %.3f s\n", took_s);
     EXPECT_LT(took_s, 1.5);
-    EXPECT_FALSE(r.last.trip);
+    EXPECT_FALSE(r.last.trip) << test::log_of(r);
 }
 
 TEST(LoopCheckedTest, WrongGainDoesNotDrive) {
@@ -115,7 +115,7 @@ TEST(LoopCheckedTest, UnderrunIsFollowedByACheck) {
                      30);
     EXPECT_EQ(answers, Answers(2, ""));
     EXPECT_EQ(times_of(r, "loop_check").size(), 1U) << "none after the identification";
-    EXPECT_FALSE(r.last.trip);
+    EXPECT_FALSE(r.last.trip) << test::log_of(r);
 }
 
 TEST(LoopCheckedTest, DriveDoesNotReturnWithOtherPolarity) {

@@ -1,6 +1,7 @@
 #include "tests/support/run/bench_on_call.hpp"
 
 #include <gtest/gtest.h>
+#include <spdlog/fmt/fmt.h>
 
 #include <fstream>
 
@@ -23,6 +24,13 @@ std::function<void(service::BenchPort&)> orders(service::OrderWhat what, Answers
 
 std::function<bool(const service::BenchState&)> in(run::RunState state) {
     return [state](const service::BenchState& s) { return s.state == state; };
+}
+
+std::string log_of(const OnCallResult& result) {
+    std::string all;
+    for (const service::BenchEvent& e : result.events)
+        all += fmt::format("{:.3f} s {}: {}\n", e.t_s, e.kind, e.text);
+    return all;
 }
 
 OnCallResult play_on_call(const std::string& scene, const run::RunOptions& run,
@@ -58,7 +66,7 @@ OnCallResult play_on_call(const std::string& scene, const run::RunOptions& run,
             if (state->answered < bench_port.ordered()) return any;
             if (move < moves.size() && moves[move].when(*state))
                 moves[move++].act(bench_port);
-            else if (move == moves.size())
+            else if (move == moves.size() && !session.leaving())
                 session.leave();
             return any;
         },

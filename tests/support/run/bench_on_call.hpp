@@ -34,6 +34,9 @@ struct OnCallResult {
     double virtual_s = 0;
 };
 
+/// The events, one line each.
+std::string log_of(const OnCallResult& result);
+
 /// Plays all moves, then ends. After `limit_s` of virtual time it reports the remaining moves as a failure of
 /// the test and ends. mu: friction in the settings of the daemon.
 OnCallResult play_on_call(const std::string& scene, const run::RunOptions& run,
