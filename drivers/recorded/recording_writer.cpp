@@ -185,7 +185,7 @@ void RecordingWriter::Streams::begin(const RecordingHeader& header) {
 }
 
 RecordingWriter::~RecordingWriter() {
-    if (streams_ && streams_->file.get() >= 0) h5::write_or_give_up(streams_->file.get());
+    if (streams_ && streams_->file.get() >= 0) h5::leave_unfinished(streams_->file.get());
 }
 
 RecordingWriter::RecordingWriter(const std::filesystem::path& file, const RecordingHeader& header)

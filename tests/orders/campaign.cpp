@@ -33,36 +33,48 @@ double most_bytes() {
     return 1024.0 * static_cast<double>(usage.ru_maxrss);
 }
 
-// Every jobs-th seed, in a process of its own. Writes one line of JSON a seed.
+// Appends one line of JSON.
+void play_seed(const Campaign& campaign, std::uint64_t seed, const std::filesystem::path& lines) {
+    const std::filesystem::path folder = campaign.folder / fmt::format("seed-{}", seed);
+    const Outcome o = simulate(plan_of(seed), folder);
+    std::filesystem::remove_all(folder);
+    json broken = json::array();
+    for (const Violation& v : o.violations)
+        broken.push_back(fmt::format("{}: at {:.4f} s {}", v.law, v.at_s, v.words));
+    std::ofstream{lines, std::ios::app} << json{{"seed", seed},
+                                                {"virtual_s", o.virtual_s},
+                                                {"aborts", o.aborts},
+                                                {"trips", o.trips},
+                                                {"recordings", o.recordings},
+                                                {"recovered", o.recovered},
+                                                {"slowest_abort_s", o.slowest_abort_s},
+                                                {"broken", broken},
+                                                {"coverage", o.coverage.numbers()},
+                                                {"bytes", most_bytes()}}
+                                               .dump()
+                                        << '\n';
+    if (!campaign.done.empty() && o.violations.empty())
+        std::ofstream{campaign.done, std::ios::app} << fmt::format("{}\n", seed);
+}
+
+// Every jobs-th seed, each in a process of its own: no seed depends on another.
 void work(const Campaign& campaign, int job, const std::filesystem::path& lines) {
     const std::set<std::uint64_t> done = done_in(campaign.done);
     const auto end = Clock::now() + std::chrono::duration_cast<Clock::duration>(
                                         std::chrono::duration<double>{campaign.most_s});
-    std::ofstream out{lines};
     for (std::uint64_t i = 0; campaign.most_s > 0 ? Clock::now() < end : i < campaign.seeds; ++i) {
         const std::uint64_t seed = campaign.first + i;
         if (i % static_cast<std::uint64_t>(campaign.jobs) != static_cast<std::uint64_t>(job)) continue;
         if (done.contains(seed)) continue;
-        const std::filesystem::path folder = campaign.folder / fmt::format("seed-{}", seed);
-        const Outcome o = simulate(plan_of(seed), folder);
-        std::filesystem::remove_all(folder);
-        json broken = json::array();
-        for (const Violation& v : o.violations)
-            broken.push_back(fmt::format("{}: at {:.4f} s {}", v.law, v.at_s, v.words));
-        out << json{{"seed", seed},
-                    {"virtual_s", o.virtual_s},
-                    {"aborts", o.aborts},
-                    {"trips", o.trips},
-                    {"recordings", o.recordings},
-                    {"recovered", o.recovered},
-                    {"slowest_abort_s", o.slowest_abort_s},
-                    {"broken", broken},
-                    {"coverage", o.coverage.numbers()},
-                    {"bytes", most_bytes()}}
-                   .dump()
-            << std::endl;  // NOLINT(performance-avoid-endl): a killed process keeps its lines
-        if (!campaign.done.empty() && o.violations.empty())
-            std::ofstream{campaign.done, std::ios::app} << fmt::format("{}\n", seed);
+        if (const pid_t child = ::fork(); child == 0) {
+            play_seed(campaign, seed, lines);
+            ::_exit(0);
+        } else {
+            int status = 0;
+            ::waitpid(child, &status, 0);
+            if (status != 0)
+                std::ofstream{lines, std::ios::app} << json{{"seed", seed}, {"died", status}}.dump() << '\n';
+        }
     }
 }
 
@@ -71,6 +83,11 @@ void add(Totals& totals, const std::filesystem::path& lines) {
     for (std::string line; std::getline(in, line);) {
         const json o = json::parse(line);
         ++totals.seeds;
+        if (o.contains("died")) {
+            totals.broken.emplace_back(o["seed"].get<std::uint64_t>(),
+                                       fmt::format("the daemon died with status {}", o["died"].get<int>()));
+            continue;
+        }
         totals.virtual_s += o["virtual_s"].get<double>();
         totals.aborts += o["aborts"].get<std::uint64_t>();
         totals.trips += o["trips"].get<std::uint64_t>();

@@ -26,8 +26,7 @@ struct Totals {
     Coverage coverage{};
 };
 
-/// Plays the seeds. The daemon's library of files has one user at a time, so each job is a process of its
-/// own.
+/// Plays the seeds, each in a process of its own.
 Totals play(const Campaign& campaign);
 
 }  // namespace shaker::orders

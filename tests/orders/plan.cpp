@@ -129,7 +129,8 @@ std::string text(const Plan& plan) {
 
 std::string scene_of(const Plan& plan, double from_s) {
     std::string scene = fmt::format(
-        "seed = {}\n[dac]\nrate_hz = 24000\nbuffer_s = {}\nkept_s = {}\n[top]\npositions = 1\nframe_rate_hz = 200\n"
+        "seed = {}\n[dac]\nrate_hz = 24000\nbuffer_s = {}\nkept_s = {}\n[top]\npositions = 1\nframe_rate_hz "
+        "= 200\n"
         "[side]\npositions = 1\nframe_rate_hz = 200\n",
         plan.seed % 1000000, plan.buffer_s, plan.kept_s);
     for (const Fault& f : plan.faults)

@@ -34,7 +34,8 @@ Function* next(const char* name) {
 // True when a file's call must fail; sets errno. A file in memory has no name and no disk.
 bool fails(int file) noexcept {
     struct stat status {};
-    if (shaker::orders::disk == Disk::good || ::fstat(file, &status) != 0 || status.st_nlink == 0) return false;
+    if (shaker::orders::disk == Disk::good || ::fstat(file, &status) != 0 || status.st_nlink == 0)
+        return false;
     switch (shaker::orders::disk) {
         case Disk::good:
             return false;

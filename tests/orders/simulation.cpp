@@ -80,6 +80,7 @@ public:
     }
     [[nodiscard]] const Clients& clients() const noexcept { return clients_; }
     [[nodiscard]] const std::filesystem::path& copy() const noexcept { return copy_; }
+    [[nodiscard]] bool disk_was_good() const noexcept { return disk_was_good_; }
     [[nodiscard]] double killed_at_s() const noexcept { return killed_at_s_; }
 
 private:
@@ -249,17 +250,19 @@ Outcome simulate(const Plan& plan, const std::filesystem::path& folder) {
     std::filesystem::path now = folder / "life-1";
     for (int life = 1;; ++life) {
         std::filesystem::path copy;
-        bool killed = false;
+        bool killed = false, disk_was_good = true;
         std::vector<std::pair<double, std::string>> remarks;
         {
             Life present{plan, from_s, now, outcome};
             killed = present.play();
             present.take_violations();
             copy = present.copy();
+            disk_was_good = present.disk_was_good();
             if (killed) from_s = present.killed_at_s();
             remarks = present.clients().remarks();
         }
-        if (const std::size_t open = left_open(); open > open_before)
+        // HDF5 1.10 may keep a file whose disk failed while it was written.
+        if (const std::size_t open = left_open(); disk_was_good && open > open_before)
             outcome.violations.push_back(
                 {"files are closed", from_s, fmt::format("{} are still open", open - open_before)});
         if (!killed) return outcome;

@@ -148,18 +148,21 @@ void sync(hid_t file, const std::string& name) {
         throw DeviceError{name + ": " + std::generic_category().message(errno)};
 }
 
-bool write_or_give_up(hid_t file) noexcept {
-    if (H5Fflush(file, H5F_SCOPE_GLOBAL) >= 0) return true;
+void leave_unfinished(hid_t file) noexcept {
+    H5Fflush(file, H5F_SCOPE_GLOBAL);
     void* descriptor = nullptr;
     const int memory = ::memfd_create("not-written", MFD_CLOEXEC);
     if (memory >= 0 && H5Fget_vfd_handle(file, H5P_DEFAULT, &descriptor) >= 0)
         ::dup3(memory, *static_cast<int*>(descriptor), O_CLOEXEC);
     if (memory >= 0) ::close(memory);
-    return false;
 }
 
 void close_file(Handle file, const std::string& name) {
-    if (!write_or_give_up(file.get())) throw DeviceError{name + ": the end of the file cannot be written"};
+    if (H5Fflush(file.get(), H5F_SCOPE_GLOBAL) < 0) {
+        const std::string why = own_words();
+        leave_unfinished(file.get());
+        throw DeviceError{name + ": " + why};
+    }
     const ssize_t open = H5Fget_obj_count(file.get(), H5F_OBJ_ALL);
     if (open != 1) throw DeviceError{name + ": " + std::to_string(open - 1) + " objects are still open"};
     check(H5Fclose(file.release()), name);

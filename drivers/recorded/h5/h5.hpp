@@ -56,10 +56,10 @@ Handle create_file(const std::filesystem::path& file);
 void let_others_read(hid_t file);
 /// Returns when flushed data are on the disk; HDF5's own flush does not ensure this.
 void sync(hid_t file, const std::string& name);
-/// Call it before an open file is closed that may have a failing disk: writes it or, if that fails, directs
-/// what HDF5 still wants to write into memory. HDF5 does not survive a file that it cannot write when it
-/// closes it: its later calls use freed memory. False when the disk has failed.
-bool write_or_give_up(hid_t file) noexcept;
+/// Call it before a file is closed that may have a failing disk, unless close_file() follows: writes all data
+/// and directs what HDF5 writes later into memory. HDF5 does not survive a file that it cannot write when it
+/// closes it: its later calls use freed memory. The file stays as that of a killed program.
+void leave_unfinished(hid_t file) noexcept;
 /// Closes the file and synchronises it to the disk. DeviceError when that fails or handles are still open.
 void close_file(Handle file, const std::string& name);
 /// Opens a copy of a file whose writer died, for writing. InputError when HDF5 cannot read it.
