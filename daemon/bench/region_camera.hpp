@@ -17,8 +17,8 @@ struct PictureRegion {
 /// rows and columns.
 PictureRegion region_of(const View& view);
 
-/// Crops every camera of a rig that gives pixels to its region. Tracked and recorded pixels are then the same, and a
-/// recording replays to the bit.
+/// Crops every camera of a rig that gives pixels to its region. Tracked and recorded pixels are then the
+/// same, and a recording replays to the bit.
 void take_regions(Rig& rig);
 
 }  // namespace shaker::bench

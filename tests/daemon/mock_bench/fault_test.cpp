@@ -111,8 +111,8 @@ TEST_F(FaultTest, LostSamplesAreCountedExactly) {
     EXPECT_EQ(device(r, "adxl355").at("lost"), 60);
 }
 
-// The place of the samples after a loss of more than 20 ms is known 0.4 s later only. Until then the motion is
-// not compared with its prediction.
+// The place of the samples after a loss of more than 20 ms is known 0.4 s later only. Until then the motion
+// is not compared with its prediction.
 TEST_F(FaultTest, LongLossOfSamplesStopsTheDrive) {
     run.bench.accelerometer().drop(200);
     expect_trip("sensor_missing");
