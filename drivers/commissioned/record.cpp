@@ -1,28 +1,18 @@
 #include "drivers/commissioned/record.hpp"
 
-#include <glib.h>
-
 #include <algorithm>
 #include <cerrno>
 #include <cstring>
 #include <fstream>
 #include <iterator>
-#include <memory>
 
 #include "drivers/errors.hpp"
 #include "drivers/settings_table.hpp"
+#include "drivers/text/sha256.hpp"
 
 namespace shaker::commissioned {
 
 namespace {
-
-std::string sha256(const std::string& text) {
-    const std::unique_ptr<gchar, decltype(&g_free)> hex{
-        g_compute_checksum_for_data(G_CHECKSUM_SHA256, reinterpret_cast<const guchar*>(text.data()),
-                                    text.size()),
-        &g_free};
-    return hex.get();
-}
 
 // A TOML string. Names of devices have no quotes and no control characters worth keeping.
 std::string quoted(std::string text) {
@@ -41,7 +31,7 @@ void write_record(const std::filesystem::path& rig, const std::string& date, con
     if (!in) throw DeviceError{rig.string() + ": " + std::strerror(errno)};
     std::ofstream out{record_of(rig)};
     out << "# Commissioning of " << rig.filename().string() << ", valid while that file is unchanged.\n"
-        << "date = " << quoted(date) << "\nrig_sha256 = " << quoted(sha256(content)) << "\n";
+        << "date = " << quoted(date) << "\nrig_sha256 = " << quoted(text::sha256(content)) << "\n";
     for (const Item& item : items)
         out << "\n[[item]]\nname = " << quoted(item.name) << "\nresult = " << quoted(item.result) << "\n";
     out.close();
@@ -54,7 +44,7 @@ std::string missing_record(const std::filesystem::path& rig, const std::string& 
     if (!std::filesystem::exists(file))
         return "this bench has not been commissioned: there is no " + file.string() + remedy;
     try {
-        if (SettingsTable::from_file(file).text("rig_sha256") == sha256(rig_text)) return {};
+        if (SettingsTable::from_file(file).text("rig_sha256") == text::sha256(rig_text)) return {};
     } catch (const InputError& e) {
         return e.what() + remedy;
     }

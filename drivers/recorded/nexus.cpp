@@ -1,10 +1,9 @@
 #include "drivers/recorded/nexus.hpp"
 
-#include <glib.h>
-
 #include <algorithm>
 #include <array>
-#include <memory>
+
+#include "drivers/text/sha256.hpp"
 
 namespace shaker::recorded {
 
@@ -46,14 +45,6 @@ void link_all(hid_t entry, hid_t environment, const std::array<Sensor, N>& senso
     h5::write_texts(environment, list, names);
 }
 
-std::string sha256(const std::string& text) {
-    const std::unique_ptr<gchar, decltype(&g_free)> hex{
-        g_compute_checksum_for_data(G_CHECKSUM_SHA256, reinterpret_cast<const guchar*>(text.data()),
-                                    text.size()),
-        &g_free};
-    return hex.get();
-}
-
 }  // namespace
 
 void define_entry(hid_t entry, const std::vector<GroupLayout>& groups) {
@@ -65,7 +56,7 @@ void define_entry(hid_t entry, const std::vector<GroupLayout>& groups) {
 void describe_program(hid_t process, const std::string& config) {
     text_with(process, "program", "shakerd", "version", SHAKER_VERSION);
     h5::write_text(process, "config_text", config);
-    h5::write_text(process, "config_sha256", sha256(config));
+    h5::write_text(process, "config_sha256", text::sha256(config));
 }
 
 void link_sensors(hid_t entry) {
