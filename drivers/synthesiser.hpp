@@ -51,8 +51,8 @@ struct DriveChange {
 
 /// The changes that took effect: without those that a later one voids.
 std::vector<DriveChange> in_effect(std::vector<DriveChange> changes);
-/// Number of the newest change that took effect and was complete at a DAC sample; 0 if there is none.
-/// Together with the changes after it, it is enough to regenerate the drive from that sample on.
+/// Index of the newest change in effect whose ramp or stop has ended at a DAC sample; 0 if there is none.
+/// This change and those after it regenerate the drive from that sample on.
 std::size_t in_force_at(std::span<const DriveChange> changes, double dac_sample);
 
 /// Fills blocks with volts(t) = Im sum_q a_q e^{i q theta(t)}, a_q in V and theta the phase. Starts
