@@ -3,6 +3,7 @@
 #include <spdlog/fmt/fmt.h>
 
 #include <algorithm>
+#include <cstdio>
 #include <iostream>
 #include <iterator>
 #include <nlohmann/json.hpp>
@@ -45,9 +46,15 @@ std::vector<run::Finding> find(const CheckOptions& options) {
     return findings;
 }
 
+// The operator sees it at once, also through a pipe.
+void show(const std::string& text) {
+    report::say(text);
+    std::fflush(stdout);
+}
+
 // The operator's answer on standard input.
 std::string answer_to(const std::string& question) {
-    report::say(question);
+    show(question);
     std::string answer;
     std::getline(std::cin, answer);
     report::say("\n");
@@ -74,11 +81,12 @@ bool check(const CheckOptions& options) {
         report::say(fmt::format("{:<5}{}: {}\n", word(f.verdict), f.device, f.text));
     report::say(sound ? "the bench is fit to run\n" : "the bench is not fit to run: see BAD above\n");
     if (!sound || !options.commission) return sound;
+    const StopSignals signals;
     return commissioning::commission({.rig = options.rig,
                                       .frequency_hz = options.frequency_hz,
                                       .level = options.level,
                                       .self_test = fmt::format("{} findings, none bad", findings.size())},
-                                     {report::say, answer_to});
+                                     {show, answer_to, StopSignals::rethrow});
 }
 
 }  // namespace shaker::commands

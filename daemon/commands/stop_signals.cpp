@@ -29,11 +29,12 @@ void handle(void (*handler)(int)) {
 
 }  // namespace
 
-StopSignals::StopSignals(run::Runner& runner) {
+StopSignals::StopSignals() {
     first = 0;
-    asked = &runner;
     handle(ask_to_stop);
 }
+
+StopSignals::StopSignals(run::Runner& runner) : StopSignals{} { asked = &runner; }
 
 StopSignals::~StopSignals() {
     handle(SIG_DFL);

@@ -5,10 +5,12 @@
 
 namespace shaker::commands {
 
-/// During its lifetime SIGINT, SIGTERM and SIGHUP ask the runner to stop. One object at a time.
+/// During its lifetime SIGINT, SIGTERM and SIGHUP ask the runner to stop, or are only remembered for
+/// rethrow(). They interrupt a wait for the operator's input. One object at a time.
 class StopSignals {
 public:
     explicit StopSignals(run::Runner& runner);
+    StopSignals();
     StopSignals(const StopSignals&) = delete;
     StopSignals& operator=(const StopSignals&) = delete;
     ~StopSignals();

@@ -46,7 +46,7 @@ public:
     Day(const Settings& settings, const Operator& person)
         : settings_{settings},
           person_{person},
-          session_{settings.rig, {.frequency = settings.frequency_hz}, folder_.path} {
+          session_{settings.rig, {.frequency = settings.frequency_hz}, folder_.path, person.rethrow} {
         items_.push_back({"self-test", settings.self_test});
         DacInfo dac = session_.bench().rig.dac->info();
         sheet_ = std::abs(session_.bench().response(settings.frequency_hz));
@@ -70,7 +70,9 @@ private:
         items_.push_back({name, result});
     }
     bool agreed(const std::string& name, const std::string& question) {
-        if (person_.ask(question + " [y/n] ") == "y") {
+        const std::string answer = person_.ask(question + " [y/n] ");
+        person_.rethrow();
+        if (answer == "y") {
             add(name, "confirmed by the operator");
             return true;
         }

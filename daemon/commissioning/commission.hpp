@@ -17,12 +17,14 @@ struct Settings {
 struct Operator {
     std::function<void(const std::string&)> show;
     std::function<std::string(const std::string&)> ask;
+    std::function<void()> rethrow;  // throws when the operator has interrupted the program
 };
 
 /// Leads through the tests: polarity by hand, gain by a known step, limits crossed on purpose, the ramp seen,
 /// an abort from each door timed, the emergency stop. Writes the record of the rig file when all passed, and
 /// returns true. False, with the reason shown, when the operator denies one. InputError for a simulated rig;
-/// DeviceError when the bench does not do what a test demands.
+/// after an interruption the drive stops softly, then rethrow() throws from here. DeviceError when the bench
+/// does not do what a test demands.
 bool commission(const Settings& settings, const Operator& person);
 
 }  // namespace shaker::commissioning

@@ -33,11 +33,13 @@ run::RunnerSettings settings_for(const std::string& rig, const Drive& drive,
 
 }  // namespace
 
-Session::Session(const std::string& rig, const Drive& drive, const std::filesystem::path& folder)
+Session::Session(const std::string& rig, const Drive& drive, const std::filesystem::path& folder,
+                 std::function<void()> rethrow)
     : runner_{settings_for(rig, drive, folder)},
       service_{runner_, {}, port_},
       socket_{folder / "scpi"},
-      drive_{drive} {
+      drive_{drive},
+      rethrow_{std::move(rethrow)} {
     server_ = std::make_unique<remote::Server>(
         port_, remote::ServerSettings{.http_port = 0, .scpi_port = 0, .scpi_socket = socket_});
     leader_ = std::jthread{[this] { lead(); }};
@@ -69,6 +71,7 @@ std::shared_ptr<const service::BenchState> Session::wait_for(
     const std::string& what, const std::function<bool(const service::BenchState&)>& seen) {
     for (const auto begin = Clock::now(); seconds_since(begin) < patience_s;) {
         if (const auto state = port_.state(); state && seen(*state)) return state;
+        rethrow_();
         {
             const std::scoped_lock lock{mutex_};
             if (ended_) std::rethrow_exception(ended_);

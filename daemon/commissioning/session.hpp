@@ -27,8 +27,9 @@ struct SeenStop {
 class Session {
 public:
     /// Opens the bench of a rig file and serves it on free ports of this computer. `folder`: for the socket
-    /// and the files of stopped runs.
-    Session(const std::string& rig, const Drive& drive, const std::filesystem::path& folder);
+    /// and the files of stopped runs. rethrow: called while this object waits; it throws to end the wait.
+    Session(const std::string& rig, const Drive& drive, const std::filesystem::path& folder,
+            std::function<void()> rethrow);
     /// Stops the drive softly.
     ~Session();
     Session(const Session&) = delete;
@@ -58,6 +59,7 @@ private:
     std::filesystem::path socket_;
     std::unique_ptr<remote::Server> server_;
     Drive drive_;
+    std::function<void()> rethrow_;
     std::atomic<std::int64_t> ramp_{0};  // samples of the newest stop
     std::mutex mutex_;                   // guards ended_
     std::exception_ptr ended_;

@@ -26,6 +26,8 @@ public:
     Program& operator=(const Program&) = delete;
 
     [[nodiscard]] pid_t pid() const noexcept { return pid_; }
+    /// The file with its standard output.
+    [[nodiscard]] const std::filesystem::path& printed() const noexcept { return out_; }
     /// The file with its standard error.
     [[nodiscard]] const std::filesystem::path& said() const noexcept { return err_; }
     [[nodiscard]] bool ended();

@@ -1,6 +1,7 @@
 // The commissioning on the mock bench, with the operator's answers on standard input.
 #include <gtest/gtest.h>
 
+#include <csignal>
 #include <fstream>
 #include <iterator>
 
@@ -51,6 +52,27 @@ TEST_F(CommissionTest, DeniedTestLeavesNoRecord) {
     const test::Outcome o = commission("n\n");
     EXPECT_EQ(o.status, 3) << o.out << o.err;
     EXPECT_NE(o.out.find("polarity by hand: not confirmed"), std::string::npos) << o.out;
+    EXPECT_FALSE(std::filesystem::exists(record));
+}
+
+// The first drive takes several seconds.
+TEST_F(CommissionTest, InterruptInMidDriveEndsSoftly) {
+    test::Program program{"shakerd", "check --commission --rig '" + rig.string() + "'", bench.folder, "y\n"};
+    const auto driven = [&] {
+        std::ifstream in{program.printed()};
+        const std::string text{std::istreambuf_iterator<char>{in}, {}};
+        return text.find("polarity by hand: confirmed") != std::string::npos;
+    };
+    for (int i = 0; i < 1000 && !driven() && !program.ended(); ++i)
+        std::this_thread::sleep_for(std::chrono::milliseconds{20});
+    ASSERT_TRUE(driven());
+    std::this_thread::sleep_for(std::chrono::seconds{2});
+    const auto underruns = bench.bench.dac().counts().underruns;
+    ::kill(program.pid(), SIGINT);
+    const test::Outcome o = program.wait(30);
+    EXPECT_EQ(o.status, 128 + SIGINT) << o.out << o.err;
+    EXPECT_NE(o.err.find("interrupted by SIGINT"), std::string::npos) << o.err;
+    EXPECT_EQ(bench.bench.dac().counts().underruns, underruns) << "it played its ramp";
     EXPECT_FALSE(std::filesystem::exists(record));
 }
 
