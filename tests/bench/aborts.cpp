@@ -1,6 +1,7 @@
 // Time from the bytes of an abort to the ramp, for each door, idle and with busy processors.
 //   --count N (1000) aborts a door   --driven N (10) more from a running drive   --load WORD (all)
 //   --priority N (60): of the server's thread, as on hardware; 0: ordinary, as on a simulated rig
+// Aborts beside a stall of the machine (> 20 ms) are counted apart.
 #include <pthread.h>
 #include <sched.h>
 #include <sys/wait.h>
@@ -26,6 +27,7 @@
 #include "tests/support/paths.hpp"
 #include "tests/support/remote/socket_client.hpp"
 #include "tests/support/remote/tcp_client.hpp"
+#include "tests/support/stall_probe.hpp"
 
 namespace {
 
@@ -182,13 +184,18 @@ std::vector<Door> doors_of(Daemon& daemon, TcpClient& session, SocketClient& pag
 
 double quantile(std::vector<double> sorted, double q) {
     return sorted.empty()
-               ? NAN
+               ? 0
                : sorted[static_cast<std::size_t>(q * static_cast<double>(sorted.size() - 1) + 0.5)];
 }
 
-/// Milliseconds to the ramp. driven: from a running drive.
-std::vector<double> times(Daemon& daemon, const Door& door, int count, bool driven) {
-    std::vector<double> ms;
+/// Milliseconds to the ramp, sorted. Those beside a stall of the machine are apart.
+struct Times {
+    std::vector<double> ms, stalled_ms;
+};
+
+/// driven: from a running drive.
+Times times(Daemon& daemon, const Door& door, int count, bool driven, const test::StallProbe& probe) {
+    Times all;
     for (int i = 0; i < count; ++i) {
         if (driven && !daemon.drive()) continue;
         const std::uint64_t before = daemon.dac->stamped();
@@ -197,11 +204,14 @@ std::vector<double> times(Daemon& daemon, const Door& door, int count, bool driv
         for (const auto end = begin + 2s; daemon.dac->stamped() == before && Clock::now() < end;)
             std::this_thread::sleep_for(100us);
         const std::chrono::duration<double, std::milli> took = daemon.dac->at() - begin;
-        ms.push_back(daemon.dac->stamped() == before ? INFINITY : took.count());
+        const bool stalled = probe.longest_s(begin, std::max(Clock::now(), daemon.dac->at())) > 0;
+        (stalled ? all.stalled_ms : all.ms)
+            .push_back(daemon.dac->stamped() == before ? INFINITY : took.count());
         std::this_thread::sleep_for(std::chrono::microseconds{(i * 7919) % 5000});  // any phase of the block
     }
-    std::ranges::sort(ms);
-    return ms;
+    std::ranges::sort(all.ms);
+    std::ranges::sort(all.stalled_ms);
+    return all;
 }
 
 struct Load {
@@ -214,18 +224,22 @@ void add_rows(bench::Table& table, Daemon& daemon, const Load& load) {
     SocketClient page{daemon.server->http_port()};
     std::vector<Door> doors = doors_of(daemon, *session, page);
     std::deque<TcpClient> sessions;
+    const test::StallProbe probe;
     const auto add = [&](const Door& door) {
-        const std::vector<double> moving = times(daemon, door, load.driven, true);
-        std::vector<double> all = times(daemon, door, std::max(1, load.count / door.share), false);
+        const Times moving = times(daemon, door, load.driven, true, probe);
+        const Times all = times(daemon, door, std::max(1, load.count / door.share), false, probe);
         table.add({{"door", door.name},
                    {"load", load.name},
-                   {"aborts", static_cast<double>(all.size()), "", 6},
-                   {"p50", quantile(all, 0.5), "ms"},
-                   {"p99.9", quantile(all, 0.999), "ms"},
-                   {"worst", quantile(all, 1), "ms"},
-                   {"driven", static_cast<double>(moving.size())},
-                   {"p50 driven", quantile(moving, 0.5), "ms"},
-                   {"worst driven", quantile(moving, 1), "ms"},
+                   {"aborts", static_cast<double>(all.ms.size()), "", 6},
+                   {"p50", quantile(all.ms, 0.5), "ms"},
+                   {"p99.9", quantile(all.ms, 0.999), "ms"},
+                   {"worst", quantile(all.ms, 1), "ms"},
+                   {"driven", static_cast<double>(moving.ms.size())},
+                   {"p50 driven", quantile(moving.ms, 0.5), "ms"},
+                   {"worst driven", quantile(moving.ms, 1), "ms"},
+                   {"beside a stall", static_cast<double>(all.stalled_ms.size() + moving.stalled_ms.size())},
+                   {"worst beside a stall",
+                    std::max(quantile(all.stalled_ms, 1), quantile(moving.stalled_ms, 1)), "ms"},
                    {"conditions", load.conditions}});
     };
     for (const Door& door : doors) add(door);

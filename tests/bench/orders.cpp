@@ -76,9 +76,14 @@ int main(int argc, char** argv) {
         met.print(argc, argv);
         for (const auto& [broken, why] : totals.broken) fmt::print("seed {}: {}\n", broken, why);
         for (const auto& p : totals.coverage.pairs())
-            if (totals.seeds >= 1000 && !p.missing.empty())
-                fmt::print("never met ({}): {}\n", p.what, fmt::join(p.missing, ", "));
-        status = totals.broken.empty() ? 0 : 1;
+            if (totals.seeds >= 1000 && !p.rare.empty())
+                fmt::print("met less than ten times ({}): {}\n", p.what, fmt::join(p.rare, ", "));
+        for (const auto& p : totals.coverage.pairs())
+            if (!p.impossible.empty()) {
+                fmt::print("met, although impossible: {}\n", fmt::join(p.impossible, ", "));
+                status = 1;
+            }
+        if (!totals.broken.empty()) status = 1;
     }
     std::filesystem::remove_all(folder);
     return status;

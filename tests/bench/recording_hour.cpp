@@ -24,6 +24,7 @@
 #include "daemon/service/systemd_notify.hpp"
 #include "tests/bench/option.hpp"
 #include "tests/bench/table.hpp"
+#include "tests/support/stall_probe.hpp"
 
 namespace {
 
@@ -76,25 +77,6 @@ private:
             const std::scoped_lock lock{mutex_};
             longest_s_ = std::max(longest_s_, seconds_since(fed_));
             fed_ = Clock::now();
-        }
-    }};
-};
-
-/// Sleeps beside the run and notes how late it wakes: time for which the machine stood still.
-class SleepProbe {
-public:
-    double worst_s() {
-        thread_ = {};
-        return worst_s_;
-    }
-
-private:
-    double worst_s_ = 0;
-    std::jthread thread_{[this](const std::stop_token& stop) {
-        while (!stop.stop_requested()) {
-            const auto begin = Clock::now();
-            std::this_thread::sleep_for(std::chrono::milliseconds{10});
-            worst_s_ = std::max(worst_s_, seconds_since(begin) - 0.01);
         }
     }};
 };
@@ -162,7 +144,7 @@ bench::Row record(const Settings& settings, const std::filesystem::path& folder)
     std::ofstream{folder / "scene.toml"} << "[top]\nframe_rate_hz = " << settings.rate
                                          << "\n[side]\nframe_rate_hz = " << settings.rate << "\n";
     Manager manager{folder};
-    SleepProbe probe;
+    const test::StallProbe probe;
     run::RunOptions run;
     run.scene = folder / "scene.toml";
     run.pictures = settings.pictures;
@@ -196,7 +178,7 @@ bench::Row record(const Settings& settings, const std::filesystem::path& folder)
             {"longest gap recording", who.recording_gap_s, "s"},
             {"finishing took", who.finish_s, "s"},
             {"longest gap finishing", who.finish_gap_s, "s"},
-            {"machine stood still", probe.worst_s(), "s"},
+            {"machine stood still", probe.longest_s(), "s"},
             {"file", 1e-6 * static_cast<double>(std::filesystem::file_size(folder / "long.nxs")), "MB"}};
 }
 

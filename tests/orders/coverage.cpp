@@ -8,11 +8,21 @@ namespace shaker::orders {
 
 namespace {
 
-void count(Coverage::Pairs& pairs, std::uint64_t times, const std::string& name) {
+void count(Coverage::Pairs& pairs, bool possible, std::uint64_t times, const std::string& name) {
+    if (!possible) {
+        if (times > 0) pairs.impossible.push_back(name);
+        return;
+    }
     ++pairs.all;
     pairs.met += times > 0 ? 1 : 0;
     pairs.ten_times += times >= 10 ? 1 : 0;
-    if (times == 0) pairs.missing.push_back(name);
+    if (times < 10) pairs.rare.push_back(fmt::format("{} ({})", name, times));
+}
+
+bool possible(std::size_t state) { return static_cast<run::RunState>(state) != run::RunState::armed; }
+bool possible(std::size_t first, std::size_t second) {
+    constexpr auto killed = static_cast<std::size_t>(Trouble::killed);
+    return first != killed || second != killed;
 }
 
 }  // namespace
@@ -65,13 +75,14 @@ std::vector<Coverage::Pairs> Coverage::pairs() const {
     for (std::size_t s = 0; s < states; ++s) {
         const char* state = name(static_cast<run::RunState>(s));
         for (std::size_t a = 0; a < actions; ++a)
-            count(all[0], actions_[s][a], fmt::format("{} in {}", action_names.at(a), state));
+            count(all[0], possible(s), actions_[s][a], fmt::format("{} in {}", action_names.at(a), state));
         for (std::size_t t = 0; t < troubles; ++t)
-            count(all[1], faults_[s][t], fmt::format("{} in {}", name_of_trouble(t), state));
+            count(all[1], possible(s), faults_[s][t], fmt::format("{} in {}", name_of_trouble(t), state));
     }
     for (std::size_t a = 0; a < troubles; ++a)
         for (std::size_t b = a; b < troubles; ++b)
-            count(all[2], together_[a][b], fmt::format("{} with {}", name_of_trouble(a), name_of_trouble(b)));
+            count(all[2], possible(a, b), together_[a][b],
+                  fmt::format("{} with {}", name_of_trouble(a), name_of_trouble(b)));
     return all;
 }
 

@@ -26,10 +26,12 @@ public:
 
     struct Pairs {
         std::string what;
-        std::size_t all = 0, ten_times = 0, met = 0;
-        std::vector<std::string> missing{};  // never met
+        std::size_t all = 0, met = 0, ten_times = 0;  // of the possible pairs
+        std::vector<std::string> rare{};              // met less than ten times, with the number
+        std::vector<std::string> impossible{};        // met, although named as impossible
     };
-    /// (state, order), (state, fault) and (fault, fault).
+    /// (state, order), (state, fault) and (fault, fault). Impossible are: all in state armed, which the run
+    /// leaves in the step that enters it; and two kills, of which a plan has one.
     [[nodiscard]] std::vector<Pairs> pairs() const;
     /// Number of different (state, order, fault, fault), the faults within together_s before the order.
     [[nodiscard]] std::size_t fourfold() const noexcept { return fourfold_.size(); }

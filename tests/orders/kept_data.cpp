@@ -40,6 +40,11 @@ private:
     int out_;
 };
 
+void add_log(const std::filesystem::path& file, std::vector<std::string>& texts) {
+    for (const recording::LogEntry& e : recording::read_log(recorded::RecordingReader{file}))
+        texts.push_back(e.text);
+}
+
 }  // namespace
 
 std::vector<std::string> faults_of(const std::filesystem::path& file) try {
@@ -71,12 +76,17 @@ bool recovers(const std::filesystem::path& file) try {
 
 std::vector<std::string> lost_after_kill(const std::filesystem::path& folder,
                                          const std::vector<std::pair<double, std::string>>& remarks) {
-    std::vector<std::string> lost;
+    std::vector<std::string> lost, finished;  // finished: the logs of earlier recordings
     std::vector<std::filesystem::path> parts;
-    for (const auto& entry : std::filesystem::directory_iterator{folder})
+    for (const auto& entry : std::filesystem::directory_iterator{folder}) {
+        if (entry.path().extension() == ".nxs") try {
+                add_log(entry.path(), finished);
+            } catch (const InputError&) {  // a file of another program
+            }
         if (entry.path().extension() == ".part" &&
             !std::filesystem::exists(std::filesystem::path{entry.path()}.replace_extension()))
             parts.push_back(entry.path());
+    }
     for (const std::filesystem::path& part : parts) try {
             const std::vector<recording::LogEntry> written =
                 recording::read_journal(std::filesystem::path{part}.replace_extension(".journal"));
@@ -87,9 +97,8 @@ std::vector<std::string> lost_after_kill(const std::filesystem::path& folder,
                 commands::name_recovered(commands::recovered_files(options));
             }
             const std::filesystem::path file = std::filesystem::path{part}.replace_extension();
-            std::vector<std::string> kept;
-            for (const recording::LogEntry& e : recording::read_log(recorded::RecordingReader{file}))
-                kept.push_back(e.text);
+            std::vector<std::string> kept = finished;
+            add_log(file, kept);
             for (const auto& [at_s, remark] : remarks) {
                 const bool during = !written.empty() && at_s >= written.front().t_s;
                 if (during && std::ranges::none_of(kept, [&](const std::string& text) {

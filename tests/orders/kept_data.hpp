@@ -18,8 +18,8 @@ std::size_t left_open() noexcept;
 bool recovers(const std::filesystem::path& file);
 
 /// The folder of a killed program: recovers what was being recorded and checks each recording. remarks: those
-/// that the bench accepted, with their virtual times, s. Each remark given while a file was recorded must be
-/// in it.
+/// that the bench accepted, with their virtual times, s. Each must be in
+/// the recording that was open, or in an earlier one.
 std::vector<std::string> lost_after_kill(const std::filesystem::path& folder,
                                          const std::vector<std::pair<double, std::string>>& remarks);
 

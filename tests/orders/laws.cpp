@@ -14,13 +14,18 @@ namespace {
 constexpr std::size_t most_violations = 8;
 constexpr double block_patience = 1.25;  // blocks of the accelerometer that the output always waits
 constexpr double slack = 1 + 1e-6;       // of a limit
+constexpr double motion_slack = 1.05;    // of a limit of motion: the daemon has fitted the axis
+constexpr double mean_s = 4;             // time constant of gravity and offset
+constexpr double mean_known_s = 0.3;
 }  // namespace
 
-Laws::Laws(double rate_hz, std::size_t block, double accelerometer_hz, const acquisition::Channels& channels,
-           const acquisition::Streams& streams)
-    : rate_hz_{rate_hz},
-      block_{block},
-      patience_floor_s_{block_patience * AccelBlock::capacity / accelerometer_hz},
+Laws::Laws(const DacInfo& dac, const AccelerometerInfo& accelerometer, const std::array<double, 3>& axis,
+           const acquisition::Channels& channels, const acquisition::Streams& streams)
+    : rate_hz_{dac.rate_hz},
+      block_{dac.block_frames},
+      accelerometer_{accelerometer},
+      axis_{axis},
+      patience_floor_s_{block_patience * AccelBlock::capacity / accelerometer.rate_hz},
       channels_{channels},
       streams_{streams} {}
 
@@ -61,6 +66,24 @@ void Laws::see_trips() {
         ++trips_;
         if (trip.cause == safety::Cause::underrun) continue;
         require_silence(limits_.soft_stop_s + 1 / rate_hz_, false, fmt::format("trip {}", name(trip.cause)));
+    }
+}
+
+// A sample above the acceleration limit asks for silence: the block that is being written, the next one and
+// a hard stop.
+void Laws::sampled(std::span<const std::array<std::int32_t, 3>> counts) {
+    for (const auto& sample : counts) {
+        const auto a = accelerometer_.acceleration(sample);
+        double along = 0;
+        for (std::size_t k = 0; k < 3; ++k) along += axis_.at(k) * a.at(k);
+        mean_ += (along - mean_) / std::min(static_cast<double>(++sampled_), mean_s * accelerometer_.rate_hz);
+        const double level = std::abs(along - mean_), limit = limits_.acceleration.abort;
+        if (static_cast<double>(sampled_) < mean_known_s * accelerometer_.rate_hz ||
+            level < motion_slack * limit)
+            continue;
+        require_silence(2 * static_cast<double>(block_) / rate_hz_ + limits_.hard_stop_s, false,
+                        fmt::format("a sample of {:.3f} m/s^2, limit {:.3f}", level, limit));
+        return;
     }
 }
 

@@ -1,5 +1,6 @@
 #pragma once
 // Laws: what must hold at every sample that leaves the DAC, whatever clients, devices and disk do.
+#include <array>
 #include <cstdint>
 #include <optional>
 #include <span>
@@ -23,9 +24,9 @@ class Laws {
 public:
     static constexpr double silence_V = 1e-9;
 
-    /// rate_hz: DAC. block: samples per write. accelerometer_hz: samples a second.
-    Laws(double rate_hz, std::size_t block, double accelerometer_hz, const acquisition::Channels& channels,
-         const acquisition::Streams& streams);
+    /// axis: true direction of the shaker in the axes of the accelerometer.
+    Laws(const DacInfo& dac, const AccelerometerInfo& accelerometer, const std::array<double, 3>& axis,
+         const acquisition::Channels& channels, const acquisition::Streams& streams);
 
     /// A client aborted; the output has not yet written a block since.
     void aborted();
@@ -35,6 +36,8 @@ public:
     void see_trips();
     /// The limits in force, as published. Call after every change.
     void limits(const safety::Limits& limits);
+    /// The accelerometer has delivered samples.
+    void sampled(std::span<const std::array<std::int32_t, 3>> counts);
     /// A block was handed to the DAC, which lost `lost` samples behind it.
     void played(std::span<const double> volts, std::int64_t lost);
     /// The DAC has taken back this many samples; they are never played.
@@ -70,6 +73,8 @@ private:
 
     double rate_hz_;
     std::size_t block_;
+    AccelerometerInfo accelerometer_;
+    std::array<double, 3> axis_;
     double patience_floor_s_;
     const acquisition::Channels& channels_;
     const acquisition::Streams& streams_;
@@ -80,6 +85,8 @@ private:
     std::uint64_t cleared_ = 0;             // event of the newest clear
     std::optional<std::int64_t> abort_at_;  // tick of the newest abort, until the output is silent
     std::vector<Silence> silences_{};
+    double mean_ = 0;  // of the acceleration along the axis, m/s^2
+    std::int64_t sampled_ = 0;
     std::uint64_t judged_ = 0;
     std::int64_t judged_at_ = 0;
     std::size_t seen_trips_ = 0;

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <random>
 #include <utility>
 
@@ -13,6 +14,8 @@ namespace {
 
 using simulated::FaultKind;
 
+constexpr double yaw_deg = 25;  // of the accelerometer on the base
+
 constexpr std::array fault_names{
     "open",         "frozen",      "saturated",      "flipped",      "swapped",     "gain",
     "drop",         "silent",      "amplifier_gain", "walker_off",   "walker_on",   "underrun",
@@ -21,7 +24,8 @@ constexpr std::array fault_names{
 static_assert(fault_names.size() == troubles);
 
 // How often a client does what, in the order of Action.
-constexpr std::array<double, actions> weights{8, 16, 5, 7, 5, 12, 4, 6, 3, 3, 3, 2, 4, 3, 3, 3, 2, 0.5};
+constexpr std::array<double, actions> weights{8, 16, 5, 7, 5, 12, 4, 6, 3, 3, 3, 3, 4, 3, 3, 3, 2, 2};
+constexpr double init_s = 0.1;  // the devices have delivered by then
 
 double settled_s(const Plan& plan) { return 1.2 + plan.buffer_s; }
 
@@ -39,11 +43,6 @@ void add_faults(Plan& plan, std::mt19937_64& random) {
         const double for_s = 0.005 * std::pow(200.0, share(random));  // 5 ms to 1 s
         plan.faults.push_back({at_s, what, for_s, share(random)});
     }
-    // A program is killed once in a plan, and not often.
-    bool killed = share(random) < 0.7;
-    std::erase_if(plan.faults, [&](const Fault& f) {
-        return f.trouble == static_cast<std::size_t>(Trouble::killed) && std::exchange(killed, true);
-    });
 }
 
 void add_moves(Plan& plan, std::mt19937_64& random) {
@@ -62,7 +61,40 @@ void add_moves(Plan& plan, std::mt19937_64& random) {
         if (share(random) < 0.25)
             plan.moves.push_back(
                 {f.at_s + 0.3 * share(random), static_cast<int>(3 * share(random)), Action::abort, 0});
-    std::ranges::stable_sort(plan.moves, {}, &Move::at_s);
+}
+
+// Some plans begin badly: orders while the bench starts, a fault then and one during its self-test.
+void add_early(Plan& plan, std::mt19937_64& random) {
+    std::uniform_real_distribution<double> share{0, 1};
+    if (share(random) > 0.1) return;
+    const auto any = [&](std::size_t count) {
+        return static_cast<std::size_t>(share(random) * static_cast<double>(count));
+    };
+    for (int i = 0; i < 4; ++i)
+        plan.moves.push_back({init_s * share(random), static_cast<int>(any(3)),
+                              static_cast<Action>(any(actions)), share(random)});
+    plan.faults.push_back({init_s * share(random), any(troubles), 0.2 * share(random), share(random)});
+    plan.faults.push_back({init_s + share(random), any(troubles), 0.2 * share(random), share(random)});
+}
+
+// Some faults come soon after an order to stop: while the drive comes to rest.
+void add_while_stopping(Plan& plan, std::mt19937_64& random) {
+    constexpr double stopping_s = 0.1;
+    std::uniform_real_distribution<double> share{0, 1};
+    for (const Move& m : plan.moves)
+        if (m.action == Action::stop && share(random) < 0.2)
+            plan.faults.push_back({m.at_s + stopping_s * share(random),
+                                   static_cast<std::size_t>(share(random) * static_cast<double>(troubles)),
+                                   0.1 * share(random), share(random)});
+}
+
+// The first kill stays: a program is killed once in a plan.
+void keep_one_kill(Plan& plan) {
+    std::ranges::stable_sort(plan.faults, {}, &Fault::at_s);
+    bool killed = false;
+    std::erase_if(plan.faults, [&](const Fault& f) {
+        return f.trouble == static_cast<std::size_t>(Trouble::killed) && std::exchange(killed, true);
+    });
 }
 
 std::string scene_fault(const Fault& f, double from_s) {
@@ -108,6 +140,10 @@ Plan plan_of(std::uint64_t seed) {
     plan.kept_s = share(random) < 0.5 ? plan.buffer_s : 0.5 * plan.buffer_s * share(random);
     add_faults(plan, random);
     add_moves(plan, random);
+    add_early(plan, random);
+    add_while_stopping(plan, random);
+    keep_one_kill(plan);
+    std::ranges::stable_sort(plan.moves, {}, &Move::at_s);
     return plan;
 }
 
@@ -131,11 +167,16 @@ std::string scene_of(const Plan& plan, double from_s) {
     std::string scene = fmt::format(
         "seed = {}\n[dac]\nrate_hz = 24000\nbuffer_s = {}\nkept_s = {}\n[top]\npositions = 1\nframe_rate_hz "
         "= 200\n"
-        "[side]\npositions = 1\nframe_rate_hz = 200\n",
-        plan.seed % 1000000, plan.buffer_s, plan.kept_s);
+        "[side]\npositions = 1\nframe_rate_hz = 200\n[accelerometer]\nyaw_deg = {}\n",
+        plan.seed % 1000000, plan.buffer_s, plan.kept_s, yaw_deg);
     for (const Fault& f : plan.faults)
         if (f.trouble < scene_faults && f.at_s + f.for_s > from_s) scene += scene_fault(f, from_s);
     return scene;
+}
+
+std::array<double, 3> shaker_axis() {
+    const double yaw = yaw_deg * std::numbers::pi / 180;
+    return {std::cos(yaw), -std::sin(yaw), 0};
 }
 
 }  // namespace shaker::orders

@@ -81,4 +81,7 @@ std::string text(const Plan& plan);
 /// The scene of a plan, from `from_s` on: cameras give positions, devices fail as planned.
 std::string scene_of(const Plan& plan, double from_s);
 
+/// Direction of that scene's shaker in the axes of its accelerometer.
+std::array<double, 3> shaker_axis();
+
 }  // namespace shaker::orders

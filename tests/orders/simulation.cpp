@@ -46,9 +46,8 @@ public:
           outcome_{outcome},
           runner_{{.run = options_of(plan, scene_file()), .on_call = true, .recordings = folder}},
           service_{runner_, {}, port_},
-          laws_{runner_.bench().rig.dac->info().rate_hz, runner_.bench().rig.dac->info().block_frames,
-                runner_.bench().rig.accelerometer->info().rate_hz, runner_.collector().channels(),
-                runner_.collector().streams()},
+          laws_{runner_.bench().rig.dac->info(), runner_.bench().rig.accelerometer->info(), shaker_axis(),
+                runner_.collector().channels(), runner_.collector().streams()},
           clients_{port_, laws_},
           watch_{.laws = laws_, .troubled = [this](std::size_t trouble) { return lasts(trouble); }} {
         laws_.limits(runner_.limits());

@@ -45,12 +45,15 @@ public:
         watch_.heap.end(watch_.laws);
         if (watch_.troubled(static_cast<std::size_t>(Trouble::slow_sensor))) return false;
         const bool came = sensor_->read(block, wait);
-        if (came) watch_.heap.begin("accelerometer");
-        return came;
+        if (!came) return false;
+        watch_.laws.sampled(std::span{block.counts}.first(static_cast<std::size_t>(block.size)));
+        watch_.heap.begin("accelerometer");
+        return true;
     }
     std::size_t read_early(std::span<std::array<std::int32_t, 3>> counts) noexcept override {
         watch_.heap.end(watch_.laws);
         const std::size_t n = sensor_->read_early(counts);
+        watch_.laws.sampled(counts.first(n));
         watch_.heap.begin("accelerometer");
         return n;
     }
