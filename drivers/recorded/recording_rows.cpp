@@ -1,6 +1,7 @@
 // Reads rows of a recording that is being written.
 #include <numeric>
 
+#include "drivers/recorded/h5/written_file.hpp"
 #include "drivers/recorded/recording_streams.hpp"
 
 namespace shaker::recorded {
@@ -17,7 +18,9 @@ std::vector<T> rows_of(Numbered& column, std::size_t first, std::size_t count, s
 }  // namespace
 
 std::vector<double> RecordingWriter::numbers(const std::string& path, std::size_t first, std::size_t count) {
-    return rows_of<double>(streams_->column(path), first, count);
+    std::vector<double> rows = rows_of<double>(streams_->column(path), first, count);
+    h5::written_file(streams_->file.get())->require_whole(streams_->name);
+    return rows;
 }
 
 std::vector<AccelBlock> RecordingWriter::blocks(std::size_t first, std::size_t count,
@@ -28,6 +31,7 @@ std::vector<AccelBlock> RecordingWriter::blocks(std::size_t first, std::size_t c
                size = rows_of<std::uint8_t>(*streams_->block_size, first, count);
     const auto samples = std::accumulate(size.begin(), size.end(), std::size_t{0});
     const auto counts = rows_of<std::int32_t>(*streams_->counts, first_sample, samples, raw::axes);
+    h5::written_file(streams_->file.get())->require_whole(streams_->name);
     std::vector<AccelBlock> blocks;
     std::size_t next = 0;
     for (std::size_t k = 0; k < count; ++k) {

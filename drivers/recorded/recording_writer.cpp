@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "drivers/errors.hpp"
+#include "drivers/recorded/h5/written_file.hpp"
 #include "drivers/recorded/nexus.hpp"
 #include "drivers/recorded/recording_describe.hpp"
 #include "drivers/recorded/recording_streams.hpp"
@@ -185,7 +186,7 @@ void RecordingWriter::Streams::begin(const RecordingHeader& header) {
 }
 
 RecordingWriter::~RecordingWriter() {
-    if (streams_ && streams_->file.get() >= 0) h5::leave_unfinished(streams_->file.get());
+    if (streams_ && streams_->file.get() >= 0) h5::written_file(streams_->file.get())->leave();
 }
 
 RecordingWriter::RecordingWriter(const std::filesystem::path& file, const RecordingHeader& header)
@@ -202,7 +203,7 @@ RecordingWriter::RecordingWriter(const std::filesystem::path& file, const Record
     for (const GroupLayout& g : header.groups) s.open_group(g);
     link_sensors(s.entry.get());
     s.seals.emplace(s.entry.get(), s.columns);
-    h5::let_others_read(s.file.get());
+    h5::let_others_read(s.file.get(), s.name);
 }
 
 RecordingWriter::RecordingWriter(std::unique_ptr<Streams> streams) : streams_{std::move(streams)} {}
@@ -336,7 +337,7 @@ void RecordingWriter::flush() {
     }
     for (const auto& [path, o] : streams_->once) streams_->seals->add(o.column, o.written, o.checksum);
     streams_->seals->flush();
-    h5::check(H5Fflush(streams_->file.get(), H5F_SCOPE_GLOBAL), streams_->name);
+    h5::flush(streams_->file.get(), streams_->name);
 }
 
 void RecordingWriter::sync() { h5::sync(streams_->file.get(), streams_->name); }

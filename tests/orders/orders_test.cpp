@@ -55,6 +55,18 @@ TEST(OrdersTest, FullDiskLeavesNoFileOpen) {
     EXPECT_TRUE(outcome.violations.empty()) << words(plan, outcome);
 }
 
+// The recording ends while its disk fails: HDF5 still has to write when it closes the file.
+TEST(OrdersTest, DiskThatFailsAtTheEndLeavesNoFileOpen) {
+    if (!disk_can_fail()) GTEST_SKIP() << "sanitisers do not allow replaced calls";
+    Plan plan{.seed = 1, .length_s = 5, .frequency_hz = 50, .identifies = true};
+    plan.moves = {{0.8, 2, Action::record, 0.5}, {1.0, 0, Action::start, 0.3}, {2.56, 0, Action::abort, 0}};
+    plan.faults = {{2.5, static_cast<std::size_t>(Trouble::disk_error), 0.6, 0}};
+    const std::size_t before = left_open();
+    const Outcome outcome = simulate(plan, test::fresh_folder() / "run");
+    EXPECT_EQ(left_open(), before);
+    EXPECT_TRUE(outcome.violations.empty()) << words(plan, outcome);
+}
+
 // The seeds change with SHAKER_SEED; `tests/bench/run orders` plays more.
 TEST(OrdersTest, LawsHoldForSeedsOfTheDay) {
     const char* day = std::getenv("SHAKER_SEED");

@@ -1,7 +1,6 @@
 #include "tests/orders/simulated_disk.hpp"
 
 #include <dlfcn.h>
-#include <sys/stat.h>
 #include <sys/statvfs.h>
 #include <unistd.h>
 
@@ -31,11 +30,8 @@ Function* next(const char* name) {
     return reinterpret_cast<Function*>(::dlsym(RTLD_NEXT, name));
 }
 
-// True when a file's call must fail; sets errno. A file in memory has no name and no disk.
-bool fails(int file) noexcept {
-    struct stat status {};
-    if (shaker::orders::disk == Disk::good || ::fstat(file, &status) != 0 || status.st_nlink == 0)
-        return false;
+// True when a call that changes a file must fail; sets errno.
+bool fails() noexcept {
     switch (shaker::orders::disk) {
         case Disk::good:
             return false;
@@ -55,19 +51,27 @@ extern "C" {
 
 ssize_t pwrite64(int file, const void* bytes, size_t count, off64_t at) {
     static auto* const real = next<ssize_t(int, const void*, size_t, off64_t)>("pwrite64");
-    return fails(file) ? -1 : real(file, bytes, count, at);
+    return fails() ? -1 : real(file, bytes, count, at);
 }
 ssize_t pwrite(int file, const void* bytes, size_t count, off_t at) {
     static auto* const real = next<ssize_t(int, const void*, size_t, off_t)>("pwrite");
-    return fails(file) ? -1 : real(file, bytes, count, at);
+    return fails() ? -1 : real(file, bytes, count, at);
+}
+int ftruncate64(int file, off64_t bytes) {
+    static auto* const real = next<int(int, off64_t)>("ftruncate64");
+    return fails() ? -1 : real(file, bytes);
+}
+int ftruncate(int file, off_t bytes) {
+    static auto* const real = next<int(int, off_t)>("ftruncate");
+    return fails() ? -1 : real(file, bytes);
 }
 int fdatasync(int file) {
     static auto* const real = next<int(int)>("fdatasync");
-    return fails(file) ? -1 : real(file);
+    return fails() ? -1 : real(file);
 }
 int fsync(int file) {
     static auto* const real = next<int(int)>("fsync");
-    return fails(file) ? -1 : real(file);
+    return fails() ? -1 : real(file);
 }
 int statvfs64(const char* path, struct statvfs64* status) {
     static auto* const real = next<int(const char*, struct statvfs64*)>("statvfs64");

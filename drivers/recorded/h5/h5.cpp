@@ -1,14 +1,9 @@
 #include "drivers/recorded/h5/h5.hpp"
 
-#include <fcntl.h>
-#include <sys/mman.h>
-#include <unistd.h>
-
 #include <algorithm>
-#include <cerrno>
-#include <system_error>
 
 #include "drivers/errors.hpp"
+#include "drivers/recorded/h5/written_file.hpp"
 
 namespace shaker::h5 {
 
@@ -129,7 +124,7 @@ hid_t type_of<std::uint16_t>() noexcept {
 
 Handle create_file(const std::filesystem::path& file) {
     be_quiet();
-    const Handle access = plist(H5P_FILE_ACCESS);
+    const Handle access = written_access();
     check(H5Pset_libver_bounds(access.get(), H5F_LIBVER_LATEST, H5F_LIBVER_LATEST), file.string());
     check(H5Pset_alignment(access.get(), 1, page), file.string());
     keep_one_chunk(access.get(), file.string());
@@ -139,38 +134,30 @@ Handle create_file(const std::filesystem::path& file) {
     return {H5Fcreate(file.c_str(), H5F_ACC_TRUNC, create.get(), access.get()), file.string()};
 }
 
-void let_others_read(hid_t file) { check(H5Fstart_swmr_write(file), "letting others read the recording"); }
-
-void sync(hid_t file, const std::string& name) {
-    void* descriptor = nullptr;
-    check(H5Fget_vfd_handle(file, H5P_DEFAULT, &descriptor), name);
-    if (::fdatasync(*static_cast<int*>(descriptor)) != 0)
-        throw DeviceError{name + ": " + std::generic_category().message(errno)};
+void let_others_read(hid_t file, const std::string& name) {
+    check(H5Fstart_swmr_write(file), name);
+    written_file(file)->require_whole(name);
 }
 
-void leave_unfinished(hid_t file) noexcept {
-    H5Fflush(file, H5F_SCOPE_GLOBAL);
-    void* descriptor = nullptr;
-    const int memory = ::memfd_create("not-written", MFD_CLOEXEC);
-    if (memory >= 0 && H5Fget_vfd_handle(file, H5P_DEFAULT, &descriptor) >= 0)
-        ::dup3(memory, *static_cast<int*>(descriptor), O_CLOEXEC);
-    if (memory >= 0) ::close(memory);
+void flush(hid_t file, const std::string& name) {
+    check(H5Fflush(file, H5F_SCOPE_GLOBAL), name);
+    written_file(file)->require_whole(name);
+}
+
+void sync(hid_t file, const std::string& name) {
+    const auto written = written_file(file);
+    written->sync();
+    written->require_whole(name);
 }
 
 void close_file(Handle file, const std::string& name) {
-    if (H5Fflush(file.get(), H5F_SCOPE_GLOBAL) < 0) {
-        const std::string why = own_words();
-        leave_unfinished(file.get());
-        throw DeviceError{name + ": " + why};
-    }
+    flush(file.get(), name);
     const ssize_t open = H5Fget_obj_count(file.get(), H5F_OBJ_ALL);
     if (open != 1) throw DeviceError{name + ": " + std::to_string(open - 1) + " objects are still open"};
+    const auto written = written_file(file.get());
     check(H5Fclose(file.release()), name);
-    const int descriptor = ::open(name.c_str(), O_RDONLY | O_CLOEXEC);
-    const bool synced = descriptor >= 0 && ::fsync(descriptor) == 0;
-    const int error = errno;
-    if (descriptor >= 0) ::close(descriptor);
-    if (!synced) throw DeviceError{name + ": " + std::generic_category().message(error)};
+    written->sync();
+    written->require_whole(name);
 }
 
 Handle make_group(hid_t parent, const std::string& path, const std::string& nx_class) {

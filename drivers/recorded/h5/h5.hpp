@@ -53,13 +53,12 @@ void check(herr_t status, const std::string& what);
 /// failure damages no other object.
 Handle create_file(const std::filesystem::path& file);
 /// From now on no objects can be added to the file. No attribute may be open.
-void let_others_read(hid_t file);
+void let_others_read(hid_t file, const std::string& name);
+/// Writes all data into the file. DeviceError for any failure of the disk since the file was opened: only
+/// this call and the next two report one, and the file stays as it was at the failure.
+void flush(hid_t file, const std::string& name);
 /// Returns when flushed data are on the disk; HDF5's own flush does not ensure this.
 void sync(hid_t file, const std::string& name);
-/// Call it before a file is closed that may have a failing disk, unless close_file() follows: writes all data
-/// and directs what HDF5 writes later into memory. HDF5 does not survive a file that it cannot write when it
-/// closes it: its later calls use freed memory. The file stays as that of a killed program.
-void leave_unfinished(hid_t file) noexcept;
 /// Closes the file and synchronises it to the disk. DeviceError when that fails or handles are still open.
 void close_file(Handle file, const std::string& name);
 /// Opens a copy of a file whose writer died, for writing. InputError when HDF5 cannot read it.

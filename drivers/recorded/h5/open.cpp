@@ -8,6 +8,7 @@
 #include "drivers/recorded/h5/bounded.hpp"
 #include "drivers/recorded/h5/file_lock.hpp"
 #include "drivers/recorded/h5/refusal.hpp"
+#include "drivers/recorded/h5/written_file.hpp"
 
 namespace shaker::h5 {
 
@@ -86,7 +87,7 @@ Handle open_file(const std::filesystem::path& file, Access access) {
 Handle open_to_mend(const std::filesystem::path& file) {
     be_quiet();
     stay_in_the_file();
-    const Handle access{H5Pcreate(H5P_FILE_ACCESS), file.string()};
+    const Handle access = written_access();
     const hbool_t clear = 1;  // the mark of a writer that never closed the file; h5clear removes it too
     check(H5Pset(access.get(), "clear_status_flags", &clear), file.string());
     check(H5Pset_libver_bounds(access.get(), H5F_LIBVER_LATEST, H5F_LIBVER_LATEST), file.string());
