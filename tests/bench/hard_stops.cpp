@@ -61,11 +61,11 @@ std::int64_t wrong(const test::MockDac& mock, const alsa::AlsaSettings& s, const
     return n;
 }
 
-/// Aborts of one row. A stream that ran empty, because the machine stood still, counts apart.
+/// Aborts of one row. A stream that ran empty, and aborts during which the machine stood still, count apart.
 struct Tally {
     std::vector<double> silent_ms;
     double taken_ms = 0, largest_step = 0, own_step = 0, samples = 0;
-    std::int64_t wrong = 0, disturbed = 0, underruns = 0;
+    std::int64_t wrong = 0, disturbed = 0, underruns = 0, stalled = 0;
     DacInfo info;
 };
 
@@ -92,6 +92,10 @@ void add_stream(Tally& tally, const Card& card, bool takes_back, int count, unsi
         return;
     }
     for (const test::HardStop& stop : all.stops) {
+        if (stop.stalled) {
+            ++tally.stalled;
+            continue;
+        }
         tally.silent_ms.push_back(1e3 * stop.silent_s);
         tally.taken_ms += 1e3 * static_cast<double>(stop.taken_back) / s.rate_hz;
     }
@@ -124,6 +128,7 @@ void add_row(bench::Table& table, const Card& card, bool takes_back, int count, 
                {"samples", t.samples, "", 9},
                {"not as recorded", static_cast<double>(t.wrong)},
                {"aborts beside underruns", static_cast<double>(t.disturbed), "", 6},
+               {"aborts beside stalls", static_cast<double>(t.stalled), "", 6},
                {"underruns", static_cast<double>(t.underruns)},
                {"conditions",
                 "mock converter in real time, 48 kHz, two harmonics of 0.4 V at 50 to 150 Hz, "

@@ -20,6 +20,9 @@ namespace {
 using nlohmann::json;
 using Clock = std::chrono::steady_clock;
 
+// Of a process that plays one seed, bytes: twice that of a daemon at rest with its queues.
+constexpr double memory_bound = 120e6;
+
 std::set<std::uint64_t> done_in(const std::filesystem::path& file) {
     std::set<std::uint64_t> done;
     std::ifstream in{file};
@@ -39,6 +42,8 @@ void play_seed(const Campaign& campaign, std::uint64_t seed, const std::filesyst
     const Outcome o = simulate(plan_of(seed), folder);
     std::filesystem::remove_all(folder);
     json broken = json::array();
+    if (most_bytes() > memory_bound)
+        broken.push_back(fmt::format("memory is bounded: {:.0f} MB", most_bytes() / 1e6));
     for (const Violation& v : o.violations)
         broken.push_back(fmt::format("{}: at {:.4f} s {}", v.law, v.at_s, v.words));
     std::ofstream{lines, std::ios::app} << json{{"seed", seed},

@@ -12,6 +12,7 @@
 #include "tests/support/remote/played_bench.hpp"
 #include "tests/support/remote/socket_client.hpp"
 #include "tests/support/remote/tcp_client.hpp"
+#include "tests/support/stall_probe.hpp"
 
 namespace shaker::remote {
 namespace {
@@ -109,6 +110,8 @@ TEST_F(AbortTest, AbortIsObeyedOnEveryConnection) {
         EXPECT_EQ(sessions.emplace_back(server.scpi_port()).ask("*IDN?").substr(0, 7), "shakerd");
     std::deque<TcpClient> silent;
     double worst_ms = 0;
+    int stalled = 0;
+    const test::StallProbe probe;
     for (int n = 17; n <= 1000; ++n) {
         if (n % 4 != 1) {
             silent.emplace_back(server.scpi_port());
@@ -122,13 +125,17 @@ TEST_F(AbortTest, AbortIsObeyedOnEveryConnection) {
         while (bench.aborts == before && steady_clock::now() - begin < 5s) std::this_thread::yield();
         ASSERT_EQ(bench.aborts, before + 1) << "connection " << n;
         const std::chrono::duration<double, std::milli> took = steady_clock::now() - begin;
-        worst_ms = std::max(worst_ms, took.count());
+        if (probe.longest_s(begin, steady_clock::now()) > 0)
+            ++stalled;
+        else
+            worst_ms = std::max(worst_ms, took.count());
         const std::string answer = excess.rest();
         EXPECT_EQ(answer.substr(0, 2), n % 8 == 1 ? "1\n" : "-3") << answer;
         EXPECT_NE(answer.find("16 sessions are open"), std::string::npos) << answer;
     }
     RecordProperty("worst_ms", std::to_string(worst_ms));
-    EXPECT_LT(worst_ms, static_cast<double>(late.count()));
+    EXPECT_LT(worst_ms, SHAKER_SANITIZED ? static_cast<double>(late.count()) : 50);
+    EXPECT_LE(stalled, SHAKER_SANITIZED ? 246 : 2) << "of 246: the machine stood still for more than 20 ms";
     EXPECT_EQ(sessions.back().ask("*IDN?").substr(0, 7), "shakerd") << "the open sessions stay";
 }
 

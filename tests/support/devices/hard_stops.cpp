@@ -10,6 +10,7 @@
 
 #include "daemon/acquisition/drive_output.hpp"
 #include "drivers/recorded/played_drive.hpp"
+#include "tests/support/stall_probe.hpp"
 
 namespace shaker::test {
 
@@ -75,7 +76,11 @@ HardStop stop_of(const Output& run, HostTime ordered) {
     const PlayTime& seen = run.played.back();
     const Seconds until{static_cast<double>(c.first.n - seen.tick.n) / run.info.rate_hz};
     const double ramp_s = Seconds{seen.heard - ordered}.count() + until.count();
-    return {c.first.n, c.stop, c.taken_back, ramp_s, ramp_s + static_cast<double>(c.stop) / run.info.rate_hz};
+    return {.first = c.first.n,
+            .ramp = c.stop,
+            .taken_back = c.taken_back,
+            .ramp_s = ramp_s,
+            .silent_s = ramp_s + static_cast<double>(c.stop) / run.info.rate_hz};
 }
 
 void judge(HardStops& all, double rate_hz) {
@@ -96,6 +101,7 @@ HardStops stop_hard(Dac& dac, int count, unsigned seed) {
     HardStops all;
     Output run{dac};
     Operator person{run.channels, seed};
+    const StallProbe probe;
     std::mt19937 random{seed + 1};
     for (int i = 0; i < count; ++i) {
         DriveCommand drive{
@@ -105,9 +111,13 @@ HardStops stop_hard(Dac& dac, int count, unsigned seed) {
         drive.volts.at(2) = {0, amplitude_V};
         run.channels.drive.post(drive);
         run.go(run.queue_s() + lead_s);
+        const auto before = StallProbe::Clock::now();
         person.wish();
         while (!run.channels.stopped) run.step();
-        if (run.changes.back().stop > 0) all.stops.push_back(stop_of(run, person.at()));  // else an underrun
+        if (run.changes.back().stop > 0) {  // else an underrun
+            all.stops.push_back(stop_of(run, person.at()));
+            all.stops.back().stalled = probe.longest_s(before, StallProbe::Clock::now()) > 0;
+        }
         run.go(run.queue_s() + 0.01);
         run.channels.clearance.post({run.output.newest.number, run.channels.aborts});
         run.step();

@@ -13,6 +13,7 @@ struct HardStop {
     std::int64_t ramp = 0;        // samples
     std::int64_t taken_back = 0;  // samples
     double ramp_s = 0, silent_s = 0;
+    bool stalled = false;  // the machine stood still meanwhile (StallProbe)
 };
 
 struct HardStops {
