@@ -91,7 +91,7 @@ public:
     void clear(const std::string& path);
     void scalar(const std::string& path, double value);
     void text(const std::string& path, const std::string& text);
-    /// Rows `first` to `first + count` of a column of numbers. DeviceError when they do not exist.
+    /// Rows `first` to `first + count` of a column. DeviceError when they do not exist or the disk failed.
     [[nodiscard]] std::vector<double> numbers(const std::string& path, std::size_t first, std::size_t count);
     /// Added accelerometer blocks from number `first` on. first_sample: number of samples before them.
     [[nodiscard]] std::vector<AccelBlock> blocks(std::size_t first, std::size_t count,

@@ -1,5 +1,5 @@
 #pragma once
-// What our file drivers for HDF5 have in common: errors, order and locks of open files.
+// Parts of our file drivers for HDF5: errors, comparison and locks of open files.
 #include <string>
 
 #include "drivers/recorded/h5/h5.hpp"

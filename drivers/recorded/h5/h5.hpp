@@ -54,8 +54,8 @@ void check(herr_t status, const std::string& what);
 Handle create_file(const std::filesystem::path& file);
 /// From now on no objects can be added to the file. No attribute may be open.
 void let_others_read(hid_t file, const std::string& name);
-/// Writes all data into the file. DeviceError for any failure of the disk since the file was opened: only
-/// this call and the next two report one, and the file stays as it was at the failure.
+/// Writes all data into the file. DeviceError for any failure of the disk since the file was opened: other
+/// writing calls report none (see WrittenFile). The file stays as it was at the failure.
 void flush(hid_t file, const std::string& name);
 /// Returns when flushed data are on the disk; HDF5's own flush does not ensure this.
 void sync(hid_t file, const std::string& name);
