@@ -73,6 +73,8 @@ void losses(BenchInstrument& bench, scpi::Call& call) {
 std::vector<Command> bench_commands(BenchInstrument& bench) {
     std::vector<Command> rows;
     limit_rows(bench, rows, "ACCeleration", "M/S2", &safety::Limits::acceleration);
+    limit_rows(bench, rows, "ACCeleration:RMS", "M/S2", &safety::Limits::acceleration_rms);
+    limit_rows(bench, rows, "COIL", "A", &safety::Limits::coil_A);
     limit_rows(bench, rows, "VELocity", "M/S", &safety::Limits::velocity);
     limit_rows(bench, rows, "DISPlacement", "M", &safety::Limits::displacement);
     limit_rows(bench, rows, "DRIVe", "V", &safety::Limits::drive);

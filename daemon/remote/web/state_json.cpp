@@ -132,6 +132,8 @@ json real_time(const service::BenchState& s) {
 
 json limits(const safety::Limits& l) {
     return {{"acceleration_abort_mps2", number(l.acceleration.abort)},
+            {"acceleration_rms_abort_mps2", number(l.acceleration_rms.abort)},
+            {"coil_abort_A", number(l.coil_A.abort)},
             {"velocity_abort_mps", number(l.velocity.abort)},
             {"displacement_abort_m", number(l.displacement.abort)},
             {"drive_abort_V", number(l.drive.abort)},

@@ -190,6 +190,19 @@ std::string plain(std::string_view row) {
     return header;
 }
 
+TEST_F(ScpiPortTest, LimitsOfRmsAndCoilAreLoweredAndRead) {
+    EXPECT_EQ(ask("LIM:ACC:RMS:ABOR 0.5G;WARN 3;:LIM:COIL:ABOR 2500MA;WARN 2;*OPC?"), "1");
+    EXPECT_EQ(ask("LIM:ACC:RMS:WARN?;ABOR?"), "3.00000000E+00;4.90000000E+00");
+    EXPECT_EQ(ask("LIM:COIL:WARN?;ABOR?"), "2.00000000E+00;2.50000000E+00");
+    EXPECT_EQ(ask("LIM:COIL:ABOR 1;WARN?;*OPC?"), "1.00000000E+00;1")
+        << "a warning level is at most its abort level";
+    EXPECT_EQ(ask("SYST:ERR?"), "0,\"No error\"");
+    const auto limits = bench.bench_port.state()->limits;
+    EXPECT_EQ(limits.acceleration_rms, (safety::Level{3, 4.9}));
+    EXPECT_EQ(limits.coil_A, (safety::Level{1, 1}));
+    EXPECT_EQ(limits.acceleration, (safety::Level{40, 50}));
+}
+
 TEST_F(ScpiPortTest, ScpiPageHasEveryHeader) {
     std::ifstream in{test::source_dir() + "/daemon/remote/SCPI.md"};
     const std::string page{std::istreambuf_iterator<char>{in}, {}};
