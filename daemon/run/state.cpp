@@ -7,8 +7,8 @@
 namespace shaker::run {
 
 const char* name(RunState state) noexcept {
-    constexpr std::array names{"init",       "self_test", "idle", "armed",     "identify",
-                               "loop_check", "ramp",      "run",  "ramp_down", "tripped"};
+    constexpr std::array names{"init", "self_test", "idle",      "armed",   "identify", "loop_check",
+                               "ramp", "run",       "ramp_down", "tripped", "finishing"};
     return names[static_cast<std::size_t>(state)];
 }
 

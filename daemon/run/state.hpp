@@ -14,7 +14,11 @@ enum class RunState {
     run,         // the drive is kept at its target
     ramp_down,
     tripped,  // a limit was violated: silent until an operator clears it
+    /// Silent; the recording of the last run is being completed and reduced. Only a bench on call publishes
+    /// it, while its sequence is idle.
+    finishing,
 };
+inline constexpr int run_states = static_cast<int>(RunState::finishing) + 1;
 
 /// One word: "ramp_down".
 const char* name(RunState state) noexcept;

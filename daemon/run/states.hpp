@@ -40,7 +40,7 @@ struct Tripped {
 
 using State = std::variant<Init, Quiet, Idle, Armed, Identify, Check, Ramp, Run, RampDown, Tripped>;
 
-/// The published name of a state.
+/// The name of a state.
 inline RunState named(const State& state) noexcept { return static_cast<RunState>(state.index()); }
 
 }  // namespace shaker::run

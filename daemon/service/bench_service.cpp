@@ -138,14 +138,26 @@ void BenchService::compare_points() {
     }
 }
 
+// A run that has just ended is in the recorder's hands before the next state is published as idle.
+run::RunState BenchService::shown_state() const {
+    const run::RunState state = sequence_.state();
+    const bool busy = record_.finishing() || (active_ && record_.on());
+    return state == run::RunState::idle && busy ? run::RunState::finishing : state;
+}
+
 void BenchService::follow_states() {
     const run::RunState state = sequence_.state();
     for (; logged_notes_ < sequence_.notes().size(); ++logged_notes_)
         log("note", sequence_.notes()[logged_notes_]);
-    if (state != state_) {
-        state_ = state;
+    const bool changed = std::exchange(state_, state) != state;
+    if (changed && state == run::RunState::idle && std::exchange(active_, false)) record_.finish(sequence_);
+    const bool was_finishing = shown_ == run::RunState::finishing;
+    if (const run::RunState shown = shown_state(); std::exchange(shown_, shown) != shown) {
+        log("state", name(shown));
+        if (was_finishing) finished_s_ = sequence_.now_s();
+    }
+    if (changed) {
         if (driving(state) || state == run::RunState::tripped) armed_ = false;
-        log("state", name(state));
         response_ =
             sequence_.controller().identified()
                 ? std::make_shared<const control::IdentifiedResponse>(*sequence_.controller().identified())
@@ -153,10 +165,6 @@ void BenchService::follow_states() {
         if (state == run::RunState::tripped) {
             trip_s_ = sequence_.now_s();
             log("trip", text(*sequence_.trip()), name(sequence_.trip()->cause));
-        }
-        if (state == run::RunState::idle && active_) {
-            active_ = false;
-            record_.finish(sequence_);
         }
     }
     if (sequence_.may_clear() && !stop_recorded_) {
@@ -221,6 +229,8 @@ void BenchService::log(const std::string& kind, const std::string& text, std::st
 void BenchService::publish() {
     auto state = std::make_shared<BenchState>();
     report_->fill(*state);
+    state->state = shown_state();
+    state->since_s = std::max(state->since_s, finished_s_);
     state->answered = answered_;
     state->armed = armed_ && state->state == run::RunState::idle;
     state->facts = facts_;

@@ -75,6 +75,7 @@ private:
     void measure(const acquisition::Streams& streams);
     void take_outcome();
     void compare_points();
+    [[nodiscard]] run::RunState shown_state() const;
     void follow_states();
     void go_away(acquisition::Channels& channels);
     void tidy(acquisition::Streams& streams) const;
@@ -99,10 +100,12 @@ private:
     bool recorded_ = false;  // the next run is recorded
     std::string name_;       // of the next recording; empty: a name from the time
     std::uint64_t answered_ = 0;
-    std::uint64_t aborts_seen_ = 0;  // Channels::aborts before the present order was checked
-    run::RunState state_ = run::RunState::init;
-    bool active_ = false;         // a run is not finished
-    bool stop_recorded_ = false;  // the trip of the stopped run was recorded
+    std::uint64_t aborts_seen_ = 0;              // Channels::aborts before the present order was checked
+    run::RunState state_ = run::RunState::init;  // of the sequence, at the last step
+    run::RunState shown_ = run::RunState::init;  // published, at the last step
+    double finished_s_ = 0;                      // master time at which the state finishing ended
+    bool active_ = false;                        // a run is not finished
+    bool stop_recorded_ = false;                 // the trip of the stopped run was recorded
     std::size_t measured_ = 0, logged_notes_ = 0;
     std::array<std::uint64_t, safety::causes> warnings_{};  // counts at the last step
     std::set<std::string> warned_;                          // causes that were logged in this run

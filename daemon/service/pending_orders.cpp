@@ -40,6 +40,7 @@ bool PendingOrders::pending() const {
         case run::RunState::loop_check:
         case run::RunState::ramp:
         case run::RunState::ramp_down:
+        case run::RunState::finishing:
             return true;
         case run::RunState::tripped:
             return !state->may_clear;

@@ -19,7 +19,10 @@ void SystemdNotify::report(const BenchState& state, Heartbeats& heartbeats, bool
         sd_notify(0, "READY=1");
     }
     std::string status = state.trip ? text(*state.trip) : std::string{name(state.state)};
-    if (state.recording.finishing) status += ", finishing " + state.recording.name;
+    if (state.state == run::RunState::finishing)
+        status += " " + state.recording.name;
+    else if (state.recording.finishing)
+        status += ", finishing " + state.recording.name;
     if (status != status_) {
         status_ = std::move(status);
         sd_notify(0, ("STATUS=" + status_).c_str());

@@ -121,7 +121,7 @@ public:
             port.order({service::End{}, {}});
             ended_ = Clock::now();
             ++step_;
-        } else if (step_ == 2 && idle && !s.recording.finishing) {
+        } else if (step_ == 2 && idle) {
             finish_s = seconds_since(ended_);
             finish_gap_s = manager_.longest_gap_s();
             service.leave();

@@ -43,7 +43,7 @@ void start(const Values& values) {
     bool driven = false;
     const json measured = *state_when(link, Clock::time_point::max(), [&](const json& state) {
         const std::string word = state_of(state);
-        const bool silent = word == "idle" || word == "armed";
+        const bool silent = word == "idle" || word == "armed" || word == "finishing";
         if (driven && silent) throw Refused{"the drive was stopped before a measurement was complete"};
         driven = driven || !silent;
         return has_result(state);

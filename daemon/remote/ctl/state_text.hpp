@@ -8,9 +8,9 @@
 namespace shaker::ctl {
 
 /// The values of "state" in the daemon's messages.
-inline constexpr std::array<std::string_view, 10> state_words{
-    "starting", "idle",     "armed",   "identifying", "checking",
-    "ramping",  "settling", "running", "stopping",    "tripped"};
+inline constexpr std::array<std::string_view, 11> state_words{
+    "starting", "idle",    "armed",    "identifying", "checking", "ramping",
+    "settling", "running", "stopping", "tripped",     "finishing"};
 
 std::string state_of(const nlohmann::json& state);
 /// Cause of the trip; empty without a trip.

@@ -144,7 +144,7 @@ std::string metrics_text(const service::BenchState* state, const ServedCounts& s
     if (state == nullptr) return t.take();
     const service::BenchState& s = *state;
     t.family("state", "gauge", "1 for the present state of the bench.");
-    for (int k = 0; k <= static_cast<int>(run::RunState::tripped); ++k) {
+    for (int k = 0; k < run::run_states; ++k) {
         const auto which = static_cast<run::RunState>(k);
         t.sample("state", name(which), which == s.state ? 1 : 0);
     }

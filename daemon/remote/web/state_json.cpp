@@ -164,6 +164,8 @@ const char* word_of(const service::BenchState& state) noexcept {
             return "stopping";
         case run::RunState::tripped:
             return "tripped";
+        case run::RunState::finishing:
+            return "finishing";
     }
     return "starting";
 }

@@ -217,6 +217,22 @@ constexpr const char* quick_run = "phi_rad = 1.745\nperiods = 10\nidentify = fal
 // Signs of life are due each quarter of a second; a step of the service may come half a second late.
 constexpr double longest_silence_s = 0.75;
 
+std::string got(const ServedBench& bench, const std::string& path) {
+    TcpClient client{bench.http_port()};
+    client.send_bytes("GET " + path + " HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\n\r\n");
+    return client.rest();
+}
+
+/// The state as each door shows it.
+void expect_finishing_at_every_door(const ServedBench& bench, Manager& manager, const std::string& file) {
+    EXPECT_NE(got(bench, "/api/state").find("\"state\":\"finishing\""), std::string::npos);
+    EXPECT_NE(got(bench, "/metrics").find("shakerd_state{state=\"finishing\"} 1\n"), std::string::npos);
+    const std::string at = "--at 127.0.0.1:" + std::to_string(bench.http_port());
+    EXPECT_EQ(Program("shakerctl", at + " wait finishing --timeout 1", bench.folder).wait(5).status, 0);
+    EXPECT_TRUE(manager.hears("STATUS=finishing " + file, 1));
+    EXPECT_TRUE(bench.logged("state: finishing", 1)) << bench.log();
+}
+
 TEST(ServeTest, AnswersAndFeedsWatchdogWhileFinishing) {
     if (SHAKER_SANITIZED) GTEST_SKIP() << "a sanitiser cannot be loaded behind another library";
     const auto folder = fresh_folder();
@@ -229,7 +245,8 @@ TEST(ServeTest, AnswersAndFeedsWatchdogWhileFinishing) {
     manager.forget();
     TcpClient client{bench.scpi_port()};
     client.send("OUTP OFF");
-    ASSERT_TRUE(bench.becomes("idle", 3)) << bench.log();
+    ASSERT_TRUE(bench.becomes("finishing", 3)) << bench.log();
+    expect_finishing_at_every_door(bench, manager, "long.nxs");
     client.send("REC ON,\"next\";:OUTP ON");
     std::string refused = "0,";  // the bench's thread refuses an order with a small delay
     for (int i = 0; i < 40 && refused.starts_with("0,"); ++i) {
@@ -241,9 +258,31 @@ TEST(ServeTest, AnswersAndFeedsWatchdogWhileFinishing) {
     ASSERT_TRUE(bench.logged("recorded: ", 20)) << bench.log();
     EXPECT_GT(Clock::now() - began, std::chrono::seconds{12}) << "the disk was not slow";
     EXPECT_LT(manager.longest_silence_s(), longest_silence_s) << bench.log();
+    EXPECT_TRUE(bench.becomes("idle", 1)) << bench.log();
     client.send("REC ON,\"next\";:OUTP ON");
     EXPECT_TRUE(bench.becomes("run")) << bench.log();
     EXPECT_EQ(client.ask("SYST:ERR?"), "0,\"No error\"");
+    EXPECT_EQ(shakerd("recover long.nxs", folder).status, 0) << "a finished file is verified";
+}
+
+TEST(ServeTest, ObeysAbortAtOnceWhileFinishing) {
+    if (SHAKER_SANITIZED) GTEST_SKIP() << "a sanitiser cannot be loaded behind another library";
+    const auto folder = fresh_folder();
+    const Environment environment{slow_disk("sync", ".nxs.part", 7, 13, folder)};
+    const auto began = Clock::now();
+    ServedBench bench{quick_run, folder};
+    run_recorded(bench, "long");
+    std::this_thread::sleep_until(began + std::chrono::milliseconds{7500});
+    TcpClient client{bench.scpi_port()};
+    client.send("OUTP OFF");
+    ASSERT_TRUE(bench.becomes("finishing", 3)) << bench.log();
+    const auto ordered = Clock::now();
+    client.send("ABOR");
+    ASSERT_TRUE(bench.becomes("tripped", 1)) << bench.log();
+    EXPECT_LT(Clock::now() - ordered, std::chrono::milliseconds{300});
+    EXPECT_EQ(client.ask("REC:FIN?"), "1") << "the recording goes on to be finished";
+    ASSERT_TRUE(bench.logged("recorded: ", 20)) << bench.log();
+    EXPECT_EQ(client.ask("SYST:STAT?"), "\"tripped\"");
     EXPECT_EQ(shakerd("recover long.nxs", folder).status, 0) << "a finished file is verified";
 }
 
@@ -277,7 +316,7 @@ TEST(ServeTest, DrivesAndStopsWhileRecorderHangs) {
     TcpClient client{bench.scpi_port()};
     EXPECT_EQ(client.ask("SYST:STAT?"), "\"run\"") << bench.log();
     client.send("OUTP OFF");
-    ASSERT_TRUE(bench.becomes("idle", 3)) << bench.log();
+    ASSERT_TRUE(bench.becomes("finishing", 3)) << bench.log();
     EXPECT_EQ(client.ask("REC:FIN?"), "1");
     EXPECT_LT(Clock::now() - began, std::chrono::seconds{13}) << "the disk hangs no longer";
     ASSERT_TRUE(bench.logged("recorded: ", 20)) << bench.log();

@@ -112,7 +112,7 @@ TEST(CtlTableTest, EveryExitStatusIsInHelpManualPageAndReadme) {
 TEST(CtlTableTest, TheStatesAreThoseOfTheDaemon) {
     std::set<std::string> daemon;
     service::BenchState state;
-    for (int k = 0; k <= static_cast<int>(run::RunState::tripped); ++k) {
+    for (int k = 0; k < run::run_states; ++k) {
         state.state = static_cast<run::RunState>(k);
         for (const bool yes : {false, true}) {
             state.armed = state.measuring = yes;

@@ -1,7 +1,7 @@
 // Text messages of the daemon. All numbers are in SI units; null: not known yet.
 
 export type RunState =
-    | "starting" | "idle" | "armed" | "identifying" | "checking" | "ramping" | "settling" | "running" | "stopping" | "tripped";
+    | "starting" | "idle" | "armed" | "identifying" | "checking" | "ramping" | "settling" | "running" | "stopping" | "tripped" | "finishing";
 
 export type Known = number | null;
 

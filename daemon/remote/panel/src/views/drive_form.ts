@@ -87,8 +87,8 @@ export function makeDriveForm(act: Actions, store: Store): (state: State) => voi
     wire(form, act, body, () => { for (const field of fields) field.mark(false); });
     return (state) => {
         follow(state.drive);
-        setText(set, ["idle", "tripped"].includes(state.session.state) ? "Set and arm" : "Set the drive");
+        setText(set, ["idle", "tripped", "finishing"].includes(state.session.state) ? "Set and arm" : "Set the drive");
         setText(noteLine, note(state, edited()));
-        setHidden(noteLine, ["idle", "tripped"].includes(state.session.state) && !edited());
+        setHidden(noteLine, ["idle", "tripped", "finishing"].includes(state.session.state) && !edited());
     };
 }

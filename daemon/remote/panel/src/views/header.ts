@@ -9,7 +9,7 @@ import type { Store } from "../store";
 /** Each state has a sign beside its word, so that states differ without colours. */
 const words: Record<RunState, string> = {
     starting: "… starting", idle: "○ idle", armed: "◇ armed", identifying: "≈ identifying", checking: "∿ checking", ramping: "▲ ramping", settling: "◐ settling",
-    running: "● running", stopping: "▼ stopping", tripped: "✖ tripped",
+    running: "● running", stopping: "▼ stopping", tripped: "✖ tripped", finishing: "◌ finishing",
 };
 const driving = new Set<RunState>(["identifying", "checking", "ramping", "settling", "running", "stopping"]);
 
