@@ -5,7 +5,6 @@
 #include <numbers>
 #include <string>
 
-#include "tests/support/program.hpp"
 #include "tests/support/run/bench_on_call.hpp"
 
 namespace shaker::service {
@@ -14,17 +13,14 @@ namespace {
 using run::RunState;
 using test::Answers;
 using test::in;
-using test::orders;
-using test::play_on_call;
-using test::quick;
+using test::may_clear;
+using test::until;
 
 Drive turned_back() {
     Drive drive;
     drive.phi = std::numbers::pi;
     return drive;
 }
-
-bool may_clear(const BenchState& s) { return s.may_clear; }
 
 // The walker starts near the edge. before, after: TOML before and after the tables of cameras and walker.
 std::string near_the_edge(const std::string& before = "", const std::string& after = "",
@@ -37,26 +33,28 @@ std::string near_the_edge(const std::string& before = "", const std::string& aft
     return scene += after;
 }
 
-// Drives the walker to the edge, clears the trip, and gives these moves.
-test::OnCallResult after_the_edge(const std::string& scene, std::vector<test::Move> moves,
-                                  calibration::Estimate mu) {
-    static Answers answers;
-    std::vector<test::Move> all{{in(RunState::idle), orders(Begin{10}, answers)},
-                                {may_clear, orders(ClearTrip{}, answers)}};
-    std::ranges::move(moves, std::back_inserter(all));
-    return play_on_call(scene, quick(), test::fresh_folder(), all, 60, mu);
-}
+class EdgeTest : public test::OnCallBench {
+protected:
+    // Drives the walker to the edge, clears the trip, and gives these moves. Their answers remain.
+    test::OnCallResult after_the_edge(const std::string& scene, std::vector<test::Move> moves,
+                                      calibration::Estimate mu) {
+        std::vector<test::Move> all{start(), {may_clear, give(ClearTrip{})}};
+        std::ranges::move(moves, std::back_inserter(all));
+        test::OnCallResult result = play(scene, all, 60, mu);
+        if (answers.size() >= 2) answers.erase(answers.begin(), answers.begin() + 2);
+        return result;
+    }
+};
 
-TEST(EdgeTest, DriveInwardsLeavesTheEdge) {
-    Answers answers;
+TEST_F(EdgeTest, DriveInwardsLeavesTheEdge) {
     const auto r = after_the_edge(
         near_the_edge(),
-        {{in(RunState::idle), orders(Begin{10}, answers)},
-         {in(RunState::idle), orders(SetDrive{turned_back()}, answers)},
-         {in(RunState::idle), orders(Begin{10}, answers)},
+        {start(),
+         {in(RunState::idle), give(SetDrive{turned_back()})},
+         start(),
          {[](const BenchState& s) { return s.state == RunState::run && s.walker->edge_m > 0.008; },
-          orders(End{}, answers)},
-         {in(RunState::idle), [](BenchPort&) {}}},
+          give(End{})},
+         until(in(RunState::idle))},
         {0.113, 0.001});
     ASSERT_EQ(answers.size(), 4U);
     EXPECT_NE(answers[0].find("does not lead inwards"), std::string::npos) << answers[0];
@@ -67,14 +65,10 @@ TEST(EdgeTest, DriveInwardsLeavesTheEdge) {
     }));
 }
 
-TEST(EdgeTest, UnknownWalkIsRefused) {
-    Answers answers;
+TEST_F(EdgeTest, UnknownWalkIsRefused) {
     Drive other = turned_back();
     other.gamma = 5;
-    after_the_edge(near_the_edge(),
-                   {{in(RunState::idle), orders(SetDrive{other}, answers)},
-                    {in(RunState::idle), orders(Begin{10}, answers)}},
-                   {NAN, NAN});
+    after_the_edge(near_the_edge(), {{in(RunState::idle), give(SetDrive{other})}, start()}, {NAN, NAN});
     ASSERT_EQ(answers.size(), 2U);
     EXPECT_NE(answers[1].find("give mu in the settings"), std::string::npos) << answers[1];
 }
@@ -87,36 +81,29 @@ void expect_trip_within_half_a_millimetre(const test::OnCallResult& r) {
 }
 
 // The table is tilted by more than the walk can climb: the prediction is wrong.
-TEST(EdgeTest, WalkAgainstThePredictionTripsAtOnce) {
-    Answers answers;
-    const auto r = after_the_edge(near_the_edge("tilt_deg = 3\n"),
-                                  {{in(RunState::idle), orders(SetDrive{turned_back()}, answers)},
-                                   {in(RunState::idle), orders(Begin{10}, answers)},
-                                   {in(RunState::tripped), [](BenchPort&) {}}},
-                                  {0.113, 0.001});
+TEST_F(EdgeTest, WalkAgainstThePredictionTripsAtOnce) {
+    const auto r = after_the_edge(
+        near_the_edge("tilt_deg = 3\n"),
+        {{in(RunState::idle), give(SetDrive{turned_back()})}, start(), until(in(RunState::tripped))},
+        {0.113, 0.001});
     EXPECT_EQ(answers, Answers(2, ""));
     expect_trip_within_half_a_millimetre(r);
 }
 
 // The sensor is mounted the other way round than the cameras' direction says.
-TEST(EdgeTest, CameraDirectionToldWrongTripsAtOnce) {
-    Answers answers;
-    const auto r = after_the_edge(
-        near_the_edge("", "[accelerometer]\nyaw_deg = -178\n", "-40"),
-        {{in(RunState::idle), orders(Begin{10}, answers)}, {in(RunState::tripped), [](BenchPort&) {}}},
-        {0.113, 0.001});
+TEST_F(EdgeTest, CameraDirectionToldWrongTripsAtOnce) {
+    const auto r = after_the_edge(near_the_edge("", "[accelerometer]\nyaw_deg = -178\n", "-40"),
+                                  {start(), until(in(RunState::tripped))}, {0.113, 0.001});
     EXPECT_EQ(answers, Answers(1, ""));
     expect_trip_within_half_a_millimetre(r);
 }
 
 // The walker sticks: its friction is not that of the settings.
-TEST(EdgeTest, StandingWalkerTripsAfterTwentyPeriods) {
-    Answers answers;
-    const auto r = play_on_call(near_the_edge("", "mu_k = 2\n", "45"), quick(), test::fresh_folder(),
-                                {{in(RunState::idle), orders(SetDrive{turned_back()}, answers)},
-                                 {in(RunState::idle), orders(Begin{10}, answers)},
-                                 {in(RunState::tripped), [](BenchPort&) {}}},
-                                60, {0.113, 0.001});
+TEST_F(EdgeTest, StandingWalkerTripsAfterTwentyPeriods) {
+    const auto r =
+        play(near_the_edge("", "mu_k = 2\n", "45"),
+             {{in(RunState::idle), give(SetDrive{turned_back()})}, start(), until(in(RunState::tripped))}, 60,
+             {0.113, 0.001});
     EXPECT_EQ(answers, Answers(2, ""));
     ASSERT_TRUE(r.last.trip);
     EXPECT_EQ(r.last.trip->cause, safety::Cause::walker_edge);
@@ -126,13 +113,11 @@ TEST(EdgeTest, StandingWalkerTripsAfterTwentyPeriods) {
     EXPECT_NEAR(static_cast<double>(r.last.trip->tick) / 48000, run->t_s + 20 / 20.0, 0.02);
 }
 
-TEST(EdgeTest, HiddenWalkerTripsOnTheWayBack) {
-    Answers answers;
-    const auto r = after_the_edge(near_the_edge("", "[[fault]]\nwhat = \"walker_hidden\"\nat_s = 8.3\n"),
-                                  {{in(RunState::idle), orders(SetDrive{turned_back()}, answers)},
-                                   {in(RunState::idle), orders(Begin{10}, answers)},
-                                   {in(RunState::tripped), [](BenchPort&) {}}},
-                                  {0.113, 0.001});
+TEST_F(EdgeTest, HiddenWalkerTripsOnTheWayBack) {
+    const auto r = after_the_edge(
+        near_the_edge("", "[[fault]]\nwhat = \"walker_hidden\"\nat_s = 8.3\n"),
+        {{in(RunState::idle), give(SetDrive{turned_back()})}, start(), until(in(RunState::tripped))},
+        {0.113, 0.001});
     EXPECT_EQ(answers, Answers(2, ""));
     ASSERT_TRUE(r.last.trip);
     EXPECT_EQ(r.last.trip->cause, safety::Cause::tracking_lost);

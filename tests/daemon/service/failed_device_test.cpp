@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <fstream>
 
-#include "tests/support/program.hpp"
 #include "tests/support/run/bench_on_call.hpp"
 
 namespace shaker::service {
@@ -13,30 +12,24 @@ namespace {
 
 using run::RunState;
 using test::Answers;
+using test::from_s;
 using test::in;
-using test::orders;
-using test::play_on_call;
 using test::slow;
+using test::until;
 
-run::RunOptions slow_walk() {
-    run::RunOptions run = test::quick();
-    run.drive.phi = 1.75;
-    return run;
-}
+class FailedDeviceTest : public test::OnCallBench {
+protected:
+    FailedDeviceTest() { options.drive.phi = 1.75; }  // a slow walk
+};
 
 std::string gone(const char* camera, double at_s) {
-    return "[[fault]]\nwhat = \"camera_gone\"\nat_s = " + std::to_string(at_s) + "\ncamera = \"" + camera +
-           "\"\n";
+    return test::fault("camera_gone", at_s, "camera = \"" + std::string{camera} + "\"\n");
 }
 
-TEST(FailedDeviceTest, RunGoesOnWithTheOtherCamera) {
+TEST_F(FailedDeviceTest, RunGoesOnWithTheOtherCamera) {
     for (const char* camera : {"top", "side"}) {
-        Answers answers;
         const auto r =
-            play_on_call(slow + gone(camera, 9), slow_walk(), test::fresh_folder(),
-                         {{in(RunState::idle), orders(Begin{10}, answers)},
-                          {[](const BenchState& s) { return s.now_s > 14; }, orders(End{}, answers)},
-                          {in(RunState::idle), [](BenchPort&) {}}});
+            play(slow + gone(camera, 9), {start(), {from_s(14), give(End{})}, until(in(RunState::idle))});
         EXPECT_EQ(answers, Answers(2, "")) << camera;
         EXPECT_EQ(r.last.trips, 0U) << camera;
         EXPECT_GT(r.last.measured_from_s, 10) << camera << ": still measured";
@@ -47,32 +40,24 @@ TEST(FailedDeviceTest, RunGoesOnWithTheOtherCamera) {
     }
 }
 
-TEST(FailedDeviceTest, LossOfEveryViewOfTheWalkerStopsSoftly) {
-    Answers answers;
-    const auto r = play_on_call(
-        slow + gone("top", 9) + gone("side", 10), slow_walk(), test::fresh_folder(),
-        {{in(RunState::idle), orders(Begin{10}, answers)}, {in(RunState::tripped), [](BenchPort&) {}}});
+TEST_F(FailedDeviceTest, LossOfEveryViewOfTheWalkerStopsSoftly) {
+    const auto r = play(slow + gone("top", 9) + gone("side", 10), {start(), until(in(RunState::tripped))});
     ASSERT_TRUE(r.last.trip);
     EXPECT_EQ(r.last.trip->cause, safety::Cause::camera_missing);
     EXPECT_EQ(r.last.trip->stop, safety::StopKind::soft);
     EXPECT_NEAR(static_cast<double>(r.last.trip->tick) / r.last.facts->dac.rate_hz, 10, 0.1);
 }
 
-TEST(FailedDeviceTest, HeldBackSamplesTripInTime) {
-    Answers answers;
-    const auto r = play_on_call(
-        std::string{slow} + "[[fault]]\nwhat = \"held_back\"\nat_s = 9\nfor_s = 1\n", slow_walk(),
-        test::fresh_folder(),
-        {{in(RunState::idle), orders(Begin{10}, answers)}, {in(RunState::tripped), [](BenchPort&) {}}});
+TEST_F(FailedDeviceTest, HeldBackSamplesTripInTime) {
+    const auto r =
+        play(slow + test::fault("held_back", 9, "for_s = 1\n"), {start(), until(in(RunState::tripped))});
     ASSERT_TRUE(r.last.trip);
     EXPECT_EQ(r.last.trip->cause, safety::Cause::sensor_missing);
     EXPECT_LT(static_cast<double>(r.last.trip->tick) / r.last.facts->dac.rate_hz, 9.16);
 }
 
-TEST(FailedDeviceTest, ThreadThatThrowsEndsTheDriveWithARamp) {
-    const auto folder = test::fresh_folder();
+TEST_F(FailedDeviceTest, ThreadThatThrowsEndsTheDriveWithARamp) {
     std::ofstream{folder / "scene.toml"} << slow;
-    run::RunOptions options = slow_walk();
     options.scene = folder / "scene.toml";
     run::Runner runner{{.run = options, .on_call = true, .recordings = folder}};
     BenchPort port;

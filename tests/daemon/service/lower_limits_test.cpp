@@ -3,7 +3,6 @@
 
 #include <functional>
 
-#include "tests/support/program.hpp"
 #include "tests/support/run/bench_on_call.hpp"
 
 namespace shaker::service {
@@ -22,27 +21,22 @@ struct Lowered {
 
 void PrintTo(const Lowered& l, std::ostream* out) { *out << l.key; }
 
-class LowerLimitsTest : public testing::TestWithParam<Lowered> {};
+class LowerLimitsTest : public test::OnCallBench, public testing::WithParamInterface<Lowered> {};
 
 TEST_P(LowerLimitsTest, LimitBelowPresentValueTripsInTime) {
     const Lowered& l = GetParam();
-    run::RunOptions run;
-    run.pictures = recorded::KeptPictures::off;
-    run.periods = 10;
-    test::Answers answers;
     double ordered_s = NAN;
-    const auto r = test::play_on_call("[top]\nframe_rate_hz = 200\n[side]\nframe_rate_hz = 200\n", run,
-                                      test::fresh_folder(),
-                                      {{test::in(RunState::idle), test::orders(Begin{10}, answers)},
-                                       {[](const BenchState& s) { return !s.points.empty(); },
-                                        [&](BenchPort& port) {
-                                            Limits limits = port.state()->limits;
-                                            l.lower(limits);
-                                            ordered_s = port.state()->now_s;
-                                            test::orders(LowerLimits{limits}, answers)(port);
-                                        }},
-                                       {test::in(RunState::tripped), [](BenchPort&) {}}},
-                                      40);
+    const auto r = play(test::slow,
+                        {start(),
+                         {test::measured(1),
+                          [&](BenchPort& port) {
+                              Limits limits = port.state()->limits;
+                              l.lower(limits);
+                              ordered_s = port.state()->now_s;
+                              give(LowerLimits{limits})(port);
+                          }},
+                         test::until(test::in(RunState::tripped))},
+                        40);
     EXPECT_EQ(answers, test::Answers(2, ""));
     ASSERT_TRUE(r.last.trip);
     EXPECT_EQ(r.last.trip->cause, l.cause) << text(*r.last.trip);

@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <filesystem>
 
-#include "tests/support/program.hpp"
 #include "tests/support/run/bench_on_call.hpp"
 
 namespace shaker::service {
@@ -12,27 +11,21 @@ namespace {
 
 using test::Answers;
 using test::in;
-using test::orders;
-using test::play_on_call;
-using test::quick;
+using test::may_clear;
+using test::measured;
 using test::slow;
+using test::until;
 
-auto measured(std::size_t n) {
-    return [n](const BenchState& s) { return s.points.size() >= n; };
-}
+using StoppedFilesTest = test::OnCallBench;
 
-TEST(StoppedFilesTest, IsLatchedUntilCleared) {
-    const auto folder = test::fresh_folder();
-    Answers answers;
-    const auto r =
-        play_on_call(slow, quick(), folder,
-                     {{in(run::RunState::idle), orders(Begin{10}, answers)},
-                      {in(run::RunState::run), [](BenchPort& d) { d.abort("a test"); }},
-                      {[](const BenchState& s) { return s.may_clear; }, orders(Begin{10}, answers)},
-                      {in(run::RunState::tripped), orders(ClearTrip{}, answers)},
-                      {in(run::RunState::idle), orders(Begin{10}, answers)},
-                      {measured(1), orders(End{}, answers)},
-                      {in(run::RunState::idle), [](BenchPort&) {}}});
+TEST_F(StoppedFilesTest, IsLatchedUntilCleared) {
+    const auto r = play(slow, {start(),
+                               {in(run::RunState::run), [](BenchPort& d) { d.abort("a test"); }},
+                               {may_clear, give(Begin{10})},
+                               {in(run::RunState::tripped), give(ClearTrip{})},
+                               start(),
+                               {measured(1), give(End{})},
+                               until(in(run::RunState::idle))});
     ASSERT_EQ(answers.size(), 5U) << testing::PrintToString(answers);
     EXPECT_NE(answers[1].find("state tripped"), std::string::npos) << answers[1];
     for (const std::size_t i : {0U, 2U, 3U, 4U}) EXPECT_EQ(answers[i], "");
@@ -41,30 +34,22 @@ TEST(StoppedFilesTest, IsLatchedUntilCleared) {
     EXPECT_NE(stop->text.find("operator_stop"), std::string::npos) << stop->text;
 }
 
-TEST(StoppedFilesTest, AtRestWritesNoFile) {
-    const auto folder = test::fresh_folder();
-    Answers answers;
+TEST_F(StoppedFilesTest, AtRestWritesNoFile) {
     const auto abort = [](BenchPort& d) { d.abort("a test"); };
-    const auto clearable = [](const BenchState& s) { return s.may_clear; };
-    const auto r = play_on_call(slow, quick(), folder,
-                                {{in(run::RunState::idle), abort},
-                                 {clearable, orders(ClearTrip{}, answers)},
-                                 {in(run::RunState::idle), abort},
-                                 {clearable, orders(ClearTrip{}, answers)},
-                                 {in(run::RunState::idle), [](BenchPort&) {}}});
+    const auto r = play(slow, {{in(run::RunState::idle), abort},
+                               {may_clear, give(ClearTrip{})},
+                               {in(run::RunState::idle), abort},
+                               {may_clear, give(ClearTrip{})},
+                               until(in(run::RunState::idle))});
     EXPECT_EQ(answers, Answers(2, ""));
     EXPECT_EQ(r.last.trips, 2U);
     for (const auto& file : std::filesystem::directory_iterator{folder})
         EXPECT_FALSE(file.path().filename().string().starts_with("trip-")) << file.path();
 }
 
-TEST(StoppedFilesTest, OfADriveWritesItsEnd) {
-    const auto folder = test::fresh_folder();
-    Answers answers;
-    play_on_call(slow, quick(), folder,
-                 {{in(run::RunState::idle), orders(Begin{10}, answers)},
-                  {in(run::RunState::run), [](BenchPort& d) { d.abort("a test"); }},
-                  {[](const BenchState& s) { return s.may_clear; }, [](BenchPort&) {}}});
+TEST_F(StoppedFilesTest, OfADriveWritesItsEnd) {
+    play(slow,
+         {start(), {in(run::RunState::run), [](BenchPort& d) { d.abort("a test"); }}, until(may_clear)});
     const auto all = std::filesystem::directory_iterator{folder};
     EXPECT_TRUE(std::any_of(begin(all), end(all), [](const auto& file) {
         return file.path().filename().string().starts_with("trip-") && file.path().extension() == ".nxs";

@@ -1,6 +1,5 @@
 #include "tests/support/run/bench_on_call.hpp"
 
-#include <gtest/gtest.h>
 #include <spdlog/fmt/fmt.h>
 
 #include <fstream>
@@ -24,6 +23,31 @@ std::function<void(service::BenchPort&)> orders(service::OrderWhat what, Answers
 
 std::function<bool(const service::BenchState&)> in(run::RunState state) {
     return [state](const service::BenchState& s) { return s.state == state; };
+}
+
+std::function<bool(const service::BenchState&)> from_s(double t_s) {
+    return [t_s](const service::BenchState& s) { return s.now_s >= t_s; };
+}
+
+std::function<bool(const service::BenchState&)> measured(std::size_t points) {
+    return [points](const service::BenchState& s) { return s.points.size() >= points; };
+}
+
+bool may_clear(const service::BenchState& state) { return state.may_clear; }
+
+Move until(std::function<bool(const service::BenchState&)> when) {
+    return {std::move(when), [](service::BenchPort&) {}};
+}
+
+std::string fault(const std::string& what, double at_s, const std::string& more) {
+    return fmt::format("[[fault]]\nwhat = \"{}\"\nat_s = {}\n{}", what, at_s, more);
+}
+
+std::vector<double> entered(const OnCallResult& result, run::RunState state) {
+    std::vector<double> times;
+    for (const service::BenchEvent& e : result.events)
+        if (e.kind == "state" && e.text == name(state)) times.push_back(e.t_s);
+    return times;
 }
 
 std::string log_of(const OnCallResult& result) {
