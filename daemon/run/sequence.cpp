@@ -50,7 +50,7 @@ void Sequence::take_trips(const acquisition::Streams& streams, acquisition::Chan
         const auto* running = std::get_if<Run>(&state_);
         stops_.push_back({state(), running != nullptr && running->measuring});
         note(fmt::format("stopped in state {}: {}", name(state()), text(trip)));
-        const auto* check = std::get_if<Check>(&state_);
+        const auto* check = std::get_if<LoopCheck>(&state_);
         if (check != nullptr && !check->over && trip.cause == safety::Cause::sensor_open)
             note("loop check: noise: the sensor shows no motion; its lead or the amplifier may be off");
         newest_trip_ = trip.number;
@@ -122,7 +122,7 @@ void Sequence::start_again(std::int64_t lost, acquisition::Channels& channels) {
                                .value = static_cast<double>(lost),
                                .limit = static_cast<double>(plan_.most_restarts)});
     if (state() == RunState::identify) return go_for_target(plan_.soft_start, channels);
-    const auto* check = std::get_if<Check>(&state_);
+    const auto* check = std::get_if<LoopCheck>(&state_);
     check_loop(check == nullptr || check->resumes, channels);
 }
 
@@ -145,7 +145,7 @@ void Sequence::window_done(const control::PeriodWindows::Window& window,
         controller_.quiet(window.estimate);
         guard_.check_at_rest(window, channels);
     }
-    if (auto* check = std::get_if<Check>(&state_)) return take_check(*check, window, channels);
+    if (auto* check = std::get_if<LoopCheck>(&state_)) return take_check(*check, window, channels);
     if (now != RunState::identify && now != RunState::run) return;
     // False while a newer command is still on its way to the output.
     const bool newest = window.sequence >= drive_.newest();

@@ -140,7 +140,7 @@ private:
     void identified(acquisition::Channels& channels);
     void report(const control::PeriodWindows::Window& window);
     void check_loop(bool resumes, acquisition::Channels& channels);
-    void take_check(Check& check, const control::PeriodWindows::Window& window,
+    void take_check(LoopCheck& check, const control::PeriodWindows::Window& window,
                     acquisition::Channels& channels);
     void start(acquisition::Channels& channels);
     void go_for_target(int ramp_periods, acquisition::Channels& channels);
@@ -158,7 +158,7 @@ private:
     void advance(Idle& /*idle*/, acquisition::Channels& /*channels*/) {}
     void advance(Armed& /*armed*/, acquisition::Channels& /*channels*/) {}
     void advance(Identify& /*identify*/, acquisition::Channels& /*channels*/) {}
-    void advance(Check& check, acquisition::Channels& channels);
+    void advance(LoopCheck& check, acquisition::Channels& channels);
     void advance(Ramp& ramp, acquisition::Channels& channels);
     void advance(Run& run, acquisition::Channels& channels);
     void advance(RampDown& down, acquisition::Channels& channels);

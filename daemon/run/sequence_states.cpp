@@ -59,13 +59,13 @@ void Sequence::check_loop(bool resumes, acquisition::Channels& channels) {
                                   .identified = c.identified() ? &*c.identified() : nullptr,
                                   .noise = c.noise(),
                                   .direction_known = axis_known || c.identified()}};
-    go(Check{.loop = loop, .resumes = resumes}, channels);
+    go(LoopCheck{.loop = loop, .resumes = resumes}, channels);
     say_("loop check: ten periods at a low level");
     guard_.loop_check(true, channels);
     command(loop.volts(), check_ramp, true, channels);
 }
 
-void Sequence::take_check(Check& check, const control::PeriodWindows::Window& window,
+void Sequence::take_check(LoopCheck& check, const control::PeriodWindows::Window& window,
                           acquisition::Channels& channels) {
     const bool settled =
         window.motion.steady && window.sequence >= drive_.newest() && window.from_s >= drive_.steady_from_s();
@@ -80,7 +80,7 @@ void Sequence::take_check(Check& check, const control::PeriodWindows::Window& wi
     go_for_target(plan_.soft_start, channels);
 }
 
-void Sequence::advance(Check& check, acquisition::Channels& channels) {
+void Sequence::advance(LoopCheck& check, acquisition::Channels& channels) {
     const double silent_s = now_s_ - since_s_, patience_s = check_patience_s + check_periods / frequency_;
     if (check.over || silent_s < patience_s) return;
     check.over = true;

@@ -15,7 +15,7 @@ struct Idle {
 };
 struct Armed {};
 struct Identify {};
-struct Check {
+struct LoopCheck {
     safety::LoopCheck loop;
     bool over = false;     // all windows are taken
     bool resumes = false;  // the DAC ran empty; the equaliser goes on where it was
@@ -38,7 +38,7 @@ struct Tripped {
     Phase phase = Phase::latched;
 };
 
-using State = std::variant<Init, Quiet, Idle, Armed, Identify, Check, Ramp, Run, RampDown, Tripped>;
+using State = std::variant<Init, Quiet, Idle, Armed, Identify, LoopCheck, Ramp, Run, RampDown, Tripped>;
 
 /// The name of a state.
 inline RunState named(const State& state) noexcept { return static_cast<RunState>(state.index()); }
