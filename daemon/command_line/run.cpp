@@ -32,6 +32,16 @@ constexpr auto arguments = manual::joined(
                  .kind = Kind::whole,
                  .allowed = {0, most_settle_periods},
                  .standard = "0"},
+        Argument{
+            .name = "--mu",
+            .value = "MU",
+            .help =
+                "Friction coefficient of walker and base: the run notes the predicted walk and the periods "
+                "until the edge limit before it starts",
+            .kind = Kind::quantity,
+            .dimension = Dimension::ratio,
+            .allowed = {0, 10},
+            .otherwise = "the walk is not predicted"},
         Argument{.name = "--output",
                  .letter = 'o',
                  .value = "FILE",
@@ -70,6 +80,7 @@ run::RunOptions run_options(const manual::Values& values) {
     options.drive = changed_drive(values, options.drive);
     if (values.has("--periods")) options.periods = values.whole("--periods");
     if (values.has("--settle")) options.settle = values.whole("--settle");
+    if (values.has("--mu")) options.mu = {values.number("--mu"), 0};
     options.out = values.text("--output");
     options.trips = values.text("--trips");
     if (values.has("--frames"))

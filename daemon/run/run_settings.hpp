@@ -1,8 +1,10 @@
 #pragma once
 // The settings of a run as TOML: what `--settings` reads and what a recording keeps.
+#include <cmath>
 #include <filesystem>
 #include <string>
 
+#include "calibration/estimate.hpp"
 #include "drivers/drive.hpp"
 #include "drivers/drive_limits.hpp"
 #include "drivers/recorded/recording_file.hpp"
@@ -25,6 +27,8 @@ struct RunOptions {
     bool threads = false;     // one thread for each loop; false: lockstep
     bool real_time = false;   // with threads: a simulated rig keeps to real time
     bool json = false;
+    /// Friction coefficient of walker and base, for the predicted walk before a single run; NaN: not known.
+    calibration::Estimate mu{NAN, NAN};
 };
 
 /// Changes `options` by a table with the keys listed at read_run_settings(). InputError with file, line, key,

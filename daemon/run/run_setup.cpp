@@ -57,7 +57,8 @@ RunPlan run_plan(const bench::Bench& bench, const RunOptions& run, const safety:
             .periods = run.periods,
             .settle = run.settle,
             .limits = limits,
-            .gravity = bench.gravity};
+            .gravity = bench.gravity,
+            .walk = predict_walk(run.drive, {}, run.mu, bench.gravity)};
 }
 
 }  // namespace shaker::run

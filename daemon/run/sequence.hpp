@@ -14,6 +14,7 @@
 #include "daemon/run/drive_in_force.hpp"
 #include "daemon/run/states.hpp"
 #include "daemon/run/supervisor.hpp"
+#include "daemon/run/walk_prediction.hpp"
 #include "daemon/run/walker_monitor.hpp"
 #include "daemon/safety/edge_permit.hpp"
 
@@ -34,6 +35,7 @@ struct RunPlan {
     safety::Limits limits;
     double gravity = paper_g;  // m/s^2 at the place
     bool on_call = false;      // waits in idle for begin(), measures until end() and is never done()
+    std::optional<PredictedWalk> walk{};  // not on call: noted before the drive starts
 };
 
 /// State machine over the gathered streams. It reads streams, posts drive commands and has no other effect.

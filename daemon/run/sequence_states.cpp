@@ -46,7 +46,12 @@ void Sequence::advance(Init& /*init*/, acquisition::Channels& channels) {
 void Sequence::advance(Quiet& /*quiet*/, acquisition::Channels& channels) {
     if (now_s_ < plan_.quiet_s) return;
     go(Idle{}, channels);
-    if (!plan_.on_call) arm(channels);
+    if (plan_.on_call) return;
+    if (plan_.walk)
+        if (const std::string fits = what_fits(*plan_.walk, walker_, plan_.limits.edge_mm, frequency_);
+            !fits.empty())
+            note(fits);
+    arm(channels);
 }
 
 // A drive from rest begins with this check. resumes: after the DAC ran empty.

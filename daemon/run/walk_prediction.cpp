@@ -62,6 +62,19 @@ std::string text(const PredictedWalk& walk) {
                        1e3 * walk.v_D.sigma, walk.from);
 }
 
+std::string what_fits(const PredictedWalk& walk, const WalkerMonitor& walker, double edge_mm,
+                      double frequency) {
+    if (!walker.mean_edge_mm() || walk.v_D.value == 0) return {};
+    const auto [first_m, last_m] = walker.ends_m();
+    const double left_mm = 1e3 * (*walker.x_m() - std::min(first_m, last_m)),
+                 right_mm = 1e3 * (std::max(first_m, last_m) - *walker.x_m());
+    // The walker's outline ends this far before its middle.
+    const double half_mm = std::min(left_mm, right_mm) - *walker.mean_edge_mm();
+    const double way_mm = (walk.v_D.value > 0 ? right_mm : left_mm) - half_mm - edge_mm;
+    const double periods = way_mm / (1e3 * std::abs(walk.v_D.value)) * frequency;
+    return fmt::format("{}: about {:.0f} periods until the edge limit", text(walk), std::max(periods, 0.0));
+}
+
 bool leads_towards(const PredictedWalk& walk, int direction) noexcept {
     return direction * walk.v_D.value > sure * walk.v_D.sigma;
 }

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "daemon/reduction/series.hpp"
+#include "daemon/run/walker_monitor.hpp"
 #include "drivers/drive.hpp"
 
 namespace shaker::run {
@@ -24,6 +25,11 @@ std::optional<PredictedWalk> predict_walk(const Drive& drive,
 
 /// "predicted walk +12.3 +- 0.4 mm/s (source)".
 std::string text(const PredictedWalk& walk);
+/// The walk, and how long the walker stays inside the edge limit: "...: about 119 periods until the edge
+/// limit". Empty before the walker was found, and for a walk that leads nowhere. edge_mm: of the limits.
+/// frequency: of the drive, Hz.
+std::string what_fits(const PredictedWalk& walk, const WalkerMonitor& walker, double edge_mm,
+                      double frequency);
 /// True if the walk leads towards `direction` (+1 or -1 along x) by more than three times its error.
 bool leads_towards(const PredictedWalk& walk, int direction) noexcept;
 

@@ -106,7 +106,10 @@ void BenchService::obey(const Begin& order, acquisition::Channels& channels) {
     measured_ = logged_notes_ = 0;
     result_.reset();
     not_reduced_.clear();
-    if (walk) say_what_fits(*walk);
+    if (walk) {
+        const std::string fits = what_fits(*walk, sequence_.walker(), limits_.edge_mm, run_.drive.frequency);
+        if (!fits.empty()) log("note", fits);
+    }
     // Throws after an abort in this moment; its trip then ends the recording.
     sequence_.begin(run_.drive, order.periods, order.settle, channels, permit);
 }
@@ -132,21 +135,6 @@ std::optional<safety::EdgePermit> BenchService::walk_from_the_edge(
                              text(*walk), reason);
     throw InputError{fmt::format("the walker is {:.1f} mm from the edge of the picture (at least {} mm); {}",
                                  *edge_mm, limits_.edge_mm, reason)};
-}
-
-// How long the walker will stay in view.
-void BenchService::say_what_fits(const run::PredictedWalk& walk) {
-    const run::WalkerMonitor& walker = sequence_.walker();
-    if (!walker.mean_edge_mm() || walk.v_D.value == 0) return;
-    const auto [first_m, last_m] = walker.ends_m();
-    const double left_mm = 1e3 * (*walker.x_m() - std::min(first_m, last_m)),
-                 right_mm = 1e3 * (std::max(first_m, last_m) - *walker.x_m());
-    // The walker's outline ends this far before its middle.
-    const double half_mm = std::min(left_mm, right_mm) - *walker.mean_edge_mm();
-    const double way_mm = (walk.v_D.value > 0 ? right_mm : left_mm) - half_mm - limits_.edge_mm;
-    const double periods = way_mm / (1e3 * std::abs(walk.v_D.value)) * run_.drive.frequency;
-    log("note",
-        fmt::format("{}: about {:.0f} periods until the edge limit", text(walk), std::max(periods, 0.0)));
 }
 
 void BenchService::obey(const Identify& /*order*/, acquisition::Channels& channels) {

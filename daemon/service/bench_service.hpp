@@ -69,7 +69,6 @@ private:
     void obey(const Adopt& order, acquisition::Channels& channels);
     [[nodiscard]] std::optional<safety::EdgePermit> walk_from_the_edge(
         const std::optional<run::PredictedWalk>& walk) const;
-    void say_what_fits(const run::PredictedWalk& walk);
     void require_possible(const Drive& drive, const safety::Limits& limits) const;
     void take_limits(const safety::Limits& limits, acquisition::Channels& channels);
     void measure(const acquisition::Streams& streams);

@@ -78,6 +78,20 @@ TEST(RunnerTest, TripBeforeMeasurementIsReported) {
     EXPECT_NE(r["not_reduced"].get<std::string>().find("fewer than two periods"), std::string::npos);
 }
 
+TEST(RunnerTest, KnownMuGivesPeriodsUntilTheEdgeFirst) {
+    const auto folder = bench();
+    const std::string options = "run --scene scene.toml --periods 4 --json ",
+                      words = "periods until the edge limit";
+    const Outcome told = shakerd(options + "--mu 0.113", folder);
+    ASSERT_EQ(told.status, 0) << told.err;
+    const auto at = told.err.find(words);
+    ASSERT_NE(at, std::string::npos) << told.err;
+    EXPECT_LT(at, told.err.find("identification: measuring")) << "before anything moves";
+    EXPECT_NE(told.err.find("predicted walk +14.6"), std::string::npos) << told.err;
+    EXPECT_NE(json::parse(told.out)["notes"].dump().find(words), std::string::npos) << told.out;
+    EXPECT_EQ(shakerd(options, folder).err.find(words), std::string::npos) << "mu is not known";
+}
+
 // The gain of the amplifier rises by a factor of 50 in the middle of the self-test.
 TEST(RunnerTest, CheckStopsFaultyShaker) {
     const auto folder = bench(
