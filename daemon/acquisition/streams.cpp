@@ -114,10 +114,22 @@ void drop_before(Streams& streams, double from_s) {
                         return static_cast<double>(b.first.n) >= oldest;
                     }));
     }
-    for (TargetTrack& t : streams.tracks)
-        t.dropped += drop_front(t.tracks, std::ranges::find_if(t.tracks, [&](const tracking::Track& k) {
-                                    return seconds(k.time) >= from_s - allowance_s;
-                                }));
+    std::vector<std::size_t> dropped;  // by track; equal for the targets of a camera
+    for (TargetTrack& t : streams.tracks) {
+        dropped.push_back(drop_front(t.tracks, std::ranges::find_if(t.tracks, [&](const tracking::Track& k) {
+                                         return seconds(k.time) >= from_s - allowance_s;
+                                     })));
+        t.dropped += dropped.back();
+    }
+    for (CameraStream& c : streams.cameras)
+        if (!c.view.targets.empty()) c.dropped += dropped.at(c.first_track);
+}
+
+void drop_stamps(Streams& streams) {
+    for (CameraStream& c : streams.cameras) {
+        const std::size_t n = std::min(c.dropped - c.stamps_dropped, c.untimed.size());
+        c.stamps_dropped += drop_front(c.untimed, c.untimed.begin() + static_cast<std::ptrdiff_t>(n));
+    }
 }
 
 void forget(Streams& streams) {
@@ -131,7 +143,10 @@ void forget(Streams& streams) {
     streams.dropped.blocks += drop(streams.blocks, 0);
     streams.dropped.clipped = streams.dropped.after_gap = streams.dropped.late = 0;
     for (TargetTrack& t : streams.tracks) t.dropped += drop(t.tracks, 0);
-    for (CameraStream& c : streams.cameras) c.untimed.clear();
+    for (CameraStream& c : streams.cameras) {
+        c.untimed.clear();
+        c.dropped = c.stamps_dropped = 0;
+    }
     streams.timebase.begin_recording();
 }
 
@@ -210,7 +225,7 @@ void add_fixes(Streams& streams, std::size_t camera, const Frame& frame,
 void settle_times(Streams& streams, std::vector<std::string>& notes) {
     streams.timebase.settle();
     for (std::size_t camera = 0; camera < streams.cameras.size(); ++camera) {
-        const CameraStream& c = streams.cameras[camera];
+        CameraStream& c = streams.cameras[camera];
         if (c.untimed.empty() || !streams.timebase.dac_ready()) continue;
         if (const std::size_t jumps = streams.timebase.camera(camera).jumps; jumps > 0)
             notes.push_back("camera \"" + c.view.camera + "\": its time stamps jumped " +
@@ -218,15 +233,18 @@ void settle_times(Streams& streams, std::vector<std::string>& notes) {
         std::size_t doubtful = 0;
         double before_s = -INFINITY;
         for (std::size_t k = 0; k < c.untimed.size(); ++k) {
-            MasterTime time = streams.timebase.mid_exposure(camera, k, c.untimed[k]);
+            const std::size_t number = c.stamps_dropped + k;
+            MasterTime time = streams.timebase.mid_exposure(camera, number, c.untimed[k]);
             if (seconds(time) > before_s) {
                 before_s = seconds(time);
             } else {
                 time = master_time(NAN);
                 ++doubtful;
             }
+            if (c.dropped > 0) c.times_s.push_back(seconds(time));
+            if (number < c.dropped) continue;
             for (std::size_t i = 0; i < c.view.targets.size(); ++i)
-                streams.tracks[c.first_track + i].tracks.at(k).time = time;
+                streams.tracks[c.first_track + i].tracks.at(number - c.dropped).time = time;
         }
         if (doubtful > 0)
             notes.push_back("camera \"" + c.view.camera + "\": " + std::to_string(doubtful) +

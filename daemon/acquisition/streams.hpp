@@ -31,6 +31,10 @@ struct CameraStream {
     std::string failure{};        // reason for which it delivers no more; empty: it works
     /// Every frame without a final time, in the order of the tracks.
     std::vector<calibration::FrameStamp> untimed;
+    std::size_t dropped = 0;         // frames whose tracks drop_before() has removed
+    std::size_t stamps_dropped = 0;  // elements removed from the front of `untimed`
+    /// Final times of all frames in `untimed`, s, from settle_times(); empty unless tracks were removed.
+    std::vector<double> times_s{};
 };
 
 struct Streams {
@@ -59,6 +63,10 @@ Streams empty_streams(const Rig& rig);
 /// Removes data more than 1 s older than master time `from_s`, from each list in which they are the larger
 /// part. The drive in force at from_s is kept.
 void drop_before(Streams& streams, double from_s);
+
+/// Removes the stamps of the frames whose tracks drop_before() has removed. A recording needs them for the
+/// times of all its frames.
+void drop_stamps(Streams& streams);
 
 /// Removes all data except the drive in force, so that the following data start separate streams.
 void forget(Streams& streams);

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "daemon/acquisition/paced_dac.hpp"
+#include "daemon/acquisition/stream_memory.hpp"
 #include "daemon/bench/region_camera.hpp"
 #include "daemon/run/run_setup.hpp"
 #include "daemon/safety/preflight.hpp"
@@ -17,6 +18,8 @@
 namespace shaker::run {
 
 namespace {
+
+constexpr double kept_s = 12;  // streams kept for a stop
 
 bench::Bench open(const RunnerSettings& settings) {
     const RunOptions& run = settings.run;
@@ -111,8 +114,22 @@ void Runner::obey_stop_requests(acquisition::Channels& channels) {
     obeyed_ = requests;
 }
 
+// The reduction needs the measurement with a margin, a stop the last seconds. A recording needs the stamps of
+// all frames and, of a simulated walker, its whole way.
+void Runner::tidy() {
+    const bool measuring = sequence_.to_s() > sequence_.from_s();
+    if (bench_.world && !recordings_.on()) bench_.world->keep_truth_for(measuring ? INFINITY : kept_s);
+    if (measuring) return;
+    acquisition::Streams& streams = collector_.streams();
+    const double f = settings_.run.drive.frequency, now_s = sequence_.now_s();
+    const auto read = acquisition::part_read(streams, f, now_s, now_s + settings_.run.periods / f);
+    acquisition::drop_before(streams, std::min(now_s - kept_s, read.from_s));
+    if (!recordings_.on()) acquisition::drop_stamps(streams);
+}
+
 FinishedRun Runner::run() {
     safety::require_within(run_demands(bench_, settings_.run.drive, bench_.limits));
+    acquisition::require_memory(bench_.rig, settings_.run.periods / settings_.run.drive.frequency);
     recordings_.begin(settings_.run, settings_.run.out, 0);
     if (settings_.run.out.empty() || settings_.run.pictures == recorded::KeptPictures::off)
         collector_.keep_tails();
@@ -123,6 +140,7 @@ FinishedRun Runner::run() {
                 const bool any = sequence_.step(streams, channels);
                 obey_stop_requests(channels);
                 recordings_.update(sequence_, channels);
+                tidy();
                 return any;
             },
             [this] { return sequence_.done(); });

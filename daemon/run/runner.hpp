@@ -78,6 +78,7 @@ private:
     Sequence sequence_;
     Recordings recordings_;
     void obey_stop_requests(acquisition::Channels& channels);
+    void tidy();
 
     double wall_s_ = 0;
     std::vector<acquisition::RealTimeGrant> real_time_;

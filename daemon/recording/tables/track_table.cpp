@@ -48,6 +48,14 @@ std::vector<RecordedTable> tables_of(const acquisition::Streams& streams) {
 
 void write_times(recorded::RecordingWriter& file, const acquisition::Streams& streams) {
     for (const acquisition::TargetTrack& t : streams.tracks) {
+        const auto camera =
+            std::ranges::find(streams.cameras, t.camera, [](const auto& c) { return c.view.camera; });
+        if (camera != streams.cameras.end() && camera->dropped > 0) {
+            // Frames that carry their times were written with them.
+            if (!camera->untimed.empty())
+                file.replace(track_path(t.camera, t.target) + "/" + time_column, camera->times_s);
+            continue;
+        }
         std::vector<double> times;
         times.reserve(t.tracks.size());
         for (const Track& k : t.tracks) times.push_back(seconds(k.time));

@@ -82,6 +82,27 @@ TEST(UntimedFramesTest, SettleInARecordingThatBeganLater) {
     EXPECT_EQ(bench.streams.timebase.camera(0).stamps, 500U) << "the bench keeps its clocks";
 }
 
+// Tracks that no measurement needs leave the memory; a recording still gets the times of all frames.
+TEST(UntimedFramesTest, SettleAfterTracksWereDropped) {
+    for (const bool recorded : {true, false}) {
+        TriggeredCamera bench;
+        bench.play(300);
+        drop_before(bench.streams, 2.6);
+        if (!recorded) drop_stamps(bench.streams);
+        bench.play(100);
+        const CameraStream& camera = bench.streams.cameras[0];
+        EXPECT_EQ(camera.untimed.size(), recorded ? 400U : 400U - camera.dropped);
+        std::vector<std::string> notes;
+        settle_times(bench.streams, notes);
+        EXPECT_EQ(notes, std::vector<std::string>{});
+        bench.expect_exact_times(bench.streams, static_cast<std::int64_t>(camera.dropped));
+        EXPECT_EQ(camera.dropped, 160U);
+        ASSERT_EQ(camera.times_s.size(), camera.untimed.size());
+        EXPECT_NEAR(camera.times_s.back(), 399 / frame_rate_hz + exposure_s / 2, 1e-9);
+        EXPECT_NEAR(camera.times_s.front(), (recorded ? 0 : 160) / frame_rate_hz + exposure_s / 2, 1e-9);
+    }
+}
+
 // A bench on call gives each frame its time at once; its recording holds them and settles nothing.
 TEST(UntimedFramesTest, FinalTimesAreNotSettledAgain) {
     TriggeredCamera bench;

@@ -92,6 +92,16 @@ TEST(RunnerTest, KnownMuGivesPeriodsUntilTheEdgeFirst) {
     EXPECT_EQ(shakerd(options, folder).err.find(words), std::string::npos) << "mu is not known";
 }
 
+TEST(RunnerTest, MeasurementBeyondMemoryIsRefused) {
+    const auto folder = bench();
+    const Outcome o = shakerd(
+        "run --scene scene.toml --frequency 2Hz --gamma 0.05m/s^2 --periods 1000000 -o x.nxs", folder);
+    EXPECT_EQ(o.status, 2);
+    EXPECT_NE(o.err.find("of memory"), std::string::npos) << o.err;
+    for (const std::string& name : files_in(folder))
+        EXPECT_FALSE(name.starts_with("x.")) << name << " was left";
+}
+
 // The gain of the amplifier rises by a factor of 50 in the middle of the self-test.
 TEST(RunnerTest, CheckStopsFaultyShaker) {
     const auto folder = bench(
