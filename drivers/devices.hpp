@@ -1,6 +1,6 @@
 #pragma once
-// The device seam: Dac, Accelerometer, Camera, and the Rig that owns them. Hardware, simulated and
-// replayed rigs implement it; code above does not know which.
+// The device seam: Dac, Accelerometer, Camera, EnableOutput, AbortInput, and the Rig that owns them.
+// Hardware, simulated and replayed rigs implement it; code above does not know which.
 #include <array>
 #include <chrono>
 #include <cstdint>
@@ -32,6 +32,9 @@ struct DacInfo {
     std::size_t block_frames = 240;  // samples per write(); 240 are 5 ms at 48 kHz
     std::int64_t queue_frames = 0;   // most samples of the drive that wait to be played after write()
     std::int64_t kept_frames = 0;    // of these, samples that take_back() leaves; all: none can be taken back
+    std::int64_t ramp_frames =
+        0;  // ramp to zero that is played behind the queue if write() is not called again
+    double enable_before_s = 0;  // time from the start of the enable tone to the drive; 0: no such tone
     [[nodiscard]] bool takes_back() const noexcept { return kept_frames < queue_frames; }
 };
 
@@ -51,6 +54,9 @@ public:
     /// DacInfo::kept_frames. Returns how many; the next write() continues behind the last sample that stays.
     /// 0 if the DAC cannot or if it fails: then all queued samples are played. Real-time; thread of write().
     [[nodiscard]] virtual std::int64_t take_back(std::int64_t /*most*/) noexcept { return 0; }
+    /// The samples of later write() calls, and the ramp behind them, have the enable tone of the amplifier if
+    /// `on`. Without a channel for it nothing happens. Real-time; thread of write().
+    virtual void enable(bool /*on*/) noexcept {}
     /// Silences the output and unblocks write(). Safe from any thread.
     virtual void stop() noexcept = 0;
 };
@@ -118,6 +124,29 @@ public:
     virtual void stop() noexcept = 0;
 };
 
+/// Enable output of the amplifier on a line of its own. The line toggles while the amplifier may be on; a
+/// detector of missing pulses outside switches the amplifier.
+class EnableOutput {
+public:
+    virtual ~EnableOutput() = default;
+    /// Time from the first edge to the drive, s; above 0.
+    [[nodiscard]] virtual double before_s() const noexcept = 0;
+    /// A block is played. The line toggles from now on if `on`, and stops a short time after the last call.
+    /// Real-time; one thread.
+    virtual void feed(bool on) noexcept = 0;
+};
+
+enum class Contact { closed, open, unreadable };
+
+/// Abort input: a normally closed contact that stops the drive.
+class AbortInput {
+public:
+    virtual ~AbortInput() = default;
+    /// State of the contact; open also if it was open since the last call. Waits at most `wait` for a change.
+    /// One thread.
+    [[nodiscard]] virtual Contact read(std::chrono::milliseconds wait) noexcept = 0;
+};
+
 /// What the operator should check when a device fails a test, in the words of its kind. One question or
 /// clause each, without a full stop.
 struct DeviceAdvice {
@@ -138,6 +167,8 @@ struct Rig {
     std::unique_ptr<Accelerometer> accelerometer;
     std::vector<std::unique_ptr<Camera>> cameras;
     RigAdvice advice{};
+    std::unique_ptr<EnableOutput> enable{};     // null: none, or a tone of the DAC
+    std::unique_ptr<AbortInput> abort_input{};  // null: none
 };
 
 }  // namespace shaker

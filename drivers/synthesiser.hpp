@@ -103,6 +103,8 @@ public:
     [[nodiscard]] bool stopped() const noexcept { return stopped_; }
     /// True if the next sample is zero, and all that follow until a command takes effect.
     [[nodiscard]] bool silent() const noexcept { return order_ == 0; }
+    /// True while a command has not taken effect yet.
+    [[nodiscard]] bool waits() const noexcept { return pending_.has_value(); }
 
     /// The last change that began within the last fill(), skip(), silence(), stop() or set() of a soft stop;
     /// null when none did.

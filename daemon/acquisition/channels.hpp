@@ -62,8 +62,11 @@ struct Channels {
     Ring<safety::Trip> trips{64};   // output to reduction, in order: the first since a release is the cause
     std::atomic<std::uint64_t> aborts{0};           // any thread increments it to stop the drive
     std::atomic<std::uint64_t> aborts_answered{0};  // set by the output after its trip
-    std::atomic<bool> stopped{false};               // the output is latched and refuses commands
-    std::atomic<std::int64_t> silent{0};            // samples for which the output has been silent
+    // Abort input to output: number of times that its contact has opened, number of readings, present state.
+    std::atomic<std::uint64_t> openings{0}, contact_reads{0};
+    std::atomic<bool> contact_open{false};     // or unreadable
+    std::atomic<bool> stopped{false};          // the output is latched and refuses commands
+    std::atomic<std::int64_t> silent{0};       // samples for which the output has been silent
     std::atomic<int> failed{-1};               // cause for which the output must stop, because a loop failed
     Mailbox<Clearance> clearance;              // reduction to output: an operator's clear
     std::atomic<std::uint64_t> releases{0};    // the output increments it when it has unlatched

@@ -3,9 +3,13 @@
 #include <algorithm>
 #include <cmath>
 
+#include "drivers/ticks.hpp"
+
 namespace shaker::acquisition {
 
 namespace {
+
+constexpr double contact_patience_s = 0.2;  // longest time without a reading of the abort input
 
 double drive_limit(double full_scale_V, const std::optional<safety::Limits>& limits) {
     return limits ? std::min(limits->drive.abort, full_scale_V) : full_scale_V;
@@ -50,12 +54,16 @@ void latch(safety::Trip trip, DriveOutput& output, Dac& dac, Channels& channels)
     push_change(output, channels, taken);
 }
 
-void latch_for_operator(DriveOutput& output, Dac& dac, Channels& channels) {
-    latch({.cause = safety::Cause::operator_stop,
+void latch_now(safety::Cause cause, DriveOutput& output, Dac& dac, Channels& channels) {
+    latch({.cause = cause,
            .stop = safety::StopKind::hard,
            .on_dac_clock = true,
            .tick = output.synthesiser.tick().n},
           output, dac, channels);
+}
+
+void latch_for_operator(DriveOutput& output, Dac& dac, Channels& channels) {
+    latch_now(safety::Cause::operator_stop, output, dac, channels);
 }
 
 double peak(const std::vector<double>& volts) noexcept {
@@ -113,6 +121,19 @@ void answer_aborts(DriveOutput& output, Dac& dac, Channels& channels) {
     channels.aborts_answered = aborts;
 }
 
+// A contact that is not read any more counts as open.
+void answer_contact(DriveOutput& output, Dac& dac, Channels& channels) {
+    if (!output.has_contact) return;
+    const std::int64_t now = output.synthesiser.tick().n;
+    const std::uint64_t reads = channels.contact_reads, openings = channels.openings;
+    if (reads != output.contact_reads || output.synthesiser.stopped()) output.contact_read_at = now;
+    output.contact_reads = reads;
+    const bool late = duration_s(now - output.contact_read_at, output.rate_hz) > contact_patience_s;
+    if (openings == output.openings && !late) return;
+    output.openings = openings;
+    latch_now(safety::Cause::abort_input, output, dac, channels);
+}
+
 // A loop has failed.
 void answer_failure(DriveOutput& output, Dac& dac, Channels& channels) {
     const int cause = channels.failed;
@@ -133,6 +154,10 @@ void answer_clears(DriveOutput& output, Dac& dac, Channels& channels) {
         output.clearance.reset();
     } else if (output.clearance->trips != output.newest.number) {
         output.clearance.reset();  // the reduction has not seen the newest trip yet
+    } else if (output.has_contact && channels.contact_open) {
+        output.clearance
+            .reset();  // opened after the operator's clear was accepted: another trip is the answer
+        latch_now(safety::Cause::abort_input, output, dac, channels);
     } else if (output.synthesiser.release()) {
         output.clearance.reset();
         output.guard.rearm();
@@ -143,6 +168,7 @@ void answer_clears(DriveOutput& output, Dac& dac, Channels& channels) {
 void answer_trips(DriveOutput& output, Dac& dac, Channels& channels) {
     report(output, channels);
     answer_aborts(output, dac, channels);
+    answer_contact(output, dac, channels);
     answer_failure(output, dac, channels);
     // The output's own trips first: an empty DAC also makes the base miss its predicted motion.
     if (const auto trip = output.guard.check(signs_of(output, channels), channels.warnings))
@@ -154,7 +180,7 @@ void answer_trips(DriveOutput& output, Dac& dac, Channels& channels) {
 }
 
 void take_drive(DriveOutput& output, Channels& channels) {
-    const auto command = channels.drive.take();
+    const auto command = output.enable.admit(channels.drive.take(), output.synthesiser);
     if (!command) return;
     output.synthesiser.set(*command);
     if (command->stop_s > 0) push_change(output, channels);
@@ -165,12 +191,20 @@ void take_drive(DriveOutput& output, Channels& channels) {
 DriveOutput::DriveOutput(const DacInfo& dac, double frequency, double frames_per_second, std::size_t block,
                          const std::optional<safety::Limits>& limits, double accelerometer_rate_hz)
     : full_scale_V{dac.full_scale_V},
+      rate_hz{dac.rate_hz},
       synthesiser{dac.rate_hz, frequency, drive_limit(dac.full_scale_V, limits)},
       guard{dac.rate_hz, accelerometer_rate_hz, limits},
       triggers{dac.rate_hz, frames_per_second},
       volts(block),
       pulses(block),
-      queued{dac, block, synthesiser, triggers} {}
+      queued{dac, block, synthesiser, triggers},
+      enable{dac.rate_hz, dac.enable_before_s, dac.queue_frames} {}
+
+void DriveOutput::connect(const Rig& rig) noexcept {
+    line = rig.enable.get();
+    if (line != nullptr) enable.lead(line->before_s());
+    has_contact = rig.abort_input != nullptr;
+}
 
 void output_step(DriveOutput& output, Dac& dac, Channels& channels) {
     Synthesiser& synthesiser = output.synthesiser;
@@ -186,12 +220,17 @@ void output_step(DriveOutput& output, Dac& dac, Channels& channels) {
     push_change(output, channels);
     const std::int64_t first = synthesiser.tick().n - std::ssize(output.volts);
     note_drive(first, output);
+    output.enable.note(first, synthesiser, output.drives_until);
+    dac.enable(output.enable.on());
+    if (output.line != nullptr) output.line->feed(output.enable.line_on());
     const PlayTime played = dac.write(output.volts, output.pulses);
     if (!channels.played.push(played)) ++channels.lost.plays_lost;
     if (played.lost > 0) {  // the next sample starts from silence, never at full level
         synthesiser.silence(played.lost);
         output.triggers.skip(played.lost);
         output.queued.clear();
+        output.enable.restart();
+        output.contact_read_at = synthesiser.tick().n;  // no block was written meanwhile
         push_change(output, channels);
         output.empty_from = first;
         output.empty_to = synthesiser.tick().n;

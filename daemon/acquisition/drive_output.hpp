@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "daemon/acquisition/channels.hpp"
+#include "daemon/acquisition/enable_window.hpp"
 #include "daemon/acquisition/queued_blocks.hpp"
 #include "daemon/safety/output_guard.hpp"
 #include "drivers/devices.hpp"
@@ -20,13 +21,21 @@ struct DriveOutput {
     /// 0: no accelerometer.
     DriveOutput(const DacInfo& dac, double frequency, double frames_per_second, std::size_t block,
                 const std::optional<safety::Limits>& limits = {}, double accelerometer_rate_hz = 0);
+    /// Connects the enable output and the abort input of a rig, which must outlive this object.
+    void connect(const Rig& rig) noexcept;
     double full_scale_V;
+    double rate_hz;
     Synthesiser synthesiser;
     safety::OutputGuard guard;
     TriggerTrain triggers;
     std::vector<double> volts, pulses;
     QueuedBlocks queued;
-    std::int64_t drives_until = 0;              // DAC sample after the last one that was not zero
+    EnableWindow enable;
+    EnableOutput* line = nullptr;                   // null: none
+    bool has_contact = false;                       // there is an abort input
+    std::uint64_t openings = 0, contact_reads = 0;  // values of the Channels that were answered
+    std::int64_t contact_read_at = 0;               // DAC sample of the last reading
+    std::int64_t drives_until = 0;                  // DAC sample after the last one that was not zero
     std::int64_t lost = 0;                      // samples during which the DAC was empty after the last block
     std::int64_t empty_from = 0, empty_to = 0;  // DAC samples: the last time the DAC was empty
     std::uint64_t aborted = 0;                  // value of Channels::aborts that was answered
@@ -39,7 +48,8 @@ struct DriveOutput {
 /// Answers trips (also its own), aborts and clears, takes the newest drive, fills one block and plays it. A
 /// stop starts with the first sample of that block. Before a hard stop, queued samples are taken back from
 /// the DAC if the drive ends earlier by it: the block then starts behind the last sample that stays, and the
-/// change that reports the stop has their number. Real-time except for Dac::write.
+/// change that reports the stop has their number. The enable output of the amplifier follows the drive
+/// (EnableWindow). Real-time except for Dac::write.
 void output_step(DriveOutput& output, Dac& dac, Channels& channels);
 
 }  // namespace shaker::acquisition

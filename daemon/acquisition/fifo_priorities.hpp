@@ -4,6 +4,7 @@
 namespace shaker::acquisition::fifo_priority {
 
 inline constexpr int output = 70;
+inline constexpr int abort_input = 66;
 inline constexpr int accelerometer = 65;
 inline constexpr int doors =
     60;  // reads aborts: above pictures; one more for the thread that watches its share

@@ -28,6 +28,7 @@ public:
         owed_ += taken;
         return taken;
     }
+    void enable(bool on) noexcept override { inner_->enable(on); }
     void stop() noexcept override { inner_->stop(); }
 
 private:

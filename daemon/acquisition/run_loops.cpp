@@ -54,6 +54,7 @@ double run_loops(bench::Bench& bench, Collector& collector, DriveOutput& output,
                  const Leader& leader) {
     Rig& rig = bench.rig;
     Channels& channels = collector.channels();
+    output.connect(rig);
     const bool simulated = bench.world != nullptr;
     const double rate_hz = rig.dac->info().rate_hz;
     // Hardware keeps to real time. Virtual time waits for the reduction, which shares the processor.
@@ -70,6 +71,12 @@ double run_loops(bench::Bench& bench, Collector& collector, DriveOutput& output,
              if (real_time) channels.jitter.took(std::chrono::steady_clock::now(), block_s);
              return true;
          }}};
+    if (rig.abort_input)
+        loops.push_back(
+            {"abort input", fifo_priority::abort_input, true, [&](std::chrono::milliseconds wait) {
+                 abort_input_step(*rig.abort_input, wait, channels);
+                 return false;
+             }});
     for (Loop& loop : collector.sensor_loops()) loops.push_back(std::move(loop));
     if (leader.recorder)
         loops.push_back({"recorder", fifo_priority::recorder, false,

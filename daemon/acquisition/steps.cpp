@@ -68,4 +68,10 @@ bool camera_step(Camera& device, CameraInput& camera_input, std::chrono::millise
     return true;
 }
 
+void abort_input_step(AbortInput& device, std::chrono::milliseconds wait, Channels& channels) {
+    const bool open = device.read(wait) != Contact::closed;
+    if (channels.contact_open.exchange(open) != open && open) ++channels.openings;
+    ++channels.contact_reads;
+}
+
 }  // namespace shaker::acquisition

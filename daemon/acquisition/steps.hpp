@@ -40,4 +40,7 @@ bool accelerometer_step(AccelerometerInput& input, Accelerometer& device, std::c
 bool camera_step(Camera& device, CameraInput& camera_input, std::chrono::milliseconds wait,
                  Ring<TrackedFrame>& out, Counters& lost);
 
+/// Reads the contact and passes on that it has opened or cannot be read. Waits at most `wait` for a change.
+void abort_input_step(AbortInput& device, std::chrono::milliseconds wait, Channels& channels);
+
 }  // namespace shaker::acquisition

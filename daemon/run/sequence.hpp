@@ -74,8 +74,8 @@ public:
     void stop(acquisition::Channels& channels,
               const safety::Trip& why = {.cause = safety::Cause::operator_stop});
     /// The operator has acknowledged the trip: idle as soon as the output has unlatched. A later trip or
-    /// abort keeps it latched. aborts: Channels::aborts when the operator cleared. InputError without a trip
-    /// and while the drive is not silent yet.
+    /// abort keeps it latched. aborts: Channels::aborts when the operator cleared. InputError without a trip,
+    /// while the drive is not silent yet, and while the contact of the abort input is not closed.
     void clear(std::uint64_t aborts, acquisition::Channels& channels);
 
     [[nodiscard]] const RunPlan& plan() const noexcept { return plan_; }

@@ -72,6 +72,8 @@ constexpr std::array<Words, causes> words{{
     {"coil_heat", "A", 1, "A", "the coil is as hot as after a long drive with {0} rms (limit {1})",
      "let the shaker cool, then lower gamma or drive for a shorter time"},
     {"operator_stop", "", 1, "", "stopped by the operator", ""},
+    {"abort_input", "", 1, "", "the contact of the abort input is open or cannot be read",
+     "close it (its button, its cable), then clear the trip"},
 }};
 
 const Words& of(Cause cause) noexcept { return words[static_cast<std::size_t>(cause) % causes]; }

@@ -4,6 +4,7 @@
 
 #include "drivers/hardware/alsa/kind.hpp"
 #include "drivers/hardware/genicam/kind.hpp"
+#include "drivers/hardware/gpio/lines.hpp"
 #include "drivers/hardware/iio/kind.hpp"
 #include "drivers/hardware/kind/device_kind.hpp"
 #include "drivers/hardware/video/kind.hpp"
@@ -19,6 +20,7 @@ struct Kinds {
     std::span<const DacKind> dacs = dac_kinds;
     std::span<const AccelerometerKind> accelerometers = accelerometer_kinds;
     std::span<const CameraKind> cameras = camera_kinds;
+    gpio::Lines lines = gpio::chip_lines;  // of [enable] and [abort]
 };
 
 /// The devices of one kind that are connected.

@@ -69,8 +69,8 @@ struct Converter::State {
     mutable std::mutex mutex{};  // guards `starts`
     std::vector<std::int64_t> starts{};
 
-    std::array<std::int32_t, 2> sample(std::int64_t timeline);
-    std::array<std::int32_t, 2> from_stream(std::int64_t play);
+    std::array<std::int32_t, 3> sample(std::int64_t timeline);
+    std::array<std::int32_t, 3> from_stream(std::int64_t play);
     void note_starts(std::int64_t timeline, std::int64_t play);
 };
 
@@ -82,14 +82,14 @@ void Converter::State::note_starts(std::int64_t timeline, std::int64_t play) {
     }
 }
 
-std::array<std::int32_t, 2> Converter::State::sample(std::int64_t timeline) {
+std::array<std::int32_t, 3> Converter::State::sample(std::int64_t timeline) {
     const std::int64_t play = memory.play_count(timeline);
     if (play == memory.play_count(timeline + 1)) return {};  // halted
     note_starts(timeline, play);
-    return memory.unplugged ? std::array<std::int32_t, 2>{} : from_stream(play);
+    return memory.unplugged ? std::array<std::int32_t, 3>{} : from_stream(play);
 }
 
-std::array<std::int32_t, 2> Converter::State::from_stream(std::int64_t play) {
+std::array<std::int32_t, 3> Converter::State::from_stream(std::int64_t play) {
     const std::uint64_t state = memory.state;
     const bool dry = memory.dry(state, play);
     const ConverterSlot& slot = memory.heard(play);
@@ -98,7 +98,7 @@ std::array<std::int32_t, 2> Converter::State::from_stream(std::int64_t play) {
     if (dry) return {};
     if (index == play) {
         ++frames;
-        return {slot.first, slot.second};
+        return {slot.first, slot.second, slot.third};
     }
     // No new samples: a converter that reads a ring in memory repeats its content.
     const std::int64_t round = memory.buffer_frames;
@@ -108,8 +108,8 @@ std::array<std::int32_t, 2> Converter::State::from_stream(std::int64_t play) {
     const ConverterSlot& old = memory.slot(play - round);
     if (old.index != play - round) return {};
     ++replayed;
-    memory.put(play, old.first, old.second);
-    return {old.first, old.second};
+    memory.put(play, old.first, old.second, old.third);
+    return {old.first, old.second, old.third};
 }
 
 Converter::Converter(const std::filesystem::path& file, double rate_hz, double ppm,
@@ -144,7 +144,7 @@ HostTime Converter::time_of(std::int64_t sample) const noexcept {
 
 std::int64_t Converter::taken() const noexcept { return state_->taken; }
 
-void Converter::take(std::span<double> first, std::span<double> second) {
+void Converter::take(std::span<double> first, std::span<double> second, std::span<double> third) {
     State& s = *state_;
     s.logged.clear();
     if (ConverterMemory::phase(s.memory.state) == ConverterMemory::Phase::running && !has_client(s.open.file))
@@ -154,7 +154,8 @@ void Converter::take(std::span<double> first, std::span<double> second) {
         ++s.taken;
         first[i] = codes[0] / full_scale;
         second[i] = codes[1] / full_scale;
-        if (s.log.is_open()) s.logged.push_back(codes);
+        if (!third.empty()) third[i] = codes[2] / full_scale;
+        if (s.log.is_open()) s.logged.push_back({codes[0], codes[1]});
     }
     if (!s.logged.empty()) {
         const auto bytes = static_cast<std::streamsize>(s.logged.size() * sizeof s.logged[0]);

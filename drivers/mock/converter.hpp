@@ -25,7 +25,7 @@ struct ConverterCounts {
 class Converter {
 public:
     /// Creates `file`, which the plug-in maps, and removes it at the end; in /dev/shm it never touches a
-    /// disk. With `log`, every sample taken is appended to that file as two int32 (codes of both channels,
+    /// disk. With `log`, every sample taken is appended to that file as two int32 (codes of channels 1 and 2,
     /// left-justified, native endian): timeline sample n is at byte 8 n. Throws DeviceError when a file
     /// cannot be created.
     Converter(const std::filesystem::path& file, double rate_hz, double ppm,
@@ -39,9 +39,9 @@ public:
     [[nodiscard]] HostTime time_of(std::int64_t sample) const noexcept;
     /// Number of samples taken; the next take() begins with this one.
     [[nodiscard]] std::int64_t taken() const noexcept;
-    /// The next samples in order, as shares of full scale; both spans have the same length. Call at least
-    /// every 5 s at 48 kHz, or samples are overwritten and counted as missed.
-    void take(std::span<double> first, std::span<double> second);
+    /// The next samples in order, as shares of full scale; the spans have the same length, `third` may be
+    /// empty. Call at least every 5 s at 48 kHz, or samples are overwritten and counted as missed.
+    void take(std::span<double> first, std::span<double> second, std::span<double> third = {});
 
     /// Stops the running stream, as after an underrun.
     void cause_underrun() noexcept;

@@ -10,16 +10,17 @@
 
 namespace shaker::mock {
 
-/// One sample of both channels, left-justified codes of 32 bits. Valid for count `index` only.
+/// One sample of the channels, left-justified codes of 32 bits. Valid for count `index` only.
 struct ConverterSlot {
     static constexpr std::int64_t none = -1;
     std::atomic<std::int64_t> index;
-    std::atomic<std::int32_t> first, second;
+    std::atomic<std::int32_t> first, second, third;
 
-    void put(std::int64_t play, std::int32_t a, std::int32_t b) noexcept {
+    void put(std::int64_t play, std::int32_t a, std::int32_t b, std::int32_t c) noexcept {
         index.store(none, std::memory_order_release);
         first.store(a, std::memory_order_release);
         second.store(b, std::memory_order_release);
+        third.store(c, std::memory_order_release);
         index.store(play, std::memory_order_release);
     }
 };
@@ -27,7 +28,7 @@ struct ConverterSlot {
 /// Two counts. Timeline: samples of the converter's clock; never halts. Play count: the timeline minus the
 /// samples of halts; positions of streams use it.
 struct ConverterMemory {
-    static constexpr std::uint64_t version = 0x73686b6d6f636b02;
+    static constexpr std::uint64_t version = 0x73686b6d6f636b03;
     static constexpr std::size_t slots_held = std::size_t{1} << 18U;
     static constexpr std::size_t staged_held = std::size_t{1} << 18U;
     static constexpr std::size_t stalls_held = 256, starts_held = 4096;
@@ -82,8 +83,8 @@ struct ConverterMemory {
     [[nodiscard]] ConverterSlot& slot(std::int64_t play) noexcept {
         return slots[static_cast<std::size_t>(play) % slots_held];
     }
-    void put(std::int64_t play, std::int32_t first, std::int32_t second) noexcept {
-        slot(play).put(play, first, second);
+    void put(std::int64_t play, std::int32_t first, std::int32_t second, std::int32_t third) noexcept {
+        slot(play).put(play, first, second, third);
     }
     [[nodiscard]] ConverterSlot& stage(std::int64_t play) noexcept {
         return staged[static_cast<std::size_t>(play) % staged_held];
@@ -94,7 +95,7 @@ struct ConverterMemory {
         commit = static_cast<std::uint64_t>(from) << 20U | static_cast<std::uint64_t>(until - from);
         for (std::int64_t play = from; play < until; ++play) {
             const ConverterSlot& s = stage(play);
-            put(play, s.first, s.second);
+            put(play, s.first, s.second, s.third);
         }
         commit = 0;
     }

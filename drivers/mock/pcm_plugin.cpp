@@ -62,7 +62,7 @@ private:
 };
 
 struct Frame {
-    std::int32_t first, second;
+    std::int32_t first, second, third;
 };
 
 struct Plugin {
@@ -123,7 +123,7 @@ int start(snd_pcm_ioplug_t* io) {
     m.start = first;
     for (std::int64_t i = 0; i < p.highest; ++i) {
         const Frame& f = p.ring[static_cast<std::size_t>(i) % p.ring.size()];
-        m.put(first + i, f.first, f.second);
+        m.put(first + i, f.first, f.second, f.third);
     }
     m.starts[m.start_count % ConverterMemory::starts_held] = first;
     ++m.start_count;
@@ -208,12 +208,12 @@ snd_pcm_sframes_t transfer(snd_pcm_ioplug_t* io, const snd_pcm_channel_area_t* a
     const bool running = p.phase() == Phase::running;
     const std::int64_t played = running ? p.play_now() : 0;
     for (snd_pcm_uframes_t i = 0; i < size; ++i) {
-        const Frame f{sample(areas[0], i), sample(areas[1], i)};
+        const Frame f{sample(areas[0], i), sample(areas[1], i), io->channels > 2 ? sample(areas[2], i) : 0};
         const std::int64_t frame = p.written + static_cast<std::int64_t>(i);
         p.ring[static_cast<std::size_t>(frame) % p.ring.size()] = f;
         // Frames behind the converter's position are not played.
         if (running && m.start + frame >= played)
-            m.stage(m.start + frame).put(m.start + frame, f.first, f.second);
+            m.stage(m.start + frame).put(m.start + frame, f.first, f.second, f.third);
     }
     const std::int64_t begins = p.written;
     p.written += static_cast<std::int64_t>(size);
@@ -304,7 +304,7 @@ int constrain(snd_pcm_ioplug_t* io, double rate_hz) {
     const auto rate = static_cast<unsigned>(rate_hz);
     int error = snd_pcm_ioplug_set_param_list(io, SND_PCM_IOPLUG_HW_ACCESS, 1, access);
     if (error == 0) error = snd_pcm_ioplug_set_param_list(io, SND_PCM_IOPLUG_HW_FORMAT, 4, formats);
-    if (error == 0) error = snd_pcm_ioplug_set_param_minmax(io, SND_PCM_IOPLUG_HW_CHANNELS, 2, 2);
+    if (error == 0) error = snd_pcm_ioplug_set_param_minmax(io, SND_PCM_IOPLUG_HW_CHANNELS, 2, 3);
     if (error == 0) error = snd_pcm_ioplug_set_param_list(io, SND_PCM_IOPLUG_HW_RATE, 1, &rate);
     constexpr unsigned least_bytes = 64, most_bytes = 1U << 20U, most_periods = 1024;
     if (error == 0)

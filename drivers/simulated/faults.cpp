@@ -22,7 +22,7 @@ struct Description {
 constexpr Range factor{-1e6, 1e6}, count{1, 1e6};
 
 // In the order of FaultKind.
-constexpr std::array<Description, 17> descriptions{{
+constexpr std::array<Description, 18> descriptions{{
     {.name = "open", .lasts = true},
     {.name = "frozen", .lasts = true},
     {.name = "saturated", .lasts = true},
@@ -40,6 +40,7 @@ constexpr std::array<Description, 17> descriptions{{
     {.name = "walker_hidden", .lasts = true, .of_camera = true},
     {.name = "held_back", .lasts = true, .must_end = true},
     {.name = "camera_gone", .of_camera = true},
+    {.name = "contact_open", .lasts = true},
 }};
 
 const Description& description(FaultKind what) { return descriptions[static_cast<std::size_t>(what)]; }

@@ -31,6 +31,7 @@ enum class FaultKind {
     walker_hidden,  // camera: an object covers the walker
     held_back,      // accelerometer: samples arrive, but their place in time is known only at the end
     camera_gone,    // camera: its driver gives up
+    contact_open,   // the contact of the abort input is open; a scene without this fault has no abort input
 };
 
 struct SceneFault {

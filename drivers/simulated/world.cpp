@@ -1,5 +1,6 @@
 #include "drivers/simulated/world.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <ctime>
 #include <optional>
@@ -185,6 +186,21 @@ private:
     std::int64_t next_ = 0;
 };
 
+class SimulatedContact final : public AbortInput {
+public:
+    explicit SimulatedContact(World::State& s) : s_{s}, open_{s.scene.faults, {FaultKind::contact_open}} {}
+    [[nodiscard]] Contact read(std::chrono::milliseconds wait) noexcept override {
+        std::unique_lock lock{s_.mutex};
+        const auto open = [&] { return open_.at(FaultKind::contact_open, s_.now()); };
+        s_.moved.wait_for(lock, wait, [&] { return s_.stopped || open(); });
+        return open() ? Contact::open : Contact::closed;
+    }
+
+private:
+    World::State& s_;
+    LastingFaults open_;
+};
+
 }  // namespace
 
 World::World(const Scene& scene, Pace pace) : state_{std::make_unique<State>(scene, pace)} {}
@@ -197,6 +213,9 @@ Rig World::rig() {
     rig.accelerometer = std::make_unique<SimulatedAccelerometer>(*state_);
     for (std::size_t i = 0; i < state_->views.size(); ++i)
         rig.cameras.push_back(std::make_unique<SimulatedCamera>(*state_, i));
+    if (std::ranges::any_of(state_->scene.faults,
+                            [](const SceneFault& f) { return f.what == FaultKind::contact_open; }))
+        rig.abort_input = std::make_unique<SimulatedContact>(*state_);
     return rig;
 }
 

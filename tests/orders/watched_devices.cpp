@@ -28,6 +28,7 @@ public:
         watch_.heap.begin("output");
         return taken;
     }
+    void enable(bool on) noexcept override { dac_->enable(on); }
     void stop() noexcept override { dac_->stop(); }
 
 private:

@@ -53,7 +53,8 @@ TEST_F(UnitTest, StopTimeCoversSlowestSoftStop) {
 TEST_F(UnitTest, MemoryAndPrioritiesAreAllowed) {
     EXPECT_EQ(text("LimitMEMLOCK"), "infinity") << "lock_memory() locks nothing below a limit";
     using namespace acquisition::fifo_priority;
-    EXPECT_GE(number("LimitRTPRIO"), std::max({output, accelerometer, doors + 1, camera, recorder}));
+    EXPECT_GE(number("LimitRTPRIO"),
+              std::max({output, abort_input, accelerometer, doors + 1, camera, recorder}));
     const std::vector<std::string>& filters = unit.at("SystemCallFilter");
     for (const char* call : {"sched_setscheduler", "mlockall"})
         EXPECT_NE(filters.back().find(call), std::string::npos) << call;
@@ -75,12 +76,12 @@ constexpr const char* cameras =
     "[[camera]]\nname = \"side\"\ndriver = \"genicam\"\nid = \"Not-Connected-1\"\n";
 
 // Cameras are searched for on the loop-back interface only.
-std::string drop_in(const std::string& accelerometer) {
+std::string drop_in(const std::string& accelerometer, const std::string& lines = "") {
     if (const std::string refused = test::private_network(); !refused.empty())
         throw std::runtime_error{refused};
     const auto folder = test::fresh_folder();
     std::ofstream{folder / "bench.toml"}
-        << "[dac]\npcm = \"hw:0\"\n[accelerometer]\n" + accelerometer + "\n" + cameras;
+        << "[dac]\npcm = \"hw:0\"\n[accelerometer]\n" + accelerometer + "\n" + lines + cameras;
     return commands::unit_drop_in(folder / "bench.toml");
 }
 
@@ -104,6 +105,17 @@ TEST_F(UnitTest, DropInHasDevicesAndAddressesOfItsBench) {
     EXPECT_NE(text.find("IPAddressAllow=<address of \"sensor.lab\">"), std::string::npos) << text;
     EXPECT_NE(text.find("\"Not-Connected-1\" is not connected"), std::string::npos) << text;
     EXPECT_EQ(text.find("gpiochip"), std::string::npos);
+}
+
+TEST_F(UnitTest, DropInHasGpioOnlyForBenchesWithLines) {
+    for (const char* table : {"enable", "abort"}) {
+        std::istringstream lines{drop_in(
+            "uri = \"local:\"", std::string{"["} + table + "]\nchip = \"gpiochip0\"\nline = \"17\"\n")};
+        const std::vector<std::string> allowed = keys_of(lines)["DeviceAllow"];
+        EXPECT_EQ(std::ranges::count(allowed, "char-gpiochip rw"), 1) << table;
+    }
+    const std::vector<std::string>& all = unit.at("DeviceAllow");
+    EXPECT_EQ(std::ranges::count(all, "char-gpiochip rw"), 0);
 }
 
 }  // namespace

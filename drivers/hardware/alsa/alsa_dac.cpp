@@ -51,6 +51,7 @@ struct AlsaDac::State {
     std::int64_t buffer,
         ramp;  // samples; ramp: queued behind the drive, 0 if frames cannot be taken back
     std::int64_t margin, slip_limit;
+    bool enabled = false;
     std::int64_t end = 0;     // tick after the last sample of the drive that was written
     std::int64_t driven = 0;  // samples of the drive written since the last silence
     PlayTime last{};
@@ -140,8 +141,8 @@ int AlsaDac::State::put(std::span<const double> volts, std::span<const double> t
     const auto n = static_cast<std::int64_t>(volts.size());
     const std::int64_t least = ramp > 0 ? ramp + margin : std::numeric_limits<std::int64_t>::min();
     if (const int outcome = wait_until_queued(buffer - n, least); outcome != done) return outcome;
-    const auto bytes =
-        frames.block(volts, trigger, {end}).first(static_cast<std::size_t>(n + ramp) * frames.frame_bytes());
+    const auto bytes = frames.block(volts, trigger, {end}, enabled)
+                           .first(static_cast<std::size_t>(n + ramp) * frames.frame_bytes());
     const HostTime before = hardware::host_now();
     std::int64_t left = 0;
     if (ramp > 0 && (left = pcm->rewind(ramp)) < 0) return came_late;
@@ -286,7 +287,9 @@ DacInfo AlsaDac::info() const {
             .rate_hz = static_cast<double>(s.rate_hz),
             .full_scale_V = s.full_scale_V,
             .queue_frames = got.queue_frames,
-            .kept_frames = got.kept_frames};
+            .kept_frames = got.kept_frames,
+            .ramp_frames = got.rewinds ? s.ramp_frames() : 0,
+            .enable_before_s = s.enable_channel > 0 ? s.enable_before_s : 0};
 }
 
 DeviceCounts AlsaDac::counts() const noexcept {
@@ -316,6 +319,8 @@ PlayTime AlsaDac::write(std::span<const double> volts, std::span<const double> t
 }
 
 std::int64_t AlsaDac::take_back(std::int64_t most) noexcept { return state_->take_back(most); }
+
+void AlsaDac::enable(bool on) noexcept { state_->enabled = on; }
 
 void AlsaDac::stop() noexcept {
     state_->stopping = true;

@@ -8,7 +8,8 @@
 
 namespace shaker::alsa {
 
-/// Plays the drive on the first channel; the settings define the second.
+/// Plays the drive on the first channel; the settings define the second, and a further one for the enable
+/// tone.
 ///
 /// **Ends with a ramp.** If the device can take frames back, a ramp from the drive's last value to zero is
 /// always queued behind it, and each write replaces it. Whenever the process ends or hangs, the output
@@ -37,6 +38,8 @@ public:
     PlayTime write(std::span<const double> volts, std::span<const double> trigger) override;
     /// Real-time as far as libasound is.
     [[nodiscard]] std::int64_t take_back(std::int64_t most) noexcept override;
+    /// Real-time.
+    void enable(bool on) noexcept override;
     /// Plays the queued samples, then the ramp. From now on write() returns at once.
     void stop() noexcept override;
 

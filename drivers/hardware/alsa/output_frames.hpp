@@ -1,5 +1,5 @@
 #pragma once
-// Bytes for the converter: both channels of a block, and the ramp to zero that follows it. Real-time.
+// Bytes for the converter: the channels of a block, and the ramp to zero that follows it. Real-time.
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -11,7 +11,8 @@
 
 namespace shaker::alsa {
 
-/// Drive on channel 0, trigger pulses or tone on channel 1, zero on all further channels.
+/// Drive on channel 1, trigger pulses or tone on channel 2, the enable tone on its channel if there is one,
+/// zero on all further channels.
 class OutputFrames {
 public:
     /// Allocates memory for blocks of up to `most_frames` and their ramp.
@@ -24,9 +25,10 @@ public:
     /// A block that begins at `first`, then the ramp: a raised cosine times the block's last value, which
     /// continues at the block's last slope; the slope decays within a millisecond. Neither value nor slope
     /// jumps, and the ramp ends at exactly zero. The second channel is zero in the ramp. `trigger` has one
-    /// value per sample: 1 at the start of an exposure, else 0.
+    /// value per sample: 1 at the start of an exposure, else 0. enabled: the enable tone is present in the
+    /// block and until the end of the ramp.
     std::span<const std::byte> block(std::span<const double> volts, std::span<const double> trigger,
-                                     DacTick first) noexcept;
+                                     DacTick first, bool enabled = false) noexcept;
     /// The ramp alone, from the end of the last block, and silence behind it: at most the length of the
     /// buffer together.
     std::span<const std::byte> ramp(std::int64_t silence = 0) noexcept;
@@ -34,17 +36,20 @@ public:
     [[nodiscard]] std::int64_t most_back() const noexcept;
     /// Goes back by `samples`, 0..most_back(): the next block or ramp follows the sample before them.
     void go_back(std::int64_t samples) noexcept;
-    /// Call after an interruption: the next ramp ignores the old slope, and a started pulse does not
-    /// continue.
+    /// Call after an interruption: the next ramp ignores the old slope and has no enable tone, and a started
+    /// pulse does not continue.
     void restart() noexcept;
 
 private:
-    /// What a ramp from a sample, and the second channel after it, depend on.
+    /// What a ramp from a sample, and the other channels after it, depend on.
     struct End {
         double volts = 0, slope = 0;  // V, V per sample
         std::int64_t pulse_left = 0;  // samples
+        bool enabled = false;
     };
-    void put(std::size_t frame, std::int32_t drive, std::int32_t second) noexcept;
+    void put(std::size_t frame, std::int32_t drive, std::int32_t second, std::int32_t enable) noexcept;
+    [[nodiscard]] std::int32_t tone(Turns step, double level_V, DacTick tick, unsigned channel) noexcept;
+    [[nodiscard]] std::int32_t enable_tone(DacTick tick) noexcept;
     [[nodiscard]] std::int32_t second(double trigger, DacTick tick) noexcept;
     void put_ramp(std::size_t at) noexcept;
 
@@ -54,7 +59,11 @@ private:
     bool dither_;
     double level_V_;  // of the second channel
     std::int64_t pulse_samples_;
-    Turns tone_;                        // turns per sample
+    Turns tone_;          // turns per sample
+    std::size_t enable_;  // channel of the enable tone from 0; 0: none
+    double enable_level_V_;
+    Turns enable_tone_;                 // turns per sample
+    DacTick tick_{};                    // after the last sample
     double decay_;                      // factor of the slope per sample
     End end_;                           // at the last sample
     std::vector<End> ends_;             // at the newest samples, a ring

@@ -102,9 +102,12 @@ void AlsaPcm::State::agree(const AlsaSettings& settings) {
         refuse(fmt::format("rate_hz {} is not possible: must be {} to {}", rate, least, most));
     snd_pcm_hw_params_get_channels_min(hw, &least);
     snd_pcm_hw_params_get_channels_max(hw, &most);
-    const unsigned channels = std::max(2U, least);
+    const unsigned channels = std::max({2U, least, static_cast<unsigned>(settings.enable_channel)});
     if (snd_pcm_hw_params_set_channels(pcm, hw, channels) < 0)
-        refuse(fmt::format("two channels are required, it has {} to {}", least, most));
+        refuse(settings.enable_channel > 0
+                   ? fmt::format("enable_channel {} is not possible: it has {} to {} channels",
+                                 settings.enable_channel, least, most)
+                   : fmt::format("two channels are required, it has {} to {}", least, most));
     agree_frames(hw, settings);
     check(snd_pcm_hw_params(pcm, hw), "the configuration is refused");
 

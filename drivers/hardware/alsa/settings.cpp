@@ -14,6 +14,27 @@ int AlsaSettings::ramp_frames() const noexcept {
     return static_cast<int>(std::lround(ramp_s * static_cast<double>(rate_hz)));
 }
 
+namespace {
+
+void read_enable(SettingsTable& table, AlsaSettings& s) {
+    constexpr int first_spare = 3, most_channels = 64;
+    for (const char* key : {"enable_level", "enable_hz", "enable_before_s"})
+        if (table.has(key) && !table.has("enable_channel"))
+            table.fail(key, "this key needs enable_channel, the channel of the enable tone");
+    if (!table.has("enable_channel")) return;
+    s.enable_channel = table.integer("enable_channel", 1, most_channels, 0);
+    if (s.enable_channel < first_spare)
+        table.fail("enable_channel",
+                   std::to_string(s.enable_channel) +
+                       " is not spare: channel 1 is the drive, channel 2 is second_channel; must be 3 to " +
+                       std::to_string(most_channels));
+    s.enable_level = table.number("enable_level", {0.01, 1}, s.enable_level);
+    s.enable_hz = table.number("enable_hz", {100, 0.45 * s.rate_hz}, s.enable_hz);
+    s.enable_before_s = table.number("enable_before_s", {0.01, 5}, s.enable_before_s);
+}
+
+}  // namespace
+
 AlsaSettings read_alsa_settings(SettingsTable& table) {
     AlsaSettings s;
     s.pcm = table.text("pcm");
@@ -29,6 +50,7 @@ AlsaSettings read_alsa_settings(SettingsTable& table) {
     s.second_level = table.number("second_level", {0, 1}, s.second_level);
     s.pulse_s = table.number("pulse_s", {1e-6, 0.1}, s.pulse_s);
     s.tone_hz = table.number("tone_hz", {1, 0.45 * s.rate_hz}, s.tone_hz);
+    read_enable(table, s);
     s.ramp_s = table.number("ramp_s", {0, 0.5}, s.ramp_s);
     s.dither = table.flag("dither", s.dither);
     const int least = s.ramp_frames() + 2 * s.period_frames;

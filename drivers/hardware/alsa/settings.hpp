@@ -33,6 +33,10 @@ struct AlsaSettings {
     double second_level = 1;  // height of the pulse or amplitude of the tone, as a share of full scale
     double pulse_s = 1e-4;
     double tone_hz = 1000;
+    int enable_channel = 0;   // 1-based, 3 or higher: tone while the drive is on; 0: none
+    double enable_level = 1;  // amplitude of that tone, as a share of full scale
+    double enable_hz = 1000;
+    double enable_before_s = 0.25;  // s, from the start of that tone to the drive
     double ramp_s = 0.05;  // s, from the drive's last value to zero when no more samples come; 0: none
     bool dither = true;
 
@@ -40,8 +44,8 @@ struct AlsaSettings {
     [[nodiscard]] int ramp_frames() const noexcept;
 };
 
-/// Keys as the members above; `alsa_config` is relative to the settings file. Only `pcm` is required. The
-/// buffer must hold the ramp and two periods. Throws InputError.
+/// Keys as the members above; `alsa_config` is relative to the settings file. Only `pcm` and `full_scale_V`
+/// are required. The buffer must hold the ramp and two periods. Throws InputError.
 AlsaSettings read_alsa_settings(SettingsTable& table);
 
 }  // namespace shaker::alsa

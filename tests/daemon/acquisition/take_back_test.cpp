@@ -35,6 +35,7 @@ struct Output {
     explicit Output(std::int64_t queued = queue, std::int64_t stays = kept) : dac{queued, stays} {
         dac.given.reserve(1 << 22);
         dac.triggers.reserve(1 << 22);
+        dac.tone.reserve(1 << 22);
         changes.reserve(1 << 12);
     }
     void go(std::int64_t blocks) {

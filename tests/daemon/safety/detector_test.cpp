@@ -102,6 +102,10 @@ const std::map<Cause, Scenario>& scenarios() {
                 if (now_s > 3 && !stopped) sequence.stop(channels, {.cause = asked}), stopped = true;
             };
         }
+        s[Cause::abort_input] = {
+            .run = {.scene = bench + "[[fault]]\nat_s = 3\nwhat = \"contact_open\"\nfor_s = 0.1\n",
+                    .identify = false,
+                    .longest_s = running_s}};
         return s;
     }();
     return all;
@@ -145,8 +149,9 @@ TEST_P(DetectorOffTest, NothingTripsByItsCause) {
 }
 
 INSTANTIATE_TEST_SUITE_P(All, DetectorTest, ::testing::ValuesIn(all_but({})), cause_name);
-INSTANTIATE_TEST_SUITE_P(All, DetectorOffTest,
-                         ::testing::ValuesIn(all_but({Cause::operator_stop, Cause::recorder})), cause_name);
+INSTANTIATE_TEST_SUITE_P(
+    All, DetectorOffTest,
+    ::testing::ValuesIn(all_but({Cause::operator_stop, Cause::recorder, Cause::abort_input})), cause_name);
 
 TEST(DetectorsTest, EveryDetectorHasAScenario) {
     for (std::size_t i = 0; i < causes; ++i) {

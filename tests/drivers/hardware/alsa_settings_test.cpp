@@ -64,6 +64,26 @@ TEST(AlsaSettingsTest, EveryKeyIsRead) {
     EXPECT_FALSE(s.dither);
 }
 
+TEST(AlsaSettingsTest, EnableToneIsOnASpareChannel) {
+    const std::string head = "pcm = 'x'\nfull_scale_V = 1\n";
+    EXPECT_EQ(read(head).enable_channel, 0);
+    const alsa::AlsaSettings s = read(head +
+                                      "enable_channel = 4\nenable_level = 0.5\nenable_hz = 2000\n"
+                                      "enable_before_s = 0.5");
+    EXPECT_EQ(s.enable_channel, 4);
+    EXPECT_EQ(s.enable_level, 0.5);
+    EXPECT_EQ(s.enable_hz, 2000);
+    EXPECT_EQ(s.enable_before_s, 0.5);
+    const auto said = [&](const std::string& keys) {
+        return refusal<InputError>([&] { read(head + keys); });
+    };
+    expect_says(said("enable_channel = 2"), "enable_channel: 2 is not spare: channel 1 is the drive");
+    expect_says(said("enable_channel = 2"), "must be 3 to 64");
+    expect_says(said("enable_hz = 500"), "enable_hz: this key needs enable_channel");
+    expect_says(said("enable_channel = 3\nenable_hz = 50"), "enable_hz");
+    expect_says(said("enable_channel = 3\nenable_before_s = 0"), "enable_before_s");
+}
+
 TEST(AlsaSettingsTest, RefusesBufferTooSmallForRamp) {
     const std::string said = refusal<InputError>(
         [] { read("pcm = 'x'\nfull_scale_V = 1\nperiod_frames = 256\nbuffer_frames = 2911"); });
@@ -94,6 +114,10 @@ TEST(AlsaGrantedTest, RefusesUnsupportedSettingsWithRange) {
     expect_says(refusal<DeviceError>([&] { alsa::AlsaDac{s}; }),
                 "period_frames 3 is not possible: must be 8 to ");
     s = mock.settings;
+    s.enable_channel = 4;
+    expect_says(refusal<DeviceError>([&] { alsa::AlsaDac{s}; }),
+                "enable_channel 4 is not possible: it has 2 to 3 channels");
+    s = mock.settings;
     s.pcm = "not_there";
     const std::string said = refusal<DeviceError>([&] { alsa::AlsaDac{s}; });
     expect_says(said, "not_there");
@@ -115,8 +139,8 @@ TEST(AlsaDevicesTest, DescribesDeviceDefinedInFile) {
     EXPECT_EQ(device.formats.size(), 4U);
     EXPECT_EQ(device.rates_hz, std::vector<int>{48000});
     EXPECT_EQ(device.channels.least, 2U);
-    EXPECT_EQ(device.channels.most, 2U);
-    expect_says(device.text(), "shaker: formats S32, S24, S24_3, S16; 48000 Hz; 2 to 2 channels");
+    EXPECT_EQ(device.channels.most, 3U);
+    expect_says(device.text(), "shaker: formats S32, S24, S24_3, S16; 48000 Hz; 2 to 3 channels");
 }
 
 TEST(AlsaDevicesTest, DescribesBusyOrUnknownDeviceByError) {

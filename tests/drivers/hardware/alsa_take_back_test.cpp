@@ -115,6 +115,46 @@ TEST(AlsaTakeBackTest, ToneAndTriggerFollowTheDrive) {
     }
 }
 
+// Enabled, taken back, written again and enabled, then not enabled: the tone is exact, and it lasts to the
+// end of the ramp of a DAC that is given no more samples.
+TEST(AlsaTakeBackTest, EnableToneFollowsTheDrive) {
+    for (const bool ends_enabled : {true, false}) {
+        MockDac mock;
+        alsa::AlsaSettings s = short_buffer(mock);
+        s.enable_channel = 3;
+        std::int64_t on = 0, off = 0, end = 0;
+        {
+            alsa::AlsaDac dac{s};
+            EXPECT_EQ(dac.info().enable_before_s, 0.25);
+            const std::vector<double> block = test::test_block(0, 480), still(480);
+            const auto play = [&](int blocks) {
+                for (int k = 0; k < blocks; ++k, end += 480) dac.write(block, still);
+            };
+            play(20);
+            on = end;
+            dac.enable(true);
+            play(40);
+            end -= dac.take_back(1000);
+            play(20);
+            off = end;
+            dac.enable(ends_enabled);
+            play(5);
+            if (!test::in_real_time) continue;
+            ASSERT_EQ(dac.counts().incidents, 0U);
+        }
+        mock.listen();
+        const auto start = static_cast<std::size_t>(mock.converter.stream_starts().at(0)) +
+                           static_cast<std::size_t>(s.buffer_frames - s.ramp_frames());
+        if (ends_enabled) off = end + s.ramp_frames();
+        for (std::int64_t i = 0; i < std::ssize(mock.third) - static_cast<std::int64_t>(start); ++i) {
+            const double tone = std::sin(2 * std::numbers::pi * std::fmod(static_cast<double>(i) / 48, 1));
+            ASSERT_NEAR(static_cast<double>(mock.third[start + static_cast<std::size_t>(i)]) / 0x1p31,
+                        i >= on && i < off ? tone : 0, 1e-6)
+                << i;
+        }
+    }
+}
+
 TEST(AlsaTakeBackTest, KeepsTwoPeriodsAndRampFollows) {
     MockDac mock;
     const alsa::AlsaSettings s = short_buffer(mock);

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numbers>
 
@@ -93,6 +94,42 @@ TEST(OutputFramesTest, TriggerPulseContinuesInNextBlock) {
     EXPECT_EQ(first.second[16], 0);  // the ramp
     EXPECT_EQ(next.second[5], 0.5);
     EXPECT_EQ(next.second[6], 0);
+}
+
+// At a quarter of the rate the tone's values are 0 and +-level.
+TEST(OutputFramesTest, EnableToneEndsWithTheRamp) {
+    alsa::AlsaSettings s = settings_with(alsa::SecondChannel::trigger);
+    s.enable_channel = 4;
+    s.enable_level = 0.25;
+    s.enable_hz = 0.25 * s.rate_hz;
+    alsa::OutputFrames frames{s, alsa::PcmCodec{s.format, 0, 1}, 4, 240};
+    const auto tone = [](std::span<const std::byte> bytes) {
+        const Heard pairs = decoded(bytes);  // channels 3 and 4 are every second pair
+        std::vector<double> heard;
+        for (std::size_t i = 1; i < pairs.second.size(); i += 2) {
+            EXPECT_EQ(pairs.drive[i], 0) << "channel 3";
+            heard.push_back(pairs.second[i]);
+        }
+        return heard;
+    };
+    const auto expect_tone = [](const std::vector<double>& heard, std::size_t length, std::size_t tick) {
+        constexpr std::array quarter{0.0, 0.25, 0.0, -0.25};
+        for (std::size_t i = 0; i < heard.size(); ++i)
+            ASSERT_NEAR(heard[i], i < length ? quarter[(tick + i) % 4] : 0, 1e-6) << i;
+    };
+    const std::vector<double> volts(241, 0.5), still(241);
+    const auto block = [&](std::size_t n, std::int64_t first, bool enabled) {
+        return tone(frames.block(std::span{volts}.first(n), std::span{still}.first(n), {first}, enabled));
+    };
+    expect_tone(block(240, 0, false), 0, 0);
+    expect_tone(block(239, 240, true), 239 + 2400, 240);
+    frames.go_back(101);
+    expect_tone(tone(frames.ramp(500)), 2400, 378);
+    expect_tone(block(7, 378, true), 7 + 2400, 378);
+    expect_tone(block(8, 385, false), 0, 385);
+    block(8, 393, true);
+    frames.restart();
+    expect_tone(tone(frames.ramp()), 0, 0);
 }
 
 TEST(OutputFramesTest, FurtherChannelsAreSilent) {

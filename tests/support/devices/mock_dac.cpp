@@ -47,11 +47,12 @@ MockDac::~MockDac() {
 
 void MockDac::listen() {
     const auto due = static_cast<std::size_t>(converter.due(now()) - converter.taken());
-    std::vector<double> a(due), b(due);
-    converter.take(a, b);
+    std::vector<double> a(due), b(due), c(due);
+    converter.take(a, b, c);
     const auto code = [](double share) { return std::llround(share * full_scale); };
     std::transform(a.begin(), a.end(), std::back_inserter(first), code);
     std::transform(b.begin(), b.end(), std::back_inserter(second), code);
+    std::transform(c.begin(), c.end(), std::back_inserter(third), code);
 }
 
 void MockDac::listen_for(Seconds duration) {

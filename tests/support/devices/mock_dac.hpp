@@ -26,10 +26,10 @@ public:
     alsa::AlsaSettings settings;
     mock::Converter converter;
 
-    /// Reads all samples that are due. Afterwards `first` and `second` hold every code since timeline sample
-    /// 0, left-justified.
+    /// Reads all samples that are due. Afterwards the vectors hold every code of the three channels since
+    /// timeline sample 0, left-justified.
     void listen();
-    std::vector<std::int64_t> first, second;
+    std::vector<std::int64_t> first, second, third;
     /// Reads the output for this duration.
     void listen_for(Seconds duration);
     /// The first sample at or after `from` with a non-zero drive; the end if there is none.

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <utility>
 
+#include "daemon/acquisition/steps.hpp"
 #include "daemon/safety/preflight.hpp"
 #include "drivers/simulated/shaker_plant.hpp"
 #include "drivers/simulated/world.hpp"
@@ -77,10 +78,12 @@ VirtualRun run_virtually(const VirtualRunSettings& settings) {
     plan.gravity = scene.gravity;
     run::Sequence sequence{plan, dac.rate_hz, info, [](const std::string&) {}};
     acquisition::Channels& channels = collector.channels();
+    output.connect(rig);
     std::vector<acquisition::Loop> loops = collector.sensor_loops();
     while (!sequence.done()) {
         const double now_s = static_cast<double>(output.synthesiser.tick().n) / dac.rate_hz;
         if (now_s > settings.longest_s) break;
+        if (rig.abort_input) abort_input_step(*rig.abort_input, {}, channels);
         output_step(output, *rig.dac, channels);
         for (std::size_t i = 0; i < output.volts.size(); ++i) {
             if (output.volts[i] == 0) continue;

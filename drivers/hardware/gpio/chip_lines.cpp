@@ -1,0 +1,110 @@
+#include <gpiod.h>
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <cstring>
+#include <span>
+#include <string>
+#include <thread>
+
+#include "drivers/errors.hpp"
+#include "drivers/hardware/gpio/lines.hpp"
+
+namespace shaker::gpio {
+
+namespace {
+
+constexpr const char* consumer = "shakerd";
+
+struct CloseChip {
+    void operator()(gpiod_chip* chip) const noexcept { gpiod_chip_close(chip); }  // releases its lines
+};
+
+[[noreturn]] void fail(const LineName& at, const std::string& what) {
+    throw DeviceError{"GPIO " + at.text() + ": " + what};
+}
+
+/// One line with a handle of its chip.
+struct OpenLine {
+    std::unique_ptr<gpiod_chip, CloseChip> chip;
+    gpiod_line* line;
+
+    explicit OpenLine(const LineName& at) : chip{gpiod_chip_open_lookup(at.chip.c_str())} {
+        if (!chip)
+            fail(at, std::string{"the chip cannot be opened: "} + std::strerror(errno) +
+                         " (gpiodetect lists the chips)");
+        const bool number =
+            at.line.size() < 6 && std::ranges::all_of(at.line, [](char c) { return c >= '0' && c <= '9'; });
+        const unsigned count = gpiod_chip_num_lines(chip.get());
+        const unsigned offset = number ? static_cast<unsigned>(std::stoi(at.line)) : 0;
+        line = !number          ? gpiod_chip_find_line(chip.get(), at.line.c_str())
+               : offset < count ? gpiod_chip_get_line(chip.get(), offset)
+                                : nullptr;
+        if (line == nullptr)
+            fail(at, "no such line; expected a name of gpioinfo or a number from 0 to " +
+                         std::to_string(count - 1));
+    }
+};
+
+class ChipOutput final : public OutputLine {
+public:
+    explicit ChipOutput(const LineName& at) : open_{at} {
+        if (gpiod_line_request_output(open_.line, consumer, 0) < 0)
+            fail(at, std::string{"cannot be an output: "} + std::strerror(errno));
+    }
+    [[nodiscard]] bool set(bool high) noexcept override {
+        return gpiod_line_set_value(open_.line, high ? 1 : 0) == 0;
+    }
+
+private:
+    OpenLine open_;
+};
+
+class ChipInput final : public InputLine {
+public:
+    ChipInput(const LineName& at, Pull pull) : open_{at} {
+        const int flags = pull == Pull::up     ? GPIOD_LINE_REQUEST_FLAG_BIAS_PULL_UP
+                          : pull == Pull::down ? GPIOD_LINE_REQUEST_FLAG_BIAS_PULL_DOWN
+                                               : 0;
+        events_ = gpiod_line_request_both_edges_events_flags(open_.line, consumer, flags) == 0;
+        if (!events_ && gpiod_line_request_input_flags(open_.line, consumer, flags) < 0)
+            fail(at, std::string{"cannot be an input with this pull: "} + std::strerror(errno));
+    }
+    [[nodiscard]] std::optional<Levels> watch(std::chrono::milliseconds wait) noexcept override {
+        Levels seen;
+        if (events_) {
+            const timespec limit{.tv_sec = wait.count() / 1000, .tv_nsec = wait.count() % 1000 * 1'000'000};
+            const timespec none{};
+            for (int came = gpiod_line_event_wait(open_.line, &limit); came != 0;
+                 came = gpiod_line_event_wait(open_.line, &none)) {
+                std::array<gpiod_line_event, 16> events;
+                const int n =
+                    came < 0 ? -1 : gpiod_line_event_read_multiple(open_.line, events.data(), events.size());
+                if (n < 0) return std::nullopt;
+                for (const gpiod_line_event& e : std::span{events}.first(static_cast<std::size_t>(n)))
+                    (e.event_type == GPIOD_LINE_EVENT_RISING_EDGE ? seen.was_high : seen.was_low) = true;
+            }
+        } else {
+            std::this_thread::sleep_for(wait);
+        }
+        const int level = gpiod_line_get_value(open_.line);
+        if (level < 0) return std::nullopt;
+        seen.high = level > 0;
+        return seen;
+    }
+
+private:
+    OpenLine open_;
+    bool events_;
+};
+
+}  // namespace
+
+std::unique_ptr<OutputLine> open_output(const LineName& at) { return std::make_unique<ChipOutput>(at); }
+
+std::unique_ptr<InputLine> open_input(const LineName& at, Pull pull) {
+    return std::make_unique<ChipInput>(at, pull);
+}
+
+}  // namespace shaker::gpio
