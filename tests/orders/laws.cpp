@@ -16,6 +16,7 @@ constexpr double block_patience = 1.25;  // blocks of the accelerometer that the
 constexpr double slack = 1 + 1e-6;       // of a limit
 constexpr double motion_slack = 1.05;    // of a limit of motion: the daemon has fitted the axis
 constexpr double mean_s = 4;             // time constant of gravity and offset
+constexpr double contact_s = 0.06;       // the longest queue of the DAC in a plan, and two readings
 constexpr double mean_known_s = 0.3;
 }  // namespace
 
@@ -45,6 +46,12 @@ void Laws::aborted() {
     ++aborts_;
     abort_at_ = next_;
     require_silence(limits_.hard_stop_s + 1 / rate_hz_, true, "an abort");
+}
+
+// It is read every 10 ms; the block that is being written and the next one follow.
+void Laws::contact_opened() {
+    require_silence(contact_s + 2 * static_cast<double>(block_) / rate_hz_ + limits_.hard_stop_s, false,
+                    "the contact opened");
 }
 
 // A limit that was lowered holds after the present block and a hard stop; one that was raised holds at once.

@@ -30,6 +30,8 @@ public:
 
     /// A client aborted; the output has not yet written a block since.
     void aborted();
+    /// The contact of the abort input opens, now or as soon as what the DAC holds is played.
+    void contact_opened();
     /// A client gave a clear.
     void cleared() noexcept { cleared_ = ++events_; }
     /// Reads the trips of the streams. Call it before clients act.

@@ -17,10 +17,10 @@ using simulated::FaultKind;
 constexpr double yaw_deg = 25;  // of the accelerometer on the base
 
 constexpr std::array fault_names{
-    "open",         "frozen",      "saturated",      "flipped",      "swapped",     "gain",
-    "drop",         "silent",      "amplifier_gain", "walker_off",   "walker_on",   "underrun",
-    "camera_stall", "camera_lose", "walker_hidden",  "held_back",    "camera_gone", "disk_full",
-    "disk_error",   "slow_sensor", "slow_cameras",   "slow_service", "killed"};
+    "open",         "frozen",      "saturated",      "flipped",      "swapped",      "gain",
+    "drop",         "silent",      "amplifier_gain", "walker_off",   "walker_on",    "underrun",
+    "camera_stall", "camera_lose", "walker_hidden",  "held_back",    "camera_gone",  "contact_open",
+    "disk_full",    "disk_error",  "slow_sensor",    "slow_cameras", "slow_service", "killed"};
 static_assert(fault_names.size() == troubles);
 
 // How often a client does what, in the order of Action.

@@ -37,7 +37,7 @@ inline constexpr std::array action_names{"drive",       "start",        "identif
 inline constexpr std::size_t actions = action_names.size();
 
 /// Faults of disk and computer. Their numbers follow those of a scene's faults.
-inline constexpr std::size_t scene_faults = static_cast<std::size_t>(simulated::FaultKind::camera_gone) + 1;
+inline constexpr std::size_t scene_faults = static_cast<std::size_t>(simulated::FaultKind::contact_open) + 1;
 enum class Trouble : std::uint8_t {
     disk_full = scene_faults,
     disk_error,

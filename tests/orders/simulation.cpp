@@ -165,6 +165,8 @@ private:
             if (begun_.at(i) || f.at_s < from_s_ || now_s() < f.at_s) continue;
             begun_[i] = true;
             outcome_.coverage.fault(state_, f.trouble, f.at_s);
+            if (f.trouble == static_cast<std::size_t>(simulated::FaultKind::contact_open))
+                laws_.contact_opened();
             if (f.trouble == static_cast<std::size_t>(Trouble::killed)) die();
         }
         Disk disk = Disk::good;

@@ -146,8 +146,8 @@ TEST(ConverterTest, FramesTakenBackAreNotPlayed) {
 
 TEST(ConverterTest, PlaysOnlyCompletedWrites) {
     const auto memory = std::make_unique<ConverterMemory>();
-    for (std::int64_t i = 100; i < 200; ++i) memory->put(i, 1, 1);
-    for (std::int64_t i = 150; i < 180; ++i) memory->stage(i).put(i, 2, 2);  // and then it died
+    for (std::int64_t i = 100; i < 200; ++i) memory->put(i, 1, 1, 1);
+    for (std::int64_t i = 150; i < 180; ++i) memory->stage(i).put(i, 2, 2, 2);  // and then it died
     for (std::int64_t i = 100; i < 200; ++i) EXPECT_EQ(memory->heard(i).first, 1);
     memory->commit = std::uint64_t{150} << 20U | 30U;  // or it died after this
     for (std::int64_t i = 100; i < 200; ++i) EXPECT_EQ(memory->heard(i).first, i < 150 || i >= 180 ? 1 : 2);
