@@ -1,8 +1,8 @@
 #include <gpiod.h>
 
-#include <algorithm>
 #include <array>
 #include <cerrno>
+#include <charconv>
 #include <cstring>
 #include <span>
 #include <string>
@@ -25,6 +25,10 @@ struct CloseChip {
     throw DeviceError{"GPIO " + at.text() + ": " + what};
 }
 
+[[noreturn]] void fail_no_line(const LineName& at, unsigned count) {
+    fail(at, "no such line; expected a name of gpioinfo or a number from 0 to " + std::to_string(count - 1));
+}
+
 /// One line with a handle of its chip.
 struct OpenLine {
     std::unique_ptr<gpiod_chip, CloseChip> chip;
@@ -34,16 +38,11 @@ struct OpenLine {
         if (!chip)
             fail(at, std::string{"the chip cannot be opened: "} + std::strerror(errno) +
                          " (gpiodetect lists the chips)");
-        const bool number =
-            at.line.size() < 6 && std::ranges::all_of(at.line, [](char c) { return c >= '0' && c <= '9'; });
         const unsigned count = gpiod_chip_num_lines(chip.get());
-        const unsigned offset = number ? static_cast<unsigned>(std::stoi(at.line)) : 0;
-        line = !number          ? gpiod_chip_find_line(chip.get(), at.line.c_str())
-               : offset < count ? gpiod_chip_get_line(chip.get(), offset)
-                                : nullptr;
-        if (line == nullptr)
-            fail(at, "no such line; expected a name of gpioinfo or a number from 0 to " +
-                         std::to_string(count - 1));
+        const std::optional<unsigned> number = line_number(at, count);
+        line = number ? gpiod_chip_get_line(chip.get(), *number)
+                      : gpiod_chip_find_line(chip.get(), at.line.c_str());
+        if (line == nullptr) fail_no_line(at, count);
     }
 };
 
@@ -100,6 +99,15 @@ private:
 };
 
 }  // namespace
+
+std::optional<unsigned> line_number(const LineName& at, unsigned count) {
+    unsigned number = 0;
+    const char* const end = at.line.data() + at.line.size();
+    const auto [rest, error] = std::from_chars(at.line.data(), end, number);
+    if (error == std::errc::invalid_argument || rest != end) return std::nullopt;
+    if (error != std::errc{} || number >= count) fail_no_line(at, count);
+    return number;
+}
 
 std::unique_ptr<OutputLine> open_output(const LineName& at) { return std::make_unique<ChipOutput>(at); }
 

@@ -34,6 +34,9 @@ struct Lines {
     std::unique_ptr<InputLine> (*input)(const LineName&, Pull);
 };
 
+/// The number of a line of a chip with `count` lines; empty: the line has a name. DeviceError for a number
+/// that the chip does not have.
+std::optional<unsigned> line_number(const LineName& at, unsigned count);
 std::unique_ptr<OutputLine> open_output(const LineName& at);
 /// An input of a chip without edge events is read at the end of each wait.
 std::unique_ptr<InputLine> open_input(const LineName& at, Pull pull);

@@ -174,6 +174,21 @@ TEST(GpioSettingsTest, ReadsAndRefuses) {
     EXPECT_NE(said("chip = 'gpiochip0'").find("line"), std::string::npos);
 }
 
+TEST(GpioSettingsTest, LineNumberOutOfRangeIsRefused) {
+    EXPECT_EQ(line_number({"gpiochip0", "0"}, 54), 0U);
+    EXPECT_EQ(line_number({"gpiochip0", "53"}, 54), 53U);
+    for (const char* name : {"GPIO17", "17a", "-1"})
+        EXPECT_EQ(line_number({"gpiochip0", name}, 54), std::nullopt) << name << " is a name";
+    for (const std::string number : {"54", "99999", "4294967296", "99999999999999999999"}) try {
+            line_number({"gpiochip0", number}, 54);
+            ADD_FAILURE() << number;
+        } catch (const DeviceError& e) {
+            EXPECT_EQ(std::string{e.what()}, "GPIO line " + number +
+                                                 " of gpiochip0: no such line; expected a name of gpioinfo "
+                                                 "or a number from 0 to 53");
+        }
+}
+
 TEST(GpioSettingsTest, UnknownChipIsNamed) {
     try {
         chip_lines.output({"no_such_chip", "3"});

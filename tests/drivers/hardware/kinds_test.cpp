@@ -33,14 +33,39 @@ public:
 
 class SilentDac final : public Dac {
 public:
-    [[nodiscard]] DacInfo info() const override { return {.name = "silent"}; }
+    [[nodiscard]] DacInfo info() const override {
+        return {.name = "silent", .queue_frames = 2400, .ramp_frames = 960};
+    }
     PlayTime write(std::span<const double> /*volts*/, std::span<const double> /*trigger*/) override {
         return {};
     }
     void stop() noexcept override {}
 };
 
+class StillOutput final : public gpio::OutputLine {
+public:
+    [[nodiscard]] bool set(bool /*high*/) noexcept override { return true; }
+};
+
+class StillInput final : public gpio::InputLine {
+public:
+    [[nodiscard]] std::optional<Levels> watch(std::chrono::milliseconds /*wait*/) noexcept override {
+        return Levels{};
+    }
+};
+
 int opened = 0;
+std::vector<std::string> lines_opened;
+
+std::unique_ptr<gpio::OutputLine> open_still_output(const gpio::LineName& at) {
+    lines_opened.push_back(at.text());
+    return std::make_unique<StillOutput>();
+}
+
+std::unique_ptr<gpio::InputLine> open_still_input(const gpio::LineName& at, gpio::Pull /*pull*/) {
+    lines_opened.push_back(at.text());
+    return std::make_unique<StillInput>();
+}
 
 OpenCamera read_drawn(SettingsTable& table, View& view) {
     view.dac_triggered = table.flag("triggered", false);
@@ -90,13 +115,21 @@ constexpr std::array dacs{
             .list = list_none,
             .search = {},
             .advice = {.silent = "is it meant to be silent?", .rate_off = "who counts?"}}};
-constexpr Kinds tables{.dacs = dacs, .accelerometers = accelerometers, .cameras = cameras};
+constexpr Kinds tables{.dacs = dacs,
+                       .accelerometers = accelerometers,
+                       .cameras = cameras,
+                       .lines = {open_still_output, open_still_input}};
 
 std::string rig_file(const std::string& camera, const std::string& dac = {}) {
     return "[dac]\n" + dac +
            "[accelerometer]\ndriver = \"still\"\n[[camera]]\nname = \"top\"\nmm_per_px = 0.1\n" + camera +
            "[[camera.target]]\nname = \"walker\"\nkind = \"disc\"\ndiameter_mm = 4\nroi_px = [0, 0, 20, "
            "20]\n";
+}
+
+std::string switches(const std::string& enable, const std::string& abort, double hold_s) {
+    return "[enable]\nchip = \"gpiochip0\"\nline = \"" + enable + "\"\nhold_s = " + std::to_string(hold_s) +
+           "\n[abort]\nchip = \"gpiochip0\"\nline = \"" + abort + "\"\n";
 }
 
 std::string refusal(const std::string& text) {
@@ -146,6 +179,35 @@ TEST(KindsTest, ReadsWholeFileBeforeOpeningDevices) {
     expect_in(refusal(rig_file("driver = \"drawn\"\ngrey = 7\ncolour = 3\n")), {"colour"});
     expect_in(refusal(rig_file("driver = \"drawn\"\ngrey = 256\n")), {"grey", "256", "0 to 255"});
     EXPECT_EQ(opened, 0);
+}
+
+TEST(SwitchTablesTest, LinesAreOpenedAfterTheDac) {
+    lines_opened.clear();
+    SettingsTable root = SettingsTable::from_text(
+        rig_file("driver = \"drawn\"\ngrey = 7\n") + switches("17", "27", 0.07), "rig.toml");
+    const HardwareRig bench = open_hardware_rig(root, tables);
+    EXPECT_NE(bench.rig.enable, nullptr);
+    EXPECT_NE(bench.rig.abort_input, nullptr);
+    EXPECT_EQ(lines_opened, (Notes{"line 17 of gpiochip0", "line 27 of gpiochip0"}));
+    ASSERT_EQ(bench.granted.size(), 4U);
+    expect_in(bench.granted[2], {"enable output: line 17 of gpiochip0", "250 Hz"});
+    expect_in(bench.granted[3], {"abort input: line 27 of gpiochip0, closed is low"});
+}
+
+TEST(SwitchTablesTest, OneLineForBothIsRefused) {
+    opened = 0;
+    lines_opened.clear();
+    expect_in(refusal(rig_file("driver = \"drawn\"\ngrey = 7\n") + switches("17", "17", 0.07)),
+              {"rig.toml", "abort.line", "line 17 of gpiochip0 is the line of [enable]"});
+    EXPECT_EQ(opened, 0);
+    EXPECT_TRUE(lines_opened.empty());
+}
+
+TEST(SwitchTablesTest, HoldBelowTheBufferIsRefused) {
+    lines_opened.clear();
+    expect_in(refusal(rig_file("driver = \"drawn\"\ngrey = 7\n") + switches("17", "27", 0.069)),
+              {"rig.toml", "enable.hold_s", "0.069 is shorter than the buffer of the DAC", "0.070 to 1"});
+    EXPECT_TRUE(lines_opened.empty());
 }
 
 TEST(KindsTest, ARowIsEnoughToListDevices) {
