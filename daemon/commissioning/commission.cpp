@@ -8,7 +8,9 @@
 #include <numbers>
 
 #include "daemon/commissioning/doors.hpp"
+#include "daemon/commissioning/results.hpp"
 #include "daemon/commissioning/session.hpp"
+#include "daemon/commissioning/switches.hpp"
 #include "daemon/recording/time_text.hpp"
 #include "drivers/commissioned/record.hpp"
 #include "drivers/errors.hpp"
@@ -22,7 +24,7 @@ using safety::Cause;
 
 // The friction of the walker changes the load and adds harmonics to the peak of the drive.
 constexpr double step_tolerance = 0.2;
-constexpr double sheet_factor = 1.5, longest_stop_s = 1;
+constexpr double sheet_factor = 1.5;
 
 // A folder for the socket and the files of stopped runs, removed at the end.
 class Folder {
@@ -44,10 +46,12 @@ public:
 class Day {
 public:
     Day(const Settings& settings, const Operator& person)
-        : settings_{settings},
-          person_{person},
-          session_{settings.rig, {.frequency = settings.frequency_hz}, folder_.path, person.rethrow} {
-        items_.push_back({"self-test", settings.self_test});
+        : session_{settings.rig,
+                   {.frequency = settings.frequency_hz},
+                   folder_.path,
+                   person.rethrow,
+                   settings.fit},
+          results_{person, {{"self-test", settings.self_test}}} {
         DacInfo dac = session_.bench().rig.dac->info();
         sheet_ = std::abs(session_.bench().response(settings.frequency_hz));
         full_ = {.frequency = settings.frequency_hz,
@@ -56,28 +60,18 @@ public:
     }
 
     bool lead() {
-        return agreed("polarity by hand",
-                      "Push the base by hand towards +x of the rig file. Does it move along the key `along` "
-                      "in every "
-                      "picture, and along `shaker_axis` of the accelerometer?") &&
-               gain() && limits() && aborts() && emergency_stop();
+        if (!polarity() || !enable_output(session_, full_, results_)) return false;
+        abort_input(session_, full_, results_);
+        return gain() && limits() && aborts() && emergency_stop();
     }
-    [[nodiscard]] const std::vector<Item>& items() const { return items_; }
+    [[nodiscard]] const std::vector<Item>& items() const { return results_.items(); }
 
 private:
-    void add(const std::string& name, const std::string& result) {
-        person_.show(fmt::format("ok   {}: {}\n", name, result));
-        items_.push_back({name, result});
-    }
-    bool agreed(const std::string& name, const std::string& question) {
-        const std::string answer = person_.ask(question + " [y/n] ");
-        person_.rethrow();
-        if (answer == "y") {
-            add(name, "confirmed by the operator");
-            return true;
-        }
-        person_.show(fmt::format("BAD  {}: not confirmed; no record was written\n", name));
-        return false;
+    bool polarity() {
+        return results_.agreed(
+            "polarity by hand",
+            "Push the base by hand towards +x of the rig file. Does it move along the key `along` in every "
+            "picture, and along `shaker_axis` of the accelerometer?");
     }
 
     // A step of the drive to twice its level.
@@ -94,8 +88,8 @@ private:
             gain * sheet_factor < sheet_)
             throw DeviceError{"gain by a known step: " + seen +
                               "; check full_scale_V, the gain of the amplifier and the masses"};
-        add("gain by a known step", seen);
-        return agreed(
+        results_.add("gain by a known step", seen);
+        return results_.agreed(
             "voltage at the output",
             fmt::format("The drive is on. A true-RMS meter at output 1 must show {:.4g} V, within 5 %. "
                         "Does it?",
@@ -122,10 +116,10 @@ private:
             const std::string name = fmt::format("limit crossed on purpose, {}", safety::name(c.cause));
             if (stop.trip.cause != c.cause)
                 throw DeviceError{name + ": the drive stopped for another cause: " + text(stop.trip)};
-            add_stop(name, stop);
+            results_.add_stop(name, "the order", stop);
             session_.clear();
         }
-        return agreed(
+        return results_.agreed(
             "ramp", "The drive was stopped four times. Did the base come to rest each time without a knock?");
     }
 
@@ -136,7 +130,7 @@ private:
              {"HTTP", [&] { abort_by_http(session_.server().http_port()); }}}};
         for (const auto& [door, abort] : doors) {
             session_.drive(full_);
-            add_stop(fmt::format("abort by {}", door), session_.stopped_by(abort));
+            results_.add_stop(fmt::format("abort by {}", door), "the order", session_.stopped_by(abort));
             session_.clear();
         }
         return true;
@@ -144,24 +138,16 @@ private:
 
     bool emergency_stop() {
         session_.drive(full_);
-        return agreed("emergency stop",
-                      "The drive is on. Press the emergency stop. Is the base at rest within a period?");
+        return results_.agreed(
+            "emergency stop",
+            "The drive is on. Press the emergency stop. Is the base at rest within a period?");
     }
 
-    void add_stop(const std::string& name, const SeenStop& stop) {
-        const std::string seen = fmt::format("stopped {:.0f} ms after the order, ramp of {:.1f} ms",
-                                             1e3 * stop.after_s, 1e3 * stop.ramp_s);
-        if (stop.after_s > longest_stop_s) throw DeviceError{name + ": " + seen};
-        add(name, seen);
-    }
-
-    const Settings& settings_;
-    const Operator& person_;
     Folder folder_;
     Session session_;
     Drive full_;
     double sheet_ = NAN;  // response by the data sheet, m/s^2 per V
-    std::vector<Item> items_;
+    Results results_;
 };
 
 }  // namespace

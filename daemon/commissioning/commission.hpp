@@ -4,13 +4,17 @@
 #include <functional>
 #include <string>
 
+#include "drivers/devices.hpp"
+
 namespace shaker::commissioning {
 
 struct Settings {
     std::string rig;           // file
     double frequency_hz = 20;  // of the drive
     double level = 0.02;       // peak of the drive, share of the DAC's full scale
-    std::string self_test;     // result of the self-test before
+    std::string self_test{};   // result of the self-test before
+    /// Called once with the opened devices, before they are used; may be empty.
+    std::function<void(Rig&)> fit{};
 };
 
 /// The operator: shown text, and the answer to a question; empty at the end of the input.
@@ -20,8 +24,9 @@ struct Operator {
     std::function<void()> rethrow;  // throws when the operator has interrupted the program
 };
 
-/// Leads through the tests: polarity by hand, gain by a known step, limits crossed on purpose, the ramp seen,
-/// an abort from each door timed, the emergency stop. Writes the record of the rig file when all passed, and
+/// Leads through the tests: polarity by hand, enable output and abort input where the rig has them, gain by a
+/// known step, limits crossed on purpose, the ramp seen, an abort from each door timed, the emergency stop.
+/// Writes the record of the rig file when all passed, and
 /// returns true. False, with the reason shown, when the operator denies one. InputError for a simulated rig;
 /// after an interruption the drive stops softly, then rethrow() throws from here. DeviceError when the bench
 /// does not do what a test demands.

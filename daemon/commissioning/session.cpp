@@ -34,12 +34,16 @@ run::RunnerSettings settings_for(const std::string& rig, const Drive& drive,
 }  // namespace
 
 Session::Session(const std::string& rig, const Drive& drive, const std::filesystem::path& folder,
-                 std::function<void()> rethrow)
+                 std::function<void()> rethrow, const std::function<void(Rig&)>& fit)
     : runner_{settings_for(rig, drive, folder)},
       service_{runner_, {}, port_},
       socket_{folder / "scpi"},
       drive_{drive},
       rethrow_{std::move(rethrow)} {
+    Rig& devices = runner_.bench().rig;
+    if (fit) fit(devices);
+    if (devices.abort_input)
+        devices.abort_input = std::make_unique<WatchedContact>(std::move(devices.abort_input), contact_);
     server_ = std::make_unique<remote::Server>(
         port_, remote::ServerSettings{.http_port = 0, .scpi_port = 0, .scpi_socket = socket_});
     leader_ = std::jthread{[this] { lead(); }};
@@ -83,13 +87,23 @@ std::shared_ptr<const service::BenchState> Session::wait_for(
                       (state && state->trip ? "; " + text(*state->trip) : std::string{})};
 }
 
-void Session::order(const service::OrderWhat& what) {
+std::shared_ptr<const service::BenchState> Session::wait_a_second() {
+    const auto begin = Clock::now();
+    return wait_for("a second passes",
+                    [begin](const service::BenchState&) { return seconds_since(begin) > 1; });
+}
+
+std::string Session::answer_to(const service::OrderWhat& what) {
     const auto answer = std::make_shared<std::promise<std::string>>();
     auto refused = answer->get_future();
     port_.order({what, [answer](const std::string& why) { answer->set_value(why); }});
     if (refused.wait_for(std::chrono::duration<double>{patience_s}) != std::future_status::ready)
         throw DeviceError{"the bench does not answer"};
-    if (const std::string why = refused.get(); !why.empty()) throw DeviceError{why};
+    return refused.get();
+}
+
+void Session::order(const service::OrderWhat& what) {
+    if (const std::string why = answer_to(what); !why.empty()) throw DeviceError{why};
 }
 
 std::shared_ptr<const service::BenchState> Session::drive(const Drive& drive) {
@@ -105,21 +119,47 @@ std::shared_ptr<const service::BenchState> Session::drive(const Drive& drive) {
 }
 
 SeenStop Session::stopped_by(const std::function<void()>& stop) {
-    ramp_ = 0;
     const auto begin = Clock::now();
+    return seen_stop(stop, [begin] { return begin; });
+}
+
+SeenStop Session::stopped_by_contact(const std::function<void()>& ask) {
+    contact_.restart();
+    return seen_stop(ask, [this] { return contact_.opened_at(); });
+}
+
+SeenStop Session::seen_stop(const std::function<void()>& stop,
+                            const std::function<Clock::time_point()>& began) {
+    ramp_ = 0;
     stop();
     const auto state = wait_for("the drive stops", [&](const service::BenchState& s) {
         return s.state == run::RunState::tripped && s.trip;
     });
-    const double after_s = seconds_since(begin);
+    const double after_s = seconds_since(began());
     wait_for("the ramp to zero is played", [&](const service::BenchState&) { return ramp_ > 0; });
     const double rate_hz = runner_.bench().rig.dac->info().rate_hz;
     return {*state->trip, after_s, duration_s(ramp_, rate_hz)};
 }
 
-void Session::clear() {
+void Session::end() {
+    order(service::End{});
+    wait_for("the drive has stopped",
+             [](const service::BenchState& s) { return s.state == run::RunState::idle; });
+    wait_a_second();
+}
+
+std::string Session::refused_clear() {
     wait_for("the trip can be cleared", [](const service::BenchState& s) { return s.may_clear; });
-    order(service::ClearTrip{});
+    return answer_to(service::ClearTrip{});
+}
+
+bool Session::stays_tripped_when_closed() {
+    wait_for("the contact is closed", [&](const service::BenchState&) { return !contact_open(); });
+    return wait_a_second()->state == run::RunState::tripped;
+}
+
+void Session::clear() {
+    if (const std::string why = refused_clear(); !why.empty()) throw DeviceError{why};
     wait_for("the bench is idle again",
              [](const service::BenchState& s) { return s.state == run::RunState::idle; });
     order(service::Adopt{drive_, periods, 0, limits()});

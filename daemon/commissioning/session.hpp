@@ -1,6 +1,7 @@
 #pragma once
 // A bench on call that the commissioning drives and stops on purpose.
 #include <atomic>
+#include <chrono>
 #include <exception>
 #include <filesystem>
 #include <functional>
@@ -9,6 +10,7 @@
 #include <string>
 #include <thread>
 
+#include "daemon/commissioning/watched_contact.hpp"
 #include "daemon/remote/server.hpp"
 #include "daemon/run/runner.hpp"
 #include "daemon/service/bench_service.hpp"
@@ -18,7 +20,7 @@ namespace shaker::commissioning {
 /// A stop of the drive as it was seen.
 struct SeenStop {
     safety::Trip trip;
-    double after_s = 0;  // from the order to the published trip
+    double after_s = 0;  // from the order, or the open contact, to the published trip
     double ramp_s = 0;   // length of the output's ramp to zero
 };
 
@@ -28,8 +30,9 @@ class Session {
 public:
     /// Opens the bench of a rig file and serves it on free ports of this computer. `folder`: for the socket
     /// and the files of stopped runs. rethrow: called while this object waits; it throws to end the wait.
+    /// fit: called once with the opened devices, before they are used; may be empty.
     Session(const std::string& rig, const Drive& drive, const std::filesystem::path& folder,
-            std::function<void()> rethrow);
+            std::function<void()> rethrow, const std::function<void(Rig&)>& fit = {});
     /// Stops the drive softly.
     ~Session();
     Session(const Session&) = delete;
@@ -41,7 +44,18 @@ public:
     std::shared_ptr<const service::BenchState> drive(const Drive& drive);
     /// Calls `stop` and waits for the trip.
     SeenStop stopped_by(const std::function<void()>& stop);
+    /// Calls `ask` and waits for the trip by the contact of the abort input, which is timed from the reading
+    /// of the open contact.
+    SeenStop stopped_by_contact(const std::function<void()>& ask);
+    /// Stops the drive softly and waits until the bench is idle and the DAC has played its buffer.
+    void end();
     void order(const service::OrderWhat& what);
+    /// Orders a clear as soon as the trip may be cleared. Returns the reason of the refusal; empty: accepted.
+    std::string refused_clear();
+    /// Waits until the contact is closed, and a second more. False when the trip was cleared by it.
+    bool stays_tripped_when_closed();
+    /// State of the contact at its newest reading.
+    [[nodiscard]] bool contact_open() const noexcept { return contact_.open(); }
     /// Restores the limits and clears the trip.
     void clear();
     [[nodiscard]] const safety::Limits& limits() const noexcept { return runner_.limits(); }
@@ -52,7 +66,14 @@ private:
     void lead();
     std::shared_ptr<const service::BenchState> wait_for(
         const std::string& what, const std::function<bool(const service::BenchState&)>& seen);
+    std::shared_ptr<const service::BenchState> wait_a_second();
 
+    /// began: the time from which the stop is counted, asked when it was seen.
+    SeenStop seen_stop(const std::function<void()>& stop,
+                       const std::function<std::chrono::steady_clock::time_point()>& began);
+    std::string answer_to(const service::OrderWhat& what);
+
+    ContactWatch contact_;  // first: outlives the devices
     run::Runner runner_;
     service::BenchPort port_;
     service::BenchService service_;

@@ -35,12 +35,14 @@ struct CommissionTest : testing::Test {
 };
 
 TEST_F(CommissionTest, LeadsThroughTheDayAndLeavesARecord) {
-    const test::Outcome o = commission("y\ny\ny\ny\n");
+    bench.rig("second_channel", "\"trigger\"\nenable_channel = 3");
+    const test::Outcome o = commission("y\ny\ny\ny\ny\ny\n");
     ASSERT_EQ(o.status, 0) << o.out << o.err;
     for (const char* item :
-         {"rig_sha256", "date", "polarity by hand", "gain by a known step", "on purpose, acceleration",
-          "on purpose, velocity", "on purpose, displacement", "on purpose, drive", "\"ramp\"",
-          "abort by SCPI over TCP", "abort by SCPI on the Unix socket", "abort by HTTP", "emergency stop"})
+         {"rig_sha256", "date", "polarity by hand", "enable output, at rest", "enable output, with the drive",
+          "gain by a known step", "on purpose, acceleration", "on purpose, velocity",
+          "on purpose, displacement", "on purpose, drive", "\"ramp\"", "abort by SCPI over TCP",
+          "abort by SCPI on the Unix socket", "abort by HTTP", "emergency stop"})
         EXPECT_NE(recorded().find(item), std::string::npos) << item << "\n" << recorded();
     std::ifstream in{rig};
     const std::string text{std::istreambuf_iterator<char>{in}, {}};
