@@ -10,6 +10,7 @@
 #include "daemon/safety/predicted_motion.hpp"
 #include "daemon/safety/trip.hpp"
 #include "drivers/data.hpp"
+#include "drivers/devices.hpp"
 #include "drivers/handover.hpp"
 #include "drivers/synthesiser.hpp"
 #include "tracking/track.hpp"
@@ -62,9 +63,10 @@ struct Channels {
     Ring<safety::Trip> trips{64};   // output to reduction, in order: the first since a release is the cause
     std::atomic<std::uint64_t> aborts{0};           // any thread increments it to stop the drive
     std::atomic<std::uint64_t> aborts_answered{0};  // set by the output after its trip
-    // Abort input to output: number of times that its contact has opened, number of readings, present state.
+    // Abort input to output: number of times that its contact has opened, number of readings, newest state.
     std::atomic<std::uint64_t> openings{0}, contact_reads{0};
-    std::atomic<bool> contact_open{false};     // or unreadable
+    std::atomic<Contact> contact{Contact::closed};
+    std::atomic<bool> enabled{false};          // the enable output of the amplifier is on
     std::atomic<bool> stopped{false};          // the output is latched and refuses commands
     std::atomic<std::int64_t> silent{0};       // samples for which the output has been silent
     std::atomic<int> failed{-1};               // cause for which the output must stop, because a loop failed

@@ -154,7 +154,7 @@ void answer_clears(DriveOutput& output, Dac& dac, Channels& channels) {
         output.clearance.reset();
     } else if (output.clearance->trips != output.newest.number) {
         output.clearance.reset();  // the reduction has not seen the newest trip yet
-    } else if (output.has_contact && channels.contact_open) {
+    } else if (output.has_contact && channels.contact != Contact::closed) {
         output.clearance
             .reset();  // opened after the operator's clear was accepted: another trip is the answer
         latch_now(safety::Cause::abort_input, output, dac, channels);
@@ -222,6 +222,7 @@ void output_step(DriveOutput& output, Dac& dac, Channels& channels) {
     note_drive(first, output);
     output.enable.note(first, synthesiser, output.drives_until);
     dac.enable(output.enable.on());
+    channels.enabled = output.enable.on() || output.enable.line_on();
     if (output.line != nullptr) output.line->feed(output.enable.line_on());
     const PlayTime played = dac.write(output.volts, output.pulses);
     if (!channels.played.push(played)) ++channels.lost.plays_lost;

@@ -69,8 +69,9 @@ bool camera_step(Camera& device, CameraInput& camera_input, std::chrono::millise
 }
 
 void abort_input_step(AbortInput& device, std::chrono::milliseconds wait, Channels& channels) {
-    const bool open = device.read(wait) != Contact::closed;
-    if (channels.contact_open.exchange(open) != open && open) ++channels.openings;
+    const Contact contact = device.read(wait);
+    if (channels.contact.exchange(contact) == Contact::closed && contact != Contact::closed)
+        ++channels.openings;
     ++channels.contact_reads;
 }
 

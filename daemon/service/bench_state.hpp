@@ -108,6 +108,11 @@ struct WaveformState {
     std::vector<float> asked, measured;
 };
 
+/// "closed", "open" or "unreadable".
+constexpr const char* word_of(Contact contact) noexcept {
+    return contact == Contact::closed ? "closed" : contact == Contact::open ? "open" : "unreadable";
+}
+
 struct BenchState {
     std::uint64_t answered = 0;  // orders since the start
     run::RunState state{};
@@ -148,6 +153,8 @@ struct BenchState {
     LostState lost;
     acquisition::PeriodJitter::Seen jitter;
     std::vector<acquisition::RealTimeGrant> real_time;  // empty: no request, as on a simulated rig
+    std::optional<Contact> contact;                     // of the abort input; empty: no abort input
+    std::optional<bool> enable_output;                  // true: on; empty: no enable output
     RecordingState recording;
     safety::Limits limits;
     std::uint64_t aborts = 0, trips = 0;

@@ -147,6 +147,9 @@ void StateBuilder::fill(BenchState& state) const {
     state.lost = {channels.lost.plays_lost,  channels.lost.changes_lost, channels.lost.blocks_lost,
                   channels.lost.frames_lost, channels.lost.trips_lost,   channels.lost.samples_clamped};
     state.jitter = channels.jitter.seen();
+    const Rig& rig = bench_.rig;
+    if (rig.abort_input) state.contact = channels.contact;
+    if (rig.enable || rig.dac->info().enable_before_s > 0) state.enable_output = channels.enabled;
     state.aborts = collector_.streams().aborts;
     for (std::size_t i = 0; i < bench_.rig.cameras.size(); ++i) {
         const acquisition::TrackedFrame& newest = collector_.newest(i);

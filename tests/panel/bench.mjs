@@ -143,6 +143,7 @@ export class Bench {
                 counts: [0, 40, 900, 4200, 2600, 410, 55, 9, 1, 0].map((count) => Math.floor(count * (1 + this.time / 10))),
                 worst_s: 3.1e-4,
             },
+            switches: { abort_contact: "open", enable_output: false },
             real_time: [{ what: "memory", refused: "memory cannot be locked: only 8192 kB may be locked" }, { what: "output", refused: null }],
             limits: { acceleration_abort_mps2: 60, displacement_abort_mm: 4, drive_abort_V: 2 },
         };

@@ -77,6 +77,8 @@ test("Refused real time is shown with its reason", async () => {
     const { page } = await openPage(stage);
     await page.locator("#real-time").scrollIntoViewIfNeeded();  // a card that is not seen is not drawn
     await until(async () => (await text(page, "real-time")) === "⚠ refused: memory", "the refusal");
+    assert.equal(await text(page, "abort-contact"), "⚠ open");
+    assert.equal(await text(page, "enable-output"), "off");
     assert.match(await page.locator("#real-time").getAttribute("title"), /8192 kB/);
 });
 

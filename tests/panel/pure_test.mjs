@@ -110,6 +110,7 @@ test("A state with missing or null members can be shown", () => {
     assert.equal(state.result.v_D_mps, null);
     assert.deepEqual(state.points, []);
     assert.deepEqual(state.real_time, []);
+    assert.deepEqual(state.switches, { abort_contact: null, enable_output: null });
     assert.equal(parseMessage('{"type":"weather"}'), null);
     const { state: later } = parseMessage('{"type":"state","walker":null}', { ...state, points: [1], walker: { x_m: 0 } });
     assert.deepEqual(later.points, [1], "what is left out stays");

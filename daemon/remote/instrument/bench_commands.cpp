@@ -118,6 +118,13 @@ std::vector<Command> bench_commands(BenchInstrument& bench) {
     rows.push_back({.header = "SYSTem:HEALth:RTIMe",
                     .query = [&bench](scpi::Call& call) { refusals(bench.state()->real_time, call.reply); },
                     .without = scpi::empty_string});
+    rows.push_back({.header = "SYSTem:HEALth:CONTact",
+                    .query =
+                        [&bench](scpi::Call& call) {
+                            const auto contact = bench.state()->contact;
+                            call.reply.string(contact ? service::word_of(*contact) : "");
+                        },
+                    .without = scpi::empty_string});
     rows.push_back(
         {.header = "DIAGnostic:RT", .query = [&bench](scpi::Call& call) {
              const auto s = bench.state();

@@ -44,6 +44,9 @@ std::vector<Command> output_commands(BenchInstrument& bench) {
                             call.reply.boolean(driving(s) && s != run::RunState::ramp_down);
                         },
                     .guarded = true});
+    rows.push_back({.header = "OUTPut:ENABle", .query = [&bench](scpi::Call& call) {
+                        call.reply.boolean(bench.state()->enable_output.value_or(false));
+                    }});
     rows.push_back({.header = "OUTPut:PROTection:TRIPped", .query = [&bench](scpi::Call& call) {
                         call.reply.boolean(bench.state()->state == run::RunState::tripped);
                     }});

@@ -125,6 +125,17 @@ void put_motion(Text& t, const service::BenchState& s) {
     }
 }
 
+void put_switches(Text& t, const service::BenchState& s) {
+    if (s.contact) {
+        t.family("abort_contact", "gauge", "1 for the present state of the abort input's contact.");
+        for (const Contact c : {Contact::closed, Contact::open, Contact::unreadable})
+            t.sample("state", service::word_of(c), c == *s.contact ? 1 : 0);
+    }
+    if (s.enable_output)
+        t.gauge("enable_output", "1 while the enable output of the amplifier is on.",
+                *s.enable_output ? 1 : 0);
+}
+
 }  // namespace
 
 std::string metrics_text(const service::BenchState* state, const ServedCounts& served) {
@@ -157,6 +168,7 @@ std::string metrics_text(const service::BenchState* state, const ServedCounts& s
              "1: locked memory, or stack and priority of a thread, granted; 0: refused.");
     for (const acquisition::RealTimeGrant& g : s.real_time)
         t.sample("what", g.what, g.refused.empty() ? 1 : 0);
+    put_switches(t, s);
     t.histogram("output_period_jitter_seconds",
                 "Deviation of the time between two blocks of the drive from a block's length.", s.jitter);
     t.gauge("recording", "1 while a run is being recorded.", s.recording.name.empty() ? 0 : 1);

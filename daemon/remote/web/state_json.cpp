@@ -130,6 +130,11 @@ json real_time(const service::BenchState& s) {
     return list;
 }
 
+json switches(const service::BenchState& s) {
+    return {{"abort_contact", s.contact ? json(service::word_of(*s.contact)) : json(nullptr)},
+            {"enable_output", s.enable_output ? json(*s.enable_output) : json(nullptr)}};
+}
+
 json limits(const safety::Limits& l) {
     return {{"acceleration_abort_mps2", number(l.acceleration.abort)},
             {"acceleration_rms_abort_mps2", number(l.acceleration_rms.abort)},
@@ -197,6 +202,7 @@ std::string state_json(const service::BenchState& s, const Viewer& viewer) {
                {"counts", s.jitter.counts},
                {"worst_s", s.jitter.worst_s > 0 ? json(s.jitter.worst_s) : json(nullptr)}}},
              {"real_time", real_time(s)},
+             {"switches", switches(s)},
              {"limits", limits(s.limits)}};
     if (!viewer.knows_points) all["points"] = points(s);
     return all.dump(-1, ' ', false, json::error_handler_t::replace);

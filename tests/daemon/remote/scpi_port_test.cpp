@@ -49,6 +49,8 @@ TEST_F(ScpiPortTest, ReadReturnsNextMeasurement) {
 
 TEST_F(ScpiPortTest, HealthReportsRefusedRealTime) {
     EXPECT_EQ(ask("SYST:HEAL?"), "\"\",0,0,0,\"real time\",2,1,0");
+    EXPECT_EQ(ask("SYST:HEAL:CONT?"), "\"open\"");
+    EXPECT_EQ(ask("OUTP:ENAB?"), "1");
     EXPECT_EQ(ask("SYST:HEAL:RTIM?"), "\"output: cannot set real-time priority 70\"");
 }
 

@@ -87,6 +87,16 @@ TEST_F(WebTest, MetricsAndStateReportRefusedRealTime) {
     EXPECT_EQ(grants[1].at("refused"), "output: cannot set real-time priority 70");
 }
 
+TEST_F(WebTest, MetricsAndStateReportContactAndEnable) {
+    const std::string metrics = request("GET /metrics").body;
+    EXPECT_NE(metrics.find("shakerd_abort_contact{state=\"open\"} 1\n"), std::string::npos) << metrics;
+    EXPECT_NE(metrics.find("shakerd_abort_contact{state=\"closed\"} 0\n"), std::string::npos) << metrics;
+    EXPECT_NE(metrics.find("shakerd_enable_output 1\n"), std::string::npos) << metrics;
+    const json switches = json::parse(request("GET /api/state").body).at("switches");
+    EXPECT_EQ(switches.at("abort_contact"), "open");
+    EXPECT_EQ(switches.at("enable_output"), true);
+}
+
 TEST_F(WebTest, MetricsCountScpiErrors) {
     TcpClient client{server.scpi_port()};
     for (int i = 0; i < 3; ++i) client.send("NO:SUCH:HEADER");

@@ -41,6 +41,8 @@ PlayedPort::PlayedPort() {
                                                                                    .mu = {}});
     state_.periods = 40;
     state_.real_time = {{"memory", ""}, {"output", "output: cannot set real-time priority 70"}};
+    state_.contact = Contact::open;
+    state_.enable_output = true;
     state_.limits.acceleration = {40, 50};
     bench_port.stop_by(
         [this] {

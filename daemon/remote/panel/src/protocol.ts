@@ -80,6 +80,9 @@ export interface Jitter { bins_s: number[]; counts: number[]; worst_s: Known }
 /** A request for real time to the operating system; refused: reason, null if granted. */
 export interface RealTimeGrant { what: string; refused: string | null }
 
+/** Null: the rig has none. */
+export interface Switches { abort_contact: "closed" | "open" | "unreadable" | null; enable_output: boolean | null }
+
 export interface State {
     session: Session;
     drive: Drive;
@@ -92,6 +95,7 @@ export interface State {
     disk: Disk;
     jitter: Jitter;
     real_time: RealTimeGrant[];
+    switches: Switches;
     limits: Record<string, unknown>;
 }
 

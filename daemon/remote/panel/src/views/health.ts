@@ -3,7 +3,7 @@ import uPlot from "uplot";
 import { byId, setRows, setText } from "../dom";
 import { fixed, number, prefixed, unknown } from "../format";
 import { common, Plot, xAxis, yAxis, type Columns } from "../plot";
-import type { Clock, Jitter, Known, Loss, RealTimeGrant, State } from "../protocol";
+import type { Clock, Jitter, Known, Loss, RealTimeGrant, State, Switches } from "../protocol";
 import type { Store } from "../store";
 import type { Themes } from "../theme";
 
@@ -44,10 +44,22 @@ export function realTimeWords(grants: RealTimeGrant[]): string {
     return refused.length ? `⚠ refused: ${refused.map((grant) => grant.what).join(", ")}` : "granted";
 }
 
+/** State of the abort input's contact; only a closed one is well. */
+export function contactWords(contact: Switches["abort_contact"]): string {
+    if (contact === null) return "none";
+    return contact === "closed" ? contact : `⚠ ${contact}`;
+}
+
+function enableWords(on: Switches["enable_output"]): string {
+    if (on === null) return "none";
+    return on ? "on" : "off";
+}
+
 export function makeHealth(box: HTMLElement, store: Store, themes: Themes): () => void {
     const free = byId("disk-free", HTMLElement), lag = byId("disk-lag", HTMLElement);
     const worst = byId("jitter-worst", HTMLElement), missed = byId("page-missed", HTMLElement);
     const realTime = byId("real-time", HTMLElement);
+    const contact = byId("abort-contact", HTMLElement), enable = byId("enable-output", HTMLElement);
     const clocks = byId("clocks", HTMLTableSectionElement), losses = byId("losses", HTMLTableSectionElement);
     const limits = byId("limits", HTMLTableSectionElement);
     const draw = makeJitter(box, store, themes);
@@ -59,6 +71,8 @@ export function makeHealth(box: HTMLElement, store: Store, themes: Themes): () =
         setText(missed, `${store.missed} gaps` + (store.unreadable ? `, ${store.unreadable} unreadable` : ""));
         setText(realTime, realTimeWords(state.real_time));
         realTime.title = state.real_time.flatMap((grant) => grant.refused ?? []).join("\n");
+        setText(contact, contactWords(state.switches.abort_contact));
+        setText(enable, enableWords(state.switches.enable_output));
         setRows(clocks, state.clocks.map(clockRow));
         setRows(losses, state.losses.map(lossRow));
         setRows(limits, Object.entries(state.limits).map(limitRow));
