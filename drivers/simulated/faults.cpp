@@ -117,6 +117,12 @@ bool LastingFaults::at(FaultKind what, double t) const noexcept {
     return std::ranges::any_of(faults_, [&](const SceneFault& f) { return f.what == what && f.lasts_at(t); });
 }
 
+bool LastingFaults::between(FaultKind what, double from, double to) const noexcept {
+    return std::ranges::any_of(faults_, [&](const SceneFault& f) {
+        return f.what == what && f.at_s <= to && f.at_s + f.for_s > from;
+    });
+}
+
 double LastingFaults::product_at(FaultKind what, double t) const noexcept {
     double product = 1;
     for (const SceneFault& f : faults_)

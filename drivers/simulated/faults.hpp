@@ -69,6 +69,8 @@ public:
     LastingFaults(const std::vector<SceneFault>& all, std::initializer_list<FaultKind> kinds,
                   std::string_view camera = {});
     [[nodiscard]] bool at(FaultKind what, double t) const noexcept;
+    /// Whether one is active at any time after `from`, until `to`.
+    [[nodiscard]] bool between(FaultKind what, double from, double to) const noexcept;
     /// Product of the values of the faults that are active at t; 1 if there is none.
     [[nodiscard]] double product_at(FaultKind what, double t) const noexcept;
 

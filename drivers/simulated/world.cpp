@@ -186,19 +186,23 @@ private:
     std::int64_t next_ = 0;
 };
 
+// A contact that opens and closes between two readings was open, as the edges of a GPIO line tell.
 class SimulatedContact final : public AbortInput {
 public:
     explicit SimulatedContact(World::State& s) : s_{s}, open_{s.scene.faults, {FaultKind::contact_open}} {}
     [[nodiscard]] Contact read(std::chrono::milliseconds wait) noexcept override {
         std::unique_lock lock{s_.mutex};
-        const auto open = [&] { return open_.at(FaultKind::contact_open, s_.now()); };
-        s_.moved.wait_for(lock, wait, [&] { return s_.stopped || open(); });
-        return open() ? Contact::open : Contact::closed;
+        const auto opened = [&] { return open_.between(FaultKind::contact_open, read_s_, s_.now()); };
+        s_.moved.wait_for(lock, wait, [&] { return s_.stopped || opened(); });
+        const bool was_open = opened();
+        read_s_ = s_.now();
+        return was_open ? Contact::open : Contact::closed;
     }
 
 private:
     World::State& s_;
     LastingFaults open_;
+    double read_s_ = 0;  // true time of the last reading
 };
 
 }  // namespace

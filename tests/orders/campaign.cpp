@@ -20,7 +20,7 @@ namespace {
 using nlohmann::json;
 using Clock = std::chrono::steady_clock;
 
-// Of a process that plays one seed, bytes: twice that of a daemon at rest with its queues.
+// Most memory of a process that plays one seed, bytes: twice that of a daemon at rest with its queues.
 constexpr double memory_bound = 120e6;
 
 std::set<std::uint64_t> done_in(const std::filesystem::path& file) {

@@ -21,12 +21,21 @@ TEST(AbortInputTest, ClearIsRefusedWhileTheContactIsOpen) {
     const auto silent_at = [](double s) {
         return [s](const BenchState& state) { return state.may_clear && state.now_s > s; };
     };
+    std::vector<std::optional<Contact>> shown;
+    const auto noted = [&](const std::function<bool(const BenchState&)>& when) {
+        return [&shown, when](const BenchState& state) {
+            const bool now = when(state);
+            if (now) shown.push_back(state.contact);
+            return now;
+        };
+    };
     const auto r = test::play_on_call(scene, test::quick(), test::fresh_folder(),
-                                      {{in(RunState::idle), orders(Begin{10}, answers)},
-                                       {silent_at(4), orders(ClearTrip{}, answers)},
-                                       {silent_at(6.5), orders(ClearTrip{}, answers)},
+                                      {{noted(in(RunState::idle)), orders(Begin{10}, answers)},
+                                       {noted(silent_at(4)), orders(ClearTrip{}, answers)},
+                                       {noted(silent_at(6.5)), orders(ClearTrip{}, answers)},
                                        {in(RunState::idle), [](BenchPort&) {}}});
     ASSERT_EQ(answers.size(), 3U);
+    EXPECT_EQ(shown, (std::vector<std::optional<Contact>>{Contact::closed, Contact::open, Contact::closed}));
     EXPECT_NE(answers[1].find("the contact of the abort input is open"), std::string::npos) << answers[1];
     EXPECT_EQ(answers[2], "");
     EXPECT_EQ(r.last.trips, 1U) << log_of(r);
