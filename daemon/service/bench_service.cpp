@@ -180,10 +180,12 @@ void BenchService::log_finished(const run::FinishedRun& run) {
     if (run.failure) try {
             std::rethrow_exception(run.failure);
         } catch (const std::exception& e) {
-            return log("note",
-                       fmt::format("{0} could not be finished: {1}; \"shakerd recover {0}\" saves the data "
-                                   "that were written",
-                                   run.file.string(), e.what()));
+            const bool data = std::filesystem::exists(run.file.string() + ".part");
+            return log("note", fmt::format("{0} could not be finished: {1}; {2}", run.file.string(), e.what(),
+                                           data ? fmt::format("\"shakerd recover {}\" saves the data that "
+                                                              "were written",
+                                                              run.file.string())
+                                                : "nothing was written"));
         }
     if (run.whole) return log("note", "recorded: " + run.file.string());
     log("note", fmt::format("last {} s of the stopped run: {}", acquisition::tail_s, run.file.string()));

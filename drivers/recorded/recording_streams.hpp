@@ -60,6 +60,8 @@ struct RecordingWriter::Streams {
                    const std::string& units, bool provisional = false);
     /// path: where it is not the column's own.
     Numbered* grow(const RawColumn& column, double rows_per_s, const std::string& path = {});
+    /// All that stands before the first data.
+    void write_head(const RecordingHeader& header);
     void begin(const RecordingHeader& header);
     void open_drive(const DacInfo& dac);
     void open_accelerometer(const AccelerometerInfo& info);

@@ -195,15 +195,26 @@ RecordingWriter::RecordingWriter(const std::filesystem::path& file, const Record
     s.name = file.string();
     s.lock = h5::FileLock::of_new(file);
     s.file = h5::create_file(file);
-    s.begin(header);
-    s.open_drive(header.dac);
-    s.open_accelerometer(header.accelerometer);
+    try {
+        s.write_head(header);
+    } catch (...) {  // it holds no data
+        std::error_code ignored;
+        std::filesystem::remove(file, ignored);
+        h5::written_file(s.file.get())->leave();
+        throw;
+    }
+}
+
+void RecordingWriter::Streams::write_head(const RecordingHeader& header) {
+    begin(header);
+    open_drive(header.dac);
+    open_accelerometer(header.accelerometer);
     for (std::size_t k = 0; k < header.views.size(); ++k)
-        s.open_camera(header.views[k], static_cast<std::int64_t>(k));
-    for (const GroupLayout& g : header.groups) s.open_group(g);
-    link_sensors(s.entry.get());
-    s.seals.emplace(s.entry.get(), s.columns);
-    h5::let_others_read(s.file.get(), s.name);
+        open_camera(header.views[k], static_cast<std::int64_t>(k));
+    for (const GroupLayout& g : header.groups) open_group(g);
+    link_sensors(entry.get());
+    seals.emplace(entry.get(), columns);
+    h5::let_others_read(file.get(), name);
 }
 
 RecordingWriter::RecordingWriter(std::unique_ptr<Streams> streams) : streams_{std::move(streams)} {}
@@ -214,6 +225,8 @@ RecordingWriter RecordingWriter::mend(const std::filesystem::path& copy) {
     auto streams = std::make_unique<Streams>();
     streams->name = copy.string();
     streams->file = h5::open_to_mend(copy);
+    if (!h5::exists(streams->file.get(), "entry"))
+        throw InputError{copy.string() + ": holds no data: the recording ended before its head was written"};
     streams->entry = h5::open_group(streams->file.get(), "entry");
     streams->mend();
     return RecordingWriter{std::move(streams)};

@@ -106,6 +106,17 @@ TEST_F(FailingDiskTest, WriteErrorIsReportedAndFileCloses) {
     EXPECT_EQ(rows_after_recovery(), 5000U);
 }
 
+TEST_F(FailingDiskTest, FileWithoutHeadIsRemoved) {
+    const std::string why = failure([&] {
+        const FullFrom now{100};
+        const RecordingWriter writer{file_, small_header()};
+    });
+    expect_in(why, {file_.string(), full});
+    EXPECT_FALSE(std::filesystem::exists(file_));
+    { const h5::Handle empty = h5::create_file(file_); }
+    expect_in(refusal([&] { RecordingWriter::mend(file_); }), {file_.string(), "holds no data"});
+}
+
 TEST_F(FailingDiskTest, DiskFullAnywhereLeavesNoFileOpen) {
     const auto record = [&](RecordingWriter& writer) {
         for (int i = 0; i < 6; ++i) {
