@@ -76,11 +76,12 @@ bool recovers(const std::filesystem::path& file) try {
 
 std::vector<std::string> lost_after_kill(const std::filesystem::path& folder,
                                          const std::vector<std::pair<double, std::string>>& remarks) {
-    std::vector<std::string> lost, finished;  // finished: the logs of earlier recordings
+    std::vector<std::string> lost, kept;  // kept: the logs of all recordings
+    std::vector<double> begun_s;          // of each that was recovered
     std::vector<std::filesystem::path> parts;
     for (const auto& entry : std::filesystem::directory_iterator{folder}) {
         if (entry.path().extension() == ".nxs") try {
-                add_log(entry.path(), finished);
+                add_log(entry.path(), kept);
             } catch (const InputError&) {  // a file of another program
             }
         if (entry.path().extension() == ".part" &&
@@ -97,21 +98,20 @@ std::vector<std::string> lost_after_kill(const std::filesystem::path& folder,
                 commands::name_recovered(commands::recovered_files(options));
             }
             const std::filesystem::path file = std::filesystem::path{part}.replace_extension();
-            std::vector<std::string> kept = finished;
             add_log(file, kept);
-            for (const auto& [at_s, remark] : remarks) {
-                const bool during = !written.empty() && at_s >= written.front().t_s;
-                if (during && std::ranges::none_of(kept, [&](const std::string& text) {
-                        return text.find(remark) != std::string::npos;
-                    }))
-                    lost.push_back(fmt::format("{}: \"{}\" at {:.3f} s is not there",
-                                               file.filename().string(), remark, at_s));
-            }
+            if (!written.empty()) begun_s.push_back(written.front().t_s);
             for (const std::string& what : recorded::RecordingReader{file}.damage())
                 lost.push_back(fmt::format("{}: {}", file.filename().string(), what));
         } catch (const std::exception& e) {
             lost.push_back(fmt::format("{}: {}", part.filename().string(), e.what()));
         }
+    for (const auto& [at_s, remark] : remarks) {
+        const bool during = std::ranges::any_of(begun_s, [&](double begun) { return begun <= at_s; });
+        if (during && std::ranges::none_of(kept, [&](const std::string& text) {
+                return text.find(remark) != std::string::npos;
+            }))
+            lost.push_back(fmt::format("\"{}\" at {:.3f} s is in no recording", remark, at_s));
+    }
     return lost;
 }
 
