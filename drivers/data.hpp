@@ -29,6 +29,9 @@ struct PlayTime {
     /// at zero, and the next block begins `lost` samples after the end of that block. Ticks keep
     /// their place in time to a few samples; the fit of the clock restarts.
     std::int64_t lost = 0;
+    /// Samples, >= 0. Above 0 after a stall of the converter: that many samples before the end of the block
+    /// just written were queued and not played, or played late. Not recorded.
+    std::int64_t unheard = 0;
 };
 
 /// Consecutive accelerometer samples. Sample i has tick first.n + i.

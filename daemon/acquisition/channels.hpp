@@ -61,6 +61,7 @@ struct Channels {
     Ring<safety::Trip> sensed{8};   // accelerometer to output
     Ring<safety::Trip> ordered{8};  // reduction to output: its own trips and the operator's stop
     Ring<safety::Trip> trips{64};   // output to reduction, in order: the first since a release is the cause
+    std::atomic<std::uint64_t> excused{0};          // trips in `ordered` that were part of an underrun
     std::atomic<std::uint64_t> aborts{0};           // any thread increments it to stop the drive
     std::atomic<std::uint64_t> aborts_answered{0};  // set by the output after its trip
     // Abort input to output: number of times that its contact has opened, number of readings, newest state.

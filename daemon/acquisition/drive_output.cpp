@@ -103,10 +103,18 @@ safety::OutputSigns signs_of(const DriveOutput& output, const Channels& channels
             .gathered = channels.gathered};
 }
 
-// A DAC that ran empty makes the base miss its predicted motion: that finding is part of the underrun.
+// Blocks that follow each other without sound are one silence.
+void note_silence(std::int64_t first, const PlayTime& played, DriveOutput& output) {
+    const std::int64_t from = std::min(first, first + std::ssize(output.volts) - played.unheard);
+    output.empty_from = from > output.empty_to ? from : std::min(output.empty_from, from);
+    output.empty_to = output.synthesiser.tick().n;
+}
+
+// A DAC that ran empty makes the base miss its predicted motion and its target: these findings are part of
+// the underrun.
 bool part_of_underrun(const safety::Trip& trip, const DriveOutput& output) {
-    return contradicts_prediction(trip) && trip.on_dac_clock && trip.tick >= output.empty_from &&
-           trip.tick < output.empty_to;
+    return (contradicts_prediction(trip) || misses_target(trip)) && trip.on_dac_clock &&
+           trip.tick >= output.empty_from && trip.tick < output.empty_to;
 }
 
 // An abort always leaves a trip. More aborts while the output is silent after an abort change nothing but
@@ -175,7 +183,11 @@ void answer_trips(DriveOutput& output, Dac& dac, Channels& channels) {
         latch(*trip, output, dac, channels);
     while (const auto trip = channels.sensed.pop())
         if (!part_of_underrun(*trip, output)) latch(*trip, output, dac, channels);
-    while (const auto trip = channels.ordered.pop()) latch(*trip, output, dac, channels);
+    while (const auto trip = channels.ordered.pop())
+        if (part_of_underrun(*trip, output))
+            ++channels.excused;
+        else
+            latch(*trip, output, dac, channels);
     answer_clears(output, dac, channels);
 }
 
@@ -233,8 +245,7 @@ void output_step(DriveOutput& output, Dac& dac, Channels& channels) {
         output.enable.restart();
         output.contact_read_at = synthesiser.tick().n;  // no block was written meanwhile
         push_change(output, channels);
-        output.empty_from = first;
-        output.empty_to = synthesiser.tick().n;
+        note_silence(first, played, output);
     }
     output.lost = played.lost;
     channels.silent = synthesiser.silent() ? channels.silent + std::ssize(output.volts) : 0;

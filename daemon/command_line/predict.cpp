@@ -1,9 +1,13 @@
 #include "daemon/commands/predict.hpp"
 
+#include <algorithm>
 #include <cstdio>
 
+#include "daemon/command_line/harmonics_argument.hpp"
 #include "daemon/command_line/rows.hpp"
 #include "daemon/manual/drive_arguments.hpp"
+#include "drivers/errors.hpp"
+#include "drivers/simulated/walker/friction.hpp"
 
 namespace shaker::command_line {
 
@@ -14,9 +18,74 @@ using manual::Kind;
 
 constexpr Range frictions{0, 100};
 
+constexpr Argument a_number(std::string_view name, std::string_view help, Range allowed,
+                            std::string_view standard, Dimension dimension = Dimension::ratio) {
+    return {.name = name,
+            .value = dimension == Dimension::time       ? "TIME"
+                     : dimension == Dimension::velocity ? "VELOCITY"
+                                                        : "X",
+            .help = help,
+            .kind = Kind::quantity,
+            .dimension = dimension,
+            .allowed = allowed,
+            .standard = standard};
+}
+
+constexpr std::array law_arguments{
+    Argument{.name = "--law",
+             .help = "Law of friction",
+             .kind = Kind::word,
+             .words = simulated::friction_laws,
+             .standard = "coulomb"},
+    Argument{.name = "--mu-backward",
+             .value = "MU",
+             .help = "Kinetic friction coefficient of backward slip; static friction has the same ratio",
+             .kind = Kind::quantity,
+             .dimension = Dimension::ratio,
+             .allowed = frictions,
+             .otherwise = "--mu"},
+    a_number("--log-share", "Law logarithmic: growth of mu per factor e of the slip velocity", {0, 10},
+             "0.1"),
+    a_number("--log-velocity", "Law logarithmic: velocity at which the growth begins", {1e-6, 10}, "1mm/s",
+             Dimension::velocity),
+    a_number("--presliding", "Laws dahl and lugre: elastic length of the contact, m", {1e-8, 1e-3}, "7.2e-6"),
+    a_number("--stribeck", "Law lugre: velocity over which mu falls from --mu-s to --mu", {1e-5, 10}, "5mm/s",
+             Dimension::velocity),
+    a_number("--bristle-time", "Law lugre: damping over stiffness of the contact", {0, 1}, "0.1ms",
+             Dimension::time),
+    a_number("--ageing", "Growth of the static friction per factor e of the time at rest", {0, 1}, "0"),
+    a_number("--ageing-time", "Time at rest at which the growth begins", {1e-6, 1e3}, "1ms", Dimension::time),
+    a_number("--roughness", "Scatter of mu along the base, rms", {0, 0.2}, "0"),
+    a_number("--roughness-length", "Wavelength of that scatter, m", {1e-5, 10}, "0.005"),
+    a_number("--jitter", "Scatter of mu from period to period, rms", {0, 0.3}, "0"),
+    a_number("--memory", "Correlation of mu between successive periods", {0, 0.9999}, "0"),
+    a_number("--relaxation", "Excess of mu at the start", {-0.9, 10}, "0"),
+    a_number("--relaxation-time", "Time constant of that excess", {1e-3, 1e6}, "10s", Dimension::time),
+    Argument{.name = "--seed",
+             .value = "N",
+             .help = "Seed of --jitter and --roughness",
+             .kind = Kind::whole,
+             .allowed = {0, 2147483647},
+             .standard = "1"},
+    Argument{.name = "--periods",
+             .value = "N",
+             .help = "Periods to average where mu changes",
+             .kind = Kind::whole,
+             .allowed = {16, 1000000},
+             .standard = "1000"}};
+
 constexpr auto arguments = manual::joined(
     manual::drive_arguments(true),
     std::array{
+        Argument{.name = "--harmonics",
+                 .value = "LIST",
+                 .help = "Harmonics of the base's acceleration in place of --gamma, --rho and --phi, e.g. "
+                         "1:0.5g@0,2:0.5g@35deg,3:0.1m/s^2@90deg",
+                 .kind = Kind::text},
+        Argument{.name = "--vertical",
+                 .value = "LIST",
+                 .help = "Harmonics of the base's vertical acceleration",
+                 .kind = Kind::text},
         Argument{.name = "--mu",
                  .value = "MU",
                  .help = "Kinetic friction coefficient",
@@ -59,7 +128,48 @@ constexpr auto arguments = manual::joined(
                  .help = "Print JSON. With a file: for each case in the file (format: "
                          "tests/golden/physics_reference.json)",
                  .kind = Kind::file,
-                 .bare = true}});
+                 .bare = true}},
+    law_arguments);
+
+simulated::Friction friction_of(const manual::Values& values) {
+    simulated::Friction f;
+    f.mu_k = values.number("--mu");
+    f.mu_s = values.has("--mu-s")
+                 ? parse_quantity("--mu-s", values.text("--mu-s"), Dimension::ratio, {f.mu_k, frictions.max})
+                 : f.mu_k;
+    f.viscous = values.number("--viscous");
+    if (values.has("--mu-backward")) {
+        if (f.mu_k == 0) throw InputError{"--mu-backward needs a --mu above 0"};
+        f.backward = parse_quantity("--mu-backward", values.text("--mu-backward"), Dimension::ratio,
+                                    {0.1 * f.mu_k, 10 * f.mu_k}) /
+                     f.mu_k;
+    }
+    const std::string law = values.text("--law");
+    f.law = static_cast<simulated::FrictionLaw>(std::ranges::find(simulated::friction_laws, law) -
+                                                simulated::friction_laws.begin());
+    f.log_share = values.number("--log-share");
+    f.log_velocity = values.number("--log-velocity");
+    f.presliding = values.number("--presliding");
+    f.stribeck = values.number("--stribeck");
+    f.bristle_time = values.number("--bristle-time");
+    f.ageing = values.number("--ageing");
+    f.ageing_s = values.number("--ageing-time");
+    const auto seed = static_cast<std::uint64_t>(values.whole("--seed"));
+    f.roughness = {values.number("--roughness"), values.number("--roughness-length"), seed};
+    f.change = {values.number("--jitter"), values.number("--memory"), values.number("--relaxation"),
+                values.number("--relaxation-time"), seed};
+    return f;
+}
+
+/// Harmonics in place of the drive's, which must not be given beside them.
+std::optional<Harmonics<Acceleration>> given_base(const manual::Values& values) {
+    if (!values.has("--harmonics")) return std::nullopt;
+    for (const char* option : {"--gamma", "--rho", "--phi"})
+        if (values.has(option))
+            throw InputError{std::string{option} +
+                             " and --harmonics both describe the drive; use one of them"};
+    return parse_harmonics("--harmonics", values.text("--harmonics"));
+}
 
 int act(const manual::Values& values) {
     if (const std::string cases = values.text("--json"); !cases.empty()) {
@@ -67,11 +177,10 @@ int act(const manual::Values& values) {
         return manual::exit_ok;
     }
     commands::PredictOptions o{.drive = changed_drive(values, {})};
-    o.friction.mu_k = values.number("--mu");
-    o.friction.mu_s = values.has("--mu-s") ? parse_quantity("--mu-s", values.text("--mu-s"), Dimension::ratio,
-                                                            {o.friction.mu_k, frictions.max})
-                                           : o.friction.mu_k;
-    o.friction.viscous = values.number("--viscous");
+    o.base = given_base(values);
+    o.vertical = parse_harmonics("--vertical", values.text("--vertical"));
+    o.friction = friction_of(values);
+    o.periods = values.whole("--periods");
     o.tilt = values.number("--tilt");
     o.v_start = values.number("--start");
     o.json = values.has("--json");
@@ -83,7 +192,7 @@ int act(const manual::Values& values) {
 
 manual::Command predict_row() {
     return {.name = "predict",
-            .summary = "Predict the walker's motion: Coulomb friction and closed form",
+            .summary = "Predict the walker's motion: any law of friction, and closed form",
             .arguments = arguments,
             .example = "shakerd predict --gamma 1.5g --phi 35deg --mu 0.113",
             .act = act};

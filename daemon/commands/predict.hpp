@@ -2,26 +2,31 @@
 // shakerd predict: the walker's motion on a drive, from the exact equation of motion and from the paper's
 // closed form.
 #include <filesystem>
+#include <optional>
 #include <string>
 
-#include "drivers/simulated/walker/walker_law.hpp"
+#include "drivers/simulated/walker/walker_setting.hpp"
 
 namespace shaker::commands {
 
 struct PredictOptions {
     Drive drive{};
+    std::optional<Harmonics<Acceleration>> base{};  // in place of the harmonics of `drive`
+    Harmonics<Acceleration> vertical{};             // a_z
     simulated::Friction friction{};
     double tilt = 0;  // rad
     double g = paper_g;
     double v_start = 0;  // velocity at phase 0, m/s; with mu_s > mu_k the settled motion may depend on it
+    int periods = 1000;  // averaged where mu changes from period to period or from place to place
     bool json = false;
 };
 
-/// Output for one drive, ending with a newline: text, or one JSON object with the keys v_D_mps, D_m,
-/// frequency_hz, gamma_mps2, rho, phi_rad, efficiency, v_rms_mps, v0_mps, stick (intervals of t/T), events
-/// (t/T, from, to), periods_to_settle, contraction and closed_form {valid, reason, v_D_mps, efficiency, t0,
-/// theta_rad, theta_coulomb_rad}. Values that do not exist are null. Throws InputError for parameters outside
-/// the walker's range.
+/// Output for one drive, ending with a newline: text, or one JSON object with the keys v_D_mps, v_D_se_mps
+/// (of a mean over periods, else null), D_m, frequency_hz, gamma_mps2, rho, phi_rad (of harmonics 1 and 2),
+/// harmonics and vertical_harmonics ([q, m/s^2, rad]), law, efficiency, v_rms_mps, v0_mps, stick (intervals
+/// of t/T), events (t/T, from, to), periods_to_settle, contraction, not_computed (sentences with reasons) and
+/// closed_form {valid, reason, v_D_mps, efficiency, t0, theta_rad, theta_coulomb_rad}. Values that do not
+/// exist are null. Throws InputError for parameters outside the walker's range.
 std::string predict(const PredictOptions& options);
 
 /// The settled motion of every case of a file {"cases": [{"name", "params": {"f_hz", "g", "mu_k", "mu_s",

@@ -96,10 +96,13 @@ void Sequence::note_failures(const std::vector<acquisition::CameraStream>& camer
 void Sequence::take_stamps(const acquisition::Streams& streams, acquisition::Channels& channels) {
     for (; plays_ < streams.dropped.played + streams.played.size(); ++plays_) {
         const PlayTime& played = streams.played[plays_ - streams.dropped.played];
-        if (played.lost > 0)
+        const double heard_s = seconds(streams.timebase.at(played.tick));
+        if (played.lost > 0) {
             start_again(played.lost, channels);
-        else
-            now_s_ = seconds(streams.timebase.at(played.tick));
+            now_s_ = std::max(now_s_, heard_s);  // the clock starts again and may be behind
+        } else {
+            now_s_ = heard_s;
+        }
     }
     for (; changes_ < streams.dropped.changes + streams.changes.size(); ++changes_) {
         const DriveChange& c = streams.changes[changes_ - streams.dropped.changes];
@@ -117,10 +120,11 @@ void Sequence::start_again(std::int64_t lost, acquisition::Channels& channels) {
                      1e3 * duration_s(lost, dac_rate_hz_)));
     if (state() == RunState::ramp_down) return go(Idle{.ended = !plan_.on_call}, channels);  // silent already
     if (!driving(state())) return;
-    if (++order_.restarts > plan_.most_restarts)
-        return stop(channels, {.cause = safety::Cause::underrun,
-                               .value = static_cast<double>(lost),
-                               .limit = static_cast<double>(plan_.most_restarts)});
+    if (++order_.restarts > plan_.most_restarts) {
+        note(fmt::format("the DAC ran empty {} times; the drive restarts at most {} times", order_.restarts,
+                         plan_.most_restarts));
+        return stop(channels, {.cause = safety::Cause::underrun, .value = static_cast<double>(lost)});
+    }
     if (state() == RunState::identify) return go_for_target(plan_.soft_start, channels);
     const auto* check = std::get_if<LoopCheck>(&state_);
     check_loop(check == nullptr || check->resumes, channels);

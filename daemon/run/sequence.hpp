@@ -30,7 +30,7 @@ struct RunPlan {
     int settle = 0;            // periods of settled drive before a measurement; 0: until the drift is steady
     int soft_start = 10;       // periods of the ramps at both ends
     int settle_at_most = 400;  // periods; then the measurement starts anyway, with a note
-    int most_restarts = 3;     // after the DAC ran empty; then the run fails
+    int most_restarts = 3;     // after the DAC ran empty; then that is a trip
     double quiet_s = 0.6;      // silence before the drive
     safety::Limits limits;
     double gravity = paper_g;  // m/s^2 at the place

@@ -31,9 +31,11 @@ double distance(const Harmonics<Acceleration>& a, const Harmonics<Acceleration>&
 }  // namespace
 
 void Supervisor::order(const safety::Trip& trip, acquisition::Channels& channels) {
-    if (ordered_) return;
-    ordered_ = true;
-    if (!channels.ordered.push(trip)) ++channels.lost.trips_lost;
+    const std::uint64_t excused = channels.excused;
+    if (ordered_ && excused == excused_) return;
+    excused_ = excused;
+    ordered_ = channels.ordered.push(trip);
+    if (!ordered_) ++channels.lost.trips_lost;  // the next finding tries again
 }
 
 void Supervisor::check_at_rest(const control::PeriodWindows::Window& window,

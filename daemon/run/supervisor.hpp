@@ -90,7 +90,8 @@ private:
     safety::ClockGuard clocks_;
     std::optional<safety::Expectation> posted_;
     Harmonics<Acceleration> before_;  // motion in the previous window
-    bool ordered_ = false;            // a stop is ordered; the output reports it as a trip
+    bool ordered_ = false;            // a stop is ordered; the output reports it as a trip, or excuses it
+    std::uint64_t excused_ = 0;       // Channels::excused at that time
 };
 
 }  // namespace shaker::run

@@ -85,6 +85,11 @@ bool contradicts_prediction(const Trip& trip) noexcept {
                                            trip.cause == Cause::sensor_open || trip.cause == Cause::polarity);
 }
 
+bool misses_target(const Trip& trip) noexcept {
+    return trip.stop == StopKind::soft &&
+           (trip.cause == Cause::loop_divergence || trip.cause == Cause::harmonic_band);
+}
+
 const char* name(Cause cause) noexcept { return of(cause).name; }
 
 std::optional<Cause> cause_named(std::string_view word) noexcept {

@@ -60,6 +60,8 @@ struct Trip {
 
 /// True for a soft stop because the base did not move as predicted.
 bool contradicts_prediction(const Trip& trip) noexcept;
+/// True for a soft stop because the base did not follow its target.
+bool misses_target(const Trip& trip) noexcept;
 
 /// The word for a cause in settings and remote commands: "sensor_frozen".
 const char* name(Cause cause) noexcept;

@@ -78,6 +78,29 @@ void visit_camera(Visitor&& v, CameraTruth& c) {
     v("positions", c.positions, {0, 1});
 }
 
+template <class Part>
+void visit_friction(Part& w, WalkerTruth& t) {
+    const WalkerTruth usual;
+    w.unusual_choice("law", t.law, {friction_laws[0], friction_laws[1], friction_laws[2]}, usual.law);
+    const auto visit = [&](const char* key, double WalkerTruth::*x, Range r) {
+        w.unusual(key, t.*x, r, usual.*x);
+    };
+    visit("viscous_per_s", &WalkerTruth::viscous_per_s, {0, 1000});
+    visit("backward_ratio", &WalkerTruth::backward_ratio, {0.1, 10});
+    visit("log_share", &WalkerTruth::log_share, {0, 10});
+    visit("log_velocity_mps", &WalkerTruth::log_velocity_mps, {1e-6, 10});
+    visit("dahl_um", &WalkerTruth::dahl_um, {0.05, 1000});
+    visit("mu_jitter", &WalkerTruth::mu_jitter, {0, 0.3});
+    visit("mu_memory", &WalkerTruth::mu_memory, {0, 0.9999});
+    visit("mu_step_s", &WalkerTruth::mu_step_s, {1e-3, 100});
+    visit("mu_relaxation", &WalkerTruth::mu_relaxation, {-0.9, 10});
+    visit("relaxation_s", &WalkerTruth::relaxation_s, {1e-3, 1e6});
+    visit("ageing", &WalkerTruth::ageing, {0, 1});
+    visit("ageing_s", &WalkerTruth::ageing_s, {1e-6, 1000});
+    visit("roughness", &WalkerTruth::roughness, {0, 0.2});
+    visit("roughness_mm", &WalkerTruth::roughness_mm, {0.01, 1e4});
+}
+
 template <class Visitor>
 void visit(Visitor&& v, Scene& s) {
     v.root("gravity_mps2", s.gravity, {0.1, 100});
@@ -95,6 +118,7 @@ void visit(Visitor&& v, Scene& s) {
     w("mu_k", s.walker.mu_k, {0, 5});
     w("mu_s", s.walker.mu_s, {0, 5});
     w("start_mm", s.walker.start_mm, {-1e4, 1e4});
+    visit_friction(w, s.walker);
     auto&& a = v.table("accelerometer");
     a("rate_hz", s.accelerometer.rate_hz, {100, 40e3});
     a("clock_ppm", s.accelerometer.clock_ppm, {-1000, 1000});
@@ -160,6 +184,9 @@ Scene read_scene(SettingsTable& root) {
                                 "as kinetic",
                                 s.walker.mu_s, s.walker.mu_k));
     s.walker.mu_s = std::max(s.walker.mu_s, s.walker.mu_k);
+    if (s.walker.law == FrictionLaw::dahl && s.walker.ageing > 0)
+        root.table("walker").fail("ageing",
+                                  "is allowed only with a law that sticks, not with law = \"dahl\"");
     for (CameraTruth& c : s.cameras) {
         if (std::abs(c.view.along[0]) != 1) root.table(c.view.camera).fail("along_x", "must be 1 or -1");
         if (c.view.exposure_s >= 1 / c.view.frame_rate_hz)
@@ -170,6 +197,24 @@ Scene read_scene(SettingsTable& root) {
     }
     place_regions(s);
     return s;
+}
+
+Friction friction_of(const Scene& scene) {
+    const WalkerTruth& t = scene.walker;
+    Friction f{.mu_k = t.mu_k, .mu_s = t.mu_s, .viscous = t.viscous_per_s, .backward = t.backward_ratio};
+    f.law = t.law;
+    f.log_share = t.log_share;
+    f.log_velocity = t.log_velocity_mps;
+    f.presliding = 1e-6 * t.dahl_um;
+    f.ageing = t.ageing;
+    f.ageing_s = t.ageing_s;
+    f.roughness = {.share = t.roughness, .length = 1e-3 * t.roughness_mm, .seed = scene.seed + 7001};
+    f.change = {.jitter = t.mu_jitter,
+                .memory = t.mu_memory,
+                .relaxation = t.mu_relaxation,
+                .relaxation_s = t.relaxation_s,
+                .seed = scene.seed + 7002};
+    return f;
 }
 
 Scene paper_scene() {

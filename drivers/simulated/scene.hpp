@@ -8,6 +8,7 @@
 
 #include "drivers/simulated/faults.hpp"
 #include "drivers/simulated/shaker_truth.hpp"
+#include "drivers/simulated/walker/friction.hpp"
 #include "drivers/view.hpp"
 
 namespace shaker::simulated {
@@ -19,6 +20,22 @@ struct WalkerTruth {
     double mu_k = 0.113;
     double mu_s = 0.113;
     double start_mm = -40;  // initial position on the shaker's axis; 0 is the middle of the base
+    // Beyond dry friction; Friction has the equations. The defaults have no effect.
+    FrictionLaw law = FrictionLaw::coulomb;  // not lugre
+    double viscous_per_s = 0;
+    double backward_ratio = 1;  // mu of backward slip over mu of forward slip
+    double log_share = 0.1;     // law logarithmic
+    double log_velocity_mps = 1e-3;
+    double dahl_um = 7.2;      // presliding length of law dahl
+    double mu_jitter = 0;      // standard deviation as a share of mu, redrawn every mu_step_s
+    double mu_memory = 0;      // correlation of one draw with the one before
+    double mu_step_s = 0.05;   // a period of 20 Hz
+    double mu_relaxation = 0;  // excess of mu at the start, as a share
+    double relaxation_s = 10;
+    double ageing = 0;  // growth of mu_s per factor e of the time at rest, as a share
+    double ageing_s = 1e-3;
+    double roughness = 0;     // rms of mu along the base, as a share
+    double roughness_mm = 5;  // its wavelength
 };
 
 struct AccelerometerTruth {
@@ -68,6 +85,9 @@ struct Scene {
 
 /// The paper's bench: brass walker of 30 mm on glass, mu = 0.113, two cameras at 1000 frames/s.
 Scene paper_scene();
+
+/// Friction of the scene's walker in SI units; its random numbers come from the scene's seed.
+Friction friction_of(const Scene& scene);
 
 /// Reads a TOML file: paper_scene() with the changes of the file. Unknown keys, wrong types and values out of
 /// range throw InputError with file, line, key, value and range.

@@ -19,9 +19,14 @@ struct ReadPart {
     void operator()(const char* key, int& x, Range r) {
         x = table.integer(key, static_cast<int>(r.min), static_cast<int>(r.max), x);
     }
+    void unusual(const char* key, double& x, Range r, double) { (*this)(key, x, r); }
     template <class Choice>
     void choice(const char* key, Choice& x, std::initializer_list<std::string_view> names) {
         x = static_cast<Choice>(table.choice(key, names, static_cast<std::size_t>(x)));
+    }
+    template <class Choice>
+    void unusual_choice(const char* key, Choice& x, std::initializer_list<std::string_view> names, Choice) {
+        choice(key, x, names);
     }
 };
 
@@ -31,10 +36,19 @@ struct WritePart {
     void operator()(const char* key, double x, Range) const {
         text += fmt::format("{} = {}\n", key, number(x));
     }
+    // Only a value that differs from the default: earlier versions read the text of a usual scene too.
+    void unusual(const char* key, double x, Range r, double standard) const {
+        if (x != standard) (*this)(key, x, r);
+    }
     void operator()(const char* key, int x, Range) const { text += fmt::format("{} = {}\n", key, x); }
     template <class Choice>
     void choice(const char* key, Choice x, std::initializer_list<std::string_view> names) const {
         text += fmt::format("{} = \"{}\"\n", key, names.begin()[static_cast<std::size_t>(x)]);
+    }
+    template <class Choice>
+    void unusual_choice(const char* key, Choice x, std::initializer_list<std::string_view> names,
+                        Choice standard) const {
+        if (x != standard) choice(key, x, names);
     }
     // The shortest exact text. TOML requires a point or an exponent in a floating-point number.
     static std::string number(double x) {

@@ -16,8 +16,6 @@ ShakerLaw::ShakerLaw(const Scene& scene)
       mass_{p_.moving_mass_kg + p_.base_mass_kg},
       walker_mass_{scene.walker.mass_kg},
       downhill_{scene.gravity * std::sin(scene.tilt_deg * pi / 180)},
-      grip_k_{scene.walker.mu_k * scene.gravity * std::cos(scene.tilt_deg * pi / 180)},
-      grip_s_{scene.walker.mu_s * scene.gravity * std::cos(scene.tilt_deg * pi / 180)},
       hold_{p_.static_friction_n},
       travel_{p_.stop_travel_mm > 0 ? 1e-3 * p_.stop_travel_mm : std::numeric_limits<double>::infinity()},
       stop_time_{p_.stop_damping_nspm / p_.stop_stiffness_npm},
@@ -68,7 +66,7 @@ double ShakerLaw::mass(const Contacts& c) const noexcept {
 // pulls the base in the direction of its slip.
 double ShakerLaw::constant_force(const Contacts& c) const noexcept {
     double force = c.stop != 0 ? c.stop * p_.stop_stiffness_npm * travel_ : 0;
-    if (c.walker) force += walker_mass_ * (c.slip == 0 ? downhill_ : c.slip * grip_k_);
+    if (c.walker) force += walker_mass_ * (c.slip == 0 ? downhill_ : c.slip * c.grip.kinetic(c.slip));
     return force - c.base * p_.kinetic_friction_n;
 }
 
@@ -161,8 +159,10 @@ ShakerMotion ShakerLaw::sample_later(const ShakerMotion& m, const Contacts& c, d
 std::array<double, 3> ShakerLaw::margins(const ShakerMotion& m, double v_R,
                                          const Contacts& c) const noexcept {
     std::array<double, 3> margin{1, 1, 1};
-    if (c.walker && grip_s_ > 0)
-        margin[0] = c.slip != 0 ? c.slip * v_R : grip_s_ - std::abs(base_acceleration(m, c) - downhill_);
+    if (c.walker && c.grip.most_hold() > 0) {
+        const double needed = base_acceleration(m, c) - downhill_;
+        margin[0] = c.slip != 0 ? c.slip * v_R : c.grip.hold(needed) - std::abs(needed);
+    }
     if (rubs()) margin[1] = c.base != 0 ? c.base * m.v : hold_ - std::abs(free_force(m, c));
     // A stop compressed by `depth` pushes back with k (depth + tau d depth/dt) while that is positive; it
     // never returns more energy than its spring stores.
@@ -177,8 +177,8 @@ std::array<double, 3> ShakerLaw::margins(const ShakerMotion& m, double v_R,
 // effect within a sample.
 std::array<double, 3> ShakerLaw::grazes(const Contacts& c) const noexcept {
     constexpr double share = 5e-3;
-    const double change = share * sample_ * (grip_s_ + hold_ / mass_);  // of a velocity, m/s
-    return {c.slip != 0 ? change : share * grip_s_, c.base != 0 ? change : share * hold_, change * sample_};
+    const double hold = c.grip.most_hold(), change = share * sample_ * (hold + hold_ / mass_);  // m/s
+    return {c.slip != 0 ? change : share * hold, c.base != 0 ? change : share * hold_, change * sample_};
 }
 
 // True if these contacts persist when they start at relative velocities of zero.
@@ -187,15 +187,16 @@ bool ShakerLaw::possible(const ShakerMotion& m, const Contacts& c, bool together
     const double a = base_acceleration(m, c), force = free_force(m, c);
     if (rubs() && c.base == 0 && std::abs(force) > hold_) return false;
     if (rubs() && c.base != 0 && still && c.base * force < -tie * hold_) return false;
-    if (!c.walker || grip_s_ == 0 || !together) return true;
-    if (c.slip == 0) return std::abs(a - downhill_) <= grip_s_;
-    return c.slip * (walker_acceleration(c.slip) - a) >= -tie * grip_s_;
+    if (!c.walker || c.grip.most_hold() == 0 || !together) return true;
+    if (c.slip == 0) return std::abs(a - downhill_) <= c.grip.hold(a - downhill_);
+    return c.slip * (walker_acceleration(c) - a) >= -tie * c.grip.most_hold();
 }
 
 Contacts ShakerLaw::settled(const ShakerMotion& m, Contacts c, bool together, bool still,
                             Released released) const noexcept {
-    if (c.walker && grip_s_ == 0) c.slip = 1;  // never changes, for either sign
-    const bool slip_open = c.walker && grip_s_ > 0 && together, base_open = rubs() && still;
+    const bool sticks = c.grip.most_hold() > 0;
+    if (c.walker && !sticks) c.slip = 1;  // never changes, for either sign
+    const bool slip_open = c.walker && sticks && together, base_open = rubs() && still;
     for (const int slip : {0, 1, -1})
         for (const int base : {0, 1, -1}) {
             if (slip_open ? slip == 0 && released == Released::walker : slip != c.slip) continue;

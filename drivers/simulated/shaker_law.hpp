@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <limits>
 
+#include "drivers/simulated/grip.hpp"
 #include "drivers/simulated/scene.hpp"
 
 namespace shaker::simulated {
@@ -22,6 +23,7 @@ struct Contacts {
     int slip = 0;        // sign of v_R = walker's velocity - v; 0: the walker sticks
     int base = 1;        // sign of v while the slide slips; 0: static friction holds the base
     int stop = 0;        // side of the end stop in contact; 0: none
+    Grip grip{};         // friction of the walker in the present sample
 };
 
 /// Equations, with Bl(x) = Bl (1 - b x^2):
@@ -51,7 +53,9 @@ public:
 
     [[nodiscard]] double base_acceleration(const ShakerMotion& m, const Contacts& c) const noexcept;
     /// Acceleration of a slipping walker, m/s^2.
-    [[nodiscard]] double walker_acceleration(int slip) const noexcept { return downhill_ - slip * grip_k_; }
+    [[nodiscard]] double walker_acceleration(const Contacts& c) const noexcept {
+        return downhill_ - c.slip * c.grip.kinetic(c.slip);
+    }
     /// Distances of walker, base and stop from a change of contact, each in its own unit; below 0 the contact
     /// changes. v_R: velocity of the walker relative to the base, m/s.
     [[nodiscard]] std::array<double, 3> margins(const ShakerMotion& m, double v_R,
@@ -88,8 +92,6 @@ private:
     double mass_;         // kg, base with armature
     double walker_mass_;  // kg
     double downhill_;     // g sin(tilt), m/s^2
-    double grip_k_;       // mu_k g cos(tilt), m/s^2
-    double grip_s_;       // mu_s g cos(tilt)
     double hold_;         // N, static friction of the slide
     double travel_;       // m, free travel to a stop
     double stop_time_;    // s, damping / stiffness of a stop

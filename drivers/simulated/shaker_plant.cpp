@@ -16,7 +16,8 @@ constexpr long most_changes =
     20;  // per sample; more is chatter, and the contacts then stay until the end of the sample
 }  // namespace
 
-ShakerPlant::ShakerPlant(const Scene& scene) : p_{scene.shaker}, law_{scene}, h_{1 / scene.dac_rate_hz} {
+ShakerPlant::ShakerPlant(const Scene& scene)
+    : p_{scene.shaker}, law_{scene}, friction_{scene}, h_{1 / scene.dac_rate_hz} {
     for (std::size_t k = 0; k < 2; ++k) {
         const double wh = 2 * pi * p_.high_pass_hz[k] * h_;
         high_pass_gain_[k] = -std::expm1(-wh);
@@ -25,6 +26,7 @@ ShakerPlant::ShakerPlant(const Scene& scene) : p_{scene.shaker}, law_{scene}, h_
     gain_growth_ = p_.gain_drift_per_min / 60 * h_;
     state_.walker_x = 1e-3 * scene.walker.start_mm;
     contacts_.base = law_.rubs() ? 0 : 1;
+    contacts_.grip = friction_.standing();
     contacts_ = law_.settled(motion_, contacts_, true, true, ShakerLaw::Released::none);
     state_.slip = contacts_.slip;
     state_.held = law_.rubs() && contacts_.base == 0;
@@ -50,7 +52,7 @@ void ShakerPlant::move_walker(const ShakerMotion& end, double t) noexcept {
         state_.walker_v = end.v;
         return;
     }
-    const double a = law_.walker_acceleration(contacts_.slip);
+    const double a = law_.walker_acceleration(contacts_);
     state_.walker_x += t * (state_.walker_v + 0.5 * t * a);
     state_.walker_v += t * a;
 }
@@ -59,7 +61,7 @@ void ShakerPlant::move_walker(const ShakerMotion& end, double t) noexcept {
 bool ShakerPlant::unchanged_sample() {
     const ShakerMotion end = law_.sample_later(motion_, contacts_, output_);
     const double v_R =
-        state_.walker_v - motion_.v + h_ * law_.walker_acceleration(contacts_.slip) - (end.v - motion_.v);
+        state_.walker_v - motion_.v + h_ * law_.walker_acceleration(contacts_) - (end.v - motion_.v);
     const bool was_near = std::exchange(near_, is_near(law_.margins(end, v_R, contacts_)));
     if (was_near || near_) return false;
     move_walker(end, h_);
@@ -109,7 +111,7 @@ double first_change(const Margin& margin, double end) {
 double ShakerPlant::advance(double most, bool may_change) {
     const ShakerLaw::Series path = law_.series(motion_, contacts_, output_);
     const double v_R = contacts_.slip == 0 ? 0 : state_.walker_v - motion_.v;
-    const double a_w = law_.walker_acceleration(contacts_.slip);
+    const double a_w = law_.walker_acceleration(contacts_);
     double first = most;
     std::size_t changed = 3;
     for (std::size_t i = 0; i < 3 && may_change; ++i) {
@@ -146,7 +148,17 @@ void ShakerPlant::change(std::size_t contact) {
     ++events_;
 }
 
+// Friction of the next sample, from the motion at its start.
+void ShakerPlant::change_grip() {
+    RelativeMotion m{
+        .x = state_.walker_x - motion_.x, .v = state_.walker_v - motion_.v, .slip = contacts_.slip};
+    if (m.slip != 0) m.a = law_.walker_acceleration(contacts_) - state_.a;
+    contacts_.grip = friction_.next(m);
+    near_ = near_ || is_near(law_.margins(motion_, m.v, contacts_));
+}
+
 void ShakerPlant::step(double volts) {
+    if (friction_.varies() && contacts_.walker) change_grip();
     output_ = amplified(volts);
     if (p_.drive == DriveKind::current && output_ != motion_.current) {  // the force jumps
         motion_.current = output_;
@@ -166,6 +178,7 @@ void ShakerPlant::step(double volts) {
     state_.v = motion_.v;
     state_.a = law_.base_acceleration(motion_, contacts_);
     state_.slip = contacts_.slip;
+    if (!friction_.sticks()) state_.slip = state_.walker_v < state_.v ? -1 : 1;
     state_.held = law_.rubs() && contacts_.base == 0;
     state_.stop = contacts_.stop;
 }
@@ -175,6 +188,7 @@ void ShakerPlant::set_walker(bool on_table) noexcept {
     contacts_.walker = on_table;
     contacts_.slip = 0;
     state_.walker_v = on_table ? motion_.v : 0;
+    friction_.put_down(state_.walker_x - motion_.x);
     contacts_ = law_.settled(motion_, contacts_, true, contacts_.base == 0, ShakerLaw::Released::none);
     near_ = true;
 }

@@ -5,6 +5,7 @@
 #include <array>
 
 #include "drivers/simulated/shaker_law.hpp"
+#include "drivers/simulated/walker_friction.hpp"
 
 namespace shaker::simulated {
 
@@ -13,7 +14,7 @@ struct PlantState {
     double current = 0;          // A in the coil
     double x = 0, v = 0, a = 0;  // base
     double walker_x = 0, walker_v = 0;
-    int slip = 0;       // sign of v_R = walker_v - v; 0 while the walker sticks
+    int slip = 0;       // sign of v_R = walker_v - v; 0 while the walker sticks (never with law dahl)
     bool held = false;  // the friction of the slide holds the base
     int stop = 0;       // side of the end stop in contact; 0: none
 };
@@ -41,6 +42,7 @@ public:
 
 private:
     [[nodiscard]] double amplified(double volts) noexcept;
+    void change_grip();
     [[nodiscard]] bool unchanged_sample();
     [[nodiscard]] bool is_near(const std::array<double, 3>& margins) const noexcept;
     double advance(double most, bool may_change);
@@ -49,6 +51,7 @@ private:
 
     ShakerTruth p_;
     ShakerLaw law_;
+    WalkerFriction friction_;
     double h_;                                // s per sample
     std::array<double, 2> high_pass_{};       // states
     std::array<double, 2> high_pass_gain_{};  // relative step of a state towards its input per sample

@@ -14,6 +14,8 @@
 #include <deque>
 #include <functional>
 #include <memory>
+#include <optional>
+#include <stdexcept>
 #include <string>
 #include <thread>
 #include <vector>
@@ -162,7 +164,17 @@ int run_shakerctl(int port) {
     return status;
 }
 
-std::vector<Door> doors_of(Daemon& daemon, TcpClient& session, SocketClient& page) {
+/// The server closes a page that reads nothing for long, so it is opened with the first abort.
+void abort_by(std::optional<SocketClient>& page, int port) {
+    if (!page) page.emplace(port);
+    page->send(SocketClient::text, R"({"type":"abort"})");
+    for (std::string got; got.find(R"("type":"abort")") == std::string::npos;) {
+        got = page->next().data;
+        if (got.empty()) throw std::runtime_error{"WebSocket: the server closed the page"};
+    }
+}
+
+std::vector<Door> doors_of(Daemon& daemon, TcpClient& session, std::optional<SocketClient>& page) {
     const int http = daemon.server->http_port(), scpi = daemon.server->scpi_port();
     return {{"SCPI, open session", [&session] { session.ask("ABOR?"); }},
             {"SCPI, new session", [scpi] { TcpClient{scpi}.ask("ABOR?"); }},
@@ -173,12 +185,7 @@ std::vector<Door> doors_of(Daemon& daemon, TcpClient& session, SocketClient& pag
                  client.send_bytes(post);
                  client.rest();
              }},
-            {"WebSocket",
-             [&page] {
-                 page.send(SocketClient::text, R"({"type":"abort"})");
-                 while (page.next().data.find(R"("type":"abort")") == std::string::npos) {
-                 }
-             }},
+            {"WebSocket", [&page, http] { abort_by(page, http); }},
             {"shakerctl", [http] { run_shakerctl(http); }, 10}};
 }
 
@@ -221,7 +228,7 @@ struct Load {
 
 void add_rows(bench::Table& table, Daemon& daemon, const Load& load) {
     auto session = std::make_unique<TcpClient>(daemon.server->scpi_port());
-    SocketClient page{daemon.server->http_port()};
+    std::optional<SocketClient> page;
     std::vector<Door> doors = doors_of(daemon, *session, page);
     std::deque<TcpClient> sessions;
     const test::StallProbe probe;

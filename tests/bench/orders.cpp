@@ -1,6 +1,7 @@
 // The whole daemon with random orders and faults on virtual time: laws broken, coverage, speed
 //   --seeds N (50)   --first S (1): the first seed   --seconds T: as many seeds as fit instead
-//   --jobs N (2): seeds at a time   --done FILE: keeps the seeds that were done, and leaves them out
+//   --jobs N (2): seeds at a time   --done FILE: keeps the outcomes of seeds that broke no law, and leaves
+//   these seeds out
 //   --seed S: one seed; prints its plan, and the shortest plan if it breaks a law
 //   --folder PATH (the temporary one)
 #include <spdlog/fmt/fmt.h>
@@ -57,7 +58,7 @@ int main(int argc, char** argv) {
         table.add({{"seeds", static_cast<double>(totals.seeds)},
                    {"broken", static_cast<double>(totals.broken.size())},
                    {"simulated", totals.virtual_s / 3600, "h"},
-                   {"speed", totals.virtual_s / totals.wall_s, "x real time"},
+                   {"speed", totals.played_s / totals.wall_s, "x real time"},
                    {"aborts", static_cast<double>(totals.aborts), "", 6},
                    {"trips", static_cast<double>(totals.trips), "", 6},
                    {"recordings replayed", static_cast<double>(totals.recordings), "", 6},

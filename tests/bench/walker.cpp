@@ -1,4 +1,4 @@
-// Walker: exact event-driven stepping against Moreau time-stepping, cost and error per drive period
+// Walker: event-driven stepping, Moreau time-stepping and all laws of friction: cost and error per period
 #include "drivers/simulated/walker/walker.hpp"
 
 #include <time.h>
@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "drivers/simulated/walker/changing_walker.hpp"
 #include "tests/bench/table.hpp"
 #include "tests/support/walker/fine_walker.hpp"
 #include "tests/support/walker/walker_settings.hpp"
@@ -167,6 +168,68 @@ void add_drive(bench::Table& table, const BenchDrive& drive, double sincos) {
                {"conditions", "same run; order of the error in the step"}});
 }
 
+struct BenchLaw {
+    std::string name;
+    simulated::Friction friction;
+};
+
+std::vector<BenchLaw> bench_laws() {
+    using simulated::FrictionLaw;
+    std::vector<BenchLaw> laws{{"coulomb", {}},
+                               {"coulomb, viscous 3.5/s", {}},
+                               {"coulomb, backward 0.8", {}},
+                               {"coulomb, jitter 2 %, memory 0.9", {}},
+                               {"coulomb, ageing 5 %", {}},
+                               {"coulomb, roughness 10 %", {}},
+                               {"logarithmic", {}},
+                               {"dahl 7.2 um, viscous 4.2/s", {}},
+                               {"lugre 7.2 um", {}}};
+    laws[1].friction.viscous = 3.5;
+    laws[2].friction.backward = 0.8;
+    laws[3].friction.change = {.jitter = 0.02, .memory = 0.9};
+    laws[4].friction.ageing = 0.05;
+    laws[5].friction.roughness.share = 0.1;
+    laws[6].friction.law = FrictionLaw::logarithmic;
+    laws[7].friction.law = FrictionLaw::dahl;
+    laws[7].friction.viscous = 4.2;
+    laws[8].friction.law = FrictionLaw::lugre;
+    return laws;
+}
+
+double integrated_distance(const simulated::WalkerSetting& setting, double tolerance) {
+    simulated::IntegratedWalker walker{setting, 0, tolerance};
+    simulated::MuHistory history{setting.friction.change, 1 / setting.frequency};
+    for (int k = 0; k < error_periods; ++k) {
+        walker.set_mu_factor(history.next());
+        walker.advance_period();
+    }
+    return walker.now().x;
+}
+
+/// Rows of one law at 2 g, phi pi/2, where the walker sticks. Errors as above, against the integrator at its
+/// smallest tolerance.
+void add_law(bench::Table& table, const BenchLaw& law) {
+    simulated::WalkerSetting setting = paper_setting(2, std::numbers::pi / 2);
+    setting.friction = law.friction;
+    const double scale = error_periods * 2 * paper_g / two_pi / setting.frequency / setting.frequency;
+    const double right = integrated_distance(setting, 1e-13);
+    if (law.friction.closed_form()) {
+        simulated::ChangingWalker walker{setting};
+        for (int k = 0; k < error_periods; ++k) walker.advance_period();
+        const double error = std::abs(walker.now().x - right);
+        table.add(row(law.name, "event-driven", median_ns(2000, [&] { return walker.advance_period(); }),
+                      error / scale, "with a start for each period"));
+    }
+    for (const double tolerance : {1e-4, 1e-6, 1e-8, 1e-10}) {
+        simulated::IntegratedWalker walker{setting, 0, tolerance};
+        for (int k = 0; k < error_periods; ++k) walker.advance_period();
+        const double ns = median_ns(50, [&] { return walker.advance_period(); });
+        table.add(row(law.name, "odeint", ns,
+                      std::abs(integrated_distance(setting, tolerance) - right) / scale,
+                      "tolerance 1e" + std::to_string(std::lround(std::log10(tolerance)))));
+    }
+}
+
 }  // namespace
 }  // namespace shaker
 
@@ -182,5 +245,6 @@ int main(int argc, char** argv) {
                                     BenchDrive{"16 harmonics", sixteen_harmonics()}}) {
         add_drive(table, drive, sincos);
     }
+    for (const BenchLaw& law : bench_laws()) add_law(table, law);
     table.print(argc, argv);
 }

@@ -14,14 +14,17 @@ struct Campaign {
     std::uint64_t first = 1, seeds = 50;
     double most_s = 0;  // real time; above 0: as many seeds as fit instead of `seeds`
     int jobs = 2;       // processes
-    /// Names the seeds that were done; they are left out, and more are added. Empty: no file.
+    /// Keeps the outcomes of seeds that broke no law. They are left out and count in the totals. Empty: no
+    /// file.
     std::filesystem::path done{};
     std::filesystem::path folder{};
 };
 
 struct Totals {
     std::uint64_t seeds = 0, aborts = 0, trips = 0, recordings = 0, recovered = 0;
-    double virtual_s = 0, wall_s = 0, slowest_abort_s = 0, most_bytes = 0;
+    double virtual_s = 0, played_s = 0;  // of all seeds; of those that this call has played
+    double wall_s = 0;
+    double slowest_abort_s = 0, most_bytes = 0;
     std::vector<std::pair<std::uint64_t, std::string>> broken{};  // seed, law and words
     Coverage coverage{};
 };

@@ -1,6 +1,7 @@
 // The whole daemon with random orders, faults of devices, disk and computer, and laws that hold at every
 // sample.
 #include <gtest/gtest.h>
+#include <spdlog/fmt/fmt.h>
 
 #include <cstdlib>
 
@@ -41,6 +42,24 @@ TEST(OrdersTest, ClearHeldBackClearsNoLaterTrip) {
     const Outcome outcome = simulate(plan, test::fresh_folder() / "run");
     EXPECT_EQ(outcome.trips, 1U);
     EXPECT_TRUE(outcome.violations.empty()) << words(plan, outcome);
+}
+
+// The second underrun meets the loop check that follows the first.
+TEST(OrdersTest, UnderrunInLoopCheckComesBack) {
+    constexpr auto underrun = static_cast<std::size_t>(simulated::FaultKind::underrun);
+    Plan plan{.seed = 1, .length_s = 9};
+    plan.moves = {{1.0, 0, Action::start, 0.5}};
+    plan.faults = {{4.0, underrun, 0, 0.1}, {4.3, underrun, 0, 0.1}};
+    const Outcome twice = simulate(plan, test::fresh_folder() / "twice");
+    EXPECT_EQ(twice.trips, 0U);
+    EXPECT_TRUE(twice.violations.empty()) << words(plan, twice);
+    plan.faults.push_back({4.6, underrun, 0, 0.1});
+    plan.faults.push_back({4.9, underrun, 0, 0.1});
+    const Outcome fourth = simulate(plan, test::fresh_folder() / "fourth");
+    EXPECT_EQ(fourth.trips, 1U);
+    EXPECT_TRUE(fourth.violations.empty()) << words(plan, fourth);
+    EXPECT_NE(fmt::format("{}", fmt::join(fourth.log, "\n")).find("the DAC ran empty 4 times"),
+              std::string::npos);
 }
 
 TEST(OrdersTest, FullDiskLeavesNoFileOpen) {

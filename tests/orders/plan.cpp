@@ -66,7 +66,7 @@ void add_moves(Plan& plan, std::mt19937_64& random) {
 // Some plans begin badly: orders while the bench starts, a fault then and one during its self-test.
 void add_early(Plan& plan, std::mt19937_64& random) {
     std::uniform_real_distribution<double> share{0, 1};
-    if (share(random) > 0.1) return;
+    if (share(random) > 0.2) return;
     const auto any = [&](std::size_t count) {
         return static_cast<std::size_t>(share(random) * static_cast<double>(count));
     };

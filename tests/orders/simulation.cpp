@@ -84,7 +84,7 @@ public:
 private:
     std::filesystem::path scene_file() {
         std::filesystem::create_directories(folder_);
-        const std::filesystem::path file = folder_ / "scene.toml";
+        std::filesystem::path file = folder_ / "scene.toml";
         std::ofstream{file} << scene_of(plan_, from_s_);
         return file;
     }
@@ -203,8 +203,10 @@ private:
     }
 
     void take_counts() {
-        for (const service::BenchEvent& e : port_.events(0))
+        for (const service::BenchEvent& e : port_.events(0)) {
             outcome_.log.push_back(fmt::format("{:8.3f} s {}: {}", from_s_ + e.t_s, e.kind, e.text));
+            if (e.text.starts_with("internal error")) laws_.broken("only allowed changes of state", e.text);
+        }
         outcome_.virtual_s += laws_.now_s();
         outcome_.aborts += laws_.aborts();
         outcome_.trips += laws_.trips();

@@ -55,9 +55,10 @@ struct AlsaDac::State {
     std::int64_t end = 0;     // tick after the last sample of the drive that was written
     std::int64_t driven = 0;  // samples of the drive written since the last silence
     PlayTime last{};
-    std::int64_t slipped = 0;  // samples by which ticks lag behind time
-    int recoveries = 0;        // since the last block played
-    bool opened_anew = false;  // since the last block played
+    std::int64_t confirmed = 0;  // sample that played at the last report before which nothing stood still
+    std::int64_t slipped = 0;    // samples by which ticks lag behind time
+    int recoveries = 0;          // since the last block played
+    bool opened_anew = false;    // since the last block played
 
     explicit State(const AlsaSettings& s);
     State(const State&) = delete;
@@ -115,6 +116,7 @@ int AlsaDac::State::begin() {
     if (running) end = clock.tick_at(delay.at) + delay.frames - ramp;
     running = true;
     last = {DacTick{end + ramp - delay.frames}, delay.at};
+    confirmed = last.tick.n;
     clock.begin(last);
     return done;
 }
@@ -183,6 +185,7 @@ int AlsaDac::State::note_time() {
     last = {DacTick{end + ramp - delay.frames}, delay.at};
     slipped = clock.note(last);
     if (slipped > slip_limit) return was_stalled;
+    confirmed = last.tick.n;
     slipped = 0;
     recoveries = 0;
     opened_anew = false;
@@ -193,6 +196,8 @@ int AlsaDac::State::note_time() {
 // should have ended.
 void AlsaDac::State::go_on(int outcome, std::int64_t wanted_end) {
     const std::int64_t end_of_drive = end;
+    const bool stalled = outcome == was_stalled || outcome == -ETIMEDOUT;
+    const std::int64_t unheard = stalled ? wanted_end - confirmed : 0;
     ++incidents;
     if (outcome > 0) outcome = fill_behind();
     frames.restart();
@@ -200,6 +205,7 @@ void AlsaDac::State::go_on(int outcome, std::int64_t wanted_end) {
         outcome = outcome == done ? put_silence(wanted_end + 1 - end) : restart(outcome);
     if (outcome == stop_requested) return;
     last.lost = end - wanted_end;
+    last.unheard = unheard;
     lost += static_cast<std::uint64_t>(end - end_of_drive);
 }
 
@@ -222,6 +228,7 @@ int AlsaDac::State::fill_behind() {
     AlsaDelay delay{};
     if (const int error = pcm->delay(delay); error < 0) return error;
     last = {DacTick{end + ramp - delay.frames}, delay.at};
+    confirmed = last.tick.n;
     clock.begin(last);
     return done;
 }
@@ -303,7 +310,7 @@ PlayTime AlsaDac::write(std::span<const double> volts, std::span<const double> t
     State& s = *state_;
     if (volts.size() != trigger.size()) throw DeviceError{s.settings.pcm + ": channels of different length"};
     if (s.stopping) return s.last;
-    s.last.lost = 0;
+    s.last.lost = s.last.unheard = 0;
     int outcome = s.running ? done : s.begin();
     if (outcome != done) static_cast<void>(s.restart(outcome));
     const auto most = static_cast<std::size_t>(s.settings.period_frames);

@@ -38,6 +38,14 @@ std::vector<RestInterval> rest_intervals(std::span<const WalkerEvent> events, Co
     return rest;
 }
 
+/// Fills in the values that follow from D, contact0 and the events of the period.
+void describe(SteadyState& state, double period, std::span<const WalkerEvent> events) {
+    state.v_D = state.D / period;
+    state.events.assign(events.begin(), events.end());
+    state.rest = rest_intervals(state.events, state.contact0);
+    for (const RestInterval& r : state.rest) state.rest_fraction += r.to - r.from;
+}
+
 }  // namespace
 
 SteadyState settle(const WalkerLaw& law, double v_start) {
@@ -65,11 +73,39 @@ SteadyState settle(const WalkerLaw& law, double v_start) {
         if (!shrinks || std::abs(change) <= settled * scale * (1 - state.contraction)) break;
     }
     if (state.periods < 0) state.periods = walker.period() - 1;
-    state.v_D = state.D / law.period();
-    state.events.assign(walker.events().begin(), walker.events().end());
-    state.rest = rest_intervals(state.events, state.contact0);
-    for (const RestInterval& r : state.rest) state.rest_fraction += r.to - r.from;
+    describe(state, law.period(), walker.events());
     return state;
+}
+
+SteadyState settle(IntegratedWalker& walker) {
+    constexpr std::int64_t most_integrated = 100'000;
+    constexpr double settled_v = 1e-8, noise = 1e-9, slowest = 0.9999;  // of gamma/omega; a period
+    const double scale = walker.velocity_scale();
+    SteadyState state;
+    double change_before = 0;
+    for (std::int64_t n = 0; n < most_integrated; ++n) {
+        state.v0 = walker.now().v;
+        state.contact0 = walker.now().contact;
+        state.D = walker.advance_period();
+        const double change = std::abs(walker.now().v - state.v0);
+        if (change > noise * scale)
+            state.contraction = n == 0 ? 0 : std::min(change / change_before, slowest);
+        change_before = change;
+        if (change > settled_v * scale * (1 - state.contraction)) continue;
+        state.periods = n;
+        describe(state, 1 / walker.setting().frequency, walker.events());
+        return state;
+    }
+    throw InputError{"the walker has not settled after 100000 periods of the drive"};
+}
+
+SteadyState settle(const WalkerSetting& setting, double v_start) {
+    const Friction& friction = setting.friction;
+    if (!friction.change.none() || friction.roughness.share != 0)
+        throw InputError{"no two periods are equal: mu changes from period to period or from place to place"};
+    if (friction.closed_form()) return settle(WalkerLaw{setting}, v_start);
+    IntegratedWalker walker{setting, v_start};
+    return settle(walker);
 }
 
 }  // namespace shaker::simulated

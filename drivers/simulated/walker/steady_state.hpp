@@ -3,7 +3,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "drivers/simulated/walker/walker.hpp"
+#include "drivers/simulated/walker/integrated_walker.hpp"
 
 namespace shaker::simulated {
 
@@ -32,5 +32,11 @@ struct SteadyState {
 /// own range of start velocities. Throws InputError when there is none: the tilt exceeds the angle of
 /// friction, or the walker needs more than 10^7 periods.
 SteadyState settle(const WalkerLaw& law, double v_start = 0);
+/// The same by integration, for any law of friction without roughness; errors of v_D are about 100 times the
+/// walker's tolerance. The contraction is the ratio of the last changes of v from period to period.
+SteadyState settle(IntegratedWalker& walker);
+/// The cycle under any law: exact where slip has a closed form. Throws InputError for friction that does not
+/// repeat: mu that changes from period to period, or a rough surface.
+SteadyState settle(const WalkerSetting& setting, double v_start = 0);
 
 }  // namespace shaker::simulated

@@ -2,8 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <sstream>
-#include <string>
 
 #include "drivers/errors.hpp"
 
@@ -13,7 +11,6 @@ namespace {
 
 /// rad; closer phases are one: roots of two polynomials that should coincide
 constexpr double same_phase = 1e-13;
-constexpr double most_damping = 100;  // c T; e^{c t} over a period must not overflow
 
 using Amplitudes = std::array<std::complex<double>, max_harmonics>;
 
@@ -24,49 +21,20 @@ Amplitudes each(const Amplitudes& a, Operation operation) {
     return b;
 }
 
-void require(bool good, const char* what, double value, const char* allowed) {
-    if (good) return;
-    std::ostringstream message;
-    message << what << " is " << value << "; must be " << allowed;
-    throw InputError{message.str()};
-}
-
-void check_contact(const WalkerSetting& s) {
-    const TrigPolynomial n{s.g * std::cos(s.tilt), s.vertical.a};
-    std::vector<double> phases = sign_changes(n.derivative());
-    phases.push_back(0);
-    const double lowest =
-        *std::min_element(phases.begin(), phases.end(), [&](double a, double b) { return n(a) < n(b); });
-    if (n(lowest) > 0) return;
-    std::ostringstream message;
-    message << "the walker leaves the base: its normal force falls to " << n(lowest)
-            << " m/s^2 at phase t/T = " << lowest / two_pi << "; it must stay above 0";
-    throw InputError{message.str()};
-}
-
-WalkerSetting checked(const WalkerSetting& s) {
-    const Friction& mu = s.friction;
-    require(s.frequency >= 1e-3 && s.frequency <= 1e5, "frequency (Hz)", s.frequency, "0.001 to 100000");
-    require(s.g > 0 && s.g <= 1e3, "g (m/s^2)", s.g, "above 0, up to 1000");
-    require(std::abs(s.tilt) < std::numbers::pi / 2, "tilt (rad)", s.tilt, "between -pi/2 and pi/2");
-    require(mu.mu_k >= 0 && mu.mu_k <= 100, "mu_k", mu.mu_k, "0 to 100");
-    require(mu.mu_s >= mu.mu_k && mu.mu_s <= 100, "mu_s", mu.mu_s, "mu_k to 100");
-    require(mu.viscous >= 0 && mu.viscous / s.frequency <= most_damping, "viscous friction (1/s)", mu.viscous,
-            "0 to 100 times the frequency");
-    for (int q = 1; q <= max_harmonics; ++q) {
-        const double base = std::abs(s.base.at(q)), vertical = std::abs(s.vertical.at(q));
-        require(base <= 1e6, "a base harmonic (m/s^2)", base, "up to 1e6");
-        require(vertical <= 1e6, "a vertical harmonic (m/s^2)", vertical, "up to 1e6");
-    }
-    check_contact(s);
-    return s;
+WalkerSetting checked_closed(const WalkerSetting& s) {
+    checked(s);
+    if (s.friction.closed_form()) return s;
+    throw InputError{
+        "this law of friction has no closed form; Coulomb's law has one, with viscous friction and "
+        "without ageing and roughness"};
 }
 
 SlipLaw slip_law(const WalkerSetting& s, int sign) {
+    const double mu_k = s.friction.mu_k * s.friction.share(sign);
     return SlipLaw{{.sign = sign,
                     .omega = two_pi * s.frequency,
-                    .mean = s.g * (std::sin(s.tilt) - sign * s.friction.mu_k * std::cos(s.tilt)),
-                    .mu_k = s.friction.mu_k,
+                    .mean = s.g * (std::sin(s.tilt) - sign * mu_k * std::cos(s.tilt)),
+                    .mu_k = mu_k,
                     .viscous = s.friction.viscous,
                     .base = s.base.a,
                     .vertical = s.vertical.a}};
@@ -75,11 +43,10 @@ SlipLaw slip_law(const WalkerSetting& s, int sign) {
 }  // namespace
 
 WalkerLaw::WalkerLaw(const WalkerSetting& setting)
-    : setting_{checked(setting)}, slips_{slip_law(setting, -1), slip_law(setting, 1)} {
-    using namespace std::complex_literals;
+    : setting_{checked_closed(setting)}, slips_{slip_law(setting, -1), slip_law(setting, 1)} {
     const double w = omega();
     a_base_ = {0, setting_.base.a};
-    v_base_ = {0, each(setting_.base.a, [w](auto a, double q) { return a / (1i * q * w); })};
+    v_base_ = base_velocity(setting_);
     x_base_ = {0, each(setting_.base.a, [w](auto a, double q) { return -a / (q * q * w * w); })};
     v_base_at_0_ = v_base_(0.0);
     x_base_at_0_ = x_base_(0.0);
@@ -90,7 +57,7 @@ void WalkerLaw::find_zones() {
     const double pull = setting_.g * std::sin(setting_.tilt), weight = setting_.g * std::cos(setting_.tilt);
     // Excess of a_B - g sin b over +mu_s n (backward slip), and of its negative (forward slip).
     const auto excess = [&](double sign) {
-        const double mu = setting_.friction.mu_s;
+        const double mu = setting_.friction.mu_s * setting_.friction.share(sign > 0 ? -1 : 1);
         Amplitudes a = each(setting_.base.a, [sign](auto amplitude, double) { return sign * amplitude; });
         for (std::size_t i = 0; i < a.size(); ++i) a[i] -= mu * setting_.vertical.a[i];
         return TrigPolynomial{-sign * pull - mu * weight, a};

@@ -4,41 +4,23 @@
 #include <cstdint>
 #include <vector>
 
-#include "drivers/drive.hpp"
 #include "drivers/simulated/walker/slip_law.hpp"
+#include "drivers/simulated/walker/walker_setting.hpp"
 
 namespace shaker::simulated {
-
-/// Dry friction per unit mass: mu_k n + c |v - v_B| while slipping, up to mu_s n while sticking; n is the
-/// normal force per unit mass.
-struct Friction {
-    double mu_k = 0.113;
-    double mu_s = 0.113;  // >= mu_k
-    double viscous = 0;   // c, 1/s
-};
-
-/// Drive and gravity of a walker. Normal force per unit mass: n(t) = g cos b + a_z. Gravity pulls with g sin
-/// b towards +x, so a positive tilt b helps forward motion.
-struct WalkerSetting {
-    double frequency = 20;               // Hz
-    Harmonics<Acceleration> base{};      // a_B along the shaker's axis
-    Harmonics<Acceleration> vertical{};  // a_z
-    double tilt = 0;                     // b, rad
-    double g = paper_g;                  // m/s^2
-    Friction friction{};
-};
 
 /// Sign of v_R = v - v_B, or at rest on the base.
 enum class Contact : std::int8_t { backward = -1, stick = 0, forward = 1 };
 
-/// Law of motion for one setting. Slip with sign s: dv/dt = g sin b - s mu_k n - c (v - v_B). Stick: v = v_B,
-/// possible while |a_B - g sin b| <= mu_s n. When v_R reaches 0 the walker sticks if that is possible (for
-/// mu_s > mu_k it could also pass through; stick is chosen), else it slips with the sign -sgn(a_B - g sin b).
-/// Immutable.
+/// Law of motion for one setting with friction in closed form. Slip with sign s: dv/dt = g sin b - s mu_k n -
+/// c (v - v_B). Stick: v = v_B, possible while |a_B - g sin b| <= mu_s n. For s = -1, and for a stick that
+/// would end in backward slip, both mu are multiplied by friction.backward. When v_R reaches 0 the walker
+/// sticks if that is possible (for mu_s > mu_k it could also pass through; stick is chosen), else it slips
+/// with the sign -sgn(a_B - g sin b). Immutable.
 class WalkerLaw {
 public:
-    /// Throws InputError that names the error: frequency, g, friction or tilt out of range, non-finite
-    /// values, or a walker that leaves the base (n <= 0, with the smallest n and its phase).
+    /// Throws InputError as checked() does, and for friction without a closed form. The change of mu from
+    /// period to period is not part of the law.
     explicit WalkerLaw(const WalkerSetting& setting);
 
     /// An interval of phases with the same contact after v_R = 0: stick, or the sign of the following slip.

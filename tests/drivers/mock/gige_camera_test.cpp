@@ -72,9 +72,7 @@ protected:
 TEST_F(GigeCameraTest, PicturesAndStampsArriveAsTheyWerePushed) {
     GigeCamera camera{{.first_id = 65500}};  // ids wrap on the way
     const auto client = open_genicam_camera(client_settings(), top_view());
-    push(camera, 40);
-    EXPECT_EQ(received_all(*client), 40u);
-    ASSERT_TRUE(camera.drained(5));
+    EXPECT_EQ(exchange(camera, *client, 40), 40u);
     EXPECT_EQ(camera.counts().transmitted, 40u);
     EXPECT_EQ(client->counts().taken, 40u);
     EXPECT_EQ(client->counts().lost, 0u);
@@ -125,10 +123,9 @@ TEST_F(GigeCameraTest, CutsPictureToRequestedRegion) {
 TEST_F(GigeCameraTest, DroppedExposuresAreLostAtTheClient) {
     GigeCamera camera{{}};
     const auto client = open_genicam_camera(client_settings(), top_view());
-    push(camera, 10);
+    EXPECT_EQ(exchange(camera, *client, 10), 10u);
     camera.drop(7);
-    push(camera, 20);
-    EXPECT_EQ(received_all(*client), 23u);
+    EXPECT_EQ(exchange(camera, *client, 20), 13u);
     EXPECT_EQ(camera.counts().dropped, 7u);
     EXPECT_EQ(client->counts().lost, 7u);
     EXPECT_EQ(client->counts().taken, 23u);

@@ -95,22 +95,6 @@ TEST(ShakerPlantTest, WalkerSticksBelowThreshold) {
     for (const PlantState& s : p.last) EXPECT_EQ(s.slip, 0);
 }
 
-TEST(ShakerPlantTest, MomentumIsKeptBetweenWalkerAndBase) {
-    // No spring, no damper, no drive: an initial slide ends with both at rest against each other, and the sum
-    // of momenta is what the coil gave, which is nothing.
-    Scene s = paper_scene();
-    s.shaker.stiffness_npm = 0;
-    s.shaker.damping_nspm = 0;
-    s.shaker.force_factor_npa = 1e-6;
-    s.tilt_deg = 10;  // slides: tan 10 deg > mu
-    ShakerPlant plant{s};
-    for (int i = 0; i < 4800; ++i) plant.step(0);
-    const double weight = s.walker.mass_kg * s.gravity * std::sin(10 * std::numbers::pi / 180) * 0.1;
-    const double base = (s.shaker.moving_mass_kg + s.shaker.base_mass_kg) * plant.state().v;
-    EXPECT_EQ(plant.state().slip, 1);
-    EXPECT_NEAR(base + s.walker.mass_kg * plant.state().walker_v, weight, 1e-9 * weight);
-}
-
 TEST(ShakerPlantTest, TheAmplifierClips) {
     Scene s = light_walker();
     s.shaker.amplifier_limit_v = 0.2;
