@@ -96,7 +96,7 @@ void try_input(const std::string& name, const Bytes& input) {
 }  // namespace
 
 int main(int argc, char** argv) {
-    constexpr int each = 10;  // mutations of a pair of files
+    constexpr int each = 50;  // mutations of a pair of files
     if (argc != 2) return std::cerr << "usage: " << argv[0] << " FOLDER\n", 2;
     const std::vector<File> corpus = read_all(argv[1]);
     if (corpus.empty()) return std::cerr << argv[1] << " is empty\n", 1;
