@@ -9,6 +9,7 @@
 #include <array>
 #include <cerrno>
 #include <cmath>
+#include <cstdio>
 #include <cstring>
 #include <nlohmann/json.hpp>
 #include <stdexcept>
@@ -115,6 +116,7 @@ Outcome outcome_of(const json& j) {
 Outcome play_alone(const Plan& plan, const std::filesystem::path& folder) {
     std::array<int, 2> ends{};
     if (::pipe(ends.data()) != 0) throw std::runtime_error{fmt::format("pipe: {}", std::strerror(errno))};
+    std::fflush(nullptr);  // otherwise the child prints it again
     const pid_t child = ::fork();
     if (child < 0) throw std::runtime_error{fmt::format("fork: {}", std::strerror(errno))};
     if (child == 0) {

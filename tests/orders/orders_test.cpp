@@ -18,7 +18,8 @@ const std::filesystem::path plans = test::source_dir() + "/tests/orders/plans";
 Outcome lawful(const Plan& plan) {
     Outcome outcome = play_alone(plan, test::fresh_folder() / "run");
     for (const Violation& v : outcome.violations) ADD_FAILURE() << text(v);
-    if (!outcome.violations.empty()) ADD_FAILURE() << "the plan:\n" << text(plan);
+    if (!outcome.violations.empty())
+        ADD_FAILURE() << text(plan) << fmt::format("its events:\n{}\n", fmt::join(outcome.log, "\n"));
     return outcome;
 }
 
