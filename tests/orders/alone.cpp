@@ -126,13 +126,13 @@ Outcome play_alone(const Plan& plan, const std::filesystem::path& folder) {
         ::_exit(0);
     }
     ::close(ends[1]);
-    const json told = json::parse(read_all(ends[0]), nullptr, false);
+    const json result = json::parse(read_all(ends[0]), nullptr, false);
     ::close(ends[0]);
     int status = 0;
     while (::waitpid(child, &status, 0) < 0 && errno == EINTR) {
     }
     std::filesystem::remove_all(folder);
-    if (status == 0 && told.is_object()) return outcome_of(told);
+    if (status == 0 && result.is_object()) return outcome_of(result);
     Outcome died;
     died.violations.push_back({stays_up, 0, words_of(status)});
     return died;
@@ -161,8 +161,11 @@ Shortest shortest(const Plan& plan, const Outcome& outcome, const std::filesyste
         }
         if (part == 1 && !shorter) break;
     }
+    double end_s = best.outcome.violations.front().at_s;  // 0 for a crash
+    for (const Move& m : best.plan.moves) end_s = std::max(end_s, m.at_s);
+    for (const Fault& f : best.plan.faults) end_s = std::max(end_s, f.at_s);
     Plan early = best.plan;
-    early.length_s = std::ceil(best.outcome.violations.front().at_s + 0.5);
+    early.length_s = std::ceil(end_s + 0.5);
     if (early.length_s < best.plan.length_s) shortens(early);
     return best;
 }

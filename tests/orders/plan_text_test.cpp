@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include <fstream>
+
 #include "drivers/errors.hpp"
 #include "tests/support/program.hpp"
 
@@ -19,7 +21,7 @@ std::string refusal(const std::string& text) try {
 }
 
 TEST(PlanTextTest, TextOfPlanGivesEqualPlan) {
-    for (const std::uint64_t seed : {1, 2, 3, 4, 5, 6, 7, 8, 13, 100, 160, 7919}) {
+    for (const std::uint64_t seed : {1U, 2U, 3U, 4U, 5U, 6U, 7U, 8U, 13U, 100U, 160U, 7919U}) {
         const Plan plan = plan_of(seed);
         const Plan again = plan_from_text(text(plan));
         EXPECT_EQ(again, plan) << text(plan);
