@@ -2,7 +2,6 @@
 
 #include <fcntl.h>
 #include <spdlog/fmt/fmt.h>
-#include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -13,7 +12,8 @@
 #include <set>
 #include <stdexcept>
 
-#include "tests/orders/simulation.hpp"
+#include "tests/orders/alone.hpp"
+#include "tests/orders/plan_text.hpp"
 
 namespace shaker::orders {
 
@@ -21,9 +21,6 @@ namespace {
 
 using nlohmann::json;
 using Clock = std::chrono::steady_clock;
-
-// Most memory of a process that plays one seed, bytes: twice that of a daemon at rest with its queues.
-constexpr double memory_bound = 120e6;
 
 // One line of JSON for each seed. A last line that a power cut has torn does not count.
 template <class Use>
@@ -48,74 +45,50 @@ void append(const std::filesystem::path& file, const json& line) {
     if (written != std::ssize(text)) throw std::runtime_error{fmt::format("{}: not written", file.string())};
 }
 
-double most_bytes() {
-    rusage usage{};
-    ::getrusage(RUSAGE_SELF, &usage);
-    return 1024.0 * static_cast<double>(usage.ru_maxrss);
-}
-
 void play_seed(const Campaign& campaign, std::uint64_t seed, const std::filesystem::path& lines) {
     const std::filesystem::path folder = campaign.folder / fmt::format("seed-{}", seed);
-    const Outcome o = simulate(plan_of(seed), folder);
-    std::filesystem::remove_all(folder);
-    json broken = json::array();
-    if (!SHAKER_SANITIZED && most_bytes() > memory_bound)  // a sanitiser keeps what was freed
-        broken.push_back(fmt::format("memory is bounded: {:.0f} MB", most_bytes() / 1e6));
-    for (const Violation& v : o.violations)
-        broken.push_back(fmt::format("{}: at {:.4f} s {}", v.law, v.at_s, v.words));
-    append(!campaign.done.empty() && broken.empty() ? campaign.done : lines,
-           {{"seed", seed},
-            {"virtual_s", o.virtual_s},
-            {"aborts", o.aborts},
-            {"trips", o.trips},
-            {"recordings", o.recordings},
-            {"recovered", o.recovered},
-            {"slowest_abort_s", o.slowest_abort_s},
-            {"broken", broken},
-            {"coverage", o.coverage.numbers()},
-            {"bytes", most_bytes()}});
+    const Plan plan = plan_of(seed);
+    const Outcome outcome = play_alone(plan, folder);
+    json line = as_json(outcome);
+    line["seed"] = seed;
+    line.erase("log");
+    const bool broken = !outcome.violations.empty();
+    append(!campaign.done.empty() && !broken ? campaign.done : lines, line);
+    if (!broken || campaign.plans.empty()) return;
+    const Shortest least = shortest(plan, outcome, folder);
+    write_plan(plan_file(campaign.plans, seed), least.plan, least.outcome.violations.front());
 }
 
-// Every jobs-th seed, each in a process of its own: no seed depends on another.
+// Every jobs-th seed.
 void work(const Campaign& campaign, int job, const std::filesystem::path& lines) {
     const std::set<std::uint64_t> done = done_in(campaign.done);
-    const auto end = Clock::now() + std::chrono::duration_cast<Clock::duration>(
-                                        std::chrono::duration<double>{campaign.most_s});
-    for (std::uint64_t i = 0; campaign.most_s > 0 ? Clock::now() < end : i < campaign.seeds; ++i) {
+    for (std::uint64_t i = 0; i < campaign.seeds; ++i) {
         const std::uint64_t seed = campaign.first + i;
         if (i % static_cast<std::uint64_t>(campaign.jobs) != static_cast<std::uint64_t>(job)) continue;
-        if (done.contains(seed)) continue;
-        if (const pid_t child = ::fork(); child == 0) {
-            play_seed(campaign, seed, lines);
-            ::_exit(0);
-        } else {
-            int status = 0;
-            ::waitpid(child, &status, 0);
-            if (status != 0) append(lines, {{"seed", seed}, {"died", status}});
-        }
+        if (!done.contains(seed)) play_seed(campaign, seed, lines);
     }
 }
 
-void add(Totals& totals, const json& o) {
+void add(Totals& totals, const json& line) {
+    const Outcome o = outcome_of(line);
     ++totals.seeds;
-    if (o.contains("died")) {
-        totals.broken.emplace_back(o["seed"].get<std::uint64_t>(),
-                                   fmt::format("the daemon died with status {}", o["died"].get<int>()));
-        return;
-    }
-    totals.virtual_s += o["virtual_s"].get<double>();
-    totals.aborts += o["aborts"].get<std::uint64_t>();
-    totals.trips += o["trips"].get<std::uint64_t>();
-    totals.recordings += o["recordings"].get<std::uint64_t>();
-    totals.recovered += o["recovered"].get<std::uint64_t>();
-    totals.slowest_abort_s = std::max(totals.slowest_abort_s, o["slowest_abort_s"].get<double>());
-    totals.most_bytes = std::max(totals.most_bytes, o["bytes"].get<double>());
-    if (!o["broken"].empty())
-        totals.broken.emplace_back(o["seed"].get<std::uint64_t>(), o["broken"].front().get<std::string>());
-    totals.coverage.add(o["coverage"].get<std::vector<std::uint64_t>>());
+    totals.virtual_s += o.virtual_s;
+    totals.aborts += o.aborts;
+    totals.trips += o.trips;
+    totals.recordings += o.recordings;
+    totals.recovered += o.recovered;
+    totals.slowest_abort_s = std::max(totals.slowest_abort_s, o.slowest_abort_s);
+    totals.most_bytes = std::max(totals.most_bytes, o.most_bytes);
+    if (!o.violations.empty())
+        totals.broken.emplace_back(line["seed"].get<std::uint64_t>(), text(o.violations.front()));
+    totals.coverage.add(o.coverage);
 }
 
 }  // namespace
+
+std::filesystem::path plan_file(const std::filesystem::path& plans, std::uint64_t seed) {
+    return plans / fmt::format("seed_{}.plan", seed);
+}
 
 Totals play(const Campaign& campaign) {
     const auto began = Clock::now();

@@ -12,11 +12,12 @@ namespace shaker::orders {
 
 struct Campaign {
     std::uint64_t first = 1, seeds = 50;
-    double most_s = 0;  // real time; above 0: as many seeds as fit instead of `seeds`
-    int jobs = 2;       // processes
+    int jobs = 2;  // processes
     /// Keeps the outcomes of seeds that broke no law. They are left out and count in the totals. Empty: no
     /// file.
     std::filesystem::path done{};
+    /// Gets the shortest plan of each seed that broke a law: seed_N.plan. Empty: no plans.
+    std::filesystem::path plans{};
     std::filesystem::path folder{};
 };
 
@@ -28,6 +29,9 @@ struct Totals {
     std::vector<std::pair<std::uint64_t, std::string>> broken{};  // seed, law and words
     Coverage coverage{};
 };
+
+/// The file for the shortest plan of a seed.
+std::filesystem::path plan_file(const std::filesystem::path& plans, std::uint64_t seed);
 
 /// Plays the seeds, each in a process of its own.
 Totals play(const Campaign& campaign);

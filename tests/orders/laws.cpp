@@ -20,6 +20,8 @@ constexpr double contact_s = 0.06;       // the longest queue of the DAC in a pl
 constexpr double mean_known_s = 0.3;
 }  // namespace
 
+std::string text(const Violation& v) { return fmt::format("{}: at {:.4f} s {}", v.law, v.at_s, v.words); }
+
 Laws::Laws(const DacInfo& dac, const AccelerometerInfo& accelerometer, const std::array<double, 3>& axis,
            const acquisition::Channels& channels, const acquisition::Streams& streams)
     : rate_hz_{dac.rate_hz},

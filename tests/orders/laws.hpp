@@ -18,6 +18,8 @@ struct Violation {
     double at_s = 0;  // virtual time
     std::string words;
 };
+/// Law, time and words in one line.
+std::string text(const Violation& violation);
 
 /// Checks the output block by block. Volts above `silence_V` count as a drive.
 class Laws {

@@ -1,103 +1,72 @@
-// The whole daemon with random orders, faults of devices, disk and computer, and laws that hold at every
-// sample.
+// The whole daemon with orders and faults on virtual time, and laws that hold at every sample. The plans are
+// the same in each run: fixed seeds, and each plan in tests/orders/plans, which once broke a law.
 #include <gtest/gtest.h>
 #include <spdlog/fmt/fmt.h>
 
-#include <cstdlib>
-
-#include "tests/orders/campaign.hpp"
-#include "tests/orders/kept_data.hpp"
+#include "tests/orders/alone.hpp"
+#include "tests/orders/plan_text.hpp"
 #include "tests/orders/simulated_disk.hpp"
-#include "tests/orders/simulation.hpp"
+#include "tests/support/paths.hpp"
 #include "tests/support/program.hpp"
 
 namespace shaker::orders {
 namespace {
 
-std::string words(const Plan& plan, const Outcome& outcome) {
-    std::string all;
-    for (const Violation& v : outcome.violations)
-        all += fmt::format("{}: at {:.4f} s {}\n", v.law, v.at_s, v.words);
-    return all + text(plan);
+const std::filesystem::path plans = test::source_dir() + "/tests/orders/plans";
+
+/// Plays the plan; each broken law fails the test.
+Outcome lawful(const Plan& plan) {
+    Outcome outcome = play_alone(plan, test::fresh_folder() / "run");
+    for (const Violation& v : outcome.violations) ADD_FAILURE() << text(v);
+    if (!outcome.violations.empty())
+        ADD_FAILURE() << text(plan) << fmt::format("its events:\n{}\n", fmt::join(outcome.log, "\n"));
+    return outcome;
 }
 
 TEST(OrdersTest, EqualSeedsGiveEqualVolts) {
-    const auto folder = test::fresh_folder();
-    const Plan plan = plan_of(7);
-    const Outcome first = simulate(plan, folder / "first"), second = simulate(plan, folder / "second");
+    const Outcome first = lawful(plan_of(7)), second = lawful(plan_of(7));
     EXPECT_EQ(first.fingerprint, second.fingerprint);
     EXPECT_GT(first.virtual_s, 9);
-    EXPECT_NE(first.fingerprint, simulate(plan_of(8), folder / "other").fingerprint);
+    EXPECT_NE(first.fingerprint, lawful(plan_of(8)).fingerprint);
 }
 
-// The client's *WAI holds its clear back until the trip; the drive must not come back.
 TEST(OrdersTest, ClearHeldBackClearsNoLaterTrip) {
-    constexpr double wai = 0.85;
-    Plan plan{.seed = 1, .length_s = 4, .frequency_hz = 10};
-    plan.moves = {{1.0, 2, Action::start, 0.5},
-                  {1.3, 0, Action::nonsense, wai},
-                  {1.6, 0, Action::clear, 0},
-                  {3.0, 2, Action::start, 0.5}};
-    plan.faults = {{1.95, static_cast<std::size_t>(simulated::FaultKind::saturated), 0.2, 0}};
-    const Outcome outcome = simulate(plan, test::fresh_folder() / "run");
-    EXPECT_EQ(outcome.trips, 1U);
-    EXPECT_TRUE(outcome.violations.empty()) << words(plan, outcome);
+    EXPECT_EQ(lawful(read_plan(plans / "clear_behind_wai.plan")).trips, 1U);
 }
 
 // The second underrun meets the loop check that follows the first.
 TEST(OrdersTest, UnderrunInLoopCheckComesBack) {
     constexpr auto underrun = static_cast<std::size_t>(simulated::FaultKind::underrun);
-    Plan plan{.seed = 1, .length_s = 9};
-    plan.moves = {{1.0, 0, Action::start, 0.5}};
-    plan.faults = {{4.0, underrun, 0, 0.1}, {4.3, underrun, 0, 0.1}};
-    const Outcome twice = simulate(plan, test::fresh_folder() / "twice");
-    EXPECT_EQ(twice.trips, 0U);
-    EXPECT_TRUE(twice.violations.empty()) << words(plan, twice);
+    Plan plan = read_plan(plans / "underrun_in_loop_check.plan");
+    EXPECT_EQ(lawful(plan).trips, 0U);
     plan.faults.push_back({4.6, underrun, 0, 0.1});
     plan.faults.push_back({4.9, underrun, 0, 0.1});
-    const Outcome fourth = simulate(plan, test::fresh_folder() / "fourth");
+    const Outcome fourth = lawful(plan);
     EXPECT_EQ(fourth.trips, 1U);
-    EXPECT_TRUE(fourth.violations.empty()) << words(plan, fourth);
     EXPECT_NE(fmt::format("{}", fmt::join(fourth.log, "\n")).find("the DAC ran empty 4 times"),
               std::string::npos);
 }
 
-TEST(OrdersTest, FullDiskLeavesNoFileOpen) {
+TEST(OrdersTest, FullDiskStopsTheDrive) {
     if (!disk_can_fail()) GTEST_SKIP() << "sanitisers do not allow replaced calls";
-    Plan plan{.seed = 1, .length_s = 5, .frequency_hz = 50};
-    plan.moves = {{0.8, 2, Action::record, 0.5}, {1.0, 0, Action::start, 0.3}};
-    plan.faults = {{2.0, static_cast<std::size_t>(Trouble::disk_full), 0.3, 0}};
-    const std::size_t before = left_open();
-    const Outcome outcome = simulate(plan, test::fresh_folder() / "run");
-    EXPECT_EQ(outcome.trips, 1U);
-    EXPECT_EQ(left_open(), before);
-    EXPECT_TRUE(outcome.violations.empty()) << words(plan, outcome);
+    EXPECT_EQ(lawful(read_plan(plans / "full_disk.plan")).trips, 1U);
 }
 
-// The recording ends while its disk fails: HDF5 still has to write when it closes the file.
-TEST(OrdersTest, DiskThatFailsAtTheEndLeavesNoFileOpen) {
-    if (!disk_can_fail()) GTEST_SKIP() << "sanitisers do not allow replaced calls";
-    Plan plan{.seed = 1, .length_s = 5, .frequency_hz = 50, .identifies = true};
-    plan.moves = {{0.8, 2, Action::record, 0.5}, {1.0, 0, Action::start, 0.3}, {2.56, 0, Action::abort, 0}};
-    plan.faults = {{2.5, static_cast<std::size_t>(Trouble::disk_error), 0.6, 0}};
-    const std::size_t before = left_open();
-    const Outcome outcome = simulate(plan, test::fresh_folder() / "run");
-    EXPECT_EQ(left_open(), before);
-    EXPECT_TRUE(outcome.violations.empty()) << words(plan, outcome);
-}
+class PlanTest : public testing::TestWithParam<std::filesystem::path> {};
 
-// The seeds change with SHAKER_SEED; `tests/bench/run orders` plays more.
-TEST(OrdersTest, LawsHoldForSeedsOfTheDay) {
-    const char* day = std::getenv("SHAKER_SEED");
-    const std::uint64_t first = 1000 * (day == nullptr ? 1 : std::strtoull(day, nullptr, 10)) + 1;
-    const Totals totals = play({.first = first,
-                                .most_s = SHAKER_SANITIZED ? 20.0 : 60.0,
-                                .jobs = 1,
-                                .folder = test::fresh_folder()});
-    EXPECT_GE(totals.seeds, 2U);
-    for (const auto& [seed, why] : totals.broken)
-        ADD_FAILURE() << "seed " << seed << ": " << why << "\n" << text(plan_of(seed));
-}
+TEST_P(PlanTest, LawsHold) { lawful(read_plan(GetParam())); }
+
+INSTANTIATE_TEST_SUITE_P(Plans, PlanTest, testing::ValuesIn(plans_in(plans)),
+                         [](const auto& one) { return one.param.stem().string(); });
+
+class SeedTest : public testing::TestWithParam<std::uint64_t> {};
+
+TEST_P(SeedTest, LawsHold) { lawful(plan_of(GetParam())); }
+
+// Others: `tests/bench/run orders --seeds N --first SEED`.
+INSTANTIATE_TEST_SUITE_P(Seeds, SeedTest,
+                         testing::Range(std::uint64_t{1}, std::uint64_t{SHAKER_SANITIZED ? 9 : 41}),
+                         testing::PrintToStringParamName());
 
 }  // namespace
 }  // namespace shaker::orders

@@ -147,22 +147,6 @@ Plan plan_of(std::uint64_t seed) {
     return plan;
 }
 
-std::string text(const Plan& plan) {
-    std::vector<std::pair<double, std::string>> lines;
-    for (const Move& m : plan.moves)
-        lines.emplace_back(m.at_s, fmt::format("client {}: {} ({:.3f})", m.client,
-                                               action_names.at(static_cast<std::size_t>(m.action)), m.value));
-    for (const Fault& f : plan.faults)
-        lines.emplace_back(f.at_s, fmt::format("fault: {} for {:.3f} s ({:.3f})", name_of_trouble(f.trouble),
-                                               f.for_s, f.value));
-    std::ranges::stable_sort(lines, {}, &std::pair<double, std::string>::first);
-    std::string all = fmt::format(
-        "seed {}: {:.3f} s at {} Hz, {}, DAC buffer {:.4f} s\n", plan.seed, plan.length_s, plan.frequency_hz,
-        plan.identifies ? "identifies" : "response of the data sheet", plan.buffer_s);
-    for (const auto& [at_s, line] : lines) all += fmt::format("{:8.3f} s {}\n", at_s, line);
-    return all;
-}
-
 std::string scene_of(const Plan& plan, double from_s) {
     std::string scene = fmt::format(
         "seed = {}\n[dac]\nrate_hz = 24000\nbuffer_s = {}\nkept_s = {}\n[top]\npositions = 1\nframe_rate_hz "

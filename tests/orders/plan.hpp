@@ -54,12 +54,14 @@ struct Move {
     int client = 0;   // 0 and 1 speak SCPI, 2 HTTP
     Action action{};
     double value = 0;  // 0..1; its meaning depends on the action
+    bool operator==(const Move&) const = default;
 };
 struct Fault {
     double at_s = 0;
     std::size_t trouble = 0;
     double for_s = 0;
     double value = 0;  // 0..1
+    bool operator==(const Fault&) const = default;
 };
 
 struct Plan {
@@ -72,12 +74,11 @@ struct Plan {
     std::vector<Move> moves{};
     std::vector<Fault> faults{};
     [[nodiscard]] std::size_t size() const noexcept { return moves.size() + faults.size(); }
+    bool operator==(const Plan&) const = default;
 };
 
 /// The plan of a seed. Every hundredth seed is a minute long, the others 10 to 14 s.
 Plan plan_of(std::uint64_t seed);
-/// One line for each move and fault, in order of time.
-std::string text(const Plan& plan);
 /// The scene of a plan, from `from_s` on: cameras give positions, devices fail as planned.
 std::string scene_of(const Plan& plan, double from_s);
 

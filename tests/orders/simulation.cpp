@@ -271,38 +271,4 @@ Outcome simulate(const Plan& plan, const std::filesystem::path& folder) {
     }
 }
 
-Plan shortest(const Plan& plan, const std::filesystem::path& folder) {
-    int tried = 0;
-    const auto breaks = [&](const Plan& p) {
-        const Outcome o = simulate(p, folder / fmt::format("try-{}", ++tried));
-        std::filesystem::remove_all(folder / fmt::format("try-{}", tried));
-        return o.violations.empty() ? std::string{} : o.violations.front().law;
-    };
-    const std::string law = breaks(plan);
-    Plan best = plan;
-    if (law.empty()) return best;
-    for (std::size_t part = std::max<std::size_t>(1, best.size() / 2);;
-         part = std::max<std::size_t>(1, part / 2)) {
-        bool shorter = false;
-        for (std::size_t from = 0; from < best.size();) {
-            Plan less = best;
-            const std::size_t to = std::min(best.size(), from + part);
-            for (std::size_t i = to; i-- > from;) {
-                if (i < best.moves.size())
-                    less.moves.erase(less.moves.begin() + static_cast<std::ptrdiff_t>(i));
-                else
-                    less.faults.erase(less.faults.begin() +
-                                      static_cast<std::ptrdiff_t>(i - best.moves.size()));
-            }
-            if (breaks(less) == law) {
-                best = less;
-                shorter = true;
-            } else {
-                from = to;
-            }
-        }
-        if (part == 1 && !shorter) return best;
-    }
-}
-
 }  // namespace shaker::orders

@@ -15,14 +15,12 @@ struct Outcome {
     double virtual_s = 0;
     double slowest_abort_s = 0;  // from an abort to silence
     std::uint64_t aborts = 0, trips = 0, recordings = 0, replayed = 0, recovered = 0;
+    double most_bytes = 0;  // memory of the process that played it; by play_alone() only
     Coverage coverage{};
     std::vector<std::string> log{};  // events of the bench, one line each
 };
 
 /// Plays a plan in an empty folder. The same plan gives the same outcome.
 Outcome simulate(const Plan& plan, const std::filesystem::path& folder);
-
-/// The shortest plan found that still breaks the same law, by leaving out moves and faults.
-Plan shortest(const Plan& plan, const std::filesystem::path& folder);
 
 }  // namespace shaker::orders
