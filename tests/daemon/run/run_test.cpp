@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 
+#include "tests/support/nightly.hpp"
 #include "tests/support/paths.hpp"
 #include "tests/support/program.hpp"
 
@@ -49,11 +50,12 @@ void expect_true_drift(const json& r) {
     EXPECT_GT(se, 0);
 }
 
-// With rendered pictures at the paper's rate.
+// With rendered pictures, nightly at the paper's rate.
 TEST(RunTest, PaperDriveGivesTrueDriftAndReplays) {
     const auto folder = fresh_folder();
-    const json r =
-        run("--periods " + paper_periods + (SHAKER_SANITIZED ? slow_cameras : "") + " -o run.nxs", folder);
+    const json r = run("--periods " + paper_periods +
+                           (test::nightly() && !SHAKER_SANITIZED ? "" : slow_cameras) + " -o run.nxs",
+                       folder);
     expect_true_drift(r);
     EXPECT_NEAR(r["v_D_true_mps"].get<double>(), 14.5824e-3,
                 0.01 * 14.5824e-3);  // the paper's drive, exact Coulomb
