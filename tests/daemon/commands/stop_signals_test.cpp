@@ -6,12 +6,14 @@
 #include <fstream>
 #include <thread>
 
+#include "tests/support/nightly.hpp"
 #include "tests/support/program.hpp"
 
 namespace shaker::commands {
 namespace {
 
-constexpr const char* slow = "[top]\nframe_rate_hz = 100\n[side]\nframe_rate_hz = 100\n";
+constexpr const char* slow =
+    "[top]\npositions = 1\nframe_rate_hz = 100\n[side]\npositions = 1\nframe_rate_hz = 100\n";
 
 // Waits until the program has logged a text; false after 60 s.
 bool logged(const test::Program& program, const std::string& text) {
@@ -24,18 +26,33 @@ bool logged(const test::Program& program, const std::string& text) {
     return false;
 }
 
+// Three programs at a time, one for each signal. Nightly after an identification, which takes six seconds of
+// real time.
 TEST(StopSignalsTest, RunStopsSoftlyAndKeepsWhatItMeasured) {
+    const std::string identify = test::nightly() ? "" : "--no-identify ";
+    struct Run {
+        int signal;
+        std::filesystem::path folder;
+        std::unique_ptr<test::Program> program;
+    };
+    const auto all = test::fresh_folder();
+    std::vector<Run> runs;
     for (const int signal : {SIGINT, SIGTERM, SIGHUP}) {
-        const auto folder = test::fresh_folder();
+        const auto folder = all / std::to_string(signal);
+        std::filesystem::create_directory(folder);
         std::ofstream{folder / "slow.toml"} << slow;
-        test::Program run{"shakerd",
-                          "run --rig sim: --scene slow.toml --real-time --threads --phi 1.75 --settle 4 "
-                          "--periods 2000 --frames off -o run.nxs",
-                          folder};
-        ASSERT_TRUE(logged(run, "measuring 2000 periods"));
-        std::this_thread::sleep_for(std::chrono::milliseconds{500});
-        kill(run.pid(), signal);
-        const test::Outcome o = run.wait(60);
+        runs.push_back({signal, folder,
+                        std::make_unique<test::Program>(
+                            "shakerd",
+                            "run --rig sim: --scene slow.toml --real-time --threads --phi 1.75 --settle 4 " +
+                                identify + "--periods 2000 --frames off -o run.nxs",
+                            folder)});
+    }
+    for (const Run& run : runs) ASSERT_TRUE(logged(*run.program, "measuring 2000 periods"));
+    std::this_thread::sleep_for(std::chrono::milliseconds{500});
+    for (const Run& run : runs) kill(run.program->pid(), run.signal);
+    for (const auto& [signal, folder, run] : runs) {
+        const test::Outcome o = run->wait(60);
         EXPECT_EQ(o.status, 128 + signal) << o.err;
         EXPECT_NE(o.err.find("soft stop"), std::string::npos) << o.err;
         EXPECT_NE(o.err.find("interrupted by SIG"), std::string::npos) << o.err;
@@ -50,7 +67,7 @@ TEST(StopSignalsTest, SecondSignalAborts) {
     const auto folder = test::fresh_folder();
     std::ofstream{folder / "slow.toml"} << slow;
     test::Program run{"shakerd",
-                      "run --rig sim: --scene slow.toml --real-time --threads --frequency 2 --gamma 0.05 "
+                      "run --rig sim: --scene slow.toml --real-time --threads --frequency 5 --gamma 0.05 "
                       "--no-identify --periods 100 --trips .",
                       folder};
     ASSERT_TRUE(logged(run, "soft start"));

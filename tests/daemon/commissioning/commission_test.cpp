@@ -7,6 +7,7 @@
 
 #include "drivers/commissioned/record.hpp"
 #include "tests/support/in_real_time.hpp"
+#include "tests/support/nightly.hpp"
 #include "tests/support/program.hpp"
 #include "tests/support/remote/tcp_client.hpp"
 #include "tests/support/run/bench_run.hpp"
@@ -23,9 +24,12 @@ struct CommissionTest : testing::Test {
         if (!test::in_real_time) GTEST_SKIP() << "not in real time under a sanitiser";
         std::filesystem::remove(record);
     }
+    /// Most waits count periods of the drive.
     test::Outcome commission(const std::string& answers) {
-        test::Program program{"shakerd", "check --commission --rig '" + rig.string() + "'", bench.folder,
-                              answers};
+        const std::string frequency = test::nightly() ? "20Hz" : "60Hz";
+        test::Program program{"shakerd",
+                              "check --commission --frequency " + frequency + " --rig '" + rig.string() + "'",
+                              bench.folder, answers};
         return program.wait(170);
     }
     [[nodiscard]] std::string recorded() const {

@@ -8,6 +8,7 @@
 #include "drivers/commissioned/record.hpp"
 #include "drivers/errors.hpp"
 #include "tests/support/in_real_time.hpp"
+#include "tests/support/nightly.hpp"
 #include "tests/support/run/bench_run.hpp"
 
 namespace shaker::commissioning {
@@ -68,7 +69,9 @@ struct SwitchesTest : testing::Test {
     }
     /// The day until the operator denies the question that has these words.
     bool commission_until(const std::string& denied) {
-        const Settings settings{.rig = bench.bench.rig_file().string(), .fit = [&](Rig& rig) {
+        const Settings settings{.rig = bench.bench.rig_file().string(),
+                                .frequency_hz = test::nightly() ? 20.0 : 60.0,  // most waits count periods
+                                .fit = [&](Rig& rig) {
                                     rig.enable = std::make_unique<FakeLine>(desk);
                                     rig.abort_input = std::make_unique<FakeContact>(desk);
                                 }};

@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 
+#include "tests/support/nightly.hpp"
 #include "tests/support/paths.hpp"
 #include "tests/support/program.hpp"
 
@@ -17,9 +18,17 @@ using test::fresh_folder;
 using test::Outcome;
 using test::shakerd;
 
+std::string scene(const std::string& name) {
+    return " --scene '" + test::source_dir() + "/tests/support/" + name + ".toml' ";
+}
+// Rendered pictures, a fifth of the paper's.
+const std::string slow_cameras = scene("slow_cameras");
+// For tests that are not about pixels: neither rendering nor tracking.
+const std::string position_cameras = scene("position_cameras");
+constexpr const char* positions = "[top]\npositions = 1\n[side]\npositions = 1\n";
+
 // Fewer periods with sanitisers, which make the program ten times slower.
-const std::string paper_periods =
-    SHAKER_SANITIZED ? "8 --scene '" + test::source_dir() + "/tests/support/slow_cameras.toml'" : "40";
+const std::string paper_periods = SHAKER_SANITIZED ? "8" : "40";
 
 std::string bytes(const std::filesystem::path& file) {
     std::ifstream in{file, std::ios::binary};
@@ -41,9 +50,12 @@ void expect_true_drift(const json& r) {
     EXPECT_GT(se, 0);
 }
 
+// With rendered pictures, nightly at the paper's rate.
 TEST(RunTest, PaperDriveGivesTrueDriftAndReplays) {
     const auto folder = fresh_folder();
-    const json r = run("--periods " + paper_periods + " -o run.nxs", folder);
+    const json r = run("--periods " + paper_periods +
+                           (test::nightly() && !SHAKER_SANITIZED ? "" : slow_cameras) + " -o run.nxs",
+                       folder);
     expect_true_drift(r);
     EXPECT_NEAR(r["v_D_true_mps"].get<double>(), 14.5824e-3,
                 0.01 * 14.5824e-3);  // the paper's drive, exact Coulomb
@@ -61,7 +73,8 @@ TEST(RunTest, PaperDriveGivesTrueDriftAndReplays) {
 TEST(RunTest, OnlyClosedLoopGivesDriftOfRequestedDrive) {
     const auto folder = fresh_folder();
     const auto off = [&](const std::string& loop) {
-        const json r = run("--gamma 1g --phi 35deg --periods " + paper_periods + loop, folder);
+        const json r =
+            run("--gamma 1g --phi 35deg --periods " + paper_periods + position_cameras + loop, folder);
         const double asked = r["v_D_asked_mps"], v = r["v_D_mps"];
         std::printf("%-12s v_D %.4f mm/s, the asked drive gives %.4f: %+.3f %%\n", loop.c_str(), 1e3 * v,
                     1e3 * asked, 100 * (v / asked - 1));
@@ -73,17 +86,18 @@ TEST(RunTest, OnlyClosedLoopGivesDriftOfRequestedDrive) {
 
 TEST(RunTest, TheSameSeedGivesTheSameBytes) {
     const auto folder = fresh_folder();
-    run("--no-identify --periods 6 -o a.nxs", folder);
-    run("--no-identify --periods 6 -o b.nxs", folder);
+    run("--no-identify --periods 6 -o a.nxs" + slow_cameras, folder);
+    run("--no-identify --periods 6 -o b.nxs" + slow_cameras, folder);
     EXPECT_TRUE(bytes(folder / "a.nxs") == bytes(folder / "b.nxs"));
-    std::ofstream{folder / "seed.toml"} << "seed = 9\n";
+    std::ofstream{folder / "seed.toml"}
+        << "seed = 9\n[top]\nframe_rate_hz = 200\n[side]\nframe_rate_hz = 200\n";
     run("--no-identify --periods 6 --scene seed.toml -o c.nxs", folder);
     EXPECT_FALSE(bytes(folder / "a.nxs") == bytes(folder / "c.nxs"));
 }
 
 TEST(RunTest, ReplayDetectsChangedRecording) {
     const auto folder = fresh_folder();
-    run("--no-identify --periods 4 --frames off -o run.nxs", folder);
+    run("--no-identify --periods 4 --frames off -o run.nxs" + position_cameras, folder);
     EXPECT_EQ(shakerd("replay run.nxs", folder).status, 0);
     const std::string change =
         "/usr/bin/python3 -c \"import h5py,sys; f=h5py.File(sys.argv[1],'r+'); "
@@ -101,7 +115,7 @@ TEST(RunTest, HarderScenesGiveTheirTrueDriftToo) {
     std::ofstream{folder / "hard.toml"}
         << "seed = 5\ntilt_deg = 0.2\n[walker]\nmu_k = 0.15\nmu_s = 0.2\nstart_mm = -30\n"
            "[accelerometer]\nclock_ppm = -80\nyaw_deg = 33\n"
-           "[top]\nnoise_dn = 4\n[side]\nalong_x = -1.0\n";
+           "[top]\nframe_rate_hz = 200\nnoise_dn = 4\n[side]\nframe_rate_hz = 200\nalong_x = -1.0\n";
     expect_true_drift(run("--scene hard.toml --gamma 0.8g --phi 20deg --periods 20", folder));
     expect_true_drift(run(
         "--no-identify --scene hard.toml --gamma 1.2g --phi 80deg --rho 0.6 --frequency 25Hz --periods 20",
@@ -111,8 +125,8 @@ TEST(RunTest, HarderScenesGiveTheirTrueDriftToo) {
 // As with real cameras: times of frames follow from stamps, and from the recorded stamps on replay.
 TEST(RunTest, CamerasWithOwnClocksReplayToTheBit) {
     const auto folder = fresh_folder();
-    std::ofstream{folder / "clocks.toml"}
-        << "[top]\nown_clock = 1\nclock_ppm = 30\n[side]\nown_clock = 1\nclock_ppm = -45\n";
+    std::ofstream{folder / "clocks.toml"} << "[top]\npositions = 1\nown_clock = 1\nclock_ppm = 30\n"
+                                             "[side]\npositions = 1\nown_clock = 1\nclock_ppm = -45\n";
     expect_true_drift(run("--no-identify --scene clocks.toml --periods 8 -o run.nxs", folder));
     const Outcome replay = shakerd("replay run.nxs", folder);
     EXPECT_EQ(replay.status, 0) << replay.err;
@@ -121,13 +135,13 @@ TEST(RunTest, CamerasWithOwnClocksReplayToTheBit) {
 
 TEST(RunTest, ThreadsGiveSameResultAsLockstep) {
     const auto folder = fresh_folder();
-    expect_true_drift(run("--no-identify --periods 10 --threads -o threads.nxs", folder));
+    expect_true_drift(run("--no-identify --periods 10 --threads -o threads.nxs" + position_cameras, folder));
     EXPECT_EQ(shakerd("replay threads.nxs", folder).status,
               0);  // a recording made with threads replays in lockstep
 }
 
 TEST(RunTest, SymmetricDrivesDoNotDrift) {
-    const json r = run("--no-identify --rho 1 --gamma 0.8g --periods 20", fresh_folder());
+    const json r = run("--no-identify --rho 1 --gamma 0.8g --periods 20" + position_cameras, fresh_folder());
     EXPECT_LE(std::abs(r["v_D_mps"].get<double>()), 3 * r["v_D_se_mps"].get<double>() + 2e-5);
 }
 
@@ -135,7 +149,7 @@ TEST(RunTest, OptionsOverrideSettingsFile) {
     const auto folder = fresh_folder();
     std::ofstream{folder / "run.toml"}
         << "[run]\ngamma_mps2 = 6\nphi_rad = 0.3\nperiods = 4\nframes = \"off\"\n";
-    const json r = run("--no-identify --settings run.toml --phi 0.2 -o a.nxs", folder);
+    const json r = run("--no-identify --settings run.toml --phi 0.2 -o a.nxs" + position_cameras, folder);
     EXPECT_NEAR(r["gamma_mps2"].get<double>(), 6, 0.02);
     EXPECT_NEAR(r["phi_rad"].get<double>(), 0.2, 0.01);
     EXPECT_NEAR((r["to_s"].get<double>() - r["from_s"].get<double>()) * 20, 4, 1e-3);
@@ -148,7 +162,8 @@ TEST(RunTest, OptionsOverrideSettingsFile) {
 TEST(RunTest, AClippingSensorStopsTheDrive) {
     const auto folder = fresh_folder();
     // Limits beyond the sensor's range, so that only the saturation check can trip.
-    std::ofstream{folder / "clip.toml"} << "[accelerometer]\nrange_mps2 = 10.5\n[limits]\n"
+    std::ofstream{folder / "clip.toml"} << positions
+                                        << "[accelerometer]\nrange_mps2 = 10.5\n[limits]\n"
                                            "acceleration_abort_mps2 = 30\nsensor_range_mps2 = 10.5\n";
     const Outcome o = shakerd("run --no-identify --scene clip.toml --gamma 1.3g --periods 3", folder);
     EXPECT_EQ(o.status, 5);
@@ -158,7 +173,8 @@ TEST(RunTest, AClippingSensorStopsTheDrive) {
 // With the checks of the walker switched off in the limits.
 TEST(RunTest, LostWalkerIsReducedFromSeenFramesWithNote) {
     const auto folder = fresh_folder();
-    std::ofstream{folder / "wide.toml"} << "[limits]\nedge_mm = -100\ntracking_lost_frames = 100000\n";
+    std::ofstream{folder / "wide.toml"} << positions
+                                        << "[limits]\nedge_mm = -100\ntracking_lost_frames = 100000\n";
     const json r = run("--no-identify --scene wide.toml --gamma 2.7g --periods 20", folder);
     expect_true_drift(r);
     const int used = r["frames"], lost = r["frames_lost"];
@@ -168,10 +184,10 @@ TEST(RunTest, LostWalkerIsReducedFromSeenFramesWithNote) {
 
 TEST(RunTest, WalkerNearEdgeOrLostStopsDrive) {
     const auto folder = fresh_folder();
-    const Outcome edge = shakerd("run --no-identify --gamma 3g --periods 20", folder);
+    const Outcome edge = shakerd("run --no-identify --gamma 3g --periods 20" + position_cameras, folder);
     EXPECT_EQ(edge.status, 5);
     EXPECT_NE(edge.err.find("walker_edge"), std::string::npos) << edge.err;
-    std::ofstream{folder / "wide.toml"} << "[limits]\nedge_mm = -100\n";
+    std::ofstream{folder / "wide.toml"} << positions << "[limits]\nedge_mm = -100\n";
     const Outcome lost = shakerd("run --no-identify --scene wide.toml --gamma 3g --periods 20", folder);
     EXPECT_EQ(lost.status, 5);
     EXPECT_NE(lost.err.find("tracking_lost"), std::string::npos) << lost.err;
@@ -181,9 +197,9 @@ TEST(RunTest, SilentCameraStopsDriveIfLimitIsGiven) {
     const auto folder = fresh_folder();
     const std::string stall =
         "[[fault]]\nwhat = \"camera_stall\"\nat_s = 2\nfor_s = 0.5\ncamera = \"side\"\n";
-    std::ofstream{folder / "stall.toml"} << stall;
+    std::ofstream{folder / "stall.toml"} << positions << stall;
     run("--no-identify --scene stall.toml --gamma 0.7g --periods 4", folder);
-    std::ofstream{folder / "strict.toml"} << "[limits]\ncamera_missing_s = 0.1\n" << stall;
+    std::ofstream{folder / "strict.toml"} << positions << "[limits]\ncamera_missing_s = 0.1\n" << stall;
     const Outcome o = shakerd("run --no-identify --scene strict.toml --gamma 0.7g --periods 4", folder);
     EXPECT_EQ(o.status, 5);
     EXPECT_NE(o.err.find("camera_missing"), std::string::npos) << o.err;
@@ -191,7 +207,8 @@ TEST(RunTest, SilentCameraStopsDriveIfLimitIsGiven) {
 
 TEST(RunTest, CoveredWalkerStopsDrive) {
     const auto folder = fresh_folder();
-    std::ofstream{folder / "hand.toml"} << "[[fault]]\nwhat = \"walker_hidden\"\nat_s = 2\n";
+    std::ofstream{folder / "hand.toml"} << "[top]\nframe_rate_hz = 200\n[side]\nframe_rate_hz = 200\n"
+                                           "[[fault]]\nwhat = \"walker_hidden\"\nat_s = 2\n";
     const Outcome o = shakerd("run --no-identify --scene hand.toml --gamma 0.7g --periods 4", folder);
     EXPECT_EQ(o.status, 5);
     EXPECT_NE(o.err.find("tracking_lost"), std::string::npos) << o.err;
@@ -210,6 +227,7 @@ TEST(RunTest, DriveBeyondLimitsIsRefusedWithFigures) {
 TEST(RunTest, VoltageLimitKeepsShapeAndReportsReachedShare) {
     const auto folder = fresh_folder();
     std::ofstream{folder / "weak.toml"}
+        << positions
         << "[[fault]]\nwhat = \"amplifier_gain\"\nvalue = 0.5\nat_s = 0\n[shaker]\namplifier_gain = 2.4\n"
            "[walker]\nstart_mm = -30\n";
     const json r = run("--scene weak.toml --gamma 2g --phi 0.5 --periods 4", folder);

@@ -142,7 +142,7 @@ TEST(ConfinedTest, RefusesEndlessMemory) {
     const End end = confine(
         [] {
             std::vector<std::unique_ptr<char[]>> taken;
-            for (;;) taken.push_back(std::make_unique<char[]>(64U << 20U));
+            for (;;) taken.push_back(std::make_unique_for_overwrite<char[]>(64U << 20U));
             return 0;
         },
         {.memory_bytes = std::uint64_t{2} << 30U, .processor_s = 60});

@@ -15,13 +15,12 @@ using recording::FinishedMeasurement;
 using test::Answers;
 using test::in;
 using test::orders;
+using test::slow;
 
-// Cameras with a fifth of the rendering time.
-constexpr const char* slow = "[top]\nframe_rate_hz = 200\n[side]\nframe_rate_hz = 200\n";
 // Cameras that stamp by their own clocks: the time of a frame follows from the stamps of the whole run.
 constexpr const char* own_clocks =
-    "[top]\nframe_rate_hz = 200\nown_clock = 1\nclock_ppm = 30\n"
-    "[side]\nframe_rate_hz = 200\nown_clock = 1\nclock_ppm = -20\n";
+    "[top]\npositions = 1\nframe_rate_hz = 200\nown_clock = 1\nclock_ppm = 30\n"
+    "[side]\npositions = 1\nframe_rate_hz = 200\nown_clock = 1\nclock_ppm = -20\n";
 constexpr int periods = 10;
 
 run::RunOptions quick() {

@@ -17,6 +17,7 @@ using test::in;
 using test::orders;
 using test::play_on_call;
 using test::quick;
+using test::rendered;
 using test::slow;
 
 // The bench waits for orders, also after a stop.
@@ -136,7 +137,7 @@ TEST(OnCallTest, RecordingAfterWalkerMovedReplaysFromPictures) {
         run.drive.phi = 1.75;  // a slow walk
         Answers answers;
         const auto r =
-            play_on_call(slow, run, folder,
+            play_on_call(rendered, run, folder,
                          {{in(run::RunState::idle), orders(Begin{20}, answers)},
                           {measured(2), orders(End{}, answers)},
                           {in(run::RunState::idle), orders(Record{true, "second", pictures}, answers)},
@@ -162,7 +163,7 @@ TEST(OnCallTest, RecordingWithPicturesNeedsAllTargets) {
         return s.state == run::RunState::idle && s.walker && s.walker->lost > 2;
     };
     play_on_call(
-        std::string{slow} + "[[fault]]\nwhat = \"walker_hidden\"\nat_s = 1\n", run, test::fresh_folder(),
+        std::string{rendered} + "[[fault]]\nwhat = \"walker_hidden\"\nat_s = 1\n", run, test::fresh_folder(),
         {{in(run::RunState::idle), orders(Record{true, "blind", recorded::KeptPictures::full}, answers)},
          {hidden, orders(Begin{10}, answers)}});
     ASSERT_EQ(answers.size(), 2U);
@@ -278,7 +279,7 @@ TEST(OnCallTest, WalkerIsBetweenEndsOfPicture) {
             {{[](const BenchState& s) { return s.walker && s.now_s > 0.5; }, [](BenchPort&) {}}});
         return r.last.walker.value();
     };
-    const WalkerState walker = ends(slow);
+    const WalkerState walker = ends(rendered);
     EXPECT_NEAR(walker.left_m, 0, 1e-12);
     EXPECT_GT(walker.x_m, walker.left_m);
     EXPECT_LT(walker.x_m, walker.right_m);

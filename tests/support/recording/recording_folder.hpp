@@ -51,6 +51,7 @@ public:
 
     [[nodiscard]] std::filesystem::path operator/(const std::string& name) const { return path_ / name; }
     std::filesystem::path write(const std::string& name, const std::string& bytes) const {
+        std::filesystem::remove(path_ / name);  // ext4 writes a file that replaces its content to the disk
         std::ofstream{path_ / name, std::ios::binary} << bytes;
         return path_ / name;
     }

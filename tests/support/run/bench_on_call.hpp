@@ -12,8 +12,11 @@
 
 namespace shaker::test {
 
-/// Cameras with a fifth of the rendering time.
-inline constexpr const char* slow = "[top]\nframe_rate_hz = 200\n[side]\nframe_rate_hz = 200\n";
+/// Cameras that give 200 positions a second instead of pictures: nothing is rendered or tracked.
+inline constexpr const char* slow =
+    "[top]\npositions = 1\nframe_rate_hz = 200\n[side]\npositions = 1\nframe_rate_hz = 200\n";
+/// Cameras with 200 pictures a second, for tests of pictures or of their tracking.
+inline constexpr const char* rendered = "[top]\nframe_rate_hz = 200\n[side]\nframe_rate_hz = 200\n";
 /// Short measurements without pictures.
 run::RunOptions quick();
 
