@@ -10,7 +10,7 @@ endif()
 file(GLOB_RECURSE support CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/tests/support/*.cpp)
 add_library(test_support STATIC ${support})
 target_link_libraries(test_support PUBLIC daemon_command_line drivers_mock GTest::gtest shaker_opencv
-                      shaker_hdf5 Eigen3::Eigen nlohmann_json::nlohmann_json shaker_asio PRIVATE PkgConfig::seccomp)
+                      shaker_hdf5 Eigen3::Eigen nlohmann_json::nlohmann_json spdlog::spdlog shaker_asio PRIVATE PkgConfig::seccomp)
 compile_fast(test_support LIBRARIES spdlog::spdlog nlohmann_json::nlohmann_json)
 target_compile_definitions(test_support PUBLIC SHAKER_SANITIZED=${sanitized})
 set_source_files_properties(tests/support/paths.cpp PROPERTIES COMPILE_DEFINITIONS
