@@ -5,8 +5,7 @@ namespace shaker::iio {
 void AccelBlocks::add(std::int64_t tick, std::int64_t lost, const std::array<std::int32_t, 3>& counts,
                       HostTime arrived) noexcept {
     if (lost > 0) {
-        if (block_.size > 0) hand_over();
-        block_.quality = block_.quality | Quality::gap;
+        begin_after_gap();
         lost_ += static_cast<std::uint64_t>(lost);
     }
     if (block_.size == 0) block_.first.n = tick;
@@ -16,6 +15,11 @@ void AccelBlocks::add(std::int64_t tick, std::int64_t lost, const std::array<std
         if (counts[k] <= limits_[k][0] || counts[k] >= limits_[k][1])
             block_.quality = block_.quality | Quality::clipped;
     if (block_.size == size_) hand_over();
+}
+
+void AccelBlocks::begin_after_gap() noexcept {
+    if (block_.size > 0) hand_over();
+    block_.quality = block_.quality | Quality::gap;
 }
 
 void AccelBlocks::hand_over() noexcept {

@@ -26,6 +26,8 @@ public:
     /// The next sample; `lost` samples are missing before it.
     void add(std::int64_t tick, std::int64_t lost, const std::array<std::int32_t, 3>& counts,
              HostTime arrived) noexcept;
+    /// The next sample begins a block that is marked as coming after a gap, also when no loss is counted.
+    void begin_after_gap() noexcept;
     [[nodiscard]] std::optional<AccelBlock> take() noexcept { return ring_.pop(); }
 
     /// Number of samples passed on, and lost (before arrival, or because the ring was full). Any thread.

@@ -277,7 +277,10 @@ void IioAccelerometer::place(const TimedSample& sample) noexcept {
     const double passed_ns = static_cast<double>(sample.arrived_ns - last_arrived_ns_);
     const bool lost = std::exchange(broken_, false) && next_tick_ > 0;
     PlacedSample placed{sample, next_tick_, 0};
-    if (lost) placed.lost = std::max(0LL, std::llround(passed_ns / grid_.step_ns()) - 1);
+    if (lost) {
+        placed.lost = std::max(0LL, std::llround(passed_ns / grid_.step_ns()) - 1);
+        blocks_.begin_after_gap();  // samples that the host read late before the break may hide the loss
+    }
     placed.tick += placed.lost;
     next_tick_ = placed.tick + 1;
     last_arrived_ns_ = sample.arrived_ns;
