@@ -1,5 +1,7 @@
 // Output of the installed service when it dies or is stopped while it drives the mock bench, under systemd:
-// service_deaths COUNT [--json]. Run by tests/systemd/run deaths.
+// service_deaths COUNT [--json]. Run by tests/systemd/run deaths. The deaths take turns; five are one of each
+// kind. Times to the death are random, with a fixed seed: up to 2 s, with SHAKER_NIGHTLY=1 up to 8 s.
+// A drive is at its full level after 8 s: SIGKILL, after which the daemon can do nothing, comes then.
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -21,6 +23,7 @@
 
 #include "drivers/mock/mock_bench.hpp"
 #include "tests/bench/table.hpp"
+#include "tests/support/nightly.hpp"
 #include "tests/support/remote/tcp_client.hpp"
 
 namespace shaker::test {
@@ -235,9 +238,8 @@ int run(int argc, char** argv) {
     fs::permissions(folder / "converter",
                     fs::perms::owner_all | fs::perms::group_all | fs::perms::others_all);
     Service service{bench.dac()};
-    std::mt19937_64 random{
-        std::getenv("SHAKER_SEED") != nullptr ? std::strtoull(std::getenv("SHAKER_SEED"), nullptr, 10) : 1};
-    std::uniform_real_distribution<double> later_s{0, 8};
+    std::mt19937_64 random{1};
+    std::uniform_real_distribution<double> later_s{0, nightly() ? 8.0 : 2.0};
     std::array<Row, names.size()> rows{};
     for (int i = 0; i < count; ++i) {
         const auto how = static_cast<std::size_t>(i) % names.size();
@@ -245,7 +247,9 @@ int run(int argc, char** argv) {
         for (int go = 0; seen.level < audible; ++go) {
             if (go == most_goes) throw std::runtime_error{"the drive does not start or go on"};
             if (!service.drive(static_cast<Death>(how) == Death::stop)) continue;
-            std::this_thread::sleep_for(std::chrono::duration<double>{later_s(random)});
+            const double wait_s = later_s(random);
+            const bool at_full_level = static_cast<Death>(how) == Death::kill && !nightly();
+            std::this_thread::sleep_for(std::chrono::duration<double>{at_full_level ? 8 : wait_s});
             seen = service.end(static_cast<Death>(how));
         }
         std::fprintf(stderr, "%3d %-14s level %.3f, largest step %.5f, silent after %.3f s\n", i,

@@ -36,7 +36,8 @@ private:
     std::vector<double>& bytes_;
 };
 
-constexpr const char* own_clocks = "[top]\nframe_rate_hz = 50\n[side]\nframe_rate_hz = 50\nown_clock = 1\n";
+constexpr const char* own_clocks =
+    "[top]\npositions = 1\nframe_rate_hz = 50\n[side]\npositions = 1\nframe_rate_hz = 50\nown_clock = 1\n";
 
 // Bytes per second from 60 s to 100 s of a run that settles for 100 s.
 double slope_of(const std::filesystem::path& folder, const std::string& out) {

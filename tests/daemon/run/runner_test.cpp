@@ -19,11 +19,10 @@ using test::fresh_folder;
 using test::Outcome;
 using test::shakerd;
 
-// The paper's bench with cameras of 200 pictures per second and these changes.
-std::filesystem::path bench(const std::string& changes = {}) {
+// The paper's bench with these cameras and changes.
+std::filesystem::path bench(const std::string& changes = {}, const char* cameras = test::slow) {
     auto folder = fresh_folder();
-    std::ofstream{folder / "scene.toml"} << "[top]\nframe_rate_hz = 200\n[side]\nframe_rate_hz = 200\n"
-                                         << changes;
+    std::ofstream{folder / "scene.toml"} << cameras << changes;
     return folder;
 }
 
@@ -116,7 +115,7 @@ TEST(RunnerTest, CheckStopsFaultyShaker) {
 }
 
 TEST(RunnerTest, CheckOfASoundBenchPasses) {
-    const Outcome o = shakerd("check --scene scene.toml", bench());
+    const Outcome o = shakerd("check --scene scene.toml", bench("", test::rendered));
     EXPECT_EQ(o.status, 0) << o.out << o.err;
     EXPECT_NE(o.out.find("the bench is fit to run"), std::string::npos) << o.out;
 }
@@ -129,12 +128,10 @@ TEST(RunnerTest, ServeReportsWarningsAsEventsAndNotes) {
     RunOptions quick;
     quick.pictures = recorded::KeptPictures::off;
     const auto measured = [](const service::BenchState& s) { return s.result != nullptr; };
-    const auto r = test::play_on_call(
-        std::string{"[top]\nframe_rate_hz = 200\n[side]\nframe_rate_hz = 200\n"} + early_warning, quick,
-        folder,
-        {{test::in(RunState::idle), test::orders(service::Begin{10}, answers)},
-         {measured, test::orders(service::End{}, answers)},
-         {test::in(RunState::idle), [](service::BenchPort&) {}}});
+    const auto r = test::play_on_call(std::string{test::slow} + early_warning, quick, folder,
+                                      {{test::in(RunState::idle), test::orders(service::Begin{10}, answers)},
+                                       {measured, test::orders(service::End{}, answers)},
+                                       {test::in(RunState::idle), [](service::BenchPort&) {}}});
     const auto about = [](const std::string& text) {
         return text.find("warnings: acceleration") != std::string::npos;
     };
@@ -161,7 +158,7 @@ TEST(RunnerTest, EndTimeExcludesIdleTimeOfDaemon) {
     RunOptions quick;
     quick.pictures = recorded::KeptPictures::off;
     static_cast<void>(test::play_on_call(
-        "[top]\nframe_rate_hz = 200\n[side]\nframe_rate_hz = 200\n", quick, folder,
+        test::slow, quick, folder,
         {{[](const service::BenchState& s) { return s.now_s > 20; },
           test::orders(service::Record{true, "late", recorded::KeptPictures::off}, answers)},
          {test::in(RunState::idle), test::orders(service::Begin{2}, answers)},

@@ -11,6 +11,7 @@
 #include "drivers/recorded/recording_file.hpp"
 #include "tests/support/program.hpp"
 #include "tests/support/recording/recording_folder.hpp"
+#include "tests/support/run/bench_on_call.hpp"
 
 namespace shaker::run {
 
@@ -24,11 +25,11 @@ using test::fresh_folder;
 using test::Outcome;
 using test::shakerd;
 
-// A bench whose accelerometer fails at at_s, with cameras of 200 pictures per second.
-std::filesystem::path bench(const std::string& what, double at_s) {
+// A bench with these cameras whose accelerometer fails at at_s.
+std::filesystem::path bench(const std::string& what, double at_s, const char* cameras = test::slow) {
     auto folder = fresh_folder();
-    std::ofstream{folder / "scene.toml"} << "[top]\nframe_rate_hz = 200\n[side]\nframe_rate_hz = 200\n"
-                                         << "[[fault]]\nat_s = " << at_s << "\nwhat = \"" << what << "\"\n";
+    std::ofstream{folder / "scene.toml"} << cameras << "[[fault]]\nat_s = " << at_s << "\nwhat = \"" << what
+                                         << "\"\n";
     return folder;
 }
 
@@ -89,7 +90,7 @@ void expect_end_of(const Pictures& all, const Pictures& some) {
 
 // 2 s before the trip and 0.3 s after it; 200 pictures a second.
 TEST(StoppedRunTest, TailPicturesAreTheRenderedOnes) {
-    const auto folder = bench("saturated", 2.6);
+    const auto folder = bench("saturated", 2.6, test::rendered);
     stopped("-o full.nxs --frames full", folder);
     stopped("-o lean.nxs --frames off", folder);
     const Outcome o = stopped("", folder);
@@ -143,10 +144,9 @@ TEST(StoppedRunTest, TailBlocksAndPlaysKeepNumbers) {
 // bit.
 TEST(StoppedRunTest, HardStopThatTookBackReplaysIdentically) {
     const auto folder = fresh_folder();
-    std::ofstream{folder / "scene.toml"}
-        << "[dac]\nbuffer_s = 0.1\nkept_s = 0.01\n[top]\nframe_rate_hz = 200\n"
-        << "[side]\nframe_rate_hz = 200\n[[fault]]\nwhat = \"saturated\"\n"
-        << "at_s = 11.2\nfor_s = 0.02\n";
+    std::ofstream{folder / "scene.toml"} << "[dac]\nbuffer_s = 0.1\nkept_s = 0.01\n"
+                                         << test::slow << "[[fault]]\nwhat = \"saturated\"\n"
+                                         << "at_s = 11.2\nfor_s = 0.02\n";
     stopped("--periods 80 -o run.nxs --frames off", folder);
     const recorded::RecordingReader file{folder / "run.nxs"};
     const DriveChange stop = file.changes().back();
@@ -194,7 +194,8 @@ TEST(StoppedRunTest, PythonReadsCauseUnitsAndIdentification) {
         if (std::getenv("CI") != nullptr) FAIL() << "python3 has no h5py";
         GTEST_SKIP() << "python3 has no h5py";
     }
-    const auto folder = bench("saturated", 5.5);  // after the first level of the identification
+    const auto folder =
+        bench("saturated", 5.5, test::rendered);  // after the first level of the identification
     stopped("-o run.nxs --frames off", folder);
     std::ofstream{folder / "look.py"} << R"(
 import h5py
