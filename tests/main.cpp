@@ -29,7 +29,8 @@ std::vector<std::string> tests_in(std::string_view file) {
     return names;
 }
 
-/// gtest's filter for `file:FILE-PATTERN:...`. Throws when the file has no test, or none that a pattern leaves out.
+/// gtest's filter for `file:FILE-PATTERN:...`. Throws when the file has no test, or none that a pattern
+/// leaves out.
 std::string filter_of(const std::string& asked) {
     const std::size_t end = std::min(asked.find('-'), asked.size());
     const std::vector<std::string> names = tests_in(std::string_view{asked}.substr(0, end));

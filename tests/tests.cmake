@@ -95,14 +95,14 @@ function(list_tests program file)
   set(tsan "TSAN_OPTIONS=suppressions=${PROJECT_SOURCE_DIR}/tests/support/tsan.supp")
   set(lsan "LSAN_OPTIONS=set:suppressions=${PROJECT_SOURCE_DIR}/tests/support/lsan.supp:print_suppressions=0")
   if(tier_${file} STREQUAL realtime)
-    set(alone FALSE)
-    if("alone" IN_LIST options_${file})
-      set(alone TRUE)
+    set(lock realtime)
+    if("bench" IN_LIST options_${file})
+      set(lock bench)
     endif()
     set_target_properties(${program} PROPERTIES CROSSCOMPILING_EMULATOR ${judged})
     gtest_discover_tests(${program} TEST_FILTER ${filter} DISCOVERY_TIMEOUT 60 NO_PRETTY_VALUES
       PROPERTIES TIMEOUT 2400 COST 1000
-      RESOURCE_LOCK realtime RUN_SERIAL ${alone} LABELS realtime ENVIRONMENT "${tsan}" ENVIRONMENT_MODIFICATION "${lsan}")
+      RESOURCE_LOCK ${lock} LABELS realtime ENVIRONMENT "${tsan}" ENVIRONMENT_MODIFICATION "${lsan}")
     return()
   endif()
   add_test(NAME ${file} COMMAND ${behind} $<TARGET_FILE:${program}> --gtest_filter=${filter}
@@ -242,7 +242,7 @@ target_link_libraries(service_deaths PRIVATE bench_table test_support)
 foreach(job package deaths)
   add_test(NAME systemd_${job} COMMAND ${judged} --name systemd_${job} ${PROJECT_SOURCE_DIR}/tests/systemd/run ${job})
   set_tests_properties(systemd_${job} PROPERTIES ENVIRONMENT SHAKER_BUILD=${PROJECT_BINARY_DIR} SKIP_RETURN_CODE 77
-                       TIMEOUT 7200 RESOURCE_LOCK realtime COST 1000 LABELS realtime)
+                       TIMEOUT 7200 RESOURCE_LOCK bench COST 1000 LABELS realtime)
 endforeach()
 
 # Programs for the scripts in tests/peers, which try the mock devices against software of others.
@@ -269,5 +269,5 @@ endforeach()
 foreach(part pure page control memory daemon)
   add_test(NAME panel_${part} COMMAND ${judged} --name panel_${part} ${PROJECT_SOURCE_DIR}/tests/panel/run --only ${part})
   set_tests_properties(panel_${part} PROPERTIES ENVIRONMENT SHAKERD=$<TARGET_FILE:shakerd>
-                       SKIP_RETURN_CODE 77 TIMEOUT 2400 RUN_SERIAL TRUE LABELS realtime)
+                       SKIP_RETURN_CODE 77 TIMEOUT 2400 RESOURCE_LOCK realtime COST 1000 LABELS realtime)
 endforeach()

@@ -1,10 +1,9 @@
 // Every fault of drive and sensors in every state of a run: it trips with the right cause, and the drive is
-// silent in time. Virtual time. SHAKER_SEEDS: number of noise seeds and fault times for each (default 2);
+// silent in time. Virtual time. One seed of the noise and of the time of the fault; nightly 2;
 // tests/bench/run trips tries more.
 #include <gtest/gtest.h>
 
-#include <cstdlib>
-
+#include "tests/support/nightly.hpp"
 #include "tests/support/safety/fault_cases.hpp"
 
 namespace shaker::safety {
@@ -14,10 +13,7 @@ using test::FaultCase;
 using test::run_virtually;
 using test::VirtualRun;
 
-int seeds() {
-    const char* text = std::getenv("SHAKER_SEEDS");
-    return text != nullptr ? std::atoi(text) : (SHAKER_SANITIZED ? 1 : 2);
-}
+int seeds() { return test::nightly() ? 2 : 1; }
 
 class FaultMatrixTest : public ::testing::TestWithParam<std::tuple<FaultCase, run::RunState>> {};
 
