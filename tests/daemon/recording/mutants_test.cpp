@@ -6,6 +6,7 @@
 #include <map>
 
 #include "daemon/commands/replay_command.hpp"
+#include "tests/support/nightly.hpp"
 #include "tests/support/program.hpp"
 
 namespace shaker::test {
@@ -18,7 +19,7 @@ protected:
 };
 
 TEST_F(MutantsTest, ParentSurvivesAnyFateOfReader) {
-    constexpr int mutants = 150;
+    const int mutants = SHAKER_SANITIZED != 0 && !nightly() ? 40 : 150;
     std::map<Fate, int> fates;
     int sealed_refused = 0;
     for (std::uint64_t seed = 1; seed <= mutants; ++seed) {
@@ -32,7 +33,7 @@ TEST_F(MutantsTest, ParentSurvivesAnyFateOfReader) {
     // The rest are errors of HDF5 1.10 with wrong structure and valid checksums.
     EXPECT_LE(fates[Fate::died], 2);
     EXPECT_GT(fates[Fate::refused], mutants / 3);
-    EXPECT_GT(sealed_refused, 10) << "damage with valid checksums must be detected too";
+    EXPECT_GT(sealed_refused, mutants / 15) << "damage with valid checksums must be detected too";
     EXPECT_GT(fates[Fate::identical], 0) << "some bytes have no meaning";
 }
 
