@@ -10,6 +10,7 @@
 
 #include "drivers/errors.hpp"
 #include "drivers/handover.hpp"
+#include "tests/support/nightly.hpp"
 #include "tests/support/no_alloc.hpp"
 
 namespace shaker {
@@ -80,7 +81,7 @@ TEST(FramePoolTest, FramesOutliveThePool) {
 }
 
 TEST(FramePoolTest, FramesReturnFromAnotherThread) {
-    constexpr int count = 100000;
+    const int count = SHAKER_SANITIZED != 0 && !test::nightly() ? 20000 : 100000;
     FramePool pool{8, 4, 4, 1};
     Ring<FramePtr> ring{4};
     std::thread reader{[&] {

@@ -8,6 +8,7 @@
 
 #include "drivers/data.hpp"
 #include "drivers/synthesiser.hpp"
+#include "tests/support/nightly.hpp"
 #include "tests/support/no_alloc.hpp"
 
 namespace shaker {
@@ -49,7 +50,7 @@ TEST(RingTest, DestroysUnreadValues) {
 }
 
 TEST(RingTest, LosesAndReordersNothingBetweenTwoThreads) {
-    constexpr int count = 200000;
+    const int count = SHAKER_SANITIZED != 0 && !test::nightly() ? 40000 : 200000;
     Ring<AccelBlock> ring{64};
     std::thread writer{[&] {
         AccelBlock block;
