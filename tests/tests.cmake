@@ -205,6 +205,7 @@ add_test(NAME judged COMMAND ${PROJECT_SOURCE_DIR}/tests/support/judged_test)
 add_test(NAME include_order COMMAND ${PROJECT_SOURCE_DIR}/tests/include_order ${PROJECT_SOURCE_DIR})
 add_test(NAME sizes COMMAND ${PROJECT_SOURCE_DIR}/tests/sizes ${PROJECT_SOURCE_DIR})
 add_test(NAME requirements COMMAND ${PROJECT_SOURCE_DIR}/tests/requirements ${PROJECT_SOURCE_DIR})
+add_test(NAME real_time COMMAND ${PROJECT_SOURCE_DIR}/tests/real_time ${PROJECT_SOURCE_DIR})
 add_test(NAME tick_times COMMAND ${PROJECT_SOURCE_DIR}/tests/tick_times ${PROJECT_SOURCE_DIR})
 add_test(NAME plain_words COMMAND ${PROJECT_SOURCE_DIR}/tests/plain_words ${PROJECT_SOURCE_DIR})
 
