@@ -247,7 +247,7 @@ target_link_libraries(service_deaths PRIVATE bench_table test_support)
 foreach(job package deaths)
   add_test(NAME systemd_${job} COMMAND ${judged} --name systemd_${job} ${PROJECT_SOURCE_DIR}/tests/systemd/run ${job})
   set_tests_properties(systemd_${job} PROPERTIES ENVIRONMENT SHAKER_BUILD=${PROJECT_BINARY_DIR} SKIP_RETURN_CODE 77
-                       TIMEOUT 7200 RESOURCE_LOCK programs COST 1000 LABELS realtime)
+                       TIMEOUT 7200 RESOURCE_LOCK bench COST 1000 LABELS realtime)
 endforeach()
 
 # Programs for the scripts in tests/peers, which try the mock devices against software of others.
@@ -265,14 +265,14 @@ endforeach()
 
 # These need no device; "package" installs where it has the rights.
 foreach(peer hdf5 remote package)
-  add_test(NAME peers_${peer} COMMAND ${judged} --name peers_${peer} ${PROJECT_SOURCE_DIR}/tests/peers/${peer})
+  add_test(NAME peers_${peer} COMMAND ${judged} --plain --name peers_${peer} ${PROJECT_SOURCE_DIR}/tests/peers/${peer})
   set_tests_properties(peers_${peer} PROPERTIES ENVIRONMENT SHAKER_BUILD=${PROJECT_BINARY_DIR} SKIP_RETURN_CODE 77
-                       TIMEOUT 2400 RESOURCE_LOCK programs COST 1000 LABELS realtime)
+                       TIMEOUT 2400 RESOURCE_LOCK realtime COST 1000 LABELS realtime)
 endforeach()
 
 # The operator's page in a real browser.
 foreach(part pure page control memory daemon)
-  add_test(NAME panel_${part} COMMAND ${judged} --name panel_${part} ${PROJECT_SOURCE_DIR}/tests/panel/run --only ${part})
+  add_test(NAME panel_${part} COMMAND ${judged} --plain --name panel_${part} ${PROJECT_SOURCE_DIR}/tests/panel/run --only ${part})
   set_tests_properties(panel_${part} PROPERTIES ENVIRONMENT SHAKERD=$<TARGET_FILE:shakerd>
-                       SKIP_RETURN_CODE 77 TIMEOUT 2400 RESOURCE_LOCK programs COST 1000 LABELS realtime)
+                       SKIP_RETURN_CODE 77 TIMEOUT 2400 RESOURCE_LOCK realtime COST 1000 LABELS realtime)
 endforeach()
