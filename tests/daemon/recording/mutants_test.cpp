@@ -19,9 +19,9 @@ protected:
 };
 
 TEST_F(MutantsTest, ParentSurvivesAnyFateOfReader) {
-    const int mutants = SHAKER_SANITIZED != 0 && !nightly() ? 40 : 150;
-    std::map<Fate, int> fates;
-    int sealed_refused = 0;
+    const std::uint64_t mutants = SHAKER_SANITIZED != 0 && !nightly() ? 40 : 150;
+    std::map<Fate, std::uint64_t> fates;
+    std::uint64_t sealed_refused = 0;
     for (std::uint64_t seed = 1; seed <= mutants; ++seed) {
         const Trial t = trials_.attempt(seed);
         EXPECT_EQ(t.parent_harm, "") << "seed " << seed << ", " << t.mutant.what;
