@@ -10,7 +10,7 @@
 namespace shaker::simulated {
 
 namespace {
-constexpr double pi = std::numbers::pi;
+using std::numbers::pi;
 constexpr double boot_s = 100;  // host time at DAC sample 0
 }  // namespace
 

@@ -7,7 +7,7 @@
 namespace shaker::simulated {
 
 namespace {
-constexpr double pi = std::numbers::pi;
+using std::numbers::pi;
 constexpr double furthest_m = 0.01;  // largest |x| for which steps are chosen
 }  // namespace
 

@@ -11,7 +11,7 @@
 namespace shaker::simulated {
 
 namespace {
-constexpr double pi = std::numbers::pi;
+using std::numbers::pi;
 constexpr long most_changes =
     20;  // per sample; more is chatter, and the contacts then stay until the end of the sample
 }  // namespace

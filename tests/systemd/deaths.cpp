@@ -1,6 +1,7 @@
 // Output of the installed service when it dies or is stopped while it drives the mock bench, under systemd:
 // service_deaths COUNT [--json]. Run by tests/systemd/run deaths. The deaths take turns; five are one of each
-// kind. Times to the death are random, with a fixed seed: up to 2 s, with SHAKER_NIGHTLY=1 up to 8 s.
+// kind. Times to the death are random: up to 2 s with a fixed seed, with SHAKER_NIGHTLY=1 up to 8 s with
+// SHAKER_SEED.
 // A drive is at its full level after 8 s: SIGKILL, after which the daemon can do nothing, comes then.
 #include <sys/wait.h>
 #include <unistd.h>
@@ -238,7 +239,8 @@ int run(int argc, char** argv) {
     fs::permissions(folder / "converter",
                     fs::perms::owner_all | fs::perms::group_all | fs::perms::others_all);
     Service service{bench.dac()};
-    std::mt19937_64 random{1};
+    const char* const seed = std::getenv("SHAKER_SEED");
+    std::mt19937_64 random{nightly() && seed != nullptr ? std::strtoull(seed, nullptr, 10) : 1};
     std::uniform_real_distribution<double> later_s{0, nightly() ? 8.0 : 2.0};
     std::array<Row, names.size()> rows{};
     for (int i = 0; i < count; ++i) {
