@@ -23,6 +23,7 @@ struct DriveCommand {
     /// Above 0: a soft stop of this length, s, that begins with the next sample, also during a ramp. Volts,
     /// frequency and ramp are ignored then.
     double stop_s = 0;
+    std::uint64_t underruns = 0;  // underruns of the DAC since the start that its author has seen
 };
 
 /// A command as it was applied. With the previous one it is enough to regenerate every sample.

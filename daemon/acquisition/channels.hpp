@@ -56,7 +56,9 @@ struct Channels {
             cameras_failed.emplace_back();
         }
     }
-    Mailbox<DriveCommand> drive;  // reduction to output: the only feedback path
+    /// Reduction to output: the only feedback path. The output refuses a command whose author has not seen
+    /// the newest underrun, except soft stops.
+    Mailbox<DriveCommand> drive;
     // Trips from all threads go to the output. It stops within its next block and reports to the reduction.
     Ring<safety::Trip> sensed{8};   // accelerometer to output
     Ring<safety::Trip> ordered{8};  // reduction to output: its own trips and the operator's stop
@@ -78,6 +80,9 @@ struct Channels {
     Ring<DriveChange> ahead{64};           // output to accelerometer: changes before they are audible
     std::atomic<std::uint64_t> heard{0};   // samples of the accelerometer whose level was checked
     std::atomic<std::uint64_t> judged{0};  // blocks of the accelerometer that were checked completely
+    // Newest sample that was checked completely: the tick after it, and its AccelBlock::arrived.
+    std::atomic<std::int64_t> checked_to{0};
+    std::atomic<HostTime> checked_arrived{};
     safety::Warnings warnings;
     Ring<PlayTime> played{8192};  // output to reduction
     Ring<DriveChange> changes{1024};

@@ -97,9 +97,11 @@ safety::OutputSigns signs_of(const DriveOutput& output, const Channels& channels
             .mean_square_V2 = mean_square(output.volts),
             .clamped = s.clamped(),
             .largest_clamped_V = s.largest_clamped(),
-            .lost = output.lost,
             .heard = channels.heard,
             .judged = channels.judged,
+            .checked_to = {channels.checked_to},
+            .checked_arrived = channels.checked_arrived,
+            .played = output.played,
             .gathered = channels.gathered};
 }
 
@@ -192,7 +194,9 @@ void answer_trips(DriveOutput& output, Dac& dac, Channels& channels) {
 }
 
 void take_drive(DriveOutput& output, Channels& channels) {
-    const auto command = output.enable.admit(channels.drive.take(), output.synthesiser);
+    auto newest = channels.drive.take();
+    if (newest && newest->stop_s <= 0 && newest->underruns != output.underruns) newest.reset();
+    const auto command = output.enable.admit(newest, output.synthesiser);
     if (!command) return;
     output.synthesiser.set(*command);
     if (command->stop_s > 0) push_change(output, channels);
@@ -238,16 +242,17 @@ void output_step(DriveOutput& output, Dac& dac, Channels& channels) {
     if (output.line != nullptr) output.line->feed(output.enable.line_on());
     const PlayTime played = dac.write(output.volts, output.pulses);
     if (!channels.played.push(played)) ++channels.lost.plays_lost;
+    output.played = played;
     if (played.lost > 0) {  // the next sample starts from silence, never at full level
         synthesiser.silence(played.lost);
         output.triggers.skip(played.lost);
         output.queued.clear();
         output.enable.restart();
+        ++output.underruns;
         output.contact_read_at = synthesiser.tick().n;  // no block was written meanwhile
         push_change(output, channels);
         note_silence(first, played, output);
     }
-    output.lost = played.lost;
     channels.silent = synthesiser.silent() ? channels.silent + std::ssize(output.volts) : 0;
     channels.stopped = synthesiser.stopped();
     channels.lost.samples_clamped = synthesiser.clamped();

@@ -36,13 +36,14 @@ struct DriveOutput {
     std::uint64_t openings = 0, contact_reads = 0;  // values of the Channels that were answered
     std::int64_t contact_read_at = 0;               // DAC sample of the last reading
     std::int64_t drives_until = 0;                  // DAC sample after the last one that was not zero
-    std::int64_t lost = 0;                      // samples during which the DAC was empty after the last block
-    std::int64_t empty_from = 0, empty_to = 0;  // DAC samples: the last time the DAC was empty
-    std::uint64_t aborted = 0;                  // value of Channels::aborts that was answered
-    bool failed = false;                        // a loop has failed and its stop was ordered
-    safety::Trip newest{};                      // number 0: no trip yet
-    std::optional<safety::Trip> unreported;     // newest trip that found a full ring
-    std::optional<Clearance> clearance;         // waits for silence
+    PlayTime played;                                // of the last block
+    std::uint64_t underruns = 0;                    // of the DAC since the start
+    std::int64_t empty_from = 0, empty_to = 0;      // DAC samples: the last time the DAC was empty
+    std::uint64_t aborted = 0;                      // value of Channels::aborts that was answered
+    bool failed = false;                            // a loop has failed and its stop was ordered
+    safety::Trip newest{};                          // number 0: no trip yet
+    std::optional<safety::Trip> unreported;         // newest trip that found a full ring
+    std::optional<Clearance> clearance;             // waits for silence
 };
 
 /// Answers trips (also its own), aborts and clears, takes the newest drive, fills one block and plays it. A

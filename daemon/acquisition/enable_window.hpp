@@ -54,8 +54,11 @@ public:
         on_ = drives || (on_ && first < drives_until + after_);
         line_on_ = on_ || (line_on_ && first < drives_until + after_ + queue_);
     }
-    /// The DAC ran empty: the amplifier may have switched off.
-    void restart() noexcept { on_ = line_on_ = false; }
+    /// The DAC ran empty: the amplifier may have switched off. A command that was kept back is dropped.
+    void restart() noexcept {
+        on_ = line_on_ = false;
+        kept_.reset();
+    }
 
     /// For the samples of the last block in the DAC's stream.
     [[nodiscard]] bool on() const noexcept { return on_; }

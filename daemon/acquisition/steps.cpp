@@ -49,6 +49,8 @@ bool accelerometer_step(AccelerometerInput& input, Accelerometer& device, std::c
     while (const auto change = channels.ahead.pop()) input.guard.hear(*change);
     if (const auto expectation = channels.expectation.take()) input.guard.expect(*expectation);
     input.guard.check(block, channels.sensed, channels.warnings);
+    channels.checked_to = block.first.n + block.size;
+    channels.checked_arrived = block.arrived;
     ++channels.judged;
     if (!channels.blocks.push(block)) ++channels.lost.blocks_lost;
     return true;

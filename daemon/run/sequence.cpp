@@ -98,6 +98,7 @@ void Sequence::take_stamps(const acquisition::Streams& streams, acquisition::Cha
         const PlayTime& played = streams.played[plays_ - streams.dropped.played];
         const double heard_s = seconds(streams.timebase.at(played.tick));
         if (played.lost > 0) {
+            ++underruns_;
             start_again(played.lost, channels);
             now_s_ = std::max(now_s_, heard_s);  // the clock starts again and may be behind
         } else {
@@ -234,7 +235,8 @@ void Sequence::command(const Harmonics<Voltage>& volts, int ramp_periods, bool t
     channels.drive.post({.volts = volts,
                          .frequency = controller_.drive().frequency,
                          .ramp_periods = ramp_periods,
-                         .sequence = drive_.next()});
+                         .sequence = drive_.next(),
+                         .underruns = underruns_});
     if (transient) drive_.await();
 }
 

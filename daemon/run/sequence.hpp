@@ -198,6 +198,7 @@ private:
     std::uint64_t newest_trip_ = 0;     // its number
     std::optional<safety::Trip> trip_;
     std::size_t plays_ = 0, blocks_ = 0, changes_ = 0;  // processed elements of the streams
+    std::uint64_t underruns_ = 0;                       // of the DAC, in these
     AccelTick last_tick_{};                             // newest accelerometer sample
     bool clocks_known_ = false;                         // of DAC and accelerometer
     double now_s_ = 0;                                  // master time played

@@ -15,10 +15,11 @@ constexpr double block_patience = 1.25;  // blocks
 
 OutputGuard::OutputGuard(double rate_hz, double accelerometer_rate_hz, std::optional<Limits> limits)
     : rate_hz_{rate_hz},
+      accelerometer_rate_hz_{accelerometer_rate_hz},
       limits_{limits.value_or(Limits{})},
-      armed_{limits.has_value()},
-      has_accelerometer_{accelerometer_rate_hz > 0} {
-    if (has_accelerometer_) least_patience_s_ = block_patience * AccelBlock::capacity / accelerometer_rate_hz;
+      armed_{limits.has_value()} {
+    if (accelerometer_rate_hz > 0)
+        least_patience_s_ = block_patience * AccelBlock::capacity / accelerometer_rate_hz;
 }
 
 // A cause that was reported and has another limit now may be reported again.
@@ -55,12 +56,12 @@ std::optional<Trip> OutputGuard::find(const OutputSigns& s, Warnings& warnings) 
         if (const auto t =
                 trip(Cause::drive, StopKind::hard, s.peak_V, limits_.drive.abort, s.tick, warnings))
             return t;
-    if (s.lost > 0)
-        if (const auto t =
-                trip(Cause::underrun, StopKind::hard, static_cast<double>(s.lost), 0, s.tick, warnings))
+    if (s.played.lost > 0)
+        if (const auto t = trip(Cause::underrun, StopKind::hard, static_cast<double>(s.played.lost), 0,
+                                s.tick, warnings))
             return t;
     if (const auto t = find_heat(s, warnings)) return t;
-    if (has_accelerometer_)
+    if (accelerometer_rate_hz_ > 0)
         if (const auto t = find_silence(s, warnings)) return t;
     const double still_s = duration_s(s.tick - gathered_at_, rate_hz_);
     if (still_s > limits_.watchdog_s)
@@ -86,7 +87,20 @@ std::optional<Trip> OutputGuard::find_silence(const OutputSigns& s, Warnings& wa
     const double unjudged_s = duration_s(s.tick - judged_at_, rate_hz_), most_s = patience_s + held_back_s;
     if (unjudged_s >= most_s)
         return trip(Cause::sensor_missing, StopKind::soft, unjudged_s, most_s, s.tick, warnings);
+    const double older_s = growth_of_age(s);
+    if (!s.silent && older_s >= most_s)
+        return trip(Cause::sensor_missing, StopKind::soft, older_s, most_s, s.tick, warnings);
     return std::nullopt;
+}
+
+// Age of the newest checked sample, above its least value. By ticks, a delay that grows as slowly as clocks
+// drift is a drift. By stamps it is a growth; but the stamps of a sensor without such a clock are arrivals.
+double OutputGuard::growth_of_age(const OutputSigns& s) noexcept {
+    if (s.judged == 0) return 0;
+    const double now_s = counted_s(s.played.tick, rate_hz_);
+    const double ticks_s = by_ticks_.add(now_s, now_s - counted_s(s.checked_to, accelerometer_rate_hz_));
+    const Seconds age = s.played.heard - s.checked_arrived;
+    return std::max(ticks_s, by_stamps_.add(now_s, age.count()));
 }
 
 std::optional<Trip> OutputGuard::trip(Cause cause, StopKind kind, double value, double limit,

@@ -22,7 +22,7 @@ struct Description {
 constexpr Range factor{-1e6, 1e6}, count{1, 1e6};
 
 // In the order of FaultKind.
-constexpr std::array<Description, 18> descriptions{{
+constexpr std::array<Description, 19> descriptions{{
     {.name = "open", .lasts = true},
     {.name = "frozen", .lasts = true},
     {.name = "saturated", .lasts = true},
@@ -40,6 +40,7 @@ constexpr std::array<Description, 18> descriptions{{
     {.name = "walker_hidden", .lasts = true, .of_camera = true},
     {.name = "held_back", .lasts = true, .must_end = true},
     {.name = "camera_gone", .of_camera = true},
+    {.name = "late", .value = {1e-6, 1}, .lasts = true},
     {.name = "contact_open", .lasts = true},
 }};
 
@@ -121,6 +122,13 @@ bool LastingFaults::between(FaultKind what, double from, double to) const noexce
     return std::ranges::any_of(faults_, [&](const SceneFault& f) {
         return f.what == what && f.at_s <= to && f.at_s + f.for_s > from;
     });
+}
+
+double LastingFaults::growth_at(FaultKind what, double t) const noexcept {
+    double sum = 0;
+    for (const SceneFault& f : faults_)
+        if (f.what == what) sum += f.value * std::clamp(t - f.at_s, 0.0, f.for_s);
+    return sum;
 }
 
 double LastingFaults::product_at(FaultKind what, double t) const noexcept {

@@ -31,6 +31,7 @@ enum class FaultKind {
     walker_hidden,  // camera: an object covers the walker
     held_back,      // accelerometer: samples arrive, but their place in time is known only at the end
     camera_gone,    // camera: its driver gives up
+    late,           // accelerometer: samples arrive later and later, by `value` s each s; the delay stays
     contact_open,   // the contact of the abort input is open; a scene without this fault has no abort input
 };
 
@@ -71,6 +72,8 @@ public:
     [[nodiscard]] bool at(FaultKind what, double t) const noexcept;
     /// Whether one is active at any time after `from`, until `to`.
     [[nodiscard]] bool between(FaultKind what, double from, double to) const noexcept;
+    /// Sum of value times duration until t of the faults that have begun.
+    [[nodiscard]] double growth_at(FaultKind what, double t) const noexcept;
     /// Product of the values of the faults that are active at t; 1 if there is none.
     [[nodiscard]] double product_at(FaultKind what, double t) const noexcept;
 

@@ -31,7 +31,7 @@ World::State::State(const Scene& s, Pace p)
       n{-static_cast<std::int64_t>(buffer.size())},
       plant_faults{s.faults, {FaultKind::amplifier_gain, FaultKind::walker_off, FaultKind::walker_on}},
       underruns{s.faults, {FaultKind::underrun}},
-      sensor_faults{s.faults, {FaultKind::held_back}} {
+      sensor_faults{s.faults, {FaultKind::held_back, FaultKind::late}} {
     for (const CameraTruth& c : s.cameras) {
         const std::string& name = c.view.camera;
         views.push_back({.truth = c,
@@ -43,7 +43,8 @@ World::State::State(const Scene& s, Pace p)
 }
 
 bool World::State::accel_ready() const {
-    return !blocks.empty() && blocks.front().arrived <= host_time(now()) &&
+    const double late_s = sensor_faults.growth_at(FaultKind::late, now());
+    return !blocks.empty() && blocks.front().arrived <= host_time(now() - late_s) &&
            !sensor_faults.at(FaultKind::held_back, now());
 }
 

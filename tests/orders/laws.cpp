@@ -18,6 +18,8 @@ constexpr double motion_slack = 1.05;    // of a limit of motion: the daemon has
 constexpr double mean_s = 4;             // time constant of gravity and offset
 constexpr double contact_s = 0.06;       // the longest queue of the DAC in a plan, and two readings
 constexpr double mean_known_s = 0.3;
+constexpr double caught_up_s = 0.1;   // after an underrun
+constexpr double normal_age_s = 0.1;  // the longest queue of the DAC in a plan, delay and block of the sensor
 }  // namespace
 
 std::string text(const Violation& v) { return fmt::format("{}: at {:.4f} s {}", v.law, v.at_s, v.words); }
@@ -129,6 +131,20 @@ void Laws::check(double volt, std::int64_t tick) {
     }
 }
 
+// The clocks of a plan are right, so the ticks tell the age; in it are the queue of the DAC, the delay of the
+// sensor and its block. It is judged when the least age is known, and not while the program catches up after
+// an underrun.
+void Laws::check_age(double volt, std::int64_t tick) {
+    if (std::abs(volt) <= silence_V || tick < aged_from_) return;
+    const double age_s = static_cast<double>(tick) / rate_hz_ -
+                         static_cast<double>(channels_.checked_to) / accelerometer_.rate_hz;
+    const double most_s = std::max(limits_.missing_s, patience_floor_s_) + safety::OutputGuard::held_back_s +
+                          normal_age_s + 2 * static_cast<double>(block_) / rate_hz_ + limits_.soft_stop_s;
+    if (age_s < most_s) return;
+    broken("age of the samples", fmt::format("{:.6f} V with samples that are {:.4f} s old", volt, age_s));
+    aged_from_ = tick + samples(1);
+}
+
 void Laws::played(std::span<const double> volts, std::int64_t lost) {
     see_trips();
     see_judged();
@@ -136,6 +152,7 @@ void Laws::played(std::span<const double> volts, std::int64_t lost) {
     for (std::size_t i = 0; i < volts.size(); ++i) {
         hash_ = (hash_ ^ std::bit_cast<std::uint64_t>(volts[i])) * 1099511628211ULL;
         check(volts[i], next_ + static_cast<std::int64_t>(i));
+        check_age(volts[i], next_ + static_cast<std::int64_t>(i));
         if (!abort_at_) continue;
         const auto since_s =
             static_cast<double>(next_ + static_cast<std::int64_t>(i) - *abort_at_) / rate_hz_;
@@ -145,7 +162,9 @@ void Laws::played(std::span<const double> volts, std::int64_t lost) {
             abort_at_.reset();
     }
     next_ += static_cast<std::int64_t>(volts.size()) + lost;
-    if (lost > 0) judged_at_ = std::max(judged_at_, next_ - samples(patience_floor_s_));
+    if (lost == 0) return;
+    aged_from_ = std::max(aged_from_, next_ + samples(caught_up_s));
+    judged_at_ = std::max(judged_at_, next_ - samples(patience_floor_s_));
 }
 
 void Laws::unanswered(const std::string& request, double since_s) {

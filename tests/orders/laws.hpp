@@ -72,6 +72,7 @@ private:
     };
     void see_judged();
     void check(double volt, std::int64_t tick);
+    void check_age(double volt, std::int64_t tick);
     void require_silence(double after_s, bool abort, std::string why);
     [[nodiscard]] std::int64_t samples(double s) const noexcept;
 
@@ -93,6 +94,7 @@ private:
     std::int64_t sampled_ = 0;
     std::uint64_t judged_ = 0;
     std::int64_t judged_at_ = 0;
+    std::int64_t aged_from_ = samples(2);  // tick from which the age of the samples is judged
     std::size_t seen_trips_ = 0;
     double slowest_abort_s_ = 0;
     std::uint64_t aborts_ = 0, trips_ = 0;

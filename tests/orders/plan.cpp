@@ -17,10 +17,11 @@ using simulated::FaultKind;
 constexpr double yaw_deg = 25;  // of the accelerometer on the base
 
 constexpr std::array fault_names{
-    "open",         "frozen",      "saturated",      "flipped",      "swapped",      "gain",
-    "drop",         "silent",      "amplifier_gain", "walker_off",   "walker_on",    "underrun",
-    "camera_stall", "camera_lose", "walker_hidden",  "held_back",    "camera_gone",  "contact_open",
-    "disk_full",    "disk_error",  "slow_sensor",    "slow_cameras", "slow_service", "killed"};
+    "open",       "frozen",      "saturated",    "flipped",        "swapped",
+    "gain",       "drop",        "silent",       "amplifier_gain", "walker_off",
+    "walker_on",  "underrun",    "camera_stall", "camera_lose",    "walker_hidden",
+    "held_back",  "camera_gone", "late",         "contact_open",   "disk_full",
+    "disk_error", "slow_sensor", "slow_cameras", "slow_service",   "killed"};
 static_assert(fault_names.size() == troubles);
 
 // How often a client does what, in the order of Action.
@@ -108,6 +109,8 @@ std::string scene_fault(const Fault& f, double from_s) {
             return text + fmt::format("value = {}\n", 1 + static_cast<int>(4000 * f.value));
         case FaultKind::gain:
             return text + fmt::format("for_s = {}\nvalue = {}\n", f.for_s, 0.2 + 2 * f.value);
+        case FaultKind::late:
+            return text + fmt::format("for_s = {}\nvalue = {}\n", f.for_s, 0.01 * std::pow(100.0, f.value));
         case FaultKind::amplifier_gain:
             return text + fmt::format("value = {}\n", 0.3 + 1.5 * f.value);
         case FaultKind::walker_off:

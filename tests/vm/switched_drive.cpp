@@ -44,7 +44,9 @@ SwitchedDrive drive_switched(Rig& rig, double seconds) {
             }
             while (const auto p = channels.played.pop()) {
                 seen = *p;
-                if (p->lost > 0 && until_trip) channels.drive.post(command);  // an emulated machine is slow
+                if (p->lost == 0 || !until_trip) continue;
+                command.underruns = output.underruns;
+                channels.drive.post(command);  // an emulated machine is slow
             }
             while (const auto t = channels.trips.pop())
                 if (!done.trip) done.trip = *t;

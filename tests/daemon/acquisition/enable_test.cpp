@@ -36,6 +36,7 @@ struct Output {
         DriveCommand c;
         c.volts.at(1) = volts;
         c.stop_s = stop_s;
+        c.underruns = output.underruns;
         channels.drive.post(c);
     }
     void trip(StopKind kind) { ASSERT_TRUE(channels.ordered.push({.cause = Cause::residual, .stop = kind})); }
@@ -148,6 +149,18 @@ TEST(EnableTest, AmplifierHasItsTimeAgainAfterUnderrun) {
     run.drive();
     run.go(100);
     EXPECT_GE(Output::start_of(run.dac.given, now) - Output::start_of(run.dac.tone, now), before);
+}
+
+TEST(EnableTest, UnderrunDropsTheCommandThatWasKeptBack) {
+    Output run;
+    run.drive();
+    run.go(10);  // less than the lead
+    run.dac.loses = 4800;
+    run.go(200);
+    EXPECT_EQ(Output::end_of(run.dac.given), 0) << "its author has not seen the underrun";
+    run.drive();
+    run.go(100);
+    EXPECT_GT(Output::end_of(run.dac.given), 0);
 }
 
 TEST(EnableTest, NewSetPointIsNotKeptBack) {

@@ -91,7 +91,9 @@ TEST(LoopsTest, EmptyDacStaysSilentUntilNewCommand) {
     for (int i = 0; i < 200; ++i) output_step(output, dac, channels);
     EXPECT_EQ(dac.peak, 0);
     EXPECT_EQ(dac.pulses, 1000);
-    channels.drive.post(one_volt());
+    DriveCommand again_driven = one_volt();
+    again_driven.underruns = 1;
+    channels.drive.post(again_driven);
     for (int i = 0; i < 20; ++i) output_step(output, dac, channels);
     EXPECT_GT(dac.peak, 0.4);
     ASSERT_TRUE(channels.changes.pop());

@@ -3,6 +3,7 @@
 
 #include <cstdio>
 
+#include "daemon/run/run_setup.hpp"
 #include "tests/support/no_alloc.hpp"
 #include "tests/support/safety/guarded.hpp"
 
@@ -99,7 +100,47 @@ TEST(GuardTest, StalledReductionSilencesDrive) {
     EXPECT_TRUE(off.trips.empty());
 }
 
+// With the limits that runs play the underrun is not a trip. A correction lies in the mailbox, and more come
+// from a control that has not seen the underrun yet.
 TEST(GuardTest, StaysSilentAfterUnderrunDespiteCommands) {
+    for (const int ramp_periods : {1, 10}) {
+        Guarded run{run::limits_of_run(limits())};
+        run.start(0.5);
+        DriveCommand correction = volts(0.5);
+        correction.ramp_periods = ramp_periods;
+        run.base.empty = 1000;
+        run.base.meanwhile = [&] { run.channels.drive.post(correction); };
+        run.go(block / rate);
+        const std::int64_t zero = run.zero_from();
+        run.go(0.5);
+        run.channels.drive.post(correction);
+        run.go(0.5);
+        EXPECT_TRUE(run.trips.empty()) << text(run.trips.front());
+        EXPECT_EQ(run.zero_from(), zero) << "not a sample after it";
+        EXPECT_EQ(run.channels.warnings[Cause::underrun], 1U);
+        correction.underruns = 1;
+        run.channels.drive.post(correction);
+        run.go(1);
+        EXPECT_GT(run.zero_from(), std::ssize(run.base.played) - 10) << "driven by who has seen the underrun";
+    }
+}
+
+TEST(GuardTest, SoftStopIsObeyedWhateverItsAuthorHasSeen) {
+    Guarded run{run::limits_of_run(limits())};
+    run.base.empty = 1000;
+    run.go(0.1);
+    DriveCommand seen = volts(0.5);
+    seen.underruns = 1;
+    run.channels.drive.post(seen);
+    run.go(1);
+    ASSERT_GT(run.zero_from(), std::ssize(run.base.played) - 10) << "driven";
+    run.channels.drive.post({.volts = {}, .sequence = 7, .stop_s = 0.1});
+    const std::int64_t asked = std::ssize(run.base.played);
+    run.go(0.5);
+    EXPECT_EQ(run.zero_from(), asked + 4800);
+}
+
+TEST(GuardTest, UnderrunTripsWhereItIsALimit) {
     Guarded run{limits()};
     run.start(0.5);
     run.base.empty = 1000;

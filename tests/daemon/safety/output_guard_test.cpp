@@ -135,7 +135,7 @@ TEST(OutputGuardTest, UnderrunTrips) {
     for (const bool on : {true, false}) {
         Life life{on ? limits() : without(Cause::underrun)};
         life.trips_within(1);
-        life.signs.lost = 480;
+        life.signs.played.lost = 480;
         EXPECT_EQ(life.trips_within(0.005).has_value(), on);
         EXPECT_EQ(life.warnings[Cause::underrun], on ? 0U : 1U);
         if (on) {
@@ -165,7 +165,7 @@ TEST(OutputGuardTest, WithoutLimitsItCountsAndNeverTrips) {
     Life life{std::nullopt};
     life.sensor = life.reduction = false;
     life.signs.clamped = 5;
-    life.signs.lost = 7;
+    life.signs.played.lost = 7;
     EXPECT_FALSE(life.trips_within(10));
     for (const Cause c : {Cause::sensor_missing, Cause::watchdog, Cause::drive, Cause::underrun})
         EXPECT_GT(life.warnings[c], 0U) << name(c);

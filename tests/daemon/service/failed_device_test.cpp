@@ -56,6 +56,16 @@ TEST_F(FailedDeviceTest, HeldBackSamplesTripInTime) {
     EXPECT_LT(static_cast<double>(r.last.trip->tick) / r.last.facts->dac.rate_hz, 9.16);
 }
 
+// As behind a link that carries 88 % of the rate. The stamps are right, the samples come seconds late.
+TEST_F(FailedDeviceTest, SamplesThatComeLaterAndLaterTripInTime) {
+    const auto r =
+        play(slow + test::fault("late", 9, "value = 0.12\n"), {start(), until(in(RunState::tripped))});
+    ASSERT_TRUE(r.last.trip);
+    EXPECT_EQ(r.last.trip->cause, safety::Cause::sensor_missing);
+    const double tripped_s = static_cast<double>(r.last.trip->tick) / r.last.facts->dac.rate_hz;
+    EXPECT_NEAR(0.12 * (tripped_s - 9), 0.02 + safety::OutputGuard::held_back_s, 0.02);
+}
+
 TEST_F(FailedDeviceTest, ThreadThatThrowsEndsTheDriveWithARamp) {
     std::ofstream{folder / "scene.toml"} << slow;
     options.scene = folder / "scene.toml";

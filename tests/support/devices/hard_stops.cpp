@@ -106,7 +106,8 @@ HardStops stop_hard(Dac& dac, int count, unsigned seed) {
     for (int i = 0; i < count; ++i) {
         DriveCommand drive{
             .volts = {},
-            .frequency = lowest_hz + (highest_hz - lowest_hz) * static_cast<double>(random() % 1000) / 1000};
+            .frequency = lowest_hz + (highest_hz - lowest_hz) * static_cast<double>(random() % 1000) / 1000,
+            .underruns = run.output.underruns};
         drive.volts.at(1) = amplitude_V;
         drive.volts.at(2) = {0, amplitude_V};
         run.channels.drive.post(drive);

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <deque>
+#include <functional>
 #include <optional>
 #include <utility>
 #include <vector>
@@ -29,7 +30,8 @@ struct Base {
     bool reads_early = false;  // as a sensor whose samples wait for their place in time
     bool held_back = false;    // they wait
     std::vector<std::array<std::int32_t, 3>> early;
-    std::int64_t empty = 0;  // duration of an underrun that the next write reports, samples
+    std::function<void()> meanwhile;  // what happens once while a block is written
+    std::int64_t empty = 0;           // duration of an underrun that the next write reports, samples
     std::vector<double> played;
     std::deque<AccelBlock> ready;
     AccelBlock filling{.first = {0}, .arrived = {}, .size = 0};
@@ -54,12 +56,16 @@ public:
         return {.name = "bench", .rate_hz = rate, .full_scale_V = 1};
     }
     PlayTime write(std::span<const double> volts, std::span<const double>) override {
+        if (const auto happens = std::exchange(base_.meanwhile, nullptr)) happens();
         const PlayTime now{{std::ssize(base_.played)}, {}, std::exchange(base_.empty, 0)};
         for (const double v : volts) {
             if (std::ssize(base_.played) % 12 == 0) base_.sample(v);
             base_.played.push_back(v);
         }
-        base_.played.resize(base_.played.size() + static_cast<std::size_t>(now.lost));
+        for (std::int64_t i = 0; i < now.lost; ++i) {
+            if (std::ssize(base_.played) % 12 == 0) base_.sample(0);
+            base_.played.push_back(0);
+        }
         return now;
     }
     void stop() noexcept override {}
