@@ -26,6 +26,8 @@ public:
 
     /// A window without drive: measures the noise.
     void quiet(const PeriodEstimate& window);
+    /// Discards the measured noise; quiet() measures it anew.
+    void forget_noise() noexcept { noise_ = 0, quiet_windows_ = 0; }
 
     /// Starts identification; false when `identify` or `equalise` is off.
     bool begin_identification();

@@ -11,6 +11,7 @@
 #include "daemon/reduction/selection.hpp"
 #include "daemon/report/results.hpp"
 #include "daemon/run/self_test.hpp"
+#include "daemon/safety/gravity.hpp"
 
 namespace shaker::run {
 
@@ -18,7 +19,7 @@ namespace {
 
 using Complex = std::complex<double>;
 constexpr double most_ppm = 200;       // largest rate error of a crystal
-constexpr double most_gravity = 0.05;  // largest relative error of gravity measured at rest
+constexpr double most_gravity = 0.05;  // largest relative error of gravity at rest without a warning
 constexpr double deg = 180 / std::numbers::pi;
 
 // Harmonics 1 and 2 of the base's acceleration along an axis, measured by one instrument. m/s^2; phases
@@ -140,7 +141,11 @@ void Judge::noise(const std::string& name, const std::array<std::vector<double>,
                     sd(0), sd(1), sd(2), density * sd(0), density * sd(1), density * sd(2)));
     const double off = mean.norm() / test_.plan().gravity - 1;
     const bool fits = std::abs(off) < most_gravity;
-    add(fits ? Verdict::good : Verdict::warning, name,
+    const bool wrong = safety::gravity_wrong(mean.norm(), test_.plan().gravity);
+    add(fits    ? Verdict::good
+        : wrong ? Verdict::bad
+                : Verdict::warning,
+        name,
         fmt::format(
             "measures {:.4f} m/s^2 along ({:+.3f}, {:+.3f}, {:+.3f}) at rest: gravity {}", mean.norm(),
             mean(0) / mean.norm(), mean(1) / mean.norm(), mean(2) / mean.norm(),

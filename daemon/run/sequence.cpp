@@ -146,9 +146,9 @@ void Sequence::take_accelerations(const acquisition::Streams& streams, acquisiti
 void Sequence::window_done(const control::PeriodWindows::Window& window,
                            const calibration::Timebase& timebase, acquisition::Channels& channels) {
     const RunState now = state();
-    if (now == RunState::self_test) {
+    if (auto* quiet = std::get_if<Quiet>(&state_); quiet != nullptr && window.from_s >= quiet->from_s) {
         controller_.quiet(window.estimate);
-        guard_.check_at_rest(window, channels);
+        quiet->judged = guard_.check_at_rest(window, channels);
     }
     if (auto* check = std::get_if<LoopCheck>(&state_)) return take_check(*check, window, channels);
     if (now != RunState::identify && now != RunState::run) return;

@@ -31,7 +31,7 @@ struct RunPlan {
     int soft_start = 10;       // periods of the ramps at both ends
     int settle_at_most = 400;  // periods; then the measurement starts anyway, with a note
     int most_restarts = 3;     // after the DAC ran empty; then that is a trip
-    double quiet_s = 0.6;      // silence before the drive
+    double quiet_s = 0.6;      // length of the self-test at rest; at least one window
     safety::Limits limits;
     double gravity = paper_g;  // m/s^2 at the place
     bool on_call = false;      // waits in idle for begin(), measures until end() and is never done()
@@ -73,9 +73,10 @@ public:
     /// Stops the run from outside: an immediate ramp to zero, which counts as a trip.
     void stop(acquisition::Channels& channels,
               const safety::Trip& why = {.cause = safety::Cause::operator_stop});
-    /// The operator has acknowledged the trip: idle as soon as the output has unlatched. A later trip or
-    /// abort keeps it latched. aborts: Channels::aborts when the operator cleared. InputError without a trip,
-    /// while the drive is not silent yet, and while the contact of the abort input is not closed.
+    /// The operator has acknowledged the trip: idle as soon as the output has unlatched, or the self-test
+    /// again while it has not been passed. A later trip or abort keeps it latched. aborts: Channels::aborts
+    /// when the operator cleared. InputError without a trip, while the drive is not silent yet, and while the
+    /// contact of the abort input is not closed.
     void clear(std::uint64_t aborts, acquisition::Channels& channels);
 
     [[nodiscard]] const RunPlan& plan() const noexcept { return plan_; }
@@ -201,6 +202,7 @@ private:
     std::uint64_t underruns_ = 0;                       // of the DAC, in these
     AccelTick last_tick_{};                             // newest accelerometer sample
     bool clocks_known_ = false;                         // of DAC and accelerometer
+    bool self_tested_ = false;                          // the self-test was passed
     double now_s_ = 0;                                  // master time played
     double reported_s_ = 0;                             // master time of the last reported window
     recording::MeasuredPart part_{0, 0};                // the newest measurement that began

@@ -39,12 +39,15 @@ bool Sequence::may_clear() const noexcept {
     return tripped != nullptr && tripped->phase == Tripped::Phase::silent;
 }
 
-void Sequence::advance(Init& /*init*/, acquisition::Channels& channels) {
-    if (clocks_known_) go(Quiet{}, channels);
+void Sequence::advance(Init& init, acquisition::Channels& channels) {
+    if (!clocks_known_) return;
+    controller_.forget_noise();
+    go(Quiet{.from_s = init.from_s}, channels);
 }
 
-void Sequence::advance(Quiet& /*quiet*/, acquisition::Channels& channels) {
-    if (now_s_ < plan_.quiet_s) return;
+void Sequence::advance(Quiet& quiet, acquisition::Channels& channels) {
+    if (!quiet.judged || now_s_ < since_s_ + plan_.quiet_s) return;
+    self_tested_ = true;
     go(Idle{}, channels);
     if (plan_.on_call) return;
     if (plan_.walk)
@@ -141,7 +144,10 @@ void Sequence::finish_clearing(acquisition::Channels& channels) {
     if (channels.stopped) return;
     guard_.rearm();
     trip_.reset();
-    go(Idle{}, channels);
+    if (self_tested_)
+        go(Idle{}, channels);
+    else
+        go(Init{.from_s = now_s_}, channels);
 }
 
 bool Sequence::walker_settled() const {

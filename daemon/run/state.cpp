@@ -22,7 +22,7 @@ bool may_follow(RunState from, RunState to) noexcept {
         std::pair{ramp, ramp_down},   std::pair{run, ramp},           std::pair{run, ramp_down},
         std::pair{armed, loop_check}, std::pair{loop_check, ramp},    std::pair{loop_check, ramp_down},
         std::pair{ramp, loop_check},  std::pair{run, loop_check},     std::pair{loop_check, loop_check},
-        std::pair{ramp_down, idle},   std::pair{tripped, idle}};
+        std::pair{ramp_down, idle},   std::pair{tripped, idle},       std::pair{tripped, init}};
     return (to == tripped && from != tripped) || std::ranges::find(ways, std::pair{from, to}) != ways.end();
 }
 

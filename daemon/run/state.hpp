@@ -22,7 +22,8 @@ inline constexpr int run_states = static_cast<int>(RunState::finishing) + 1;
 
 /// One word: "ramp_down".
 const char* name(RunState state) noexcept;
-/// Whether a run in `from` may go to `to`. Any state may trip, and from there only idle follows.
+/// Whether a run in `from` may go to `to`. Any state may trip. From there idle follows, or init while the
+/// self-test has not been passed.
 bool may_follow(RunState from, RunState to) noexcept;
 /// True when the shaker is driven: identify, loop_check, ramp, run, ramp_down.
 bool driving(RunState state) noexcept;

@@ -8,8 +8,13 @@
 
 namespace shaker::run {
 
-struct Init {};
-struct Quiet {};
+struct Init {
+    double from_s = 0;  // master time since which the output has been silent
+};
+struct Quiet {
+    double from_s = 0;    // as of Init; windows from before it do not count
+    bool judged = false;  // the newest window was, without a finding
+};
 struct Idle {
     bool ended = false;  // the one run is over
 };

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "daemon/safety/gravity.hpp"
+
 namespace shaker::run {
 
 namespace {
@@ -15,8 +17,6 @@ constexpr double tight = 0.3;          // relative tolerance for a measured resp
 constexpr double near = 0.1;           // loop error, share of the target, below which the target is reached
 constexpr double clear_of_noise = 30;  // motion / standard deviation of the noise
 constexpr double same = 0.1;           // largest relative change between windows of constant motion
-constexpr double least_gravity = 0.5;  // m/s^2; a smaller mean is the offset of a sensor without gravity
-constexpr double most_gravity_off = 0.4;  // largest relative error of gravity
 // True when the motion is well above the noise, so that its axis and its ratio to the drive are meaningful.
 bool moves(const control::PeriodWindows::Window& window, double noise) {
     return control::norm(window.motion.measured, control::controlled_harmonics) >
@@ -38,18 +38,19 @@ void Supervisor::order(const safety::Trip& trip, acquisition::Channels& channels
     if (!ordered_) ++channels.lost.trips_lost;  // the next finding tries again
 }
 
-void Supervisor::check_at_rest(const control::PeriodWindows::Window& window,
+bool Supervisor::check_at_rest(const control::PeriodWindows::Window& window,
                                acquisition::Channels& channels) {
     const auto& g = window.estimate.mean;
-    const double seen = std::hypot(g[0], g[1], g[2]), share = seen / gravity_;
-    if (seen < least_gravity || std::abs(share - 1) < most_gravity_off) return;
-    if (!limits_.detectors[static_cast<std::size_t>(safety::Cause::gravity)]) return;
+    const double seen = std::hypot(g[0], g[1], g[2]);
+    if (!safety::gravity_wrong(seen, gravity_)) return true;
+    if (!limits_.detectors[static_cast<std::size_t>(safety::Cause::gravity)]) return true;
     order({.cause = safety::Cause::gravity,
            .on_dac_clock = true,
-           .value = share,
-           .limit = 1 + most_gravity_off,
+           .value = seen / gravity_,
+           .limit = 1 + safety::most_gravity_off,
            .tick = tick_at(window.to_s)},
           channels);
+    return false;
 }
 
 void Supervisor::check(const control::PeriodWindows::Window& window,

@@ -26,7 +26,8 @@ public:
           clocks_{accelerometer.rate_hz} {}
 
     /// Checks a window without a drive: the sensor must measure the gravity of the place or no constant part.
-    void check_at_rest(const control::PeriodWindows::Window& window, acquisition::Channels& channels);
+    /// False: it does not, and a stop is ordered.
+    bool check_at_rest(const control::PeriodWindows::Window& window, acquisition::Channels& channels);
     /// Relation of a window to the target.
     struct Standing {
         bool current = false;   // the target was in force during the whole window

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <utility>
 
 #include "daemon/safety/output_guard.hpp"
 
@@ -109,6 +110,8 @@ void Laws::see_judged() {
 
 void Laws::check(double volt, std::int64_t tick) {
     if (std::abs(volt) <= silence_V) return;
+    if (!std::exchange(self_tested_, true))
+        broken("self-test before a drive", fmt::format("{:.6f} V without a passed self-test", volt));
     for (const auto& [from, limit] : drive_limits_)
         if (tick >= from && std::abs(volt) > limit * slack) {
             broken("drive limit", fmt::format("{:.6f} V above the limit of {:.6f} V", volt, limit));

@@ -40,6 +40,8 @@ public:
     void see_trips();
     /// The limits in force, as published. Call after every change.
     void limits(const safety::Limits& limits);
+    /// The bench has passed its self-test at rest.
+    void self_tested() noexcept { self_tested_ = true; }
     /// The accelerometer has delivered samples.
     void sampled(std::span<const std::array<std::int32_t, 3>> counts);
     /// A block was handed to the DAC, which lost `lost` samples behind it.
@@ -90,6 +92,7 @@ private:
     std::uint64_t cleared_ = 0;             // event of the newest clear
     std::optional<std::int64_t> abort_at_;  // tick of the newest abort, until the output is silent
     std::vector<Silence> silences_{};
+    bool self_tested_ = false;
     double mean_ = 0;  // of the acceleration along the axis, m/s^2
     std::int64_t sampled_ = 0;
     std::uint64_t judged_ = 0;

@@ -5,6 +5,7 @@
 
 #include <cmath>
 #include <fstream>
+#include <utility>
 
 #include "daemon/run/runner.hpp"
 #include "daemon/service/bench_service.hpp"
@@ -105,7 +106,9 @@ private:
         if (!lasts(static_cast<std::size_t>(Trouble::slow_service))) any = service_.step(streams, channels);
         clients_.turn();
         if (const auto now = port_.state()) {
-            state_ = now->state;
+            const run::RunState before = std::exchange(state_, now->state);
+            if (before == run::RunState::self_test && state_ != before && state_ != run::RunState::tripped)
+                laws_.self_tested();
             laws_.limits(now->limits);
         }
         if (now_s() > plan_.length_s && !service_.leaving()) {

@@ -120,6 +120,15 @@ TEST(RunnerTest, CheckOfASoundBenchPasses) {
     EXPECT_NE(o.out.find("the bench is fit to run"), std::string::npos) << o.out;
 }
 
+// Half of the gravity of the place: the gain of the sensor is not what the rig file says.
+TEST(RunnerTest, CheckOfAWrongGainFails) {
+    const Outcome o =
+        shakerd("check --scene scene.toml", bench("[[fault]]\nwhat = \"gain\"\nvalue = 0.5\nat_s = 0\n"));
+    EXPECT_EQ(o.status, 3) << o.out << o.err;
+    EXPECT_NE(o.out.find("gravity is -50"), std::string::npos) << o.out;
+    EXPECT_NE(o.out.find("the bench is not fit to run"), std::string::npos) << o.out;
+}
+
 constexpr const char* early_warning = "[limits]\nacceleration_warn_mps2 = 2\n";
 
 TEST(RunnerTest, ServeReportsWarningsAsEventsAndNotes) {
