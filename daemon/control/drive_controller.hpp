@@ -26,7 +26,7 @@ public:
 
     /// A window without drive: measures the noise.
     void quiet(const PeriodEstimate& window);
-    /// Discards the measured noise; quiet() measures it anew.
+    /// Discards the measured noise; quiet() measures it again.
     void forget_noise() noexcept { noise_ = 0, quiet_windows_ = 0; }
 
     /// Starts identification; false when `identify` or `equalise` is off.
