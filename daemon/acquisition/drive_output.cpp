@@ -214,13 +214,7 @@ DriveOutput::DriveOutput(const DacInfo& dac, double frequency, double frames_per
       volts(block),
       pulses(block),
       queued{dac, block, synthesiser, triggers},
-      enable{dac.rate_hz, dac.enable_before_s, dac.queue_frames} {}
-
-void DriveOutput::connect(const Rig& rig) noexcept {
-    line = rig.enable.get();
-    if (line != nullptr) enable.lead(line->before_s());
-    has_contact = rig.abort_input != nullptr;
-}
+      enable{dac.rate_hz, dac.enable_before_s} {}
 
 void output_step(DriveOutput& output, Dac& dac, Channels& channels) {
     Synthesiser& synthesiser = output.synthesiser;
@@ -238,8 +232,7 @@ void output_step(DriveOutput& output, Dac& dac, Channels& channels) {
     note_drive(first, output);
     output.enable.note(first, synthesiser, output.drives_until);
     dac.enable(output.enable.on());
-    channels.enabled = output.enable.on() || output.enable.line_on();
-    if (output.line != nullptr) output.line->feed(output.enable.line_on());
+    channels.enabled = output.enable.on();
     const PlayTime played = dac.write(output.volts, output.pulses);
     if (!channels.played.push(played)) ++channels.lost.plays_lost;
     output.played = played;
