@@ -1,11 +1,16 @@
 #include "daemon/bench/bench.hpp"
 
+#include <spdlog/fmt/fmt.h>
+
+#include <cerrno>
 #include <cmath>
+#include <cstring>
 #include <fstream>
 #include <iterator>
 #include <numbers>
 #include <utility>
 
+#include "daemon/bench/changed_settings.hpp"
 #include "drivers/commissioned/record.hpp"
 #include "drivers/errors.hpp"
 #include "drivers/hardware/hardware_rig.hpp"
@@ -44,6 +49,13 @@ safety::Limits limits_for(const simulated::ShakerTruth& shaker, double walker_kg
                                 .coil_A_per_V = std::abs(shaker.amplifier_gain) / ohm});
 }
 
+std::string content(const std::filesystem::path& file) {
+    std::ifstream in{file, std::ios::binary};
+    std::string text{std::istreambuf_iterator<char>{in}, {}};
+    if (!in) throw InputError{file.string() + ": cannot be read: " + std::strerror(errno)};
+    return text;
+}
+
 Bench open_simulated(const std::filesystem::path& scene, simulated::World::Pace pace) {
     Bench open;
     SettingsTable root =
@@ -73,9 +85,8 @@ Bench open_file(const std::filesystem::path& file) {
         throw InputError{"--rig \"" + file.string() +
                          "\": no such file; expected a rig file (TOML), or sim: for the simulated bench"};
     Bench open;
-    std::ifstream in{file};
-    open.rig_text.assign(std::istreambuf_iterator<char>{in}, {});
-    SettingsTable root = SettingsTable::from_file(file);
+    open.rig_text = content(file);
+    SettingsTable root = SettingsTable::from_text(open.rig_text, file.string());
     for (const char* device : {"dac", "accelerometer", "shaker"})
         if (!root.has(device)) root.fail(device, std::string{"missing; expected a table ["} + device + "]");
     simulated::Scene sheet = simulated::paper_scene();
@@ -99,12 +110,20 @@ Bench open_file(const std::filesystem::path& file) {
 
 }  // namespace
 
-safety::Limits limits_now(const Bench& bench, const std::string& name, const std::filesystem::path& scene) {
-    const std::filesystem::path file = name == "sim:" ? scene : std::filesystem::path{name};
-    if (file.empty()) return bench.limits;
-    SettingsTable root = SettingsTable::from_file(file);
-    return limits_for(bench.shaker, bench.world ? bench.scene.walker.mass_kg : 0, bench.rig,
-                      root.table("limits"));
+NewLimits limits_now(const Bench& bench, const std::string& name, const std::filesystem::path& scene) {
+    const std::filesystem::path file = bench.world ? scene : std::filesystem::path{name};
+    if (file.empty()) return {bench.limits, {}};
+    const std::string text = content(file);
+    if (!bench.world)
+        if (const std::string why = commissioned::missing_record(file, text); !why.empty())
+            throw InputError{why};
+    SettingsTable root = SettingsTable::from_text(text, file.string()), limits = root.table("limits");
+    const std::string seen = bench.world ? scene_text(simulated::read_scene(root)) : text;
+    NewLimits now{
+        limits_for(bench.shaker, bench.world ? bench.scene.walker.mass_kg : 0, bench.rig, std::move(limits)),
+        changed_settings(bench.rig_text, seen)};
+    std::erase(now.ignored, "limits");
+    return now;
 }
 
 Bench open_bench(const std::string& name, const std::filesystem::path& scene, simulated::World::Pace pace) {

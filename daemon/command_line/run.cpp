@@ -59,6 +59,9 @@ constexpr auto arguments = manual::joined(
         Argument{
             .name = "--no-identify",
             .help = "Use the response of the data sheet; do not identify the base's response before the run"},
+        Argument{
+            .name = "--uncommissioned",
+            .help = "Drive a bench without a valid record of \"check --commission\", at half its limits"},
         Argument{.name = "--open-loop", .help = "Do not correct the drive by the measured motion"},
         Argument{.name = "--threads",
                  .help = "Run each loop in its own thread, as on hardware, instead of in lockstep"},
@@ -87,6 +90,7 @@ run::RunOptions run_options(const manual::Values& values) {
         options.pictures = recorded::kept_pictures_named(values.text("--frames")).value_or(options.pictures);
     if (values.has("--no-identify")) options.identify = false;
     if (values.has("--open-loop")) options.closed_loop = false;
+    options.uncommissioned = values.has("--uncommissioned");
     options.threads = values.has("--threads");
     options.real_time = values.has("--real-time");
     options.json = values.has("--json");

@@ -65,6 +65,8 @@ public:
         return gain() && limits() && aborts() && emergency_stop();
     }
     [[nodiscard]] const std::vector<Item>& items() const { return results_.items(); }
+    /// The rig file as it was opened.
+    [[nodiscard]] const std::string& rig_text() { return session_.bench().rig_text; }
 
 private:
     bool polarity() {
@@ -157,8 +159,10 @@ bool commission(const Settings& settings, const Operator& person) {
         throw InputError{
             "--commission: the simulated bench needs no commissioning; name a rig file by --rig"};
     Day day{settings, person};
+    if (!settings.tested_text.empty() && day.rig_text() != settings.tested_text)
+        throw InputError{settings.rig + " has changed since its self-test; start the commissioning again"};
     if (!day.lead()) return false;
-    commissioned::write_record(settings.rig, recording::local_time_text(), day.items());
+    commissioned::write_record(settings.rig, day.rig_text(), recording::local_time_text(), day.items());
     person.show("commissioned: " + commissioned::record_of(settings.rig).string() + "\n");
     return true;
 }

@@ -27,6 +27,7 @@ struct RunOptions {
     bool threads = false;     // one thread for each loop; false: lockstep
     bool real_time = false;   // with threads: a simulated rig keeps to real time
     bool json = false;
+    bool uncommissioned = false;  // drive a bench without a record of its commissioning, at half its limits
     /// Friction coefficient of walker and base, for the predicted walk before a single run; NaN: not known.
     calibration::Estimate mu{NAN, NAN};
 };

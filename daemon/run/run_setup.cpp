@@ -36,6 +36,17 @@ safety::Limits limits_of_run(safety::Limits limits) {
     return limits;
 }
 
+safety::Limits halved(safety::Limits limits) {
+    using safety::Limits;
+    for (const auto level : {&Limits::acceleration, &Limits::acceleration_rms, &Limits::velocity,
+                             &Limits::displacement, &Limits::drive, &Limits::coil_A}) {
+        safety::Level& l = limits.*level;
+        l = {l.warn / 2, l.abort / 2};
+    }
+    limits.force_n /= 2;
+    return limits;
+}
+
 std::vector<safety::Demand> run_demands(const bench::Bench& bench, const Drive& drive,
                                         const safety::Limits& limits) {
     safety::PlannedMotion plan{.target = harmonics(drive),

@@ -27,7 +27,8 @@ Sequence::Sequence(const RunPlan& plan, double dac_rate_hz, const AccelerometerI
       controller_{plan.controller},
       walker_{frequency_},
       guard_{plan.limits, accelerometer, dac_rate_hz, plan.gravity},
-      drive_{dac_rate_hz} {}
+      drive_{dac_rate_hz},
+      notes_{plan.notes} {}
 
 bool Sequence::step(const acquisition::Streams& streams, acquisition::Channels& channels) {
     const std::size_t before = plays_ + blocks_ + changes_ + stops_.size() + walker_.seen();

@@ -37,6 +37,7 @@ struct RunPlan {
     bool on_call = false;      // waits in idle for begin(), measures until end() and is never done()
     std::optional<PredictedWalk> walk{};  // not on call: noted before the drive starts
 };
+    std::vector<std::string> notes{};     // the first notes of the run; not on call
 
 /// State machine over the gathered streams. It reads streams, posts drive commands and has no other effect.
 /// Thread safety: one thread.
