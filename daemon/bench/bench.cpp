@@ -72,12 +72,19 @@ Bench open_simulated(const std::filesystem::path& scene, simulated::World::Pace 
     return open;
 }
 
-// The limits follow from the ratings, so they must not be those of another shaker.
-void require_ratings(SettingsTable& shaker) {
+// The limits follow from these, so they must not be those of another shaker.
+void require_data(SettingsTable& shaker) {
     if (shaker.has("model")) return;
-    for (const char* rating : {"max_force_n", "stroke_mm", "max_velocity_mps", "max_acceleration_mps2"})
-        if (!shaker.has(rating))
-            shaker.fail(rating, "missing; expected this rating of the shaker, or its `model`");
+    std::vector<const char*> needed{"max_force_n",           "stroke_mm",      "max_velocity_mps",
+                                    "max_acceleration_mps2", "moving_mass_kg", "base_mass_kg",
+                                    "force_factor_npa",      "amplifier_gain", "drive"};
+    if (!shaker.is_text("drive") || shaker.text("drive") != "current") needed.push_back("resistance_ohm");
+    std::erase_if(needed, [&](const char* key) { return shaker.has(key); });
+    if (needed.empty()) return;
+    shaker.fail(needed.front(),
+                fmt::format("missing; expected the ratings of the shaker and the data of coil, amplifier and "
+                            "masses, or the shaker's `model`. Missing keys: {}",
+                            fmt::join(needed, ", ")));
 }
 
 Bench open_file(const std::filesystem::path& file) {
@@ -91,7 +98,7 @@ Bench open_file(const std::filesystem::path& file) {
         if (!root.has(device)) root.fail(device, std::string{"missing; expected a table ["} + device + "]");
     simulated::Scene sheet = simulated::paper_scene();
     SettingsTable shaker = root.table("shaker");
-    require_ratings(shaker);
+    require_data(shaker);
     sheet.shaker = open.shaker = simulated::read_shaker(std::move(shaker));
     open.real_time_required = root.choice("real_time", {"required", "wanted"}, 0) == 0;
     open.gravity = root.number("gravity_mps2", on_earth, paper_g);
