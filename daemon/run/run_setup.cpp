@@ -69,6 +69,7 @@ RunPlan run_plan(const bench::Bench& bench, const RunOptions& run, const safety:
             .settle = run.settle,
             .limits = limits,
             .gravity = bench.gravity,
+            .enable_before_s = bench.rig.dac->info().enable_before_s,
             .walk = predict_walk(run.drive, {}, run.mu, bench.gravity)};
 }
 

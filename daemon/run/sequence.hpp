@@ -33,11 +33,12 @@ struct RunPlan {
     int most_restarts = 3;     // after the DAC ran empty; then that is a trip
     double quiet_s = 0.6;      // length of the self-test at rest; at least one window
     safety::Limits limits;
-    double gravity = paper_g;  // m/s^2 at the place
-    bool on_call = false;      // waits in idle for begin(), measures until end() and is never done()
+    double gravity = paper_g;    // m/s^2 at the place
+    double enable_before_s = 0;  // from the start of the enable output to the drive
+    bool on_call = false;        // waits in idle for begin(), measures until end() and is never done()
     std::optional<PredictedWalk> walk{};  // not on call: noted before the drive starts
-};
     std::vector<std::string> notes{};     // the first notes of the run; not on call
+};
 
 /// State machine over the gathered streams. It reads streams, posts drive commands and has no other effect.
 /// Thread safety: one thread.

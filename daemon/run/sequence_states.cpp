@@ -88,8 +88,11 @@ void Sequence::take_check(LoopCheck& check, const control::PeriodWindows::Window
     go_for_target(plan_.soft_start, channels);
 }
 
+// The check begins with its first sample: the amplifier may have a lead to switch on.
 void Sequence::advance(LoopCheck& check, acquisition::Channels& channels) {
-    const double silent_s = now_s_ - since_s_, patience_s = check_patience_s + check_periods / frequency_;
+    const double from_s =
+        std::isfinite(drive_.in_force_s()) ? drive_.in_force_s() : since_s_ + plan_.enable_before_s;
+    const double silent_s = now_s_ - from_s, patience_s = check_patience_s + check_periods / frequency_;
     if (check.over || silent_s < patience_s) return;
     check.over = true;
     note("loop check: no complete windows of the accelerometer");
