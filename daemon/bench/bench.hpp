@@ -33,8 +33,9 @@ struct Bench {
 /// rig file: its devices (hardware_rig.hpp) and [shaker], the data sheet of shaker and amplifier. Both may
 /// have [limits] (limits.hpp); limits that are not given follow from the data sheet. Both may
 /// have gravity_mps2, the gravity of the place (default 9.8). A rig file must name the shaker: its model, or
-/// all that the limits follow from (ratings, coil, amplifier, masses); real_time = "wanted" allows a drive without real-time scheduling. InputError for the
-/// file's content, DeviceError for a device that cannot be opened.
+/// all that the limits follow from (ratings, coil, amplifier, masses); real_time = "wanted" allows a drive
+/// without real-time scheduling. InputError for the file's content, DeviceError for a device that cannot be
+/// opened.
 Bench open_bench(const std::string& name, const std::filesystem::path& scene, simulated::World::Pace pace);
 
 /// The limits in the bench's file now, for a reload.

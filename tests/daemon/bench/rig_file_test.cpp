@@ -74,7 +74,7 @@ TEST_F(RigFileTest, NamesMissingTables) {
 TEST_F(RigFileTest, ShakerWithoutModelNeedsAllThatTheLimitsFollowFrom) {
     const std::string own = replaced(wiring, "model =", "# ");
     EXPECT_EQ(check(own).status, 3) << "understood up to its devices";
-    expect_refused(replaced(replaced(own, "force_factor_npa", "# "), "amplifier_gain", "# "),
+    expect_refused(replaced(replaced(own, "force_factor_npa", "# "), "\namplifier_gain", "\n# "),
                    {"rig.toml", "shaker.", "Missing keys: force_factor_npa, amplifier_gain\n", "model"});
     expect_refused(replaced(own, "\ndrive = ", "\n# "), {"Missing keys: drive\n"});
     for (const char* key : {"resistance_ohm", "moving_mass_kg", "base_mass_kg"})

@@ -145,7 +145,7 @@ TEST_F(CommissionTest, RunNeedsARecordOrHalfTheLimits) {
     const test::Outcome strong = bench.finish();
     EXPECT_EQ(strong.status, 2) << strong.err;
     EXPECT_NE(strong.err.find("31.4"), std::string::npos) << "half of 62.8 m/s^2: " << strong.err;
-    bench.start("--no-identify --periods 4 --uncommissioned --gamma 0.3g");
+    bench.start("--no-identify --periods 4 --settle 4 --uncommissioned --gamma 0.5g");
     const test::Outcome o = bench.finish();
     ASSERT_EQ(o.status, 0) << o.err;
     EXPECT_NE(o.err.find("all limits are halved"), std::string::npos) << o.err;

@@ -10,8 +10,8 @@
 #include <cstdint>
 #include <fstream>
 #include <iterator>
+#include <memory>
 #include <thread>
-#include <vector>
 
 #include "tests/support/in_real_time.hpp"
 #include "tests/support/remote/tcp_client.hpp"
@@ -33,6 +33,7 @@ struct RealTimeRightTest : testing::Test {
     void SetUp() override {
         if (!in_real_time) GTEST_SKIP() << "not in real time under a sanitiser";
         run.rig("real_time", "\"required\"");
+        run.rig("second_channel", "\"trigger\"\ndither = false");
     }
     /// The program has no rights that its parent could have. The limits of this process stay lowered.
     std::unique_ptr<Program> start(const std::string& arguments) {

@@ -8,10 +8,11 @@
 namespace shaker::run {
 namespace {
 
-constexpr std::int64_t rate_hz = 48000;
+constexpr double rate_hz = 48000;
+constexpr std::int64_t tenth = 4800;  // samples
 
 struct SelfTestTest : testing::Test {
-    SelfTest test{{.frequency = 1}, rate_hz};
+    SelfTest self_test{{.frequency = 1}, rate_hz};
     acquisition::Streams streams;
     Mailbox<DriveCommand> drive;
     std::int64_t played = 0;
@@ -19,9 +20,9 @@ struct SelfTestTest : testing::Test {
     /// Plays a tenth of a second at a time until a command comes, which then takes effect.
     DriveCommand next(double limit_s = 100) {
         for (const std::int64_t end = played + static_cast<std::int64_t>(limit_s * rate_hz); played < end;) {
-            played += rate_hz / 10;
+            played += tenth;
             streams.played.push_back({.tick = DacTick{played}, .heard = {}});
-            test.step(streams, drive);
+            self_test.step(streams, drive);
             const auto command = drive.take();
             if (!command) continue;
             streams.changes.push_back({.command = *command,
@@ -35,15 +36,15 @@ struct SelfTestTest : testing::Test {
 };
 
 TEST_F(SelfTestTest, InterruptAtOneHertzEndsWithinTwoSeconds) {
-    EXPECT_GT(next().volts.order(), 0U);
-    test.leave(drive);
+    EXPECT_GT(next().volts.order(), 0);
+    self_test.leave(drive);
     EXPECT_EQ(next(1).stop_s, longest_soft_stop_s);
 }
 
 TEST_F(SelfTestTest, EndAtOneHertzTakesTwoSeconds) {
-    EXPECT_GT(next().volts.order(), 0U);
+    EXPECT_GT(next().volts.order(), 0);
     EXPECT_EQ(next().stop_s, longest_soft_stop_s);
-    test.leave(drive);
+    self_test.leave(drive);
     EXPECT_FALSE(drive.take()) << "it comes down already";
 }
 

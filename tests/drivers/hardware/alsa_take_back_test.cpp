@@ -7,6 +7,7 @@
 #include <cmath>
 #include <cstdio>
 #include <thread>
+#include <utility>
 
 #include "drivers/hardware/alsa/alsa_dac.hpp"
 #include "drivers/hardware/alsa/pcm_codec.hpp"
@@ -199,7 +200,8 @@ TEST(AlsaTakeBackTest, KeepsTwoPeriodsAndRampFollows) {
     EXPECT_LE(mock.largest_step(start, mock.first.size()), own) << "neither value nor slope jumps";
 }
 
-// A rewind of the silence behind the ramp fails: no drive may sound behind that ramp, and the loss is reported.
+// A rewind of the silence behind the ramp fails: no drive may sound behind that ramp, and the loss is
+// reported.
 TEST(AlsaTakeBackTest, SilenceThatStaysIsLostAndEndsTheDrive) {
     for (const int buffer : {4800, 9600, 4320}) {
         SCOPED_TRACE(buffer);
