@@ -33,6 +33,14 @@ void require_lower(const char* what, double now, double wanted) {
 
 }  // namespace
 
+// A program that ends starts, changes and clears nothing.
+void BenchService::require_staying(const Order& order) const {
+    const bool drives =
+        std::holds_alternative<SetDrive>(order.what) || std::holds_alternative<Begin>(order.what) ||
+        std::holds_alternative<Identify>(order.what) || std::holds_alternative<ClearTrip>(order.what);
+    if (leaving_ && drives) throw InputError{"the program is ending; give the order after its next start"};
+}
+
 // An abort voids the orders that were waiting. Those that cannot lead to a drive are carried out.
 void BenchService::require_newer_than_abort(const Order& order) const {
     if (order.aborts == bench_port_.aborted() || std::holds_alternative<Remark>(order.what) ||
@@ -49,6 +57,7 @@ bool BenchService::answer(acquisition::Channels& channels) {
         try {
             aborts_seen_ = channels.aborts;
             require_newer_than_abort(*order);
+            require_staying(*order);
             std::visit([&](const auto& what) { obey(what, channels); }, order->what);
         } catch (const std::exception& e) {
             refused = e.what();

@@ -42,8 +42,8 @@ public:
     bool step(const acquisition::Streams& streams, acquisition::Channels& channels);
     /// Publishes an answer to a request for real time besides those of the runner. Before the first step.
     void publish_grant(acquisition::RealTimeGrant grant) { grants_.push_back(std::move(grant)); }
-    /// Requests the end: a soft stop, then recordings are finished, then done(). A further call aborts. Any
-    /// thread and signal handlers.
+    /// Requests the end: a soft stop, then recordings are finished, then done(). Orders that start, change or
+    /// clear a drive are refused from then on. A further call aborts. Any thread and signal handlers.
     void leave() noexcept {
         if (leaving_.exchange(true)) ++collector_.channels().aborts;
     }
@@ -57,6 +57,7 @@ private:
 
     bool answer(acquisition::Channels& channels);
     void require_newer_than_abort(const Order& order) const;
+    void require_staying(const Order& order) const;
     void obey(const SetDrive& order, acquisition::Channels& channels);
     void obey(const Begin& order, acquisition::Channels& channels);
     void obey(const Identify& order, acquisition::Channels& channels);
