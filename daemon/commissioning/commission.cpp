@@ -110,9 +110,8 @@ private:
               Crossed{Cause::displacement, &safety::Limits::displacement, full_.gamma / omega / omega},
               Crossed{Cause::drive, &safety::Limits::drive, full_.gamma / sheet_}}) {
             session_.drive(full_);
-            safety::Limits lowered = session_.limits();
-            lowered.*c.level = {c.present / 4, c.present / 2};
-            const SeenStop stop = session_.stopped_by([&] { session_.order(service::LowerLimits{lowered}); });
+            const service::LowerLimit lowered{{c.level}, c.present / 2};
+            const SeenStop stop = session_.stopped_by([&] { session_.order(lowered); });
             const std::string name = fmt::format("limit crossed on purpose, {}", safety::name(c.cause));
             if (stop.trip.cause != c.cause)
                 throw DeviceError{name + ": the drive stopped for another cause: " + text(stop.trip)};

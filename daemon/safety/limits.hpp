@@ -84,6 +84,18 @@ Limits limits_of(const DataSheet& sheet, double margin = 0.8);
 /// level.
 Limits read_limits(SettingsTable table, const DataSheet& sheet);
 
+/// A limit that an order may lower: one end of a level, or the walker's distance from the edge. All others
+/// come from the settings files only.
+struct LimitKey {
+    Level Limits::*level = nullptr;  // null: edge_mm
+    double Level::*end = &Level::abort;
+};
+/// Lowers one limit (SI units), or raises edge_mm (mm), and keeps the others; a warning level stays at most
+/// its abort level. InputError when the limit would be looser than it is.
+void lower(Limits& limits, LimitKey key, double value);
+/// `now` with the keys in which `is` differs from `was`: a level with both of its ends.
+Limits with_changes(Limits now, const Limits& was, const Limits& is);
+
 /// TOML from which read_limits() returns the same limits (except `detectors`).
 std::string limits_text(const Limits& limits);
 

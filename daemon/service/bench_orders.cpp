@@ -24,13 +24,6 @@ void require(const char* what, double value, Range range, const std::string& uni
         fmt::format("{} {}{}: {}{} is allowed", what, to_text(value), unit, to_text(range), unit)};
 }
 
-void require_lower(const char* what, double now, double wanted) {
-    if (wanted <= now) return;
-    throw InputError{
-        fmt::format("limit {} {}: at most the present {} is allowed; only the settings file can raise limits",
-                    what, to_text(wanted), to_text(now))};
-}
-
 }  // namespace
 
 // A program that ends starts, changes and clears nothing.
@@ -44,7 +37,7 @@ void BenchService::require_staying(const Order& order) const {
 // An abort voids the orders that were waiting. Those that cannot lead to a drive are carried out.
 void BenchService::require_newer_than_abort(const Order& order) const {
     if (order.aborts == bench_port_.aborted() || std::holds_alternative<Remark>(order.what) ||
-        std::holds_alternative<LowerLimits>(order.what) || std::holds_alternative<End>(order.what))
+        std::holds_alternative<LowerLimit>(order.what) || std::holds_alternative<End>(order.what))
         return;
     throw InputError{"an abort came after this order; give it again if it is still wanted"};
 }
@@ -198,21 +191,10 @@ void BenchService::obey(const CloseLoop& order, acquisition::Channels& /*channel
     run_.closed_loop = order.on;
 }
 
-void BenchService::obey(const LowerLimits& order, acquisition::Channels& channels) {
-    const safety::Limits &now = limits_, &wanted = order.limits;
-    const auto level = [](const char* what, const safety::Level& a, const safety::Level& b) {
-        require_lower(what, a.warn, b.warn);
-        require_lower(what, a.abort, b.abort);
-    };
-    level("acceleration", now.acceleration, wanted.acceleration);
-    level("rms acceleration", now.acceleration_rms, wanted.acceleration_rms);
-    level("coil", now.coil_A, wanted.coil_A);
-    level("velocity", now.velocity, wanted.velocity);
-    level("displacement", now.displacement, wanted.displacement);
-    level("drive", now.drive, wanted.drive);
-    level("transverse", now.transverse, wanted.transverse);
-    require_lower("edge", -now.edge_mm, -wanted.edge_mm);
-    take_limits(wanted, channels);
+void BenchService::obey(const LowerLimit& order, acquisition::Channels& channels) {
+    safety::Limits limits = limits_;
+    safety::lower(limits, order.key, order.value);
+    take_limits(limits, channels);
 }
 
 void BenchService::obey(const Adopt& order, acquisition::Channels& channels) {
@@ -220,12 +202,15 @@ void BenchService::obey(const Adopt& order, acquisition::Channels& channels) {
     if (driving(state))
         throw InputError{
             fmt::format("the settings cannot change in state {}; stop the drive first", name(state))};
-    require_possible(order.drive, order.limits);
+    const safety::Limits limits =
+        order.restores_limits ? order.limits : with_changes(limits_, filed_limits_, order.limits);
+    require_possible(order.drive, limits);
     run_.drive = order.drive;
     run_.periods = order.periods;
     run_.settle = order.settle;
     armed_ = false;
-    take_limits(order.limits, channels);
+    filed_limits_ = order.limits;
+    take_limits(limits, channels);
 }
 
 void BenchService::take_limits(const safety::Limits& limits, acquisition::Channels& channels) {

@@ -33,6 +33,7 @@ BenchService::BenchService(run::Runner& runner, const BenchServiceSettings& sett
       beside_{settings.beside},
       bench_port_{bench_port},
       limits_{runner.limits()},
+      filed_limits_{limits_},
       sequence_{runner.sequence()},
       record_{runner.recordings()},
       report_{std::make_unique<StateBuilder>(bench_, collector_, sequence_, bench_port.feed())} {

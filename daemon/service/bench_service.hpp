@@ -66,7 +66,7 @@ private:
     void obey(const Record& order, acquisition::Channels& channels);
     void obey(const Remark& order, acquisition::Channels& channels);
     void obey(const CloseLoop& order, acquisition::Channels& channels);
-    void obey(const LowerLimits& order, acquisition::Channels& channels);
+    void obey(const LowerLimit& order, acquisition::Channels& channels);
     void obey(const Adopt& order, acquisition::Channels& channels);
     [[nodiscard]] std::optional<safety::EdgePermit> walk_from_the_edge(
         const std::optional<run::PredictedWalk>& walk) const;
@@ -92,7 +92,7 @@ private:
     recorded::KeptPictures opened_;  // pictures for which the cameras were opened
     bool beside_;
     BenchPort& bench_port_;
-    safety::Limits limits_;
+    safety::Limits limits_, filed_limits_;  // in force; in the settings files when they were last read
     run::Sequence& sequence_;
     run::Recordings& record_;
     std::unique_ptr<StateBuilder> report_;
