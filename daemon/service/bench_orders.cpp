@@ -17,6 +17,7 @@ namespace shaker::service {
 namespace {
 
 constexpr int longest_measurement_s = 100;
+constexpr std::size_t most_orders = 16;  // in a step
 
 void require(const char* what, double value, Range range, const std::string& unit) {
     if (value >= range.min && value <= range.max) return;
@@ -42,10 +43,12 @@ void BenchService::require_newer_than_abort(const Order& order) const {
     throw InputError{"an abort came after this order; give it again if it is still wanted"};
 }
 
-bool BenchService::answer(acquisition::Channels& channels) {
-    bool any = false;
-    while (const auto order = bench_port_.next()) {
-        any = true;
+// A flood of orders must not keep the control from its data.
+void BenchService::answer(acquisition::Channels& channels) {
+    std::vector<std::pair<Order, std::string>> answers;
+    while (answers.size() < most_orders) {
+        auto order = bench_port_.next();
+        if (!order) break;
         std::string refused;
         try {
             aborts_seen_ = channels.aborts;
@@ -55,11 +58,13 @@ bool BenchService::answer(acquisition::Channels& channels) {
         } catch (const std::exception& e) {
             refused = e.what();
         }
-        ++answered_;
-        publish();
-        if (order->answer) order->answer(refused);
+        answers.emplace_back(std::move(*order), std::move(refused));
     }
-    return any;
+    if (answers.empty()) return;
+    answered_ += answers.size();
+    publish();
+    for (const auto& [order, refused] : answers)
+        if (order.answer) order.answer(refused);
 }
 
 void BenchService::require_possible(const Drive& drive, const safety::Limits& limits) const {

@@ -57,10 +57,10 @@ BenchService::BenchService(run::Runner& runner, const BenchServiceSettings& sett
 BenchService::~BenchService() = default;
 
 bool BenchService::step(const acquisition::Streams& streams, acquisition::Channels& channels) {
-    bool any = sequence_.step(streams, channels);
+    const bool any = sequence_.step(streams, channels);
     report_->feed(streams);
     measure(streams);  // before an order changes the set-point
-    any = answer(channels) || any;
+    answer(channels);
     take_outcome();
     if (const std::uint64_t vain = channels.lost.not_learned; std::exchange(not_learned_, vain) != vain)
         log("note",

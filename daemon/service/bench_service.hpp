@@ -38,7 +38,7 @@ public:
     BenchService(const BenchService&) = delete;
     BenchService& operator=(const BenchService&) = delete;
 
-    /// Processes new data, answers orders and publishes the state. False when no data and no order arrived.
+    /// Processes new data, answers at most 16 orders and publishes the state. False when no data arrived.
     bool step(const acquisition::Streams& streams, acquisition::Channels& channels);
     /// Publishes an answer to a request for real time besides those of the runner. Before the first step.
     void publish_grant(acquisition::RealTimeGrant grant) { grants_.push_back(std::move(grant)); }
@@ -55,7 +55,7 @@ private:
     /// A reduction, or the reason why the measurement could not be reduced.
     using Outcome = std::variant<std::shared_ptr<const reduction::Reduction>, std::string>;
 
-    bool answer(acquisition::Channels& channels);
+    void answer(acquisition::Channels& channels);
     void require_newer_than_abort(const Order& order) const;
     void require_staying(const Order& order) const;
     void obey(const SetDrive& order, acquisition::Channels& channels);
