@@ -109,7 +109,6 @@ void BenchService::obey(const Begin& order, acquisition::Channels& channels) {
     warned_.clear();
     name_.clear();
     active_ = true;
-    stop_recorded_ = false;
     measured_ = logged_notes_ = 0;
     result_.reset();
     not_reduced_.clear();
@@ -154,7 +153,6 @@ void BenchService::obey(const Identify& /*order*/, acquisition::Channels& channe
     sequence_.identify(run_.drive, channels);
     logged_notes_ = 0;
     active_ = true;
-    stop_recorded_ = false;
 }
 
 void BenchService::obey(const End& /*order*/, acquisition::Channels& channels) { sequence_.end(channels); }

@@ -168,8 +168,8 @@ void BenchService::follow_states() {
             log("trip", text(*sequence_.trip()), name(sequence_.trip()->cause));
         }
     }
-    if (sequence_.may_clear() && !stop_recorded_) {
-        stop_recorded_ = true;
+    if (sequence_.may_clear() && recorded_stop_ != sequence_.cause()) {
+        recorded_stop_ = sequence_.cause();
         const bool active_before = std::exchange(active_, false);
         if (!active_before) record_.begin(run_, {}, sequence_.now_s());
         record_.finish(sequence_);
@@ -211,7 +211,8 @@ void BenchService::go_away(acquisition::Channels& channels) {
         sequence_.end(channels);
     else
         done_ = !record_.finishing() && !driving(state) &&
-                (state != run::RunState::tripped || stop_recorded_) && state != run::RunState::armed;
+                (state != run::RunState::tripped || recorded_stop_ == sequence_.cause()) &&
+                state != run::RunState::armed;
 }
 
 // Keeps the last seconds and the measurement that is not finished. Finished ones are in the recording.

@@ -105,7 +105,7 @@ private:
     run::RunState shown_ = run::RunState::init;  // published, at the last step
     double finished_s_ = 0;                      // master time at which the state finishing ended
     bool active_ = false;                        // a run is not finished
-    bool stop_recorded_ = false;                 // the trip of the stopped run was recorded
+    std::optional<std::size_t> recorded_stop_;   // Sequence::cause() of the newest trip that was recorded
     std::size_t measured_ = 0, logged_notes_ = 0;
     std::array<std::uint64_t, safety::causes> warnings_{};  // counts at the last step
     std::set<std::string> warned_;                          // causes that were logged in this run
