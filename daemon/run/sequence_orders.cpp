@@ -109,10 +109,11 @@ void Sequence::clear(std::uint64_t aborts, acquisition::Channels& channels) {
         throw InputError{fmt::format("nothing to clear: the run is in state {}", name(state()))};
     if (tripped->phase != Tripped::Phase::silent)
         throw InputError{"the drive is not silent yet; wait until it is, then clear the trip"};
+    const std::uint64_t openings = channels.openings;
     if (channels.contact != Contact::closed)
         throw InputError{
             "the contact of the abort input is open or cannot be read; close it, then clear the trip"};
-    channels.clearance.post({newest_trip_, aborts});
+    channels.clearance.post({newest_trip_, aborts, openings});
     tripped->phase = Tripped::Phase::clearing;
 }
 
