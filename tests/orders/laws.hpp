@@ -3,12 +3,14 @@
 #include <array>
 #include <cstdint>
 #include <optional>
+#include <set>
 #include <span>
 #include <string>
 #include <vector>
 
 #include "daemon/acquisition/channels.hpp"
 #include "daemon/acquisition/streams.hpp"
+#include "daemon/run/state.hpp"
 #include "daemon/safety/limits.hpp"
 
 namespace shaker::orders {
@@ -34,8 +36,14 @@ public:
     void aborted();
     /// The contact of the abort input opens, now or as soon as what the DAC holds is played.
     void contact_opened();
-    /// A client gave a clear.
+    /// The bench has accepted a client's clear.
     void cleared() noexcept { cleared_ = ++events_; }
+    /// A client or a file has named this value for a limit.
+    void limit_named(double value) { named_.insert(value); }
+    /// The bench has obeyed the order to end the program.
+    void left() { left_at_ = next_; }
+    /// The state of the bench, as published by a step that was just made.
+    void state(run::RunState now);
     /// Reads the trips of the streams. Call it before clients act.
     void see_trips();
     /// The limits in force, as published. Call after every change.
@@ -75,6 +83,9 @@ private:
     void see_judged();
     void check(double volt, std::int64_t tick);
     void check_age(double volt, std::int64_t tick);
+    void check_left(std::span<const double> volts);
+    void check_latched(const safety::Trip& trip);
+    void check_limit(double was, double is);
     void require_silence(double after_s, bool abort, std::string why);
     [[nodiscard]] std::int64_t samples(double s) const noexcept;
 
@@ -89,7 +100,13 @@ private:
     std::vector<std::pair<std::int64_t, double>> drive_limits_{};  // tick from which a drive limit holds, V
     std::int64_t next_ = 0;                                        // tick of the next block
     std::uint64_t events_ = 0;              // aborts, trips and clears, to put them in order
-    std::uint64_t cleared_ = 0;             // event of the newest clear
+    std::uint64_t cleared_ = 0;             // event of the newest accepted clear
+    std::uint64_t tripped_ = 0;             // event of the newest trip
+    std::optional<safety::Trip> newest_{};  // that trip
+    run::RunState state_ = run::RunState::init;
+    std::set<double> named_{};              // values of limits that are not in force yet
+    std::optional<std::int64_t> left_at_;   // tick of the order to end the program
+    bool rests_ = false;                    // a block without drive came after that order
     std::optional<std::int64_t> abort_at_;  // tick of the newest abort, until the output is silent
     std::vector<Silence> silences_{};
     bool self_tested_ = false;

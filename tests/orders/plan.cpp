@@ -25,7 +25,7 @@ constexpr std::array fault_names{
 static_assert(fault_names.size() == troubles);
 
 // How often a client does what, in the order of Action.
-constexpr std::array<double, actions> weights{8, 16, 5, 7, 5, 12, 4, 6, 3, 3, 3, 3, 4, 3, 3, 3, 2, 2};
+constexpr std::array<double, actions> weights{8, 16, 5, 7, 5, 12, 4, 6, 3, 3, 3, 3, 4, 3, 3, 3, 4, 2, 2};
 constexpr double init_s = 0.1;  // the devices have delivered by then
 
 double settled_s(const Plan& plan) { return 1.2 + plan.buffer_s; }
@@ -89,6 +89,31 @@ void add_while_stopping(Plan& plan, std::mt19937_64& random) {
                                    0.1 * share(random), share(random)});
 }
 
+// Some clients go on after the order to end the program.
+void add_while_leaving(Plan& plan, std::mt19937_64& random) {
+    constexpr double leaving_s = 0.8;
+    std::uniform_real_distribution<double> share{0, 1};
+    std::discrete_distribution<std::size_t> action(weights.begin(), weights.end());
+    if (share(random) > 0.5) return;
+    for (int i = 0; i < 8; ++i)
+        plan.moves.push_back({plan.length_s + leaving_s * share(random), static_cast<int>(3 * share(random)),
+                              static_cast<Action>(action(random)), share(random)});
+}
+
+// Some contacts chatter: they open again and again, also after a clear.
+void add_chatter(Plan& plan, std::mt19937_64& random) {
+    constexpr double open_s = 0.008;
+    std::uniform_real_distribution<double> share{0, 1};
+    if (share(random) > 0.15) return;
+    double at_s = settled_s(plan) + (plan.length_s - settled_s(plan)) * share(random);
+    const int client = static_cast<int>(3 * share(random));
+    for (int i = static_cast<int>(10 + 40 * share(random)); i > 0; --i) {
+        plan.faults.push_back({at_s, static_cast<std::size_t>(FaultKind::contact_open), open_s, 0});
+        at_s += 2 * open_s * (1 + share(random));
+        if (share(random) < 0.1) plan.moves.push_back({at_s, client, Action::clear, share(random)});
+    }
+}
+
 // The first kill stays: a program is killed once in a plan.
 void keep_one_kill(Plan& plan) {
     std::ranges::stable_sort(plan.faults, {}, &Fault::at_s);
@@ -145,6 +170,8 @@ Plan plan_of(std::uint64_t seed) {
     add_moves(plan, random);
     add_early(plan, random);
     add_while_stopping(plan, random);
+    add_while_leaving(plan, random);
+    add_chatter(plan, random);
     keep_one_kill(plan);
     std::ranges::stable_sort(plan.moves, {}, &Move::at_s);
     return plan;

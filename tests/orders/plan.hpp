@@ -27,13 +27,14 @@ enum class Action : std::uint8_t {
     read,        // READ? by SCPI: waits for the next measurement
     disconnect,  // in the middle of a command
     nonsense,
+    ask,        // a query by SCPI
     recover,    // another program recovers the file that is being recorded
     same_name,  // another program makes a file of the name that the open recording will get
 };
 inline constexpr std::array action_names{"drive",       "start",        "identify", "stop",     "abort",
                                          "clear",       "remark",       "record",   "unrecord", "loop",
                                          "lower_drive", "lower_motion", "reload",   "read",     "disconnect",
-                                         "nonsense",    "recover",      "same_name"};
+                                         "nonsense",    "ask",          "recover",  "same_name"};
 inline constexpr std::size_t actions = action_names.size();
 
 /// Faults of disk and computer. Their numbers follow those of a scene's faults.

@@ -23,7 +23,7 @@ struct Killed {};
 
 constexpr const char* foreign = "a file of another program\n";
 constexpr double longest_answer_s = 5;
-constexpr double longest_end_s = 20;  // after leave()
+constexpr double longest_end_s = 5;  // after leave()
 
 run::RunOptions options_of(const Plan& plan, const std::filesystem::path& scene) {
     run::RunOptions run;
@@ -103,25 +103,27 @@ private:
         begin_faults();
         act();
         bool any = false;
-        if (!lasts(static_cast<std::size_t>(Trouble::slow_service))) any = service_.step(streams, channels);
+        const bool serves = !lasts(static_cast<std::size_t>(Trouble::slow_service));
+        const bool leaves = serves && service_.leaving() && !std::exchange(left_, true);
+        if (serves) any = service_.step(streams, channels);
+        if (leaves) laws_.left();
         clients_.turn();
         if (const auto now = port_.state()) {
             const run::RunState before = std::exchange(state_, now->state);
             if (before == run::RunState::self_test && state_ != before && state_ != run::RunState::tripped)
                 laws_.self_tested();
             laws_.limits(now->limits);
+            if (serves) laws_.state(state_);
         }
         if (now_s() > plan_.length_s && !service_.leaving()) {
             service_.leave();
             left_at_s_ = now_s();
         }
-        if (!lasts(static_cast<std::size_t>(Trouble::slow_service)))
-            clients_.require_answers(longest_answer_s);
+        if (serves) clients_.require_answers(longest_answer_s);
         return any;
     }
 
     void act() {
-        if (service_.leaving()) return;
         for (; move_ < plan_.moves.size() && plan_.moves[move_].at_s <= now_s(); ++move_) {
             outcome_.coverage.action(state_, plan_.moves[move_].action);
             if (plan_.moves[move_].action == Action::recover)
@@ -240,6 +242,7 @@ private:
     std::vector<bool> begun_ = std::vector<bool>(plan_.faults.size());
     run::RunState state_ = run::RunState::init;
     double left_at_s_ = -1, killed_at_s_ = 0;
+    bool left_ = false;  // the service has made a step since leave()
     std::filesystem::path copy_;
     std::vector<std::filesystem::path> taken_{};  // names that another program took
 };
