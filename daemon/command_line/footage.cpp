@@ -49,6 +49,7 @@ SessionRights rights_for(const std::filesystem::path& session) {
     const sandbox::Answer names = sandbox::ask_confined(
         session.string(), allowed, [&] { return commands::read_session_names(session); });
     if (names.status != manual::exit_ok) return {.status = names.status};
+    allowed.warns = false;  // the first child did
     const commands::SessionFiles files = commands::session_files(session, names.text);
     allowed.files.lists = files.folders;
     allowed.files.reads = files.files;
