@@ -75,7 +75,7 @@ int act_reduce(const manual::Values& values) {
     if (options.out.empty()) return reduce_confined(options, rights.allowed);
     require_new_recording(options);
     const std::filesystem::path out = options.out;
-    const NewRecording recording{out};
+    NewRecording recording{out};
     options.out = recording.working();
     rights.allowed.files.writes = {recording.folder()};
     const int status = reduce_confined(options, rights.allowed);

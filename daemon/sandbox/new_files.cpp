@@ -1,14 +1,18 @@
 #include "daemon/sandbox/new_files.hpp"
 
 #include <fcntl.h>
-#include <stdio.h>
+#include <spdlog/fmt/fmt.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <cerrno>
+#include <cstring>
 #include <system_error>
 #include <utility>
+#include <vector>
 
 #include "drivers/errors.hpp"
+#include "drivers/recorded/h5/disk_file.hpp"
 #include "drivers/recorded/h5/file_lock.hpp"
 #include "drivers/recorded/recording_file.hpp"
 
@@ -45,27 +49,42 @@ NewFile::~NewFile() {
 
 NewRecording::NewRecording(std::filesystem::path file)
     : file_{std::move(file)}, folder_{beside(file_, ".unfinished")} {
-    std::error_code error;
-    if (std::filesystem::create_directory(folder_, error)) return;
-    throw InputError{error ? folder_.string() + ": cannot be created: " + error.message()
-                           : folder_.string() +
-                                 ": exists; another program writes this recording, or one was killed and "
-                                 "the folder can be removed"};
+    if (::mkdir(folder_.c_str(), S_IRWXU) == 0) return;
+    throw InputError{errno == EEXIST
+                         ? folder_.string() +
+                               ": exists; another program writes this recording, or one was killed and "
+                               "the folder can be removed"
+                         : folder_.string() + ": cannot be created: " + std::strerror(errno)};
 }
 
 NewRecording::~NewRecording() {
     std::error_code ignored;
-    std::filesystem::remove_all(folder_, ignored);
+    if (!complete_) std::filesystem::remove_all(folder_, ignored);
 }
 
 std::filesystem::path NewRecording::working() const { return folder_ / file_.filename(); }
 
-void NewRecording::keep() const {
+void NewRecording::keep() {
+    complete_ = true;
+    std::vector<std::pair<std::filesystem::path, std::filesystem::path>> moved;
+    const auto move = [&](const std::filesystem::path& from, const std::filesystem::path& to) {
+        h5::rename_new(from, to);
+        moved.emplace_back(from, to);
+    };
     const std::filesystem::path pictures = recorded::pictures_folder(working());
     const std::filesystem::path journal = beside(working(), ".journal");
-    if (std::filesystem::exists(pictures)) h5::rename_new(pictures, recorded::pictures_folder(file_));
-    if (std::filesystem::exists(journal)) h5::rename_new(journal, beside(file_, ".journal"));
-    h5::rename_new(working(), file_);
+    std::error_code ignored;
+    try {
+        if (std::filesystem::exists(pictures)) move(pictures, recorded::pictures_folder(file_));
+        if (std::filesystem::exists(journal)) move(journal, beside(file_, ".journal"));
+        move(working(), file_);
+    } catch (const std::exception& e) {
+        for (const auto& [from, to] : moved) std::filesystem::rename(to, from, ignored);
+        throw DeviceError{
+            fmt::format("{}; the recording is complete, move it out of {}", e.what(), folder_.string())};
+    }
+    h5::sync_folder(file_.parent_path());
+    std::filesystem::remove_all(folder_, ignored);
 }
 
 }  // namespace shaker::sandbox

@@ -34,9 +34,9 @@ private:
 /// A recording that is written in a folder of its own beside its name, FILE.unfinished.
 class NewRecording {
 public:
-    /// Creates the folder. Throws InputError when it exists or cannot be created.
+    /// Creates the folder, for this user only. Throws InputError when it exists or cannot be created.
     explicit NewRecording(std::filesystem::path file);
-    /// Removes the folder with all that was not kept.
+    /// Removes the folder, unless keep() was called.
     ~NewRecording();
     NewRecording(const NewRecording&) = delete;
     NewRecording& operator=(const NewRecording&) = delete;
@@ -45,11 +45,12 @@ public:
     /// Path for the recording in the folder.
     [[nodiscard]] std::filesystem::path working() const;
     /// Moves the recording with its pictures and its journal to its name. Nothing is replaced: throws
-    /// DeviceError.
-    void keep() const;
+    /// DeviceError, and all of it stays in the folder, which the message names.
+    void keep();
 
 private:
     std::filesystem::path file_, folder_;
+    bool complete_ = false;
 };
 
 }  // namespace shaker::sandbox

@@ -50,6 +50,20 @@ Locked lock(int fd, const std::filesystem::path& file) {
     throw DeviceError{file.string() + ": cannot be locked: " + own_words(error)};
 }
 
+// For a file system that cannot do it in one step. A folder takes the place of an empty one, which no other
+// program has made.
+bool rename_in_steps(const char* from, const char* to) {
+    struct stat status {};
+    if (::lstat(from, &status) < 0) return false;
+    if (!S_ISDIR(status.st_mode)) return ::link(from, to) == 0 && ::unlink(from) == 0;
+    if (::mkdir(to, S_IRWXU) < 0) return false;
+    if (::rename(from, to) == 0) return true;
+    const int error = errno;
+    ::rmdir(to);
+    errno = error;
+    return false;
+}
+
 [[noreturn]] void refuse_existing(const std::filesystem::path& file) {
     throw InputError{file.string() + ": exists already; recordings are never overwritten"};
 }
@@ -117,9 +131,9 @@ std::optional<pid_t> locked_by(const std::filesystem::path& file) noexcept {
 void rename_new(const std::filesystem::path& from, const std::filesystem::path& to) {
     if (::renameat2(AT_FDCWD, from.c_str(), AT_FDCWD, to.c_str(), RENAME_NOREPLACE) == 0) return;
     int error = errno;
-    if (error == EINVAL || error == ENOSYS) {  // the file system cannot do it in one step
-        error = ::link(from.c_str(), to.c_str()) == 0 && ::unlink(from.c_str()) == 0 ? 0 : errno;
-        if (error == 0) return;
+    if (error == EINVAL || error == ENOSYS) {
+        if (rename_in_steps(from.c_str(), to.c_str())) return;
+        error = errno;
     }
     if (error == EEXIST)
         throw InputError{from.string() + " cannot be renamed to " + to.string() +

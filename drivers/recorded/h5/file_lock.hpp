@@ -34,8 +34,8 @@ private:
 /// The process that has locked a file; empty for a file that is not locked, or missing.
 std::optional<pid_t> locked_by(const std::filesystem::path& file) noexcept;
 
-/// Renames a file. InputError, which names both files, when `to` exists; DeviceError when the disk fails. The
-/// folder is not synchronised.
+/// Renames a file or a folder. InputError, which names both, when `to` exists; DeviceError when the disk
+/// fails. The folder above is not synchronised.
 void rename_new(const std::filesystem::path& from, const std::filesystem::path& to);
 
 }  // namespace shaker::h5
