@@ -22,7 +22,6 @@
 #include "daemon/recording/time_text.hpp"
 #include "daemon/report/printing.hpp"
 #include "drivers/errors.hpp"
-#include "drivers/recorded/h5/disk_file.hpp"
 #include "drivers/recorded/h5/file_lock.hpp"
 #include "drivers/recorded/pictures/picture_check.hpp"
 #include "drivers/ticks.hpp"
@@ -221,11 +220,12 @@ RecoveredFiles recovered_files(const RecoverOptions& options) {
     std::filesystem::path file = options.file;
     if (file.extension() == ".part") file.replace_extension();
     const auto with = [&](const char* ending) { return std::filesystem::path{file} += ending; };
-    return {.file = file, .part = with(".part"), .journal = with(".journal"), .working = with(".recovering")};
+    return {.file = file, .part = with(".part"), .journal = with(".journal")};
 }
 
 bool recover(const RecoverOptions& options) {
-    const auto [file, part, journal, working] = recovered_files(options);
+    const auto [file, part, journal] = recovered_files(options);
+    const std::filesystem::path& working = options.working;
     if (std::filesystem::exists(file)) return verify(file, options.json);
     if (!std::filesystem::exists(part))
         throw InputError{fmt::format("neither {} nor {} exists", file.string(), part.string())};
@@ -248,11 +248,6 @@ bool recover(const RecoverOptions& options) {
     complete(mended, header, found);
     print(file, found, options.json);
     return true;
-}
-
-void name_recovered(const RecoveredFiles& files) {
-    h5::rename_new(files.working, files.file);
-    h5::sync_folder(files.file.parent_path());
 }
 
 }  // namespace shaker::commands

@@ -67,6 +67,20 @@ TEST_F(RecoverTest, SecondRecoveryFindsItIntact) {
     expect_in(again.out, {"run.nxs: finished recording, intact"});
 }
 
+TEST_F(RecoverTest, FollowsNoLinkWhereItWrites) {
+    const std::filesystem::path victim = folder_ / "victim", link = folder_ / "run.nxs.unfinished";
+    std::ofstream{victim} << "mine";
+    std::filesystem::create_symlink(victim, folder_ / "run.nxs.recovering");  // the name of older versions
+    std::filesystem::create_symlink(victim, link);
+    const Outcome refused = shakerd("recover run.nxs", folder_);
+    EXPECT_EQ(refused.status, 2);
+    expect_in(refused.err, {"run.nxs.unfinished: exists"});
+    std::filesystem::remove(link);
+    EXPECT_EQ(shakerd("recover run.nxs", folder_).status, 0);
+    EXPECT_EQ(std::filesystem::file_size(victim), 4U);
+    EXPECT_FALSE(std::filesystem::exists(link));
+}
+
 TEST_F(RecoverTest, DataAfterDamageAreOmitted) {
     const std::size_t rows = recorded::RecordingReader{folder_ / "whole.nxs"}.play_times().size();
     damage("raw/drive/play_heard", rows / 2);
