@@ -1,3 +1,5 @@
+#include <optional>
+
 #include "daemon/command_line/rows.hpp"
 #include "daemon/commands/footage_commands.hpp"
 #include "daemon/report/printing.hpp"
@@ -86,12 +88,15 @@ int act_reduce(const manual::Values& values) {
 }
 
 int act_track(const manual::Values& values) {
-    const commands::TrackOptions options{
+    commands::TrackOptions options{
         .session = values.text("SESSION"), .out = values.text("--output"), .json = values.has("--json")};
     SessionRights rights = rights_for(options.session);
     if (rights.status != manual::exit_ok) return rights.status;
-    const NewFile out{options.out};
-    if (!options.out.empty()) rights.allowed.files.writes = {options.out};
+    std::optional<NewFile> out;
+    if (!options.out.empty()) {
+        options.csv = out.emplace(options.out).descriptor();
+        rights.allowed.keeps = {options.csv};
+    }
     return confined(options.session.string(), rights.allowed, [&] {
         track_session(options);
         return manual::exit_ok;

@@ -35,16 +35,18 @@ NewFolder::~NewFolder() {
     if (made_) std::filesystem::remove(folder_, not_empty);
 }
 
-NewFile::NewFile(std::filesystem::path file) : file_{std::move(file)} {
-    if (file_.empty()) return;
-    const int fd = ::open(file_.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
-    made_ = fd >= 0;  // what else is wrong is reported when it is written
-    if (made_) ::close(fd);
+NewFile::NewFile(std::filesystem::path file)
+    : file_{std::move(file)}, fd_{::open(file_.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666)} {
+    if (fd_ >= 0) return;
+    if (errno == EEXIST)
+        throw InputError{file_.string() + ": exists already; nothing is overwritten, choose another name"};
+    throw DeviceError{file_.string() + ": cannot be created: " + std::strerror(errno)};
 }
 
 NewFile::~NewFile() {
+    ::close(fd_);
     std::error_code ignored;
-    if (made_ && std::filesystem::is_empty(file_, ignored)) std::filesystem::remove(file_, ignored);
+    if (std::filesystem::is_empty(file_, ignored)) std::filesystem::remove(file_, ignored);
 }
 
 NewRecording::NewRecording(std::filesystem::path file)

@@ -150,6 +150,18 @@ TEST_F(ConfinedCommandsTest, FailedCommandLeavesNothing) {
     EXPECT_EQ(std::distance(fs::directory_iterator{folder_}, {}), 2);
 }
 
+TEST_F(ConfinedCommandsTest, TracksReplaceNoFileAndFollowNoLink) {
+    const fs::path here = fresh_inputs("linked");
+    std::ofstream{here / "victim"} << "mine";
+    fs::create_symlink("victim", here / "tracks.csv");
+    for (const char* name : {"tracks.csv", "victim"}) {
+        const Outcome o = shakerd(std::string{"track lab/session.toml -o "} + name, here);
+        EXPECT_EQ(o.status, 2) << name;
+        EXPECT_NE(o.err.find(std::string{name} + ": exists already"), std::string::npos) << o.err;
+        EXPECT_EQ(content(here / "victim"), "mine") << name;
+    }
+}
+
 TEST_F(ConfinedCommandsTest, RecordingThatIsBeingReducedIsKept) {
     const fs::path here = fresh_inputs("twice");
     fs::create_directories(here / "new.nxs.unfinished");

@@ -48,13 +48,19 @@ TEST(NewFilesTest, EmptyFileIsRemovedAgain) {
     EXPECT_FALSE(fs::exists(file));
     {
         const NewFile made{file};
-        put(file);
+        EXPECT_EQ(write(made.descriptor(), "x", 1), 1);
     }
-    EXPECT_TRUE(fs::exists(file));
-    put(file, "");
-    { const NewFile there{file}; }
-    EXPECT_TRUE(fs::exists(file)) << "it existed before";
-    const NewFile none{""};
+    EXPECT_EQ(fs::file_size(file), 1U);
+}
+
+TEST(NewFilesTest, FileReplacesNothingAndFollowsNoLink) {
+    const fs::path here = test::fresh_folder();
+    put(here / "there", "");
+    fs::create_symlink("victim", here / "link");
+    for (const char* name : {"there", "link"}) EXPECT_THROW(NewFile{here / name}, InputError) << name;
+    EXPECT_THROW(NewFile{here / "none" / "file"}, DeviceError);
+    EXPECT_TRUE(fs::exists(here / "there")) << "it existed before";
+    EXPECT_FALSE(fs::exists(here / "victim"));
 }
 
 TEST(NewFilesTest, RecordingIsMovedWhenItIsComplete) {
