@@ -45,35 +45,39 @@ struct Recovered {
     double until_s = 0;
 };
 
-// Numbers of a camera's intact pictures.
-std::set<std::uint64_t> whole_pictures(const std::filesystem::path& folder, const std::string& camera,
-                                       std::vector<std::string>& notes) try {
-    const pictures::PictureCheck check = pictures::finish_frames(folder, camera);
-    std::set<std::uint64_t> whole;
-    for (std::uint64_t n = 1; n <= check.last; ++n) whole.insert(n);
-    for (const pictures::BadPicture& p : check.bad) {
-        whole.erase(p.number);
-        if (p.number <= check.last)
-            notes.push_back(
-                fmt::format("camera \"{}\": picture {}: {}", camera, p.number, words_for(p.fault)));
-    }
-    std::ranges::copy(check.damaged, std::back_inserter(notes));
-    return whole;
+using Check = pictures::PictureCheck (*)(const std::filesystem::path&, const std::string&);
+
+// If nothing is readable, no picture is intact, and a note reports why.
+pictures::PictureCheck checked(Check check, const std::filesystem::path& folder, const std::string& camera,
+                               std::vector<std::string>& notes) try {
+    return check(folder, camera);
 } catch (const InputError& e) {
     notes.emplace_back(e.what());
     return {};
 }
 
-void find_pictures(const recorded::RecordingReader& file, const std::filesystem::path& folder,
+std::string words_for(const std::string& camera, const pictures::BadPicture& p) {
+    return fmt::format("camera \"{}\": picture {} {}", camera, p.number, words_for(p.fault));
+}
+
+bool any_picture(const std::vector<std::uint64_t>& numbers) {
+    return std::ranges::any_of(numbers, [](std::uint64_t n) { return n > 0; });
+}
+
+void find_pictures(const recorded::RecordingReader& file, const std::filesystem::path& folder, Check check,
                    Recovered& found) {
     for (const View& view : file.header().views) {
         const bool none = view.positions || file.header().pictures == recorded::KeptPictures::off;
         std::vector<std::uint64_t> pictures = file.pictures_of(view.camera);
         recording::PictureCounts counts{.produced = pictures.size()};
-        const bool any = std::ranges::any_of(pictures, [](std::uint64_t n) { return n > 0; });
-        const auto whole = any ? whole_pictures(folder, view.camera, found.notes) : std::set<std::uint64_t>{};
+        const pictures::PictureCheck stored = any_picture(pictures)
+                                                  ? checked(check, folder, view.camera, found.notes)
+                                                  : pictures::PictureCheck{};
+        for (const pictures::BadPicture& p : stored.bad)
+            if (p.number <= stored.last) found.notes.push_back(words_for(view.camera, p));
+        std::ranges::copy(stored.damaged, std::back_inserter(found.notes));
         for (std::uint64_t& n : pictures) {
-            if (n > 0 && !whole.contains(n)) {
+            if (n > 0 && !std::ranges::binary_search(stored.whole, n)) {
                 ++found.pictures_lost;
                 n = 0;
             }
@@ -168,6 +172,26 @@ void print(const std::filesystem::path& file, const Recovered& found, bool json)
     if (!found.why.empty()) fmt::print("  no results: {}\n", found.why);
 }
 
+// Only pictures with a row in the table count. The others were lost when the writer ended, and an earlier
+// recovery removed their rows.
+void verify_pictures(const std::filesystem::path& folder, const std::string& camera,
+                     const std::vector<std::uint64_t>& numbers, Recovered& found) {
+    std::set<std::uint64_t> lost{numbers.begin(), numbers.end()};
+    lost.erase(0);
+    found.kept += lost.size();
+    const pictures::PictureCheck check = checked(pictures::verify_frames, folder, camera, found.notes);
+    for (const std::uint64_t n : check.whole) lost.erase(n);
+    found.kept -= lost.size();
+    found.pictures_lost += lost.size();
+    for (const pictures::BadPicture& p : check.bad)
+        if (lost.erase(p.number) > 0) found.notes.push_back(words_for(camera, p));
+    if (!lost.empty())
+        found.notes.push_back(
+            fmt::format("camera \"{}\": {} pictures, the first is number {}, are in no file", camera,
+                        lost.size(), *lost.begin()));
+    std::ranges::copy(check.damaged, std::back_inserter(found.notes));
+}
+
 // Verifies a finished recording without changing it.
 bool verify(const std::filesystem::path& path, bool json) {
     const recorded::RecordingReader file{path};
@@ -176,22 +200,8 @@ bool verify(const std::filesystem::path& path, bool json) {
     for (const View& view : file.header().views) {
         const std::vector<std::uint64_t> pictures = file.pictures_of(view.camera);
         found.frames += pictures.size();
-        if (std::ranges::none_of(pictures, [](auto n) { return n > 0; })) continue;
-        const pictures::PictureCheck check =
-            pictures::verify_frames(recorded::pictures_folder(path), view.camera);
-        // Only pictures with a row in the table count. The others were lost when the writer ended, and an
-        // earlier recovery removed their rows.
-        std::set<std::uint64_t> listed{pictures.begin(), pictures.end()};
-        listed.erase(0);
-        found.kept += listed.size();
-        for (const pictures::BadPicture& p : check.bad) {
-            if (listed.count(p.number) == 0) continue;
-            --found.kept;
-            ++found.pictures_lost;
-            found.notes.push_back(
-                fmt::format("camera \"{}\": picture {} {}", view.camera, p.number, words_for(p.fault)));
-        }
-        std::ranges::copy(check.damaged, std::back_inserter(found.notes));
+        if (any_picture(pictures))
+            verify_pictures(recorded::pictures_folder(path), view.camera, pictures, found);
     }
     const bool whole = found.notes.empty();
     if (json) {
@@ -232,7 +242,7 @@ bool recover(const RecoverOptions& options) {
     const h5::FileLock lock = lock_of(part);
     // The recording may have been completed before it was locked.
     if (!lock.is_still(part)) return verify(file, options.json);
-    std::filesystem::copy_file(part, working, std::filesystem::copy_options::overwrite_existing);
+    std::filesystem::copy_file(part, working);
     recorded::RecordingWriter::mend(working).close();
     Recovered found;
     recorded::RecordingHeader header;
@@ -240,7 +250,7 @@ bool recover(const RecoverOptions& options) {
         const recorded::RecordingReader copy{working};
         recording::require_known_schema(copy);
         header = copy.header();
-        find_pictures(copy, recorded::pictures_folder(file), found);
+        find_pictures(copy, recorded::pictures_folder(file), pictures::finish_frames, found);
         find_log(copy, journal, found);
         find_results(copy, found);
     }

@@ -15,8 +15,8 @@ struct BadPicture {
 };
 
 struct PictureCheck {
-    std::uint64_t whole = 0;  // number of intact pictures
-    std::uint64_t last = 0;   // the highest number among them; 0: none
+    std::vector<std::uint64_t> whole;  // numbers of intact pictures, ascending
+    std::uint64_t last = 0;            // the highest among them; 0: none
     /// In order of their numbers. Bad pictures up to `last` were lost or changed; those after it were in
     /// transit when the writer ended.
     std::vector<BadPicture> bad;

@@ -6,6 +6,7 @@
 #include "daemon/recording/tables/reduction_tables.hpp"
 #include "drivers/errors.hpp"
 #include "drivers/recorded/h5/h5.hpp"
+#include "drivers/recorded/pictures/picture_check.hpp"
 #include "drivers/recorded/pictures/picture_reader.hpp"
 #include "tests/support/program.hpp"
 #include "tests/support/recording/recording_folder.hpp"
@@ -123,6 +124,23 @@ TEST_F(RecoverTest, ChangedFinishedFileIsReportedNotModified) {
     const Outcome o = shakerd("recover run.nxs", folder_);
     EXPECT_EQ(o.status, 4);
     expect_in(o.out, {"damaged from row", "raw/drive/play_heard"});
+}
+
+TEST_F(RecoverTest, LastPicturesThatAreGoneAreReported) {
+    std::filesystem::rename(folder_ / "run.nxs.part", folder_ / "run.nxs");
+    const std::filesystem::path frames = folder_ / "run.frames";
+    const std::uint64_t last = pictures::verify_frames(frames, "top").last;
+    pictures::end_frames(frames, "top", last - 5);
+    const Outcome o = shakerd("recover run.nxs", folder_);
+    EXPECT_EQ(o.status, 4);
+    const std::string sentence =
+        "camera \"top\": 5 pictures, the first is number " + std::to_string(last - 4) + ", are in no file";
+    expect_in(o.out, {"CHANGED since it was written", sentence.c_str()});
+    expect_in(shakerd("recover --json run.nxs", folder_).out, {"\"pictures_lost\": 5"});
+    std::filesystem::remove_all(frames);
+    const Outcome none = shakerd("recover run.nxs", folder_);
+    EXPECT_EQ(none.status, 4);
+    expect_in(none.out, {" 0 pictures", "run.frames: no pictures of camera \"top\""});
 }
 
 TEST_F(RecoverTest, MissingFileIsRefusedByName) {
