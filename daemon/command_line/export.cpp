@@ -47,7 +47,7 @@ int act(const manual::Values& values) {
     sandbox::Confinement allowed = sandbox::confinement_for(options.file);
     const std::filesystem::path folder = export_folder(options);
     const sandbox::NewFolder made{options.file, folder};
-    allowed.files.writes = {folder};
+    allowed.files.writes = {std::filesystem::weakly_canonical(folder)};  // the folder may be a link
     return confined(options.file.string(), allowed, [&] {
         export_recording(options);
         return manual::exit_ok;

@@ -214,7 +214,7 @@ bool verify(const std::filesystem::path& path, bool json) {
     return whole;
 }
 
-// Keeps a recorder and another recovery away from the file and its pictures.
+// Keeps a recorder and another recovery away from the file.
 h5::FileLock lock_of(const std::filesystem::path& part) {
     if (auto lock = h5::FileLock::take(part)) return std::move(*lock);
     const pid_t by = h5::locked_by(part).value_or(0);
@@ -222,6 +222,16 @@ h5::FileLock lock_of(const std::filesystem::path& part) {
         "{}: is being recorded by process {}, or recovered by it; nothing was changed. Wait until "
         "the recording is complete",
         part.string(), by)};
+}
+
+// The same for the pictures, which may be those of a recording with another name. No folder: no lock.
+std::optional<h5::FileLock> lock_of_pictures(const std::filesystem::path& folder) {
+    if (!std::filesystem::exists(std::filesystem::symlink_status(folder))) return std::nullopt;
+    if (auto lock = h5::FileLock::take_folder(folder, h5::Sharing::alone)) return lock;
+    throw InputError{
+        fmt::format("{}: another process records or recovers these pictures; nothing was changed. Wait until "
+                    "it has ended",
+                    folder.string())};
 }
 
 }  // namespace
@@ -242,6 +252,8 @@ bool recover(const RecoverOptions& options) {
     const h5::FileLock lock = lock_of(part);
     // The recording may have been completed before it was locked.
     if (!lock.is_still(part)) return verify(file, options.json);
+    const std::filesystem::path folder = recorded::pictures_folder(file);
+    const std::optional<h5::FileLock> locked = lock_of_pictures(folder);
     std::filesystem::copy_file(part, working);
     recorded::RecordingWriter::mend(working).close();
     Recovered found;
@@ -250,7 +262,7 @@ bool recover(const RecoverOptions& options) {
         const recorded::RecordingReader copy{working};
         recording::require_known_schema(copy);
         header = copy.header();
-        find_pictures(copy, recorded::pictures_folder(file), pictures::finish_frames, found);
+        find_pictures(copy, folder, locked ? pictures::finish_frames : pictures::verify_frames, found);
         find_log(copy, journal, found);
         find_results(copy, found);
     }

@@ -61,12 +61,14 @@ struct Handled {
     std::uint64_t files, net, scope;
 };
 
-// Zero, or errno. Files that cannot be opened are passed over: the child cannot open them either.
+// Zero, or errno. Files that cannot be opened are passed over: the child cannot open them either. So are
+// links to what may be written: others could change them meanwhile.
 int allow(int rules, const std::filesystem::path& path, std::uint64_t for_file, std::uint64_t for_folder,
           std::uint64_t known) {
-    const Descriptor there{::open(path.c_str(), O_PATH | O_CLOEXEC)};
+    const bool writes = (for_file & LANDLOCK_ACCESS_FS_WRITE_FILE) != 0;
+    const Descriptor there{::open(path.c_str(), O_PATH | O_CLOEXEC | (writes ? O_NOFOLLOW : 0))};
     struct stat status {};
-    if (there.get() < 0 || ::fstat(there.get(), &status) < 0) return 0;
+    if (there.get() < 0 || ::fstat(there.get(), &status) < 0 || S_ISLNK(status.st_mode)) return 0;
     landlock_path_beneath_attr rule{};
     rule.allowed_access = (S_ISDIR(status.st_mode) ? for_folder : for_file) & known;
     if (rule.allowed_access == 0) return 0;

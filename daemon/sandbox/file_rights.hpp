@@ -11,7 +11,7 @@ struct FileRights {
     std::vector<std::filesystem::path> lists{};   // names of files in these folders may be read
     std::vector<std::filesystem::path> reads{};   // may be read
     std::vector<std::filesystem::path> writes{};  // may also be written; in folders, files may be created,
-                                                  // renamed and removed
+                                                  // renamed and removed. Links are passed over, too
 };
 
 /// From now on, this thread and those it starts open no other files than these, those of the system that

@@ -1,6 +1,7 @@
 #include "drivers/recorded/h5/file_lock.hpp"
 
 #include <fcntl.h>
+#include <sys/file.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -92,6 +93,19 @@ std::optional<FileLock> FileLock::take(const std::filesystem::path& file, bool m
     const Locked locked = lock(taken.fd_, file);
     if (locked == Locked::by_another) return std::nullopt;
     taken.held_ = locked == Locked::yes;
+    return taken;
+}
+
+// A folder cannot be opened for writing, which fcntl's lock for one process needs.
+std::optional<FileLock> FileLock::take_folder(const std::filesystem::path& folder, Sharing sharing) {
+    FileLock taken;
+    taken.fd_ = descriptor_of(folder, O_RDONLY | O_DIRECTORY | O_NOFOLLOW);
+    if (taken.fd_ < 0 && (errno == ENOTDIR || errno == ELOOP || errno == ENOENT))
+        throw InputError{folder.string() + ": is a link or not a folder; a folder was expected"};
+    if (taken.fd_ < 0) throw DeviceError{folder.string() + ": cannot be opened: " + own_words(errno)};
+    const int how = sharing == Sharing::alone ? LOCK_EX : LOCK_SH;
+    taken.held_ = ::flock(taken.fd_, how | LOCK_NB) == 0;
+    if (!taken.held_ && errno == EWOULDBLOCK) return std::nullopt;
     return taken;
 }
 

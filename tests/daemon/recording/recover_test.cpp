@@ -5,6 +5,7 @@
 
 #include "daemon/recording/tables/reduction_tables.hpp"
 #include "drivers/errors.hpp"
+#include "drivers/recorded/h5/file_lock.hpp"
 #include "drivers/recorded/h5/h5.hpp"
 #include "drivers/recorded/pictures/picture_check.hpp"
 #include "drivers/recorded/pictures/picture_reader.hpp"
@@ -141,6 +142,26 @@ TEST_F(RecoverTest, LastPicturesThatAreGoneAreReported) {
     const Outcome none = shakerd("recover run.nxs", folder_);
     EXPECT_EQ(none.status, 4);
     expect_in(none.out, {" 0 pictures", "run.frames: no pictures of camera \"top\""});
+}
+
+TEST_F(RecoverTest, FolderOfPicturesThatIsALinkIsRefused) {
+    const std::filesystem::path others = folder_ / "others.frames";
+    std::filesystem::rename(folder_ / "run.frames", others);
+    std::filesystem::create_directory_symlink(others, folder_ / "run.frames");
+    const Outcome o = shakerd("recover run.nxs", folder_);
+    EXPECT_EQ(o.status, 2);
+    expect_in(o.err, {"run.frames: is a link"});
+    EXPECT_FALSE(std::filesystem::exists(folder_ / "run.nxs"));
+}
+
+// A copy of the .part, under another name, of a recording that goes on.
+TEST_F(RecoverTest, PicturesOfALiveRecordingStay) {
+    std::filesystem::rename(folder_ / "run.nxs.part", folder_ / "run.copy.part");
+    const auto recorder = h5::FileLock::take_folder(folder_ / "run.frames", h5::Sharing::shared);
+    const Outcome o = shakerd("recover run.copy.part", folder_);
+    EXPECT_EQ(o.status, 2);
+    expect_in(o.err, {"run.frames: another process records or recovers these pictures"});
+    EXPECT_FALSE(std::filesystem::exists(folder_ / "run.copy"));
 }
 
 TEST_F(RecoverTest, MissingFileIsRefusedByName) {
