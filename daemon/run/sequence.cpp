@@ -34,11 +34,10 @@ bool Sequence::step(const acquisition::Streams& streams, acquisition::Channels& 
     take_trips(streams, channels);
     take_stamps(streams, channels);
     take_accelerations(streams, channels);
-    walker_.add(streams);
+    watch(streams, channels);
     clocks_known_ = streams.timebase.ready();
     check_walker(channels);
     note_failures(streams.cameras);
-    if (driving(state())) guard_.check(streams.cameras, walker_, now_s_, channels);
     std::visit([&](auto& now) { advance(now, channels); }, state_);
     return plays_ + blocks_ + changes_ + stops_.size() + walker_.seen() != before;
 }
@@ -65,6 +64,17 @@ void Sequence::take_trips(const acquisition::Streams& streams, acquisition::Chan
         else
             go(tripped, channels);
     }
+}
+
+void Sequence::watch(const acquisition::Streams& streams, acquisition::Channels& channels) {
+    const std::string followed = walker_.camera();
+    walker_.add(streams, now_s_, plan_.limits.camera_missing_s);
+    if (!driving(state())) return;
+    guard_.check_view(walker_, now_s_, channels);
+    if (followed.empty() || followed == walker_.camera() || std::exchange(order_.view_noted, true)) return;
+    note(fmt::format(
+        "camera \"{}\" sends no pictures of the walker; camera \"{}\" is followed from {:.3f} s on", followed,
+        walker_.camera(), now_s_));
 }
 
 void Sequence::check_walker(acquisition::Channels& channels) {
@@ -200,6 +210,8 @@ void Sequence::report(const control::PeriodWindows::Window& window) {
 
 void Sequence::arm(acquisition::Channels& channels) {
     go(Armed{}, channels);
+    if (!walker_.has_target() && !std::exchange(no_target_noted_, true))
+        note("no camera has a target \"walker\": nothing stops the drive when the walker leaves the base");
     if (!controller_.identified() && controller_.begin_identification()) {
         go(Identify{}, channels);
         say_("identification: measuring the response of the base to the drive");

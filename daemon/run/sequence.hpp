@@ -48,7 +48,8 @@ public:
     /// Processes the data that arrived since the last call and posts a command when the drive should change.
     /// False when no data arrived.
     bool step(const acquisition::Streams& streams, acquisition::Channels& channels);
-    /// InputError, which names `what`, unless a drive may start now: in idle, with no stop under way.
+    /// InputError, which names `what`, unless a drive may start now: in idle, with no stop under way, and the
+    /// walker is seen if a camera has it as a target.
     void require_idle(const char* what, const acquisition::Channels& channels) const;
     /// On call and in idle: drives towards `drive` and measures `periods` periods repeatedly. An unknown
     /// response is identified first, a known one is checked at a low level. settle: as in RunPlan. permit:
@@ -132,7 +133,9 @@ private:
     void aim(const char* what, const Drive& drive, const acquisition::Channels& channels);
     void come_down(acquisition::Channels& channels);
     void take_trips(const acquisition::Streams& streams, acquisition::Channels& channels);
+    void watch(const acquisition::Streams& streams, acquisition::Channels& channels);
     void check_walker(acquisition::Channels& channels);
+    bool awaits_view(acquisition::Channels& channels);
     void note_failures(const std::vector<acquisition::CameraStream>& cameras);
     void take_stamps(const acquisition::Streams& streams, acquisition::Channels& channels);
     void start_again(std::int64_t lost, acquisition::Channels& channels);
@@ -189,11 +192,13 @@ private:
     struct Order {
         bool only_identify = false;   // silence follows the identification
         bool settling_noted = false;  // the notes on settling are written, for this set-point
+        bool view_noted = false;      // another camera was followed, and a note says so
         int restarts = 0;             // after the DAC ran empty
     } order_;
     static constexpr double aftermath_s = 0.3;  // recorded after a trip
 
     std::vector<bool> cameras_failed_;  // one for each camera, noted
+    bool no_target_noted_ = false;      // no camera tracks a walker
     std::vector<Stop> stops_;           // one for each trip
     std::size_t cause_ = 0;             // index of the trip that stopped the run
     std::uint64_t newest_trip_ = 0;     // its number

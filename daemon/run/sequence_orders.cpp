@@ -12,6 +12,12 @@ void Sequence::require_idle(const char* what, const acquisition::Channels& chann
     if (state() != RunState::idle || channels.stopped)
         throw InputError{
             fmt::format("{} cannot start in state {}; it needs state idle", what, name(state()))};
+    if (walker_.has_target() && !walker_.sees())
+        throw InputError{
+            fmt::format("{} cannot start: the walker is in no picture of the last {:.0f} ms (newest picture: "
+                        "{:.3g} s ago); "
+                        "check the cameras, their trigger, the light and the walker",
+                        what, 1e3 * walker_.most_age_s(), walker_.age_s())};
 }
 
 void Sequence::aim(const char* what, const Drive& drive, const acquisition::Channels& channels) {
@@ -22,8 +28,9 @@ void Sequence::aim(const char* what, const Drive& drive, const acquisition::Chan
     part_ = {0, 0};
     controller_.aim(drive);
     const double frequency = Synthesiser::realised(drive.frequency, dac_rate_hz_);
-    if (frequency != frequency_) walker_ = WalkerMonitor{frequency};
+    if (frequency != frequency_) walker_.set_frequency(frequency);
     frequency_ = frequency;
+    permit_.reset();
 }
 
 void Sequence::begin(const Drive& drive, int periods, int settle, acquisition::Channels& channels,
@@ -81,7 +88,7 @@ void Sequence::set(const Drive& drive, acquisition::Channels& channels) {
     controller_.set(drive);
     if (drive.frequency != frequency_) {
         frequency_ = Synthesiser::realised(drive.frequency, dac_rate_hz_);
-        walker_ = WalkerMonitor{frequency_};
+        walker_.set_frequency(frequency_);
     }
     guard_.expect_another(channels);
     go_for_target(1, channels);

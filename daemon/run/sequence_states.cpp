@@ -46,7 +46,7 @@ void Sequence::advance(Init& init, acquisition::Channels& channels) {
 }
 
 void Sequence::advance(Quiet& quiet, acquisition::Channels& channels) {
-    if (!quiet.judged || now_s_ < since_s_ + plan_.quiet_s) return;
+    if (!quiet.judged || now_s_ < since_s_ + plan_.quiet_s || awaits_view(channels)) return;
     self_tested_ = true;
     go(Idle{}, channels);
     if (plan_.on_call) return;
@@ -55,6 +55,17 @@ void Sequence::advance(Quiet& quiet, acquisition::Channels& channels) {
             !fits.empty())
             note(fits);
     arm(channels);
+}
+
+// Not on call, the drive follows. Cameras may start after the DAC.
+bool Sequence::awaits_view(acquisition::Channels& channels) {
+    if (plan_.on_call || !walker_.has_target() || walker_.sees()) return false;
+    if (now_s_ < since_s_ + plan_.quiet_s + camera_patience_s) return true;
+    if (!guard_.check_view(walker_, now_s_, channels)) return true;
+    return guard_.stop({.cause = safety::Cause::tracking_lost,
+                        .value = static_cast<double>(walker_.lost()),
+                        .limit = static_cast<double>(plan_.limits.tracking_lost_frames)},
+                       now_s_, channels);
 }
 
 // A drive from rest begins with this check. resumes: after the DAC ran empty.

@@ -40,9 +40,9 @@ struct Limits {
     double soft_stop_s = 0.05;      // s, ramp to zero
     double hard_stop_s = 0.005;
     double missing_s = 0.02;  // s, longest time without accelerometer samples
-    double camera_missing_s =
-        std::numeric_limits<double>::infinity();  // s, longest time without frames of a camera
-    double watchdog_s = 0.5;                      // s, longest time without progress of the control
+    /// s, longest time without pictures of the walker from any camera; at least 10 frames.
+    double camera_missing_s = 0.25;
+    double watchdog_s = 0.5;  // s, longest time without progress of the control
     Detectors detectors{all_detectors};
     bool operator==(const Limits&) const = default;
 

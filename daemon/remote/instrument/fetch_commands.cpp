@@ -111,7 +111,7 @@ std::vector<Command> fetch_commands(BenchInstrument& bench) {
                             const auto s = bench.state();
                             if (!s->walker)
                                 throw scpi::Error{scpi::Code::stale_data,
-                                                  "the walker has not been found in any picture yet"};
+                                                  "no recent picture shows the walker"};
                             call.reply.number(s->walker->x_m);
                             call.reply.number(s->walker->edge_m);
                         },
