@@ -82,10 +82,7 @@ void Sequence::check_walker(acquisition::Channels& channels) {
     const auto place = walker_.mean_edge_mm();
     if (place && *place >= plan_.limits.edge_mm) edge_trip_mm_.reset();
     if (!driving(now) || now == RunState::ramp_down) return;
-    if (!permit_ || permit_->over()) {
-        if (now != RunState::identify) guard_.check(walker_, now_s_, channels);
-        return;
-    }
+    if (!permit_ || permit_->over()) return guard_.check(walker_, now_s_, channels);
     const auto* run = std::get_if<Run>(&state_);
     const double periods = run != nullptr ? (now_s_ - run->from_s) * frequency_ : 0;
     std::optional<safety::EdgePermit::Place> seen;

@@ -31,6 +31,12 @@ void require_lower(const char* what, double now, double wanted) {
                     what, to_text(wanted), to_text(now))};
 }
 
+void require_inside(double edge_mm, const safety::Limits& limits, const std::string& way_back) {
+    if (edge_mm >= limits.edge_mm) return;
+    throw InputError{fmt::format("the walker is {:.1f} mm from the edge of the picture (at least {} mm); {}",
+                                 edge_mm, limits.edge_mm, way_back)};
+}
+
 }  // namespace
 
 // An abort voids the orders that were waiting. Those that cannot lead to a drive are carried out.
@@ -126,15 +132,14 @@ std::optional<safety::EdgePermit> BenchService::walk_from_the_edge(
     const double outer_mm = safety::EdgePermit::outer_limit_mm(sequence_.edge_trip_mm().value_or(*edge_mm));
     const bool inwards = walk && leads_towards(*walk, walker.inwards());
     if (inwards && *edge_mm >= outer_mm) return safety::EdgePermit{*edge_mm, inside_mm, outer_mm};
-    if (*edge_mm >= limits_.edge_mm) return std::nullopt;
     std::string reason = "move it back by hand";
     if (!walk)
         reason = "its walk is not known: give mu in the settings, or " + reason;
     else if (!inwards)
         reason = fmt::format("{} does not lead inwards by three times its error; try phi + 180 deg, or {}",
                              text(*walk), reason);
-    throw InputError{fmt::format("the walker is {:.1f} mm from the edge of the picture (at least {} mm); {}",
-                                 *edge_mm, limits_.edge_mm, reason)};
+    require_inside(*edge_mm, limits_, reason);
+    return std::nullopt;
 }
 
 void BenchService::obey(const Identify& /*order*/, acquisition::Channels& channels) {
@@ -142,6 +147,8 @@ void BenchService::obey(const Identify& /*order*/, acquisition::Channels& channe
     runner_.require_commissioned();
     runner_.require_real_time();
     sequence_.require_idle("identification", channels);
+    if (const auto edge_mm = sequence_.walker().mean_edge_mm())
+        require_inside(*edge_mm, limits_, "move it back by hand");
     record_.begin(run_, {}, sequence_.now_s());
     warned_.clear();
     sequence_.identify(run_.drive, channels);
