@@ -1,0 +1,94 @@
+#pragma once
+// The parameters of a measured point, one row each: plans, settings files, the command line and orders share
+// the table.
+#include <array>
+#include <string_view>
+#include <variant>
+
+#include "drivers/drive_limits.hpp"
+
+namespace shaker {
+
+/// A requested point: the drive, and how long it is measured.
+struct PointSettings {
+    Drive drive{};
+    int periods = 40;        // of a measurement
+    int settle = 0;          // periods of settled drive before it; 0: until the walker's drift is steady
+    double precision = 0;    // m/s, standard error of v_D that ends the measurement; 0: `periods` decides
+    int least_periods = 20;  // with a precision: range of the measured periods
+    int most_periods = 400;
+};
+
+struct PointField {
+    using Member = std::variant<double Drive::*, int PointSettings::*, double PointSettings::*>;
+    std::string_view name;  // key of a plan; the option is "--" and this
+    std::string_view key;   // of the table [run] of a settings file; empty: not in there
+    Member member;
+    Dimension dimension;
+    Range allowed;                 // SI units; both ends included
+    std::string_view standard;     // default, as a person would type it; empty: no such parameter is given
+    std::string_view placeholder;  // word for it in the help
+    std::string_view help;
+
+    [[nodiscard]] constexpr bool whole() const noexcept {
+        return std::holds_alternative<int PointSettings::*>(member);
+    }
+    [[nodiscard]] double in(const PointSettings& point) const;
+    /// Sets the parameter. A whole number is rounded.
+    void set(PointSettings& point, double value) const;
+};
+
+/// The first four are those of a drive.
+inline constexpr std::size_t drive_fields = 4;
+inline constexpr std::array<PointField, 9> point_fields{{
+    {"gamma", "gamma_mps2", &Drive::gamma, Dimension::acceleration, drive_limits.gamma, "1g", "ACCELERATION",
+     "Acceleration amplitude of the base, e.g. 1.5g or 14.7m/s^2"},
+    {"phi", "phi_rad", &Drive::phi, Dimension::angle, drive_limits.phi, "0", "ANGLE",
+     "Phase of the second harmonic, e.g. 35deg or 0.61rad"},
+    {"rho", "rho", &Drive::rho, Dimension::ratio, drive_limits.rho, "0.5", "SHARE",
+     "Share of the first harmonic"},
+    {"frequency", "frequency_hz", &Drive::frequency, Dimension::frequency, drive_limits.frequency, "20Hz",
+     "FREQUENCY", "Frequency of the first harmonic, e.g. 20Hz"},
+    {"periods",
+     "periods",
+     &PointSettings::periods,
+     Dimension::ratio,
+     {2, most_periods},
+     "40",
+     "N",
+     "Drive periods to measure after settling"},
+    {"settle",
+     "settle_periods",
+     &PointSettings::settle,
+     Dimension::ratio,
+     {0, most_settle_periods},
+     "0",
+     "N",
+     "Periods of the settled drive before the measurement; 0: until the walker's drift is steady"},
+    {"precision",
+     "",
+     &PointSettings::precision,
+     Dimension::velocity,
+     {1e-8, 1},
+     "",
+     "VELOCITY",
+     "Standard error of v_D that ends the measurement, instead of a number of periods"},
+    {"least_periods",
+     "",
+     &PointSettings::least_periods,
+     Dimension::ratio,
+     {5, most_periods},
+     "20",
+     "N",
+     "Periods that are measured at least, with a precision"},
+    {"most_periods",
+     "",
+     &PointSettings::most_periods,
+     Dimension::ratio,
+     {5, most_periods},
+     "400",
+     "N",
+     "Periods that are measured at most, with a precision"},
+}};
+
+}  // namespace shaker
