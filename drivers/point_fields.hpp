@@ -2,6 +2,7 @@
 // The parameters of a measured point, one row each: plans, settings files, the command line and orders share
 // the table.
 #include <array>
+#include <cmath>
 #include <string_view>
 #include <variant>
 
@@ -33,9 +34,20 @@ struct PointField {
     [[nodiscard]] constexpr bool whole() const noexcept {
         return std::holds_alternative<int PointSettings::*>(member);
     }
-    [[nodiscard]] double in(const PointSettings& point) const;
+    [[nodiscard]] double in(const PointSettings& point) const {
+        if (const auto* of_drive = std::get_if<double Drive::*>(&member)) return point.drive.**of_drive;
+        if (const auto* number = std::get_if<int PointSettings::*>(&member)) return point.**number;
+        return point.*std::get<double PointSettings::*>(member);
+    }
     /// Sets the parameter. A whole number is rounded.
-    void set(PointSettings& point, double value) const;
+    void set(PointSettings& point, double value) const {
+        if (const auto* of_drive = std::get_if<double Drive::*>(&member))
+            point.drive.** of_drive = value;
+        else if (const auto* number = std::get_if<int PointSettings::*>(&member))
+            point.** number = static_cast<int>(std::lround(value));
+        else
+            point.*std::get<double PointSettings::*>(member) = value;
+    }
 };
 
 /// The first four are those of a drive.
