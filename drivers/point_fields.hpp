@@ -1,6 +1,7 @@
 #pragma once
 // The parameters of a measured point, one row each: plans, settings files, the command line and orders share
 // the table.
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <string_view>
@@ -22,8 +23,9 @@ struct PointSettings {
 
 struct PointField {
     using Member = std::variant<double Drive::*, int PointSettings::*, double PointSettings::*>;
-    std::string_view name;  // key of a plan; the option is "--" and this
-    std::string_view key;   // of the table [run] of a settings file; empty: not in there
+    std::string_view name;    // key of a plan
+    std::string_view key;     // of the table [run] of a settings file; empty: not in there
+    std::string_view option;  // of the command line; empty: there is none
     Member member;
     Dimension dimension;
     Range allowed;                 // SI units; both ends included
@@ -53,16 +55,17 @@ struct PointField {
 /// The first four are those of a drive.
 inline constexpr std::size_t drive_fields = 4;
 inline constexpr std::array<PointField, 9> point_fields{{
-    {"gamma", "gamma_mps2", &Drive::gamma, Dimension::acceleration, drive_limits.gamma, "1g", "ACCELERATION",
-     "Acceleration amplitude of the base, e.g. 1.5g or 14.7m/s^2"},
-    {"phi", "phi_rad", &Drive::phi, Dimension::angle, drive_limits.phi, "0", "ANGLE",
+    {"gamma", "gamma_mps2", "--gamma", &Drive::gamma, Dimension::acceleration, drive_limits.gamma, "1g",
+     "ACCELERATION", "Acceleration amplitude of the base, e.g. 1.5g or 14.7m/s^2"},
+    {"phi", "phi_rad", "--phi", &Drive::phi, Dimension::angle, drive_limits.phi, "0", "ANGLE",
      "Phase of the second harmonic, e.g. 35deg or 0.61rad"},
-    {"rho", "rho", &Drive::rho, Dimension::ratio, drive_limits.rho, "0.5", "SHARE",
+    {"rho", "rho", "--rho", &Drive::rho, Dimension::ratio, drive_limits.rho, "0.5", "SHARE",
      "Share of the first harmonic"},
-    {"frequency", "frequency_hz", &Drive::frequency, Dimension::frequency, drive_limits.frequency, "20Hz",
-     "FREQUENCY", "Frequency of the first harmonic, e.g. 20Hz"},
+    {"frequency", "frequency_hz", "--frequency", &Drive::frequency, Dimension::frequency,
+     drive_limits.frequency, "20Hz", "FREQUENCY", "Frequency of the first harmonic, e.g. 20Hz"},
     {"periods",
      "periods",
+     "--periods",
      &PointSettings::periods,
      Dimension::ratio,
      {2, most_periods},
@@ -71,6 +74,7 @@ inline constexpr std::array<PointField, 9> point_fields{{
      "Drive periods to measure after settling"},
     {"settle",
      "settle_periods",
+     "--settle",
      &PointSettings::settle,
      Dimension::ratio,
      {0, most_settle_periods},
@@ -78,6 +82,7 @@ inline constexpr std::array<PointField, 9> point_fields{{
      "N",
      "Periods of the settled drive before the measurement; 0: until the walker's drift is steady"},
     {"precision",
+     "",
      "",
      &PointSettings::precision,
      Dimension::velocity,
@@ -87,6 +92,7 @@ inline constexpr std::array<PointField, 9> point_fields{{
      "Standard error of v_D that ends the measurement, instead of a number of periods"},
     {"least_periods",
      "",
+     "",
      &PointSettings::least_periods,
      Dimension::ratio,
      {5, most_periods},
@@ -95,6 +101,7 @@ inline constexpr std::array<PointField, 9> point_fields{{
      "Periods that are measured at least, with a precision"},
     {"most_periods",
      "",
+     "",
      &PointSettings::most_periods,
      Dimension::ratio,
      {5, most_periods},
@@ -102,5 +109,9 @@ inline constexpr std::array<PointField, 9> point_fields{{
      "N",
      "Periods that are measured at most, with a precision"},
 }};
+/// The parameter with a name of the table.
+constexpr const PointField& point_field(std::string_view name) {
+    return *std::ranges::find(point_fields, name, &PointField::name);
+}
 
 }  // namespace shaker

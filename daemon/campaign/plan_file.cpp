@@ -93,13 +93,13 @@ void refuse_mirror_partners(const SettingsTable& table, const std::vector<double
 Series read_series(SettingsTable& table, std::size_t number, const PointSettings& defaults) {
     Series s{
         .name = table.text("name", fmt::format("{}", number)), .settings = defaults, .line = table.line("")};
-    const auto values = [&](std::size_t i) {
-        return values_of(table, point_fields.at(i), point_fields.at(i).in(defaults));
+    const auto values = [&](std::string_view name) {
+        return values_of(table, point_field(name), point_field(name).in(defaults));
     };
-    s.gamma = values(0);
-    s.phi = values(1);
-    s.rho = values(2);
-    s.frequency = values(3);
+    s.gamma = values("gamma");
+    s.phi = values("phi");
+    s.rho = values("rho");
+    s.frequency = values("frequency");
     if (table.has("gamma")) s.gamma_line = table.line("gamma");
     s.overtones = read_overtones(table);
     read_measuring(table, s.settings);

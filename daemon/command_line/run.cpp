@@ -18,20 +18,7 @@ constexpr auto arguments = manual::joined(
                  .kind = Kind::file}},
     manual::drive_arguments(true),
     std::array{
-        Argument{.name = "--periods",
-                 .value = "N",
-                 .help = "Drive periods to measure after settling",
-                 .kind = Kind::whole,
-                 .allowed = {2, most_periods},
-                 .standard = "40"},
-        Argument{.name = "--settle",
-                 .value = "N",
-                 .help =
-                     "Periods of the settled drive before the measurement; 0: until the walker's drift is "
-                     "steady",
-                 .kind = Kind::whole,
-                 .allowed = {0, most_settle_periods},
-                 .standard = "0"},
+        manual::argument_of(point_field("periods"), true), manual::argument_of(point_field("settle"), true),
         Argument{
             .name = "--mu",
             .value = "MU",
