@@ -8,7 +8,6 @@
 #include <system_error>
 #include <utility>
 
-#include "daemon/campaign/progress.hpp"
 #include "daemon/recording/time_text.hpp"
 #include "drivers/errors.hpp"
 #include "drivers/recorded/h5/disk_file.hpp"
@@ -57,8 +56,12 @@ StoredCampaign read_campaign(const fs::path& folder) {
     ReadJournal journal = read_journal(folder / journal_name);
     stored.entries = std::move(journal.entries);
     stored.remark = std::move(journal.remark);
-    const std::string begun_with = progress_of(stored.entries).plan;
-    if (!begun_with.empty() && begun_with != text::sha256(stored.plan))
+    try {
+        stored.progress = progress_of(stored.entries);
+    } catch (const InputError& e) {
+        throw InputError{fmt::format("{}, {}", (folder / journal_name).string(), e.what())};
+    }
+    if (!stored.progress.plan.empty() && stored.progress.plan != text::sha256(stored.plan))
         throw InputError{
             fmt::format("{}: was changed after the campaign had begun; restore its text, or measure the "
                         "changed plan in a new folder",
@@ -77,7 +80,7 @@ CampaignFolder CampaignFolder::begin(const fs::path& folder, const std::string& 
     create(folder);
     h5::FileLock lock = locked(folder);
     h5::replace_file(folder / plan_name, std::as_bytes(std::span{plan}));
-    CampaignFolder made{folder, std::move(lock), {plan, {}, {}}};
+    CampaignFolder made{folder, std::move(lock), {plan, {}, {}, {}}};
     made.add(CampaignChange{CampaignChange::What::begun, {}, text::sha256(plan)});
     h5::sync_folder(folder);
     return made;
@@ -92,7 +95,7 @@ CampaignFolder CampaignFolder::continued(const fs::path& folder, const std::opti
             fmt::format("{}: the campaign in this folder has another plan; continue it without a plan, or "
                         "measure this plan in a new folder",
                         folder.string())};
-    const bool begun = !progress_of(stored.entries).plan.empty();
+    const bool begun = !stored.progress.plan.empty();
     CampaignFolder opened{folder, std::move(lock), std::move(stored)};
     if (begun)
         opened.add(CampaignChange{CampaignChange::What::continued, {}, {}});

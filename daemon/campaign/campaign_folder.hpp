@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "daemon/campaign/journal.hpp"
+#include "daemon/campaign/progress.hpp"
 #include "drivers/recorded/h5/file_lock.hpp"
 
 namespace shaker::campaign {
@@ -18,6 +19,7 @@ inline constexpr const char* table_name = "campaign.nxs";
 struct StoredCampaign {
     std::string plan;                   // text of plan.toml
     std::vector<JournalEntry> entries;  // of the journal
+    Progress progress;                  // that follows from them
     std::string remark;                 // on an incomplete last line of the journal; usually empty
 };
 /// Reads a folder. InputError for a folder without a campaign, a plan that was changed after the campaign had

@@ -12,7 +12,7 @@ namespace shaker::campaign {
 namespace {
 
 [[noreturn]] void refuse(std::size_t number, const std::string& why) {
-    throw InputError{fmt::format("journal, entry {}: {}", number, why)};
+    throw InputError{fmt::format("entry {}: {}", number, why)};
 }
 
 // Follows the entries one by one.

@@ -4,7 +4,6 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
-#include "daemon/campaign/progress.hpp"
 #include "drivers/recorded/h5/h5.hpp"
 #include "tests/support/recording/recording_folder.hpp"
 
@@ -40,7 +39,7 @@ TEST_F(CampaignFolderTest, NewFolderHasPlanAndJournal) {
     EXPECT_EQ(stored.plan, plan);
     EXPECT_EQ(stored.entries.size(), 2U);
     EXPECT_NE(stored.entries[0].time, "");
-    EXPECT_FALSE(progress_of(stored.entries).done(1));
+    EXPECT_FALSE(stored.progress.done(1));
 }
 
 TEST_F(CampaignFolderTest, ContinuesWithWhatWasMeasured) {
@@ -54,7 +53,7 @@ TEST_F(CampaignFolderTest, ContinuesWithWhatWasMeasured) {
     {
         CampaignFolder again = CampaignFolder::continued(path_, plan);
         expect_in(again.stored().remark, {"line 5", "dropped"});
-        EXPECT_TRUE(progress_of(again.stored().entries).done(1));
+        EXPECT_TRUE(again.stored().progress.done(1));
         again.add(PointBegun{2});
     }
     const StoredCampaign stored = read_campaign(path_);
@@ -88,12 +87,17 @@ TEST_F(CampaignFolderTest, OtherPlanIsRefused) {
     expect_in(refused_to_continue(), {"plan.toml", "was changed", "restore"});
 }
 
+TEST_F(CampaignFolderTest, ImpossibleEntryIsRefusedWithItsFile) {
+    CampaignFolder::begin(path_, plan).add(PassEnded{.point = 4});
+    expect_in(refused_to_continue(), {"journal.jsonl, entry 2", "point 4 is not in progress"});
+}
+
 TEST_F(CampaignFolderTest, ContinuesAfterDeathWhileItWasMade) {
     std::filesystem::create_directory(path_);
     std::ofstream{path_ / "plan.toml"} << plan;
     std::ofstream{path_ / "journal.jsonl"};
     { CampaignFolder::continued(path_); }
-    EXPECT_NE(progress_of(read_campaign(path_).entries).plan, "");
+    EXPECT_NE(read_campaign(path_).progress.plan, "");
 }
 
 }  // namespace
