@@ -1,5 +1,5 @@
 #pragma once
-// The device seam: Dac, Accelerometer, Camera, EnableOutput, AbortInput, and the Rig that owns them.
+// The device seam: Dac, Accelerometer, Camera, AbortInput, and the Rig that owns them.
 // Hardware, simulated and replayed rigs implement it; code above does not know which.
 #include <array>
 #include <chrono>
@@ -124,18 +124,6 @@ public:
     virtual void stop() noexcept = 0;
 };
 
-/// Enable output of the amplifier on a line of its own. The line toggles while the amplifier may be on; a
-/// detector of missing pulses outside switches the amplifier.
-class EnableOutput {
-public:
-    virtual ~EnableOutput() = default;
-    /// Time from the first edge to the drive, s; above 0.
-    [[nodiscard]] virtual double before_s() const noexcept = 0;
-    /// A block is played. The line toggles from now on if `on`, and stops a short time after the last call.
-    /// Real-time; one thread.
-    virtual void feed(bool on) noexcept = 0;
-};
-
 enum class Contact { closed, open, unreadable };
 
 /// Abort input: a normally closed contact that stops the drive.
@@ -167,7 +155,6 @@ struct Rig {
     std::unique_ptr<Accelerometer> accelerometer;
     std::vector<std::unique_ptr<Camera>> cameras;
     RigAdvice advice{};
-    std::unique_ptr<EnableOutput> enable{};     // null: none, or a tone of the DAC
     std::unique_ptr<AbortInput> abort_input{};  // null: none
 };
 

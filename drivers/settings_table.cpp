@@ -89,13 +89,17 @@ struct SettingsTable::Impl {
                 if (name.str() == key) return name.source().begin.line;
         return line;
     }
+    [[nodiscard]] std::string place(std::size_t its_line) const {
+        return file + ":" + std::to_string(its_line) + ": ";
+    }
     [[noreturn]] void fail(std::string_view key, const std::string& why) const {
-        const std::string where = file + ":" + std::to_string(line_of(key)) + ": ";
         const std::string table = prefix.empty() ? "" : prefix.substr(0, prefix.size() - 1) + ": ";
-        throw InputError{where + (key.empty() ? table : prefix + std::string{key} + ": ") + why};
+        throw InputError{place(line_of(key)) + (key.empty() ? table : prefix + std::string{key} + ": ") +
+                         why};
     }
     [[noreturn]] void wrong(std::string_view key, const toml::node& node, const std::string& expected) const {
-        fail(key, "expected " + expected + ", got " + shown(node));
+        throw InputError{place(node.source().begin.line) + prefix + std::string{key} + ": expected " +
+                         expected + ", got " + shown(node)};
     }
     const toml::node& need(std::string_view key, const std::string& expected) {
         const toml::node* node = find(key);
@@ -108,6 +112,24 @@ struct SettingsTable::Impl {
         const double value = *node.value<double>();
         if (!std::isfinite(value) || value < allowed.min || value > allowed.max) wrong(key, node, expected);
         return value;
+    }
+    double quantity(std::string_view key, const toml::node& node, Dimension dimension, Range allowed) const {
+        if (!node.is_string()) return number(key, node, allowed);
+        try {
+            return parse_quantity(prefix + std::string{key}, node.as_string()->get(), dimension, allowed);
+        } catch (const InputError& error) {
+            throw InputError{place(node.source().begin.line) + error.what()};
+        }
+    }
+    std::vector<SettingsTable> tables(std::string_view key, const toml::node& node) const {
+        const std::string expected = "tables [[" + prefix + std::string{key} + "]]";
+        if (!node.is_array()) wrong(key, node, expected);
+        std::vector<SettingsTable> result;
+        for (const toml::node& element : *node.as_array()) {
+            if (!element.is_table()) wrong(key, element, expected);
+            result.push_back(SettingsTable{child(key, element.as_table())});
+        }
+        return result;
     }
     std::string text(std::string_view key, const toml::node& node) const {
         if (!node.is_string()) wrong(key, node, "a string in quotes");
@@ -152,6 +174,31 @@ bool SettingsTable::has(std::string_view key) const { return impl_->find(key) !=
 bool SettingsTable::is_text(std::string_view key) const {
     const toml::node* node = impl_->find(key);
     return node != nullptr && node->is_string();
+}
+
+bool SettingsTable::is_table(std::string_view key) const {
+    const toml::node* node = impl_->find(key);
+    return node != nullptr && node->is_table();
+}
+
+std::size_t SettingsTable::line(std::string_view key) const { return impl_->line_of(key); }
+
+double SettingsTable::quantity(std::string_view key, Dimension dimension, Range allowed) {
+    return impl_->quantity(key, impl_->need(key, "a quantity, " + to_text(allowed)), dimension, allowed);
+}
+
+double SettingsTable::quantity(std::string_view key, Dimension dimension, Range allowed, double otherwise) {
+    return has(key) ? quantity(key, dimension, allowed) : otherwise;
+}
+
+std::vector<double> SettingsTable::quantities(std::string_view key, Dimension dimension, Range allowed) {
+    const toml::node& node = impl_->need(key, "a quantity or an array of quantities, " + to_text(allowed));
+    if (!node.is_array()) return {impl_->quantity(key, node, dimension, allowed)};
+    if (node.as_array()->empty()) impl_->wrong(key, node, "at least one quantity");
+    std::vector<double> values;
+    for (const toml::node& element : *node.as_array())
+        values.push_back(impl_->quantity(key, element, dimension, allowed));
+    return values;
 }
 
 double SettingsTable::number(std::string_view key, Range allowed) {
@@ -222,14 +269,15 @@ SettingsTable SettingsTable::table(std::string_view key) {
 
 std::vector<SettingsTable> SettingsTable::tables(std::string_view key) {
     const toml::node* node = impl_->find(key);
-    std::vector<SettingsTable> result;
+    return node != nullptr ? impl_->tables(key, *node) : std::vector<SettingsTable>{};
+}
+
+std::vector<std::vector<SettingsTable>> SettingsTable::lists_of_tables(std::string_view key) {
+    const toml::node* node = impl_->find(key);
+    std::vector<std::vector<SettingsTable>> result;
     if (node == nullptr) return result;
-    const std::string expected = "tables [[" + impl_->prefix + std::string{key} + "]]";
-    if (!node->is_array()) impl_->wrong(key, *node, expected);
-    for (const toml::node& element : *node->as_array()) {
-        if (!element.is_table()) impl_->wrong(key, element, expected);
-        result.push_back(SettingsTable{impl_->child(key, element.as_table())});
-    }
+    if (!node->is_array()) impl_->wrong(key, *node, "an array of arrays of tables");
+    for (const toml::node& element : *node->as_array()) result.push_back(impl_->tables(key, element));
     return result;
 }
 

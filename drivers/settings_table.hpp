@@ -37,12 +37,22 @@ public:
     /// The index in `allowed` of the value.
     std::size_t choice(std::string_view key, std::initializer_list<std::string_view> allowed,
                        std::optional<std::size_t> otherwise = {});
-    /// True if the value at `key` is a string.
+    /// A quantity as parse_quantity() reads it: a string with a unit ("1.5g"), or a number in SI units.
+    double quantity(std::string_view key, Dimension dimension, Range allowed);
+    double quantity(std::string_view key, Dimension dimension, Range allowed, double otherwise);
+    /// One quantity, or an array of at least one.
+    std::vector<double> quantities(std::string_view key, Dimension dimension, Range allowed);
+    /// True if the value at `key` is a string, a table.
     [[nodiscard]] bool is_text(std::string_view key) const;
+    [[nodiscard]] bool is_table(std::string_view key) const;
+    /// The line of the file with `key`, or where the table begins.
+    [[nodiscard]] std::size_t line(std::string_view key) const;
     /// A sub-table; an empty one, equally strict, when missing.
     SettingsTable table(std::string_view key);
     /// An array of tables; empty when missing.
     std::vector<SettingsTable> tables(std::string_view key);
+    /// An array of arrays of tables; empty when missing.
+    std::vector<std::vector<SettingsTable>> lists_of_tables(std::string_view key);
     /// Throws if the file has a key that was never read; names the key and its line, and lists the
     /// known keys.
     void finish() const;

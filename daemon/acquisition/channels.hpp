@@ -35,10 +35,12 @@ struct Counters {
     std::atomic<std::uint64_t> not_learned{0};  // fresh trackers that did not find their targets
 };
 
-/// An operator's clear. The silent output unlatches if no trip and no abort came after it.
+/// An operator's clear. The silent output unlatches if no trip, no abort and no opening of the contact came
+/// after it.
 struct Clearance {
-    std::uint64_t trips = 0;   // Trip::number of the newest trip that the operator has seen
-    std::uint64_t aborts = 0;  // Channels::aborts when the operator cleared
+    std::uint64_t trips = 0;     // Trip::number of the newest trip that the operator has seen
+    std::uint64_t aborts = 0;    // Channels::aborts when the operator cleared
+    std::uint64_t openings = 0;  // Channels::openings when the operator cleared
 };
 
 /// The failure of a loop whose loss the run survives.

@@ -119,15 +119,17 @@ bool part_of_underrun(const safety::Trip& trip, const DriveOutput& output) {
            trip.tick >= output.empty_from && trip.tick < output.empty_to;
 }
 
-// An abort always leaves a trip. More aborts while the output is silent after an abort change nothing but
-// refuse an earlier clear.
+// The output is silent after a stop of this cause: another one changes nothing but refuse an earlier clear.
+bool rests_after(safety::Cause cause, const DriveOutput& output) {
+    return output.synthesiser.stopped() && output.synthesiser.silent() && output.newest.cause == cause;
+}
+
+// An abort always leaves a trip.
 void answer_aborts(DriveOutput& output, Dac& dac, Channels& channels) {
     const std::uint64_t aborts = channels.aborts;
     if (aborts == output.aborted) return;
     output.aborted = aborts;
-    const bool silent = output.synthesiser.stopped() && output.synthesiser.silent();
-    if (!silent || output.newest.cause != safety::Cause::operator_stop)
-        latch_for_operator(output, dac, channels);
+    if (!rests_after(safety::Cause::operator_stop, output)) latch_for_operator(output, dac, channels);
     channels.aborts_answered = aborts;
 }
 
@@ -141,7 +143,8 @@ void answer_contact(DriveOutput& output, Dac& dac, Channels& channels) {
     const bool late = duration_s(now - output.contact_read_at, output.rate_hz) > contact_patience_s;
     if (openings == output.openings && !late) return;
     output.openings = openings;
-    latch_now(safety::Cause::abort_input, output, dac, channels);
+    if (!rests_after(safety::Cause::abort_input, output))
+        latch_now(safety::Cause::abort_input, output, dac, channels);
 }
 
 // A loop has failed.
@@ -158,15 +161,17 @@ void answer_failure(DriveOutput& output, Dac& dac, Channels& channels) {
 void answer_clears(DriveOutput& output, Dac& dac, Channels& channels) {
     if (const auto clearance = channels.clearance.take()) output.clearance = clearance;
     if (!output.clearance) return;
-    if (output.clearance->aborts != output.aborted) {
-        // The reduction waits for an answer. It gets a trip, unless the abort has already left one.
-        if (output.clearance->trips == output.newest.number) latch_for_operator(output, dac, channels);
+    const Clearance& clear = *output.clearance;
+    const bool opened =
+        output.has_contact && (clear.openings != output.openings || channels.contact != Contact::closed);
+    // The reduction waits for an answer. A trip that it has not seen yet is one, else it gets another.
+    if (clear.trips != output.newest.number) {
         output.clearance.reset();
-    } else if (output.clearance->trips != output.newest.number) {
-        output.clearance.reset();  // the reduction has not seen the newest trip yet
-    } else if (output.has_contact && channels.contact != Contact::closed) {
-        output.clearance
-            .reset();  // opened after the operator's clear was accepted: another trip is the answer
+    } else if (clear.aborts != output.aborted) {
+        output.clearance.reset();
+        latch_for_operator(output, dac, channels);
+    } else if (opened) {
+        output.clearance.reset();
         latch_now(safety::Cause::abort_input, output, dac, channels);
     } else if (output.synthesiser.release()) {
         output.clearance.reset();
@@ -214,13 +219,7 @@ DriveOutput::DriveOutput(const DacInfo& dac, double frequency, double frames_per
       volts(block),
       pulses(block),
       queued{dac, block, synthesiser, triggers},
-      enable{dac.rate_hz, dac.enable_before_s, dac.queue_frames} {}
-
-void DriveOutput::connect(const Rig& rig) noexcept {
-    line = rig.enable.get();
-    if (line != nullptr) enable.lead(line->before_s());
-    has_contact = rig.abort_input != nullptr;
-}
+      enable{dac.rate_hz, dac.enable_before_s} {}
 
 void output_step(DriveOutput& output, Dac& dac, Channels& channels) {
     Synthesiser& synthesiser = output.synthesiser;
@@ -238,8 +237,7 @@ void output_step(DriveOutput& output, Dac& dac, Channels& channels) {
     note_drive(first, output);
     output.enable.note(first, synthesiser, output.drives_until);
     dac.enable(output.enable.on());
-    channels.enabled = output.enable.on() || output.enable.line_on();
-    if (output.line != nullptr) output.line->feed(output.enable.line_on());
+    channels.enabled = output.enable.on();
     const PlayTime played = dac.write(output.volts, output.pulses);
     if (!channels.played.push(played)) ++channels.lost.plays_lost;
     output.played = played;

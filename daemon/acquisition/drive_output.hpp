@@ -21,8 +21,6 @@ struct DriveOutput {
     /// 0: no accelerometer.
     DriveOutput(const DacInfo& dac, double frequency, double frames_per_second, std::size_t block,
                 const std::optional<safety::Limits>& limits = {}, double accelerometer_rate_hz = 0);
-    /// Connects the enable output and the abort input of a rig, which must outlive this object.
-    void connect(const Rig& rig) noexcept;
     double full_scale_V;
     double rate_hz;
     Synthesiser synthesiser;
@@ -31,7 +29,6 @@ struct DriveOutput {
     std::vector<double> volts, pulses;
     QueuedBlocks queued;
     EnableWindow enable;
-    EnableOutput* line = nullptr;                   // null: none
     bool has_contact = false;                       // there is an abort input
     std::uint64_t openings = 0, contact_reads = 0;  // values of the Channels that were answered
     std::int64_t contact_read_at = 0;               // DAC sample of the last reading

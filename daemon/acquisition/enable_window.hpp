@@ -1,6 +1,5 @@
 #pragma once
 // EnableWindow: the blocks during which the enable output of the amplifier is on. Real-time.
-#include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <optional>
@@ -18,18 +17,8 @@ public:
     /// Time for which the tone goes on behind the last sample of the drive, s; then at most one block more.
     static constexpr double after_s = 0.02;
 
-    /// queue_frames: samples that wait in the DAC; an output that is not in the DAC's stream stays on for
-    /// them, too.
-    EnableWindow(double rate_hz, double before_s, std::int64_t queue_frames) noexcept
-        : rate_hz_{rate_hz},
-          before_{std::llround(before_s * rate_hz)},
-          after_{std::llround(after_s * rate_hz)},
-          queue_{queue_frames} {}
-
-    /// A further enable output asks for at least this lead.
-    void lead(double before_s) noexcept {
-        before_ = std::max<std::int64_t>(before_, std::llround(before_s * rate_hz_));
-    }
+    EnableWindow(double rate_hz, double before_s) noexcept
+        : before_{std::llround(before_s * rate_hz)}, after_{std::llround(after_s * rate_hz)} {}
 
     /// The command that takes effect with the next block: the newest one, when it may. A command for a
     /// stopped or sounding output, and a soft stop, is never kept back.
@@ -52,24 +41,20 @@ public:
     void note(std::int64_t first, const Synthesiser& synthesiser, std::int64_t drives_until) noexcept {
         const bool drives = before_ > 0 && (kept_ || !synthesiser.silent() || synthesiser.waits());
         on_ = drives || (on_ && first < drives_until + after_);
-        line_on_ = on_ || (line_on_ && first < drives_until + after_ + queue_);
     }
     /// The DAC ran empty: the amplifier may have switched off. A command that was kept back is dropped.
     void restart() noexcept {
-        on_ = line_on_ = false;
+        on_ = false;
         kept_.reset();
     }
 
-    /// For the samples of the last block in the DAC's stream.
+    /// For the samples of the last block.
     [[nodiscard]] bool on() const noexcept { return on_; }
-    /// For a line that is not in the DAC's stream, from now on.
-    [[nodiscard]] bool line_on() const noexcept { return line_on_; }
 
 private:
-    double rate_hz_;
-    std::int64_t before_, after_, queue_;  // samples
-    std::int64_t since_ = 0;               // sample with which the output went on
-    bool on_ = false, line_on_ = false;
+    std::int64_t before_, after_;  // samples
+    std::int64_t since_ = 0;       // sample with which the output went on
+    bool on_ = false;
     std::optional<DriveCommand> kept_;
 };
 

@@ -54,7 +54,7 @@ double run_loops(bench::Bench& bench, Collector& collector, DriveOutput& output,
                  const Leader& leader) {
     Rig& rig = bench.rig;
     Channels& channels = collector.channels();
-    output.connect(rig);
+    output.has_contact = rig.abort_input != nullptr;
     const bool simulated = bench.world != nullptr;
     const double rate_hz = rig.dac->info().rate_hz;
     // Hardware keeps to real time. Virtual time waits for the reduction, which shares the processor.

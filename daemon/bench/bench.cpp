@@ -1,11 +1,16 @@
 #include "daemon/bench/bench.hpp"
 
+#include <spdlog/fmt/fmt.h>
+
+#include <cerrno>
 #include <cmath>
+#include <cstring>
 #include <fstream>
 #include <iterator>
 #include <numbers>
 #include <utility>
 
+#include "daemon/bench/changed_settings.hpp"
 #include "drivers/commissioned/record.hpp"
 #include "drivers/errors.hpp"
 #include "drivers/hardware/hardware_rig.hpp"
@@ -44,12 +49,20 @@ safety::Limits limits_for(const simulated::ShakerTruth& shaker, double walker_kg
                                 .coil_A_per_V = std::abs(shaker.amplifier_gain) / ohm});
 }
 
-Bench open_simulated(const std::filesystem::path& scene, simulated::World::Pace pace) {
+std::string content(const std::filesystem::path& file) {
+    std::ifstream in{file, std::ios::binary};
+    std::string text{std::istreambuf_iterator<char>{in}, {}};
+    if (!in) throw InputError{file.string() + ": cannot be read: " + std::strerror(errno)};
+    return text;
+}
+
+Bench open_simulated(const std::filesystem::path& scene, simulated::World::Pace pace,
+                     const simulated::Scene& standard) {
     Bench open;
     SettingsTable root =
         scene.empty() ? SettingsTable::from_text("", "scene") : SettingsTable::from_file(scene);
     SettingsTable limits = root.table("limits");
-    open.scene = simulated::read_scene(root);
+    open.scene = simulated::read_scene(root, standard);
     open.world = std::make_unique<simulated::World>(open.scene, pace);
     open.rig = open.world->rig();
     open.shaker = open.scene.shaker;
@@ -60,12 +73,19 @@ Bench open_simulated(const std::filesystem::path& scene, simulated::World::Pace 
     return open;
 }
 
-// The limits follow from the ratings, so they must not be those of another shaker.
-void require_ratings(SettingsTable& shaker) {
+// The limits follow from these, so they must not be those of another shaker.
+void require_data(SettingsTable& shaker) {
     if (shaker.has("model")) return;
-    for (const char* rating : {"max_force_n", "stroke_mm", "max_velocity_mps", "max_acceleration_mps2"})
-        if (!shaker.has(rating))
-            shaker.fail(rating, "missing; expected this rating of the shaker, or its `model`");
+    std::vector<const char*> needed{"max_force_n",           "stroke_mm",      "max_velocity_mps",
+                                    "max_acceleration_mps2", "moving_mass_kg", "base_mass_kg",
+                                    "force_factor_npa",      "amplifier_gain", "drive"};
+    if (!shaker.is_text("drive") || shaker.text("drive") != "current") needed.push_back("resistance_ohm");
+    std::erase_if(needed, [&](const char* key) { return shaker.has(key); });
+    if (needed.empty()) return;
+    shaker.fail(needed.front(),
+                fmt::format("missing; expected the ratings of the shaker and the data of coil, amplifier and "
+                            "masses, or the shaker's `model`. Missing keys: {}",
+                            fmt::join(needed, ", ")));
 }
 
 Bench open_file(const std::filesystem::path& file) {
@@ -73,14 +93,13 @@ Bench open_file(const std::filesystem::path& file) {
         throw InputError{"--rig \"" + file.string() +
                          "\": no such file; expected a rig file (TOML), or sim: for the simulated bench"};
     Bench open;
-    std::ifstream in{file};
-    open.rig_text.assign(std::istreambuf_iterator<char>{in}, {});
-    SettingsTable root = SettingsTable::from_file(file);
+    open.rig_text = content(file);
+    SettingsTable root = SettingsTable::from_text(open.rig_text, file.string());
     for (const char* device : {"dac", "accelerometer", "shaker"})
         if (!root.has(device)) root.fail(device, std::string{"missing; expected a table ["} + device + "]");
     simulated::Scene sheet = simulated::paper_scene();
     SettingsTable shaker = root.table("shaker");
-    require_ratings(shaker);
+    require_data(shaker);
     sheet.shaker = open.shaker = simulated::read_shaker(std::move(shaker));
     open.real_time_required = root.choice("real_time", {"required", "wanted"}, 0) == 0;
     open.gravity = root.number("gravity_mps2", on_earth, paper_g);
@@ -99,16 +118,25 @@ Bench open_file(const std::filesystem::path& file) {
 
 }  // namespace
 
-safety::Limits limits_now(const Bench& bench, const std::string& name, const std::filesystem::path& scene) {
-    const std::filesystem::path file = name == "sim:" ? scene : std::filesystem::path{name};
-    if (file.empty()) return bench.limits;
-    SettingsTable root = SettingsTable::from_file(file);
-    return limits_for(bench.shaker, bench.world ? bench.scene.walker.mass_kg : 0, bench.rig,
-                      root.table("limits"));
+NewLimits limits_now(const Bench& bench, const std::string& name, const std::filesystem::path& scene) {
+    const std::filesystem::path file = bench.world ? scene : std::filesystem::path{name};
+    if (file.empty()) return {bench.limits, {}};
+    const std::string text = content(file);
+    if (!bench.world)
+        if (const std::string why = commissioned::missing_record(file, text); !why.empty())
+            throw InputError{why};
+    SettingsTable root = SettingsTable::from_text(text, file.string()), limits = root.table("limits");
+    const std::string seen = bench.world ? scene_text(simulated::read_scene(root)) : text;
+    NewLimits now{
+        limits_for(bench.shaker, bench.world ? bench.scene.walker.mass_kg : 0, bench.rig, std::move(limits)),
+        changed_settings(bench.rig_text, seen)};
+    std::erase(now.ignored, "limits");
+    return now;
 }
 
-Bench open_bench(const std::string& name, const std::filesystem::path& scene, simulated::World::Pace pace) {
-    if (name == "sim:") return open_simulated(scene, pace);
+Bench open_bench(const std::string& name, const std::filesystem::path& scene, simulated::World::Pace pace,
+                 const simulated::Scene& standard) {
+    if (name == "sim:") return open_simulated(scene, pace, standard);
     if (!scene.empty())
         throw InputError{"--scene \"" + scene.string() +
                          "\": only the simulated bench (--rig sim:) has a scene"};

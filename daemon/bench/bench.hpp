@@ -23,21 +23,29 @@ struct Bench {
     safety::Limits limits;             // in force for every run
     std::string rig_text;              // TOML: the rig file, or the scene of a simulated rig
     bool real_time_required = false;   // nothing is driven without real-time scheduling and locked memory
-    std::string not_commissioned;      // reason why a service may not drive it; empty: it may
+    std::string not_commissioned;      // reason why it may not be driven; empty: it may
     std::vector<std::string> granted;  // requested and granted settings of the devices, one sentence each
     /// Response of the shaker from the data sheet, m/s^2 per V, at a frequency in Hz.
     std::function<std::complex<double>(double)> response;
 };
 
-/// Opens a rig. "sim:" is the simulated rig, modified by the file `scene` (may be empty). Any other name is a
-/// rig file: its devices (hardware_rig.hpp) and [shaker], the data sheet of shaker and amplifier. Both may
-/// have [limits] (limits.hpp); limits that are not given follow from the data sheet. Both may
-/// have gravity_mps2, the gravity of the place (default 9.8). A rig file must name the shaker: its model, or
-/// all maximum ratings; real_time = "wanted" allows a drive without real-time scheduling. InputError for the
-/// file's content, DeviceError for a device that cannot be opened.
-Bench open_bench(const std::string& name, const std::filesystem::path& scene, simulated::World::Pace pace);
+/// Opens a rig. "sim:" is the simulated rig: `standard`, modified by the file `scene` (may be empty). Any
+/// other name is a rig file: its devices (hardware_rig.hpp) and [shaker], the data sheet of shaker and
+/// amplifier. Both may have [limits] (limits.hpp); limits that are not given follow from the data sheet. Both
+/// may have gravity_mps2, the gravity of the place (default 9.8). A rig file must name the shaker: its model,
+/// or all that the limits follow from (ratings, coil, amplifier, masses); real_time = "wanted" allows a drive
+/// without real-time scheduling. InputError for the file's content, DeviceError for a device that cannot be
+/// opened.
+Bench open_bench(const std::string& name, const std::filesystem::path& scene, simulated::World::Pace pace,
+                 const simulated::Scene& standard = simulated::paper_scene());
 
-/// The limits in the bench's files now, for a reload. The devices are not touched.
-safety::Limits limits_now(const Bench& bench, const std::string& name, const std::filesystem::path& scene);
+/// The limits in the bench's file now, for a reload.
+struct NewLimits {
+    safety::Limits limits;
+    std::vector<std::string> ignored;  // other keys and tables of the file that have changed
+};
+/// Reads the file again; the devices are not touched. InputError for its content, and for a rig file that the
+/// record of the commissioning does not cover.
+NewLimits limits_now(const Bench& bench, const std::string& name, const std::filesystem::path& scene);
 
 }  // namespace shaker::bench

@@ -27,7 +27,8 @@ constexpr std::array arguments{
              .standard = "0.02"},
     Argument{
         .name = "--commission",
-        .help = "Then lead the operator through the first day: the record lets a service drive the bench"},
+        .help =
+            "Then lead the operator through the first day: the record lets run and serve drive the bench"},
     json_argument};
 
 int act(const manual::Values& values) {

@@ -13,7 +13,9 @@ using manual::Kind;
 constexpr std::array<std::string_view, 2> formats{"csv", "mat"};
 
 constexpr std::array arguments{
-    recording_argument,
+    Argument{.name = "FILE",
+             .help = "Recording, or points table of a campaign (campaign.nxs)",
+             .kind = Kind::file},
     Argument{.name = "--output",
              .letter = 'o',
              .value = "FOLDER",
@@ -47,7 +49,7 @@ int act(const manual::Values& values) {
     sandbox::Confinement allowed = sandbox::confinement_for(options.file);
     const std::filesystem::path folder = export_folder(options);
     const sandbox::NewFolder made{options.file, folder};
-    allowed.files.writes = {folder};
+    allowed.files.writes = {std::filesystem::weakly_canonical(folder)};  // the folder may be a link
     return confined(options.file.string(), allowed, [&] {
         export_recording(options);
         return manual::exit_ok;
@@ -58,7 +60,7 @@ int act(const manual::Values& values) {
 
 manual::Command export_row() {
     return {.name = "export",
-            .summary = "Write a recording's tables as CSV or MAT files",
+            .summary = "Write the tables of a recording or campaign as CSV or MAT files",
             .details = "Existing files are never overwritten.",
             .arguments = arguments,
             .example = "shakerd export run.nxs --what tracks,drive",

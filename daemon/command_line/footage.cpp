@@ -1,3 +1,5 @@
+#include <optional>
+
 #include "daemon/command_line/rows.hpp"
 #include "daemon/commands/footage_commands.hpp"
 #include "daemon/report/printing.hpp"
@@ -49,6 +51,7 @@ SessionRights rights_for(const std::filesystem::path& session) {
     const sandbox::Answer names = sandbox::ask_confined(
         session.string(), allowed, [&] { return commands::read_session_names(session); });
     if (names.status != manual::exit_ok) return {.status = names.status};
+    allowed.warns = false;  // the first child did
     const commands::SessionFiles files = commands::session_files(session, names.text);
     allowed.files.lists = files.folders;
     allowed.files.reads = files.files;
@@ -74,7 +77,7 @@ int act_reduce(const manual::Values& values) {
     if (options.out.empty()) return reduce_confined(options, rights.allowed);
     require_new_recording(options);
     const std::filesystem::path out = options.out;
-    const NewRecording recording{out};
+    NewRecording recording{out};
     options.out = recording.working();
     rights.allowed.files.writes = {recording.folder()};
     const int status = reduce_confined(options, rights.allowed);
@@ -85,12 +88,15 @@ int act_reduce(const manual::Values& values) {
 }
 
 int act_track(const manual::Values& values) {
-    const commands::TrackOptions options{
+    commands::TrackOptions options{
         .session = values.text("SESSION"), .out = values.text("--output"), .json = values.has("--json")};
     SessionRights rights = rights_for(options.session);
     if (rights.status != manual::exit_ok) return rights.status;
-    const NewFile out{options.out};
-    if (!options.out.empty()) rights.allowed.files.writes = {options.out};
+    std::optional<NewFile> out;
+    if (!options.out.empty()) {
+        options.csv = out.emplace(options.out).descriptor();
+        rights.allowed.keeps = {options.csv};
+    }
     return confined(options.session.string(), rights.allowed, [&] {
         track_session(options);
         return manual::exit_ok;

@@ -18,7 +18,7 @@ int recover_confined(const commands::RecoverOptions& options, const sandbox::Con
 }
 
 int act(const manual::Values& values) {
-    const commands::RecoverOptions options{.file = values.text("FILE"), .json = values.has("--json")};
+    commands::RecoverOptions options{.file = values.text("FILE"), .json = values.has("--json")};
     const commands::RecoveredFiles files = recovered_files(options);
     const std::filesystem::path folder = files.file.parent_path();
     sandbox::Confinement allowed = sandbox::confinement_for(options.file);
@@ -27,11 +27,12 @@ int act(const manual::Values& values) {
                      .reads = {files.file, files.part, files.journal, pictures}};
     const bool finished = std::filesystem::exists(files.file);
     if (finished || !std::filesystem::exists(files.part)) return recover_confined(options, allowed);
-    const sandbox::NewFile working{files.working};
-    allowed.files.writes = {files.working, pictures};
+    sandbox::NewRecording fresh{files.file};
+    options.working = fresh.working();
+    allowed.files.writes = {fresh.folder(), pictures};
     const int status = recover_confined(options, allowed);
-    // The recorder may have finished the file meanwhile.
-    if (status == manual::exit_ok && !std::filesystem::exists(files.file)) name_recovered(files);
+    // The recorder may have finished the file meanwhile: it was only verified.
+    if (status == manual::exit_ok && std::filesystem::exists(options.working)) fresh.keep();
     return status;
 }
 

@@ -8,6 +8,7 @@
 namespace shaker::command_line {
 
 manual::Command run_row();
+manual::Command campaign_row();
 manual::Command serve_row();
 manual::Command check_row();
 manual::Command devices_row();

@@ -18,20 +18,7 @@ constexpr auto arguments = manual::joined(
                  .kind = Kind::file}},
     manual::drive_arguments(true),
     std::array{
-        Argument{.name = "--periods",
-                 .value = "N",
-                 .help = "Drive periods to measure after settling",
-                 .kind = Kind::whole,
-                 .allowed = {2, most_periods},
-                 .standard = "40"},
-        Argument{.name = "--settle",
-                 .value = "N",
-                 .help =
-                     "Periods of the settled drive before the measurement; 0: until the walker's drift is "
-                     "steady",
-                 .kind = Kind::whole,
-                 .allowed = {0, most_settle_periods},
-                 .standard = "0"},
+        manual::argument_of(point_field("periods"), true), manual::argument_of(point_field("settle"), true),
         Argument{
             .name = "--mu",
             .value = "MU",
@@ -59,6 +46,9 @@ constexpr auto arguments = manual::joined(
         Argument{
             .name = "--no-identify",
             .help = "Use the response of the data sheet; do not identify the base's response before the run"},
+        Argument{
+            .name = "--uncommissioned",
+            .help = "Drive a bench without a valid record of \"check --commission\", at half its limits"},
         Argument{.name = "--open-loop", .help = "Do not correct the drive by the measured motion"},
         Argument{.name = "--threads",
                  .help = "Run each loop in its own thread, as on hardware, instead of in lockstep"},
@@ -87,6 +77,7 @@ run::RunOptions run_options(const manual::Values& values) {
         options.pictures = recorded::kept_pictures_named(values.text("--frames")).value_or(options.pictures);
     if (values.has("--no-identify")) options.identify = false;
     if (values.has("--open-loop")) options.closed_loop = false;
+    options.uncommissioned = values.has("--uncommissioned");
     options.threads = values.has("--threads");
     options.real_time = values.has("--real-time");
     options.json = values.has("--json");

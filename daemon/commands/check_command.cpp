@@ -30,7 +30,12 @@ constexpr const char* word(run::Verdict v) {
     return "";
 }
 
-std::vector<run::Finding> find(const CheckOptions& options) {
+struct Tested {
+    std::vector<run::Finding> findings;
+    std::string rig_text;
+};
+
+Tested find(const CheckOptions& options) {
     run::RunOptions run;
     run.rig = options.rig;
     run.scene = options.scene;
@@ -43,7 +48,7 @@ std::vector<run::Finding> find(const CheckOptions& options) {
     std::ranges::move(runner.check({.frequency = options.frequency_hz,
                                     .volts = options.level * runner.bench().rig.dac->info().full_scale_V}),
                       std::back_inserter(findings));
-    return findings;
+    return {findings, runner.bench().rig_text};
 }
 
 // The operator sees it at once, also through a pipe.
@@ -67,7 +72,7 @@ bool check(const CheckOptions& options) {
     if (options.commission && (options.rig == "sim:" || options.json))
         throw InputError{
             "--commission: needs a rig file of real devices (--rig) and an operator (no --json)"};
-    const std::vector<run::Finding> findings = find(options);
+    const auto [findings, rig_text] = find(options);
     const bool sound =
         std::ranges::none_of(findings, [](const run::Finding& f) { return f.verdict == run::Verdict::bad; });
     if (options.json) {
@@ -85,6 +90,7 @@ bool check(const CheckOptions& options) {
     return commissioning::commission({.rig = options.rig,
                                       .frequency_hz = options.frequency_hz,
                                       .level = options.level,
+                                      .tested_text = rig_text,
                                       .self_test = fmt::format("{} findings, none bad", findings.size())},
                                      {show, answer_to, StopSignals::rethrow});
 }

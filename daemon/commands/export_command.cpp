@@ -4,7 +4,10 @@
 #include <spdlog/spdlog.h>
 
 #include <nlohmann/json.hpp>
+#include <optional>
+#include <utility>
 
+#include "daemon/campaign/points_table.hpp"
 #include "daemon/export/files.hpp"
 #include "daemon/export/tables.hpp"
 #include "daemon/recording/tables/places.hpp"
@@ -37,10 +40,18 @@ std::filesystem::path export_folder(const ExportOptions& options) {
 }
 
 void export_recording(const ExportOptions& options) {
-    const recorded::RecordingReader file{options.file};
-    recording::require_known_schema(file);
-    for (const std::string& what : file.damage()) spdlog::warn("the recording is damaged: {}", what);
-    std::vector<exporting::ExportTable> tables = exporting::export_tables(file, options.what);
+    std::optional<recorded::RecordingReader> recording;
+    std::vector<exporting::ExportTable> tables;
+    if (campaign::has_points(options.file)) {
+        tables = campaign::export_tables(campaign::read_points(options.file));
+    } else {
+        recording.emplace(options.file);
+        recording::require_known_schema(*recording);
+        for (const std::string& what : recording->damage())
+            spdlog::warn("the recording is damaged: {}", what);
+        tables = exporting::export_tables(*recording);
+    }
+    tables = exporting::chosen(std::move(tables), options.what, options.file);
     const bool mat = options.format == ExportOptions::Format::mat;
     const std::string stem = options.file.stem().string();
     const std::filesystem::path folder = export_folder(options);

@@ -1,5 +1,5 @@
 #pragma once
-// shakerd export: the tables of a recording for other programs.
+// shakerd export: the tables of a recording or of a campaign for other programs.
 #include <filesystem>
 #include <string>
 #include <vector>
@@ -16,7 +16,7 @@ struct ExportOptions {
 };
 /// Folder of the files.
 std::filesystem::path export_folder(const ExportOptions& options);
-/// Writes a recording's tables as files; never overwrites a file.
+/// Writes the tables of a recording, or the points table of a campaign, as files; never overwrites a file.
 void export_recording(const ExportOptions& options);
 
 }  // namespace shaker::commands

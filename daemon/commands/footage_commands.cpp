@@ -2,10 +2,13 @@
 
 #include <spdlog/fmt/fmt.h>
 #include <spdlog/spdlog.h>
+#include <unistd.h>
 
 #include <algorithm>
+#include <cerrno>
 #include <cmath>
 #include <cstdio>
+#include <cstring>
 #include <fstream>
 #include <nlohmann/json.hpp>
 #include <sstream>
@@ -73,6 +76,15 @@ std::string csv_of(const acquisition::Streams& streams) {
         }
     }
     return csv;
+}
+
+void write_csv(const TrackOptions& options, std::string_view text) {
+    while (!text.empty()) {
+        const ssize_t n = ::write(options.csv, text.data(), text.size());
+        if (n < 0 && errno != EINTR)
+            throw DeviceError{options.out.string() + ": cannot be written: " + std::strerror(errno)};
+        text.remove_prefix(static_cast<std::size_t>(std::max<ssize_t>(n, 0)));
+    }
 }
 
 struct Spread {
@@ -224,12 +236,7 @@ void track_session(const TrackOptions& options) {
     acquisition::Collector collector{session.rig, nullptr};
     read_all(collector);
     const acquisition::Streams& streams = collector.streams();
-    if (!options.out.empty()) {
-        std::ofstream out{options.out, std::ios::binary};
-        out << csv_of(streams);
-        out.close();
-        if (!out) throw DeviceError{options.out.string() + ": cannot be written"};
-    }
+    if (!options.out.empty()) write_csv(options, csv_of(streams));
     nlohmann::json j = {{"frames", streams.frames}, {"targets", nlohmann::json::array()}};
     for (std::size_t i = 0; i < streams.tracks.size(); ++i) {
         const bool last =

@@ -35,6 +35,7 @@ void reduce_session(const ReduceOptions& options);
 struct TrackOptions {
     std::filesystem::path session;
     std::filesystem::path out;  // CSV file; empty: only a summary is printed
+    int csv = -1;               // its descriptor
     bool json = false;
 };
 /// Tracks the targets of a session.

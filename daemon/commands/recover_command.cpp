@@ -22,7 +22,6 @@
 #include "daemon/recording/time_text.hpp"
 #include "daemon/report/printing.hpp"
 #include "drivers/errors.hpp"
-#include "drivers/recorded/h5/disk_file.hpp"
 #include "drivers/recorded/h5/file_lock.hpp"
 #include "drivers/recorded/pictures/picture_check.hpp"
 #include "drivers/ticks.hpp"
@@ -46,35 +45,39 @@ struct Recovered {
     double until_s = 0;
 };
 
-// Numbers of a camera's intact pictures.
-std::set<std::uint64_t> whole_pictures(const std::filesystem::path& folder, const std::string& camera,
-                                       std::vector<std::string>& notes) try {
-    const pictures::PictureCheck check = pictures::finish_frames(folder, camera);
-    std::set<std::uint64_t> whole;
-    for (std::uint64_t n = 1; n <= check.last; ++n) whole.insert(n);
-    for (const pictures::BadPicture& p : check.bad) {
-        whole.erase(p.number);
-        if (p.number <= check.last)
-            notes.push_back(
-                fmt::format("camera \"{}\": picture {}: {}", camera, p.number, words_for(p.fault)));
-    }
-    std::ranges::copy(check.damaged, std::back_inserter(notes));
-    return whole;
+using Check = pictures::PictureCheck (*)(const std::filesystem::path&, const std::string&);
+
+// If nothing is readable, no picture is intact, and a note reports why.
+pictures::PictureCheck checked(Check check, const std::filesystem::path& folder, const std::string& camera,
+                               std::vector<std::string>& notes) try {
+    return check(folder, camera);
 } catch (const InputError& e) {
     notes.emplace_back(e.what());
     return {};
 }
 
-void find_pictures(const recorded::RecordingReader& file, const std::filesystem::path& folder,
+std::string words_for(const std::string& camera, const pictures::BadPicture& p) {
+    return fmt::format("camera \"{}\": picture {} {}", camera, p.number, words_for(p.fault));
+}
+
+bool any_picture(const std::vector<std::uint64_t>& numbers) {
+    return std::ranges::any_of(numbers, [](std::uint64_t n) { return n > 0; });
+}
+
+void find_pictures(const recorded::RecordingReader& file, const std::filesystem::path& folder, Check check,
                    Recovered& found) {
     for (const View& view : file.header().views) {
         const bool none = view.positions || file.header().pictures == recorded::KeptPictures::off;
         std::vector<std::uint64_t> pictures = file.pictures_of(view.camera);
         recording::PictureCounts counts{.produced = pictures.size()};
-        const bool any = std::ranges::any_of(pictures, [](std::uint64_t n) { return n > 0; });
-        const auto whole = any ? whole_pictures(folder, view.camera, found.notes) : std::set<std::uint64_t>{};
+        const pictures::PictureCheck stored = any_picture(pictures)
+                                                  ? checked(check, folder, view.camera, found.notes)
+                                                  : pictures::PictureCheck{};
+        for (const pictures::BadPicture& p : stored.bad)
+            if (p.number <= stored.last) found.notes.push_back(words_for(view.camera, p));
+        std::ranges::copy(stored.damaged, std::back_inserter(found.notes));
         for (std::uint64_t& n : pictures) {
-            if (n > 0 && !whole.contains(n)) {
+            if (n > 0 && !std::ranges::binary_search(stored.whole, n)) {
                 ++found.pictures_lost;
                 n = 0;
             }
@@ -169,6 +172,26 @@ void print(const std::filesystem::path& file, const Recovered& found, bool json)
     if (!found.why.empty()) fmt::print("  no results: {}\n", found.why);
 }
 
+// Only pictures with a row in the table count. The others were lost when the writer ended, and an earlier
+// recovery removed their rows.
+void verify_pictures(const std::filesystem::path& folder, const std::string& camera,
+                     const std::vector<std::uint64_t>& numbers, Recovered& found) {
+    std::set<std::uint64_t> lost{numbers.begin(), numbers.end()};
+    lost.erase(0);
+    found.kept += lost.size();
+    const pictures::PictureCheck check = checked(pictures::verify_frames, folder, camera, found.notes);
+    for (const std::uint64_t n : check.whole) lost.erase(n);
+    found.kept -= lost.size();
+    found.pictures_lost += lost.size();
+    for (const pictures::BadPicture& p : check.bad)
+        if (lost.erase(p.number) > 0) found.notes.push_back(words_for(camera, p));
+    if (!lost.empty())
+        found.notes.push_back(
+            fmt::format("camera \"{}\": {} pictures, the first is number {}, are in no file", camera,
+                        lost.size(), *lost.begin()));
+    std::ranges::copy(check.damaged, std::back_inserter(found.notes));
+}
+
 // Verifies a finished recording without changing it.
 bool verify(const std::filesystem::path& path, bool json) {
     const recorded::RecordingReader file{path};
@@ -177,22 +200,8 @@ bool verify(const std::filesystem::path& path, bool json) {
     for (const View& view : file.header().views) {
         const std::vector<std::uint64_t> pictures = file.pictures_of(view.camera);
         found.frames += pictures.size();
-        if (std::ranges::none_of(pictures, [](auto n) { return n > 0; })) continue;
-        const pictures::PictureCheck check =
-            pictures::verify_frames(recorded::pictures_folder(path), view.camera);
-        // Only pictures with a row in the table count. The others were lost when the writer ended, and an
-        // earlier recovery removed their rows.
-        std::set<std::uint64_t> listed{pictures.begin(), pictures.end()};
-        listed.erase(0);
-        found.kept += listed.size();
-        for (const pictures::BadPicture& p : check.bad) {
-            if (listed.count(p.number) == 0) continue;
-            --found.kept;
-            ++found.pictures_lost;
-            found.notes.push_back(
-                fmt::format("camera \"{}\": picture {} {}", view.camera, p.number, words_for(p.fault)));
-        }
-        std::ranges::copy(check.damaged, std::back_inserter(found.notes));
+        if (any_picture(pictures))
+            verify_pictures(recorded::pictures_folder(path), view.camera, pictures, found);
     }
     const bool whole = found.notes.empty();
     if (json) {
@@ -205,7 +214,7 @@ bool verify(const std::filesystem::path& path, bool json) {
     return whole;
 }
 
-// Keeps a recorder and another recovery away from the file and its pictures.
+// Keeps a recorder and another recovery away from the file.
 h5::FileLock lock_of(const std::filesystem::path& part) {
     if (auto lock = h5::FileLock::take(part)) return std::move(*lock);
     const pid_t by = h5::locked_by(part).value_or(0);
@@ -215,24 +224,37 @@ h5::FileLock lock_of(const std::filesystem::path& part) {
         part.string(), by)};
 }
 
+// The same for the pictures, which may be those of a recording with another name. No folder: no lock.
+std::optional<h5::FileLock> lock_of_pictures(const std::filesystem::path& folder) {
+    if (!std::filesystem::exists(std::filesystem::symlink_status(folder))) return std::nullopt;
+    if (auto lock = h5::FileLock::take_folder(folder, h5::Sharing::alone)) return lock;
+    throw InputError{
+        fmt::format("{}: another process records or recovers these pictures; nothing was changed. Wait until "
+                    "it has ended",
+                    folder.string())};
+}
+
 }  // namespace
 
 RecoveredFiles recovered_files(const RecoverOptions& options) {
     std::filesystem::path file = options.file;
     if (file.extension() == ".part") file.replace_extension();
     const auto with = [&](const char* ending) { return std::filesystem::path{file} += ending; };
-    return {.file = file, .part = with(".part"), .journal = with(".journal"), .working = with(".recovering")};
+    return {.file = file, .part = with(".part"), .journal = with(".journal")};
 }
 
 bool recover(const RecoverOptions& options) {
-    const auto [file, part, journal, working] = recovered_files(options);
+    const auto [file, part, journal] = recovered_files(options);
+    const std::filesystem::path& working = options.working;
     if (std::filesystem::exists(file)) return verify(file, options.json);
     if (!std::filesystem::exists(part))
         throw InputError{fmt::format("neither {} nor {} exists", file.string(), part.string())};
     const h5::FileLock lock = lock_of(part);
     // The recording may have been completed before it was locked.
     if (!lock.is_still(part)) return verify(file, options.json);
-    std::filesystem::copy_file(part, working, std::filesystem::copy_options::overwrite_existing);
+    const std::filesystem::path folder = recorded::pictures_folder(file);
+    const std::optional<h5::FileLock> locked = lock_of_pictures(folder);
+    std::filesystem::copy_file(part, working);
     recorded::RecordingWriter::mend(working).close();
     Recovered found;
     recorded::RecordingHeader header;
@@ -240,7 +262,7 @@ bool recover(const RecoverOptions& options) {
         const recorded::RecordingReader copy{working};
         recording::require_known_schema(copy);
         header = copy.header();
-        find_pictures(copy, recorded::pictures_folder(file), found);
+        find_pictures(copy, folder, locked ? pictures::finish_frames : pictures::verify_frames, found);
         find_log(copy, journal, found);
         find_results(copy, found);
     }
@@ -248,11 +270,6 @@ bool recover(const RecoverOptions& options) {
     complete(mended, header, found);
     print(file, found, options.json);
     return true;
-}
-
-void name_recovered(const RecoveredFiles& files) {
-    h5::rename_new(files.working, files.file);
-    h5::sync_folder(files.file.parent_path());
 }
 
 }  // namespace shaker::commands

@@ -5,20 +5,18 @@
 namespace shaker::commands {
 
 struct RecoverOptions {
-    std::filesystem::path file;  // the recording or its .part
+    std::filesystem::path file;       // the recording or its .part
+    std::filesystem::path working{};  // the new file, in a folder that nobody else writes
     bool json = false;
 };
 /// Paths of a recording that may lack its end.
 struct RecoveredFiles {
     std::filesystem::path file, part, journal;
-    std::filesystem::path working;  // the new file until it is complete
 };
 RecoveredFiles recovered_files(const RecoverOptions& options);
 
 /// Completes a recording after a crash: writes a new file with all intact data, `working`. A finished
 /// recording is only verified by its checksums; false when it was changed.
 bool recover(const RecoverOptions& options);
-/// Gives the new file the recording's name. Throws DeviceError.
-void name_recovered(const RecoveredFiles& files);
 
 }  // namespace shaker::commands

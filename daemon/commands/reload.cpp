@@ -46,12 +46,16 @@ void Reload::read() {
     try {
         const ServeSettings now = serve_settings(options_);
         require_same(now);
-        const safety::Limits limits = limits_now(bench_, now.run.rig, now.run.scene);
-        bench_port_.order({service::Adopt{now.run.drive, now.run.periods, now.run.settle, limits},
-                           [this, log, now](const std::string& refused) {
+        const bench::NewLimits bench = limits_now(bench_, now.run.rig, now.run.scene);
+        std::string done = "settings reloaded";
+        if (!bench.ignored.empty())
+            done += fmt::format("; changed but ignored until a restart of the daemon: {}",
+                                fmt::join(bench.ignored, ", "));
+        bench_port_.order({service::Adopt{now.run.drive, now.run.periods, now.run.settle, bench.limits},
+                           [this, log, now, done](const std::string& refused) {
                                if (!refused.empty()) return log("settings not reloaded: " + refused);
                                server_.adopt(now.server);
-                               log("settings reloaded");
+                               log(done);
                            }});
     } catch (const std::exception& e) {
         log(fmt::format("settings not reloaded: {}", e.what()));

@@ -15,8 +15,10 @@ public:
 
     /// Reads the files and orders the new drive, periods, limits, token, names and page. The bench's log
     /// reports the result. Refused while the shaker is driven, without reading a file; for an error in the
-    /// files; and for a change that needs a restart of the daemon (rig, scene, address, ports, socket, folder
-    /// of recordings, longest recording, pictures, identification, closed loop, mains). Never throws.
+    /// files; for a rig file that the record of the commissioning does not cover; and for a change that needs
+    /// a restart of the daemon (rig, scene, address, ports, socket, folder of recordings, longest recording,
+    /// pictures, identification, closed loop, mains). The log names changed tables of
+    /// the rig file or scene other than [limits], which are ignored. Never throws.
     void read();
 
 private:

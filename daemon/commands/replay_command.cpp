@@ -25,20 +25,12 @@ namespace shaker::commands {
 
 namespace {
 
-// True when the tracks are to be computed from the pictures. Impossible for the last seconds of a run: its
-// targets have left the regions in which the tracker starts.
+// True when the tracks are to be computed from the pictures.
 bool from_pictures(const recorded::RecordingReader& file, ReplayOptions::From from) {
-    const recorded::RecordingHeader& header = file.header();
-    const char* why = nullptr;
-    if (header.kind == "trip")
-        why =
-            "the file has only the end of a run, and its targets have left the regions where tracking starts";
-    else if (file.frames_without_picture() > 0)
-        why = header.pictures == recorded::KeptPictures::off ? "no pictures were kept"
-                                                             : "not all pictures were kept";
-    if (from == ReplayOptions::From::raw && why != nullptr)
+    const std::string why = recording::why_not_from_pictures(file);
+    if (from == ReplayOptions::From::raw && !why.empty())
         throw InputError{fmt::format("{}: --from raw is not possible: {}", file.file().string(), why)};
-    return from != ReplayOptions::From::tracks && why == nullptr;
+    return from != ReplayOptions::From::tracks && why.empty();
 }
 
 // The results computed again, for printing and for comparison with the recording.

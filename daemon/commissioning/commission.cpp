@@ -65,6 +65,8 @@ public:
         return gain() && limits() && aborts() && emergency_stop();
     }
     [[nodiscard]] const std::vector<Item>& items() const { return results_.items(); }
+    /// The rig file as it was opened.
+    [[nodiscard]] const std::string& rig_text() { return session_.bench().rig_text; }
 
 private:
     bool polarity() {
@@ -110,9 +112,8 @@ private:
               Crossed{Cause::displacement, &safety::Limits::displacement, full_.gamma / omega / omega},
               Crossed{Cause::drive, &safety::Limits::drive, full_.gamma / sheet_}}) {
             session_.drive(full_);
-            safety::Limits lowered = session_.limits();
-            lowered.*c.level = {c.present / 4, c.present / 2};
-            const SeenStop stop = session_.stopped_by([&] { session_.order(service::LowerLimits{lowered}); });
+            const service::LowerLimit lowered{{c.level}, c.present / 2};
+            const SeenStop stop = session_.stopped_by([&] { session_.order(lowered); });
             const std::string name = fmt::format("limit crossed on purpose, {}", safety::name(c.cause));
             if (stop.trip.cause != c.cause)
                 throw DeviceError{name + ": the drive stopped for another cause: " + text(stop.trip)};
@@ -157,8 +158,10 @@ bool commission(const Settings& settings, const Operator& person) {
         throw InputError{
             "--commission: the simulated bench needs no commissioning; name a rig file by --rig"};
     Day day{settings, person};
+    if (!settings.tested_text.empty() && day.rig_text() != settings.tested_text)
+        throw InputError{settings.rig + " has changed since its self-test; start the commissioning again"};
     if (!day.lead()) return false;
-    commissioned::write_record(settings.rig, recording::local_time_text(), day.items());
+    commissioned::write_record(settings.rig, day.rig_text(), recording::local_time_text(), day.items());
     person.show("commissioned: " + commissioned::record_of(settings.rig).string() + "\n");
     return true;
 }

@@ -58,7 +58,6 @@ public:
     [[nodiscard]] bool contact_open() const noexcept { return contact_.open(); }
     /// Restores the limits and clears the trip.
     void clear();
-    [[nodiscard]] const safety::Limits& limits() const noexcept { return runner_.limits(); }
     [[nodiscard]] const remote::Server& server() const noexcept { return *server_; }
     [[nodiscard]] const std::filesystem::path& socket() const noexcept { return socket_; }
 

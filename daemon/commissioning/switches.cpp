@@ -6,7 +6,7 @@ namespace shaker::commissioning {
 
 bool enable_output(Session& session, const Drive& drive, Results& results) {
     const Rig& rig = session.bench().rig;
-    if (!rig.enable && rig.dac->info().enable_before_s <= 0) return true;
+    if (rig.dac->info().enable_before_s <= 0) return true;
     if (!results.agreed("enable output, at rest",
                         "The drive is off, and so is the enable output. Is the amplifier switched off?"))
         return false;

@@ -70,7 +70,15 @@ bool is_there(const recorded::RecordingReader& file, const recorded::GroupLayout
     });
 }
 
-std::vector<ExportTable> every_table(const recorded::RecordingReader& file) {
+std::string word_of(const ExportTable& table) { return table.name.substr(0, table.name.find('/')); }
+
+}  // namespace
+
+std::size_t rows_of(const std::vector<ExportColumn>& columns) {
+    return columns.empty() ? 0 : std::visit([](const auto& v) { return v.size(); }, columns.front().values);
+}
+
+std::vector<ExportTable> export_tables(const recorded::RecordingReader& file) {
     const recorded::RecordingHeader& header = file.header();
     std::vector<ExportTable> tables;
     for (const recorded::GroupLayout& group : recording::recording_places(header, file.has("truth")))
@@ -85,17 +93,8 @@ std::vector<ExportTable> every_table(const recorded::RecordingReader& file) {
     return tables;
 }
 
-std::string word_of(const ExportTable& table) { return table.name.substr(0, table.name.find('/')); }
-
-}  // namespace
-
-std::size_t rows_of(const std::vector<ExportColumn>& columns) {
-    return columns.empty() ? 0 : std::visit([](const auto& v) { return v.size(); }, columns.front().values);
-}
-
-std::vector<ExportTable> export_tables(const recorded::RecordingReader& file,
-                                       const std::vector<std::string>& what) {
-    std::vector<ExportTable> tables = every_table(file);
+std::vector<ExportTable> chosen(std::vector<ExportTable> tables, const std::vector<std::string>& what,
+                                const std::filesystem::path& file) {
     std::set<std::string> words, wanted{what.begin(), what.end()};
     for (const ExportTable& t : tables) words.insert(word_of(t));
     if (wanted.erase("all") > 0)
@@ -105,7 +104,7 @@ std::vector<ExportTable> export_tables(const recorded::RecordingReader& file,
         if (!words.contains(word))
             throw InputError{
                 fmt::format("--what {}: {} has no such table; it has {}; \"all\" is every table except {}",
-                            word, file.file().string(), fmt::join(words, ", "), on_request)};
+                            word, file.string(), fmt::join(words, ", "), on_request)};
     std::erase_if(tables, [&](const ExportTable& t) { return !wanted.contains(word_of(t)); });
     return tables;
 }

@@ -27,9 +27,12 @@ struct ExportTable {
 
 std::size_t rows_of(const std::vector<ExportColumn>& columns);
 
+/// All tables of a recording. The file must outlive them.
+std::vector<ExportTable> export_tables(const recorded::RecordingReader& file);
+
 /// The tables whose name starts with one of `what`; "all" is every table except "drive". InputError, with the
-/// list of valid words, for a word that matches no table. The file must outlive the tables.
-std::vector<ExportTable> export_tables(const recorded::RecordingReader& file,
-                                       const std::vector<std::string>& what);
+/// list of valid words, for a word that matches no table. file: named in the message.
+std::vector<ExportTable> chosen(std::vector<ExportTable> tables, const std::vector<std::string>& what,
+                                const std::filesystem::path& file);
 
 }  // namespace shaker::exporting

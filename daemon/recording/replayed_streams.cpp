@@ -81,6 +81,15 @@ acquisition::Streams streams_of(const recorded::RecordingReader& file,
 
 }  // namespace
 
+std::string why_not_from_pictures(const recorded::RecordingReader& file) {
+    if (file.header().kind == "trip")
+        return "the file has only the end of a run, and its targets have left the regions where tracking "
+               "starts";
+    if (file.frames_without_picture() == 0) return {};
+    return file.header().pictures == recorded::KeptPictures::off ? "no pictures were kept"
+                                                                 : "not all pictures were kept";
+}
+
 acquisition::Streams replayed_streams(const recorded::RecordingReader& file,
                                       const recorded::RecordingHeader& header, bool pictures, bool real_time,
                                       std::vector<std::string>& notes) {

@@ -8,6 +8,10 @@
 
 namespace shaker::recording {
 
+/// Why the tracks of a recording cannot be computed from its pictures; empty when they can, also when its
+/// cameras give positions instead of pictures.
+std::string why_not_from_pictures(const recorded::RecordingReader& file);
+
 /// The raw streams of a recording and its tracks: computed from the pictures or read from the file, in metres
 /// by the views of `header`. real_time: takes as long as the run and logs the progress each second.
 acquisition::Streams replayed_streams(const recorded::RecordingReader& file,

@@ -4,6 +4,8 @@
 
 #include <utility>
 
+#include "drivers/point_fields.hpp"
+
 namespace shaker::run {
 
 void read_run_settings(const std::filesystem::path& file, RunOptions& options) {
@@ -13,23 +15,27 @@ void read_run_settings(const std::filesystem::path& file, RunOptions& options) {
 }
 
 void read_run_table(SettingsTable run, RunOptions& options) {
-    Drive& d = options.drive;
+    PointSettings point{.drive = options.drive, .periods = options.periods, .settle = options.settle};
     options.rig = run.text("rig", options.rig);
     if (run.has("scene")) options.scene = run.folder() / run.text("scene");
-    d.frequency = run.number("frequency_hz", drive_limits.frequency, d.frequency);
-    d.gamma = run.number("gamma_mps2", drive_limits.gamma, d.gamma);
-    d.rho = run.number("rho", drive_limits.rho, d.rho);
-    d.phi = run.number("phi_rad", drive_limits.phi, d.phi);
+    for (const PointField& field : point_fields) {
+        if (field.key.empty() || !run.has(field.key)) continue;
+        const auto [least, most] = field.allowed;
+        field.set(point, field.whole()
+                             ? run.integer(field.key, static_cast<int>(least), static_cast<int>(most), 0)
+                             : run.number(field.key, field.allowed));
+    }
     for (SettingsTable& overtone : run.tables("harmonic")) {
         const int n = overtone.integer("n", 3, most_driven, 0);
         if (n == 0) overtone.fail("n", "missing; 3 to 8 is allowed");
         const double share = overtone.number("share", drive_limits.share);
-        d.overtones.at(static_cast<std::size_t>(n - 3)) =
+        point.drive.overtones.at(static_cast<std::size_t>(n - 3)) =
             std::polar(share, overtone.number("phase_rad", drive_limits.phi, 0));
         overtone.finish();
     }
-    options.periods = run.integer("periods", 2, most_periods, options.periods);
-    options.settle = run.integer("settle_periods", 0, most_settle_periods, options.settle);
+    options.drive = point.drive;
+    options.periods = point.periods;
+    options.settle = point.settle;
     if (run.has("frames"))
         options.pictures =
             static_cast<recorded::KeptPictures>(run.choice("frames", {"off", "region", "full"}, 1));

@@ -9,12 +9,14 @@
 #include "drivers/drive_limits.hpp"
 #include "drivers/recorded/recording_file.hpp"
 #include "drivers/settings_table.hpp"
+#include "drivers/simulated/scene.hpp"
 
 namespace shaker::run {
 
 struct RunOptions {
     std::string rig = "sim:";
-    std::filesystem::path scene;  // file; empty: the paper's bench
+    std::filesystem::path scene;                           // file; empty: the paper's bench
+    simulated::Scene standard = simulated::paper_scene();  // the simulated bench that `scene` changes
     Drive drive;
     int periods = 40;  // of a measurement
     int settle = 0;    // periods of settled drive before a measurement; 0: until the walker's drift is steady
@@ -27,6 +29,7 @@ struct RunOptions {
     bool threads = false;     // one thread for each loop; false: lockstep
     bool real_time = false;   // with threads: a simulated rig keeps to real time
     bool json = false;
+    bool uncommissioned = false;  // drive a bench without a record of its commissioning, at half its limits
     /// Friction coefficient of walker and base, for the predicted walk before a single run; NaN: not known.
     calibration::Estimate mu{NAN, NAN};
 };

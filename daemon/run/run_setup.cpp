@@ -36,6 +36,17 @@ safety::Limits limits_of_run(safety::Limits limits) {
     return limits;
 }
 
+safety::Limits halved(safety::Limits limits) {
+    using safety::Limits;
+    for (const auto level : {&Limits::acceleration, &Limits::acceleration_rms, &Limits::velocity,
+                             &Limits::displacement, &Limits::drive, &Limits::coil_A}) {
+        safety::Level& l = limits.*level;
+        l = {l.warn / 2, l.abort / 2};
+    }
+    limits.force_n /= 2;
+    return limits;
+}
+
 std::vector<safety::Demand> run_demands(const bench::Bench& bench, const Drive& drive,
                                         const safety::Limits& limits) {
     safety::PlannedMotion plan{.target = harmonics(drive),
@@ -54,10 +65,10 @@ RunPlan run_plan(const bench::Bench& bench, const RunOptions& run, const safety:
                            .equalise = run.closed_loop,
                            .sheet = bench.response},
             .line_hz = run.mains_hz,
-            .periods = run.periods,
-            .settle = run.settle,
+            .task = {.periods = run.periods, .settle = run.settle},
             .limits = limits,
             .gravity = bench.gravity,
+            .enable_before_s = bench.rig.dac->info().enable_before_s,
             .walk = predict_walk(run.drive, {}, run.mu, bench.gravity)};
 }
 

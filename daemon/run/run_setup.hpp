@@ -17,6 +17,8 @@ recorded::RecordingHeader run_header(const bench::Bench& bench, const RunOptions
 /// The limits of any run: the bench's limits without the detector `underrun`. After an empty DAC the drive
 /// restarts softly by itself, a limited number of times.
 safety::Limits limits_of_run(safety::Limits limits);
+/// Half the levels of motion, drive, heat and force; shares and times stay.
+safety::Limits halved(safety::Limits limits);
 /// Peaks of voltage and motion that a drive needs by the data sheet, each with its limit.
 std::vector<safety::Demand> run_demands(const bench::Bench& bench, const Drive& drive,
                                         const safety::Limits& limits);

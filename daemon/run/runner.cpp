@@ -21,14 +21,25 @@ namespace {
 
 constexpr double kept_s = 12;  // streams kept for a stop
 
+// Why the run has half the limits of its bench; empty: it has the full ones.
+std::string half_limits(const bench::Bench& bench, const RunOptions& run) {
+    if (!run.uncommissioned || bench.not_commissioned.empty()) return {};
+    return "all limits are halved: " + bench.not_commissioned;
+}
+
 bench::Bench open(const RunnerSettings& settings) {
     const RunOptions& run = settings.run;
     bench::Bench bench = bench::open_bench(
-        run.rig, run.scene, run.threads ? simulated::World::Pace::paced : simulated::World::Pace::lockstep);
+        run.rig, run.scene, run.threads ? simulated::World::Pace::paced : simulated::World::Pace::lockstep,
+        run.standard);
     if (run.threads && run.real_time && bench.world)
         bench.rig.dac = std::make_unique<acquisition::PacedDac>(std::move(bench.rig.dac));
     if (run.pictures == recorded::KeptPictures::region && (settings.on_call || !run.out.empty()))
         bench::take_regions(bench.rig);
+    if (const std::string why = half_limits(bench, run); !why.empty()) {
+        spdlog::warn("{}", why);
+        bench.limits = halved(bench.limits);
+    }
     return bench;
 }
 
@@ -46,6 +57,7 @@ acquisition::DriveOutput output_for(const bench::Bench& bench, double frequency,
 RunPlan plan_for(const bench::Bench& bench, const RunnerSettings& settings, const safety::Limits& limits) {
     RunPlan plan = run_plan(bench, settings.run, limits);
     plan.on_call = settings.on_call;
+    if (const std::string why = half_limits(bench, settings.run); !why.empty()) plan.notes.push_back(why);
     return plan;
 }
 
@@ -102,8 +114,9 @@ void Runner::require_real_time() const {
 }
 
 void Runner::require_commissioned() const {
-    if (!settings_.commissioning && !bench_.not_commissioned.empty())
-        throw InputError{bench_.not_commissioned};
+    if (settings_.commissioning || settings_.run.uncommissioned || bench_.not_commissioned.empty()) return;
+    throw InputError{bench_.not_commissioned +
+                     (settings_.on_call ? "" : "; or add --uncommissioned, which halves all limits")};
 }
 
 void Runner::obey_stop_requests(acquisition::Channels& channels) {
@@ -128,6 +141,7 @@ void Runner::tidy() {
 }
 
 FinishedRun Runner::run() {
+    require_commissioned();
     safety::require_within(run_demands(bench_, settings_.run.drive, bench_.limits));
     acquisition::require_memory(bench_.rig, settings_.run.periods / settings_.run.drive.frequency);
     recordings_.begin(settings_.run, settings_.run.out, 0);

@@ -35,8 +35,8 @@ public:
     Runner& operator=(const Runner&) = delete;
 
     /// Performs the run of the settings: drives, measures, stops softly, records. InputError for a drive
-    /// beyond the limits, before anything moves or any file is made. A device that fails ends it: the run is
-    /// then abandoned, with the results so far.
+    /// beyond the limits and as require_commissioned(), before anything moves or any file is made. A device
+    /// that fails ends it: the run is then abandoned, with the results so far.
     FinishedRun run();
     /// Runs a self-test and judges it. A stop by a limit and a failed device are findings too.
     std::vector<Finding> check(SelfTestPlan plan);
@@ -50,7 +50,8 @@ public:
     /// DeviceError when the operating system refused real-time scheduling or locked memory and the rig file
     /// requires them.
     void require_real_time() const;
-    /// InputError when the bench is real hardware without a valid record of its commissioning.
+    /// InputError when the bench is real hardware without a valid record of its commissioning, unless the
+    /// settings allow it.
     void require_commissioned() const;
 
     [[nodiscard]] bench::Bench& bench() noexcept { return bench_; }

@@ -2,16 +2,14 @@
 
 #include <spdlog/fmt/fmt.h>
 
+#include <algorithm>
 #include <cmath>
 
+#include "daemon/run/sequence.hpp"
 #include "drivers/errors.hpp"
 #include "drivers/ticks.hpp"
 
 namespace shaker::run {
-
-namespace {
-constexpr double longest_stop_s = 2;  // waiting time when the output does not report its ramp to zero
-}
 
 SelfTest::SelfTest(const SelfTestPlan& plan, double dac_rate_hz) : plan_{plan}, dac_rate_hz_{dac_rate_hz} {
     quiet_ = {0.2 * plan.quiet_s, plan.quiet_s};
@@ -23,12 +21,17 @@ void SelfTest::post(const Harmonics<Voltage>& volts, Mailbox<DriveCommand>& driv
     in_force_s_ = INFINITY;
 }
 
-void SelfTest::leave(Mailbox<DriveCommand>& drive) {
-    if (state_ == State::quiet) state_ = State::done;
-    if (state_ != State::ramp && state_ != State::hold) return;
-    drive.post({.volts = {}, .sequence = ++sequence_, .stop_s = plan_.ramp / plan_.frequency});
+void SelfTest::come_down(Mailbox<DriveCommand>& drive) {
+    drive.post({.volts = {},
+                .sequence = ++sequence_,
+                .stop_s = std::min(plan_.ramp / plan_.frequency, longest_soft_stop_s)});
     in_force_s_ = INFINITY;
     state_ = State::ramp_down;
+}
+
+void SelfTest::leave(Mailbox<DriveCommand>& drive) {
+    if (state_ == State::quiet) state_ = State::done;
+    if (state_ == State::ramp || state_ == State::hold) come_down(drive);
 }
 
 bool SelfTest::step(const acquisition::Streams& streams, Mailbox<DriveCommand>& drive) {
@@ -43,7 +46,7 @@ bool SelfTest::step(const acquisition::Streams& streams, Mailbox<DriveCommand>& 
     if (!trip_ && !streams.trips.empty()) {
         trip_ = streams.trips.front();
         state_ = State::tripped;
-        if (!std::isfinite(silent_s_)) silent_s_ = now_s + longest_stop_s;
+        if (!std::isfinite(silent_s_)) silent_s_ = now_s + longest_soft_stop_s;
     }
     for (; changes_ < streams.changes.size(); ++changes_) {
         const DriveChange& c = streams.changes[changes_];
@@ -72,8 +75,7 @@ bool SelfTest::step(const acquisition::Streams& streams, Mailbox<DriveCommand>& 
             break;
         case State::hold:
             if (now_s < held_.to_s + 2 * period_s) break;
-            post({}, drive);
-            state_ = State::ramp_down;
+            come_down(drive);
             break;
         case State::ramp_down:
             if (now_s > in_force_s_) state_ = State::done;

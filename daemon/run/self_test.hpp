@@ -48,6 +48,7 @@ public:
 
 private:
     enum class State { quiet, ramp, hold, ramp_down, tripped, done };
+    void come_down(Mailbox<DriveCommand>& drive);
     void post(const Harmonics<Voltage>& volts, Mailbox<DriveCommand>& drive);
 
     SelfTestPlan plan_;

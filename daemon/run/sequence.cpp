@@ -27,18 +27,18 @@ Sequence::Sequence(const RunPlan& plan, double dac_rate_hz, const AccelerometerI
       controller_{plan.controller},
       walker_{frequency_},
       guard_{plan.limits, accelerometer, dac_rate_hz, plan.gravity},
-      drive_{dac_rate_hz} {}
+      drive_{dac_rate_hz},
+      notes_{plan.notes} {}
 
 bool Sequence::step(const acquisition::Streams& streams, acquisition::Channels& channels) {
     const std::size_t before = plays_ + blocks_ + changes_ + stops_.size() + walker_.seen();
     take_trips(streams, channels);
     take_stamps(streams, channels);
     take_accelerations(streams, channels);
-    walker_.add(streams);
+    watch(streams, channels);
     clocks_known_ = streams.timebase.ready();
     check_walker(channels);
     note_failures(streams.cameras);
-    if (driving(state())) guard_.check(streams.cameras, walker_, now_s_, channels);
     std::visit([&](auto& now) { advance(now, channels); }, state_);
     return plays_ + blocks_ + changes_ + stops_.size() + walker_.seen() != before;
 }
@@ -47,8 +47,7 @@ bool Sequence::step(const acquisition::Streams& streams, acquisition::Channels& 
 void Sequence::take_trips(const acquisition::Streams& streams, acquisition::Channels& channels) {
     while (stops_.size() < streams.trips.size()) {
         const safety::Trip& trip = streams.trips[stops_.size()];
-        const auto* running = std::get_if<Run>(&state_);
-        stops_.push_back({state(), running != nullptr && running->measuring});
+        stops_.push_back({state(), measuring()});
         note(fmt::format("stopped in state {}: {}", name(state()), text(trip)));
         const auto* check = std::get_if<LoopCheck>(&state_);
         if (check != nullptr && !check->over && trip.cause == safety::Cause::sensor_open)
@@ -67,15 +66,23 @@ void Sequence::take_trips(const acquisition::Streams& streams, acquisition::Chan
     }
 }
 
+void Sequence::watch(const acquisition::Streams& streams, acquisition::Channels& channels) {
+    const std::string followed = walker_.camera();
+    walker_.add(streams, now_s_, plan_.limits.camera_missing_s);
+    if (!driving(state())) return;
+    guard_.check_view(walker_, now_s_, channels);
+    if (followed.empty() || followed == walker_.camera() || std::exchange(order_.view_noted, true)) return;
+    note(fmt::format(
+        "camera \"{}\" sends no pictures of the walker; camera \"{}\" is followed from {:.3f} s on", followed,
+        walker_.camera(), now_s_));
+}
+
 void Sequence::check_walker(acquisition::Channels& channels) {
     const RunState now = state();
     const auto place = walker_.mean_edge_mm();
     if (place && *place >= plan_.limits.edge_mm) edge_trip_mm_.reset();
     if (!driving(now) || now == RunState::ramp_down) return;
-    if (!permit_ || permit_->over()) {
-        if (now != RunState::identify) guard_.check(walker_, now_s_, channels);
-        return;
-    }
+    if (!permit_ || permit_->over()) return guard_.check(walker_, now_s_, channels);
     const auto* run = std::get_if<Run>(&state_);
     const double periods = run != nullptr ? (now_s_ - run->from_s) * frequency_ : 0;
     std::optional<safety::EdgePermit::Place> seen;
@@ -200,6 +207,8 @@ void Sequence::report(const control::PeriodWindows::Window& window) {
 
 void Sequence::arm(acquisition::Channels& channels) {
     go(Armed{}, channels);
+    if (!walker_.has_target() && !std::exchange(no_target_noted_, true))
+        note("no camera has a target \"walker\": nothing stops the drive when the walker leaves the base");
     if (!controller_.identified() && controller_.begin_identification()) {
         go(Identify{}, channels);
         say_("identification: measuring the response of the base to the drive");

@@ -14,6 +14,7 @@
 #include "daemon/run/drive_in_force.hpp"
 #include "daemon/run/states.hpp"
 #include "daemon/run/supervisor.hpp"
+#include "daemon/run/task.hpp"
 #include "daemon/run/walk_prediction.hpp"
 #include "daemon/run/walker_monitor.hpp"
 #include "daemon/safety/edge_permit.hpp"
@@ -25,17 +26,18 @@ inline constexpr double usable_drive = 0.95;  // share of the drive's limit; the
 
 struct RunPlan {
     control::ControllerSettings controller;
-    double line_hz = 0;        // mains frequency, fitted together with the harmonics; 0: not fitted
-    int periods = 40;          // of a measurement
-    int settle = 0;            // periods of settled drive before a measurement; 0: until the drift is steady
+    double line_hz = 0;  // mains frequency, fitted together with the harmonics; 0: not fitted
+    Task task{};
     int soft_start = 10;       // periods of the ramps at both ends
     int settle_at_most = 400;  // periods; then the measurement starts anyway, with a note
     int most_restarts = 3;     // after the DAC ran empty; then that is a trip
     double quiet_s = 0.6;      // length of the self-test at rest; at least one window
     safety::Limits limits;
-    double gravity = paper_g;  // m/s^2 at the place
-    bool on_call = false;      // waits in idle for begin(), measures until end() and is never done()
+    double gravity = paper_g;    // m/s^2 at the place
+    double enable_before_s = 0;  // from the start of the enable output to the drive
+    bool on_call = false;        // waits in idle for begin(), measures until end() and is never done()
     std::optional<PredictedWalk> walk{};  // not on call: noted before the drive starts
+    std::vector<std::string> notes{};     // the first notes of the run; not on call
 };
 
 /// State machine over the gathered streams. It reads streams, posts drive commands and has no other effect.
@@ -48,12 +50,13 @@ public:
     /// Processes the data that arrived since the last call and posts a command when the drive should change.
     /// False when no data arrived.
     bool step(const acquisition::Streams& streams, acquisition::Channels& channels);
-    /// InputError, which names `what`, unless a drive may start now: in idle, with no stop under way.
+    /// InputError, which names `what`, unless a drive may start now: in idle, with no stop under way, and the
+    /// walker is seen if a camera has it as a target.
     void require_idle(const char* what, const acquisition::Channels& channels) const;
-    /// On call and in idle: drives towards `drive` and measures `periods` periods repeatedly. An unknown
-    /// response is identified first, a known one is checked at a low level. settle: as in RunPlan. permit:
-    /// for a walker beyond the edge limit. InputError in any other state.
-    void begin(const Drive& drive, int periods, int settle, acquisition::Channels& channels,
+    /// On call and in idle: drives towards `drive`, for `task`. An unknown response is identified first, a
+    /// known one is checked at a low level. permit: for a walker beyond the edge limit. InputError in any
+    /// other state.
+    void begin(const Drive& drive, const Task& task, acquisition::Channels& channels,
                const std::optional<safety::EdgePermit>& permit = {});
     /// On call and in idle: whether measured harmonics correct the drive from the next begin() on. InputError
     /// in any other state.
@@ -61,13 +64,17 @@ public:
     /// On call and in idle: identifies the response again, for this drive; then silence. InputError in any
     /// other state, and when the settings exclude identification.
     void identify(const Drive& drive, acquisition::Channels& channels);
-    /// On call: a soft stop, then idle. InputError when nothing is driven.
+    /// On call: a soft stop, then idle. A measurement under way keeps its whole periods. InputError when
+    /// nothing is driven.
     void end(acquisition::Channels& channels);
     /// Not on call: ends the run, with a soft stop when something is driven.
     void leave(acquisition::Channels& channels);
-    /// A new set-point in state run: the drive changes over one period, settles and is measured again.
-    /// InputError in any other state.
-    void set(const Drive& drive, acquisition::Channels& channels);
+    /// A new set-point in state run, for `task`: the drive changes over one period and settles. A measurement
+    /// under way keeps its whole periods. InputError in any other state.
+    void set(const Drive& drive, const Task& task, acquisition::Channels& channels);
+    /// On call: ends the measurement under way, which keeps its whole periods, and measures no more at this
+    /// set-point. The drive is kept. Without effect when nothing is measured.
+    void hold();
     /// New limits for all guards, from now on.
     void hold_to(const safety::Limits& limits, acquisition::Channels& channels);
     /// Stops the run from outside: an immediate ramp to zero, which counts as a trip.
@@ -86,6 +93,14 @@ public:
     /// The newest measurement that began: master time, s, a whole number of drive periods.
     [[nodiscard]] double from_s() const noexcept { return part_.from_s; }
     [[nodiscard]] double to_s() const noexcept { return part_.to_s; }
+    /// In state run, with all measurements of the task finished (none for a move): the drive is only kept.
+    [[nodiscard]] bool holding() const noexcept;
+    /// set() is possible: in state run, and no edge permit is in use.
+    [[nodiscard]] bool may_set() const noexcept {
+        return state() == RunState::run && (!permit_ || permit_->over());
+    }
+    /// A measurement is under way.
+    [[nodiscard]] bool measuring() const noexcept;
     /// Finished measurements since begin(), the newest last.
     [[nodiscard]] const std::vector<recording::FinishedMeasurement>& measured() const noexcept {
         return measured_;
@@ -132,7 +147,9 @@ private:
     void aim(const char* what, const Drive& drive, const acquisition::Channels& channels);
     void come_down(acquisition::Channels& channels);
     void take_trips(const acquisition::Streams& streams, acquisition::Channels& channels);
+    void watch(const acquisition::Streams& streams, acquisition::Channels& channels);
     void check_walker(acquisition::Channels& channels);
+    bool awaits_view(acquisition::Channels& channels);
     void note_failures(const std::vector<acquisition::CameraStream>& cameras);
     void take_stamps(const acquisition::Streams& streams, acquisition::Channels& channels);
     void start_again(std::int64_t lost, acquisition::Channels& channels);
@@ -148,6 +165,9 @@ private:
     void start(acquisition::Channels& channels);
     void go_for_target(int ramp_periods, acquisition::Channels& channels);
     void begin_measuring(bool late);
+    void keep_whole_periods();
+    void finish_measuring(Run& run);
+    [[nodiscard]] Run run_state(double from_s) const;
     void note_on_settling(bool late);
     void note(const std::string& what);
     void command(const Harmonics<Voltage>& volts, int ramp_periods, bool transient,
@@ -189,11 +209,13 @@ private:
     struct Order {
         bool only_identify = false;   // silence follows the identification
         bool settling_noted = false;  // the notes on settling are written, for this set-point
+        bool view_noted = false;      // the note on a change of the followed camera is written
         int restarts = 0;             // after the DAC ran empty
     } order_;
     static constexpr double aftermath_s = 0.3;  // recorded after a trip
 
     std::vector<bool> cameras_failed_;  // one for each camera, noted
+    bool no_target_noted_ = false;      // no camera tracks a walker
     std::vector<Stop> stops_;           // one for each trip
     std::size_t cause_ = 0;             // index of the trip that stopped the run
     std::uint64_t newest_trip_ = 0;     // its number

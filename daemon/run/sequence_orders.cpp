@@ -12,6 +12,12 @@ void Sequence::require_idle(const char* what, const acquisition::Channels& chann
     if (state() != RunState::idle || channels.stopped)
         throw InputError{
             fmt::format("{} cannot start in state {}; it needs state idle", what, name(state()))};
+    if (walker_.has_target() && !walker_.sees())
+        throw InputError{
+            fmt::format("{} cannot start: the walker is in no picture of the last {:.0f} ms (newest picture: "
+                        "{:.3g} s ago); "
+                        "check the cameras, their trigger, the light and the walker",
+                        what, 1e3 * walker_.most_age_s(), walker_.age_s())};
 }
 
 void Sequence::aim(const char* what, const Drive& drive, const acquisition::Channels& channels) {
@@ -22,16 +28,16 @@ void Sequence::aim(const char* what, const Drive& drive, const acquisition::Chan
     part_ = {0, 0};
     controller_.aim(drive);
     const double frequency = Synthesiser::realised(drive.frequency, dac_rate_hz_);
-    if (frequency != frequency_) walker_ = WalkerMonitor{frequency};
+    if (frequency != frequency_) walker_.set_frequency(frequency);
     frequency_ = frequency;
+    permit_.reset();
 }
 
-void Sequence::begin(const Drive& drive, int periods, int settle, acquisition::Channels& channels,
+void Sequence::begin(const Drive& drive, const Task& task, acquisition::Channels& channels,
                      const std::optional<safety::EdgePermit>& permit) {
     aim("a run", drive, channels);
     permit_ = permit;
-    plan_.periods = periods;
-    plan_.settle = settle;
+    plan_.task = task;
     arm(channels);
 }
 
@@ -56,6 +62,7 @@ void Sequence::end(acquisition::Channels& channels) {
     const RunState now = state();
     if (!driving(now) || now == RunState::ramp_down)
         throw InputError{fmt::format("no drive to stop in state {}", name(now))};
+    keep_whole_periods();
     come_down(channels);
 }
 
@@ -68,23 +75,29 @@ void Sequence::leave(acquisition::Channels& channels) {
     if (driving(now) && now != RunState::ramp_down) come_down(channels);
 }
 
-void Sequence::set(const Drive& drive, acquisition::Channels& channels) {
-    auto* run = std::get_if<Run>(&state_);
-    if (run == nullptr)
+void Sequence::set(const Drive& drive, const Task& task, acquisition::Channels& channels) {
+    if (state() != RunState::run)
         throw InputError{
             fmt::format("the set-point cannot be changed in state {}; it needs state run", name(state()))};
     if (permit_ && !permit_->over())
         throw InputError{
             "the walker is still beyond the edge limit; the set-point can change when it is inside"};
-    *run = {.from_s = now_s_};
+    keep_whole_periods();
+    plan_.task = task;
+    state_ = run_state(now_s_);
     order_.settling_noted = false;
     controller_.set(drive);
     if (drive.frequency != frequency_) {
         frequency_ = Synthesiser::realised(drive.frequency, dac_rate_hz_);
-        walker_ = WalkerMonitor{frequency_};
+        walker_.set_frequency(frequency_);
     }
     guard_.expect_another(channels);
     go_for_target(1, channels);
+}
+
+void Sequence::hold() {
+    keep_whole_periods();
+    if (auto* run = std::get_if<Run>(&state_)) run->left = 0;
 }
 
 void Sequence::hold_to(const safety::Limits& limits, acquisition::Channels& channels) {
@@ -109,10 +122,11 @@ void Sequence::clear(std::uint64_t aborts, acquisition::Channels& channels) {
         throw InputError{fmt::format("nothing to clear: the run is in state {}", name(state()))};
     if (tripped->phase != Tripped::Phase::silent)
         throw InputError{"the drive is not silent yet; wait until it is, then clear the trip"};
+    const std::uint64_t openings = channels.openings;
     if (channels.contact != Contact::closed)
         throw InputError{
             "the contact of the abort input is open or cannot be read; close it, then clear the trip"};
-    channels.clearance.post({newest_trip_, aborts});
+    channels.clearance.post({newest_trip_, aborts, openings});
     tripped->phase = Tripped::Phase::clearing;
 }
 

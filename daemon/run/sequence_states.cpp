@@ -15,6 +15,7 @@ constexpr double camera_patience_s = 2;
 constexpr int check_ramp = 2;         // periods to the level of the loop check
 constexpr double check_periods = 60;  // longest loop check: this and check_patience_s
 constexpr double check_patience_s = 2;
+constexpr double margin_periods = 2;  // driven after a measurement
 }  // namespace
 
 void Sequence::go(const State& next, acquisition::Channels& channels) {
@@ -46,7 +47,7 @@ void Sequence::advance(Init& init, acquisition::Channels& channels) {
 }
 
 void Sequence::advance(Quiet& quiet, acquisition::Channels& channels) {
-    if (!quiet.judged || now_s_ < since_s_ + plan_.quiet_s) return;
+    if (!quiet.judged || now_s_ < since_s_ + plan_.quiet_s || awaits_view(channels)) return;
     self_tested_ = true;
     go(Idle{}, channels);
     if (plan_.on_call) return;
@@ -55,6 +56,17 @@ void Sequence::advance(Quiet& quiet, acquisition::Channels& channels) {
             !fits.empty())
             note(fits);
     arm(channels);
+}
+
+// Not on call, the drive follows. Cameras may start after the DAC.
+bool Sequence::awaits_view(acquisition::Channels& channels) {
+    if (plan_.on_call || !walker_.has_target() || walker_.sees()) return false;
+    if (now_s_ < since_s_ + plan_.quiet_s + camera_patience_s) return true;
+    if (!guard_.check_view(walker_, now_s_, channels)) return true;
+    return guard_.stop({.cause = safety::Cause::tracking_lost,
+                        .value = static_cast<double>(walker_.lost()),
+                        .limit = static_cast<double>(plan_.limits.tracking_lost_frames)},
+                       now_s_, channels);
 }
 
 // A drive from rest begins with this check. resumes: after the DAC ran empty.
@@ -88,8 +100,11 @@ void Sequence::take_check(LoopCheck& check, const control::PeriodWindows::Window
     go_for_target(plan_.soft_start, channels);
 }
 
+// The check begins with its first sample: the amplifier may have a lead to switch on.
 void Sequence::advance(LoopCheck& check, acquisition::Channels& channels) {
-    const double silent_s = now_s_ - since_s_, patience_s = check_patience_s + check_periods / frequency_;
+    const double from_s =
+        std::isfinite(drive_.in_force_s()) ? drive_.in_force_s() : since_s_ + plan_.enable_before_s;
+    const double silent_s = now_s_ - from_s, patience_s = check_patience_s + check_periods / frequency_;
     if (check.over || silent_s < patience_s) return;
     check.over = true;
     note("loop check: no complete windows of the accelerometer");
@@ -98,16 +113,50 @@ void Sequence::advance(LoopCheck& check, acquisition::Channels& channels) {
 
 void Sequence::advance(Ramp& /*ramp*/, acquisition::Channels& channels) {
     if (now_s_ < drive_.in_force_s()) return;
-    go(Run{.from_s = drive_.in_force_s()}, channels);
+    go(run_state(drive_.in_force_s()), channels);
     say_("settling: waiting until the drive and then the walker's drift are steady");
 }
 
+Run Sequence::run_state(double from_s) const {
+    const Task& task = plan_.task;
+    return {.from_s = from_s, .left = task.periods == 0 ? 0 : (task.times == 0 ? -1 : task.times)};
+}
+
+bool Sequence::holding() const noexcept {
+    const auto* run = std::get_if<Run>(&state_);
+    return run != nullptr && run->left == 0;
+}
+
+bool Sequence::measuring() const noexcept {
+    const auto* run = std::get_if<Run>(&state_);
+    return run != nullptr && run->measuring;
+}
+
 void Sequence::advance(Run& run, acquisition::Channels& channels) {
+    if (run.left == 0) return;
     if (!run.measuring) return settle(run);
-    if (now_s_ < part_.to_s + 2 / frequency_ || stragglers_may_come()) return;
+    if (now_s_ < part_.to_s + margin_periods / frequency_ || stragglers_may_come()) return;
+    finish_measuring(run);
+    if (!plan_.on_call) come_down(channels);
+}
+
+void Sequence::finish_measuring(Run& run) {
     measured_.push_back({static_cast<int>(measured_.size()) + 1, controller_.drive(), part_, {}});
     run.measuring = false;
-    if (!plan_.on_call) come_down(channels);
+    if (run.left > 0) --run.left;
+}
+
+// Only periods whose data have arrived, with the margin that a reduction reads.
+void Sequence::keep_whole_periods() {
+    auto* run = std::get_if<Run>(&state_);
+    if (run == nullptr || !run->measuring) return;
+    run->measuring = false;
+    double until_s = std::min(now_s_ - margin_periods / frequency_, windows_.until_s());
+    if (walker_.watches()) until_s = std::min(until_s, walker_.until_s());
+    const double periods = std::floor((until_s - part_.from_s) * frequency_);
+    if (periods < least_kept_periods) return;
+    part_.to_s = std::min(part_.to_s, part_.from_s + periods / frequency_);
+    finish_measuring(*run);
 }
 
 void Sequence::settle(Run& run) {
@@ -115,9 +164,9 @@ void Sequence::settle(Run& run) {
     const bool kept = !plan_.controller.equalise || controller_.report().locked;
     if (!kept) run.kept_from_s = now_s_;
     const double steady_from_s = drive_.steady_from_s();
-    const bool steady = plan_.settle > 0
-                            ? now_s_ > std::max(steady_from_s, run.kept_from_s) + plan_.settle / frequency_
-                            : now_s_ > steady_from_s && walker_settled();
+    const bool steady = plan_.task.settle > 0 ? now_s_ > std::max(steady_from_s, run.kept_from_s) +
+                                                             plan_.task.settle / frequency_
+                                              : now_s_ > steady_from_s && walker_settled();
     if ((kept && steady) || late) begin_measuring(!(kept && steady));
 }
 
@@ -170,9 +219,9 @@ void Sequence::begin_measuring(bool late) {
         !measured_.empty() && part_.to_s == measured_.back().part.to_s && part_.to_s > drive_.steady_from_s();
     run.measuring = true;
     part_.from_s = follows ? part_.to_s : std::ceil(now_s_ * frequency_) / frequency_;
-    part_.to_s = part_.from_s + plan_.periods / frequency_;
+    part_.to_s = part_.from_s + plan_.task.periods / frequency_;
     if (follows) return;
-    say_(fmt::format("measuring {} periods from {:.3f} s on", plan_.periods, part_.from_s));
+    say_(fmt::format("measuring {} periods from {:.3f} s on", plan_.task.periods, part_.from_s));
     if (!std::exchange(order_.settling_noted, true)) note_on_settling(late);
 }
 

@@ -31,6 +31,7 @@ struct Run {
     double from_s = 0;               // master time of the set-point
     double kept_from_s = -INFINITY;  // master time since which the drive has been at its target
     bool measuring = false;
+    int left = 0;  // measurements until the drive is only kept; negative: no end
 };
 struct RampDown {};
 struct Tripped {

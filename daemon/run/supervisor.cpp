@@ -140,13 +140,11 @@ void Supervisor::check(const WalkerMonitor& walker, double now_s, acquisition::C
         found(safety::Cause::walker_edge, *walker.edge_mm(), limits_.edge_mm, now_s, channels);
 }
 
-void Supervisor::check(const std::vector<acquisition::CameraStream>& cameras, const WalkerMonitor& walker,
-                       double now_s, acquisition::Channels& channels) {
-    if (walker.blind()) found(safety::Cause::camera_missing, now_s - walker.until_s(), 0, now_s, channels);
-    for (const acquisition::CameraStream& c : cameras)
-        if (c.failure.empty() && now_s - c.until_s > limits_.camera_missing_s)
-            found(safety::Cause::camera_missing, now_s - c.until_s, limits_.camera_missing_s, now_s,
-                  channels);
+bool Supervisor::check_view(const WalkerMonitor& walker, double now_s, acquisition::Channels& channels) {
+    if (walker.blind())
+        return !found(safety::Cause::camera_missing, now_s - walker.until_s(), 0, now_s, channels);
+    if (!walker.watches() || walker.age_s() <= walker.most_age_s()) return true;
+    return !found(safety::Cause::camera_missing, walker.age_s(), walker.most_age_s(), now_s, channels);
 }
 
 }  // namespace shaker::run

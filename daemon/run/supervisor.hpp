@@ -43,10 +43,8 @@ public:
                acquisition::Channels& channels);
     /// Checks the walker's place and tracking while the base is driven.
     void check(const WalkerMonitor& walker, double now_s, acquisition::Channels& channels);
-    /// Checks that all working cameras deliver while the base is driven, and that one of them sees the
-    /// walker.
-    void check(const std::vector<acquisition::CameraStream>& cameras, const WalkerMonitor& walker,
-               double now_s, acquisition::Channels& channels);
+    /// Checks that a camera sends pictures of the walker. False: none does, and a stop is ordered.
+    bool check_view(const WalkerMonitor& walker, double now_s, acquisition::Channels& channels);
     /// Orders this stop; false when the detector of its cause is off.
     bool stop(const safety::Trip& trip, double now_s, acquisition::Channels& channels) {
         return found(trip.cause, trip.value, trip.limit, now_s, channels);

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "calibration/camera/camera_scale.hpp"
 #include "drivers/drive.hpp"
@@ -11,6 +12,15 @@ namespace shaker::run {
 namespace {
 
 constexpr std::size_t most_drifts = 1000;  // a drift that settles needs fewer
+constexpr double frames_missing = 10;
+
+// Null when the streams have no such camera.
+const acquisition::CameraStream* camera_of(const acquisition::TargetTrack& t,
+                                           const acquisition::Streams& streams) {
+    const auto camera = std::ranges::find(streams.cameras, t.camera,
+                                          [](const acquisition::CameraStream& c) { return c.view.camera; });
+    return camera != streams.cameras.end() ? &*camera : nullptr;
+}
 
 // Image y grows downwards and x to the right.
 bool along_height(const View& view) { return std::abs(view.along[1]) > std::abs(view.along[0]); }
@@ -24,31 +34,53 @@ std::array<double, 2> picture_ends_m(const tracking::Track& t, const Target& tar
     return {x_at(0, t.fix.y_px), x_at(camera.width, t.fix.y_px)};
 }
 
+double extent_mm(const Target& target) { return std::max(target.diameter_mm, target.width_mm); }
+
 // Distance of the outline from the nearer end of the picture, along the shaker's axis.
 double edge_distance_mm(const tracking::Track& t, const Target& target,
                         const acquisition::CameraStream& camera) {
     const bool across = along_height(camera.view);
     const double at = across ? t.fix.y_px : t.fix.x_px, size = across ? camera.height : camera.width;
-    const double extent_mm = std::max(target.diameter_mm, target.width_mm);
-    return std::min(at, size - at) * camera.view.mm_per_px - 0.5 * extent_mm;
+    return std::min(at, size - at) * camera.view.mm_per_px - 0.5 * extent_mm(target);
 }
 
 }  // namespace
 
-void WalkerMonitor::add(const acquisition::Streams& streams) {
-    const auto camera_of = [&](const acquisition::TargetTrack& t) {
-        return std::ranges::find(streams.cameras, t.camera,
-                                 [](const acquisition::CameraStream& c) { return c.view.camera; });
-    };
-    const auto is_walker = [](const auto& t) { return t.target.name == "walker"; };
-    const auto walker = std::ranges::find_if(streams.tracks, [&](const auto& t) {
-        const auto c = camera_of(t);
-        return is_walker(t) && (c == streams.cameras.end() || c->failure.empty());
-    });
-    watches_ = walker != streams.tracks.end();
-    blind_ = !watches_ && std::ranges::any_of(streams.tracks, is_walker);
-    if (!watches_) return;
-    const auto camera = camera_of(*walker);
+// The followed camera as long as it sends pictures, else the first one that does.
+const acquisition::TargetTrack* WalkerMonitor::choose(const acquisition::Streams& streams, double now_s,
+                                                      double missing_s) {
+    const acquisition::TargetTrack* chosen = nullptr;
+    bool fresh = false, any = false;
+    sources_.resize(streams.tracks.size());
+    for (std::size_t i = 0; i < streams.tracks.size(); ++i) {
+        const acquisition::TargetTrack& t = streams.tracks[i];
+        if (t.target.name != "walker") continue;
+        any = true;
+        Source& source = sources_[i];
+        const std::size_t taken = t.dropped + t.tracks.size();
+        if (std::exchange(source.taken, taken) != taken) source.came_s = now_s;
+        const acquisition::CameraStream* camera = camera_of(t, streams);
+        if (camera != nullptr && !camera->failure.empty()) continue;
+        const double rate_hz = camera != nullptr ? camera->view.frame_rate_hz : 0;
+        const double most_s = rate_hz > 0 ? std::max(missing_s, frames_missing / rate_hz) : missing_s;
+        const bool sends = now_s - source.came_s <= most_s;
+        if (chosen != nullptr && sends <= fresh && (sends != fresh || t.camera != camera_)) continue;
+        chosen = &t;
+        fresh = sends;
+        age_s_ = now_s - source.came_s;
+        most_age_s_ = most_s;
+    }
+    watches_ = chosen != nullptr;
+    blind_ = any && !watches_;
+    if (!fresh) forget_place();
+    return chosen;
+}
+
+void WalkerMonitor::add(const acquisition::Streams& streams, double now_s, double missing_s) {
+    const acquisition::TargetTrack* walker = choose(streams, now_s, missing_s);
+    found_age_s_ = now_s - found_s_;
+    if (walker == nullptr) return;
+    const acquisition::CameraStream* camera = camera_of(*walker, streams);
     if (walker->camera != camera_) follow(*walker);
     seen_ = std::max(seen_, walker->dropped);
     for (; seen_ < walker->dropped + walker->tracks.size(); ++seen_) {
@@ -57,10 +89,13 @@ void WalkerMonitor::add(const acquisition::Streams& streams) {
         if (!std::isfinite(seconds(t.time))) continue;
         until_s_ = std::max(until_s_, seconds(t.time));
         if (!found(t.fix.state)) continue;
+        found_s_ = now_s;
+        found_age_s_ = 0;
         x_m_ = t.x_m;
-        if (camera != streams.cameras.end() && camera->width > 0) {
+        if (camera != nullptr && camera->width > 0) {
             edge_mm_ = edge_distance_mm(t, walker->target, *camera);
-            edges_.push_back({seconds(t.time), *edge_mm_});
+            edges_.push_back({seconds(t.time), *edge_mm_, t.x_m});
+            half_mm_ = 0.5 * extent_mm(walker->target);
             while (edges_.front().at_s <= edges_.back().at_s - 1 / frequency_) edges_.pop_front();
             ends_m_ = picture_ends_m(t, walker->target, *camera);
         }
@@ -72,13 +107,27 @@ void WalkerMonitor::add(const acquisition::Streams& streams) {
 // Positions of two cameras are not compared: the drifts restart.
 void WalkerMonitor::follow(const acquisition::TargetTrack& walker) {
     if (!camera_.empty()) {
-        fold_ = reduction::PeriodFold{0, 1 / frequency_};
-        drifts_.clear();
-        edges_.clear();
-        seen_ = walker.dropped + walker.tracks.size();
+        set_frequency(frequency_);
+        forget_place();
+        const std::size_t newest = walker.tracks.empty() ? 0 : 1;
+        seen_ = walker.dropped + walker.tracks.size() - newest;
         lost_ = 0;
     }
     camera_ = walker.camera;
+}
+
+void WalkerMonitor::set_frequency(double frequency) {
+    frequency_ = frequency;
+    fold_ = reduction::PeriodFold{0, 1 / frequency};
+    drifts_.clear();
+}
+
+void WalkerMonitor::forget_place() noexcept {
+    x_m_.reset();
+    edge_mm_.reset();
+    edges_.clear();
+    ends_m_ = {NAN, NAN};
+    found_s_ = -INFINITY;
 }
 
 std::optional<double> WalkerMonitor::mean_edge_mm() const noexcept {
@@ -86,6 +135,15 @@ std::optional<double> WalkerMonitor::mean_edge_mm() const noexcept {
     double sum = 0;
     for (const Edge& e : edges_) sum += e.mm;
     return sum / static_cast<double>(edges_.size());
+}
+
+std::array<double, 2> WalkerMonitor::mean_ways_mm() const noexcept {
+    if (edges_.empty() || !std::isfinite(ends_m_[0])) return {NAN, NAN};
+    double sum_m = 0;
+    for (const Edge& e : edges_) sum_m += e.x_m;
+    const double x_m = sum_m / static_cast<double>(edges_.size());
+    const auto [low_m, high_m] = std::minmax(ends_m_[0], ends_m_[1]);
+    return {1e3 * (x_m - low_m) - half_mm_, 1e3 * (high_m - x_m) - half_mm_};
 }
 
 int WalkerMonitor::inwards() const noexcept {

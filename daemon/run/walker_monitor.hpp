@@ -1,5 +1,5 @@
 #pragma once
-// The walker's position and drift during a run, from the first working camera that tracks it.
+// The walker's position and drift during a run, from one working camera that sends pictures of it.
 #include <array>
 #include <cmath>
 #include <deque>
@@ -15,24 +15,41 @@ namespace shaker::run {
 class WalkerMonitor {
 public:
     explicit WalkerMonitor(double frequency) : frequency_{frequency}, fold_{0, 1 / frequency} {}
-    /// Adds the tracks that arrived since the last call.
-    void add(const acquisition::Streams& streams);
+    /// Adds the tracks that arrived since the last call. now_s: master time played. missing_s: longest time
+    /// without a picture; at least 10 frames of the camera count. When the followed camera is silent for
+    /// longer and another one is not, that one is followed; when none is left, the place is forgotten.
+    /// A steady delay of a camera is not silence: the time between arrivals counts.
+    void add(const acquisition::Streams& streams, double now_s, double missing_s);
+    /// The drive's frequency from now on: the drifts restart.
+    void set_frequency(double frequency);
     /// True when a working camera tracks the walker.
     [[nodiscard]] bool watches() const noexcept { return watches_; }
     /// True when a camera that tracks the walker has failed and no other one tracks it.
     [[nodiscard]] bool blind() const noexcept { return blind_; }
+    /// True when a camera is there to track the walker, working or not.
+    [[nodiscard]] bool has_target() const noexcept { return watches_ || blind_; }
+    /// Time since the newest picture came, s, and the longest that is allowed.
+    [[nodiscard]] double age_s() const noexcept { return age_s_; }
+    [[nodiscard]] double most_age_s() const noexcept { return most_age_s_; }
+    /// True when the walker was found in a picture that is not older than allowed.
+    [[nodiscard]] bool sees() const noexcept { return watches_ && found_age_s_ <= most_age_s_; }
+    /// The followed camera; empty before the first.
+    [[nodiscard]] const std::string& camera() const noexcept { return camera_; }
     /// True when the drifts of whole periods since `from_s` (s) have settled to 1e-4 V / f, with
     /// V = gamma / (2 pi f); gamma in m/s^2.
     [[nodiscard]] bool settled_since(double from_s, double gamma) const;
     /// Master time of the newest track, s.
     [[nodiscard]] double until_s() const noexcept { return until_s_; }
-    /// Newest position, m; empty before the walker was found.
+    /// Newest position, m; empty before the walker was found, and when it is not seen any more.
     [[nodiscard]] std::optional<double> x_m() const noexcept { return x_m_; }
     /// Smaller distance of the walker's outline from the two ends of the picture along the shaker's axis, mm;
-    /// empty before the walker was found.
+    /// empty as x_m().
     [[nodiscard]] std::optional<double> edge_mm() const noexcept { return edge_mm_; }
     /// The same, mean over the last period of the drive: without the walker's oscillation.
     [[nodiscard]] std::optional<double> mean_edge_mm() const noexcept;
+    /// Distances of the outline from the lower and the upper end of the picture in x, mm, mean over the last
+    /// period of the drive; NaN before the walker was found.
+    [[nodiscard]] std::array<double, 2> mean_ways_mm() const noexcept;
     /// Direction along x from the nearer end of the picture to the middle, +1 or -1; 0 before the walker was
     /// found.
     [[nodiscard]] int inwards() const noexcept;
@@ -45,21 +62,33 @@ public:
     [[nodiscard]] std::size_t seen() const noexcept { return seen_; }
 
 private:
+    /// The pictures of one track.
+    struct Source {
+        std::size_t taken = 0;
+        double came_s = 0;  // master time played when the newest one came; at first the start
+    };
+    const acquisition::TargetTrack* choose(const acquisition::Streams& streams, double now_s,
+                                           double missing_s);
     void follow(const acquisition::TargetTrack& walker);
+    void forget_place() noexcept;
 
     double frequency_;
     reduction::PeriodFold fold_;
     std::deque<reduction::PeriodFold::Period> drifts_;  // the newest, oldest first
     bool watches_ = false, blind_ = false;
-    std::string camera_;  // that tracks it
+    std::string camera_;           // that is followed
+    std::vector<Source> sources_;  // one for each track of the streams
+    double age_s_ = 0, most_age_s_ = 0;
+    double found_s_ = -INFINITY, found_age_s_ = INFINITY;  // of the newest picture that shows it
     std::size_t seen_ = 0;
     double until_s_ = 0;
     std::optional<double> x_m_, edge_mm_;
     struct Edge {
-        double at_s, mm;
+        double at_s, mm, x_m;
     };
     std::deque<Edge> edges_;  // of the last period
     std::array<double, 2> ends_m_{NAN, NAN};
+    double half_mm_ = 0;  // of the outline's extent
     int lost_ = 0;
 };
 

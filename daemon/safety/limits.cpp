@@ -5,6 +5,9 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <utility>
+
+#include "drivers/errors.hpp"
 
 namespace shaker::safety {
 
@@ -49,6 +52,13 @@ constexpr std::array<NumberKey, 10> number_keys{{{&Limits::coil_A_per_V, "coil_A
                                                  {&Limits::missing_s, "missing_s", {0.001, 10}},
                                                  {&Limits::camera_missing_s, "camera_missing_s", {0.01, 1e4}},
                                                  {&Limits::watchdog_s, "watchdog_s", {0.01, 60}}}};
+// Name in a file, and its units per SI unit.
+std::pair<const char*, double> named(LimitKey key) {
+    if (key.level == nullptr) return {"edge_mm", 1};
+    const auto keys = std::ranges::find(level_keys, key.level, &LevelKeys::level);
+    return {key.end == &Level::warn ? keys->warn : keys->abort, keys->unit};
+}
+
 constexpr double blocks_missing = 1.75;
 constexpr int most_frames = 100000;
 
@@ -90,6 +100,29 @@ Limits read_limits(SettingsTable table, const DataSheet& sheet) {
     l.tracking_lost_frames = table.integer("tracking_lost_frames", 1, most_frames, l.tracking_lost_frames);
     table.finish();
     return l;
+}
+
+void lower(Limits& limits, LimitKey key, double value) {
+    const bool edge = key.level == nullptr;
+    double& limit = edge ? limits.edge_mm : (limits.*key.level).*key.end;
+    if (!(edge ? value >= limit : value <= limit)) {
+        const auto [name, unit] = named(key);
+        throw InputError{fmt::format(
+            "limit {} {}: at {} the present {} is allowed; only the settings file can loosen limits", name,
+            to_text(unit * value), edge ? "least" : "most", to_text(unit * limit))};
+    }
+    limit = value;
+    if (!edge) (limits.*key.level).warn = std::min((limits.*key.level).warn, (limits.*key.level).abort);
+}
+
+Limits with_changes(Limits now, const Limits& was, const Limits& is) {
+    const auto take = [&](auto key) {
+        if (was.*key != is.*key) now.*key = is.*key;
+    };
+    for (const LevelKeys& keys : level_keys) take(keys.level);
+    for (const NumberKey& k : number_keys) take(k.value);
+    take(&Limits::tracking_lost_frames);
+    return now;
 }
 
 std::string limits_text(const Limits& limits) {

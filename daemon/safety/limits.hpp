@@ -40,9 +40,9 @@ struct Limits {
     double soft_stop_s = 0.05;      // s, ramp to zero
     double hard_stop_s = 0.005;
     double missing_s = 0.02;  // s, longest time without accelerometer samples
-    double camera_missing_s =
-        std::numeric_limits<double>::infinity();  // s, longest time without frames of a camera
-    double watchdog_s = 0.5;                      // s, longest time without progress of the control
+    /// s, longest time without pictures of the walker from any camera; at least 10 frames.
+    double camera_missing_s = 0.25;
+    double watchdog_s = 0.5;  // s, longest time without progress of the control
     Detectors detectors{all_detectors};
     bool operator==(const Limits&) const = default;
 
@@ -83,6 +83,18 @@ Limits limits_of(const DataSheet& sheet, double margin = 0.8);
 /// level: 80 % of its abort level. InputError for other keys and for a warning level above its abort
 /// level.
 Limits read_limits(SettingsTable table, const DataSheet& sheet);
+
+/// A limit that an order may lower: one end of a level, or the walker's distance from the edge. All others
+/// come from the settings files only.
+struct LimitKey {
+    Level Limits::*level = nullptr;  // null: edge_mm
+    double Level::*end = &Level::abort;
+};
+/// Lowers one limit (SI units), or raises edge_mm (mm), and keeps the others; a warning level stays at most
+/// its abort level. InputError when the limit would be looser than it is.
+void lower(Limits& limits, LimitKey key, double value);
+/// `now` with the keys in which `is` differs from `was`: a level with both of its ends.
+Limits with_changes(Limits now, const Limits& was, const Limits& is);
 
 /// TOML from which read_limits() returns the same limits (except `detectors`).
 std::string limits_text(const Limits& limits);

@@ -30,7 +30,7 @@ enum class Cause : std::uint8_t {
     gravity,            // gravity in the reading / reference (earlier reading, or standard gravity)
     walker_edge,        // mm, distance of the walker from the edge of the picture
     tracking_lost,      // number of consecutive frames without the walker
-    camera_missing,     // s, duration without frames from a camera
+    camera_missing,     // s, duration without pictures of the walker
     underrun,           // samples, duration of an underrun of the DAC
     watchdog,           // s, duration without progress of the control
     clock,              // ppm, change of rate between two clocks

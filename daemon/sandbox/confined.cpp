@@ -83,17 +83,20 @@ private:
     int before_ = prctl(PR_GET_DUMPABLE);
 };
 
-void restrict_to(const FileRights& allowed, FileBroker& files) {
-    const std::string no_landlock = restrict_files(allowed);
-    if (no_landlock.empty()) return files.close();
-    prctl(PR_SET_DUMPABLE, 1);  // the parent reads the names of files in this process
-    if (const std::string no_broker = files.ask_parent(); !no_broker.empty())
+void restrict_further(const Confinement& allowed) {
+    const bool writes = !allowed.files.writes.empty();
+    const std::string no_landlock = restrict_files(allowed.files);
+    const std::string no_filter = filter_syscalls(writes);
+    if (allowed.warns && !no_landlock.empty())
         spdlog::warn(
-            "the system cannot restrict a file reader to its files ({}; {}): it {} every file of its user",
-            no_landlock, no_broker, allowed.writes.empty() ? "could read" : "could read and write");
+            "the system cannot restrict a file reader to its files ({}): it could read{} every file of its "
+            "user. Read files of unknown origin on Linux 5.13 or later with Landlock",
+            no_landlock, writes ? " and write" : "");
+    if (allowed.warns && !no_filter.empty())
+        spdlog::warn("the system cannot restrict the system calls of a file reader ({})", no_filter);
 }
 
-void give_up_rights(const Confinement& allowed, FileBroker& files) {
+void give_up_rights(const Confinement& allowed) {
     prctl(PR_SET_DUMPABLE, 1);  // or the next line would need privileges
     std::ofstream{"/proc/self/oom_score_adj"}
         << "1000";  // the kernel ends this process first when memory is short
@@ -105,9 +108,7 @@ void give_up_rights(const Confinement& allowed, FileBroker& files) {
     setenv("HDF5_PLUGIN_PATH", "", 1);
     prctl(PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0);
     drop_privileges();
-    restrict_to(allowed.files, files);
-    if (const std::string refused = filter_syscalls(!allowed.files.writes.empty()); !refused.empty())
-        spdlog::warn("the system cannot restrict the system calls of a file reader ({})", refused);
+    restrict_further(allowed);
 }
 
 // Sockets and files of the process that started this one could carry data out.
@@ -123,17 +124,15 @@ void close_others(std::vector<int> kept) {
 }
 
 [[noreturn]] void be_child(const std::string& file, const Confinement& allowed,
-                           const std::function<int()>& work, pid_t parent, Relay& output, FileBroker& files) {
+                           const std::function<int()>& work, pid_t parent, Relay& output) {
     prctl(PR_SET_PDEATHSIG, SIGKILL);
     if (getppid() != parent) _exit(manual::exit_failure);  // the parent ended before the line above
     const int status = manual::exit_status_of([&] {
         try {
             output.send();
-            std::vector<int> kept = allowed.keeps;
-            kept.push_back(files.fd_of_child());
-            close_others(std::move(kept));
+            close_others(allowed.keeps);
             if (allowed.prepare) allowed.prepare();
-            give_up_rights(allowed, files);
+            give_up_rights(allowed);
             return work();
         } catch (const std::bad_alloc&) {
             throw InputError{
@@ -182,13 +181,11 @@ ChildEnd run_confined(const std::string& file, const Confinement& allowed, const
     open_standard_descriptors();
     const Undumpable hidden;
     Relay output;
-    FileBroker files{allowed.files};
     const pid_t parent = getpid();
     const pid_t child = fork();
     if (child < 0) throw DeviceError{"starting a reader for " + file + ": " + std::strerror(errno)};
-    if (child == 0) be_child(file, allowed, work, parent, output, files);
-    files.started(child);
-    output.receive(files);
+    if (child == 0) be_child(file, allowed, work, parent, output);
+    output.receive();
     int status = 0;
     rusage used{};
     while (wait4(child, &status, 0, &used) < 0)

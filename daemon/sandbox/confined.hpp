@@ -19,6 +19,7 @@ struct Confinement {
     FileRights files{};
     std::vector<int> keeps{};         // descriptors that stay open; all others except 0 to 2 are closed
     std::function<void()> prepare{};  // runs before the rights are given up, for example to load libraries
+    bool warns = true;                // when the system cannot restrict files or system calls
 };
 
 /// Limits far above the needs of an intact file of this size: 4 GiB plus 20 times the file; 600 s plus 60 s

@@ -12,8 +12,6 @@
 #include <cstdint>
 #include <cstring>
 
-#include "daemon/sandbox/descriptor.hpp"
-
 namespace shaker::sandbox {
 
 namespace {
@@ -32,17 +30,45 @@ constexpr std::uint64_t write_folder = read_folder | write_file | LANDLOCK_ACCES
                                        LANDLOCK_ACCESS_FS_MAKE_DIR | LANDLOCK_ACCESS_FS_REMOVE_FILE |
                                        LANDLOCK_ACCESS_FS_REMOVE_DIR;
 
+// Files of the system that libraries open while a file is read (threads of OpenCV, local time), and the
+// process's own state.
+constexpr std::array system_files{"/usr/lib",
+                                  "/usr/local/lib",
+                                  "/lib",
+                                  "/lib64",
+                                  "/etc/ld.so.cache",
+                                  "/etc/localtime",
+                                  "/usr/share/zoneinfo",
+                                  "/sys/devices/system/cpu",
+                                  "/proc/self"};
+
+class Descriptor {
+public:
+    explicit Descriptor(long fd) noexcept : fd_{static_cast<int>(fd)} {}
+    ~Descriptor() {
+        if (fd_ >= 0) ::close(fd_);
+    }
+    Descriptor(const Descriptor&) = delete;
+    Descriptor& operator=(const Descriptor&) = delete;
+    [[nodiscard]] int get() const noexcept { return fd_; }
+
+private:
+    int fd_;
+};
+
 // The kernel's landlock_ruleset_attr of version 6. Older kernels take its beginning.
 struct Handled {
     std::uint64_t files, net, scope;
 };
 
-// Zero, or errno. Files that cannot be opened are passed over: the child cannot open them either.
+// Zero, or errno. Files that cannot be opened are passed over: the child cannot open them either. So are
+// links to what may be written: others could change them meanwhile.
 int allow(int rules, const std::filesystem::path& path, std::uint64_t for_file, std::uint64_t for_folder,
           std::uint64_t known) {
-    const Descriptor there{::open(path.c_str(), O_PATH | O_CLOEXEC)};
+    const bool writes = (for_file & LANDLOCK_ACCESS_FS_WRITE_FILE) != 0;
+    const Descriptor there{::open(path.c_str(), O_PATH | O_CLOEXEC | (writes ? O_NOFOLLOW : 0))};
     struct stat status {};
-    if (there.get() < 0 || ::fstat(there.get(), &status) < 0) return 0;
+    if (there.get() < 0 || ::fstat(there.get(), &status) < 0 || S_ISLNK(status.st_mode)) return 0;
     landlock_path_beneath_attr rule{};
     rule.allowed_access = (S_ISDIR(status.st_mode) ? for_folder : for_file) & known;
     if (rule.allowed_access == 0) return 0;
@@ -54,19 +80,6 @@ int allow(int rules, const std::filesystem::path& path, std::uint64_t for_file, 
 std::string refused(const char* what, int error) { return fmt::format("{}: {}", what, std::strerror(error)); }
 
 }  // namespace
-
-std::span<const char* const> system_files() noexcept {
-    static constexpr std::array files{"/usr/lib",
-                                      "/usr/local/lib",
-                                      "/lib",
-                                      "/lib64",
-                                      "/etc/ld.so.cache",
-                                      "/etc/localtime",
-                                      "/usr/share/zoneinfo",
-                                      "/sys/devices/system/cpu",
-                                      "/proc/self"};
-    return files;
-}
 
 std::string restrict_files(const FileRights& allowed) {
     const long version = ::syscall(SYS_landlock_create_ruleset, nullptr, 0, LANDLOCK_CREATE_RULESET_VERSION);
@@ -80,14 +93,14 @@ std::string restrict_files(const FileRights& allowed) {
     const std::size_t size = version < 4   ? sizeof handled.files
                              : version < 6 ? 2 * sizeof handled.net
                                            : sizeof handled;
-    const Descriptor rules{static_cast<int>(::syscall(SYS_landlock_create_ruleset, &handled, size, 0))};
+    const Descriptor rules{::syscall(SYS_landlock_create_ruleset, &handled, size, 0)};
     if (rules.get() < 0) return refused("Landlock", errno);
     int error = 0;
     const auto add = [&](const std::filesystem::path& path, std::uint64_t for_file,
                          std::uint64_t for_folder) {
         if (error == 0) error = allow(rules.get(), path, for_file, for_folder, handled.files);
     };
-    for (const char* path : system_files()) add(path, read_file, read_folder);
+    for (const char* path : system_files) add(path, read_file, read_folder);
     for (const auto& path : allowed.lists) add(path, 0, LANDLOCK_ACCESS_FS_READ_DIR);
     for (const auto& path : allowed.reads) add(path, read_file, read_folder);
     for (const auto& path : allowed.writes) add(path, write_file, write_folder);

@@ -1,7 +1,6 @@
 #pragma once
 // Files that a confined process may open, by Landlock (Linux 5.13 and later).
 #include <filesystem>
-#include <span>
 #include <string>
 #include <vector>
 
@@ -12,18 +11,14 @@ struct FileRights {
     std::vector<std::filesystem::path> lists{};   // names of files in these folders may be read
     std::vector<std::filesystem::path> reads{};   // may be read
     std::vector<std::filesystem::path> writes{};  // may also be written; in folders, files may be created,
-                                                  // renamed and removed
+                                                  // renamed and removed. Links are passed over, too
 };
 
-/// Files of the system that libraries open while a file is read (threads of OpenCV, local time), and the
-/// process's own state. They may be read in addition.
-std::span<const char* const> system_files() noexcept;
-
-/// From now on, this thread and those it starts open no other files than these and system_files(). Files that
-/// are open stay open. Names, sizes and times of other files can still be seen. On newer kernels they also
-/// open no TCP connection (6.7), send no signal to, and reach no abstract socket of, other processes (6.12).
-/// Needs PR_SET_NO_NEW_PRIVS. Returns an empty text, or the reason for which the system does not support
-/// this.
+/// From now on, this thread and those it starts open no other files than these, those of the system that
+/// libraries open while a file is read, and the process's own state. Files that are open stay open. Names,
+/// sizes and times of other files can still be seen. On newer kernels they also open no TCP connection (6.7),
+/// send no signal to, and reach no abstract socket of, other processes (6.12). Needs PR_SET_NO_NEW_PRIVS.
+/// Returns an empty text, or the reason for which the system does not support this.
 std::string restrict_files(const FileRights& allowed);
 
 }  // namespace shaker::sandbox

@@ -1,14 +1,18 @@
 #include "daemon/sandbox/new_files.hpp"
 
 #include <fcntl.h>
-#include <stdio.h>
+#include <spdlog/fmt/fmt.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <cerrno>
+#include <cstring>
 #include <system_error>
 #include <utility>
+#include <vector>
 
 #include "drivers/errors.hpp"
+#include "drivers/recorded/h5/disk_file.hpp"
 #include "drivers/recorded/h5/file_lock.hpp"
 #include "drivers/recorded/recording_file.hpp"
 
@@ -31,41 +35,58 @@ NewFolder::~NewFolder() {
     if (made_) std::filesystem::remove(folder_, not_empty);
 }
 
-NewFile::NewFile(std::filesystem::path file) : file_{std::move(file)} {
-    if (file_.empty()) return;
-    const int fd = ::open(file_.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
-    made_ = fd >= 0;  // what else is wrong is reported when it is written
-    if (made_) ::close(fd);
+NewFile::NewFile(std::filesystem::path file)
+    : file_{std::move(file)}, fd_{::open(file_.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666)} {
+    if (fd_ >= 0) return;
+    if (errno == EEXIST)
+        throw InputError{file_.string() + ": exists already; nothing is overwritten, choose another name"};
+    throw DeviceError{file_.string() + ": cannot be created: " + std::strerror(errno)};
 }
 
 NewFile::~NewFile() {
+    ::close(fd_);
     std::error_code ignored;
-    if (made_ && std::filesystem::is_empty(file_, ignored)) std::filesystem::remove(file_, ignored);
+    if (std::filesystem::is_empty(file_, ignored)) std::filesystem::remove(file_, ignored);
 }
 
 NewRecording::NewRecording(std::filesystem::path file)
     : file_{std::move(file)}, folder_{beside(file_, ".unfinished")} {
-    std::error_code error;
-    if (std::filesystem::create_directory(folder_, error)) return;
-    throw InputError{error ? folder_.string() + ": cannot be created: " + error.message()
-                           : folder_.string() +
-                                 ": exists; another program writes this recording, or one was killed and "
-                                 "the folder can be removed"};
+    if (::mkdir(folder_.c_str(), S_IRWXU) == 0) return;
+    throw InputError{errno == EEXIST
+                         ? folder_.string() +
+                               ": exists; another program writes this recording, or one was killed and "
+                               "the folder can be removed"
+                         : folder_.string() + ": cannot be created: " + std::strerror(errno)};
 }
 
 NewRecording::~NewRecording() {
     std::error_code ignored;
-    std::filesystem::remove_all(folder_, ignored);
+    if (!complete_) std::filesystem::remove_all(folder_, ignored);
 }
 
 std::filesystem::path NewRecording::working() const { return folder_ / file_.filename(); }
 
-void NewRecording::keep() const {
+void NewRecording::keep() {
+    complete_ = true;
+    std::vector<std::pair<std::filesystem::path, std::filesystem::path>> moved;
+    const auto move = [&](const std::filesystem::path& from, const std::filesystem::path& to) {
+        h5::rename_new(from, to);
+        moved.emplace_back(from, to);
+    };
     const std::filesystem::path pictures = recorded::pictures_folder(working());
     const std::filesystem::path journal = beside(working(), ".journal");
-    if (std::filesystem::exists(pictures)) h5::rename_new(pictures, recorded::pictures_folder(file_));
-    if (std::filesystem::exists(journal)) h5::rename_new(journal, beside(file_, ".journal"));
-    h5::rename_new(working(), file_);
+    std::error_code ignored;
+    try {
+        if (std::filesystem::exists(pictures)) move(pictures, recorded::pictures_folder(file_));
+        if (std::filesystem::exists(journal)) move(journal, beside(file_, ".journal"));
+        move(working(), file_);
+    } catch (const std::exception& e) {
+        for (const auto& [from, to] : moved) std::filesystem::rename(to, from, ignored);
+        throw DeviceError{
+            fmt::format("{}; the recording is complete, move it out of {}", e.what(), folder_.string())};
+    }
+    h5::sync_folder(file_.parent_path());
+    std::filesystem::remove_all(folder_, ignored);
 }
 
 }  // namespace shaker::sandbox

@@ -1,6 +1,5 @@
 #pragma once
-// Files and folders that exist before a confined child gets the right to write them, and to write nothing
-// else.
+// Files and folders that are made before a confined child starts, which may write them and nothing else.
 #include <filesystem>
 
 namespace shaker::sandbox {
@@ -18,25 +17,28 @@ private:
     bool made_ = false;
 };
 
-/// A file, created if it does not exist. Removed again if it is left empty. An empty path is no file.
+/// A file that did not exist, open for writing. Removed again if it is left empty.
 class NewFile {
 public:
+    /// Throws InputError when a file or link has this name, DeviceError when the file cannot be created.
     explicit NewFile(std::filesystem::path file);
     ~NewFile();
     NewFile(const NewFile&) = delete;
     NewFile& operator=(const NewFile&) = delete;
 
+    [[nodiscard]] int descriptor() const noexcept { return fd_; }
+
 private:
     std::filesystem::path file_;
-    bool made_ = false;
+    int fd_;
 };
 
 /// A recording that is written in a folder of its own beside its name, FILE.unfinished.
 class NewRecording {
 public:
-    /// Creates the folder. Throws InputError when it exists or cannot be created.
+    /// Creates the folder, for this user only. Throws InputError when it exists or cannot be created.
     explicit NewRecording(std::filesystem::path file);
-    /// Removes the folder with all that was not kept.
+    /// Removes the folder, unless keep() was called.
     ~NewRecording();
     NewRecording(const NewRecording&) = delete;
     NewRecording& operator=(const NewRecording&) = delete;
@@ -45,11 +47,12 @@ public:
     /// Path for the recording in the folder.
     [[nodiscard]] std::filesystem::path working() const;
     /// Moves the recording with its pictures and its journal to its name. Nothing is replaced: throws
-    /// DeviceError.
-    void keep() const;
+    /// DeviceError, and all of it stays in the folder, which the message names.
+    void keep();
 
 private:
     std::filesystem::path file_, folder_;
+    bool complete_ = false;
 };
 
 }  // namespace shaker::sandbox

@@ -112,21 +112,17 @@ void Relay::send() {
     if (watched) std::setvbuf(stdout, nullptr, _IOLBF, BUFSIZ);  // as on a terminal
 }
 
-void Relay::receive(FileBroker& calls) {
+void Relay::receive() {
     const WithoutSigpipe quiet;
     close_end(out_.to);
     close_end(err_.to);
     std::array streams{Stream{out_.from, STDOUT_FILENO}, Stream{err_.from, STDERR_FILENO}};
-    while (streams[0].open() || streams[1].open() || calls.fd() >= 0) {
-        std::array<pollfd, 4> ready{{{.fd = streams[0].from(), .events = POLLIN, .revents = 0},
-                                     {.fd = streams[1].from(), .events = POLLIN, .revents = 0},
-                                     {.fd = calls.fd(), .events = POLLIN, .revents = 0},
-                                     {.fd = calls.end(), .events = POLLIN, .revents = 0}}};
+    while (streams[0].open() || streams[1].open()) {
+        std::array<pollfd, 2> ready{{{.fd = streams[0].from(), .events = POLLIN, .revents = 0},
+                                     {.fd = streams[1].from(), .events = POLLIN, .revents = 0}}};
         if (::poll(ready.data(), ready.size(), -1) < 0 && errno != EINTR) return;
         for (std::size_t i = 0; i < streams.size(); ++i)
             if (ready[i].revents != 0) streams[i].copy();
-        if (ready[2].revents != 0) calls.serve();
-        if (ready[3].revents != 0) calls.close();
     }
 }
 

@@ -1,7 +1,5 @@
 #pragma once
 // Copies the output of a confined child to this process's own, made printable.
-#include "daemon/sandbox/file_broker.hpp"
-
 namespace shaker::sandbox {
 
 /// Pipes for standard output and standard error of a child.
@@ -15,9 +13,8 @@ public:
 
     /// In the child: its output goes into the pipes, its standard input is empty.
     void send();
-    /// In this process: copies all output until the child has closed it, and serves its calls meanwhile.
-    /// Output that nobody reads is dropped.
-    void receive(FileBroker& calls);
+    /// In this process: copies all output until the child has closed it. Output that nobody reads is dropped.
+    void receive();
 
 private:
     struct Pipe {

@@ -46,8 +46,10 @@ struct Record {
     std::string name;  // without folder or ending; empty: a name from the time
     recorded::KeptPictures pictures;
 };
-struct LowerLimits {
-    safety::Limits limits;  // each at most the present limit
+/// Lowers one limit. The others stay, also those that changed since the client gave the order.
+struct LowerLimit {
+    safety::LimitKey key;
+    double value;  // see safety::lower()
 };
 /// Operator's remark for the log and for the open recording, or the next one when no recording is open.
 struct Remark {
@@ -62,10 +64,11 @@ struct CloseLoop {
 struct Adopt {
     Drive drive;
     int periods, settle;
-    safety::Limits limits;  // may be above the present limits
+    safety::Limits limits;         // may be above the present limits
+    bool restores_limits = false;  // false: a limit that is as in the files before keeps its present value
 };
 using OrderWhat =
-    std::variant<SetDrive, Begin, Identify, End, ClearTrip, Record, Remark, CloseLoop, LowerLimits, Adopt>;
+    std::variant<SetDrive, Begin, Identify, End, ClearTrip, Record, Remark, CloseLoop, LowerLimit, Adopt>;
 
 struct Order {
     OrderWhat what;

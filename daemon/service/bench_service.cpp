@@ -19,7 +19,6 @@ namespace shaker::service {
 namespace {
 
 constexpr double publish_s = 0.1;         // master time between two published states
-constexpr double kept_s = 12;             // length of streams kept in memory
 constexpr std::size_t most_points = 500;  // published measurements
 
 }  // namespace
@@ -30,9 +29,9 @@ BenchService::BenchService(run::Runner& runner, const BenchServiceSettings& sett
       collector_{runner.collector()},
       run_{runner.options()},
       opened_{run_.pictures},
-      beside_{settings.beside},
       bench_port_{bench_port},
-      limits_{runner.limits()},
+      on_call_{runner, settings.beside},
+      filed_limits_{on_call_.limits()},
       sequence_{runner.sequence()},
       record_{runner.recordings()},
       report_{std::make_unique<StateBuilder>(bench_, collector_, sequence_, bench_port.feed())} {
@@ -46,8 +45,7 @@ BenchService::BenchService(run::Runner& runner, const BenchServiceSettings& sett
     for (const auto& camera : bench_.rig.cameras) facts.views.push_back(camera->view());
     mu_ = facts.mu;
     facts_ = std::make_shared<const BenchFacts>(std::move(facts));
-    predicted_ = run::run_demands(bench_, run_.drive, limits_);
-    if (bench_.world) bench_.world->keep_truth_for(kept_s);
+    predicted_ = run::run_demands(bench_, run_.drive, on_call_.limits());
     acquisition::Channels& channels = collector_.channels();
     bench_port.stop_by([&channels] { return ++channels.aborts; },
                        [&channels] { return channels.aborts_answered.load(); });
@@ -56,68 +54,43 @@ BenchService::BenchService(run::Runner& runner, const BenchServiceSettings& sett
 BenchService::~BenchService() = default;
 
 bool BenchService::step(const acquisition::Streams& streams, acquisition::Channels& channels) {
-    bool any = sequence_.step(streams, channels);
+    const bool any = on_call_.take(streams, channels);
     report_->feed(streams);
-    measure(streams);  // before an order changes the set-point
-    any = answer(channels) || any;
+    answer(channels);
     take_outcome();
     if (const std::uint64_t vain = channels.lost.not_learned; std::exchange(not_learned_, vain) != vain)
         log("note",
             "a camera's targets were not at their last positions at the start of the recording; a replay "
             "that tracks its pictures starts from other positions");
-    record_.update(sequence_, channels);
     log_warnings(channels);
+    on_call_.follow(run_, channels);
     follow_states();
     if (leaving_) go_away(channels);
     const double now_s = sequence_.now_s();
     if (changed_ || now_s >= published_s_ + publish_s) publish();
-    tidy(collector_.streams());
     return any;
 }
 
-void BenchService::measure(const acquisition::Streams& streams) {
-    const std::vector<recording::FinishedMeasurement>& all = sequence_.measured();
-    for (; measured_ < all.size(); ++measured_) {
-        const recording::MeasuredPart part = all[measured_].part;
-        const double f = Synthesiser::realised(run_.drive.frequency, streams.dac_rate_hz);
-        auto work = [m = measurement_of(streams, f, part.from_s, part.to_s),
-                     warnings = record_.warnings()]() mutable -> Outcome {
-            try {
-                reduction::Reduction r = reduce(std::move(m));
-                std::ranges::move(warnings, std::back_inserter(r.notes));
-                return std::make_shared<const reduction::Reduction>(std::move(r));
-            } catch (const std::exception& e) {  // the bench stays on call, whatever failed
-                return std::string{e.what()};
-            }
-        };
-        const auto policy = beside_ ? std::launch::async : std::launch::deferred;
-        pending_.push_back({run_.drive, part, std::async(policy, std::move(work))});
-    }
-}
-
 void BenchService::take_outcome() {
-    while (!pending_.empty()) {
-        Pending& p = pending_.front();
-        if (p.outcome.wait_for(std::chrono::seconds{0}) == std::future_status::timeout) return;
-        const Outcome outcome = p.outcome.get();
+    while (const auto m = on_call_.measured()) {
         changed_ = true;
-        measured_from_s_ = p.part.from_s;
-        if (const auto* why = std::get_if<std::string>(&outcome)) {
-            not_reduced_ = *why;
-            log("note", "a measurement could not be reduced: " + *why);
-        } else {
-            result_ = std::get<std::shared_ptr<const reduction::Reduction>>(outcome);
-            origin_ = {origin_.number + 1, p.asked, p.part.from_s, p.part.to_s};
-            not_reduced_.clear();
-            if (points_.size() == most_points) {
-                points_.erase(points_.begin());
-                parts_.erase(parts_.begin());
-            }
-            points_.push_back({p.asked, result_->gamma, result_->phi, result_->v_D});
-            parts_.push_back(p.part);
-            compare_points();
+        const recording::MeasuredPart& part = m->measurement.part;
+        measured_from_s_ = part.from_s;
+        if (m->reduction == nullptr) {
+            not_reduced_ = m->not_reduced;
+            log("note", "a measurement could not be reduced: " + not_reduced_);
+            continue;
         }
-        pending_.pop_front();
+        result_ = m->reduction;
+        origin_ = {origin_.number + 1, m->measurement.asked, part.from_s, part.to_s};
+        not_reduced_.clear();
+        if (points_.size() == most_points) {
+            points_.erase(points_.begin());
+            parts_.erase(parts_.begin());
+        }
+        points_.push_back({m->measurement.asked, result_->gamma, result_->phi, result_->v_D});
+        parts_.push_back(part);
+        compare_points();
     }
 }
 
@@ -138,21 +111,13 @@ void BenchService::compare_points() {
     }
 }
 
-// A run that has just ended is in the recorder's hands before the next state is published as idle.
-run::RunState BenchService::shown_state() const {
-    const run::RunState state = sequence_.state();
-    const bool busy = record_.finishing() || (active_ && record_.on());
-    return state == run::RunState::idle && busy ? run::RunState::finishing : state;
-}
-
 void BenchService::follow_states() {
     const run::RunState state = sequence_.state();
     for (; logged_notes_ < sequence_.notes().size(); ++logged_notes_)
         log("note", sequence_.notes()[logged_notes_]);
     const bool changed = std::exchange(state_, state) != state;
-    if (changed && state == run::RunState::idle && std::exchange(active_, false)) record_.finish(sequence_);
     const bool was_finishing = shown_ == run::RunState::finishing;
-    if (const run::RunState shown = shown_state(); std::exchange(shown_, shown) != shown) {
+    if (const run::RunState shown = on_call_.state(); std::exchange(shown_, shown) != shown) {
         log("state", name(shown));
         if (was_finishing) finished_s_ = sequence_.now_s();
     }
@@ -167,13 +132,7 @@ void BenchService::follow_states() {
             log("trip", text(*sequence_.trip()), name(sequence_.trip()->cause));
         }
     }
-    if (sequence_.may_clear() && !stop_recorded_) {
-        stop_recorded_ = true;
-        const bool active_before = std::exchange(active_, false);
-        if (!active_before) record_.begin(run_, {}, sequence_.now_s());
-        record_.finish(sequence_);
-    }
-    while (const auto run = record_.finished()) log_finished(*run);
+    while (const auto run = on_call_.finished()) log_finished(*run);
 }
 
 void BenchService::log_finished(const run::FinishedRun& run) {
@@ -209,18 +168,7 @@ void BenchService::go_away(acquisition::Channels& channels) {
     if (driving(state) && state != run::RunState::ramp_down)
         sequence_.end(channels);
     else
-        done_ = !record_.finishing() && !driving(state) &&
-                (state != run::RunState::tripped || stop_recorded_) && state != run::RunState::armed;
-}
-
-// Keeps the last seconds and the measurement that is not finished. Finished ones are in the recording.
-void BenchService::tidy(acquisition::Streams& streams) const {
-    const recording::MeasuredPart part{sequence_.from_s(), sequence_.to_s()};
-    const std::vector<recording::FinishedMeasurement>& done = sequence_.measured();
-    const bool open = part.to_s > part.from_s && (done.empty() || done.back().part != part) &&
-                      sequence_.now_s() < part.to_s + kept_s;
-    const double from_s = sequence_.now_s() - kept_s;
-    drop_before(streams, open ? std::min(from_s, part.from_s - 1) : from_s);
+        done_ = on_call_.at_rest();
 }
 
 void BenchService::log(const std::string& kind, const std::string& text, std::string key) {
@@ -231,7 +179,7 @@ void BenchService::log(const std::string& kind, const std::string& text, std::st
 void BenchService::publish() {
     auto state = std::make_shared<BenchState>();
     report_->fill(*state);
-    state->state = shown_state();
+    state->state = on_call_.state();
     state->since_s = std::max(state->since_s, finished_s_);
     state->answered = answered_;
     state->armed = armed_ && state->state == run::RunState::idle;
@@ -260,8 +208,8 @@ void BenchService::publish() {
                         record_.free_bytes()};
     state->real_time = runner_.real_time();
     state->real_time.insert(state->real_time.end(), grants_.begin(), grants_.end());
-    state->may_clear = sequence_.may_clear() && !record_.finishing();
-    state->limits = limits_;
+    state->may_clear = on_call_.may_clear();
+    state->limits = on_call_.limits();
     published_s_ = state->now_s;
     changed_ = false;
     bench_port_.publish(std::move(state));

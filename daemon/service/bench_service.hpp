@@ -4,16 +4,15 @@
 #include <array>
 #include <atomic>
 #include <cmath>
-#include <deque>
-#include <future>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <set>
 #include <string>
 #include <utility>
-#include <variant>
 #include <vector>
 
+#include "daemon/on_call/on_call.hpp"
 #include "daemon/run/runner.hpp"
 #include "daemon/run/walk_prediction.hpp"
 #include "daemon/service/bench_port.hpp"
@@ -38,12 +37,12 @@ public:
     BenchService(const BenchService&) = delete;
     BenchService& operator=(const BenchService&) = delete;
 
-    /// Processes new data, answers orders and publishes the state. False when no data and no order arrived.
+    /// Processes new data, answers at most 16 orders and publishes the state. False when no data arrived.
     bool step(const acquisition::Streams& streams, acquisition::Channels& channels);
     /// Publishes an answer to a request for real time besides those of the runner. Before the first step.
     void publish_grant(acquisition::RealTimeGrant grant) { grants_.push_back(std::move(grant)); }
-    /// Requests the end: a soft stop, then recordings are finished, then done(). A further call aborts. Any
-    /// thread and signal handlers.
+    /// Requests the end: a soft stop, then recordings are finished, then done(). Orders that start, change or
+    /// clear a drive are refused from then on. A further call aborts. Any thread and signal handlers.
     void leave() noexcept {
         if (leaving_.exchange(true)) ++collector_.channels().aborts;
     }
@@ -52,11 +51,9 @@ public:
     [[nodiscard]] bool done() const noexcept { return done_; }
 
 private:
-    /// A reduction, or the reason why the measurement could not be reduced.
-    using Outcome = std::variant<std::shared_ptr<const reduction::Reduction>, std::string>;
-
-    bool answer(acquisition::Channels& channels);
+    void answer(acquisition::Channels& channels);
     void require_newer_than_abort(const Order& order) const;
+    void require_staying(const Order& order) const;
     void obey(const SetDrive& order, acquisition::Channels& channels);
     void obey(const Begin& order, acquisition::Channels& channels);
     void obey(const Identify& order, acquisition::Channels& channels);
@@ -65,19 +62,14 @@ private:
     void obey(const Record& order, acquisition::Channels& channels);
     void obey(const Remark& order, acquisition::Channels& channels);
     void obey(const CloseLoop& order, acquisition::Channels& channels);
-    void obey(const LowerLimits& order, acquisition::Channels& channels);
+    void obey(const LowerLimit& order, acquisition::Channels& channels);
     void obey(const Adopt& order, acquisition::Channels& channels);
-    [[nodiscard]] std::optional<safety::EdgePermit> walk_from_the_edge(
-        const std::optional<run::PredictedWalk>& walk) const;
-    void require_possible(const Drive& drive, const safety::Limits& limits) const;
+    void begin_run(const std::function<void()>& begin);
     void take_limits(const safety::Limits& limits, acquisition::Channels& channels);
-    void measure(const acquisition::Streams& streams);
     void take_outcome();
     void compare_points();
-    [[nodiscard]] run::RunState shown_state() const;
     void follow_states();
     void go_away(acquisition::Channels& channels);
-    void tidy(acquisition::Streams& streams) const;
     void log_finished(const run::FinishedRun& run);
     void log_warnings(const acquisition::Channels& channels);
     void log(const std::string& kind, const std::string& text, std::string key = {});
@@ -89,9 +81,9 @@ private:
     run::RunOptions run_;
     std::vector<acquisition::RealTimeGrant> grants_;
     recorded::KeptPictures opened_;  // pictures for which the cameras were opened
-    bool beside_;
     BenchPort& bench_port_;
-    safety::Limits limits_;
+    on_call::OnCall on_call_;
+    safety::Limits filed_limits_;  // in the settings files when they were last read
     run::Sequence& sequence_;
     run::Recordings& record_;
     std::unique_ptr<StateBuilder> report_;
@@ -103,18 +95,10 @@ private:
     run::RunState state_ = run::RunState::init;  // of the sequence, at the last step
     run::RunState shown_ = run::RunState::init;  // published, at the last step
     double finished_s_ = 0;                      // master time at which the state finishing ended
-    bool active_ = false;                        // a run is not finished
-    bool stop_recorded_ = false;                 // the trip of the stopped run was recorded
-    std::size_t measured_ = 0, logged_notes_ = 0;
+    std::size_t logged_notes_ = 0;
     std::array<std::uint64_t, safety::causes> warnings_{};  // counts at the last step
     std::set<std::string> warned_;                          // causes that were logged in this run
     std::uint64_t not_learned_ = 0;                         // count that was logged
-    struct Pending {
-        Drive asked;
-        recording::MeasuredPart part;
-        std::future<Outcome> outcome;
-    };
-    std::deque<Pending> pending_;
     std::shared_ptr<const reduction::Reduction> result_;
     ResultOrigin origin_;           // of result_; its number continues when a new run removes the result
     std::string not_reduced_;       // reason; empty when the newest measurement was reduced

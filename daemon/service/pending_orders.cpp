@@ -2,6 +2,8 @@
 
 #include <utility>
 
+#include "drivers/errors.hpp"
+
 namespace shaker::service {
 
 namespace {
@@ -55,7 +57,10 @@ bool PendingOrders::pending() const {
 void PendingOrders::order(OrderWhat what, const std::string& by, Answered answered) {
     ordered_ = settings();
     if (const auto* set = std::get_if<SetDrive>(&what)) ordered_.drive = set->drive;
-    if (const auto* lower = std::get_if<LowerLimits>(&what)) ordered_.limits = lower->limits;
+    if (const auto* lower = std::get_if<LowerLimit>(&what)) try {
+            safety::lower(ordered_.limits, lower->key, lower->value);
+        } catch (const InputError&) {  // the bench will refuse it, too
+        }
     if (const auto* record = std::get_if<Record>(&what)) ordered_.record = *record;
     if (const auto* run = std::get_if<Begin>(&what)) ordered_.run = *run;
     if (const auto* loop = std::get_if<CloseLoop>(&what)) ordered_.closed_loop = loop->on;

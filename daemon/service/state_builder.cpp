@@ -149,7 +149,7 @@ void StateBuilder::fill(BenchState& state) const {
     state.jitter = channels.jitter.seen();
     const Rig& rig = bench_.rig;
     if (rig.abort_input) state.contact = channels.contact;
-    if (rig.enable || rig.dac->info().enable_before_s > 0) state.enable_output = channels.enabled;
+    if (rig.dac->info().enable_before_s > 0) state.enable_output = channels.enabled;
     state.aborts = collector_.streams().aborts;
     for (std::size_t i = 0; i < bench_.rig.cameras.size(); ++i) {
         const acquisition::TrackedFrame& newest = collector_.newest(i);

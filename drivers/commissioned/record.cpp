@@ -4,7 +4,6 @@
 #include <cerrno>
 #include <cstring>
 #include <fstream>
-#include <iterator>
 
 #include "drivers/errors.hpp"
 #include "drivers/settings_table.hpp"
@@ -25,13 +24,11 @@ std::string quoted(std::string text) {
 
 std::filesystem::path record_of(const std::filesystem::path& rig) { return rig.string() + ".commissioned"; }
 
-void write_record(const std::filesystem::path& rig, const std::string& date, const std::vector<Item>& items) {
-    std::ifstream in{rig};
-    const std::string content{std::istreambuf_iterator<char>{in}, {}};
-    if (!in) throw DeviceError{rig.string() + ": " + std::strerror(errno)};
+void write_record(const std::filesystem::path& rig, const std::string& rig_text, const std::string& date,
+                  const std::vector<Item>& items) {
     std::ofstream out{record_of(rig)};
     out << "# Commissioning of " << rig.filename().string() << ", valid while that file is unchanged.\n"
-        << "date = " << quoted(date) << "\nrig_sha256 = " << quoted(text::sha256(content)) << "\n";
+        << "date = " << quoted(date) << "\nrig_sha256 = " << quoted(text::sha256(rig_text)) << "\n";
     for (const Item& item : items)
         out << "\n[[item]]\nname = " << quoted(item.name) << "\nresult = " << quoted(item.result) << "\n";
     out.close();

@@ -14,9 +14,10 @@ struct Item {
 /// "bench.toml" has its record in "bench.toml.commissioned".
 std::filesystem::path record_of(const std::filesystem::path& rig);
 
-/// Writes the record for the present content of the rig file, as TOML: date (ISO 8601), rig_sha256, [[item]]
-/// name, result. DeviceError when a file cannot be read or written.
-void write_record(const std::filesystem::path& rig, const std::string& date, const std::vector<Item>& items);
+/// Writes the record for this content of the rig file, as TOML: date (ISO 8601), rig_sha256, [[item]] name,
+/// result. DeviceError when the record cannot be written.
+void write_record(const std::filesystem::path& rig, const std::string& rig_text, const std::string& date,
+                  const std::vector<Item>& items);
 
 /// The reason why a rig file with this content counts as not commissioned, with the remedy; empty: its record
 /// is valid.

@@ -7,8 +7,6 @@
 #include <utility>
 
 #include "drivers/hardware/gpio/contact_input.hpp"
-#include "drivers/hardware/gpio/pulsed_output.hpp"
-#include "drivers/ticks.hpp"
 #include "drivers/view_settings.hpp"
 
 namespace shaker::hardware {
@@ -38,56 +36,12 @@ void add_notes(std::vector<std::string>& all, const std::string& device,
     for (const std::string& line : lines) all.push_back(fmt::format("{}: {}", device, line));
 }
 
-/// The optional tables of GPIO lines.
-struct SwitchTables {
-    std::optional<SettingsTable> enable_table, abort_table;
-    std::optional<gpio::EnableSettings> enable;
-    std::optional<gpio::AbortSettings> abort;
-};
-
-SwitchTables read_switches(SettingsTable& root) {
-    SwitchTables read;
-    if (root.has("enable")) {
-        read.enable_table = root.table("enable");
-        read.enable = gpio::read_enable(*read.enable_table);
-        read.enable_table->finish();
-    }
-    if (root.has("abort")) {
-        read.abort_table = root.table("abort");
-        read.abort = gpio::read_abort(*read.abort_table);
-        read.abort_table->finish();
-    }
-    if (read.enable && read.abort && read.enable->at == read.abort->at)
-        read.abort_table->fail("line",
-                               read.abort->at.text() + " is the line of [enable]; choose another one");
-    return read;
-}
-
-// The line must toggle for as long as the DAC plays after the last block.
-void open_switches(const SwitchTables& read, const gpio::Lines& lines, HardwareRig& bench) {
-    const DacInfo dac = bench.rig.dac->info();
-    const double plays_s = duration_s(dac.queue_frames + dac.ramp_frames, dac.rate_hz);
-    if (read.enable && read.enable->hold_s < plays_s)
-        read.enable_table->fail(
-            "hold_s",
-            fmt::format("{} is shorter than the buffer of the DAC, whose ramp would be cut off; must be "
-                        "{:.3f} to 1",
-                        read.enable->hold_s, plays_s));
-    if (read.enable) {
-        bench.rig.enable = std::make_unique<gpio::PulsedOutput>(lines.output(read.enable->at), *read.enable);
-        bench.granted.push_back(
-            fmt::format("enable output: {} toggles at {} Hz while the bench drives, and stops at most {:.0f} "
-                        "ms after the "
-                        "last block",
-                        read.enable->at.text(), read.enable->toggle_hz,
-                        1e3 * (read.enable->hold_s + 0.5 / read.enable->toggle_hz)));
-    }
-    if (read.abort) {
-        bench.rig.abort_input =
-            std::make_unique<gpio::ContactInput>(lines.input(read.abort->at, read.abort->pull), *read.abort);
-        bench.granted.push_back(fmt::format("abort input: {}, closed is {}", read.abort->at.text(),
-                                            read.abort->closed_high ? "high" : "low"));
-    }
+std::optional<gpio::AbortSettings> read_contact(SettingsTable& root) {
+    if (!root.has("abort")) return std::nullopt;
+    SettingsTable table = root.table("abort");
+    const gpio::AbortSettings contact = gpio::read_abort(table);
+    table.finish();
+    return contact;
 }
 
 }  // namespace
@@ -105,7 +59,7 @@ HardwareRig open_hardware_rig(SettingsTable& root, const Kinds& kinds) {
     std::vector<ReadCamera> cameras;
     for (SettingsTable& table : root.tables("camera"))
         cameras.push_back(read_camera(table, names, kinds.cameras));
-    const SwitchTables switches = read_switches(root);
+    const std::optional<gpio::AbortSettings> contact = read_contact(root);
     root.finish();
 
     HardwareRig bench;
@@ -121,7 +75,12 @@ HardwareRig open_hardware_rig(SettingsTable& root, const Kinds& kinds) {
     bench.rig.accelerometer = open_accelerometer(notes);
     add_notes(bench.granted, bench.rig.accelerometer->info().name, notes);
     bench.rig.dac = open_dac(bench.granted);
-    open_switches(switches, kinds.lines, bench);
+    if (contact) {
+        bench.rig.abort_input =
+            std::make_unique<gpio::ContactInput>(kinds.open_line(contact->at, contact->pull), *contact);
+        bench.granted.push_back(fmt::format("abort input: {}, closed is {}", contact->at.text(),
+                                            contact->closed_high ? "high" : "low"));
+    }
     return bench;
 }
 

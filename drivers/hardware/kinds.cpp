@@ -21,9 +21,7 @@ std::vector<NamedAccess> access_of(SettingsTable& root, const Kinds& kinds) {
     for (SettingsTable& camera : root.tables("camera"))
         all.push_back({"[[camera]] " + camera.text("name", ""),
                        read_kind(camera, kinds.cameras, false).access(camera)});
-    for (const char* table : {"enable", "abort"})
-        if (root.has(table))
-            all.push_back({std::string{"["} + table + "]", {{.device_class = "char-gpiochip"}}});
+    if (root.has("abort")) all.push_back({"[abort]", {{.device_class = "char-gpiochip"}}});
     return all;
 }
 

@@ -20,7 +20,7 @@ struct Kinds {
     std::span<const DacKind> dacs = dac_kinds;
     std::span<const AccelerometerKind> accelerometers = accelerometer_kinds;
     std::span<const CameraKind> cameras = camera_kinds;
-    gpio::Lines lines = gpio::chip_lines;  // of [enable] and [abort]
+    gpio::OpenInput open_line = gpio::open_input;  // of [abort]
 };
 
 /// The devices of one kind that are connected.

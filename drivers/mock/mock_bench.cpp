@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <atomic>
 #include <cmath>
+#include <fstream>
+#include <iterator>
 #include <limits>
 #include <map>
 #include <mutex>
@@ -104,9 +106,9 @@ MockBench::State::State(const MockBenchSettings& s)
              .clock = 1 + 1e-6 * s.camera_ppm.at(i)});
     }
     rig_file = write_bench_files(s, iiod.port());
-    if (s.commissioned)
-        commissioned::write_record(rig_file, "1970-01-01T00:00:00+00:00",
-                                   {{"mock bench", "nothing can be harmed"}});
+    if (std::ifstream text{rig_file}; s.commissioned)
+        commissioned::write_record(rig_file, {std::istreambuf_iterator<char>{text}, {}},
+                                   "1970-01-01T00:00:00+00:00", {{"mock bench", "nothing can be harmed"}});
     for (MockCamera& camera : cameras)
         camera.thread =
             std::jthread{[this, &camera](const std::stop_token& stop) { send_pictures(stop, camera); }};

@@ -16,7 +16,7 @@ namespace shaker::mock {
 namespace {
 
 constexpr double period_s = 0.01, buffer_s = 0.2;  // a buffer longer than the pauses of a busy computer
-constexpr double missing_s = 0.25, watchdog_s = 2;
+constexpr double missing_s = 0.25, camera_missing_s = 1, watchdog_s = 2;
 
 void write(const std::filesystem::path& file, const std::string& text) {
     std::ofstream out{file};
@@ -47,11 +47,12 @@ std::filesystem::path write_bench_files(const MockBenchSettings& s, std::uint16_
         "period_frames = {:.0f}\nbuffer_frames = {:.0f}\nfull_scale_V = {}\nsecond_channel = \"trigger\"\n\n"
         "[accelerometer]\nuri = \"ip:127.0.0.1:{}\"\ndevice = \"{}\"\nrate_hz = {}\nstamps = \"host\"\n"
         "range_mps2 = {}\n\n"
-        "[limits]  # longer than on hardware, for busy computers\nmissing_s = {}\nwatchdog_s = "
-        "{}\n\n{}",
+        "[limits]  # longer than on hardware, for busy computers\nmissing_s = {}\ncamera_missing_s = {}\n"
+        "watchdog_s = {}\n\n{}",
         s.scene.dac_rate_hz, period_s * s.scene.dac_rate_hz, buffer_s * s.scene.dac_rate_hz,
         s.scene.dac_full_scale_v, iiod_port, IiodDescription{}.name, s.scene.accelerometer.rate_hz,
-        s.scene.accelerometer.range_mps2, missing_s, watchdog_s, shaker_text(s.scene.shaker));
+        s.scene.accelerometer.range_mps2, missing_s, camera_missing_s, watchdog_s,
+        shaker_text(s.scene.shaker));
     for (const simulated::CameraTruth& c : s.scene.cameras)
         text += fmt::format(
             "\n[[camera]]\ndriver = \"genicam\"\nid = \"Shaker-Mock-{}\"\ntrigger = \"dac\"\n"

@@ -171,8 +171,8 @@ public:
 
 }  // namespace
 
-Scene read_scene(SettingsTable& root) {
-    Scene s = paper_scene();
+Scene read_scene(SettingsTable& root, const Scene& standard) {
+    Scene s = standard;
     s.seed = static_cast<std::uint64_t>(root.integer("seed", 0, 2147483647, 1));
     Reader reader{root};
     visit(reader, s);
@@ -217,9 +217,11 @@ Friction friction_of(const Scene& scene) {
     return f;
 }
 
-Scene paper_scene() {
+Scene paper_scene(Detail detail) {
     Scene s;
     s.cameras = {camera("top", false, 96, 600), camera("side", true, 64, 450)};
+    if (detail == Detail::positions)
+        for (CameraTruth& c : s.cameras) c.width = 640, c.positions = 1, c.view.positions = true;
     place_regions(s);
     return s;
 }

@@ -83,8 +83,12 @@ struct Scene {
     std::vector<SceneFault> faults;
 };
 
-/// The paper's bench: brass walker of 30 mm on glass, mu = 0.113, two cameras at 1000 frames/s.
-Scene paper_scene();
+/// What the simulated cameras give: pictures, or the places of the targets. Positions cost a hundredth.
+enum class Detail { pixels, positions };
+
+/// The paper's bench: brass walker of 30 mm on glass, mu = 0.113, two cameras at 1000 frames/s. With
+/// positions the pictures are 640 px wide, twice as wide as with pixels.
+Scene paper_scene(Detail detail = Detail::pixels);
 
 /// Friction of the scene's walker in SI units; its random numbers come from the scene's seed.
 Friction friction_of(const Scene& scene);
@@ -92,8 +96,9 @@ Friction friction_of(const Scene& scene);
 /// Reads a TOML file: paper_scene() with the changes of the file. Unknown keys, wrong types and values out of
 /// range throw InputError with file, line, key, value and range.
 Scene read_scene(const std::filesystem::path& file);
-/// Reads the remaining tables of `root`; the caller may have read others before.
-Scene read_scene(SettingsTable& root);
+/// Reads the remaining tables of `root`; the caller may have read others before. standard: the scene that the
+/// file changes.
+Scene read_scene(SettingsTable& root, const Scene& standard = paper_scene());
 Scene parse_scene(const std::string& toml, const std::string& file_name);
 
 /// TOML that read_scene() reads back exactly. Stored in recordings.

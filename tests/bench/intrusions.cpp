@@ -1,4 +1,5 @@
-// Recordings in progress that "recover", a second recorder or a file of the name meet at random moments
+// Recordings in progress that "recover", also of a copy, a second recorder or a file of the name meet at
+// random moments
 //   --count N (200)   --seed N (1)   --jobs N (2): runs at a time   --folder PATH (the temporary one)
 #include "tests/support/recording/intrusions.hpp"
 
@@ -17,7 +18,7 @@ int main(int argc, char** argv) {
     struct Sum {
         double runs = 0, produced = 0, dropped = 0, lost = 0, replaced = 0, wrong = 0;
     };
-    std::array<Sum, 3> sums;
+    std::array<Sum, test::intruders> sums;
     for (const test::Intrusion& one : test::intrusions(count, seed, jobs, folder)) {
         Sum& sum = sums.at(static_cast<std::size_t>(one.intruder));
         ++sum.runs;

@@ -46,6 +46,36 @@ TEST(SettingsTableTest, EveryKindOfValueIsRead) {
     table.finish();
 }
 
+TEST(SettingsTableTest, QuantitiesAreNumbersOrTextsWithAUnit) {
+    auto table = parse("a = \"1.5g\"\nb = 2\nlist = [3, \"50%\"]\nsets = [[], [{n = 1}, {n = 2}]]\n");
+    EXPECT_DOUBLE_EQ(table.quantity("a", Dimension::acceleration, {0, 20}), 14.7);
+    EXPECT_EQ(table.quantity("b", Dimension::time, {0, 5}, 1), 2);
+    EXPECT_EQ(table.quantity("c", Dimension::time, {0, 5}, 1), 1);
+    EXPECT_EQ(table.quantities("b", Dimension::time, {0, 5}), std::vector<double>{2});
+    EXPECT_EQ(table.quantities("list", Dimension::ratio, {0, 5}), (std::vector<double>{3, 0.5}));
+    auto sets = table.lists_of_tables("sets");
+    ASSERT_EQ(sets.size(), 2U);
+    EXPECT_TRUE(sets[0].empty());
+    EXPECT_EQ(sets[1].at(1).integer("n", 0, 9, 0), 2);
+    EXPECT_EQ(table.line("sets"), 4U);
+    EXPECT_FALSE(table.is_table("list"));
+    table.finish();
+}
+
+// A value of an array is on a line of its own.
+TEST(SettingsTableTest, RefusalsInArraysNameTheLineOfTheValue) {
+    auto table = parse("list = [\n  1,\n  \"7 apples\",\n]\nempty = []\n");
+    expect_in(refusal([&] {
+                  table.quantities("list", Dimension::ratio, {0, 9});
+              }),
+              {"some/where.toml:3: list \"7 apples\": unknown unit \"apples\""});
+    expect_in(refusal([&] {
+                  table.quantities("empty", Dimension::ratio, {0, 9});
+              }),
+              {"some/where.toml:5: empty: expected at least one quantity"});
+    expect_in(refusal([&] { table.lists_of_tables("list"); }), {"some/where.toml:2: list: expected tables"});
+}
+
 TEST(SettingsTableTest, MissingKeysUseTheirDefault) {
     auto table = parse("");
     EXPECT_EQ(table.number("x", {0, 2}, 7), 7);

@@ -94,7 +94,7 @@ Totals play(const Campaign& campaign) {
     const auto began = Clock::now();
     std::filesystem::create_directories(campaign.folder);
     double before_s = 0;
-    read_lines(campaign.done, [&](const json& one) { before_s += one["virtual_s"].get<double>(); });
+    read_lines(campaign.done, [&](const json& one) { before_s += outcome_of(one).virtual_s; });
     std::vector<std::pair<pid_t, std::filesystem::path>> jobs;
     for (int job = 0; job < campaign.jobs; ++job) {
         const std::filesystem::path lines = campaign.folder / fmt::format("job-{}.json", job);

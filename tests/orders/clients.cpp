@@ -5,6 +5,8 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 #include <numbers>
+#include <sstream>
+#include <utility>
 
 namespace shaker::orders {
 
@@ -53,8 +55,12 @@ Clients::Clients(service::BenchPort& port, Laws& laws)
       actions_{pending_orders_, lock_, aborts_} {
     aborts_.after([this](const std::string& by) {
         instrument_.armed = false;
-        for (const auto& s : sessions_)
-            if (s && s->name() != by) s->drop_withheld();
+        for (std::size_t i = 0; i < sessions_.size(); ++i) {
+            if (!sessions_.at(i) || sessions_[i]->name() == by) continue;
+            take_answers(i);
+            sessions_[i]->drop_withheld();
+            answers_.at(i).dropped();
+        }
     });
     for (std::size_t i = 0; i < sessions_.size(); ++i) open(i);
 }
@@ -66,12 +72,39 @@ void Clients::open(std::size_t session) {
         sessions_[session]->finish();
         lock_.release(sessions_[session]->name());
     }
+    answers_.at(session).forget();
     sessions_[session] =
         std::make_unique<scpi::Session>(scpi::Shared{tree_, instrument_, status_, lock_, access_},
                                         fmt::format("client {}.{}", session, ++opened_.at(session)));
 }
 
-void Clients::send(std::unique_ptr<scpi::Session>& session, const std::string& text) { session->feed(text); }
+void Clients::send(std::size_t session, const std::string& text) {
+    scpi::Session& to = *sessions_.at(session);
+    to.poll();
+    take_answers(session);
+    const bool urgent = text.starts_with("ABOR");
+    if (urgent && to.waiting()) answers_.at(session).dropped();
+    if (const std::string form = form_of(text); !form.empty())
+        answers_.at(session).asked(form, to.waiting() && !urgent);
+    to.feed(text);
+}
+
+// Each query is answered once, at once unless the session waits.
+void Clients::take_answers(std::size_t session) {
+    constexpr const char* law = "answers of SCPI";
+    scpi::Session& from = *sessions_.at(session);
+    ScpiAnswers& answers = answers_.at(session);
+    std::istringstream lines{std::string{from.output()}};
+    from.sent(from.output().size());
+    for (std::string line; std::getline(lines, line);)
+        if (const std::string wrong = answers.take(line); !wrong.empty()) laws_.broken(law, wrong);
+    if (from.waiting() || !from.ended().empty()) return;
+    answers.nothing_withheld();
+    if (const std::string due = answers.due(); !due.empty()) {
+        laws_.broken(law, "no answer of the form " + due);
+        answers.forget();
+    }
+}
 
 void Clients::reload(double value) {
     const auto now = port_.state();
@@ -79,13 +112,13 @@ void Clients::reload(double value) {
     safety::Limits limits = now->limits;
     limits.drive.abort *= 0.5 + value;
     limits.drive.warn = 0.8 * limits.drive.abort;
+    laws_.limit_named(limits.drive.abort);
     port_.order({service::Adopt{now->wanted, now->periods, now->settle, limits}, {}});
 }
 
 void Clients::act(const Move& move) {
     const auto now = port_.state();
     if (move.action == Action::abort) laws_.aborted();
-    if (move.action == Action::clear) laws_.cleared();
     if (move.action == Action::reload) return reload(move.value);
     say(move.client, move.action, move.value);
 }
@@ -111,7 +144,7 @@ void Clients::say(int client, Action action, double value) {
         if (http)
             post(name, body.is_null() ? std::string{} : body.dump(), action);
         else
-            send(sessions_.at(static_cast<std::size_t>(client)), scpi + "\n");
+            send(static_cast<std::size_t>(client), scpi + "\n");
     };
     switch (action) {
         case Action::drive:
@@ -143,23 +176,41 @@ void Clients::say(int client, Action action, double value) {
         case Action::loop:
             return order("loop", {{"closed", value < 0.5}}, value < 0.5 ? "CONT:LOOP 1" : "CONT:LOOP 0");
         case Action::lower_drive:
-            return send(sessions_[0],
-                        fmt::format("{} {}\n", value < 0.5 ? "LIM:DRIV:ABOR" : "OUTP:PROT:LEV", limit_V));
+            laws_.limit_named(limit_V);
+            return send(0, fmt::format("{} {}\n", value < 0.5 ? "LIM:DRIV:ABOR" : "OUTP:PROT:LEV", limit_V));
         case Action::lower_motion:
-            return send(sessions_[1], fmt::format("LIM:ACC:ABOR {}\n", limit_a));
+            laws_.limit_named(limit_a);
+            return send(1, fmt::format("LIM:ACC:ABOR {}\n", limit_a));
         case Action::read:
-            return send(sessions_.at(static_cast<std::size_t>(client % 2)), "READ?\n");
+            return send(static_cast<std::size_t>(client % 2), "READ?\n");
+        case Action::ask: {
+            const auto& queries = plain_queries();
+            const auto which = static_cast<std::size_t>(value * static_cast<double>(queries.size()));
+            return send(static_cast<std::size_t>(client % 2),
+                        queries.at(std::min(which, queries.size() - 1)).text + "\n");
+        }
         case Action::disconnect:
-            send(sessions_.at(static_cast<std::size_t>(client % 2)), "OUTP ON;:ACC ");
+            send(static_cast<std::size_t>(client % 2), "OUTP ON;:ACC ");
             return open(static_cast<std::size_t>(client % 2));
         case Action::nonsense:
             if (http) return post("nonsense", "{\"a\":", action);
-            return send(sessions_.at(static_cast<std::size_t>(client)), nonsense_for(value));
+            return send(static_cast<std::size_t>(client), nonsense_for(value));
         case Action::reload:
         case Action::recover:
         case Action::same_name:
             return;
     }
+}
+
+// The log has a row "clear by NAME (N more within ...)" for accepted clears.
+void Clients::see_clears() {
+    std::uint64_t accepted = 0;
+    for (const service::BenchEvent& e : port_.events(0)) {
+        if (e.kind != "order" || !e.text.starts_with("clear by ")) continue;
+        const auto more = e.text.find(" (");
+        accepted += 1 + (more == std::string::npos ? 0 : std::stoull(e.text.substr(more + 2)));
+    }
+    if (std::exchange(clears_, accepted) != accepted) laws_.cleared();
 }
 
 void Clients::turn() {
@@ -168,11 +219,14 @@ void Clients::turn() {
         later_.pop_front();
         next();
     }
-    if (const auto now = port_.state()) instrument::show(*now, status_);
+    if (const auto now = port_.state()) {
+        if (now->state == run::RunState::tripped) see_clears();
+        instrument::show(*now, status_);
+    }
     actions_.update();
     for (std::size_t i = 0; i < sessions_.size(); ++i) {
         sessions_[i]->poll();
-        sessions_[i]->sent(sessions_[i]->output().size());
+        take_answers(i);
         if (!sessions_[i]->ended().empty()) open(i);
     }
 }

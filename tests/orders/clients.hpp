@@ -16,6 +16,7 @@
 #include "daemon/service/pending_orders.hpp"
 #include "tests/orders/laws.hpp"
 #include "tests/orders/plan.hpp"
+#include "tests/orders/scpi_answers.hpp"
 
 namespace shaker::orders {
 
@@ -43,9 +44,11 @@ private:
     };
     void say(int client, Action action, double value);
     void post(const std::string& name, const std::string& body, Action action);
-    void send(std::unique_ptr<scpi::Session>& session, const std::string& text);
+    void send(std::size_t session, const std::string& text);
+    void take_answers(std::size_t session);
     void open(std::size_t session);
     void reload(double value);
+    void see_clears();
 
     service::BenchPort& port_;
     Laws& laws_;
@@ -59,10 +62,12 @@ private:
     scpi::CommandTree tree_;
     std::array<std::unique_ptr<scpi::Session>, 2> sessions_{};
     std::array<int, 2> opened_{};
+    std::array<ScpiAnswers, 2> answers_{};
     web::Actions actions_;
     std::list<Request> requests_{};  // over HTTP, without an answer
     std::vector<std::pair<double, std::string>> remarks_{};
     int remarked_ = 0, recorded_ = 0;
+    std::uint64_t clears_ = 0;  // accepted, as logged
 };
 
 }  // namespace shaker::orders

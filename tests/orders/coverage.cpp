@@ -3,6 +3,7 @@
 #include <spdlog/fmt/fmt.h>
 
 #include <algorithm>
+#include <stdexcept>
 
 namespace shaker::orders {
 
@@ -51,7 +52,7 @@ void Coverage::fault(run::RunState state, std::size_t trouble, double at_s) {
 void Coverage::add(const Coverage& other) { add(other.numbers()); }
 
 std::vector<std::uint64_t> Coverage::numbers() const {
-    std::vector<std::uint64_t> all;
+    std::vector<std::uint64_t> all{states, actions, troubles};
     const auto append = [&](const auto& table) {
         for (const auto& row : table) all.insert(all.end(), row.begin(), row.end());
     };
@@ -63,12 +64,16 @@ std::vector<std::uint64_t> Coverage::numbers() const {
 }
 
 void Coverage::add(const std::vector<std::uint64_t>& numbers) {
-    auto next = numbers.begin();
+    constexpr std::array<std::uint64_t, 3> head{states, actions, troubles};
+    if (numbers.size() < head.size() + states * (actions + troubles) + troubles * troubles ||
+        !std::equal(head.begin(), head.end(), numbers.begin()))
+        throw std::runtime_error{
+            "an outcome of another version of the simulator; go on with a new file (--done)"};
+    auto next = numbers.begin() + head.size();
     const auto take = [&](auto& table) {
         for (auto& row : table)
             for (std::uint64_t& count : row) count += *next++;
     };
-    if (numbers.size() < states * (actions + troubles) + troubles * troubles) return;
     take(actions_);
     take(faults_);
     take(together_);

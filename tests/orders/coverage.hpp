@@ -22,6 +22,7 @@ public:
     void add(const Coverage& other);
     /// As numbers, for another process.
     [[nodiscard]] std::vector<std::uint64_t> numbers() const;
+    /// Throws std::runtime_error for the numbers of a simulator with other states, actions or troubles.
     void add(const std::vector<std::uint64_t>& numbers);
 
     struct Pairs {

@@ -11,6 +11,7 @@
 #include "daemon/commands/replay_command.hpp"
 #include "daemon/recording/journal.hpp"
 #include "daemon/recording/tables/run_tables.hpp"
+#include "daemon/sandbox/new_files.hpp"
 #include "drivers/errors.hpp"
 #include "drivers/recorded/h5/h5.hpp"
 #include "drivers/recorded/recording_file.hpp"
@@ -40,6 +41,13 @@ private:
     int out_;
 };
 
+void recover(const std::filesystem::path& part) {
+    const Mute mute;
+    sandbox::NewRecording fresh{commands::recovered_files({.file = part}).file};
+    static_cast<void>(commands::recover({.file = part, .working = fresh.working()}));
+    if (std::filesystem::exists(fresh.working())) fresh.keep();
+}
+
 void add_log(const std::filesystem::path& file, std::vector<std::string>& texts) {
     for (const recording::LogEntry& e : recording::read_log(recorded::RecordingReader{file}))
         texts.push_back(e.text);
@@ -65,10 +73,7 @@ std::size_t left_open() noexcept {
 }
 
 bool recovers(const std::filesystem::path& file) try {
-    const Mute mute;
-    const commands::RecoverOptions options{.file = file};
-    static_cast<void>(commands::recover(options));
-    commands::name_recovered(commands::recovered_files(options));
+    recover(file);
     return true;
 } catch (const InputError&) {
     return false;
@@ -91,12 +96,7 @@ std::vector<std::string> lost_after_kill(const std::filesystem::path& folder,
     for (const std::filesystem::path& part : parts) try {
             const std::vector<recording::LogEntry> written =
                 recording::read_journal(std::filesystem::path{part}.replace_extension(".journal"));
-            const commands::RecoverOptions options{.file = part};
-            {
-                const Mute mute;
-                static_cast<void>(commands::recover(options));
-                commands::name_recovered(commands::recovered_files(options));
-            }
+            recover(part);
             const std::filesystem::path file = std::filesystem::path{part}.replace_extension();
             add_log(file, kept);
             if (!written.empty()) begun_s.push_back(written.front().t_s);

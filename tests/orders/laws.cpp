@@ -7,6 +7,7 @@
 #include <cmath>
 #include <utility>
 
+#include "daemon/run/sequence.hpp"
 #include "daemon/safety/output_guard.hpp"
 
 namespace shaker::orders {
@@ -19,8 +20,11 @@ constexpr double motion_slack = 1.05;    // of a limit of motion: the daemon has
 constexpr double mean_s = 4;             // time constant of gravity and offset
 constexpr double contact_s = 0.06;       // the longest queue of the DAC in a plan, and two readings
 constexpr double mean_known_s = 0.3;
-constexpr double caught_up_s = 0.1;   // after an underrun
+constexpr double caught_up_s = 0.1;  // after an underrun
+constexpr double frames_missing = 10;
 constexpr double normal_age_s = 0.1;  // the longest queue of the DAC in a plan, delay and block of the sensor
+constexpr double shown_s = 0.2;       // a published state is younger
+constexpr const char* left_law = "nothing driven after the order to leave";
 }  // namespace
 
 std::string text(const Violation& v) { return fmt::format("{}: at {:.4f} s {}", v.law, v.at_s, v.words); }
@@ -59,9 +63,26 @@ void Laws::contact_opened() {
                     "the contact opened");
 }
 
+void Laws::state(run::RunState now) {
+    const run::RunState before = std::exchange(state_, now);
+    if (before == run::RunState::tripped && now != before && cleared_ < tripped_)
+        broken("accepted clears only",
+               fmt::format("from tripped to {} without an accepted clear", name(now)));
+    if (left_at_ && next_ > *left_at_ + samples(shown_s) && driving(now) && now != run::RunState::ramp_down)
+        broken(left_law, fmt::format("state {}", name(now)));
+}
+
+// Each value is in force once: one that comes back was put back by an order that did not name it.
+void Laws::check_limit(double was, double is) {
+    if (std::isfinite(was) && is != was && named_.erase(is) == 0)
+        broken("an order changes what it names", fmt::format("limit {} changed to {}", was, is));
+}
+
 // A limit that was lowered holds after the present block and a hard stop; one that was raised holds at once.
 void Laws::limits(const safety::Limits& limits) {
     const double was = limits_.drive.abort, is = limits.drive.abort;
+    check_limit(was, is);
+    check_limit(limits_.acceleration.abort, limits.acceleration.abort);
     limits_ = limits;
     if (is == was) return;
     if (is > was) drive_limits_.clear();
@@ -76,9 +97,23 @@ void Laws::see_trips() {
     for (; seen_trips_ < streams_.trips.size(); ++seen_trips_) {
         const safety::Trip& trip = streams_.trips[seen_trips_];
         ++trips_;
+        check_latched(trip);
+        tripped_ = ++events_;
+        newest_ = trip;
         if (trip.cause == safety::Cause::underrun) continue;
         require_silence(limits_.soft_stop_s + 1 / rate_hz_, false, fmt::format("trip {}", name(trip.cause)));
     }
+}
+
+// A contact that opens again while its stop is latched and silent leaves no further trip.
+void Laws::check_latched(const safety::Trip& trip) {
+    constexpr auto contact = safety::Cause::abort_input;
+    if (trip.cause != contact || !newest_ || newest_->cause != contact || cleared_ > tripped_) return;
+    const std::int64_t silent_at =
+        newest_->tick + 2 * static_cast<std::int64_t>(block_) + samples(limits_.hard_stop_s);
+    if (trip.tick > silent_at)
+        broken("one trip for a latched contact",
+               fmt::format("trips at the samples {} and {}", newest_->tick, trip.tick));
 }
 
 // A sample above the acceleration limit asks for silence: the block that is being written, the next one and
@@ -148,14 +183,53 @@ void Laws::check_age(double volt, std::int64_t tick) {
     aged_from_ = tick + samples(1);
 }
 
+// The soft stop of the program ends, and what is at rest stays there.
+void Laws::check_left(std::span<const double> volts) {
+    if (!left_at_) return;
+    const bool driven = std::ranges::any_of(volts, [](double v) { return std::abs(v) > silence_V; });
+    if (driven && (rests_ || next_ > *left_at_ + samples(run::longest_soft_stop_s + shown_s))) {
+        broken(left_law,
+               fmt::format("driven {:.3f} s after it", static_cast<double>(next_ - *left_at_) / rate_hz_));
+        left_at_.reset();
+    }
+    rests_ = rests_ || !driven;
+}
+
+// The newest picture of any camera may be as old as the limits say; two blocks and a soft stop follow, also
+// after the thread that judges it stood still.
+void Laws::check_view(double volt, std::int64_t tick) {
+    if (std::abs(volt) <= silence_V || frame_rate_hz_ <= 0) return;
+    const double stop_s = 2 * static_cast<double>(block_) / rate_hz_ + limits_.soft_stop_s;
+    const double most_s = std::max(limits_.camera_missing_s, frames_missing / frame_rate_hz_) + stop_s;
+    if (tick - pictured_at_ < samples(most_s) || tick - unwatched_until_ < samples(stop_s)) return;
+    broken("a view of the walker", fmt::format("{:.6f} V {:.4f} s after the newest picture", volt,
+                                               static_cast<double>(tick - pictured_at_) / rate_hz_));
+    pictured_at_ = tick;
+}
+
+// From rest, and after the DAC ran empty, the base is driven at the level of the loop check until it is
+// passed.
+void Laws::check_level(std::span<const double> volts) {
+    if (checked_ || !check_V_) return;
+    double peak = 0;
+    for (const double volt : volts) peak = std::max(peak, std::abs(volt));
+    if (peak <= silence_V) return;
+    const double most = check_V_();
+    if (peak <= most * slack) return;
+    broken("a loop check before a drive", fmt::format("{:.6f} V, the loop check has {:.6f} V", peak, most));
+    checked_ = true;
+}
+
 void Laws::played(std::span<const double> volts, std::int64_t lost) {
     see_trips();
     see_judged();
+    check_level(volts);
     std::erase_if(silences_, [&](const Silence& s) { return cleared_ > s.event; });
     for (std::size_t i = 0; i < volts.size(); ++i) {
         hash_ = (hash_ ^ std::bit_cast<std::uint64_t>(volts[i])) * 1099511628211ULL;
         check(volts[i], next_ + static_cast<std::int64_t>(i));
         check_age(volts[i], next_ + static_cast<std::int64_t>(i));
+        check_view(volts[i], next_ + static_cast<std::int64_t>(i));
         if (!abort_at_) continue;
         const auto since_s =
             static_cast<double>(next_ + static_cast<std::int64_t>(i) - *abort_at_) / rate_hz_;
@@ -164,8 +238,10 @@ void Laws::played(std::span<const double> volts, std::int64_t lost) {
         else if (since_s > limits_.hard_stop_s)
             abort_at_.reset();
     }
+    check_left(volts);
     next_ += static_cast<std::int64_t>(volts.size()) + lost;
     if (lost == 0) return;
+    checked_ = false;
     aged_from_ = std::max(aged_from_, next_ + samples(caught_up_s));
     judged_at_ = std::max(judged_at_, next_ - samples(patience_floor_s_));
 }

@@ -2,13 +2,16 @@
 // Laws: what must hold at every sample that leaves the DAC, whatever clients, devices and disk do.
 #include <array>
 #include <cstdint>
+#include <functional>
 #include <optional>
+#include <set>
 #include <span>
 #include <string>
 #include <vector>
 
 #include "daemon/acquisition/channels.hpp"
 #include "daemon/acquisition/streams.hpp"
+#include "daemon/run/state.hpp"
 #include "daemon/safety/limits.hpp"
 
 namespace shaker::orders {
@@ -34,14 +37,31 @@ public:
     void aborted();
     /// The contact of the abort input opens, now or as soon as what the DAC holds is played.
     void contact_opened();
-    /// A client gave a clear.
+    /// The bench has accepted a client's clear.
     void cleared() noexcept { cleared_ = ++events_; }
+    /// A client or a file has named this value for a limit.
+    void limit_named(double value) { named_.insert(value); }
+    /// The bench has obeyed the order to end the program.
+    void left() { left_at_ = next_; }
+    /// The state of the bench, as published by a step that was just made.
+    void state(run::RunState now);
     /// Reads the trips of the streams. Call it before clients act.
     void see_trips();
     /// The limits in force, as published. Call after every change.
     void limits(const safety::Limits& limits);
     /// The bench has passed its self-test at rest.
     void self_tested() noexcept { self_tested_ = true; }
+    /// Cameras with this frame rate have the walker as a target.
+    void has_target(double frame_rate_hz) noexcept { frame_rate_hz_ = frame_rate_hz; }
+    /// A camera has delivered a picture.
+    void pictured() noexcept { pictured_at_ = next_; }
+    /// The thread that judges pictures stands still.
+    void unwatched() noexcept { unwatched_until_ = next_; }
+    /// Peak of a loop check of the present drive, V.
+    void check_level(std::function<double()> volts) { check_V_ = std::move(volts); }
+    /// A loop check begins; it was passed, or an identification takes its place.
+    void checks() noexcept { checked_ = false; }
+    void checked() noexcept { checked_ = true; }
     /// The accelerometer has delivered samples.
     void sampled(std::span<const std::array<std::int32_t, 3>> counts);
     /// A block was handed to the DAC, which lost `lost` samples behind it.
@@ -75,6 +95,11 @@ private:
     void see_judged();
     void check(double volt, std::int64_t tick);
     void check_age(double volt, std::int64_t tick);
+    void check_left(std::span<const double> volts);
+    void check_latched(const safety::Trip& trip);
+    void check_limit(double was, double is);
+    void check_view(double volt, std::int64_t tick);
+    void check_level(std::span<const double> volts);
     void require_silence(double after_s, bool abort, std::string why);
     [[nodiscard]] std::int64_t samples(double s) const noexcept;
 
@@ -89,7 +114,13 @@ private:
     std::vector<std::pair<std::int64_t, double>> drive_limits_{};  // tick from which a drive limit holds, V
     std::int64_t next_ = 0;                                        // tick of the next block
     std::uint64_t events_ = 0;              // aborts, trips and clears, to put them in order
-    std::uint64_t cleared_ = 0;             // event of the newest clear
+    std::uint64_t cleared_ = 0;             // event of the newest accepted clear
+    std::uint64_t tripped_ = 0;             // event of the newest trip
+    std::optional<safety::Trip> newest_{};  // that trip
+    run::RunState state_ = run::RunState::init;
+    std::set<double> named_{};              // values of limits that are not in force yet
+    std::optional<std::int64_t> left_at_;   // tick of the order to end the program
+    bool rests_ = false;                    // a block without drive came after that order
     std::optional<std::int64_t> abort_at_;  // tick of the newest abort, until the output is silent
     std::vector<Silence> silences_{};
     bool self_tested_ = false;
@@ -98,6 +129,10 @@ private:
     std::uint64_t judged_ = 0;
     std::int64_t judged_at_ = 0;
     std::int64_t aged_from_ = samples(2);  // tick from which the age of the samples is judged
+    double frame_rate_hz_ = 0;             // 0: no camera has the walker as a target
+    std::int64_t pictured_at_ = 0, unwatched_until_ = 0;
+    std::function<double()> check_V_{};
+    bool checked_ = false;  // since the drive was at rest
     std::size_t seen_trips_ = 0;
     double slowest_abort_s_ = 0;
     std::uint64_t aborts_ = 0, trips_ = 0;

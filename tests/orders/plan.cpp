@@ -14,18 +14,19 @@ namespace {
 
 using simulated::FaultKind;
 
-constexpr double yaw_deg = 25;  // of the accelerometer on the base
+constexpr double yaw_deg = 25;     // of the accelerometer on the base
+constexpr double at_edge_mm = 44;  // start of a walker near the edge of the picture
 
 constexpr std::array fault_names{
-    "open",       "frozen",      "saturated",    "flipped",        "swapped",
-    "gain",       "drop",        "silent",       "amplifier_gain", "walker_off",
-    "walker_on",  "underrun",    "camera_stall", "camera_lose",    "walker_hidden",
-    "held_back",  "camera_gone", "late",         "contact_open",   "disk_full",
-    "disk_error", "slow_sensor", "slow_cameras", "slow_service",   "killed"};
+    "open",         "frozen",      "saturated",      "flipped",     "swapped",      "gain",
+    "drop",         "silent",      "amplifier_gain", "walker_off",  "walker_on",    "underrun",
+    "camera_stall", "camera_lose", "walker_hidden",  "held_back",   "camera_gone",  "late",
+    "contact_open", "disk_full",   "disk_error",     "slow_sensor", "slow_cameras", "slow_service",
+    "slow_output",  "killed"};
 static_assert(fault_names.size() == troubles);
 
 // How often a client does what, in the order of Action.
-constexpr std::array<double, actions> weights{8, 16, 5, 7, 5, 12, 4, 6, 3, 3, 3, 3, 4, 3, 3, 3, 2, 2};
+constexpr std::array<double, actions> weights{8, 16, 5, 7, 5, 12, 4, 6, 3, 3, 3, 3, 4, 3, 3, 3, 4, 2, 2};
 constexpr double init_s = 0.1;  // the devices have delivered by then
 
 double settled_s(const Plan& plan) { return 1.2 + plan.buffer_s; }
@@ -41,7 +42,9 @@ void add_faults(Plan& plan, std::mt19937_64& random) {
                                    : settled_s(plan) + (plan.length_s - settled_s(plan)) * share(random);
         last_s = at_s;
         const auto what = static_cast<std::size_t>(share(random) * static_cast<double>(troubles));
-        const double for_s = 0.005 * std::pow(200.0, share(random));  // 5 ms to 1 s
+        const bool of_cameras = what == static_cast<std::size_t>(FaultKind::camera_stall);
+        const double for_s =
+            (of_cameras ? 4 : 1) * 0.005 * std::pow(200.0, share(random));  // 5 ms to 1 s; 20 ms to 4 s
         plan.faults.push_back({at_s, what, for_s, share(random)});
     }
 }
@@ -89,6 +92,31 @@ void add_while_stopping(Plan& plan, std::mt19937_64& random) {
                                    0.1 * share(random), share(random)});
 }
 
+// Some clients go on after the order to end the program.
+void add_while_leaving(Plan& plan, std::mt19937_64& random) {
+    constexpr double leaving_s = 0.8;
+    std::uniform_real_distribution<double> share{0, 1};
+    std::discrete_distribution<std::size_t> action(weights.begin(), weights.end());
+    if (share(random) > 0.5) return;
+    for (int i = 0; i < 8; ++i)
+        plan.moves.push_back({plan.length_s + leaving_s * share(random), static_cast<int>(3 * share(random)),
+                              static_cast<Action>(action(random)), share(random)});
+}
+
+// Some contacts chatter: they open again and again, also after a clear.
+void add_chatter(Plan& plan, std::mt19937_64& random) {
+    constexpr double open_s = 0.008;
+    std::uniform_real_distribution<double> share{0, 1};
+    if (share(random) > 0.15) return;
+    double at_s = settled_s(plan) + (plan.length_s - settled_s(plan)) * share(random);
+    const int client = static_cast<int>(3 * share(random));
+    for (int i = static_cast<int>(10 + 40 * share(random)); i > 0; --i) {
+        plan.faults.push_back({at_s, static_cast<std::size_t>(FaultKind::contact_open), open_s, 0});
+        at_s += 2 * open_s * (1 + share(random));
+        if (share(random) < 0.1) plan.moves.push_back({at_s, client, Action::clear, share(random)});
+    }
+}
+
 // The first kill stays: a program is killed once in a plan.
 void keep_one_kill(Plan& plan) {
     std::ranges::stable_sort(plan.faults, {}, &Fault::at_s);
@@ -96,6 +124,11 @@ void keep_one_kill(Plan& plan) {
     std::erase_if(plan.faults, [&](const Fault& f) {
         return f.trouble == static_cast<std::size_t>(Trouble::killed) && std::exchange(killed, true);
     });
+}
+
+std::string camera_of(const Fault& f) {
+    if (f.value > 2. / 3) return {};  // all
+    return fmt::format("camera = \"{}\"\n", f.value < 1. / 3 ? "top" : "side");
 }
 
 std::string scene_fault(const Fault& f, double from_s) {
@@ -118,11 +151,10 @@ std::string scene_fault(const Fault& f, double from_s) {
             return text;
         case FaultKind::camera_stall:
         case FaultKind::walker_hidden:
-            return text +
-                   fmt::format("for_s = {}\ncamera = \"{}\"\n", f.for_s, f.value < 0.5 ? "top" : "side");
+            return text + fmt::format("for_s = {}\n", f.for_s) + camera_of(f);
         case FaultKind::camera_lose:
         case FaultKind::camera_gone:
-            return text + fmt::format("camera = \"{}\"\n", f.value < 0.5 ? "top" : "side");
+            return text + camera_of(f);
         default:
             return text + fmt::format("for_s = {}\n", f.for_s);
     }
@@ -141,10 +173,13 @@ Plan plan_of(std::uint64_t seed) {
     plan.identifies = share(random) < 0.25;
     plan.buffer_s = share(random) < 0.5 ? 0 : 0.04 * share(random);
     plan.kept_s = share(random) < 0.5 ? plan.buffer_s : 0.5 * plan.buffer_s * share(random);
+    plan.at_edge = share(random) < 0.1;
     add_faults(plan, random);
     add_moves(plan, random);
     add_early(plan, random);
     add_while_stopping(plan, random);
+    add_while_leaving(plan, random);
+    add_chatter(plan, random);
     keep_one_kill(plan);
     std::ranges::stable_sort(plan.moves, {}, &Move::at_s);
     return plan;
@@ -156,6 +191,7 @@ std::string scene_of(const Plan& plan, double from_s) {
         "= 200\n"
         "[side]\npositions = 1\nframe_rate_hz = 200\n[accelerometer]\nyaw_deg = {}\n",
         plan.seed % 1000000, plan.buffer_s, plan.kept_s, yaw_deg);
+    if (plan.at_edge) scene += fmt::format("[walker]\nstart_mm = {}\n", at_edge_mm);
     for (const Fault& f : plan.faults)
         if (f.trouble < scene_faults && f.at_s + f.for_s > from_s) scene += scene_fault(f, from_s);
     return scene;

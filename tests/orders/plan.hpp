@@ -27,13 +27,14 @@ enum class Action : std::uint8_t {
     read,        // READ? by SCPI: waits for the next measurement
     disconnect,  // in the middle of a command
     nonsense,
+    ask,        // a query by SCPI
     recover,    // another program recovers the file that is being recorded
     same_name,  // another program makes a file of the name that the open recording will get
 };
 inline constexpr std::array action_names{"drive",       "start",        "identify", "stop",     "abort",
                                          "clear",       "remark",       "record",   "unrecord", "loop",
                                          "lower_drive", "lower_motion", "reload",   "read",     "disconnect",
-                                         "nonsense",    "recover",      "same_name"};
+                                         "nonsense",    "ask",          "recover",  "same_name"};
 inline constexpr std::size_t actions = action_names.size();
 
 /// Faults of disk and computer. Their numbers follow those of a scene's faults.
@@ -44,6 +45,7 @@ enum class Trouble : std::uint8_t {
     slow_sensor,   // the thread of the accelerometer stands still
     slow_cameras,  // the threads of the cameras
     slow_service,  // the thread that obeys orders
+    slow_output,   // the output waits in the DAC while the others run, which then wait for it
     killed,        // the program is killed and started again
 };
 inline constexpr std::size_t troubles = static_cast<std::size_t>(Trouble::killed) + 1;
@@ -71,6 +73,7 @@ struct Plan {
     bool identifies = false;  // measures the response first
     double buffer_s = 0;      // of the DAC
     double kept_s = 0;        // part of it that a hard stop cannot take back
+    bool at_edge = false;     // the walker starts near the edge of the picture, and its friction is known
     std::vector<Move> moves{};
     std::vector<Fault> faults{};
     [[nodiscard]] std::size_t size() const noexcept { return moves.size() + faults.size(); }

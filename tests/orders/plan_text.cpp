@@ -61,6 +61,14 @@ public:
         return static_cast<std::size_t>(found - names.begin());
     }
 
+    /// Whether the line ends with this word.
+    bool last(const std::string& word) {
+        std::string next;
+        if (!(words_ >> next)) return false;
+        if (next != word) refuse(next, word + " or the end of the line");
+        return true;
+    }
+
     void end() {
         if (std::string word; words_ >> word) refuse(word, "the end of the line");
     }
@@ -91,6 +99,7 @@ Plan read_head(Line& line) {
     plan.identifies = line.index("identifies", yes_or_no) == 1;
     plan.buffer_s = line.number<double>("buffer_s", 0, longest_buffer_s);
     plan.kept_s = line.number<double>("kept_s", 0, plan.buffer_s);
+    plan.at_edge = line.last("at_edge");
     return plan;
 }
 
@@ -124,9 +133,10 @@ std::string text(const Plan& plan) {
         lines.emplace_back(f.at_s, fmt::format("fault at_s={} what={} for_s={} value={}\n", f.at_s,
                                                name_of_trouble(f.trouble), f.for_s, f.value));
     std::ranges::stable_sort(lines, {}, &std::pair<double, std::string>::first);
-    std::string all = fmt::format(
-        "plan seed={} length_s={} frequency_hz={} identifies={} buffer_s={} kept_s={}\n", plan.seed,
-        plan.length_s, plan.frequency_hz, yes_or_no.at(plan.identifies ? 1 : 0), plan.buffer_s, plan.kept_s);
+    std::string all =
+        fmt::format("plan seed={} length_s={} frequency_hz={} identifies={} buffer_s={} kept_s={}{}\n",
+                    plan.seed, plan.length_s, plan.frequency_hz, yes_or_no.at(plan.identifies ? 1 : 0),
+                    plan.buffer_s, plan.kept_s, plan.at_edge ? " at_edge" : "");
     for (const auto& [at_s, line] : lines) all += line;
     return all;
 }

@@ -22,8 +22,9 @@ namespace {
 struct Killed {};
 
 constexpr const char* foreign = "a file of another program\n";
+constexpr calibration::Estimate known_mu{0.113, 0.001};
 constexpr double longest_answer_s = 5;
-constexpr double longest_end_s = 20;  // after leave()
+constexpr double longest_end_s = 5;  // after leave()
 
 run::RunOptions options_of(const Plan& plan, const std::filesystem::path& scene) {
     run::RunOptions run;
@@ -37,6 +38,15 @@ run::RunOptions options_of(const Plan& plan, const std::filesystem::path& scene)
     return run;
 }
 
+double check_level(const run::Sequence& sequence) {
+    const control::DriveController& c = sequence.controller();
+    const safety::LoopCheck check{{.target = harmonics(c.drive()),
+                                   .response = c.response_at(c.drive().frequency),
+                                   .identified = c.identified() ? &*c.identified() : nullptr,
+                                   .noise = c.noise()}};
+    return control::peak(check.volts());
+}
+
 /// One life of the program: from its start to its end or to the moment it is killed.
 class Life {
 public:
@@ -46,12 +56,16 @@ public:
           folder_{folder},
           outcome_{outcome},
           runner_{{.run = options_of(plan, scene_file()), .on_call = true, .recordings = folder}},
-          service_{runner_, {}, port_},
+          service_{runner_, {.mu = plan.at_edge ? known_mu : calibration::Estimate{NAN, NAN}}, port_},
           laws_{runner_.bench().rig.dac->info(), runner_.bench().rig.accelerometer->info(), shaker_axis(),
                 runner_.collector().channels(), runner_.collector().streams()},
           clients_{port_, laws_},
-          watch_{.laws = laws_, .troubled = [this](std::size_t trouble) { return lasts(trouble); }} {
+          watch_{.laws = laws_,
+                 .troubled = [this](std::size_t trouble) { return lasts(trouble); },
+                 .meanwhile = [this] { live(); }} {
         laws_.limits(runner_.limits());
+        laws_.has_target(runner_.bench().rig.cameras.front()->view().frame_rate_hz);
+        laws_.check_level([this] { return check_level(runner_.sequence()); });
         watch_devices(runner_.bench().rig, watch_);
         while (move_ < plan_.moves.size() && plan_.moves[move_].at_s < from_s_) ++move_;
     }
@@ -61,7 +75,9 @@ public:
         bool killed = false;
         try {
             runner_.lead(
-                [this](const acquisition::Streams& s, acquisition::Channels& c) { return step(s, c); },
+                [this](const acquisition::Streams& s, acquisition::Channels& c) {
+                    return !lasts(static_cast<std::size_t>(Trouble::slow_output)) && step(s, c);
+                },
                 [this] {
                     watch_.heap.begin("output");
                     return service_.done() || overdue();
@@ -98,30 +114,49 @@ private:
         });
     }
 
+    // A turn of all threads but that of the output.
+    void live() {
+        acquisition::Collector& collector = runner_.collector();
+        for (acquisition::Loop& loop : collector.sensor_loops())
+            while (loop.step(std::chrono::milliseconds{0})) {
+            }
+        collector.collect();
+        step(collector.streams(), collector.channels());
+    }
+
     bool step(const acquisition::Streams& streams, acquisition::Channels& channels) {
         laws_.see_trips();
         begin_faults();
         act();
         bool any = false;
-        if (!lasts(static_cast<std::size_t>(Trouble::slow_service))) any = service_.step(streams, channels);
+        const bool serves = !lasts(static_cast<std::size_t>(Trouble::slow_service));
+        const bool leaves = serves && service_.leaving() && !std::exchange(left_, true);
+        if (serves)
+            any = service_.step(streams, channels);
+        else
+            laws_.unwatched();
+        if (leaves) laws_.left();
         clients_.turn();
         if (const auto now = port_.state()) {
             const run::RunState before = std::exchange(state_, now->state);
             if (before == run::RunState::self_test && state_ != before && state_ != run::RunState::tripped)
                 laws_.self_tested();
+            if (state_ == run::RunState::loop_check && state_ != before) laws_.checks();
+            if (state_ == run::RunState::identify ||
+                (before == run::RunState::loop_check && state_ == run::RunState::ramp))
+                laws_.checked();
             laws_.limits(now->limits);
+            if (serves) laws_.state(state_);
         }
         if (now_s() > plan_.length_s && !service_.leaving()) {
             service_.leave();
             left_at_s_ = now_s();
         }
-        if (!lasts(static_cast<std::size_t>(Trouble::slow_service)))
-            clients_.require_answers(longest_answer_s);
+        if (serves) clients_.require_answers(longest_answer_s);
         return any;
     }
 
     void act() {
-        if (service_.leaving()) return;
         for (; move_ < plan_.moves.size() && plan_.moves[move_].at_s <= now_s(); ++move_) {
             outcome_.coverage.action(state_, plan_.moves[move_].action);
             if (plan_.moves[move_].action == Action::recover)
@@ -240,6 +275,7 @@ private:
     std::vector<bool> begun_ = std::vector<bool>(plan_.faults.size());
     run::RunState state_ = run::RunState::init;
     double left_at_s_ = -1, killed_at_s_ = 0;
+    bool left_ = false;  // the service has made a step since leave()
     std::filesystem::path copy_;
     std::vector<std::filesystem::path> taken_{};  // names that another program took
 };

@@ -18,6 +18,7 @@ public:
         watch_.heap.end(watch_.laws);
         const PlayTime played = dac_->write(volts, trigger);
         watch_.laws.played(volts, played.lost);
+        if (watch_.troubled(static_cast<std::size_t>(Trouble::slow_output))) watch_.meanwhile();
         watch_.heap.begin("output");
         return played;
     }
@@ -75,7 +76,9 @@ public:
     FramePtr read(std::chrono::milliseconds wait) override {
         watch_.heap.forget();
         if (watch_.troubled(static_cast<std::size_t>(Trouble::slow_cameras))) return nullptr;
-        return camera_->read(wait);
+        FramePtr frame = camera_->read(wait);
+        if (frame != nullptr) watch_.laws.pictured();
+        return frame;
     }
     [[nodiscard]] bool ended() const noexcept override { return camera_->ended(); }
     void stop() noexcept override { camera_->stop(); }

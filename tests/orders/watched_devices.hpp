@@ -35,6 +35,7 @@ struct Watch {
     Laws& laws;
     HeapWatch heap{};
     std::function<bool(std::size_t trouble)> troubled;  // whether a trouble of the computer lasts now
+    std::function<void()> meanwhile;                    // the other threads run while the output waits
 };
 
 /// Puts the watch between the daemon and each device of a rig.

@@ -23,7 +23,7 @@ SwitchedDrive drive_switched(Rig& rig, double seconds) {
     const DacInfo info = rig.dac->info();
     acquisition::Channels channels{0};
     acquisition::DriveOutput output{info, frequency, 0, info.block_frames};
-    output.connect(rig);
+    output.has_contact = true;
     const std::jthread contact{[&](const std::stop_token& stop) {
         static_cast<void>(use_fifo_priority(acquisition::fifo_priority::abort_input));
         while (!stop.stop_requested())
@@ -31,7 +31,7 @@ SwitchedDrive drive_switched(Rig& rig, double seconds) {
     }};
     SwitchedDrive done;
     PlayTime seen;
-    std::optional<DacTick> from, ramp;
+    std::optional<DacTick> ramp;
     DriveCommand command{.volts = {}, .frequency = frequency};
     command.volts.at(1) = volts;
     const auto go = [&](double s, bool until_trip) {
@@ -39,7 +39,6 @@ SwitchedDrive drive_switched(Rig& rig, double seconds) {
         while (output.synthesiser.tick().n < end && !(until_trip && done.trip)) {
             output_step(output, *rig.dac, channels);
             while (const auto c = channels.changes.pop()) {
-                if (!from && c->stop == 0) from = c->first;
                 if (!ramp && c->stop > 0) ramp = c->first;
             }
             while (const auto p = channels.played.pop()) {
@@ -57,9 +56,7 @@ SwitchedDrive drive_switched(Rig& rig, double seconds) {
     go(seconds, true);
     if (!done.trip) channels.drive.post({.volts = {}, .stop_s = stop_s});
     go(stop_s + played_out_s, false);
-    if (from) done.from = heard_at(*from, seen, info.rate_hz);
     if (ramp) done.ramp = heard_at(*ramp, seen, info.rate_hz);
-    done.to = heard_at({output.drives_until}, seen, info.rate_hz);
     return done;
 }
 

@@ -1,5 +1,5 @@
 #pragma once
-// A drive on real devices with enable output and abort input, as the daemon plays it.
+// A drive on real devices with an abort input, as the daemon plays it.
 #include <optional>
 
 #include "daemon/safety/trip.hpp"
@@ -7,11 +7,9 @@
 
 namespace shaker {
 
-/// Times of CLOCK_MONOTONIC at which the samples are heard.
 struct SwitchedDrive {
-    HostTime from{}, to{};             // first sample of the drive; sample behind the last one
     std::optional<safety::Trip> trip;  // the first one
-    HostTime ramp{};                   // first sample of its ramp
+    HostTime ramp{};                   // CLOCK_MONOTONIC at which the first sample of its ramp is heard
 };
 
 /// Drives for `seconds`, or until a trip, and plays the end.

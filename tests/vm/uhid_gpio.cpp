@@ -1,6 +1,5 @@
-// A GPIO chip for the kernel: the MCP2221 of the driver hid-mcp2221, in user space. uhid_gpio LOG writes a
-// line to LOG for each change of line 0, an output ("edge NANOSECONDS LEVEL", CLOCK_MONOTONIC), for SIGUSR1,
-// which makes line 1, an input, high ("open NANOSECONDS"), and for SIGUSR2 ("mark NANOSECONDS").
+// A GPIO chip for the kernel: the MCP2221 of the driver hid-mcp2221, in user space. uhid_gpio LOG makes line
+// 1, an input, high at SIGUSR1 and writes "open NANOSECONDS" (CLOCK_MONOTONIC) to LOG.
 #include <fcntl.h>
 #include <linux/input.h>
 #include <linux/uhid.h>
@@ -21,7 +20,7 @@
 namespace {
 
 constexpr std::uint32_t maker = 0x04D8, product = 0x00DD;
-constexpr int output_line = 0, input_line = 1;
+constexpr int input_line = 1;
 
 // Commands of the chip, the first byte of 64 (data sheet of the MCP2221A, section 3.1).
 constexpr std::uint8_t set_lines = 0x50, get_lines = 0x51;
@@ -76,9 +75,8 @@ public:
     }
     void open_contact() {
         lines_[input_line].high = 1;
-        note("open");
+        std::fprintf(log_, "open %lld\n", now_ns());
     }
-    void note(const char* what) { std::fprintf(log_, "%s %lld\n", what, now_ns()); }
 
 private:
     struct Line {
@@ -89,9 +87,7 @@ private:
         for (std::size_t i = 0; i < lines_held; ++i) {
             const std::uint8_t* r = request + 4 * i;
             if (r[2] != 0) lines_[i].input = r[3];
-            if (r[0] == 0 || lines_[i].high == r[1]) continue;
-            lines_[i].high = r[1];
-            if (i == output_line) std::fprintf(log_, "edge %lld %d\n", now_ns(), int{r[1]});
+            if (r[0] != 0) lines_[i].high = r[1];
         }
     }
     // Two bytes a line: direction, level, as the kernel's driver reads them.
@@ -111,7 +107,6 @@ void serve(std::FILE* log) {
     sigset_t signals;
     sigemptyset(&signals);
     sigaddset(&signals, SIGUSR1);
-    sigaddset(&signals, SIGUSR2);
     check(sigprocmask(SIG_BLOCK, &signals, nullptr), "signals");
     const int told = check(signalfd(-1, &signals, SFD_CLOEXEC), "signals");
     const int hid = check(open("/dev/uhid", O_RDWR | O_CLOEXEC), "/dev/uhid");
@@ -123,10 +118,7 @@ void serve(std::FILE* log) {
         if (ready[1].revents == 0) continue;
         signalfd_siginfo signal{};
         check(static_cast<int>(read(told, &signal, sizeof signal)), "signals");
-        if (signal.ssi_signo == SIGUSR1)
-            chip.open_contact();
-        else
-            chip.note("mark");
+        chip.open_contact();
     }
 }
 

@@ -184,11 +184,11 @@ void write_rows(recorded::RecordingWriter& file, const Table<Row>& table, const 
 [[noreturn]] void refuse_value(const std::string& path, const char* name, std::size_t row,
                                const std::string& value);
 
-/// Reads rows; columns without a setter are not read. InputError naming a column that is missing, differs in
-/// length from the first one, or has a value that its member cannot have.
-template <class Row>
-std::vector<Row> read_rows(const recorded::RecordingReader& file, const Table<Row>& table,
-                           const std::string& at = {}) {
+/// Reads rows of a file with the functions numbers(path) and texts(path); columns without a setter are not
+/// read. InputError naming a column that is missing, differs in length from the first one, or has a value
+/// that its member cannot have.
+template <class File, class Row>
+std::vector<Row> read_rows(const File& file, const Table<Row>& table, const std::string& at = {}) {
     const std::string path = at.empty() ? table.path : at;
     std::vector<Row> rows;
     const char* first = nullptr;

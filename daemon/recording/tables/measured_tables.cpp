@@ -135,6 +135,25 @@ MeasuredResult reduced(const FinishedMeasurement& finished, const acquisition::S
     return {finished, std::nullopt, e.what()};
 }
 
+std::vector<MeasuredResult> read_results(const recorded::RecordingReader& file) {
+    std::vector<MeasuredResult> all;
+    const std::vector<FinishedMeasurement> finished = read_finished(file);
+    if (finished.empty()) return all;
+    std::map<int, reduction::Reduction> reductions =
+        read_reductions(file, finished_columns.path, measurement_column);
+    const std::vector<MeasuredNote> notes = read_rows(file, measured_note_columns);
+    for (const FinishedMeasurement& m : finished) {
+        MeasuredResult& result = all.emplace_back(MeasuredResult{m, std::nullopt, {}});
+        if (const auto found = reductions.find(m.number); found != reductions.end()) {
+            result.reduction = std::move(found->second);
+        } else {
+            const auto note = std::ranges::find(notes, m.number, &MeasuredNote::measurement);
+            result.not_reduced = note == notes.end() ? "it has no results" : note->text;
+        }
+    }
+    return all;
+}
+
 void append(std::vector<RecordedTable>& tables, const MeasuredResult& result) {
     if (!result.reduction) return;
     std::vector<RecordedTable> rows = tables_of(*result.reduction);

@@ -37,6 +37,9 @@ struct MeasuredResult {
 /// Reduces a measurement from the raw streams. Their times must be settled.
 MeasuredResult reduced(const FinishedMeasurement& finished, const acquisition::Streams& streams,
                        double frequency_hz);
+/// The finished measurements with the results that the recording has of them, in their order; see
+/// read_reductions(). A recording that was never finished has none.
+std::vector<MeasuredResult> read_results(const recorded::RecordingReader& file);
 /// Appends the rows of one result to the tables of the subgroups.
 void append(std::vector<RecordedTable>& tables, const MeasuredResult& result);
 /// Writes the result and its notes to the subgroups.

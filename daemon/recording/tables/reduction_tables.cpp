@@ -8,22 +8,15 @@ namespace {
 
 using calibration::Estimate;
 using calibration::Transverse;
+using reduction::Cycle;
 using reduction::MeasuredHarmonic;
 using reduction::PeriodResult;
 using reduction::Reduction;
 using reduction::StickInterval;
 
-constexpr const char* error = "standard error";
-
-template <auto... Path>
-constexpr auto value(const char* name, const char* units, const char* meaning) {
-    return number<Path..., &Estimate::value>(name, units, meaning);
-}
-
-template <auto... Path>
-constexpr auto errors(const char* name, const char* units, const char* meaning = error) {
-    return number<Path..., &Estimate::sigma>(name, units, meaning);
-}
+using columns::error;
+using columns::errors;
+using columns::value;
 
 template <std::size_t Axis>
 double shaker_axis(const Reduction& r) {
@@ -172,6 +165,37 @@ std::vector<RecordedTable> tables_of(const Reduction& r) {
     return {table_of(harmonic_columns, r.harmonics), table_of(transverse_columns, across),
             table_of(period_columns, r.periods), table_of(cycle_columns, points_of(r.cycle)),
             table_of(stick_columns, r.stick)};
+}
+
+std::map<int, Reduction> read_reductions(const recorded::RecordingReader& file, const std::string& below,
+                                         const char* number) {
+    std::map<int, Reduction> out;
+    const auto read = [&]<class Row>(const Table<Row>& table, const auto& take) {
+        const std::string path = below + "/" + table.path;
+        const std::vector<Row> rows = read_rows(file, table, path);
+        const std::vector<double> numbers = file.numbers(path + "/" + number);
+        if (numbers.size() != rows.size())
+            refuse_length(path, number, numbers.size(), table.numbers.front().name, rows.size());
+        for (std::size_t i = 0; i < rows.size(); ++i) {
+            int of = 0;
+            if (!columns::take(of, numbers[i])) refuse_value(path, number, i, std::to_string(numbers[i]));
+            take(of, rows[i]);
+        }
+    };
+    read(result_columns, [&](int of, const Reduction& r) { out[of] = r; });
+    read(harmonic_columns, [&](int of, const MeasuredHarmonic& h) { out[of].harmonics.push_back(h); });
+    read(period_columns, [&](int of, const PeriodResult& p) { out[of].periods.push_back(p); });
+    read(cycle_columns, [&](int of, const CyclePoint& p) {
+        Cycle& c = out[of].cycle;
+        c.phase.push_back(p.phase);
+        c.x_m.push_back(p.x_m);
+        c.x_sd_m.push_back(p.x_sd_m);
+        c.v_mps.push_back(p.v_mps);
+        c.v_sd_mps.push_back(p.v_sd_mps);
+        c.v_base_mps.push_back(p.v_base_mps);
+    });
+    read(stick_columns, [&](int of, const StickInterval& s) { out[of].stick.push_back(s); });
+    return out;
 }
 
 std::vector<recorded::GroupLayout> reduction_places() {

@@ -18,21 +18,18 @@ using scpi::Command;
 void limit_rows(BenchInstrument& bench, std::vector<Command>& rows, const std::string& quantity,
                 const char* unit, safety::Level safety::Limits::*level) {
     const auto row = [&](const char* name, double safety::Level::*end) {
-        rows.push_back({.header = "LIMit:" + quantity + ":" + name,
-                        .parameters = {scpi::number(unit, 0, std::numeric_limits<double>::max())},
-                        .set =
-                            [&bench, level, end](scpi::Call& call) {
-                                safety::Limits limits = bench.pending_orders().limits();
-                                (limits.*level).*end = call.arguments[0].number;
-                                safety::Level& l = limits.*level;
-                                l.warn = std::min(l.warn, l.abort);
-                                bench.order(call.session, service::LowerLimits{limits});
-                            },
-                        .query =
-                            [&bench, level, end](scpi::Call& call) {
-                                call.reply.number((bench.pending_orders().limits().*level).*end);
-                            },
-                        .guarded = true});
+        rows.push_back(
+            {.header = "LIMit:" + quantity + ":" + name,
+             .parameters = {scpi::number(unit, 0, std::numeric_limits<double>::max())},
+             .set =
+                 [&bench, level, end](scpi::Call& call) {
+                     bench.order(call.session, service::LowerLimit{{level, end}, call.arguments[0].number});
+                 },
+             .query =
+                 [&bench, level, end](scpi::Call& call) {
+                     call.reply.number((bench.pending_orders().limits().*level).*end);
+                 },
+             .guarded = true});
     };
     row("WARN", &safety::Level::warn);
     row("ABORt", &safety::Level::abort);
@@ -79,19 +76,18 @@ std::vector<Command> bench_commands(BenchInstrument& bench) {
     limit_rows(bench, rows, "DISPlacement", "M", &safety::Limits::displacement);
     limit_rows(bench, rows, "DRIVe", "V", &safety::Limits::drive);
     limit_rows(bench, rows, "TRANsverse", "", &safety::Limits::transverse);
-    rows.push_back({.header = "LIMit:WALKer:EDGE",
-                    .parameters = {scpi::number("M", 0, 1)},
-                    .set =
-                        [&bench](scpi::Call& call) {
-                            safety::Limits limits = bench.pending_orders().limits();
-                            limits.edge_mm = 1e3 * call.arguments[0].number;
-                            bench.order(call.session, service::LowerLimits{limits});
-                        },
-                    .query =
-                        [&bench](scpi::Call& call) {
-                            call.reply.number(1e-3 * bench.pending_orders().limits().edge_mm);
-                        },
-                    .guarded = true});
+    rows.push_back(
+        {.header = "LIMit:WALKer:EDGE",
+         .parameters = {scpi::number("M", 0, 1)},
+         .set =
+             [&bench](scpi::Call& call) {
+                 bench.order(call.session, service::LowerLimit{{}, 1e3 * call.arguments[0].number});
+             },
+         .query =
+             [&bench](scpi::Call& call) {
+                 call.reply.number(1e-3 * bench.pending_orders().limits().edge_mm);
+             },
+         .guarded = true});
     rows.push_back({.header = "LIMit:OPEN:STATe", .query = [&bench](scpi::Call& call) {
                         const auto which = static_cast<std::size_t>(safety::Cause::sensor_open);
                         call.reply.boolean(bench.pending_orders().limits().detectors[which]);

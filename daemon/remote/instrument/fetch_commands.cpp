@@ -105,17 +105,17 @@ std::vector<Command> fetch_commands(BenchInstrument& bench) {
                             cycle(call, r->cycle.x_m, r->cycle.x_sd_m);
                         },
                     .without = scpi::nan_numbers});
-    rows.push_back({.header = "FETCh:WALKer:POSition",
-                    .query =
-                        [&bench](scpi::Call& call) {
-                            const auto s = bench.state();
-                            if (!s->walker)
-                                throw scpi::Error{scpi::Code::stale_data,
-                                                  "the walker has not been found in any picture yet"};
-                            call.reply.number(s->walker->x_m);
-                            call.reply.number(s->walker->edge_m);
-                        },
-                    .without = scpi::nans<2>});
+    rows.push_back(
+        {.header = "FETCh:WALKer:POSition",
+         .query =
+             [&bench](scpi::Call& call) {
+                 const auto s = bench.state();
+                 if (!s->walker)
+                     throw scpi::Error{scpi::Code::stale_data, "no recent picture shows the walker"};
+                 call.reply.number(s->walker->x_m);
+                 call.reply.number(s->walker->edge_m);
+             },
+         .without = scpi::nans<2>});
     return rows;
 }
 

@@ -1,4 +1,3 @@
-#include <algorithm>
 #include <limits>
 
 #include "daemon/remote/instrument/commands.hpp"
@@ -68,10 +67,8 @@ std::vector<Command> output_commands(BenchInstrument& bench) {
          .parameters = {scpi::number("V", 0, std::numeric_limits<double>::max())},
          .set =
              [&bench](scpi::Call& call) {
-                 safety::Limits limits = bench.pending_orders().limits();
-                 limits.drive.abort = call.arguments[0].number;
-                 limits.drive.warn = std::min(limits.drive.warn, limits.drive.abort);
-                 bench.order(call.session, service::LowerLimits{limits});
+                 bench.order(call.session,
+                             service::LowerLimit{{&safety::Limits::drive}, call.arguments[0].number});
              },
          .query =
              [&bench](scpi::Call& call) { call.reply.number(bench.pending_orders().limits().drive.abort); },

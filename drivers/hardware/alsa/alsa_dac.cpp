@@ -52,7 +52,8 @@ struct AlsaDac::State {
         ramp;  // samples; ramp: queued behind the drive, 0 if frames cannot be taken back
     std::int64_t margin, slip_limit;
     bool enabled = false;
-    std::int64_t end = 0;     // tick after the last sample of the drive that was written
+    std::int64_t stuck = 0;  // samples of silence behind the ramp of a take-back that could not be taken back
+    std::int64_t end = 0;    // tick after the last sample of the drive that was written
     std::int64_t driven = 0;  // samples of the drive written since the last silence
     PlayTime last{};
     std::int64_t confirmed = 0;  // sample that played at the last report before which nothing stood still
@@ -140,6 +141,7 @@ int AlsaDac::State::wait_until_queued(std::int64_t most, std::int64_t least) {
 }
 
 int AlsaDac::State::put(std::span<const double> volts, std::span<const double> trigger) {
+    if (std::exchange(stuck, 0) > 0) return came_late;
     const auto n = static_cast<std::int64_t>(volts.size());
     const std::int64_t least = ramp > 0 ? ramp + margin : std::numeric_limits<std::int64_t>::min();
     if (const int outcome = wait_until_queued(buffer - n, least); outcome != done) return outcome;
@@ -162,9 +164,10 @@ int AlsaDac::State::put(std::span<const double> volts, std::span<const double> t
 
 // The samples that were taken back become silence, so that they are not heard behind the ramp if the process
 // dies. If playback reaches the new end meanwhile, the next put() comes late; errors stay in the stream until
-// then, too.
+// then, too. Silence that the device does not take back counts as lost, and so does the next block: the ramp
+// behind the drive has been played.
 std::int64_t AlsaDac::State::take_back(std::int64_t most) noexcept {
-    if (ramp == 0 || !running || stopping) return 0;
+    if (ramp == 0 || !running || stopping || stuck > 0) return 0;
     const AlsaPcm::Queued queued = pcm->queued();
     if (queued.error < 0) return 0;
     const std::int64_t kept = pcm->granted().kept_frames;
@@ -175,7 +178,11 @@ std::int64_t AlsaDac::State::take_back(std::int64_t most) noexcept {
     end -= n;
     driven -= n;
     taken -= static_cast<std::uint64_t>(n);
-    if (pcm->write(frames.ramp(n)) == ramp + n) static_cast<void>(pcm->rewind(n));
+    if (pcm->write(frames.ramp(n)) == ramp + n && pcm->rewind(n) < 0) {
+        stuck = n;
+        end += n;
+        lost += static_cast<std::uint64_t>(n);
+    }
     return n;
 }
 
@@ -316,7 +323,7 @@ PlayTime AlsaDac::write(std::span<const double> volts, std::span<const double> t
     const auto most = static_cast<std::size_t>(s.settings.period_frames);
     for (std::size_t at = 0; at < volts.size(); at += most) {
         const std::size_t n = std::min(most, volts.size() - at);
-        const std::int64_t wanted_end = s.end + static_cast<std::int64_t>(volts.size() - at);
+        const std::int64_t wanted_end = s.end - s.stuck + static_cast<std::int64_t>(volts.size() - at);
         outcome = s.put(volts.subspan(at, n), trigger.subspan(at, n));
         if (outcome == done) continue;
         if (outcome != stop_requested) s.go_on(outcome, wanted_end);

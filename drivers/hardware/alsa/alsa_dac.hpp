@@ -17,7 +17,9 @@ namespace shaker::alsa {
 /// sample.
 ///
 /// **Takes back.** Such a device also takes back queued samples of the drive, all but two periods. The ramp
-/// is written behind the last sample that stays in the same step, so that it is always there.
+/// is written behind the last sample that stays in the same step, so that it is always there. When the device
+/// then refuses to take back the silence behind that ramp, this silence counts as lost: the next write()
+/// reports it.
 ///
 /// Temporary errors (underrun, suspend, a device that does not advance for two buffer lengths) are counted
 /// and reported by PlayTime::lost; the stream restarts with silence. After three restarts without a block

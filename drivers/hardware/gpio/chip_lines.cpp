@@ -46,20 +46,6 @@ struct OpenLine {
     }
 };
 
-class ChipOutput final : public OutputLine {
-public:
-    explicit ChipOutput(const LineName& at) : open_{at} {
-        if (gpiod_line_request_output(open_.line, consumer, 0) < 0)
-            fail(at, std::string{"cannot be an output: "} + std::strerror(errno));
-    }
-    [[nodiscard]] bool set(bool high) noexcept override {
-        return gpiod_line_set_value(open_.line, high ? 1 : 0) == 0;
-    }
-
-private:
-    OpenLine open_;
-};
-
 class ChipInput final : public InputLine {
 public:
     ChipInput(const LineName& at, Pull pull) : open_{at} {
@@ -108,8 +94,6 @@ std::optional<unsigned> line_number(const LineName& at, unsigned count) {
     if (error != std::errc{} || number >= count) fail_no_line(at, count);
     return number;
 }
-
-std::unique_ptr<OutputLine> open_output(const LineName& at) { return std::make_unique<ChipOutput>(at); }
 
 std::unique_ptr<InputLine> open_input(const LineName& at, Pull pull) {
     return std::make_unique<ChipInput>(at, pull);

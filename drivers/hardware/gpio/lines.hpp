@@ -1,5 +1,5 @@
 #pragma once
-// Lines of GPIO chips: the seam between the kernel's chips and the lines of tests.
+// Input lines of GPIO chips: the seam between the kernel's chips and the lines of tests.
 #include <chrono>
 #include <memory>
 #include <optional>
@@ -7,14 +7,6 @@
 #include "drivers/hardware/gpio/settings.hpp"
 
 namespace shaker::gpio {
-
-/// Low when it is opened, and released when it is destroyed or the process ends.
-class OutputLine {
-public:
-    virtual ~OutputLine() = default;
-    /// False if the chip refuses, for example because it is gone.
-    [[nodiscard]] virtual bool set(bool high) noexcept = 0;
-};
 
 class InputLine {
 public:
@@ -28,19 +20,12 @@ public:
     [[nodiscard]] virtual std::optional<Levels> watch(std::chrono::milliseconds wait) noexcept = 0;
 };
 
-/// How lines are opened. Both throw DeviceError, which names the line.
-struct Lines {
-    std::unique_ptr<OutputLine> (*output)(const LineName&);
-    std::unique_ptr<InputLine> (*input)(const LineName&, Pull);
-};
-
 /// The number of a line of a chip with `count` lines; empty: the line has a name. DeviceError for a number
 /// that the chip does not have.
 std::optional<unsigned> line_number(const LineName& at, unsigned count);
-std::unique_ptr<OutputLine> open_output(const LineName& at);
-/// An input of a chip without edge events is read at the end of each wait.
+/// Opens a line; throws DeviceError, which names it.
+using OpenInput = std::unique_ptr<InputLine> (*)(const LineName&, Pull);
+/// A line of the kernel's chips. An input of a chip without edge events is read at the end of each wait.
 std::unique_ptr<InputLine> open_input(const LineName& at, Pull pull);
-/// Lines of the kernel's chips.
-inline constexpr Lines chip_lines{open_output, open_input};
 
 }  // namespace shaker::gpio

@@ -14,14 +14,6 @@ LineName read_line(SettingsTable& table) {
 
 }  // namespace
 
-EnableSettings read_enable(SettingsTable& table) {
-    EnableSettings s{.at = read_line(table)};
-    s.toggle_hz = table.number("toggle_hz", {20, 1000}, s.toggle_hz);
-    s.before_s = table.number("before_s", {0.01, 5}, s.before_s);
-    s.hold_s = table.number("hold_s", {0.02, 1}, s.hold_s);
-    return s;
-}
-
 AbortSettings read_abort(SettingsTable& table) {
     AbortSettings s{.at = read_line(table)};
     s.pull = static_cast<Pull>(table.choice("pull", {"up", "down", "off"}, 0));

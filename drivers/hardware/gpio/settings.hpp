@@ -1,5 +1,5 @@
 #pragma once
-// Settings of the lines of a GPIO chip in a rig file: [enable] and [abort].
+// Settings of a line of a GPIO chip in a rig file: [abort].
 #include <string>
 
 #include "drivers/settings_table.hpp"
@@ -17,14 +17,6 @@ struct LineName {
 /// Resistor that the chip connects to an input.
 enum class Pull { up, down, off };
 
-struct EnableSettings {
-    LineName at;
-    double toggle_hz = 250;  // full periods per second
-    double before_s = 0.25;  // from the first edge to the drive
-    double hold_s = 0.1;     // the line toggles this long after the last block at most
-    int fifo_priority = 60;  // SCHED_FIFO priority of its thread, if the system grants it; 0: ordinary
-};
-
 struct AbortSettings {
     LineName at;
     Pull pull = Pull::up;
@@ -32,10 +24,9 @@ struct AbortSettings {
     double read_s = 0.01;      // longest time between two readings
 };
 
-/// Keys as the members above; `chip` and `line` are required. Throws InputError.
-EnableSettings read_enable(SettingsTable& table);
-/// `closed` is the level of a closed contact, "low" or "high". A line without connection must read as open,
-/// so that it cannot be the level of `pull`. Throws InputError.
+/// Keys as the members above; `chip` and `line` are required. `closed` is the level of a closed contact,
+/// "low" or "high". A line without connection must read as open, so that it cannot be the level of `pull`.
+/// Throws InputError.
 AbortSettings read_abort(SettingsTable& table);
 
 }  // namespace shaker::gpio

@@ -1,6 +1,7 @@
 #include "drivers/recorded/h5/file_lock.hpp"
 
 #include <fcntl.h>
+#include <sys/file.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -50,6 +51,20 @@ Locked lock(int fd, const std::filesystem::path& file) {
     throw DeviceError{file.string() + ": cannot be locked: " + own_words(error)};
 }
 
+// For a file system that cannot do it in one step. A folder takes the place of an empty one, which no other
+// program has made.
+bool rename_in_steps(const char* from, const char* to) {
+    struct stat status {};
+    if (::lstat(from, &status) < 0) return false;
+    if (!S_ISDIR(status.st_mode)) return ::link(from, to) == 0 && ::unlink(from) == 0;
+    if (::mkdir(to, S_IRWXU) < 0) return false;
+    if (::rename(from, to) == 0) return true;
+    const int error = errno;
+    ::rmdir(to);
+    errno = error;
+    return false;
+}
+
 [[noreturn]] void refuse_existing(const std::filesystem::path& file) {
     throw InputError{file.string() + ": exists already; recordings are never overwritten"};
 }
@@ -78,6 +93,19 @@ std::optional<FileLock> FileLock::take(const std::filesystem::path& file, bool m
     const Locked locked = lock(taken.fd_, file);
     if (locked == Locked::by_another) return std::nullopt;
     taken.held_ = locked == Locked::yes;
+    return taken;
+}
+
+// A folder cannot be opened for writing, which fcntl's lock for one process needs.
+std::optional<FileLock> FileLock::take_folder(const std::filesystem::path& folder, Sharing sharing) {
+    FileLock taken;
+    taken.fd_ = descriptor_of(folder, O_RDONLY | O_DIRECTORY | O_NOFOLLOW);
+    if (taken.fd_ < 0 && (errno == ENOTDIR || errno == ELOOP || errno == ENOENT))
+        throw InputError{folder.string() + ": is a link or not a folder; a folder was expected"};
+    if (taken.fd_ < 0) throw DeviceError{folder.string() + ": cannot be opened: " + own_words(errno)};
+    const int how = sharing == Sharing::alone ? LOCK_EX : LOCK_SH;
+    taken.held_ = ::flock(taken.fd_, how | LOCK_NB) == 0;
+    if (!taken.held_ && errno == EWOULDBLOCK) return std::nullopt;
     return taken;
 }
 
@@ -117,9 +145,9 @@ std::optional<pid_t> locked_by(const std::filesystem::path& file) noexcept {
 void rename_new(const std::filesystem::path& from, const std::filesystem::path& to) {
     if (::renameat2(AT_FDCWD, from.c_str(), AT_FDCWD, to.c_str(), RENAME_NOREPLACE) == 0) return;
     int error = errno;
-    if (error == EINVAL || error == ENOSYS) {  // the file system cannot do it in one step
-        error = ::link(from.c_str(), to.c_str()) == 0 && ::unlink(from.c_str()) == 0 ? 0 : errno;
-        if (error == 0) return;
+    if (error == EINVAL || error == ENOSYS) {
+        if (rename_in_steps(from.c_str(), to.c_str())) return;
+        error = errno;
     }
     if (error == EEXIST)
         throw InputError{from.string() + " cannot be renamed to " + to.string() +

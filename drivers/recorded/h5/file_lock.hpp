@@ -1,5 +1,5 @@
 #pragma once
-// FileLock: an advisory lock of one process on a file. Also gives files their final names without replacing
+// FileLock: an advisory lock on a file or folder. Also gives files their final names without replacing
 // others.
 #include <sys/types.h>
 
@@ -7,6 +7,8 @@
 #include <optional>
 
 namespace shaker::h5 {
+
+enum class Sharing { alone, shared };
 
 /// The lock ends with this object, or with the process, however it ends. On a file system without locks
 /// nothing is locked and held() is false.
@@ -18,6 +20,9 @@ public:
     /// Locks an existing file, or one that this call creates (`make`). Empty when another process or object
     /// has the lock. InputError when the file is missing, DeviceError when it cannot be opened.
     static std::optional<FileLock> take(const std::filesystem::path& file, bool make = false);
+    /// Locks a folder, alone or together with others that share it. Empty when it is locked in a way that
+    /// excludes this. InputError when it is missing or a link, DeviceError when it cannot be opened.
+    static std::optional<FileLock> take_folder(const std::filesystem::path& folder, Sharing sharing);
     FileLock(FileLock&& other) noexcept;
     FileLock& operator=(FileLock&& other) noexcept;
     ~FileLock();
@@ -34,8 +39,8 @@ private:
 /// The process that has locked a file; empty for a file that is not locked, or missing.
 std::optional<pid_t> locked_by(const std::filesystem::path& file) noexcept;
 
-/// Renames a file. InputError, which names both files, when `to` exists; DeviceError when the disk fails. The
-/// folder is not synchronised.
+/// Renames a file or a folder. InputError, which names both, when `to` exists; DeviceError when the disk
+/// fails. The folder above is not synchronised.
 void rename_new(const std::filesystem::path& from, const std::filesystem::path& to);
 
 }  // namespace shaker::h5

@@ -30,7 +30,7 @@ void check_segment(const FoundSegment& found, PictureCheck& check, std::vector<s
         const std::uint64_t number = found.info.first + place;
         const PictureFault fault = fault_at(segment, place, pixels);
         if (fault == PictureFault::none) {
-            ++check.whole;
+            check.whole.push_back(number);
             check.last = number;
         } else {
             check.bad.push_back({number, found.file, fault});

@@ -15,8 +15,8 @@ struct BadPicture {
 };
 
 struct PictureCheck {
-    std::uint64_t whole = 0;  // number of intact pictures
-    std::uint64_t last = 0;   // the highest number among them; 0: none
+    std::vector<std::uint64_t> whole;  // numbers of intact pictures, ascending
+    std::uint64_t last = 0;            // the highest among them; 0: none
     /// In order of their numbers. Bad pictures up to `last` were lost or changed; those after it were in
     /// transit when the writer ended.
     std::vector<BadPicture> bad;
@@ -28,7 +28,8 @@ PictureCheck verify_frames(const std::filesystem::path& folder, const std::strin
 
 /// Ends a recording: cuts the files after picture `last`, removes files without pictures, and writes the link
 /// file. A file is replaced by its shorter copy or kept; unreadable files are kept. There must be no intact
-/// pictures after `last`. DeviceError when the disk fails; the call can then be repeated.
+/// pictures after `last`, and no store that writes into the folder. DeviceError when the disk fails; the call
+/// can then be repeated.
 void end_frames(const std::filesystem::path& folder, const std::string& camera, std::uint64_t last);
 
 /// verify_frames(), then end_frames() after the last intact picture. Bad ones before it are kept and

@@ -68,6 +68,9 @@ void PictureStore::prepare(const PictureShape& shape) {
     std::error_code error;
     if (std::filesystem::create_directories(folder_, error)) h5::sync_folder(folder_.parent_path());
     if (error) throw DeviceError{folder_.string() + ": cannot be created: " + error.message()};
+    auto lock = h5::FileLock::take_folder(folder_, h5::Sharing::shared);
+    if (!lock) throw DeviceError{folder_.string() + ": another program recovers these pictures"};
+    lock_ = std::move(*lock);
     segment_.emplace(segment_file(folder_, camera_, 0),
                      PictureSegmentInfo{camera_, shape, 1, segment_frames_});
 }

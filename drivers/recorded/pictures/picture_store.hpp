@@ -7,6 +7,7 @@
 #include <optional>
 #include <string>
 
+#include "drivers/recorded/h5/file_lock.hpp"
 #include "drivers/recorded/pictures/segment.hpp"
 
 namespace shaker::pictures {
@@ -23,9 +24,10 @@ public:
     PictureStore(const PictureStore&) = delete;
     PictureStore& operator=(const PictureStore&) = delete;
 
-    /// Creates the first segment, which add() would otherwise do. Call once. InputError when the size is not
-    /// 1 to 65535 pixels of 1 or 2 bytes; DeviceError with folder, bytes required and bytes free when there
-    /// is no space.
+    /// Creates the first segment, which add() would otherwise do. Call once. From then on the folder is
+    /// locked for the life of this object, together with other stores. InputError when the size is not 1 to
+    /// 65535 pixels of 1 or 2 bytes, or the folder is a link; DeviceError with folder, bytes required and
+    /// bytes free when there is no space.
     void prepare(const PictureShape& shape);
     /// Stores a picture of prepare()'s size and returns its number, from 1. A crash of the program cannot
     /// lose it once its block of 8 is written; while `more` pictures are ready to follow, blocks grow up to
@@ -52,6 +54,7 @@ private:
     std::string camera_;
     std::uint64_t segment_frames_;
     std::uint64_t taken_ = 0;
+    h5::FileLock lock_;    // of the folder: nobody else removes pictures
     bool closed_ = false;  // by an error or by finish(): nothing more is stored
     std::optional<PictureSegment> segment_;
     std::future<PictureSegment> spare_;  // the next one

@@ -25,7 +25,7 @@ private:
 struct Output {
     Output() {
         rig.abort_input = std::make_unique<FakeContact>(contact);
-        output.connect(rig);
+        output.has_contact = rig.abort_input != nullptr;
         trips.reserve(16);
         for (auto* all : {&dac.given, &dac.triggers}) all->reserve(1 << 20);
         dac.tone.reserve(1 << 20);
@@ -49,8 +49,19 @@ struct Output {
         ASSERT_FALSE(channels.stopped);
         ASSERT_NE(dac.given.back(), 0);
     }
+    void accept_clear() {
+        channels.clearance.post(
+            {trips.empty() ? 0 : trips.back().number, channels.aborts, channels.openings});
+    }
+    /// Opens and closes between two blocks.
+    void open_briefly() {
+        for (const Contact state : {Contact::open, Contact::closed}) {
+            contact = state;
+            abort_input_step(*rig.abort_input, {}, channels);
+        }
+    }
     void clear() {
-        channels.clearance.post({trips.empty() ? 0 : trips.back().number, channels.aborts});
+        accept_clear();
         go(2);
     }
     void expect_hard_trip(std::size_t count) {
@@ -139,6 +150,50 @@ TEST(AbortInputTest, OpenFromTheStartLatchesAtRest) {
     run.expect_hard_trip(1);
     run.go(100);
     EXPECT_EQ(run.trips.size(), 1U);
+}
+
+TEST(AbortInputTest, ChatterWhileLatchedLeavesOneTrip) {
+    Output run;
+    run.drive();
+    for (int i = 0; i < 1000; ++i) {
+        run.open_briefly();
+        run.go(2);
+    }
+    run.expect_hard_trip(1);
+    run.clear();
+    EXPECT_FALSE(run.channels.stopped);
+    run.open_briefly();
+    run.go(10);
+    run.expect_hard_trip(2);
+}
+
+TEST(AbortInputTest, OpeningVoidsAClearThatWaits) {
+    Output run;
+    run.drive();
+    run.open_briefly();
+    run.go(10);
+    run.expect_hard_trip(1);
+    run.accept_clear();
+    run.open_briefly();
+    run.go(10);
+    run.expect_hard_trip(2);  // the reduction waits for an answer
+    run.open_briefly();
+    run.accept_clear();
+    run.go(10);
+    EXPECT_FALSE(run.channels.stopped) << "the contact was closed again before the clear";
+}
+
+TEST(AbortInputTest, ChatterAfterAnAbortLeavesItsTrip) {
+    Output run;
+    run.drive();
+    ++run.channels.aborts;
+    run.go(10);
+    ASSERT_EQ(run.trips.size(), 1U);
+    for (int i = 0; i < 10; ++i) {
+        run.open_briefly();
+        run.go(2);
+    }
+    run.expect_hard_trip(2);
 }
 
 TEST(AbortInputTest, DoesNotAllocate) {

@@ -24,7 +24,6 @@ struct Output {
     void go(std::int64_t blocks) {
         for (std::int64_t i = 0; i < blocks; ++i) {
             output_step(output, dac, channels);
-            line.push_back(output.enable.line_on());
             while (channels.changes.pop()) {
             }
             while (channels.played.pop()) {
@@ -71,7 +70,6 @@ struct Output {
     test::QueuedDac dac{queue, kept, before / 48000.0};
     Channels channels{0};
     DriveOutput output{dac.info(), 20, 0, block};
-    std::vector<char> line;  // for each block
     safety::Trip newest;
 };
 
@@ -172,19 +170,6 @@ TEST(EnableTest, NewSetPointIsNotKeptBack) {
     EXPECT_GT(*std::max_element(run.dac.given.end() - period, run.dac.given.end()), 0.85);
 }
 
-// A line follows the host's time: the samples that wait in the DAC are still to be heard.
-TEST(EnableTest, LineStaysOnUntilTheQueueIsPlayed) {
-    Output run;
-    run.drive();
-    run.go(100);
-    run.drive(0, 0.1);
-    run.go(100);
-    const std::int64_t off = block * Output::end_of(run.line), silent = Output::end_of(run.dac.given);
-    EXPECT_GE(off, silent + after + queue);
-    EXPECT_LT(off, silent + after + queue + block);
-    EXPECT_EQ(Output::start_of(run.line, 0), 0);
-}
-
 TEST(EnableTest, WithoutEnableOutputNothingIsKeptBack) {
     test::QueuedDac dac;
     Channels channels{0};
@@ -199,7 +184,6 @@ TEST(EnableTest, WithoutEnableOutputNothingIsKeptBack) {
 
 TEST(EnableTest, DoesNotAllocate) {
     Output run;
-    run.line.reserve(1000);
     const test::NoAlloc guard;
     run.drive();
     run.go(100);

@@ -71,6 +71,18 @@ TEST_F(RigFileTest, NamesMissingTables) {
     expect_refused(replaced(wiring, "id = ", "# "), {"rig.toml", "camera", "id", "missing"});
 }
 
+TEST_F(RigFileTest, ShakerWithoutModelNeedsAllThatTheLimitsFollowFrom) {
+    const std::string own = replaced(wiring, "model =", "# ");
+    EXPECT_EQ(check(own).status, 3) << "understood up to its devices";
+    expect_refused(replaced(replaced(own, "force_factor_npa", "# "), "\namplifier_gain", "\n# "),
+                   {"rig.toml", "shaker.", "Missing keys: force_factor_npa, amplifier_gain\n", "model"});
+    expect_refused(replaced(own, "\ndrive = ", "\n# "), {"Missing keys: drive\n"});
+    for (const char* key : {"resistance_ohm", "moving_mass_kg", "base_mass_kg"})
+        expect_refused(replaced(own, key, "# "), {std::string{"Missing keys: "} + key + "\n"});
+    const std::string current = replaced(own, "drive = \"voltage\"", "drive = \"current\"");
+    EXPECT_EQ(check(replaced(current, "resistance_ohm", "# ")).status, 3) << "its amplifier sends a current";
+}
+
 TEST_F(RigFileTest, NamesRefusedValueWithAllowedOnes) {
     expect_refused(replaced(wiring, "rate_hz = 48000", "rate_hz = 48"),
                    {"rig.toml:3", "dac.rate_hz", "48", "8000"});

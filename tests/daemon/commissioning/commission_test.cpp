@@ -3,7 +3,10 @@
 
 #include <csignal>
 #include <fstream>
+#include <functional>
 #include <iterator>
+#include <memory>
+#include <nlohmann/json.hpp>
 
 #include "drivers/commissioned/record.hpp"
 #include "tests/support/in_real_time.hpp"
@@ -15,6 +18,22 @@
 namespace shaker::commissioning {
 namespace {
 
+std::string content(const std::filesystem::path& file) {
+    std::ifstream in{file};
+    return {std::istreambuf_iterator<char>{in}, {}};
+}
+
+bool contains(const std::filesystem::path& file, const std::string& words) {
+    return content(file).find(words) != std::string::npos;
+}
+
+/// Until the file of a program's output has these words; false when the program ended before.
+bool wait_for(test::Program& program, const std::filesystem::path& file, const std::string& words) {
+    for (int i = 0; i < 1000 && !contains(file, words) && !program.ended(); ++i)
+        std::this_thread::sleep_for(std::chrono::milliseconds{20});
+    return contains(file, words);
+}
+
 struct CommissionTest : testing::Test {
     test::BenchRun bench;
     std::filesystem::path rig = bench.bench.rig_file();
@@ -24,34 +43,42 @@ struct CommissionTest : testing::Test {
         if (!test::in_real_time) GTEST_SKIP() << "not in real time under a sanitiser";
         std::filesystem::remove(record);
     }
-    /// Most waits count periods of the drive.
-    test::Outcome commission(const std::string& answers) {
+    /// Most waits count periods of the drive. driven: called once after the first confirmed test.
+    test::Outcome commission(const std::string& answers, const std::function<void()>& driven = {}) {
         const std::string frequency = test::nightly() ? "20Hz" : "60Hz";
         test::Program program{"shakerd",
                               "check --commission --frequency " + frequency + " --rig '" + rig.string() + "'",
                               bench.folder, answers};
+        if (driven && wait_for(program, program.printed(), "polarity by hand: confirmed")) driven();
         return program.wait(170);
     }
-    [[nodiscard]] std::string recorded() const {
-        std::ifstream in{record};
-        return {std::istreambuf_iterator<char>{in}, {}};
+    /// A service of this bench in state idle.
+    std::unique_ptr<test::Program> service(const std::filesystem::path& socket) {
+        std::ofstream{bench.folder / "settings.toml"}
+            << "[serve]\nhttp_port = 0\nscpi_port = 0\nscpi_socket = \"" + socket.string() +
+                   "\"\nrecordings = \".\"\n[run]\nrig = \"" + rig.string() + "\"\nframes = \"off\"\n";
+        auto program =
+            std::make_unique<test::Program>("shakerd", "serve --settings settings.toml", bench.folder);
+        EXPECT_TRUE(wait_for(*program, program->said(), "state: idle")) << content(program->said());
+        return program;
     }
 };
 
 TEST_F(CommissionTest, LeadsThroughTheDayAndLeavesARecord) {
     bench.rig("second_channel", "\"trigger\"\nenable_channel = 3");
-    const test::Outcome o = commission("y\ny\ny\ny\ny\ny\n");
+    const std::string text = content(rig);
+    const test::Outcome o = commission("y\ny\ny\ny\ny\ny\n", [&] {
+        std::ofstream{rig, std::ios::app} << "# changed\n";
+    });
     ASSERT_EQ(o.status, 0) << o.out << o.err;
     for (const char* item :
          {"rig_sha256", "date", "polarity by hand", "enable output, at rest", "enable output, with the drive",
           "gain by a known step", "on purpose, acceleration", "on purpose, velocity",
           "on purpose, displacement", "on purpose, drive", "\"ramp\"", "abort by SCPI over TCP",
           "abort by SCPI on the Unix socket", "abort by HTTP", "emergency stop"})
-        EXPECT_NE(recorded().find(item), std::string::npos) << item << "\n" << recorded();
-    std::ifstream in{rig};
-    const std::string text{std::istreambuf_iterator<char>{in}, {}};
-    EXPECT_EQ(commissioned::missing_record(rig, text), "");
-    EXPECT_NE(commissioned::missing_record(rig, text + "# changed"), "");
+        EXPECT_NE(content(record).find(item), std::string::npos) << item << "\n" << content(record);
+    EXPECT_EQ(commissioned::missing_record(rig, text), "") << "the text that was tested";
+    EXPECT_NE(commissioned::missing_record(rig, content(rig)), "") << "the text that came later";
 }
 
 TEST_F(CommissionTest, DeniedTestLeavesNoRecord) {
@@ -64,14 +91,7 @@ TEST_F(CommissionTest, DeniedTestLeavesNoRecord) {
 // The first drive takes several seconds.
 TEST_F(CommissionTest, InterruptInMidDriveEndsSoftly) {
     test::Program program{"shakerd", "check --commission --rig '" + rig.string() + "'", bench.folder, "y\n"};
-    const auto driven = [&] {
-        std::ifstream in{program.printed()};
-        const std::string text{std::istreambuf_iterator<char>{in}, {}};
-        return text.find("polarity by hand: confirmed") != std::string::npos;
-    };
-    for (int i = 0; i < 1000 && !driven() && !program.ended(); ++i)
-        std::this_thread::sleep_for(std::chrono::milliseconds{20});
-    ASSERT_TRUE(driven());
+    ASSERT_TRUE(wait_for(program, program.printed(), "polarity by hand: confirmed"));
     std::this_thread::sleep_for(std::chrono::seconds{2});
     const auto underruns = bench.bench.dac().counts().underruns;
     ::kill(program.pid(), SIGINT);
@@ -83,27 +103,54 @@ TEST_F(CommissionTest, InterruptInMidDriveEndsSoftly) {
 }
 
 TEST_F(CommissionTest, ServiceWithoutRecordDrivesNothing) {
-    const std::string socket = (bench.folder / "scpi").string();
-    std::ofstream{bench.folder / "settings.toml"}
-        << "[serve]\nhttp_port = 0\nscpi_port = 0\nscpi_socket = \"" + socket +
-               "\"\nrecordings = \".\"\n[run]\nrig = \"" + rig.string() + "\"\nframes = \"off\"\n";
-    test::Program program{"shakerd", "serve --settings settings.toml", bench.folder};
-    const auto idle = [&] {
-        for (int i = 0; i < 1000 && !program.ended(); ++i) {
-            std::ifstream in{program.said()};
-            const std::string said{std::istreambuf_iterator<char>{in}, {}};
-            if (said.find("state: idle") != std::string::npos) return true;
-            std::this_thread::sleep_for(std::chrono::milliseconds{20});
-        }
-        return false;
-    };
-    ASSERT_TRUE(idle());
-    test::TcpClient client{std::filesystem::path{socket}};
+    const std::filesystem::path socket = bench.folder / "scpi";
+    const auto program = service(socket);
+    test::TcpClient client{socket};
     client.send("OUTP ON;*WAI");
     const std::string error = client.ask("SYST:ERR?");
     EXPECT_NE(error.find("has not been commissioned"), std::string::npos) << error;
     EXPECT_NE(error.find("check --commission --rig"), std::string::npos) << error;
     EXPECT_EQ(client.ask("OUTP?"), "0");
+}
+
+TEST_F(CommissionTest, ReloadTakesOnlyACoveredRigFile) {
+    const auto with = [&](const std::string& limits) {
+        std::string text = content(rig);
+        std::ofstream{rig} << text.insert(text.find("[limits]") + 8, "\n" + limits + "\n#");
+    };
+    commissioned::write_record(rig, content(rig), "", {});
+    const std::filesystem::path socket = bench.folder / "scpi";
+    const auto program = service(socket);
+    test::TcpClient client{socket};
+    const std::string before = client.ask("LIM:ACC:ABOR?");
+    with("acceleration_abort_mps2 = 1e6");
+    ::kill(program->pid(), SIGHUP);
+    EXPECT_TRUE(wait_for(*program, program->said(), "settings not reloaded")) << content(program->said());
+    EXPECT_TRUE(contains(program->said(), "has changed since the bench was commissioned"));
+    EXPECT_EQ(client.ask("LIM:ACC:ABOR?"), before);
+    bench.rig("resistance_ohm", "2.5");
+    ::kill(program->pid(), SIGHUP);
+    EXPECT_TRUE(wait_for(*program, program->said(), "settings reloaded; ")) << content(program->said());
+    EXPECT_TRUE(contains(program->said(), "ignored until a restart of the daemon: shaker"));
+    EXPECT_EQ(client.ask("LIM:ACC:ABOR?"), "1.00000000E+06");
+}
+
+TEST_F(CommissionTest, RunNeedsARecordOrHalfTheLimits) {
+    bench.start("--periods 4");
+    const test::Outcome refused = bench.finish();
+    EXPECT_EQ(refused.status, 2) << refused.err;
+    EXPECT_NE(refused.err.find("has not been commissioned"), std::string::npos) << refused.err;
+    EXPECT_NE(refused.err.find("--uncommissioned"), std::string::npos) << refused.err;
+    bench.start("--periods 4 --uncommissioned --gamma 4g");
+    const test::Outcome strong = bench.finish();
+    EXPECT_EQ(strong.status, 2) << strong.err;
+    EXPECT_NE(strong.err.find("31.4"), std::string::npos) << "half of 62.8 m/s^2: " << strong.err;
+    bench.start("--no-identify --periods 4 --settle 4 --uncommissioned --gamma 0.5g");
+    const test::Outcome o = bench.finish();
+    ASSERT_EQ(o.status, 0) << o.err;
+    EXPECT_NE(o.err.find("all limits are halved"), std::string::npos) << o.err;
+    EXPECT_TRUE(test::noted(nlohmann::json::parse(o.out), "all limits are halved")) << o.out;
+    EXPECT_EQ(bench.bench.dac().counts().streams, 1U) << "the refused runs drove nothing";
 }
 
 TEST(CommissionCommandTest, SimulatedBenchNeedsNone) {

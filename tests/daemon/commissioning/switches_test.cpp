@@ -1,8 +1,9 @@
-// Commissioning of an enable output and an abort input on the mock bench, with an operator who sees the line
+// Commissioning of an enable output and an abort input on the mock bench, with an operator who sees the tone
 // and moves the contact.
 #include <gtest/gtest.h>
 
 #include <atomic>
+#include <utility>
 
 #include "daemon/commissioning/commission.hpp"
 #include "drivers/commissioned/record.hpp"
@@ -16,21 +17,30 @@ namespace {
 
 /// What the operator sees and moves; outlives the devices.
 struct Desk {
-    std::atomic<bool> on{false};  // the line toggles
-    std::atomic<int> starts{0};   // of the line
+    std::atomic<bool> on{false};  // the tone is played
+    std::atomic<int> starts{0};   // of the tone
     std::atomic<bool> open{false};
 };
 
-class FakeLine final : public EnableOutput {
+class WatchedDac final : public Dac {
 public:
-    explicit FakeLine(Desk& desk) : desk_{desk} {}
-    [[nodiscard]] double before_s() const noexcept override { return 0.25; }
-    void feed(bool on) noexcept override {
+    WatchedDac(std::unique_ptr<Dac> inner, Desk& desk) : inner_{std::move(inner)}, desk_{desk} {}
+    [[nodiscard]] DacInfo info() const override { return inner_->info(); }
+    PlayTime write(std::span<const double> volts, std::span<const double> trigger) override {
+        return inner_->write(volts, trigger);
+    }
+    [[nodiscard]] std::int64_t take_back(std::int64_t most) noexcept override {
+        return inner_->take_back(most);
+    }
+    void enable(bool on) noexcept override {
         if (on && !desk_.on.exchange(on)) ++desk_.starts;
         desk_.on = on;
+        inner_->enable(on);
     }
+    void stop() noexcept override { inner_->stop(); }
 
 private:
+    std::unique_ptr<Dac> inner_;
     Desk& desk_;
 };
 
@@ -52,11 +62,12 @@ struct SwitchesTest : testing::Test {
     bool keeps_open = true;  // until the program asks to close it
     std::string shown;
     std::vector<std::string> questions;
-    std::vector<bool> line;  // at each question
+    std::vector<bool> tone;  // at each question
 
     void SetUp() override {
         if (!test::in_real_time) GTEST_SKIP() << "not in real time under a sanitiser";
         std::filesystem::remove(commissioned::record_of(bench.bench.rig_file()));
+        bench.rig("second_channel", "\"trigger\"\nenable_channel = 3");
     }
     void obey(const std::string& text) {
         shown += text;
@@ -72,14 +83,14 @@ struct SwitchesTest : testing::Test {
         const Settings settings{.rig = bench.bench.rig_file().string(),
                                 .frequency_hz = test::nightly() ? 20.0 : 60.0,  // most waits count periods
                                 .fit = [&](Rig& rig) {
-                                    rig.enable = std::make_unique<FakeLine>(desk);
+                                    rig.dac = std::make_unique<WatchedDac>(std::move(rig.dac), desk);
                                     rig.abort_input = std::make_unique<FakeContact>(desk);
                                 }};
         return commission(settings, {.show = [&](const std::string& text) { obey(text); },
                                      .ask =
                                          [&](const std::string& question) {
                                              questions.push_back(question);
-                                             line.push_back(desk.on);
+                                             tone.push_back(desk.on);
                                              return question.find(denied) == std::string::npos ? "y" : "n";
                                          },
                                      .rethrow = [] {}});
@@ -91,7 +102,7 @@ TEST_F(SwitchesTest, EnableIsConfirmedAndContactTimed) {
     ASSERT_EQ(questions.size(), 4U) << shown;
     EXPECT_NE(questions[1].find("Is the amplifier switched off?"), std::string::npos) << questions[1];
     EXPECT_NE(questions[2].find("switch on before the base moved"), std::string::npos) << questions[2];
-    EXPECT_EQ(line, (std::vector<bool>{false, false, false, true}));
+    EXPECT_EQ(tone, (std::vector<bool>{false, false, false, true}));
     EXPECT_EQ(desk.starts, 3) << "the drives of the enable output, of the abort input and of the gain";
     for (const char* words :
          {"ok   enable output, at rest: confirmed", "enable output, with the drive: confirmed",

@@ -55,6 +55,15 @@ std::vector<std::int32_t> played_again(const recorded::RecordingReader& recordin
     return codes;
 }
 
+TEST(ClosedRunTest, LeadOfTheEnableOutputIsNoSilenceOfTheSensor) {
+    BenchRun run;
+    run.rig("second_channel", "\"trigger\"\nenable_channel = 3\nenable_before_s = 5");
+    run.start("--no-identify --gamma 0.5g --periods 4 --settle 4");
+    if (!in_real_time) return expect_order(run.finish());
+    const Outcome o = run.finish();
+    EXPECT_EQ(o.status, 0) << end_of(o.err);
+}
+
 TEST(ClosedRunTest, GivesTrueDriftClockErrorAndExactWaveform) {
     BenchRun run{37.5};
     run.start("--gamma 1g --phi 100deg --periods 40 -o run.nxs");

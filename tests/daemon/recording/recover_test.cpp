@@ -5,7 +5,9 @@
 
 #include "daemon/recording/tables/reduction_tables.hpp"
 #include "drivers/errors.hpp"
+#include "drivers/recorded/h5/file_lock.hpp"
 #include "drivers/recorded/h5/h5.hpp"
+#include "drivers/recorded/pictures/picture_check.hpp"
 #include "drivers/recorded/pictures/picture_reader.hpp"
 #include "tests/support/program.hpp"
 #include "tests/support/recording/recording_folder.hpp"
@@ -67,6 +69,20 @@ TEST_F(RecoverTest, SecondRecoveryFindsItIntact) {
     expect_in(again.out, {"run.nxs: finished recording, intact"});
 }
 
+TEST_F(RecoverTest, FollowsNoLinkWhereItWrites) {
+    const std::filesystem::path victim = folder_ / "victim", link = folder_ / "run.nxs.unfinished";
+    std::ofstream{victim} << "mine";
+    std::filesystem::create_symlink(victim, folder_ / "run.nxs.recovering");  // the name of older versions
+    std::filesystem::create_symlink(victim, link);
+    const Outcome refused = shakerd("recover run.nxs", folder_);
+    EXPECT_EQ(refused.status, 2);
+    expect_in(refused.err, {"run.nxs.unfinished: exists"});
+    std::filesystem::remove(link);
+    EXPECT_EQ(shakerd("recover run.nxs", folder_).status, 0);
+    EXPECT_EQ(std::filesystem::file_size(victim), 4U);
+    EXPECT_FALSE(std::filesystem::exists(link));
+}
+
 TEST_F(RecoverTest, DataAfterDamageAreOmitted) {
     const std::size_t rows = recorded::RecordingReader{folder_ / "whole.nxs"}.play_times().size();
     damage("raw/drive/play_heard", rows / 2);
@@ -109,6 +125,43 @@ TEST_F(RecoverTest, ChangedFinishedFileIsReportedNotModified) {
     const Outcome o = shakerd("recover run.nxs", folder_);
     EXPECT_EQ(o.status, 4);
     expect_in(o.out, {"damaged from row", "raw/drive/play_heard"});
+}
+
+TEST_F(RecoverTest, LastPicturesThatAreGoneAreReported) {
+    std::filesystem::rename(folder_ / "run.nxs.part", folder_ / "run.nxs");
+    const std::filesystem::path frames = folder_ / "run.frames";
+    const std::uint64_t last = pictures::verify_frames(frames, "top").last;
+    pictures::end_frames(frames, "top", last - 5);
+    const Outcome o = shakerd("recover run.nxs", folder_);
+    EXPECT_EQ(o.status, 4);
+    const std::string sentence =
+        "camera \"top\": 5 pictures, the first is number " + std::to_string(last - 4) + ", are in no file";
+    expect_in(o.out, {"CHANGED since it was written", sentence.c_str()});
+    expect_in(shakerd("recover --json run.nxs", folder_).out, {"\"pictures_lost\": 5"});
+    std::filesystem::remove_all(frames);
+    const Outcome none = shakerd("recover run.nxs", folder_);
+    EXPECT_EQ(none.status, 4);
+    expect_in(none.out, {" 0 pictures", "run.frames: no pictures of camera \"top\""});
+}
+
+TEST_F(RecoverTest, FolderOfPicturesThatIsALinkIsRefused) {
+    const std::filesystem::path others = folder_ / "others.frames";
+    std::filesystem::rename(folder_ / "run.frames", others);
+    std::filesystem::create_directory_symlink(others, folder_ / "run.frames");
+    const Outcome o = shakerd("recover run.nxs", folder_);
+    EXPECT_EQ(o.status, 2);
+    expect_in(o.err, {"run.frames: is a link"});
+    EXPECT_FALSE(std::filesystem::exists(folder_ / "run.nxs"));
+}
+
+// A copy of the .part, under another name, of a recording that goes on.
+TEST_F(RecoverTest, PicturesOfALiveRecordingStay) {
+    std::filesystem::rename(folder_ / "run.nxs.part", folder_ / "run.copy.part");
+    const auto recorder = h5::FileLock::take_folder(folder_ / "run.frames", h5::Sharing::shared);
+    const Outcome o = shakerd("recover run.copy.part", folder_);
+    EXPECT_EQ(o.status, 2);
+    expect_in(o.err, {"run.frames: another process records or recovers these pictures"});
+    EXPECT_FALSE(std::filesystem::exists(folder_ / "run.copy"));
 }
 
 TEST_F(RecoverTest, MissingFileIsRefusedByName) {

@@ -193,16 +193,26 @@ TEST(RunTest, WalkerNearEdgeOrLostStopsDrive) {
     EXPECT_NE(lost.err.find("tracking_lost"), std::string::npos) << lost.err;
 }
 
-TEST(RunTest, SilentCameraStopsDriveIfLimitIsGiven) {
+TEST(RunTest, DriveNeedsPicturesOfTheWalker) {
     const auto folder = fresh_folder();
-    const std::string stall =
-        "[[fault]]\nwhat = \"camera_stall\"\nat_s = 2\nfor_s = 0.5\ncamera = \"side\"\n";
-    std::ofstream{folder / "stall.toml"} << positions << stall;
-    run("--no-identify --scene stall.toml --gamma 0.7g --periods 4", folder);
-    std::ofstream{folder / "strict.toml"} << positions << "[limits]\ncamera_missing_s = 0.1\n" << stall;
-    const Outcome o = shakerd("run --no-identify --scene strict.toml --gamma 0.7g --periods 4", folder);
-    EXPECT_EQ(o.status, 5);
-    EXPECT_NE(o.err.find("camera_missing"), std::string::npos) << o.err;
+    const auto run_with = [&](const std::string& limits, double at_s, double for_s,
+                              const std::string& camera) {
+        std::ofstream{folder / "stall.toml"} << positions << limits
+                                             << "[[fault]]\nwhat = \"camera_stall\"\nat_s = " << at_s
+                                             << "\nfor_s = " << for_s << "\n"
+                                             << camera;
+        return shakerd("run --no-identify --scene stall.toml --gamma 0.7g --periods 4", folder);
+    };
+    const std::string strict = "[limits]\ncamera_missing_s = 0.1\n";
+    for (const char* camera : {"camera = \"side\"\n", "camera = \"top\"\n"})
+        EXPECT_EQ(run_with(strict, 2, 1000, camera).status, 0) << camera;
+    EXPECT_EQ(run_with("", 2, 0.2, "").status, 0);
+    EXPECT_EQ(run_with("", 0, 2, "").status, 0) << "cameras that start after the DAC";
+    for (const Outcome& o :
+         {run_with("", 0, 1000, ""), run_with("", 2, 1000, ""), run_with(strict, 2, 0.2, "")}) {
+        EXPECT_EQ(o.status, 5);
+        EXPECT_NE(o.err.find("camera_missing"), std::string::npos) << o.err;
+    }
 }
 
 TEST(RunTest, CoveredWalkerStopsDrive) {

@@ -3,13 +3,14 @@
 
 #include <fcntl.h>
 #include <gtest/gtest.h>
+#include <sys/socket.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
 #include <cerrno>
 #include <cstdio>
 
-#include "tests/support/no_landlock.hpp"
+#include "tests/support/missing_calls.hpp"
 
 namespace shaker::sandbox {
 namespace {
@@ -137,13 +138,17 @@ TEST_F(FileAttemptsTest, FolderIsListedAndItsFilesStayClosed) {
     EXPECT_EQ(word(outcome_of(allowed, [&] { return opened(secret_, O_RDONLY); })), "EACCES");
 }
 
-TEST_F(FileAttemptsTest, ParentOpensFilesWithoutLandlock) {
-    std::vector<Attempt> attempts = on_files();
-    for (Attempt& a : attempts)
-        if (a.writer == EXDEV) a.writer = EACCES;
+TEST_F(FileAttemptsTest, ListOfCallsHoldsWithoutLandlock) {
     test::without_landlock([&] {
-        expect_refused(attempts);
         expect_own_files();
+        const Attempt attempts[] = {
+            {"write a file of the user", [&] { return opened(secret_, O_WRONLY); }, EACCES, test::succeeded},
+            {"empty it", [&] { return opened(secret_, O_RDONLY | O_TRUNC); }, EACCES},
+            {"remove the pictures", [&] { return unlink((own_ / "run.frames" / "x").c_str()); }, died,
+             ENOENT},
+            {"change its rights", [&] { return chmod(secret_.c_str(), 0777); }, died},
+            {"talk to others", [] { return socket(AF_UNIX, SOCK_STREAM, 0); }, died}};
+        expect_refused({std::begin(attempts), std::end(attempts)});
     });
 }
 

@@ -28,6 +28,7 @@
 
 #include "daemon/manual/exit_status.hpp"
 #include "drivers/errors.hpp"
+#include "tests/support/missing_calls.hpp"
 #include "tests/support/program.hpp"
 
 namespace shaker::sandbox {
@@ -378,6 +379,20 @@ TEST(ConfinedTest, WarnsWithoutFiltersAndKeepsLimits) {
     const std::string said = testing::internal::GetCapturedStdout() + testing::internal::GetCapturedStderr();
     EXPECT_EQ(WEXITSTATUS(status), 9) << said;
     expect_in(said, {"cannot restrict the system calls of a file reader (seccomp: Invalid argument)"});
+}
+
+TEST(ConfinedTest, WarnsOnceWithoutLandlock) {
+    test::without_landlock([] {
+        Confinement second = ample;
+        second.warns = false;
+        const auto nothing = [] { return 0; };
+        const std::string said = confine(nothing).said + confine(nothing, second).said;
+        const char* warning =
+            "cannot restrict a file reader to its files (Landlock: Operation not supported)";
+        EXPECT_NE(said.find(warning), std::string::npos) << said;
+        EXPECT_EQ(said.find(warning), said.rfind(warning)) << said;
+        EXPECT_NE(confine([] { return socket(AF_UNIX, SOCK_STREAM, 0); }).refused, "") << "seccomp is on";
+    });
 }
 
 }  // namespace

@@ -2,10 +2,14 @@
 #include "daemon/sandbox/new_files.hpp"
 
 #include <gtest/gtest.h>
+#include <sys/syscall.h>
+#include <unistd.h>
 
+#include <cerrno>
 #include <fstream>
 
 #include "drivers/errors.hpp"
+#include "tests/support/missing_calls.hpp"
 #include "tests/support/program.hpp"
 
 namespace shaker::sandbox {
@@ -44,19 +48,25 @@ TEST(NewFilesTest, EmptyFileIsRemovedAgain) {
     EXPECT_FALSE(fs::exists(file));
     {
         const NewFile made{file};
-        put(file);
+        EXPECT_EQ(write(made.descriptor(), "x", 1), 1);
     }
-    EXPECT_TRUE(fs::exists(file));
-    put(file, "");
-    { const NewFile there{file}; }
-    EXPECT_TRUE(fs::exists(file)) << "it existed before";
-    const NewFile none{""};
+    EXPECT_EQ(fs::file_size(file), 1U);
+}
+
+TEST(NewFilesTest, FileReplacesNothingAndFollowsNoLink) {
+    const fs::path here = test::fresh_folder();
+    put(here / "there", "");
+    fs::create_symlink("victim", here / "link");
+    for (const char* name : {"there", "link"}) EXPECT_THROW(NewFile{here / name}, InputError) << name;
+    EXPECT_THROW(NewFile{here / "none" / "file"}, DeviceError);
+    EXPECT_TRUE(fs::exists(here / "there")) << "it existed before";
+    EXPECT_FALSE(fs::exists(here / "victim"));
 }
 
 TEST(NewFilesTest, RecordingIsMovedWhenItIsComplete) {
     const fs::path here = test::fresh_folder();
     {
-        const NewRecording made{here / "run.nxs"};
+        NewRecording made{here / "run.nxs"};
         EXPECT_EQ(made.working(), here / "run.nxs.unfinished" / "run.nxs");
         EXPECT_THROW(NewRecording{here / "run.nxs"}, InputError);
         put(made.working());
@@ -69,16 +79,46 @@ TEST(NewFilesTest, RecordingIsMovedWhenItIsComplete) {
     EXPECT_EQ(std::distance(fs::directory_iterator{here}, {}), 2);
 }
 
-TEST(NewFilesTest, RecordingReplacesNothing) {
+TEST(NewFilesTest, RecordingWithoutItsNameStaysInFolder) {
     const fs::path here = test::fresh_folder();
     {
-        const NewRecording made{here / "run.nxs"};
+        NewRecording made{here / "run.nxs"};
         put(made.working());
+        fs::create_directories(made.folder() / "run.frames");
         put(here / "run.nxs", "another");
-        EXPECT_THROW(made.keep(), InputError);
+        try {
+            made.keep();
+            FAIL() << "nothing was thrown";
+        } catch (const DeviceError& e) {
+            EXPECT_NE(std::string{e.what()}.find("move it out of " + made.folder().string()),
+                      std::string::npos)
+                << e.what();
+        }
     }
     EXPECT_EQ(fs::file_size(here / "run.nxs"), 7U);
-    EXPECT_FALSE(fs::exists(here / "run.nxs.unfinished"));
+    EXPECT_TRUE(fs::exists(here / "run.nxs.unfinished" / "run.nxs"));
+    EXPECT_TRUE(fs::exists(here / "run.nxs.unfinished" / "run.frames"));
+    EXPECT_FALSE(fs::exists(here / "run.frames"));
+}
+
+TEST(NewFilesTest, RecordingIsForItsUserOnly) {
+    const NewRecording made{test::fresh_folder() / "run.nxs"};
+    EXPECT_EQ(fs::status(made.folder()).permissions(), fs::perms::owner_all);
+}
+
+// Some file systems do not know how to rename without replacing.
+TEST(NewFilesTest, RecordingIsMovedOnEveryFileSystem) {
+    const fs::path here = test::fresh_folder();
+    test::without_call(SYS_renameat2, EINVAL, [&] {
+        NewRecording made{here / "run.nxs"};
+        put(made.working());
+        fs::create_directories(made.folder() / "run.frames");
+        put(made.folder() / "run.frames" / "top-0000.h5");
+        made.keep();
+    });
+    EXPECT_TRUE(fs::exists(here / "run.nxs"));
+    EXPECT_TRUE(fs::exists(here / "run.frames" / "top-0000.h5"));
+    EXPECT_EQ(std::distance(fs::directory_iterator{here}, {}), 2);
 }
 
 }  // namespace

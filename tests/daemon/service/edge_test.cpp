@@ -123,5 +123,22 @@ TEST_F(EdgeTest, HiddenWalkerTripsOnTheWayBack) {
     EXPECT_EQ(r.last.trip->cause, safety::Cause::tracking_lost);
 }
 
+TEST_F(EdgeTest, IdentificationStartsInsideTheEdgeOnly) {
+    const auto r =
+        play(near_the_edge("", "", "45"), {{in(RunState::idle), give(Identify{})}}, 5, {0.113, 0.001});
+    ASSERT_EQ(answers.size(), 1U);
+    EXPECT_NE(answers[0].find("from the edge of the picture"), std::string::npos) << answers[0];
+    EXPECT_TRUE(test::entered(r, RunState::identify).empty()) << test::log_of(r);
+}
+
+TEST_F(EdgeTest, IdentificationThatMovesTheWalkerOutTrips) {
+    options.drive.gamma = 40;
+    const auto r = play(near_the_edge("", "", "-42"),
+                        {{in(RunState::idle), give(Identify{})}, until(in(RunState::tripped))}, 20);
+    ASSERT_TRUE(r.last.trip) << test::log_of(r);
+    EXPECT_EQ(r.last.trip->cause, safety::Cause::walker_edge);
+    EXPECT_TRUE(test::entered(r, RunState::ramp_down).empty()) << test::log_of(r);
+}
+
 }  // namespace
 }  // namespace shaker::service

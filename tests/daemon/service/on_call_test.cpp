@@ -200,14 +200,14 @@ TEST(OnCallTest, RefusedOrderHasReasonAndChangesNothing) {
     Answers answers;
     Drive wild;
     wild.gamma = 500;
-    safety::Limits raised;
+    const LowerLimit raised{{&safety::Limits::acceleration}, 1e6};
     const auto r = play_on_call(
         slow, quick(), folder,
         {{in(run::RunState::idle), orders(SetDrive{wild}, answers)},
          {in(run::RunState::idle), orders(Begin{1}, answers)},
          {in(run::RunState::idle), orders(End{}, answers)},
          {in(run::RunState::idle), orders(ClearTrip{}, answers)},
-         {in(run::RunState::idle), orders(LowerLimits{raised}, answers)},
+         {in(run::RunState::idle), orders(raised, answers)},
          {in(run::RunState::idle), orders(Record{true, "../x", recorded::KeptPictures::off}, answers)}});
     ASSERT_EQ(answers.size(), 6U);
     const std::vector<std::string> words{"acceleration",     "periods 1",          "no drive to stop",
@@ -341,13 +341,7 @@ TEST(OnCallTest, WaitingDoesNotGrowMemory) {
 TEST(OnCallTest, LoweredLimitsTrip) {
     const auto folder = test::fresh_folder();
     Answers answers;
-    safety::Limits lower;
-    const auto lowered = [&](BenchPort& bench_port) {
-        lower = bench_port.state()->limits;
-        lower.acceleration = {7, 8};
-        bench_port.order(
-            {LowerLimits{lower}, [&](const std::string& refused) { answers.push_back(refused); }});
-    };
+    const auto lowered = orders(LowerLimit{{&safety::Limits::acceleration}, 8}, answers);
     const auto r = play_on_call(slow, quick(), folder,
                                 {{in(run::RunState::idle), orders(Begin{10}, answers)},
                                  {in(run::RunState::run), lowered},

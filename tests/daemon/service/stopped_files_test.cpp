@@ -56,5 +56,25 @@ TEST_F(StoppedFilesTest, OfADriveWritesItsEnd) {
     }));
 }
 
+// SAFE-15
+TEST_F(StoppedFilesTest, EachTripAtRestWritesItsEnd) {
+    std::string scene = slow;
+    std::vector<test::Move> moves;
+    constexpr int trips = 4;
+    for (int i = 0; i < trips; ++i) {
+        scene += test::fault("contact_open", 2 + 2 * i, "for_s = 0.05\n");
+        moves.push_back(
+            {[i](const BenchState& s) { return s.may_clear && s.now_s > 2 + 2 * i; }, give(ClearTrip{})});
+    }
+    moves.push_back(until(test::from_s(2 + 2 * trips)));
+    const auto r = play(scene, moves);
+    EXPECT_EQ(answers, Answers(trips, ""));
+    EXPECT_EQ(r.last.trips, std::size_t{trips});
+    std::size_t files = 0;
+    for (const auto& file : std::filesystem::directory_iterator{folder})
+        files += file.path().filename().string().starts_with("trip-") ? 1 : 0;
+    EXPECT_EQ(files, std::size_t{trips}) << log_of(r);
+}
+
 }  // namespace
 }  // namespace shaker::service

@@ -1,9 +1,13 @@
 // Hard stops on the mock converter: what is heard is the recorded drive, and it is silent in time.
+#include <alsa/asoundlib.h>
+#include <dlfcn.h>
 #include <gtest/gtest.h>
 
+#include <cerrno>
 #include <cmath>
 #include <cstdio>
 #include <thread>
+#include <utility>
 
 #include "drivers/hardware/alsa/alsa_dac.hpp"
 #include "drivers/hardware/alsa/pcm_codec.hpp"
@@ -13,6 +17,20 @@
 #include "tests/support/no_alloc.hpp"
 #include "tests/support/remote/player.hpp"
 #include "tests/support/stall_probe.hpp"
+
+namespace {
+
+int rewinds_until_failure = 0;  // 0: none fails
+
+}  // namespace
+
+// Replaces the function of libasound.
+extern "C" snd_pcm_sframes_t snd_pcm_rewind(snd_pcm_t* pcm, snd_pcm_uframes_t frames) {
+    static const auto real =
+        reinterpret_cast<decltype(&snd_pcm_rewind)>(::dlsym(RTLD_NEXT, "snd_pcm_rewind"));
+    if (rewinds_until_failure > 0 && --rewinds_until_failure == 0) return -EIO;
+    return real(pcm, frames);
+}
 
 namespace shaker::hardware {
 namespace {
@@ -180,6 +198,42 @@ TEST(AlsaTakeBackTest, KeepsTwoPeriodsAndRampFollows) {
     EXPECT_GT(mock.end_of_sound(), last + 2300);
     const double own = 1.02 * test::steepest_step;
     EXPECT_LE(mock.largest_step(start, mock.first.size()), own) << "neither value nor slope jumps";
+}
+
+// A rewind of the silence behind the ramp fails: no drive may sound behind that ramp, and the loss is
+// reported.
+TEST(AlsaTakeBackTest, SilenceThatStaysIsLostAndEndsTheDrive) {
+    for (const int buffer : {4800, 9600, 4320}) {
+        SCOPED_TRACE(buffer);
+        MockDac mock;
+        alsa::AlsaSettings s = short_buffer(mock);
+        s.buffer_frames = buffer;
+        PlayTime after;
+        std::int64_t stays = 0;
+        {
+            alsa::AlsaDac dac{s};
+            Player player{dac};
+            player.play(40);
+            rewinds_until_failure = 2;
+            const std::int64_t taken = dac.take_back(1 << 20);
+            stays = player.next - taken;
+            ASSERT_TRUE(taken > 0 || !test::in_real_time);
+            if (std::exchange(rewinds_until_failure, 0) > 0) continue;  // the queue was empty
+            const std::vector<double> volts = test::test_block(stays, 240), still(240);
+            after = dac.write(volts, still);
+            EXPECT_GE(after.lost, taken) << "its caller must start again from silence";
+            EXPECT_EQ(dac.take_back(1 << 20), 0);
+            EXPECT_EQ(dac.counts().incidents, 1U);
+            EXPECT_EQ(dac.counts().lost, static_cast<std::uint64_t>(after.lost + 240));
+            for (int k = 0; k < 20; ++k) dac.write(still, still);
+            EXPECT_EQ(dac.counts().incidents, 1U);
+        }
+        mock.listen();
+        const auto start = static_cast<std::size_t>(mock.converter.stream_starts().at(0)) +
+                           static_cast<std::size_t>(s.buffer_frames - s.ramp_frames());
+        EXPECT_LE(mock.end_of_sound(), start + static_cast<std::size_t>(stays + s.ramp_frames()));
+        EXPECT_LE(mock.largest_step(start, mock.first.size()), 1.02 * test::steepest_step);
+    }
 }
 
 TEST(AlsaTakeBackTest, NothingIsTakenBackWithoutRamp) {

@@ -42,11 +42,6 @@ public:
     void stop() noexcept override {}
 };
 
-class StillOutput final : public gpio::OutputLine {
-public:
-    [[nodiscard]] bool set(bool /*high*/) noexcept override { return true; }
-};
-
 class StillInput final : public gpio::InputLine {
 public:
     [[nodiscard]] std::optional<Levels> watch(std::chrono::milliseconds /*wait*/) noexcept override {
@@ -56,11 +51,6 @@ public:
 
 int opened = 0;
 std::vector<std::string> lines_opened;
-
-std::unique_ptr<gpio::OutputLine> open_still_output(const gpio::LineName& at) {
-    lines_opened.push_back(at.text());
-    return std::make_unique<StillOutput>();
-}
 
 std::unique_ptr<gpio::InputLine> open_still_input(const gpio::LineName& at, gpio::Pull /*pull*/) {
     lines_opened.push_back(at.text());
@@ -115,10 +105,8 @@ constexpr std::array dacs{
             .list = list_none,
             .search = {},
             .advice = {.silent = "is it meant to be silent?", .rate_off = "who counts?"}}};
-constexpr Kinds tables{.dacs = dacs,
-                       .accelerometers = accelerometers,
-                       .cameras = cameras,
-                       .lines = {open_still_output, open_still_input}};
+constexpr Kinds tables{
+    .dacs = dacs, .accelerometers = accelerometers, .cameras = cameras, .open_line = open_still_input};
 
 std::string rig_file(const std::string& camera, const std::string& dac = {}) {
     return "[dac]\n" + dac +
@@ -127,9 +115,8 @@ std::string rig_file(const std::string& camera, const std::string& dac = {}) {
            "20]\n";
 }
 
-std::string switches(const std::string& enable, const std::string& abort, double hold_s) {
-    return "[enable]\nchip = \"gpiochip0\"\nline = \"" + enable + "\"\nhold_s = " + std::to_string(hold_s) +
-           "\n[abort]\nchip = \"gpiochip0\"\nline = \"" + abort + "\"\n";
+std::string contact(const std::string& line) {
+    return "[abort]\nchip = \"gpiochip0\"\nline = \"" + line + "\"\n";
 }
 
 std::string refusal(const std::string& text) {
@@ -181,33 +168,17 @@ TEST(KindsTest, ReadsWholeFileBeforeOpeningDevices) {
     EXPECT_EQ(opened, 0);
 }
 
-TEST(SwitchTablesTest, LinesAreOpenedAfterTheDac) {
+TEST(KindsTest, AbortInputIsOpenedAfterTheDac) {
     lines_opened.clear();
-    SettingsTable root = SettingsTable::from_text(
-        rig_file("driver = \"drawn\"\ngrey = 7\n") + switches("17", "27", 0.07), "rig.toml");
+    SettingsTable root =
+        SettingsTable::from_text(rig_file("driver = \"drawn\"\ngrey = 7\n") + contact("27"), "rig.toml");
     const HardwareRig bench = open_hardware_rig(root, tables);
-    EXPECT_NE(bench.rig.enable, nullptr);
     EXPECT_NE(bench.rig.abort_input, nullptr);
-    EXPECT_EQ(lines_opened, (Notes{"line 17 of gpiochip0", "line 27 of gpiochip0"}));
-    ASSERT_EQ(bench.granted.size(), 4U);
-    expect_in(bench.granted[2], {"enable output: line 17 of gpiochip0", "250 Hz"});
-    expect_in(bench.granted[3], {"abort input: line 27 of gpiochip0, closed is low"});
-}
-
-TEST(SwitchTablesTest, OneLineForBothIsRefused) {
-    opened = 0;
-    lines_opened.clear();
-    expect_in(refusal(rig_file("driver = \"drawn\"\ngrey = 7\n") + switches("17", "17", 0.07)),
-              {"rig.toml", "abort.line", "line 17 of gpiochip0 is the line of [enable]"});
-    EXPECT_EQ(opened, 0);
-    EXPECT_TRUE(lines_opened.empty());
-}
-
-TEST(SwitchTablesTest, HoldBelowTheBufferIsRefused) {
-    lines_opened.clear();
-    expect_in(refusal(rig_file("driver = \"drawn\"\ngrey = 7\n") + switches("17", "27", 0.069)),
-              {"rig.toml", "enable.hold_s", "0.069 is shorter than the buffer of the DAC", "0.070 to 1"});
-    EXPECT_TRUE(lines_opened.empty());
+    EXPECT_EQ(lines_opened, (Notes{"line 27 of gpiochip0"}));
+    ASSERT_EQ(bench.granted.size(), 3U);
+    expect_in(bench.granted[2], {"abort input: line 27 of gpiochip0, closed is low"});
+    expect_in(refusal(rig_file("driver = \"drawn\"\ngrey = 7\n") + "[enable]\nline = \"17\"\n"),
+              {"rig.toml", "enable"});
 }
 
 TEST(KindsTest, ARowIsEnoughToListDevices) {

@@ -2,12 +2,15 @@
 #include "drivers/recorded/h5/file_lock.hpp"
 
 #include <gtest/gtest.h>
+#include <sys/syscall.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <cerrno>
 #include <csignal>
 #include <fstream>
 
+#include "tests/support/missing_calls.hpp"
 #include "tests/support/recording/recording_folder.hpp"
 
 namespace shaker::h5 {
@@ -82,6 +85,24 @@ TEST_F(FileLockTest, RenameReplacesNothing) {
     EXPECT_FALSE(std::filesystem::exists(file_));
     EXPECT_EQ(std::filesystem::file_size(taken), 4U);
     EXPECT_THROW(rename_new(file_, taken), DeviceError) << "the file is gone";
+}
+
+// Some file systems do not know how to rename without replacing.
+TEST_F(FileLockTest, FolderIsRenamedInStepsAndReplacesNothing) {
+    const auto from = folder_ / "made", to = folder_ / "run.frames";
+    std::filesystem::create_directories(from);
+    std::ofstream{from / "picture"} << "data";
+    test::without_call(SYS_renameat2, EINVAL, [&] {
+        std::filesystem::create_directories(to);
+        expect_in(refusal([&] { rename_new(from, to); }), {"made", "run.frames: another file"});
+        EXPECT_TRUE(std::filesystem::exists(from / "picture"));
+        std::filesystem::remove(to);
+        rename_new(from, to);
+        rename_new(file_, folder_ / "run.nxs");
+    });
+    EXPECT_TRUE(std::filesystem::exists(to / "picture"));
+    EXPECT_FALSE(std::filesystem::exists(from));
+    EXPECT_TRUE(std::filesystem::exists(folder_ / "run.nxs"));
 }
 
 }  // namespace

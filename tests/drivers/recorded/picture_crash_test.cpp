@@ -135,7 +135,7 @@ TEST_F(FrameCrashTest, DyingWriterLosesAtMostItsUnwrittenBlock) {
         SCOPED_TRACE(testing::Message() << last << " pictures, " << segment << " in a segment");
         store_and_die(last, segment);
         const pictures::PictureCheck before = pictures::verify_frames(frames_, "top");
-        EXPECT_EQ(before.whole, before.last);
+        EXPECT_EQ(before.whole.size(), before.last);
         EXPECT_TRUE(before.bad.empty() && before.damaged.empty());
         EXPECT_LE(before.last, last);
         EXPECT_LT(last - before.last, pictures::PictureSegment::block);
@@ -172,7 +172,7 @@ TEST_F(FrameCrashTest, KilledWriterLosesNoWholePicture) {
         ASSERT_EQ(::waitpid(child, nullptr, 0), child);
         if (pictures::segment_files(frames_, "top").empty()) continue;
         const pictures::PictureCheck check = pictures::finish_frames(frames_, "top");
-        EXPECT_EQ(check.whole, check.last);
+        EXPECT_EQ(check.whole.size(), check.last);
         EXPECT_LT(progress.now(), check.last + pictures::PictureSegment::block);
         EXPECT_LE(check.bad.size(), pictures::PictureSegment::block);
         for (const pictures::BadPicture& b : check.bad) EXPECT_GT(b.number, check.last);
@@ -196,7 +196,7 @@ TEST_F(FrameCrashTest, AFlippedBitInAPictureOrARecordIsFoundAndNamed) {
         change(s.file, at, [bit](char& byte) { byte = static_cast<char>(byte ^ bit); });
 
         const pictures::PictureCheck check = pictures::verify_frames(frames_, "top");
-        EXPECT_EQ(check.whole, 39);
+        EXPECT_EQ(check.whole.size(), 39);
         EXPECT_EQ(check.last, number == 40 ? 39 : 40);
         ASSERT_EQ(check.bad.size(), 1);
         EXPECT_EQ(check.bad[0].number, number);
@@ -261,7 +261,7 @@ TEST_F(FrameCrashTest, ALostFileInTheMiddleLeavesTheOthersReadable) {
     for (std::uint64_t n = 17; n <= 48; ++n) lost.push_back(n);
     expect_whole_but(lost, 60);
     const pictures::PictureCheck check = pictures::finish_frames(frames_, "top");
-    EXPECT_EQ(check.whole, 28);
+    EXPECT_EQ(check.whole.size(), 28);
     EXPECT_EQ(check.last, 60);
     ASSERT_EQ(check.damaged.size(), 2);
     expect_in(check.damaged[0], {"top-0002.h5", "not an HDF5 file"});

@@ -152,6 +152,28 @@ TEST_F(PictureStoreTest, TwoCamerasShareAFolder) {
     expect_same(*reader.read(9), numbered(10, {9, 16, 2}), 10);
 }
 
+TEST_F(PictureStoreTest, NobodyElseHasTheFolderWhileItWrites) {
+    using h5::FileLock, h5::Sharing;
+    {
+        pictures::PictureStore top{frames_, "top", 8}, side{frames_, "side", 8};
+        for (pictures::PictureStore* store : {&top, &side}) store->prepare({8, 8, 1});
+        EXPECT_FALSE(FileLock::take_folder(frames_, Sharing::alone));
+    }
+    const auto recovery = FileLock::take_folder(frames_, Sharing::alone);
+    ASSERT_TRUE(recovery);
+    EXPECT_FALSE(FileLock::take_folder(frames_, Sharing::alone));
+    pictures::PictureStore late{frames_, "late", 8};
+    EXPECT_THROW(late.prepare({8, 8, 1}), DeviceError);
+}
+
+TEST_F(PictureStoreTest, FollowsNoLinkToAFolder) {
+    std::filesystem::create_directories(folder_ / "others");
+    std::filesystem::create_directory_symlink(folder_ / "others", frames_);
+    pictures::PictureStore store{frames_, "top", 8};
+    expect_in(refusal([&] { store.prepare({8, 8, 1}); }), {"run.frames: is a link or not a folder"});
+    EXPECT_TRUE(std::filesystem::is_empty(folder_ / "others"));
+}
+
 TEST_F(PictureStoreTest, StoresNothingAfterFinish) {
     const pictures::PictureShape shape{16, 9, 1};
     pictures::PictureStore store{frames_, "top", 8};

@@ -1,9 +1,14 @@
 #include "tests/support/recording/format_page.hpp"
 
+#include <gtest/gtest.h>
 #include <spdlog/fmt/fmt.h>
+
+#include <fstream>
+#include <iterator>
 
 #include "daemon/recording/tables/places.hpp"
 #include "drivers/recorded/raw_columns.hpp"
+#include "tests/support/paths.hpp"
 
 namespace shaker::test {
 
@@ -75,11 +80,15 @@ std::string section_of(const recorded::raw::Group& group) {
     return text;
 }
 
+std::string with_tables(const std::string& page, const std::string& tables) {
+    const std::size_t from = page.find(begin), to = page.find(end);
+    if (from == std::string::npos || to == std::string::npos) return page;
+    return page.substr(0, from) + begin + tables + page.substr(to);
+}
+
 }  // namespace
 
 std::string with_tables(const std::string& page) {
-    const std::size_t from = page.find(begin), to = page.find(end);
-    if (from == std::string::npos || to == std::string::npos) return page;
     recorded::RecordingHeader header;
     View view;
     view.camera = "<camera>";
@@ -89,7 +98,25 @@ std::string with_tables(const std::string& page) {
     std::string tables;
     for (const recorded::GroupLayout& g : recording::recording_places(header, true)) tables += section_of(g);
     for (const recorded::raw::Group& g : recorded::raw::groups) tables += section_of(g);
-    return page.substr(0, from) + begin + tables + page.substr(to);
+    return with_tables(page, tables);
+}
+
+std::string with_tables(const std::string& page, const std::vector<recorded::GroupLayout>& groups) {
+    std::string tables;
+    for (const recorded::GroupLayout& g : groups) tables += section_of(g);
+    return with_tables(page, tables);
+}
+
+void expect_page(const std::string& page, const std::function<std::string(const std::string&)>& with) {
+    const std::string file = source_dir() + "/" + page;
+    std::ifstream in{file};
+    const std::string now{std::istreambuf_iterator<char>{in}, {}}, expected = with(now);
+    EXPECT_NE(now.find("\n### `"), std::string::npos) << file << " has no tables";
+    if (now == expected) return;
+    const std::string made = build_dir() + "/" + page.substr(page.rfind('/') + 1);
+    std::ofstream{made} << expected;
+    ADD_FAILURE() << "the tables of " << file << " differ from the code; check the differences, then\n  cp "
+                  << made << " " << file;
 }
 
 }  // namespace shaker::test

@@ -2,6 +2,7 @@
 
 #include <spdlog/fmt/fmt.h>
 
+#include <algorithm>
 #include <chrono>
 #include <fstream>
 #include <iterator>
@@ -20,6 +21,7 @@ namespace shaker::test {
 namespace {
 
 constexpr double longest_s = 4;                             // the run takes about 5 s
+constexpr double pictures_s = 0.5;                          // there are some by then
 constexpr const char* strange_bytes = "another program's";  // in the file of the name
 
 std::string run_words() {
@@ -43,9 +45,8 @@ bool wait_for_begin(Program& program, const std::filesystem::path& journal) {
     return false;
 }
 
-void expect_refused(const Outcome& outcome, pid_t recorder, Intrusion& found) {
-    const std::string process = fmt::format("is being recorded by process {}", recorder);
-    if (outcome.status != manual::exit_input || outcome.err.find(process) == std::string::npos)
+void expect_refused(const Outcome& outcome, const std::string& reason, Intrusion& found) {
+    if (outcome.status != manual::exit_input || outcome.err.find(reason) == std::string::npos)
         found.wrong.push_back(
             fmt::format("the intruder ended with {}: {}{}", outcome.status, outcome.out, outcome.err));
 }
@@ -85,6 +86,8 @@ const char* name(Intruder intruder) noexcept {
             return "second recorder";
         case Intruder::file_of_the_name:
             return "file of the name";
+        case Intruder::recover_copy:
+            return "recover a copy";
     }
     return "";
 }
@@ -96,14 +99,20 @@ Intrusion intrude(Intruder intruder, double at_s, const std::filesystem::path& f
         found.wrong.push_back("it did not begin: " + program.wait().err);
         return found;
     }
-    std::this_thread::sleep_for(std::chrono::duration<double>{at_s});
+    if (intruder == Intruder::recover_copy) found.at_s = std::max(at_s, pictures_s);
+    std::this_thread::sleep_for(std::chrono::duration<double>{found.at_s});
     if (program.ended()) found.wrong.emplace_back("it had ended before");
-    if (intruder == Intruder::recover)
-        expect_refused(shakerd("recover run.nxs.part", folder), program.pid(), found);
-    else if (intruder == Intruder::second_recorder)
-        expect_refused(shakerd(run_words(), folder), program.pid(), found);
-    else
+    const std::string process = fmt::format("is being recorded by process {}", program.pid());
+    if (intruder == Intruder::recover) {
+        expect_refused(shakerd("recover run.nxs.part", folder), process, found);
+    } else if (intruder == Intruder::second_recorder) {
+        expect_refused(shakerd(run_words(), folder), process, found);
+    } else if (intruder == Intruder::recover_copy) {
+        std::filesystem::copy_file(folder / "run.nxs.part", folder / "run.copy.part");
+        expect_refused(shakerd("recover run.copy.part", folder), "another process records", found);
+    } else {
         std::ofstream{folder / "run.nxs"} << strange_bytes;
+    }
     const Outcome run = program.wait();
     if (intruder == Intruder::file_of_the_name)
         look_at_other_file(run, folder, found);
@@ -123,7 +132,7 @@ std::vector<Intrusion> intrusions(int count, std::uint64_t seed, int jobs,
         const std::filesystem::path place = folder / fmt::format("intrusion-{}", i);
         std::filesystem::create_directories(place);
         Intrusion& one = found[static_cast<std::size_t>(i)];
-        one = intrude(static_cast<Intruder>(i % 3), one.at_s, place);
+        one = intrude(static_cast<Intruder>(i % intruders), one.at_s, place);
         if (one.wrong.empty()) std::filesystem::remove_all(place);
     });
     return found;

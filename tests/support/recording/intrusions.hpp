@@ -8,10 +8,12 @@
 namespace shaker::test {
 
 enum class Intruder {
-    recover,          // "shakerd recover" of the file
-    second_recorder,  // another "shakerd run" that records into the same file
-    file_of_the_name  // a file with the final name of the recording
+    recover,           // "shakerd recover" of the file
+    second_recorder,   // another "shakerd run" that records into the same file
+    file_of_the_name,  // a file with the final name of the recording
+    recover_copy       // "shakerd recover" of a copy, whose pictures are those of the recording
 };
+inline constexpr int intruders = 4;
 const char* name(Intruder intruder) noexcept;
 
 struct Intrusion {
@@ -26,7 +28,7 @@ struct Intrusion {
 /// One live run with whole pictures and an intruder at_s after its start, in this empty folder.
 Intrusion intrude(Intruder intruder, double at_s, const std::filesystem::path& folder);
 
-/// `count` runs with the three intruders in turn at random times, `jobs` at a time, in folders below this
+/// `count` runs with the intruders in turn at random times, `jobs` at a time, in folders below this
 /// one. A failed one keeps its folder.
 std::vector<Intrusion> intrusions(int count, std::uint64_t seed, int jobs,
                                   const std::filesystem::path& folder);

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <memory>
 
+#include "drivers/errors.hpp"
+
 namespace shaker::test {
 
 namespace {
@@ -86,11 +88,12 @@ std::string PlayedPort::obey(const service::OrderWhat& what) {
         state_.record = record->on;
         state_.record_name = record->on ? record->name : std::string{};
         state_.pictures = record->pictures;
-    } else if (const auto* lower = std::get_if<service::LowerLimits>(&what)) {
-        if (lower->limits.acceleration.abort > state_.limits.acceleration.abort)
-            return "limits are raised in the file only";
-        state_.limits = lower->limits;
-    }
+    } else if (const auto* lower = std::get_if<service::LowerLimit>(&what))
+        try {
+            safety::lower(state_.limits, lower->key, lower->value);
+        } catch (const InputError& e) {
+            return e.what();
+        }
     return {};
 }
 

@@ -88,10 +88,12 @@ OnCallResult play_on_call(const std::string& scene, const run::RunOptions& run,
                 move = moves.size();
             }
             if (state->answered < bench_port.ordered()) return any;
-            if (move < moves.size() && moves[move].when(*state))
+            if (move < moves.size() && moves[move].when(*state)) {
+                if (moves[move].leaves) session.leave();
                 moves[move++].act(bench_port);
-            else if (move == moves.size() && !session.leaving())
+            } else if (move == moves.size() && !session.leaving()) {
                 session.leave();
+            }
             return any;
         },
         [&] { return session.done(); });

@@ -24,6 +24,7 @@ run::RunOptions quick();
 struct Move {
     std::function<bool(const service::BenchState&)> when;
     std::function<void(service::BenchPort&)> act;
+    bool leaves = false;  // before `act` the program is ordered to end
 };
 
 /// Answers to the orders, in their order; "" means done.
@@ -57,8 +58,8 @@ std::string log_of(const OnCallResult& result);
 /// Master times at which the bench entered a state, s.
 std::vector<double> entered(const OnCallResult& result, run::RunState state);
 
-/// Plays all moves, then ends. After `limit_s` of virtual time it reports the remaining moves as a failure of
-/// the test and ends. mu: friction in the settings of the daemon.
+/// Plays all moves, then ends (unless a move has ordered that). After `limit_s` of virtual time it reports
+/// the remaining moves as a failure of the test and ends. mu: friction in the settings of the daemon.
 OnCallResult play_on_call(const std::string& scene, const run::RunOptions& run,
                           const std::filesystem::path& folder, std::vector<Move> moves, double limit_s = 60,
                           calibration::Estimate mu = {});

@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 #include <thread>
 
+#include "drivers/commissioned/record.hpp"
 #include "tests/support/devices/mock_cameras.hpp"
 #include "tests/support/paths.hpp"
 
@@ -50,6 +51,8 @@ void BenchRun::rig(const std::string& key, const std::string& value) {
     const auto from = at + key.size() + 4;
     text.replace(from, text.find('\n', from) - from, value);
     std::ofstream{bench.rig_file()} << text;
+    if (std::filesystem::exists(commissioned::record_of(bench.rig_file())))
+        commissioned::write_record(bench.rig_file(), text, "1970-01-01T00:00:00+00:00", {});
 }
 
 void BenchRun::start(const std::string& options) {

@@ -20,9 +20,10 @@ public:
     BenchRun(const BenchRun&) = delete;
     BenchRun& operator=(const BenchRun&) = delete;
 
-    /// Starts `shakerd run` on the bench with these options, besides --rig and --json.
-    /// Changes a line of the rig file: `key` = `value`. Before start().
+    /// Changes a line of the rig file: `key` = `value`. Before start(). A record of the commissioning then
+    /// covers the new file.
     void rig(const std::string& key, const std::string& value);
+    /// Starts `shakerd run` on the bench with these options, besides --rig and --json.
     void start(const std::string& options);
     /// Waits until the newest stream has played `s` seconds; false if the program ended before.
     bool played(double seconds);

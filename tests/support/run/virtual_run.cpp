@@ -71,14 +71,14 @@ VirtualRun run_virtually(const VirtualRunSettings& settings) {
                                              return std::complex<double>{re, im};
                                          }},
                       .line_hz = settings.line_hz,
-                      .periods = settings.periods,
+                      .task = {.periods = settings.periods},
                       .limits = limits};
     VirtualRun run;
     run.dac_rate_hz = dac.rate_hz;
     plan.gravity = scene.gravity;
     run::Sequence sequence{plan, dac.rate_hz, info, [](const std::string&) {}};
     acquisition::Channels& channels = collector.channels();
-    output.connect(rig);
+    output.has_contact = rig.abort_input != nullptr;
     std::vector<acquisition::Loop> loops = collector.sensor_loops();
     while (!sequence.done()) {
         const double now_s = static_cast<double>(output.synthesiser.tick().n) / dac.rate_hz;

@@ -141,7 +141,7 @@ Endurance endure(std::uint64_t seed, double length_s) {
         const bool reached = sequence.controller().report().locked;
         if (now_s < (reached ? next_s : latest_s) || now_s > length_s) return;
         now = points.next();
-        sequence.set(now, channels);
+        sequence.set(now, sequence.plan().task, channels);
         ++e.set_points;
         next_s = now_s + points.stays_s();
         latest_s = now_s + most_patience_s;

@@ -1,0 +1,115 @@
+#include "daemon/campaign/campaign_folder.hpp"
+
+#include <spdlog/fmt/fmt.h>
+
+#include <algorithm>
+#include <fstream>
+#include <iterator>
+#include <span>
+#include <system_error>
+#include <utility>
+
+#include "daemon/recording/folder_lock.hpp"
+#include "daemon/recording/time_text.hpp"
+#include "drivers/errors.hpp"
+#include "drivers/recorded/h5/disk_file.hpp"
+#include "drivers/text/sha256.hpp"
+
+namespace shaker::campaign {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+h5::FileLock locked(const fs::path& folder) {
+    const fs::path journal = folder / journal_name;
+    if (auto lock = h5::FileLock::take(journal, true)) return std::move(*lock);
+    throw InputError{
+        fmt::format("{}: process {} leads a campaign in this folder; end it, or choose another folder",
+                    folder.string(), h5::locked_by(journal).value_or(0))};
+}
+
+void create(const fs::path& folder) {
+    std::error_code error;
+    if (fs::create_directories(folder, error); error)
+        throw InputError{
+            fmt::format("{}: the folder cannot be created: {}", folder.string(), error.message())};
+}
+
+}  // namespace
+
+void prepare_folder(const fs::path& folder) {
+    create(folder);
+    const auto unexpected = [](const fs::directory_entry& entry) {
+        return entry.path().filename() != recording::folder_lock_name;
+    };
+    if (std::none_of(fs::directory_iterator{folder}, {}, unexpected)) return;
+    if (fs::exists(folder / plan_name))
+        throw InputError{fmt::format(
+            "{}: has a campaign already; continue it (--continue), or choose a new folder", folder.string())};
+    throw InputError{
+        fmt::format("{}: is not empty; a campaign needs a new or empty folder", folder.string())};
+}
+
+StoredCampaign read_campaign(const fs::path& folder) {
+    std::ifstream in{folder / plan_name, std::ios::binary};
+    if (!in)
+        throw InputError{
+            fmt::format("{}: not the folder of a campaign: it has no {}", folder.string(), plan_name)};
+    StoredCampaign stored;
+    stored.plan = {std::istreambuf_iterator<char>{in}, {}};
+    ReadJournal journal = read_journal(folder / journal_name);
+    stored.entries = std::move(journal.entries);
+    stored.remark = std::move(journal.remark);
+    try {
+        stored.progress = progress_of(stored.entries);
+    } catch (const InputError& e) {
+        throw InputError{fmt::format("{}, {}", (folder / journal_name).string(), e.what())};
+    }
+    if (!stored.progress.plan.empty() && stored.progress.plan != text::sha256(stored.plan))
+        throw InputError{
+            fmt::format("{}: was changed after the campaign had begun; restore its text, or measure the "
+                        "changed plan in a new folder",
+                        (folder / plan_name).string())};
+    return stored;
+}
+
+CampaignFolder::CampaignFolder(fs::path path, h5::FileLock lock, StoredCampaign stored)
+    : path_{std::move(path)},
+      lock_{std::move(lock)},
+      stored_{std::move(stored)},
+      journal_{path_ / journal_name} {}
+
+CampaignFolder CampaignFolder::begin(const fs::path& folder, const std::string& plan) {
+    prepare_folder(folder);
+    h5::FileLock lock = locked(folder);
+    h5::replace_file(folder / plan_name, std::as_bytes(std::span{plan}));
+    CampaignFolder made{folder, std::move(lock), {plan, {}, {}, {}}};
+    made.add(CampaignChange{CampaignChange::What::begun, {}, text::sha256(plan)});
+    h5::sync_folder(folder);
+    return made;
+}
+
+CampaignFolder CampaignFolder::continued(const fs::path& folder, const std::optional<std::string>& plan) {
+    if (!fs::exists(folder / plan_name)) read_campaign(folder);  // refuses before a lock is made
+    h5::FileLock lock = locked(folder);
+    StoredCampaign stored = read_campaign(folder);
+    if (plan && *plan != stored.plan)
+        throw InputError{
+            fmt::format("{}: the campaign in this folder has another plan; continue it without a plan, or "
+                        "measure this plan in a new folder",
+                        folder.string())};
+    const bool begun = !stored.progress.plan.empty();
+    CampaignFolder opened{folder, std::move(lock), std::move(stored)};
+    if (begun)
+        opened.add(CampaignChange{CampaignChange::What::continued, {}, {}});
+    else  // its process ended while it created the folder
+        opened.add(CampaignChange{CampaignChange::What::begun, {}, text::sha256(opened.stored_.plan)});
+    return opened;
+}
+
+void CampaignFolder::add(decltype(JournalEntry::what) what) {
+    journal_.add({recording::local_time_text(), std::move(what)});
+}
+
+}  // namespace shaker::campaign

@@ -1,0 +1,338 @@
+#include "daemon/campaign/engine.hpp"
+
+#include <spdlog/fmt/fmt.h>
+
+#include <algorithm>
+#include <numbers>
+#include <utility>
+
+#include "daemon/reduction/no_stick.hpp"
+#include "drivers/errors.hpp"
+
+namespace shaker::campaign {
+
+namespace {
+
+constexpr int most_tries = 2;                   // of a point
+constexpr int most_returns = 3;                 // without a pass between them
+constexpr double reserve = 3;                   // periods of way that no pass is planned to use
+constexpr double run_out = 3;                   // periods that a walker goes on with its speed after an order
+constexpr double patience = 3;                  // of a return, by its expected time
+constexpr double patience_s = 5;                // in addition
+constexpr double unknown_share = 0.05;          // of the base's rms velocity, error of a predicted walk
+constexpr double least_return_gamma = paper_g;  // m/s^2; below it a walker may not move at all
+
+std::size_t side(double v) { return v < 0 ? 0 : 1; }
+
+}  // namespace
+
+Engine::Engine(std::vector<Point> points, const EngineSettings& settings, const std::vector<int>& ended)
+    : points_{std::move(points)},
+      over_(points_.size(), false),
+      settings_{settings},
+      walks_{settings.mu, settings.g, settings.timing.settle_at_most} {
+    for (const int id : ended) {
+        const auto p = std::ranges::find(points_, id, &Point::id);
+        if (p == points_.end()) continue;
+        over_[static_cast<std::size_t>(p - points_.begin())] = true;
+        ++ended_;
+    }
+    to_next();
+}
+
+void Engine::to_next() {
+    begun_ = false;
+    phase_ = Phase::between;
+    at_ = static_cast<std::size_t>(std::ranges::find(over_, false) - over_.begin());
+}
+
+const Point* Engine::point() const noexcept { return at_ < points_.size() ? &points_[at_] : nullptr; }
+
+std::vector<Event> Engine::events() { return std::exchange(events_, {}); }
+
+std::string Engine::doing() const {
+    if (done_) return "ended";
+    if (paused_) return "paused";
+    switch (phase_) {
+        case Phase::measuring:
+            return "measuring";
+        case Phase::returning:
+            return "returning";
+        case Phase::between:
+            break;
+    }
+    return "changing";
+}
+
+calibration::Estimate Engine::result(int point) const {
+    const auto found = results_.find(point);
+    return found == results_.end() ? calibration::Estimate{NAN, NAN} : found->second;
+}
+
+Action Engine::next(const Seen& seen) {
+    if (done_) return {};
+    x_m_ = seen.x_m;
+    if (seen.state == run::RunState::tripped) {
+        if (!std::exchange(tripped_, true)) {
+            if (begun_) lose_pass("the drive tripped");
+            pause("the drive has tripped: look at its cause, clear the trip, then resume");
+        }
+        done_ = leaving_;
+        return {};
+    }
+    if (seen.state == run::RunState::idle) {
+        tripped_ = false;
+        if (phase_ != Phase::between && std::exchange(under_way_, false))
+            lose_pass("the drive ended before the pass was complete");
+        if (seen.pending) return {};
+        if (leaving_ || (stop_ && !begun_) || at_ == points_.size()) done_ = true;
+        return paused_ || done_ ? Action{} : choose(seen);
+    }
+    if (seen.state != run::RunState::run) return {};
+    under_way_ = true;
+    if (leaving_) return halt("interrupted");
+    if (paused_) return halt("paused");
+    switch (phase_) {
+        case Phase::measuring:
+            return watch_pass(seen);
+        case Phase::returning:
+            return watch_return(seen);
+        case Phase::between:
+            break;
+    }
+    return choose(seen);
+}
+
+Action Engine::halt(const std::string& why) {
+    if (phase_ == Phase::measuring) early_ = why;
+    phase_ = Phase::between;
+    under_way_ = false;
+    return Stop{};
+}
+
+// Points that cannot be measured end here, so that the next one is chosen in the same step.
+Action Engine::choose(const Seen& seen) {
+    const bool idle = seen.state == run::RunState::idle;
+    if (idle && !seen.may_start) return {};
+    for (; at_ < points_.size() && (begun_ || !stop_); to_next()) {
+        const Point& p = points_[at_];
+        if (!std::exchange(begun_, true)) begin_point(p);
+        PointSettings rest = p.asked;
+        rest.precision = 0;
+        rest.periods = missing_periods();
+        if (rest.periods == 0) {
+            end_point(Outcome::measured, {});
+            continue;
+        }
+        const Walk& walk = walks_.at(p.asked.drive);
+        const double kept = reserve * std::abs(walk.v_D) / p.asked.drive.frequency;
+        const double ahead = seen.way[side(walk.v_D)] - kept;
+        // A return ends a period of its own walk before the other edge.
+        const Drive back = return_drive(walk.v_D < 0 ? 1 : -1, p.asked.drive.frequency);
+        const double turn = std::abs(walks_.at(back).v_D) / back.frequency;
+        const double whole = seen.way[0] + seen.way[1] - kept - turn;
+        const Travel here = travel(rest, walk, settings_.timing, ahead);
+        const Travel best = travel(rest, walk, settings_.timing, whole);
+        if (!best.fits()) {
+            end_point(Outcome::failed, best.why);
+            continue;
+        }
+        if (!idle &&
+            (p.asked.drive.frequency != frequency_ || seen.recorded_s > settings_.longest_recording_s))
+            return halt({});
+        frequency_ = p.asked.drive.frequency;
+        if (!here.fits() || (here.passes > best.passes && returns_ == 0)) {
+            if (returns_++ < most_returns)
+                return lead_back(seen, walk.v_D, kept + (whole + turn + best.way) / 2);
+            end_point(Outcome::failed, "the walker used up its way while it settled");
+            continue;
+        }
+        phase_ = Phase::measuring;
+        early_.clear();
+        taken_ = false;
+        ++pass_;
+        x_from_m_ = seen.x_m;
+        return go(idle, p.asked.drive, {.periods = here.periods, .settle = p.asked.settle, .times = 1});
+    }
+    if (idle) {
+        done_ = true;
+        return {};
+    }
+    return halt({});
+}
+
+Action Engine::go(bool idle, const Drive& drive, const run::Task& task) {
+    under_way_ = !idle;
+    if (idle) return Start{drive, task};
+    return Change{drive, task};
+}
+
+void Engine::begin_point(const Point& point) {
+    tries_ = measured_ = returns_ = pass_ = 0;
+    sum_ = weight_ = 0;
+    events_.push_back(PointBegun{.point = point.id});
+}
+
+// The walker has to have `target` of way ahead of it (m), in the direction of v_D.
+Action Engine::lead_back(const Seen& seen, double v_D, double target) {
+    const Drive back = return_drive(v_D < 0 ? 1 : -1, frequency_);
+    const Walk& walk = walks_.at(back);
+    if (!walk.why.empty() || walk.v_D * v_D >= 0) {
+        fail("no drive is known that leads the walker back");
+        return seen.state == run::RunState::run ? halt({}) : Action{};
+    }
+    phase_ = Phase::returning;
+    // A return that ended short of its target goes farther the next time.
+    run_out_ = std::abs(walk.v_D) * std::max(1.0, run_out / returns_) / frequency_;
+    target_ = target;
+    ahead_ = side(v_D);
+    const double missing = std::max(0.0, target - seen.way[ahead_]);
+    returning_until_s_ = seen.now_s + patience * missing / std::abs(walk.v_D) + patience_s;
+    return go(seen.state == run::RunState::idle, back, {.periods = 0});
+}
+
+Drive Engine::return_drive(int direction, double frequency) const {
+    double gamma = least_return_gamma;
+    for (const Point& p : points_)
+        if (p.asked.drive.frequency == frequency) gamma = std::max(gamma, p.asked.drive.gamma);
+    return {.frequency = frequency, .gamma = gamma, .rho = 0.5, .phi = direction > 0 ? 0 : std::numbers::pi};
+}
+
+Action Engine::watch_return(const Seen& seen) {
+    if (seen.way[ahead_] + run_out_ >= target_ || seen.way[1 - ahead_] <= run_out_) {
+        phase_ = Phase::between;
+        return choose(seen);
+    }
+    if (seen.now_s < returning_until_s_) return {};
+    fail("the walker does not come back");
+    return halt({});
+}
+
+Action Engine::watch_pass(const Seen& seen) {
+    if (seen.holding) {
+        if (seen.pending) return {};
+        phase_ = Phase::between;
+        if (!taken_) lose_pass("nothing was measured");
+        return choose(seen);
+    }
+    const Walk& walk = walks_.at(points_[at_].asked.drive);
+    const double step = std::abs(walk.v_D) / frequency_;
+    if (seen.way[side(walk.v_D)] > step) return {};
+    early_ = "the walker came near the edge of the picture";
+    phase_ = Phase::between;
+    return choose(seen);
+}
+
+void Engine::take(const on_call::Measured& measured) {
+    if (!begun_) return;
+    taken_ = true;
+    if (!measured.reduction) {
+        end_pass(measured, PassEnded::How::failed, measured.not_reduced);
+        return fail(measured.not_reduced);
+    }
+    end_pass(measured, early_.empty() ? PassEnded::How::complete : PassEnded::How::early, early_);
+    returns_ = 0;
+    const recording::MeasuredPart& part = measured.measurement.part;
+    measured_ += static_cast<int>(std::lround((part.to_s - part.from_s) * frequency_));
+    const calibration::Estimate& v_D = measured.reduction->v_D;
+    sum_ += v_D.value / (v_D.sigma * v_D.sigma);
+    weight_ += 1 / (v_D.sigma * v_D.sigma);
+}
+
+void Engine::end_pass(const on_call::Measured& measured, PassEnded::How how, std::string reason) {
+    const recording::FinishedMeasurement& m = measured.measurement;
+    events_.emplace_back(PassEnded{.point = points_[at_].id,
+                                   .pass = pass_,
+                                   .recording = std::filesystem::path{measured.recording}.stem().string(),
+                                   .measurement = m.number,
+                                   .from_s = m.part.from_s,
+                                   .to_s = m.part.to_s,
+                                   .x_from_m = x_from_m_,
+                                   .x_to_m = x_m_,
+                                   .true_v_D = measured.true_v_D,
+                                   .how = how,
+                                   .reason = std::move(reason)});
+}
+
+// The pass under way has given no measurement.
+void Engine::lose_pass(const std::string& reason) {
+    if (phase_ == Phase::measuring)
+        events_.emplace_back(PassEnded{.point = points_[at_].id,
+                                       .pass = pass_,
+                                       .x_from_m = x_from_m_,
+                                       .x_to_m = x_m_,
+                                       .how = PassEnded::How::failed,
+                                       .reason = reason});
+    fail(reason);
+}
+
+int Engine::missing_periods() const {
+    const PointSettings& asked = points_[at_].asked;
+    int wanted = asked.periods;
+    if (asked.precision > 0) {
+        wanted = asked.least_periods;
+        if (measured_ > 0)
+            wanted = static_cast<int>(
+                std::min(1.0 * asked.most_periods,
+                         std::ceil(measured_ / (weight_ * asked.precision * asked.precision))));
+    }
+    if (measured_ >= wanted) return 0;
+    return std::max(wanted - measured_, std::min(least_pass_periods, wanted));
+}
+
+run::PredictedWalk Engine::walk(const Drive& drive) {
+    return {{walks_.at(drive).v_D, unknown_share * reduction::v_rms(harmonics(drive), drive.frequency)},
+            fmt::format("Coulomb's law with mu {:.4g}", settings_.mu)};
+}
+
+void Engine::end_point(Outcome outcome, std::string reason) {
+    const int id = points_[at_].id;
+    if (outcome == Outcome::measured) results_[id] = {sum_ / weight_, 1 / std::sqrt(weight_)};
+    events_.push_back(PointEnded{id, outcome, std::move(reason)});
+    over_[at_] = true;
+    ++ended_;
+}
+
+void Engine::fail(const std::string& reason) {
+    phase_ = Phase::between;
+    if (++tries_ < most_tries) return;
+    end_point(Outcome::failed, reason);
+    to_next();
+}
+
+void Engine::refused(const std::string& why) {
+    phase_ = Phase::between;
+    under_way_ = false;
+    if (begun_) fail(why);
+    pause("the bench refused the drive: " + why + "; put that right, then resume");
+}
+
+void Engine::pause(std::string reason) {
+    if (!std::exchange(paused_, true))
+        events_.emplace_back(
+            CampaignChange{.what = CampaignChange::What::paused, .reason = std::move(reason)});
+}
+
+void Engine::obey(Word word) {
+    if (done_) throw InputError{"the campaign has ended"};
+    switch (word) {
+        case Word::pause:
+            return pause("by the operator");
+        case Word::resume:
+            if (!paused_) throw InputError{"the campaign is not paused"};
+            if (tripped_) throw InputError{"the drive has tripped; clear the trip first, then resume"};
+            paused_ = false;
+            events_.emplace_back(
+                CampaignChange{.what = CampaignChange::What::resumed, .reason = "by the operator"});
+            return;
+        case Word::skip:
+            if (at_ == points_.size()) throw InputError{"no point is left to skip"};
+            end_point(Outcome::left_out, "by the operator");
+            return to_next();
+        case Word::stop:
+            stop_ = true;
+            return;
+    }
+}
+
+}  // namespace shaker::campaign

@@ -1,0 +1,149 @@
+#pragma once
+// Engine: which drive next. Leads a campaign from point to point by orders to a bench on call.
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <limits>
+#include <map>
+#include <optional>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "daemon/campaign/journal.hpp"
+#include "daemon/campaign/plan.hpp"
+#include "daemon/campaign/travel.hpp"
+#include "daemon/on_call/on_call.hpp"
+
+namespace shaker::campaign {
+
+/// The bench as the engine sees it, once a step.
+struct Seen {
+    double now_s = 0;                           // master time
+    run::RunState state = run::RunState::init;  // OnCall::state()
+    bool may_start = false;                     // idle, and no stop is under way
+    bool holding = false;                       // all measurements of the task are finished
+    bool pending = false;                       // a finished measurement is not reduced yet
+    double recorded_s = 0;                      // length of the open recording
+    double x_m = unknown;                       // newest position of the walker
+    /// How far the walker's middle may go towards -x and +x, m; infinite on a bench that does not see it.
+    std::array<double, 2> way{INFINITY, INFINITY};
+};
+
+// Orders to the bench.
+
+/// From idle: a drive with a recording of its own.
+struct Start {
+    Drive drive;
+    run::Task task;
+};
+/// In state run: a new set-point.
+struct Change {
+    Drive drive;
+    run::Task task;
+};
+/// A soft stop.
+struct Stop {};
+using Action = std::variant<std::monostate, Start, Change, Stop>;
+
+/// An event for the journal.
+using Event = decltype(JournalEntry::what);
+
+/// Words of the operator.
+enum class Word { pause, resume, skip, stop };
+
+struct EngineSettings {
+    double mu = 0.113;                  // friction coefficient by which walks are predicted
+    double g = paper_g;                 // m/s^2
+    double longest_recording_s = 3600;  // then the next point starts a new one
+    Timing timing{};
+};
+
+/// Pure: no device, no file, no clock. Thread safety: one thread.
+///
+/// A point is measured in one go if the walker's way allows it, else in passes. Before a pass that does not
+/// fit into what is left, the walker returns: a move at a drive of its own. A point that fails is tried again
+/// once, then left out. A trip or a refused start pauses the campaign until resume(); the engine never clears
+/// a trip.
+class Engine {
+public:
+    /// ended: numbers of the points that need no further measurement.
+    Engine(std::vector<Point> points, const EngineSettings& settings, const std::vector<int>& ended = {});
+
+    /// The next order; nothing while the bench is on its way.
+    Action next(const Seen& seen);
+    /// A finished measurement of the bench.
+    void take(const on_call::Measured& measured);
+    /// The bench has refused the last order.
+    void refused(const std::string& why);
+    /// A recording could not be completed.
+    void recording_failed(const std::string& why) { pause("a recording could not be completed: " + why); }
+    /// Ends as soon as the drive is silent.
+    void leave() noexcept { leaving_ = true; }
+    /// InputError when the word has no meaning now.
+    void obey(Word word);
+
+    /// The events since the last call, in order.
+    std::vector<Event> events();
+    /// All points have ended, or stop was ordered, and the drive is silent.
+    [[nodiscard]] bool done() const noexcept { return done_; }
+    [[nodiscard]] bool paused() const noexcept { return paused_; }
+    /// v_D of a measured point, combined from its passes; NaN for any other.
+    [[nodiscard]] calibration::Estimate result(int point) const;
+    /// The point in progress, or the next one; null at the end.
+    [[nodiscard]] const Point* point() const noexcept;
+    [[nodiscard]] std::size_t ended() const noexcept { return ended_; }
+    [[nodiscard]] std::size_t points() const noexcept { return points_.size(); }
+    /// "measuring", "returning", ...
+    [[nodiscard]] std::string doing() const;
+    /// The walk that is predicted for a drive.
+    [[nodiscard]] run::PredictedWalk walk(const Drive& drive);
+
+private:
+    enum class Phase { between, measuring, returning };
+    Action choose(const Seen& seen);
+    Action go(bool idle, const Drive& drive, const run::Task& task);
+    Action halt(const std::string& why);
+    Action lead_back(const Seen& seen, double v_D, double target);
+    Action watch_pass(const Seen& seen);
+    Action watch_return(const Seen& seen);
+    [[nodiscard]] Drive return_drive(int direction, double frequency) const;
+    [[nodiscard]] int missing_periods() const;
+    void to_next();
+    void begin_point(const Point& point);
+    void end_pass(const on_call::Measured& measured, PassEnded::How how, std::string reason);
+    void lose_pass(const std::string& reason);
+    void end_point(Outcome outcome, std::string reason);
+    void fail(const std::string& reason);
+    void pause(std::string reason);
+
+    std::vector<Point> points_;
+    std::vector<bool> over_;  // one for each point
+    EngineSettings settings_;
+    WalkPredictor walks_;
+    std::size_t ended_ = 0;
+    // The point in progress, or the next one.
+    std::size_t at_ = 0;
+    bool begun_ = false;
+    int tries_ = 0;  // that failed
+    int pass_ = 0;
+    double x_from_m_ = unknown, x_m_ = unknown;  // of the walker: at the order of the pass, now
+    int measured_ = 0;                           // periods
+    double sum_ = 0, weight_ = 0;                // v_D / sigma^2 and 1 / sigma^2 of its passes
+    int returns_ = 0;                            // without a pass between them
+    Phase phase_ = Phase::between;
+    double frequency_ = 0;    // of the drive, Hz
+    bool under_way_ = false;  // the bench was seen in state run since the last order from idle
+    std::string early_;       // why the pass ended early
+    bool taken_ = false;      // the pass has given a measurement
+    // The return.
+    double target_ = 0, run_out_ = 0;  // m
+    double returning_until_s_ = 0;
+    std::size_t ahead_ = 0;  // side of its target
+    bool tripped_ = false;   // a trip that is not cleared
+    bool paused_ = false, stop_ = false, leaving_ = false, done_ = false;
+    std::vector<Event> events_;
+    std::map<int, calibration::Estimate> results_;  // of measured points
+};
+
+}  // namespace shaker::campaign

@@ -1,0 +1,52 @@
+#pragma once
+// Plan: which set-points a campaign measures, as its file states them. Point: one of them, in the order of
+// measurement.
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "drivers/point_fields.hpp"
+
+namespace shaker::campaign {
+
+/// Order of the points of a series.
+enum class Order {
+    listed,   // as they are nested
+    mirror,   // each followed by its mirror partner, phi + pi, whose drift is the opposite
+    random,   // shuffled, by a seed
+    up_down,  // as they are nested, then back
+};
+
+using Overtones = decltype(Drive::overtones);
+
+/// The Cartesian product of its values. Nesting, outermost first: frequency (a new recording for each),
+/// overtones, rho, gamma, phi. No list is empty; a value that the series does not give is the default of the
+/// plan.
+struct Series {
+    std::string name{};
+    std::vector<double> frequency{}, rho{}, gamma{}, phi{};  // SI units
+    std::vector<Overtones> overtones{{}};
+    PointSettings settings{};  // measuring and settling; its drive does not count
+    Order order = Order::listed;
+    std::uint64_t seed = 1;  // of order random
+    int repeats = 1;         // of the whole series
+    std::size_t line = 0;    // of the plan's file
+    std::size_t gamma_line = 0;
+};
+
+struct Plan {
+    std::string file;  // name of the file, for messages
+    std::string title;
+    double mu = 0.113;  // friction coefficient for predictions until the campaign has measured it
+    std::vector<Series> series{};
+};
+
+struct Point {
+    int id = 0;  // 1, 2, ... in the order of measurement
+    std::string series{};
+    PointSettings asked{};
+    int repeat = 1;   // 1, 2, ... of this set-point in its series
+    int partner = 0;  // id of the mirror partner in this repeat; 0: none
+};
+
+}  // namespace shaker::campaign

@@ -1,0 +1,53 @@
+#pragma once
+// The check of a plan before anything moves: points in their order, predicted travel, bench time, bytes.
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "daemon/campaign/schedule.hpp"
+#include "daemon/campaign/travel.hpp"
+#include "daemon/safety/preflight.hpp"
+
+namespace shaker::campaign {
+
+struct CheckSettings {
+    FreeWay way{};
+    Timing timing{};
+    double start = 0;             // place of the walker, m from the middle of the view
+    double gravity = paper_g;     // m/s^2
+    double once_s = 8;            // self-test, identified response, soft start; again for another frequency
+    double bytes_per_s = 0.35e6;  // of the recording
+};
+
+struct CheckedPoint {
+    Point point{};
+    Travel travel{};
+    Stage stage{};
+};
+
+struct PlanCheck {
+    std::string title;
+    double mu = 0, free_way = 0;  // m
+    std::vector<CheckedPoint> points{};
+    std::size_t failing = 0;  // points that do not fit
+    double once_s = 0;        // and the sums of the points, s:
+    double settling_s = 0, measuring_s = 0, returning_s = 0, other_s = 0;
+    double bytes = 0;
+    [[nodiscard]] double bench_s() const noexcept {
+        return once_s + settling_s + measuring_s + returning_s + other_s;
+    }
+};
+
+PlanCheck check_plan(const Plan& plan, const CheckSettings& settings);
+
+/// A table with one row a point, the points that do not fit with reasons, and the sums.
+std::string check_text(const PlanCheck& check);
+/// One JSON object, SI units in the key names.
+std::string check_json(const PlanCheck& check);
+
+using Demands = std::function<std::vector<safety::Demand>(const Drive&)>;
+/// Throws InputError with file and line of gamma for the first set-point beyond a limit, and the largest
+/// gamma that all limits allow there.
+void require_within_limits(const Plan& plan, const std::vector<Point>& points, const Demands& demands);
+
+}  // namespace shaker::campaign

@@ -1,0 +1,147 @@
+#include "daemon/campaign/plan_file.hpp"
+
+#include <spdlog/fmt/fmt.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <span>
+
+#include "drivers/settings_table.hpp"
+
+namespace shaker::campaign {
+
+namespace {
+
+constexpr std::span<const PointField> all_fields{point_fields};
+constexpr Range frictions{1e-3, 10};
+
+bool same_angle(double a, double b) { return std::abs(std::remainder(a - b, two_pi)) < 1e-9; }
+
+std::vector<double> range_of(SettingsTable range, const PointField& field) {
+    const double from = range.quantity("from", field.dimension, field.allowed),
+                 to = range.quantity("to", field.dimension, field.allowed);
+    const int steps = range.integer("steps", 1, most_steps, 0);
+    if (steps == 0) range.fail("steps", fmt::format("missing; expected a whole number, 1 to {}", most_steps));
+    range.finish();
+    std::vector<double> values;
+    for (int i = 0; i <= steps; ++i) values.push_back(std::lerp(from, to, static_cast<double>(i) / steps));
+    return values;
+}
+
+// A value, a list or a range {from, to, steps}.
+std::vector<double> values_of(SettingsTable& table, const PointField& field, double otherwise) {
+    if (!table.has(field.name)) return {otherwise};
+    std::vector<double> values = table.is_table(field.name)
+                                     ? range_of(table.table(field.name), field)
+                                     : table.quantities(field.name, field.dimension, field.allowed);
+    for (auto v = values.begin(); v != values.end(); ++v)
+        if (std::find(values.begin(), v, *v) != v)
+            table.fail(field.name,
+                       fmt::format("{} is given twice; repeats = 2 measures each point twice", *v));
+    return values;
+}
+
+void read_measuring(SettingsTable& table, PointSettings& point) {
+    if (table.has("periods") && table.has("precision"))
+        table.fail("precision", "excludes periods; give one of the two");
+    for (const PointField& field : all_fields.subspan(drive_fields)) {
+        if (!table.has(field.name)) continue;
+        const auto least = static_cast<int>(field.allowed.min), most = static_cast<int>(field.allowed.max);
+        field.set(point, field.whole() ? table.integer(field.name, least, most, 0)
+                                       : table.quantity(field.name, field.dimension, field.allowed));
+    }
+    if (table.has("periods")) point.precision = 0;
+    for (const char* key : {"least_periods", "most_periods"})
+        if (table.has(key) && point.precision == 0) table.fail(key, "needs a precision, which is missing");
+    if (point.precision > 0 && point.least_periods > point.most_periods)
+        table.fail(
+            table.has("least_periods") ? "least_periods" : "most_periods",
+            fmt::format("least_periods {} exceeds most_periods {}", point.least_periods, point.most_periods));
+}
+
+std::vector<Overtones> read_overtones(SettingsTable& table) {
+    if (!table.has("harmonics")) return {{}};
+    std::vector<Overtones> sets;
+    for (std::vector<SettingsTable>& set : table.lists_of_tables("harmonics")) {
+        Overtones& overtones = sets.emplace_back();
+        for (SettingsTable& harmonic : set) {
+            const int n = harmonic.integer("n", 3, most_driven, 0);
+            if (n == 0) harmonic.fail("n", fmt::format("missing; 3 to {} is allowed", most_driven));
+            std::complex<double>& share = overtones.at(static_cast<std::size_t>(n - 3));
+            if (share != 0.0) harmonic.fail("n", fmt::format("harmonic {} is given twice", n));
+            share = std::polar(harmonic.quantity("share", Dimension::ratio, {1e-9, drive_limits.share.max}),
+                               harmonic.quantity("phase", Dimension::angle, drive_limits.phi, 0));
+            harmonic.finish();
+        }
+    }
+    if (sets.empty()) table.fail("harmonics", "expected at least one set; [] is the set without any");
+    return sets;
+}
+
+void refuse_mirror_partners(const SettingsTable& table, const std::vector<double>& phi) {
+    for (const double a : phi)
+        for (const double b : phi)
+            if (b > a && same_angle(b, a + std::numbers::pi))
+                table.fail(
+                    "phi",
+                    fmt::format("{:.6g} rad is the mirror partner of {:.6g} rad, which order \"mirror\" "
+                                "adds by itself; leave it out",
+                                b, a));
+}
+
+Series read_series(SettingsTable& table, std::size_t number, const PointSettings& defaults) {
+    Series s{
+        .name = table.text("name", fmt::format("{}", number)), .settings = defaults, .line = table.line("")};
+    const auto values = [&](std::string_view name) {
+        return values_of(table, point_field(name), point_field(name).in(defaults));
+    };
+    s.gamma = values("gamma");
+    s.phi = values("phi");
+    s.rho = values("rho");
+    s.frequency = values("frequency");
+    if (table.has("gamma")) s.gamma_line = table.line("gamma");
+    s.overtones = read_overtones(table);
+    read_measuring(table, s.settings);
+    s.order = static_cast<Order>(table.choice("order", {"listed", "mirror", "random", "up_down"}, 0));
+    s.repeats = table.integer("repeats", 1, most_repeats, 1);
+    if (table.has("seed") && s.order != Order::random) table.fail("seed", "needs order = \"random\"");
+    s.seed = static_cast<std::uint64_t>(table.integer("seed", 0, std::numeric_limits<int>::max(), 1));
+    if (s.order == Order::mirror) refuse_mirror_partners(table, s.phi);
+    table.finish();
+    return s;
+}
+
+Plan read(SettingsTable root, const std::string& file) {
+    Plan plan{.file = file, .title = root.text("title", file)};
+    plan.mu = root.number("mu", frictions, plan.mu);
+    SettingsTable point = root.table("point");
+    PointSettings defaults;
+    for (const PointField& field : all_fields.first(drive_fields))
+        field.set(defaults, point.quantity(field.name, field.dimension, field.allowed, field.in(defaults)));
+    read_measuring(point, defaults);
+    point.finish();
+    std::vector<SettingsTable> tables = root.tables("series");
+    if (tables.empty()) root.fail("series", "missing; expected at least one table [[series]]");
+    for (SettingsTable& table : tables) {
+        Series s = read_series(table, plan.series.size() + 1, defaults);
+        if (std::ranges::find(plan.series, s.name, &Series::name) != plan.series.end())
+            table.fail("name", fmt::format("two series have the name \"{}\"", s.name));
+        if (s.gamma_line == 0) s.gamma_line = point.has("gamma") ? point.line("gamma") : s.line;
+        plan.series.push_back(std::move(s));
+    }
+    root.finish();
+    return plan;
+}
+
+}  // namespace
+
+Plan read_plan(const std::filesystem::path& file) {
+    return read(SettingsTable::from_file(file), file.string());
+}
+
+Plan parse_plan(std::string_view text, const std::string& file_name) {
+    return read(SettingsTable::from_text(text, file_name), file_name);
+}
+
+}  // namespace shaker::campaign

@@ -1,0 +1,34 @@
+#pragma once
+// The points table of a campaign from its journal and its recordings.
+#include <filesystem>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "daemon/campaign/points_table.hpp"
+#include "daemon/campaign/progress.hpp"
+
+namespace shaker::campaign {
+
+/// Where the results of the measurements come from.
+enum class Source {
+    stored,  // the results that the recordings have: fast
+    raw,  // computed again from the pictures of the recordings or, where these were not kept, from the tracks
+};
+
+struct PointResults {
+    PointsTable table;
+    std::vector<std::string>
+        remarks;  // source of each recording, and passes without results; one sentence each
+    std::vector<PassLost>
+        lost;  // passes with a measurement that their recordings do not have, with the reason
+};
+
+/// The rows of the points of a plan. asked: for each point its number, series, repeat, partner and set-point.
+/// A pass whose recording has no result for it is not in the result of its point, and a measured point
+/// without any other pass counts as failed. InputError for a recording that is damaged or is newer than this
+/// program.
+PointResults point_results(const std::filesystem::path& folder, std::span<const PointRow> asked,
+                           const Progress& progress, Source source);
+
+}  // namespace shaker::campaign

@@ -1,0 +1,30 @@
+#pragma once
+// The command "campaign": checks a plan, measures it, continues it, or makes its points table again.
+#include <cmath>
+#include <filesystem>
+
+#include "daemon/campaign/plan.hpp"
+#include "daemon/run/run_settings.hpp"
+
+namespace shaker::commands {
+
+struct CampaignOptions {
+    std::filesystem::path plan;    // empty when a campaign is continued: its folder has it
+    std::filesystem::path folder;  // of the campaign
+    run::RunOptions run;
+    double view_m =
+        NAN;  // length of the cameras' view, for the check of a plan; NaN: that of the simulated bench
+    bool json = false;
+};
+
+/// Prints points, order, predicted travel, bench time and bytes; nothing moves. InputError for a plan beyond
+/// the limits of the bench.
+void check_plan(const CampaignOptions& options);
+/// Measures the points of a plan into a new folder, or the remaining points of a campaign.
+/// InputError for a plan that cannot be read or is beyond the limits, and for a folder in use. TripError when
+/// the drive has tripped and nobody is there to clear the trip.
+void measure_campaign(const CampaignOptions& options);
+/// Makes the points table again from the recordings and compares it with the stored one; true: identical.
+bool reduce_campaign(const std::filesystem::path& folder);
+
+}  // namespace shaker::commands

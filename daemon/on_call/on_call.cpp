@@ -1,0 +1,227 @@
+#include "daemon/on_call/on_call.hpp"
+
+#include <spdlog/fmt/fmt.h>
+
+#include <algorithm>
+#include <chrono>
+#include <exception>
+#include <iterator>
+#include <utility>
+
+#include "daemon/run/run_setup.hpp"
+#include "drivers/errors.hpp"
+
+namespace shaker::on_call {
+
+namespace {
+
+constexpr double kept_s = 12;  // length of streams kept in memory
+
+void require(const char* what, double value, Range range, const std::string& unit) {
+    if (value >= range.min && value <= range.max) return;
+    throw InputError{
+        fmt::format("{} {}{}: {}{} is allowed", what, to_text(value), unit, to_text(range), unit)};
+}
+
+}  // namespace
+
+OnCall::OnCall(run::Runner& runner, bool beside)
+    : runner_{runner},
+      bench_{runner.bench()},
+      collector_{runner.collector()},
+      sequence_{runner.sequence()},
+      record_{runner.recordings()},
+      beside_{beside},
+      limits_{runner.limits()},
+      frequency_{runner.options().drive.frequency} {
+    if (bench_.world) bench_.world->keep_truth_for(kept_s);
+}
+
+bool OnCall::take(const acquisition::Streams& streams, acquisition::Channels& channels) {
+    const bool any = sequence_.step(streams, channels);
+    reduce_finished(streams);  // before an order changes the set-point
+    return any;
+}
+
+void OnCall::follow(const run::RunOptions& run, acquisition::Channels& channels) {
+    reduce_finished(collector_.streams());  // an order may have ended a measurement
+    record_.update(sequence_, channels);
+    const run::RunState state = sequence_.state();
+    const bool changed = std::exchange(state_, state) != state;
+    if (changed && state == run::RunState::idle && std::exchange(active_, false)) record_.finish(sequence_);
+    if (sequence_.may_clear() && recorded_stop_ != sequence_.cause()) {
+        recorded_stop_ = sequence_.cause();
+        if (!std::exchange(active_, false)) record_.begin(run, {}, sequence_.now_s());
+        record_.finish(sequence_);
+    }
+    tidy();
+}
+
+void OnCall::reduce_finished(const acquisition::Streams& streams) {
+    const std::vector<recording::FinishedMeasurement>& all = sequence_.measured();
+    for (; reduced_ < all.size(); ++reduced_) {
+        const recording::MeasuredPart part = all[reduced_].part;
+        const double f = Synthesiser::realised(all[reduced_].asked.frequency, streams.dac_rate_hz);
+        auto work = [m = measurement_of(streams, f, part.from_s, part.to_s),
+                     warnings = record_.warnings()]() mutable -> Outcome {
+            try {
+                reduction::Reduction r = reduce(std::move(m));
+                std::ranges::move(warnings, std::back_inserter(r.notes));
+                return std::make_shared<const reduction::Reduction>(std::move(r));
+            } catch (const std::exception& e) {  // the bench stays on call, whatever failed
+                return std::string{e.what()};
+            }
+        };
+        Measured m;
+        m.measurement = all[reduced_];
+        m.recording = record_.name();
+        if (bench_.world) m.true_v_D = drift_velocity(bench_.world->truth(0), part.from_s, part.to_s);
+        const auto policy = beside_ ? std::launch::async : std::launch::deferred;
+        pending_.push_back({std::move(m), std::async(policy, std::move(work))});
+    }
+}
+
+std::optional<Measured> OnCall::measured() {
+    if (pending_.empty()) return std::nullopt;
+    Pending& first = pending_.front();
+    if (first.outcome.wait_for(std::chrono::seconds{0}) == std::future_status::timeout) return std::nullopt;
+    Measured m = std::move(first.measured);
+    const Outcome outcome = first.outcome.get();
+    if (const auto* why = std::get_if<std::string>(&outcome))
+        m.not_reduced = *why;
+    else
+        m.reduction = std::get<std::shared_ptr<const reduction::Reduction>>(outcome);
+    pending_.pop_front();
+    return m;
+}
+
+void OnCall::require_possible(const Drive& drive, const safety::Limits& limits) const {
+    require("frequency", drive.frequency, drive_limits.frequency, " Hz");
+    require("gamma", drive.gamma, drive_limits.gamma, " m/s^2");
+    require("rho", drive.rho, drive_limits.rho, "");
+    require("phi", drive.phi, drive_limits.phi, " rad");
+    for (const std::complex<double>& share : drive.overtones)
+        require("share of an overtone", std::abs(share), drive_limits.share, " of gamma");
+    safety::require_within(run::run_demands(bench_, drive, limits));
+}
+
+void OnCall::may_drive(const run::RunOptions& run, const char* what,
+                       const acquisition::Channels& channels) const {
+    require_possible(run.drive, limits_);
+    runner_.require_commissioned();
+    runner_.require_real_time();
+    sequence_.require_idle(what, channels);
+}
+
+void OnCall::begun(const Drive& drive) {
+    frequency_ = drive.frequency;
+    active_ = true;
+    ++runs_;
+    reduced_ = 0;
+}
+
+std::string OnCall::begin(const run::RunOptions& run, const run::Task& task,
+                          const std::filesystem::path& file, const std::optional<run::PredictedWalk>& walk,
+                          acquisition::Channels& channels) {
+    may_drive(run, "a run", channels);
+    const auto permit = walk_from_the_edge(run.drive, walk);
+    record_.begin(run, file, sequence_.now_s());
+    begun(run.drive);
+    std::string fits;
+    if (walk) fits = run::what_fits(*walk, sequence_.walker(), limits_.edge_mm, run.drive.frequency);
+    // Throws after an abort in this moment; its trip then ends the recording.
+    sequence_.begin(run.drive, task, channels, permit);
+    return fits;
+}
+
+void OnCall::identify(const run::RunOptions& run, acquisition::Channels& channels) {
+    may_drive(run, "identification", channels);
+    if (const auto edge_mm = sequence_.walker().mean_edge_mm())
+        require_inside(*edge_mm, "move it back by hand");
+    record_.begin(run, {}, sequence_.now_s());
+    begun(run.drive);
+    sequence_.identify(run.drive, channels);
+}
+
+void OnCall::set(const Drive& drive, const run::Task& task, acquisition::Channels& channels) {
+    require_possible(drive, limits_);
+    if (record_.on() && drive.frequency != frequency_)
+        throw InputError{"the frequency cannot change during a recorded run; stop the run first"};
+    sequence_.set(drive, task, channels);
+    frequency_ = drive.frequency;
+}
+
+void OnCall::clear(std::size_t shown, std::uint64_t aborts, acquisition::Channels& channels) {
+    if (shown != sequence_.stops().size() && sequence_.state() == run::RunState::tripped)
+        throw InputError{"a trip came after this clear; look at its cause, then clear it"};
+    if (record_.finishing())
+        throw InputError{
+            "the recording of the stopped run is still being finished; wait, then clear the trip"};
+    sequence_.clear(aborts, channels);
+}
+
+void OnCall::hold_to(const safety::Limits& limits, acquisition::Channels& channels) {
+    const auto detectors = limits_.detectors;
+    limits_ = limits;
+    limits_.detectors = detectors;
+    sequence_.hold_to(limits_, channels);
+}
+
+// A run that has just ended is in the recorder's hands before its state counts as idle.
+run::RunState OnCall::state() const {
+    const run::RunState state = sequence_.state();
+    const bool busy = record_.finishing() || (active_ && record_.on());
+    return state == run::RunState::idle && busy ? run::RunState::finishing : state;
+}
+
+bool OnCall::at_rest() const {
+    const run::RunState state = sequence_.state();
+    return !record_.finishing() && !run::driving(state) &&
+           (state != run::RunState::tripped || recorded_stop_ == sequence_.cause()) &&
+           state != run::RunState::armed;
+}
+
+void OnCall::require_inside(double edge_mm, const std::string& way_back) const {
+    if (edge_mm >= limits_.edge_mm) return;
+    throw InputError{fmt::format("the walker is {:.1f} mm from the edge of the picture (at least {} mm); {}",
+                                 edge_mm, limits_.edge_mm, way_back)};
+}
+
+double OnCall::oscillation_mm(const Drive& drive) const {
+    const std::vector<safety::Demand> predicted = run::run_demands(bench_, drive, limits_);
+    return std::ranges::find(predicted, "displacement", &safety::Demand::quantity)->value;
+}
+
+// A walker beyond the edge limit, or so near to it that its oscillation would cross it, may start if it will
+// certainly walk inwards.
+std::optional<safety::EdgePermit> OnCall::walk_from_the_edge(
+    const Drive& drive, const std::optional<run::PredictedWalk>& walk) const {
+    const run::WalkerMonitor& walker = sequence_.walker();
+    const auto edge_mm = walker.mean_edge_mm();
+    const double inside_mm = limits_.edge_mm + oscillation_mm(drive);
+    if (!edge_mm || *edge_mm >= inside_mm) return std::nullopt;
+    const double outer_mm = safety::EdgePermit::outer_limit_mm(sequence_.edge_trip_mm().value_or(*edge_mm));
+    const bool inwards = walk && run::leads_towards(*walk, walker.inwards());
+    if (inwards && *edge_mm >= outer_mm) return safety::EdgePermit{*edge_mm, inside_mm, outer_mm};
+    std::string reason = "move it back by hand";
+    if (!walk)
+        reason = "its walk is not known: give mu in the settings, or " + reason;
+    else if (!inwards)
+        reason = fmt::format("{} does not lead inwards by three times its error; try phi + 180 deg, or {}",
+                             text(*walk), reason);
+    require_inside(*edge_mm, reason);
+    return std::nullopt;
+}
+
+// Keeps the last seconds and the measurement that is not finished. Finished ones are in the recording.
+void OnCall::tidy() {
+    const recording::MeasuredPart part{sequence_.from_s(), sequence_.to_s()};
+    const std::vector<recording::FinishedMeasurement>& done = sequence_.measured();
+    const bool open = part.to_s > part.from_s && (done.empty() || done.back().part != part) &&
+                      sequence_.now_s() < part.to_s + kept_s;
+    const double from_s = sequence_.now_s() - kept_s, begun_s = open ? part.from_s - 1 : from_s;
+    drop_before(collector_.streams(), std::min(from_s, begun_s));
+    if (bench_.world) bench_.world->keep_truth_for(std::max(kept_s, sequence_.now_s() - begun_s));
+}
+
+}  // namespace shaker::on_call

@@ -1,0 +1,99 @@
+// A whole campaign on the simulated bench: measured, continued, and reduced again.
+#include "daemon/campaign/campaign.hpp"
+
+#include <gtest/gtest.h>
+
+#include <fstream>
+
+#include "daemon/campaign/campaign_folder.hpp"
+#include "daemon/campaign/points_table.hpp"
+#include "daemon/commands/campaign/campaign_command.hpp"
+#include "drivers/errors.hpp"
+#include "tests/support/program.hpp"
+
+namespace shaker::campaign {
+namespace {
+
+constexpr const char* plan = R"(title = "three points"
+[[series]]
+name = "pair"
+gamma = ["1g"]
+phi = ["0deg"]
+periods = 12
+order = "mirror"
+[[series]]
+name = "other"
+gamma = ["0.7g"]
+phi = ["60deg"]
+periods = 12
+)";
+
+class CampaignTest : public testing::Test {
+protected:
+    CampaignTest() {
+        std::ofstream{folder_ / "plan.toml"} << plan;
+        options_.plan = folder_ / "plan.toml";
+        options_.folder = folder_ / "points";
+        options_.run.standard = simulated::paper_scene(simulated::Detail::positions);
+        options_.run.pictures = recorded::KeptPictures::off;
+    }
+    [[nodiscard]] PointsTable table() const { return read_points(options_.folder / table_name); }
+
+    std::filesystem::path folder_ = test::fresh_folder();
+    commands::CampaignOptions options_;
+};
+
+TEST_F(CampaignTest, MeasuresPlanAndReducesToTheBit) {
+    measure_campaign(options_);
+    const PointsTable points = table();
+    ASSERT_EQ(points.points.size(), 3U);
+    for (const PointRow& row : points.points) {
+        EXPECT_EQ(row.outcome, "measured") << row.reason;
+        EXPECT_NEAR(row.v_D.value, row.true_v_D, 4 * row.v_D.sigma) << row.point;
+        EXPECT_EQ(row.recording, "r001") << "one recording for all";
+        EXPECT_GT(row.travel_m * row.v_D.value, 0) << "settling included";
+    }
+    EXPECT_EQ(points.points[1].partner, 1);
+    EXPECT_TRUE(commands::reduce_campaign(options_.folder));
+}
+
+// As after a kill: the journal ends within the second point.
+TEST_F(CampaignTest, ContinuesWithThePointInProgress) {
+    measure_campaign(options_);
+    const PointsTable whole = table();
+    std::ifstream in{options_.folder / journal_name};
+    std::string kept, line;
+    for (int ended = 0; ended < 1 && std::getline(in, line); kept += line + "\n")
+        ended += line.find("measured") != std::string::npos ? 1 : 0;
+    in.close();
+    std::ofstream{options_.folder / journal_name} << kept << R"({"time": "2026-11)";
+    options_.plan.clear();
+    measure_campaign(options_);
+    const PointsTable points = table();
+    for (std::size_t i = 0; i < 3; ++i) {
+        EXPECT_EQ(points.points[i].outcome, "measured") << points.points[i].reason;
+        EXPECT_EQ(points.points[i].recording, i == 0 ? "r001" : "r002");
+    }
+    EXPECT_EQ(points.points[0].v_D.value, whole.points[0].v_D.value) << "not measured again";
+}
+
+TEST_F(CampaignTest, FolderInUseIsRefused) {
+    std::filesystem::create_directory(options_.folder);
+    std::ofstream{options_.folder / "notes.txt"} << "mine";
+    EXPECT_THROW(measure_campaign(options_), InputError);
+    EXPECT_TRUE(std::filesystem::exists(options_.folder / "notes.txt"));
+}
+
+TEST_F(CampaignTest, PlanBeyondLimitsIsRefusedBeforeAnythingMoves) {
+    std::ofstream{folder_ / "plan.toml"} << "title = \"x\"\n[[series]]\nname = \"far\"\ngamma = [\"40g\"]\n"
+                                            "phi = [\"0deg\"]\nperiods = 12\n";
+    try {
+        measure_campaign(options_);
+        FAIL();
+    } catch (const InputError& e) {
+        EXPECT_NE(std::string{e.what()}.find("plan.toml:4"), std::string::npos) << e.what();
+    }
+}
+
+}  // namespace
+}  // namespace shaker::campaign
