@@ -12,7 +12,7 @@
 // - sigma = few_periods_factor(sum nu_i) max(1, sqrt(chi2)) / sqrt(sum w_i)
 //
 // +-2 sigma covers 95 to 98 % when the passes agree. When they scatter 1.4 times as much as their errors say,
-// it covers about 90 %: k passes tell a scatter only to 1/sqrt(2 (k - 1)).
+// it covers about 90 %: k passes determine a scatter only to 1/sqrt(2 (k - 1)).
 #include <span>
 #include <vector>
 
