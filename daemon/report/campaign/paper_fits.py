@@ -7,7 +7,7 @@ import dataclasses
 
 import numpy as np
 
-from coulomb_law import G, biharmonic, settle
+from coulomb_law import G, Drives, biharmonic, settle
 
 NULL_RANGE = 0.36     # rad around the null phase
 COSINE_PHASES = 6     # least number of phases of a cosine fit
@@ -50,7 +50,7 @@ class Setting:
     """Points that differ in gamma and phi only."""
     frequency: float
     rho: float
-    overtones: tuple   # ((q, share of gamma, phase), ...)
+    overtones: tuple   # ((q, share of gamma, sine phase), ...) at 0 <= phi < pi; a mirror partner has even ones reversed
     rows: np.ndarray   # measured points
 
     @property
@@ -62,14 +62,23 @@ class Setting:
         extra = "".join(f", {100 * share:.2g} % of {q}f" for q, share, _ in self.overtones)
         return f"{self.frequency:.4g} Hz, rho {self.rho:.3g}{extra}"
 
+    def drives(self, gamma, phi):
+        """Drives as asked for; gamma and phi are broadcast together."""
+        d = biharmonic(gamma, phi, self.rho, self.frequency)
+        gamma = d.amplitude.sum(1)
+        return Drives(d.frequency, np.array([1, 2, *(q for q, _, _ in self.overtones)]),
+                      np.column_stack([d.amplitude, *(gamma * share for _, share, _ in self.overtones)]),
+                      np.column_stack([d.phase, *(0 * gamma + phase for _, _, phase in self.overtones)]))
+
 
 def settings_of(campaign):
     """Settings of the measured points; the one of the paper first, then those with the most points."""
     p, h, found = campaign.points, campaign.harmonics, {}
     for k in np.flatnonzero(campaign.measured):
-        a = np.nan_to_num(h["asked_amplitude"][k] / p["asked_gamma"][k])
-        overtones = tuple((int(q), round(share, 5), round(phase % np.pi, 3))  # a mirror partner has even ones reversed
-                          for q, share, phase in zip(h["q"], a, np.nan_to_num(h["asked_phase"][k])) if q > 2 and share > 1e-6)
+        share = np.nan_to_num(h["asked_amplitude"][k] / p["asked_gamma"][k])
+        mirror = np.mod(p["asked_phi"][k] + 1e-6, 2 * np.pi) >= np.pi
+        overtones = tuple((int(q), round(s, 5), round(np.mod(phase + np.pi * (mirror and q % 2 == 0) + 1e-6, 2 * np.pi), 4))
+                          for q, s, phase in zip(h["q"], share, np.nan_to_num(h["asked_phase"][k])) if q > 2 and s > 1e-6)
         found.setdefault((round(p["asked_frequency"][k], 4), round(p["asked_rho"][k], 4), overtones), []).append(k)
     settings = [Setting(*key, np.array(rows)) for key, rows in found.items()]
     return sorted(settings, key=lambda s: (not s.like_the_paper, -len(s.rows)))
