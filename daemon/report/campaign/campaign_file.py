@@ -41,6 +41,14 @@ class Campaign:
         p = self.points
         return (p["outcome"] == "measured") & np.isfinite(p["v_D"]) & np.isfinite(p["gamma"]) & np.isfinite(p["phi"])
 
+    @property
+    def phi_errors(self):
+        """Error of phi, from the phases of harmonics 1 and 2 where these are known."""
+        e, q = self.harmonics.get("phase_errors"), list(self.harmonics["q"])
+        if e is None or 1 not in q or 2 not in q:
+            return self.points["phi_errors"]
+        return np.fmin(self.points["phi_errors"], np.hypot(2 * e[:, q.index(1)], e[:, q.index(2)]))
+
     def truth(self, name):
         """mu_k, mu_s (1) or tilt (rad) of a simulated scene; NaN: not known."""
         if name == "tilt":

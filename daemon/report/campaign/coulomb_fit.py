@@ -25,7 +25,8 @@ NODES, WEIGHTS = np.polynomial.legendre.leggauss(48)
 @dataclasses.dataclass
 class LawFit:
     mu: float
-    mu_error: float
+    mu_error: float      # of the scatter, and of gamma and phi when their errors are common to all points
+    scatter: float       # the first part alone
     tilt: float          # rad; NaN: not fitted, the points have no mirror partners
     tilt_error: float
     push: float          # k; 0: not fitted
@@ -42,7 +43,7 @@ class LawFit:
 
 def nothing(note):
     e = np.empty(0)
-    return LawFit(np.nan, np.nan, np.nan, np.nan, 0.0, np.nan, e.astype(int), e, e, note)
+    return LawFit(np.nan, np.nan, np.nan, np.nan, np.nan, 0.0, np.nan, e.astype(int), e, e, note)
 
 
 def walker_harmonics(drives, motion, mu, tilt):
@@ -96,11 +97,11 @@ def fit_coulomb(campaign, v=None, start=0.113):
     measured, v = campaign.drives(rows), v[rows]
     with_tilt = bool(np.isin(p["partner"][rows], p["point"][rows]).any())
     mu, tilt, push, S = start, 0.0, 0.0, measured
-    slopes, sigma, note = None, None, ""
+    note = ""
     for turn in range(TURNS):
         motion = settle(S, mu * (1 + push), tilt=tilt * (1 + push))
         if turn in (0, 3):
-            slopes, sigma = derivatives(S, motion, mu, push, tilt, p, rows)
+            slopes, common, sigma = derivatives(S, motion, mu, push, tilt, campaign, rows)
         use = motion.settled & np.isfinite(sigma)
         columns = [slopes[0], slopes[1]] if with_tilt else [slopes[0]]
         A = np.stack(columns, 1)[use] / sigma[use, None]
@@ -119,19 +120,22 @@ def fit_coulomb(campaign, v=None, start=0.113):
     motion = settle(S, mu * (1 + push), tilt=tilt * (1 + push))
     z = (v - motion.v_D) / sigma
     error = np.sqrt(np.diag(covariance))
+    shifts = [(covariance @ A.T @ (c[use] / sigma[use]))[0] for c in common]
     freedom = use.sum() - len(error)
-    return LawFit(mu, error[0], tilt if with_tilt else np.nan, error[1] if with_tilt else np.nan, push,
+    return LawFit(mu, np.hypot(error[0], np.linalg.norm(shifts)), error[0], tilt if with_tilt else np.nan, error[1] if with_tilt else np.nan, push,
                   float(np.sum(z[use]**2) / freedom) if freedom > 0 else np.nan, rows, motion.v_D, z, note)
 
 
-def derivatives(S, motion, mu, push, tilt, p, rows):
-    """dv/dmu and dv/dtilt, and the error of each point: that of v_D with those of the measured gamma and phi."""
+def derivatives(S, motion, mu, push, tilt, campaign, rows):
+    """(dv/dmu, dv/dtilt), the changes of v by a common error of gamma and of phi, and the error of each point: that of v_D
+    with those of the measured gamma and phi."""
     scaled = Drives(S.frequency, S.q, S.amplitude * 1.0005, S.phase)
     turned = Drives(S.frequency, S.q, S.amplitude, S.phase + 0.0005 * (S.q == 2))
     change = lambda drives, m, t: settle(drives, m * (1 + push), tilt=t * (1 + push)).v_D - motion.v_D
     slopes = (change(S, mu * 1.001, tilt) / (mu * 0.001), change(S, mu, tilt + 2e-5) / 2e-5)
     by_gamma, by_phi = change(scaled, mu, tilt) / 0.0005, change(turned, mu, tilt) / 0.0005
-    # An error of phi cannot exceed that of the phases of harmonics 1 and 2.
+    p = campaign.points
     d_gamma = np.nan_to_num(p["gamma_errors"][rows] / p["gamma"][rows])
-    d_phi = np.minimum(np.nan_to_num(p["phi_errors"][rows]), 0.01)
-    return slopes, np.sqrt(p["v_D_errors"][rows]**2 + (by_gamma * d_gamma)**2 + (by_phi * d_phi)**2)
+    d_phi = np.nan_to_num(campaign.phi_errors[rows])
+    common = by_gamma * np.median(d_gamma), by_phi * np.median(d_phi)
+    return slopes, common, np.sqrt(p["v_D_errors"][rows]**2 + (by_gamma * d_gamma)**2 + (by_phi * d_phi)**2)

@@ -15,7 +15,7 @@ KINDS = ("svg", "pdf", "png")
 matplotlib.rcParams.update({
     "figure.figsize": (6.4, 4.3), "figure.constrained_layout.use": True, "font.size": 9, "axes.grid": True,
     "grid.alpha": 0.25, "legend.fontsize": 7.5, "legend.framealpha": 0.85, "lines.linewidth": 1.2, "lines.markersize": 4,
-    "errorbar.capsize": 1.5, "svg.fonttype": "path", "svg.hashsalt": "shakerd", "pdf.fonttype": 42, "savefig.dpi": 150})
+    "errorbar.capsize": 1.5, "svg.fonttype": "path", "svg.hashsalt": "shakerd", "pdf.fonttype": 3, "savefig.dpi": 150})
 
 
 def colour_of(index):
@@ -42,6 +42,8 @@ def missing_figure(name, sentence):
 
 def save(figure, folder, name):
     """Writes NAME.svg, NAME.pdf and NAME.png; returns the text of the SVG."""
+    figure.draw_without_rendering()
+    figure.set_layout_engine("none")  # the layout is the same in all three files
     for kind in KINDS:
         metadata = {"svg": {"Date": None}, "pdf": {"CreationDate": None}, "png": {}}[kind]
         figure.savefig(folder / f"{name}.{kind}", metadata=metadata)
@@ -50,9 +52,10 @@ def save(figure, folder, name):
 
 
 def points(axes, x, y, error, colour, marker, filled=True, label=None):
+    """Measured points; open ones are larger and lie below."""
     error = np.where(np.isfinite(error), error, 0)
     axes.errorbar(x, y, error, fmt=marker, color=colour, mfc=colour if filled else "white", mew=0.8, lw=0, elinewidth=0.8,
-                  label=label, zorder=3)
+                  label=label, zorder=4 if filled else 3, ms=None if filled or marker == "." else 6.5)
 
 
 def band(axes, x, middle, low, high, colour, line="-", label=None, width=1.2):
@@ -66,6 +69,20 @@ def key(axes, entries, **place):
     legend = axes.legend(handles, [label for label, _ in entries], **place)
     axes.add_artist(legend)
     return legend
+
+
+def with_error(value, error):
+    """0.112979(2): the error in units of the last digit; two digits of it where the first is 1."""
+    if not (np.isfinite(value) and np.isfinite(error) and error > 0):
+        return f"{value:.6g}"
+    digits = -int(np.floor(np.log10(error)))
+    if error * 10**digits < 1.95:
+        digits += 1
+    if digits <= 0:
+        return f"{value:.0f}({error:.0f})"
+    if digits > 12:
+        return f"{value:.6g}"
+    return f"{value:.{digits}f}({round(error * 10**digits)})"
 
 
 def angle_name(phi):

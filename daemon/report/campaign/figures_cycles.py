@@ -101,7 +101,7 @@ def velocities(sources, phi, name):
     axes.set_title(f"φ = {name}", fontsize=9)
     entries = [(f"γ = {g:g} g", {"color": colour_of(k), "marker": "o"}) for g, k in sorted(colours.items())]
     key(axes, entries + [("base", {"color": "black", "lw": 1.1}), ("exact law", {"lw": 0.9})] + source_entries(sources),
-        loc="upper left" if phi == 0 else "lower right")
+        loc="upper left" if phi == 0 else "upper right")
     return figure
 
 
@@ -145,6 +145,6 @@ def zoom(axes, inset, shown, phi):
     inset.tick_params(labelsize=6)
     inset.grid(alpha=0.2)
     axes.indicate_inset_zoom(inset, edgecolor="0.4", lw=0.6)
-    inset.set_title(f"stick {start:.3f} to {end:.3f} T", fontsize=6.5, pad=2)
+    inset.text(0.03, 0.97, f"stick {start:.3f} to {end:.3f} T", fontsize=6.5, va="top", transform=inset.transAxes)
     bottom, top = axes.get_ylim()
     axes.set_ylim(bottom, top + (top - bottom) * (0.45 if phi == 0 else 0.6))  # room for the inset above the curves

@@ -6,7 +6,7 @@ import numpy as np
 
 from coulomb_law import G
 from drawing import PAPER, Missing, angle_name, band, colour_of, key, points
-from paper_fits import closed_drift, closed_theta, coulomb_theta
+from paper_fits import closed_drift, closed_theta
 from paper_numbers import MU_PAPER, PAPER_COSINES
 from sources import folded, gamma_range, phases_with_gammas
 
@@ -107,7 +107,6 @@ def fig_3b(sources):
     if not with_nulls:
         raise Missing("it needs three phases or more around the null at one gamma.")
     figure, axes = plt.subplots()
-    gamma = gamma_range(with_nulls)
     top = max(n.gamma for s in with_nulls for n in s.nulls)
     gamma = np.linspace(0.3 * G, max(top * 1.05, 0.5 * G), 60)
     band(axes, gamma / G, *(closed_theta(gamma, m) for m in (MU_PAPER, MU_PAPER - 0.006, MU_PAPER + 0.006)), PAPER, ":",
@@ -117,9 +116,7 @@ def fig_3b(sources):
         points(axes, np.array([x.gamma for x in n]) / G, np.array([x.theta for x in n]), np.array([x.error for x in n]),
                colour_of(k), s.marker, True, s.label)
         if s.curves:
-            mu, e = s.analysis.mu, s.analysis.mu_error
-            band(axes, gamma / G, *(coulomb_theta(gamma, m, s.setting.rho) for m in (mu, mu - 2 * e, mu + 2 * e)),
-                 colour_of(k), "-", "exact law, " + s.mu_words)
+            band(axes, gamma / G, *s.null_law(gamma), colour_of(k), "-", "exact law, " + s.mu_words)
         a = s.analysis
         if s.curves and s.setting is a.settings[0] and np.isfinite(a.mu_ns):
             m, half = a.mu_ns, np.nan_to_num(a.mu_ns_half)
@@ -147,7 +144,7 @@ def fig_4(sources):
         closed = np.abs(closed_drift(gamma, phi, MU_PAPER, s0.rho, s0.frequency)) / rms(s0)
         axes.plot(gamma / G, closed, color=colour_of(k), ls=CLOSED, lw=0.7, alpha=0.7)
     axes.axhline(0.5, color=PAPER, ls=":", lw=0.9)
-    axes.text(axes.get_xlim()[0], 0.5, " the paper: up to about 0.50", fontsize=7, va="bottom", color="0.35")
+    axes.text(axes.get_xlim()[1], 0.5, "the paper: up to about 0.50 ", fontsize=7, va="bottom", ha="right", color="0.35")
     axes.set(xlabel="γ / g", ylabel="η = |$v_D$| / $V_{RMS}$", ylim=(0, None))
     bottom, top = axes.get_ylim()
     axes.set_ylim(0, top * 1.3)

@@ -164,7 +164,7 @@ def null_phases(campaign, setting, v):
         k = crossing[0]
         start = phi[k] + (phi[k + 1] - phi[k]) * w[k] / (w[k] - w[k + 1])
         near = np.abs(phi - start) < NULL_RANGE
-        noise = np.median(np.nan_to_num(p["phi_errors"][rows]))
+        noise = np.median(np.nan_to_num(campaign.phi_errors[rows]))
         null = root_of(phi[near] - start, w[near], side[near], sigma[near], noise)
         if null:
             nulls.append(Null(gamma, start + null[0], *null[1:], int(near.sum())))

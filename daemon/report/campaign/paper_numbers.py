@@ -89,7 +89,8 @@ def mu_rows(a):
                 f"{n} null phases; 95 % interval +-{a.mu_ns_half:.2g}. The form is biased by -13 to -23 % where the exact law"
                 " holds; its truth is the same fit to the true v_D"),
             Row("mu_ac: exact Coulomb law, all points", "0.113(6)", MU_PAPER, a.law.mu, a.law.mu_error, true, "",
-                f"{len(a.law.rows)} points, chi2 {a.law.chi2:.2f}; error without those of the scales and of the model")]
+                f"{len(a.law.rows)} points, chi2 {a.law.chi2:.2f}; of the scatter alone {a.law.scatter:.1g}. The errors of gamma and phi count"
+                " as common to all points; those of the sensors' scales and of the model are not in it")]
     return rows if np.isfinite(a.mu_ns) else rows[1:]
 
 

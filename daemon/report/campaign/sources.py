@@ -4,8 +4,8 @@ import dataclasses
 import numpy as np
 
 from coulomb_law import G, settle
-from drawing import LINES, MARKERS, plain
-from paper_fits import cosine_fits, null_phases
+from drawing import LINES, MARKERS, plain, with_error
+from paper_fits import cosine_fits, coulomb_theta, null_phases
 
 MOST_SOURCES = 6     # in one set of figures
 MOST_CURVES = 3      # sources of which theory is drawn
@@ -21,6 +21,7 @@ class Source:
     curves: bool        # theory is drawn for this source
     cosines: list
     nulls: list
+    solved: dict = dataclasses.field(default_factory=dict)  # curves of law()
 
     @property
     def campaign(self):
@@ -30,17 +31,25 @@ class Source:
         return self.campaign.points[name][self.setting.rows if rows is None else rows]
 
     def law(self, gamma, phi):
-        """v_D of the exact law on the drive as asked for: with mu, and with mu less and plus two errors."""
-        mu, error = self.analysis.mu, self.analysis.mu_error
-        gamma, phi = np.broadcast_arrays(gamma, phi)
-        d = self.setting.drives(gamma, phi)
-        tilt = 0.0  # the figures compare with a level base
-        return [settle(d, m, tilt=tilt).v_D.reshape(gamma.shape) for m in (mu, mu - 2 * error, mu + 2 * error)]
+        """v_D of the exact law on the drive as asked for and a level base: with mu, and with mu less and plus two errors."""
+        gamma, phi = (np.ascontiguousarray(a) for a in np.broadcast_arrays(gamma, phi))
+        name = gamma.tobytes() + phi.tobytes()
+        if name not in self.solved:  # Figs. 2(b) and 4 have the same curves
+            mu, error, d = self.analysis.mu, self.analysis.mu_error, self.setting.drives(gamma, phi)
+            middle, high = (settle(d, m).v_D.reshape(gamma.shape) for m in (mu, mu + 2 * error))
+            self.solved[name] = middle, 2 * middle - high, high
+        return self.solved[name]
+
+    def null_law(self, gamma):
+        """Theta of the exact law, as law(). It depends on gamma / mu only."""
+        theta = coulomb_theta(gamma, self.analysis.mu, self.setting.rho)
+        change = 2 * self.analysis.mu_error / self.analysis.mu * gamma * np.gradient(theta, gamma)
+        return theta, theta + change, theta - change
 
     @property
     def mu_words(self):
         fit = self.analysis.law
-        return f"mu_ac = {fit.mu:.5f} ± {fit.mu_error:.1g}" if fit.known else "mu = 0.113 (the paper's)"
+        return f"mu_ac = {with_error(fit.mu, fit.mu_error)}" if fit.known else "mu = 0.113 (the paper's)"
 
 
 def sources_of(analyses):
@@ -81,6 +90,7 @@ def phases_with_gammas(sources, least=3, most=8):
             n = len(np.unique(gamma[np.abs(phi - value) < 0.002]))
             near = next((k for k in count if abs(k - value) < 0.003), value)
             count[near] = max(n, count.get(near, 0))
+    least = max([least, *(0.5 * n for n in count.values())])
     best = sorted((k for k in count if count[k] >= least), key=lambda k: (-count[k], k))[:most]
     return sorted(best)
 
