@@ -94,6 +94,11 @@ NEEDED = {"points": POINT_NUMBERS + ("series", "outcome", "reason"),
           "harmonics": ("q", "amplitude", "phase", "asked_amplitude", "asked_phase"),
           "cycle": ("phase", "x", "v", "v_errors", "v_base"), "stick": ("point", "from", "to", "errors"),
           "passes": ("point", "pass", "how", "reason")}
+TEXTS = ("series", "outcome", "reason", "how", "recording", "time")
+
+
+def columns_needed(name):
+    return [column for column in NEEDED[name] if column not in TEXTS]
 
 
 def read_tables(entry, path):
@@ -107,6 +112,9 @@ def read_tables(entry, path):
         axis = {"harmonics": "q", "cycle": "phase"}.get(name)
         first = rows if axis else len(columns["point"])
         for column, data in columns.items():
+            if column in TEXTS and data.dtype.kind != "O" or column in columns_needed(name) and data.dtype.kind == "O":
+                raise InputError(f"{path}: /entry/{name}/{column} has the type {data.dtype}; expected"
+                                 f" {'text' if column in TEXTS else 'numbers'}")
             shape = (len(columns[axis]),) if column == axis else (first,)
             if axis and column not in (axis, "point"):
                 shape += (len(columns[axis]),)
@@ -162,7 +170,7 @@ def read_journal(path, notes):
                     entry = json.loads(line[:10_000])
                     what = entry["what"]
                 except (ValueError, KeyError, TypeError):
-                    notes.append("The journal has a line that is not an entry; it is left out.")
+                    notes.append("The journal has a line that is not an entry.")
                     continue
                 plain = (what == "point begun" or what == "pass ended" and entry.get("how") == "complete"
                          or what == "point ended" and entry.get("outcome") == "measured")

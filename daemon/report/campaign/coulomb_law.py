@@ -124,8 +124,7 @@ class Walker:
         k = self._next(rows, relative * s[:, None] < 0)
         ends = k <= TABLE
         high = np.minimum(k, TABLE) / TABLE
-        low = np.maximum(np.maximum(u0, 0) + 1e-9, high - 1 / TABLE)
-        low = np.minimum(low, high)
+        low = np.where(ends, np.minimum(np.maximum(u0 + 1e-9, high - 1 / TABLE), high), high)
         f = lambda u: s * (self.v[rows] + a * T * (u - u0) - d.velocity(u))
         slope = lambda u: s * T * (a - d.acceleration(u))
         u = np.where(ends, falling_root(f, slope, low, high), 1.0)
@@ -150,7 +149,7 @@ class Walker:
         ends = k <= TABLE
         at = np.minimum(k, TABLE)
         high, sign = at / TABLE, np.sign(self.a_table[rows, at])
-        low = np.minimum(np.maximum(u0, high - 1 / TABLE), high)
+        low = np.where(ends, np.minimum(np.maximum(u0, high - 1 / TABLE), high), high)
         f = lambda u: self.static[rows] - sign * (d.acceleration(u) - self.pull[rows])
         slope = lambda u: -sign * d.jerk(u)
         u = np.where(ends, falling_root(f, slope, low, high), 1.0)
@@ -168,10 +167,10 @@ def falling_root(f, slope, low, high):
         low, high = np.where(value > 0, u, low), np.where(value > 0, high, u)
         with np.errstate(divide="ignore", invalid="ignore"):
             new = u - value / slope(u)
-        new = np.where((new > low) & (new < high), new, (low + high) / 2)
-        if np.max(np.abs(new - u)) < 1e-15:
+        new = np.where((new >= low) & (new <= high), new, (low + high) / 2)
+        step, u = np.abs(new - u), new
+        if np.max(step) < 2e-15:
             break
-        u = new
     return u
 
 

@@ -65,7 +65,8 @@ def band(axes, x, middle, low, high, colour, line="-", label=None, width=1.2):
 
 def key(axes, entries, **place):
     """Legend from (label, keyword arguments of a line) pairs; several may be on one axes."""
-    handles = [plt.Line2D([], [], **{"color": "0.3", "lw": 0, **look}) for _, look in entries]
+    look_of = lambda look: {"color": "0.3", "lw": 0, **look, **({} if look.get("lw") else {"ls": ""})}
+    handles = [plt.Line2D([], [], **look_of(look)) for _, look in entries]
     legend = axes.legend(handles, [label for label, _ in entries], **place)
     axes.add_artist(legend)
     return legend

@@ -20,8 +20,8 @@ h3{font-size:1rem;margin:1.2rem 0 .3rem}p{margin:.4rem 0}.weak{color:var(--weak)
 figure{margin:0;border:1px solid var(--line);border-radius:4px;padding:.5rem}figure img{width:100%;height:auto;display:block}
 figcaption{font-size:.85rem;color:var(--weak)}.wide{overflow-x:auto}
 table{border-collapse:collapse;font-size:.87rem;font-variant-numeric:tabular-nums;margin:.3rem 0}
-th,td{border:1px solid var(--line);padding:.15rem .5rem;text-align:left;vertical-align:top;overflow-wrap:anywhere}
-th{background:var(--soft)}td.n{text-align:right;white-space:nowrap;overflow-wrap:normal}
+th,td{border:1px solid var(--line);padding:.15rem .5rem;text-align:left;vertical-align:top;overflow-wrap:break-word;max-width:38rem}
+th{background:var(--soft)}td.n{text-align:right;white-space:nowrap}td.s{white-space:nowrap}td:last-child{min-width:9rem}
 pre{background:var(--soft);padding:.6rem;overflow:auto;max-height:24rem;font-size:.82rem}nav a{margin-right:.9rem}
 @media print{nav{display:none}figure,tr{break-inside:avoid}}
 """
@@ -38,7 +38,8 @@ def number(value, digits=5):
 
 def grid(head, rows, numbers=()):
     """A table. Cells are escaped; the columns `numbers` are aligned to the right."""
-    cell = lambda k, text: f'<td class="n">{esc(text)}</td>' if k in numbers else f"<td>{esc(text)}</td>"
+    kind = lambda k, text: ' class="n"' if k in numbers else ' class="s"' if len(str(text)) < 24 else ""
+    cell = lambda k, text: f"<td{kind(k, text)}>{esc(text)}</td>"
     body = "".join("<tr>" + "".join(cell(k, text) for k, text in enumerate(row)) + "</tr>\n" for row in rows[:MOST_ROWS])
     more = f"<p class=weak>{len(rows) - MOST_ROWS} more rows.</p>" if len(rows) > MOST_ROWS else ""
     return ('<div class="wide"><table><thead><tr>' + "".join(f"<th>{esc(h)}</th>" for h in head)
