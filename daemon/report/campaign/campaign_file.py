@@ -12,6 +12,7 @@ from coulomb_law import G, Drives
 
 MOST_EVENTS = 2000      # lines of the journal in the page
 MOST_TEXT = 200_000     # characters of a text from a file
+MOST_VALUES = 20_000_000  # of a column
 MOST_PICTURE = 5_000_000  # bytes
 
 
@@ -77,12 +78,22 @@ def words(data):
     return decode(value) if np.ndim(value) == 0 else np.array([decode(b) for b in value], dtype=object)
 
 
+def check_own(data, link, what):
+    """The values are in this file, and there are not too many of them."""
+    if isinstance(link, h5py.ExternalLink) or data.external or data.is_virtual:
+        raise InputError(f"{what} is stored in another file; expected all columns in campaign.nxs")
+    if data.size > MOST_VALUES:
+        raise InputError(f"{what} has {data.size} values; expected {MOST_VALUES} at most")
+
+
 def table(entry, name, path):
     if name not in entry or not isinstance(entry[name], h5py.Group):
         raise InputError(f"{path}: no group /entry/{name}; expected campaign.nxs of 'shakerd campaign'")
     columns = {}
-    for key, data in entry[name].items():
+    for key in entry[name]:
+        data = entry[name][key]
         if isinstance(data, h5py.Dataset):
+            check_own(data, entry[name].get(key, getlink=True), f"{path}: /entry/{name}/{key}")
             columns[key] = words(data) if data.dtype.kind in "SO" else np.asarray(data[()], float)
     return columns
 
@@ -147,7 +158,10 @@ def read_campaign(given, label=None):
                 raise InputError(f"{path}: kind of file is '{kind[:60]}'; expected 'campaign'"
                                  + (" (daemon/report/plot draws a single recording)" if "tracks" in entry else ""))
             tables = read_tables(entry, path)
-            title, plan, program, version = (words(entry[k]) if k in entry else "" for k in (
+            for name in ("process", "title", "process/config_text", "process/program", "process/version"):
+                if name in entry and isinstance(entry[name], h5py.Dataset):
+                    check_own(entry[name], entry.get(name, getlink=True), f"{path}: /entry/{name}")
+            title, plan, program, version = (str(words(entry[k])) if k in entry else "" for k in (
                 "title", "process/config_text", "process/program", "process/version"))
     except OSError as error:
         raise InputError(f"{path}: cannot be read as HDF5 ({error}); expected campaign.nxs") from None
@@ -203,7 +217,7 @@ def read_scene(folder, points, notes):
 def find_picture(folder):
     for name in ("bench.png", "bench.jpg", "bench.jpeg"):
         path = folder / name
-        if path.is_file() and path.stat().st_size <= MOST_PICTURE:
+        if path.is_file() and not path.is_symlink() and path.stat().st_size <= MOST_PICTURE:
             return path
     return None
 

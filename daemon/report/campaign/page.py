@@ -63,6 +63,23 @@ def paper_table(rows):
                  "ours to the paper", "note"), cells, {2, 4, 5, 6})
 
 
+def compared(labels, tables):
+    """The quantities of several campaigns side by side; z: difference from the first campaign over the errors of both."""
+    columns = [{r.quantity: r for r in rows} for rows in tables]
+    quantities = dict.fromkeys(q for rows in columns for q in rows)
+    cells = []
+    for q in quantities:
+        first, line = columns[0].get(q), [q, next(c[q].paper for c in columns if q in c)]
+        for c in columns:
+            r = c.get(q)
+            text = with_error(r.ours, r.error) + " " + r.unit if r else "–"
+            if r and first and r is not first and r.error > 0 and first.error > 0:
+                text += f" (z {(r.ours - first.ours) / np.hypot(r.error, first.error):+.1f})"
+            line.append(text)
+        cells.append(line)
+    return grid(("quantity", "the paper", *labels), cells, set(range(2, 2 + len(labels))))
+
+
 def fit_rows(fits):
     get = lambda f, k: float(f[k]) if isinstance(f.get(k), (int, float)) else np.nan
     return grid(("fit", "value", "standard error", "unit", "chi2", "points", "note"),
@@ -166,6 +183,9 @@ def page(analyses, figures, tables, given, notes):
     parts.append('<h2 id="figures">Figures</h2><div class="figures">' + "".join(figure(*f) for f in figures) + "</div>")
     parts.append('<h2 id="paper">The paper beside us</h2><p class=weak>Maza-Cuello and Maza, Efficient transport controlled by'
                  " biharmonic frictional driving. Truth: of a simulated bench. z counts the errors of this page only.</p>")
+    if len(analyses) > 1:
+        parts.append("<h3>Side by side</h3><p class=weak>z: difference from the first campaign over the errors of both.</p>"
+                     + compared([a.campaign.label for a in analyses], [rows for rows, _ in tables]))
     for a, (rows, _) in zip(analyses, tables):
         parts.append(f"<h3>{esc(a.campaign.label)}</h3>" + (paper_table(rows) if rows else "<p>No points with a result.</p>"))
     parts.append('<h2 id="fits">Fits</h2>')
