@@ -60,11 +60,11 @@ def fig_2a(sources):
 
 
 def source_entries(sources):
+    first = sources[0]
     sources = [s for s in sources if len(rows_at(s, 0)) or len(rows_at(s, np.pi / 2))]
     if len(sources) < 2:
         return []
-    return [(s.label + (" (filled)" if s is sources[0] else " (open)"), {"lw": 1.2 if s.curves else 0, "ls": s.line})
-            for s in sources]
+    return [(s.label, {"marker": "o", "mfc": "0.3" if s is first else "white", "lw": 0.9 if s.curves else 0, "ls": s.line}) for s in sources]
 
 
 def fig_2c(sources):

@@ -50,14 +50,14 @@ def phase_key(axes, phases, loc):
     key(axes, [(f"φ = {angle_name(phi)}", {"color": colour_of(k), "lw": 2}) for k, phi in enumerate(phases)], loc=loc)
 
 
-def look_key(axes, sources, loc, closed="closed form", mirror="at φ + π, sign changed"):
+def look_key(axes, sources, loc, closed="closed form", mirror="at φ + π, sign changed", more=()):
     entries = [(s.label, {"marker": s.marker}) for s in sources]
     if mirror:
         entries.append((mirror, {"marker": sources[0].marker, "mfc": "white"}))
     entries += [("exact law, " + s.mu_words, {"lw": 1.2, "ls": s.line}) for s in sources if s.curves]
     if closed:
         entries.append((closed, {"lw": 0.7, "ls": CLOSED}))
-    key(axes, entries, loc=loc)
+    key(axes, entries + list(more), loc=loc)
 
 
 def cosine_groups(sources, most=5):
@@ -144,13 +144,13 @@ def fig_4(sources):
         closed = np.abs(closed_drift(gamma, phi, MU_PAPER, s0.rho, s0.frequency)) / rms(s0)
         axes.plot(gamma / G, closed, color=colour_of(k), ls=CLOSED, lw=0.7, alpha=0.7)
     axes.axhline(0.5, color=PAPER, ls=":", lw=0.9)
-    axes.text(axes.get_xlim()[1], 0.5, "the paper: up to about 0.50 ", fontsize=7, va="bottom", ha="right", color="0.35")
     axes.set(xlabel="γ / g", ylabel="η = |$v_D$| / $V_{RMS}$", ylim=(0, None))
     bottom, top = axes.get_ylim()
     axes.set_ylim(0, top * 1.3)
     key(axes, [(f"φ = {angle_name(phi)}", {"color": colour_of(k), "lw": 2}) for k, phi in enumerate(phases)], loc="upper left",
         ncol=1 + len(phases) // 5)
-    look_key(axes, sources, "upper right", "closed form, mu = 0.113", "at φ + π")
+    look_key(axes, sources, "upper right", "closed form, mu = 0.113", "at φ + π",
+             [("the paper: up to about 0.50", {"lw": 0.9, "ls": ":", "color": PAPER})])
     return figure
 
 

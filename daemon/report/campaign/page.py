@@ -73,7 +73,7 @@ def compared(labels, tables):
         for c in columns:
             r = c.get(q)
             text = with_error(r.ours, r.error) + " " + r.unit if r else "–"
-            if r and first and r is not first and r.error > 0 and first.error > 0:
+            if r and first and r is not first and r.comparable and r.error > 0 and first.error > 0:
                 text += f" (z {(r.ours - first.ours) / np.hypot(r.error, first.error):+.1f})"
             line.append(text)
         cells.append(line)

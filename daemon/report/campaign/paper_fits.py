@@ -99,6 +99,7 @@ class Cosine:
     theta_error: float
     chi2: float
     residual: float       # rms, m/s
+    series: str
     rows: np.ndarray
 
 
@@ -130,7 +131,7 @@ def cosine_fits(campaign, setting, v):
             a = np.hypot(c, s)
             along, across = np.array([c, s]) / a, np.array([-s, c]) / a**2
             fits.append(Cosine(gamma, a, np.sqrt(along @ V @ along), np.arctan2(s, c), np.sqrt(across @ V @ across), chi2,
-                               np.sqrt(np.mean((v[rows] - A @ [c, s])**2)), rows))
+                               np.sqrt(np.mean((v[rows] - A @ [c, s])**2)), series, rows))
     return fits
 
 
@@ -243,5 +244,5 @@ def reversal(campaign, setting, v, phi, law):
     return fine[j] + t * (fine[1] - fine[0]), np.hypot(e[k] * (1 - share[j]), e[k + 1] * share[j]) / abs(slope)
 
 
-def near_phase(phi, wanted, tolerance=0.02):
+def near_phase(phi, wanted, tolerance=0.01):
     return np.abs(np.angle(np.exp(1j * (np.asarray(phi) - wanted)))) < tolerance

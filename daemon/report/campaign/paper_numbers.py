@@ -24,6 +24,7 @@ class Row:
     truth: float         # NaN: not a simulated bench, or not known
     unit: str = ""
     note: str = ""
+    comparable: bool = True  # with other campaigns; False: depends on which points were measured
 
     @property
     def z(self):
@@ -103,7 +104,7 @@ def cosine_rows(c, s):
         if near:
             f = max(near, key=lambda f: len(f.rows))
             t = true.get((f.gamma, len(f.rows)))
-            note = f"{len(f.rows)} phases, rms misfit of the cosine {1e3 * f.residual:.2g} mm/s"
+            note = f"series {f.series}, {len(f.rows)} phases, rms misfit of the cosine {1e3 * f.residual:.2g} mm/s"
             rows += [Row(f"v_D* at {gamma:g} g", f"{1e3 * v:g} mm/s", 1e3 * v, 1e3 * f.amplitude, 1e3 * f.amplitude_error,
                          1e3 * t.amplitude if t else np.nan, "mm/s", note),
                      Row(f"Theta* at {gamma:g} g", f"{theta:g}", theta, f.theta, f.theta_error, t.theta if t else np.nan, "rad",
@@ -213,8 +214,8 @@ def efficiency_rows(c, s):
     where = f"at {p['gamma'][k] / G:.3g} g, phi = {np.degrees(p['phi'][k]):.3g} deg"
     ratio = p["v_rms"][k] * 2 * np.pi * p["frequency"][k] / p["gamma"][k]
     return [Row("largest efficiency", "about 0.50", 0.5, p["efficiency"][k], p["efficiency_errors"][k],
-                abs(p["true_v_D"][k]) / p["v_rms"][k], "", where),
-            Row("V_RMS w / gamma", "sqrt(5/32)", np.sqrt(5 / 32), ratio, np.nan, np.nan, "", where)]
+                abs(p["true_v_D"][k]) / p["v_rms"][k], "", where, False),
+            Row("V_RMS w / gamma", "sqrt(5/32)", np.sqrt(5 / 32), ratio, np.nan, np.nan, "", where, False)]
 
 
 def no_stick_rows(a):
@@ -233,30 +234,39 @@ def no_stick_rows(a):
 
 
 def flip_rows(c, s):
-    """Time in which the walker's acceleration goes from 80 % of one side to 80 % of the other, at phi = 0 and the largest
-    gamma: 10 to 90 % of a flip."""
-    rows = s.rows[near_phase(c.points["asked_phi"][s.rows], 0) & (c.points["asked_gamma"][s.rows] > 0.99 * G)]
-    if not len(rows):
+    """Time from 90 to 10 % of the change of the walker's acceleration at the end of a forward slip: median over the points
+    at phi = 0 from g on and their mirror partners."""
+    p, found = c.points, []
+    for phi, sign in ((0, 1), (np.pi, -1)):
+        rows = s.rows[near_phase(p["asked_phi"][s.rows], phi) & (p["asked_gamma"][s.rows] > 0.99 * G)]
+        found += [flip_time(c.cycle["phase"], sign * c.cycle["v"][k]) / p["frequency"][k] for k in rows]
+    tau = 1e3 * np.array([t for t in found if np.isfinite(t)])
+    if not len(tau):
         return []
-    k = rows[np.argmax(c.points["gamma"][rows])]
-    u, v = c.cycle["phase"], c.cycle["v"][k]
+    error = 1.25 * tau.std(ddof=1) / np.sqrt(len(tau)) if len(tau) > 2 else np.nan
+    true = 0.0 if np.isfinite(c.truth("mu_k")) else np.nan
+    return [Row("flip between slips, 10 to 90 %: upper bound", "about 2 ms", 2.0, np.median(tau), error, true, "ms",
+                f"{len(tau)} points at phi = 0 and pi; includes the frame interval and the smoothing of v(t), so z has no meaning")]
+
+
+def flip_time(u, v):
+    """In periods; NaN: the velocity has no clear flip."""
     if not np.isfinite(v).all():
-        return []
-    # 0.01 T is less than the interval of the frames, so the slope is taken over 0.02 T.
+        return np.nan
+    # A difference over one phase is less than the interval of the frames, so the slope is taken over two.
     a = np.roll(v, -1) - np.roll(v, 1)
+    if not ((a > 0).any() and (a < 0).any()):
+        return np.nan
     top, bottom = np.median(a[a > 0]), np.median(a[a < 0])
     level = (a - (top + bottom) / 2) / ((top - bottom) / 2)
     steps = np.flatnonzero((level[:-1] > 0) & (level[1:] <= 0))
     if not len(steps):
-        return []
+        return np.nan
     fine = np.linspace(steps[0] - 8, steps[0] + 9, 1701)
     curve = np.interp(fine, np.arange(-len(level), 2 * len(level)), np.tile(level, 3))
     middle = steps[0] + 0.5
     above, below = fine[(curve >= 0.8) & (fine < middle)], fine[(curve <= -0.8) & (fine > middle)]
-    tau = (below[0] - above[-1]) * (u[1] - u[0]) / c.points["frequency"][k] if len(above) and len(below) else np.nan
-    true = 0.0 if np.isfinite(c.truth("mu_k")) else np.nan
-    return [Row("flip between slips, 10 to 90 %", "about 2 ms", 2.0, 1e3 * tau, np.nan, true, "ms",
-                f"at {c.points['gamma'][k] / G:.3g} g; includes the frame interval and the smoothing of v(t): an upper bound")]
+    return (below[0] - above[-1]) * (u[1] - u[0]) if len(above) and len(below) else np.nan
 
 
 def fit_table(a):
@@ -266,10 +276,10 @@ def fit_table(a):
             ("tilt", law.tilt, law.tilt_error, "rad", law.chi2, len(law.rows), "downhill towards +x, from the same fit"),
             ("push", law.push or np.nan, np.nan, "1", np.nan, len(law.rows),
              "mass of the walker over the mass that moves with the base, from harmonics 9 and above"),
-            ("mu_ns", a.mu_ns, a.mu_ns_half / 2, "1", np.nan, sum(n.theta > 0 for n in a.nulls),
+            ("mu_ns", a.mu_ns, a.mu_ns_half / 2, "1", np.nan, sum(1 for n in a.nulls if n.theta > 0),
              f"no-stick form; rms misfit of Theta {a.mu_ns_misfit:.2g} rad")]
     for f in sorted(a.cosines, key=lambda f: (f.gamma, len(f.rows))):
-        note = f"equal weights; rms misfit {1e3 * f.residual:.2g} mm/s"
+        note = f"series {f.series}; equal weights; rms misfit {1e3 * f.residual:.2g} mm/s"
         rows += [(f"v_D* at {f.gamma / G:.4g} g", f.amplitude, f.amplitude_error, "m/s", f.chi2, len(f.rows), note),
                  (f"Theta* at {f.gamma / G:.4g} g", f.theta, f.theta_error, "rad", f.chi2, len(f.rows), note)]
     rows += [(f"phi_0 at {n.gamma / G:.4g} g", n.phi, n.error, "rad", n.chi2, n.points,

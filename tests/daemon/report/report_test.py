@@ -291,6 +291,11 @@ class RefusalTest(ReportTest):
             entry["cycle/v"] = np.zeros((1, 3))
         self.assert_refused([self.write("short", points, spoil=shorten)], "shape (1, 3); expected (4, 100)")
 
+        def link(entry):
+            del entry["points/v_D"]
+            entry["points/v_D"] = h5py.ExternalLink(str(self.folder / "short" / "campaign.nxs"), "/entry/points/v_D")
+        self.assert_refused([self.write("link", points, spoil=link)], "stored in another file")
+
         def retype(entry):
             del entry["points/v_D"]
             entry["points/v_D"] = np.array([b"a"] * 4)
