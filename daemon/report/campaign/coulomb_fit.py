@@ -122,7 +122,8 @@ def fit_coulomb(campaign, v=None, start=0.113):
     error = np.sqrt(np.diag(covariance))
     shifts = [(covariance @ A.T @ (c[use] / sigma[use]))[0] for c in common]
     freedom = use.sum() - len(error)
-    return LawFit(mu, np.hypot(error[0], np.linalg.norm(shifts)), error[0], tilt if with_tilt else np.nan, error[1] if with_tilt else np.nan, push,
+    tilts = (tilt, error[1]) if with_tilt else (np.nan, np.nan)
+    return LawFit(mu, np.hypot(error[0], np.linalg.norm(shifts)), error[0], *tilts, push,
                   float(np.sum(z[use]**2) / freedom) if freedom > 0 else np.nan, rows, motion.v_D, z, note)
 
 

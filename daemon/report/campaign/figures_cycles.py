@@ -64,7 +64,8 @@ def source_entries(sources):
     sources = [s for s in sources if len(rows_at(s, 0)) or len(rows_at(s, np.pi / 2))]
     if len(sources) < 2:
         return []
-    return [(s.label, {"marker": "o", "mfc": "0.3" if s is first else "white", "lw": 0.9 if s.curves else 0, "ls": s.line}) for s in sources]
+    return [(s.label, {"marker": "o", "mfc": "0.3" if s is first else "white", "lw": 0.9 if s.curves else 0, "ls": s.line})
+            for s in sources]
 
 
 def fig_2c(sources):

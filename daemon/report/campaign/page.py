@@ -59,8 +59,8 @@ def figure(name, title, caption, svg):
 def paper_table(rows):
     cells = [(r.quantity, r.paper, with_error(r.ours, r.error), r.unit, number(r.truth, 7), number(r.z, 3),
               "–" if not np.isfinite(r.to_paper) else f"{100 * r.to_paper:+.1f} %", r.note) for r in rows]
-    return grid(("quantity", "the paper", "ours (standard error of the last digits)", "unit", "truth", "z = (ours − truth) / error",
-                 "ours to the paper", "note"), cells, {2, 4, 5, 6})
+    return grid(("quantity", "the paper", "ours (standard error of the last digits)", "unit", "truth",
+                 "z = (ours − truth) / error", "ours to the paper", "note"), cells, {2, 4, 5, 6})
 
 
 def compared(labels, tables):
@@ -164,7 +164,8 @@ def point_table(c):
                      f"{p['phi'][k]:.5f}", with_error(1e3 * p["v_D"][k], 1e3 * p["v_D_errors"][k]),
                      with_error(p["efficiency"][k], p["efficiency_errors"][k]), number(1e3 * p["true_v_D"][k], 8),
                      number(p["periods"][k])))
-    head = ("point", "series", "frequency (Hz)", "gamma (g)", "phi (rad)", "v_D (mm/s)", "efficiency", "true v_D (mm/s)", "periods")
+    head = ("point", "series", "frequency (Hz)", "gamma (g)", "phi (rad)", "v_D (mm/s)", "efficiency", "true v_D (mm/s)",
+            "periods")
     return "<details><summary>measured points</summary>" + grid(head, rows, {0, 2, 3, 4, 5, 6, 7, 8}) + "</details>"
 
 
@@ -172,11 +173,13 @@ def page(analyses, figures, tables, given, notes):
     """figures: (name, title, caption, SVG); tables: for each campaign (rows of the paper, fits); given: contents of --fits."""
     title = " / ".join(dict.fromkeys(a.campaign.title for a in analyses)) or "campaign"
     parts = [f'<!doctype html><html lang="en"><head><meta charset="utf-8"><title>{esc(title)}</title>',
-             '<meta http-equiv="Content-Security-Policy" content="default-src \'none\'; img-src data:; style-src \'unsafe-inline\'">',
+             '<meta http-equiv="Content-Security-Policy"'
+             " content=\"default-src 'none'; img-src data:; style-src 'unsafe-inline'\">",
              '<meta name="viewport" content="width=device-width, initial-scale=1">', f"<style>{STYLE}</style></head><body>",
              f"<h1>{esc(title)}</h1>",
              '<nav><a href="#figures">Figures</a><a href="#paper">The paper beside us</a><a href="#fits">Fits</a>'
-             '<a href="#budgets">Budgets</a>', *(f'<a href="#campaign{k}">{esc(a.campaign.label)}</a>' for k, a in enumerate(analyses)),
+             '<a href="#budgets">Budgets</a>',
+             *(f'<a href="#campaign{k}">{esc(a.campaign.label)}</a>' for k, a in enumerate(analyses)),
              "</nav>"]
     parts += [f"<p><b>{esc(a.campaign.label)}</b>: {esc(summary(a))}</p>" for a in analyses]
     parts += [f"<p class=bad>{esc(note)}</p>" for note in notes]

@@ -18,6 +18,7 @@ import shutil
 import sys
 import tempfile
 
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # the arrays are small
 sys.dont_write_bytecode = True  # the folder of the scripts may be read-only
 sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
 

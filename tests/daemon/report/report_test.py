@@ -13,18 +13,21 @@ import tempfile
 import unittest
 import warnings
 
-import h5py
-import numpy as np
+os.environ.setdefault("MPLBACKEND", "Agg")
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+
+import h5py  # noqa: E402
+import numpy as np  # noqa: E402
 
 ROOT = pathlib.Path(__file__).resolve().parents[3]
 SCRIPTS = ROOT / "daemon/report/campaign"
 sys.dont_write_bytecode = True
 sys.path.insert(0, str(SCRIPTS))
-os.environ.setdefault("MPLBACKEND", "Agg")
 
 import campaign_file  # noqa: E402
 import coulomb_law  # noqa: E402
 import drawing  # noqa: E402
+import figures_drift  # noqa: E402
 import page  # noqa: E402
 import paper_fits  # noqa: E402
 import paper_numbers  # noqa: E402
@@ -32,6 +35,8 @@ import report  # noqa: E402
 import sources  # noqa: E402
 
 G, MU, Q = 9.8, 0.12, 16
+figures_drift.PHI = np.linspace(0, 2 * np.pi, 13)  # coarse curves are quick
+figures_drift.gamma_range = lambda found: sources.gamma_range(found, 9)
 HOSTILE = '<script>alert(1)</script> $\\frac{1}{0$ & "quoted" \x01 _x'
 
 
