@@ -102,8 +102,10 @@ def velocities(sources, phi, name):
     axes.set(xlabel="t / T", ylabel="v / V,  V = γ/ω", xlim=(0, 1))
     axes.set_title(f"φ = {name}", fontsize=9)
     entries = [(f"γ = {g:g} g", {"color": colour_of(k), "marker": "o"}) for g, k in sorted(colours.items())]
-    key(axes, entries + [("base", {"color": "black", "lw": 1.1}), ("exact law", {"lw": 0.9})] + source_entries(sources),
+    key(axes, entries + [("base", {"color": "black", "lw": 1.1}), ("exact law", {"lw": 0.9})],
         loc="upper left" if phi == 0 else "upper right")
+    if source_entries(sources):
+        key(axes, source_entries(sources), loc="lower center")
     return figure
 
 

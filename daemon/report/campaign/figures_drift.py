@@ -5,7 +5,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 from coulomb_law import G
-from drawing import PAPER, Missing, angle_name, band, colour_of, key, points
+from drawing import PAPER, Missing, angle_name, band, colour_of, key, plain, points
 from paper_fits import closed_drift, closed_theta
 from paper_numbers import MU_PAPER, PAPER_COSINES
 from sources import folded, gamma_range, phases_with_gammas
@@ -30,6 +30,8 @@ def fig_2b(sources):
         axes.plot(gamma / G, 1e3 * closed, color=colour_of(k), ls=CLOSED, lw=0.7, alpha=0.7)
     axes.axhline(0, color="0.5", lw=0.6)
     axes.set(xlabel="γ / g", ylabel="$v_D$ (mm/s)")
+    bottom, top = axes.get_ylim()
+    axes.set_ylim(bottom - (top - bottom) * 0.05 * (len(sources) + sum(s.curves for s in sources) - 2), top)  # for the legend
     phase_key(axes, phases, "upper left")
     look_key(axes, sources, "lower left")
     return figure
@@ -166,7 +168,7 @@ def fig_residuals(sources):
         with np.errstate(divide="ignore", invalid="ignore"):
             error = (p["v_D"][law.rows] - law.law) / law.z
         points(axes, p["gamma"][law.rows] / G, 1e6 * (p["v_D"][law.rows] - law.law), 1e6 * error, colour_of(k), s.marker, k == 0,
-               f"{s.label}: {s.mu_words}, chi2 {law.chi2:.2f}, {np.sum(np.abs(law.z) > 3)} of {len(law.z)} beyond 3 errors")
+               f"{plain(s.campaign.label)}: {s.mu_words}, chi2 {law.chi2:.2f}, {np.sum(np.abs(law.z) > 3)} of {len(law.z)} beyond 3 errors")
     axes.axhline(0, color="0.3", lw=0.8)
     axes.set(xlabel="γ / g", ylabel="$v_D$ − exact law (µm/s)")
     axes.legend(loc="upper left", fontsize=6.5)

@@ -260,7 +260,7 @@ class CampaignTest(ReportTest):
         self.assertIn("is not a number", self.page_of([b]))
         self.assertEqual(self.figures([b])[0] if b.settings else [], [])
 
-    def test_single_campaigns_of_mu_fit_with_tilt_only_from_partners(self):
+    def test_tilt_needs_mirror_partners(self):
         points = [p for p in points_of((0.68, 1, 2), np.radians([100, 110, 120, 130])) if p["phi"] < np.pi]
         a = self.analysis("plain", points, spoil=lambda e: e["points/partner"].__setitem__(slice(None), 0))
         self.assertTrue(np.isnan(a.law.tilt))
