@@ -1,0 +1,43 @@
+#pragma once
+// WayBack: one return of the walker, "go to x", and what the returns so far have shown.
+#include <array>
+#include <cstddef>
+
+namespace shaker::campaign {
+
+/// A return ends with the order of the next drive. The walker goes on for some periods until that drive is in
+/// force; how many is learned from every return. Lengths in m. Thread safety: one thread.
+class WayBack {
+public:
+    /// The walker has to have `target` of way ahead of it, on side `ahead` (0: -x, 1: +x); it has `way` now.
+    /// step: its walk in a period of the return. period_s: of the drive.
+    void begin(double now_s, double x_m, std::size_t ahead, double way, double target, double step,
+               double period_s);
+    /// The next drive may be ordered. ways: what is left on both sides.
+    [[nodiscard]] bool arrives(const std::array<double, 2>& ways) const noexcept;
+    [[nodiscard]] bool late(double now_s) const noexcept { return now_s > until_s_; }
+    /// The next drive is ordered; `way` is ahead of the walker.
+    void leave(double now_s, double way) noexcept;
+    /// The walker on its way after leave(): the place where it turns counts.
+    void follow(double way) noexcept;
+
+    struct Done {
+        double x_from_m, x_asked_m, x_to_m;
+        double for_s;  // until the next drive was ordered
+    };
+    [[nodiscard]] bool left() const noexcept { return left_; }
+    /// Of a return that was left: the way ahead of the walker when it turns.
+    [[nodiscard]] double expected() const noexcept { return left_at_ + goes_on_ * step_; }
+    /// The return that was left, which is then over.
+    Done end();
+    [[nodiscard]] std::size_t ahead() const noexcept { return ahead_; }
+
+private:
+    double x_m_ = 0, way_ = 0, target_ = 0, step_ = 0, left_at_ = 0, farthest_ = 0;
+    double from_s_ = 0, until_s_ = 0, for_s_ = 0;
+    std::size_t ahead_ = 0;
+    bool left_ = false;
+    double goes_on_ = 3;  // periods that a walker goes on with its speed after an order
+};
+
+}  // namespace shaker::campaign
