@@ -8,7 +8,7 @@
 namespace shaker::campaign {
 
 namespace {
-constexpr double told_share = 0.2;     // error of the mu that was told
+constexpr double told_share = 0.2;     // error of the mu of the plan
 constexpr double law_share = 0.005;    // of the base's rms velocity, by which a point may miss the law
 constexpr double difference = 0.01;    // of mu, for the derivative
 constexpr double least_change = 0.01;  // of mu

@@ -8,8 +8,8 @@
 namespace shaker::campaign {
 
 /// For predictions only: mu is fitted to v_D at the asked drives by the exact Coulomb law, where each point
-/// may miss the law by half a percent of the base's rms velocity, and what was told counts as known to 20 %.
-/// Thread safety: one thread.
+/// may miss the law by half a percent of the base's rms velocity, and the mu of the plan counts as known to
+/// 20 %. Thread safety: one thread.
 class LearnedMu {
 public:
     /// g in m/s^2.
