@@ -84,6 +84,7 @@ Seen Campaign::seen(const acquisition::Channels& channels) const {
            .state = state,
            .trip = sequence.trip() ? text(*sequence.trip()) : std::string{},
            .may_start = state == run::RunState::idle && !channels.stopped,
+           .identified = !settings_.run.identify || sequence.controller().identified().has_value(),
            .holding = sequence.holding(),
            .pending = on_call_.pending(),
            .recorded_s = sequence.now_s() - recording_from_s_,
@@ -102,6 +103,7 @@ void Campaign::carry_out(const Action& action, acquisition::Channels& channels) 
     if (const auto* start = std::get_if<Start>(&action)) {
         run::RunOptions run = settings_.run;
         run.drive = start->drive;
+        run.identify = run.identify && start->identify;
         run.periods = std::max(start->task.periods, 2);
         const auto file = settings_.folder / fmt::format("r{:03}.nxs", ++settings_.recordings);
         on_call_.begin(run, start->task, file, engine_.walk(start->drive), channels);

@@ -7,7 +7,6 @@
 #include <utility>
 
 #include "daemon/reduction/no_stick.hpp"
-#include "drivers/errors.hpp"
 
 namespace shaker::campaign {
 
@@ -18,6 +17,8 @@ constexpr int most_returns = 3;                 // without a pass between them
 constexpr double reserve = 3;                   // periods of way that no pass is planned to use
 constexpr double unknown_share = 0.05;          // of the base's rms velocity, error of a predicted walk
 constexpr double least_return_gamma = paper_g;  // m/s^2; below it a walker may not move at all
+constexpr double identification_way = 0.01;     // m, that a walker may walk while the response is identified
+constexpr double near_share = 0.4;              // of the whole way, in a narrow view
 constexpr double kept_bytes = 100e6;            // of the disk, for the end of the recording and the journal
 constexpr double most_around_s = 60;            // of a pass, besides measuring
 
@@ -149,6 +150,14 @@ Action Engine::choose(const Seen& seen) {
             (p.asked.drive.frequency != frequency_ || seen.recorded_s > settings_.longest_recording_s))
             return halt({});
         frequency_ = p.asked.drive.frequency;
+        if (!seen.identified) {
+            if (!idle) return halt({});  // the identification starts from rest
+            const double whole_way = seen.way[0] + seen.way[1];
+            const std::size_t near = side(seen.way[1] < seen.way[0] ? 1 : -1);
+            const bool room = seen.way.at(near) > std::min(identification_way, near_share * whole_way);
+            if (!room && !std::exchange(centred_, true))
+                return lead_back(seen, near == 0 ? -1 : 1, whole_way / 2);
+        }
         if (!here.fits() || (here.passes > best.passes && returns_ == 0)) {
             if (returns_++ < most_returns)
                 return lead_back(seen, walk.v_D, kept + (whole + turn + best.way) / 2);
@@ -171,7 +180,7 @@ Action Engine::choose(const Seen& seen) {
 
 Action Engine::go(bool idle, const Drive& drive, const run::Task& task) {
     under_way_ = !idle;
-    if (idle) return Start{drive, task};
+    if (idle) return Start{drive, task, phase_ != Phase::returning};
     return Change{drive, task};
 }
 
@@ -332,29 +341,6 @@ void Engine::fail(const std::string& reason) {
     to_next();
 }
 
-void Engine::refused(const std::string& why) {
-    phase_ = Phase::between;
-    under_way_ = false;
-    pause("the bench refused the drive: " + why + "; put that right, then resume, or skip the point");
-}
-
-// The point that ended last is measured again, after the one in progress.
-void Engine::repeat() {
-    const auto p = std::ranges::find(points_, last_.point, &Point::id);
-    if (p == points_.end()) throw InputError{"no point has ended yet that could be repeated"};
-    const auto i = static_cast<std::size_t>(p - points_.begin());
-    for (const int pass : last_.passes) {
-        PassLost lost{.point = last_.point, .pass = pass};
-        lost.reason = "repeated by the operator";
-        events_.emplace_back(std::move(lost));
-    }
-    results_.erase(last_.point);
-    last_ = {};
-    over_[i] = false;
-    --ended_;
-    if (!begun_) to_next();
-}
-
 // Empty: the disk has room for the point.
 std::string Engine::disk_is_short(const Seen& seen, const Travel& travel) const {
     const double passes_s = std::max(travel.passes, 1) * most_around_s;
@@ -363,36 +349,6 @@ std::string Engine::disk_is_short(const Seen& seen, const Travel& travel) const 
     if (!(seen.free_bytes < needed)) return {};
     return fmt::format("the disk has {:.0f} MB left and point {} may need {:.0f} MB: make room, then resume",
                        1e-6 * seen.free_bytes, points_[at_].id, 1e-6 * needed);
-}
-
-void Engine::pause(std::string reason) {
-    if (!std::exchange(paused_, true))
-        events_.emplace_back(
-            CampaignChange{.what = CampaignChange::What::paused, .reason = std::move(reason)});
-}
-
-void Engine::obey(Word word) {
-    if (done_) throw InputError{"the campaign has ended"};
-    switch (word) {
-        case Word::pause:
-            return pause("by the operator");
-        case Word::resume:
-            if (!paused_) throw InputError{"the campaign is not paused"};
-            if (tripped_) throw InputError{"the drive has tripped; clear the trip first, then resume"};
-            paused_ = false;
-            events_.emplace_back(
-                CampaignChange{.what = CampaignChange::What::resumed, .reason = "by the operator"});
-            return;
-        case Word::skip:
-            if (at_ == points_.size()) throw InputError{"no point is left to skip"};
-            end_point(Outcome::left_out, "by the operator");
-            return to_next();
-        case Word::repeat:
-            return repeat();
-        case Word::stop:
-            stop_ = true;
-            return;
-    }
 }
 
 }  // namespace shaker::campaign

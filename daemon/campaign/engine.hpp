@@ -25,6 +25,7 @@ struct Seen {
     run::RunState state = run::RunState::init;  // OnCall::state()
     std::string trip{};                         // in state tripped: its cause and what to do
     bool may_start = false;                     // idle, and no stop is under way
+    bool identified = true;                     // the response is known, or is not to be identified
     bool holding = false;                       // all measurements of the task are finished
     bool pending = false;                       // a finished measurement is not reduced yet
     double recorded_s = 0;                      // length of the open recording
@@ -40,6 +41,7 @@ struct Seen {
 struct Start {
     Drive drive;
     run::Task task;
+    bool identify = true;  // the response, first, if it is not known
 };
 /// In state run: a new set-point.
 struct Change {
@@ -143,6 +145,7 @@ private:
     double sum_ = 0, weight_ = 0;                // v_D / sigma^2 and 1 / sigma^2 of its passes
     int returns_ = 0;                            // without a pass between them
     Phase phase_ = Phase::between;
+    bool centred_ = false;    // led to the middle before the response was identified
     double frequency_ = 0;    // of the drive, Hz
     bool under_way_ = false;  // the bench was seen in state run since the last order from idle
     std::string early_;       // why the pass ended early

@@ -11,12 +11,12 @@
 
 #include "daemon/campaign/campaign.hpp"
 #include "daemon/campaign/campaign_folder.hpp"
-#include "daemon/campaign/journal_writer.hpp"
 #include "daemon/campaign/plan_check.hpp"
 #include "daemon/campaign/plan_file.hpp"
 #include "daemon/campaign/point_results.hpp"
 #include "daemon/campaign/schedule.hpp"
 #include "daemon/commands/campaign/campaign_lines.hpp"
+#include "daemon/commands/campaign/journal_writer.hpp"
 #include "daemon/commands/campaign/operator_input.hpp"
 #include "daemon/commands/stop_signals.hpp"
 #include "daemon/report/printing.hpp"
@@ -170,7 +170,7 @@ Led lead(run::Runner& runner, campaign::Engine& engine, campaign::CampaignFolder
          const campaign::Plan& plan, const run::RunOptions& run, CampaignLines& lines) {
     Led led;
     const bool live = !runner.bench().world || run.threads;
-    campaign::JournalWriter journal{folder, live};
+    JournalWriter journal{folder, live};
     const auto listen = [&](const campaign::Event& event, double now_s) {
         journal.add(event);
         if (const auto* r = std::get_if<campaign::Returned>(&event)) led.returns.push_back(*r);
@@ -192,8 +192,8 @@ Led lead(run::Runner& runner, campaign::Engine& engine, campaign::CampaignFolder
         if (const std::string why = journal.failure(); !why.empty())
             engine.failed("the journal cannot be written: " + why + "; make room, then resume");
         lines.status(campaign.time().sum());
-        // A bench on virtual time waits in a pause for the operator; a real one goes on playing silence. What a
-        // word has begun goes on before the next one is read.
+        // A bench on virtual time waits in a pause for the operator; a real one goes on playing silence. What
+        // a word has begun goes on before the next one is read.
         const bool waits = campaign.waits_for_a_person();
         if (const auto word = input.next(waits && !live)) obey(campaign, *word, channels, lines);
         led.nobody = input.closed() && campaign.waits_for_a_person();

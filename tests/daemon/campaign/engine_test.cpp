@@ -242,6 +242,26 @@ TEST(EngineTest, ResumeIsRefusedBeforeTheTripIsCleared) {
     EXPECT_THROW(engine.obey(Word::resume), InputError);
 }
 
+// The identification walks some millimetres in a direction that nobody knows: near the edge the walker is led
+// to the middle first.
+TEST(EngineTest, LeadsTheWalkerFromTheEdgeBeforeTheResponseIsIdentified) {
+    Engine engine{{point(1, 0.4, 0)}, {}};
+    Seen seen{.state = run::RunState::idle, .may_start = true, .identified = false, .way = {0.08, 0.004}};
+    const Action first = engine.next(seen);
+    ASSERT_TRUE(std::holds_alternative<Start>(first));
+    EXPECT_FALSE(std::get<Start>(first).identify);
+    EXPECT_EQ(std::get<Start>(first).task.periods, 0) << "a move";
+    EXPECT_EQ(std::get<Start>(first).drive.phi, std::numbers::pi) << "towards -x";
+    seen.state = run::RunState::run;
+    seen.way = {0.04, 0.044};
+    EXPECT_TRUE(std::holds_alternative<Stop>(engine.next(seen)));
+    seen.state = run::RunState::idle;
+    const Action second = engine.next(seen);
+    ASSERT_TRUE(std::holds_alternative<Start>(second));
+    EXPECT_TRUE(std::get<Start>(second).identify);
+    EXPECT_EQ(std::get<Start>(second).task.periods, 40);
+}
+
 // The bench, not the point, is the reason: however often it refuses, no point is given up.
 TEST(EngineTest, RefusedStartPausesAndCountsAsNoTry) {
     Engine engine{{point(1, 0.7, 0)}, {}};

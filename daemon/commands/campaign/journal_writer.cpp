@@ -1,23 +1,24 @@
-#include "daemon/campaign/journal_writer.hpp"
+#include "daemon/commands/campaign/journal_writer.hpp"
 
 #include <chrono>
 #include <utility>
 
 #include "drivers/errors.hpp"
 
-namespace shaker::campaign {
+namespace shaker::commands {
 
 namespace {
 constexpr std::chrono::milliseconds again_after{500};
 }
 
-JournalWriter::JournalWriter(CampaignFolder& folder, bool beside) : folder_{folder}, beside_{beside} {
+JournalWriter::JournalWriter(campaign::CampaignFolder& folder, bool beside)
+    : folder_{folder}, beside_{beside} {
     if (beside) thread_ = std::jthread{[this](const std::stop_token& stop) { work(stop); }};
 }
 
 JournalWriter::~JournalWriter() = default;
 
-void JournalWriter::add(decltype(JournalEntry::what) what) {
+void JournalWriter::add(decltype(campaign::JournalEntry::what) what) {
     std::unique_lock lock{mutex_};
     waiting_.push_back(std::move(what));
     if (!beside_) return write_all(lock);
@@ -68,4 +69,4 @@ void JournalWriter::work(const std::stop_token& stop) {
     }
 }
 
-}  // namespace shaker::campaign
+}  // namespace shaker::commands
