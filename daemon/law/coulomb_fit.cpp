@@ -2,6 +2,7 @@
 
 #include <spdlog/fmt/fmt.h>
 
+#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <map>
@@ -49,20 +50,27 @@ int mirror_pairs(std::span<const Point> points) {
     return pairs;
 }
 
-// m/M_eff from P_q = -r a_w,q, q = 9..16 of all points.
-Fit fitted_push(std::span<const Point> points, const std::vector<LawPoint>& at) {
+// r and s from P_q = -(r + i s/q + u/q^2) a_w,q, q = 9..16 of all points: a base on a damped spring, far
+// above its resonance. Least squares in real parts (r, u) and imaginary parts (s), which are independent.
+Fit fitted_push(std::span<const Point> points, const std::vector<LawPoint>& at, double& drag) {
     Fit fit{.name = "m/M_eff", .unit = "1"};
-    double top = 0, weight = 0, squares = 0;
+    double s_top = 0, s_weight = 0, squares = 0;
+    Eigen::Matrix2d normal = Eigen::Matrix2d::Zero();
+    Eigen::Vector2d right = Eigen::Vector2d::Zero();
     for (std::size_t i = 0; i < points.size(); ++i) {
         bool counts = false;
         for (int q = first_free; q <= max_harmonics; ++q) {
-            const std::complex<double> a = at[i].cycle.walker[static_cast<std::size_t>(q - 1)],
-                                       P = points[i].base.at(q);
-            const double sd = points[i].base_sd[static_cast<std::size_t>(q - 1)];
-            if (!(sd > 0) || std::abs(a) == 0) continue;
-            top -= (P * std::conj(a)).real() / (sd * sd);
-            weight += std::norm(a) / (sd * sd);
-            squares += std::norm(P) / (sd * sd);
+            const std::complex<double> a = at[i].cycle.walker[static_cast<std::size_t>(q - 1)];
+            const double sd = points[i].base_sd[static_cast<std::size_t>(q - 1)],
+                         weight = std::norm(a) / (sd * sd);
+            if (!(sd > 0) || weight == 0) continue;
+            const std::complex<double> ratio = -points[i].base.at(q) / a;
+            const Eigen::Vector2d row{1, 1.0 / (q * q)};
+            normal += weight * row * row.transpose();
+            right += weight * ratio.real() * row;
+            s_top += weight * ratio.imag() / q;
+            s_weight += weight / (q * q);
+            squares += weight * std::norm(ratio);
             fit.freedom += 2;
             counts = true;
         }
@@ -72,10 +80,13 @@ Fit fitted_push(std::span<const Point> points, const std::vector<LawPoint>& at) 
         fit.note = "no point has harmonics 9 to 16 with errors: the push of the walker is left out";
         return fit;
     }
-    fit.value = top / weight;
-    fit.error = 1 / std::sqrt(weight);
-    fit.chi2 = squares - top * top / weight;
-    --fit.freedom;
+    const Eigen::Matrix2d covariance = normal.inverse();
+    const Eigen::Vector2d x = covariance * right;
+    drag = s_top / s_weight;
+    fit.value = x[0];
+    fit.error = std::sqrt(covariance(0, 0));
+    fit.chi2 = squares - x.dot(right) - s_top * s_top / s_weight;
+    fit.freedom -= 3;
     fit.note =
         misfit(fit.chi2, fit.freedom, "harmonics 9 to 16 of the base have another source than the walker");
     return fit;
@@ -96,8 +107,9 @@ public:
         evaluate();
         for (int round = 0; round < most_rounds; ++round) {
             const double before = fit_.law.push;
-            fit_.push = fitted_push(points_, fit_.points);
-            fit_.law.push = std::isfinite(fit_.push.value) ? std::max(fit_.push.value, 0.0) : 0.0;
+            fit_.push = fitted_push(points_, fit_.points, fit_.law.drag);
+            fit_.law.push = fit_.push.value > 0 ? fit_.push.value : 0;
+            if (fit_.law.push == 0) fit_.law.drag = 0;
             if (std::abs(fit_.law.push - before) > converged * fit_.push.error) evaluate();
             const Linear step = linear();
             const double d_mu = std::clamp(step.x[0], -0.3 * fit_.law.mu, 0.3 * fit_.law.mu);
@@ -180,7 +192,7 @@ private:
 
     void without_push() {
         Coulomb law = fit_.law;
-        law.push = 0;
+        law.push = law.drag = 0;
         fit_.chi2_without_push = 0;
         for (std::size_t i = 0; i < points_.size(); ++i) {
             const double z = (points_[i].v_D.value - velocity_at(points_[i], law)) / error_of(i);
@@ -200,8 +212,8 @@ private:
 LawPoint law_point(const Point& point, const Coulomb& law, const PushedCycle* start) {
     LawPoint out;
     out.cycle = pushed_cycle(point.base, point.frequency, law, start);
-    out.v_D = out.cycle.v_D;
     const Sensitivity by{out.cycle, point.frequency, law};
+    out.v_D = out.cycle.v_D + law.drag * by.by_drag();
     out.by_mu = by({.mu = 1});
     out.by_tilt = by({.tilt = 1});
     out.by_push = by({.push = 1});

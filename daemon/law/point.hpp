@@ -36,7 +36,8 @@ inline double velocity_scale(const Point& p) noexcept { return p.asked.gamma / (
 struct Coulomb {
     double mu = 0.113;
     double tilt = 0;     // rad, positive: downhill towards +x
-    double push = 0;     // m / M_eff: mass of the walker over the mass that its friction moves
+    double push = 0;     // r = m / M_eff: mass of the walker over the mass that its friction moves
+    double drag = 0;     // s: harmonic q of the push is -(r + i s/q) a_w,q where the base is damped
     double g = paper_g;  // local gravity, m/s^2
 };
 

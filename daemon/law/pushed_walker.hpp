@@ -35,15 +35,17 @@ struct PushedCycle {
 /// P: measured harmonics, [ ]: their truncated series. Q, the free base, has 16 harmonics. In slip a_w = g
 /// sin b - s mu g cos b, so v_R' = (1 + r) a_w - Q; in stick a_w = a_B = Q/(1 + r). Relative to the base the
 /// walker hence moves exactly as one under gravity (1 + r) g on the base Q. Q follows from a_w by iteration.
-/// b: tilt. Above harmonic 16 the base is a free mass: its stiffness and damping are neglected (2 % of the
-/// push at 340 Hz on the paper's bench).
+/// b: tilt. Above harmonic 16 the base is a free mass here; Sensitivity::by_drag() adds its damping.
 /// start: the cycle of a nearby law, which saves iterations. Throws InputError when there is no settled
 /// motion (tilt beyond the angle of friction).
 PushedCycle pushed_cycle(const Harmonics<Acceleration>& measured, double frequency, const Coulomb& law,
                          const PushedCycle* start = nullptr);
 
-/// Harmonics 1 to 16 of a signal that is `slip[0]` in backward slip, `slip[1]` in forward slip and the signal
+/// Harmonic q of a signal that is `slip[0]` in backward slip, `slip[1]` in forward slip and the signal
 /// `stick` where the walker sticks.
+std::complex<double> segment_harmonic(const std::vector<Segment>& segments, const std::array<double, 2>& slip,
+                                      const Harmonics<Acceleration>& stick, int q);
+/// The same for harmonics 1 to 16.
 Amplitudes segment_harmonics(const std::vector<Segment>& segments, const std::array<double, 2>& slip,
                              const Harmonics<Acceleration>& stick);
 

@@ -7,7 +7,8 @@ namespace shaker::law {
 namespace {
 
 using simulated::Contact;
-constexpr int push_rounds = 4;  // the push of a push: its share falls by about ten each time
+constexpr int last_of_tail = 96;  // the terms fall as q^-3
+constexpr int push_rounds = 4;    // the push of a push: its share falls by about ten each time
 
 std::size_t side(Contact contact) { return contact == Contact::forward ? 1 : 0; }
 
@@ -61,6 +62,26 @@ double Sensitivity::offset_after(const std::vector<double>& v_base, const std::a
     return offset;
 }
 
+// Change of v_D from changes of v_B and x_B at the events and of the slips. shift: of each event, s.
+double Sensitivity::drift_of(const std::vector<double>& v_base, const std::vector<double>& x_base,
+                             const std::array<double, 2>& slip, std::vector<double>* shift) const {
+    const auto& segments = cycle_->segments;
+    const std::size_t n = segments.size();
+    std::vector<double> at(n);
+    const double from_0 = offset_after(v_base, slip, 0, nullptr, nullptr);
+    const double left = offset_after(v_base, slip, 1, nullptr, nullptr) - from_0;
+    offset_after(v_base, slip, from_0 / (1 - left), &at, shift);
+    double way = 0;
+    for (std::size_t i = 0; i < n; ++i) {
+        const double lasts = (segments[i].to - segments[i].from) / omega_;
+        if (segments[i].contact == Contact::stick)
+            way += x_base[(i + 1) % n] - x_base[i];
+        else
+            way += at[i] * lasts + slip[side(segments[i].contact)] * lasts * lasts / 2;
+    }
+    return way * omega_ / two_pi;
+}
+
 Sensitivity::Moved Sensitivity::moved(const Harmonics<Acceleration>& free, const std::array<double, 2>& a_w,
                                       double push) const {
     const auto& segments = cycle_->segments;
@@ -70,34 +91,47 @@ Sensitivity::Moved Sensitivity::moved(const Harmonics<Acceleration>& free, const
     std::array<double, 2> slip{};  // change of the slips on the free base
     for (std::size_t i = 0; i < 2; ++i)
         slip[i] = (1 + law_.push) * a_w[i] + push * slip_[i] / (1 + law_.push);
-    std::vector<double> v_base(n), at(n), shift(n);
-    for (std::size_t i = 0; i < n; ++i) v_base[i] = value(free.a, turns_[i], omega_, 1);
-    const double from_0 = offset_after(v_base, slip, 0, nullptr, nullptr);
-    const double left = offset_after(v_base, slip, 1, nullptr, nullptr) - from_0;
-    offset_after(v_base, slip, from_0 / (1 - left), &at, &shift);
+    std::vector<double> v_base(n), x_base(n), shift(n);
+    for (std::size_t i = 0; i < n; ++i) {
+        v_base[i] = value(free.a, turns_[i], omega_, 1);
+        x_base[i] = value(free.a, turns_[i], omega_, 2);
+    }
+    out.v_D = drift_of(v_base, x_base, slip, &shift);
+    if (law_.push == 0) return out;
     Harmonics<Acceleration> held;  // change of a_w in stick: Q / (1 + r)
     for (std::size_t i = 0; i < max_harmonics; ++i)
         held.a[i] = (free.a[i] - push * cycle_->free.a[i] / (1 + law_.push)) / (1 + law_.push);
     out.walker = segment_harmonics(segments, a_w, held);
-    for (std::size_t i = 0; i < n; ++i) {
-        const Segment& s = segments[i];
-        const double lasts = (s.to - s.from) / omega_;
-        const std::size_t next = (i + 1) % n, before = (i + n - 1) % n;
-        if (s.contact == Contact::stick)
-            out.v_D += value(free.a, turns_[next], omega_, 2) - value(free.a, turns_[i], omega_, 2);
-        else
-            out.v_D += at[i] * lasts + slip[side(s.contact)] * lasts * lasts / 2;
-        // The jump of a_w at this event moves with it.
+    for (std::size_t i = 0; i < n; ++i) {  // the jump of a_w at an event moves with it
         const auto level = [&](std::size_t k) {
             const Contact c = segments[k].contact;
             return (c == Contact::stick ? a_base_[i] : slip_[side(c)]) / (1 + law_.push);
         };
-        const double area = (level(before) - level(i)) * shift[i] * omega_ / std::numbers::pi;
+        const double area = (level((i + n - 1) % n) - level(i)) * shift[i] * omega_ / std::numbers::pi;
         for (std::size_t q = 0; q < max_harmonics; ++q)
             out.walker[q] += std::complex<double>{0, area} * std::conj(turns_[i][q]);
     }
-    out.v_D *= omega_ / two_pi;
     return out;
+}
+
+double Sensitivity::by_drag() const {
+    const auto& segments = cycle_->segments;
+    const std::size_t n = segments.size();
+    if (n < 2) return 0;
+    Harmonics<Acceleration> held = cycle_->free;
+    for (auto& a : held.a) a /= 1 + law_.push;
+    std::vector<double> v_base(n), x_base(n);
+    for (int q = max_harmonics + 1; q <= last_of_tail; ++q) {
+        const double w = q * omega_;
+        const std::complex<double> a =
+            std::complex<double>{0, -1.0 / q} * segment_harmonic(segments, slip_acceleration(law_), held, q);
+        for (std::size_t i = 0; i < n; ++i) {
+            const std::complex<double> term = a * std::polar(1.0, q * segments[i].from);
+            v_base[i] -= term.real() / w;
+            x_base[i] -= term.imag() / (w * w);
+        }
+    }
+    return drift_of(v_base, x_base, {}, nullptr);
 }
 
 double Sensitivity::operator()(const Change& change) const {
@@ -120,11 +154,22 @@ double Sensitivity::operator()(const Change& change) const {
 
 Amplitudes Sensitivity::by_base() const {
     Amplitudes out{};
-    for (std::size_t i = 0; i < max_harmonics; ++i) {
-        Change real, imaginary;
-        real.base.a[i] = 1;
-        imaginary.base.a[i] = {0, 1};
-        out[i] = {(*this)(real), (*this)(imaginary)};
+    const std::size_t n = cycle_->segments.size();
+    if (n < 2) return out;
+    std::vector<double> v_base(n), x_base(n);
+    for (std::size_t q = 0; q < max_harmonics; ++q) {
+        const double w = omega_ * static_cast<double>(q + 1);
+        std::array<double, 2> parts{};
+        for (std::size_t part = 0; part < 2; ++part) {
+            for (std::size_t i = 0; i < n; ++i) {
+                const std::complex<double> term =
+                    turns_[i][q] * (part == 0 ? std::complex<double>{1, 0} : std::complex<double>{0, 1});
+                v_base[i] = -term.real() / w;
+                x_base[i] = -term.imag() / (w * w);
+            }
+            parts[part] = drift_of(v_base, x_base, {}, nullptr);
+        }
+        out[q] = {parts[0], parts[1]};
     }
     return out;
 }

@@ -23,8 +23,13 @@ public:
     /// Change of v_D in m/s.
     [[nodiscard]] double operator()(const Change& change) const;
     /// Derivatives with respect to the real and imaginary part of each measured harmonic, m/s per m/s^2:
-    /// real parts of the result belong to Re a_q, imaginary parts to Im a_q.
+    /// real parts of the result belong to Re a_q, imaginary parts to Im a_q. The change of the push is left
+    /// out, up to a tenth of them.
     [[nodiscard]] Amplitudes by_base() const;
+
+    /// Derivative with respect to the drag, m/s: what the damping of the base makes of the push above
+    /// harmonic 16.
+    [[nodiscard]] double by_drag() const;
 
 private:
     struct Moved {
@@ -35,6 +40,9 @@ private:
                               double push) const;
     double offset_after(const std::vector<double>& v_base, const std::array<double, 2>& slip, double offset,
                         std::vector<double>* at, std::vector<double>* shift) const;
+
+    [[nodiscard]] double drift_of(const std::vector<double>& v_base, const std::vector<double>& x_base,
+                                  const std::array<double, 2>& slip, std::vector<double>* shift) const;
 
     const PushedCycle* cycle_;
     double omega_;
