@@ -68,6 +68,7 @@ CosineFit cosine_fit(const std::vector<Folded>& group, double gamma, const std::
     out.theta.value = std::atan2(s, c);
     out.theta.error = std::sqrt(cov(1, 1));
     out.theta.unit = "rad";
+    out.theta.note.clear();
     out.covariance = {{"v_D*", "Theta*"}, {cov(0, 0), cov(0, 1), cov(1, 0), cov(1, 1)}};
     return out;
 }

@@ -30,10 +30,12 @@ std::vector<CosineFit> cosine_fits(std::span<const Point> points);
 /// null is that of the bench: the push of the walker moves it by up to -1.5 mrad (0.68 g).
 std::vector<Fit> null_phases(std::span<const Point> points);
 
-/// gamma at which v_D changes sign, one fit for each phase at which it does (m/s^2), below which v_D has the
-/// sign of slow motion. Cubic through the four nearest points in gamma (fewer: a quadratic or a line); the
-/// error includes the difference from the polynomial one order lower. Mirror partners count as above.
-std::vector<Fit> reversals(std::span<const Point> points);
+/// gamma at which v_D changes sign, one fit for each phase at which it does, m/s^2. With a law: between the
+/// two points beside the change, the law on the asked drive plus the distance of the points from it, linear
+/// in gamma; the error includes a bend of that distance. Without: a cubic through the four nearest points in
+/// gamma (fewer: a quadratic or a line); the error includes the difference from the polynomial one order
+/// lower. Mirror partners count as above. The value is that of the bench, with the push of the walker.
+std::vector<Fit> reversals(std::span<const Point> points, const Coulomb* law = nullptr);
 
 /// gamma at which the walker begins to move, one fit for each phase with a point at rest: the middle between
 /// the highest gamma at rest and the lowest in motion, m/s^2, with half their distance over sqrt(3) as
