@@ -100,7 +100,7 @@ public:
           options_{options},
           tilted_{options.free_tilt && mirror_pairs(points) >= least_pairs} {
         fit_.law.g = options.g;
-        fit_.law.mu = best_of_grid(points, fit_.law);
+        fit_.law.mu = options.start_mu > 0 ? options.start_mu : best_of_grid(points, fit_.law);
     }
 
     CoulombFit run() {
