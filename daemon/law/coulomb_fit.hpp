@@ -21,10 +21,9 @@ struct LawPoint {
 };
 
 struct CoulombOptions {
-    double g = paper_g;         // local gravity, m/s^2
-    double start_mu = NAN;      // near the solution; NaN: searched
-    bool free_tilt = true;      // fitted when mirror partners exist; otherwise the base is level
-    double level_error = 5e-4;  // rad, standard uncertainty of a tilt that is not fitted
+    double g = paper_g;     // local gravity, m/s^2
+    double start_mu = NAN;  // near the solution; NaN: searched
+    bool free_tilt = true;  // fitted when mirror partners exist; otherwise the base is level
 };
 
 struct CoulombFit {

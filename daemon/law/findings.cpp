@@ -14,8 +14,8 @@ namespace {
 using nlohmann::ordered_json;
 
 std::vector<const Fit*> all_fits(const Findings& f) {
-    std::vector<const Fit*> all{&f.coulomb.mu,   &f.slopes.mu,   &f.no_stick,   &f.coulomb.tilt,
-                                &f.coulomb.push, &f.slopes.tilt, &f.slopes.jerk};
+    std::vector<const Fit*> all{&f.coulomb.mu,   &f.slopes.mu,   &f.no_stick,      &f.coulomb.tilt,
+                                &f.coulomb.push, &f.slopes.tilt, &f.slopes.viscous};
     for (const CosineFit& c : f.cosines) all.insert(all.end(), {&c.amplitude, &c.theta});
     for (const auto* list : {&f.nulls, &f.reversals, &f.thresholds})
         for (const Fit& fit : *list) all.push_back(&fit);

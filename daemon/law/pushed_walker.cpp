@@ -80,56 +80,40 @@ std::array<double, 2> slip_acceleration(const Coulomb& law) noexcept {
     return {pull + rubs, pull - rubs};
 }
 
-std::complex<double> segment_harmonic(const std::vector<Segment>& segments, const std::array<double, 2>& slip,
-                                      const Harmonics<Acceleration>& stick, int q) {
-    using namespace std::complex_literals;
-    std::complex<double> sum = 0;
-    for (const Segment& s : segments) {
-        // Integral of e^{i k theta} over the segment.
-        const auto ends = [from = s.from, to = s.to](int k) -> std::complex<double> {
-            if (k == 0) return to - from;
-            return (std::polar(1.0, k * to) - std::polar(1.0, k * from)) / (1i * static_cast<double>(k));
-        };
-        if (s.contact != Contact::stick) {
-            sum += slip[s.contact == Contact::forward ? 1 : 0] * ends(-q);
-            continue;
-        }
-        for (int p = 1; p <= max_harmonics; ++p) {  // (A e^{ip theta} - its conjugate) / 2i
-            const std::complex<double> A = stick.at(p);
-            if (A != 0.0) sum += (A * ends(p - q) - std::conj(A) * ends(-p - q)) / 2i;
-        }
-    }
-    return sum * 1i / std::numbers::pi;
-}
-
-// As above, with the powers of both ends computed once.
-Amplitudes segment_harmonics(const std::vector<Segment>& segments, const std::array<double, 2>& slip,
-                             const Harmonics<Acceleration>& stick) {
+std::vector<std::complex<double>> segment_harmonics(const std::vector<Segment>& segments,
+                                                    const std::array<double, 2>& slip,
+                                                    const Harmonics<Acceleration>& stick, int last) {
     using namespace std::complex_literals;
     using Complex = std::complex<double>;
-    constexpr std::size_t n = max_harmonics;
-    Amplitudes out{};
+    const auto n = static_cast<std::size_t>(last);
+    std::vector<Complex> out(n), ends(n + max_harmonics + 1);  // ends: integral of e^{-i k theta}
     for (const Segment& s : segments) {
         const bool sticks = s.contact == Contact::stick;
-        std::array<Complex, 2 * n + 1> ends{};  // integral of e^{-i k theta}
-        ends[0] = s.to - s.from;
         const Complex from = std::polar(1.0, -s.from), to = std::polar(1.0, -s.to);
         Complex a = 1, b = 1;
-        for (std::size_t k = 1; k <= (sticks ? 2 * n : n); ++k) {
+        ends[0] = s.to - s.from;
+        for (std::size_t k = 1; k <= (sticks ? n + max_harmonics : n); ++k) {
             a *= from;
             b *= to;
-            ends[k] = (a - b) / (1i * static_cast<double>(k));
+            ends[k] = (a - b) * Complex{0, -1.0 / static_cast<double>(k)};
         }
         for (std::size_t q = 1; q <= n; ++q) {
             if (!sticks) out[q - 1] += slip[s.contact == Contact::forward ? 1 : 0] * ends[q];
-            for (std::size_t p = 1; sticks && p <= n; ++p) {
+            for (std::size_t p = 1; sticks && p <= max_harmonics; ++p) {  // (A e^{ip theta} - conjugate) / 2i
                 const Complex A = stick.a[p - 1];
                 const Complex difference = p >= q ? std::conj(ends[p - q]) : ends[q - p];
-                if (A != 0.0) out[q - 1] += (A * difference - std::conj(A) * ends[p + q]) / 2i;
+                if (A != 0.0) out[q - 1] += (A * difference - std::conj(A) * ends[p + q]) * -0.5i;
             }
         }
     }
     for (Complex& a : out) a *= 1i / std::numbers::pi;
+    return out;
+}
+
+Amplitudes segment_harmonics(const std::vector<Segment>& segments, const std::array<double, 2>& slip,
+                             const Harmonics<Acceleration>& stick) {
+    Amplitudes out{};
+    std::ranges::copy(segment_harmonics(segments, slip, stick, max_harmonics), out.begin());
     return out;
 }
 

@@ -41,10 +41,11 @@ struct PushedCycle {
 PushedCycle pushed_cycle(const Harmonics<Acceleration>& measured, double frequency, const Coulomb& law,
                          const PushedCycle* start = nullptr);
 
-/// Harmonic q of a signal that is `slip[0]` in backward slip, `slip[1]` in forward slip and the signal
-/// `stick` where the walker sticks.
-std::complex<double> segment_harmonic(const std::vector<Segment>& segments, const std::array<double, 2>& slip,
-                                      const Harmonics<Acceleration>& stick, int q);
+/// Harmonics 1 to `last` of a signal that is `slip[0]` in backward slip, `slip[1]` in forward slip and the
+/// signal `stick` where the walker sticks.
+std::vector<std::complex<double>> segment_harmonics(const std::vector<Segment>& segments,
+                                                    const std::array<double, 2>& slip,
+                                                    const Harmonics<Acceleration>& stick, int last);
 /// The same for harmonics 1 to 16.
 Amplitudes segment_harmonics(const std::vector<Segment>& segments, const std::array<double, 2>& slip,
                              const Harmonics<Acceleration>& stick);

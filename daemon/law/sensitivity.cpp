@@ -8,7 +8,7 @@ namespace {
 
 using simulated::Contact;
 constexpr int last_of_tail = 96;  // the terms fall as q^-3
-constexpr int push_rounds = 4;    // the push of a push: its share falls by about ten each time
+constexpr int push_rounds = 2;    // the push of a push: its share falls by about ten each time
 
 std::size_t side(Contact contact) { return contact == Contact::forward ? 1 : 0; }
 
@@ -121,12 +121,15 @@ double Sensitivity::by_drag() const {
     Harmonics<Acceleration> held = cycle_->free;
     for (auto& a : held.a) a /= 1 + law_.push;
     std::vector<double> v_base(n), x_base(n);
-    for (int q = max_harmonics + 1; q <= last_of_tail; ++q) {
-        const double w = q * omega_;
-        const std::complex<double> a =
-            std::complex<double>{0, -1.0 / q} * segment_harmonic(segments, slip_acceleration(law_), held, q);
-        for (std::size_t i = 0; i < n; ++i) {
-            const std::complex<double> term = a * std::polar(1.0, q * segments[i].from);
+    const auto walker = segment_harmonics(segments, slip_acceleration(law_), held, last_of_tail);
+    for (std::size_t i = 0; i < n; ++i) {
+        const std::complex<double> z = std::polar(1.0, segments[i].from);
+        std::complex<double> power = turns_[i].back();
+        for (int q = max_harmonics + 1; q <= last_of_tail; ++q) {
+            power *= z;
+            const double w = q * omega_;
+            const std::complex<double> term =
+                std::complex<double>{0, -1.0 / q} * walker[static_cast<std::size_t>(q - 1)] * power;
             v_base[i] -= term.real() / w;
             x_base[i] -= term.imag() / (w * w);
         }

@@ -56,8 +56,27 @@ bool sticks_at(const Point& p, double phase) {
     });
 }
 
-// x = c_0 + c_1 t + a t^2/2 + jerk t^3/6 in the piece; a from the fit without the last term, which is
-// orthogonal to it about the middle.
+// Columns 1, t, t^2/2 and the double integral of -v_R, which friction c v_R adds to x. t in s from the
+// middle.
+Eigen::MatrixXd columns(const Unrolled& cycle, const std::vector<std::size_t>& inside, double middle,
+                        double T) {
+    Eigen::MatrixXd A(static_cast<Eigen::Index>(inside.size()), 4);
+    double t_before = 0, v_before = 0, once = 0, twice = 0;
+    for (Eigen::Index k = 0; k < A.rows(); ++k) {
+        const std::size_t i = inside[static_cast<std::size_t>(k)];
+        const double t = (cycle.phase(i) - middle) * T, v_R = cycle.v_R(i);
+        if (k > 0) {
+            const double h = t - t_before, next = once + h * (v_before + v_R) / 2;
+            twice += h * once + h * h * (2 * v_before + v_R) / 6;
+            once = next;
+        }
+        A.row(k) << 1, t, t * t / 2, -twice;
+        t_before = t;
+        v_before = v_R;
+    }
+    return A;
+}
+
 std::optional<SlipPiece> fitted(const Point& p, const Unrolled& cycle, double from, double to) {
     std::vector<std::size_t> inside;
     for (std::size_t i = 0; i < 2 * cycle.size(); ++i)
@@ -65,31 +84,27 @@ std::optional<SlipPiece> fitted(const Point& p, const Unrolled& cycle, double fr
     const double frames = (to - from) * p.phases_per_period;
     if (inside.size() < 6) return std::nullopt;
     const auto n = static_cast<Eigen::Index>(inside.size());
-    const double T = 1 / p.frequency, middle = (from + to) / 2,
-                 rows_per_frame = static_cast<double>(n) / frames;
-    Eigen::MatrixXd A(n, 4);
+    const double rows_per_frame = static_cast<double>(n) / frames;
+    Eigen::MatrixXd A = columns(cycle, inside, (from + to) / 2, 1 / p.frequency);
     Eigen::VectorXd y(n), sigma(n);
     double v_R = 0;
     for (Eigen::Index k = 0; k < n; ++k) {
         const std::size_t i = inside[static_cast<std::size_t>(k)];
-        const double t = (cycle.phase(i) - middle) * T;
-        A.row(k) << 1, t, t * t / 2, t * t * t / 6;
         y[k] = cycle.x(i);
         sigma[k] = cycle.x_sd(i) / smoothed * std::sqrt(std::max(1.0, rows_per_frame));  // rows share frames
         v_R += cycle.v_R(i);
     }
     if (!(sigma.minCoeff() > 0)) return std::nullopt;
-    const double span = (to - from) * T;  // columns of like size, for the solver
-    const Eigen::Vector4d scale{1, span, span * span, span * span * span};
-    const Eigen::MatrixXd scaled = A * scale.cwiseInverse().asDiagonal();
-    const Linear line = least_squares(scaled.leftCols(3), y, sigma, Weights::by_error),
-                 bent = least_squares(scaled, y, sigma, Weights::by_error);
+    const Eigen::VectorXd scale = A.cwiseAbs().colwise().maxCoeff();  // columns of like size, for the solver
+    A = A * scale.cwiseInverse().asDiagonal();
+    const Linear line = least_squares(A.leftCols(3), y, sigma, Weights::by_error),
+                 bent = least_squares(A, y, sigma, Weights::by_error);
     return SlipPiece{.point = &p,
                      .sign = v_R > 0 ? 1 : -1,
                      .from = from,
                      .to = to,
                      .a = {line.x[2] / scale[2], std::sqrt(line.covariance(2, 2)) / scale[2]},
-                     .jerk = {bent.x[3] / scale[3], std::sqrt(bent.covariance(3, 3)) / scale[3]}};
+                     .viscous = {bent.x[3] / scale[3], std::sqrt(bent.covariance(3, 3)) / scale[3]}};
 }
 
 }  // namespace
@@ -114,7 +129,7 @@ SlopeFit fit_slopes(std::span<const Point> points, double g) {
     SlopeFit out;
     out.mu = {.name = "mu_k", .unit = "1"};
     out.tilt = {.name = "tilt from slopes", .unit = "rad"};
-    out.jerk = {.name = "slope of the friction", .unit = "m/s^3"};
+    out.viscous = {.name = "viscous friction", .unit = "s-1"};
     std::vector<SlipPiece> pieces;
     for (const Point& p : points)
         for (const SlipPiece& piece : slip_pieces(p)) pieces.push_back(piece);
@@ -127,19 +142,20 @@ SlopeFit fit_slopes(std::span<const Point> points, double g) {
         return out;
     }
     const auto n = static_cast<Eigen::Index>(pieces.size());
-    Eigen::MatrixXd A(n, 2), bend(n, 1);
-    Eigen::VectorXd y(n), sigma(n), jerk(n), jerk_sigma(n);
+    Eigen::MatrixXd A(n, 2);
+    const Eigen::MatrixXd bend = Eigen::MatrixXd::Ones(n, 1);
+    Eigen::VectorXd y(n), sigma(n), viscous(n), viscous_sigma(n);
     for (Eigen::Index i = 0; i < n; ++i) {
         const SlipPiece& piece = pieces[static_cast<std::size_t>(i)];
         A.row(i) << -piece.sign * g, g;
         y[i] = piece.a.value;
         sigma[i] = piece.a.sigma;
-        bend(i, 0) = piece.sign;
-        jerk[i] = piece.jerk.value;
-        jerk_sigma[i] = piece.jerk.sigma;
+
+        viscous[i] = piece.viscous.value;
+        viscous_sigma[i] = piece.viscous.sigma;
     }
     const Linear fit = least_squares(A, y, sigma, Weights::by_error);
-    const Linear curved = least_squares(bend, jerk, jerk_sigma, Weights::by_error);
+    const Linear curved = least_squares(bend, viscous, viscous_sigma, Weights::by_error);
     const auto fill = [&](Fit& to, const Linear& from, Eigen::Index k) {
         to.value = from.x[k];
         to.error = std::sqrt(from.covariance(k, k));
@@ -149,11 +165,11 @@ SlopeFit fit_slopes(std::span<const Point> points, double g) {
     };
     fill(out.mu, fit, 0);
     fill(out.tilt, fit, 1);
-    fill(out.jerk, curved, 0);
+    fill(out.viscous, curved, 0);
     out.mu.note = misfit(fit.chi2, fit.freedom, "the slips scatter more than the errors of x(t)");
     const double scatter = std::sqrt(std::max(1.0, curved.chi2 / std::max(1, curved.freedom)));
-    if (std::abs(out.jerk.value) > 4 * scatter * out.jerk.error)
-        out.jerk.note = "the friction changes during a slip";
+    if (std::abs(out.viscous.value) > 4 * scatter * out.viscous.error)
+        out.viscous.note = "the friction in slips depends on the velocity, and mu_k is a mean";
     out.covariance = {
         {"mu_k", "tilt"},
         {fit.covariance(0, 0), fit.covariance(0, 1), fit.covariance(1, 0), fit.covariance(1, 1)}};

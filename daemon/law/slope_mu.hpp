@@ -11,10 +11,10 @@ namespace shaker::law {
 /// The middle of one slip of a point's cycle.
 struct SlipPiece {
     const Point* point = nullptr;
-    int sign = 1;                  // of v_R
-    double from = 0, to = 0;       // phases t/T; `to` may exceed 1
-    calibration::Estimate a{};     // acceleration, m/s^2
-    calibration::Estimate jerk{};  // its slope, m/s^3: not 0 where friction depends on the velocity
+    int sign = 1;                     // of v_R
+    double from = 0, to = 0;          // phases t/T; `to` may exceed 1
+    calibration::Estimate a{};        // acceleration, m/s^2
+    calibration::Estimate viscous{};  // c of a = .. - c v_R, 1/s; 0 for Coulomb's law
 };
 
 /// Pieces of the slips of a cycle that end at least 4.5 frames from the next kink, where the cycle's
@@ -24,7 +24,7 @@ std::vector<SlipPiece> slip_pieces(const Point& point);
 
 struct SlopeFit {
     Fit mu, tilt;  // mu_k, and rad: fitted together
-    Fit jerk;      // mean of sign(v_R) times the slope of a, m/s^3, per piece; 0 for Coulomb's law
+    Fit viscous;   // mean c of friction c v_R in slips, 1/s
     Covariance covariance;
 };
 

@@ -32,7 +32,7 @@ TEST(AskedDriveTest, IsNotGivenWhereTheLawDoesNotHold) {
     at.z = 4.5;
     EXPECT_NE(on_asked_drive(points[0], at, fit).reason.find("misses v_D by 4.5 errors"), std::string::npos);
     at.z = 0;
-    points[0].asked.gamma *= 1.5;
+    points[0].asked.phi += 1;
     const AskedDrive far = on_asked_drive(points[0], at, fit);
     EXPECT_NE(far.reason.find("of gamma/omega"), std::string::npos) << far.reason;
     EXPECT_TRUE(std::isnan(far.v_D.value));
