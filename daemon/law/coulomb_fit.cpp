@@ -16,7 +16,7 @@ namespace {
 constexpr double lowest_mu = 0.02, highest_mu = 1, mu_step = 1.12;
 constexpr std::size_t scanned = 40;  // points
 constexpr double rough = 0.02;       // of gamma/omega, error of the law while mu is searched
-constexpr int most_rounds = 12, least_moving = 3, least_pairs = 2;
+constexpr int most_iterations = 12, least_moving = 3, least_pairs = 2;
 constexpr double converged = 1e-3;  // of the standard error
 constexpr int first_free = 9;       // lowest harmonic that the drive does not control
 constexpr double tail = 3;
@@ -105,7 +105,7 @@ public:
 
     CoulombFit run() {
         evaluate();
-        for (int round = 0; round < most_rounds; ++round) {
+        for (int round = 0; round < most_iterations; ++round) {
             const double before = fit_.law.push;
             fit_.push = fitted_push(points_, fit_.points, fit_.law.drag);
             fit_.law.push = fit_.push.value > 0 ? fit_.push.value : 0;

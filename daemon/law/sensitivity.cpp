@@ -7,8 +7,9 @@ namespace shaker::law {
 namespace {
 
 using simulated::Contact;
-constexpr int last_of_tail = 96;  // the terms fall as q^-3
-constexpr int push_rounds = 2;    // the push of a push: its share falls by about ten each time
+constexpr int last_of_tail = 96;       // the terms fall as q^-3
+constexpr int push_rounds = 12;        // at most; the push of a push falls by three to ten each time
+constexpr double push_settled = 1e-5;  // of the result
 
 std::size_t side(Contact contact) { return contact == Contact::forward ? 1 : 0; }
 
@@ -150,7 +151,9 @@ double Sensitivity::operator()(const Change& change) const {
     for (int round = 0; round < push_rounds && law_.push != 0; ++round) {
         for (std::size_t i = 0; i < max_harmonics; ++i)
             free.a[i] = change.base.a[i] + change.push * cycle_->walker[i] + law_.push * now.walker[i];
+        const double before = now.v_D;
         now = moved(free, a_w, change.push);
+        if (std::abs(now.v_D - before) <= push_settled * std::abs(now.v_D)) break;
     }
     return now.v_D;
 }
