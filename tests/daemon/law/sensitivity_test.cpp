@@ -7,17 +7,17 @@
 namespace shaker::law {
 namespace {
 
-constexpr Coulomb bench{.mu = 0.113, .tilt = 1e-3, .push = 0.1077};
+constexpr Coulomb tilted{.mu = 0.113, .tilt = 1e-3, .push = 0.1077};
 
 // Every derivative against a central difference; two slips, three and four events, with and without stick.
 TEST(SensitivityTest, DerivativesAreDifferences) {
     for (const auto& [gamma, phi] : {std::pair{1.0, 0.0}, {0.5, 0.0}, {2.0, 1.57}, {1.0, 2.2}, {3.0, 4.0}}) {
         const Harmonics<Acceleration> base = harmonics(test::drive_at(gamma, phi));
-        const PushedCycle cycle = pushed_cycle(base, 20, bench);
-        const Sensitivity by{cycle, 20, bench};
+        const PushedCycle cycle = pushed_cycle(base, 20, tilted);
+        const Sensitivity by{cycle, 20, tilted};
         const auto expect = [&](const Change& change, double step) {
             const auto moved = [&](double by_how_much) {
-                Coulomb law = bench;
+                Coulomb law = tilted;
                 law.mu += by_how_much * change.mu;
                 law.tilt += by_how_much * change.tilt;
                 law.push += by_how_much * change.push;
@@ -41,7 +41,7 @@ TEST(SensitivityTest, DerivativesAreDifferences) {
 }
 
 TEST(SensitivityTest, GradientOfTheBaseIsThatOfEachHarmonic) {
-    Coulomb free = bench;
+    Coulomb free = tilted;
     free.push = 0;  // the gradient leaves the change of the push out
     const PushedCycle cycle = pushed_cycle(harmonics(test::drive_at(1, 2.2)), 20, free);
     const Sensitivity by{cycle, 20, free};
@@ -56,8 +56,8 @@ TEST(SensitivityTest, GradientOfTheBaseIsThatOfEachHarmonic) {
 }
 
 TEST(SensitivityTest, WalkerAtRestDoesNotRespond) {
-    const PushedCycle cycle = pushed_cycle(harmonics(test::drive_at(0.1, 0)), 20, bench);
-    const Sensitivity by{cycle, 20, bench};
+    const PushedCycle cycle = pushed_cycle(harmonics(test::drive_at(0.1, 0)), 20, tilted);
+    const Sensitivity by{cycle, 20, tilted};
     EXPECT_EQ(by({.mu = 1}), 0);
     EXPECT_EQ(by.by_drag(), 0);
     EXPECT_EQ(by.by_base()[0], 0.0);
