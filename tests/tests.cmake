@@ -218,6 +218,9 @@ if(SHAKER_SANITIZE)  # what follows is run from the other presets
   return()
 endif()
 
+add_test(NAME report COMMAND /usr/bin/python3 ${PROJECT_SOURCE_DIR}/tests/daemon/report/report_test.py)
+set_tests_properties(report PROPERTIES TIMEOUT 300 COST 20 LABELS unit)
+
 include(tests/vm/vm.cmake)
 
 # On demand only: tests/run --long.

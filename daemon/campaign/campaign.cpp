@@ -39,14 +39,31 @@ bool Campaign::step(const acquisition::Streams& streams, acquisition::Channels& 
     }
     on_call_.follow(settings_.run, channels);
     while (const auto run = on_call_.finished())
-        if (run->failure) engine_.recording_failed(why_of(run->failure));
+        if (run->failure) engine_.failed("a recording could not be completed: " + why_of(run->failure));
+    count_time();
     for (const Event& event : engine_.events()) listener_(event, runner_.sequence().now_s());
     return any;
 }
 
+void Campaign::count_time() {
+    const run::Sequence& sequence = runner_.sequence();
+    const double passed_s = sequence.now_s() - std::exchange(timed_to_s_, sequence.now_s());
+    const bool drives = run::driving(sequence.state());
+    if (engine_.paused() && !drives) return;
+    const bool steady = sequence.state() == run::RunState::run;
+    double& use = steady && engine_.returning()     ? time_.returning
+                  : steady && sequence.measuring()  ? time_.measuring
+                  : steady && !sequence.measuring() ? time_.settling
+                                                    : time_.checking;
+    use += passed_s;
+}
+
 void Campaign::obey(const std::string& word, acquisition::Channels& channels) {
-    static constexpr std::array<std::pair<std::string_view, Word>, 4> words{
-        {{"pause", Word::pause}, {"resume", Word::resume}, {"skip", Word::skip}, {"stop", Word::stop}}};
+    static constexpr std::array<std::pair<std::string_view, Word>, 5> words{{{"pause", Word::pause},
+                                                                             {"resume", Word::resume},
+                                                                             {"skip", Word::skip},
+                                                                             {"repeat", Word::repeat},
+                                                                             {"stop", Word::stop}}};
     const auto known = std::ranges::find(words, word, &std::pair<std::string_view, Word>::first);
     if (known != words.end()) return engine_.obey(known->second);
     if (word == "abort") {
@@ -54,7 +71,8 @@ void Campaign::obey(const std::string& word, acquisition::Channels& channels) {
     } else if (word == "clear") {
         on_call_.clear(runner_.sequence().stops().size(), channels.aborts, channels);
     } else {
-        throw InputError{fmt::format("\"{}\": expected pause, resume, skip, stop, abort or clear", word)};
+        throw InputError{
+            fmt::format("\"{}\": expected pause, resume, skip, repeat, stop, abort or clear", word)};
     }
 }
 
@@ -64,10 +82,12 @@ Seen Campaign::seen(const acquisition::Channels& channels) const {
     if (state == run::RunState::run && !sequence.may_set()) state = run::RunState::ramp;
     Seen s{.now_s = sequence.now_s(),
            .state = state,
+           .trip = sequence.trip() ? text(*sequence.trip()) : std::string{},
            .may_start = state == run::RunState::idle && !channels.stopped,
            .holding = sequence.holding(),
            .pending = on_call_.pending(),
            .recorded_s = sequence.now_s() - recording_from_s_,
+           .free_bytes = runner_.recordings().free_bytes(),
            .x_m = sequence.walker().x_m().value_or(unknown)};
     const std::array<double, 2> ways_mm = sequence.walker().mean_ways_mm();
     const Point* point = engine_.point();

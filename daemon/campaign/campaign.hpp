@@ -9,6 +9,13 @@
 
 namespace shaker::campaign {
 
+/// Master time of a campaign by its use, s. A pause counts only while the base is driven.
+struct BenchTime {
+    double measuring = 0, settling = 0, returning = 0;
+    double checking = 0;  // self-test, loop checks, ramps from and to rest, completion of recordings
+    [[nodiscard]] double sum() const noexcept { return measuring + settling + returning + checking; }
+};
+
 struct CampaignSettings {
     run::RunOptions run;           // rig, pictures, identification of every drive
     std::filesystem::path folder;  // of the recordings
@@ -27,13 +34,20 @@ public:
     bool step(const acquisition::Streams& streams, acquisition::Channels& channels);
     /// The engine has ended, the drive is silent and all recordings are complete.
     [[nodiscard]] bool done() const { return engine_.done() && on_call_.at_rest(); }
-    /// Obeys a word of the operator: pause, resume, skip, stop, abort or clear. InputError for another word,
-    /// and for one that has no meaning now.
+    /// Paused, and nothing happens before a person gives a word.
+    [[nodiscard]] bool waits_for_a_person() const {
+        return engine_.paused() && on_call_.at_rest() &&
+               (on_call_.state() == run::RunState::idle || on_call_.may_clear());
+    }
+    /// Obeys a word of the operator: pause, resume, skip, repeat, stop, abort or clear. InputError for
+    /// another word, and for one that has no meaning now.
     void obey(const std::string& word, acquisition::Channels& channels);
     [[nodiscard]] on_call::OnCall& on_call() noexcept { return on_call_; }
+    [[nodiscard]] const BenchTime& time() const noexcept { return time_; }
 
 private:
     [[nodiscard]] Seen seen(const acquisition::Channels& channels) const;
+    void count_time();
     void carry_out(const Action& action, acquisition::Channels& channels);
 
     run::Runner& runner_;
@@ -42,6 +56,8 @@ private:
     Listener listener_;
     on_call::OnCall on_call_;
     double recording_from_s_ = 0;  // master time of the newest start
+    BenchTime time_;
+    double timed_to_s_ = 0;
 };
 
 }  // namespace shaker::campaign

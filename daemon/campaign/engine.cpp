@@ -16,11 +16,10 @@ namespace {
 constexpr int most_tries = 2;                   // of a point
 constexpr int most_returns = 3;                 // without a pass between them
 constexpr double reserve = 3;                   // periods of way that no pass is planned to use
-constexpr double run_out = 3;                   // periods that a walker goes on with its speed after an order
-constexpr double patience = 3;                  // of a return, by its expected time
-constexpr double patience_s = 5;                // in addition
 constexpr double unknown_share = 0.05;          // of the base's rms velocity, error of a predicted walk
 constexpr double least_return_gamma = paper_g;  // m/s^2; below it a walker may not move at all
+constexpr double kept_bytes = 100e6;            // of the disk, for the end of the recording and the journal
+constexpr double most_around_s = 60;            // of a pass, besides measuring
 
 std::size_t side(double v) { return v < 0 ? 0 : 1; }
 
@@ -72,10 +71,11 @@ calibration::Estimate Engine::result(int point) const {
 Action Engine::next(const Seen& seen) {
     if (done_) return {};
     x_m_ = seen.x_m;
+    if (way_back_.left()) way_back_.follow(seen.way.at(way_back_.ahead()));
     if (seen.state == run::RunState::tripped) {
         if (!std::exchange(tripped_, true)) {
-            if (begun_) lose_pass("the drive tripped");
-            pause("the drive has tripped: look at its cause, clear the trip, then resume");
+            if (begun_) lose_pass("the drive tripped: " + seen.trip);
+            pause("the drive has tripped: " + seen.trip + "; look at it, clear the trip, then resume");
         }
         done_ = leaving_;
         return {};
@@ -116,7 +116,15 @@ Action Engine::choose(const Seen& seen) {
     if (idle && !seen.may_start) return {};
     for (; at_ < points_.size() && (begun_ || !stop_); to_next()) {
         const Point& p = points_[at_];
-        if (!std::exchange(begun_, true)) begin_point(p);
+        if (!begun_) {
+            const Travel one = travel(p.asked, walks_.walk(p.asked.drive), settings_.timing, INFINITY);
+            if (const std::string why = disk_is_short(seen, one); !why.empty()) {
+                pause(why);
+                return idle ? Action{} : halt({});
+            }
+            begin_point(p);
+            begun_ = true;
+        }
         PointSettings rest = p.asked;
         rest.precision = 0;
         rest.periods = missing_periods();
@@ -124,12 +132,12 @@ Action Engine::choose(const Seen& seen) {
             end_point(Outcome::measured, {});
             continue;
         }
-        const Walk& walk = walks_.at(p.asked.drive);
+        const Walk& walk = walks_.walk(p.asked.drive);
         const double kept = reserve * std::abs(walk.v_D) / p.asked.drive.frequency;
         const double ahead = seen.way[side(walk.v_D)] - kept;
         // A return ends a period of its own walk before the other edge.
         const Drive back = return_drive(walk.v_D < 0 ? 1 : -1, p.asked.drive.frequency);
-        const double turn = std::abs(walks_.at(back).v_D) / back.frequency;
+        const double turn = std::abs(walks_.walk(back).v_D) / back.frequency;
         const double whole = seen.way[0] + seen.way[1] - kept - turn;
         const Travel here = travel(rest, walk, settings_.timing, ahead);
         const Travel best = travel(rest, walk, settings_.timing, whole);
@@ -169,6 +177,7 @@ Action Engine::go(bool idle, const Drive& drive, const run::Task& task) {
 
 void Engine::begin_point(const Point& point) {
     tries_ = measured_ = returns_ = pass_ = 0;
+    told_passes_.clear();
     sum_ = weight_ = 0;
     events_.push_back(PointBegun{.point = point.id});
 }
@@ -176,18 +185,16 @@ void Engine::begin_point(const Point& point) {
 // The walker has to have `target` of way ahead of it (m), in the direction of v_D.
 Action Engine::lead_back(const Seen& seen, double v_D, double target) {
     const Drive back = return_drive(v_D < 0 ? 1 : -1, frequency_);
-    const Walk& walk = walks_.at(back);
+    const Walk& walk = walks_.walk(back);
     if (!walk.why.empty() || walk.v_D * v_D >= 0) {
         fail("no drive is known that leads the walker back");
         return seen.state == run::RunState::run ? halt({}) : Action{};
     }
+    note_return();
     phase_ = Phase::returning;
-    // A return that ended short of its target goes farther the next time.
-    run_out_ = std::abs(walk.v_D) * std::max(1.0, run_out / returns_) / frequency_;
-    target_ = target;
-    ahead_ = side(v_D);
-    const double missing = std::max(0.0, target - seen.way[ahead_]);
-    returning_until_s_ = seen.now_s + patience * missing / std::abs(walk.v_D) + patience_s;
+    const std::size_t ahead = side(v_D);
+    way_back_.begin(seen.now_s, seen.x_m, ahead, seen.way.at(ahead), target, std::abs(walk.v_D) / frequency_,
+                    1 / frequency_);
     return go(seen.state == run::RunState::idle, back, {.periods = 0});
 }
 
@@ -199,11 +206,15 @@ Drive Engine::return_drive(int direction, double frequency) const {
 }
 
 Action Engine::watch_return(const Seen& seen) {
-    if (seen.way[ahead_] + run_out_ >= target_ || seen.way[1 - ahead_] <= run_out_) {
+    if (way_back_.arrives(seen.way)) {
+        Seen turned = seen;
+        double& way = turned.way.at(way_back_.ahead());
+        way_back_.leave(seen.now_s, way);
+        way = way_back_.expected();
         phase_ = Phase::between;
-        return choose(seen);
+        return choose(turned);
     }
-    if (seen.now_s < returning_until_s_) return {};
+    if (!way_back_.late(seen.now_s)) return {};
     fail("the walker does not come back");
     return halt({});
 }
@@ -215,7 +226,7 @@ Action Engine::watch_pass(const Seen& seen) {
         if (!taken_) lose_pass("nothing was measured");
         return choose(seen);
     }
-    const Walk& walk = walks_.at(points_[at_].asked.drive);
+    const Walk& walk = walks_.walk(points_[at_].asked.drive);
     const double step = std::abs(walk.v_D) / frequency_;
     if (seen.way[side(walk.v_D)] > step) return {};
     early_ = "the walker came near the edge of the picture";
@@ -223,8 +234,9 @@ Action Engine::watch_pass(const Seen& seen) {
     return choose(seen);
 }
 
+// A measurement that a skipped point had under way belongs to no point.
 void Engine::take(const on_call::Measured& measured) {
-    if (!begun_) return;
+    if (!begun_ || numbers_of(measured.measurement.asked) != numbers_of(points_[at_].asked.drive)) return;
     taken_ = true;
     if (!measured.reduction) {
         end_pass(measured, PassEnded::How::failed, measured.not_reduced);
@@ -239,7 +251,19 @@ void Engine::take(const on_call::Measured& measured) {
     weight_ += 1 / (v_D.sigma * v_D.sigma);
 }
 
+void Engine::note_return() {
+    if (!way_back_.left()) return;
+    const WayBack::Done back = way_back_.end();
+    events_.emplace_back(Returned{.point = points_[at_].id,
+                                  .x_from_m = back.x_from_m,
+                                  .x_asked_m = back.x_asked_m,
+                                  .x_to_m = back.x_to_m,
+                                  .for_s = back.for_s});
+}
+
 void Engine::end_pass(const on_call::Measured& measured, PassEnded::How how, std::string reason) {
+    note_return();
+    told_passes_.push_back(pass_);
     const recording::FinishedMeasurement& m = measured.measurement;
     events_.emplace_back(PassEnded{.point = points_[at_].id,
                                    .pass = pass_,
@@ -256,13 +280,16 @@ void Engine::end_pass(const on_call::Measured& measured, PassEnded::How how, std
 
 // The pass under way has given no measurement.
 void Engine::lose_pass(const std::string& reason) {
-    if (phase_ == Phase::measuring)
+    if (phase_ == Phase::measuring) {
+        note_return();
+        told_passes_.push_back(pass_);
         events_.emplace_back(PassEnded{.point = points_[at_].id,
                                        .pass = pass_,
                                        .x_from_m = x_from_m_,
                                        .x_to_m = x_m_,
                                        .how = PassEnded::How::failed,
                                        .reason = reason});
+    }
     fail(reason);
 }
 
@@ -281,13 +308,18 @@ int Engine::missing_periods() const {
 }
 
 run::PredictedWalk Engine::walk(const Drive& drive) {
-    return {{walks_.at(drive).v_D, unknown_share * reduction::v_rms(harmonics(drive), drive.frequency)},
-            fmt::format("Coulomb's law with mu {:.4g}", settings_.mu)};
+    return {{walks_.walk(drive).v_D, unknown_share * reduction::v_rms(harmonics(drive), drive.frequency)},
+            fmt::format("Coulomb's law with mu {:.4g}", walks_.value())};
 }
 
 void Engine::end_point(Outcome outcome, std::string reason) {
     const int id = points_[at_].id;
-    if (outcome == Outcome::measured) results_[id] = {sum_ / weight_, 1 / std::sqrt(weight_)};
+    if (outcome == Outcome::measured) {
+        results_[id] = {sum_ / weight_, 1 / std::sqrt(weight_)};
+        walks_.add(points_[at_].asked.drive, results_[id]);
+    }
+    last_ = {id, std::exchange(told_passes_, {})};
+    note_return();
     events_.push_back(PointEnded{id, outcome, std::move(reason)});
     over_[at_] = true;
     ++ended_;
@@ -303,8 +335,34 @@ void Engine::fail(const std::string& reason) {
 void Engine::refused(const std::string& why) {
     phase_ = Phase::between;
     under_way_ = false;
-    if (begun_) fail(why);
-    pause("the bench refused the drive: " + why + "; put that right, then resume");
+    pause("the bench refused the drive: " + why + "; put that right, then resume, or skip the point");
+}
+
+// The point that ended last is measured again, after the one in progress.
+void Engine::repeat() {
+    const auto p = std::ranges::find(points_, last_.point, &Point::id);
+    if (p == points_.end()) throw InputError{"no point has ended yet that could be repeated"};
+    const auto i = static_cast<std::size_t>(p - points_.begin());
+    for (const int pass : last_.passes) {
+        PassLost lost{.point = last_.point, .pass = pass};
+        lost.reason = "repeated by the operator";
+        events_.emplace_back(std::move(lost));
+    }
+    results_.erase(last_.point);
+    last_ = {};
+    over_[i] = false;
+    --ended_;
+    if (!begun_) to_next();
+}
+
+// Empty: the disk has room for the point.
+std::string Engine::disk_is_short(const Seen& seen, const Travel& travel) const {
+    const double passes_s = std::max(travel.passes, 1) * most_around_s;
+    const double needed =
+        settings_.bytes_per_s * (passes_s + travel.measured() * travel.period_s) + kept_bytes;
+    if (!(seen.free_bytes < needed)) return {};
+    return fmt::format("the disk has {:.0f} MB left and point {} may need {:.0f} MB: make room, then resume",
+                       1e-6 * seen.free_bytes, points_[at_].id, 1e-6 * needed);
 }
 
 void Engine::pause(std::string reason) {
@@ -329,6 +387,8 @@ void Engine::obey(Word word) {
             if (at_ == points_.size()) throw InputError{"no point is left to skip"};
             end_point(Outcome::left_out, "by the operator");
             return to_next();
+        case Word::repeat:
+            return repeat();
         case Word::stop:
             stop_ = true;
             return;

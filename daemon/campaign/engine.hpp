@@ -11,8 +11,10 @@
 #include <vector>
 
 #include "daemon/campaign/journal.hpp"
+#include "daemon/campaign/learned_mu.hpp"
 #include "daemon/campaign/plan.hpp"
 #include "daemon/campaign/travel.hpp"
+#include "daemon/campaign/way_back.hpp"
 #include "daemon/on_call/on_call.hpp"
 
 namespace shaker::campaign {
@@ -21,10 +23,12 @@ namespace shaker::campaign {
 struct Seen {
     double now_s = 0;                           // master time
     run::RunState state = run::RunState::init;  // OnCall::state()
+    std::string trip{};                         // in state tripped: its cause and what to do
     bool may_start = false;                     // idle, and no stop is under way
     bool holding = false;                       // all measurements of the task are finished
     bool pending = false;                       // a finished measurement is not reduced yet
     double recorded_s = 0;                      // length of the open recording
+    double free_bytes = INFINITY;               // of the disk; NaN: not known
     double x_m = unknown;                       // newest position of the walker
     /// How far the walker's middle may go towards -x and +x, m; infinite on a bench that does not see it.
     std::array<double, 2> way{INFINITY, INFINITY};
@@ -50,12 +54,13 @@ using Action = std::variant<std::monostate, Start, Change, Stop>;
 using Event = decltype(JournalEntry::what);
 
 /// Words of the operator.
-enum class Word { pause, resume, skip, stop };
+enum class Word { pause, resume, skip, repeat, stop };
 
 struct EngineSettings {
-    double mu = 0.113;                  // friction coefficient by which walks are predicted
+    double mu = 0.113;                  // friction coefficient by which walks are predicted at first
     double g = paper_g;                 // m/s^2
     double longest_recording_s = 3600;  // then the next point starts a new one
+    double bytes_per_s = 0.5e6;         // of a recording
     Timing timing{};
 };
 
@@ -63,8 +68,8 @@ struct EngineSettings {
 ///
 /// A point is measured in one go if the walker's way allows it, else in passes. Before a pass that does not
 /// fit into what is left, the walker returns: a move at a drive of its own. A point that fails is tried again
-/// once, then left out. A trip or a refused start pauses the campaign until resume(); the engine never clears
-/// a trip.
+/// once, then left out. A trip, a refused start, a full disk pause the campaign until `resume`; the engine
+/// never clears a trip.
 class Engine {
 public:
     /// ended: numbers of the points that need no further measurement.
@@ -74,10 +79,10 @@ public:
     Action next(const Seen& seen);
     /// A finished measurement of the bench.
     void take(const on_call::Measured& measured);
-    /// The bench has refused the last order.
+    /// The bench has refused the last order. That is no try of the point: a person decides.
     void refused(const std::string& why);
-    /// A recording could not be completed.
-    void recording_failed(const std::string& why) { pause("a recording could not be completed: " + why); }
+    /// The disk or another part of the computer has failed; a person must put it right.
+    void failed(const std::string& what) { pause(what); }
     /// Ends as soon as the drive is silent.
     void leave() noexcept { leaving_ = true; }
     /// InputError when the word has no meaning now.
@@ -94,10 +99,13 @@ public:
     [[nodiscard]] const Point* point() const noexcept;
     [[nodiscard]] std::size_t ended() const noexcept { return ended_; }
     [[nodiscard]] std::size_t points() const noexcept { return points_.size(); }
+    [[nodiscard]] bool returning() const noexcept { return phase_ == Phase::returning; }
     /// "measuring", "returning", ...
     [[nodiscard]] std::string doing() const;
     /// The walk that is predicted for a drive.
     [[nodiscard]] run::PredictedWalk walk(const Drive& drive);
+    /// The mu of the predictions.
+    [[nodiscard]] double mu() const noexcept { return walks_.value(); }
 
 private:
     enum class Phase { between, measuring, returning };
@@ -109,6 +117,9 @@ private:
     Action watch_return(const Seen& seen);
     [[nodiscard]] Drive return_drive(int direction, double frequency) const;
     [[nodiscard]] int missing_periods() const;
+    [[nodiscard]] std::string disk_is_short(const Seen& seen, const Travel& travel) const;
+    void note_return();
+    void repeat();
     void to_next();
     void begin_point(const Point& point);
     void end_pass(const on_call::Measured& measured, PassEnded::How how, std::string reason);
@@ -120,7 +131,7 @@ private:
     std::vector<Point> points_;
     std::vector<bool> over_;  // one for each point
     EngineSettings settings_;
-    WalkPredictor walks_;
+    LearnedMu walks_;
     std::size_t ended_ = 0;
     // The point in progress, or the next one.
     std::size_t at_ = 0;
@@ -136,11 +147,13 @@ private:
     bool under_way_ = false;  // the bench was seen in state run since the last order from idle
     std::string early_;       // why the pass ended early
     bool taken_ = false;      // the pass has given a measurement
-    // The return.
-    double target_ = 0, run_out_ = 0;  // m
-    double returning_until_s_ = 0;
-    std::size_t ahead_ = 0;  // side of its target
-    bool tripped_ = false;   // a trip that is not cleared
+    WayBack way_back_;
+    std::vector<int> told_passes_;  // of this point that the journal has
+    struct {
+        int point = 0;  // 0: none
+        std::vector<int> passes{};
+    } last_{};              // the point that ended last
+    bool tripped_ = false;  // a trip that is not cleared
     bool paused_ = false, stop_ = false, leaving_ = false, done_ = false;
     std::vector<Event> events_;
     std::map<int, calibration::Estimate> results_;  // of measured points

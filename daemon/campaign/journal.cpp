@@ -90,6 +90,11 @@ void members(const A& each, E& e) {
     } else if constexpr (std::same_as<T, PassLost>) {
         each("pass", e.pass);
         each("reason", e.reason);
+    } else if constexpr (std::same_as<T, Returned>) {
+        each("x_from_m", e.x_from_m);
+        each("x_asked_m", e.x_asked_m);
+        each("x_to_m", e.x_to_m);
+        each("for_s", e.for_s);
     } else if constexpr (std::same_as<T, PointEnded>) {
         each("outcome", e.outcome, outcome_words);
         each("reason", e.reason);
@@ -97,7 +102,8 @@ void members(const A& each, E& e) {
 }
 
 using What = decltype(JournalEntry::what);
-constexpr std::string_view kinds[] = {"campaign", "point begun", "pass ended", "pass lost", "point ended"};
+constexpr std::string_view kinds[] = {"campaign",  "point begun", "pass ended",
+                                      "pass lost", "point ended", "returned"};
 static_assert(std::size(kinds) == std::variant_size_v<What>);
 
 template <std::size_t... I>

@@ -47,12 +47,19 @@ struct PassEnded {
     std::string reason{};       // one sentence; empty for a complete pass
 };
 
-/// A pass that the journal has cannot be read from its recording, so it does not count. A point that was
-/// measured must be measured again.
+/// A pass that the journal has does not count: its recording cannot be read, or the operator wants the point
+/// again. A point that was measured must be measured again.
 struct PassLost {
     int point = 0;
     int pass = 1;
-    std::string reason{};
+    std::string reason{};  // one sentence
+};
+
+/// The walker was led back: from x_from_m towards x_asked_m; it turned at x_to_m.
+struct Returned {
+    int point = 0;
+    double x_from_m = unknown, x_asked_m = unknown, x_to_m = unknown;
+    double for_s = unknown;  // until the next drive was ordered
 };
 
 enum class Outcome { measured, failed, left_out };
@@ -66,7 +73,7 @@ struct PointEnded {
 
 struct JournalEntry {
     std::string time{};  // ISO 8601 with offset
-    std::variant<CampaignChange, PointBegun, PassEnded, PassLost, PointEnded> what;
+    std::variant<CampaignChange, PointBegun, PassEnded, PassLost, PointEnded, Returned> what;
 };
 
 /// One line, without its end.

@@ -37,7 +37,8 @@ struct Series {
 struct Plan {
     std::string file;  // name of the file, for messages
     std::string title;
-    double mu = 0.113;  // friction coefficient for predictions until the campaign has measured it
+    double mu = 0.113;          // friction coefficient for predictions until the campaign has measured it
+    double edge_margin_mm = 2;  // a pass ends softly so far inside the limit at the edge
     std::vector<Series> series{};
 };
 

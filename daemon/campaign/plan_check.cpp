@@ -64,6 +64,7 @@ PlanCheck check_plan(const Plan& plan, const CheckSettings& settings) {
     for (Point& point : schedule(plan)) {
         const Drive& drive = point.asked.drive;
         const Travel t = travel(point.asked, predictor.at(drive), settings.timing, check.free_way);
+        if (std::isnan(place)) place = best_start(t);
         const Stage stage = lead(t, settings.timing, check.free_way, place);
         if (drive.frequency != frequency) check.once_s += settings.once_s;
         frequency = drive.frequency;

@@ -1,5 +1,6 @@
 #pragma once
 // The check of a plan before anything moves: points in their order, predicted travel, bench time, bytes.
+#include <cmath>
 #include <functional>
 #include <string>
 #include <vector>
@@ -13,7 +14,7 @@ namespace shaker::campaign {
 struct CheckSettings {
     FreeWay way{};
     Timing timing{};
-    double start = 0;             // place of the walker, m from the middle of the view
+    double start = NAN;           // place of the walker, m from the middle of the view; NaN: best_start()
     double gravity = paper_g;     // m/s^2
     double once_s = 8;            // self-test, identified response, soft start; again for another frequency
     double bytes_per_s = 0.35e6;  // of the recording

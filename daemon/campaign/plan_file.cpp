@@ -14,7 +14,7 @@ namespace shaker::campaign {
 namespace {
 
 constexpr std::span<const PointField> all_fields{point_fields};
-constexpr Range frictions{1e-3, 10};
+constexpr Range frictions{1e-3, 10}, margins_mm{0, 1000};
 
 bool same_angle(double a, double b) { return std::abs(std::remainder(a - b, two_pi)) < 1e-9; }
 
@@ -115,6 +115,7 @@ Series read_series(SettingsTable& table, std::size_t number, const PointSettings
 Plan read(SettingsTable root, const std::string& file) {
     Plan plan{.file = file, .title = root.text("title", file)};
     plan.mu = root.number("mu", frictions, plan.mu);
+    plan.edge_margin_mm = root.number("edge_margin_mm", margins_mm, plan.edge_margin_mm);
     SettingsTable point = root.table("point");
     PointSettings defaults;
     for (const PointField& field : all_fields.first(drive_fields))

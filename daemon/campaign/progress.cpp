@@ -57,6 +57,7 @@ public:
         point->second.passes.erase(pass);
         point->second.ended.reset();
     }
+    void operator()(const Returned& e) { static_cast<void>(in_progress(e.point)); }
     void operator()(const PointEnded& e) {
         if (e.outcome == Outcome::left_out && !out.points.contains(e.point)) {
             out.points[e.point].ended = e;  // without having been begun

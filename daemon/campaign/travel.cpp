@@ -41,14 +41,18 @@ Walk exact_walk(const Drive& drive, double mu, double g, int settle_at_most) {
 
 }  // namespace
 
+std::vector<double> numbers_of(const Drive& drive) {
+    std::vector<double> numbers{drive.frequency, drive.gamma, drive.rho, drive.phi};
+    for (const std::complex<double>& share : drive.overtones)
+        numbers.insert(numbers.end(), {share.real(), share.imag()});
+    return numbers;
+}
+
 WalkPredictor::WalkPredictor(double mu, double g, int settle_at_most)
     : mu_{mu}, g_{g}, settle_at_most_{settle_at_most} {}
 
 const Walk& WalkPredictor::at(const Drive& drive) {
-    std::vector<double> key{drive.frequency, drive.gamma, drive.rho, drive.phi};
-    for (const std::complex<double>& share : drive.overtones)
-        key.insert(key.end(), {share.real(), share.imag()});
-    const auto [known, missing] = known_.try_emplace(std::move(key));
+    const auto [known, missing] = known_.try_emplace(numbers_of(drive));
     if (missing) known->second = exact_walk(drive, mu_, g_, settle_at_most_);
     return known->second;
 }
@@ -83,11 +87,13 @@ Travel travel(const PointSettings& point, const Walk& walk, const Timing& timing
     return t;
 }
 
+double best_start(const Travel& travel) { return (travel.v_D < 0 ? 1 : -1) * travel.way / 2; }
+
 Stage lead(const Travel& travel, const Timing& timing, double free_way, double& place) {
     Stage stage{.begin = place, .end = place};
     if (!travel.fits()) return stage;
     const double direction = travel.v_D < 0 ? -1 : 1;
-    const double start = -direction * travel.way / 2;
+    const double start = best_start(travel);
     const auto go_to_start = [&] {
         stage.returned += std::abs(place - start);
         stage.returning_s += timing.return_s + std::abs(place - start) / timing.return_mps;

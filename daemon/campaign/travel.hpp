@@ -30,6 +30,9 @@ struct Timing {
     double return_s = 1.0;      // ramps and settling of a return
 };
 
+/// The numbers that tell one drive from another.
+std::vector<double> numbers_of(const Drive& drive);
+
 /// The settled motion at one drive by the exact Coulomb law.
 struct Walk {
     double v_D = 0;     // m/s
@@ -77,6 +80,10 @@ struct Stage {
     double settling_s = 0, measuring_s = 0, returning_s = 0, other_s = 0;
     [[nodiscard]] double bench_s() const noexcept { return settling_s + measuring_s + returning_s + other_s; }
 };
+
+/// Where a walker that can be put anywhere should begin a point: the middle of its pass is that of the view.
+/// m from there.
+double best_start(const Travel& travel);
 
 /// Leads a predicted walker from `place` through a point and changes `place`: a return before the point if it
 /// does not fit into what is left, so that the middle of the pass is that of the view, and one before each

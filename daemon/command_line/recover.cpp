@@ -1,5 +1,5 @@
+#include "daemon/command_line/confined_recovery.hpp"
 #include "daemon/command_line/rows.hpp"
-#include "daemon/commands/recover_command.hpp"
 #include "daemon/sandbox/confined.hpp"
 #include "daemon/sandbox/new_files.hpp"
 #include "drivers/recorded/recording_file.hpp"
@@ -12,13 +12,18 @@ constexpr std::array arguments{
     manual::Argument{.name = "FILE", .help = "Recording, or its .part", .kind = manual::Kind::file},
     json_argument};
 
-int recover_confined(const commands::RecoverOptions& options, const sandbox::Confinement& allowed) {
+int in_child(const commands::RecoverOptions& options, const sandbox::Confinement& allowed) {
     return confined(options.file.string(), allowed,
                     [&] { return recover(options) ? manual::exit_ok : manual::exit_not_identical; });
 }
 
 int act(const manual::Values& values) {
-    commands::RecoverOptions options{.file = values.text("FILE"), .json = values.has("--json")};
+    return recover_confined({.file = values.text("FILE"), .json = values.has("--json")});
+}
+
+}  // namespace
+
+int recover_confined(commands::RecoverOptions options) {
     const commands::RecoveredFiles files = recovered_files(options);
     const std::filesystem::path folder = files.file.parent_path();
     sandbox::Confinement allowed = sandbox::confinement_for(options.file);
@@ -26,17 +31,15 @@ int act(const manual::Values& values) {
     allowed.files = {.lists = {folder.empty() ? "." : folder},
                      .reads = {files.file, files.part, files.journal, pictures}};
     const bool finished = std::filesystem::exists(files.file);
-    if (finished || !std::filesystem::exists(files.part)) return recover_confined(options, allowed);
+    if (finished || !std::filesystem::exists(files.part)) return in_child(options, allowed);
     sandbox::NewRecording fresh{files.file};
     options.working = fresh.working();
     allowed.files.writes = {fresh.folder(), pictures};
-    const int status = recover_confined(options, allowed);
+    const int status = in_child(options, allowed);
     // The recorder may have finished the file meanwhile: it was only verified.
     if (status == manual::exit_ok && std::filesystem::exists(options.working)) fresh.keep();
     return status;
 }
-
-}  // namespace
 
 manual::Command recover_row() {
     return {.name = "recover",

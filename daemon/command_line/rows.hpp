@@ -16,6 +16,7 @@ manual::Command devices_row();
 manual::Command replay_row();
 manual::Command recover_row();
 manual::Command export_row();
+manual::Command report_row();
 manual::Command reduce_row();
 manual::Command track_row();
 manual::Command example_row();

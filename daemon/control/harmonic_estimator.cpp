@@ -13,6 +13,8 @@ constexpr int most_columns = 2 * max_harmonics + 3;
 constexpr double largest_gap = 0.1;  // turns
 constexpr double one_direction =
     100;  // times the second eigenvalue: above it the direction is defined by motion, not noise
+constexpr double same_direction = 0.95;  // cosine
+constexpr int windows_to_turn = 3;       // in a row, until another direction counts as that of the shaker
 using Eigen::Index;
 }  // namespace
 
@@ -33,6 +35,8 @@ struct HarmonicEstimator::Work {
     Eigen::MatrixX3d a;
     Index rows = 0;
     std::int64_t window = -1;
+    Eigen::Vector3d newest{0, 0, 0};      // direction that motion defined
+    int agree = 0;                        // windows in a row with that direction
     double first = 0, last = 0, gap = 0;  // turns
     Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, most_columns, most_columns> normal, inverse;
     Eigen::Matrix<double, Eigen::Dynamic, 3, 0, most_columns, 3> right;
@@ -46,7 +50,7 @@ struct HarmonicEstimator::Work {
     [[nodiscard]] bool complete() const {
         const double begin = static_cast<double>(window) * s.periods;
         const double edge = std::max(first - begin, begin + s.periods - last);
-        return rows >= Index{3} * s.harmonics * s.periods && std::max(gap, edge) < largest_gap;
+        return rows >= Index{least_samples(s.harmonics)} * s.periods && std::max(gap, edge) < largest_gap;
     }
     void add(double turns, const std::array<double, 3>& sample);
     [[nodiscard]] std::optional<PeriodEstimate> estimate();
@@ -74,7 +78,8 @@ void HarmonicEstimator::Work::add(double turns, const std::array<double, 3>& sam
 }
 
 // Principal direction of the sine and cosine vectors of harmonics 1 and 2: the direction of the shaker's
-// motion in sensor axes. Once found it keeps its sign, also if two components are equally large.
+// motion in sensor axes. Once found it keeps its sign, also if two components are equally large. A step in
+// one window, as of gravity when the sensor's lead comes off, is no direction.
 Eigen::Vector3d HarmonicEstimator::Work::strongest() {
     const Eigen::Matrix3d scatter = right.middleRows(1, 4).transpose() * right.middleRows(1, 4);
     const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> eigen{scatter};
@@ -83,7 +88,12 @@ Eigen::Vector3d HarmonicEstimator::Work::strongest() {
     Index largest = 0;
     u.cwiseAbs().maxCoeff(&largest);
     if (before.isZero() ? u[largest] < 0 : u.dot(before) < 0) u = -u;
-    if (eigen.eigenvalues()[2] > one_direction * eigen.eigenvalues()[1]) s.before = {u[0], u[1], u[2]};
+    if (eigen.eigenvalues()[2] > one_direction * eigen.eigenvalues()[1]) {
+        agree = std::abs(u.dot(newest)) > same_direction ? agree + 1 : 1;
+        newest = u;
+        if (before.isZero() || std::abs(u.dot(before)) > same_direction || agree >= windows_to_turn)
+            s.before = {u[0], u[1], u[2]};
+    }
     return u;
 }
 
@@ -144,6 +154,7 @@ std::optional<PeriodEstimate> HarmonicEstimator::Work::estimate() {
 HarmonicEstimator::HarmonicEstimator(const EstimatorSettings& settings)
     : work_{std::make_unique<Work>(settings)} {}
 HarmonicEstimator::~HarmonicEstimator() = default;
+const std::array<double, 3>& HarmonicEstimator::direction() const noexcept { return work_->s.before; }
 HarmonicEstimator::HarmonicEstimator(HarmonicEstimator&&) noexcept = default;
 HarmonicEstimator& HarmonicEstimator::operator=(HarmonicEstimator&&) noexcept = default;
 

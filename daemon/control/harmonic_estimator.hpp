@@ -35,6 +35,9 @@ struct PeriodEstimate {
     std::array<std::array<double, 2UL * max_harmonics>, 2UL * max_harmonics> cov{};
 };
 
+/// Samples of the accelerometer that a window needs, for each of its periods.
+constexpr int least_samples(int harmonics) { return 3 * harmonics; }
+
 struct EstimatorSettings {
     int harmonics = 8;             // K, 2..16
     int samples = 300;             // largest number of samples per window
@@ -66,6 +69,10 @@ public:
     /// first sample of a new window returns the estimate of the window before, unless that window is
     /// incomplete: fewer than 3K samples per period, or a gap of more than a tenth of a period.
     std::optional<PeriodEstimate> add(double turns, const std::array<double, 3>& a);
+
+    /// The shaker's direction, whose sign later windows follow; all 0: not found yet. One window does not
+    /// change it to another one.
+    [[nodiscard]] const std::array<double, 3>& direction() const noexcept;
 
 private:
     struct Work;

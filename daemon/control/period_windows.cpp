@@ -17,15 +17,16 @@ PeriodWindows::PeriodWindows(double dac_rate_hz, const AccelerometerInfo& accele
       line_hz_{line_hz},
       dac_rate_hz_{dac_rate_hz},
       history_{dac_rate_hz, frequency},
-      estimator_{estimator_settings(frequency)} {}
+      estimator_{estimator_settings(frequency, {})} {}
 
-EstimatorSettings PeriodWindows::estimator_settings(double frequency) const {
+EstimatorSettings PeriodWindows::estimator_settings(double frequency,
+                                                    const std::array<double, 3>& before) const {
     const double ratio = line_hz_ / frequency;
     const int periods = periods_to_tell(ratio, harmonics_);
     EstimatorSettings s;
     s.harmonics = harmonics_;
     s.axis = accelerometer_.shaker_axis;
-    s.before = axis_;
+    s.before = before;
     s.periods = std::max(1, periods);
     s.line = periods > 0 ? ratio : 0;
     s.samples = static_cast<int>(most_samples * s.periods * accelerometer_.rate_hz / frequency) + 2;
@@ -34,7 +35,7 @@ EstimatorSettings PeriodWindows::estimator_settings(double frequency) const {
 
 void PeriodWindows::add(const DriveChange& change) {
     if (change.command.frequency != history_.frequency()) {
-        estimator_ = HarmonicEstimator{estimator_settings(change.command.frequency)};
+        estimator_ = HarmonicEstimator{estimator_settings(change.command.frequency, estimator_.direction())};
         tuned_from_s_ = counted_s(DacTick{change.first.n + change.ramp}, dac_rate_hz_);
     }
     history_.add(change);

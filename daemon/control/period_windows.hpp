@@ -41,7 +41,8 @@ public:
     }
 
 private:
-    [[nodiscard]] EstimatorSettings estimator_settings(double frequency) const;
+    [[nodiscard]] EstimatorSettings estimator_settings(double frequency,
+                                                       const std::array<double, 3>& before) const;
 
     AccelerometerInfo accelerometer_;
     int harmonics_;

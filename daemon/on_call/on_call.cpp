@@ -102,6 +102,7 @@ void OnCall::require_possible(const Drive& drive, const safety::Limits& limits) 
     require("phi", drive.phi, drive_limits.phi, " rad");
     for (const std::complex<double>& share : drive.overtones)
         require("share of an overtone", std::abs(share), drive_limits.share, " of gamma");
+    run::require_seen(bench_, drive.frequency);
     safety::require_within(run::run_demands(bench_, drive, limits));
 }
 

@@ -2,10 +2,14 @@
 
 #include <spdlog/fmt/fmt.h>
 
+#include <cmath>
+
+#include "daemon/control/harmonic_estimator.hpp"
 #include "daemon/recording/tables/places.hpp"
 #include "daemon/recording/time_text.hpp"
 #include "daemon/run/recording_monitor.hpp"
 #include "daemon/run/run_settings.hpp"
+#include "drivers/errors.hpp"
 #include "drivers/synthesiser.hpp"
 
 namespace shaker::run {
@@ -45,6 +49,18 @@ safety::Limits halved(safety::Limits limits) {
     }
     limits.force_n /= 2;
     return limits;
+}
+
+void require_seen(const bench::Bench& bench, double frequency) {
+    const double rate_hz = bench.rig.accelerometer->info().rate_hz;
+    const int needed = control::least_samples(control::controlled_harmonics);
+    if (frequency * needed <= rate_hz) return;
+    throw InputError{
+        fmt::format("frequency {:.4g} Hz: the accelerometer has {:.1f} samples a period and {} are needed "
+                    "for {} harmonics; "
+                    "with its {:.4g} samples/s at most {:.4g} Hz is allowed",
+                    frequency, rate_hz / frequency, needed, control::controlled_harmonics, rate_hz,
+                    std::floor(10 * rate_hz / needed) / 10)};
 }
 
 std::vector<safety::Demand> run_demands(const bench::Bench& bench, const Drive& drive,

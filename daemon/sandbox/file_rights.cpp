@@ -25,6 +25,7 @@ constexpr std::uint64_t scope_all = 3;             // 6: abstract sockets and si
 
 constexpr std::uint64_t read_file = LANDLOCK_ACCESS_FS_READ_FILE;
 constexpr std::uint64_t read_folder = read_file | LANDLOCK_ACCESS_FS_READ_DIR;
+constexpr std::uint64_t run_file = read_file | LANDLOCK_ACCESS_FS_EXECUTE;
 constexpr std::uint64_t write_file = read_file | LANDLOCK_ACCESS_FS_WRITE_FILE | fs_truncate;
 constexpr std::uint64_t write_folder = read_folder | write_file | LANDLOCK_ACCESS_FS_MAKE_REG |
                                        LANDLOCK_ACCESS_FS_MAKE_DIR | LANDLOCK_ACCESS_FS_REMOVE_FILE |
@@ -103,6 +104,7 @@ std::string restrict_files(const FileRights& allowed) {
     for (const char* path : system_files) add(path, read_file, read_folder);
     for (const auto& path : allowed.lists) add(path, 0, LANDLOCK_ACCESS_FS_READ_DIR);
     for (const auto& path : allowed.reads) add(path, read_file, read_folder);
+    for (const auto& path : allowed.runs) add(path, run_file, read_folder | run_file);
     for (const auto& path : allowed.writes) add(path, write_file, write_folder);
     if (error == 0 && ::syscall(SYS_landlock_restrict_self, rules.get(), 0) < 0) error = errno;
     return error == 0 ? "" : refused("Landlock", error);

@@ -12,6 +12,7 @@ struct FileRights {
     std::vector<std::filesystem::path> reads{};   // may be read
     std::vector<std::filesystem::path> writes{};  // may also be written; in folders, files may be created,
                                                   // renamed and removed. Links are passed over, too
+    std::vector<std::filesystem::path> runs{};    // may be read and executed
 };
 
 /// From now on, this thread and those it starts open no other files than these, those of the system that

@@ -20,7 +20,7 @@ namespace {
 
 class Filter {
 public:
-    Filter() : rules_{seccomp_init(SCMP_ACT_KILL_PROCESS), seccomp_release} {
+    explicit Filter(std::uint32_t otherwise) : rules_{seccomp_init(otherwise), seccomp_release} {
         if (!rules_) error_ = -EINVAL;  // the system does not know this action
         note(seccomp_attr_set(rules_.get(), SCMP_FLTATR_ACT_BADARCH, SCMP_ACT_KILL_PROCESS));  // x32 too
         note(seccomp_attr_set(rules_.get(), SCMP_FLTATR_API_SYSRAWRC, 1));  // the kernel's own errno
@@ -29,6 +29,9 @@ public:
     }
     void allow(std::initializer_list<int> calls) {
         for (const int call : calls) add(SCMP_ACT_ALLOW, call, {});
+    }
+    void refuse(std::initializer_list<int> calls) {
+        for (const int call : calls) add(SCMP_ACT_ERRNO(EACCES), call, {});
     }
     void allow_when(int call, scmp_arg_cmp condition) { add(SCMP_ACT_ALLOW, call, {condition}); }
     void refuse_when(int call, scmp_arg_cmp condition) { add(SCMP_ACT_ERRNO(EACCES), call, {condition}); }
@@ -128,17 +131,31 @@ void allow_writing(Filter& f) {
     f.allow_when(SCMP_SYS(fchmod), is(1, 0, S_ISUID | S_ISGID));  // of a copied file
 }
 
+std::string loaded(Filter& filter) {
+    const int status = filter.load();
+    return status == 0 ? "" : std::string{"seccomp: "} + std::strerror(-status);
+}
+
 }  // namespace
 
 std::string filter_syscalls(bool writes_files) {
-    Filter filter;
+    Filter filter{SCMP_ACT_KILL_PROCESS};
     allow_reading(filter);
     allow_memory_and_threads(filter);
     allow_own_state(filter);
     allow_opening(filter, writes_files);
     if (writes_files) allow_writing(filter);
-    const int status = filter.load();
-    return status == 0 ? "" : std::string{"seccomp: "} + std::strerror(-status);
+    return loaded(filter);
+}
+
+std::string deny_network() {
+    Filter filter{SCMP_ACT_ALLOW};
+    filter.refuse({SCMP_SYS(socket), SCMP_SYS(socketpair), SCMP_SYS(connect), SCMP_SYS(bind),
+                   SCMP_SYS(listen), SCMP_SYS(io_uring_setup), SCMP_SYS(ptrace), SCMP_SYS(process_vm_readv),
+                   SCMP_SYS(process_vm_writev), SCMP_SYS(pidfd_getfd), SCMP_SYS(unshare), SCMP_SYS(setns),
+                   SCMP_SYS(mount), SCMP_SYS(bpf), SCMP_SYS(keyctl), SCMP_SYS(add_key), SCMP_SYS(request_key),
+                   SCMP_SYS(userfaultfd), SCMP_SYS(perf_event_open)});
+    return loaded(filter);
 }
 
 }  // namespace shaker::sandbox

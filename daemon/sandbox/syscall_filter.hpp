@@ -11,4 +11,8 @@ namespace shaker::sandbox {
 /// the system does not support this.
 std::string filter_syscalls(bool writes_files);
 
+/// From now on, this thread and those it starts, also in other programs, have no sockets and cannot look into
+/// other processes: these calls answer EACCES. Needs PR_SET_NO_NEW_PRIVS. Returns as filter_syscalls().
+std::string deny_network();
+
 }  // namespace shaker::sandbox

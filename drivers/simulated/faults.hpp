@@ -33,6 +33,7 @@ enum class FaultKind {
     camera_gone,    // camera: its driver gives up
     late,           // accelerometer: samples arrive later and later, by `value` s each s; the delay stays
     contact_open,   // the contact of the abort input is open; a scene without this fault has no abort input
+    amplifier_off,  // the amplifier passes nothing
 };
 
 struct SceneFault {

@@ -110,6 +110,7 @@ void visit(Visitor&& v, Scene& s) {
     dac("full_scale_v", s.dac_full_scale_v, {0.01, 100});
     dac("buffer_s", s.dac_buffer_s, {0, 1});
     dac("kept_s", s.dac_kept_s, {0, 1});
+    dac.unusual("enable_before_s", s.enable_before_s, {0, 5}, 0);
     v.shaker(s.shaker);
     auto&& w = v.table("walker");
     w("mass_kg", s.walker.mass_kg, {1e-6, 100});

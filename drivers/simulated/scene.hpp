@@ -74,8 +74,9 @@ struct Scene {
     double tilt_deg = 0;  // positive: +x points downhill
     double dac_rate_hz = 48000;
     double dac_full_scale_v = 1;
-    double dac_buffer_s = 0;  // latency from write() to the converter
-    double dac_kept_s = 1;    // part of dac_buffer_s that a hard stop cannot take back
+    double dac_buffer_s = 0;     // latency from write() to the converter
+    double dac_kept_s = 1;       // part of dac_buffer_s that a hard stop cannot take back
+    double enable_before_s = 0;  // the amplifier is on when its enable tone has lasted so long; 0: always
     ShakerTruth shaker;
     WalkerTruth walker;
     AccelerometerTruth accelerometer;

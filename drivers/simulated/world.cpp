@@ -33,7 +33,8 @@ public:
                 .rate_hz = s_.scene.dac_rate_hz,
                 .full_scale_V = s_.scene.dac_full_scale_v,
                 .queue_frames = static_cast<std::int64_t>(s_.queue),
-                .kept_frames = static_cast<std::int64_t>(s_.kept)};
+                .kept_frames = static_cast<std::int64_t>(s_.kept),
+                .enable_before_s = s_.scene.enable_before_s};
     }
     [[nodiscard]] DeviceCounts counts() const noexcept override {
         const std::scoped_lock lock{s_.mutex};
@@ -49,7 +50,7 @@ public:
         PlayTime played{DacTick{first}, host_time(duration_s(first, s_.scene.dac_rate_hz))};
         played.lost = s_.run_empty(static_cast<std::int64_t>(volts.size()));
         for (std::size_t i = 0; i < volts.size() && played.lost == 0; ++i)
-            s_.play({volts[i], trigger[i] > 0.5});
+            s_.play({volts[i], trigger[i] > 0.5, enabled_});
         s_.moved.notify_all();
         if (s_.pace == World::Pace::paced) s_.moved.wait(lock, [&] { return s_.stopped || s_.all_read(); });
         return played;
@@ -58,10 +59,12 @@ public:
         const std::scoped_lock lock{s_.mutex};
         return s_.take_back(most);
     }
+    void enable(bool on) noexcept override { enabled_ = on; }
     void stop() noexcept override { s_.stop(); }
 
 private:
     World::State& s_;
+    bool enabled_ = false;
 };
 
 class SimulatedAccelerometer final : public Accelerometer {

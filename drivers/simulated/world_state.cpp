@@ -31,7 +31,8 @@ World::State::State(const Scene& s, Pace p)
       n{-static_cast<std::int64_t>(buffer.size())},
       plant_faults{s.faults, {FaultKind::amplifier_gain, FaultKind::walker_off, FaultKind::walker_on}},
       underruns{s.faults, {FaultKind::underrun}},
-      sensor_faults{s.faults, {FaultKind::held_back, FaultKind::late}} {
+      sensor_faults{s.faults, {FaultKind::held_back, FaultKind::late}},
+      amplifier_faults{s.faults, {FaultKind::amplifier_off}} {
     for (const CameraTruth& c : s.cameras) {
         const std::string& name = c.view.camera;
         views.push_back({.truth = c,
@@ -110,12 +111,18 @@ void World::State::open_exposures(bool trigger) {
     }
 }
 
+bool World::State::amplifier_passes(const PlayedOutput& out) {
+    enabled_for = out.enabled ? enabled_for + 1 : 0;
+    return duration_s(enabled_for, scene.dac_rate_hz) >= scene.enable_before_s &&
+           !amplifier_faults.at(FaultKind::amplifier_off, now());
+}
+
 void World::State::step(const PlayedOutput& out) {
     cause_faults();
     open_exposures(out.trigger);
     const PlantState before = plant.state();
     const double limit = scene.dac_full_scale_v;
-    plant.step(std::clamp(out.volts, -limit, limit));
+    plant.step(amplifier_passes(out) ? std::clamp(out.volts, -limit, limit) : 0);
     for (SimulatedView& camera : views) expose(camera, before);
     ++n;
     if (auto block = sensor.step(n, plant.state().a)) {

@@ -33,6 +33,7 @@ struct Exposure {
 struct PlayedOutput {
     double volts = 0;
     bool trigger = false;
+    bool enabled = false;  // the enable tone of the amplifier sounds
 };
 
 /// Members that are not const are guarded by `mutex`.
@@ -61,7 +62,8 @@ struct World::State {
     std::int64_t n;                   // next sample to play; < 0 while the buffer fills
     DeviceCounts dac_counts{};
     FaultQueue plant_faults, underruns;
-    LastingFaults sensor_faults;
+    LastingFaults sensor_faults, amplifier_faults;
+    std::int64_t enabled_for = 0;  // samples for which the enable tone has sounded
     bool overflow = false;
     bool block_in_hand = false;  // the reader has taken a block and not asked for the next yet
     bool stopped = false;
@@ -82,6 +84,7 @@ struct World::State {
     std::int64_t take_back(std::int64_t most);
     std::int64_t run_empty(std::int64_t block);
     void step(const PlayedOutput& out);
+    [[nodiscard]] bool amplifier_passes(const PlayedOutput& out);
     void cause_faults();
     void open_exposures(bool trigger);
     void expose(SimulatedView& camera, const PlantState& before);

@@ -29,11 +29,10 @@ const char* nonsense_for(double value) {
     return nonsense.at(static_cast<std::size_t>(value * nonsense.size()));
 }
 
-// A set-point of the paper's range.
 Drive drive_for(double value, double frequency) {
     Drive d;
     d.frequency = frequency;
-    d.gamma = 2 + 14 * value;
+    d.gamma = gamma_for(value, frequency);
     d.phi = 2 * std::numbers::pi * std::fmod(7 * value, 1.0);
     return d;
 }

@@ -14,7 +14,9 @@
 #include "daemon/sandbox/new_files.hpp"
 #include "drivers/errors.hpp"
 #include "drivers/recorded/h5/h5.hpp"
+#include "drivers/recorded/opened_recording.hpp"
 #include "drivers/recorded/recording_file.hpp"
+#include "tests/support/recording/lasting_columns.hpp"
 
 namespace shaker::orders {
 
@@ -46,6 +48,22 @@ void recover(const std::filesystem::path& part) {
     sandbox::NewRecording fresh{commands::recovered_files({.file = part}).file};
     static_cast<void>(commands::recover({.file = part, .working = fresh.working()}));
     if (std::filesystem::exists(fresh.working())) fresh.keep();
+}
+
+// Rows that other programs could read before the recovery are in the recovered file, unchanged.
+void compare_rows(const std::filesystem::path& before, const std::filesystem::path& file,
+                  std::vector<std::string>& lost) {
+    const recorded::RecordingReader was{before, recorded::RecordingReader::Open::growing}, is{file};
+    const hid_t grown = was.opened().entry.get();
+    for (const std::string& path : test::lasting_columns(is)) {
+        if (!h5::exists(grown, path)) continue;
+        const h5::Bytes old = h5::read_first_bytes(grown, path);
+        const std::uint64_t rows = old.values.size() / old.row;
+        const std::uint64_t same = test::same_rows(old, h5::read_bytes(is.opened().entry.get(), path));
+        if (same < rows)
+            lost.push_back(fmt::format("{}: {}: {} of {} rows are as they were", file.filename().string(),
+                                       path, same, rows));
+    }
 }
 
 void add_log(const std::filesystem::path& file, std::vector<std::string>& texts) {
@@ -96,12 +114,15 @@ std::vector<std::string> lost_after_kill(const std::filesystem::path& folder,
     for (const std::filesystem::path& part : parts) try {
             const std::vector<recording::LogEntry> written =
                 recording::read_journal(std::filesystem::path{part}.replace_extension(".journal"));
+            std::filesystem::path before = part;
+            before += ".before";
+            std::filesystem::copy_file(part, before);
             recover(part);
             const std::filesystem::path file = std::filesystem::path{part}.replace_extension();
             add_log(file, kept);
             if (!written.empty()) begun_s.push_back(written.front().t_s);
-            for (const std::string& what : recorded::RecordingReader{file}.damage())
-                lost.push_back(fmt::format("{}: {}", file.filename().string(), what));
+            compare_rows(before, file, lost);
+            for (const std::string& fault : faults_of(file)) lost.push_back(fault);
         } catch (const std::exception& e) {
             lost.push_back(fmt::format("{}: {}", part.filename().string(), e.what()));
         }

@@ -24,6 +24,7 @@ constexpr double caught_up_s = 0.1;  // after an underrun
 constexpr double frames_missing = 10;
 constexpr double normal_age_s = 0.1;  // the longest queue of the DAC in a plan, delay and block of the sensor
 constexpr double shown_s = 0.2;       // a published state is younger
+constexpr double enabled_at_rest_s = 0.1;  // the tone behind a drive, and blocks
 constexpr const char* left_law = "nothing driven after the order to leave";
 }  // namespace
 
@@ -33,6 +34,7 @@ Laws::Laws(const DacInfo& dac, const AccelerometerInfo& accelerometer, const std
            const acquisition::Channels& channels, const acquisition::Streams& streams)
     : rate_hz_{dac.rate_hz},
       block_{dac.block_frames},
+      enable_before_s_{dac.enable_before_s},
       accelerometer_{accelerometer},
       axis_{axis},
       patience_floor_s_{block_patience * AccelBlock::capacity / accelerometer.rate_hz},
@@ -220,10 +222,28 @@ void Laws::check_level(std::span<const double> volts) {
     checked_ = true;
 }
 
+// The amplifier is on before the drive comes, and off when nothing is driven for a while. A drive waits for
+// the start of its period.
+void Laws::check_enable(std::span<const double> volts, bool lost) {
+    if (enable_before_s_ <= 0) return;
+    const bool driven = std::ranges::any_of(volts, [](double v) { return std::abs(v) > silence_V; });
+    if (driven && (!tone_ || tone_for_ < samples(enable_before_s_)))
+        broken("the amplifier is on before the drive",
+               fmt::format("a drive {:.4f} s after the start of the enable tone",
+                           static_cast<double>(tone_for_) / rate_hz_));
+    tone_for_ = tone_ && !lost ? tone_for_ + std::ssize(volts) : 0;
+    tone_at_rest_ = tone_for_ > 0 && !driven ? tone_at_rest_ + std::ssize(volts) : 0;
+    if (tone_at_rest_ < samples(enable_before_s_ + period_s_ + enabled_at_rest_s)) return;
+    broken("the amplifier is off at rest", fmt::format("its enable tone sounds {:.3f} s without a drive",
+                                                       static_cast<double>(tone_at_rest_) / rate_hz_));
+    tone_at_rest_ = 0;
+}
+
 void Laws::played(std::span<const double> volts, std::int64_t lost) {
     see_trips();
     see_judged();
     check_level(volts);
+    check_enable(volts, lost > 0);
     std::erase_if(silences_, [&](const Silence& s) { return cleared_ > s.event; });
     for (std::size_t i = 0; i < volts.size(); ++i) {
         hash_ = (hash_ ^ std::bit_cast<std::uint64_t>(volts[i])) * 1099511628211ULL;

@@ -1,5 +1,6 @@
 #pragma once
 // Laws: what must hold at every sample that leaves the DAC, whatever clients, devices and disk do.
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <functional>
@@ -66,6 +67,10 @@ public:
     void sampled(std::span<const std::array<std::int32_t, 3>> counts);
     /// A block was handed to the DAC, which lost `lost` samples behind it.
     void played(std::span<const double> volts, std::int64_t lost);
+    /// A drive of this frequency may be asked for: it begins with a whole period.
+    void may_drive(double frequency_hz) noexcept { period_s_ = std::max(period_s_, 1 / frequency_hz); }
+    /// Blocks from now on have the enable tone of the amplifier, or not.
+    void enabled(bool on) noexcept { tone_ = on; }
     /// The DAC has taken back this many samples; they are never played.
     void took_back(std::int64_t samples) noexcept { next_ -= samples; }
     /// A client's request has had no answer since `since_s`.
@@ -100,11 +105,13 @@ private:
     void check_limit(double was, double is);
     void check_view(double volt, std::int64_t tick);
     void check_level(std::span<const double> volts);
+    void check_enable(std::span<const double> volts, bool lost);
     void require_silence(double after_s, bool abort, std::string why);
     [[nodiscard]] std::int64_t samples(double s) const noexcept;
 
     double rate_hz_;
     std::size_t block_;
+    double enable_before_s_;
     AccelerometerInfo accelerometer_;
     std::array<double, 3> axis_;
     double patience_floor_s_;
@@ -132,7 +139,11 @@ private:
     double frame_rate_hz_ = 0;             // 0: no camera has the walker as a target
     std::int64_t pictured_at_ = 0, unwatched_until_ = 0;
     std::function<double()> check_V_{};
-    bool checked_ = false;  // since the drive was at rest
+    bool checked_ = false;           // since the drive was at rest
+    double period_s_ = 0;            // the longest of the drives
+    bool tone_ = false;              // the enable tone of the amplifier sounds
+    std::int64_t tone_for_ = 0;      // samples
+    std::int64_t tone_at_rest_ = 0;  // samples without a drive at its end
     std::size_t seen_trips_ = 0;
     double slowest_abort_s_ = 0;
     std::uint64_t aborts_ = 0, trips_ = 0;

@@ -18,11 +18,11 @@ constexpr double yaw_deg = 25;     // of the accelerometer on the base
 constexpr double at_edge_mm = 44;  // start of a walker near the edge of the picture
 
 constexpr std::array fault_names{
-    "open",         "frozen",      "saturated",      "flipped",     "swapped",      "gain",
-    "drop",         "silent",      "amplifier_gain", "walker_off",  "walker_on",    "underrun",
-    "camera_stall", "camera_lose", "walker_hidden",  "held_back",   "camera_gone",  "late",
-    "contact_open", "disk_full",   "disk_error",     "slow_sensor", "slow_cameras", "slow_service",
-    "slow_output",  "killed"};
+    "open",         "frozen",        "saturated",      "flipped",    "swapped",     "gain",
+    "drop",         "silent",        "amplifier_gain", "walker_off", "walker_on",   "underrun",
+    "camera_stall", "camera_lose",   "walker_hidden",  "held_back",  "camera_gone", "late",
+    "contact_open", "amplifier_off", "disk_full",      "disk_error", "slow_sensor", "slow_cameras",
+    "slow_service", "slow_output",   "killed"};
 static_assert(fault_names.size() == troubles);
 
 // How often a client does what, in the order of Action.
@@ -169,11 +169,13 @@ Plan plan_of(std::uint64_t seed) {
     std::uniform_real_distribution<double> share{0, 1};
     Plan plan{.seed = seed};
     plan.length_s = seed % 100 == 0 ? 60 : 10 + 4 * share(random);
-    plan.frequency_hz = std::array{10.0, 20.0, 30.0, 50.0}.at(static_cast<std::size_t>(4 * share(random)));
+    plan.frequency_hz =
+        std::array{1.0, 10.0, 20.0, 30.0, 50.0, 1000.0}.at(static_cast<std::size_t>(6 * share(random)));
     plan.identifies = share(random) < 0.25;
     plan.buffer_s = share(random) < 0.5 ? 0 : 0.04 * share(random);
     plan.kept_s = share(random) < 0.5 ? plan.buffer_s : 0.5 * plan.buffer_s * share(random);
     plan.at_edge = share(random) < 0.1;
+    plan.enable_s = share(random) < 0.2 ? 0.02 + 0.2 * share(random) : 0;
     add_faults(plan, random);
     add_moves(plan, random);
     add_early(plan, random);
@@ -186,15 +188,25 @@ Plan plan_of(std::uint64_t seed) {
 }
 
 std::string scene_of(const Plan& plan, double from_s) {
+    // The accelerometer has 32 samples in the shortest period, the cameras two frames.
     std::string scene = fmt::format(
-        "seed = {}\n[dac]\nrate_hz = 24000\nbuffer_s = {}\nkept_s = {}\n[top]\npositions = 1\nframe_rate_hz "
-        "= 200\n"
-        "[side]\npositions = 1\nframe_rate_hz = 200\n[accelerometer]\nyaw_deg = {}\n",
-        plan.seed % 1000000, plan.buffer_s, plan.kept_s, yaw_deg);
+        "seed = {0}\n[dac]\nrate_hz = {1}\nbuffer_s = {2}\nkept_s = {3}\nenable_before_s = {4}\n"
+        "[top]\npositions = 1\nframe_rate_hz = {5}\nexposure_s = {6}\n"
+        "[side]\npositions = 1\nframe_rate_hz = {5}\nexposure_s = {6}\n"
+        "[accelerometer]\nyaw_deg = {7}\nrate_hz = {8}\nlowpass_hz = {9}\n",
+        plan.seed % 1000000, fast(plan) ? 48000 : 24000, plan.buffer_s, plan.kept_s, plan.enable_s,
+        fast(plan) ? 2000 : 200, fast(plan) ? 5e-5 : 3e-4, yaw_deg, fast(plan) ? 32000 : 4000,
+        fast(plan) ? 4000 : 1000);
     if (plan.at_edge) scene += fmt::format("[walker]\nstart_mm = {}\n", at_edge_mm);
     for (const Fault& f : plan.faults)
         if (f.trouble < scene_faults && f.at_s + f.for_s > from_s) scene += scene_fault(f, from_s);
     return scene;
+}
+
+double gamma_for(double value, double frequency_hz) {
+    constexpr double stroke_limits_hz = 10;
+    const double share = std::min(1.0, frequency_hz / stroke_limits_hz);
+    return share * share * (2 + 14 * value);
 }
 
 std::array<double, 3> shaker_axis() {

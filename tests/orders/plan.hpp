@@ -38,7 +38,7 @@ inline constexpr std::array action_names{"drive",       "start",        "identif
 inline constexpr std::size_t actions = action_names.size();
 
 /// Faults of disk and computer. Their numbers follow those of a scene's faults.
-inline constexpr std::size_t scene_faults = static_cast<std::size_t>(simulated::FaultKind::contact_open) + 1;
+inline constexpr std::size_t scene_faults = static_cast<std::size_t>(simulated::FaultKind::amplifier_off) + 1;
 enum class Trouble : std::uint8_t {
     disk_full = scene_faults,
     disk_error,
@@ -74,6 +74,7 @@ struct Plan {
     double buffer_s = 0;      // of the DAC
     double kept_s = 0;        // part of it that a hard stop cannot take back
     bool at_edge = false;     // the walker starts near the edge of the picture, and its friction is known
+    double enable_s = 0;      // enable output of the amplifier: time from its tone to the drive; 0: none
     std::vector<Move> moves{};
     std::vector<Fault> faults{};
     [[nodiscard]] std::size_t size() const noexcept { return moves.size() + faults.size(); }
@@ -84,6 +85,12 @@ struct Plan {
 Plan plan_of(std::uint64_t seed);
 /// The scene of a plan, from `from_s` on: cameras give positions, devices fail as planned.
 std::string scene_of(const Plan& plan, double from_s);
+
+/// The drive needs sensors with a high rate.
+inline bool fast(const Plan& plan) noexcept { return plan.frequency_hz > 100; }
+
+/// A gamma of the paper's range, m/s^2; less below 10 Hz, where the stroke limits it. value: 0..1.
+double gamma_for(double value, double frequency_hz);
 
 /// Direction of that scene's shaker in the axes of its accelerometer.
 std::array<double, 3> shaker_axis();

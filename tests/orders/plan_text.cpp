@@ -18,7 +18,7 @@ namespace {
 
 constexpr double longest_s = 3600;   // of a plan
 constexpr double highest_hz = 1000;  // frequency of a drive
-constexpr double longest_buffer_s = 1;
+constexpr double longest_buffer_s = 1, longest_enable_s = 5;
 
 /// The words of one line, read from left to right.
 class Line {
@@ -61,12 +61,14 @@ public:
         return static_cast<std::size_t>(found - names.begin());
     }
 
-    /// Whether the line ends with this word.
-    bool last(const std::string& word) {
+    /// Whether the next word begins with `word`; a word without a value is taken.
+    bool next_is(const std::string& word) {
+        const auto here = words_.tellg();
         std::string next;
-        if (!(words_ >> next)) return false;
-        if (next != word) refuse(next, word + " or the end of the line");
-        return true;
+        if (words_ >> next && next == word) return true;
+        words_.clear();
+        words_.seekg(here);
+        return next.starts_with(word + "=");
     }
 
     void end() {
@@ -99,7 +101,9 @@ Plan read_head(Line& line) {
     plan.identifies = line.index("identifies", yes_or_no) == 1;
     plan.buffer_s = line.number<double>("buffer_s", 0, longest_buffer_s);
     plan.kept_s = line.number<double>("kept_s", 0, plan.buffer_s);
-    plan.at_edge = line.last("at_edge");
+    plan.at_edge = line.next_is("at_edge");
+    if (line.next_is("enable_s")) plan.enable_s = line.number<double>("enable_s", 0, longest_enable_s);
+    line.end();
     return plan;
 }
 
@@ -133,10 +137,11 @@ std::string text(const Plan& plan) {
         lines.emplace_back(f.at_s, fmt::format("fault at_s={} what={} for_s={} value={}\n", f.at_s,
                                                name_of_trouble(f.trouble), f.for_s, f.value));
     std::ranges::stable_sort(lines, {}, &std::pair<double, std::string>::first);
-    std::string all =
-        fmt::format("plan seed={} length_s={} frequency_hz={} identifies={} buffer_s={} kept_s={}{}\n",
-                    plan.seed, plan.length_s, plan.frequency_hz, yes_or_no.at(plan.identifies ? 1 : 0),
-                    plan.buffer_s, plan.kept_s, plan.at_edge ? " at_edge" : "");
+    std::string all = fmt::format(
+        "plan seed={} length_s={} frequency_hz={} identifies={} buffer_s={} kept_s={}{}\n", plan.seed,
+        plan.length_s, plan.frequency_hz, yes_or_no.at(plan.identifies ? 1 : 0), plan.buffer_s, plan.kept_s,
+        (plan.at_edge ? " at_edge" : "") +
+            (plan.enable_s > 0 ? fmt::format(" enable_s={}", plan.enable_s) : ""));
     for (const auto& [at_s, line] : lines) all += line;
     return all;
 }

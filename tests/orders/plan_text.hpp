@@ -6,8 +6,8 @@
 //   move at_s=1 client=2 action=start value=0.5
 //   fault at_s=1.95 what=saturated for_s=0.2 value=0
 //
-// The keys are those of Plan, Move and Fault; all are required, in this order. Moves and faults are in the
-// order of time.
+// The keys are those of Plan, Move and Fault, in this order; only `at_edge` and `enable_s` may be missing.
+// Moves and faults are in the order of time.
 #include <filesystem>
 #include <string>
 

@@ -31,7 +31,7 @@ run::RunOptions options_of(const Plan& plan, const std::filesystem::path& scene)
     run.scene = scene;
     run.pictures = recorded::KeptPictures::off;
     run.drive.frequency = plan.frequency_hz;
-    run.drive.gamma = 4;
+    run.drive.gamma = gamma_for(1. / 7, plan.frequency_hz);
     run.periods = 5;
     run.settle = 3;
     run.identify = plan.identifies;
@@ -146,6 +146,7 @@ private:
                 (before == run::RunState::loop_check && state_ == run::RunState::ramp))
                 laws_.checked();
             laws_.limits(now->limits);
+            laws_.may_drive(now->wanted.frequency);
             if (serves) laws_.state(state_);
         }
         if (now_s() > plan_.length_s && !service_.leaving()) {

@@ -29,7 +29,10 @@ public:
         watch_.heap.begin("output");
         return taken;
     }
-    void enable(bool on) noexcept override { dac_->enable(on); }
+    void enable(bool on) noexcept override {
+        watch_.laws.enabled(on);
+        dac_->enable(on);
+    }
     void stop() noexcept override { dac_->stop(); }
 
 private:

@@ -5,20 +5,19 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <fstream>
 #include <iterator>
-#include <numbers>
-#include <optional>
 #include <utility>
 
 #include "daemon/campaign/campaign.hpp"
 #include "daemon/campaign/campaign_folder.hpp"
+#include "daemon/campaign/journal_writer.hpp"
 #include "daemon/campaign/plan_check.hpp"
 #include "daemon/campaign/plan_file.hpp"
 #include "daemon/campaign/point_results.hpp"
 #include "daemon/campaign/schedule.hpp"
-#include "daemon/commands/campaign/operator_lines.hpp"
+#include "daemon/commands/campaign/campaign_lines.hpp"
+#include "daemon/commands/campaign/operator_input.hpp"
 #include "daemon/commands/stop_signals.hpp"
 #include "daemon/report/printing.hpp"
 #include "daemon/run/run_setup.hpp"
@@ -45,6 +44,7 @@ run::RunnerSettings runner_settings(const CampaignOptions& options,
 /// InputError for a set-point beyond the limits of the bench.
 void require_possible(const campaign::Plan& plan, const std::vector<campaign::Point>& points,
                       const bench::Bench& bench) {
+    for (const campaign::Point& p : points) run::require_seen(bench, p.asked.drive.frequency);
     campaign::require_within_limits(plan, points, [&](const Drive& drive) {
         return run::run_demands(bench, drive, run::limits_of_run(bench.limits));
     });
@@ -60,43 +60,6 @@ std::vector<campaign::PointRow> asked_rows(const std::vector<campaign::Point>& p
                         .asked = p.asked.drive});
     return rows;
 }
-
-std::string place(const campaign::Point& p) {
-    return fmt::format("{} {:.4g} Hz gamma {:.4g} m/s^2 rho {:.3g} phi {:.1f} deg", p.series,
-                       p.asked.drive.frequency, p.asked.drive.gamma, p.asked.drive.rho,
-                       p.asked.drive.phi * 180 / std::numbers::pi);
-}
-
-/// One line for each event that an operator wants to see.
-class Progress {
-public:
-    Progress(const campaign::Engine& engine, const std::vector<campaign::Point>& points)
-        : engine_{engine}, points_{points} {}
-
-    /// At once, also into a pipe: campaigns last for hours.
-    void print(const campaign::Event& event, double now_s) const {
-        if (const auto* ended = std::get_if<campaign::PointEnded>(&event)) {
-            const campaign::Point& p = points_[static_cast<std::size_t>(ended->point - 1)];
-            const auto v_D = engine_.result(ended->point);
-            const std::string result =
-                ended->outcome == campaign::Outcome::measured
-                    ? fmt::format("v_D {:+.4f} +- {:.4f} mm/s", 1e3 * v_D.value, 1e3 * v_D.sigma)
-                    : fmt::format("{}: {}", campaign::outcome_words[static_cast<std::size_t>(ended->outcome)],
-                                  ended->reason);
-            report::say(fmt::format("{:7.1f} s  point {} of {}  {}  {}\n", now_s, ended->point,
-                                    points_.size(), place(p), result));
-        } else if (const auto* change = std::get_if<campaign::CampaignChange>(&event)) {
-            report::say(fmt::format("{:7.1f} s  {}: {}\n", now_s,
-                                    campaign::CampaignChange::words[static_cast<std::size_t>(change->what)],
-                                    change->reason));
-        }
-        std::fflush(stdout);
-    }
-
-private:
-    const campaign::Engine& engine_;
-    const std::vector<campaign::Point>& points_;
-};
 
 std::vector<int> ended_points(const std::vector<campaign::Point>& points,
                               const campaign::Progress& progress) {
@@ -115,15 +78,6 @@ int recordings_in(const std::filesystem::path& folder) {
     return newest;
 }
 
-/// InputError for a recording that was not completed: its measurements are lost unless it is recovered.
-void require_complete(const std::filesystem::path& folder) {
-    for (const auto& entry : std::filesystem::directory_iterator{folder})
-        if (entry.path().string().ends_with(".nxs.part"))
-            throw InputError{
-                fmt::format("{0}: this recording was interrupted; complete it first: \"shakerd recover {0}\"",
-                            entry.path().string())};
-}
-
 /// What the folder has, after its recordings were looked at: a pass that they do not have must be measured
 /// again.
 campaign::Progress progress_of(campaign::CampaignFolder& folder, const std::vector<campaign::Point>& points) {
@@ -134,32 +88,129 @@ campaign::Progress progress_of(campaign::CampaignFolder& folder, const std::vect
     return campaign::read_campaign(folder.path()).progress;
 }
 
-void obey(campaign::Campaign& campaign, const std::string& line, acquisition::Channels& channels) try {
-    campaign.obey(line, channels);
+void obey(campaign::Campaign& campaign, const std::string& word, acquisition::Channels& channels,
+          CampaignLines& lines) try {
+    campaign.obey(word, channels);
 } catch (const InputError& e) {
-    report::say(std::string{e.what()} + "\n");
+    lines.say(e.what());
 }
 
-void print_summary(const campaign::PointsTable& table, double bench_s, double wall_s,
-                   const std::filesystem::path& file) {
-    std::size_t measured = 0, with_truth = 0, far = 0;
-    double squares = 0;
-    for (const campaign::PointRow& row : table.points) {
-        if (row.outcome != "measured") continue;
-        ++measured;
-        if (!std::isfinite(row.true_v_D)) continue;
-        const double z = (row.v_D.value - row.true_v_D) / row.v_D.sigma;
-        ++with_truth;
-        squares += z * z;
-        if (std::abs(z) > 3) ++far;
-    }
-    report::say(fmt::format("{} of {} points measured; {:.0f} s of bench time in {:.0f} s\n", measured,
-                            table.points.size(), bench_s, wall_s));
-    if (with_truth > 0)
-        report::say(fmt::format(
-            "measured minus simulated truth: {:.2f} standard errors rms; {} of {} points beyond 3\n",
-            std::sqrt(squares / static_cast<double>(with_truth)), far, with_truth));
-    report::say(fmt::format("points table: {}\n", file.string()));
+const Keys keys{{'p', "pause"}, {'r', "resume"}, {'s', "skip"}, {'m', "repeat"},
+                {'e', "stop"},  {'a', "abort"},  {'c', "clear"}};
+constexpr const char* keys_help =
+    "keys: p pause, r resume, s skip this point, m measure the last point again, e end after this point, "
+    "a abort, c clear a trip";
+
+double walker_m(const View& view) {
+    double mm = 0;
+    for (const Target& t : view.targets)
+        if (t.name == "walker") mm = std::max(t.diameter_mm, t.width_mm);
+    return 1e-3 * mm;
+}
+
+/// The check of a plan on this bench. view_m: NaN on a real bench whose view is not known.
+campaign::PlanCheck checked(const campaign::Plan& plan, const bench::Bench& bench, double view_m) {
+    campaign::CheckSettings settings{.way = {.view = view_m,
+                                             .walker = walker_m(bench.rig.cameras.front()->view()),
+                                             .edge = 1e-3 * bench.limits.edge_mm,
+                                             .margin = 1e-3 * plan.edge_margin_mm},
+                                     .gravity = bench.gravity};
+    if (bench.world) settings.start = 1e-3 * bench.scene.walker.start_mm;
+    return campaign::check_plan(plan, settings);
+}
+
+double view_of(const CampaignOptions& options, const bench::Bench& bench) {
+    if (std::isfinite(options.view_m) || !bench.world) return options.view_m;
+    return 1e-3 * bench.rig.cameras.front()->view().mm_per_px * bench.scene.cameras.front().width;
+}
+
+/// The walker of a simulated bench starts where the first drive wants it, unless the scene says where.
+void place_walker(run::RunOptions& run, const campaign::Plan& plan, const campaign::Point& first) {
+    simulated::Scene& scene = run.standard;
+    const simulated::CameraTruth& top = scene.cameras.front();
+    if (!top.view.positions) return;
+    campaign::WalkPredictor walks{plan.mu, scene.gravity};
+    const campaign::FreeWay way{.view = 1e-3 * top.view.mm_per_px * top.width,
+                                .walker = 1e-3 * scene.walker.diameter_mm,
+                                .margin = 1e-3 * plan.edge_margin_mm};
+    const campaign::Travel travel =
+        campaign::travel(first.asked, walks.at(first.asked.drive), {}, way.length());
+    scene.walker.start_mm = 1e3 * campaign::best_start(travel);
+}
+
+/// Writes the points table of a folder as its recordings are now.
+campaign::PointsTable write_table(const std::filesystem::path& folder, const campaign::Plan& plan,
+                                  const std::string& plan_text,
+                                  const std::vector<campaign::PointRow>& asked) {
+    campaign::PointResults results = campaign::point_results(
+        folder, asked, campaign::read_campaign(folder).progress, campaign::Source::stored);
+    for (const std::string& remark : results.remarks) spdlog::info("{}", remark);
+    campaign::write_points(folder / campaign::table_name, plan.title, plan_text, results.table);
+    return std::move(results.table);
+}
+
+/// Bench time of each point, s; the view of a real bench without --view counts as wide.
+std::vector<double> predicted_s(const campaign::Plan& plan, const bench::Bench& bench,
+                                const CampaignOptions& options) {
+    const double view_m = view_of(options, bench);
+    std::vector<double> bench_s;
+    for (const campaign::CheckedPoint& p : checked(plan, bench, std::isfinite(view_m) ? view_m : 1).points)
+        bench_s.push_back(p.stage.bench_s());
+    return bench_s;
+}
+
+struct Led {
+    campaign::BenchTime time;
+    std::vector<campaign::Returned> returns;
+    bool nobody = false;  // it is paused, and standard input has ended
+};
+
+/// Leads the bench through the points that are left.
+Led lead(run::Runner& runner, campaign::Engine& engine, campaign::CampaignFolder& folder,
+         const campaign::Plan& plan, const run::RunOptions& run, CampaignLines& lines) {
+    Led led;
+    const bool live = !runner.bench().world || run.threads;
+    campaign::JournalWriter journal{folder, live};
+    const auto listen = [&](const campaign::Event& event, double now_s) {
+        journal.add(event);
+        if (const auto* r = std::get_if<campaign::Returned>(&event)) led.returns.push_back(*r);
+        lines.event(event, now_s);
+    };
+    const campaign::CampaignSettings settings{.run = run,
+                                              .folder = folder.path(),
+                                              .recordings = recordings_in(folder.path()),
+                                              .edge_margin_mm = plan.edge_margin_mm,
+                                              .beside = live};
+    campaign::Campaign campaign{runner, engine, settings, listen};
+    const StopSignals signals{runner};
+    OperatorInput input{keys};
+    if (input.keys()) lines.say(keys_help);
+    int stops = 0;  // requests that were obeyed
+    const auto step = [&](const acquisition::Streams& streams, acquisition::Channels& channels) {
+        runner.require_real_time();
+        const bool any = campaign.step(streams, channels);
+        if (const std::string why = journal.failure(); !why.empty())
+            engine.failed("the journal cannot be written: " + why + "; make room, then resume");
+        lines.status(campaign.time().sum());
+        // A bench on virtual time waits in a pause for the operator; a real one goes on playing silence. What a
+        // word has begun goes on before the next one is read.
+        const bool waits = campaign.waits_for_a_person();
+        if (const auto word = input.next(waits && !live)) obey(campaign, *word, channels, lines);
+        led.nobody = input.closed() && campaign.waits_for_a_person();
+        if (const int asked = runner.stop_requests(); asked > std::exchange(stops, asked)) {
+            if (asked > 1) ++channels.aborts;
+            engine.leave();
+        }
+        return any;
+    };
+    runner.lead(step, [&] { return campaign.done() || led.nobody; });
+    led.time = campaign.time();
+    using What = campaign::CampaignChange::What;
+    journal.add(campaign::CampaignChange{
+        .what = led.nobody || runner.stop_requests() > 0 ? What::paused : What::ended,
+        .reason = led.nobody ? "nobody is there to resume it" : ""});
+    journal.finish();
+    return led;
 }
 
 }  // namespace
@@ -167,24 +218,17 @@ void print_summary(const campaign::PointsTable& table, double bench_s, double wa
 void check_plan(const CampaignOptions& options) {
     const campaign::Plan plan = campaign::read_plan(options.plan);
     const std::vector<campaign::Point> points = campaign::schedule(plan);
-    const run::RunnerSettings settings = runner_settings(options, points);
+    run::RunnerSettings settings = runner_settings(options, points);
+    place_walker(settings.run, plan, points.front());
     const bench::Bench bench = bench::open_bench(settings.run.rig, settings.run.scene,
                                                  simulated::World::Pace::lockstep, settings.run.standard);
     require_possible(plan, points, bench);
-    const View& view = bench.rig.cameras.front()->view();
-    double walker_mm = 0;
-    for (const Target& t : view.targets)
-        if (t.name == "walker") walker_mm = std::max(t.diameter_mm, t.width_mm);
-    if (!bench.world && !std::isfinite(options.view_m))
+    const double view_m = view_of(options, bench);
+    if (!std::isfinite(view_m))
         throw InputError{
             "--view is missing: the length of the view is not known before a camera of real devices sends "
             "pictures"};
-    const double view_m = std::isfinite(options.view_m)
-                              ? options.view_m
-                              : 1e-3 * view.mm_per_px * bench.scene.cameras.front().width;
-    const campaign::PlanCheck check = campaign::check_plan(
-        plan, {.way = {.view = view_m, .walker = 1e-3 * walker_mm, .edge = 1e-3 * bench.limits.edge_mm},
-               .gravity = bench.gravity});
+    const campaign::PlanCheck check = checked(plan, bench, view_m);
     report::say(options.json ? campaign::check_json(check) + "\n" : campaign::check_text(check));
 }
 
@@ -194,69 +238,31 @@ void measure_campaign(const CampaignOptions& options) {
     const std::string plan_text = text_of(file);
     const campaign::Plan plan = campaign::parse_plan(plan_text, file.string());
     const std::vector<campaign::Point> points = campaign::schedule(plan);
-    if (continues)
-        require_complete(options.folder);
-    else
-        campaign::prepare_folder(options.folder);
-    run::Runner runner{runner_settings(options, points)};
+    if (!continues) campaign::prepare_folder(options.folder);
+    run::RunnerSettings settings = runner_settings(options, points);
+    place_walker(settings.run, plan, points.front());
+    run::Runner runner{settings};
     for (const std::string& granted : runner.bench().granted) spdlog::info("{}", granted);
     require_possible(plan, points, runner.bench());
     auto folder = continues ? campaign::CampaignFolder::continued(options.folder)
                             : campaign::CampaignFolder::begin(options.folder, plan_text);
     if (!folder.stored().remark.empty()) spdlog::warn("{}", folder.stored().remark);
-    const bool live = !runner.bench().world || options.run.threads;
     campaign::Engine engine{points,
                             {.mu = plan.mu, .g = runner.bench().gravity},
                             ended_points(points, progress_of(folder, points))};
-    const Progress progress{engine, points};
-    campaign::Campaign campaign{runner,
-                                engine,
-                                {.run = options.run,
-                                 .folder = options.folder,
-                                 .recordings = recordings_in(options.folder),
-                                 .beside = live},
-                                [&](const campaign::Event& event, double now_s) {
-                                    folder.add(event);
-                                    progress.print(event, now_s);
-                                }};
-    const StopSignals signals{runner};
-    OperatorLines lines;
-    bool nobody = false;
-    int stops = 0;  // requests that were obeyed
-    runner.lead(
-        [&](const acquisition::Streams& streams, acquisition::Channels& channels) {
-            runner.require_real_time();
-            const bool any = campaign.step(streams, channels);
-            // A bench on virtual time waits in a pause for the operator; a real one goes on playing silence.
-            const bool waits = engine.paused() && campaign.on_call().at_rest() && !live;
-            while (const auto line = lines.next(waits)) obey(campaign, *line, channels);
-            nobody = engine.paused() && campaign.on_call().at_rest() && lines.closed();
-            if (const int asked = runner.stop_requests(); asked > std::exchange(stops, asked)) {
-                if (asked > 1) ++channels.aborts;
-                engine.leave();
-            }
-            return any;
-        },
-        [&] { return campaign.done() || nobody; });
-    folder.add(campaign::CampaignChange{.what = nobody || runner.stop_requests() > 0
-                                                    ? campaign::CampaignChange::What::paused
-                                                    : campaign::CampaignChange::What::ended,
-                                        .reason = nobody ? "nobody is there to resume it" : ""});
-    const campaign::PointResults results =
-        campaign::point_results(options.folder, asked_rows(points),
-                                campaign::read_campaign(options.folder).progress, campaign::Source::stored);
-    for (const std::string& remark : results.remarks) spdlog::info("{}", remark);
-    const std::filesystem::path table = options.folder / campaign::table_name;
-    campaign::write_points(table, plan.title, plan_text, results.table);
-    print_summary(results.table, runner.played_s(), runner.wall_s(), table);
+    CampaignLines lines{engine, points, predicted_s(plan, runner.bench(), options)};
+    Led led = lead(runner, engine, folder, plan, settings.run, lines);
+    const campaign::PointsTable table = write_table(options.folder, plan, plan_text, asked_rows(points));
+    lines.say(campaign_summary(table, led.time, led.returns, runner.wall_s()) +
+              fmt::format("points table: {}", (options.folder / campaign::table_name).string()));
     StopSignals::rethrow();
-    if (nobody)
+    if (led.nobody)
         throw TripError{
             fmt::format("the campaign is paused; clear the cause, then \"shakerd campaign {} --continue\"",
                         options.folder.string())};
 }
 
-bool reduce_campaign(const std::filesystem::path& folder) {
+bool reduce_campaign(const std::filesystem::path& folder, const std::filesystem::path& working) {
     const campaign::StoredCampaign stored = campaign::read_campaign(folder);
     const std::string name = (folder / campaign::plan_name).string();
     const campaign::Plan plan = campaign::parse_plan(stored.plan, name);
@@ -264,14 +270,12 @@ bool reduce_campaign(const std::filesystem::path& folder) {
     const campaign::PointResults now =
         campaign::point_results(folder, asked, stored.progress, campaign::Source::raw);
     for (const std::string& remark : now.remarks) report::say(remark + "\n");
-    const std::filesystem::path file = folder / campaign::table_name;
-    if (!std::filesystem::exists(file)) {
-        campaign::write_points(file, plan.title, stored.plan, now.table);
-        report::say(fmt::format("points table: {}\n", file.string()));
+    if (!working.empty()) {
+        campaign::write_points(working, plan.title, stored.plan, now.table);
         return true;
     }
     const std::vector<std::string> differences =
-        campaign::differences(campaign::read_points(file), now.table);
+        campaign::differences(campaign::read_points(folder / campaign::table_name), now.table);
     for (const std::string& difference : differences) report::say(difference + "\n");
     if (differences.empty())
         report::say(fmt::format("reduce: identical ({} points, to the bit)\n", now.table.points.size()));

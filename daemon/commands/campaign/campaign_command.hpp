@@ -24,7 +24,8 @@ void check_plan(const CampaignOptions& options);
 /// InputError for a plan that cannot be read or is beyond the limits, and for a folder in use. TripError when
 /// the drive has tripped and nobody is there to clear the trip.
 void measure_campaign(const CampaignOptions& options);
-/// Makes the points table again from the recordings and compares it with the stored one; true: identical.
-bool reduce_campaign(const std::filesystem::path& folder);
+/// Makes the points table again from the recordings. working: the new table, written there (true); empty:
+/// it is compared with that of the folder; true: identical.
+bool reduce_campaign(const std::filesystem::path& folder, const std::filesystem::path& working = {});
 
 }  // namespace shaker::commands

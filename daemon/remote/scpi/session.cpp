@@ -197,7 +197,7 @@ void Session::execute(const Found& found, std::span<const Argument> arguments) {
     const std::span suffixes = std::span{found.suffixes}.first(found.suffix_count);
     const Command& command = *found.command;
     if (found.query) {
-        asked_ = &command;
+        if (!waiting()) asked_ = &command;  // else it is ABORt?, and the query that waits stays the asked one
         return answer([&](Reply& reply) {
             Call call{*this, arguments, suffixes, reply};
             command.query(call);

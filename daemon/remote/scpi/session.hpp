@@ -150,7 +150,7 @@ private:
     std::size_t sent_ = 0;
     bool opc_ = false;
     std::optional<Pause> pause_;
-    const Command* asked_ = nullptr;  // the newest query, which may have paused
+    const Command* asked_ = nullptr;  // the newest query, or the one that has paused
     std::string remainder_;           // of the paused message
     struct Withheld {
         std::string message;

@@ -8,6 +8,7 @@
 #include <numbers>
 #include <random>
 
+#include "daemon/campaign/progress.hpp"
 #include "drivers/errors.hpp"
 
 namespace shaker::campaign {
@@ -46,6 +47,7 @@ public:
     int edges = 0;  // times that the walker was beyond its way
     int starts = 0;
     bool fails = false;  // no measurement can be reduced
+    double free_bytes = INFINITY;
 
 private:
     [[nodiscard]] Seen seen() const {
@@ -54,6 +56,7 @@ private:
                 .may_start = state_ == run::RunState::idle,
                 .holding = state_ == run::RunState::run && left_ == 0,
                 .recorded_s = now_s_ - started_s_,
+                .free_bytes = free_bytes,
                 .x_m = x_m_,
                 .way = {x_m_ + length_m_ / 2, length_m_ / 2 - x_m_}};
     }
@@ -239,6 +242,20 @@ TEST(EngineTest, ResumeIsRefusedBeforeTheTripIsCleared) {
     EXPECT_THROW(engine.obey(Word::resume), InputError);
 }
 
+// The bench, not the point, is the reason: however often it refuses, no point is given up.
+TEST(EngineTest, RefusedStartPausesAndCountsAsNoTry) {
+    Engine engine{{point(1, 0.7, 0)}, {}};
+    const Seen idle{.state = run::RunState::idle, .may_start = true};
+    for (int i = 0; i < 5; ++i) {
+        EXPECT_TRUE(std::holds_alternative<Start>(engine.next(idle)));
+        engine.refused("no picture of the walker");
+        EXPECT_TRUE(engine.paused());
+        EXPECT_TRUE(std::holds_alternative<std::monostate>(engine.next(idle)));
+        engine.obey(Word::resume);
+    }
+    EXPECT_TRUE(all<PointEnded>(engine.events()).empty());
+}
+
 TEST(EngineTest, SkipPauseAndStop) {
     Engine engine{{point(1, 0.7, 0), point(2, 0.7, 1), point(3, 0.7, 2), point(4, 0.7, 3)}, {}};
     PlayedBench bench{0.15, 0};
@@ -250,6 +267,65 @@ TEST(EngineTest, SkipPauseAndStop) {
     EXPECT_TRUE(engine.done());
     EXPECT_EQ(outcomes(bench.events, Outcome::left_out), std::vector{1});
     EXPECT_EQ(outcomes(bench.events, Outcome::measured), std::vector{2}) << "stop is after this point";
+}
+
+TEST(EngineTest, RepeatMeasuresTheLastPointAgainAndSaysSo) {
+    Engine engine{{point(1, 0.7, 0), point(2, 0.7, 1), point(3, 0.7, 2)}, {}};
+    PlayedBench bench{0.15, 0};
+    EXPECT_THROW(engine.obey(Word::repeat), InputError);
+    bench.say(6, Word::repeat);  // while point 2 is measured
+    bench.play(engine);
+    EXPECT_EQ(outcomes(bench.events, Outcome::measured), (std::vector{1, 2, 1, 3}));
+    const auto lost = all<PassLost>(bench.events);
+    ASSERT_EQ(lost.size(), 1U);
+    EXPECT_EQ(lost.front().point, 1);
+    EXPECT_EQ(lost.front().reason, "repeated by the operator");
+    std::vector<JournalEntry> entries{{"t", CampaignChange{CampaignChange::What::begun, "", "plan"}}};
+    for (const Event& e : bench.events) entries.push_back({"t", e});
+    EXPECT_EQ(progress_of(entries).points.at(1).passes.size(), 1U) << "the journal can be followed";
+}
+
+TEST(EngineTest, MeasurementOfASkippedPointCountsForNoOther) {
+    Engine engine{{point(1, 0.7, 0), point(2, 0.7, 1)}, {}};
+    PlayedBench bench{0.15, 0};
+    bench.say(2.5, Word::skip);  // has whole periods already
+    bench.play(engine);
+    EXPECT_EQ(outcomes(bench.events, Outcome::left_out), std::vector{1});
+    const auto passes = all<PassEnded>(bench.events);
+    ASSERT_EQ(passes.size(), 1U);
+    EXPECT_EQ(passes.front().point, 2);
+    EXPECT_EQ(periods(passes.front()), 40);
+}
+
+TEST(EngineTest, FullDiskPausesBeforeThePoint) {
+    Engine engine{{point(1, 0.7, 0), point(2, 0.7, 1)}, {}};
+    PlayedBench bench{0.15, 0};
+    bench.free_bytes = 110e6;
+    bench.play(engine, 10);
+    EXPECT_TRUE(engine.paused());
+    EXPECT_EQ(bench.starts, 0);
+    const auto pauses = all<CampaignChange>(bench.events);
+    ASSERT_EQ(pauses.size(), 1U);
+    EXPECT_NE(pauses.front().reason.find("110 MB left and point 1"), std::string::npos)
+        << pauses.front().reason;
+    bench.free_bytes = 1e12;
+    engine.obey(Word::resume);
+    bench.play(engine);
+    EXPECT_EQ(outcomes(bench.events, Outcome::measured).size(), 2U);
+}
+
+TEST(EngineTest, ReturnsAreNotedWithTheirAccuracy) {
+    Engine engine{{point(1, 3, 0, 200)}, {}};
+    PlayedBench bench{0.14, 0};
+    bench.play(engine);
+    const auto returns = all<Returned>(bench.events);
+    ASSERT_GT(returns.size(), 2U);
+    for (const Returned& r : returns) {
+        EXPECT_EQ(r.point, 1);
+        EXPECT_LT(r.x_to_m, r.x_from_m) << "against the drift";
+        EXPECT_GT(r.for_s, 0);
+    }
+    EXPECT_NEAR(returns.back().x_to_m, returns.back().x_asked_m, 3e-3);
 }
 
 TEST(EngineTest, EndedPointsAreNotMeasuredAgain) {

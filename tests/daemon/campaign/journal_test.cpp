@@ -37,6 +37,7 @@ std::vector<JournalEntry> every_kind() {
             {"t", pass()},
             {"t", PassLost{7, 2, "r3.nxs does not exist"}},
             {"t", PointEnded{7, Outcome::left_out, "a \"quoted\" reason,\nof two lines, \xCE\xB3 = 3 g"}},
+            {"t", Returned{7, -0.03, 0.01, 0.0102, 1.5}},
             {"t", CampaignChange{Change::paused, "limit", ""}}};
 }
 
@@ -48,7 +49,7 @@ std::string text_of(const std::vector<JournalEntry>& entries) {
 
 TEST(CampaignJournalTest, EveryKindIsReadBackUnchanged) {
     const std::string text = text_of(every_kind());
-    EXPECT_EQ(std::ranges::count(text, '\n'), 6);
+    EXPECT_EQ(std::ranges::count(text, '\n'), 7);
     const ReadJournal read = parse_journal(text, "journal");
     EXPECT_EQ(read.remark, "");
     EXPECT_EQ(text_of(read.entries), text);
@@ -68,11 +69,11 @@ TEST(CampaignJournalTest, TornLastLineIsDroppedAndNamed) {
     for (std::size_t lost = 1; lost <= last.size(); ++lost) {
         const ReadJournal read = parse_journal(text.substr(0, text.size() - lost), "j.jsonl");
         ASSERT_EQ(read.entries.size(), all.size() - 1) << lost;
-        expect_in(read.remark, {"j.jsonl line 6", "dropped"});
+        expect_in(read.remark, {"j.jsonl line 7", "dropped"});
     }
     EXPECT_EQ(parse_journal(text.substr(0, text.size() - last.size() - 1), "j").remark, "")
         << "a whole line is lost";
-    expect_in(parse_journal(text + std::string(40, '\0') + "\n", "j").remark, {"line 7"});
+    expect_in(parse_journal(text + std::string(40, '\0') + "\n", "j").remark, {"line 8"});
 }
 
 TEST(CampaignJournalTest, BadLineIsRefusedWithItsNumber) {
@@ -98,7 +99,7 @@ TEST_F(JournalFileTest, ContinuesBehindTornLine) {
     add({"t", PointBegun{9, false}});
     const ReadJournal read = read_journal(file_);
     EXPECT_EQ(read.remark, "");
-    ASSERT_EQ(read.entries.size(), 7U);
+    ASSERT_EQ(read.entries.size(), 8U);
     EXPECT_EQ(std::get<PointBegun>(read.entries.back().what).point, 9);
 }
 

@@ -8,13 +8,13 @@
 #include <stdexcept>
 
 #include "drivers/recorded/h5/crc32c.hpp"
-#include "drivers/recorded/h5/seals.hpp"
 #include "drivers/recorded/opened_recording.hpp"
 #include "drivers/recorded/pictures/picture_check.hpp"
 #include "drivers/recorded/pictures/picture_reader.hpp"
 #include "tests/support/environment.hpp"
 #include "tests/support/paths.hpp"
 #include "tests/support/program.hpp"
+#include "tests/support/recording/lasting_columns.hpp"
 
 namespace shaker::test {
 
@@ -34,19 +34,6 @@ bool is_picture_number(const std::string& path) {
     return path.starts_with("raw/") && path.ends_with("/picture");
 }
 
-// Columns that grow during the run and are never overwritten.
-std::vector<std::string> lasting_columns(const recorded::RecordingReader& file) {
-    std::vector<std::string> paths;
-    for (const h5::SealedColumn& column : h5::read_seals(file.opened().entry.get())) {
-        const bool live = column.path.starts_with("raw/") || column.path.starts_with("tracks/") ||
-                          column.path.starts_with("events/") || column.path.starts_with("measurements/");
-        const bool provisional = std::ranges::any_of(
-            column.pieces, [](const h5::SealedPiece& p) { return p.checksum == h5::SealEntry::unchecked; });
-        if (live && !provisional) paths.push_back(column.path);
-    }
-    return paths;
-}
-
 void expect_synced(const std::string& path, std::uint64_t there,
                    const std::map<std::string, std::uint64_t>& synced, PowerCut& result) {
     const auto at = synced.find(path);
@@ -62,12 +49,6 @@ void expect_synced(const std::string& path, std::uint64_t there,
 void tell_bad(const std::string& path, std::uint64_t row, PowerCut& result) {
     ++result.bad;
     result.words = fmt::format("{}: row {} is not that of the run", path, row);
-}
-
-// Number of equal complete rows at the start.
-std::uint64_t same_rows(const h5::Bytes& is, const h5::Bytes& was) {
-    const auto [end, ignored] = std::ranges::mismatch(is.values, was.values);
-    return static_cast<std::uint64_t>(end - is.values.begin()) / is.row;
 }
 
 std::map<std::string, std::vector<Picture>> all_pictures(const recorded::RecordingReader& file) {

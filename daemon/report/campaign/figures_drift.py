@@ -1,0 +1,175 @@
+"""Figs. 2(b), 3(a), 3(b), 4, and the residuals of the exact law.
+
+Lines: exact Coulomb law with mu_ac on the drive as asked for, its band +-2 errors of mu_ac. Dashed: the closed form."""
+import matplotlib.pyplot as plt
+import numpy as np
+
+from coulomb_law import G
+from drawing import PAPER, Missing, angle_name, band, colour_of, key, plain, points
+from paper_fits import closed_drift, closed_theta
+from paper_numbers import MU_PAPER, PAPER_COSINES
+from sources import folded, gamma_range, phases_with_gammas
+
+CLOSED = (0, (4, 2))
+PHI = np.linspace(0, 2 * np.pi, 121)
+
+
+def fig_2b(sources):
+    """v_D against gamma at several phases."""
+    phases = phases_with_gammas(sources)
+    if not phases:
+        raise Missing("it needs points at three gammas or more at one phase.")
+    figure, axes = plt.subplots()
+    gamma = gamma_range(sources)
+    for k, phi in enumerate(phases):
+        for s in sources:
+            draw_drift(axes, s, phi, colour_of(k), lambda v, rows: 1e3 * v, "v_D_errors", 1e3)
+            if s.curves:
+                band(axes, gamma / G, *(1e3 * v for v in s.law(gamma, phi)), colour_of(k), s.line)
+        closed = closed_drift(gamma, phi, sources[0].analysis.mu, sources[0].setting.rho, sources[0].setting.frequency)
+        axes.plot(gamma / G, 1e3 * closed, color=colour_of(k), ls=CLOSED, lw=0.7, alpha=0.7)
+    axes.axhline(0, color="0.5", lw=0.6)
+    axes.set(xlabel="γ / g", ylabel="$v_D$ (mm/s)")
+    bottom, top = axes.get_ylim()
+    axes.set_ylim(bottom - (top - bottom) * 0.05 * (len(sources) + sum(s.curves for s in sources) - 2), top)  # for the legend
+    phase_key(axes, phases, "upper left")
+    look_key(axes, sources, "lower left")
+    return figure
+
+
+def draw_drift(axes, source, phi, colour, value, errors, unit):
+    """The points of a source at phi (filled) and at phi + pi with the sign changed (open)."""
+    rows = source.setting.rows
+    at, v, direct = folded(source, rows)
+    for filled in (True, False):
+        use = (np.abs(at - phi) < 0.003) & (direct == filled)
+        if use.any():
+            points(axes, source.column("gamma", rows[use]) / G, value(v[use], rows[use]),
+                   unit * source.column(errors, rows[use]), colour, source.marker, filled)
+
+
+def phase_key(axes, phases, loc):
+    key(axes, [(f"φ = {angle_name(phi)}", {"color": colour_of(k), "lw": 2}) for k, phi in enumerate(phases)], loc=loc)
+
+
+def look_key(axes, sources, loc, closed="closed form", mirror="at φ + π, sign changed", more=()):
+    entries = [(s.label, {"marker": s.marker}) for s in sources]
+    if mirror:
+        entries.append((mirror, {"marker": sources[0].marker, "mfc": "white"}))
+    entries += [("exact law, " + s.mu_words, {"lw": 1.2, "ls": s.line}) for s in sources if s.curves]
+    if closed:
+        entries.append((closed, {"lw": 0.7, "ls": CLOSED}))
+    key(axes, entries + list(more), loc=loc)
+
+
+def cosine_groups(sources, most=5):
+    """Gammas of Fig. 3(a): those of the cosine fits with the most phases."""
+    fits = [(len(c.rows), round(c.gamma, 4)) for s in sources for c in s.cosines]
+    if not fits:
+        return []
+    largest = max(n for n, _ in fits)
+    gammas = sorted({g for n, g in fits if n >= 0.75 * largest})
+    if len(gammas) <= most:
+        return gammas
+    return [gammas[k] for k in np.unique(np.linspace(0, len(gammas) - 1, most).round().astype(int))]
+
+
+def fig_3a(sources):
+    """v_D against phi at several gammas, with the cosines of the paper."""
+    gammas = cosine_groups(sources)
+    if not gammas:
+        raise Missing("it needs six phases or more around the circle at one gamma.")
+    figure, axes = plt.subplots()
+    for k, gamma in enumerate(gammas):
+        for s in sources:
+            fit = max((c for c in s.cosines if abs(c.gamma - gamma) < 1e-3), key=lambda c: len(c.rows), default=None)
+            if fit:
+                phi = np.mod(s.column("phi", fit.rows) + 0.05, 2 * np.pi) - 0.05
+                points(axes, phi, 1e3 * s.column("v_D", fit.rows), 1e3 * s.column("v_D_errors", fit.rows), colour_of(k),
+                       s.marker, s is sources[0])
+                if s is sources[0]:
+                    axes.plot(PHI, 1e3 * fit.amplitude * np.cos(PHI - fit.theta), color=colour_of(k), ls=CLOSED, lw=0.7)
+            if s.curves:
+                band(axes, PHI, *(1e3 * v for v in s.law(gamma, PHI)), colour_of(k), s.line)
+        paper = PAPER_COSINES.get(round(gamma / G, 3))
+        if paper:
+            axes.plot(PHI, 1e3 * paper[0] * np.cos(PHI - paper[1]), color=colour_of(k), ls=":", lw=0.9, alpha=0.8)
+    axes.axhline(0, color="0.5", lw=0.6)
+    axes.set(xlabel="φ (rad)", ylabel="$v_D$ (mm/s)", xlim=(-0.1, 2 * np.pi + 0.1))
+    axes.set_xticks(np.arange(5) * np.pi / 2, ["0", "π/2", "π", "3π/2", "2π"])
+    key(axes, [(f"γ = {g / G:.3g} g", {"color": colour_of(k), "lw": 2}) for k, g in enumerate(gammas)], loc="lower right")
+    look_key(axes, sources, "upper center", "fit $v_D^*$ cos(φ − Θ*)", "")
+    key(axes, [("fits of the paper", {"ls": ":", "lw": 0.9})], loc="lower left")
+    return figure
+
+
+def fig_3b(sources):
+    """Theta = phi_0 - pi/2 against gamma, with the fit of the closed form."""
+    with_nulls = [s for s in sources if s.nulls]
+    if not with_nulls:
+        raise Missing("it needs three phases or more around the null at one gamma.")
+    figure, axes = plt.subplots()
+    top = max(n.gamma for s in with_nulls for n in s.nulls)
+    gamma = np.linspace(0.3 * G, max(top * 1.05, 0.5 * G), 60)
+    band(axes, gamma / G, *(closed_theta(gamma, m) for m in (MU_PAPER, MU_PAPER - 0.006, MU_PAPER + 0.006)), PAPER, ":",
+         "closed form, mu = 0.113(6): the paper")
+    for k, s in enumerate(with_nulls):
+        n = s.nulls
+        points(axes, np.array([x.gamma for x in n]) / G, np.array([x.theta for x in n]), np.array([x.error for x in n]),
+               colour_of(k), s.marker, True, s.label)
+        if s.curves:
+            band(axes, gamma / G, *s.null_law(gamma), colour_of(k), "-", "exact law, " + s.mu_words)
+        a = s.analysis
+        if s.curves and s.setting is a.settings[0] and np.isfinite(a.mu_ns):
+            m, half = a.mu_ns, np.nan_to_num(a.mu_ns_half)
+            band(axes, gamma / G, *(closed_theta(gamma, x, s.setting.rho) for x in (m, m - half, m + half)), colour_of(k),
+                 CLOSED, f"closed form, mu_ns = {m:.4f} ± {half:.2g} (95 %)", 0.8)
+    axes.set(xlabel="γ / g", ylabel="Θ = $φ_0$ − π/2 (rad)", ylim=(0, None))
+    axes.legend(loc="upper right")
+    return figure
+
+
+def fig_4(sources):
+    """Efficiency |v_D| / V_RMS against gamma; closed form with the mu of the paper, as there."""
+    phases = phases_with_gammas(sources)
+    if not phases:
+        raise Missing("it needs points at three gammas or more at one phase.")
+    figure, axes = plt.subplots()
+    gamma = gamma_range(sources)
+    s0 = sources[0].setting
+    rms = lambda s: gamma * np.sqrt((4 * s.rho**2 + (1 - s.rho)**2) / 8) / (2 * np.pi * s.frequency)
+    for k, phi in enumerate(phases):
+        for s in sources:
+            draw_drift(axes, s, phi, colour_of(k), lambda v, rows: s.column("efficiency", rows), "efficiency_errors", 1)
+            if s.curves and not s.setting.overtones:
+                band(axes, gamma / G, *(np.abs(v) / rms(s.setting) for v in s.law(gamma, phi)), colour_of(k), s.line)
+        closed = np.abs(closed_drift(gamma, phi, MU_PAPER, s0.rho, s0.frequency)) / rms(s0)
+        axes.plot(gamma / G, closed, color=colour_of(k), ls=CLOSED, lw=0.7, alpha=0.7)
+    axes.axhline(0.5, color=PAPER, ls=":", lw=0.9)
+    axes.set(xlabel="γ / g", ylabel="η = |$v_D$| / $V_{RMS}$", ylim=(0, None))
+    bottom, top = axes.get_ylim()
+    axes.set_ylim(0, top * 1.3)
+    key(axes, [(f"φ = {angle_name(phi)}", {"color": colour_of(k), "lw": 2}) for k, phi in enumerate(phases)], loc="upper left",
+        ncol=1 + len(phases) // 5)
+    look_key(axes, sources, "upper right", "closed form, mu = 0.113", "at φ + π",
+             [("the paper: up to about 0.50", {"lw": 0.9, "ls": ":", "color": PAPER})])
+    return figure
+
+
+def fig_residuals(sources):
+    """Measured v_D less the exact law at the measured drive with the walker's push."""
+    fits = {id(s.analysis): s for s in sources if s.analysis.law.known}.values()
+    if not fits:
+        raise Missing("it needs three points or more from which mu_ac can be fitted.")
+    figure, axes = plt.subplots(figsize=(6.4, 3))
+    for k, s in enumerate(fits):
+        law = s.analysis.law
+        p = s.campaign.points
+        with np.errstate(divide="ignore", invalid="ignore"):
+            error = (p["v_D"][law.rows] - law.law) / law.z
+        points(axes, p["gamma"][law.rows] / G, 1e6 * (p["v_D"][law.rows] - law.law), 1e6 * error, colour_of(k), s.marker, k == 0,
+               f"{plain(s.campaign.label)}: {s.mu_words}, chi2 {law.chi2:.2f}, {np.sum(np.abs(law.z) > 3)} of {len(law.z)} beyond 3 errors")
+    axes.axhline(0, color="0.3", lw=0.8)
+    axes.set(xlabel="γ / g", ylabel="$v_D$ − exact law (µm/s)")
+    axes.legend(loc="upper left", fontsize=6.5)
+    return figure

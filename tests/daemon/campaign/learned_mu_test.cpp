@@ -1,0 +1,43 @@
+// mu of the predictions: as told at first, then as the points show.
+#include "daemon/campaign/learned_mu.hpp"
+
+#include <gtest/gtest.h>
+
+#include <numbers>
+
+namespace shaker::campaign {
+namespace {
+
+constexpr int most_settling = 60;
+
+Drive drive(double gamma_g, double phi) {
+    return {.frequency = 20, .gamma = gamma_g * paper_g, .rho = 0.5, .phi = phi};
+}
+
+TEST(LearnedMuTest, PointsLeadFromAWrongMuToTheirs) {
+    WalkPredictor truth{0.09, paper_g, most_settling};
+    LearnedMu learned{0.14, paper_g, most_settling};
+    for (const auto& [gamma, phi] : {std::pair{1.0, 0.0}, {1.0, std::numbers::pi}, {0.7, 0.5}, {2.0, 0.3}})
+        learned.add(drive(gamma, phi), {truth.at(drive(gamma, phi)).v_D, 1e-6});
+    EXPECT_NEAR(learned.value(), 0.09, 0.02 * 0.09);
+    EXPECT_NEAR(learned.walk(drive(3, 0)).v_D, truth.at(drive(3, 0)).v_D, 5e-4);
+}
+
+TEST(LearnedMuTest, AgreementAndUnknownResultsChangeNothing) {
+    WalkPredictor truth{0.113, paper_g, most_settling};
+    LearnedMu learned{0.113, paper_g, most_settling};
+    learned.add(drive(1, 0), {1.001 * truth.at(drive(1, 0)).v_D, 1e-6});
+    learned.add(drive(1, 1), {NAN, NAN});
+    EXPECT_EQ(learned.value(), 0.113);
+}
+
+// Around the null v_D tells little about mu: a point whose drift is off by far does not throw the value away.
+TEST(LearnedMuTest, OneStepIsLimited) {
+    LearnedMu learned{0.113, paper_g, most_settling};
+    learned.add(drive(1, 0), {-0.05, 1e-6});
+    EXPECT_GE(learned.value(), 0.7 * 0.113 - 1e-12);
+    EXPECT_LE(learned.value(), 1.3 * 0.113 + 1e-12);
+}
+
+}  // namespace
+}  // namespace shaker::campaign
