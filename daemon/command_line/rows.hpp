@@ -9,6 +9,7 @@ namespace shaker::command_line {
 
 manual::Command run_row();
 manual::Command campaign_row();
+manual::Command mu_row();
 manual::Command serve_row();
 manual::Command check_row();
 manual::Command devices_row();

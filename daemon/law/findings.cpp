@@ -1,0 +1,157 @@
+#include "daemon/law/findings.hpp"
+
+#include <spdlog/fmt/fmt.h>
+
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "daemon/law/groups.hpp"
+
+namespace shaker::law {
+
+namespace {
+
+using nlohmann::ordered_json;
+
+std::vector<const Fit*> all_fits(const Findings& f) {
+    std::vector<const Fit*> all{&f.coulomb.mu,   &f.slopes.mu,   &f.no_stick,      &f.coulomb.tilt,
+                                &f.coulomb.push, &f.slopes.tilt, &f.slopes.viscous};
+    for (const CosineFit& c : f.cosines) all.insert(all.end(), {&c.amplitude, &c.theta});
+    for (const auto* list : {&f.nulls, &f.reversals, &f.thresholds})
+        for (const Fit& fit : *list) all.push_back(&fit);
+    return all;
+}
+
+ordered_json number(double x) { return std::isfinite(x) ? ordered_json(x) : ordered_json(nullptr); }
+
+ordered_json fit_json(const Fit& f) {
+    return {{"name", f.name},           {"value", number(f.value)}, {"error", number(f.error)},
+            {"unit", f.unit},           {"chi2", number(f.chi2)},   {"freedom", f.freedom},
+            {"points", f.points},       {"note", f.note},           {"gamma_mps2", number(f.gamma)},
+            {"phi_rad", number(f.phi)}, {"series", f.series}};
+}
+
+void add_covariance(ordered_json& list, const Covariance& c, const Fit& of) {
+    if (c.names.empty()) return;
+    ordered_json matrix = ordered_json::array();
+    const std::size_t n = c.names.size();
+    for (std::size_t i = 0; i < n; ++i) {
+        matrix.emplace_back(ordered_json::array());
+        for (std::size_t k = 0; k < n; ++k) matrix.back().push_back(number(c.values[i * n + k]));
+    }
+    list.push_back(
+        {{"names", c.names}, {"gamma_mps2", number(of.gamma)}, {"series", of.series}, {"matrix", matrix}});
+}
+
+ordered_json points_json(const Findings& f) {
+    ordered_json list = ordered_json::array();
+    for (std::size_t i = 0; i < f.points.size(); ++i) {
+        const AskedDrive& a = f.asked[i];
+        const bool fitted = i < f.coulomb.points.size();
+        list.push_back({{"campaign", f.points[i].campaign},
+                        {"point", f.points[i].number},
+                        {"v_D_mps", number(f.points[i].v_D.value)},
+                        {"law_v_D_mps", number(fitted ? f.coulomb.points[i].v_D : NAN)},
+                        {"z", number(fitted ? f.coulomb.points[i].z : NAN)},
+                        {"asked_drive",
+                         {{"v_D_mps", number(a.v_D.value)},
+                          {"v_D_se_mps", number(a.v_D.sigma)},
+                          {"correction_mps", number(a.correction)},
+                          {"model_se_mps", number(a.model_error)},
+                          {"reason", a.reason}}}});
+    }
+    return list;
+}
+
+// Value and error with the digits that the error allows.
+std::string with_error(double value, double error) {
+    if (!std::isfinite(value)) return "-";
+    if (!(error > 0) || !std::isfinite(error)) return fmt::format("{:.6g}", value);
+    const int digits = std::max(0, 1 - static_cast<int>(std::floor(std::log10(error))));
+    return fmt::format("{:.{}f} +- {:.{}f}", value, digits, error, digits);
+}
+
+std::string where(const Fit& f) {
+    std::string at;
+    if (std::isfinite(f.gamma)) at += " at " + in_g(f.gamma);
+    if (std::isfinite(f.phi)) at += fmt::format(" at {:.1f} deg", f.phi * 360 / two_pi);
+    if (!f.series.empty()) at += " (" + f.series + ")";
+    return at;
+}
+
+}  // namespace
+
+Findings analyse(std::vector<Point> points, const CoulombOptions& options, const InputErrors& errors) {
+    Findings f;
+    f.points = std::move(points);
+    f.coulomb = fit_coulomb(f.points, options);
+    f.slopes = fit_slopes(f.points, options.g);
+    f.cosines = cosine_fits(f.points);
+    f.nulls = null_phases(f.points);
+    f.reversals = reversals(f.points, f.coulomb.known() ? &f.coulomb.law : nullptr);
+    f.thresholds = thresholds(f.points, options.g);
+    f.no_stick = fit_no_stick(f.nulls, f.coulomb.mu.value, options.g);
+    f.budgets = {coulomb_budget(f.points, f.coulomb, errors), slope_budget(f.slopes, errors),
+                 no_stick_budget(f.no_stick, f.nulls, errors)};
+    for (std::size_t i = 0; i < f.points.size(); ++i) {
+        const LawPoint at = f.coulomb.known() ? f.coulomb.points[i] : LawPoint{};
+        f.asked.push_back(on_asked_drive(f.points[i], at, f.coulomb));
+    }
+    return f;
+}
+
+std::string findings_text(const Findings& f) {
+    std::string out =
+        fmt::format("{:<40} {:>28} {:<7} {:>12} {:>7}\n", "fit", "value", "unit", "chi^2/free", "points");
+    for (const Fit* fit : all_fits(f)) {
+        const std::string chi2 = fit->freedom > 0 && std::isfinite(fit->chi2)
+                                     ? fmt::format("{:.3g}", fit->chi2 / fit->freedom)
+                                     : "-";
+        out += fmt::format("{:<40} {:>28} {:<7} {:>12} {:>7}\n", fit->name + where(*fit),
+                           with_error(fit->value, fit->error), fit->unit == "1" ? "" : fit->unit, chi2,
+                           fit->points);
+    }
+    if (f.coulomb.known())
+        out += fmt::format(
+            "\nThe law at the measured base misses {} of {} points by more than 3 errors; without the "
+            "walker's push {}.\n",
+            f.coulomb.beyond_3, f.points.size(), f.coulomb.beyond_3_without_push);
+    for (const Budget& b : f.budgets) {
+        if (b.shares.empty()) continue;
+        out += fmt::format("\nbudget of {}: {:.3g} % in total, {}\n", b.of, 100 * b.total,
+                           with_error(b.value, b.total * b.value));
+        for (const Share& s : b.shares)
+            out += fmt::format("  {:<12} {:>9.3g} %  {}\n", s.source, 100 * s.share, s.input);
+    }
+    std::size_t given = 0;
+    for (const AskedDrive& a : f.asked) given += a.reason.empty();
+    out += fmt::format("\nv_D on the asked drive: given for {} of {} points (--json lists them)\n", given,
+                       f.asked.size());
+    out += "\n";
+    for (const Fit* fit : all_fits(f))
+        if (!fit->note.empty()) out += fmt::format("{}{}: {}\n", fit->name, where(*fit), fit->note);
+    return out;
+}
+
+std::string findings_json(const Findings& f) {
+    ordered_json j;
+    j["fits"] = ordered_json::array();
+    for (const Fit* fit : all_fits(f)) j["fits"].push_back(fit_json(*fit));
+    j["covariances"] = ordered_json::array();
+    add_covariance(j["covariances"], f.coulomb.covariance, f.coulomb.mu);
+    add_covariance(j["covariances"], f.slopes.covariance, f.slopes.mu);
+    for (const CosineFit& c : f.cosines) add_covariance(j["covariances"], c.covariance, c.amplitude);
+    j["budgets"] = ordered_json::object();
+    for (const Budget& b : f.budgets) {
+        ordered_json& list = j["budgets"][b.of] = ordered_json::array();
+        for (const Share& s : b.shares)
+            list.push_back({{"source", s.source}, {"share", number(s.share)}, {"input", s.input}});
+    }
+    j["law"] = {{"beyond_3", f.coulomb.beyond_3},
+                {"beyond_3_without_push", f.coulomb.beyond_3_without_push},
+                {"chi2_without_push", number(f.coulomb.chi2_without_push)}};
+    j["points"] = points_json(f);
+    return j.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n";
+}
+
+}  // namespace shaker::law

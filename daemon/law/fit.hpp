@@ -1,0 +1,55 @@
+#pragma once
+// Fit: one fitted quantity, and the least squares behind it.
+#include <Eigen/Core>
+#include <cmath>
+#include <string>
+#include <vector>
+
+#include "calibration/estimate.hpp"
+
+namespace shaker::law {
+
+/// A fitted quantity. NaN with the reason in `note` when it could not be determined.
+struct Fit {
+    std::string name{};
+    double value = NAN;
+    double error = NAN;  // standard error, from the errors of the points; chi^2 does not widen it
+    std::string unit{};  // SI, UDUNITS text
+    double chi2 = NAN;   // of the whole fit
+    int freedom = 0;     // degrees of freedom of chi2
+    int points = 0;
+    std::string note{};    // one sentence; empty: nothing to remark
+    double gamma = NAN;    // m/s^2, for a fit at one gamma
+    double phi = NAN;      // rad, for a fit at one phase
+    std::string series{};  // name in the plan; empty: all
+};
+
+/// Parameters that were fitted together: names and covariance, row by row.
+struct Covariance {
+    std::vector<std::string> names;
+    std::vector<double> values;
+};
+
+/// y = A x with independent errors.
+struct Linear {
+    Eigen::VectorXd x;
+    Eigen::MatrixXd gain;        // x = gain y
+    Eigen::MatrixXd covariance;  // from sigma
+    Eigen::VectorXd residuals;   // y - A x
+    double chi2 = 0;
+    int freedom = 0;
+};
+
+enum class Weights { by_error, equal };
+
+/// Least squares. equal: every row has the same weight, for a model that does not fit to within the errors,
+/// where the most exact points would decide alone; covariance and chi^2 are those of the given sigma anyway.
+/// The matrix must have full column rank.
+Linear least_squares(const Eigen::MatrixXd& A, const Eigen::VectorXd& y, const Eigen::VectorXd& sigma,
+                     Weights weights);
+
+/// "chi^2 is 25 times its degrees of freedom: WHAT" when chi^2 exceeds its expectation by more than five of
+/// its own standard deviations; empty otherwise.
+std::string misfit(double chi2, int freedom, const std::string& what);
+
+}  // namespace shaker::law

@@ -1,0 +1,44 @@
+#pragma once
+// Point: one measured set-point of a campaign, as the fits to the law of friction need it.
+#include <array>
+#include <cmath>
+#include <string>
+#include <vector>
+
+#include "calibration/estimate.hpp"
+#include "daemon/reduction/reduction.hpp"
+#include "drivers/drive.hpp"
+
+namespace shaker::law {
+
+/// A measured point. Phases of the base's harmonics count from where harmonic 1 has phase 0.
+struct Point {
+    int number = 0;                               // in its campaign, from 1
+    int campaign = 0;                             // index of the campaign
+    int partner = 0;                              // number of the mirror partner (phi + pi); 0: none
+    std::string series{};                         // name in the plan
+    Drive asked{};                                // set-point
+    double frequency = 20;                        // Hz, measured
+    calibration::Estimate gamma{}, rho{}, phi{};  // m/s^2, 1, rad, measured
+    calibration::Estimate v_D{};                  // m/s
+    double true_v_D = NAN;                        // m/s; NaN: not a simulated bench
+    Harmonics<Acceleration> base{};               // measured, m/s^2
+    std::array<double, max_harmonics> base_sd{};  // of each real and imaginary part, m/s^2
+    double phases_per_period = 0;                 // frames of one view in a period; 0: not known
+    reduction::Cycle cycle{};                     // empty: not measured
+    std::vector<reduction::StickInterval> stick{};
+};
+
+/// gamma/omega, m/s: the scale of velocities at the set-point.
+inline double velocity_scale(const Point& p) noexcept { return p.asked.gamma / (two_pi * p.asked.frequency); }
+
+/// Friction, gravity and the bench in the law. mu_s = mu_k = mu.
+struct Coulomb {
+    double mu = 0.113;
+    double tilt = 0;     // rad, positive: downhill towards +x
+    double push = 0;     // r = m / M_eff: mass of the walker over the mass that its friction moves
+    double drag = 0;     // s: harmonic q of the push is -(r + i s/q) a_w,q where the base is damped
+    double g = paper_g;  // local gravity, m/s^2
+};
+
+}  // namespace shaker::law

@@ -1,0 +1,91 @@
+#include "daemon/commands/mu/mu_command.hpp"
+
+#include <gtest/gtest.h>
+
+#include <fstream>
+#include <nlohmann/json.hpp>
+
+#include "daemon/commands/mu/law_points.hpp"
+#include "drivers/errors.hpp"
+#include "tests/support/law/synthetic_points.hpp"
+#include "tests/support/program.hpp"
+#include "tests/support/recording/recording_folder.hpp"
+
+namespace shaker::commands {
+namespace {
+
+campaign::PointsTable table_of(const std::vector<law::Point>& points) {
+    campaign::PointsTable t;
+    for (const law::Point& p : points) {
+        campaign::PointRow row{
+            .point = p.number, .partner = p.partner, .asked = p.asked, .outcome = "measured"};
+        row.frequency = {p.frequency, 1e-6};
+        row.gamma = p.gamma;
+        row.rho = p.rho;
+        row.phi = p.phi;
+        row.v_D = p.v_D;
+        row.periods = 40;
+        row.frames = 4000;
+        t.points.push_back(row);
+        for (int q = 1; q <= max_harmonics; ++q) {
+            campaign::PointHarmonic h{.point = p.number};
+            h.measured.q = q;
+            h.measured.amplitude = {std::abs(p.base.at(q)), 3e-4};
+            h.measured.phase = {std::arg(p.base.at(q)), 1e-4};
+            t.harmonics.push_back(h);
+        }
+        for (int i = 0; i < 100; ++i) t.cycle.push_back({.point = p.number, .phase = i / 100.0});
+    }
+    return t;
+}
+
+class MuCommandTest : public testing::Test {
+protected:
+    MuCommandTest() {
+        campaign::write_points(folder_ / "campaign.nxs", "law", "",
+                               table_of(test::exact_points({.mu = 0.113, .push = 0.1})));
+    }
+    const std::filesystem::path folder_ = test::fresh_folder();
+};
+
+TEST_F(MuCommandTest, PointsComeBackFromTheTable) {
+    const auto points = law_points(campaign::read_points(folder_ / "campaign.nxs"), 3);
+    ASSERT_EQ(points.size(), 12U);
+    EXPECT_EQ(points[1].number, 2);
+    EXPECT_EQ(points[1].partner, 1);
+    EXPECT_EQ(points[1].campaign, 3);
+    EXPECT_EQ(points[1].phases_per_period, 50);
+    EXPECT_NEAR(law::fit_coulomb(points).mu.value, 0.113, 1e-6);
+}
+
+TEST_F(MuCommandTest, PrintsMuOfOneAndSeveralCampaigns) {
+    const test::Outcome one = test::shakerd("mu . --json", folder_);
+    ASSERT_EQ(one.status, 0) << one.err;
+    const auto j = nlohmann::json::parse(one.out);
+    EXPECT_NEAR(j.at("fits").at(0).at("value").get<double>(), 0.113, 1e-6);
+    const test::Outcome two = test::shakerd("mu . campaign.nxs --level", folder_);
+    EXPECT_EQ(two.status, 0) << two.err;
+    EXPECT_NE(two.out.find("mu_ac"), std::string::npos);
+    EXPECT_NE(two.out.find("of 24 points"), std::string::npos) << two.out;
+}
+
+TEST_F(MuCommandTest, OtherFilesAreRefusedByName) {
+    std::ofstream{folder_ / "notes.nxs"} << "text";
+    std::filesystem::create_directory(folder_ / "empty");
+    for (const char* name : {"notes.nxs", "empty", "missing"}) {
+        const test::Outcome o = test::shakerd(std::string{"mu "} + name, folder_);
+        EXPECT_EQ(o.status, 2) << name;
+        EXPECT_NE(o.err.find(name), std::string::npos) << o.err;
+    }
+    EXPECT_THROW(print_mu({folder_ / "notes.nxs"}, false), InputError);
+}
+
+TEST_F(MuCommandTest, CampaignWithoutMeasuredPointsIsRefused) {
+    campaign::PointsTable t = table_of(test::exact_points({.mu = 0.113}));
+    for (auto& row : t.points) row.outcome = "failed";
+    campaign::write_points(folder_ / "failed.nxs", "law", "", t);
+    EXPECT_THROW(print_mu({folder_ / "failed.nxs"}, false), InputError);
+}
+
+}  // namespace
+}  // namespace shaker::commands

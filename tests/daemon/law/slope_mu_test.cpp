@@ -1,0 +1,80 @@
+#include "daemon/law/slope_mu.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <random>
+
+#include "drivers/simulated/walker/steady_state.hpp"
+#include "tests/support/law/synthetic_points.hpp"
+
+namespace shaker::law {
+namespace {
+
+// A point with the exact cycle at 100 phases of a camera with 50 frames a period.
+Point with_cycle(double gamma_in_g, double phi, const simulated::Friction& friction, double tilt) {
+    const Drive drive = test::drive_at(gamma_in_g, phi);
+    simulated::WalkerSetting setting;
+    setting.base = harmonics(drive);
+    setting.tilt = tilt;
+    setting.friction = friction;
+    const simulated::WalkerLaw law{setting};
+    const simulated::SteadyState steady = simulated::settle(law);
+    Point p = test::exact_point(drive, {.mu = 0.113});
+    p.v_D.value = steady.v_D;
+    p.phases_per_period = 50;
+    simulated::Walker walker{law, steady.v0};
+    for (int i = 0; i < 100; ++i) {
+        const simulated::WalkerPoint at = walker.advance_to(i / 100.0);
+        p.cycle.phase.push_back(i / 100.0);
+        p.cycle.x_m.push_back(at.x);
+        p.cycle.x_sd_m.push_back(3e-7);
+        p.cycle.v_mps.push_back(at.v);
+        p.cycle.v_sd_mps.push_back(1e-4);
+        p.cycle.v_base_mps.push_back(law.v_base(two_pi * i / 100.0));
+    }
+    for (const auto& r : steady.rest) p.stick.push_back({r.from, r.to, 0.01});
+    return p;
+}
+
+std::vector<Point> cycles(const simulated::Friction& friction, double tilt = 0) {
+    std::vector<Point> points;
+    for (const auto& [gamma, phi] : {std::pair{0.5, 0.0}, {1.0, 0.0}, {2.0, 1.57}, {1.0, 2.2}, {3.0, 4.0}})
+        points.push_back(with_cycle(gamma, phi, friction, tilt));
+    return points;
+}
+
+TEST(SlopeFitTest, RecoversMuAndTiltOfExactCycles) {
+    const SlopeFit fit = fit_slopes(cycles({0.113, 0.113}, 1e-3));
+    EXPECT_NEAR(fit.mu.value, 0.113, 1e-6);
+    EXPECT_NEAR(fit.tilt.value, 1e-3, 1e-6);
+    EXPECT_GE(fit.mu.points, 7);
+    EXPECT_LT(fit.mu.error, 2e-3);
+    EXPECT_EQ(fit.mu.note, "");
+    EXPECT_NEAR(fit.viscous.value, 0, 1e-3);
+}
+
+TEST(SlopeFitTest, StaticFrictionDoesNotMatter) {
+    EXPECT_NEAR(fit_slopes(cycles({0.113, 0.15})).mu.value, 0.113, 1e-6);
+}
+
+TEST(SlopeFitTest, ViscousFrictionIsMeasuredAndStated) {
+    std::vector<Point> points = cycles({0.113, 0.113, 3.5});
+    for (Point& p : points)
+        for (double& sd : p.cycle.x_sd_m) sd = 2e-8;
+    const SlopeFit fit = fit_slopes(points);
+    EXPECT_NEAR(fit.viscous.value, 3.5, 0.05);
+    EXPECT_NE(fit.viscous.note.find("depends on the velocity"), std::string::npos);
+}
+
+TEST(SlopeFitTest, SlowCamerasGiveNoSlopes) {
+    std::vector<Point> points = cycles({0.113, 0.113});
+    for (Point& p : points) p.phases_per_period = 10;
+    const SlopeFit fit = fit_slopes(points);
+    EXPECT_TRUE(std::isnan(fit.mu.value));
+    EXPECT_NE(fit.mu.note.find("frames"), std::string::npos);
+    EXPECT_TRUE(std::isnan(fit_slopes({}).mu.value));
+}
+
+}  // namespace
+}  // namespace shaker::law
