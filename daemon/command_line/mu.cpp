@@ -1,6 +1,8 @@
+#include <algorithm>
+
+#include "daemon/command_line/confined_mu.hpp"
 #include "daemon/command_line/rows.hpp"
 #include "daemon/commands/mu/mu_command.hpp"
-#include "daemon/sandbox/confined.hpp"
 
 namespace shaker::command_line {
 
@@ -25,6 +27,16 @@ int act(const manual::Values& values) {
     std::vector<std::filesystem::path> files;
     for (const std::filesystem::path& campaign : options.campaigns)
         files.push_back(commands::points_file(campaign));
+    options.campaigns = files;
+    return confined(files.front().string(), confinement_for_points(files), [&] {
+        print_mu(options);
+        return manual::exit_ok;
+    });
+}
+
+}  // namespace
+
+sandbox::Confinement confinement_for_points(const std::vector<std::filesystem::path>& files) {
     sandbox::Confinement allowed = sandbox::confinement_for(files.front());
     for (const std::filesystem::path& file : files) {
         const sandbox::Confinement more = sandbox::confinement_for(file);
@@ -33,14 +45,8 @@ int act(const manual::Values& values) {
         allowed.files.reads.insert(allowed.files.reads.end(), more.files.reads.begin(),
                                    more.files.reads.end());
     }
-    options.campaigns = files;
-    return confined(files.front().string(), allowed, [&] {
-        print_mu(options);
-        return manual::exit_ok;
-    });
+    return allowed;
 }
-
-}  // namespace
 
 manual::Command mu_row() {
     return {

@@ -1,9 +1,8 @@
-#include <unistd.h>
+#include <fstream>
 
-#include <climits>
-#include <cstdlib>
-
+#include "daemon/command_line/confined_mu.hpp"
 #include "daemon/command_line/rows.hpp"
+#include "daemon/commands/mu/mu_command.hpp"
 #include "daemon/sandbox/outside_program.hpp"
 #include "drivers/errors.hpp"
 
@@ -29,8 +28,9 @@ constexpr std::array arguments{
              .otherwise = "\"report\" in the folder of the first campaign"},
     Argument{.name = "--fits",
              .value = "FILE",
-             .help = "Fits and budgets of another program to print with it (JSON)",
-             .kind = Kind::file}};
+             .help = "Fits and budgets of another program (JSON)",
+             .kind = Kind::file,
+             .otherwise = "those of \"shakerd mu\""}};
 
 /// Beside an installed program, or in the folder of the build.
 std::filesystem::path scripts() {
@@ -41,17 +41,33 @@ std::filesystem::path scripts() {
         "the scripts of the report are not installed: there is no share/shakerd/report/report.py"};
 }
 
+/// The fits of `shakerd mu`, in a file of the report's folder; empty where there are none.
+std::string own_fits(const std::vector<std::filesystem::path>& campaigns, const std::filesystem::path& out) {
+    commands::MuOptions options{.json = true};
+    for (const std::filesystem::path& campaign : campaigns)
+        options.campaigns.push_back(commands::points_file(campaign));
+    const sandbox::Answer answer =
+        sandbox::ask_confined(campaigns.front().string(), confinement_for_points(options.campaigns),
+                              [&] { return commands::mu_text(options); });
+    if (answer.status != manual::exit_ok) return {};
+    const std::filesystem::path file = out / "fits.json";
+    std::ofstream{file} << answer.text;
+    return file.string();
+}
+
 int act(const manual::Values& values) {
     const std::filesystem::path code = scripts();
     std::filesystem::path out = values.text("--output");
     sandbox::OutsideProgram program{.words = {python, "-I", "-B", (code / "report.py").string()}};
     program.files.reads.push_back(code);
+    std::vector<std::filesystem::path> campaigns;
     for (const std::string& word : values.texts("CAMPAIGN")) {
         const std::filesystem::path place = std::filesystem::absolute(word);
         if (!std::filesystem::exists(place))
             throw InputError{word + ": no such file or folder; expected the folder of a campaign"};
         const bool whole = std::filesystem::is_directory(place);
         if (out.empty()) out = (whole ? place : place.parent_path()) / "report";
+        campaigns.push_back(place);
         program.words.push_back(place.string());
         program.files.reads.push_back(whole ? place : place.parent_path());
     }
@@ -59,7 +75,9 @@ int act(const manual::Values& values) {
     out = std::filesystem::canonical(out);
     program.files.writes.push_back(out);
     program.words.insert(program.words.end(), {"-o", out.string()});
-    if (const std::string fits = values.text("--fits"); !fits.empty()) {
+    std::string fits = values.text("--fits");
+    if (fits.empty()) fits = own_fits(campaigns, out);
+    if (!fits.empty()) {
         const std::filesystem::path file = std::filesystem::absolute(fits);
         program.words.insert(program.words.end(), {"--fits", file.string()});
         program.files.reads.push_back(file);

@@ -20,7 +20,7 @@ std::filesystem::path points_file(const std::filesystem::path& campaign) {
     throw InputError{fmt::format("{}: no such file or folder", campaign.string())};
 }
 
-void print_mu(const MuOptions& options) {
+std::string mu_text(const MuOptions& options) {
     std::vector<law::Point> points;
     for (std::size_t i = 0; i < options.campaigns.size(); ++i) {
         const std::filesystem::path file = points_file(options.campaigns[i]);
@@ -35,11 +35,9 @@ void print_mu(const MuOptions& options) {
         points.insert(points.end(), std::make_move_iterator(own.begin()), std::make_move_iterator(own.end()));
     }
     const law::Findings findings = law::analyse(std::move(points), options.law, options.errors);
-    report::say(options.json ? findings_json(findings) : findings_text(findings));
+    return options.json ? findings_json(findings) : findings_text(findings);
 }
 
-void print_mu(std::vector<std::filesystem::path> folders, bool json) {
-    print_mu(MuOptions{.campaigns = std::move(folders), .json = json});
-}
+void print_mu(const MuOptions& options) { report::say(mu_text(options)); }
 
 }  // namespace shaker::commands

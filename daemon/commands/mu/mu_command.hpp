@@ -1,6 +1,7 @@
 #pragma once
 // The command "mu": the friction coefficient three ways, and all other fits, from the points of campaigns.
 #include <filesystem>
+#include <string>
 #include <vector>
 
 #include "daemon/law/findings.hpp"
@@ -18,11 +19,11 @@ struct MuOptions {
 /// exist.
 std::filesystem::path points_file(const std::filesystem::path& campaign);
 
-/// Reads the points of all campaigns, fits them together and prints the fits, budgets and remarks. InputError
-/// that names the file for one that is not a points table, for a damaged one, and for one without a measured
-/// point.
+/// Reads the points of all campaigns and fits them together: the fits, budgets and remarks as text or JSON.
+/// InputError that names the file for one that is not a points table, for a damaged one, and for one without
+/// a measured point.
+std::string mu_text(const MuOptions& options);
+/// Prints it.
 void print_mu(const MuOptions& options);
-/// The same with the default options.
-void print_mu(std::vector<std::filesystem::path> folders, bool json);
 
 }  // namespace shaker::commands

@@ -244,7 +244,7 @@ TEST(EngineTest, ResumeIsRefusedBeforeTheTripIsCleared) {
 
 // The identification walks some millimetres in a direction that nobody knows: near the edge the walker is led
 // to the middle first.
-TEST(EngineTest, LeadsTheWalkerFromTheEdgeBeforeTheResponseIsIdentified) {
+TEST(EngineTest, LeadsFromTheEdgeBeforeTheIdentification) {
     Engine engine{{point(1, 0.4, 0)}, {}};
     Seen seen{.state = run::RunState::idle, .may_start = true, .identified = false, .way = {0.08, 0.004}};
     const Action first = engine.next(seen);

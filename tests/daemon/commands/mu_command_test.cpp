@@ -77,14 +77,14 @@ TEST_F(MuCommandTest, OtherFilesAreRefusedByName) {
         EXPECT_EQ(o.status, 2) << name;
         EXPECT_NE(o.err.find(name), std::string::npos) << o.err;
     }
-    EXPECT_THROW(print_mu({folder_ / "notes.nxs"}, false), InputError);
+    EXPECT_THROW(print_mu({.campaigns = {folder_ / "notes.nxs"}}), InputError);
 }
 
 TEST_F(MuCommandTest, CampaignWithoutMeasuredPointsIsRefused) {
     campaign::PointsTable t = table_of(test::exact_points({.mu = 0.113}));
     for (auto& row : t.points) row.outcome = "failed";
     campaign::write_points(folder_ / "failed.nxs", "law", "", t);
-    EXPECT_THROW(print_mu({folder_ / "failed.nxs"}, false), InputError);
+    EXPECT_THROW(print_mu({.campaigns = {folder_ / "failed.nxs"}}), InputError);
 }
 
 }  // namespace

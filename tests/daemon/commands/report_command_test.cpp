@@ -1,0 +1,73 @@
+// shakerd report: the page of a measured campaign, made by a process that reaches no network and no other
+// file.
+#include <gtest/gtest.h>
+#include <spdlog/fmt/fmt.h>
+
+#include <fstream>
+
+#include "daemon/sandbox/outside_program.hpp"
+#include "tests/support/program.hpp"
+
+namespace shaker::commands {
+namespace {
+
+constexpr const char* plan = R"(title = "<script>alert(1)</script>"
+[point]
+periods = 10
+[[series]]
+name = "2b"
+gamma = ["0.7g", "1g"]
+phi = ["0deg", "90deg"]
+order = "mirror"
+)";
+
+std::string content(const std::filesystem::path& file) {
+    std::ifstream in{file};
+    return {std::istreambuf_iterator<char>{in}, {}};
+}
+
+TEST(ReportCommandTest, DrawsMeasuredCampaign) {
+    const std::filesystem::path folder = test::fresh_folder();
+    std::ofstream{folder / "plan.toml"} << plan;
+    ASSERT_EQ(test::shakerd("campaign plan.toml -o points", folder).status, 0);
+    const test::Outcome report = test::shakerd("report points", folder);
+    ASSERT_EQ(report.status, 0) << report.out << report.err;
+    EXPECT_NE(report.out.find("mu_ac"), std::string::npos) << report.out;
+    const std::string page = content(folder / "points/report/report.html");
+    EXPECT_EQ(page.find("<script>alert"), std::string::npos);
+    EXPECT_NE(page.find("&lt;script&gt;alert(1)"), std::string::npos);
+    EXPECT_NE(page.find("mu_k"), std::string::npos) << "the fits of shakerd mu";
+    for (const char* file : {"fig2b.svg", "fig2b.pdf", "fig2b.png", "fig4.svg"})
+        EXPECT_TRUE(std::filesystem::exists(folder / "points/report" / file)) << file;
+}
+
+TEST(ReportCommandTest, RefusesWhatIsNoCampaign) {
+    const std::filesystem::path folder = test::fresh_folder();
+    const test::Outcome missing = test::shakerd("report nothing", folder);
+    EXPECT_EQ(missing.status, 2);
+    EXPECT_NE(missing.err.find("nothing: no such file or folder"), std::string::npos) << missing.err;
+    std::filesystem::create_directory(folder / "empty");
+    EXPECT_EQ(test::shakerd("report empty", folder).status, 2);
+}
+
+/// Exit status of a line of Python in a process with these files.
+int python(const std::string& line, const sandbox::FileRights& files) {
+    return sandbox::run_outside({.words = {"/usr/bin/python3", "-I", "-c", line}, .files = files});
+}
+
+TEST(ReportCommandTest, OutsideProgramReachesOnlyItsFiles) {
+    const std::filesystem::path folder = test::fresh_folder();
+    std::filesystem::create_directory(folder / "out");
+    std::ofstream{folder / "secret"} << "x";
+    std::ofstream{folder / "mine"} << "x";
+    const sandbox::FileRights files{.reads = {folder / "mine"}, .writes = {folder / "out"}};
+    const std::string at = folder.string();
+    EXPECT_EQ(python("open('" + at + "/mine').read(); open('" + at + "/out/new', 'w').write('x')", files), 0);
+    EXPECT_EQ(python("open('" + at + "/secret').read()", files), 1);
+    EXPECT_EQ(python("open('" + at + "/mine', 'w')", files), 1);
+    EXPECT_EQ(python("import socket; socket.socket()", files), 1);
+    EXPECT_EQ(python("import h5py, numpy, matplotlib", files), 0);
+}
+
+}  // namespace
+}  // namespace shaker::commands
