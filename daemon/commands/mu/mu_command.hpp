@@ -9,7 +9,7 @@
 namespace shaker::commands {
 
 struct MuOptions {
-    std::vector<std::filesystem::path> campaigns;  // folders, or their points tables
+    std::vector<std::filesystem::path> campaigns{};  // folders, or their points tables
     law::CoulombOptions law{};
     law::InputErrors errors{};
     bool json = false;
