@@ -81,15 +81,23 @@ def compared(labels, tables):
 
 
 def fit_rows(fits):
-    get = lambda f, k: float(f[k]) if isinstance(f.get(k), (int, float)) else np.nan
-    return grid(("fit", "value", "standard error", "unit", "chi2", "points", "note"),
-                [(f.get("name", ""), number(get(f, "value"), 8), number(get(f, "error"), 2), f.get("unit", ""),
-                  number(get(f, "chi2"), 4), number(get(f, "points")), f.get("note", "")) for f in fits], {1, 2, 4, 5})
+    def get(fit, key):
+        return float(fit[key]) if isinstance(fit.get(key), (int, float)) else np.nan
+
+    def name(fit):
+        gamma, phi = get(fit, "gamma_mps2") / 9.8, get(fit, "phi_rad")
+        place = f" at {gamma:.4g} g" if np.isfinite(gamma) else ""
+        place += f" at {np.degrees(phi):.1f} deg" if np.isfinite(phi) else ""
+        return f"{fit.get('name', '')}{place}" + (f" ({fit['series']})" if fit.get("series") else "")
+
+    return grid(("fit", "value (standard error of the last digits)", "unit", "chi2", "points", "note"),
+                [(name(f), with_error(get(f, "value"), get(f, "error")), f.get("unit", ""),
+                  number(get(f, "chi2"), 3), number(get(f, "points")), f.get("note", "")) for f in fits], {1, 3, 4})
 
 
 def budget_part(budgets):
     if not budgets:
-        return ("<p class=weak>No budgets: they come from a file that is given with <code>--fits</code>. The error of mu_ac on this"
+        return ("<p class=weak>No budgets: they come from <code>shakerd mu</code>. The error of mu_ac on this"
                 " page has the scatter and the errors of gamma and phi; it does not have the scales of the sensors and the"
                 " model.</p>")
     parts = []
@@ -193,7 +201,7 @@ def page(analyses, figures, tables, given, notes):
         parts.append(f"<h3>{esc(a.campaign.label)}</h3>" + (paper_table(rows) if rows else "<p>No points with a result.</p>"))
     parts.append('<h2 id="fits">Fits</h2>')
     if given.get("fits"):
-        parts.append("<h3>from the file of --fits</h3>" + fit_rows(given["fits"]))
+        parts.append("<h3>shakerd mu</h3>" + fit_rows(given["fits"]))
     for a, (_, fits) in zip(analyses, tables):
         parts.append(f"<h3>{esc(a.campaign.label)}</h3>" + (fit_rows(fits) if fits else "<p>No points with a result.</p>"))
     parts.append('<h2 id="budgets">Budgets</h2>' + budget_part(given.get("budgets")))
