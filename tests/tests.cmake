@@ -240,7 +240,7 @@ foreach(source ${benches})
   add_executable(bench_${name} EXCLUDE_FROM_ALL ${source})
   add_dependencies(on_demand bench_${name})
   target_link_libraries(bench_${name} PRIVATE bench_table test_support benchmark::benchmark)
-  if(name MATCHES "intrusions|kills|power_cuts|disk_faults|remote")  # of the whole program
+  if(name MATCHES "intrusions|kills|power_cuts|disk_faults|remote|campaigns")  # of the whole program
     add_dependencies(bench_${name} shakerd)
   elseif(name STREQUAL "orders")
     target_link_libraries(bench_orders PRIVATE orders)

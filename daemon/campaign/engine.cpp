@@ -3,7 +3,6 @@
 #include <spdlog/fmt/fmt.h>
 
 #include <algorithm>
-#include <numbers>
 #include <utility>
 
 #include "daemon/reduction/no_stick.hpp"
@@ -12,15 +11,13 @@ namespace shaker::campaign {
 
 namespace {
 
-constexpr int most_tries = 2;                   // of a point
-constexpr int most_returns = 3;                 // without a pass between them
-constexpr double reserve = 3;                   // periods of way that no pass is planned to use
-constexpr double unknown_share = 0.05;          // of the base's rms velocity, error of a predicted walk
-constexpr double least_return_gamma = paper_g;  // m/s^2; below it a walker may not move at all
-constexpr double identification_way = 0.01;     // m, that a walker may walk while the response is identified
-constexpr double near_share = 0.4;              // of the whole way, in a narrow view
-constexpr double kept_bytes = 100e6;            // of the disk, for the end of the recording and the journal
-constexpr double most_around_s = 60;            // of a pass, besides measuring
+constexpr int most_tries = 2;                // of a point
+constexpr int most_returns = 3;              // without a pass between them
+constexpr double unknown_share = 0.05;       // of the base's rms velocity, error of a predicted walk
+constexpr double identification_way = 0.01;  // m, that a walker may walk while the response is identified
+constexpr double near_share = 0.4;           // of the whole way, in a narrow view
+constexpr double kept_bytes = 100e6;         // of the disk, for the end of the recording and the journal
+constexpr double most_around_s = 60;         // of a pass, besides measuring
 
 std::size_t side(double v) { return v < 0 ? 0 : 1; }
 
@@ -134,12 +131,12 @@ Action Engine::choose(const Seen& seen) {
             continue;
         }
         const Walk& walk = walks_.walk(p.asked.drive);
-        const double kept = reserve * std::abs(walk.v_D) / p.asked.drive.frequency;
+        const double frequency = p.asked.drive.frequency;
+        const Walk& back = walks_.walk(return_drive(points_, walk.v_D < 0 ? 1 : -1, frequency));
+        const double kept = kept_way(walk, Walk{}, settings_.timing, frequency);
         const double ahead = seen.way[side(walk.v_D)] - kept;
         // A return ends a period of its own walk before the other edge.
-        const Drive back = return_drive(walk.v_D < 0 ? 1 : -1, p.asked.drive.frequency);
-        const double turn = std::abs(walks_.walk(back).v_D) / back.frequency;
-        const double whole = seen.way[0] + seen.way[1] - kept - turn;
+        const double whole = seen.way[0] + seen.way[1] - kept_way(walk, back, settings_.timing, frequency);
         const Travel here = travel(rest, walk, settings_.timing, ahead);
         const Travel best = travel(rest, walk, settings_.timing, whole);
         if (!best.fits()) {
@@ -160,7 +157,7 @@ Action Engine::choose(const Seen& seen) {
         }
         if (!here.fits() || (here.passes > best.passes && returns_ == 0)) {
             if (returns_++ < most_returns)
-                return lead_back(seen, walk.v_D, kept + (whole + turn + best.way) / 2);
+                return lead_back(seen, walk.v_D, (seen.way[0] + seen.way[1] + kept + best.way) / 2);
             end_point(Outcome::failed, "the walker used up its way while it settled");
             continue;
         }
@@ -193,7 +190,7 @@ void Engine::begin_point(const Point& point) {
 
 // The walker has to have `target` of way ahead of it (m), in the direction of v_D.
 Action Engine::lead_back(const Seen& seen, double v_D, double target) {
-    const Drive back = return_drive(v_D < 0 ? 1 : -1, frequency_);
+    const Drive back = return_drive(points_, v_D < 0 ? 1 : -1, frequency_);
     const Walk& walk = walks_.walk(back);
     if (!walk.why.empty() || walk.v_D * v_D >= 0) {
         fail("no drive is known that leads the walker back");
@@ -205,13 +202,6 @@ Action Engine::lead_back(const Seen& seen, double v_D, double target) {
     way_back_.begin(seen.now_s, seen.x_m, ahead, seen.way.at(ahead), target, std::abs(walk.v_D) / frequency_,
                     1 / frequency_);
     return go(seen.state == run::RunState::idle, back, {.periods = 0});
-}
-
-Drive Engine::return_drive(int direction, double frequency) const {
-    double gamma = least_return_gamma;
-    for (const Point& p : points_)
-        if (p.asked.drive.frequency == frequency) gamma = std::max(gamma, p.asked.drive.gamma);
-    return {.frequency = frequency, .gamma = gamma, .rho = 0.5, .phi = direction > 0 ? 0 : std::numbers::pi};
 }
 
 Action Engine::watch_return(const Seen& seen) {

@@ -117,7 +117,6 @@ private:
     Action lead_back(const Seen& seen, double v_D, double target);
     Action watch_pass(const Seen& seen);
     Action watch_return(const Seen& seen);
-    [[nodiscard]] Drive return_drive(int direction, double frequency) const;
     [[nodiscard]] int missing_periods() const;
     [[nodiscard]] std::string disk_is_short(const Seen& seen, const Travel& travel) const;
     void note_return();

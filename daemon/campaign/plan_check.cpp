@@ -61,11 +61,17 @@ PlanCheck check_plan(const Plan& plan, const CheckSettings& settings) {
     PlanCheck check{.title = plan.title, .mu = plan.mu, .free_way = settings.way.length()};
     WalkPredictor predictor{plan.mu, settings.gravity, settings.timing.settle_at_most};
     double place = settings.start, frequency = 0;
-    for (Point& point : schedule(plan)) {
+    std::vector<Point> points = schedule(plan);
+    const std::vector<Point> all = points;
+    for (Point& point : points) {
         const Drive& drive = point.asked.drive;
-        const Travel t = travel(point.asked, predictor.at(drive), settings.timing, check.free_way);
+        const Walk& walk = predictor.at(drive);
+        const Walk& back = predictor.at(return_drive(all, walk.v_D < 0 ? 1 : -1, drive.frequency));
+        const double free_way = check.free_way - kept_way(walk, back, settings.timing, drive.frequency) -
+                                (settings.swing ? 2 * settings.swing(drive) : 0);
+        const Travel t = travel(point.asked, walk, settings.timing, free_way);
         if (std::isnan(place)) place = best_start(t);
-        const Stage stage = lead(t, settings.timing, check.free_way, place);
+        const Stage stage = lead(t, settings.timing, free_way, place);
         if (drive.frequency != frequency) check.once_s += settings.once_s;
         frequency = drive.frequency;
         check.failing += t.fits() ? 0 : 1;

@@ -14,8 +14,10 @@ namespace shaker::campaign {
 struct CheckSettings {
     FreeWay way{};
     Timing timing{};
-    double start = NAN;           // place of the walker, m from the middle of the view; NaN: best_start()
-    double gravity = paper_g;     // m/s^2
+    double start = NAN;        // place of the walker, m from the middle of the view; NaN: best_start()
+    double gravity = paper_g;  // m/s^2
+    /// Peak of the base's displacement at a drive, m, by which the walker swings; empty: not known, 0.
+    std::function<double(const Drive&)> swing{};
     double once_s = 8;            // self-test, identified response, soft start; again for another frequency
     double bytes_per_s = 0.35e6;  // of the recording
 };

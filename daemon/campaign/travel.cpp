@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include "drivers/errors.hpp"
 #include "drivers/simulated/walker/steady_state.hpp"
@@ -15,6 +16,7 @@ namespace {
 constexpr double rounding = 1e-9;  // periods
 constexpr double steady =
     2e-4;  // gamma / (omega f), remaining error of D when the runner finds the drift steady
+constexpr double least_return_gamma = paper_g;  // m/s^2; below it a walker may not move at all
 constexpr int steady_periods = 7;  // with this D that it needs: six values, each from two periods
 
 Walk exact_walk(const Drive& drive, double mu, double g, int settle_at_most) {
@@ -55,6 +57,17 @@ const Walk& WalkPredictor::at(const Drive& drive) {
     const auto [known, missing] = known_.try_emplace(numbers_of(drive));
     if (missing) known->second = exact_walk(drive, mu_, g_, settle_at_most_);
     return known->second;
+}
+
+Drive return_drive(const std::vector<Point>& points, int direction, double frequency) {
+    double gamma = least_return_gamma;
+    for (const Point& p : points)
+        if (p.asked.drive.frequency == frequency) gamma = std::max(gamma, p.asked.drive.gamma);
+    return {.frequency = frequency, .gamma = gamma, .rho = 0.5, .phi = direction > 0 ? 0 : std::numbers::pi};
+}
+
+double kept_way(const Walk& walk, const Walk& back, const Timing& timing, double frequency) {
+    return (timing.kept * std::abs(walk.v_D) + std::abs(back.v_D)) / frequency;
 }
 
 Travel travel(const PointSettings& point, const Walk& walk, const Timing& timing, double free_way) {

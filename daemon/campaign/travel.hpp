@@ -26,6 +26,7 @@ struct Timing {
     int drive_settles = 25;     // from the end of the ramp until the drive has been found at its target
     int settle_at_most = 400;   // then the measurement starts anyway
     double result_s = 0.35;     // from the last period to the next set-point
+    double kept = 3;            // of way at the edge, that no pass is planned to use
     double return_mps = 0.035;  // velocity of a return
     double return_s = 1.0;      // ramps and settling of a return
 };
@@ -66,6 +67,14 @@ struct Travel {
     /// In all passes.
     [[nodiscard]] int measured() const noexcept { return fits() ? (passes - 1) * periods + last_periods : 0; }
 };
+
+/// The drive that leads the walker back: phi 0 or pi, the largest gamma of the points of this frequency and
+/// at least 1 g. direction: of the walk, +1 or -1.
+Drive return_drive(const std::vector<Point>& points, int direction, double frequency);
+
+/// What no pass of this walk is planned to use, m: a reserve at the edge, and a period of the way back, whose
+/// walk is `back`.
+double kept_way(const Walk& walk, const Walk& back, const Timing& timing, double frequency);
 
 /// The rule: a point does not fit when the free way is less than |v_D| (settling + 5 T) + ramps. With less
 /// than it needs for all periods it is measured in passes of equal length, at least 5 periods each. With a

@@ -110,11 +110,16 @@ double walker_m(const View& view) {
 
 /// The check of a plan on this bench. view_m: NaN on a real bench whose view is not known.
 campaign::PlanCheck checked(const campaign::Plan& plan, const bench::Bench& bench, double view_m) {
-    campaign::CheckSettings settings{.way = {.view = view_m,
-                                             .walker = walker_m(bench.rig.cameras.front()->view()),
-                                             .edge = 1e-3 * bench.limits.edge_mm,
-                                             .margin = 1e-3 * plan.edge_margin_mm},
-                                     .gravity = bench.gravity};
+    campaign::CheckSettings settings{
+        .way = {.view = view_m,
+                .walker = walker_m(bench.rig.cameras.front()->view()),
+                .edge = 1e-3 * bench.limits.edge_mm,
+                .margin = 1e-3 * plan.edge_margin_mm},
+        .gravity = bench.gravity,
+        .swing = [&bench](const Drive& drive) {
+            const auto demands = run::run_demands(bench, drive, bench.limits);
+            return 1e-3 * std::ranges::find(demands, "displacement", &safety::Demand::quantity)->value;
+        }};
     if (bench.world) settings.start = 1e-3 * bench.scene.walker.start_mm;
     return campaign::check_plan(plan, settings);
 }

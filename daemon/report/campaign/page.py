@@ -90,8 +90,11 @@ def fit_rows(fits):
         place += f" at {np.degrees(phi):.1f} deg" if np.isfinite(phi) else ""
         return f"{fit.get('name', '')}{place}" + (f" ({fit['series']})" if fit.get("series") else "")
 
+    def value(fit):
+        return with_error(get(fit, "value"), get(fit, "error")) if np.isfinite(get(fit, "value")) else "–"
+
     return grid(("fit", "value (standard error of the last digits)", "unit", "chi2", "points", "note"),
-                [(name(f), with_error(get(f, "value"), get(f, "error")), f.get("unit", ""),
+                [(name(f), value(f), f.get("unit", ""),
                   number(get(f, "chi2"), 3), number(get(f, "points")), f.get("note", "")) for f in fits], {1, 3, 4})
 
 
@@ -203,7 +206,8 @@ def page(analyses, figures, tables, given, notes):
     if given.get("fits"):
         parts.append("<h3>shakerd mu</h3>" + fit_rows(given["fits"]))
     for a, (_, fits) in zip(analyses, tables):
-        parts.append(f"<h3>{esc(a.campaign.label)}</h3>" + (fit_rows(fits) if fits else "<p>No points with a result.</p>"))
+        if not given.get("fits"):
+            parts.append(f"<h3>{esc(a.campaign.label)}</h3>" + (fit_rows(fits) if fits else "<p>No points with a result.</p>"))
     parts.append('<h2 id="budgets">Budgets</h2>' + budget_part(given.get("budgets")))
     parts += [campaign_part(a, k) for k, a in enumerate(analyses)]
     return "\n".join(parts) + "\n</body></html>\n"

@@ -1,0 +1,109 @@
+// Campaigns of mu.toml on simulated benches with drawn friction, tilt and noise: bias and scatter of the fits
+//   --count N (20): campaigns   --seed N (1): of the first   --jobs N (2): at a time
+//   --mu VALUE: the same friction in all of them, instead of 0.07 to 0.2   --folder PATH (the temporary one)
+#include <spdlog/fmt/fmt.h>
+
+#include <algorithm>
+#include <cmath>
+#include <fstream>
+#include <map>
+#include <mutex>
+#include <nlohmann/json.hpp>
+#include <random>
+#include <thread>
+
+#include "tests/bench/option.hpp"
+#include "tests/bench/table.hpp"
+#include "tests/support/paths.hpp"
+#include "tests/support/program.hpp"
+
+namespace {
+
+using namespace shaker;
+
+struct Truth {
+    double mu = 0, tilt = 0;  // rad
+};
+
+/// What the campaigns say of one quantity: z are errors over stated errors.
+struct Found {
+    std::vector<double> errors, z;
+};
+
+Truth draw(std::uint64_t seed, double mu, const std::filesystem::path& folder) {
+    std::mt19937_64 random{seed};
+    std::uniform_real_distribution<double> unit{0, 1};
+    const double drawn = 0.07 + 0.13 * unit(random);
+    const Truth truth{std::isfinite(mu) ? mu : drawn, 2e-3 * (unit(random) - 0.5)};
+    std::ofstream{folder / "scene.toml"}
+        << fmt::format("seed = {0}\ntilt_deg = {1}\n[walker]\nmu_k = {2}\nmu_s = {2}\n", seed,
+                       truth.tilt * 180 / M_PI, truth.mu);
+    return truth;
+}
+
+void add(const std::filesystem::path& folder, const Truth& truth, std::map<std::string, Found>& all,
+         std::mutex& guard) {
+    const std::string plan = test::source_dir() + "/daemon/campaign/plans/mu.toml";
+    const auto run = test::shakerd(fmt::format("campaign {} --scene scene.toml -o points", plan), folder);
+    const auto fits = test::shakerd("mu points --json", folder);
+    const std::scoped_lock lock{guard};
+    if (run.status != 0 || fits.status != 0) {
+        fmt::print(stderr, "{}: {}{}{}\n", folder.string(), run.out, run.err, fits.err);
+        return;
+    }
+    const auto json = nlohmann::json::parse(fits.out);
+    for (const auto& fit : json["fits"]) {
+        const std::string name = fit["name"];
+        const bool is_mu = name == "mu_ac" || name == "mu_k";
+        if ((!is_mu && name != "tilt") || !fit["value"].is_number()) continue;
+        const double error = fit["value"].get<double>() - (is_mu ? truth.mu : truth.tilt);
+        all[name].errors.push_back(is_mu ? error / truth.mu : error);
+        all[name].z.push_back(error / fit["error"].get<double>());
+    }
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+    const auto folder = bench::own_folder(argc, argv, "mu-campaigns");
+    const int count = bench::whole_option(argc, argv, "--count", 20, 2);
+    const int first = bench::whole_option(argc, argv, "--seed", 1, 0);
+    const double mu = std::atof(bench::option(argc, argv, "--mu", "nan").c_str());
+    std::map<std::string, Found> all;
+    std::mutex guard;
+    std::atomic<int> next{0};
+    {
+        std::vector<std::jthread> jobs;
+        for (int job = bench::whole_option(argc, argv, "--jobs", 2, 1); job > 0; --job)
+            jobs.emplace_back([&] {
+                for (int i = next++; i < count; i = next++) {
+                    const std::filesystem::path own = folder / std::to_string(first + i);
+                    std::filesystem::create_directories(own);
+                    const Truth truth = draw(static_cast<std::uint64_t>(first + i), mu, own);
+                    add(own, truth, all, guard);
+                    std::filesystem::remove_all(own);
+                }
+            });
+    }
+    bench::Table table;
+    for (const auto& [name, found] : all) {
+        const auto n = static_cast<double>(found.errors.size());
+        double mean = 0, squares = 0, z2 = 0;
+        for (const double e : found.errors) mean += e / n;
+        for (const double e : found.errors) squares += (e - mean) * (e - mean) / (n - 1);
+        for (const double z : found.z) z2 += z * z / n;
+        const auto within = std::ranges::count_if(found.z, [](double z) { return std::abs(z) < 2; });
+        const bool tilt = name == "tilt";
+        table.add({{"fit", name},
+                   {"campaigns", n},
+                   {"unit", std::string{tilt ? "urad" : "%"}},
+                   {"mean error", (tilt ? 1e6 : 100) * mean},
+                   {"of the mean", (tilt ? 1e6 : 100) * std::sqrt(squares / n)},
+                   {"scatter", (tilt ? 1e6 : 100) * std::sqrt(squares)},
+                   {"z rms", std::sqrt(z2)},
+                   {"within 2 errors", static_cast<double>(within)}});
+    }
+    table.print(argc, argv);
+    std::filesystem::remove_all(folder);
+    return 0;
+}
