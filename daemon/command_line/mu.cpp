@@ -51,7 +51,7 @@ sandbox::Confinement confinement_for_points(const std::vector<std::filesystem::p
 manual::Command mu_row() {
     return {
         .name = "mu",
-        .summary = "Fit the friction coefficient and the law of friction to the points of campaigns",
+        .summary = "Fit the friction coefficient to the points of campaigns",
         .details =
             "mu_ac: exact Coulomb law at the measured drives, with tilt and the walker's push on the base. "
             "mu_k: slopes of v(t) in slips. mu_ns: the paper's no-stick formula, 13 to 23 % too low. Budgets "

@@ -90,7 +90,7 @@ int act(const manual::Values& values) {
 
 manual::Command report_row() {
     return {.name = "report",
-            .summary = "Draw campaigns: the paper's figures, fits, and the paper's numbers beside them",
+            .summary = "Draw the paper's figures, fits and numbers from campaigns",
             .details =
                 "Needs python3-h5py and python3-matplotlib. Its scripts are in share/shakerd/report, to "
                 "take and change.",
