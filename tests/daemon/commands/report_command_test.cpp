@@ -50,9 +50,11 @@ TEST(ReportCommandTest, RefusesWhatIsNoCampaign) {
     EXPECT_EQ(test::shakerd("report empty", folder).status, 2);
 }
 
-/// Exit status of a line of Python in a process with these files.
+/// Exit status of a line of Python in a process with these files; the last one is its temporary folder.
 int python(const std::string& line, const sandbox::FileRights& files) {
-    return sandbox::run_outside({.words = {"/usr/bin/python3", "-I", "-c", line}, .files = files});
+    return sandbox::run_outside({.words = {"/usr/bin/python3", "-I", "-c", line},
+                                 .files = files,
+                                 .settings = {"PATH=/usr/bin", "TMPDIR=" + files.writes.back().string()}});
 }
 
 TEST(ReportCommandTest, OutsideProgramReachesOnlyItsFiles) {
