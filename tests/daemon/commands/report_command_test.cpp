@@ -52,9 +52,10 @@ TEST(ReportCommandTest, RefusesWhatIsNoCampaign) {
 
 /// Exit status of a line of Python in a process with these files; the last one is its temporary folder.
 int python(const std::string& line, const sandbox::FileRights& files) {
+    const std::string own = files.writes.back().string();
     return sandbox::run_outside({.words = {"/usr/bin/python3", "-I", "-c", line},
                                  .files = files,
-                                 .settings = {"PATH=/usr/bin", "TMPDIR=" + files.writes.back().string()}});
+                                 .settings = {"PATH=/usr/bin", "HOME=" + own, "TMPDIR=" + own}});
 }
 
 TEST(ReportCommandTest, OutsideProgramReachesOnlyItsFiles) {
