@@ -51,10 +51,10 @@ void Campaign::count_time() {
     const bool drives = run::driving(sequence.state());
     if (engine_.paused() && !drives) return;
     const bool steady = sequence.state() == run::RunState::run;
-    double& use = steady && engine_.returning()     ? time_.returning
-                  : steady && sequence.measuring()  ? time_.measuring
-                  : steady && !sequence.measuring() ? time_.settling
-                                                    : time_.checking;
+    double& use = !steady                ? time_.checking
+                  : engine_.returning()  ? time_.returning
+                  : sequence.measuring() ? time_.measuring
+                                         : time_.settling;
     use += passed_s;
 }
 
@@ -103,7 +103,6 @@ void Campaign::carry_out(const Action& action, acquisition::Channels& channels) 
     if (const auto* start = std::get_if<Start>(&action)) {
         run::RunOptions run = settings_.run;
         run.drive = start->drive;
-        run.identify = run.identify && start->identify;
         run.periods = std::max(start->task.periods, 2);
         const auto file = settings_.folder / fmt::format("r{:03}.nxs", ++settings_.recordings);
         on_call_.begin(run, start->task, file, engine_.walk(start->drive), channels);

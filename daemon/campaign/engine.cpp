@@ -177,7 +177,7 @@ Action Engine::choose(const Seen& seen) {
 
 Action Engine::go(bool idle, const Drive& drive, const run::Task& task) {
     under_way_ = !idle;
-    if (idle) return Start{drive, task, phase_ != Phase::returning};
+    if (idle) return Start{drive, task};
     return Change{drive, task};
 }
 

@@ -41,7 +41,6 @@ struct Seen {
 struct Start {
     Drive drive;
     run::Task task;
-    bool identify = true;  // the response, first, if it is not known
 };
 /// In state run: a new set-point.
 struct Change {

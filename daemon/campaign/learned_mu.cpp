@@ -8,27 +8,27 @@
 namespace shaker::campaign {
 
 namespace {
-constexpr double told_share = 0.2;     // error of the mu of the plan
+constexpr double planned_share = 0.2;  // error of the mu of the plan
 constexpr double law_share = 0.005;    // of the base's rms velocity, by which a point may miss the law
 constexpr double difference = 0.01;    // of mu, for the derivative
 constexpr double least_change = 0.01;  // of mu
 constexpr double most_change = 0.3;    // of mu, in one step: the law is not linear
 }  // namespace
 
-LearnedMu::LearnedMu(double told, double g, int settle_at_most)
-    : told_{told},
+LearnedMu::LearnedMu(double planned, double g, int settle_at_most)
+    : planned_{planned},
       g_{g},
       settle_at_most_{settle_at_most},
-      mu_{told},
-      at_mu_{told, g, settle_at_most},
-      above_{told * (1 + difference), g, settle_at_most} {}
+      mu_{planned},
+      at_mu_{planned, g, settle_at_most},
+      above_{planned * (1 + difference), g, settle_at_most} {}
 
 void LearnedMu::add(const Drive& drive, const calibration::Estimate& v_D) {
     if (!std::isfinite(v_D.value) || !std::isfinite(v_D.sigma)) return;
     points_.push_back({drive, v_D});
     count(points_.back());
-    const double told = 1 / (told_share * told_ * told_share * told_);
-    const double step = (pull_ + told * (told_ - mu_)) / (information_ + told);
+    const double prior = 1 / (planned_share * planned_ * planned_share * planned_);
+    const double step = (pull_ + prior * (planned_ - mu_)) / (information_ + prior);
     if (std::abs(step) >= least_change * mu_)
         move_to(mu_ + std::clamp(step, -most_change * mu_, most_change * mu_));
 }

@@ -1,5 +1,5 @@
 #pragma once
-// The friction coefficient by which walks are predicted: first as told, then as the measured points show.
+// The friction coefficient for the prediction of walks: that of the plan at first, then a fit to the points.
 #include <vector>
 
 #include "calibration/estimate.hpp"
@@ -13,7 +13,7 @@ namespace shaker::campaign {
 class LearnedMu {
 public:
     /// g in m/s^2.
-    LearnedMu(double told, double g, int settle_at_most);
+    LearnedMu(double planned, double g, int settle_at_most);
 
     /// A measured point.
     void add(const Drive& drive, const calibration::Estimate& v_D);
@@ -30,7 +30,7 @@ private:
     void count(const Measured& point);
     void move_to(double mu);
 
-    double told_, g_;
+    double planned_, g_;
     int settle_at_most_;
     double mu_;
     WalkPredictor at_mu_, above_;  // the second for the derivative

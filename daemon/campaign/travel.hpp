@@ -31,7 +31,7 @@ struct Timing {
     double return_s = 1.0;      // ramps and settling of a return
 };
 
-/// The numbers that tell one drive from another.
+/// All parameters of a drive. Drives with equal numbers are equal.
 std::vector<double> numbers_of(const Drive& drive);
 
 /// The settled motion at one drive by the exact Coulomb law.

@@ -1,10 +1,11 @@
-#include <fstream>
+#include <span>
 
 #include "daemon/command_line/confined_mu.hpp"
 #include "daemon/command_line/rows.hpp"
 #include "daemon/commands/mu/mu_command.hpp"
 #include "daemon/sandbox/outside_program.hpp"
 #include "drivers/errors.hpp"
+#include "drivers/recorded/h5/disk_file.hpp"
 
 namespace shaker::command_line {
 
@@ -41,7 +42,8 @@ std::filesystem::path scripts() {
         "the scripts of the report are not installed: there is no share/shakerd/report/report.py"};
 }
 
-/// The fits of `shakerd mu`, in a file of the report's folder; empty where there are none.
+/// Writes the fits of `shakerd mu` into the report's folder and returns the file's name; without fits an
+/// empty name. A link of that name is replaced, not followed.
 std::string own_fits(const std::vector<std::filesystem::path>& campaigns, const std::filesystem::path& out) {
     commands::MuOptions options{.json = true};
     for (const std::filesystem::path& campaign : campaigns)
@@ -51,7 +53,7 @@ std::string own_fits(const std::vector<std::filesystem::path>& campaigns, const 
                               [&] { return commands::mu_text(options); });
     if (answer.status != manual::exit_ok) return {};
     const std::filesystem::path file = out / "fits.json";
-    std::ofstream{file} << answer.text;
+    h5::replace_file(file, std::as_bytes(std::span{answer.text}));
     return file.string();
 }
 
@@ -71,6 +73,8 @@ int act(const manual::Values& values) {
         program.words.push_back(place.string());
         program.files.reads.push_back(whole ? place : place.parent_path());
     }
+    if (values.text("--output").empty() && std::filesystem::is_symlink(out))
+        throw InputError{out.string() + ": is a link, which is not followed; name a folder by --output"};
     std::filesystem::create_directories(out);
     out = std::filesystem::canonical(out);
     program.files.writes.push_back(out);

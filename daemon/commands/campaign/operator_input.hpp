@@ -22,8 +22,8 @@ public:
     OperatorInput(const OperatorInput&) = delete;
     OperatorInput& operator=(const OperatorInput&) = delete;
 
-    /// The next word; empty when there is none yet. waits: until a word, the end of the input or a signal
-    /// comes.
+    /// Returns the next word, or nothing when none has come yet. With `waits` it first waits until a word,
+    /// the end of the input or a signal comes.
     std::optional<std::string> next(bool waits);
     /// The input has ended.
     [[nodiscard]] bool closed() const noexcept { return closed_; }

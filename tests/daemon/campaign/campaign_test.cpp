@@ -77,6 +77,17 @@ TEST_F(CampaignTest, ContinuesWithThePointInProgress) {
     EXPECT_EQ(points.points[0].v_D.value, whole.points[0].v_D.value) << "not measured again";
 }
 
+// 3 mm from where a pass ends: the identification alone would walk it over the limit at the edge.
+TEST_F(CampaignTest, WalkerNearTheEdgeIsMeasuredWithoutATrip) {
+    std::ofstream{folder_ / "plan.toml"}
+        << "[point]\nperiods = 20\n[[series]]\ngamma = \"0.408g\"\nphi = 4.2470\n";
+    std::ofstream{folder_ / "scene.toml"} << "seed = 5\n[walker]\nstart_mm = -38.44639427297974\n"
+                                             "[top]\nwidth_px = 318\n[side]\nwidth_px = 318\n";
+    options_.run.scene = folder_ / "scene.toml";
+    measure_campaign(options_);
+    EXPECT_EQ(table().points.front().outcome, "measured") << table().points.front().reason;
+}
+
 TEST_F(CampaignTest, FolderInUseIsRefused) {
     std::filesystem::create_directory(options_.folder);
     std::ofstream{options_.folder / "notes.txt"} << "mine";

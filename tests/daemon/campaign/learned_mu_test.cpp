@@ -1,4 +1,4 @@
-// mu of the predictions: as told at first, then as the points show.
+// The mu of the predictions starts with that of the plan and follows the points.
 #include "daemon/campaign/learned_mu.hpp"
 
 #include <gtest/gtest.h>
@@ -31,7 +31,7 @@ TEST(LearnedMuTest, AgreementAndUnknownResultsChangeNothing) {
     EXPECT_EQ(learned.value(), 0.113);
 }
 
-// Around the null v_D tells little about mu: a point whose drift is off by far does not throw the value away.
+// A point with a wrong drift changes mu by 30 % at most.
 TEST(LearnedMuTest, OneStepIsLimited) {
     LearnedMu learned{0.113, paper_g, most_settling};
     learned.add(drive(1, 0), {-0.05, 1e-6});
