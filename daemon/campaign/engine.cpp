@@ -21,6 +21,12 @@ constexpr double most_around_s = 60;         // of a pass, besides measuring
 
 std::size_t side(double v) { return v < 0 ? 0 : 1; }
 
+// The identification could walk the walker over the edge.
+bool near_edge(const Seen& seen) {
+    return std::min(seen.way[0], seen.way[1]) <
+           std::min(identification_way, near_share * (seen.way[0] + seen.way[1]));
+}
+
 }  // namespace
 
 Engine::Engine(std::vector<Point> points, const EngineSettings& settings, const std::vector<int>& ended)
@@ -147,17 +153,16 @@ Action Engine::choose(const Seen& seen) {
             (p.asked.drive.frequency != frequency_ || seen.recorded_s > settings_.longest_recording_s))
             return halt({});
         frequency_ = p.asked.drive.frequency;
-        if (!seen.identified) {
-            if (!idle) return halt({});  // the identification starts from rest
-            const double whole_way = seen.way[0] + seen.way[1];
-            const std::size_t near = side(seen.way[1] < seen.way[0] ? 1 : -1);
-            const bool room = seen.way.at(near) > std::min(identification_way, near_share * whole_way);
-            if (!room && !std::exchange(centred_, true))
-                return lead_back(seen, near == 0 ? -1 : 1, whole_way / 2);
-        }
-        if (!here.fits() || (here.passes > best.passes && returns_ == 0)) {
+        if (!seen.identified && !idle) return halt({});  // the identification starts from rest
+        if (!seen.identified && near_edge(seen) && !std::exchange(centred_, true))
+            return lead_to_middle(seen, seen.way[1] < seen.way[0] ? 1 : -1);
+        // Near the other edge a return cannot end in time.
+        const double least_behind = settings_.timing.least * std::abs(back.v_D) / frequency;
+        const bool room = seen.way[side(-walk.v_D)] > least_behind;
+        if (!here.fits() || (here.passes > best.passes && returns_ == 0 && room)) {
             if (returns_++ < most_returns)
-                return lead_back(seen, walk.v_D, (seen.way[0] + seen.way[1] + kept + best.way) / 2);
+                return room ? lead_back(seen, walk.v_D, (seen.way[0] + seen.way[1] + kept + best.way) / 2)
+                            : lead_to_middle(seen, -walk.v_D);
             end_point(Outcome::failed, "the walker used up its way while it settled");
             continue;
         }
@@ -204,6 +209,11 @@ Action Engine::lead_back(const Seen& seen, double v_D, double target) {
     return go(seen.state == run::RunState::idle, back, {.periods = 0});
 }
 
+// The edge in the direction `ahead` (+1, -1) is near.
+Action Engine::lead_to_middle(const Seen& seen, double ahead) {
+    return lead_back(seen, ahead, (seen.way[0] + seen.way[1]) / 2);
+}
+
 Action Engine::watch_return(const Seen& seen) {
     if (way_back_.arrives(seen.way)) {
         Seen turned = seen;
@@ -219,18 +229,21 @@ Action Engine::watch_return(const Seen& seen) {
 }
 
 Action Engine::watch_pass(const Seen& seen) {
-    if (seen.holding) {
-        if (seen.pending) return {};
-        phase_ = Phase::between;
-        if (!taken_) lose_pass("nothing was measured");
-        return choose(seen);
-    }
     const Walk& walk = walks_.walk(points_[at_].asked.drive);
     const double step = std::abs(walk.v_D) / frequency_;
-    if (seen.way[side(walk.v_D)] > step) return {};
-    early_ = "the walker came near the edge of the picture";
+    const std::size_t ahead = side(walk.v_D);
+    if (seen.holding) {
+        if (seen.pending) return {};
+        if (!taken_) lose_pass("nothing was measured");
+    } else {
+        if (seen.way.at(ahead) > settings_.timing.least * step) return {};
+        early_ = "the walker came near the edge of the picture";
+    }
     phase_ = Phase::between;
-    return choose(seen);
+    Seen turned = seen;  // where the walker is when another drive is in force
+    turned.way.at(ahead) -= settings_.timing.runs_on * step;
+    turned.way.at(1 - ahead) += settings_.timing.runs_on * step;
+    return choose(turned);
 }
 
 // A measurement that a skipped point had under way belongs to no point.

@@ -114,6 +114,7 @@ private:
     Action go(bool idle, const Drive& drive, const run::Task& task);
     Action halt(const std::string& why);
     Action lead_back(const Seen& seen, double v_D, double target);
+    Action lead_to_middle(const Seen& seen, double ahead);
     Action watch_pass(const Seen& seen);
     Action watch_return(const Seen& seen);
     [[nodiscard]] int missing_periods() const;

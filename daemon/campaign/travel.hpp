@@ -26,7 +26,9 @@ struct Timing {
     int drive_settles = 25;     // from the end of the ramp until the drive has been found at its target
     int settle_at_most = 400;   // then the measurement starts anyway
     double result_s = 0.35;     // from the last period to the next set-point
-    double kept = 3;            // of way at the edge, that no pass is planned to use
+    double runs_on = 3;         // from the order of another drive until it is in force
+    double kept = 5;            // of way at the edge, that no pass is planned to use
+    double least = 4;           // of way that is left: the pass ends. runs_on, and a period for the place
     double return_mps = 0.035;  // velocity of a return
     double return_s = 1.0;      // ramps and settling of a return
 };

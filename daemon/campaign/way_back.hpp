@@ -50,7 +50,8 @@ public:
     Done end() noexcept {
         constexpr double learned = 0.5, most_periods = 8;  // share of the newest return; of run-out
         left_ = false;
-        goes_on_ = std::min(std::lerp(goes_on_, (farthest_ - left_at_) / step_, learned), most_periods);
+        if (farthest_ > left_at_)  // else another return was ordered at once
+            goes_on_ = std::min(std::lerp(goes_on_, (farthest_ - left_at_) / step_, learned), most_periods);
         const double forward = ahead_ == 0 ? -1 : 1;
         return {x_m_, x_m_ - forward * (target_ - way_), x_m_ - forward * (farthest_ - way_), for_s_};
     }

@@ -108,6 +108,7 @@ void Sequence::take_stamps(const acquisition::Streams& streams, acquisition::Cha
             ++underruns_;
             start_again(played.lost, channels);
             now_s_ = std::max(now_s_, heard_s);  // the clock starts again and may be behind
+            walker_.dac_was_silent(duration_s(played.lost, dac_rate_hz_), now_s_);
         } else {
             now_s_ = heard_s;
         }

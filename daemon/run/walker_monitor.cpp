@@ -104,6 +104,11 @@ void WalkerMonitor::add(const acquisition::Streams& streams, double now_s, doubl
     }
 }
 
+void WalkerMonitor::dac_was_silent(double silent_s, double now_s) noexcept {
+    for (Source& s : sources_) s.came_s = std::min(s.came_s + silent_s, now_s);
+    found_s_ = std::min(found_s_ + silent_s, now_s);
+}
+
 // Positions of two cameras are not compared: the drifts restart.
 void WalkerMonitor::follow(const acquisition::TargetTrack& walker) {
     if (!camera_.empty()) {

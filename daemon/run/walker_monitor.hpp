@@ -20,6 +20,8 @@ public:
     /// longer and another one is not, that one is followed; when none is left, the place is forgotten.
     /// A steady delay of a camera is not silence: the time between arrivals counts.
     void add(const acquisition::Streams& streams, double now_s, double missing_s);
+    /// The DAC was silent for `silent_s` up to now_s. It triggers the cameras: that time is not theirs.
+    void dac_was_silent(double silent_s, double now_s) noexcept;
     /// The drive's frequency from now on: the drifts restart.
     void set_frequency(double frequency);
     /// True when a working camera tracks the walker.

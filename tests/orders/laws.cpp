@@ -197,8 +197,8 @@ void Laws::check_left(std::span<const double> volts) {
     rests_ = rests_ || !driven;
 }
 
-// The newest picture of any camera may be as old as the limits say; two blocks and a soft stop follow, also
-// after the thread that judges it stood still.
+// The newest picture of any camera may be as old as the limits say, but for silences of the DAC; two blocks
+// and a soft stop follow, also after the thread that judges it stood still.
 void Laws::check_view(double volt, std::int64_t tick) {
     if (std::abs(volt) <= silence_V || frame_rate_hz_ <= 0) return;
     const double stop_s = 2 * static_cast<double>(block_) / rate_hz_ + limits_.soft_stop_s;
@@ -262,6 +262,7 @@ void Laws::played(std::span<const double> volts, std::int64_t lost) {
     next_ += static_cast<std::int64_t>(volts.size()) + lost;
     if (lost == 0) return;
     checked_ = false;
+    pictured_at_ += lost;  // the DAC triggers the cameras
     aged_from_ = std::max(aged_from_, next_ + samples(caught_up_s));
     judged_at_ = std::max(judged_at_, next_ - samples(patience_floor_s_));
 }

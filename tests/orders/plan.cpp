@@ -139,7 +139,8 @@ std::string scene_fault(const Fault& f, double from_s) {
         case FaultKind::drop:
             return text + fmt::format("value = {}\n", 1 + static_cast<int>(40 * f.value));
         case FaultKind::underrun:
-            return text + fmt::format("value = {}\n", 1 + static_cast<int>(4000 * f.value));
+            return text + fmt::format("value = {}\n",
+                                      static_cast<int>(40 * std::pow(1500.0, f.value)));  // to 1.25 s
         case FaultKind::gain:
             return text + fmt::format("for_s = {}\nvalue = {}\n", f.for_s, 0.2 + 2 * f.value);
         case FaultKind::late:

@@ -196,7 +196,7 @@ Led lead(run::Runner& runner, campaign::Engine& engine, campaign::CampaignFolder
         const bool any = campaign.step(streams, channels);
         if (const std::string why = journal.failure(); !why.empty())
             engine.failed("the journal cannot be written: " + why + "; make room, then resume");
-        lines.status(campaign.time().sum());
+        lines.status(campaign.time().sum() - campaign.time().checking);
         // A bench on virtual time waits in a pause for the operator; a real one goes on playing silence. What
         // a word has begun goes on before the next one is read.
         const bool waits = campaign.waits_for_a_person();

@@ -14,7 +14,9 @@
 namespace shaker::campaign {
 namespace {
 
-constexpr double dt_s = 0.05;  // a period
+constexpr double dt_s = 0.05;    // a period
+constexpr int runs_on = 3;       // periods from an order until it is in force: the walker goes on as before
+constexpr double margin = 2e-3;  // m, from the end of the way to the limit at the edge
 
 /// Plays the bench in steps of one period.
 class PlayedBench {
@@ -44,7 +46,7 @@ public:
 
     std::vector<Event> events;
     double now_s_ = 0;
-    int edges = 0;  // times that the walker was beyond its way
+    int edges = 0;  // times that the walker was beyond the limit at the edge
     int starts = 0;
     bool fails = false;  // no measurement can be reduced
     double free_bytes = INFINITY;
@@ -79,7 +81,9 @@ private:
             measured_s_ = 0;
         }
     }
+    [[nodiscard]] const Drive& played() const { return now_s_ < runs_on_s_ - 1e-9 ? before_ : drive_; }
     void aim(const Drive& drive, const run::Task& task) {
+        if (state_ == run::RunState::run) before_ = played(), runs_on_s_ = now_s_ + runs_on * dt_s;
         state_ = run::RunState::run;
         drive_ = drive;
         task_ = task;
@@ -89,8 +93,8 @@ private:
     }
     void move(Engine& engine) {
         if (state_ != run::RunState::run) return;
-        x_m_ += walks_.at(drive_).v_D * dt_s;
-        if (std::abs(x_m_) > length_m_ / 2 + 1e-3) ++edges;
+        x_m_ += walks_.at(played()).v_D * dt_s;
+        if (std::abs(x_m_) > length_m_ / 2 + margin) ++edges;
         if (left_ == 0 || now_s_ < settled_s_) return;
         measured_s_ += dt_s;
         if (measured_s_ < (task_.periods + 2) * dt_s - 1e-9) return;
@@ -118,7 +122,8 @@ private:
     double length_m_, x_m_;
     WalkPredictor walks_;
     run::RunState state_ = run::RunState::idle;
-    Drive drive_;
+    Drive drive_, before_;
+    double runs_on_s_ = 0;  // before_ is in force until then
     run::Task task_;
     int left_ = 0, number_ = 0;
     double settled_s_ = 0, measured_s_ = 0, started_s_ = 0;

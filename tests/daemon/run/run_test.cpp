@@ -224,6 +224,16 @@ TEST(RunTest, CoveredWalkerStopsDrive) {
     EXPECT_NE(o.err.find("tracking_lost"), std::string::npos) << o.err;
 }
 
+// The DAC triggers the cameras: without it no picture comes.
+TEST(RunTest, ASilentDacIsNoSilenceOfTheCameras) {
+    const auto folder = fresh_folder();
+    std::ofstream{folder / "silent.toml"} << "[top]\nframe_rate_hz = 200\n[side]\nframe_rate_hz = 200\n"
+                                             "[[fault]]\nwhat = \"underrun\"\nvalue = 72000\nat_s = 3\n";
+    const Outcome o = shakerd("run --no-identify --scene silent.toml --gamma 0.7g --periods 20", folder);
+    EXPECT_EQ(o.status, 0) << o.err;
+    EXPECT_NE(o.err.find("was silent for 15"), std::string::npos) << o.err;
+}
+
 TEST(RunTest, DriveBeyondLimitsIsRefusedWithFigures) {
     const auto folder = fresh_folder();
     std::ofstream{folder / "weak.toml"} << "[shaker]\namplifier_gain = 1.0\n";
