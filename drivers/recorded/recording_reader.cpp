@@ -62,6 +62,11 @@ RecordingReader::RecordingReader(const std::filesystem::path& file, Open open)
         throw InputError{file.string() + ": not a recording of shakerd: it has no group \"entry\""};
     opened_->entry = h5::open_group(opened_->file.get(), "entry");
     const hid_t e = opened_->entry.get();
+    if (!h5::exists(e, "raw"))
+        throw InputError{file.string() + ": not a recording: it has no group \"entry/raw\"" +
+                         (h5::exists(e, "passes") ? "; the points of a campaign are read by export, mu and "
+                                                    "report, and made anew by campaign --reduce FOLDER"
+                                                  : "")};
     RecordingHeader& header = opened_->header;
     header.title = h5::read_text(e, "title");
     if (h5::exists(e, "start_time")) header.started = h5::read_text(e, "start_time");

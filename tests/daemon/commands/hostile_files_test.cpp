@@ -106,6 +106,24 @@ TEST(HostileFilesTest, RecordingWithOneTextSpoilt) {
     EXPECT_GE(replayed, 20);
 }
 
+TEST(HostileFilesTest, CampaignWithEveryTextSpoilt) {
+    const fs::path folder = fresh_folder();
+    std::ofstream{folder / "plan.toml"}
+        << "[point]\nperiods = 8\n[[series]]\ngamma = \"0.5g\"\nphi = [0, 1]\n";
+    ASSERT_EQ(shakerd("campaign plan.toml --rig sim: -o points", folder).status, 0);
+    const Outcome replay = shakerd("replay points/campaign.nxs", folder);
+    EXPECT_EQ(replay.status, 2);
+    EXPECT_NE(replay.err.find("campaign --reduce"), std::string::npos) << replay.err;
+    EXPECT_GE(spoil(folder / "points/campaign.nxs", Spoil::all).size(), 8U);
+    for (const char* command :
+         {"export points/campaign.nxs", "export --json -o other points/campaign.nxs", "mu points",
+          "mu --json points", "report points", "replay points/campaign.nxs", "campaign --reduce points"})
+        expect_clean(command, folder);
+    std::ofstream{folder / "points/journal.jsonl", std::ios::app} << test::hostile_text << "\n";
+    for (const char* command : {"campaign --reduce points", "campaign --continue points", "report points"})
+        expect_clean(command, folder);
+}
+
 // TOML has escapes for control characters, so its texts can have any.
 TEST(HostileFilesTest, SessionWithHostileNames) {
     const fs::path folder = fresh_folder();
