@@ -29,7 +29,8 @@ bool near_edge(const Seen& seen) {
 
 }  // namespace
 
-Engine::Engine(std::vector<Point> points, const EngineSettings& settings, const std::vector<int>& ended)
+Engine::Engine(std::vector<Point> points, const EngineSettings& settings, const std::vector<int>& ended,
+               const std::vector<law::Point>& known)
     : points_{std::move(points)},
       over_(points_.size(), false),
       settings_{settings},
@@ -40,13 +41,35 @@ Engine::Engine(std::vector<Point> points, const EngineSettings& settings, const 
         over_[static_cast<std::size_t>(p - points_.begin())] = true;
         ++ended_;
     }
+    if (settings.mu_target > 0) choice_.emplace(settings.mu_target, settings.mu, settings.g);
+    for (const law::Point& p : known)
+        if (choice_) choice_->add(p);
     to_next();
 }
 
 void Engine::to_next() {
     begun_ = false;
     phase_ = Phase::between;
-    at_ = static_cast<std::size_t>(std::ranges::find(over_, false) - over_.begin());
+    at_ = choice_ ? choice_->next(points_, over_,
+                                  [this](std::span<const Point* const> together) { return cost_s(together); })
+                  : static_cast<std::size_t>(std::ranges::find(over_, false) - over_.begin());
+}
+
+double Engine::cost_s(std::span<const Point* const> points) {
+    constexpr double recording_s = 3;  // to end one and to start the next
+    const bool seen = std::isfinite(way_[0]);
+    double place = seen ? (way_[0] - way_[1]) / 2 : 0, cost = 0;
+    for (const Point* p : points) {
+        const double frequency = p->asked.drive.frequency;
+        const Walk& walk = walks_.walk(p->asked.drive);
+        const Walk& back = walks_.walk(return_drive(points_, walk.v_D < 0 ? 1 : -1, frequency));
+        const double free_way = way_[0] + way_[1] - kept_way(walk, back, settings_.timing, frequency);
+        const Travel t = travel(p->asked, walk, settings_.timing, free_way);
+        if (!t.fits()) return INFINITY;
+        cost += lead(t, settings_.timing, free_way, place).bench_s();
+        if (frequency != frequency_) cost += recording_s / static_cast<double>(points.size());
+    }
+    return cost;
 }
 
 const Point* Engine::point() const noexcept { return at_ < points_.size() ? &points_[at_] : nullptr; }
@@ -75,6 +98,7 @@ calibration::Estimate Engine::result(int point) const {
 Action Engine::next(const Seen& seen) {
     if (done_) return {};
     x_m_ = seen.x_m;
+    way_ = seen.way;
     if (way_back_.left()) way_back_.follow(seen.way.at(way_back_.ahead()));
     if (seen.state == run::RunState::tripped) {
         if (!std::exchange(tripped_, true)) {
@@ -259,6 +283,12 @@ void Engine::take(const on_call::Measured& measured) {
     const recording::MeasuredPart& part = measured.measurement.part;
     measured_ += static_cast<int>(std::lround((part.to_s - part.from_s) * frequency_));
     const calibration::Estimate& v_D = measured.reduction->v_D;
+    if (choice_) {
+        law::Point pass = law::point_of(*measured.reduction, points_[at_].asked.drive);
+        pass.number = points_[at_].id;
+        pass.partner = points_[at_].partner;
+        choice_->add(std::move(pass));
+    }
     sum_ += v_D.value / (v_D.sigma * v_D.sigma);
     weight_ += 1 / (v_D.sigma * v_D.sigma);
 }

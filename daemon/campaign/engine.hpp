@@ -12,6 +12,7 @@
 
 #include "daemon/campaign/journal.hpp"
 #include "daemon/campaign/learned_mu.hpp"
+#include "daemon/campaign/mu_choice.hpp"
 #include "daemon/campaign/plan.hpp"
 #include "daemon/campaign/travel.hpp"
 #include "daemon/campaign/way_back.hpp"
@@ -59,6 +60,7 @@ enum class Word { pause, resume, skip, repeat, stop };
 
 struct EngineSettings {
     double mu = 0.113;                  // friction coefficient by which walks are predicted at first
+    double mu_target = 0;               // relative standard error of mu at which it ends; 0: all points
     double g = paper_g;                 // m/s^2
     double longest_recording_s = 3600;  // then the next point starts a new one
     double bytes_per_s = 0.5e6;         // of a recording
@@ -70,11 +72,13 @@ struct EngineSettings {
 /// A point is measured in one go if the walker's way allows it, else in passes. Before a pass that does not
 /// fit into what is left, the walker returns: a move at a drive of its own. A point that fails is tried again
 /// once, then left out. A trip, a refused start, a full disk pause the campaign until `resume`; the engine
-/// never clears a trip.
+/// never clears a trip. With a target for mu, the next point is the one that helps most (MuChoice), and the
+/// campaign ends at the target.
 class Engine {
 public:
-    /// ended: numbers of the points that need no further measurement.
-    Engine(std::vector<Point> points, const EngineSettings& settings, const std::vector<int>& ended = {});
+    /// ended: numbers of the points that need no further measurement. known: measured points, for mu_target.
+    Engine(std::vector<Point> points, const EngineSettings& settings, const std::vector<int>& ended = {},
+           const std::vector<law::Point>& known = {});
 
     /// The next order; nothing while the bench is on its way.
     Action next(const Seen& seen);
@@ -105,6 +109,8 @@ public:
     [[nodiscard]] std::string doing() const;
     /// The walk that is predicted for a drive.
     [[nodiscard]] run::PredictedWalk walk(const Drive& drive);
+    /// With a target for mu: what is known of it, and how far that is from the target. Empty without one.
+    [[nodiscard]] std::string known_mu() const { return choice_ ? choice_->sentence() : std::string{}; }
     /// The mu of the predictions.
     [[nodiscard]] double mu() const noexcept { return walks_.value(); }
 
@@ -122,6 +128,7 @@ private:
     void note_return();
     void repeat();
     void to_next();
+    [[nodiscard]] double cost_s(std::span<const Point* const> points);
     void begin_point(const Point& point);
     void end_pass(const on_call::Measured& measured, PassEnded::How how, std::string reason);
     void lose_pass(const std::string& reason);
@@ -133,6 +140,7 @@ private:
     std::vector<bool> over_;  // one for each point
     EngineSettings settings_;
     LearnedMu walks_;
+    std::optional<MuChoice> choice_;  // empty: the points come in their order
     std::size_t ended_ = 0;
     // The point in progress, or the next one.
     std::size_t at_ = 0;
@@ -140,9 +148,10 @@ private:
     int tries_ = 0;  // that failed
     int pass_ = 0;
     double x_from_m_ = unknown, x_m_ = unknown;  // of the walker: at the order of the pass, now
-    int measured_ = 0;                           // periods
-    double sum_ = 0, weight_ = 0;                // v_D / sigma^2 and 1 / sigma^2 of its passes
-    int returns_ = 0;                            // without a pass between them
+    std::array<double, 2> way_{INFINITY, INFINITY};
+    int measured_ = 0;             // periods
+    double sum_ = 0, weight_ = 0;  // v_D / sigma^2 and 1 / sigma^2 of its passes
+    int returns_ = 0;              // without a pass between them
     Phase phase_ = Phase::between;
     bool centred_ = false;    // led to the middle before the response was identified
     double frequency_ = 0;    // of the drive, Hz

@@ -39,6 +39,7 @@ void Engine::repeat() {
     static const std::string reason = "repeated by the operator";
     for (const int pass : last_.passes) events_.emplace_back(PassLost{last_.point, pass, reason});
     results_.erase(last_.point);
+    if (choice_) choice_->forget(last_.point);
     last_ = {};
     over_[i] = false;
     --ended_;

@@ -38,6 +38,7 @@ struct Plan {
     std::string file;  // name of the file, for messages
     std::string title;
     double mu = 0.113;          // friction coefficient for predictions until the campaign has measured it
+    double mu_target = 0;       // relative standard error of mu at which the campaign ends; 0: all points
     double edge_margin_mm = 2;  // a pass ends softly so far inside the limit at the edge
     std::vector<Series> series{};
 };

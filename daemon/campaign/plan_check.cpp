@@ -58,7 +58,8 @@ nlohmann::ordered_json json_row(const CheckedPoint& c) {
 }  // namespace
 
 PlanCheck check_plan(const Plan& plan, const CheckSettings& settings) {
-    PlanCheck check{.title = plan.title, .mu = plan.mu, .free_way = settings.way.length()};
+    PlanCheck check{
+        .title = plan.title, .mu = plan.mu, .mu_target = plan.mu_target, .free_way = settings.way.length()};
     WalkPredictor predictor{plan.mu, settings.gravity, settings.timing.settle_at_most};
     double place = settings.start, frequency = 0;
     std::vector<Point> points = schedule(plan);
@@ -96,6 +97,11 @@ std::string check_text(const PlanCheck& check) {
     for (const CheckedPoint& c : check.points) text += row(c);
     for (const CheckedPoint& c : check.points)
         if (!c.travel.fits()) text += fmt::format("point {} does not fit: {}\n", c.point.id, c.travel.why);
+    if (check.mu_target > 0)
+        text += fmt::format(
+            "\nthe campaign ends when mu is known to {:.2g} %, and chooses the next point by "
+            "what it adds to that\n",
+            100 * check.mu_target);
     return text +
            fmt::format(
                "\n{} points, {} fit\nbench time {}: measuring {}, settling {}, returning {}, start {}, "
@@ -106,7 +112,10 @@ std::string check_text(const PlanCheck& check) {
 }
 
 std::string check_json(const PlanCheck& check) {
-    nlohmann::ordered_json j{{"title", check.title}, {"mu", check.mu}, {"free_way_m", check.free_way}};
+    nlohmann::ordered_json j{{"title", check.title},
+                             {"mu", check.mu},
+                             {"mu_target", check.mu_target},
+                             {"free_way_m", check.free_way}};
     j["points"] = nlohmann::ordered_json::array();
     for (const CheckedPoint& c : check.points) j["points"].push_back(json_row(c));
     j["fit"] = check.points.size() - check.failing;

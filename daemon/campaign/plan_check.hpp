@@ -30,7 +30,8 @@ struct CheckedPoint {
 
 struct PlanCheck {
     std::string title;
-    double mu = 0, free_way = 0;  // m
+    double mu = 0, mu_target = 0;  // of the plan
+    double free_way = 0;           // m
     std::vector<CheckedPoint> points{};
     std::size_t failing = 0;  // points that do not fit
     double once_s = 0;        // and the sums of the points, s:

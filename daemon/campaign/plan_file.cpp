@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 #include <numbers>
 #include <span>
 
@@ -14,7 +15,7 @@ namespace shaker::campaign {
 namespace {
 
 constexpr std::span<const PointField> all_fields{point_fields};
-constexpr Range frictions{1e-3, 10}, margins_mm{0, 1000};
+constexpr Range frictions{1e-3, 10}, margins_mm{0, 1000}, targets_percent{1e-3, 50};
 
 bool same_angle(double a, double b) { return std::abs(std::remainder(a - b, two_pi)) < 1e-9; }
 
@@ -112,9 +113,25 @@ Series read_series(SettingsTable& table, std::size_t number, const PointSettings
     return s;
 }
 
+// "mu 0.2 %": relative standard error of mu at which the campaign ends.
+double read_target(SettingsTable& root) {
+    if (!root.has("stop_at")) return 0;
+    const std::string words = root.text("stop_at");
+    double percent = 0;
+    int used = 0;
+    if (std::sscanf(words.c_str(), "mu %lf %%%n", &percent, &used) != 1 ||
+        static_cast<std::size_t>(used) != words.size())
+        root.fail("stop_at", fmt::format("\"{}\"; expected \"mu X %\", for example \"mu 0.2 %\"", words));
+    if (!(percent >= targets_percent.min && percent <= targets_percent.max))
+        root.fail("stop_at", fmt::format("{:g} %; {:g} to {:g} % is allowed", percent, targets_percent.min,
+                                         targets_percent.max));
+    return percent / 100;
+}
+
 Plan read(SettingsTable root, const std::string& file) {
     Plan plan{.file = file, .title = root.text("title", file)};
     plan.mu = root.number("mu", frictions, plan.mu);
+    plan.mu_target = read_target(root);
     plan.edge_margin_mm = root.number("edge_margin_mm", margins_mm, plan.edge_margin_mm);
     SettingsTable point = root.table("point");
     PointSettings defaults;

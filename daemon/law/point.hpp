@@ -22,12 +22,17 @@ struct Point {
     calibration::Estimate gamma{}, rho{}, phi{};  // m/s^2, 1, rad, measured
     calibration::Estimate v_D{};                  // m/s
     double true_v_D = NAN;                        // m/s; NaN: not a simulated bench
+    int periods = 0;                              // measured
     Harmonics<Acceleration> base{};               // measured, m/s^2
     std::array<double, max_harmonics> base_sd{};  // of each real and imaginary part, m/s^2
     double phases_per_period = 0;                 // frames of one view in a period; 0: not known
     reduction::Cycle cycle{};                     // empty: not measured
     std::vector<reduction::StickInterval> stick{};
 };
+
+/// The point of one measurement, as far as the fits to v_D need it: without cycle, stick intervals, number,
+/// partner.
+Point point_of(const reduction::Reduction& result, const Drive& asked);
 
 /// gamma/omega, m/s: the scale of velocities at the set-point.
 inline double velocity_scale(const Point& p) noexcept { return p.asked.gamma / (two_pi * p.asked.frequency); }

@@ -145,16 +145,4 @@ double coulomb_theta(double Gamma) noexcept {
     return 2 * std::asin(std::numbers::pi / (Gamma + std::sqrt(Gamma) * h));
 }
 
-double mu_from_coulomb_theta(double theta, double gamma, double g) noexcept {
-    double low = coulomb_theta_from, high = coulomb_theta_to;
-    if (!(theta <= coulomb_theta(low) && theta >= coulomb_theta(high))) {
-        return std::numeric_limits<double>::quiet_NaN();
-    }
-    while (true) {  // Theta decreases with Gamma
-        const double mid = (low + high) / 2;
-        if (mid <= low || mid >= high) return gamma / (mid * g);
-        (coulomb_theta(mid) > theta ? low : high) = mid;
-    }
-}
-
 }  // namespace shaker::reduction

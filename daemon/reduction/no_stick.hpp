@@ -45,7 +45,5 @@ inline constexpr double coulomb_theta_to = 1000;
 /// not hold there: its fit to such data gives a mu 14 to 22 % too small. Relative error below 1e-7; decreases
 /// with Gamma; NaN outside the range.
 double coulomb_theta(double Gamma) noexcept;
-/// The mu for which coulomb_theta(gamma/(mu g)) = theta; NaN outside the range.
-double mu_from_coulomb_theta(double theta, double gamma, double g = paper_g) noexcept;
 
 }  // namespace shaker::reduction

@@ -3,8 +3,6 @@
 #include <cmath>
 #include <numbers>
 
-#include "daemon/reduction/no_stick.hpp"
-
 namespace shaker::reduction {
 
 namespace {
@@ -22,7 +20,7 @@ bool alike(const Drive& a, const Drive& b) {
 // a - b, wrapped to -pi..pi.
 double between(double a, double b) { return std::remainder(a - b, two_pi); }
 
-NullPhase null_between(const DrivenPoint& a, const DrivenPoint& b, double g) {
+NullPhase null_between(const DrivenPoint& a, const DrivenPoint& b) {
     const double width = between(b.phi.value, a.phi.value);
     const double rise = b.v_D.value - a.v_D.value;
     const double share = -a.v_D.value / rise;  // share of the way from a to b
@@ -33,14 +31,6 @@ NullPhase null_between(const DrivenPoint& a, const DrivenPoint& b, double g) {
                                  std::hypot((1 - share) * a.phi.sigma, share * b.phi.sigma,
                                             bend * width * width / (widest_bracket * widest_bracket)));
     null.theta = {null.phi0.value - std::numbers::pi / 2, null.phi0.sigma};
-    const double gamma = (a.gamma.value + b.gamma.value) / 2;
-    const double gamma_sigma = std::hypot(a.gamma.sigma, b.gamma.sigma) / 2;
-    const auto mu = [&](double theta) { return mu_from_coulomb_theta(theta, gamma, g); };
-    null.mu.value = mu(null.theta.value);
-    const double step = std::max(null.theta.sigma, 1e-6);
-    const double by_theta =
-        (mu(null.theta.value + step) - mu(null.theta.value - step)) / 2 / step * null.theta.sigma;
-    null.mu.sigma = std::hypot(by_theta, null.mu.value * gamma_sigma / gamma);
     return null;
 }
 
@@ -60,7 +50,7 @@ std::optional<MirrorPair> mirror_pair(std::span<const DrivenPoint> points) {
     return std::nullopt;
 }
 
-std::optional<NullPhase> null_phase(std::span<const DrivenPoint> points, double g) {
+std::optional<NullPhase> null_phase(std::span<const DrivenPoint> points) {
     if (points.empty()) return std::nullopt;
     const DrivenPoint& a = points.back();
     const DrivenPoint* nearest = nullptr;
@@ -72,7 +62,7 @@ std::optional<NullPhase> null_phase(std::span<const DrivenPoint> points, double 
         if (across && (nearest == nullptr || std::abs(width(b)) <= std::abs(width(*nearest)))) nearest = &b;
     }
     if (nearest == nullptr) return std::nullopt;
-    return null_between(a, *nearest, g);
+    return null_between(a, *nearest);
 }
 
 }  // namespace shaker::reduction

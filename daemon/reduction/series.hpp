@@ -1,5 +1,5 @@
 #pragma once
-// Results from several measurements: drift without the effect of tilt, null phase, mu.
+// Results from several measurements: drift without the effect of tilt, null phase.
 #include <optional>
 #include <span>
 
@@ -24,17 +24,15 @@ struct MirrorPair {
 /// For the newest point; empty until its partner (phi + pi) has been measured. Points in order of time.
 std::optional<MirrorPair> mirror_pair(std::span<const DrivenPoint> points);
 
-/// The null of v_D with dv_D/dphi < 0, and the mu of a walker with Coulomb friction that follows from it
-/// (no_stick.hpp).
+/// The null of v_D with dv_D/dphi < 0.
 struct NullPhase {
     calibration::Estimate phi0;   // rad
     calibration::Estimate theta;  // phi0 - pi/2, rad
-    calibration::Estimate mu;     // NaN outside the range of coulomb_theta()
 };
 /// Linear interpolation between the newest point and a neighbour in phi on the other side of the null, at
-/// most `widest_bracket` away, with the same drive and rho = 1/2. sigma includes the errors of v_D and gamma
-/// and the possible curvature over the bracket. Empty without such a pair. g: gravity of the place, m/s^2.
-std::optional<NullPhase> null_phase(std::span<const DrivenPoint> points, double g = paper_g);
+/// most `widest_bracket` away, with the same drive and rho = 1/2. sigma includes the errors of v_D and the
+/// possible curvature over the bracket. Empty without such a pair.
+std::optional<NullPhase> null_phase(std::span<const DrivenPoint> points);
 inline constexpr double widest_bracket = 0.175;  // rad
 
 }  // namespace shaker::reduction

@@ -34,7 +34,8 @@ BenchService::BenchService(run::Runner& runner, const BenchServiceSettings& sett
       filed_limits_{on_call_.limits()},
       sequence_{runner.sequence()},
       record_{runner.recordings()},
-      report_{std::make_unique<StateBuilder>(bench_, collector_, sequence_, bench_port.feed())} {
+      report_{std::make_unique<StateBuilder>(bench_, collector_, sequence_, bench_port.feed())},
+      live_mu_{bench_.gravity, settings.beside} {
     BenchFacts facts{.rig = bench_.rig.name,
                      .dac = bench_.rig.dac->info(),
                      .accelerometer = bench_.rig.accelerometer->info(),
@@ -90,15 +91,17 @@ void BenchService::take_outcome() {
         }
         points_.push_back({m->measurement.asked, result_->gamma, result_->phi, result_->v_D});
         parts_.push_back(part);
+        live_mu_.add(*result_, m->measurement.asked);
         compare_points();
     }
+    if (live_mu_.follow()) compare_points();
 }
 
 // Compares the newest point with its mirror point, and all points with the closed form without stick.
 void BenchService::compare_points() {
     mirror_ = mirror_pair(points_);
-    if (const auto null = null_phase(points_, bench_.gravity)) null_ = null;
-    if (null_ && std::isfinite(null_->mu.value)) mu_ = null_->mu;
+    if (const auto null = null_phase(points_)) null_ = null;
+    if (const law::Fit& mu = live_mu_.mu(); std::isfinite(mu.value)) mu_ = {mu.value, mu.error};
     closed_form_.clear();
     for (const reduction::DrivenPoint& p : points_) {
         Drive measured = p.asked;
@@ -203,6 +206,7 @@ void BenchService::publish() {
     state->mirror = mirror_;
     state->null = null_;
     state->mu = mu_;
+    state->fitted_mu = live_mu_.mu();
     state->closed_form = closed_form_;
     state->recording = {record_.name(), record_.finishing(), record_.backlog(), record_.pieces_lost(),
                         record_.free_bytes()};

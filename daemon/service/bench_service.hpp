@@ -16,6 +16,7 @@
 #include "daemon/run/runner.hpp"
 #include "daemon/run/walk_prediction.hpp"
 #include "daemon/service/bench_port.hpp"
+#include "daemon/service/live_mu.hpp"
 
 namespace shaker::service {
 
@@ -109,6 +110,7 @@ private:
     std::optional<reduction::MirrorPair> mirror_;
     std::optional<reduction::NullPhase> null_;
     std::vector<double> closed_form_;
+    LiveMu live_mu_;
     calibration::Estimate mu_;
     std::vector<safety::Demand> predicted_;
     std::shared_ptr<const control::IdentifiedResponse> response_;

@@ -12,6 +12,7 @@
 #include "daemon/acquisition/period_jitter.hpp"
 #include "daemon/acquisition/real_time_grant.hpp"
 #include "daemon/control/identification.hpp"
+#include "daemon/law/fit.hpp"
 #include "daemon/recording/journal.hpp"
 #include "daemon/reduction/reduction.hpp"
 #include "daemon/reduction/series.hpp"
@@ -147,7 +148,8 @@ struct BenchState {
     std::vector<double> closed_form;              // v_D without stick, m/s, one per point; NaN: mu not known
     std::optional<reduction::MirrorPair> mirror;  // newest point and its partner at phi + pi
     std::optional<reduction::NullPhase> null;     // newest phase without drift
-    calibration::Estimate mu;                     // from `null`, otherwise from the settings; NaN: not known
+    calibration::Estimate mu;  // fitted, otherwise from the settings; NaN: not known
+    law::Fit fitted_mu;        // mu_ac of the newest measurements; NaN with the reason in its note
     std::vector<ClockState> clocks;
     std::vector<DeviceReport> devices;
     LostState lost;

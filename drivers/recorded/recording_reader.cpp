@@ -65,7 +65,7 @@ RecordingReader::RecordingReader(const std::filesystem::path& file, Open open)
     if (!h5::exists(e, "raw"))
         throw InputError{file.string() + ": not a recording: it has no group \"entry/raw\"" +
                          (h5::exists(e, "passes") ? "; the points of a campaign are read by export, mu and "
-                                                    "report, and made anew by campaign --reduce FOLDER"
+                                                    "report, and made again by campaign --reduce FOLDER"
                                                   : "")};
     RecordingHeader& header = opened_->header;
     header.title = h5::read_text(e, "title");

@@ -1,6 +1,8 @@
 // Campaigns of mu.toml on simulated benches with drawn friction, tilt and noise: bias and scatter of the fits
 //   --count N (20): campaigns   --seed N (1): of the first   --jobs N (2): at a time
 //   --mu VALUE: the same friction in all of them, instead of 0.07 to 0.2   --folder PATH (the temporary one)
+//   --times N (0): bench time against error, of the adaptive choice, of even sweeps and of the paper's
+//   procedure, on N benches
 #include <spdlog/fmt/fmt.h>
 
 #include <algorithm>
@@ -41,18 +43,25 @@ Truth draw(std::uint64_t seed, double mu, const std::filesystem::path& folder) {
     return truth;
 }
 
-void add(const std::filesystem::path& folder, const Truth& truth, std::map<std::string, Found>& all,
-         std::mutex& guard) {
-    const std::string plan = test::source_dir() + "/daemon/campaign/plans/mu.toml";
+/// The fits of a campaign; empty when it failed. bench_s: its bench time.
+nlohmann::json measured(const std::filesystem::path& folder, const std::string& plan,
+                        double* bench_s = nullptr) {
     const auto run = test::shakerd(fmt::format("campaign {} --scene scene.toml -o points", plan), folder);
     const auto fits = test::shakerd("mu points --json", folder);
-    const std::scoped_lock lock{guard};
     if (run.status != 0 || fits.status != 0) {
         fmt::print(stderr, "{}: {}{}{}\n", folder.string(), run.out, run.err, fits.err);
-        return;
+        return nlohmann::json::array();
     }
-    const auto json = nlohmann::json::parse(fits.out);
-    for (const auto& fit : json["fits"]) {
+    const std::size_t at = run.out.find("points measured; ");
+    if (bench_s != nullptr && at != std::string::npos) *bench_s = std::atof(run.out.c_str() + at + 17);
+    return nlohmann::json::parse(fits.out)["fits"];
+}
+
+void add(const std::filesystem::path& folder, const Truth& truth, std::map<std::string, Found>& all,
+         std::mutex& guard) {
+    const auto fits = measured(folder, test::source_dir() + "/daemon/campaign/plans/mu.toml");
+    const std::scoped_lock lock{guard};
+    for (const auto& fit : fits) {
         const std::string name = fit["name"];
         const bool is_mu = name == "mu_ac" || name == "mu_k";
         if ((!is_mu && name != "tilt") || !fit["value"].is_number()) continue;
@@ -62,6 +71,67 @@ void add(const std::filesystem::path& folder, const Truth& truth, std::map<std::
     }
 }
 
+struct Procedure {
+    std::string name, plan, fit;
+};
+
+/// 14 gammas from 0.4 to 3 g and 12 phases are the candidates of the adaptive choice; even sweeps have every
+/// n-th of them.
+std::vector<Procedure> procedures() {
+    constexpr const char* series = "[[series]]\norder = \"mirror\"\n";
+    std::vector<Procedure> all;
+    for (const auto& [target, periods] : {std::pair{0.5, 5}, {0.2, 10}, {0.05, 20}, {0.02, 40}, {0.01, 40}})
+        all.push_back({fmt::format("adaptive, {} %, {} periods", target, periods),
+                       fmt::format("stop_at = \"mu {} %\"\n{}periods = {}\n"
+                                   "gamma = {{from = \"0.4g\", to = \"3g\", steps = 13}}\n"
+                                   "phi = {{from = \"0deg\", to = \"165deg\", steps = 11}}\n",
+                                   target, series, periods),
+                       "mu_ac"});
+    for (const auto& [gammas, phases] : {std::pair{1, 1}, {1, 3}, {3, 3}, {5, 5}})
+        all.push_back({fmt::format("even sweep, {} gammas x {} phases", gammas + 1, phases + 1),
+                       fmt::format("{}gamma = {{from = \"0.4g\", to = \"3g\", steps = {}}}\n"
+                                   "phi = {{from = \"0deg\", to = \"{}deg\", steps = {}}}\n",
+                                   series, gammas, 180 * phases / (phases + 1), phases),
+                       "mu_ac"});
+    const std::string around = "phi = {from = \"1.59rad\", to = \"2.71rad\", steps = 5}\n";
+    all.push_back({"the paper's: null phases at 8 gammas, 6 phases each",
+                   fmt::format("{}gamma = {{from = \"0.5g\", to = \"3g\", steps = 7}}\n{}", series, around),
+                   "mu_ns"});
+    return all;
+}
+
+/// One table: bench time and error of mu for each procedure, over `count` benches.
+bench::Table times(int count, int first, double mu, const std::filesystem::path& folder) {
+    bench::Table table;
+    for (const Procedure& p : procedures()) {
+        double bench_s = 0, points = 0, squares = 0, stated = 0, n = 0;
+        for (int i = 0; i < count; ++i) {
+            const std::filesystem::path own = folder / "times";
+            std::filesystem::remove_all(own);
+            std::filesystem::create_directories(own);
+            const Truth truth = draw(static_cast<std::uint64_t>(first + i), mu, own);
+            std::ofstream{own / "plan.toml"} << p.plan;
+            double spent_s = 0;
+            for (const auto& fit : measured(own, "plan.toml", &spent_s)) {
+                if (fit["name"] != p.fit || !fit["value"].is_number()) continue;
+                squares += std::pow(fit["value"].get<double>() / truth.mu - 1, 2);
+                stated += std::pow(fit["error"].get<double>() / truth.mu, 2);
+                points += fit["points"].get<double>();
+                bench_s += spent_s;
+                ++n;
+            }
+        }
+        table.add({{"procedure", p.name},
+                   {"fit", p.fit},
+                   {"benches", n},
+                   {"points", points / n},
+                   {"bench time", bench_s / n, "s"},
+                   {"error of mu, rms", 100 * std::sqrt(squares / n), "%"},
+                   {"stated", 100 * std::sqrt(stated / n), "%"}});
+    }
+    return table;
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -69,6 +139,11 @@ int main(int argc, char** argv) {
     const int count = bench::whole_option(argc, argv, "--count", 20, 2);
     const int first = bench::whole_option(argc, argv, "--seed", 1, 0);
     const double mu = std::atof(bench::option(argc, argv, "--mu", "nan").c_str());
+    if (const int benches = bench::whole_option(argc, argv, "--times", 0, 0); benches > 0) {
+        times(benches, first, mu, folder).print(argc, argv);
+        std::filesystem::remove_all(folder);
+        return 0;
+    }
     std::map<std::string, Found> all;
     std::mutex guard;
     std::atomic<int> next{0};

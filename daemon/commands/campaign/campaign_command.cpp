@@ -18,6 +18,7 @@
 #include "daemon/commands/campaign/campaign_lines.hpp"
 #include "daemon/commands/campaign/journal_writer.hpp"
 #include "daemon/commands/campaign/operator_input.hpp"
+#include "daemon/commands/mu/law_points.hpp"
 #include "daemon/commands/stop_signals.hpp"
 #include "daemon/report/printing.hpp"
 #include "daemon/run/run_setup.hpp"
@@ -61,14 +62,6 @@ std::vector<campaign::PointRow> asked_rows(const std::vector<campaign::Point>& p
     return rows;
 }
 
-std::vector<int> ended_points(const std::vector<campaign::Point>& points,
-                              const campaign::Progress& progress) {
-    std::vector<int> ended;
-    for (const campaign::Point& p : points)
-        if (progress.done(p.id)) ended.push_back(p.id);
-    return ended;
-}
-
 int recordings_in(const std::filesystem::path& folder) {
     int newest = 0;
     for (const auto& entry : std::filesystem::directory_iterator{folder}) {
@@ -78,14 +71,23 @@ int recordings_in(const std::filesystem::path& folder) {
     return newest;
 }
 
+struct Ended {
+    std::vector<int> points;
+    std::vector<law::Point> measured;
+};
+
 /// What the folder has, after its recordings were looked at: a pass that they do not have must be measured
 /// again.
-campaign::Progress progress_of(campaign::CampaignFolder& folder, const std::vector<campaign::Point>& points) {
-    const campaign::Progress& stored = folder.stored().progress;
-    for (const campaign::PassLost& lost :
-         campaign::point_results(folder.path(), asked_rows(points), stored, campaign::Source::stored).lost)
-        folder.add(lost);
-    return campaign::read_campaign(folder.path()).progress;
+Ended ended_in(campaign::CampaignFolder& folder, const std::vector<campaign::Point>& points) {
+    const campaign::PointResults stored = campaign::point_results(
+        folder.path(), asked_rows(points), folder.stored().progress, campaign::Source::stored);
+    for (const campaign::PassLost& lost : stored.lost) folder.add(lost);
+    Ended ended{.points = {}, .measured = law_points(stored.table)};
+    const campaign::Progress progress = campaign::read_campaign(folder.path()).progress;
+    for (const campaign::Point& p : points)
+        if (progress.done(p.id)) ended.points.push_back(p.id);
+    std::erase_if(ended.measured, [&](const law::Point& p) { return !progress.done(p.number); });
+    return ended;
 }
 
 void obey(campaign::Campaign& campaign, const std::string& word, acquisition::Channels& channels,
@@ -213,7 +215,7 @@ Led lead(run::Runner& runner, campaign::Engine& engine, campaign::CampaignFolder
     using What = campaign::CampaignChange::What;
     journal.add(campaign::CampaignChange{
         .what = led.nobody || runner.stop_requests() > 0 ? What::paused : What::ended,
-        .reason = led.nobody ? "nobody is there to resume it" : ""});
+        .reason = led.nobody ? "nobody is there to resume it" : engine.known_mu()});
     journal.finish();
     return led;
 }
@@ -252,12 +254,15 @@ void measure_campaign(const CampaignOptions& options) {
     auto folder = continues ? campaign::CampaignFolder::continued(options.folder)
                             : campaign::CampaignFolder::begin(options.folder, plan_text);
     if (!folder.stored().remark.empty()) spdlog::warn("{}", folder.stored().remark);
+    const Ended ended = ended_in(folder, points);
     campaign::Engine engine{points,
-                            {.mu = plan.mu, .g = runner.bench().gravity},
-                            ended_points(points, progress_of(folder, points))};
+                            {.mu = plan.mu, .mu_target = plan.mu_target, .g = runner.bench().gravity},
+                            ended.points,
+                            ended.measured};
     CampaignLines lines{engine, points, predicted_s(plan, runner.bench(), options)};
     Led led = lead(runner, engine, folder, plan, settings.run, lines);
     const campaign::PointsTable table = write_table(options.folder, plan, plan_text, asked_rows(points));
+    if (plan.mu_target > 0) lines.say(engine.known_mu());
     lines.say(campaign_summary(table, led.time, led.returns, runner.wall_s()) +
               fmt::format("points table: {}", (options.folder / campaign::table_name).string()));
     StopSignals::rethrow();

@@ -97,7 +97,8 @@ void CampaignLines::status(double spent_s) {
                                   ? std::string{"all points have ended"}
                                   : fmt::format("point {} of {}  {}", p->id, points_.size(), place(*p));
     std::fputs(clear_line, stdout);
-    report::say(fmt::format("{}  {}  {} left  {}", where, engine_.doing(), duration(left_s(spent_s)), last_));
+    report::say(fmt::format("{}  {}  {}{} left  {}", where, engine_.doing(),
+                            engine_.known_mu().empty() ? "" : "at most ", duration(left_s(spent_s)), last_));
     std::fflush(stdout);
 }
 

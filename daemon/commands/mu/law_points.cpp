@@ -22,6 +22,7 @@ law::Point with_numbers(const campaign::PointRow& row, int campaign) {
     p.phi = row.phi;
     p.v_D = row.v_D;
     p.true_v_D = row.true_v_D;
+    p.periods = static_cast<int>(std::lround(row.periods));
     if (row.periods > 0) p.phases_per_period = row.frames / row.periods / views;
     return p;
 }

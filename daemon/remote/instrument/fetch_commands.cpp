@@ -56,6 +56,13 @@ reduction::NullPhase null_of(const service::BenchState& state) {
                                   reduction::widest_bracket)};
 }
 
+calibration::Estimate mu_of(const service::BenchState& state) {
+    const law::Fit& mu = state.fitted_mu;
+    if (std::isfinite(mu.value)) return {mu.value, mu.error};
+    throw scpi::Error{scpi::Code::stale_data,
+                      "mu is not known: " + (mu.note.empty() ? "nothing has been measured" : mu.note)};
+}
+
 }  // namespace
 
 std::vector<Command> fetch_commands(BenchInstrument& bench) {
@@ -76,7 +83,7 @@ std::vector<Command> fetch_commands(BenchInstrument& bench) {
     rows.push_back({.header = "FETCh:MU",
                     .query =
                         [&bench](scpi::Call& call) {
-                            reply_estimate(call, null_of(*bench.state()).mu);
+                            reply_estimate(call, mu_of(*bench.state()));
                             call.reply.word("COULOMB");
                         },
                     .without = [](scpi::Reply& reply) { no_null(reply, "COULOMB"); }});

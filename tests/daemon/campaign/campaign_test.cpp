@@ -6,6 +6,7 @@
 #include <fstream>
 
 #include "daemon/campaign/campaign_folder.hpp"
+#include "daemon/commands/mu/law_points.hpp"
 #include "daemon/campaign/points_table.hpp"
 #include "daemon/commands/campaign/campaign_command.hpp"
 #include "drivers/errors.hpp"
@@ -86,6 +87,26 @@ TEST_F(CampaignTest, WalkerNearTheEdgeIsMeasuredWithoutATrip) {
     options_.run.scene = folder_ / "scene.toml";
     measure_campaign(options_);
     EXPECT_EQ(table().points.front().outcome, "measured") << table().points.front().reason;
+}
+
+// The plan has more points than mu needs. The journal has what was reached; --continue needs no more point.
+TEST_F(CampaignTest, EndsWhenMuIsKnown) {
+    std::ofstream{folder_ / "plan.toml"} << "stop_at = \"mu 0.5 %\"\n[point]\nperiods = 12\n[[series]]\n"
+                                            "gamma = [\"0.7g\", \"1g\"]\norder = \"mirror\"\n"
+                                            "phi = {from = 0, to = 2.5, steps = 5}\n";
+    measure_campaign(options_);
+    const PointsTable points = table();
+    const auto measured = std::ranges::count(points.points, "measured", &PointRow::outcome);
+    EXPECT_GE(measured, 4);
+    EXPECT_LE(measured, 8);
+    const law::CoulombFit fit = law::fit_coulomb(commands::law_points(points));
+    EXPECT_LT(fit.mu.error, 0.005 * fit.mu.value);
+    EXPECT_NEAR(fit.mu.value, 0.113, 4 * fit.mu.error);
+    const auto progress = read_campaign(options_.folder).progress;
+    EXPECT_NE(progress.campaign->reason.find("target 0.5 %"), std::string::npos) << progress.campaign->reason;
+    options_.plan.clear();
+    measure_campaign(options_);
+    EXPECT_EQ(std::ranges::count(table().points, "measured", &PointRow::outcome), measured);
 }
 
 TEST_F(CampaignTest, FolderInUseIsRefused) {

@@ -130,6 +130,8 @@ TEST(PlanFileTest, RefusalsNameLineKeyAndRange) {
              Case{series + "name = \"a\"\n" + series + "name = \"a\"\n",
                   "p.toml:4: series.name: two series have the name \"a\""},
              Case{"mu = 0\n" + series, "p.toml:1: mu: expected a number, 0.001 to 10, got 0"},
+             Case{"stop_at = \"mu .2\"\n" + series, "p.toml:1: stop_at: \"mu .2\"; expected \"mu X %\""},
+             Case{"stop_at = \"mu 90 %\"\n" + series, "p.toml:1: stop_at: 90 %; 0.001 to 50 % is allowed"},
          })
         EXPECT_TRUE(refusal(c.text).starts_with(c.message)) << refusal(c.text) << "\n" << c.message;
 }

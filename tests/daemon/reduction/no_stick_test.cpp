@@ -115,10 +115,6 @@ TEST(NoStickTest, RmsVelocityMatchesClosedForm) {
 TEST(NoStickTest, ThetaAndItsInverseAgree) {
     EXPECT_NEAR(mu_from_no_stick_theta(no_stick_theta(9.8, mu, 0.6), 9.8, 0.6), mu, 1e-15);
     EXPECT_TRUE(std::isnan(no_stick_theta(3, mu)));
-    for (const double gamma : {0.4, 1.0, 7.0, 90.0}) {
-        const double theta = coulomb_theta(gamma / mu);
-        EXPECT_NEAR(mu_from_coulomb_theta(theta, gamma * paper_g), mu, 1e-12);
-    }
 }
 
 TEST(CoulombThetaTest, MatchesTabulatedRelation) {
@@ -145,8 +141,6 @@ TEST(CoulombThetaTest, IsNaNOutsideItsRange) {
     EXPECT_TRUE(std::isnan(coulomb_theta(NAN)));
     EXPECT_FALSE(std::isnan(coulomb_theta(2.5)));
     EXPECT_FALSE(std::isnan(coulomb_theta(1000)));
-    EXPECT_TRUE(std::isnan(mu_from_coulomb_theta(1.7, 9.8)));
-    EXPECT_TRUE(std::isnan(mu_from_coulomb_theta(0.001, 9.8)));
 }
 
 TEST(CoulombThetaTest, NoStickFormulaGivesTooSmallMuForExactData) {

@@ -1,0 +1,118 @@
+#include "daemon/campaign/mu_choice.hpp"
+
+#include <spdlog/fmt/fmt.h>
+
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "drivers/errors.hpp"
+
+namespace shaker::campaign {
+
+namespace {
+
+constexpr double planned_share = 0.2;  // error of the mu of the plan
+constexpr double level = 5e-3;         // rad, error of a tilt that is not measured
+
+double variance_of_mu(const Eigen::Matrix2d& information) { return information.inverse()(0, 0); }
+
+std::size_t index_of(const std::vector<Point>& points, int id) {
+    return static_cast<std::size_t>(std::ranges::find(points, id, &Point::id) - points.begin());
+}
+
+}  // namespace
+
+MuChoice::MuChoice(double target, double planned, double g)
+    : target_{target}, planned_{planned}, law_{.mu = planned, .g = g} {}
+
+void MuChoice::add(law::Point pass) {
+    if (!std::isfinite(pass.v_D.value) || !(pass.v_D.sigma > 0)) return;
+    passes_.push_back(std::move(pass));
+    changed_ = true;
+}
+
+void MuChoice::forget(int point) {
+    changed_ |= std::erase_if(passes_, [&](const law::Point& p) { return p.number == point; }) > 0;
+}
+
+Eigen::Vector2d MuChoice::slopes(const Drive& drive) const try {
+    law::Point point;
+    point.base = harmonics(drive);
+    point.frequency = drive.frequency;
+    const law::LawPoint at = law_point(point, law_);
+    return {at.by_mu, at.by_tilt};
+} catch (const InputError&) {  // no settled motion
+    return Eigen::Vector2d::Zero();
+}
+
+Eigen::Matrix2d MuChoice::information(const Point& point) const {
+    const PointSettings& asked = point.asked;
+    const int periods = asked.precision > 0 ? asked.most_periods : asked.periods;
+    const double sigma = std::hypot(noise_ / std::sqrt(std::max(periods, 1)),
+                                    base_share_ * asked.drive.gamma / (two_pi * asked.drive.frequency));
+    const Eigen::Vector2d by = slopes(asked.drive);
+    return by * by.transpose() / (sigma * sigma);
+}
+
+// mu, tilt and what the passes have shown of the errors.
+void MuChoice::fit(bool partners) {
+    if (!std::exchange(changed_, false)) return;
+    const double mu_error = planned_share * planned_;
+    known_ = Eigen::Vector2d{1 / (mu_error * mu_error), 1 / (level * level)}.asDiagonal();
+    reached_ = false;
+    const law::CoulombFit found =
+        law::fit_coulomb(passes_, {.g = law_.g, .start_mu = std::isfinite(mu_error_) ? law_.mu : NAN});
+    why_ = found.known() && partners && !std::isfinite(found.tilt.value) ? found.tilt.note : found.mu.note;
+    double noise = 0, base = 0;
+    for (std::size_t i = 0; i < passes_.size(); ++i) {
+        const law::Point& p = passes_[i];
+        const law::LawPoint at = found.known() ? found.points[i] : law::LawPoint{};
+        const Eigen::Vector2d by = found.known() ? Eigen::Vector2d{at.by_mu, at.by_tilt} : slopes(p.asked);
+        const double base_error = found.known() ? at.base_error : 0;
+        const double variance = p.v_D.sigma * p.v_D.sigma + base_error * base_error;
+        known_ += by * by.transpose() / variance;
+        noise += p.v_D.sigma * p.v_D.sigma * std::max(p.periods, 1) / static_cast<double>(passes_.size());
+        base += std::pow(base_error / velocity_scale(p), 2) / static_cast<double>(passes_.size());
+    }
+    if (!passes_.empty()) noise_ = std::sqrt(noise), base_share_ = std::sqrt(base);
+    if (!found.known()) return;
+    law_.mu = found.mu.value;
+    law_.tilt = found.law.tilt;
+    const double spread = found.mu.freedom > 0 ? found.mu.chi2 / found.mu.freedom : 1;
+    mu_error_ = found.mu.error * std::sqrt(std::max(1.0, spread));
+    reached_ = mu_error_ <= target_ * law_.mu && (!partners || std::isfinite(found.tilt.value));
+}
+
+std::size_t MuChoice::next(const std::vector<Point>& points, const std::vector<bool>& over,
+                           const Cost& cost) {
+    // A pair is completed first.
+    for (std::size_t i = 0; i < points.size(); ++i)
+        if (const int partner = points[i].partner;
+            !over[i] && partner != 0 && over[index_of(points, partner)])
+            return i;
+    fit(std::ranges::any_of(points, [](const Point& p) { return p.partner != 0; }));
+    if (reached_) return points.size();
+    std::size_t best = points.size();
+    double most = -1;
+    for (std::size_t i = 0; i < points.size(); ++i) {
+        if (over[i]) continue;
+        std::vector<const Point*> together{&points[i]};
+        if (points[i].partner != 0) together.push_back(&points[index_of(points, points[i].partner)]);
+        Eigen::Matrix2d then = known_;
+        for (const Point* p : together) then += information(*p);
+        // One that cannot be measured fails by name when its turn comes: at the end.
+        const double gain = std::log(variance_of_mu(known_) / variance_of_mu(then)) / cost(together);
+        if (gain > most) most = gain, best = i;
+    }
+    return best;
+}
+
+std::string MuChoice::sentence() const {
+    if (!std::isfinite(mu_error_)) return "mu is not known: " + why_;
+    return fmt::format("mu {:.5f} +- {:.5f} ({:.2g} %, target {:.2g} %) from {} passes", law_.mu, mu_error_,
+                       100 * mu_error_ / law_.mu, 100 * target_, passes_.size());
+}
+
+}  // namespace shaker::campaign

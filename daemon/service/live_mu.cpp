@@ -1,0 +1,52 @@
+#include "daemon/service/live_mu.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <utility>
+
+namespace shaker::service {
+
+namespace {
+
+constexpr std::size_t most_points = 40;  // 0.1 s of work
+constexpr double same_phase = 1e-6;      // rad
+
+bool mirrored(const Drive& a, const Drive& b) {
+    const double apart = std::abs(std::remainder(a.phi - b.phi, two_pi));
+    return a.frequency == b.frequency && a.gamma == b.gamma && a.rho == b.rho && a.biharmonic() &&
+           b.biharmonic() && std::abs(apart - std::numbers::pi) < same_phase;
+}
+
+}  // namespace
+
+void LiveMu::add(const reduction::Reduction& result, const Drive& asked) {
+    law::Point point = law::point_of(result, asked);
+    if (!std::isfinite(point.v_D.value) || !(point.v_D.sigma > 0) || point.base.order() == 0) return;
+    point.number = points_.empty() ? 1 : points_.back().number + 1;
+    const auto partner = std::ranges::find_if(
+        points_, [&](const law::Point& p) { return p.partner == 0 && mirrored(p.asked, asked); });
+    if (partner != points_.end()) {
+        partner->partner = point.number;
+        point.partner = partner->number;
+    }
+    if (points_.size() == most_points) points_.erase(points_.begin());
+    points_.push_back(std::move(point));
+    newer_ = true;
+}
+
+bool LiveMu::follow() {
+    if (newer_ && !fit_.valid()) {
+        newer_ = false;
+        fit_ = std::async(beside_ ? std::launch::async : std::launch::deferred,
+                          [points = points_, options = law::CoulombOptions{.g = g_, .start_mu = mu_.value}] {
+                              return law::fit_coulomb(points, options);
+                          });
+    }
+    if (!fit_.valid() || (beside_ && fit_.wait_for(std::chrono::seconds{0}) != std::future_status::ready))
+        return false;
+    mu_ = fit_.get().mu;
+    return true;
+}
+
+}  // namespace shaker::service
