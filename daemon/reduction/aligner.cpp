@@ -290,6 +290,20 @@ void set_lag(Lag& lag, const OwnClock& own, const calibration::HarmonicFit& base
     }
 }
 
+/// The instrument whose own residuals are bad; both when neither's or both's are.
+std::string suspect(const calibration::HarmonicFit& accel, const calibration::HarmonicFit& base,
+                    double gamma) {
+    constexpr double bad_share = 0.05, bad_scale = 3;  // of gamma; of the trackers' standard deviations
+    const double view = *std::max_element(base.stream_rms.begin(), base.stream_rms.end());
+    const bool sensor = accel.rms > bad_share * gamma, tracks = view > bad_scale;
+    if (sensor && !tracks)
+        return "sensor gain (its residuals are " + rounded(100 * accel.rms / gamma, 1) + " % of gamma)";
+    if (tracks && !sensor)
+        return "camera scale (the tracks' residuals are " + rounded(view, 1) +
+               " times their standard deviation)";
+    return "camera scale or sensor gain";
+}
+
 double gain_of(const calibration::HarmonicFit& accel, const calibration::HarmonicFit& base,
                std::vector<std::string>& notes) {
     double tracks = 0, sensor = 0, variance = 0;
@@ -303,8 +317,8 @@ double gain_of(const calibration::HarmonicFit& accel, const calibration::Harmoni
     if (sensor > 0 && std::abs(gain - 1) > std::max(0.02, 4 * std::sqrt(variance) / sensor)) {
         notes.push_back("gamma from the base's tracks is " + rounded(tracks, 4) +
                         " m/s^2, from the accelerometer " + rounded(sensor, 4) +
-                        " m/s^2: camera scale or sensor gain is off by " + rounded(100 * (gain - 1), 1) +
-                        " %; the accelerometer's value is reported");
+                        " m/s^2: " + suspect(accel, base, sensor) + " is off by " +
+                        rounded(100 * (gain - 1), 1) + " %; the accelerometer's value is reported");
     }
     return gain;
 }
@@ -357,6 +371,7 @@ Alignment align(const Measurement& m, std::vector<std::string>& notes) {
     out.frequency = lag.frequency;
     out.late_s = lag.clock.late;
     out.ppm = lag.clock.ppm;
+    out.first_sample = own.first;
     fit_acceleration(m.accelerometer, own.first, out);
     out.track_gain = gain_of(out.acceleration, out.base, notes);
     return out;

@@ -21,6 +21,7 @@ struct Alignment {
     std::array<calibration::HarmonicFit, 2> across;  // of the base on the shaker axis' across_axes(), m/s^2
     calibration::Estimate late_s, ppm;
     double track_gain = 0;           // base acceleration from cameras / from accelerometer; NaN at rest
+    std::size_t first_sample = 0;    // index of the first accelerometer sample that the cameras cover
     std::vector<double> t_s;         // master time of the accelerometer samples that the cameras cover
     std::vector<double> along_mps2;  // those samples along the shaker's axis
 };

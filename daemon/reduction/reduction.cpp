@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "daemon/reduction/aligner.hpp"
+#include "daemon/reduction/bad_samples.hpp"
 #include "daemon/reduction/base_motion.hpp"
 #include "daemon/reduction/cycle.hpp"
 #include "daemon/reduction/drift.hpp"
@@ -84,10 +85,14 @@ Reduction reduce(Measurement measurement) {
     Reduction out;
     out.frames_lost = lost_in(measurement.walkers);
     const int lost_bases = lost_in(measurement.bases);
-    const Measurement m = usable_part(std::move(measurement));
+    Measurement m = usable_part(std::move(measurement));
     for (const MotionSeries& w : m.walkers) out.frames += static_cast<int>(w.t_s.size());
     note_lost(lost_bases, out);
-    const Alignment drive = align(m, out.notes);
+    BadSamples bad;
+    const Alignment drive = align_without_bad_samples(m, bad, out.notes);
+    out.samples = static_cast<int>(bad.tested);
+    out.samples_bad = static_cast<int>(bad.count());
+    out.degraded = bad.degrade();
     const double f = drive.frequency.value;
     out.frequency = drive.frequency;
     out.accelerometer_late_s = drive.late_s;

@@ -66,6 +66,9 @@ struct Reduction {
         NAN;  // units of the period, 0..1; of those that were not found (stick.hpp)
     std::vector<PeriodResult> periods;
     Cycle cycle;
+    int samples = 0;                 // accelerometer samples in the time of the cameras
+    int samples_bad = 0;             // those that were excluded (bad_samples.hpp)
+    bool degraded = false;           // too many of them, or at one phase: do not rely on the result
     std::vector<std::string> notes;  // for the operator, one sentence each
 };
 

@@ -68,7 +68,8 @@ std::string no_stick_text(double shortest_visible) {
 }
 
 std::string results_text(const reduction::Reduction& r) {
-    std::string s = "as measured (+- one standard error):\n";
+    std::string s = r.degraded ? "degraded, do not rely on it" : "as measured";
+    s += " (+- one standard error):\n";
     s += line("v_D", r.v_D, 1e3, "mm/s");
     s += line("D", r.D, 1e3, "mm a period");
     s += line("efficiency", r.efficiency, 1, "");
@@ -127,6 +128,9 @@ std::string results_json(const reduction::Reduction& r, const std::map<std::stri
     j["position_residual_m"] = number(r.fit_residual_x_m.value);
     j["frames"] = r.frames;
     j["frames_lost"] = r.frames_lost;
+    j["samples"] = r.samples;
+    j["samples_bad"] = r.samples_bad;
+    j["degraded"] = r.degraded;
     j["harmonics"] = nlohmann::json::array();
     for (const reduction::MeasuredHarmonic& h : r.harmonics)
         j["harmonics"].push_back({{"q", h.q},
