@@ -218,8 +218,10 @@ if(SHAKER_SANITIZE)  # what follows is run from the other presets
   return()
 endif()
 
-add_test(NAME report COMMAND /usr/bin/python3 ${PROJECT_SOURCE_DIR}/tests/daemon/report/report_test.py)
-set_tests_properties(report PROPERTIES TIMEOUT 300 COST 20 LABELS unit)
+foreach(name report recording_report)
+  add_test(NAME ${name} COMMAND /usr/bin/python3 ${PROJECT_SOURCE_DIR}/tests/daemon/report/${name}_test.py)
+  set_tests_properties(${name} PROPERTIES TIMEOUT 300 COST 20 LABELS unit)
+endforeach()
 
 include(tests/vm/vm.cmake)
 

@@ -1,5 +1,9 @@
+#include <spdlog/spdlog.h>
+
+#include <algorithm>
 #include <span>
 
+#include "daemon/campaign/campaign_folder.hpp"
 #include "daemon/command_line/confined_mu.hpp"
 #include "daemon/command_line/rows.hpp"
 #include "daemon/commands/mu/mu_command.hpp"
@@ -17,8 +21,10 @@ using manual::Kind;
 constexpr const char* python = "/usr/bin/python3";
 
 constexpr std::array arguments{
-    Argument{.name = "CAMPAIGN",
-             .help = "Folder of a campaign, or its campaign.nxs; several are compared in the same figures",
+    Argument{.name = "FILE",
+             .help =
+                 "Folder of a campaign, or its campaign.nxs; several are compared in the same figures. Or "
+                 "recordings: one page for all of them",
              .kind = Kind::file,
              .many = true},
     Argument{.name = "--output",
@@ -26,10 +32,13 @@ constexpr std::array arguments{
              .value = "FOLDER",
              .help = "Folder of report.html and of each figure as SVG, PDF and PNG",
              .kind = Kind::folder,
-             .otherwise = "\"report\" in the folder of the first campaign"},
+             .otherwise =
+                 "\"report\" in the folder of the first campaign; the first recording with the ending "
+                 ".report"},
     Argument{.name = "--fits",
              .value = "FILE",
-             .help = "Fits and budgets of another program (JSON)",
+             .help = "Fits and budgets of another program: JSON as of \"shakerd mu\", or a list of that for "
+                     "several campaigns",
              .kind = Kind::file,
              .otherwise = "those of \"shakerd mu\""}};
 
@@ -42,19 +51,41 @@ std::filesystem::path scripts() {
         "the scripts of the report are not installed: there is no share/shakerd/report/report.py"};
 }
 
-/// Writes the fits of `shakerd mu` into the report's folder and returns the file's name; without fits an
-/// empty name. A link of that name is replaced, not followed.
-std::string own_fits(const std::vector<std::filesystem::path>& campaigns, const std::filesystem::path& out) {
-    commands::MuOptions options{.json = true};
-    for (const std::filesystem::path& campaign : campaigns)
-        options.campaigns.push_back(commands::points_file(campaign));
-    const sandbox::Answer answer =
-        sandbox::ask_confined(campaigns.front().string(), confinement_for_points(options.campaigns),
-                              [&] { return commands::mu_text(options); });
-    if (answer.status != manual::exit_ok) return {};
-    const std::filesystem::path file = out / "fits.json";
-    h5::replace_file(file, std::as_bytes(std::span{answer.text}));
-    return file.string();
+bool is_campaign(const std::filesystem::path& place) {
+    return std::filesystem::is_directory(place) || place.filename() == campaign::table_name;
+}
+
+/// The fits of a campaign as JSON. "{}" for a recording, and, with a message, for a campaign without a
+/// measured point or with fits of more than 1 MiB.
+std::string fits_of(const std::filesystem::path& place) {
+    if (!is_campaign(place)) return "{}";
+    const std::vector<std::filesystem::path> file{commands::points_file(place)};
+    try {
+        const sandbox::Answer answer =
+            sandbox::ask_confined(place.string(), confinement_for_points(file),
+                                  [&] { return commands::mu_text({.campaigns = file, .json = true}); });
+        return answer.status == manual::exit_ok ? answer.text : "{}";
+    } catch (const InputError& error) {
+        spdlog::warn("{}; the report has no fits of it", error.what());
+        return "{}";
+    }
+}
+
+/// Writes the fits of each campaign by itself into the report's folder, as a JSON list. A link of that name
+/// is replaced, not followed.
+std::filesystem::path own_fits(const std::vector<std::filesystem::path>& places,
+                               const std::filesystem::path& out) {
+    std::string list;
+    for (const std::filesystem::path& place : places) list += (list.empty() ? "[" : ",\n") + fits_of(place);
+    list += "]\n";
+    h5::replace_file(out / "fits.json", std::as_bytes(std::span{list}));
+    return out / "fits.json";
+}
+
+std::filesystem::path default_folder(const std::filesystem::path& place) {
+    if (std::filesystem::is_directory(place)) return place / "report";
+    if (is_campaign(place)) return place.parent_path() / "report";
+    return std::filesystem::path{place}.replace_extension(".report");
 }
 
 int act(const manual::Values& values) {
@@ -62,16 +93,17 @@ int act(const manual::Values& values) {
     std::filesystem::path out = values.text("--output");
     sandbox::OutsideProgram program{.words = {python, "-I", "-B", (code / "report.py").string()}};
     program.files.reads.push_back(code);
-    std::vector<std::filesystem::path> campaigns;
-    for (const std::string& word : values.texts("CAMPAIGN")) {
+    std::vector<std::filesystem::path> places;
+    for (const std::string& word : values.texts("FILE")) {
         const std::filesystem::path place = std::filesystem::absolute(word);
         if (!std::filesystem::exists(place))
-            throw InputError{word + ": no such file or folder; expected the folder of a campaign"};
-        const bool whole = std::filesystem::is_directory(place);
-        if (out.empty()) out = (whole ? place : place.parent_path()) / "report";
-        campaigns.push_back(place);
+            throw InputError{word +
+                             ": no such file or folder; expected the folder of a campaign, or a recording"};
+        if (is_campaign(place)) commands::points_file(place);  // refuses a folder without a points table
+        if (out.empty()) out = default_folder(place);
+        places.push_back(place);
         program.words.push_back(place.string());
-        program.files.reads.push_back(whole ? place : place.parent_path());
+        program.files.reads.push_back(place.filename() == campaign::table_name ? place.parent_path() : place);
     }
     if (values.text("--output").empty() && std::filesystem::is_symlink(out))
         throw InputError{out.string() + ": is a link, which is not followed; name a folder by --output"};
@@ -79,12 +111,12 @@ int act(const manual::Values& values) {
     out = std::filesystem::canonical(out);
     program.files.writes.push_back(out);
     program.words.insert(program.words.end(), {"-o", out.string()});
-    std::string fits = values.text("--fits");
-    if (fits.empty()) fits = own_fits(campaigns, out);
+    std::filesystem::path fits = values.text("--fits");
+    if (fits.empty() && std::ranges::any_of(places, is_campaign)) fits = own_fits(places, out);
     if (!fits.empty()) {
-        const std::filesystem::path file = std::filesystem::absolute(fits);
-        program.words.insert(program.words.end(), {"--fits", file.string()});
-        program.files.reads.push_back(file);
+        fits = std::filesystem::absolute(fits);
+        program.words.insert(program.words.end(), {"--fits", fits.string()});
+        program.files.reads.push_back(fits);
     }
     program.settings = {"PATH=/usr/bin", "LANG=C.UTF-8", "HOME=" + out.string(), "TMPDIR=" + out.string()};
     return run_outside(program);
@@ -94,7 +126,7 @@ int act(const manual::Values& values) {
 
 manual::Command report_row() {
     return {.name = "report",
-            .summary = "Draw the paper's figures, fits and numbers from campaigns",
+            .summary = "Draw campaigns as the paper's figures, fits and numbers; or single recordings",
             .details =
                 "Needs python3-h5py and python3-matplotlib. Its scripts are in share/shakerd/report, to "
                 "take and change.",

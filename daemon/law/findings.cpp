@@ -4,6 +4,7 @@
 
 #include <cmath>
 #include <nlohmann/json.hpp>
+#include <utility>
 
 #include "daemon/law/groups.hpp"
 
@@ -13,21 +14,25 @@ namespace {
 
 using nlohmann::ordered_json;
 
-std::vector<const Fit*> all_fits(const Findings& f) {
-    std::vector<const Fit*> all{&f.coulomb.mu,   &f.slopes.mu,   &f.no_stick,      &f.coulomb.tilt,
-                                &f.coulomb.push, &f.slopes.tilt, &f.slopes.viscous};
-    for (const CosineFit& c : f.cosines) all.insert(all.end(), {&c.amplitude, &c.theta});
-    for (const auto* list : {&f.nulls, &f.reversals, &f.thresholds})
-        for (const Fit& fit : *list) all.push_back(&fit);
+/// Findings may be const.
+template <class Of>
+auto all_fits(Of& f) {
+    std::vector<decltype(&f.no_stick)> all{&f.coulomb.mu,   &f.slopes.mu,   &f.no_stick,      &f.coulomb.tilt,
+                                           &f.coulomb.push, &f.slopes.tilt, &f.slopes.viscous};
+    for (auto& c : f.cosines) all.insert(all.end(), {&c.amplitude, &c.theta});
+    for (auto* list : {&f.nulls, &f.reversals, &f.thresholds})
+        for (auto& fit : *list) all.push_back(&fit);
     return all;
 }
 
 ordered_json number(double x) { return std::isfinite(x) ? ordered_json(x) : ordered_json(nullptr); }
 
 ordered_json fit_json(const Fit& f) {
-    return {{"name", f.name},           {"value", number(f.value)}, {"error", number(f.error)},
-            {"unit", f.unit},           {"chi2", number(f.chi2)},   {"freedom", f.freedom},
-            {"points", f.points},       {"note", f.note},           {"gamma_mps2", number(f.gamma)},
+    return {{"name", f.name},           {"value", number(f.value)},
+            {"error", number(f.error)}, {"truth", number(f.truth)},
+            {"unit", f.unit},           {"chi2", number(f.chi2)},
+            {"freedom", f.freedom},     {"points", f.points},
+            {"note", f.note},           {"gamma_mps2", number(f.gamma)},
             {"phi_rad", number(f.phi)}, {"series", f.series}};
 }
 
@@ -79,6 +84,32 @@ std::string where(const Fit& f) {
     return at;
 }
 
+// The fits that need v_D only, and the law for the reversals.
+void fit_drift(Findings& f, const CoulombFit& coulomb, double g) {
+    f.cosines = cosine_fits(f.points);
+    f.nulls = null_phases(f.points);
+    f.reversals = reversals(f.points, coulomb.known() ? &coulomb.law : nullptr);
+    f.no_stick = fit_no_stick(f.nulls, coulomb.mu.value, g);
+}
+
+bool same_quantity(const Fit& a, const Fit& b) {
+    const auto same = [](double x, double y) { return x == y || (std::isnan(x) && std::isnan(y)); };
+    return a.name == b.name && a.series == b.series && same(a.gamma, b.gamma) && same(a.phi, b.phi);
+}
+
+void add_truth(Findings& f, double g) {
+    Findings exact;
+    exact.points = f.points;
+    for (Point& p : exact.points) {
+        if (std::isnan(p.true_v_D)) return;
+        p.v_D.value = p.true_v_D;
+    }
+    fit_drift(exact, f.coulomb, g);
+    for (Fit* fit : all_fits(f))
+        for (const Fit* other : all_fits(std::as_const(exact)))
+            if (same_quantity(*fit, *other)) fit->truth = other->value;
+}
+
 }  // namespace
 
 Findings analyse(std::vector<Point> points, const CoulombOptions& options, const InputErrors& errors) {
@@ -86,11 +117,9 @@ Findings analyse(std::vector<Point> points, const CoulombOptions& options, const
     f.points = std::move(points);
     f.coulomb = fit_coulomb(f.points, options);
     f.slopes = fit_slopes(f.points, options.g);
-    f.cosines = cosine_fits(f.points);
-    f.nulls = null_phases(f.points);
-    f.reversals = reversals(f.points, f.coulomb.known() ? &f.coulomb.law : nullptr);
+    fit_drift(f, f.coulomb, options.g);
     f.thresholds = thresholds(f.points, options.g);
-    f.no_stick = fit_no_stick(f.nulls, f.coulomb.mu.value, options.g);
+    add_truth(f, options.g);
     f.budgets = {coulomb_budget(f.points, f.coulomb, errors), slope_budget(f.slopes, errors),
                  no_stick_budget(f.no_stick, f.nulls, errors)};
     for (std::size_t i = 0; i < f.points.size(); ++i) {

@@ -14,6 +14,7 @@ struct Fit {
     std::string name{};
     double value = NAN;
     double error = NAN;  // standard error, from the errors of the points; chi^2 does not widen it
+    double truth = NAN;  // the same fit to the true v_D of a simulated bench; NaN: not known
     std::string unit{};  // SI, UDUNITS text
     double chi2 = NAN;   // of the whole fit
     int freedom = 0;     // degrees of freedom of chi2

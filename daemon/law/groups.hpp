@@ -18,8 +18,8 @@ struct Folded {
     double x_sigma = 0;  // of x
 };
 
-/// Biharmonic points at rho = 1/2 of the same frequency and gamma, for each gamma (m/s^2); `x` is the
-/// measured phi in [0, pi), with -v_D for points at phi >= pi.
+/// Biharmonic points at rho = 1/2 and at the frequency that most of these have, for each gamma (m/s^2); `x`
+/// is the measured phi in [0, pi), with -v_D for points at phi >= pi.
 std::map<double, std::vector<Folded>> by_gamma(std::span<const Point> points);
 /// The same for each asked phi modulo pi (rad, rounded to 1e-6); `x` is the measured gamma, increasing.
 std::map<double, std::vector<Folded>> by_phi(std::span<const Point> points);

@@ -86,9 +86,9 @@ def check_own(data, link, what):
         raise InputError(f"{what} has {data.size} values; expected {MOST_VALUES} at most")
 
 
-def table(entry, name, path):
+def table(entry, name, path, expected="campaign.nxs of 'shakerd campaign'"):
     if name not in entry or not isinstance(entry[name], h5py.Group):
-        raise InputError(f"{path}: no group /entry/{name}; expected campaign.nxs of 'shakerd campaign'")
+        raise InputError(f"{path}: no group /entry/{name}; expected {expected}")
     columns = {}
     for key in entry[name]:
         data = entry[name][key]
@@ -96,6 +96,14 @@ def table(entry, name, path):
             check_own(data, entry[name].get(key, getlink=True), f"{path}: /entry/{name}/{key}")
             columns[key] = words(data) if data.dtype.kind in "SO" else np.asarray(data[()], float)
     return columns
+
+
+def texts(entry, path, *names):
+    """Single texts; empty where the file does not have one."""
+    for name in names:
+        if isinstance(entry.get(name), h5py.Dataset):
+            check_own(entry[name], entry.get(name, getlink=True), f"{path}: /entry/{name}")
+    return [str(words(entry[name])) if name in entry else "" for name in names]
 
 
 POINT_NUMBERS = ("point", "repeat", "partner", "asked_frequency", "asked_gamma", "asked_rho", "asked_phi", "v_D",
@@ -155,14 +163,10 @@ def read_campaign(given, label=None):
             entry = f["entry"]
             kind = words(entry["process/kind"]) if "process/kind" in entry else "unknown"
             if kind != "campaign":
-                raise InputError(f"{path}: kind of file is '{kind[:60]}'; expected 'campaign'"
-                                 + (" (daemon/report/plot draws a single recording)" if "tracks" in entry else ""))
+                raise InputError(f"{path}: kind of file is '{kind[:60]}'; expected 'campaign', or recordings alone")
             tables = read_tables(entry, path)
-            for name in ("process", "title", "process/config_text", "process/program", "process/version"):
-                if name in entry and isinstance(entry[name], h5py.Dataset):
-                    check_own(entry[name], entry.get(name, getlink=True), f"{path}: /entry/{name}")
-            title, plan, program, version = (str(words(entry[k])) if k in entry else "" for k in (
-                "title", "process/config_text", "process/program", "process/version"))
+            title, plan, program, version = texts(entry, path, "title", "process/config_text", "process/program",
+                                                  "process/version")
     except OSError as error:
         raise InputError(f"{path}: cannot be read as HDF5 ({error}); expected campaign.nxs") from None
     except (KeyError, ValueError, TypeError, RuntimeError) as error:
@@ -223,9 +227,9 @@ def find_picture(folder):
 
 
 def unmeasured(campaign):
-    """(point, series, set-point, outcome, reason) of each point without a result."""
+    """(point, series, set-point, outcome, reason) of each point without a result that was begun or left out."""
     p, rows = campaign.points, []
-    for k in np.flatnonzero(~campaign.measured):
+    for k in np.flatnonzero(~campaign.measured & (campaign.points["outcome"] != "not begun")):
         if p["outcome"][k] != "measured":
             reason = p["reason"][k]
         else:

@@ -5,6 +5,9 @@
 
   a_B(t) = sum over q of A_q sin(2 pi q u + alpha_q),  u = t / T
 
+Closed form (no stick), any rho:  kappa = pi mu g / (2 rho gamma),  Theta = 2 asin(kappa),  valid for kappa <= 1
+  v_D = gamma (1 - rho) / (2 w) cos(phi - Theta)
+
 Many drives are solved at once. A table of the base over one period finds the interval of the next event, a safeguarded
 Newton iteration on the exact expression finds its phase. The settled state is the fixed point of the map v(0) -> v(T).
 """
@@ -233,3 +236,34 @@ def stick_intervals(motion, row):
     if len(found) > 1 and found[0][0] == 0 and found[-1][1] == 1:
         found[-1][1] = 1 + found.pop(0)[1]
     return [tuple(f) for f in found if f[1] - f[0] > 1e-9]
+
+
+def closed_theta(gamma, mu, rho=0.5):
+    with np.errstate(divide="ignore", invalid="ignore"):
+        kappa = np.pi * mu * G / (2 * rho * np.asarray(gamma, float))
+        return 2 * np.arcsin(np.where(kappa <= 1, kappa, np.nan))
+
+
+def closed_drift(gamma, phi, mu, rho=0.5, frequency=20.0):
+    return gamma * (1 - rho) / (4 * np.pi * frequency) * np.cos(phi - closed_theta(gamma, mu, rho))
+
+
+def coulomb_theta(gamma, mu, rho=0.5):
+    """Null phase of the exact law less pi/2, rad. The frequency does not matter."""
+    gamma = np.ravel(gamma).astype(float)
+    low, high = np.full(len(gamma), np.pi / 2 - 0.1), np.full(len(gamma), np.pi / 2 + 2.2)
+    value = [settle(biharmonic(gamma, phi, rho), mu).v_D for phi in (low, high)]
+    valid = (value[0] > 1e-9) & (value[1] < -1e-9)
+    side = np.zeros(len(gamma))
+    for _ in range(22):  # Illinois
+        with np.errstate(divide="ignore", invalid="ignore"):
+            new = np.where(valid, (low * value[1] - high * value[0]) / (value[1] - value[0]), low)
+        found = settle(biharmonic(gamma, new, rho), mu).v_D
+        up = found > 0
+        value = [np.where(up, found, np.where(side < 0, value[0] / 2, value[0])),
+                 np.where(up, np.where(side > 0, value[1] / 2, value[1]), found)]
+        low, high = np.where(up, new, low), np.where(up, high, new)
+        side = np.where(up, 1, -1)
+        if not valid.any() or np.max(np.abs(found[valid])) < 1e-10:
+            break
+    return np.where(valid, new - np.pi / 2, np.nan)

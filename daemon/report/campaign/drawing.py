@@ -1,4 +1,5 @@
 """Style of the figures, text from files in them, and their files."""
+import io
 import re
 
 import matplotlib
@@ -10,7 +11,7 @@ COLOURS = ["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#7
 MARKERS = ["o", "s", "D", "^", "v", "P"]
 LINES = ["-", (0, (6, 1)), (0, (4, 1, 1, 1)), (0, (1, 1)), (0, (8, 2, 2, 2)), (0, (3, 3))]
 PAPER = "#888888"  # curves and numbers of the paper
-KINDS = ("svg", "pdf", "png")
+KINDS = {"pdf": {"CreationDate": None}, "png": {}, "svg": {"Date": None}}  # files of a figure, with their metadata
 
 matplotlib.rcParams.update({
     "figure.figsize": (6.4, 4.3), "figure.constrained_layout.use": True, "font.size": 9, "axes.grid": True,
@@ -33,27 +34,36 @@ def plain(text, most=60):
     return " " + text.replace("$", r"\$") if text.startswith("_") else text.replace("$", r"\$")
 
 
-def missing_figure(name, sentence):
-    figure, axes = plt.subplots(figsize=(6.4, 1.6))
-    axes.axis("off")
-    axes.text(0.5, 0.5, plain(f"{name} is not drawn: {sentence}", 300), ha="center", va="center", wrap=True, fontsize=9)
-    return figure
+def write(path, data):
+    """A reader sees the old file or the complete new one; a link of that name is replaced, not followed."""
+    part = path.with_name(f".{path.name}.part")
+    part.unlink(missing_ok=True)
+    with open(part, "xb") as file:
+        file.write(data)
+    part.replace(path)
+
+
+def remove(folder, name):
+    """Removes the files of an earlier figure."""
+    for kind in KINDS:
+        (folder / f"{name}.{kind}").unlink(missing_ok=True)
 
 
 def save(figure, folder, name):
     """Writes NAME.svg, NAME.pdf and NAME.png; returns the text of the SVG."""
     figure.draw_without_rendering()
     figure.set_layout_engine("none")  # the layout is the same in all three files
-    for kind in KINDS:
-        metadata = {"svg": {"Date": None}, "pdf": {"CreationDate": None}, "png": {}}[kind]
-        figure.savefig(folder / f"{name}.{kind}", metadata=metadata)
+    for kind, metadata in KINDS.items():
+        content = io.BytesIO()
+        figure.savefig(content, format=kind, metadata=metadata)
+        write(folder / f"{name}.{kind}", content.getvalue())
     plt.close(figure)
-    return (folder / f"{name}.svg").read_text(encoding="utf-8")
+    return content.getvalue().decode()
 
 
 def points(axes, x, y, error, colour, marker, filled=True, label=None):
     """Measured points; open ones are larger and lie below."""
-    error = np.where(np.isfinite(error), error, 0)
+    error = np.where(np.isfinite(error) & (error > 0), error, 0)
     axes.errorbar(x, y, error, fmt=marker, color=colour, mfc=colour if filled else "white", mew=0.8, lw=0, elinewidth=0.8,
                   label=label, zorder=4 if filled else 3, ms=None if filled or marker == "." else 6.5)
 

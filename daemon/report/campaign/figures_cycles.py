@@ -5,7 +5,7 @@ import numpy as np
 
 from coulomb_law import G, settle, velocity_over_period
 from drawing import Missing, colour_of, key, points
-from paper_fits import near_phase
+from settings import near_phase
 
 GAMMAS = (0.5, 1.0, 2.0)   # g, as in the paper where they were measured
 FINE = np.linspace(0, 1, 601)
@@ -23,6 +23,13 @@ def rows_at(source, phi, most=4):
     if len(wanted) >= 2:
         return np.array(wanted)
     return rows[np.unique(np.linspace(0, len(rows) - 1, min(most, len(rows))).round().astype(int))] if len(rows) else rows
+
+
+def with_line(source, row, sources):
+    """Whether the law is drawn there: for a source with curves, and at a gamma that no such source has at this phase."""
+    asked = lambda s, k: (np.round(s.campaign.points["asked_gamma"][k] / G, 3), s.setting.words)
+    phi = source.campaign.points["asked_phi"][row]
+    return source.curves or all(asked(source, row) != asked(s, k) for s in sources if s.curves for k in rows_at(s, phi))
 
 
 def law_cycle(source, row):
@@ -47,7 +54,7 @@ def fig_2a(sources):
                 x, e = (1e3 * s.campaign.cycle[k][row] for k in ("x", "x_errors"))
                 every = slice(sources.index(s) % 4, None, 4)
                 points(axes, s.campaign.cycle["phase"][every], x[every], e[every], colour, mark, filled=s is sources[0])
-                if s.curves:
+                if with_line(s, row, sources):
                     axes.plot(FINE, 1e3 * law_cycle(s, row)[1], color=colour, ls=s.line, lw=0.9)
     if not found:
         plt.close(figure)
@@ -93,7 +100,7 @@ def velocities(sources, phi, name):
         views.append(axes.inset_axes([0.36, 0.68, 0.3, 0.3] if phi == 0 else [0.36, 0.62, 0.3, 0.36]))
     for view in views:
         for s, row, _, colour in drawn:
-            draw_velocity(view, s, row, colour, s is sources[0], every=1 if view is not axes else 2)
+            draw_velocity(view, s, row, colour, sources, every=1 if view is not axes else 2)
         s, row, _, _ = drawn[0]
         c = s.campaign.cycle
         view.plot(c["phase"], c["v_base"][row] / scale(s, row), color="black", lw=1.1, zorder=2)
@@ -114,11 +121,11 @@ def scale(source, row):
     return p["gamma"][row] / (2 * np.pi * p["frequency"][row])
 
 
-def draw_velocity(axes, source, row, colour, filled, every):
+def draw_velocity(axes, source, row, colour, sources, every):
     c, V = source.campaign.cycle, scale(source, row)
     pick = slice(None, None, every)
-    points(axes, c["phase"][pick], c["v"][row][pick] / V, c["v_errors"][row][pick] / V, colour, ".", filled)
-    if source.curves:
+    points(axes, c["phase"][pick], c["v"][row][pick] / V, c["v_errors"][row][pick] / V, colour, ".", source is sources[0])
+    if with_line(source, row, sources):
         axes.plot(FINE, law_cycle(source, row)[0] / V, color=colour, ls=source.line, lw=0.9)
 
 

@@ -4,9 +4,8 @@ Lines: exact Coulomb law with mu_ac on the drive as asked for, its band +-2 erro
 import matplotlib.pyplot as plt
 import numpy as np
 
-from coulomb_law import G
-from drawing import PAPER, Missing, angle_name, band, colour_of, key, plain, points
-from paper_fits import closed_drift, closed_theta
+from coulomb_law import G, closed_drift, closed_theta
+from drawing import PAPER, Missing, angle_name, band, colour_of, key, plain, points, with_error
 from paper_numbers import MU_PAPER, PAPER_COSINES
 from sources import folded, gamma_range, phases_with_gammas
 
@@ -62,68 +61,73 @@ def look_key(axes, sources, loc, closed="closed form", mirror="at φ + π, sign 
     key(axes, entries + list(more), loc=loc)
 
 
-def cosine_groups(sources, most=5):
-    """Gammas of Fig. 3(a): those of the cosine fits with the most phases."""
-    fits = [(len(c.rows), round(c.gamma, 4)) for s in sources for c in s.cosines]
-    if not fits:
-        return []
-    largest = max(n for n, _ in fits)
-    gammas = sorted({g for n, g in fits if n >= 0.75 * largest})
-    if len(gammas) <= most:
-        return gammas
-    return [gammas[k] for k in np.unique(np.linspace(0, len(gammas) - 1, most).round().astype(int))]
+def circle_gammas(sources, most=5):
+    """Gammas of Fig. 3(a): those with the most points around the circle."""
+    count = {}
+    for s in sources:
+        for gamma, rows in s.circles.items():
+            count[gamma] = max(len(rows), count.get(gamma, 0))
+    gammas = sorted(g for g in count if count[g] >= 0.75 * max(count.values()))
+    return [gammas[k] for k in np.unique(np.linspace(0, len(gammas) - 1, min(most, len(gammas))).round().astype(int))]
 
 
 def fig_3a(sources):
     """v_D against phi at several gammas, with the cosines of the paper."""
-    gammas = cosine_groups(sources)
+    gammas = circle_gammas(sources)
     if not gammas:
         raise Missing("it needs six phases or more around the circle at one gamma.")
     figure, axes = plt.subplots()
     for k, gamma in enumerate(gammas):
         for s in sources:
-            fit = max((c for c in s.cosines if abs(c.gamma - gamma) < 1e-3), key=lambda c: len(c.rows), default=None)
-            if fit:
-                phi = np.mod(s.column("phi", fit.rows) + 0.05, 2 * np.pi) - 0.05
-                points(axes, phi, 1e3 * s.column("v_D", fit.rows), 1e3 * s.column("v_D_errors", fit.rows), colour_of(k),
-                       s.marker, s is sources[0])
-                if s is sources[0]:
-                    axes.plot(PHI, 1e3 * fit.amplitude * np.cos(PHI - fit.theta), color=colour_of(k), ls=CLOSED, lw=0.7)
+            rows = s.circles.get(gamma)
+            if rows is not None:
+                phi = np.mod(s.column("phi", rows) + 0.05, 2 * np.pi) - 0.05
+                points(axes, phi, 1e3 * s.column("v_D", rows), 1e3 * s.column("v_D_errors", rows), colour_of(k), s.marker,
+                       s is sources[0])
             if s.curves:
                 band(axes, PHI, *(1e3 * v for v in s.law(gamma, PHI)), colour_of(k), s.line)
         paper = PAPER_COSINES.get(round(gamma / G, 3))
-        if paper:
-            axes.plot(PHI, 1e3 * paper[0] * np.cos(PHI - paper[1]), color=colour_of(k), ls=":", lw=0.9, alpha=0.8)
+        for v, theta, line in [(*ours, CLOSED) for ours in cosines(sources[0], gamma)] + ([(*paper, ":")] if paper else []):
+            axes.plot(PHI, 1e3 * v * np.cos(PHI - theta), color=colour_of(k), ls=line, lw=0.8, alpha=0.8)
     axes.axhline(0, color="0.5", lw=0.6)
     axes.set(xlabel="φ (rad)", ylabel="$v_D$ (mm/s)", xlim=(-0.1, 2 * np.pi + 0.1))
     axes.set_xticks(np.arange(5) * np.pi / 2, ["0", "π/2", "π", "3π/2", "2π"])
     key(axes, [(f"γ = {g / G:.3g} g", {"color": colour_of(k), "lw": 2}) for k, g in enumerate(gammas)], loc="lower right")
-    look_key(axes, sources, "upper center", "fit $v_D^*$ cos(φ − Θ*)", "")
-    key(axes, [("fits of the paper", {"ls": ":", "lw": 0.9})], loc="lower left")
+    bottom, top = axes.get_ylim()
+    axes.set_ylim(bottom - 0.1 * (top - bottom), top + 0.25 * (top - bottom))  # for the legends
+    of_paper = any(round(g / G, 3) in PAPER_COSINES for g in gammas)
+    look_key(axes, sources, "upper center", "fit $v_D^*$ cos(φ − Θ*)", "",
+             [("fits of the paper", {"ls": ":", "lw": 0.9})] if of_paper else [])
     return figure
+
+
+def cosines(source, gamma):
+    """(v_D*, Theta*) of the fit with the most points at this gamma; empty without one."""
+    pairs = [(v.value, theta.value, v.points) for v in source.fits("v_D*") for theta in source.fits("Theta*")
+             if v.series == theta.series and v.gamma == theta.gamma and abs(v.gamma - gamma) < 1e-3]
+    return [max(pairs, key=lambda p: p[2])[:2]] if pairs else []
 
 
 def fig_3b(sources):
     """Theta = phi_0 - pi/2 against gamma, with the fit of the closed form."""
-    with_nulls = [s for s in sources if s.nulls]
+    with_nulls = [s for s in sources if s.fits("phi_0")]
     if not with_nulls:
-        raise Missing("it needs three phases or more around the null at one gamma.")
+        raise Missing("it needs null phases from the fits of 'shakerd mu', hence points on both sides of a null.")
     figure, axes = plt.subplots()
-    top = max(n.gamma for s in with_nulls for n in s.nulls)
+    top = max(n.gamma for s in with_nulls for n in s.fits("phi_0"))
     gamma = np.linspace(0.3 * G, max(top * 1.05, 0.5 * G), 60)
     band(axes, gamma / G, *(closed_theta(gamma, m) for m in (MU_PAPER, MU_PAPER - 0.006, MU_PAPER + 0.006)), PAPER, ":",
          "closed form, mu = 0.113(6): the paper")
     for k, s in enumerate(with_nulls):
-        n = s.nulls
-        points(axes, np.array([x.gamma for x in n]) / G, np.array([x.theta for x in n]), np.array([x.error for x in n]),
-               colour_of(k), s.marker, True, s.label)
+        g, theta, error = np.array([(n.gamma, n.theta, n.error) for n in s.fits("phi_0")]).T
+        points(axes, g / G, theta, error, colour_of(k), s.marker, True, s.label)
         if s.curves:
             band(axes, gamma / G, *s.null_law(gamma), colour_of(k), "-", "exact law, " + s.mu_words)
-        a = s.analysis
-        if s.curves and s.setting is a.settings[0] and np.isfinite(a.mu_ns):
-            m, half = a.mu_ns, np.nan_to_num(a.mu_ns_half)
-            band(axes, gamma / G, *(closed_theta(gamma, x, s.setting.rho) for x in (m, m - half, m + half)), colour_of(k),
-                 CLOSED, f"closed form, mu_ns = {m:.4f} ± {half:.2g} (95 %)", 0.8)
+        fit = s.analysis.fits.one("mu_ns")
+        if s.curves and np.isfinite(fit.value):
+            m, two = fit.value, 2 * np.nan_to_num(s.analysis.fits.total_error("mu_ns"))
+            band(axes, gamma / G, *(closed_theta(gamma, x, s.setting.rho) for x in (m, m - two, m + two)), colour_of(k), CLOSED,
+                 f"closed form, mu_ns = {with_error(m, two / 2)}", 0.8)
     axes.set(xlabel="γ / g", ylabel="Θ = $φ_0$ − π/2 (rad)", ylim=(0, None))
     axes.legend(loc="upper right")
     return figure
@@ -147,8 +151,7 @@ def fig_4(sources):
         axes.plot(gamma / G, closed, color=colour_of(k), ls=CLOSED, lw=0.7, alpha=0.7)
     axes.axhline(0.5, color=PAPER, ls=":", lw=0.9)
     axes.set(xlabel="γ / g", ylabel="η = |$v_D$| / $V_{RMS}$", ylim=(0, None))
-    bottom, top = axes.get_ylim()
-    axes.set_ylim(0, top * 1.3)
+    axes.set_ylim(0, axes.get_ylim()[1] * (1.15 + 0.08 * (len(sources) + sum(s.curves for s in sources))))  # for the legend
     key(axes, [(f"φ = {angle_name(phi)}", {"color": colour_of(k), "lw": 2}) for k, phi in enumerate(phases)], loc="upper left",
         ncol=1 + len(phases) // 5)
     look_key(axes, sources, "upper right", "closed form, mu = 0.113", "at φ + π",
@@ -158,18 +161,21 @@ def fig_4(sources):
 
 def fig_residuals(sources):
     """Measured v_D less the exact law at the measured drive with the walker's push."""
-    fits = {id(s.analysis): s for s in sources if s.analysis.law.known}.values()
-    if not fits:
-        raise Missing("it needs three points or more from which mu_ac can be fitted.")
+    fitted = list({id(s.analysis): s for s in sources if len(s.analysis.fits.rows)}.values())
+    if not fitted:
+        raise Missing("it needs mu_ac from the fits of 'shakerd mu', hence three moving points or more.")
     figure, axes = plt.subplots(figsize=(6.4, 3))
-    for k, s in enumerate(fits):
-        law = s.analysis.law
-        p = s.campaign.points
+    for k, s in enumerate(fitted):
+        fits, p = s.analysis.fits, s.campaign.points
+        left = p["v_D"][fits.rows] - fits.law
         with np.errstate(divide="ignore", invalid="ignore"):
-            error = (p["v_D"][law.rows] - law.law) / law.z
-        points(axes, p["gamma"][law.rows] / G, 1e6 * (p["v_D"][law.rows] - law.law), 1e6 * error, colour_of(k), s.marker, k == 0,
-               f"{plain(s.campaign.label)}: {s.mu_words}, chi2 {law.chi2:.2f}, {np.sum(np.abs(law.z) > 3)} of {len(law.z)} beyond 3 errors")
+            error = left / fits.z
+        points(axes, p["gamma"][fits.rows] / G, 1e6 * left, 1e6 * error, colour_of(k), s.marker, k == 0,
+               f"{plain(s.campaign.label)}: chi2 {fits.one('mu_ac').chi2:.2f}, {np.sum(np.abs(fits.z) > 3)} of {len(fits.z)}"
+               " beyond 3 errors")
     axes.axhline(0, color="0.3", lw=0.8)
     axes.set(xlabel="γ / g", ylabel="$v_D$ − exact law (µm/s)")
+    left, right = axes.get_xlim()
+    axes.set_xlim(left - 0.05, right + 0.05)
     axes.legend(loc="upper left", fontsize=6.5)
     return figure

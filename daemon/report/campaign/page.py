@@ -56,6 +56,11 @@ def figure(name, title, caption, svg):
             f"<figcaption><b>{esc(title)}</b> {esc(caption)}</figcaption></figure>\n")
 
 
+def figure_part(figures, notes):
+    return ('<h2 id="figures">Figures</h2><div class="figures">' + "".join(figure(*f) for f in figures) + "</div>"
+            + "".join(f"<p class=weak>{esc(note)}</p>" for note in notes))
+
+
 def paper_table(rows):
     cells = [(r.quantity, r.paper, with_error(r.ours, r.error), r.unit, number(r.truth, 7), number(r.z, 3),
               "–" if not np.isfinite(r.to_paper) else f"{100 * r.to_paper:+.1f} %", r.note) for r in rows]
@@ -80,35 +85,30 @@ def compared(labels, tables):
     return grid(("quantity", "the paper", *labels), cells, set(range(2, 2 + len(labels))))
 
 
-def fit_rows(fits):
-    def get(fit, key):
-        return float(fit[key]) if isinstance(fit.get(key), (int, float)) else np.nan
-
-    def name(fit):
-        gamma, phi = get(fit, "gamma_mps2") / 9.8, get(fit, "phi_rad")
-        place = f" at {gamma:.4g} g" if np.isfinite(gamma) else ""
-        place += f" at {np.degrees(phi):.1f} deg" if np.isfinite(phi) else ""
-        return f"{fit.get('name', '')}{place}" + (f" ({fit['series']})" if fit.get("series") else "")
-
-    def value(fit):
-        return with_error(get(fit, "value"), get(fit, "error")) if np.isfinite(get(fit, "value")) else "–"
-
-    return grid(("fit", "value (standard error of the last digits)", "unit", "chi2", "points", "note"),
-                [(name(f), value(f), f.get("unit", ""),
-                  number(get(f, "chi2"), 3), number(get(f, "points")), f.get("note", "")) for f in fits], {1, 3, 4})
+def fit_name(fit):
+    place = f" at {fit.gamma / G:.4g} g" if np.isfinite(fit.gamma) else ""
+    place += f" at {np.degrees(fit.phi):.1f} deg" if np.isfinite(fit.phi) else ""
+    return fit.name + place + (f" ({fit.series})" if fit.series else "")
 
 
-def budget_part(budgets):
-    if not budgets:
-        return ("<p class=weak>No budgets: they come from <code>shakerd mu</code>. The error of mu_ac on this"
-                " page has the scatter and the errors of gamma and phi; it does not have the scales of the sensors and the"
-                " model.</p>")
+def fit_part(fits):
+    if not fits.all:
+        return ("<p>None. Fits come from <code>shakerd mu</code>, which needs a measured point; <code>report.py</code> takes them"
+                " by <code>--fits</code>.</p>")
+    value = lambda f: with_error(f.value, f.error) if np.isfinite(f.value) else "–"
+    return grid(("fit", "value (error of the points)", "unit", "truth", "chi2 / freedom", "points", "note"),
+                [(fit_name(f), value(f), f.unit, number(f.truth, 7), number(f.chi2, 3), number(f.points), f.note)
+                 for f in fits.all], {1, 3, 4, 5})
+
+
+def budget_part(fits):
     parts = []
-    for name, lines in budgets.items():
-        ordered = sorted(lines, key=lambda line: -abs(line["share"]))
-        parts.append(f"<h3>{esc(name)}</h3>" + grid(("source", "share of the error", ""), [
-            (line["source"], number(line["share"], 3), line.get("note", "")) for line in ordered], {1}))
-    return "".join(parts)
+    for name, lines in fits.budgets.items():
+        if lines:
+            parts.append(f"<p><b>{esc(name)}</b> = {esc(with_error(fits.one(name).value, fits.total_error(name)))}</p>" + grid(
+                ("source", "relative error (%)", "input"),
+                [(line["source"], number(100 * line["share"], 3), line.get("input", "")) for line in lines], {1}))
+    return "".join(parts) or "<p>None.</p>"
 
 
 def journal_rows(campaign):
@@ -145,18 +145,19 @@ def summary(analysis):
 def campaign_part(analysis, number_of):
     """Plan, events, points without a result and picture of a campaign."""
     c = analysis.campaign
-    missing, events = unmeasured(c), journal_rows(c)
+    missing, events, waiting = unmeasured(c), journal_rows(c), int(np.sum(c.points["outcome"] == "not begun"))
     parts = [f'<h2 id="campaign{number_of}">{esc(c.label)}: {esc(c.title)}</h2><p>{esc(summary(analysis))}</p>',
              f"<p class=weak>{esc(c.path)}, written by {esc(c.program or 'an unknown program')}</p>"]
     parts += [f"<p class=bad>{esc(note)}</p>" for note in dict.fromkeys(c.notes)]
-    law = analysis.law
-    if law.known:
-        parts.append(f"<p>Exact law at the measured drives, with the push of the walker on the base: chi2 {number(law.chi2, 3)},"
-                     f" {int(np.sum(np.abs(law.z) > 3))} of {len(law.z)} points beyond 3 errors.</p>")
-    elif law.note:
-        parts.append(f"<p class=bad>mu_ac is not fitted: {esc(law.note)}.</p>")
+    fits = analysis.fits
+    if len(fits.rows):
+        parts.append(f"<p>Exact law at the measured drives, with the push of the walker on the base: chi2"
+                     f" {number(fits.one('mu_ac').chi2, 3)}, {int(np.sum(np.abs(fits.z) > 3))} of {len(fits.z)} points beyond 3"
+                     " errors.</p>")
     parts.append("<h3>Points without a result</h3>" + (grid(("point", "series", "set-point", "outcome", "reason"), missing)
-                                                       if missing else "<p>None.</p>"))
+                                                       if missing else "" if waiting else "<p>None.</p>"))
+    if waiting:
+        parts.append(f"<p>{waiting} points were not begun; <code>shakerd campaign FOLDER --continue</code> measures them.</p>")
     parts.append("<h3>Events</h3>" + (grid(("time", "entry", "where", "what", "reason"), events) if events else
                                       "<p>None: no journal, or nothing but complete passes.</p>"))
     if c.picture:
@@ -180,34 +181,31 @@ def point_table(c):
     return "<details><summary>measured points</summary>" + grid(head, rows, {0, 2, 3, 4, 5, 6, 7, 8}) + "</details>"
 
 
-def page(analyses, figures, tables, given, notes):
-    """figures: (name, title, caption, SVG); tables: for each campaign (rows of the paper, fits); given: contents of --fits."""
+def whole(title, links, parts):
+    """A complete page; links: (identifier of a heading, name)."""
+    return "\n".join([
+        f'<!doctype html><html lang="en"><head><meta charset="utf-8"><title>{esc(title)}</title>',
+        '<meta http-equiv="Content-Security-Policy" content="default-src \'none\'; img-src data:; style-src \'unsafe-inline\'">',
+        '<meta name="viewport" content="width=device-width, initial-scale=1">', f"<style>{STYLE}</style></head><body>",
+        f"<h1>{esc(title)}</h1>", "<nav>" + "".join(f'<a href="#{esc(at)}">{esc(name)}</a>' for at, name in links) + "</nav>",
+        *parts, "</body></html>\n"])
+
+
+def page(analyses, figures, notes, tables):
+    """figures: (name, title, caption, SVG); notes: on the figures; tables: for each campaign the rows of the paper."""
     title = " / ".join(dict.fromkeys(a.campaign.title for a in analyses)) or "campaign"
-    parts = [f'<!doctype html><html lang="en"><head><meta charset="utf-8"><title>{esc(title)}</title>',
-             '<meta http-equiv="Content-Security-Policy"'
-             " content=\"default-src 'none'; img-src data:; style-src 'unsafe-inline'\">",
-             '<meta name="viewport" content="width=device-width, initial-scale=1">', f"<style>{STYLE}</style></head><body>",
-             f"<h1>{esc(title)}</h1>",
-             '<nav><a href="#figures">Figures</a><a href="#paper">The paper beside us</a><a href="#fits">Fits</a>'
-             '<a href="#budgets">Budgets</a>',
-             *(f'<a href="#campaign{k}">{esc(a.campaign.label)}</a>' for k, a in enumerate(analyses)),
-             "</nav>"]
-    parts += [f"<p><b>{esc(a.campaign.label)}</b>: {esc(summary(a))}</p>" for a in analyses]
-    parts += [f"<p class=bad>{esc(note)}</p>" for note in notes]
-    parts.append('<h2 id="figures">Figures</h2><div class="figures">' + "".join(figure(*f) for f in figures) + "</div>")
+    parts = [f"<p><b>{esc(a.campaign.label)}</b>: {esc(summary(a))}</p>" for a in analyses]
+    parts.append(figure_part(figures, notes))
     parts.append('<h2 id="paper">The paper beside us</h2><p class=weak>Maza-Cuello and Maza, Efficient transport controlled by'
-                 " biharmonic frictional driving. Truth: of a simulated bench. z counts the errors of this page only.</p>")
+                 " biharmonic frictional driving. Truth: of a simulated bench. Errors of mu_ac, mu_k and mu_ns have the whole"
+                 " budget; z counts no other errors than those shown.</p>")
     if len(analyses) > 1:
         parts.append("<h3>Side by side</h3><p class=weak>z: difference from the first campaign over the errors of both.</p>"
-                     + compared([a.campaign.label for a in analyses], [rows for rows, _ in tables]))
-    for a, (rows, _) in zip(analyses, tables):
-        parts.append(f"<h3>{esc(a.campaign.label)}</h3>" + (paper_table(rows) if rows else "<p>No points with a result.</p>"))
-    parts.append('<h2 id="fits">Fits</h2>')
-    if given.get("fits"):
-        parts.append("<h3>shakerd mu</h3>" + fit_rows(given["fits"]))
-    for a, (_, fits) in zip(analyses, tables):
-        if not given.get("fits"):
-            parts.append(f"<h3>{esc(a.campaign.label)}</h3>" + (fit_rows(fits) if fits else "<p>No points with a result.</p>"))
-    parts.append('<h2 id="budgets">Budgets</h2>' + budget_part(given.get("budgets")))
+                     + compared([a.campaign.label for a in analyses], tables))
+    each = lambda content: [f"<h3>{esc(a.campaign.label)}</h3>" + content(a, rows) for a, rows in zip(analyses, tables)]
+    parts += each(lambda a, rows: paper_table(rows) if rows else "<p>No points with a result.</p>")
+    parts += ['<h2 id="fits">Fits</h2>', *each(lambda a, rows: fit_part(a.fits))]
+    parts += ['<h2 id="budgets">Budgets</h2>', *each(lambda a, rows: budget_part(a.fits))]
     parts += [campaign_part(a, k) for k, a in enumerate(analyses)]
-    return "\n".join(parts) + "\n</body></html>\n"
+    links = [("figures", "Figures"), ("paper", "The paper beside us"), ("fits", "Fits"), ("budgets", "Budgets")]
+    return whole(title, links + [(f"campaign{k}", a.campaign.label) for k, a in enumerate(analyses)], parts)

@@ -1,14 +1,14 @@
-"""The paper beside us: each number that the paper states, ours from the points, and the truth of a simulated bench.
+"""The paper beside us: each number that the paper states, ours from the points and the fits, and the truth of a simulated bench.
 
-The truth of a quantity of v_D is the same computation with the true v_D; that of mu and of an event is the scene's.
+The truth of a quantity of v_D is the same computation with the true v_D; that of mu_ac, mu_k and of an event is the scene's.
 """
 import dataclasses
 
 import numpy as np
 
-from coulomb_fit import LawFit, fit_coulomb
-from coulomb_law import G, biharmonic, settle, stick_intervals
-from paper_fits import closed_theta, cosine_fits, mu_no_stick, near_phase, null_phases, reversal, settings_of
+from coulomb_law import G, settle, stick_intervals
+from fits import Fits, fits_for
+from settings import near_phase, settings_of
 
 PAPER_COSINES = {0.68: (8.3e-3, 1.12), 1.0: (17.6e-3, 0.62), 3.0: (38.7e-3, 0.22)}
 MU_PAPER, MU_PAPER_ERROR = 0.113, 0.003  # 0.113(6): 95 % interval
@@ -40,30 +40,25 @@ class Analysis:
     """Results of one campaign that figures and tables share."""
     campaign: object
     settings: list      # see settings_of
-    law: LawFit
-    cosines: list       # of settings[0]
-    nulls: list
-    mu_ns: float
-    mu_ns_half: float   # half width of the 95 % interval
-    mu_ns_misfit: float  # rad, rms
+    fits: Fits          # those at one gamma or phase are of settings[0]
 
     @property
     def mu(self):
-        """Friction coefficient for curves: the fitted one, else that of the plan, else the paper's."""
-        return self.law.mu if self.law.known else MU_PAPER
+        """Friction coefficient for curves: the fitted one, else the paper's."""
+        return self.fits.one("mu_ac").value if self.mu_known else MU_PAPER
 
     @property
     def mu_error(self):
-        return self.law.mu_error if self.law.known else MU_PAPER_ERROR
+        return self.fits.total_error("mu_ac") if self.mu_known else MU_PAPER_ERROR
+
+    @property
+    def mu_known(self):
+        return np.isfinite(self.fits.one("mu_ac").value)
 
 
-def analyse(campaign):
-    settings, v = settings_of(campaign), campaign.points["v_D"]
-    first = settings[0] if settings else None
-    cosines = cosine_fits(campaign, first, v) if first else []
-    nulls = null_phases(campaign, first, v) if first else []
-    return Analysis(campaign, settings, fit_coulomb(campaign), cosines, nulls,
-                    *mu_no_stick(nulls, first.rho if first else 0.5))
+def analyse(campaign, given):
+    """given: fits of the campaign, an object of `shakerd mu --json`; empty: none."""
+    return Analysis(campaign, settings_of(campaign), fits_for(campaign, given))
 
 
 def find(campaign, setting, gamma, phi):
@@ -78,37 +73,32 @@ def paper_rows(analysis):
     if not analysis.settings:
         return []
     c, s = analysis.campaign, analysis.settings[0]
-    return [*mu_rows(analysis), *cosine_rows(c, s), *ratio_rows(c, s), *event_rows(analysis), *reversal_rows(analysis),
+    return [*mu_rows(analysis), *cosine_rows(analysis), *ratio_rows(c, s), *event_rows(analysis), *reversal_rows(analysis),
             *efficiency_rows(c, s), *no_stick_rows(analysis), *flip_rows(c, s)]
 
 
 def mu_rows(a):
-    true = a.campaign.truth("mu_k")
-    true_ns = mu_no_stick(null_phases(a.campaign, a.settings[0], a.campaign.points["true_v_D"]), a.settings[0].rho)[0]
-    n = sum(1 for null in a.nulls if null.theta > 0)
-    rows = [Row("mu_ns: no-stick form fitted to null phases", "0.113(6)", MU_PAPER, a.mu_ns, a.mu_ns_half / 2, true_ns, "",
-                f"{n} null phases; 95 % interval +-{a.mu_ns_half:.2g}. The form is biased by -13 to -23 % where the exact law"
-                " holds; its truth is the same fit to the true v_D"),
-            Row("mu_ac: exact Coulomb law, all points", "0.113(6)", MU_PAPER, a.law.mu, a.law.mu_error, true, "",
-                f"{len(a.law.rows)} points, chi2 {a.law.chi2:.2f}; of the scatter alone {a.law.scatter:.1g}. The errors of"
-                " gamma and phi count as common to all points; those of the sensors' scales and of the model are not in it")]
-    return rows if np.isfinite(a.mu_ns) else rows[1:]
+    rows, true = [], a.campaign.truth("mu_k")
+    for name, words, paper, of in (("mu_ns", "no-stick form", "0.113(6)", "null phases"),
+                                   ("mu_ac", "exact Coulomb law", "0.113(6)", "points"),
+                                   ("mu_k", "slopes of v(t) in slips", "", "slips")):
+        fit = a.fits.one(name)
+        if np.isfinite(fit.value):
+            note = f"{fit.points:.0f} {of}; error of these alone {fit.error:.1g}"
+            rows.append(Row(f"{name}: {words}", paper, MU_PAPER if paper else np.nan, fit.value, a.fits.total_error(name),
+                            fit.truth if name == "mu_ns" else true, "", note))
+    return rows
 
 
-def cosine_rows(c, s):
-    rows, p = [], c.points
-    true = {(f.gamma, len(f.rows)): f for f in cosine_fits(c, s, p["true_v_D"])}
-    fits = cosine_fits(c, s, p["v_D"])
-    for gamma, (v, theta) in PAPER_COSINES.items():
-        near = [f for f in fits if abs(f.gamma / G - gamma) < 0.01]
-        if near:
-            f = max(near, key=lambda f: len(f.rows))
-            t = true.get((f.gamma, len(f.rows)))
-            note = f"series {f.series}, {len(f.rows)} phases, rms misfit of the cosine {1e3 * f.residual:.2g} mm/s"
-            rows += [Row(f"v_D* at {gamma:g} g", f"{1e3 * v:g} mm/s", 1e3 * v, 1e3 * f.amplitude, 1e3 * f.amplitude_error,
-                         1e3 * t.amplitude if t else np.nan, "mm/s", note),
-                     Row(f"Theta* at {gamma:g} g", f"{theta:g}", theta, f.theta, f.theta_error, t.theta if t else np.nan, "rad",
-                         note)]
+def cosine_rows(a):
+    rows = []
+    for name, paper, scale, unit, k in (("v_D*", "{:g} mm/s", 1e3, "mm/s", 0), ("Theta*", "{:g}", 1, "rad", 1)):
+        for gamma, values in PAPER_COSINES.items():
+            fits = [f for f in a.fits.named(name) if abs(f.gamma / G - gamma) < 0.01]
+            if fits:
+                f, value = max(fits, key=lambda f: f.points), scale * values[k]
+                rows.append(Row(f"{name} at {gamma:g} g", paper.format(value), value, scale * f.value, scale * f.error,
+                                scale * f.truth, unit, f"series {f.series}, {f.points:.0f} points", False))
     return rows
 
 
@@ -195,14 +185,9 @@ def gone_rows(c, s):
 
 
 def reversal_rows(a):
-    c, s = a.campaign, a.settings[0]
-    law = lambda gamma: settle(biharmonic(gamma, 3 * np.pi / 4, s.rho, s.frequency), a.mu).v_D
-    ours, error = reversal(c, s, c.points["v_D"], 3 * np.pi / 4, law)
-    if not np.isfinite(ours):
-        return []
-    true = reversal(c, s, c.points["true_v_D"], 3 * np.pi / 4, law)[0]
-    return [Row("v_D reverses at phi = 3 pi/4, gamma", "reverses", np.nan, ours / G, error / G, true / G, "g",
-                "between two points the curve has the shape of the exact law")]
+    fits = [f for f in a.fits.named("gamma of reversal") if near_phase(f.phi, 3 * np.pi / 4, 0.003)]
+    return [Row("v_D reverses at phi = 3 pi/4, gamma", "reverses", np.nan, f.value / G, f.error / G, f.truth / G, "g", f.note)
+            for f in fits[:1]]
 
 
 def efficiency_rows(c, s):
@@ -219,18 +204,16 @@ def efficiency_rows(c, s):
 
 
 def no_stick_rows(a):
-    fits = [f for f in a.cosines if f.gamma > 0.67 * G]
+    fits = [f for f in a.fits.named("v_D*") if f.gamma > 0.67 * G]
     if not fits:
         return []
     w, rho = 2 * np.pi * a.settings[0].frequency, a.settings[0].rho
-    above = np.array([f.gamma * (1 - rho) / (2 * w) / f.amplitude for f in fits])
-    e = np.array([f.amplitude_error / f.amplitude for f in fits])
-    true = [f for f in cosine_fits(a.campaign, a.settings[0], a.campaign.points["true_v_D"]) if f.gamma > 0.67 * G]
-    return [Row("no-stick amplitude gamma (1 - rho) / 2 w over v_D*, mean", "about 1.3", 1.3, above.mean(),
-                np.sqrt(np.sum((above * e)**2)) / len(e),
-                np.mean([f.gamma * (1 - rho) / (2 * w) / f.amplitude for f in true]) if true else np.nan, "",
-                f"{len(fits)} fits from 0.68 g on: {above.min():.3f} to {above.max():.3f}; the paper's own fits give 1.60, 1.11,"
-                " 1.51")]
+    above = lambda v: np.array([f.gamma * (1 - rho) / (2 * w) / v(f) for f in fits])
+    ours, error = above(lambda f: f.value), [f.error / f.value for f in fits]
+    return [Row("no-stick amplitude gamma (1 - rho) / 2 w over v_D*, mean", "about 1.3", 1.3, ours.mean(),
+                np.linalg.norm(ours * error) / len(fits), above(lambda f: f.truth).mean(), "",
+                f"{len(fits)} fits from 0.68 g on: {ours.min():.3f} to {ours.max():.3f}; the paper's own fits give 1.60, 1.11,"
+                " 1.51", False)]
 
 
 def flip_rows(c, s):
@@ -266,23 +249,3 @@ def flip_time(u, v):
     middle = steps[0] + 0.5
     above, below = fine[(curve >= 0.8) & (fine < middle)], fine[(curve <= -0.8) & (fine > middle)]
     return (below[0] - above[-1]) * (u[1] - u[0]) if len(above) and len(below) else np.nan
-
-
-def fit_table(a):
-    """The fits as in --fits: name, value, error, unit, chi2, points, note."""
-    law = a.law
-    rows = [("mu_ac", law.mu, law.mu_error, "1", law.chi2, len(law.rows), "exact Coulomb law at the measured drives. " + law.note),
-            ("tilt", law.tilt, law.tilt_error, "rad", law.chi2, len(law.rows), "downhill towards +x, from the same fit"),
-            ("push", law.push or np.nan, np.nan, "1", np.nan, len(law.rows),
-             "mass of the walker over the mass that moves with the base, from harmonics 9 and above"),
-            ("mu_ns", a.mu_ns, a.mu_ns_half / 2, "1", np.nan, sum(1 for n in a.nulls if n.theta > 0),
-             f"no-stick form; rms misfit of Theta {a.mu_ns_misfit:.2g} rad")]
-    for f in sorted(a.cosines, key=lambda f: (f.gamma, len(f.rows))):
-        note = f"series {f.series}; equal weights; rms misfit {1e3 * f.residual:.2g} mm/s"
-        rows += [(f"v_D* at {f.gamma / G:.4g} g", f.amplitude, f.amplitude_error, "m/s", f.chi2, len(f.rows), note),
-                 (f"Theta* at {f.gamma / G:.4g} g", f.theta, f.theta_error, "rad", f.chi2, len(f.rows), note)]
-    rows += [(f"phi_0 at {n.gamma / G:.4g} g", n.phi, n.error, "rad", n.chi2, n.points,
-              f"Theta = {n.theta:.5f} rad; no-stick form with mu_ns: {closed_theta(n.gamma, a.mu_ns, a.settings[0].rho):.4f}")
-             for n in a.nulls]
-    keys = ("name", "value", "error", "unit", "chi2", "points", "note")
-    return [dict(zip(keys, row)) for row in rows if np.isfinite(row[1])]

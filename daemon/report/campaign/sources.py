@@ -3,9 +3,9 @@ import dataclasses
 
 import numpy as np
 
-from coulomb_law import G, settle
+from coulomb_law import G, coulomb_theta, settle
 from drawing import LINES, MARKERS, plain, with_error
-from paper_fits import cosine_fits, coulomb_theta, null_phases
+from settings import circles
 
 MOST_SOURCES = 6     # in one set of figures
 MOST_CURVES = 3      # sources of which theory is drawn
@@ -19,8 +19,7 @@ class Source:
     marker: str
     line: object
     curves: bool        # theory is drawn for this source
-    cosines: list
-    nulls: list
+    circles: dict       # gamma: points around the circle, see circles()
     solved: dict = dataclasses.field(default_factory=dict)  # curves of law()
 
     @property
@@ -29,6 +28,10 @@ class Source:
 
     def column(self, name, rows=None):
         return self.campaign.points[name][self.setting.rows if rows is None else rows]
+
+    def fits(self, name):
+        """Fits at one gamma, for the setting that has them."""
+        return self.analysis.fits.named(name) if self.setting is self.analysis.settings[0] else []
 
     def law(self, gamma, phi):
         """v_D of the exact law on the drive as asked for and a level base: with mu, and with mu less and plus two errors."""
@@ -48,8 +51,8 @@ class Source:
 
     @property
     def mu_words(self):
-        fit = self.analysis.law
-        return f"mu_ac = {with_error(fit.mu, fit.mu_error)}" if fit.known else "mu = 0.113 (the paper's)"
+        a = self.analysis
+        return f"mu_ac = {with_error(a.mu, a.mu_error)}" if a.mu_known else "mu = 0.113 (the paper's)"
 
 
 def sources_of(analyses):
@@ -66,9 +69,7 @@ def sources_of(analyses):
         curves = new and len(seen) < MOST_CURVES
         if curves:
             seen.append((look, a.mu))
-        v = a.campaign.points["v_D"]
-        sources.append(Source(a, setting, label, MARKERS[n], LINES[n], curves, cosine_fits(a.campaign, setting, v),
-                              null_phases(a.campaign, setting, v)))
+        sources.append(Source(a, setting, label, MARKERS[n], LINES[n], curves, circles(a.campaign, setting)))
     left = len(found) - len(sources)
     return sources, f"{left} more settings are not drawn; the figures have {MOST_SOURCES} at most." if left > 0 else ""
 

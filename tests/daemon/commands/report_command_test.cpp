@@ -1,5 +1,5 @@
-// shakerd report: the page of a measured campaign, made by a process that reaches no network and no other
-// file.
+// shakerd report: the page of a measured campaign or recording, made by a process that reaches no network and
+// no other file.
 #include <gtest/gtest.h>
 #include <spdlog/fmt/fmt.h>
 
@@ -42,13 +42,49 @@ TEST(ReportCommandTest, DrawsMeasuredCampaign) {
         EXPECT_TRUE(std::filesystem::exists(folder / "points/report" / file)) << file;
 }
 
+TEST(ReportCommandTest, DrawsSingleRecording) {
+    const std::filesystem::path folder = test::fresh_folder();
+    std::ofstream{folder / "plan.toml"} << plan;
+    ASSERT_EQ(test::shakerd("campaign plan.toml -o points", folder).status, 0);
+    const test::Outcome report = test::shakerd("report points/r001.nxs", folder);
+    ASSERT_EQ(report.status, 0) << report.out << report.err;
+    EXPECT_EQ(report.err, "") << "no fits are expected of a recording";
+    const std::string page = content(folder / "points/r001.report/report.html");
+    for (const char* part : {"r001 #4", "true v_D", "settings"})
+        EXPECT_NE(page.find(part), std::string::npos) << part;
+    EXPECT_TRUE(std::filesystem::exists(folder / "points/r001.report/period_v.pdf"));
+    EXPECT_EQ(test::shakerd("report points points/r001.nxs -o both", folder).status, 2);
+}
+
+TEST(ReportCommandTest, ReplacesLinksAndRefusesLinkedFolder) {
+    const std::filesystem::path folder = test::fresh_folder(), out = folder / "points/report";
+    std::ofstream{folder / "plan.toml"} << plan;
+    std::ofstream{folder / "mine"} << "untouched";
+    ASSERT_EQ(test::shakerd("campaign plan.toml -o points", folder).status, 0);
+    std::filesystem::create_directories(out);
+    for (const char* name : {"fits.json", "fig2b.svg", "report.html"})
+        std::filesystem::create_symlink(folder / "mine", out / name);
+    EXPECT_EQ(test::shakerd("report points", folder).status, 0);
+    for (const char* name : {"fits.json", "fig2b.svg", "report.html"})
+        EXPECT_TRUE(std::filesystem::is_regular_file(std::filesystem::symlink_status(out / name))) << name;
+    EXPECT_EQ(content(folder / "mine"), "untouched");
+    std::filesystem::remove_all(out);
+    std::filesystem::create_directory(folder / "elsewhere");
+    std::filesystem::create_directory_symlink(folder / "elsewhere", out);
+    const test::Outcome refused = test::shakerd("report points", folder);
+    EXPECT_EQ(refused.status, 2);
+    EXPECT_NE(refused.err.find("is a link"), std::string::npos) << refused.err;
+    EXPECT_TRUE(std::filesystem::is_empty(folder / "elsewhere"));
+}
+
 TEST(ReportCommandTest, RefusesWhatIsNoCampaign) {
     const std::filesystem::path folder = test::fresh_folder();
     const test::Outcome missing = test::shakerd("report nothing", folder);
     EXPECT_EQ(missing.status, 2);
     EXPECT_NE(missing.err.find("nothing: no such file or folder"), std::string::npos) << missing.err;
     std::filesystem::create_directory(folder / "empty");
-    EXPECT_EQ(test::shakerd("report empty", folder).status, 2);
+    EXPECT_EQ(test::shakerd("report empty -o out", folder).status, 2);
+    EXPECT_FALSE(std::filesystem::exists(folder / "out"));
 }
 
 /// Exit status of a line of Python in a process with these files; the last one is its temporary folder.

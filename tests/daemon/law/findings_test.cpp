@@ -54,6 +54,22 @@ TEST(FindingsTest, JsonHasFitsBudgetsAndPoints) {
     EXPECT_EQ(j.at("covariances").at(0).at("names").size(), 2U);
 }
 
+TEST(FindingsTest, TruthIsTheSameFitToTheTrueDrift) {
+    std::vector<Point> points = test::exact_points(bench);
+    const Findings without = analyse(points);
+    ASSERT_FALSE(without.nulls.empty());
+    EXPECT_TRUE(std::isnan(without.nulls[0].truth));
+    for (Point& p : points) {
+        p.true_v_D = p.v_D.value;
+        p.v_D.value += 1e-5 * std::cos(p.phi.value);
+    }
+    const Findings with = analyse(points);
+    EXPECT_EQ(with.nulls[0].truth, without.nulls[0].value);
+    EXPECT_NE(with.nulls[0].truth, with.nulls[0].value);
+    EXPECT_EQ(with.no_stick.truth, without.no_stick.value);
+    EXPECT_TRUE(std::isnan(with.slopes.mu.truth));
+}
+
 TEST(FindingsTest, TextHasEachMuWithItsBudget) {
     const std::string text = findings_text(analyse(test::exact_points(bench)));
     for (const char* part :

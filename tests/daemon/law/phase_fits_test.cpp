@@ -42,6 +42,20 @@ TEST(CosineFitTest, RecoversACosine) {
     EXPECT_EQ(fits[0].amplitude.note, "");
 }
 
+TEST(CosineFitTest, DoesNotMixFrequencies) {
+    std::vector<Point> points;
+    for (int k = 0; k < 9; ++k) {
+        Point p = exact_point(drive_at(1, k * pi / 3), level);
+        p.v_D.value = (k < 6 ? 0.0176 : 0.01) * std::cos(p.phi.value - 0.62);
+        p.asked.frequency = k < 6 ? 20 : 35;
+        points.push_back(p);
+    }
+    const auto fits = cosine_fits(points);
+    ASSERT_EQ(fits.size(), 1U);
+    EXPECT_EQ(fits[0].amplitude.points, 6);
+    EXPECT_NEAR(fits[0].amplitude.value, 0.0176, 1e-12);
+}
+
 TEST(CosineFitTest, CoulombDriftIsStatedAsMisfit) {
     std::vector<Point> points;
     for (int k = 0; k < 12; ++k) points.push_back(exact_point(drive_at(0.68, k * pi / 6), level));
