@@ -230,7 +230,7 @@ Action Engine::lead_back(const Seen& seen, double v_D, double target) {
     const std::size_t ahead = side(v_D);
     way_back_.begin(seen.now_s, seen.x_m, ahead, seen.way.at(ahead), target, std::abs(walk.v_D) / frequency_,
                     1 / frequency_);
-    return go(seen.state == run::RunState::idle, back, {.periods = 0});
+    return go(seen.state == run::RunState::idle, back, {.periods = 0, .identifies = !near_edge(seen)});
 }
 
 // The edge in the direction `ahead` (+1, -1) is near.
@@ -245,7 +245,9 @@ Action Engine::watch_return(const Seen& seen) {
         way_back_.leave(seen.now_s, way);
         way = way_back_.expected();
         phase_ = Phase::between;
-        return choose(turned);
+        const Action action = choose(turned);
+        if (std::holds_alternative<Stop>(action)) way_back_.abandon();  // a ramp to rest takes another time
+        return action;
     }
     if (!way_back_.late(seen.now_s)) return {};
     fail("the walker does not come back");

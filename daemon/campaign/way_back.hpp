@@ -15,7 +15,8 @@ public:
     /// step: its walk in a period of the return. period_s: of the drive.
     void begin(double now_s, double x_m, std::size_t ahead, double way, double target, double step,
                double period_s) noexcept {
-        constexpr double patience = 3, patience_s = 5;  // by the expected time of the return; in addition
+        constexpr double patience = 3,
+                         patience_s = 15;  // by the expected time; in addition, for the start from rest
         x_m_ = x_m, way_ = way, target_ = target, step_ = step;
         ahead_ = ahead;
         left_ = false;
@@ -35,6 +36,8 @@ public:
         left_at_ = farthest_ = way;
         left_ = true;
     }
+    /// Nothing is learned from this return.
+    void abandon() noexcept { left_ = false; }
     /// The walker on its way after leave(): the place where it turns counts.
     void follow(double way) noexcept { farthest_ = std::max(farthest_, way); }
     /// A return was left and has not ended.

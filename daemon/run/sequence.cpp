@@ -210,9 +210,8 @@ void Sequence::arm(acquisition::Channels& channels) {
     go(Armed{}, channels);
     if (!walker_.has_target() && !std::exchange(no_target_noted_, true))
         note("no camera has a target \"walker\": nothing stops the drive when the walker leaves the base");
-    // A move of the walker needs no identified response; near the edge it comes before the identification.
-    const bool moves = plan_.task.periods == 0 && !order_.only_identify;
-    if (!moves && !controller_.identified() && controller_.begin_identification()) {
+    const bool identifies = plan_.task.identifies || order_.only_identify;
+    if (identifies && !controller_.identified() && controller_.begin_identification()) {
         go(Identify{}, channels);
         say_("identification: measuring the response of the base to the drive");
         command(controller_.volts(), plan_.soft_start, true, channels);
