@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "daemon/campaign/schedule.hpp"
+#include "daemon/campaign/plan.hpp"
 #include "daemon/campaign/travel.hpp"
 #include "daemon/safety/preflight.hpp"
 

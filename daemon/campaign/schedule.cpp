@@ -1,11 +1,10 @@
-#include "daemon/campaign/schedule.hpp"
-
 #include <spdlog/fmt/fmt.h>
 
 #include <numbers>
 #include <random>
 #include <utility>
 
+#include "daemon/campaign/plan.hpp"
 #include "drivers/errors.hpp"
 
 namespace shaker::campaign {

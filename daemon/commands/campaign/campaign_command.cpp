@@ -11,10 +11,10 @@
 
 #include "daemon/campaign/campaign.hpp"
 #include "daemon/campaign/campaign_folder.hpp"
+#include "daemon/campaign/plan.hpp"
 #include "daemon/campaign/plan_check.hpp"
 #include "daemon/campaign/plan_file.hpp"
 #include "daemon/campaign/point_results.hpp"
-#include "daemon/campaign/schedule.hpp"
 #include "daemon/commands/campaign/campaign_lines.hpp"
 #include "daemon/commands/campaign/journal_writer.hpp"
 #include "daemon/commands/campaign/operator_input.hpp"

@@ -6,8 +6,8 @@
 #include <fstream>
 
 #include "daemon/campaign/campaign.hpp"
+#include "daemon/campaign/plan.hpp"
 #include "daemon/campaign/plan_file.hpp"
-#include "daemon/campaign/schedule.hpp"
 #include "daemon/run/runner.hpp"
 #include "tests/support/program.hpp"
 

@@ -6,7 +6,7 @@
 #include <numbers>
 #include <random>
 
-#include "daemon/campaign/schedule.hpp"
+#include "daemon/campaign/plan.hpp"
 
 namespace shaker::campaign {
 namespace {

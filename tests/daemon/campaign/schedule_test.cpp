@@ -1,5 +1,3 @@
-#include "daemon/campaign/schedule.hpp"
-
 #include <gtest/gtest.h>
 #include <spdlog/fmt/fmt.h>
 
@@ -7,6 +5,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "daemon/campaign/plan.hpp"
 #include "daemon/campaign/plan_file.hpp"
 #include "drivers/errors.hpp"
 

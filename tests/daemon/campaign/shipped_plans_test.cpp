@@ -12,8 +12,8 @@
 #include <set>
 #include <sstream>
 
+#include "daemon/campaign/plan.hpp"
 #include "daemon/campaign/plan_file.hpp"
-#include "daemon/campaign/schedule.hpp"
 #include "daemon/reduction/no_stick.hpp"
 #include "tests/support/paths.hpp"
 

@@ -8,8 +8,8 @@
 #include <nlohmann/json.hpp>
 #include <numbers>
 
+#include "daemon/campaign/plan.hpp"
 #include "daemon/campaign/plan_file.hpp"
-#include "daemon/campaign/schedule.hpp"
 #include "tests/support/paths.hpp"
 
 namespace shaker::campaign {
