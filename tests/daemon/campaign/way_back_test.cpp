@@ -42,7 +42,7 @@ TEST(WayBackTest, IsLateWhenTheWalkerDoesNotCome) {
     WayBack back;
     back.begin(10, 0, 0, 0.02, 0.06, step_m, period_s);
     EXPECT_FALSE(back.late(12));  // 40 periods are 2 s
-    EXPECT_TRUE(back.late(10 + 3 * 2 + 5.1));
+    EXPECT_TRUE(back.late(10 + 3 * 2 + 15.1));
 }
 
 }  // namespace
