@@ -17,7 +17,7 @@ constexpr const char* plan = R"(title = "<script>alert(1)</script>"
 periods = 10
 [[series]]
 name = "2b"
-gamma = ["0.7g", "1g"]
+gamma = ["0.5g", "0.7g", "1g"]
 phi = ["0deg", "90deg"]
 order = "mirror"
 )";
