@@ -126,7 +126,7 @@ int act(const manual::Values& values) {
 
 manual::Command report_row() {
     return {.name = "report",
-            .summary = "Draw campaigns as the paper's figures, fits and numbers; or single recordings",
+            .summary = "Draw campaigns as the paper's figures; or single recordings",
             .details =
                 "Needs python3-h5py and python3-matplotlib. Its scripts are in share/shakerd/report, to "
                 "take and change.",
