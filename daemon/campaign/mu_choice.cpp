@@ -13,7 +13,7 @@ namespace shaker::campaign {
 
 namespace {
 
-constexpr double planned_share = 0.2;  // error of the mu of the plan
+constexpr double share_of_plan = 0.2;  // error of the mu of the plan
 constexpr double level = 5e-3;         // rad, error of a tilt that is not measured
 
 double variance_of_mu(const Eigen::Matrix2d& information) { return information.inverse()(0, 0); }
@@ -59,7 +59,7 @@ Eigen::Matrix2d MuChoice::information(const Point& point) const {
 // mu, tilt and what the passes have shown of the errors.
 void MuChoice::fit(bool partners) {
     if (!std::exchange(changed_, false)) return;
-    const double mu_error = planned_share * planned_;
+    const double mu_error = share_of_plan * planned_;
     known_ = Eigen::Vector2d{1 / (mu_error * mu_error), 1 / (level * level)}.asDiagonal();
     reached_ = false;
     const law::CoulombFit found =

@@ -9,8 +9,8 @@ namespace shaker::service {
 
 namespace {
 
-constexpr std::size_t most_points = 40;  // 0.1 s of work
-constexpr double same_phase = 1e-6;      // rad
+constexpr std::size_t newest_points = 40;  // 0.1 s of work
+constexpr double same_phase = 1e-6;        // rad
 
 bool mirrored(const Drive& a, const Drive& b) {
     const double apart = std::abs(std::remainder(a.phi - b.phi, two_pi));
@@ -30,7 +30,7 @@ void LiveMu::add(const reduction::Reduction& result, const Drive& asked) {
         partner->partner = point.number;
         point.partner = partner->number;
     }
-    if (points_.size() == most_points) points_.erase(points_.begin());
+    if (points_.size() == newest_points) points_.erase(points_.begin());
     points_.push_back(std::move(point));
     newer_ = true;
 }
