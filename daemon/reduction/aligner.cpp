@@ -6,6 +6,8 @@
 #include <limits>
 
 #include "calibration/accelerometer/transverse.hpp"
+#include "daemon/reduction/clock_drift.hpp"
+#include "daemon/reduction/lag_choice.hpp"
 #include "daemon/reduction/selection.hpp"
 #include "drivers/drive.hpp"
 #include "drivers/errors.hpp"
@@ -13,7 +15,6 @@
 namespace shaker::reduction {
 namespace {
 
-using Complex = std::complex<double>;
 constexpr double clock_prior = 300e-6;  // one sigma of an untrimmed crystal, with margin
 
 std::string rounded(double x, int digits) {
@@ -94,10 +95,6 @@ OwnClock on_own_clock(const AccelSeries& s, Span window, const calibration::Esti
     return out;
 }
 
-bool stands_out(const calibration::HarmonicFit& fit, int q) {
-    return std::abs(fit.at(q)) > 4 * fit.amplitude_sd(q);
-}
-
 /// Harmonics of the base's position up to the highest above the noise.
 calibration::HarmonicFit base_motion(const Measurement& m, double f) {
     int order = calibration::order_for(frames_per_period(m.bases, f), 12);
@@ -115,121 +112,12 @@ calibration::Estimate base_frequency(const Measurement& m) {
                             calibration::order_for(frames_per_period(m.bases, m.frequency_hz), 2));
 }
 
-/// One harmonic of the base's acceleration, from the accelerometer (own clock) and from the cameras (master
-/// time).
-struct Common {
-    int q;
-    Complex accel, camera;
-    double weight;          // 1/variance of the camera's amplitude, the larger variance
-    double phase_variance;  // of both
-};
-
-std::vector<Common> common_motion(const calibration::HarmonicFit& accel,
-                                  const calibration::HarmonicFit& base) {
-    std::vector<Common> out;
-    for (int q = 1; q <= std::min({accel.order(), base.order(), 3}); ++q) {
-        if (!stands_out(base, q) || !stands_out(accel, q)) continue;
-        const double w = two_pi * base.frequency_hz * q;
-        const double sd = w * w * base.amplitude_sd(q);
-        const double accel_phase = accel.phase_sd(q), base_phase = base.phase_sd(q);
-        out.push_back({q, accel.at(q), -w * w * base.at(q), 1 / (sd * sd),
-                       accel_phase * accel_phase + base_phase * base_phase});
-    }
-    return out;
-}
-
-/// Correlation of both shapes after moving the accelerometer's by `delta` (master time): 1 is perfect.
-double likeness(const std::vector<Common>& common, double w, double delta) {
-    double product = 0, accel = 0, camera = 0;
-    for (const Common& c : common) {
-        product += c.weight * (c.accel * std::conj(c.camera) * std::polar(1.0, -c.q * w * delta)).real();
-        accel += c.weight * std::norm(c.accel);
-        camera += c.weight * std::norm(c.camera);
-    }
-    return product / std::sqrt(accel * camera);
-}
-
-struct Shift {
-    double delta;  // s, modulo the period
-    double like;
-    bool flipped;  // sign of the axis reversed
-    double late;   // at the middle of the accelerometer's samples; the whole periods nearest to 0
-};
-
-double golden_maximum(const std::vector<Common>& common, double w, double sign, double low, double high) {
-    constexpr double golden = 0.6180339887498949;
-    for (int i = 0; i < 60; ++i) {
-        const double a = high - golden * (high - low), b = low + golden * (high - low);
-        if (sign * likeness(common, w, a) < sign * likeness(common, w, b)) {
-            low = a;
-        } else {
-            high = b;
-        }
-    }
-    return (low + high) / 2;
-}
-
-std::vector<Shift> maxima(const std::vector<Common>& common, double w, double offset) {
-    constexpr int steps = 96;
-    const double period = two_pi / w, h = period / steps;
-    std::vector<Shift> out;
-    for (const double sign : {1.0, -1.0}) {
-        for (int i = 0; i < steps; ++i) {
-            const double here = sign * likeness(common, w, i * h);
-            if (here < sign * likeness(common, w, (i - 1) * h) ||
-                here <= sign * likeness(common, w, (i + 1) * h)) {
-                continue;
-            }
-            const double delta = golden_maximum(common, w, sign, (i - 1) * h, (i + 1) * h);
-            const double late = std::remainder(offset - delta, period);
-            out.push_back({delta, sign * likeness(common, w, delta), sign < 0, late});
-        }
-    }
-    return out;
-}
-
-/// The most likely shift; if several shapes are equally likely, the one with the smallest lag.
-Shift choose(const std::vector<Shift>& all, const std::vector<Common>& common, const AccelSeries& s,
-             std::vector<std::string>& notes) {
-    double noise = 0, signal = 0, best = -1;
-    for (const Common& c : common) {
-        noise += 1;
-        signal += c.weight * std::norm(c.camera);
-    }
-    const bool given = s.shaker_axis != std::array<double, 3>{};
-    for (const Shift& m : all) best = std::max(best, m.like);
-    const double tolerance = std::max(1e-3, 12 * noise / signal);
-    const Shift* chosen = nullptr;
-    int possible = 0;
-    for (const Shift& m : all) {
-        if (m.like < best - tolerance) continue;
-        if (std::abs(m.late) <= s.clock_uncertainty_s) ++possible;
-        const bool better =
-            !chosen || (given && chosen->flipped && !m.flipped) ||
-            ((!given || chosen->flipped == m.flipped) && std::abs(m.late) < std::abs(chosen->late));
-        if (better) chosen = &m;
-    }
-    if (possible > 1 && !given) {
-        notes.emplace_back(
-            "the shape of the drive does not determine the sign of the shaker axis; the smaller clock lag "
-            "was "
-            "taken");
-    }
-    if (given && chosen->flipped) {
-        notes.emplace_back("the given shaker axis points towards -x of the cameras; its sign was reversed");
-    }
-    if (best < 0.98) {
-        notes.push_back("the base's motion differs in shape between cameras and accelerometer (likeness " +
-                        rounded(best, 3) + ")");
-    }
-    return *chosen;
-}
-
 struct Clock {
     double rate = 1;    // master seconds per own second
     double own = 0;     // accelerometer's clock, s ...
     double master = 0;  // ... and master time of the same instant
     calibration::Estimate late, ppm;
+    calibration::Estimate delay;  // own minus master time at `own`
     bool flipped = false;
     [[nodiscard]] double at(double t) const { return master + (t - own) * rate; }
     [[nodiscard]] double inverse(double t) const { return own + (t - master) / rate; }
@@ -237,6 +125,7 @@ struct Clock {
 
 struct Lag {
     Clock clock;
+    bool compared = false;  // by the motion
     calibration::Estimate frequency;
 };
 
@@ -268,26 +157,45 @@ void set_lag(Lag& lag, const OwnClock& own, const calibration::HarmonicFit& base
             "the base does not move enough to compare the clocks; the accelerometer's clock was used "
             "unchanged");
         c.master = c.own;
-        c.late = {0, s.clock_uncertainty_s / std::sqrt(3.0)};
+        c.late = c.delay = {0, s.clock_uncertainty_s / std::sqrt(3.0)};
         return;
     }
-    const Shift shift = choose(maxima(common, w, c.own - base.origin_s), common, s, notes);
-    c.flipped = shift.flipped;
-    c.master = c.own - shift.late;
+    const LagPrior prior{.uncertainty_s = s.clock_uncertainty_s,
+                         .axis_given = s.shaker_axis != std::array<double, 3>{},
+                         .since_first_s = c.own - s.t_s.front(),
+                         .rate = c.rate - 1,
+                         .rate_sd = 1e-6 * c.ppm.sigma};
+    const LagChoice lags = choose_lag(common, lag.frequency.value, c.own - base.origin_s, prior, notes);
+    lag.compared = true;
+    c.flipped = lags.flipped;
+    c.master = c.own - lags.late_s;
     double information = 0;
-    for (const Common& h : common) information += std::pow(h.q * w, 2) / h.phase_variance;
-    const double rate_sd = 1e-6 * c.ppm.sigma;
+    for (const CommonHarmonic& h : common) information += std::pow(h.q * w, 2) / h.phase_variance;
     const double across = (c.master - base.origin_s) * lag.frequency.sigma / lag.frequency.value;
+    const double spread2 = lags.spread_s * lags.spread_s;
+    c.delay = {lags.late_s, std::sqrt(1 / information + across * across + spread2)};
     c.late = {c.own * c.rate - c.master,
-              std::sqrt(1 / information + std::pow(c.own * rate_sd, 2) + across * across)};
-    if (s.clock_uncertainty_s > std::numbers::pi / w) {
-        notes.push_back("the accelerometer's clock uncertainty (" + rounded(s.clock_uncertainty_s, 4) +
-                        " s) exceeds half a period; of the possible lags the one nearest to zero was used");
-    } else if (std::abs(shift.late) > s.clock_uncertainty_s + 3 / std::sqrt(information)) {
-        notes.push_back("the accelerometer's stamps are " + rounded(1e3 * shift.late, 3) +
+              std::sqrt(1 / information + std::pow(c.own * prior.rate_sd, 2) + across * across + spread2)};
+    if (std::abs(lags.first_s) > s.clock_uncertainty_s + 3 / std::sqrt(information) +
+                                     3 * prior.rate_sd * std::abs(prior.since_first_s)) {
+        notes.push_back("the accelerometer's stamps are " + rounded(1e3 * lags.first_s, 3) +
                         " ms late, more than its clock uncertainty of " +
                         rounded(1e3 * s.clock_uncertainty_s, 3) + " ms");
     }
+}
+
+/// Notes a rate that no crystal has.
+void note_rate(const Measurement& m, const calibration::Estimate& base, const OwnClock& own,
+               const calibration::Estimate& ppm, std::vector<std::string>& notes) {
+    constexpr double crystal_ppm = 100;  // one sigma
+    if (std::abs(ppm.value) <= 4 * std::hypot(crystal_ppm, ppm.sigma)) return;
+    notes.push_back("the accelerometer's clock is " + rounded(ppm.value, 0) + " +- " + rounded(ppm.sigma, 0) +
+                    " ppm off that of the " + (m.frequency_is_exact ? "drive" : "cameras") +
+                    "; a crystal is within 400 ppm. Check the told frame rate and sample rate: times and v_D "
+                    "may be wrong by as much (frequency by the accelerometer's clock " +
+                    rounded(own.frequency.value, 4) + " Hz, by the " +
+                    (m.frequency_is_exact ? "drive " : "cameras' ") + rounded(base.value, 4) +
+                    " Hz, nominal " + rounded(m.frequency_hz, 4) + " Hz)");
 }
 
 /// The instrument whose own residuals are bad; both when neither's or both's are.
@@ -307,7 +215,7 @@ std::string suspect(const calibration::HarmonicFit& accel, const calibration::Ha
 double gain_of(const calibration::HarmonicFit& accel, const calibration::HarmonicFit& base,
                std::vector<std::string>& notes) {
     double tracks = 0, sensor = 0, variance = 0;
-    for (const Common& c : common_motion(accel, base)) {
+    for (const CommonHarmonic& c : common_motion(accel, base)) {
         if (c.q > 2) continue;
         tracks += std::abs(c.camera);
         sensor += std::abs(c.accel);
@@ -333,6 +241,57 @@ void fit_acceleration(const AccelSeries& s, std::size_t first, Alignment& out) {
         calibration::fit_signals(out.t_s, signals, f, calibration::order_for(rate, max_harmonics));
     out.acceleration = std::move(fits[0]);
     out.across = {std::move(fits[1]), std::move(fits[2])};
+}
+
+/// Widens the errors of delay and rate: by the scatter of the windows, and by a walk of q s per square root
+/// of s that a straight line leaves. A line through a walk of length T has the error q sqrt(T/12) in the
+/// middle and q sqrt(6/(5T)) in its slope. Less than 5 % is not worth a change.
+void widen(Alignment& out, double own_s, double factor, double walk_s_rts) {
+    const double T = out.t_s.back() - out.t_s.front();
+    const double delay = walk_s_rts * std::sqrt(T / 12), rate = walk_s_rts * std::sqrt(1.2 / T);
+    const auto add = [&](double& sigma, double walk) {
+        const double wide = std::hypot(factor * sigma, walk);
+        if (wide > 1.05 * sigma) sigma = wide;
+    };
+    add(out.delay_s.sigma, delay);
+    add(out.late_s.sigma, std::hypot(delay, own_s * rate));
+    add(out.ppm.sigma, 1e6 * rate);
+}
+
+/// Replaces the straight line of the accelerometer's clock where windows of the motion show that it drifts.
+void follow_drift(const Measurement& m, const Clock& clock, Alignment& out, std::vector<std::string>& notes) {
+    constexpr int few_windows = 64, many_windows = 256;
+    const auto windows = [&](int most) {
+        return delays_in_windows(m.bases, out.base, out.t_s, out.along_mps2, out.acceleration, most);
+    };
+    const WindowDelays delays = windows(few_windows);
+    ClockDrift drift = drift_of(delays.differences(), clock.master);
+    if (!drift.significant()) {
+        const double factor = drift.scatters() ? drift.scatter : 1;
+        widen(out, clock.own, factor, unconfirmed_walk(delays));
+        return;
+    }
+    const std::vector<double> line = out.t_s;
+    // Delays are linear for small ones only, so the rest is measured once more.
+    for (int pass = 0; pass < 2; ++pass) {
+        for (std::size_t i = 0; i < line.size(); ++i) out.t_s[i] = line[i] - drift.at(line[i]);
+        fit_acceleration(m.accelerometer, out.first_sample, out);
+        std::vector<WindowDelay> rest = windows(many_windows).differences();
+        for (WindowDelay& d : rest) d.delay_s.value += drift.at(d.t_s);
+        drift = drift_of(rest, clock.master);
+    }
+    for (std::size_t i = 0; i < line.size(); ++i) out.t_s[i] = line[i] - drift.at(line[i]);
+    fit_acceleration(m.accelerometer, out.first_sample, out);
+    const double rate = clock.rate * (1 - drift.rate.value);
+    out.ppm = {1e6 * (rate - 1), std::hypot(out.ppm.sigma, 1e6 * drift.rate.sigma)};
+    out.delay_s = {clock.own - clock.master + drift.middle_s.value,
+                   std::hypot(out.delay_s.sigma, drift.middle_s.sigma)};
+    out.late_s = {out.delay_s.value + clock.own * (rate - 1),
+                  std::hypot(out.delay_s.sigma, 1e-6 * clock.own * out.ppm.sigma)};
+    notes.push_back("the accelerometer's clock drifts: its delay deviates by up to " +
+                    rounded(1e6 * drift.farthest_from_line(clock.master), 1) +
+                    " us from a straight line; it was followed in " + std::to_string(drift.t_s.size()) +
+                    " windows");
 }
 
 }  // namespace
@@ -370,9 +329,12 @@ Alignment align(const Measurement& m, std::vector<std::string>& notes) {
     for (int k = 0; k < 3; ++k) out.shaker_axis[static_cast<std::size_t>(k)] = sign * own.axis(k);
     out.frequency = lag.frequency;
     out.late_s = lag.clock.late;
+    out.delay_s = lag.clock.delay;
     out.ppm = lag.clock.ppm;
+    note_rate(m, base_f, own, out.ppm, notes);
     out.first_sample = own.first;
     fit_acceleration(m.accelerometer, own.first, out);
+    if (lag.compared) follow_drift(m, lag.clock, out, notes);
     out.track_gain = gain_of(out.acceleration, out.base, notes);
     return out;
 }

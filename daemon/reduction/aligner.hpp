@@ -19,7 +19,8 @@ struct Alignment {
                        // the constant is gravity and offset
     std::array<double, 3> shaker_axis{};
     std::array<calibration::HarmonicFit, 2> across;  // of the base on the shaker axis' across_axes(), m/s^2
-    calibration::Estimate late_s, ppm;
+    calibration::Estimate late_s, ppm;               // of the straight line nearest to the clock
+    calibration::Estimate delay_s;                   // t minus master time in the middle of the record
     double track_gain = 0;           // base acceleration from cameras / from accelerometer; NaN at rest
     std::size_t first_sample = 0;    // index of the first accelerometer sample that the cameras cover
     std::vector<double> t_s;         // master time of the accelerometer samples that the cameras cover
@@ -29,10 +30,12 @@ struct Alignment {
 /// `m` as usable_part() returns it.
 /// Frequency: exact, or from the base's tracks (the nominal one may be 1 % off) and, in short runs, also from
 /// the accelerometer, whose clock is assumed within 300 ppm (one sigma).
-/// Lag: weighted fit of the phases of harmonics 1 to 3 above the noise. Whole periods: the smallest lag. Sign
-/// of the axis: from the shape of the motion or, for a single harmonic or odd harmonics only, from the
-/// smaller lag.
-/// Adds a note for each ambiguous choice, and where clock, axis or camera scale disagree with the settings.
+/// Lag: weighted fit of the phases of harmonics 1 to 3 above the noise. Whole periods: the smallest lag at
+/// the clock's first sample, by the rate. Sign of the axis: from the shape of the motion or, for a single
+/// harmonic or odd harmonics only, from the smaller lag. Other possible lags are part of the lag's error.
+/// Drift: a clock that deviates significantly from a straight line is followed in windows (clock_drift.hpp).
+/// Adds a note for each ambiguous choice, for drift, and where clock, axis or camera scale disagree with the
+/// settings.
 /// Throws InputError when fewer than two periods are in common after alignment.
 Alignment align(const Measurement& m, std::vector<std::string>& notes);
 

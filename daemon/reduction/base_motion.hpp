@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "calibration/harmonics/harmonic_fit.hpp"
+#include "daemon/reduction/aligner.hpp"
 #include "daemon/reduction/reduction.hpp"
 
 namespace shaker::reduction {
@@ -25,5 +26,8 @@ BaseMotion drive_measured(const calibration::HarmonicFit& acceleration);
 std::vector<PeriodResult> drive_by_period(const calibration::HarmonicFit& acceleration,
                                           std::span<const double> t_s, std::span<const double> a_mps2,
                                           double t0_s);
+
+/// Sets MeasuredHarmonic::across, with errors from the scatter across the axis.
+void measure_across(const Alignment& drive, std::vector<MeasuredHarmonic>& harmonics);
 
 }  // namespace shaker::reduction

@@ -11,7 +11,6 @@
 #include "daemon/reduction/drift.hpp"
 #include "daemon/reduction/selection.hpp"
 #include "daemon/reduction/stick.hpp"
-#include "daemon/reduction/transverse_motion.hpp"
 
 namespace shaker::reduction {
 namespace {
@@ -97,6 +96,7 @@ Reduction reduce(Measurement measurement) {
     out.frequency = drive.frequency;
     out.accelerometer_late_s = drive.late_s;
     out.accelerometer_ppm = drive.ppm;
+    out.delay_s = drive.delay_s;
     out.shaker_axis = drive.shaker_axis;
 
     const BaseCycle base(drive.acceleration);

@@ -55,6 +55,7 @@ struct Reduction {
     std::vector<MeasuredHarmonic> harmonics;
     calibration::Estimate accelerometer_late_s;  // master time = t (1 + 1e-6 ppm) - late
     calibration::Estimate accelerometer_ppm;
+    calibration::Estimate delay_s;           // t minus master time in the middle of the record
     std::array<double, 3> shaker_axis{};     // unit vector in sensor axes
     calibration::Estimate fit_residual_x_m;  // rms of the residuals of the walker's positions; sigma: rms of
                                              // the trackers' standard deviations

@@ -157,11 +157,12 @@ Measurement usable_part(Measurement m) {
                          " samples; at least 2 are required to measure the drive");
     }
     // Slower cameras alias the drive, which no later step would detect.
+    constexpr double least_frames = 5, rate_error = 1e-3;
     for (const auto* views : {&m.walkers, &m.bases}) {
-        if (frames_per_period(*views, f) < 3) {
-            throw InputError(
-                "too few frames: " + number(std::round(frames_per_period(*views, f) * 100) / 100) +
-                " per drive period; at least 3 are required");
+        const double frames = frames_per_period(*views, f);
+        if (frames < least_frames * (1 - rate_error)) {
+            throw InputError("too few frames: " + number(std::round(frames * 100) / 100) +
+                             " per drive period of " + number(f) + " Hz; at least 5 are required");
         }
     }
     const Span walker = span_of(m.walkers), base = span_of(m.bases);

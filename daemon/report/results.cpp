@@ -82,7 +82,7 @@ std::string results_text(const reduction::Reduction& r) {
         if (h.q > 2 && h.amplitude.value > 3 * h.amplitude.sigma)
             s += line(fmt::format("harmonic {}", h.q), h.amplitude, 100 / r.gamma.value, "% of gamma");
     s += across_text(r);
-    s += line("accelerometer late", r.accelerometer_late_s, 1e3, "ms");
+    s += line("accelerometer late", r.delay_s, 1e3, "ms");
     s += line("accelerometer clock", r.accelerometer_ppm, 1, "ppm");
     s += line("position residual", {r.fit_residual_x_m.value, NAN}, 1e6, "um rms");
     s += fmt::format("  {:<22}{:>24}\n", "frames used / lost",
@@ -125,6 +125,7 @@ std::string results_json(const reduction::Reduction& r, const std::map<std::stri
     put("efficiency", "efficiency_se", r.efficiency);
     put("accelerometer_late_s", "accelerometer_late_se_s", r.accelerometer_late_s);
     put("accelerometer_ppm", "accelerometer_ppm_se", r.accelerometer_ppm);
+    put("delay_s", "delay_se_s", r.delay_s);
     j["position_residual_m"] = number(r.fit_residual_x_m.value);
     j["frames"] = r.frames;
     j["frames_lost"] = r.frames_lost;

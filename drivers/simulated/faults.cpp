@@ -22,7 +22,7 @@ struct Description {
 constexpr Range factor{-1e6, 1e6}, count{1, 1e6};
 
 // In the order of FaultKind.
-constexpr std::array<Description, 20> descriptions{{
+constexpr std::array<Description, 22> descriptions{{
     {.name = "open", .lasts = true},
     {.name = "frozen", .lasts = true},
     {.name = "saturated", .lasts = true},
@@ -43,6 +43,8 @@ constexpr std::array<Description, 20> descriptions{{
     {.name = "late", .value = {1e-6, 1}, .lasts = true},
     {.name = "contact_open", .lasts = true},
     {.name = "amplifier_off", .lasts = true},
+    {.name = "bad_sample", .value = {-1e5, 1e5}},
+    {.name = "frozen_axis", .lasts = true},
 }};
 
 const Description& description(FaultKind what) { return descriptions[static_cast<std::size_t>(what)]; }

@@ -34,6 +34,8 @@ enum class FaultKind {
     late,           // accelerometer: samples arrive later and later, by `value` s each s; the delay stays
     contact_open,   // the contact of the abort input is open; a scene without this fault has no abort input
     amplifier_off,  // the amplifier passes nothing
+    bad_sample,     // accelerometer: one sample reads `value` m/s^2 on x
+    frozen_axis,    // accelerometer: x repeats its last value
 };
 
 struct SceneFault {

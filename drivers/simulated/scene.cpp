@@ -123,6 +123,8 @@ void visit(Visitor&& v, Scene& s) {
     auto&& a = v.table("accelerometer");
     a("rate_hz", s.accelerometer.rate_hz, {100, 40e3});
     a("clock_ppm", s.accelerometer.clock_ppm, {-1000, 1000});
+    a.unusual("clock_drift_ppm_per_min", s.accelerometer.clock_drift_ppm_per_min, {-100, 100}, 0);
+    a.unusual("clock_walk_us_rts", s.accelerometer.clock_walk_us_rts, {0, 100}, 0);
     a("start_s", s.accelerometer.start_s, {0, 1});
     a("lowpass_hz", s.accelerometer.lowpass_hz, {10, 20e3});
     a("noise_mps2_rthz", s.accelerometer.noise_mps2_rthz, {0, 1});

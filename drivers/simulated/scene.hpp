@@ -39,12 +39,14 @@ struct WalkerTruth {
 };
 
 struct AccelerometerTruth {
-    double rate_hz = 4000;            // nominal
-    double clock_ppm = 37.5;          // error of its clock; positive: fast
-    double start_s = 0.0031;          // time of its tick 0 after the DAC's first write
-    double lowpass_hz = 1000;         // second order, Butterworth
-    double noise_mps2_rthz = 245e-6;  // 25 ug/rtHz
-    double range_mps2 = 78.5;         // +-8 g
+    double rate_hz = 4000;               // nominal
+    double clock_ppm = 37.5;             // error of its clock; positive: fast
+    double clock_drift_ppm_per_min = 0;  // change of that error
+    double clock_walk_us_rts = 0;        // random walk of that clock, us per square root of s
+    double start_s = 0.0031;             // time of its tick 0 after the DAC's first write
+    double lowpass_hz = 1000;            // second order, Butterworth
+    double noise_mps2_rthz = 245e-6;     // 25 ug/rtHz
+    double range_mps2 = 78.5;            // +-8 g
     int bits = 20;
     double yaw_deg = 2;         // mounting: rotation of the sensor's x about z against the shaker's axis
     int axis_told = 0;          // 1: info() gives the shaker's axis in sensor axes; 0: unknown

@@ -28,10 +28,12 @@ AccelerometerModel::AccelerometerModel(const Scene& scene)
       start_s_{p_.start_s - scene.dac_buffer_s},
       faults_{scene.faults,
               {FaultKind::open, FaultKind::frozen, FaultKind::saturated, FaultKind::flipped,
-               FaultKind::swapped, FaultKind::gain, FaultKind::silent}},
+               FaultKind::swapped, FaultKind::gain, FaultKind::silent, FaultKind::frozen_axis}},
       drops_{scene.faults, {FaultKind::drop}},
+      bad_samples_{scene.faults, {FaultKind::bad_sample}},
       rng_{scene.seed * 2654435761U + 17},
       noise_{0, p_.noise_mps2_rthz * std::sqrt(p_.rate_hz / 2)},
+      clock_rng_{scene.seed * 2654435761U + 71},
       jitter_{1 / std::max(p_.latency_jitter_s, 1e-12)} {
     block_.size = 0;
     // Butterworth low-pass by the bilinear transform, its corner prewarped.
@@ -77,6 +79,24 @@ std::array<std::int32_t, 3> AccelerometerModel::converted(double a_base, double 
     return counts;
 }
 
+// The sample at t: the last one, or a bad one.
+std::array<std::int32_t, 3> AccelerometerModel::delivered(double t) noexcept {
+    std::array<std::int32_t, 3> counts = last_;
+    while (const SceneFault* bad = bad_samples_.take(t)) {
+        const double top = std::ldexp(1.0, p_.bits - 1) - 1;
+        counts[0] = static_cast<std::int32_t>(std::clamp(std::round(bad->value / lsb_), -top, top));
+    }
+    return counts;
+}
+
+void AccelerometerModel::advance_clock() {
+    const double step_s = 1 / p_.rate_hz;
+    ahead_s_ += 1e-6 / 60 * p_.clock_drift_ppm_per_min * duration_s(next_, p_.rate_hz) * step_s;
+    if (p_.clock_walk_us_rts > 0)
+        ahead_s_ += 1e-6 * p_.clock_walk_us_rts * std::sqrt(step_s) * clock_step_(clock_rng_);
+    ++next_;
+}
+
 // True if the sample at t, with tick next_, is missing.
 bool AccelerometerModel::loses(double t) noexcept {
     while (const SceneFault* drop = drops_.take(t))
@@ -94,14 +114,14 @@ AccelBlock AccelerometerModel::handed_on() {
 std::optional<AccelBlock> AccelerometerModel::step(std::int64_t n, double a_base) {
     const double now = low_passed(a_base), before = std::exchange(before_, now);
     // There is at most one conversion between two DAC samples: the sensor is slower than the DAC.
-    const double t = start_s_ + duration_s(next_, p_.rate_hz * (1 + 1e-6 * p_.clock_ppm));
+    const double t = start_s_ + duration_s(next_, p_.rate_hz * (1 + 1e-6 * p_.clock_ppm)) - ahead_s_;
     const double at = t * dac_rate_ - static_cast<double>(n - 1);
     if (at > 1) return std::nullopt;
     Quality quality{};
     const auto counts = converted(before + std::clamp(at, 0.0, 1.0) * (now - before), t, quality);
     const AccelTick tick{next_};
     const bool lost = loses(t);
-    ++next_;
+    advance_clock();
     if (lost) {
         gap_ = true;
         if (block_.size == 0) return std::nullopt;
@@ -110,7 +130,7 @@ std::optional<AccelBlock> AccelerometerModel::step(std::int64_t n, double a_base
     if (faults_.at(FaultKind::frozen, t))
         quality = {};
     else
-        last_ = counts;
+        last_ = {faults_.at(FaultKind::frozen_axis, t) ? last_[0] : counts[0], counts[1], counts[2]};
     if (block_.size == 0)
         block_ = {.first = tick,
                   .arrived = {},
@@ -118,7 +138,7 @@ std::optional<AccelBlock> AccelerometerModel::step(std::int64_t n, double a_base
                   .size = 0};
     block_.quality = block_.quality | quality;
     filled_s_ = t;
-    block_.counts[static_cast<std::size_t>(block_.size++)] = last_;
+    block_.counts[static_cast<std::size_t>(block_.size++)] = delivered(t);
     if (block_.size < p_.block_samples) return std::nullopt;
     return handed_on();
 }

@@ -22,6 +22,8 @@ public:
 private:
     [[nodiscard]] double low_passed(double a) noexcept;
     [[nodiscard]] std::array<std::int32_t, 3> converted(double a_base, double t, Quality& quality);
+    [[nodiscard]] std::array<std::int32_t, 3> delivered(double t) noexcept;
+    void advance_clock();
     [[nodiscard]] bool loses(double t) noexcept;
     [[nodiscard]] AccelBlock handed_on();
 
@@ -35,15 +37,18 @@ private:
     double before_ = 0;      // filtered acceleration one DAC sample ago
     double start_s_;         // true time of tick 0
     std::int64_t next_ = 0;  // tick of the next conversion
+    double ahead_s_ = 0;     // its clock is ahead of one with a constant rate
     AccelBlock block_{};     // being filled
     double filled_s_ = 0;    // true time of its last sample
     bool gap_ = false;       // samples are missing before the next one
     std::array<std::int32_t, 3> last_{};
     LastingFaults faults_;
-    FaultQueue drops_;
+    FaultQueue drops_, bad_samples_;
     std::int64_t dropped_until_ = 0;  // tick
     std::mt19937_64 rng_;
     std::normal_distribution<double> noise_;
+    std::mt19937_64 clock_rng_;
+    std::normal_distribution<double> clock_step_;
     std::exponential_distribution<double> jitter_;
 };
 

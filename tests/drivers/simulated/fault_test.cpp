@@ -1,6 +1,8 @@
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
+#include <cstdlib>
 #include <map>
 #include <numbers>
 
@@ -287,6 +289,40 @@ TEST(FaultTest, FaultsAreReadStrictlyAndReadBack) {
     EXPECT_TRUE(refused(fault("open", 1, "value = 2"), "value"));
     EXPECT_TRUE(refused(fault("camera_lose", 1, "camera = \"left\""), "left"));
     EXPECT_TRUE(refused("[[fault]]\nwhat = \"open\"\n", "at_s"));
+}
+
+TEST(FaultTest, BadSampleChangesOneSample) {
+    const Heard plain = play(""), h = play(fault("bad_sample", 0.5, "value = 50"));
+    ASSERT_EQ(h.samples.size(), plain.samples.size());
+    int changed = 0;
+    for (const auto& [tick, counts] : h.samples) {
+        if (counts == plain.samples.at(tick)) continue;
+        ++changed;
+        EXPECT_EQ(tick, tick_at(0.5));
+        EXPECT_NEAR(counts[0] * 78.5 / (1 << 19), 50, 1e-3);
+    }
+    EXPECT_EQ(changed, 1);
+}
+
+TEST(FaultTest, FrozenAxisRepeatsItsValueAlone) {
+    const Heard plain = play(""), h = play(fault("frozen_axis", 0.4, "for_s = 0.04"));
+    for (const auto& [tick, counts] : h.samples) {
+        const bool frozen = tick >= tick_at(0.4) && tick < tick_at(0.44);
+        EXPECT_EQ(counts[0], (frozen ? h : plain).samples.at(frozen ? tick_at(0.4) - 1 : tick)[0]);
+        EXPECT_EQ(counts[1], plain.samples.at(tick)[1]);
+    }
+}
+
+TEST(FaultTest, DriftingClockSamplesEarlier) {
+    const Heard plain = play(""), h = play("[accelerometer]\nclock_drift_ppm_per_min = 100\n");
+    int largest = 0;
+    for (const auto& [tick, counts] : h.samples)
+        if (plain.samples.contains(tick))
+            largest = std::max(largest, std::abs(counts[0] - plain.samples.at(tick)[0]));
+    // 0.8 us after 1 s, at up to 1800 m/s^3; one step of the sensor is 0.15 mm/s^2.
+    EXPECT_GE(largest, 3);
+    EXPECT_LE(largest, 20);
+    EXPECT_EQ(scene_text(parse_scene("", "test")).find("clock_drift"), std::string::npos);
 }
 
 }  // namespace
