@@ -62,7 +62,7 @@ public:
         const double rms = rms_of_differences(means);
         // Positions without noise still have rounding errors, and a likelihood needs a width.
         white_ = std::max(prior.white_m, 1e-15 + 1e-9 * rms);
-        error_ = {std::log(white_), std::log(std::max({2 * rms, 3 * prior.contrast_m, 1.5 * white_})), 5};
+        error_ = {std::log(white_), std::log(std::max({2 * rms, 3 * prior.contrast_m, 1.5 * white_})), 3};
         error_range_ = error_.high - error_.low;
         const double least = white_ * std::sqrt(slope_.of_error() / slope_.of_jitter(0));
         jitter_ = {std::log(least), std::log(std::max(10 * rms, 100 * least)), 14};
