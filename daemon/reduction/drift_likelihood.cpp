@@ -16,7 +16,8 @@ struct Filter {
     Lanes p_xx = Lanes::Zero(), p_xu = Lanes::Zero(), p_uu;  // covariance
     std::array<Lanes, Series> x, u;
     std::array<std::array<Lanes, Series>, Series> products;  // of the whitened series
-    Lanes log_determinant = Lanes::Zero();
+    Lanes log_determinant = Lanes::Zero(), variances = Lanes::Ones();
+    int factors = 0;  // in `variances`; a logarithm costs as much as a step
 
     explicit Filter(const Lanes& jitter2) : p_uu(jitter2) {
         x.fill(Lanes::Zero());
@@ -35,10 +36,16 @@ struct Filter {
             const Lanes scaled = innovation[i] * inverse;
             for (std::size_t j = 0; j <= i; ++j) products[i][j] += scaled * innovation[j];
         }
-        log_determinant += variance.log();
+        variances *= variance;
+        if (++factors == 8) collect();
         p_xx -= gain_x * c_x;
         p_xu -= gain_x * c_u;
         p_uu -= gain_u * c_u;
+    }
+    void collect() {
+        log_determinant += variances.log();
+        variances = 1;
+        factors = 0;
     }
     void step(const Lanes& memory, const Lanes& fresh2) {
         for (std::size_t i = 0; i < Series; ++i) {
@@ -90,6 +97,7 @@ std::vector<Sums<Series>> filtered(std::span<const PeriodMean> means, std::span<
             y.back() = m.y_m;
             filter.see(y, error2 * (typical / m.frames));
         }
+        filter.collect();
         for (int lane = 0; lane < width && out.size() < candidates.size(); ++lane) {
             Sums<Series>& s = out.emplace_back();
             for (std::size_t i = 0; i < Series - 1; ++i) {

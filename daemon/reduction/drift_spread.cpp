@@ -26,8 +26,9 @@ struct Candidate {
     Scatter scatter;
     std::array<int, 3> cell{};  // on the axes of error, jitter, memory; -1: the single value
     double log_weight = 0;
-    double variance = 0;   // of the line's slope
-    double inflation = 1;  // of that variance by memory
+    double log_likelihood = 0;  // full
+    double variance = 0;        // of the line's slope
+    double inflation = 1;       // of that variance by memory
 };
 
 double rms_of_differences(std::span<const PeriodMean> means) {
@@ -62,7 +63,7 @@ public:
         const double rms = rms_of_differences(means);
         // Positions without noise still have rounding errors, and a likelihood needs a width.
         white_ = std::max(prior.white_m, 1e-15 + 1e-9 * rms);
-        error_ = {std::log(white_), std::log(std::max({2 * rms, 3 * prior.contrast_m, 1.5 * white_})), 3};
+        error_ = {std::log(white_), std::log(std::max({2 * rms, 3 * prior.contrast_m, 1.5 * white_})), 4};
         error_range_ = error_.high - error_.low;
         const double least = white_ * std::sqrt(slope_.of_error() / slope_.of_jitter(0));
         jitter_ = {std::log(least), std::log(std::max(10 * rms, 100 * least)), 14};
@@ -91,11 +92,14 @@ private:
         scatters.reserve(all_.size());
         for (const Candidate& c : all_) scatters.push_back(c.scatter);
         const auto likelihoods = log_likelihoods(means_, scatters);
-        for (std::size_t i = 0; i < all_.size(); ++i) all_[i].log_weight += likelihoods[i].restricted;
+        for (std::size_t i = 0; i < all_.size(); ++i) {
+            all_[i].log_weight += likelihoods[i].restricted;
+            all_[i].log_likelihood = likelihoods[i].full;
+        }
     }
     void add_jitters(int e, double error2, double log_prior) {
         const double own = error2 * slope_.of_error(), plain = slope_.of_jitter(0);
-        all_.push_back({{error2, 0, 0}, {e, -1, -1}, log_prior + std::log(no_jitter_weight), own, 1});
+        all_.push_back({{error2, 0, 0}, {e, -1, -1}, log_prior + std::log(no_jitter_weight), 0, own, 1});
         for (int r = -1; r < memory_.cells; ++r) {
             const double x = r < 0 ? 1 : std::exp(memory_.at(r)), memory = (x - 1) / (x + 1);
             const double by_jitter = slope_.of_jitter(memory);
@@ -110,6 +114,7 @@ private:
                 all_.push_back({{error2, jitter2, memory},
                                 {e, j, r},
                                 log_prior + log_memory + std::log(weight),
+                                0,
                                 variance,
                                 variance / (own + jitter2 * plain)});
             }
@@ -194,8 +199,8 @@ struct FoundApproach {
 /// Candidates for the scatter about an approach: at most that of the likeliest one without it.
 std::vector<Scatter> smaller(const Scatter& most) {
     std::vector<Scatter> out{{most.error2, 0, 0}};
-    for (double j = most.jitter2; j > 1e-6 * most.error2 && out.size() < 60; j /= 4)
-        for (const double memory : {0.0, 0.5, 0.9}) out.push_back({most.error2, j, memory});
+    for (double j = most.jitter2; j > 1e-6 * most.error2 && out.size() < 15; j /= 8)
+        for (const double memory : {0.0, 0.8}) out.push_back({most.error2, j, memory});
     return out;
 }
 
@@ -209,11 +214,8 @@ Approach approach_at(std::span<const PeriodMean> means, std::span<const Scatter>
 std::optional<FoundApproach> find_approach(std::span<const PeriodMean> means, const Posterior& posterior) {
     if (means.size() < 8) return {};
     double without = -std::numeric_limits<double>::infinity();
-    std::vector<Scatter> scatters;
-    for (const Candidate& c : posterior.candidates())
-        if (c.log_weight > posterior.likeliest().log_weight - 3) scatters.push_back(c.scatter);
-    for (const LogLikelihood& l : log_likelihoods(means, scatters)) without = std::max(without, l.full);
-    scatters = smaller(posterior.likeliest().scatter);
+    for (const Candidate& c : posterior.candidates()) without = std::max(without, c.log_likelihood);
+    const std::vector<Scatter> scatters = smaller(posterior.likeliest().scatter);
     Approach best{.log_likelihood = -std::numeric_limits<double>::infinity()};
     double rate = 0, step = 0.25;                                     // of ln rate
     const double slowest = 1.6 / (means.back().k - means.front().k);  // else the settled value is not seen
