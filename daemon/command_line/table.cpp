@@ -28,7 +28,8 @@ const manual::Program& program() {
             "shakerd drives a shaker with gamma [rho sin wt + (1-rho) sin(2wt + phi)], measures the motion "
             "of the "
             "base and of the walker on it, and reports the walker's drift velocity v_D during the "
-            "experiment.",
+            "experiment. v_D is the mean of the measured part. Where the walker is still settling, a note gives "
+            "the settled value too.",
         .notation =
             "Quantities carry units: 1.5g, 14.7m/s^2, 35deg, 0.61rad, 20Hz. A bare number is in SI units. g "
             "is "

@@ -7,9 +7,9 @@
 #include <numbers>
 #include <vector>
 
-#include "daemon/reduction/no_stick.hpp"
 #include "drivers/errors.hpp"
 #include "drivers/simulated/walker/changing_walker.hpp"
+#include "drivers/simulated/walker/no_stick.hpp"
 #include "drivers/simulated/walker/steady_state.hpp"
 
 namespace shaker::commands {
@@ -26,7 +26,7 @@ struct Prediction {
     std::vector<std::string> not_computed;
     double v_rms = 0;
     double efficiency = 0;      // NaN for a base at rest
-    reduction::NoStick closed;  // its reason includes effects that the closed form does not contain
+    simulated::NoStick closed;  // its reason includes effects that the closed form does not contain
     double theta_coulomb = 0;   // NaN when not applicable
 };
 
@@ -43,7 +43,7 @@ simulated::WalkerSetting setting_of(const PredictOptions& o) {
 Drive shown_drive(const PredictOptions& o) { return o.base ? drive_of(*o.base, o.drive.frequency) : o.drive; }
 
 /// The walker's effect that the closed form does not contain; empty without one.
-std::string beyond_closed_form(const simulated::WalkerSetting& s, const reduction::NoStick& closed) {
+std::string beyond_closed_form(const simulated::WalkerSetting& s, const simulated::NoStick& closed) {
     const simulated::Friction& f = s.friction;
     if (s.tilt != 0) return "only for a level base";
     if (s.vertical.order() != 0) return "only without vertical motion";
@@ -93,15 +93,15 @@ Prediction predicted(const PredictOptions& o) {
     Prediction p;
     p.setting = setting_of(o);
     walk(p, o);
-    p.v_rms = reduction::v_rms(p.setting.base, p.setting.frequency);
+    p.v_rms = simulated::v_rms(p.setting.base, p.setting.frequency);
     p.efficiency = std::abs(p.v_D) / p.v_rms;
-    p.closed = reduction::no_stick(p.setting.base, p.setting.frequency, o.friction.mu_k, o.g);
+    p.closed = simulated::no_stick(p.setting.base, p.setting.frequency, o.friction.mu_k, o.g);
     if (p.closed.valid) {
         p.closed.reason = beyond_closed_form(p.setting, p.closed);
         p.closed.valid = p.closed.reason.empty();
     }
     p.theta_coulomb = has_coulomb_theta(p.setting)
-                          ? reduction::coulomb_theta(shown_drive(o).gamma / (o.friction.mu_k * o.g))
+                          ? simulated::coulomb_theta(shown_drive(o).gamma / (o.friction.mu_k * o.g))
                           : std::nan("");
     return p;
 }

@@ -8,8 +8,8 @@
 #include <string_view>
 
 #include "daemon/commands/predict.hpp"
-#include "daemon/reduction/no_stick.hpp"
 #include "drivers/errors.hpp"
+#include "drivers/simulated/walker/no_stick.hpp"
 #include "drivers/simulated/walker/steady_state.hpp"
 
 namespace shaker::commands {
@@ -119,7 +119,7 @@ Json answer(const Place& params) {
     const simulated::WalkerLaw law =
         naming(params, "vertical_accel", [&] { return simulated::WalkerLaw{setting}; });
     const simulated::SteadyState s = naming(params, "tilt_deg, mu_k", [&] { return settle(law, v_start); });
-    const double eta = std::abs(s.v_D) / reduction::v_rms(setting.base, setting.frequency);
+    const double eta = std::abs(s.v_D) / simulated::v_rms(setting.base, setting.frequency);
     Json events = Json::array(), startup = Json::array();
     for (const simulated::WalkerEvent& e : s.events) {
         events.push_back({e.phase, static_cast<int>(e.from), static_cast<int>(e.to)});

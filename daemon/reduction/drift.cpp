@@ -72,15 +72,16 @@ double rms_claimed(std::span<const MotionSeries> views) {
     return std::sqrt(sum / n);
 }
 
-/// Error of a period's mean. Lower bound: from the scatter within quarters of periods (white noise), or from
-/// the contrast first - second - third + fourth of the quarters' means, which a steady drift cancels from. If
-/// the contrast exceeds the white noise, the noise is correlated and a mean over four quarters is worse than
-/// the contrast shows, by up to a factor of 2: upper bound.
-ErrorOfMean error_of_mean(std::span<const Residual> residuals, double start_s, double frequency_hz) {
+/// White scatter: within quarters of periods. Contrast: first - second - third + fourth of the quarters'
+/// means, which a steady drift cancels from. `unknowns` of the periodic motion lower the scatter within
+/// quarters.
+ScatterPrior scatter_within(std::span<const Residual> residuals, double start_s, double frequency_hz,
+                            int unknowns) {
     struct Quarter {
-        double n = 0, y = 0, yy = 0;
+        double n = 0, w = 0, y = 0, yy = 0;
     };
-    double squares = 0, within = 0, freedom = 0, frames = 0, periods = 0;
+    double squares = 0, within = 0, freedom = -unknowns, inverse = 0;
+    ScatterPrior out;
     for (std::size_t i = 0; i < residuals.size();) {
         const double k = std::floor((residuals[i].t_s - start_s) * frequency_hz);
         std::array<Quarter, 4> q;
@@ -88,30 +89,55 @@ ErrorOfMean error_of_mean(std::span<const Residual> residuals, double start_s, d
             const double part = ((residuals[i].t_s - start_s) * frequency_hz - k) * 4;
             if (part >= 4) break;
             Quarter& here = q[static_cast<std::size_t>(std::max(part, 0.0))];
+            const double y = residuals[i].y_m, w = 1 / (residuals[i].sd_m * residuals[i].sd_m);
             ++here.n;
-            here.y += residuals[i].y_m;
-            here.yy += residuals[i].y_m * residuals[i].y_m;
+            here.w += w;
+            here.y += w * y;
+            here.yy += w * y * y;
         }
         bool whole = true;
+        double weight = 0;
         for (Quarter& c : q) {
             whole = whole && c.n > 0;
             if (c.n == 0) continue;
-            c.y /= c.n;
-            within += std::max(0.0, c.yy - c.n * c.y * c.y);
+            c.y /= c.w;
+            within += std::max(0.0, c.yy - c.w * c.y * c.y);
             freedom += c.n - 1;
-            frames += c.n;
+            weight += c.w;
         }
         if (!whole) continue;
         const double contrast = (q[0].y - q[1].y - q[2].y + q[3].y) / 4;
         squares += contrast * contrast;
-        ++periods;
+        inverse += 1 / weight;
+        ++out.contrasts;
     }
-    const double white2 = freedom > 0 && periods > 0 ? within / freedom / (frames / periods) : 0.0;
+    if (out.contrasts < 2) return out;
+    if (freedom > 0) out.white_m = std::sqrt(within / freedom * inverse / out.contrasts);
     // The periodic fit removed the mean of the contrasts: one degree of freedom less.
-    const double between2 = periods > 1 ? squares / (periods - 1) : 0.0;
-    const double least2 = std::max(white2, between2);
-    const double memory = white2 > 0 ? std::clamp(between2 / white2, 1.0, 4.0) : 4.0;
-    return {std::sqrt(least2), std::sqrt(least2 * memory)};
+    out.contrast_m = std::sqrt(squares / (out.contrasts - 1));
+    return out;
+}
+
+/// A walker whose mu scatters by 0.3 % from period to period: d D / d ln mu is about 2.7 times the amplitude
+/// of its motion at the drive frequency.
+double usual_jitter(const calibration::HarmonicFit& motion) { return 0.003 * 2.7 * std::abs(motion.at(1)); }
+
+void note_memory(const DriftSpread& spread, std::vector<std::string>& notes) {
+    if (spread.independent >= 4) return;
+    std::array<char, 256> text{};
+    std::snprintf(
+        text.data(), text.size(),
+        "the record is too short for the memory of the drift (coefficient %.2f a period): it holds %.1f "
+        "independent values, 4 are needed; a prior widens v_D's error; measure more periods",
+        spread.memory, spread.independent);
+    notes.emplace_back(text.data());
+}
+
+/// In the words of a note.
+std::string velocity(double mps, double sigma_mps) {
+    std::array<char, 64> text{};
+    std::snprintf(text.data(), text.size(), "%.4f +- %.4f mm/s", 1e3 * mps, 1e3 * sigma_mps);
+    return text.data();
 }
 
 }  // namespace
@@ -151,7 +177,7 @@ std::vector<PeriodMean> period_means(std::span<const Residual> residuals, double
     return out;
 }
 
-Drift measure_drift(std::span<const MotionSeries> walkers, double frequency_hz,
+Drift measure_drift(std::span<const MotionSeries> walkers, double frequency_hz, double drive_effect_mps,
                     std::vector<std::string>& notes) {
     Drift out;
     const int order = calibration::order_for(frames_per_period(walkers, frequency_hz), most_harmonics);
@@ -170,15 +196,23 @@ Drift measure_drift(std::span<const MotionSeries> walkers, double frequency_hz,
                         " whole periods are too few to measure the scatter of the drift; its error is 3 "
                         "times that of the fit");
     } else {
-        out.spread = drift_spread(means, error_of_mean(out.residuals, start_s, frequency_hz));
-        sigma = std::max(line.sigma, out.spread.sigma_m * frequency_hz);
+        ScatterPrior prior = scatter_within(out.residuals, start_s, frequency_hz, 2 * order - 3);
+        prior.jitter_m = usual_jitter(out.motion.fit);
+        out.spread = drift_spread(means, prior);
+        sigma = out.spread.sigma_m * frequency_hz;
+        note_memory(out.spread, notes);
     }
-    const DriftSpread& s = out.spread;
-    if (s.freedom >= 1 && std::abs(s.trend_t) > 3.4 * few_periods_factor(s.freedom)) {
-        notes.push_back("the walker is still settling: D changes by " +
-                        percent(s.trend_m * frequency_hz / line.value) +
-                        " over the run; v_D's error includes its value at the end");
-        sigma += std::abs(s.trend_m) * frequency_hz / 4;
+    if (const auto& settling = out.spread.settling) {
+        const double settled = line.value + settling->drift_m.value * frequency_hz,
+                     settled_sd = settling->drift_m.sigma * frequency_hz;
+        if (std::abs(settling->change_m) * frequency_hz > drive_effect_mps) {
+            out.settled = {settled, settled_sd};
+            notes.push_back("the walker is still settling: D changes by " +
+                            percent(settling->change_m * frequency_hz / line.value) +
+                            " over the run; v_D is its mean, the settled value is " +
+                            velocity(settled, settled_sd) + "; v_D's error includes both");
+            sigma = std::hypot(sigma, (std::abs(settled - line.value) + 2 * settled_sd) / 2);
+        }
     }
     out.v_D = {line.value, std::hypot(sigma, disagreement(walkers, sums, line.value, notes))};
     return out;

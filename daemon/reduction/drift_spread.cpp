@@ -1,204 +1,253 @@
 #include "daemon/reduction/drift_spread.hpp"
 
 #include <algorithm>
+#include <array>
 #include <boost/math/distributions/students_t.hpp>
 #include <cmath>
 #include <limits>
-#include <numbers>
+#include <vector>
 
 namespace shaker::reduction {
 namespace {
 
-/// Differences of successive means: d = g D + noise, with a tridiagonal covariance.
-struct Differences {
-    std::vector<double> d, g, late;  // late: g times (time of the difference's middle - mean time)
-    std::vector<double> c;           // weights in the straight line's slope
-    std::vector<double> share;       // error variance of each period's mean, relative
+constexpr double white_weight = 30;
+constexpr double no_jitter_weight = 2.5, slight_jitter_weight = 0.08;
+constexpr double no_memory_weight = 0.75, memory_exponent = 0.8, most_memory = 0.99;
+
+/// Cells of equal width in a logarithm.
+struct Axis {
+    double low = 0, high = 0;
+    int cells = 1;
+    [[nodiscard]] double width() const noexcept { return (high - low) / cells; }
+    [[nodiscard]] double at(int i) const noexcept { return low + (i + 0.5) * width(); }
 };
 
-Differences differences(std::span<const PeriodMean> means) {
-    Differences out;
-    double frames = 0, centre = 0, total = 0;
-    for (const PeriodMean& m : means) {
-        frames += m.frames;
-        centre += static_cast<double>(m.frames) * m.k;
-    }
-    centre /= frames;
-    const double typical = frames / static_cast<double>(means.size());
-    for (const PeriodMean& m : means) {
-        out.share.push_back(typical / m.frames);
-        total += static_cast<double>(m.frames) * (m.k - centre) * (m.k - centre);
-    }
-    double later = 0;
+struct Candidate {
+    Scatter scatter;
+    std::array<int, 3> cell{};  // on the axes of error, jitter, memory; -1: the single value
+    double log_weight = 0;
+    double log_likelihood = 0;  // full
+    double variance = 0;        // of the line's slope
+    double inflation = 1;       // of that variance by memory
+};
+
+double rms_of_differences(std::span<const PeriodMean> means) {
+    const double mean = (means.back().y_m - means.front().y_m) / (means.back().k - means.front().k);
+    double squares = 0;
     for (std::size_t i = 1; i < means.size(); ++i) {
-        const double g = means[i].k - means[i - 1].k;
-        later -= static_cast<double>(means[i - 1].frames) * (means[i - 1].k - centre) / total;
-        out.d.push_back(means[i].y_m - means[i - 1].y_m);
-        out.g.push_back(g);
-        out.late.push_back(g * ((means[i].k + means[i - 1].k) / 2.0 - centre));
-        out.c.push_back(later);
+        const int steps = means[i].k - means[i - 1].k;
+        squares += std::pow(means[i].y_m - means[i - 1].y_m - mean * steps, 2) / steps;
     }
-    return out;
+    return std::sqrt(squares / static_cast<double>(means.size() - 1));
 }
 
-/// Inner products with the inverse of the tridiagonal covariance, for a given ratio of variances.
-class Weighing {
+/// Noise with memory has between a quarter and all of the variance of a mean in the contrast.
+double log_evidence_of_contrasts(double error2, const ScatterPrior& prior) {
+    const double freedom = std::max(0, prior.contrasts - 1);  // the periodic fit removes their mean
+    const double squares = freedom * prior.contrast_m * prior.contrast_m;
+    constexpr std::array shares{1.0, 0.5, 0.25}, weights{0.6, 0.25, 0.15};
+    std::array<double, 3> logs{};
+    for (std::size_t i = 0; i < 3; ++i)
+        logs[i] = -0.5 * (freedom * std::log(shares[i] * error2) + squares / (shares[i] * error2));
+    const double most = std::ranges::max(logs);
+    double sum = 0;
+    for (std::size_t i = 0; i < 3; ++i) sum += weights[i] * std::exp(logs[i] - most);
+    return most + std::log(sum);
+}
+
+/// Candidates for the scatter with their weights, on a grid that is narrowed to where the weight is.
+class Posterior {
 public:
-    Weighing(const Differences& x, double jitter, double error) {
-        const std::size_t n = x.d.size();
-        double variance_of_c = 0;
-        for (std::size_t i = 0; i < n; ++i) {
-            const double diagonal = jitter * (x.g[i] - 0.5) + error * (x.share[i] + x.share[i + 1]);
-            const double beside = jitter / 4 - error * x.share[i];
-            const double l = i > 0 ? beside / pivot_.back() : 0.0;
-            pivot_.push_back(diagonal - (i > 0 ? l * beside : 0.0));
-            below_.push_back(l);
-            log_determinant_ += std::log(pivot_.back());
-            variance_of_c += x.c[i] * (x.c[i] * diagonal + (i > 0 ? 2 * x.c[i - 1] * beside : 0.0));
+    Posterior(std::span<const PeriodMean> means, const ScatterPrior& prior)
+        : means_(means), prior_(prior), slope_(means) {
+        const double rms = rms_of_differences(means);
+        // Positions without noise still have rounding errors, and a likelihood needs a width.
+        white_ = std::max(prior.white_m, 1e-15 + 1e-9 * rms);
+        error_ = {std::log(white_), std::log(std::max({2 * rms, 3 * prior.contrast_m, 1.5 * white_})), 4};
+        error_range_ = error_.high - error_.low;
+        const double least = white_ * std::sqrt(slope_.of_error() / slope_.of_jitter(0));
+        jitter_ = {std::log(least), std::log(std::max(10 * rms, 100 * least)), 14};
+        memory_ = {0, std::log((1 + most_memory) / (1 - most_memory)), 8};
+        constexpr int passes = 4;
+        for (int pass = 0; pass < passes; ++pass) {
+            weigh();
+            if (!narrow()) break;
         }
-        slope_variance_ = variance_of_c;
     }
-    [[nodiscard]] double log_determinant() const { return log_determinant_; }
-    [[nodiscard]] double slope_variance() const { return slope_variance_; }
-    /// L^-1 x, scaled: plain inner products of such vectors are inner products with the inverse covariance.
-    [[nodiscard]] std::vector<double> whiten(const std::vector<double>& x) const {
-        std::vector<double> z(x.size());
-        double before = 0;
-        for (std::size_t i = 0; i < x.size(); ++i) {
-            before = x[i] - below_[i] * before;
-            z[i] = before / std::sqrt(pivot_[i]);
-        }
-        return z;
+    [[nodiscard]] const std::vector<Candidate>& candidates() const noexcept { return all_; }
+    [[nodiscard]] const Candidate& likeliest() const {
+        return *std::ranges::max_element(all_, {}, &Candidate::log_weight);
     }
 
 private:
-    std::vector<double> pivot_, below_;
-    double log_determinant_ = 0, slope_variance_ = 0;
-};
-
-double dot(const std::vector<double>& a, const std::vector<double>& b) {
-    double sum = 0;
-    for (std::size_t i = 0; i < a.size(); ++i) sum += a[i] * b[i];
-    return sum;
-}
-
-struct Candidate {
-    double jitter2, error2;
-    double log_weight;  // restricted likelihood
-    double slope_sd;    // standard error of the line's slope
-};
-
-Candidate weigh(const Differences& x, double jitter2, double error2) {
-    const Weighing v(x, jitter2, error2);
-    const auto d = v.whiten(x.d), g = v.whiten(x.g);
-    const double gg = dot(g, g), gd = dot(g, d);
-    return {jitter2, error2, -0.5 * (v.log_determinant() + std::log(gg) + dot(d, d) - gd * gd / gg),
-            std::sqrt(v.slope_variance())};
-}
-
-double spread_of(const Differences& x) {
-    double sum = 0, squares = 0;
-    for (const double d : x.d) sum += d;
-    for (const double d : x.d) squares += std::pow(d - sum / static_cast<double>(x.d.size()), 2);
-    return squares / std::max(1.0, static_cast<double>(x.d.size()) - 1);
-}
-
-struct Range {
-    double low, high;
-};
-
-/// Candidates over a range of jitter^2, evenly spaced in its logarithm. The prior's exponent balances white
-/// noise taken for jitter (sigma too large) against slight jitter taken for white noise (too small): with
-/// 0.3, sigma is 3 times the scatter in the first case and covers 93 % at worst in the second.
-std::vector<Candidate> over_jitter(const Differences& x, double error2, Range jitter2) {
-    constexpr int steps = 24;
-    std::vector<Candidate> out;
-    for (int j = 0; j <= steps; ++j) {
-        out.push_back(
-            weigh(x, jitter2.low * std::pow(jitter2.high / jitter2.low, j / double{steps}), error2));
-        out.back().log_weight += 0.3 * std::log(out.back().jitter2);
-    }
-    return out;
-}
-
-const Candidate& likeliest(const std::vector<Candidate>& all) {
-    return *std::max_element(all.begin(), all.end(), [](const Candidate& a, const Candidate& b) {
-        return a.log_weight < b.log_weight;
-    });
-}
-
-/// The part of a coarse grid that has significant weight.
-Range weighty(const std::vector<Candidate>& coarse) {
-    const double enough = likeliest(coarse).log_weight - 14;
-    std::size_t first = 0, last = coarse.size() - 1;
-    while (coarse[first].log_weight < enough) ++first;
-    while (coarse[last].log_weight < enough) --last;
-    return {coarse[first > 0 ? first - 1 : 0].jitter2, coarse[std::min(last + 1, coarse.size() - 1)].jitter2};
-}
-
-struct Error {
-    double variance;
-    double log_prior;
-};
-
-/// Errors over the given range and, with a small prior, up to all the scatter of the differences: noise
-/// correlated for longer than a period.
-std::vector<Error> errors(const Differences& x, double least2, double most2) {
-    constexpr double doubt = -4;
-    std::vector<Error> out;
-    const bool vague = most2 > 1.01 * least2;
-    for (int i = 0; i <= (vague ? 4 : 0); ++i) out.push_back({least2 * std::pow(most2 / least2, i / 4.0), 0});
-    const double all = spread_of(x) / 2;
-    for (int i = 1; i <= 4 && all > most2; ++i)
-        out.push_back({most2 * std::pow(all / most2, i / 4.0), doubt});
-    return out;
-}
-
-/// For each error, jitter from negligible over the whole run to far above the scatter of the differences, in
-/// finer steps where the weight is.
-std::vector<Candidate> candidates(const Differences& x, double least2, double most2) {
-    const double n = static_cast<double>(x.d.size()) + 1;
-    std::vector<Candidate> out;
-    for (const Error& e : errors(x, least2, most2)) {
-        const Range all{0.01 * e.variance / (n * n), 1e3 * std::max(spread_of(x), e.variance)};
-        const Range range = weighty(over_jitter(x, e.variance, all));
-        auto fine = over_jitter(x, e.variance, range);
-        // A candidate represents its step, whose size differs between the ranges.
-        for (Candidate& c : fine) c.log_weight += e.log_prior + std::log(std::log(range.high / range.low));
-        out.insert(out.end(), fine.begin(), fine.end());
-    }
-    return out;
-}
-
-double half_width_95(const std::vector<Candidate>& all, double best) {
-    double low = 0, high = 0;
-    for (const Candidate& c : all) high = std::max(high, 2 * c.slope_sd);
-    for (int i = 0; i < 60; ++i) {
-        const double h = (low + high) / 2;
-        double outside = 0, total = 0;
-        for (const Candidate& c : all) {
-            const double weight = std::exp(c.log_weight - best);
-            if (weight < 1e-9) continue;
-            outside += weight * std::erfc(h / c.slope_sd / std::numbers::sqrt2);
-            total += weight;
+    void weigh() {
+        all_.clear();
+        for (int e = -1; e < error_.cells; ++e) {
+            const double error = e < 0 ? white_ : std::exp(error_.at(e)), error2 = error * error;
+            const double log_prior = log_evidence_of_contrasts(error2, prior_) +
+                                     std::log(e < 0 ? white_weight : error_.width() / error_range_);
+            add_jitters(e, error2, log_prior);
         }
+        std::vector<Scatter> scatters;
+        scatters.reserve(all_.size());
+        for (const Candidate& c : all_) scatters.push_back(c.scatter);
+        const auto likelihoods = log_likelihoods(means_, scatters);
+        for (std::size_t i = 0; i < all_.size(); ++i) {
+            all_[i].log_weight += likelihoods[i].restricted;
+            all_[i].log_likelihood = likelihoods[i].full;
+        }
+    }
+    void add_jitters(int e, double error2, double log_prior) {
+        const double own = error2 * slope_.of_error(), plain = slope_.of_jitter(0);
+        all_.push_back({{error2, 0, 0}, {e, -1, -1}, log_prior + std::log(no_jitter_weight), 0, own, 1});
+        for (int r = -1; r < memory_.cells; ++r) {
+            const double x = r < 0 ? 1 : std::exp(memory_.at(r)), memory = (x - 1) / (x + 1);
+            const double by_jitter = slope_.of_jitter(memory);
+            const double log_memory =
+                std::log(r < 0 ? no_memory_weight
+                               : (1 - no_memory_weight) * memory_exponent * memory_.width()) -
+                memory_exponent * std::log(x);
+            for (int j = 0; j < jitter_.cells; ++j) {
+                const double jitter = std::exp(jitter_.at(j)), jitter2 = jitter * jitter;
+                const double weight = jitter_.width() * (jitter < prior_.jitter_m ? slight_jitter_weight : 1);
+                const double variance = own + jitter2 * by_jitter;
+                all_.push_back({{error2, jitter2, memory},
+                                {e, j, r},
+                                log_prior + log_memory + std::log(weight),
+                                0,
+                                variance,
+                                variance / (own + jitter2 * plain)});
+            }
+        }
+    }
+    /// False when the grid does not become much narrower.
+    bool narrow() {
+        const double enough = likeliest().log_weight - 7;
+        bool narrower = false;
+        const std::array<Axis*, 3> axes{&error_, &jitter_, &memory_};
+        for (std::size_t a = 0; a < 3; ++a) {
+            Axis& axis = *axes[a];
+            int first = axis.cells, last = -1;
+            for (const Candidate& c : all_) {
+                if (c.log_weight < enough || c.cell[a] < 0) continue;
+                first = std::min(first, c.cell[a]);
+                last = std::max(last, c.cell[a]);
+            }
+            if (last < 0) continue;
+            const double low = std::max(axis.low, axis.low + (first - 0.5) * axis.width()),
+                         high = std::min(axis.high, axis.low + (last + 1.5) * axis.width());
+            narrower = narrower || high - low < 0.6 * (axis.high - axis.low);
+            axis.low = low;
+            axis.high = high;
+        }
+        return narrower;
+    }
+
+    std::span<const PeriodMean> means_;
+    ScatterPrior prior_;
+    SlopeVariance slope_;
+    double white_ = 0, error_range_ = 0;
+    Axis error_, jitter_, memory_;  // ln m, ln m, ln (1 + r)/(1 - r)
+    std::vector<Candidate> all_;
+};
+
+double half_width_95(const Posterior& posterior) {
+    struct Part {
+        double weight, scale;
+    };
+    const double best = posterior.likeliest().log_weight;
+    std::vector<Part> parts;
+    double total = 0, low = 0, high = 0;
+    for (const Candidate& c : posterior.candidates()) {
+        const double weight = std::exp(c.log_weight - best);
+        if (weight < 1e-5) continue;
+        parts.push_back({weight, 1 / std::sqrt(2 * c.variance)});
+        total += weight;
+        high = std::max(high, 2 * std::sqrt(c.variance));
+    }
+    for (int i = 0; i < 40; ++i) {
+        const double h = (low + high) / 2;
+        double outside = 0;
+        for (const Part& p : parts) outside += p.weight * std::erfc(h * p.scale);
         (outside > 0.05 * total ? low : high) = h;
     }
     return high;
 }
 
-void add_trend(const Differences& x, const Candidate& c, DriftSpread& out) {
-    const Weighing v(x, c.jitter2, c.error2);
-    const auto d = v.whiten(x.d), g = v.whiten(x.g), u = v.whiten(x.late);
-    const double gg = dot(g, g), gu = dot(g, u), uu = dot(u, u), gd = dot(g, d), ud = dot(u, d);
-    const double determinant = gg * uu - gu * gu;
-    out.freedom = static_cast<int>(x.d.size()) - 2;
-    if (out.freedom < 1 || !(determinant > 0)) return;
-    const double mean = (uu * gd - gu * ud) / determinant, slope = (gg * ud - gu * gd) / determinant;
-    const double rest = std::max(dot(d, d) - mean * gd - slope * ud, std::numeric_limits<double>::min());
-    const double span = x.late.back() / x.g.back() - x.late.front() / x.g.front();
-    out.trend_m = slope * span;
-    out.trend_t = slope / std::sqrt(rest / out.freedom * gg / determinant);
+double median_inflation(const Posterior& posterior) {
+    const double best = posterior.likeliest().log_weight;
+    std::vector<std::pair<double, double>> parts;  // inflation, weight
+    double total = 0, sum = 0;
+    for (const Candidate& c : posterior.candidates()) {
+        parts.emplace_back(c.inflation, std::exp(c.log_weight - best));
+        total += parts.back().second;
+    }
+    std::ranges::sort(parts);
+    for (const auto& [inflation, weight] : parts) {
+        sum += weight;
+        if (sum >= total / 2) return inflation;
+    }
+    return 1;
+}
+
+struct FoundApproach {
+    Approach approach;
+    double contraction = 0;
+    double settled_sd_m = 0;  // with the error of the contraction
+};
+
+/// Candidates for the scatter about an approach: at most that of the likeliest one without it.
+std::vector<Scatter> smaller(const Scatter& most) {
+    std::vector<Scatter> out{{most.error2, 0, 0}};
+    for (double j = most.jitter2; j > 1e-6 * most.error2 && out.size() < 15; j /= 8)
+        for (const double memory : {0.0, 0.8}) out.push_back({most.error2, j, memory});
+    return out;
+}
+
+/// The likeliest approach with contraction e^-rate.
+Approach approach_at(std::span<const PeriodMean> means, std::span<const Scatter> scatters, double rate) {
+    const auto all = approaches(means, scatters, std::exp(-rate));
+    return *std::ranges::max_element(all, {}, &Approach::log_likelihood);
+}
+
+/// The approach that the means show, if the likelihood prefers it clearly.
+std::optional<FoundApproach> find_approach(std::span<const PeriodMean> means, const Posterior& posterior) {
+    if (means.size() < 8) return {};
+    double without = -std::numeric_limits<double>::infinity();
+    for (const Candidate& c : posterior.candidates()) without = std::max(without, c.log_likelihood);
+    const std::vector<Scatter> scatters = smaller(posterior.likeliest().scatter);
+    Approach best{.log_likelihood = -std::numeric_limits<double>::infinity()};
+    double rate = 0, step = 0.25;                                     // of ln rate
+    const double slowest = 1.6 / (means.back().k - means.front().k);  // else the settled value is not seen
+    for (double r = 1.2; r > slowest; r *= std::exp(-2 * step)) {
+        const Approach a = approach_at(means, scatters, r);
+        if (a.log_likelihood > best.log_likelihood) best = a, rate = r;
+    }
+    if (best.log_likelihood < without + 5) return {};
+    for (int i = 0; i < 10; ++i, step /= 2) {
+        for (const double r : {rate * std::exp(-step), rate * std::exp(step)}) {
+            const Approach a = approach_at(means, scatters, r);
+            if (a.log_likelihood > best.log_likelihood) best = a, rate = r;
+        }
+    }
+    if (best.log_likelihood < without + 8) return {};
+    // Error of the rate from the curvature of the likelihood.
+    const Approach slower = approach_at(means, scatters, rate * std::exp(-4 * step)),
+                   faster = approach_at(means, scatters, rate * std::exp(4 * step));
+    const double curvature =
+        (2 * best.log_likelihood - slower.log_likelihood - faster.log_likelihood) / (16 * step * step);
+    const double by_rate =
+        (faster.settled_m - slower.settled_m) / (8 * step) / std::sqrt(std::max(curvature, 1.0));
+    return FoundApproach{best, std::exp(-rate), std::hypot(best.settled_sd_m, by_rate)};
+}
+
+/// The means without the approach.
+std::vector<PeriodMean> settled(std::span<const PeriodMean> means, const FoundApproach& approach) {
+    std::vector<PeriodMean> out{means.begin(), means.end()};
+    for (PeriodMean& m : out)
+        m.y_m -=
+            approach.approach.amplitude_m * walked_in_approach(approach.contraction, m.k - means.front().k);
+    return out;
 }
 
 }  // namespace
@@ -208,22 +257,30 @@ double few_periods_factor(int freedom) {
     return boost::math::quantile(boost::math::students_t(freedom), 0.975) / 2;
 }
 
-DriftSpread drift_spread(std::span<const PeriodMean> means, const ErrorOfMean& scatter) {
+DriftSpread drift_spread(std::span<const PeriodMean> means, const ScatterPrior& prior) {
     DriftSpread out;
     if (means.size() < 3) {
         out.sigma_m = std::numeric_limits<double>::infinity();
         return out;
     }
-    const Differences x = differences(means);
-    // Positions without noise still have rounding errors, and a likelihood needs a width.
-    const double least = std::max(scatter.least_m, 1e-15 + 1e-9 * std::sqrt(spread_of(x)));
-    const double most = std::max(scatter.most_m, least);
-    const auto all = candidates(x, least * least, most * most);
-    const Candidate& best = likeliest(all);
-    out.sigma_m = half_width_95(all, best.log_weight) / 2;
+    std::optional<Posterior> posterior(std::in_place, means, prior);
+    const auto approach = find_approach(means, *posterior);
+    std::vector<PeriodMean> rest;
+    if (approach) {
+        const Approach& a = approach->approach;
+        const int n = static_cast<int>(means.size());
+        out.settling = {
+            {a.settled_m, approach->settled_sd_m * few_periods_factor(n - 4)},
+            a.amplitude_m * (std::pow(approach->contraction, means.back().k - means.front().k) - 1)};
+        rest = settled(means, *approach);
+        posterior.emplace(rest, prior);
+    }
+    const Scatter& best = posterior->likeliest().scatter;
+    out.sigma_m = half_width_95(*posterior) / 2;
     out.jitter_m = std::sqrt(best.jitter2);
     out.mean_error_m = std::sqrt(best.error2);
-    add_trend(x, best, out);
+    out.memory = best.memory;
+    out.independent = static_cast<double>(means.size()) / median_inflation(*posterior);
     return out;
 }
 

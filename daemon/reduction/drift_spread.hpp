@@ -1,42 +1,53 @@
 #pragma once
-// Error of a drift when both positions and drift scatter between periods.
+// Error of a drift when positions scatter, and when the drift scatters between periods with memory.
+#include <optional>
 #include <span>
-#include <vector>
+
+#include "calibration/estimate.hpp"
+#include "daemon/reduction/drift_likelihood.hpp"
 
 namespace shaker::reduction {
 
-/// Mean position over one period, without the periodic motion (and any straight line).
-struct PeriodMean {
-    int k = 0;       // index of the period; increasing, gaps allowed
-    double y_m = 0;  // mean
-    int frames = 0;  // number of positions
+/// Knowledge of the scatter before the periods are compared.
+struct ScatterPrior {
+    double white_m = 0;     // standard deviation of one period's mean, if the positions' errors are
+                            // independent; from the scatter within periods
+    double contrast_m = 0;  // rms of a contrast of the quarters of each period, which a steady drift cancels
+                            // from and which has the same standard deviation for independent errors
+    int contrasts = 0;
+    double jitter_m = 0;  // usual least jitter of D, if there is any
 };
 
-/// Range of the standard deviation of one period's mean, from the scatter within periods.
-struct ErrorOfMean {
-    double least_m;
-    double most_m;
+/// D approaches a settled value.
+struct Settling {
+    calibration::Estimate drift_m;  // settled D minus that of the straight line; +-2 sigma covers 95 %
+    double change_m = 0;            // of D from the first to the last period
 };
 
 struct DriftSpread {
     /// Half of the 95 % half-width of the drift per period (m) from a straight line through all positions:
-    /// +-2 sigma covers 95 %, also for few periods. Infinite for fewer than 3 periods.
+    /// +-2 sigma covers 95 %, also for few periods. An approach to a settled value does not count as
+    /// scatter. Infinite for fewer than 3 periods.
     double sigma_m = 0;
     double jitter_m = 0;      // m, standard deviation of D between periods, most likely value
     double mean_error_m = 0;  // m, standard deviation of one period's mean without jitter, most likely value
-    /// Change of D over the run, m, by a straight line; trend_t = value / standard error with `freedom`
-    /// degrees.
-    double trend_m = 0;
-    double trend_t = 0;
-    int freedom = 0;
+    double memory = 0;        // AR(1) coefficient of D from period to period, most likely value
+    /// Independent values of D among N, median: N (1 - r)/(1 + r) where jitter with memory r dominates.
+    double independent = 0;
+    std::optional<Settling> settling;  // at least 8 periods; found in about 1 of 100 settled walkers
 };
 
-/// Model: y_k = sum of D_j up to the middle of period k + e_k; D_j = D + jitter, e_k independent. Differences
-/// of successive means have variance jitter^2/2 + 2 error^2 and covariance jitter^2/4 - error^2 with the
-/// next. `scatter`: range of the error from the scatter within periods. Both unknowns are averaged over with
-/// restricted likelihood as weight, so that neither noise nor jitter makes sigma too small. Where jitter
-/// cannot be separated from white noise, sigma is up to 3 times the line's own scatter. O(periods).
-DriftSpread drift_spread(std::span<const PeriodMean> means, const ErrorOfMean& scatter);
+/// Model: drift_likelihood.hpp. The unknown scatter is averaged over with the restricted likelihood as
+/// weight, so that neither noise nor jitter nor memory makes sigma too small. Priors, for what the record
+/// cannot tell:
+/// - error of a mean: white_m, or, with a thirtieth of that weight, any magnitude up to all the scatter
+/// - jitter: none, with weight 2.5; else any magnitude, with weight 1 for each factor of e above jitter_m and
+///   0.08 below it
+/// - memory: none, with weight 0.75; else (1 + r)/(1 - r) = x with density 0.2 x^-1.8, r <= 0.99
+/// With fewer than about 4 independent values these decide sigma.
+/// Limit: 10 (40) periods do not show jitter of up to 3 (1) times the error of a mean, though it adds more to
+/// the slope's error than that does; sigma then covers 65 to 95 %.
+DriftSpread drift_spread(std::span<const PeriodMean> means, const ScatterPrior& prior);
 
 /// Half of the 95 % quantile of |t| with n degrees of freedom: the factor that widens a standard error.
 double few_periods_factor(int freedom);

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <utility>
 
 #include "daemon/reduction/aligner.hpp"
@@ -11,14 +12,35 @@
 #include "daemon/reduction/drift.hpp"
 #include "daemon/reduction/selection.hpp"
 #include "daemon/reduction/stick.hpp"
+#include "drivers/drive.hpp"
 
 namespace shaker::reduction {
 namespace {
 
-/// Table of periods: drive from the accelerometer, drift of the walker.
-std::vector<PeriodResult> period_table(const Alignment& drive, const Drift& drift, double t0_s) {
-    const double f = drive.frequency.value;
-    std::vector<PeriodResult> table = drive_by_period(drive.acceleration, drive.t_s, drive.along_mps2, t0_s);
+/// Largest change of v_D that the change of the drive during the record explains, m/s. By the exact Coulomb
+/// law from 0.5 to 3 g, |dv_D| < gamma/omega (|dgamma|/gamma / 2 + |dphi| / 5); a change of rho shows in
+/// gamma.
+double drive_effect(const std::vector<PeriodResult>& periods, const Reduction& r) {
+    const auto n = static_cast<std::ptrdiff_t>(periods.size());
+    if (n < 3) return 0;
+    const auto mean = [&](std::ptrdiff_t from, std::ptrdiff_t to, auto of) {
+        double sum = 0;
+        for (auto i = from; i < to; ++i) sum += of(periods[static_cast<std::size_t>(i)]);
+        return sum / static_cast<double>(to - from);
+    };
+    const auto change = [&](auto of) {
+        return std::abs(mean(n - n / 3, n, of) - mean(0, std::max<std::ptrdiff_t>(n / 8, 1), of));
+    };
+    const double gamma = change([](const PeriodResult&p) { return p.gamma.value; }),
+                 phi = change(
+                     [&](const PeriodResult&p) { return std::remainder(p.phi.value - r.phi.value, two_pi); });
+    constexpr double margin = 2;
+    return margin * (gamma / 2 + r.gamma.value * phi / 5) / (two_pi * r.frequency.value);
+}
+
+/// Adds the drift of the walker to a table of the drive.
+std::vector<PeriodResult> with_drift(std::vector<PeriodResult> table, const Drift& drift, double t0_s,
+                                     double f) {
     const auto means = period_means(drift.residuals, t0_s, f);
     double white = 0;
     for (const Residual& r : drift.residuals) white += r.sd_m * r.sd_m;
@@ -40,13 +62,14 @@ std::vector<PeriodResult> period_table(const Alignment& drive, const Drift& drif
     return table;
 }
 
-/// Raises sigma to the scatter between periods if that is larger than the error of the fit.
+/// Raises sigma to the scatter between periods if that is larger than the error of the fit. turn: two_pi for
+/// angles.
 void widen_by_scatter(calibration::Estimate& e, const std::vector<PeriodResult>& periods,
-                      calibration::Estimate PeriodResult::*member) {
+                      calibration::Estimate PeriodResult::*member, double turn) {
     double squares = 0;
     int n = 0;
     for (const PeriodResult& p : periods) {
-        const double d = (p.*member).value - e.value;
+        const double d = std::remainder((p.*member).value - e.value, turn);
         if (!std::isfinite(d)) continue;
         squares += d * d;
         ++n;
@@ -105,19 +128,21 @@ Reduction reduce(Measurement measurement) {
     out.gamma = asked.gamma;
     out.rho = asked.rho;
     out.phi = asked.phi;
-    out.v_rms = asked.v_rms;
+    out.v_rms = {asked.v_rms.value,
+                 std::hypot(asked.v_rms.sigma, asked.v_rms.value * out.frequency.sigma / f)};
     out.harmonics = asked.harmonics;
     measure_across(drive, out.harmonics);
 
-    const Drift drift = measure_drift(m.walkers, f, out.notes);
+    auto periods = drive_by_period(drive.acceleration, drive.t_s, drive.along_mps2, out.t0_s);
+    const Drift drift = measure_drift(m.walkers, f, drive_effect(periods, out), out.notes);
     out.v_D = drift.v_D;
     out.D = {drift.v_D.value / f,
              std::hypot(drift.v_D.sigma / f, drift.v_D.value * drive.frequency.sigma / (f * f))};
     out.fit_residual_x_m = drift.residual_m;
     out.efficiency = ratio(std::abs(out.v_D.value) / out.v_rms.value, out.v_D, out.v_rms);
-    out.periods = period_table(drive, drift, out.t0_s);
-    widen_by_scatter(out.gamma, out.periods, &PeriodResult::gamma);
-    widen_by_scatter(out.phi, out.periods, &PeriodResult::phi);
+    out.periods = with_drift(std::move(periods), drift, out.t0_s, f);
+    widen_by_scatter(out.gamma, out.periods, &PeriodResult::gamma, std::numeric_limits<double>::infinity());
+    widen_by_scatter(out.phi, out.periods, &PeriodResult::phi, two_pi);
 
     const auto folded = fold(m.walkers, drift, out.t0_s, f);
     const double frames = frames_per_period(m.walkers, f);

@@ -7,8 +7,8 @@
 #include <numbers>
 #include <ranges>
 
-#include "daemon/reduction/no_stick.hpp"
 #include "drivers/errors.hpp"
+#include "drivers/simulated/walker/no_stick.hpp"
 #include "drivers/simulated/walker/steady_state.hpp"
 
 namespace shaker::run {
@@ -38,7 +38,7 @@ double settled_drift(const Drive& drive, double mu, double g) {
 std::optional<PredictedWalk> predict_walk(const Drive& drive,
                                           const std::vector<reduction::DrivenPoint>& points,
                                           const calibration::Estimate& mu, double g) {
-    const double unknown = unknown_share * reduction::v_rms(harmonics(drive), drive.frequency);
+    const double unknown = unknown_share * simulated::v_rms(harmonics(drive), drive.frequency);
     for (const reduction::DrivenPoint& p : points | std::views::reverse)
         for (const bool mirror : {false, true})
             if (alike(drive, p.asked, mirror ? std::numbers::pi : 0))

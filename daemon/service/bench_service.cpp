@@ -9,10 +9,10 @@
 #include <iterator>
 #include <utility>
 
-#include "daemon/reduction/no_stick.hpp"
 #include "daemon/run/run_setup.hpp"
 #include "daemon/service/state_builder.hpp"
 #include "drivers/errors.hpp"
+#include "drivers/simulated/walker/no_stick.hpp"
 
 namespace shaker::service {
 
@@ -109,7 +109,7 @@ void BenchService::compare_points() {
         measured.phi = p.phi.value;
         closed_form_.push_back(
             std::isfinite(mu_.value)
-                ? reduction::no_stick(harmonics(measured), measured.frequency, mu_.value, bench_.gravity).v_D
+                ? simulated::no_stick(harmonics(measured), measured.frequency, mu_.value, bench_.gravity).v_D
                 : NAN);
     }
 }

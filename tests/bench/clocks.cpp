@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "calibration/clocks/clock_tracker.hpp"
-#include "tests/bench/cost.hpp"
 #include "tests/bench/table.hpp"
+#include "tests/support/cost.hpp"
 
 namespace shaker {
 namespace {

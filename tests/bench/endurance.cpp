@@ -7,8 +7,8 @@
 #include <cstdlib>
 #include <cstring>
 
-#include "tests/bench/cost.hpp"
 #include "tests/bench/table.hpp"
+#include "tests/support/cost.hpp"
 
 namespace {
 

@@ -20,8 +20,8 @@
 #include "drivers/recorded/h5/h5.hpp"
 #include "drivers/recorded/pictures/picture_reader.hpp"
 #include "drivers/recorded/pictures/picture_store.hpp"
-#include "tests/bench/cost.hpp"
 #include "tests/bench/table.hpp"
+#include "tests/support/cost.hpp"
 #include "tests/support/paths.hpp"
 
 namespace shaker {

@@ -6,9 +6,9 @@
 #include "daemon/campaign/campaign_folder.hpp"
 #include "daemon/commands/mu/law_points.hpp"
 #include "daemon/law/findings.hpp"
-#include "tests/bench/cost.hpp"
 #include "tests/bench/option.hpp"
 #include "tests/bench/table.hpp"
+#include "tests/support/cost.hpp"
 #include "tests/support/law/synthetic_points.hpp"
 
 namespace shaker {

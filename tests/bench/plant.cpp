@@ -2,9 +2,9 @@
 #include <numbers>
 
 #include "drivers/simulated/shaker_plant.hpp"
-#include "tests/bench/cost.hpp"
 #include "tests/bench/table.hpp"
 #include "tests/support/control/bench_drive.hpp"
+#include "tests/support/cost.hpp"
 
 namespace shaker {
 namespace {

@@ -7,8 +7,8 @@
 
 #include "daemon/remote/scpi/session.hpp"
 #include "daemon/remote/scpi/standard_commands.hpp"
-#include "tests/bench/cost.hpp"
 #include "tests/bench/table.hpp"
+#include "tests/support/cost.hpp"
 #include "tests/support/no_alloc.hpp"
 #include "tests/support/remote/scpi_client.hpp"
 

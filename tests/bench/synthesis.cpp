@@ -8,8 +8,8 @@
 #include <string>
 
 #include "drivers/synthesiser.hpp"
-#include "tests/bench/cost.hpp"
 #include "tests/bench/table.hpp"
+#include "tests/support/cost.hpp"
 #include "tests/support/tracking/splatter.hpp"
 
 namespace shaker {

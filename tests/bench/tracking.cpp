@@ -4,8 +4,8 @@
 #include <limits>
 #include <opencv2/imgproc.hpp>
 
-#include "tests/bench/cost.hpp"
 #include "tests/bench/table.hpp"
+#include "tests/support/cost.hpp"
 #include "tests/support/tracking/tracking_scene.hpp"
 
 namespace shaker {

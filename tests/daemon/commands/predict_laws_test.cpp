@@ -9,8 +9,8 @@
 #include "daemon/command_line/table.hpp"
 #include "daemon/commands/predict.hpp"
 #include "daemon/manual/parser.hpp"
-#include "daemon/reduction/no_stick.hpp"
 #include "drivers/errors.hpp"
+#include "drivers/simulated/walker/no_stick.hpp"
 
 namespace shaker::commands {
 namespace {

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "daemon/reduction/no_stick.hpp"
+#include "drivers/simulated/walker/no_stick.hpp"
 
 namespace shaker::run {
 namespace {

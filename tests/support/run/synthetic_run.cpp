@@ -84,7 +84,7 @@ private:
 
 /// Position of the drift line at each start of a period, jitter and settling included.
 std::vector<double> drift_steps(const SyntheticRun& run, double v_D) {
-    Noise jitter(run.seed * 7919 + 1, run.drift_jitter, 0);
+    Noise jitter(run.seed * 7919 + 1, run.drift_jitter, run.drift_memory);
     const double D = v_D / run.drive.frequency;
     std::vector<double> x{0};
     double settling = run.settling;

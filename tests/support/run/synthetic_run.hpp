@@ -22,6 +22,7 @@ struct SyntheticRun {
     double position_noise_m = 2e-6;
     double noise_memory = 0;   // AR(1) coefficient from frame to frame
     double drift_jitter = 0;   // relative, standard deviation of D from period to period
+    double drift_memory = 0;   // AR(1) coefficient of that from period to period
     double settling = 0;       // extra D in the first period, relative, ...
     double contraction = 0.7;  // ... shrinking by this each period
     double accel_rate_hz = 4000;

@@ -1,11 +1,11 @@
-#include "daemon/reduction/no_stick.hpp"
+#include "drivers/simulated/walker/no_stick.hpp"
 
 #include <gtest/gtest.h>
 
 #include "drivers/simulated/walker/steady_state.hpp"
 #include "tests/support/walker/walker_settings.hpp"
 
-namespace shaker::reduction {
+namespace shaker::simulated {
 namespace {
 
 constexpr double pi = std::numbers::pi;
@@ -155,4 +155,4 @@ TEST(CoulombThetaTest, NoStickFormulaGivesTooSmallMuForExactData) {
 }
 
 }  // namespace
-}  // namespace shaker::reduction
+}  // namespace shaker::simulated

@@ -5,7 +5,7 @@
 
 #include "drivers/drive.hpp"
 
-namespace shaker::reduction {
+namespace shaker::simulated {
 
 /// Root mean square of the base's velocity, m/s. For the paper's drive at rho = 1/2: sqrt(5/32) gamma /
 /// omega.
@@ -46,4 +46,4 @@ inline constexpr double coulomb_theta_to = 1000;
 /// with Gamma; NaN outside the range.
 double coulomb_theta(double Gamma) noexcept;
 
-}  // namespace shaker::reduction
+}  // namespace shaker::simulated

@@ -1,4 +1,4 @@
-#include "daemon/reduction/no_stick.hpp"
+#include "drivers/simulated/walker/no_stick.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -7,7 +7,7 @@
 
 #include "drivers/trig_polynomial.hpp"
 
-namespace shaker::reduction {
+namespace shaker::simulated {
 
 namespace {
 
@@ -145,4 +145,4 @@ double coulomb_theta(double Gamma) noexcept {
     return 2 * std::asin(std::numbers::pi / (Gamma + std::sqrt(Gamma) * h));
 }
 
-}  // namespace shaker::reduction
+}  // namespace shaker::simulated
