@@ -147,7 +147,7 @@ Reduction reduce(Measurement measurement) {
     const auto folded = fold(m.walkers, drift, out.t0_s, f);
     const double frames = frames_per_period(m.walkers, f);
     out.cycle = make_cycle(folded, base, out.v_D.value, frames);
-    const Sticks sticks = find_sticks(folded, out.cycle, base, out.v_D.value, frames);
+    const Sticks sticks = find_sticks(folded, out.cycle, base, out.v_D, frames);
     out.stick = sticks.found;
     out.shortest_visible_stick = sticks.shortest_visible;
     return out;

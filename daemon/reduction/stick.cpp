@@ -218,9 +218,12 @@ double shortest_visible(const StickModel& model, const Best& crossing, Region ra
 
 }  // namespace
 
-Sticks find_sticks(std::span<const Folded> folded, const Cycle& cycle, const BaseCycle& base, double v_D,
-                   double frames_per_period) {
-    if (rests_always(cycle)) return {{{0, 1, 0}}};
+Sticks find_sticks(std::span<const Folded> folded, const Cycle& cycle, const BaseCycle& base,
+                   const calibration::Estimate& v_D, double frames_per_period) {
+    if (rests_always(cycle)) {
+        const bool moves = std::abs(v_D.value) > 2 * v_D.sigma;
+        return moves ? Sticks{{}, 1} : Sticks{{{0, 1, 0.5 / frames_per_period}}};
+    }
     const auto regions = near_rest(cycle);
     std::vector<StickInterval> out;
     double least = NAN;
@@ -233,7 +236,7 @@ Sticks find_sticks(std::span<const Folded> folded, const Cycle& cycle, const Bas
         // speed.
         constexpr double slip = 0.25, slack = 0.05;
         const Region window{std::max(before, here.from - slip), std::min(after, here.to + slip)};
-        const StickModel model(points_between(folded, base, v_D, window), base);
+        const StickModel model(points_between(folded, base, v_D.value, window), base);
         if (model.freedom() < 3) {
             least = 1;
             continue;

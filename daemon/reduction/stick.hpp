@@ -15,7 +15,8 @@ namespace shaker::reduction {
 /// acceleration jumps.
 /// A stick is reported when it lowers chi^2 by more than 20 times chi^2 per degree of freedom, and when the
 /// friction seen in the slips can hold the base's acceleration within it. A walker whose relative velocity is
-/// noise during the whole period gives {0, 1}.
+/// noise during the whole period gives {0, 1} where v_D is zero within 2 sigma; else it moves by slips that
+/// are too short to be seen, and no stick is reported.
 ///
 /// Resolution at 1000 frames/s, 20 Hz, mu 0.113: with 2 um noise and 40 periods, sticks of 0.015 T at 50 g
 /// and of 0.15 T at 0.7 g; with 6 periods 0.08 T at 2 g, and half of those of 0.2 T at 0.5 g; 0.03 T at 1.5 g
@@ -26,10 +27,10 @@ struct Sticks {
     /// Length, in units of the period, from which 19 of 20 sticks about a crossing pass the threshold of 20,
     /// with the phases and errors of these positions: it lowers chi^2 per degree of freedom by 37.5 on
     /// average. At least the time between two frames. The largest over the crossings without a stick; 1 where
-    /// the positions are too few; NaN without such a crossing.
+    /// the positions are too few or the slips are not seen; NaN without such a crossing.
     double shortest_visible = NAN;
 };
-Sticks find_sticks(std::span<const Folded> folded, const Cycle& cycle, const BaseCycle& base, double v_D,
-                   double frames_per_period);
+Sticks find_sticks(std::span<const Folded> folded, const Cycle& cycle, const BaseCycle& base,
+                   const calibration::Estimate& v_D, double frames_per_period);
 
 }  // namespace shaker::reduction

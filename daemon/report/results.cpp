@@ -63,7 +63,7 @@ std::string with_error(double value, double sigma) {
 
 std::string no_stick_text(double shortest_visible) {
     if (std::isnan(shortest_visible)) return "never";
-    if (shortest_visible >= 1) return "not known: too few frames";
+    if (shortest_visible >= 1) return "not known: too few frames, or slips too short";
     return fmt::format("never for over {:.3f} T", shortest_visible);
 }
 
@@ -147,7 +147,11 @@ std::string results_json(const reduction::Reduction& r, const std::map<std::stri
                                   {"across_quadrature", number(h.across.quadrature)},
                                   {"across_direction", h.across.direction}});
     j["stick"] = nlohmann::json::array();
-    for (const reduction::StickInterval& k : r.stick) j["stick"].push_back({k.from, k.to});
+    j["stick_sd"] = nlohmann::json::array();
+    for (const reduction::StickInterval& k : r.stick) {
+        j["stick"].push_back({k.from, k.to});
+        j["stick_sd"].push_back(k.sd);
+    }
     j["shortest_visible_stick"] = number(r.shortest_visible_stick);
     j["periods"] = nlohmann::json::array();
     for (const reduction::PeriodResult& p : r.periods)

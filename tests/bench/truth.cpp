@@ -1,4 +1,4 @@
-// Truth: bias, error, z and coverage of every number of a reduction, on records with known truth
+// Truth: bias, error, z, coverage and cost of every number of a reduction, on records with known truth
 //   --runs N (400): of each row, a quarter of it from 400 periods on   --scenes NAME (all): rows with NAME
 //   --seed N (1): of the first run
 #include <algorithm>
@@ -14,6 +14,7 @@
 #include "drivers/simulated/walker/steady_state.hpp"
 #include "tests/bench/option.hpp"
 #include "tests/bench/table.hpp"
+#include "tests/support/cost.hpp"
 
 namespace {
 
@@ -205,6 +206,7 @@ struct Found {
     std::string unit;
     double scale = 1;
     Coverage here, least_squares, hac;
+    double cost_ms = NAN;  // of a whole reduction
 };
 
 void add_row(const std::string& name, double periods, double independent, const std::string& what,
@@ -221,6 +223,7 @@ void add_row(const std::string& name, double periods, double independent, const 
                    {"mean se", f.scale * c.sigmas / c.count},
                    {"z rms", std::sqrt(c.z2 / c.count)},
                    {"within 2 se", c.within / c.count}};
+    if (std::isfinite(f.cost_ms)) row.push_back({"reduction", f.cost_ms, "ms"});
     if (f.hac.count > 0) {
         row.push_back({"least squares: z rms", std::sqrt(f.least_squares.z2 / c.count)});
         row.push_back({"within", f.least_squares.within / c.count});
@@ -253,6 +256,8 @@ void add(const reduction::Reduction& r, const Scene& s, double v_D, std::map<std
     one("frequency", "uHz", 1e6, r.frequency, frequency);
     one("late", "us", 1e6, r.accelerometer_late_s, late_s);
     one("ppm", "1e-6", 1, r.accelerometer_ppm, ppm);
+    const double middle_s = r.t0_s + 0.5 * s.periods / frequency;
+    one("delay", "us", 1e6, r.delay_s, late_s - 1e-6 * ppm * middle_s);
     const Naive naive = naive_errors(r);
     to["v_D"].least_squares.add(r.v_D.value - v_D, naive.least_squares);
     to["v_D"].hac.add(r.v_D.value - v_D, naive.hac);
@@ -274,18 +279,26 @@ int main(int argc, char** argv) {
         if (!truths.contains(key)) truths[key] = true_v_D(s);
         const double v_D = truths[key], independent = s.periods * (1 - s.memory) / (1 + s.memory);
         std::map<std::string, Found> found;
+        std::vector<double> costs_ms;
         for (int i = 0; i < (s.periods >= 400 ? std::max(runs / 4, 1) : runs); ++i) {
-            const reduction::Reduction r =
-                reduction::reduce(measured(s, static_cast<std::uint64_t>(seed + i)));
+            reduction::Measurement m = measured(s, static_cast<std::uint64_t>(seed + i));
+            const double before = bench::cpu_ns();
+            const reduction::Reduction r = reduction::reduce(std::move(m));
+            costs_ms.push_back(1e-6 * (bench::cpu_ns() - before));
             add(r, s, v_D, found);
             add(r, s, v_D, pooled);
             if (independent >= 4) rows.add(r.v_D.value - v_D, r.v_D.sigma);
         }
+        std::ranges::nth_element(costs_ms, costs_ms.begin() + std::ssize(costs_ms) / 2);
+        found.at("v_D").cost_ms = costs_ms[costs_ms.size() / 2];
         add_row(s.name, s.periods, independent, "v_D", found.at("v_D"), table);
+        if (s.name == "white")
+            for (const char* name : {"gamma", "phi", "delay"})
+                add_row(s.name, s.periods, independent, name, found.at(name), table);
     }
     for (const auto& [name, found] : pooled)
         if (name != "v_D") add_row("all", NAN, NAN, name, found, table);
-    add_row("all with 4 independent", NAN, NAN, "v_D", {"um/s", 1e6, rows, {}, {}}, table);
+    add_row("all with 4 independent", NAN, NAN, "v_D", {"um/s", 1e6, rows, {}, {}, NAN}, table);
     table.print(argc, argv);
     return 0;
 }

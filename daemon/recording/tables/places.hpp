@@ -6,9 +6,10 @@
 
 namespace shaker::recording {
 
-/// Version of the layout that this program writes; it reads all versions up to it. 1: no group "measured". 2:
-/// no column taken_back of the changes of the drive.
-inline constexpr int schema_version = 3;
+/// Version of the layout that this program writes; it reads all versions up to it (FORMAT.md lists them).
+inline constexpr int schema_version = 4;
+/// Since this version results are reduced as today: a replay computes them to the bit.
+inline constexpr int results_since = 4;
 
 /// Places for a header with known views. truth: with tables for the truth of a simulated rig.
 std::vector<recorded::GroupLayout> recording_places(const recorded::RecordingHeader& header, bool truth);

@@ -4,6 +4,8 @@
 #include <cstdlib>
 #include <fstream>
 #include <nlohmann/json.hpp>
+#include <set>
+#include <sstream>
 
 #include "daemon/recording/tables/measured_tables.hpp"
 #include "daemon/recording/tables/places.hpp"
@@ -28,6 +30,25 @@ std::string unpacked(const std::string& name, const std::filesystem::path& folde
     return name;
 }
 
+// No value: only errors whose estimate was wrong (FORMAT.md, version 4). v_D, D and what contains them: by
+// restricted likelihood, because they were 2.5 to 5 times too wide without jitter and 4 times too narrow with
+// memory. v_rms: with the error of the frequency. phi: its scatter wraps at 180 degrees.
+const std::set<std::string> expected_moves{"results/v_D_errors",        "results/D_errors",
+                                           "results/efficiency_errors", "results/v_rms_errors",
+                                           "results/phi_errors",        "periods/D_errors"};
+
+// The results that a replay lists as different; the streams are identical to the bit.
+std::set<std::string> moved(const std::string& out) {
+    std::istringstream lines{out};
+    std::set<std::string> found;
+    bool listed = false;
+    for (std::string line; std::getline(lines, line);) {
+        if (listed && line.starts_with("  ")) found.insert(line.substr(2, line.find_first_of(" :", 2) - 2));
+        listed = listed || line.starts_with("replay: the streams are identical to the bit");
+    }
+    return found;
+}
+
 class FirstVersionTest : public testing::TestWithParam<const char*> {
 protected:
     std::filesystem::path folder_ = test::fresh_folder();
@@ -48,7 +69,7 @@ TEST_P(FirstVersionTest, Opens) {
 TEST_P(FirstVersionTest, ReplaysToTheBit) {
     const Outcome o = shakerd("replay " + unpacked(GetParam(), folder_), folder_);
     EXPECT_EQ(o.status, 0) << o.err;
-    EXPECT_NE(o.out.find("replay: identical"), std::string::npos) << o.out;
+    EXPECT_EQ(moved(o.out), expected_moves) << o.out;
     const bool tripped = std::string{GetParam()} == "tripped.nxs";
     EXPECT_EQ(o.out.find("a limit stopped this run at 3.20") != std::string::npos, tripped) << o.out;
     EXPECT_NE(o.out.find("v_D"), std::string::npos) << o.out;

@@ -89,6 +89,24 @@ TEST(StickTest, WalkerBelowThresholdRestsWholePeriod) {
     ASSERT_EQ(found.size(), 1U);
     EXPECT_EQ(found[0].from, 0);
     EXPECT_EQ(found[0].to, 1);
+    EXPECT_GE(found[0].sd, 0.009) << "half a frame is 0.01 T";
+}
+
+// At the threshold of motion, 0.1254 g, the slips are shorter than can be seen.
+TEST(StickTest, RestNearThresholdAgreesWithDrift) {
+    for (const double gamma_g : {0.12, 0.125, 0.128, 0.13, 0.132, 0.134, 0.136, 0.138, 0.14}) {
+        for (std::uint64_t seed = 1; seed <= 5; ++seed) {
+            SyntheticRun run;
+            run.may_stick = true;
+            run.drive.gamma = gamma_g * paper_g;
+            run.seed = seed;
+            const Reduction r = reduce(make_measurement(run));
+            const bool moves = std::abs(r.v_D.value) > 2 * r.v_D.sigma;
+            const bool rests = r.stick.size() == 1 && r.stick[0].from == 0 && r.stick[0].to == 1;
+            EXPECT_FALSE(moves && rests) << gamma_g << " g, seed " << seed;
+            for (const StickInterval& stick : r.stick) EXPECT_GT(stick.sd, 0);
+        }
+    }
 }
 
 }  // namespace

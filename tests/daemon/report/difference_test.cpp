@@ -22,7 +22,7 @@ TEST(SpeedDifferenceTest, HasNoShareOfZeroOrOfLessThanItsError) {
 
 TEST(NoStickTextTest, ReportsShortestDetectableStick) {
     EXPECT_EQ(no_stick_text(0.0312), "never for over 0.031 T");
-    EXPECT_EQ(no_stick_text(1), "not known: too few frames");
+    EXPECT_EQ(no_stick_text(1), "not known: too few frames, or slips too short");
     EXPECT_EQ(no_stick_text(NAN), "never");
 }
 

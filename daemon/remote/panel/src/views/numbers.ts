@@ -73,7 +73,7 @@ function makeOrigin(): (result: Result) => void {
 export function stickWords(stick: Result["stick"], shortest: Known): string {
     if (stick.length) return `sticks ${stick.map(([from, to]) => `${fixed(from, 3)} to ${fixed(to, 3)} T`).join(", ")}`;
     if (shortest === null) return "never sticks";
-    return shortest >= 1 ? "sticks: not known, too few frames" : `never sticks for over ${fixed(shortest, 3)} T`;
+    return shortest >= 1 ? "sticks: not known, too few frames or slips too short" : `never sticks for over ${fixed(shortest, 3)} T`;
 }
 
 function originWords({ number: count, drive, current, stick, shortest_visible_stick }: Result, when: string): string {
