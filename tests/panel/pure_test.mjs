@@ -65,7 +65,7 @@ test("Ticks have enough decimals to differ", () => {
 test("Without a stick the text has the shortest detectable one", () => {
     assert.equal(stickWords([[0.5057, 0.7072]], null), "sticks 0.506 to 0.707 T");
     assert.equal(stickWords([], 0.0312), "never sticks for over 0.031 T");
-    assert.equal(stickWords([], 1), "sticks: not known, too few frames");
+    assert.equal(stickWords([], 1), "sticks: not known, too few frames or slips too short");
     assert.equal(stickWords([], null), "never sticks");
 });
 
