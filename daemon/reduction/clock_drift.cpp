@@ -89,7 +89,7 @@ struct Fitted {
     double minus_2_log = 0;  // of the restricted likelihood
 };
 
-Fitted fit(const Model& m, double strength, Scatter scatter) {
+Fitted fit(const Model& m, double strength, WindowScatter scatter) {
     Fitted f;
     Matrix C = strength * m.walk;
     C.diagonal() += m.variance;
@@ -100,7 +100,7 @@ Fitted fit(const Model& m, double strength, Scatter scatter) {
     const Vector left = m.d - m.X * f.line;
     f.weighted = f.covariance.solve(left);
     const double squares = left.dot(f.weighted), freedom = static_cast<double>(m.d.size() - 2);
-    f.scale2 = scatter == Scatter::free ? std::max(1.0, squares / freedom) : 1.0;
+    f.scale2 = scatter == WindowScatter::free ? std::max(1.0, squares / freedom) : 1.0;
     f.minus_2_log = freedom * std::log(f.scale2) + squares / f.scale2 +
                     2 * f.covariance.matrixLLT().diagonal().array().log().sum() +
                     std::log(f.information.determinant());
@@ -163,7 +163,7 @@ WindowDelays delays_in_windows(std::span<const MotionSeries> bases, const calibr
 double unconfirmed_walk(const WindowDelays& delays) {
     if (delays.sensor.size() < fewest_windows) return 0;
     const double middle = delays.sensor[delays.sensor.size() / 2].t_s;
-    const ClockDrift sensor = drift_of(delays.sensor, middle, Scatter::as_stated);
+    const ClockDrift sensor = drift_of(delays.sensor, middle, WindowScatter::as_stated);
     if (!sensor.significant()) return 0;
     // Fit of the cameras' delays: line, and share of the sensor's.
     const Model cameras = model_of(delays.cameras, middle);
@@ -200,7 +200,7 @@ double ClockDrift::at(double t) const noexcept {
     return delay_s[i - 1] + share * (delay_s[i] - delay_s[i - 1]);
 }
 
-ClockDrift drift_of(const std::vector<WindowDelay>& windows, double middle_s, Scatter scatter) {
+ClockDrift drift_of(const std::vector<WindowDelay>& windows, double middle_s, WindowScatter scatter) {
     ClockDrift out;
     if (windows.size() < fewest_windows) return out;
     const Model m = model_of(windows, middle_s);

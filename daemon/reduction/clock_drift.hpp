@@ -52,12 +52,12 @@ struct ClockDrift {
 };
 
 /// White scatter of the windows: as large as their errors say, or larger.
-enum class Scatter { as_stated, free };
+enum class WindowScatter { as_stated, free };
 
 /// The most likely drift, by the restricted likelihood of q and of the white scatter. Fewer than 6 windows:
 /// none, with an empty list.
 ClockDrift drift_of(const std::vector<WindowDelay>& windows, double middle_s,
-                    Scatter scatter = Scatter::free);
+                    WindowScatter scatter = WindowScatter::free);
 
 /// Walk of the accelerometer's clock that its own delays show but the cameras cannot confirm, s per square
 /// root of s. 0 when there is none, and when the cameras see the same: then the motion's phase changes.

@@ -221,7 +221,7 @@ double shortest_visible(const StickModel& model, const Best& crossing, Region ra
 Sticks find_sticks(std::span<const Folded> folded, const Cycle& cycle, const BaseCycle& base,
                    const calibration::Estimate& v_D, double frames_per_period) {
     if (rests_always(cycle)) {
-        const bool moves = std::abs(v_D.value) > 2 * v_D.sigma;
+        const bool moves = std::abs(v_D.value) > 3 * v_D.sigma;
         return moves ? Sticks{{}, 1} : Sticks{{{0, 1, 0.5 / frames_per_period}}};
     }
     const auto regions = near_rest(cycle);

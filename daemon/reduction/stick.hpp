@@ -15,7 +15,7 @@ namespace shaker::reduction {
 /// acceleration jumps.
 /// A stick is reported when it lowers chi^2 by more than 20 times chi^2 per degree of freedom, and when the
 /// friction seen in the slips can hold the base's acceleration within it. A walker whose relative velocity is
-/// noise during the whole period gives {0, 1} where v_D is zero within 2 sigma; else it moves by slips that
+/// noise during the whole period gives {0, 1} where v_D is zero within 3 sigma; else it moves by slips that
 /// are too short to be seen, and no stick is reported.
 ///
 /// Resolution at 1000 frames/s, 20 Hz, mu 0.113: with 2 um noise and 40 periods, sticks of 0.015 T at 50 g

@@ -1,6 +1,7 @@
 // Recordings by the first version of the program can be opened, replayed to the bit, exported and recovered.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cstdlib>
 #include <fstream>
 #include <nlohmann/json.hpp>
@@ -33,9 +34,9 @@ std::string unpacked(const std::string& name, const std::filesystem::path& folde
 // No value: only errors whose estimate was wrong (FORMAT.md, version 4). v_D, D and what contains them: by
 // restricted likelihood, because they were 2.5 to 5 times too wide without jitter and 4 times too narrow with
 // memory. v_rms: with the error of the frequency. phi: its scatter wraps at 180 degrees.
-const std::set<std::string> expected_moves{"results/v_D_errors",        "results/D_errors",
-                                           "results/efficiency_errors", "results/v_rms_errors",
-                                           "results/phi_errors",        "periods/D_errors"};
+const std::set<std::string> may_move{"results/v_D_errors",        "results/D_errors",
+                                     "results/efficiency_errors", "results/v_rms_errors",
+                                     "results/phi_errors",        "periods/D_errors"};
 
 // The results that a replay lists as different; the streams are identical to the bit.
 std::set<std::string> moved(const std::string& out) {
@@ -69,7 +70,7 @@ TEST_P(FirstVersionTest, Opens) {
 TEST_P(FirstVersionTest, ReplaysToTheBit) {
     const Outcome o = shakerd("replay " + unpacked(GetParam(), folder_), folder_);
     EXPECT_EQ(o.status, 0) << o.err;
-    EXPECT_EQ(moved(o.out), expected_moves) << o.out;
+    EXPECT_TRUE(std::ranges::includes(may_move, moved(o.out))) << o.out;
     const bool tripped = std::string{GetParam()} == "tripped.nxs";
     EXPECT_EQ(o.out.find("a limit stopped this run at 3.20") != std::string::npos, tripped) << o.out;
     EXPECT_NE(o.out.find("v_D"), std::string::npos) << o.out;

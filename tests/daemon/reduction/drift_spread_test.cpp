@@ -82,6 +82,17 @@ INSTANTIATE_TEST_SUITE_P(Rows, CoverageTest,
                                            Row{"0.1 % jitter", 200, 1e-3},
                                            Row{"2 %, memory 0.9", 200, 0.02, 0.9}));
 
+// Jitter near the error of a mean, which a short record cannot show: the limit in drift_spread.hpp. The
+// bounds are what the prior gives, less three binomial errors.
+INSTANTIATE_TEST_SUITE_P(SlightJitter, CoverageTest,
+                         ::testing::Values(Row{"0.03 % jitter", 6, 3e-4, 0, 0, 0.91, 1, 0, 1.4},
+                                           Row{"0.1 % jitter", 6, 1e-3, 0, 0, 0.82, 1, 0, 2},
+                                           Row{"0.03 % jitter", 12, 3e-4, 0, 0, 0.61, 1, 0, 2.8},
+                                           Row{"0.1 % jitter", 12, 1e-3, 0, 0, 0.88, 1, 0, 2.3},
+                                           Row{"0.03 % jitter", 40, 3e-4, 0, 0, 0.84, 1, 0, 3},
+                                           Row{"0.1 % jitter", 40, 1e-3, 0, 0, 0.917, 1, 0.7},
+                                           Row{"0.03 % jitter", 200, 3e-4}));
+
 TEST(CoverageTest, ErrorFallsWithTheLengthOfTheRecord) {
     const double at_20 = coverage({"white", 20}, 40).mean_sigma,
                  at_40 = coverage({"white", 40}, 40).mean_sigma;
