@@ -37,6 +37,7 @@ void DriveController::begin() {
     equaliser_ =
         std::make_unique<Equaliser>(harmonics(settings_.drive), response_at(settings_.drive.frequency), s);
     volts_ = equaliser_->volts();
+    known_.clear();
 }
 
 // The identified response corrects the data sheet by the ratio of both, which is known at the harmonics of
@@ -81,12 +82,24 @@ DriveController::Outcome DriveController::take(const PeriodWindows::Window& wind
     return report_.mode == Equaliser::Mode::track ? Outcome::correction : Outcome::step;
 }
 
+void DriveController::remember(const Known& locked) {
+    constexpr std::size_t most = 64;
+    std::erase_if(known_, [&](const Known& k) { return k.target.a == locked.target.a; });
+    if (known_.size() == most) known_.erase(known_.begin());
+    known_.push_back(locked);
+}
+
 void DriveController::set(const Drive& drive) {
-    const bool same_frequency = drive.frequency == settings_.drive.frequency;
+    const bool same_frequency = drive.frequency == settings_.drive.frequency, locked = report_.locked;
+    const Harmonics<Acceleration> left = harmonics(settings_.drive);
     settings_.drive = drive;
+    const Harmonics<Acceleration> target = harmonics(drive);
     if (same_frequency) {
-        equaliser_->retarget(harmonics(drive));
+        if (locked) remember({left, volts_});
+        const auto known = std::ranges::find(known_, target.a, [](const Known& k) { return k.target.a; });
+        equaliser_->retarget(target, known == known_.end() ? nullptr : &known->volts);
     } else {
+        known_.clear();
         EqualiserSettings s{.harmonics = controlled_harmonics,
                             .volts_limit = settings_.volts_limit,
                             .noise = noise_,

@@ -4,6 +4,7 @@
 #include <functional>
 #include <memory>
 #include <optional>
+#include <vector>
 
 #include "daemon/control/equaliser.hpp"
 #include "daemon/control/identification.hpp"
@@ -51,8 +52,13 @@ public:
     /// volts() changed so much that it must settle before a measurement; correction: volts() changed
     /// slightly; identified: identification has ended, begin() may follow.
     Outcome take(const PeriodWindows::Window& window, bool newest);
-    /// A new set-point, at any frequency. Requires begin().
+    /// A new set-point, at any frequency. Requires begin(). At a set-point that was locked since begin(), its
+    /// drive is used again.
     void set(const Drive& drive);
+    /// A measurement begins: a locked drive is held until the next set-point (Equaliser::hold).
+    void hold() noexcept {
+        if (equaliser_) equaliser_->hold();
+    }
 
     [[nodiscard]] const Drive& drive() const noexcept { return settings_.drive; }
     [[nodiscard]] const std::optional<IdentifiedResponse>& identified() const noexcept { return identified_; }
@@ -76,6 +82,12 @@ private:
     std::optional<IdentifiedResponse> identified_;
     std::unique_ptr<Equaliser> equaliser_;
     Equaliser::Report report_;
+    struct Known {
+        Harmonics<Acceleration> target;
+        Harmonics<Voltage> volts;
+    };
+    void remember(const Known& locked);
+    std::vector<Known> known_;  // locked drives of this equaliser, the newest last
 };
 
 inline constexpr int controlled_harmonics = 8;

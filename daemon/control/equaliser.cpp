@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace shaker::control {
 
@@ -19,6 +20,9 @@ constexpr double least_event =
     0.01;  // of the target; less is the last of the approach, where plants are least linear
 constexpr double least_motion = 0.05;  // of the motion expected of the drive
 constexpr double noisy = 3e-4;         // of gamma; above it the pace is halved
+constexpr double fastest = 0.25;       // share of the error corrected per window
+constexpr int known_worth = 50;        // windows that a drive is worth that was locked before
+constexpr double as_predicted = 0.1;   // of a known drive's norm
 
 template <class Unit>
 Harmonics<Unit> combined(const Harmonics<Unit>& x, const Harmonics<Unit>& y, double factor) {
@@ -143,7 +147,7 @@ Equaliser::Report Equaliser::take(const PeriodWindow& window) {
         if (report.no_motion)
             before_.reset();
         else if (mode_ == Mode::track)
-            follow(window, noise);
+            track(window, error, noise, report);
         else if (window.steady)
             converge(window, noise);
     }
@@ -211,8 +215,8 @@ void Equaliser::step(const Block& block, double noise) {
     last_ = block;
     double size = norm(error_of(block.measured), k);
     const bool top = level_ + 1 == settings_.levels.size();
-    const double near =
-        blocks_ < most_blocks ? 3e-3 : 0.01;  // with an error this small the target is not out of reach
+    // With an error this small the target is not out of reach, or its known drive is still valid.
+    const double near = known_ || blocks_ >= most_blocks ? 0.01 : 3e-3;
     if (top && size < std::max(near * norm(aim(), k), 3.5 * noise * std::sqrt(2.0 * k))) {
         mode_ = Mode::track;
         good_ = {volts_, plant_, settings_.levels[level_]};
@@ -221,6 +225,7 @@ void Equaliser::step(const Block& block, double noise) {
         errors_.clear();
         return;
     }
+    known_ = false;
     if (!top && size < 0.15 * norm(aim(), k)) {
         good_ = {volts_, plant_, settings_.levels[level_]};
         ++level_;
@@ -271,14 +276,37 @@ void Equaliser::learn(const Harmonics<Voltage>& stepped, const Harmonics<Acceler
     gain_ *= plant_.learn(stepped, moved, noise);
 }
 
+// A known drive is held from its first window on; it is judged when the walker has come nearer to its motion.
+void Equaliser::track(const PeriodWindow& window, const Harmonics<Acceleration>& error, double noise,
+                      Report& report) {
+    const bool unjudged = known_ && errors_.size() < judged_windows;
+    if (!(unjudged || (report.locked && (hold_ || known_)))) {
+        ++followed_;
+        averaged_ = report.locked || errors_.size() < judged_windows ? averaged_ + 1 : 1;
+        holds_ = known_ = false;
+        return follow(window, noise);
+    }
+    report.held = true;
+    if (!known_ && !std::exchange(holds_, true)) {
+        volts_ = mean_;
+        held_.begin(averaged_);
+    }
+    if (unjudged || !window.steady || !held_.add(error, noise, settings_.harmonics)) return;
+    report.held = false;
+    volts_ = combined(volts_, plant_.drive(held_.correction()), 1);
+    keep_within_limit();
+}
+
 // Delay compensated: the error belongs to the drive of its window, so corrections that are still under way
 // are not made twice. The integral `drift_` removes the lag behind a steady change of the plant.
 void Equaliser::follow(const PeriodWindow& window, double noise) {
     const Harmonics<Acceleration> error = error_of(window.measured);
-    const Harmonics<Voltage> correction = plant_.drive(error);
-    const double mu = settings_.pace * (noise > noisy * gamma_ * reached_ ? 0.5 : 1);
-    drift_ = combined(drift_, correction, 0.2 * mu * mu);
-    volts_ = combined(combined(scaled(volts_, 1 - mu), combined(window.volts, correction, 1), mu), drift_, 1);
+    const Harmonics<Voltage> correction = plant_.drive(error), right = combined(window.volts, correction, 1);
+    mean_ = combined(mean_, combined(right, mean_, -1), 1.0 / std::min(averaged_, longest_hold));
+    const double pace = settings_.pace * (noise > noisy * gamma_ * reached_ ? 0.5 : 1);
+    const double mu = std::max(pace, std::min(1.0 / followed_, fastest));
+    drift_ = combined(drift_, correction, 0.2 * pace * pace);
+    volts_ = combined(combined(scaled(volts_, 1 - mu), right, mu), drift_, 1);
     keep_within_limit();
     const double size = norm(error, settings_.harmonics), all = norm(aim(), settings_.harmonics);
     Harmonics<Acceleration> mean;
@@ -295,7 +323,8 @@ void Equaliser::enter_converge() {
     last_.reset();
     before_.reset();
     sum_ = {};
-    waited_ = summed_ = blocks_ = far_ = 0;
+    waited_ = summed_ = blocks_ = followed_ = averaged_ = far_ = 0;
+    holds_ = known_ = false;
     share_ = 1;
     last_error_ = INFINITY;
     worse_ = 0;
@@ -328,7 +357,7 @@ void Equaliser::limit(double volts) {
     keep_within_limit();
 }
 
-void Equaliser::retarget(const Harmonics<Acceleration>& target) {
+void Equaliser::retarget(const Harmonics<Acceleration>& target, const Harmonics<Voltage>* known) {
     const Harmonics<Acceleration> before = aim();
     const double worked = gamma_ * settings_.levels[level_] * reached_;
     target_ = target;
@@ -353,8 +382,15 @@ void Equaliser::retarget(const Harmonics<Acceleration>& target) {
         const double share = gamma_ > worked ? worked / gamma_ : 1;
         good_ = {scaled(volts_, share), plant_, share};
     }
+    const int k = settings_.harmonics;
+    const double predicted = norm(volts_, k);
+    const bool use = known != nullptr && std::abs(norm(*known, k) - predicted) < as_predicted * predicted;
+    if (use) volts_ = *known;
     keep_within_limit();
     enter_converge();
+    hold_ = false;
+    known_ = use;
+    held_.begin(known_worth);
 }
 
 }  // namespace shaker::control

@@ -7,6 +7,7 @@
 #include <optional>
 #include <vector>
 
+#include "daemon/control/held_drive.hpp"
 #include "daemon/control/plant_matrix.hpp"
 #include "drivers/drive.hpp"
 
@@ -41,9 +42,11 @@ struct PeriodWindow {
 ///
 /// Plant: dY = P dV, P real 2K x 2K (PlantMatrix). Converging: V += share * P^+ E after each settled
 /// change, at levels of the target; each step updates P (Broyden). Tracking: V = (1 - mu) V + mu
-/// (V_window + P^+ E) + D every window, with D the integral of 0.2 mu^2 P^+ E and mu = pace (half of it
-/// when noise dominates): the error belongs to the drive of its window, so corrections still under way
-/// are not made twice.
+/// (V_window + P^+ E) + D every window: the error belongs to the drive of its window, so corrections still
+/// under way are not made twice. mu = 1/n in the n-th window, the mean of all windows so far, but between
+/// pace (half of it when noise dominates) and 1/4. D: integral of 0.2 pace^2 P^+ E. Held, on request and
+/// while locked: V becomes the mean of V_window + P^+ E of up to 100 windows, and stays until its mean error
+/// stands out of the noise (HeldDrive).
 ///
 /// Limit: if the peak of V exceeds volts_limit, V and R are scaled together: the shape stays, gamma falls
 /// and is reported.
@@ -59,6 +62,7 @@ public:
         double reached = 1;   // largest reachable target / requested gamma; below 1 if the voltage limit or
                               // the plant prevents more
         double noise = 0;     // sd of one part of a window's amplitude / gamma
+        bool held = false;    // this window changed nothing, because its error is noise
         bool locked = false;  // mean of ten windows: each harmonic within 0.1 % of gamma, those of the target
                               // within 0.1 % of themselves, or within three sd of the mean
         bool noise_limited = false;  // three sd of the mean exceed those 0.1 %
@@ -80,8 +84,11 @@ public:
     /// missing data.
     Report take(const PeriodWindow& window);
     /// Sets a new target at the same frequency. The drive changes at once by the learned plant, then
-    /// corrects.
-    void retarget(const Harmonics<Acceleration>& target);
+    /// corrects. known: the drive that was locked at this target before; it is used and held if the plant
+    /// predicts it within 5 %.
+    void retarget(const Harmonics<Acceleration>& target, const Harmonics<Voltage>* known = nullptr);
+    /// Holds the drive from now on, until the next target, while it is locked.
+    void hold() noexcept { hold_ = true; }
     /// New voltage limit, V; volts() changes at once if its peak is above.
     void limit(double volts);
 
@@ -102,6 +109,8 @@ private:
     void step(const Block& block, double noise);
     [[nodiscard]] bool does_harm(double size);
     void learn(const Harmonics<Voltage>& stepped, const Harmonics<Acceleration>& moved, double noise);
+    void track(const PeriodWindow& window, const Harmonics<Acceleration>& error, double noise,
+               Report& report);
     void follow(const PeriodWindow& window, double noise);
     void judge(const Harmonics<Acceleration>& error, double noise, Report& report);
     void enter_converge();
@@ -128,9 +137,11 @@ private:
     int waited_ = 0, summed_ = 0, blocks_ = 0;
     int worse_ = 0;  // consecutive steps that increased the error
     double share_ = 1, last_error_ = INFINITY;
-    // Following.
-    Harmonics<Voltage> drift_;
-    int far_ = 0;
+    // Following and holding.
+    Harmonics<Voltage> drift_, mean_;                    // mean: of V_window + P^+ E
+    int followed_ = 0, averaged_ = 0, far_ = 0;          // windows; averaged_: in mean_
+    bool hold_ = false, holds_ = false, known_ = false;  // the drive was locked at this target before
+    HeldDrive held_;
     std::deque<Harmonics<Acceleration>> errors_;  // of the last ten windows
 };
 

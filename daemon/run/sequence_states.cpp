@@ -218,6 +218,7 @@ void Sequence::begin_measuring(bool late) {
     const bool follows =
         !measured_.empty() && part_.to_s == measured_.back().part.to_s && part_.to_s > drive_.steady_from_s();
     run.measuring = true;
+    controller_.hold();
     part_.from_s = follows ? part_.to_s : std::ceil(now_s_ * frequency_) / frequency_;
     part_.to_s = part_.from_s + plan_.task.periods / frequency_;
     if (follows) return;

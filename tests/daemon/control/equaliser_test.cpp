@@ -113,6 +113,64 @@ TEST(EqualiserTest, AttenuatesNoiseInTheDrive) {
     EXPECT_NEAR(std::sqrt(squares) / (t.noise * std::sqrt(2)), 0.24, 0.03);
 }
 
+TEST(EqualiserTest, HeldDriveChangesByItsMeanErrorOnly) {
+    Toy t = toy(0.9, 0.1);
+    t.noise = 0.002;
+    Equaliser eq{harmonics(Drive{.gamma = 9.8}), nominal(), {.noise = t.noise}};
+    run(eq, t, 200, t.noise);
+    eq.hold();
+    run(eq, t, 1, t.noise);
+    const Harmonics<Voltage> held = eq.volts();
+    for (int k = 0; k < longest_hold - 2; ++k) {
+        EXPECT_TRUE(run(eq, t, 1, t.noise).held) << k;
+        ASSERT_EQ(eq.volts().a, held.a) << k;
+    }
+    EXPECT_FALSE(run(eq, t, 1, t.noise).held);
+    EXPECT_NE(eq.volts().a, held.a);
+    run(eq, t, 900, t.noise);
+    double squares = 0;
+    for (int q = 3; q <= 8; ++q) squares += std::norm(t.base(eq.volts()).at(q)) / 6;
+    // the mean of 100 windows before and of 1000 held ones
+    EXPECT_NEAR(std::sqrt(squares / 2) / t.noise, 1 / std::sqrt(1100), 0.5 / std::sqrt(1100));
+}
+
+TEST(EqualiserTest, HeldDriveFollowsAPlantThatChanges) {
+    for (const double change : {1.0005, 1.01, 1.2}) {
+        Toy t = toy(0.9, 0.1);
+        t.noise = 0.002;
+        Equaliser eq{harmonics(Drive{.gamma = 9.8}), nominal(), {.volts_limit = 1e3, .noise = t.noise}};
+        run(eq, t, 200, t.noise);
+        eq.hold();
+        run(eq, t, 20, t.noise);
+        for (auto& h : t.h) h *= change;
+        run(eq, t, 300, t.noise);
+        EXPECT_NEAR(drive_of(t.base(eq.volts()), 20).gamma, 9.8, 2e-4 * 9.8) << change;
+    }
+}
+
+TEST(EqualiserTest, KnownTargetGetsItsDriveAgain) {
+    Toy t = toy(0.9, 0.1);
+    t.noise = 0.002;
+    const auto here = harmonics(Drive{.gamma = 9.8}), there = harmonics(Drive{.gamma = 9.8, .phi = 3});
+    Equaliser eq{here, nominal(), {.noise = t.noise}};
+    run(eq, t, 200, t.noise);
+    eq.hold();
+    run(eq, t, 50, t.noise);
+    const Harmonics<Voltage> known = eq.volts();
+    eq.retarget(there);
+    run(eq, t, 60, t.noise);
+    eq.retarget(here, &known);
+    for (int k = 0; k < 60; ++k) {
+        ASSERT_EQ(eq.volts().a, known.a) << k;
+        run(eq, t, 1, t.noise);
+    }
+    Harmonics<Voltage> other = known;
+    for (auto& v : other.a) v *= 1.3;
+    eq.retarget(there);
+    eq.retarget(here, &other);
+    EXPECT_NE(eq.volts().a, other.a) << "30 % off what the plant predicts";
+}
+
 TEST(EqualiserTest, ReportsNoiseLimitedAccuracy) {
     Toy t = toy(1, 0);
     t.noise = 0.03;
