@@ -100,25 +100,25 @@ void drop_before(Streams& streams, double from_s) {
     if (streams.played.empty()) return;
     const double from_tick = from_s * streams.dac_rate_hz;
     const double age_s = counted_s(streams.played.back().tick, streams.dac_rate_hz) - from_s;
-    streams.dropped.played +=
-        drop_front(streams.played, std::ranges::find_if(streams.played, [&](const PlayTime& p) {
-                       return static_cast<double>(p.tick.n) >= from_tick;
-                   }));
+    streams.dropped.played += drop_front(
+        streams.played, std::ranges::lower_bound(streams.played, from_tick, {}, [](const PlayTime& p) {
+            return static_cast<double>(p.tick.n);
+        }));
     const auto in_force = static_cast<std::ptrdiff_t>(in_force_at(streams.changes, from_tick));
     streams.dropped.changes += drop_front(streams.changes, streams.changes.begin() + in_force);
     if (!streams.blocks.empty()) {
         // Uses the sensor's own count, because its clock may not be known.
         const double newest = static_cast<double>(streams.blocks.back().first.n);
         const double oldest = newest - (age_s + allowance_s) * streams.accelerometer.rate_hz;
-        drop_blocks(streams, std::ranges::find_if(streams.blocks, [&](const AccelBlock& b) {
-                        return static_cast<double>(b.first.n) >= oldest;
+        drop_blocks(streams, std::ranges::lower_bound(streams.blocks, oldest, {}, [](const AccelBlock& b) {
+                        return static_cast<double>(b.first.n);
                     }));
     }
     std::vector<std::size_t> dropped;  // by track; equal for the targets of a camera
     for (TargetTrack& t : streams.tracks) {
-        dropped.push_back(drop_front(t.tracks, std::ranges::find_if(t.tracks, [&](const tracking::Track& k) {
-                                         return seconds(k.time) >= from_s - allowance_s;
-                                     })));
+        dropped.push_back(drop_front(
+            t.tracks, std::ranges::lower_bound(t.tracks, from_s - allowance_s, {},
+                                               [](const tracking::Track& k) { return seconds(k.time); })));
         t.dropped += dropped.back();
     }
     for (CameraStream& c : streams.cameras)

@@ -136,6 +136,7 @@ Reduction reduce(Measurement measurement) {
     auto periods = drive_by_period(drive.acceleration, drive.t_s, drive.along_mps2, out.t0_s);
     const Drift drift = measure_drift(m.walkers, f, drive_effect(periods, out), out.notes);
     out.v_D = drift.v_D;
+    out.v_D_settled = drift.settled;
     out.D = {drift.v_D.value / f,
              std::hypot(drift.v_D.sigma / f, drift.v_D.value * drive.frequency.sigma / (f * f))};
     out.fit_residual_x_m = drift.residual_m;

@@ -47,6 +47,7 @@ struct StickInterval {
 
 struct Reduction {
     calibration::Estimate v_D;              // m/s; sigma is widened for few periods: +-2 sigma covers 95 %
+    calibration::Estimate v_D_settled;      // m/s, of a walker that was still settling; else NaN
     calibration::Estimate D;                // m per period
     calibration::Estimate frequency;        // Hz on master time
     calibration::Estimate gamma, rho, phi;  // measured: A1 + A2 (m/s^2), A1/(A1+A2), alpha2 - 2 alpha1 (rad)

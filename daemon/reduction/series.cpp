@@ -36,14 +36,16 @@ NullPhase null_between(const DrivenPoint& a, const DrivenPoint& b) {
 
 }  // namespace
 
+bool mirrored(const Drive& a, const Drive& b) {
+    return alike(a, b) && std::abs(std::abs(between(a.phi, b.phi)) - std::numbers::pi) <= same_phase;
+}
+
 std::optional<MirrorPair> mirror_pair(std::span<const DrivenPoint> points) {
     if (points.empty()) return std::nullopt;
     const DrivenPoint& a = points.back();
     for (std::size_t i = points.size() - 1; i-- > 0;) {
         const DrivenPoint& b = points[i];
-        if (!alike(a.asked, b.asked) ||
-            std::abs(std::abs(between(a.asked.phi, b.asked.phi)) - std::numbers::pi) > same_phase)
-            continue;
+        if (!mirrored(a.asked, b.asked)) continue;
         const double sigma = std::hypot(a.v_D.sigma, b.v_D.sigma) / 2;
         return MirrorPair{{(a.v_D.value - b.v_D.value) / 2, sigma}, {(a.v_D.value + b.v_D.value) / 2, sigma}};
     }

@@ -14,6 +14,9 @@ struct DrivenPoint {
     calibration::Estimate gamma, phi, v_D;
 };
 
+/// The same biharmonic drive at phi + pi.
+bool mirrored(const Drive& a, const Drive& b);
+
 /// A point and the newest earlier one with the same drive at phi + pi. By symmetry, the drift on a level
 /// bench changes its sign.
 struct MirrorPair {

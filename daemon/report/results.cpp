@@ -71,6 +71,7 @@ std::string results_text(const reduction::Reduction& r) {
     std::string s = r.degraded ? "degraded, do not rely on it" : "as measured";
     s += " (+- one standard error):\n";
     s += line("v_D", r.v_D, 1e3, "mm/s");
+    if (std::isfinite(r.v_D_settled.value)) s += line("v_D, settled", r.v_D_settled, 1e3, "mm/s");
     s += line("D", r.D, 1e3, "mm a period");
     s += line("efficiency", r.efficiency, 1, "");
     s += line("frequency", r.frequency, 1, "Hz");
@@ -116,6 +117,7 @@ std::string results_json(const reduction::Reduction& r, const std::map<std::stri
         j[se_key] = number(e.sigma);
     };
     put("v_D_mps", "v_D_se_mps", r.v_D);
+    put("v_D_settled_mps", "v_D_settled_se_mps", r.v_D_settled);
     put("D_m", "D_se_m", r.D);
     put("frequency_hz", "frequency_se_hz", r.frequency);
     put("gamma_mps2", "gamma_se_mps2", r.gamma);

@@ -2,21 +2,15 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 #include <utility>
+
+#include "daemon/reduction/series.hpp"
 
 namespace shaker::service {
 
 namespace {
 
 constexpr std::size_t newest_points = 40;  // 0.1 s of work
-constexpr double same_phase = 1e-6;        // rad
-
-bool mirrored(const Drive& a, const Drive& b) {
-    const double apart = std::abs(std::remainder(a.phi - b.phi, two_pi));
-    return a.frequency == b.frequency && a.gamma == b.gamma && a.rho == b.rho && a.biharmonic() &&
-           b.biharmonic() && std::abs(apart - std::numbers::pi) < same_phase;
-}
 
 }  // namespace
 
@@ -25,7 +19,7 @@ void LiveMu::add(const reduction::Reduction& result, const Drive& asked) {
     if (!std::isfinite(point.v_D.value) || !(point.v_D.sigma > 0) || point.base.order() == 0) return;
     point.number = points_.empty() ? 1 : points_.back().number + 1;
     const auto partner = std::ranges::find_if(
-        points_, [&](const law::Point& p) { return p.partner == 0 && mirrored(p.asked, asked); });
+        points_, [&](const law::Point& p) { return p.partner == 0 && reduction::mirrored(p.asked, asked); });
     if (partner != points_.end()) {
         partner->partner = point.number;
         point.partner = partner->number;

@@ -2,12 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <ctime>
 #include <optional>
 #include <utility>
 
 #include "drivers/errors.hpp"
 #include "drivers/frame_pool.hpp"
+#include "drivers/realtime.hpp"
 #include "drivers/simulated/sightings.hpp"
 #include "drivers/simulated/world_state.hpp"
 #include "drivers/ticks.hpp"
@@ -18,12 +18,6 @@ namespace {
 
 constexpr int pool_frames = 256;         // per camera
 constexpr double camera_epoch_s = 1000;  // a camera's clock when the DAC begins
-
-double cpu_seconds() {
-    timespec t{};
-    clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t);
-    return static_cast<double>(t.tv_sec) + 1e-9 * static_cast<double>(t.tv_nsec);
-}
 
 class SimulatedDac final : public Dac {
 public:
@@ -133,8 +127,8 @@ public:
             camera_.done.pop_front();
             s_.moved.notify_all();
         }
-        const double before = cpu_seconds();
         const bool positions = camera_.truth.view.positions;
+        const double before = positions ? 0 : thread_time_s();
         const std::shared_ptr<Frame> frame = positions ? std::make_shared<Frame>() : pool_->acquire();
         if (frame == nullptr) {  // readers hold all buffers: this exposure is lost
             lost_ = true;
@@ -150,7 +144,7 @@ public:
         else
             camera_.renderer.render(e.poses, e.tick, frame->pixels, e.walker);
         const std::scoped_lock lock{s_.mutex};
-        camera_.render_s += cpu_seconds() - before;
+        if (!positions) camera_.render_s += thread_time_s() - before;
         ++counts_.taken;
         counts_.lost += static_cast<std::uint64_t>(e.tick.n - next_);
         next_ = e.tick.n + 1;
