@@ -55,7 +55,7 @@ public:
     /// A new set-point, at any frequency. Requires begin(). At a set-point that was locked since begin(), its
     /// drive is used again.
     void set(const Drive& drive);
-    /// A measurement begins: a locked drive is held until the next set-point (Equaliser::hold).
+    /// For a measurement: a locked drive is held until the next set-point (Equaliser::hold).
     void hold() noexcept {
         if (equaliser_) equaliser_->hold();
     }

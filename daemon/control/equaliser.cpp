@@ -283,16 +283,18 @@ void Equaliser::track(const PeriodWindow& window, const Harmonics<Acceleration>&
     if (!(unjudged || (report.locked && (hold_ || known_)))) {
         ++followed_;
         averaged_ = report.locked || errors_.size() < judged_windows ? averaged_ + 1 : 1;
+        held_windows_ = 0;
         holds_ = known_ = false;
         return follow(window, noise);
     }
-    report.held = true;
     if (!known_ && !std::exchange(holds_, true)) {
         volts_ = mean_;
         held_.begin(averaged_);
     }
-    if (unjudged || !window.steady || !held_.add(error, noise, settings_.harmonics)) return;
-    report.held = false;
+    if (!window.steady) return;
+    report.held = ++held_windows_;
+    if (unjudged || !held_.add(error, noise, settings_.harmonics)) return;
+    report.held = held_windows_ = 0;
     volts_ = combined(volts_, plant_.drive(held_.correction()), 1);
     keep_within_limit();
 }
@@ -323,7 +325,7 @@ void Equaliser::enter_converge() {
     last_.reset();
     before_.reset();
     sum_ = {};
-    waited_ = summed_ = blocks_ = followed_ = averaged_ = far_ = 0;
+    waited_ = summed_ = blocks_ = followed_ = averaged_ = held_windows_ = far_ = 0;
     holds_ = known_ = false;
     share_ = 1;
     last_error_ = INFINITY;

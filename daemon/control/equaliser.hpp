@@ -62,7 +62,7 @@ public:
         double reached = 1;   // largest reachable target / requested gamma; below 1 if the voltage limit or
                               // the plant prevents more
         double noise = 0;     // sd of one part of a window's amplitude / gamma
-        bool held = false;    // this window changed nothing, because its error is noise
+        int held = 0;         // windows in a row that changed nothing, because the drive is held
         bool locked = false;  // mean of ten windows: each harmonic within 0.1 % of gamma, those of the target
                               // within 0.1 % of themselves, or within three sd of the mean
         bool noise_limited = false;  // three sd of the mean exceed those 0.1 %
@@ -87,7 +87,7 @@ public:
     /// corrects. known: the drive that was locked at this target before; it is used and held if the plant
     /// predicts it within 5 %.
     void retarget(const Harmonics<Acceleration>& target, const Harmonics<Voltage>* known = nullptr);
-    /// Holds the drive from now on, until the next target, while it is locked.
+    /// Holds the drive until the next target, while it is locked.
     void hold() noexcept { hold_ = true; }
     /// New voltage limit, V; volts() changes at once if its peak is above.
     void limit(double volts);
@@ -138,8 +138,8 @@ private:
     int worse_ = 0;  // consecutive steps that increased the error
     double share_ = 1, last_error_ = INFINITY;
     // Following and holding.
-    Harmonics<Voltage> drift_, mean_;                    // mean: of V_window + P^+ E
-    int followed_ = 0, averaged_ = 0, far_ = 0;          // windows; averaged_: in mean_
+    Harmonics<Voltage> drift_, mean_;                               // mean: of V_window + P^+ E
+    int followed_ = 0, averaged_ = 0, held_windows_ = 0, far_ = 0;  // windows; averaged_: in mean_
     bool hold_ = false, holds_ = false, known_ = false;  // the drive was locked at this target before
     HeldDrive held_;
     std::deque<Harmonics<Acceleration>> errors_;  // of the last ten windows

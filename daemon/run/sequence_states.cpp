@@ -16,6 +16,7 @@ constexpr int check_ramp = 2;         // periods to the level of the loop check
 constexpr double check_periods = 60;  // longest loop check: this and check_patience_s
 constexpr double check_patience_s = 2;
 constexpr double margin_periods = 2;  // driven after a measurement
+constexpr int least_held = 2;         // windows of a held drive: the walker follows its last change
 }  // namespace
 
 void Sequence::go(const State& next, acquisition::Channels& channels) {
@@ -161,7 +162,9 @@ void Sequence::keep_whole_periods() {
 
 void Sequence::settle(Run& run) {
     const bool late = now_s_ - run.from_s > plan_.settle_at_most / frequency_;
-    const bool kept = !plan_.controller.equalise || controller_.report().locked;
+    controller_.hold();
+    const bool kept = !plan_.controller.equalise ||
+                      (controller_.report().locked && controller_.report().held >= least_held);
     if (!kept) run.kept_from_s = now_s_;
     const double steady_from_s = drive_.steady_from_s();
     const bool steady = plan_.task.settle > 0 ? now_s_ > std::max(steady_from_s, run.kept_from_s) +
@@ -218,7 +221,6 @@ void Sequence::begin_measuring(bool late) {
     const bool follows =
         !measured_.empty() && part_.to_s == measured_.back().part.to_s && part_.to_s > drive_.steady_from_s();
     run.measuring = true;
-    controller_.hold();
     part_.from_s = follows ? part_.to_s : std::ceil(now_s_ * frequency_) / frequency_;
     part_.to_s = part_.from_s + plan_.task.periods / frequency_;
     if (follows) return;
