@@ -31,7 +31,7 @@ Codes codes_of(const std::filesystem::path& file) {
     return codes;
 }
 
-/// Every sample of the drive, computed from the recorded changes.
+/// Every sample of the drive up to the stop, computed from the recorded changes.
 std::vector<std::int32_t> played_again(const recorded::RecordingReader& recording) {
     const std::vector<DriveChange> changes = recording.changes();
     Synthesiser synthesiser{rate_hz, recording.header().frequency_hz, 1};
@@ -41,8 +41,10 @@ std::vector<std::int32_t> played_again(const recorded::RecordingReader& recordin
     std::size_t next = 0;
     const std::int64_t end = changes.back().first.n + changes.back().ramp;
     for (std::int64_t tick = 0; tick < end; tick += block) {
-        if (next < changes.size() && changes[next].first.n < tick + block)
-            synthesiser.set(changes[next++].command);
+        if (next < changes.size() && changes[next].first.n < tick + block) {
+            if (changes[next].stop == 0) synthesiser.set(changes[next].command);
+            ++next;
+        }
         synthesiser.fill(volts);
         for (int i = 0; i < block; ++i) {
             std::int32_t code = 0;
