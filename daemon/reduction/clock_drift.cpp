@@ -20,7 +20,7 @@ calibration::HarmonicFit velocity_of(calibration::HarmonicFit fit) {
 }
 
 /// Sums over one stream's samples in one window for residual = c - delay derivative.
-struct Sums {
+struct WindowSums {
     double weight = 0, d = 0, dd = 0, r = 0, dr = 0;
     std::size_t samples = 0;
     [[nodiscard]] double information() const { return dd - d * d / weight; }
@@ -28,17 +28,17 @@ struct Sums {
 };
 
 /// Adds a stream's samples to the windows from from_s on.
-std::vector<Sums> window_sums(const calibration::HarmonicFit& fit, double constant,
+std::vector<WindowSums> window_sums(const calibration::HarmonicFit& fit, double constant,
                               const calibration::HarmonicSamples& in, double scale, double from_s,
                               double window_s, std::size_t windows) {
-    std::vector<Sums> out(windows);
+    std::vector<WindowSums> out(windows);
     std::vector<double> model(in.t.size()), slope(in.t.size());
     fit.periodic(in.t, model);
     velocity_of(fit).periodic(in.t, slope);
     for (std::size_t i = 0; i < in.t.size(); ++i) {
         const double at = (in.t[i] - from_s) / window_s;
         if (!(at >= 0 && at < static_cast<double>(windows))) continue;
-        Sums& s = out[static_cast<std::size_t>(at)];
+        WindowSums& s = out[static_cast<std::size_t>(at)];
         const double sd = scale * (in.sd.empty() ? 1.0 : in.sd[i]), w = 1 / (sd * sd);
         const double r = in.y[i] - constant - model[i], d = slope[i];
         s.weight += w;
@@ -52,11 +52,11 @@ std::vector<Sums> window_sums(const calibration::HarmonicFit& fit, double consta
 }
 
 /// Delays by streams of one kind. Windows with few samples have an infinite error.
-std::vector<calibration::Estimate> combined(const std::vector<std::vector<Sums>>& streams) {
+std::vector<calibration::Estimate> combined(const std::vector<std::vector<WindowSums>>& streams) {
     std::vector<calibration::Estimate> out;
     std::size_t most = 0;
     for (const auto& stream : streams)
-        for (const Sums& s : stream) most = std::max(most, s.samples);
+        for (const WindowSums& s : stream) most = std::max(most, s.samples);
     for (std::size_t k = 0; k < streams.front().size(); ++k) {
         double information = 0, right = 0;
         for (const auto& stream : streams) {
@@ -141,7 +141,7 @@ WindowDelays delays_in_windows(std::span<const MotionSeries> bases, const calibr
         static_cast<std::size_t>(std::clamp(periods / least_periods, 0.0, static_cast<double>(most)));
     if (windows < fewest_windows) return {};
     const double window_s = span / static_cast<double>(windows);
-    std::vector<std::vector<Sums>> cameras;
+    std::vector<std::vector<WindowSums>> cameras;
     for (std::size_t v = 0; v < bases.size(); ++v)
         cameras.push_back(window_sums(base, base.constants[v], {bases[v].t_s, bases[v].x_m, bases[v].sd_m},
                                       std::max(base.stream_rms[v], 1e-6), from, window_s, windows));
