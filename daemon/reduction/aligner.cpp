@@ -191,8 +191,9 @@ void note_rate(const Measurement& m, const calibration::Estimate& base, const Ow
     if (std::abs(ppm.value) <= 4 * std::hypot(crystal_ppm, ppm.sigma)) return;
     notes.push_back("the accelerometer's clock is " + rounded(ppm.value, 0) + " +- " + rounded(ppm.sigma, 0) +
                     " ppm off that of the " + (m.frequency_is_exact ? "drive" : "cameras") +
-                    "; a crystal is within 400 ppm. Check the told frame rate and sample rate: times and v_D "
-                    "may be wrong by as much (frequency by the accelerometer's clock " +
+                    "; a crystal is within 400 ppm. Check the frame rate and the sample rate in the "
+                    "settings: times and v_D may be wrong by the same share (frequency by the "
+                    "accelerometer's clock " +
                     rounded(own.frequency.value, 4) + " Hz, by the " +
                     (m.frequency_is_exact ? "drive " : "cameras' ") + rounded(base.value, 4) +
                     " Hz, nominal " + rounded(m.frequency_hz, 4) + " Hz)");

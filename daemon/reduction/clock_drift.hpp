@@ -60,7 +60,7 @@ ClockDrift drift_of(const std::vector<WindowDelay>& windows, double middle_s,
                     WindowScatter scatter = WindowScatter::free);
 
 /// Walk of the accelerometer's clock that its own delays show but the cameras cannot confirm, s per square
-/// root of s. 0 when there is none, and when the cameras see the same: then the motion's phase changes.
+/// root of s. It is 0 where the cameras show the same delays: then the motion's phase changes, not the clock.
 double unconfirmed_walk(const WindowDelays& delays);
 
 }  // namespace shaker::reduction

@@ -38,8 +38,8 @@ struct DriftSpread {
 };
 
 /// Model: drift_likelihood.hpp. The unknown scatter is averaged over with the restricted likelihood as
-/// weight, so that neither noise nor jitter nor memory makes sigma too small. Priors, for what the record
-/// cannot tell:
+/// weight, so that neither noise nor jitter nor memory makes sigma too small. Priors, for what a record
+/// does not show:
 /// - error of a mean: white_m, or, with a thirtieth of that weight, any magnitude up to all the scatter
 /// - jitter: none, with weight 2.5; else any magnitude, with weight 1 for each factor of e above jitter_m and
 ///   0.08 below it

@@ -183,8 +183,7 @@ Naive naive_errors(const reduction::Reduction& r) {
         for (std::size_t i = lag; i < score.size(); ++i) product += score[i] * score[i - lag];
         variance += (lag == 0 ? 1 : 2 * (1 - static_cast<double>(lag) / 5)) * product;
     }
-    const double m = r.frames, periods = m / (r.frames / std::max(n, 1.0));
-    return {r.fit_residual_x_m.value * std::sqrt(12 / (m * (periods * periods - 1))) * frequency,
+    return {r.fit_residual_x_m.value * std::sqrt(12 / (r.frames * (n * n - 1))) * frequency,
             std::sqrt(std::max(variance, 0.0)) / total * frequency};
 }
 
