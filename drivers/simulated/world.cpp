@@ -72,7 +72,7 @@ public:
     bool read(AccelBlock& block, std::chrono::milliseconds wait) override {
         std::unique_lock lock{s_.mutex};
         if (std::exchange(s_.block_in_hand, false)) s_.moved.notify_all();
-        s_.moved.wait_for(lock, wait, [&] { return s_.stopped || s_.accel_ready(); });
+        s_.wait_for(lock, wait, [&] { return s_.stopped || s_.accel_ready(); });
         if (!s_.accel_ready()) return false;
         s_.block_in_hand = true;
         block = s_.blocks.front();
@@ -121,7 +121,7 @@ public:
             std::unique_lock lock{s_.mutex};
             if (camera_.ends.take(s_.now()) != nullptr)
                 throw DeviceError{"camera \"" + camera_.truth.view.camera + "\": it does not answer"};
-            s_.moved.wait_for(lock, wait, [&] { return s_.stopped || s_.frame_ready(camera_); });
+            s_.wait_for(lock, wait, [&] { return s_.stopped || s_.frame_ready(camera_); });
             if (!s_.frame_ready(camera_)) return nullptr;
             e = camera_.done.front();
             camera_.done.pop_front();
@@ -190,7 +190,7 @@ public:
     [[nodiscard]] Contact read(std::chrono::milliseconds wait) noexcept override {
         std::unique_lock lock{s_.mutex};
         const auto opened = [&] { return open_.between(FaultKind::contact_open, read_s_, s_.now()); };
-        s_.moved.wait_for(lock, wait, [&] { return s_.stopped || opened(); });
+        s_.wait_for(lock, wait, [&] { return s_.stopped || opened(); });
         const bool was_open = opened();
         read_s_ = s_.now();
         return was_open ? Contact::open : Contact::closed;
