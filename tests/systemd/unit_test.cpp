@@ -9,9 +9,7 @@
 #include "daemon/acquisition/fifo_priorities.hpp"
 #include "daemon/run/sequence.hpp"
 #include "daemon/service/systemd_notify.hpp"
-#include "tests/support/devices/mock_cameras.hpp"
 #include "tests/support/paths.hpp"
-#include "tests/support/program.hpp"
 
 namespace shaker {
 namespace {
