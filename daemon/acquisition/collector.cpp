@@ -185,12 +185,11 @@ bool Collector::ended() const {
            std::ranges::all_of(rig_.cameras, [](const auto& c) { return c->ended(); });
 }
 
-void read_all(Collector& collector, const std::function<void()>& each) {
+void read_all(Collector& collector) {
     std::vector<Loop> loops = collector.sensor_loops();
     while (!collector.ended()) {
         for (Loop& loop : loops) loop.step(std::chrono::milliseconds{0});
         collector.collect();
-        each();
     }
 }
 

@@ -79,8 +79,7 @@ private:
     std::uint64_t released_ = 0;  // value of Channels::releases that was answered
 };
 
-/// Reads a recorded rig from start to end in one thread. each: called after every round.
-void read_all(
-    Collector& collector, const std::function<void()>& each = [] {});
+/// Reads a recorded rig from start to end in one thread.
+void read_all(Collector& collector);
 
 }  // namespace shaker::acquisition

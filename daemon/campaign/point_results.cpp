@@ -24,7 +24,7 @@ std::vector<MeasuredResult> computed_again(const recorded::RecordingReader& file
     how = why.empty() ? "computed again from pictures or positions of the cameras"
                       : "computed again from the stored tracks: " + why;
     std::vector<std::string> notes;
-    const auto streams = recording::replayed_streams(file, file.header(), why.empty(), false, notes);
+    const auto streams = recording::replayed_streams(file, file.header(), why.empty(), notes);
     std::vector<MeasuredResult> results;
     for (const recording::FinishedMeasurement& m : recording::read_finished(file))
         results.push_back(recording::reduced(m, streams, file.header().frequency_hz));

@@ -17,14 +17,7 @@ constexpr Argument argument_of(const hardware::SearchOption& option) {
             .must_exist = option.file};
 }
 
-constexpr Argument unit_argument{
-    .name = "--unit",
-    .value = "RIG",
-    .help = "Print a drop-in for shakerd.service: the rights that the devices of this rig file need",
-    .kind = Kind::file,
-    .must_exist = true};
-
-// The search options of every kind, then --unit and --json.
+// The search options of every kind, then --json.
 std::vector<Argument> all_arguments() {
     std::vector<Argument> all;
     const auto add = [&](const auto& kinds) {
@@ -34,7 +27,6 @@ std::vector<Argument> all_arguments() {
     add(hardware::dac_kinds);
     add(hardware::accelerometer_kinds);
     add(hardware::camera_kinds);
-    all.push_back(unit_argument);
     all.push_back(json_argument);
     return all;
 }
@@ -46,9 +38,8 @@ const std::vector<Argument>& arguments() {
 
 int act(const manual::Values& values) {
     commands::DevicesOptions options{.json = values.has("--json")};
-    if (values.has(unit_argument.name)) options.unit = values.text(unit_argument.name);
     for (const Argument& a : arguments())
-        if (a.kind != Kind::flag && a.name != unit_argument.name && values.has(a.name))
+        if (a.kind != Kind::flag && values.has(a.name))
             options.search[std::string{a.name}] = values.texts(a.name);
     commands::list_devices(options);
     return manual::exit_ok;

@@ -10,8 +10,6 @@ namespace {
 using manual::Argument;
 using manual::Kind;
 
-constexpr std::array<std::string_view, 2> formats{"csv", "mat"};
-
 constexpr std::array arguments{
     Argument{.name = "FILE",
              .help = "Recording, or points table of a campaign (campaign.nxs)",
@@ -22,11 +20,6 @@ constexpr std::array arguments{
              .help = "Folder of the files; created if it does not exist",
              .kind = Kind::folder,
              .otherwise = "FILE with the ending .export"},
-    Argument{.name = "--format",
-             .help = "csv: one file per table; mat: one file with one struct per table",
-             .kind = Kind::word,
-             .words = formats,
-             .standard = "csv"},
     Argument{.name = "--what",
              .value = "TABLES",
              .help = "Tables, separated by commas: tracks,accelerometer,results,periods,cycle,drive,... or "
@@ -39,13 +32,10 @@ constexpr std::array arguments{
     json_argument};
 
 int act(const manual::Values& values) {
-    using Format = commands::ExportOptions::Format;
-    const commands::ExportOptions options{
-        .file = values.text("FILE"),
-        .folder = values.text("--output"),
-        .format = values.text("--format") == "mat" ? Format::mat : Format::csv,
-        .what = values.texts("--what"),
-        .json = values.has("--json")};
+    const commands::ExportOptions options{.file = values.text("FILE"),
+                                          .folder = values.text("--output"),
+                                          .what = values.texts("--what"),
+                                          .json = values.has("--json")};
     sandbox::Confinement allowed = sandbox::confinement_for(options.file);
     const std::filesystem::path folder = export_folder(options);
     const sandbox::NewFolder made{options.file, folder};
@@ -59,13 +49,16 @@ int act(const manual::Values& values) {
 }  // namespace
 
 manual::Command export_row() {
-    return {.name = "export",
-            .summary = "Write the tables of a recording or campaign as CSV or MAT files",
-            .details = "Existing files are never overwritten.",
-            .arguments = arguments,
-            .example = "shakerd export run.nxs --what tracks,drive",
-            .exit_statuses = {manual::exit_device},
-            .act = act};
+    return {
+        .name = "export",
+        .summary = "Write the tables of a recording or campaign as CSV files",
+        .details =
+            "One file per table; existing files are never overwritten. MATLAB (h5read), Octave (load) and "
+            "Python (h5py) also read the recording itself.",
+        .arguments = arguments,
+        .example = "shakerd export run.nxs --what tracks,drive",
+        .exit_statuses = {manual::exit_device},
+        .act = act};
 }
 
 }  // namespace shaker::command_line

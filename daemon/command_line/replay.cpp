@@ -10,7 +10,6 @@ using manual::Argument;
 using manual::Kind;
 
 constexpr std::array<std::string_view, 3> from_words{"best", "raw", "tracks"};
-constexpr std::array<std::string_view, 2> speed_words{"max", "real"};
 
 constexpr std::array arguments{
     recording_argument,
@@ -21,11 +20,6 @@ constexpr std::array arguments{
         .kind = Kind::word,
         .words = from_words,
         .standard = "best"},
-    Argument{.name = "--speed",
-             .help = "max: as fast as possible; real: in the duration of the run",
-             .kind = Kind::word,
-             .words = speed_words,
-             .standard = "max"},
     Argument{.name = "--set",
              .value = "KEY=VALUE",
              .help = "Reduce with this setting and print the changes, e.g. top.mm_per_px=0.1 or from_s=3.5; "
@@ -42,7 +36,6 @@ int act(const manual::Values& values) {
                                           .from = from == "raw"      ? From::raw
                                                   : from == "tracks" ? From::tracks
                                                                      : From::best,
-                                          .real_time = values.text("--speed") == "real",
                                           .set = values.texts("--set"),
                                           .json = values.has("--json")};
     return sandbox::confined(options.file.string(), sandbox::confinement_for(options.file),

@@ -4,13 +4,11 @@
 
 #include <nlohmann/json.hpp>
 
-#include "daemon/commands/unit_drop_in.hpp"
 #include "daemon/report/printing.hpp"
 
 namespace shaker::commands {
 
 void list_devices(const DevicesOptions& options) {
-    if (!options.unit.empty()) return report::say(unit_drop_in(options.unit));
     const std::vector<hardware::ListedKind> kinds = hardware::list_devices(options.search);
     nlohmann::ordered_json json;
     for (const hardware::ListedKind& kind : kinds) {

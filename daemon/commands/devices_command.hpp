@@ -1,7 +1,5 @@
 #pragma once
 // shakerd devices: the connected devices.
-#include <filesystem>
-
 #include "drivers/hardware/kinds.hpp"
 
 namespace shaker::commands {
@@ -9,9 +7,8 @@ namespace shaker::commands {
 struct DevicesOptions {
     hardware::Search search{};
     bool json = false;
-    std::filesystem::path unit{};  // rig file: print a drop-in of the service for it; empty: list devices
 };
-/// Prints the connected devices and their capabilities with the keys of a rig file, or the drop-in.
+/// Prints the connected devices and their capabilities with the keys of a rig file.
 void list_devices(const DevicesOptions& options);
 
 }  // namespace shaker::commands

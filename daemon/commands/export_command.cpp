@@ -52,24 +52,14 @@ void export_recording(const ExportOptions& options) {
         tables = exporting::export_tables(*recording);
     }
     tables = exporting::chosen(std::move(tables), options.what, options.file);
-    const bool mat = options.format == ExportOptions::Format::mat;
-    const std::string stem = options.file.stem().string();
     const std::filesystem::path folder = export_folder(options);
-    const auto file_of = [&](const exporting::ExportTable& t) {
-        return mat ? stem + ".mat" : exporting::joined_name(t.name, '-') + ".csv";
-    };
     std::vector<std::string> names;
     names.reserve(tables.size());
-    for (const exporting::ExportTable& t : tables) names.push_back(file_of(t));
+    for (const exporting::ExportTable& t : tables) names.push_back(exporting::joined_name(t.name) + ".csv");
     exporting::NewFiles files{folder, names};
     std::vector<Exported> all;
-    if (mat) {
-        const std::vector<std::size_t> rows = write_mat(tables, files.make(names.front()));
-        for (std::size_t i = 0; i < tables.size(); ++i) all.push_back({tables[i].name, names[i], rows[i]});
-    } else {
-        for (std::size_t i = 0; i < tables.size(); ++i)
-            all.push_back({tables[i].name, names[i], write_csv(tables[i], files.make(names[i]))});
-    }
+    for (std::size_t i = 0; i < tables.size(); ++i)
+        all.push_back({tables[i].name, names[i], write_csv(tables[i], files.make(names[i]))});
     files.keep();
     print(folder, all, options.json);
 }

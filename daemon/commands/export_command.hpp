@@ -7,10 +7,8 @@
 namespace shaker::commands {
 
 struct ExportOptions {
-    enum class Format { csv, mat };
     std::filesystem::path file;
-    std::filesystem::path folder;  // empty: beside FILE, with its name and the ending .export
-    Format format = Format::csv;
+    std::filesystem::path folder;          // empty: beside FILE, with its name and the ending .export
     std::vector<std::string> what{"all"};  // first words of the tables' names
     bool json = false;
 };

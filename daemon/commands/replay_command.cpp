@@ -143,8 +143,7 @@ bool replay(const ReplayOptions& options) {
     spdlog::info("replaying \"{}\" from {}", as.header.title,
                  pictures ? "frames and counts" : "tracks and counts");
     std::vector<std::string> notes;
-    const acquisition::Streams streams =
-        recording::replayed_streams(file, as.header, pictures, options.real_time, notes);
+    const acquisition::Streams streams = recording::replayed_streams(file, as.header, pictures, notes);
     Recomputed now{.streams = recording::tables_of(streams), .numbers = {}, .tables = {}};
     const std::vector<recording::FinishedMeasurement> finished = recording::read_finished(file);
     if (std::isfinite(as.from_s)) {

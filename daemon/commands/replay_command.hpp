@@ -10,7 +10,6 @@ struct ReplayOptions {
     enum class From { best, raw, tracks };
     std::filesystem::path file;
     From from = From::best;  // best: from the pictures if all were kept, otherwise from the stored tracks
-    bool real_time = false;  // takes as long as the run
     std::vector<std::string> set{};  // "key=value": reduce with these settings instead of the recorded ones
     bool json = false;
 };

@@ -77,9 +77,9 @@ std::filesystem::path NewFiles::make(const std::string& name) {
     return file;
 }
 
-std::string joined_name(const std::string& table, char by) {
+std::string joined_name(const std::string& table) {
     std::string name = table;
-    std::ranges::replace(name, '/', by);
+    std::ranges::replace(name, '/', '-');
     return name;
 }
 

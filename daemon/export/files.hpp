@@ -25,18 +25,11 @@ private:
     std::vector<std::filesystem::path> made_;  // to be removed; the folder is first if it was created
 };
 
-/// Name of a table with `by` in place of slashes: "tracks/top/walker" becomes "tracks-top-walker".
-std::string joined_name(const std::string& table, char by);
+/// Name of a table with hyphens in place of slashes: "tracks/top/walker" becomes "tracks-top-walker".
+std::string joined_name(const std::string& table);
 
 /// Writes a line of headings, "name [unit]", and one line per row: numbers with 17 significant digits, "nan"
 /// for unknown values. Returns the number of rows. DeviceError if it cannot be written.
 std::size_t write_csv(ExportTable& table, const std::filesystem::path& file);
-
-/// Writes a MAT-file of level 5, compressed: one struct per table with a column vector per column (a cell
-/// array for texts) and the field "units". Returns the number of rows of each table. InputError for a table
-/// that is too large for this format.
-std::vector<std::size_t> write_mat(std::vector<ExportTable>& tables, const std::filesystem::path& file);
-/// Verifies such a file: DeviceError unless it holds `variables` variables, each with a valid checksum.
-void require_whole_mat(const std::filesystem::path& file, std::size_t variables);
 
 }  // namespace shaker::exporting

@@ -1,39 +1,13 @@
 #include "daemon/recording/replayed_streams.hpp"
 
-#include <spdlog/fmt/fmt.h>
-#include <spdlog/spdlog.h>
-
 #include <utility>
 
 #include "daemon/acquisition/collector.hpp"
-#include "daemon/acquisition/executors.hpp"
 #include "daemon/recording/tables/track_table.hpp"
-#include "drivers/ticks.hpp"
 
 namespace shaker::recording {
 
 namespace {
-
-// Delays the replay to real time and logs a line each second.
-class SlowReplay {
-public:
-    void follow(const acquisition::Streams& streams) {
-        if (streams.blocks.empty()) return;
-        const double now_s = counted_s(streams.blocks.back().first, streams.accelerometer.rate_hz);
-        pacer_.wait_until(now_s);
-        if (now_s < logged_s_ + 1) return;
-        logged_s_ = now_s;
-        std::string line = fmt::format("{:9.3f} s  {} frames", now_s, streams.frames);
-        for (const acquisition::TargetTrack& t : streams.tracks)
-            if (!t.tracks.empty())
-                line += fmt::format("  {}/{} {:.3f} mm", t.camera, t.target.name, 1e3 * t.tracks.back().x_m);
-        spdlog::info("{}", line);
-    }
-
-private:
-    acquisition::Pacer pacer_;
-    double logged_s_ = 0;
-};
 
 std::vector<acquisition::CameraStream> cameras_of(const recorded::RecordingHeader& header) {
     std::vector<acquisition::CameraStream> cameras;
@@ -59,7 +33,7 @@ enum class Frames {
 };
 
 acquisition::Streams streams_of(const recorded::RecordingReader& file,
-                                const recorded::RecordingHeader& header, Frames frames, bool real_time) {
+                                const recorded::RecordingHeader& header, Frames frames) {
     const bool pictures = frames == Frames::from_pictures;
     Rig rig = replay_rig(file, header, pictures);
     acquisition::Collector collector{rig, nullptr};
@@ -68,10 +42,7 @@ acquisition::Streams streams_of(const recorded::RecordingReader& file,
     gathered.dac_rate_hz = header.dac.rate_hz;
     if (frames == Frames::stamps) gathered.cameras = cameras_of(header);
     gathered.timebase = empty_timebase(gathered);
-    SlowReplay slow;
-    read_all(collector, [&] {
-        if (real_time) slow.follow(gathered);
-    });
+    read_all(collector);
     acquisition::Streams streams = std::move(gathered);
     for (const PlayTime& p : file.play_times()) add(streams, p);
     if (frames == Frames::stamps) add_frames(file, streams);
@@ -91,10 +62,9 @@ std::string why_not_from_pictures(const recorded::RecordingReader& file) {
 }
 
 acquisition::Streams replayed_streams(const recorded::RecordingReader& file,
-                                      const recorded::RecordingHeader& header, bool pictures, bool real_time,
+                                      const recorded::RecordingHeader& header, bool pictures,
                                       std::vector<std::string>& notes) {
-    acquisition::Streams streams =
-        streams_of(file, header, pictures ? Frames::from_pictures : Frames::none, real_time);
+    acquisition::Streams streams = streams_of(file, header, pictures ? Frames::from_pictures : Frames::none);
     if (pictures)
         settle_times(streams, notes);
     else
@@ -104,7 +74,7 @@ acquisition::Streams replayed_streams(const recorded::RecordingReader& file,
 
 acquisition::Streams stored_streams(const recorded::RecordingReader& file, std::vector<std::string>& notes) {
     const recorded::RecordingHeader& header = file.header();
-    acquisition::Streams streams = streams_of(file, header, Frames::stamps, false);
+    acquisition::Streams streams = streams_of(file, header, Frames::stamps);
     read_tracks(file, header, streams);
     settle_times(streams, notes);
     return streams;

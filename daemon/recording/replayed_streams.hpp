@@ -13,9 +13,9 @@ namespace shaker::recording {
 std::string why_not_from_pictures(const recorded::RecordingReader& file);
 
 /// The raw streams of a recording and its tracks: computed from the pictures or read from the file, in metres
-/// by the views of `header`. real_time: takes as long as the run and logs the progress each second.
+/// by the views of `header`.
 acquisition::Streams replayed_streams(const recorded::RecordingReader& file,
-                                      const recorded::RecordingHeader& header, bool pictures, bool real_time,
+                                      const recorded::RecordingHeader& header, bool pictures,
                                       std::vector<std::string>& notes);
 
 /// The streams of an unfinished recording: stored tracks with times computed from the stamps of the frames.

@@ -41,7 +41,6 @@ BenchService::BenchService(run::Runner& runner, const BenchServiceSettings& sett
                      .accelerometer = bench_.rig.accelerometer->info(),
                      .views = {},
                      .soft_start_periods = sequence_.plan().soft_start,
-                     .recordings = record_.folder(),
                      .mu = settings.mu};
     for (const auto& camera : bench_.rig.cameras) facts.views.push_back(camera->view());
     mu_ = facts.mu;

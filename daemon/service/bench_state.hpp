@@ -70,7 +70,6 @@ struct BenchFacts {
     AccelerometerInfo accelerometer;
     std::vector<View> views;
     int soft_start_periods = 0;
-    std::filesystem::path recordings;    // folder
     calibration::Estimate mu{NAN, NAN};  // friction coefficient in the settings; NaN: not known
 };
 

@@ -32,14 +32,4 @@ struct ListedKind {
 /// Every kind, in the order of the tables: DACs, accelerometers, cameras.
 std::vector<ListedKind> list_devices(const Search& search, const Kinds& kinds = {});
 
-/// A device of a rig file and the rights that a service needs for it.
-struct NamedAccess {
-    std::string name;  // "[dac]", "[[camera]] top"
-    std::vector<DeviceAccess> access;
-};
-
-/// The devices of a rig file, in the order of the tables. Opens none, but may search for them. InputError for
-/// an unknown kind.
-std::vector<NamedAccess> access_of(SettingsTable& root, const Kinds& kinds = {});
-
 }  // namespace shaker::hardware

@@ -7,12 +7,9 @@
 #include <sstream>
 
 #include "daemon/acquisition/fifo_priorities.hpp"
-#include "daemon/commands/unit_drop_in.hpp"
 #include "daemon/run/sequence.hpp"
 #include "daemon/service/systemd_notify.hpp"
-#include "tests/support/devices/mock_cameras.hpp"
 #include "tests/support/paths.hpp"
-#include "tests/support/program.hpp"
 
 namespace shaker {
 namespace {
@@ -71,47 +68,10 @@ TEST_F(UnitTest, FailureIsReported) {
     EXPECT_FALSE(keys_of(failed)["ExecStart"].empty());
 }
 
-constexpr const char* cameras =
-    "[[camera]]\nname = \"top\"\ndriver = \"video\"\ndevice = \"/dev/video0\"\n"
-    "[[camera]]\nname = \"side\"\ndriver = \"genicam\"\nid = \"Not-Connected-1\"\n";
-
-// Cameras are searched for on the loop-back interface only.
-std::string drop_in(const std::string& accelerometer, const std::string& lines = "") {
-    if (const std::string refused = test::private_network(); !refused.empty())
-        throw std::runtime_error{refused};
-    const auto folder = test::fresh_folder();
-    std::ofstream{folder / "bench.toml"}
-        << "[dac]\npcm = \"hw:0\"\n[accelerometer]\n" + accelerometer + "\n" + lines + cameras;
-    return commands::unit_drop_in(folder / "bench.toml");
-}
-
 TEST_F(UnitTest, EveryKindOfDeviceIsAllowed) {
     const std::vector<std::string>& allowed = unit.at("DeviceAllow");
-    for (const char* uri : {"uri = \"local:\"", "uri = \"usb:\""}) {
-        std::istringstream lines{drop_in(uri)};
-        const auto keys = keys_of(lines);
-        for (const std::string& device : keys.at("DeviceAllow"))
-            EXPECT_TRUE(device.empty() || std::ranges::count(allowed, device)) << device;
-    }
-}
-
-TEST_F(UnitTest, DropInHasDevicesAndAddressesOfItsBench) {
-    std::istringstream lines{drop_in("uri = \"ip:192.168.7.2:30431\"")};
-    auto keys = keys_of(lines);
-    EXPECT_EQ(keys["DeviceAllow"],
-              (std::vector<std::string>{"", "char-alsa rw", "char-video4linux rw", "char-usb_device rw"}));
-    EXPECT_EQ(keys["IPAddressAllow"], std::vector<std::string>{"192.168.7.2"});
-    const std::string text = drop_in("uri = \"ip:sensor.lab\"");
-    EXPECT_NE(text.find("IPAddressAllow=<address of \"sensor.lab\">"), std::string::npos) << text;
-    EXPECT_NE(text.find("\"Not-Connected-1\" is not connected"), std::string::npos) << text;
-    EXPECT_EQ(text.find("gpiochip"), std::string::npos);
-}
-
-TEST_F(UnitTest, DropInHasGpioOnlyForBenchesWithLines) {
-    std::istringstream lines{drop_in("uri = \"local:\"", "[abort]\nchip = \"gpiochip0\"\nline = \"17\"\n")};
-    EXPECT_EQ(std::ranges::count(keys_of(lines)["DeviceAllow"], "char-gpiochip rw"), 1);
-    const std::vector<std::string>& all = unit.at("DeviceAllow");
-    EXPECT_EQ(std::ranges::count(all, "char-gpiochip rw"), 0);
+    for (const char* device : {"char-alsa rw", "char-iio rw", "char-video4linux rw", "char-usb_device rw"})
+        EXPECT_EQ(std::ranges::count(allowed, device), 1) << device;
 }
 
 }  // namespace

@@ -15,7 +15,7 @@ std::vector<scpi::Command> source_commands(BenchInstrument& bench);
 std::vector<scpi::Command> output_commands(BenchInstrument& bench);
 /// CONTrol: identification and the loop; FETCh:ACCeleration:HARMonics?.
 std::vector<scpi::Command> control_commands(BenchInstrument& bench);
-/// SOURce: FUNCtion, HARMonic and ARBitrary, the shape of one period.
+/// SOURce: FUNCtion and HARMonic, the shape of one period.
 std::vector<scpi::Command> shape_commands(BenchInstrument& bench);
 /// INITiate, TRIGger, READ, MEASure: start of a measurement.
 std::vector<scpi::Command> read_commands(BenchInstrument& bench);
@@ -23,7 +23,7 @@ std::vector<scpi::Command> read_commands(BenchInstrument& bench);
 std::vector<scpi::Command> fetch_commands(BenchInstrument& bench);
 /// AVERage: periods of the next measurement; RECord: its recording.
 std::vector<scpi::Command> record_commands(BenchInstrument& bench);
-/// SENSe: properties of the sensors; STReam and MMEMory: addresses of live streams and recordings.
+/// SENSe: state of the sensors; STReam: address of the live streams.
 std::vector<scpi::Command> sense_commands(BenchInstrument& bench);
 /// LIMit, SYSTem, DIAGnostic.
 std::vector<scpi::Command> bench_commands(BenchInstrument& bench);

@@ -1,14 +1,11 @@
-// Shape of one period of the drive: sinusoid, biharmonic, with overtones, or as samples.
+// Shape of one period of the drive: sinusoid, biharmonic or with overtones.
 #include <array>
-#include <bit>
 #include <cmath>
 #include <vector>
 
 #include "daemon/remote/instrument/commands.hpp"
 #include "daemon/remote/scpi/data/error.hpp"
-#include "daemon/remote/scpi/session.hpp"
 #include "drivers/drive_limits.hpp"
-#include "drivers/sampled_drive.hpp"
 
 namespace shaker::instrument {
 
@@ -17,8 +14,6 @@ namespace {
 using scpi::Command;
 
 enum Shape { sinusoid, biharmonic, multiharmonic };  // in the order of FUNCtion's words
-
-constexpr std::size_t longest_period = 60000;  // bytes; the limit of a message is slightly higher
 
 Shape shape_of(const Drive& drive) {
     if (!drive.biharmonic()) return multiharmonic;
@@ -85,36 +80,6 @@ void set_phase(BenchInstrument& bench, scpi::Call& call) {
     bench.order(call.session, service::SetDrive{drive});
 }
 
-template <class Number, class Bits>
-std::vector<double> numbers_in(std::string_view bytes, bool little_endian) {
-    if (bytes.size() % sizeof(Number) != 0)
-        throw scpi::Error{
-            scpi::Code::invalid_block,
-            std::to_string(bytes.size()) + " bytes are not a multiple of " + std::to_string(sizeof(Number))};
-    std::vector<double> numbers;
-    for (; !bytes.empty(); bytes.remove_prefix(sizeof(Number))) {
-        Bits bits = 0;
-        for (std::size_t i = 0; i < sizeof(Number); ++i)
-            bits |= static_cast<Bits>(static_cast<unsigned char>(bytes[i]))
-                    << 8 * (little_endian ? i : sizeof(Number) - 1 - i);
-        numbers.push_back(std::bit_cast<Number>(bits));
-    }
-    return numbers;
-}
-
-void set_samples(BenchInstrument& bench, scpi::Call& call) {
-    const scpi::Format format = call.session.format();
-    const std::string_view bytes = call.arguments[0].text;
-    if (format.data == scpi::Format::Data::ascii)
-        throw scpi::Error{scpi::Code::settings_conflict,
-                          "FORMat is ASCii; a block requires FORMat REAL,32 or REAL,64"};
-    const std::vector<double> period = format.data == scpi::Format::Data::real32
-                                           ? numbers_in<float, std::uint32_t>(bytes, format.swapped)
-                                           : numbers_in<double, std::uint64_t>(bytes, format.swapped);
-    bench.order(call.session,
-                service::SetDrive{drive_of_period(period, bench.pending_orders().drive().frequency)});
-}
-
 }  // namespace
 
 std::vector<Command> shape_commands(BenchInstrument& bench) {
@@ -148,10 +113,6 @@ std::vector<Command> shape_commands(BenchInstrument& bench) {
                             call.reply.number(call.suffixes[0] == 2 ? bench.pending_orders().drive().phi
                                                                     : std::arg(share));
                         },
-                    .guarded = true});
-    rows.push_back({.header = "[SOURce:]ARBitrary:DATA",
-                    .parameters = {scpi::block(longest_period)},
-                    .set = [&bench](scpi::Call& call) { set_samples(bench, call); },
                     .guarded = true});
     return rows;
 }

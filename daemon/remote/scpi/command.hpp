@@ -36,8 +36,6 @@ void nans(Reply& reply) {
 }
 /// "".
 inline void empty_string(Reply& reply) { reply.string(""); }
-/// A block of no bytes.
-inline void empty_block(Reply& reply) { reply.block(""); }
 /// A single NaN as written by Reply::numbers.
 inline void nan_numbers(Reply& reply) { reply.numbers(std::array{std::numeric_limits<double>::quiet_NaN()}); }
 

@@ -8,7 +8,6 @@ namespace shaker::alsa {
 
 hardware::OpenDac read_kind(SettingsTable& table);
 std::vector<hardware::ListedDevice> list_kind(const hardware::Search& search);
-std::vector<hardware::DeviceAccess> access_kind(SettingsTable& table);
 
 inline constexpr std::array search_options{
     hardware::SearchOption{
@@ -26,7 +25,6 @@ inline constexpr hardware::DacKind alsa_kind{
     .list = list_kind,
     .search = search_options,
     .advice = {.silent = "is another program using the PCM?",
-               .rate_off = "does a plug-in (plughw, a sound server) convert the rate?"},
-    .access = access_kind};
+               .rate_off = "does a plug-in (plughw, a sound server) convert the rate?"}};
 
 }  // namespace shaker::alsa

@@ -54,18 +54,4 @@ std::vector<hardware::ListedDevice> list_kind(const hardware::Search& /*search*/
     return all;
 }
 
-// A GigE camera is found by a broadcast and answers from its address.
-std::vector<hardware::DeviceAccess> access_kind(SettingsTable& table) {
-    const std::string id = table.text("id", "");
-    for (const GenicamDevice& device : list_genicam_devices()) {
-        if (device.id != id && device.serial != id && device.address != id) continue;
-        if (device.protocol == "USB3Vision") return {{.device_class = "char-usb_device"}};
-        return {{.address = "255.255.255.255"}, {.address = device.address}};
-    }
-    return {{.device_class = "char-usb_device",
-             .note = fmt::format("camera \"{}\" is not connected; if it is a GigE camera, connect it and "
-                                 "print this again, or add IPAddressAllow=255.255.255.255 <its address>",
-                                 id)}};
-}
-
 }  // namespace shaker::genicam

@@ -6,7 +6,6 @@ namespace shaker::genicam {
 
 hardware::OpenCamera read_kind(SettingsTable& table, View& view);
 std::vector<hardware::ListedDevice> list_kind(const hardware::Search& search);
-std::vector<hardware::DeviceAccess> access_kind(SettingsTable& table);
 
 inline constexpr hardware::CameraKind genicam_kind{
     .name = "genicam",
@@ -15,9 +14,8 @@ inline constexpr hardware::CameraKind genicam_kind{
     .read = read_kind,
     .list = list_kind,
     .search = {},
-    .advice = {.silent =
-                   "does the trigger line reach it, and is its trigger input the one named in the rig file?",
-               .rate_off = "is its frame rate limited by exposure or network?"},
-    .access = access_kind};
+    .advice = {
+        .silent = "does the trigger line reach it, and is its trigger input the one named in the rig file?",
+        .rate_off = "is its frame rate limited by exposure or network?"}};
 
 }  // namespace shaker::genicam

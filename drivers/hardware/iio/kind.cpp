@@ -1,11 +1,9 @@
 #include "drivers/hardware/iio/kind.hpp"
 
-#include <arpa/inet.h>
 #include <spdlog/fmt/fmt.h>
 #include <spdlog/fmt/ranges.h>
 
 #include <nlohmann/json.hpp>
-#include <utility>
 
 #include "drivers/hardware/iio/devices.hpp"
 #include "drivers/hardware/iio/iio_accelerometer.hpp"
@@ -63,16 +61,6 @@ std::vector<hardware::ListedDevice> list_kind(const hardware::Search& search) {
     for (const IioContextSeen& device : list_iio_devices(uris))
         all.push_back({text_of(device), json_of(device).dump()});
     return all;
-}
-
-std::vector<hardware::DeviceAccess> access_kind(SettingsTable& table) {
-    const std::string uri = table.text("uri", IioSettings{}.uri);
-    if (uri.starts_with("usb:")) return {{.device_class = "char-usb_device"}};
-    if (!uri.starts_with("ip:")) return {{.device_class = "char-iio"}};
-    std::string host = uri.substr(3, uri.find(':', 3) - 3);  // ip:host or ip:host:port
-    in_addr numeric{};
-    if (::inet_pton(AF_INET, host.c_str(), &numeric) == 1) return {{.address = std::move(host)}};
-    return {{.note = fmt::format("IPAddressAllow=<address of \"{}\">: a unit takes no host names", host)}};
 }
 
 }  // namespace shaker::iio

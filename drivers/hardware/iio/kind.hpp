@@ -8,7 +8,6 @@ namespace shaker::iio {
 
 hardware::OpenAccelerometer read_kind(SettingsTable& table);
 std::vector<hardware::ListedDevice> list_kind(const hardware::Search& search);
-std::vector<hardware::DeviceAccess> access_kind(SettingsTable& table);
 
 inline constexpr std::array search_options{
     hardware::SearchOption{.name = "--iio",
@@ -24,7 +23,6 @@ inline constexpr hardware::AccelerometerKind iio_kind{
     .list = list_kind,
     .search = search_options,
     .advice = {.silent = "is its trigger running, and its buffer enabled?",
-               .rate_off = "is its sampling_frequency the one in the rig file?"},
-    .access = access_kind};
+               .rate_off = "is its sampling_frequency the one in the rig file?"}};
 
 }  // namespace shaker::iio

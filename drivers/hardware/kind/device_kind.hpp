@@ -10,7 +10,6 @@
 #include <vector>
 
 #include "drivers/devices.hpp"
-#include "drivers/hardware/kind/device_access.hpp"
 #include "drivers/settings_table.hpp"
 
 namespace shaker::hardware {
@@ -46,10 +45,6 @@ struct DeviceKind {
     std::vector<ListedDevice> (*list)(const Search&);  // does not throw for a device
     std::span<const SearchOption> search{};
     DeviceAdvice advice{};  // of the self-test
-    /// Rights that a service needs for the device of these settings; may search for it. Does not finish().
-    std::vector<DeviceAccess> (*access)(SettingsTable&) = [](SettingsTable&) {
-        return std::vector<DeviceAccess>{};
-    };
 };
 
 using OpenCamera = std::function<std::unique_ptr<Camera>(View, Notes&)>;

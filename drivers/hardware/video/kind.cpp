@@ -47,8 +47,4 @@ std::vector<hardware::ListedDevice> list_kind(const hardware::Search& /*search*/
     return all;
 }
 
-std::vector<hardware::DeviceAccess> access_kind(SettingsTable& /*table*/) {
-    return {{.device_class = "char-video4linux"}};
-}
-
 }  // namespace shaker::video

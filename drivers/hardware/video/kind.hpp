@@ -6,7 +6,6 @@ namespace shaker::video {
 
 hardware::OpenCamera read_kind(SettingsTable& table, View& view);
 std::vector<hardware::ListedDevice> list_kind(const hardware::Search& search);
-std::vector<hardware::DeviceAccess> access_kind(SettingsTable& table);
 
 inline constexpr hardware::CameraKind video_kind{
     .name = "video",
@@ -16,7 +15,6 @@ inline constexpr hardware::CameraKind video_kind{
     .list = list_kind,
     .search = {},
     .advice = {.silent = "is another program using it, and is it on a fast USB port?",
-               .rate_off = "does poor light lower its frame rate?"},
-    .access = access_kind};
+               .rate_off = "does poor light lower its frame rate?"}};
 
 }  // namespace shaker::video

@@ -177,8 +177,6 @@ TEST_F(PointsTableTest, ExportWritesItsTables) {
     expect_in(lines[0], {",v_D [m/s],v_D_errors [m/s],", ",series,outcome,reason,"});
     expect_in(lines[1], {",-0.033333333333333333,"});
     expect_in(lines[2], {"\"failed\",\"acceleration, \"\"61.2\"\" m/s^2\""});
-    EXPECT_EQ(test::shakerd("export campaign.nxs --format mat -o mat --what points,cycle", folder_).status,
-              0);
     expect_in(test::shakerd("export campaign.nxs -o x --what tracks", folder_).err,
               {"no such table", "cycle, harmonics, passes, points, stick"});
 }

@@ -22,11 +22,15 @@ namespace fs = std::filesystem;
 using test::Outcome;
 using test::shakerd;
 
-constexpr std::array commands{"replay run.nxs",          "replay --json run.nxs",
-                              "recover run.nxs",         "recover cut.nxs.part",
-                              "export run.nxs",          "export --format mat run.nxs",
-                              "track lab/session.toml",  "track lab/session.toml -o tracks.csv",
-                              "reduce lab/session.toml", "reduce --json lab/session.toml -o new.nxs"};
+constexpr std::array commands{"replay run.nxs",
+                              "replay --json run.nxs",
+                              "recover run.nxs",
+                              "recover cut.nxs.part",
+                              "export run.nxs",
+                              "track lab/session.toml",
+                              "track lab/session.toml -o tracks.csv",
+                              "reduce lab/session.toml",
+                              "reduce --json lab/session.toml -o new.nxs"};
 
 std::string content(const fs::path& file) {
     std::ostringstream text;

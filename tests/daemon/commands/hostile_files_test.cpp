@@ -91,7 +91,7 @@ TEST(HostileFilesTest, RecordingWithEveryTextSpoilt) {
     for (const char* command :
          {"replay run.nxs", "replay --json run.nxs", "replay --set from_s=0.5 run.nxs", "recover run.nxs",
           "recover --json run.nxs", "recover cut.nxs.part", "recover --json cut.nxs.part", "export run.nxs",
-          "export --json -o other run.nxs", "export --format mat run.nxs"})
+          "export --json -o other run.nxs"})
         expect_clean(command, folder);
 }
 
