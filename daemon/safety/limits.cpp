@@ -19,24 +19,6 @@ constexpr Range positive{1e-9, 1e9};
 Level level(double abort) { return {warn_share * abort, abort}; }
 Level rms_of_sine(const Level& peak) { return level(peak.abort / std::numbers::sqrt2); }
 
-/// The keys of one level in a file. One unit of the file is `unit` SI units.
-struct LevelKeys {
-    Level Limits::*level;
-    const char* warn;
-    const char* abort;
-    double unit;
-};
-constexpr LevelKeys acceleration_keys{&Limits::acceleration, "acceleration_warn_mps2",
-                                      "acceleration_abort_mps2", 1};
-constexpr std::array<LevelKeys, 7> level_keys{
-    {acceleration_keys,
-     {&Limits::acceleration_rms, "acceleration_rms_warn_mps2", "acceleration_rms_abort_mps2", 1},
-     {&Limits::coil_A, "coil_warn_A", "coil_abort_A", 1},
-     {&Limits::velocity, "velocity_warn_mps", "velocity_abort_mps", 1},
-     {&Limits::displacement, "displacement_warn_mm", "displacement_abort_mm", 1000},
-     {&Limits::drive, "drive_warn_V", "drive_abort_V", 1},
-     {&Limits::transverse, "transverse_warn", "transverse_abort", 1}}};
-
 struct NumberKey {
     double Limits::*value;
     const char* key;
@@ -53,25 +35,31 @@ constexpr std::array<NumberKey, 10> number_keys{{{&Limits::coil_A_per_V, "coil_A
                                                  {&Limits::camera_missing_s, "camera_missing_s", {0.01, 1e4}},
                                                  {&Limits::watchdog_s, "watchdog_s", {0.01, 60}}}};
 // Name in a file, and its units per SI unit.
-std::pair<const char*, double> named(LimitKey key) {
+std::pair<std::string, double> named(LimitKey key) {
     if (key.level == nullptr) return {"edge_mm", 1};
-    const auto keys = std::ranges::find(level_keys, key.level, &LevelKeys::level);
-    return {key.end == &Level::warn ? keys->warn : keys->abort, keys->unit};
+    const auto row = std::ranges::find(level_rows, key.level, &LevelRow::level);
+    return {row->file_key(key.end), row->per_si};
 }
 
 constexpr double blocks_missing = 1.75;
 constexpr int most_frames = 100000;
 
-void read_level(SettingsTable& table, const LevelKeys& keys, Level& level_now) {
-    if (table.has(keys.abort)) level_now = level(table.number(keys.abort, positive) / keys.unit);
-    if (!table.has(keys.warn)) return;
-    level_now.warn = table.number(keys.warn, positive) / keys.unit;
-    if (level_now.warn > level_now.abort)
-        table.fail(keys.warn, fmt::format("{} exceeds {}, which is {}", to_text(level_now.warn * keys.unit),
-                                          keys.abort, to_text(level_now.abort * keys.unit)));
+void read_level(SettingsTable& table, const LevelRow& row, Limits& limits) {
+    Level& now = limits.*row.level;
+    const std::string warn = row.file_key(&Level::warn), abort = row.file_key(&Level::abort);
+    if (table.has(abort)) now = level(table.number(abort, positive) / row.per_si);
+    if (!table.has(warn)) return;
+    now.warn = table.number(warn, positive) / row.per_si;
+    if (now.warn > now.abort)
+        table.fail(warn, fmt::format("{} exceeds {}, which is {}", to_text(now.warn * row.per_si), abort,
+                                     to_text(now.abort * row.per_si)));
 }
 
 }  // namespace
+
+std::string LevelRow::key(double Level::*end, const char* in) const {
+    return fmt::format("{}_{}{}{}", name, end == &Level::warn ? "warn" : "abort", *in == 0 ? "" : "_", in);
+}
 
 Limits limits_of(const DataSheet& sheet, double margin) {
     Limits l;
@@ -93,9 +81,10 @@ Limits limits_of(const DataSheet& sheet, double margin) {
 
 Limits read_limits(SettingsTable table, const DataSheet& sheet) {
     Limits l = limits_of(sheet, table.number("margin", {0.1, 1}, 0.8));
-    read_level(table, acceleration_keys, l.acceleration);
-    l.acceleration_rms = rms_of_sine(l.acceleration);
-    for (const LevelKeys& keys : level_keys) read_level(table, keys, l.*keys.level);
+    for (const LevelRow& row : level_rows) {
+        if (row.level == &Limits::acceleration_rms) l.acceleration_rms = rms_of_sine(l.acceleration);
+        read_level(table, row, l);
+    }
     for (const NumberKey& k : number_keys) l.*k.value = table.number(k.key, k.allowed, l.*k.value);
     l.tracking_lost_frames = table.integer("tracking_lost_frames", 1, most_frames, l.tracking_lost_frames);
     table.finish();
@@ -119,7 +108,7 @@ Limits with_changes(Limits now, const Limits& was, const Limits& is) {
     const auto take = [&](auto key) {
         if (was.*key != is.*key) now.*key = is.*key;
     };
-    for (const LevelKeys& keys : level_keys) take(keys.level);
+    for (const LevelRow& row : level_rows) take(row.level);
     for (const NumberKey& k : number_keys) take(k.value);
     take(&Limits::tracking_lost_frames);
     return now;
@@ -127,14 +116,12 @@ Limits with_changes(Limits now, const Limits& was, const Limits& is) {
 
 std::string limits_text(const Limits& limits) {
     std::string out = "[limits]\n";
-    const auto line = [&](const char* key, double value) {
+    const auto line = [&](const std::string& key, double value) {
         if (std::isfinite(value)) out += fmt::format("{} = {}\n", key, value);
     };
-    for (const LevelKeys& keys : level_keys) {
-        const Level& l = limits.*keys.level;
-        line(keys.warn, l.warn * keys.unit);
-        line(keys.abort, l.abort * keys.unit);
-    }
+    for (const LevelRow& row : level_rows)
+        for (const auto end : {&Level::warn, &Level::abort})
+            line(row.file_key(end), (limits.*row.level).*end * row.per_si);
     for (const NumberKey& k : number_keys) line(k.key, limits.*k.value);
     return out + fmt::format("tracking_lost_frames = {}\n", limits.tracking_lost_frames);
 }

@@ -1,5 +1,6 @@
 #pragma once
 // Limits: warning and abort levels of the motion, ramps of the stops, times of the watchdogs.
+#include <array>
 #include <bitset>
 #include <limits>
 #include <string>
@@ -51,6 +52,33 @@ struct Limits {
         return kind == StopKind::hard ? hard_stop_s : soft_stop_s;
     }
 };
+
+/// The names of a level: `velocity`, `mps` for the keys velocity_warn_mps and velocity_abort_mps of files and
+/// velocity_abort_mps of the page's state; LIMit:VELocity:WARN and :ABORt in SCPI.
+struct LevelRow {
+    Level Limits::*level;
+    const char* name;
+    const char* unit;  // SI
+    const char* scpi_name;
+    const char* scpi_unit;  // SI
+    const char* file_unit;
+    double per_si;  // file units per SI unit
+    /// `end`: &Level::warn or &Level::abort.
+    [[nodiscard]] std::string file_key(double Level::*end) const { return key(end, file_unit); }
+    [[nodiscard]] std::string key(double Level::*end) const { return key(end, unit); }
+
+private:
+    [[nodiscard]] std::string key(double Level::*end, const char* in) const;
+};
+/// Every level that a file may set and an order may lower.
+inline constexpr std::array<LevelRow, 7> level_rows{
+    {{&Limits::acceleration, "acceleration", "mps2", "ACCeleration", "M/S2", "mps2", 1},
+     {&Limits::acceleration_rms, "acceleration_rms", "mps2", "ACCeleration:RMS", "M/S2", "mps2", 1},
+     {&Limits::coil_A, "coil", "A", "COIL", "A", "A", 1},
+     {&Limits::velocity, "velocity", "mps", "VELocity", "M/S", "mps", 1},
+     {&Limits::displacement, "displacement", "m", "DISPlacement", "M", "mm", 1000},
+     {&Limits::drive, "drive", "V", "DRIVe", "V", "V", 1},
+     {&Limits::transverse, "transverse", "", "TRANsverse", "", "", 1}}};
 
 /// Data sheets of shaker, sensor and DAC. Infinite: unknown, no limit.
 struct DataSheet {

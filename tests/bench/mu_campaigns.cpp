@@ -204,7 +204,7 @@ int main(int argc, char** argv) {
                    {"scatter", found.scale * std::sqrt(squares)},
                    {"z rms", std::sqrt(z2)},
                    {"within 2 errors", static_cast<double>(within) / n},
-                   {"chi^2 over freedom", found.chi2 / found.freedom}});
+                   {"chi^2 over freedom", found.freedom > 0 ? found.chi2 / found.freedom : NAN}});
     }
     table.print(argc, argv);
     std::filesystem::remove_all(folder);

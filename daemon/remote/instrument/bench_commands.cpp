@@ -1,3 +1,5 @@
+#include <spdlog/fmt/fmt.h>
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -14,13 +16,12 @@ namespace {
 
 using scpi::Command;
 
-/// LIMit:<quantity>:WARN and :ABORt. scale: SI units per unit of the limits.
-void limit_rows(BenchInstrument& bench, std::vector<Command>& rows, const std::string& quantity,
-                const char* unit, safety::Level safety::Limits::*level) {
-    const auto row = [&](const char* name, double safety::Level::*end) {
+/// LIMit:<quantity>:WARN and :ABORt.
+void limit_rows(BenchInstrument& bench, std::vector<Command>& rows, const safety::LevelRow& quantity) {
+    const auto row = [&, level = quantity.level](const char* name, double safety::Level::*end) {
         rows.push_back(
-            {.header = "LIMit:" + quantity + ":" + name,
-             .parameters = {scpi::number(unit, 0, std::numeric_limits<double>::max())},
+            {.header = fmt::format("LIMit:{}:{}", quantity.scpi_name, name),
+             .parameters = {scpi::number(quantity.scpi_unit, 0, std::numeric_limits<double>::max())},
              .set =
                  [&bench, level, end](scpi::Call& call) {
                      bench.order(call.session, service::LowerLimit{{level, end}, call.arguments[0].number});
@@ -69,13 +70,7 @@ void losses(BenchInstrument& bench, scpi::Call& call) {
 
 std::vector<Command> bench_commands(BenchInstrument& bench) {
     std::vector<Command> rows;
-    limit_rows(bench, rows, "ACCeleration", "M/S2", &safety::Limits::acceleration);
-    limit_rows(bench, rows, "ACCeleration:RMS", "M/S2", &safety::Limits::acceleration_rms);
-    limit_rows(bench, rows, "COIL", "A", &safety::Limits::coil_A);
-    limit_rows(bench, rows, "VELocity", "M/S", &safety::Limits::velocity);
-    limit_rows(bench, rows, "DISPlacement", "M", &safety::Limits::displacement);
-    limit_rows(bench, rows, "DRIVe", "V", &safety::Limits::drive);
-    limit_rows(bench, rows, "TRANsverse", "", &safety::Limits::transverse);
+    for (const safety::LevelRow& quantity : safety::level_rows) limit_rows(bench, rows, quantity);
     rows.push_back(
         {.header = "LIMit:WALKer:EDGE",
          .parameters = {scpi::number("M", 0, 1)},
@@ -95,8 +90,6 @@ std::vector<Command> bench_commands(BenchInstrument& bench) {
     rows.push_back({.header = "SYSTem:STATe",
                     .query = [&bench](scpi::Call& call) { call.reply.string(name(bench.state()->state)); },
                     .without = scpi::empty_string});
-    rows.push_back({.header = "SYSTem:CLOCk",
-                    .query = [&bench](scpi::Call& call) { call.reply.number(bench.state()->now_s); }});
     rows.push_back({.header = "SYSTem:HEALth",
                     .query =
                         [&bench](scpi::Call& call) {

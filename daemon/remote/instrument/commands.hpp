@@ -25,6 +25,8 @@ std::vector<scpi::Command> fetch_commands(BenchInstrument& bench);
 std::vector<scpi::Command> record_commands(BenchInstrument& bench);
 /// SENSe: state of the sensors; STReam: address of the live streams.
 std::vector<scpi::Command> sense_commands(BenchInstrument& bench);
+/// Queries of one published quantity each.
+std::vector<scpi::Command> published_commands(BenchInstrument& bench);
 /// LIMit, SYSTem, DIAGnostic.
 std::vector<scpi::Command> bench_commands(BenchInstrument& bench);
 

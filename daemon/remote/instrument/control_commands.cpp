@@ -76,8 +76,6 @@ std::vector<Command> control_commands(BenchInstrument& bench) {
                     .query = [](scpi::Call& call) { call.reply.number(control::kept_within); }});
     rows.push_back({.header = "CONTrol:LOOP:ERRor",
                     .query = [&bench](scpi::Call& call) { call.reply.number(loop_error(*bench.state())); }});
-    rows.push_back({.header = "CONTrol:LOOP:LOCKed",
-                    .query = [&bench](scpi::Call& call) { call.reply.boolean(bench.state()->locked); }});
     rows.push_back({.header = "FETCh:ACCeleration:HARMonics",
                     .query = [&bench](scpi::Call& call) { harmonics_row(bench, call); },
                     .query_parameters = {scpi::optional(scpi::integer(1, max_harmonics))},

@@ -87,17 +87,9 @@ std::vector<Command> fetch_commands(BenchInstrument& bench) {
                             call.reply.word("COULOMB");
                         },
                     .without = [](scpi::Reply& reply) { no_null(reply, "COULOMB"); }});
-    rows.push_back({.header = "FETCh:STEady",
-                    .query = [&bench](scpi::Call& call) { call.reply.boolean(bench.state()->measuring); }});
     rows.push_back(estimate_row(bench, "FETCh:EFFiciency", &reduction::Reduction::efficiency));
     rows.push_back(estimate_row(bench, "FETCh:ACCeleration:GAMMa", &reduction::Reduction::gamma));
     rows.push_back(estimate_row(bench, "FETCh:ACCeleration:PHASe", &reduction::Reduction::phi));
-    rows.push_back({.header = "FETCh:ACCeleration:RESidual", .query = [&bench](scpi::Call& call) {
-                        const auto s = bench.state();
-                        if (!s->base)
-                            throw scpi::Error{scpi::Code::stale_data, "no period has been measured yet"};
-                        call.reply.number(s->base->residual);
-                    }});
     rows.push_back({.header = "FETCh:VELocity:CYCLe",
                     .query =
                         [&bench](scpi::Call& call) {

@@ -46,9 +46,6 @@ std::vector<Command> output_commands(BenchInstrument& bench) {
     rows.push_back({.header = "OUTPut:ENABle", .query = [&bench](scpi::Call& call) {
                         call.reply.boolean(bench.state()->enable_output.value_or(false));
                     }});
-    rows.push_back({.header = "OUTPut:PROTection:TRIPped", .query = [&bench](scpi::Call& call) {
-                        call.reply.boolean(bench.state()->state == run::RunState::tripped);
-                    }});
     rows.push_back({.header = "OUTPut:PROTection:CAUSe",
                     .query =
                         [&bench](scpi::Call& call) {

@@ -68,9 +68,6 @@ std::vector<Command> record_commands(BenchInstrument& bench) {
     rows.push_back({.header = "RECord:NAME",
                     .query = [&bench](scpi::Call& call) { call.reply.string(bench.state()->recording.name); },
                     .without = scpi::empty_string});
-    rows.push_back({.header = "RECord:FINishing", .query = [&bench](scpi::Call& call) {
-                        call.reply.boolean(bench.state()->recording.finishing);
-                    }});
     rows.push_back({.header = "RECord:RAW:CAMera",
                     .parameters = {scpi::choice("OFF|REGion|FULL")},
                     .set = [&bench](scpi::Call& call) { keep_pictures(bench, call); },

@@ -5,8 +5,10 @@
 #include <cmath>
 #include <iterator>
 #include <string_view>
+#include <variant>
 
 #include "daemon/remote/web/state_json.hpp"
+#include "daemon/service/published.hpp"
 
 namespace shaker::web {
 
@@ -42,10 +44,6 @@ public:
     void sample(std::string_view label, std::string_view of, double value) {
         fmt::format_to(std::back_inserter(text_), "{}{{{}=\"{}\"}} {}\n", name_, label, escaped(of),
                        number(value));
-    }
-    void gauge(std::string_view name, std::string_view help, double value) {
-        family(name, "gauge", help);
-        sample(value);
     }
     void counter(std::string_view name, std::string_view help, std::uint64_t value) {
         family(name, "counter", help);
@@ -91,7 +89,6 @@ void put_streams(Text& t, const service::BenchState& s) {
          {std::pair{"plays", l.plays}, std::pair{"changes", l.changes}, std::pair{"blocks", l.blocks},
           std::pair{"frames", l.frames}, std::pair{"trips", l.trips}})
         t.sample("queue", queue, static_cast<double>(n));
-    t.counter("drive_samples_clamped_total", "Samples of the drive cut at its limit.", l.samples_clamped);
 }
 
 void put_clocks(Text& t, const service::BenchState& s) {
@@ -101,39 +98,34 @@ void put_clocks(Text& t, const service::BenchState& s) {
     for (const service::ClockState& c : s.clocks) t.sample("clock", c.name, c.residual_s);
 }
 
-void put_motion(Text& t, const service::BenchState& s) {
-    t.gauge("drive_asked_frequency_hertz", "Requested frequency.", s.wanted.frequency);
-    t.gauge("drive_asked_gamma_metres_per_second_squared", "Requested gamma.", s.wanted.gamma);
-    t.gauge("drive_locked", "1 while the base is within tolerance of its target.", s.locked ? 1 : 0);
-    if (s.base) {
-        const service::BaseState& b = *s.base;
-        t.gauge("base_gamma_metres_per_second_squared", "Measured gamma of the newest period.", b.got.gamma);
-        t.gauge("base_rms_metres_per_second_squared",
-                "Acceleration along the axis, rms of the newest period.", b.rms);
-        t.gauge("drive_peak_volts", "Peak of the drive.", b.volts_peak);
-        t.family("harmonic_error_ratio", "gauge", "Measured minus requested harmonic, as a share of gamma.");
-        for (int n = 1; n <= b.controlled; ++n) {
-            const service::HarmonicState& h = b.harmonics.at(static_cast<std::size_t>(n - 1));
-            t.sample("n", fmt::format("{}", n), std::abs(h.measured - h.target) / s.wanted.gamma);
-        }
-    }
-    if (s.walker) t.gauge("walker_position_metres", "Newest position of the walker.", s.walker->x_m);
-    if (s.result) {
-        t.gauge("drift_velocity_metres_per_second", "v_D of the newest measurement.", s.result->v_D.value);
-        t.gauge("drift_velocity_standard_error_metres_per_second", "Its standard error.",
-                s.result->v_D.sigma);
+void put_published(Text& t, const service::BenchState& s) {
+    for (const service::Published& row : service::published_quantities()) {
+        if (row.metric == nullptr) continue;
+        const auto put = [&]<class T>(T value) {
+            if constexpr (!std::is_same_v<T, std::monostate>) {
+                const std::string_view name = row.metric;
+                t.family(name, name.ends_with("_total") ? "counter" : "gauge", row.help);
+                t.sample(static_cast<double>(value));
+            }
+        };
+        std::visit(put, row.value(s));
     }
 }
 
-void put_switches(Text& t, const service::BenchState& s) {
-    if (s.contact) {
-        t.family("abort_contact", "gauge", "1 for the present state of the abort input's contact.");
-        for (const Contact c : {Contact::closed, Contact::open, Contact::unreadable})
-            t.sample("state", service::word_of(c), c == *s.contact ? 1 : 0);
+void put_harmonics(Text& t, const service::BenchState& s) {
+    if (!s.base) return;
+    t.family("harmonic_error_ratio", "gauge", "Measured minus requested harmonic, as a share of gamma.");
+    for (int n = 1; n <= s.base->controlled; ++n) {
+        const service::HarmonicState& h = s.base->harmonics.at(static_cast<std::size_t>(n - 1));
+        t.sample("n", fmt::format("{}", n), std::abs(h.measured - h.target) / s.wanted.gamma);
     }
-    if (s.enable_output)
-        t.gauge("enable_output", "1 while the enable output of the amplifier is on.",
-                *s.enable_output ? 1 : 0);
+}
+
+void put_contact(Text& t, const service::BenchState& s) {
+    if (!s.contact) return;
+    t.family("abort_contact", "gauge", "1 for the present state of the abort input's contact.");
+    for (const Contact c : {Contact::closed, Contact::open, Contact::unreadable})
+        t.sample("state", service::word_of(c), c == *s.contact ? 1 : 0);
 }
 
 }  // namespace
@@ -159,25 +151,17 @@ std::string metrics_text(const service::BenchState* state, const ServedCounts& s
         const auto which = static_cast<run::RunState>(k);
         t.sample("state", name(which), which == s.state ? 1 : 0);
     }
-    t.counter("trips_total", "Number of trips of the drive.", s.trips);
-    t.counter("aborts_total", "Number of aborts.", s.aborts);
-    put_motion(t, s);
+    put_published(t, s);
+    put_harmonics(t, s);
     put_streams(t, s);
     put_clocks(t, s);
     t.family("realtime", "gauge",
              "1: locked memory, or stack and priority of a thread, granted; 0: refused.");
     for (const acquisition::RealTimeGrant& g : s.real_time)
         t.sample("what", g.what, g.refused.empty() ? 1 : 0);
-    put_switches(t, s);
+    put_contact(t, s);
     t.histogram("output_period_jitter_seconds",
                 "Deviation of the time between two blocks of the drive from a block's length.", s.jitter);
-    t.gauge("recording", "1 while a run is being recorded.", s.recording.name.empty() ? 0 : 1);
-    t.gauge("recording_finishing", "1 while the recording of the last run is being completed.",
-            s.recording.finishing ? 1 : 0);
-    t.gauge("writer_backlog_ratio", "Fill level of the queue of the recorder, 0 to 1.", s.recording.backlog);
-    t.counter("writer_pieces_lost_total", "Items of the present recording lost because the queue was full.",
-              s.recording.pieces_lost);
-    t.gauge("disk_free_bytes", "Free space on the disk of the recordings.", s.recording.free_bytes);
     return t.take();
 }
 

@@ -3,6 +3,8 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "daemon/service/published.hpp"
+
 namespace shaker::web {
 
 namespace {
@@ -10,6 +12,15 @@ namespace {
 using nlohmann::json;
 
 json number(double x) { return std::isfinite(x) ? json(x) : json(nullptr); }
+
+constexpr auto value_of = []<class T>(T value) -> json {
+    if constexpr (std::is_same_v<T, std::monostate>)
+        return nullptr;
+    else if constexpr (std::is_same_v<T, double>)
+        return number(value);
+    else
+        return value;
+};
 
 json estimate(const calibration::Estimate& e) {
     if (!std::isfinite(e.value)) return nullptr;
@@ -20,39 +31,28 @@ json session(const service::BenchState& s, const Viewer& viewer) {
     json trip = nullptr;
     if (s.trip) trip = {{"cause", name(s.trip->cause)}, {"text", text(*s.trip)}, {"t_s", number(s.trip_s)}};
     return {{"state", word_of(s)},
-            {"since_s", s.now_s - s.since_s},
             {"rig", s.facts ? s.facts->rig : ""},
             {"recording", s.recording.name.empty() ? json(nullptr) : json(s.recording.name)},
-            {"finishing", s.recording.finishing},
-            {"record_next", s.record},
             {"record_name", s.record_name.empty() ? json(nullptr) : json(s.record_name)},
             {"controller", viewer.controller.empty() ? json(nullptr) : json(viewer.controller)},
             {"you_control", viewer.controls},
             {"trip", trip},
-            {"may_clear", s.may_clear},
-            {"identified", s.response != nullptr},
             {"program", "shakerd"},
             {"version", SHAKER_VERSION}};
 }
 
-json measured(const service::BenchState& s) {
-    if (!s.base)
-        return {{"gamma_mps2", nullptr}, {"phi_rad", nullptr},       {"harmonics", json::array()},
-                {"rms_mps2", nullptr},   {"residual_mps2", nullptr}, {"volts_peak", nullptr}};
-    const service::BaseState& b = *s.base;
-    json harmonics = json::array();
-    for (int n = 1; n <= b.controlled; ++n) {
-        const service::HarmonicState& h = b.harmonics.at(static_cast<std::size_t>(n - 1));
+json harmonics(const service::BenchState& s) {
+    json all = json::array();
+    for (int n = 1; s.base && n <= s.base->controlled; ++n) {
+        const service::HarmonicState& h = s.base->harmonics.at(static_cast<std::size_t>(n - 1));
         const bool asked = std::abs(h.target) > 0;
-        harmonics.push_back(
-            {{"n", n},
-             {"target_mps2", std::abs(h.target)},
-             {"measured_mps2", std::abs(h.measured)},
-             {"phase_error_rad", asked ? json(std::arg(h.measured / h.target)) : json(nullptr)},
-             {"sigma_mps2", number(h.sigma)}});
+        all.push_back({{"n", n},
+                       {"target_mps2", std::abs(h.target)},
+                       {"measured_mps2", std::abs(h.measured)},
+                       {"phase_error_rad", asked ? json(std::arg(h.measured / h.target)) : json(nullptr)},
+                       {"sigma_mps2", number(h.sigma)}});
     }
-    return {{"gamma_mps2", b.got.gamma}, {"phi_rad", b.got.phi},        {"harmonics", harmonics},
-            {"rms_mps2", b.rms},         {"residual_mps2", b.residual}, {"volts_peak", b.volts_peak}};
+    return all;
 }
 
 json overtones(const Drive& drive) {
@@ -90,11 +90,7 @@ json result(const service::BenchState& s) {
     all["stick"] = json::array();
     if (r)
         for (const reduction::StickInterval& k : r->stick) all["stick"].push_back({k.from, k.to});
-    all["shortest_visible_stick"] = r ? number(r->shortest_visible_stick) : nullptr;
-    all["age_s"] = r ? number(s.now_s - s.result_origin.to_s) : nullptr;
     all["mu"] = estimate(s.mu);
-    all["periods"] = s.periods;
-    all["settle_periods"] = s.settle;
     all["steady"] = r && s.measuring;
     return all;
 }
@@ -131,19 +127,24 @@ json real_time(const service::BenchState& s) {
 }
 
 json switches(const service::BenchState& s) {
-    return {{"abort_contact", s.contact ? json(service::word_of(*s.contact)) : json(nullptr)},
-            {"enable_output", s.enable_output ? json(*s.enable_output) : json(nullptr)}};
+    return {{"abort_contact", s.contact ? json(service::word_of(*s.contact)) : json(nullptr)}};
 }
 
 json limits(const safety::Limits& l) {
-    return {{"acceleration_abort_mps2", number(l.acceleration.abort)},
-            {"acceleration_rms_abort_mps2", number(l.acceleration_rms.abort)},
-            {"coil_abort_A", number(l.coil_A.abort)},
-            {"velocity_abort_mps", number(l.velocity.abort)},
-            {"displacement_abort_m", number(l.displacement.abort)},
-            {"drive_abort_V", number(l.drive.abort)},
-            {"transverse_abort", number(l.transverse.abort)},
-            {"edge_m", number(1e-3 * l.edge_mm)}};
+    json all{{"edge_m", number(1e-3 * l.edge_mm)}};
+    for (const safety::LevelRow& row : safety::level_rows)
+        all[row.key(&safety::Level::abort)] = number((l.*row.level).abort);
+    return all;
+}
+
+// A section that is null has no members.
+void add_published(const service::BenchState& s, json& all) {
+    for (const service::Published& row : service::published_quantities()) {
+        if (row.json == nullptr) continue;
+        const json::json_pointer place{row.json};
+        json& section = all.at(place.parent_pointer());
+        if (!section.is_null()) section[place.back()] = std::visit(value_of, row.value(s));
+    }
 }
 
 }  // namespace
@@ -176,34 +177,23 @@ const char* word_of(const service::BenchState& state) noexcept {
 }
 
 std::string state_json(const service::BenchState& s, const Viewer& viewer) {
-    json walker = nullptr;
-    if (s.walker)
-        walker = {{"x_m", s.walker->x_m},
-                  {"left_m", number(s.walker->left_m)},
-                  {"right_m", number(s.walker->right_m)},
-                  {"edge_m", number(s.walker->edge_m)}};
-    json wanted = drive(s.wanted);
-    wanted["closed_loop"] = s.closed_loop;
-    wanted["locked"] = s.locked;
     json clocks = json::array();
     for (const service::ClockState& c : s.clocks)
         clocks.push_back({{"name", c.name}, {"ppm", number(c.ppm)}, {"residual_s", number(c.residual_s)}});
     json all{{"type", "state"},
              {"session", session(s, viewer)},
-             {"drive", wanted},
-             {"measured", measured(s)},
+             {"drive", drive(s.wanted)},
+             {"measured", {{"harmonics", harmonics(s)}}},
              {"result", result(s)},
-             {"walker", walker},
+             {"walker", s.walker ? json::object() : json(nullptr)},
              {"clocks", clocks},
              {"losses", losses(s)},
-             {"disk", {{"free_bytes", number(s.recording.free_bytes)}, {"backlog", s.recording.backlog}}},
-             {"jitter",
-              {{"bins_s", acquisition::PeriodJitter::ends_s},
-               {"counts", s.jitter.counts},
-               {"worst_s", s.jitter.worst_s > 0 ? json(s.jitter.worst_s) : json(nullptr)}}},
+             {"disk", json::object()},
+             {"jitter", {{"bins_s", acquisition::PeriodJitter::ends_s}, {"counts", s.jitter.counts}}},
              {"real_time", real_time(s)},
              {"switches", switches(s)},
              {"limits", limits(s.limits)}};
+    add_published(s, all);
     if (!viewer.knows_points) all["points"] = points(s);
     return all.dump(-1, ' ', false, json::error_handler_t::replace);
 }

@@ -1,4 +1,5 @@
 #include <gtest/gtest.h>
+#include <spdlog/fmt/fmt.h>
 
 #include <array>
 #include <fstream>
@@ -8,6 +9,7 @@
 #include <vector>
 
 #include "daemon/remote/server.hpp"
+#include "daemon/service/published.hpp"
 #include "tests/support/paths.hpp"
 #include "tests/support/remote/played_bench.hpp"
 #include "tests/support/remote/tcp_client.hpp"
@@ -206,6 +208,11 @@ TEST_F(ScpiPortTest, ScpiPageHasEveryHeader) {
         EXPECT_NE(page.find('`' + header), std::string::npos) << header;
     }
     EXPECT_GT(found, 60);
+    for (const service::Published& row : service::published_quantities()) {
+        if (row.header == nullptr) continue;
+        const std::string line = fmt::format("| `{}?` | {}", row.header, row.text());
+        EXPECT_NE(page.find(line), std::string::npos) << line;
+    }
 }
 
 // Every setting accepts the answer of its query, and every command without a query is accepted, so no listed

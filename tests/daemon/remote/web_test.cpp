@@ -9,7 +9,9 @@
 #include <thread>
 
 #include "daemon/remote/server.hpp"
+#include "daemon/remote/web/metrics.hpp"
 #include "daemon/remote/web/state_json.hpp"
+#include "daemon/service/published.hpp"
 #include "tests/support/program.hpp"
 #include "tests/support/remote/played_bench.hpp"
 #include "tests/support/remote/socket_client.hpp"
@@ -217,6 +219,32 @@ TEST(StateJsonTest, WalkerHasTheEndsOfItsPicture) {
     EXPECT_EQ(walker["right_m"], 0.128);
     state.walker->left_m = state.walker->right_m = NAN;
     EXPECT_TRUE(json::parse(web::state_json(state, {}))["walker"]["left_m"].is_null());
+}
+
+TEST(PublishedTest, EveryQuantityIsAtItsPlaceInStateAndMetrics) {
+    service::BenchState state;
+    state.base.emplace();
+    state.walker.emplace();
+    state.result = std::make_shared<const reduction::Reduction>();
+    state.enable_output = true;
+    const json all = json::parse(web::state_json(state, {}));
+    const std::string metrics = web::metrics_text(&state, {});
+    for (const service::Published& row : service::published_quantities()) {
+        EXPECT_TRUE(row.json != nullptr || row.header != nullptr || row.metric != nullptr) << row.help;
+        if (row.json != nullptr) {
+            EXPECT_TRUE(all.contains(json::json_pointer{row.json})) << row.json;
+        }
+        if (row.metric == nullptr) continue;
+        const std::string name = std::string{"shakerd_"} + row.metric;
+        EXPECT_NE(metrics.find("# HELP " + name + ' ' + row.help + '\n'), std::string::npos) << name;
+        EXPECT_NE(metrics.find('\n' + name + ' '), std::string::npos) << name;
+    }
+    EXPECT_EQ(all["switches"]["enable_output"], true);
+    const json unknown = json::parse(web::state_json({}, {}));
+    EXPECT_TRUE(unknown["walker"].is_null());
+    EXPECT_TRUE(unknown["measured"]["rms_mps2"].is_null());
+    service::BenchState bare;
+    EXPECT_EQ(web::metrics_text(&bare, {}).find("shakerd_walker_position_metres"), std::string::npos);
 }
 
 TEST(WebTokenTest, OnlyAnAbortIsAllowedWithoutToken) {

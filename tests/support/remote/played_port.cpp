@@ -34,13 +34,8 @@ std::shared_ptr<const reduction::Reduction> some_result() {
 
 PlayedPort::PlayedPort() {
     state_.state = run::RunState::idle;
-    state_.facts = std::make_shared<const service::BenchFacts>(service::BenchFacts{.rig = "played",
-                                                                                   .dac = {},
-                                                                                   .accelerometer = {},
-                                                                                   .views = {},
-                                                                                   .soft_start_periods = 10,
-                                                                                   .recordings = {},
-                                                                                   .mu = {}});
+    state_.facts = std::make_shared<const service::BenchFacts>(service::BenchFacts{
+        .rig = "played", .dac = {}, .accelerometer = {}, .views = {}, .soft_start_periods = 10, .mu = {}});
     state_.periods = 40;
     state_.real_time = {{"memory", ""}, {"output", "output: cannot set real-time priority 70"}};
     state_.contact = Contact::open;
