@@ -21,7 +21,6 @@ manual::Command reduce_row();
 manual::Command track_row();
 manual::Command example_row();
 manual::Command predict_row();
-manual::Command completion_row();
 manual::Command manual_row();
 
 /// The options of "run": the defaults, changed by the settings file, changed by the arguments.

@@ -15,10 +15,9 @@ constexpr std::array common_arguments{manual::help_option, manual::version_optio
 }  // namespace
 
 const manual::Program& program() {
-    static const std::array rows{run_row(),     campaign_row(), mu_row(),         serve_row(),
-                                 check_row(),   devices_row(),  replay_row(),     recover_row(),
-                                 export_row(),  report_row(),   reduce_row(),     track_row(),
-                                 example_row(), predict_row(),  completion_row(), manual_row()};
+    static const std::array rows{run_row(),     campaign_row(), mu_row(),      serve_row(),   check_row(),
+                                 devices_row(), replay_row(),   recover_row(), export_row(),  report_row(),
+                                 reduce_row(),  track_row(),    example_row(), predict_row(), manual_row()};
     static const manual::Program shakerd{
         .name = "shakerd",
         .manual_part = 8,
@@ -28,7 +27,8 @@ const manual::Program& program() {
             "shakerd drives a shaker with gamma [rho sin wt + (1-rho) sin(2wt + phi)], measures the motion "
             "of the "
             "base and of the walker on it, and reports the walker's drift velocity v_D during the "
-            "experiment. v_D is the mean of the measured part. Where the walker is still settling, a note gives "
+            "experiment. v_D is the mean of the measured part. Where the walker is still settling, a note "
+            "gives "
             "the settled value too.",
         .notation =
             "Quantities carry units: 1.5g, 14.7m/s^2, 35deg, 0.61rad, 20Hz. A bare number is in SI units. g "

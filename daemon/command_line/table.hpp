@@ -1,5 +1,5 @@
 #pragma once
-// The commands of shakerd as one table: parsing, help, manual page and completions are made from it.
+// The commands of shakerd as one table: parsing, help and manual page are made from it.
 #include "daemon/manual/command.hpp"
 
 namespace shaker::command_line {

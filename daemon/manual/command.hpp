@@ -1,6 +1,5 @@
 #pragma once
-// The commands of a program as data: parsing, help, manual page and shell completions are made from these
-// tables.
+// The commands of a program as data: parsing, help and manual page are made from these tables.
 #include <array>
 #include <cstddef>
 #include <span>

@@ -2,7 +2,6 @@
 
 #include <cstdlib>
 
-#include "daemon/manual/completion.hpp"
 #include "daemon/manual/drive_arguments.hpp"
 #include "daemon/manual/manual_page.hpp"
 #include "daemon/remote/ctl/manual_sections.hpp"
@@ -25,8 +24,6 @@ int done(const Values& values) {
     command(values);
     return exit_done;
 }
-
-void print_completion(const Values& values) { print(manual::completion(program(), values.text("SHELL"))); }
 
 void print_manual(const Values& /*values*/) { print(manual::manual_page(program())); }
 
@@ -113,9 +110,6 @@ constexpr std::array wait_arguments{
              .allowed = waits,
              .otherwise = "never"}};
 
-constexpr std::array completion_arguments{
-    Argument{.name = "SHELL", .help = "bash, zsh or fish", .kind = Kind::word, .words = manual::shells}};
-
 constexpr std::array<int, 5> asks{exit_refused, exit_not_reached};
 constexpr std::array<int, 5> waits_too{exit_refused, exit_not_reached, exit_timed_out};
 
@@ -199,11 +193,6 @@ constexpr std::array commands{
             .example = "shakerctl wait idle --timeout 60s",
             .exit_statuses = waits_too,
             .act = done<wait_for>},
-    Command{.name = "completion",
-            .summary = "Print the completion script for a shell",
-            .details = "In bash: source <(shakerctl completion bash)",
-            .arguments = completion_arguments,
-            .act = done<print_completion>},
     Command{.name = "manual", .summary = "Print the manual page, for man -l", .act = done<print_manual>},
 };
 

@@ -1,5 +1,5 @@
 #pragma once
-// The commands of shakerctl as one table: parsing, help, manual page and completions are made from it.
+// The commands of shakerctl as one table: parsing, help and manual page are made from it.
 #include "daemon/manual/command.hpp"
 #include "daemon/manual/values.hpp"
 #include "daemon/remote/ctl/link.hpp"

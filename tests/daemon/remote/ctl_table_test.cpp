@@ -46,53 +46,20 @@ std::string output_of(const std::string& command) {
     return out;
 }
 
-// The path has the program in it.
-std::string with_program(const std::string& command) {
-    return "PATH='" + test::build_dir() + "':$PATH " + command;
-}
-
-// Completions by bash for the last of these words.
-Words offered_by_bash(const std::string& words) {
-    return words_of(
-        output_of(with_program("bash -c 'source <(shakerctl completion bash); COMP_WORDS=(" + words +
-                               "); COMP_CWORD=$((${#COMP_WORDS[@]} - 1)); _shakerctl; "
-                               "printf \"%s\\n\" \"${COMPREPLY[@]}\"'")));
-}
-
-Words offered_by_fish(const std::string& words) {
-    std::istringstream lines{output_of(with_program(
-        "fish --no-config -c 'shakerctl completion fish | source; complete -C \"" + words + "\"'"))};
-    Words offered;
-    for (std::string line; std::getline(lines, line);) offered.insert(line.substr(0, line.find('\t')));
-    return offered;
-}
-
 void expect_in_all_texts(const Command& command, const std::string& page) {
     const std::string name{command.name};
     EXPECT_TRUE(words_of(help(program())).contains(name)) << name;
     EXPECT_NE(page.find(".TP " + name + " "), std::string::npos) << name;
     EXPECT_NE(page.find(sentences(command)), std::string::npos) << name;
-    EXPECT_TRUE(offered_by_bash("shakerctl " + name.substr(0, 2)).contains(name));
     const Words own = words_of(help(program(), &command));
-    const Words bash = offered_by_bash("shakerctl " + name + " \"\"");
     for (const Argument& a : command.arguments) {
         EXPECT_TRUE(own.contains(std::string{a.name})) << name << " " << a.name;
         EXPECT_NE(page.find(a.help), std::string::npos) << name << " " << a.name;
-        EXPECT_EQ(bash.contains(std::string{a.name}), !a.positional()) << name << " " << a.name;
-        for (const std::string_view word :
-             a.words) {  // before an option's name only positional words are offered
-            const bool positional = std::ranges::any_of(command.arguments, [&](const Argument& other) {
-                return other.positional() && std::ranges::find(other.words, word) != other.words.end();
-            });
-            EXPECT_EQ(bash.contains(std::string{word}), positional) << name << word;
-        }
         EXPECT_EQ(a.help.find('\n'), std::string::npos);
     }
-    for (const Argument& a : program().common)
-        EXPECT_TRUE(bash.contains(std::string{a.name})) << name << a.name;
 }
 
-TEST(CtlTableTest, EveryRowIsInHelpManualPageAndCompletions) {
+TEST(CtlTableTest, EveryRowIsInHelpAndManualPage) {
     const std::string page = plain(manual_page(program()));
     for (const Command& command : program().commands) expect_in_all_texts(command, page);
 }
@@ -120,46 +87,6 @@ TEST(CtlTableTest, TheStatesAreThoseOfTheDaemon) {
         }
     }
     EXPECT_EQ(daemon, (std::set<std::string>{state_words.begin(), state_words.end()}));
-}
-
-TEST(CtlTableTest, BashCompletesValuesAndFiles) {
-    EXPECT_EQ(offered_by_bash("shakerctl record on --frames \"\""), (Words{"full", "off", "region"}));
-    EXPECT_EQ(offered_by_bash("shakerctl --at bench wait id"), (Words{"identifying", "idle"}));
-    EXPECT_EQ(offered_by_bash("shakerctl set --gamma \"\""), Words{});
-    EXPECT_EQ(offered_by_bash("shakerctl --token-file /etc/host"), words_of(output_of("ls -d /etc/host*")));
-    EXPECT_EQ(offered_by_bash("shakerctl dance \"\""), Words{});
-}
-
-TEST(CtlTableTest, FishCompletesCommandsAndValues) {
-    EXPECT_EQ(offered_by_fish("shakerctl sta"), (Words{"start", "status"}));
-    EXPECT_EQ(offered_by_fish("shakerctl fetch "), (Words{"metrics", "points", "result", "state"}));
-    EXPECT_EQ(offered_by_fish("shakerctl record on --frames "), (Words{"full", "off", "region"}));
-    EXPECT_EQ(offered_by_fish("shakerctl set --ga"), (Words{"--gamma"}));
-}
-
-// Completions shown at a terminal, because zsh completes in an interactive shell only.
-std::string offered_by_zsh(const std::string& words) {
-    const auto script = test::fresh_folder() / "ask.zsh";
-    std::ofstream{script} << R"(zmodload zsh/zpty
-hear() { until [[ $heard == *$1* ]]; do zpty -r -t ask part && heard+=$part || sleep 0.02; done }
-zpty -b ask zsh -f -i
-zpty -w ask 'PROMPT=; fpath=($PRINTED $fpath); autoload -U compinit; compinit -u -D; print rea""dy'
-hear ready
-zpty -w -n ask "$WORDS"$'\t\t'
-for i in {1..100}; do zpty -r -t ask part && heard+=$part || sleep 0.02; done
-zpty -d ask
-print -r -- ${heard#*ready}
-)";
-    return output_of("TERM=dumb PRINTED='" + test::build_dir() + "/printed' WORDS='" + words +
-                     "' timeout 60 zsh -f '" + script.string() + "'");
-}
-
-TEST(CtlTableTest, ZshCompletesCommandsAndValues) {
-    const std::string things = offered_by_zsh("shakerctl fetch ");
-    for (const char* word : {"state", "result", "points", "metrics"})
-        EXPECT_NE(things.find(word), std::string::npos) << things;
-    EXPECT_NE(offered_by_zsh("shakerctl ide").find("identify"), std::string::npos);
-    EXPECT_NE(offered_by_zsh("shakerctl set --fre").find("--frequency"), std::string::npos);
 }
 
 TEST(CtlTableTest, TheManualPagesAreCleanAndFound) {
