@@ -29,8 +29,8 @@ struct WindowSums {
 
 /// Adds a stream's samples to the windows from from_s on.
 std::vector<WindowSums> window_sums(const calibration::HarmonicFit& fit, double constant,
-                              const calibration::HarmonicSamples& in, double scale, double from_s,
-                              double window_s, std::size_t windows) {
+                                    const calibration::HarmonicSamples& in, double scale, double from_s,
+                                    double window_s, std::size_t windows) {
     std::vector<WindowSums> out(windows);
     std::vector<double> model(in.t.size()), slope(in.t.size());
     fit.periodic(in.t, model);

@@ -6,12 +6,6 @@
 
 namespace shaker::run {
 
-const char* name(RunState state) noexcept {
-    constexpr std::array names{"init", "self_test", "idle",      "armed",   "identify", "loop_check",
-                               "ramp", "run",       "ramp_down", "tripped", "finishing"};
-    return names[static_cast<std::size_t>(state)];
-}
-
 bool may_follow(RunState from, RunState to) noexcept {
     using enum RunState;
     // A loop check starts again when the DAC runs empty again.
@@ -24,11 +18,6 @@ bool may_follow(RunState from, RunState to) noexcept {
         std::pair{ramp, loop_check},  std::pair{run, loop_check},     std::pair{loop_check, loop_check},
         std::pair{ramp_down, idle},   std::pair{tripped, idle},       std::pair{tripped, init}};
     return (to == tripped && from != tripped) || std::ranges::find(ways, std::pair{from, to}) != ways.end();
-}
-
-bool driving(RunState state) noexcept {
-    using enum RunState;
-    return state == identify || state == loop_check || state == ramp || state == run || state == ramp_down;
 }
 
 }  // namespace shaker::run

@@ -147,8 +147,8 @@ struct BenchState {
     std::vector<double> closed_form;              // v_D without stick, m/s, one per point; NaN: mu not known
     std::optional<reduction::MirrorPair> mirror;  // newest point and its partner at phi + pi
     std::optional<reduction::NullPhase> null;     // newest phase without drift
-    calibration::Estimate mu;  // fitted, otherwise from the settings; NaN: not known
-    law::Fit fitted_mu;        // mu_ac of the newest measurements; NaN with the reason in its note
+    calibration::Estimate mu;                     // fitted, otherwise from the settings; NaN: not known
+    law::Fit fitted_mu;  // mu_ac of the newest measurements; NaN with the reason in its note
     std::vector<ClockState> clocks;
     std::vector<DeviceReport> devices;
     LostState lost;

@@ -34,24 +34,9 @@ bool PendingOrders::pending() const {
     if (under_way_ > 0) return true;
     const auto state = now();
     if (!state || state->aborts < bench_port_.aborted()) return true;
-    switch (state->state) {
-        case run::RunState::init:
-        case run::RunState::self_test:
-        case run::RunState::armed:
-        case run::RunState::identify:
-        case run::RunState::loop_check:
-        case run::RunState::ramp:
-        case run::RunState::ramp_down:
-        case run::RunState::finishing:
-            return true;
-        case run::RunState::tripped:
-            return !state->may_clear;
-        case run::RunState::idle:
-            return !state->recording.name.empty();  // a recording is being finished
-        case run::RunState::run:
-            return false;
-    }
-    return false;
+    if (state->state == run::RunState::tripped) return !state->may_clear;
+    if (state->state == run::RunState::idle) return !state->recording.name.empty();  // it is being finished
+    return row_of(state->state).pending;
 }
 
 void PendingOrders::order(OrderWhat what, const std::string& by, Answered answered) {

@@ -14,7 +14,7 @@ SystemdNotify::SystemdNotify() {
 
 void SystemdNotify::report(const BenchState& state, Heartbeats& heartbeats, bool leaving) {
     if (leaving && !std::exchange(stopping_, true)) sd_notify(0, "STOPPING=1");
-    if (!ready_ && state.state != run::RunState::init && state.state != run::RunState::self_test) {
+    if (!ready_ && row_of(state.state).ready) {
         ready_ = true;
         sd_notify(0, "READY=1");
     }

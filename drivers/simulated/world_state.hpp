@@ -70,8 +70,8 @@ struct World::State {
     double truth_kept_s = std::numeric_limits<double>::infinity();
     mutable std::mutex mutex{};
     std::condition_variable moved{};
-    /// Waits until `ready`, at most so long. On virtual time nobody waits, and a look at no time costs as much
-    /// as a system call.
+    /// Waits until `ready`, at most so long. On virtual time nobody waits, and a look at no time costs as
+    /// much as a system call.
     template <class Ready>
     void wait_for(std::unique_lock<std::mutex>& lock, std::chrono::milliseconds wait, Ready ready) {
         if (wait.count() > 0) moved.wait_for(lock, wait, ready);

@@ -27,14 +27,14 @@ bool possible(std::size_t first, std::size_t second) {
 }
 
 // In lockstep a recording is finished within a step, so `finishing` belongs to idle.
-std::size_t row_of(run::RunState state) {
+std::size_t place_of(run::RunState state) {
     return static_cast<std::size_t>(state == run::RunState::finishing ? run::RunState::idle : state);
 }
 
 }  // namespace
 
 void Coverage::action(run::RunState state, Action action) {
-    const auto s = row_of(state), a = static_cast<std::size_t>(action);
+    const auto s = place_of(state), a = static_cast<std::size_t>(action);
     ++actions_.at(s).at(a);
     for (const auto& [first_s, first] : recent_)
         for (const auto& [second_s, second] : recent_)
@@ -42,7 +42,7 @@ void Coverage::action(run::RunState state, Action action) {
 }
 
 void Coverage::fault(run::RunState state, std::size_t trouble, double at_s) {
-    ++faults_.at(row_of(state)).at(trouble);
+    ++faults_.at(place_of(state)).at(trouble);
     std::erase_if(recent_, [&](const auto& f) { return f.first < at_s - together_s || f.first > at_s; });
     for (const auto& [other_s, other] : recent_)
         ++together_.at(std::min(other, trouble)).at(std::max(other, trouble));

@@ -23,7 +23,8 @@ public:
     void event(const campaign::Event& event, double now_s);
     /// An answer to the operator.
     void say(const std::string& sentence);
-    /// Writes the last line again if it is old. spent_s: bench time of the points so far, without that at rest.
+    /// Writes the last line again if it is old. spent_s: bench time of the points so far, without that at
+    /// rest.
     void status(double spent_s);
     /// Predicted time of the points that are left, corrected by the time that the ended points have taken; s.
     [[nodiscard]] double left_s(double spent_s) const;

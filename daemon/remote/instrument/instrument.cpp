@@ -75,8 +75,7 @@ void show(const service::BenchState& s, scpi::DeviceStatus& status) {
     status.trips = s.trips;
     status.set(scpi::Operation::calibrating, s.state == run::RunState::identify);
     status.set(scpi::Operation::settling,
-               s.state == run::RunState::loop_check || s.state == run::RunState::ramp ||
-                   s.state == run::RunState::ramp_down || (s.state == run::RunState::run && !s.measuring));
+               row_of(s.state).settling || (s.state == run::RunState::run && !s.measuring));
     status.set(scpi::Operation::recording, !s.recording.name.empty());
     status.set(scpi::Operation::equaliser_active, s.state == run::RunState::run);
     status.set(scpi::Operation::output_on, driving(s.state));

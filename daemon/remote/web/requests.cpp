@@ -81,8 +81,7 @@ Response answer_get(Manner manner, const std::string& path, Site& site, const st
         return plain(manner, well ? 200 : 503, state ? name(state->state) : "starting");
     }
     if (path == "/readyz") {
-        const bool ready =
-            state && state->state != run::RunState::init && state->state != run::RunState::self_test;
+        const bool ready = state && row_of(state->state).ready;
         return plain(manner, ready ? 200 : 503, ready ? "ready" : "starting");
     }
     if (path == "/api/state") {

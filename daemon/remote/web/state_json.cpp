@@ -150,30 +150,9 @@ void add_published(const service::BenchState& s, json& all) {
 }  // namespace
 
 const char* word_of(const service::BenchState& state) noexcept {
-    switch (state.state) {
-        case run::RunState::init:
-        case run::RunState::self_test:
-            return "starting";
-        case run::RunState::idle:
-            return state.armed ? "armed" : "idle";
-        case run::RunState::armed:
-            return "armed";
-        case run::RunState::identify:
-            return "identifying";
-        case run::RunState::loop_check:
-            return "checking";
-        case run::RunState::ramp:
-            return "ramping";
-        case run::RunState::run:
-            return state.measuring ? "running" : "settling";
-        case run::RunState::ramp_down:
-            return "stopping";
-        case run::RunState::tripped:
-            return "tripped";
-        case run::RunState::finishing:
-            return "finishing";
-    }
-    return "starting";
+    if (state.state == run::RunState::idle && state.armed) return row_of(run::RunState::armed).shown;
+    if (state.state == run::RunState::run && !state.measuring) return "settling";
+    return row_of(state.state).shown;
 }
 
 std::string state_json(const service::BenchState& s, const Viewer& viewer) {

@@ -68,8 +68,8 @@ Killed KilledCampaigns::kill(double after_s, int number) const {
         result.findings.push_back(fmt::format("status {}: {}{}", outcome.status, outcome.out, outcome.err));
         return result;
     }
-    // The recording may lack the measurement of the last half second although the journal has it. Then the pass
-    // is lost by name, and its point is measured again.
+    // The recording may lack the measurement of the last half second although the journal has it. Then the
+    // pass is lost by name, and its point is measured again.
     for (const campaign::JournalEntry& entry : campaign::read_campaign(folder).entries)
         if (const auto* lost = std::get_if<campaign::PassLost>(&entry.what)) before.erase(lost->point);
     const campaign::PointsTable is = campaign::read_points(folder / campaign::table_name);
