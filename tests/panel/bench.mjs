@@ -125,8 +125,8 @@ export class Bench {
             },
             result: {
                 ...this.newest(some, {
-                    v_D_mps: estimate(v, 6e-4 * error), D_m: estimate(drift, 3e-5 * error),
-                    efficiency: estimate(Math.abs(v) / (scale * Math.sqrt(5 / 32)), 0.01 * error), mu: estimate(mu, 0.004 * error),
+                    v_D_mps: estimate(v, 1e-6 * error), D_m: estimate(drift, 5e-8 * error),
+                    efficiency: estimate(Math.abs(v) / (scale * Math.sqrt(5 / 32)), 1e-4 * error), mu: estimate(mu, 7e-5 * error),
                 }),
                 periods: Math.floor(this.periods), steady: this.periods > 20,
             },

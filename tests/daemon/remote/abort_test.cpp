@@ -8,6 +8,7 @@
 
 #include "daemon/remote/access/server_clock.hpp"
 #include "daemon/remote/server.hpp"
+#include "tests/support/in_real_time.hpp"
 #include "tests/support/program.hpp"
 #include "tests/support/remote/played_bench.hpp"
 #include "tests/support/remote/socket_client.hpp"
@@ -88,7 +89,8 @@ TEST_F(AbortTest, WaitForTheOutputDelaysNobody) {
     const auto begin = steady_clock::now();
     waits.send("ABOR?");
     EXPECT_EQ(other.ask("*TST?"), "0");
-    EXPECT_LT(steady_clock::now() - begin, 90ms);
+    const auto took = steady_clock::now() - begin;
+    EXPECT_TRUE(took < 90ms || !test::in_real_time) << took.count() << " ns";
     EXPECT_EQ(waits.line(), "0");
 }
 

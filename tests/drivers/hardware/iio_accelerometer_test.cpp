@@ -287,8 +287,8 @@ TEST(IioAccelerometerTest, GivesUpSilentSensorWithItsError) {
         }
         FAIL() << "samples came";
     } catch (const DeviceError& e) {
-        EXPECT_NE(std::string{e.what()}.find("no samples for 1 s: Connection timed out"), std::string::npos)
-            << e.what();
+        const std::string why = test::in_real_time ? ": Connection timed out" : "";
+        EXPECT_NE(std::string{e.what()}.find("no samples for 1 s" + why), std::string::npos) << e.what();
     }
     EXPECT_GE(device->counts().incidents, 2U);
     EXPECT_LE(device->counts().incidents, 20U);  // every 0.1 s and pauses in between

@@ -14,6 +14,7 @@
 #include "drivers/hardware/alsa/config.hpp"
 #include "drivers/mock/converter_memory.hpp"
 #include "tests/support/devices/mock_dac.hpp"
+#include "tests/support/in_real_time.hpp"
 
 namespace shaker::mock {
 namespace {
@@ -115,6 +116,7 @@ TEST(ConverterTest, PlaysAndLogsBothChannels) {
         ASSERT_EQ(snd_pcm_start(client.pcm), 0);
         mock.listen_for(Seconds{0.07});
     }
+    if (!test::in_real_time) return;
     const auto start = static_cast<std::size_t>(mock.converter.stream_starts().at(0));
     EXPECT_EQ(heard(mock, start, 2400), counting(1, 2400));
     EXPECT_EQ(mock.end_of_sound(), start + 2400);
