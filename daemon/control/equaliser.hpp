@@ -85,7 +85,7 @@ public:
     Report take(const PeriodWindow& window);
     /// Sets a new target at the same frequency. The drive changes at once by the learned plant, then
     /// corrects. known: the drive that was locked at this target before; it is used and held if the plant
-    /// predicts it within 5 %.
+    /// predicts it within 10 %.
     void retarget(const Harmonics<Acceleration>& target, const Harmonics<Voltage>* known = nullptr);
     /// Holds the drive until the next target, while it is locked.
     void hold() noexcept { hold_ = true; }
