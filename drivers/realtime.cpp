@@ -59,18 +59,18 @@ std::string lock_memory() noexcept {
     return mlockall(MCL_CURRENT | MCL_FUTURE) == 0 ? std::string{} : refusal(what, errno, remedy);
 }
 
-std::string use_fifo_priority(int priority) noexcept {
+std::string use_fifo_priority(int priority, pthread_t thread) noexcept {
     const std::string what = "cannot set real-time priority " + std::to_string(priority);
     if (priority < 1 || priority > 99) return what + ": must be 1 to 99";
     const sched_param parameters{.sched_priority = priority};
-    const int error = pthread_setschedparam(pthread_self(), SCHED_FIFO, &parameters);
+    const int error = pthread_setschedparam(thread, SCHED_FIFO, &parameters);
     return error == 0 ? std::string{}
                       : refusal(what, error, "allow it with LimitRTPRIO=99 in the unit or 'ulimit -r 99'");
 }
 
-void use_ordinary_priority() noexcept {
+void use_ordinary_priority(pthread_t thread) noexcept {
     const sched_param parameters{.sched_priority = 0};
-    pthread_setschedparam(pthread_self(), SCHED_OTHER, &parameters);
+    pthread_setschedparam(thread, SCHED_OTHER, &parameters);
 }
 
 double thread_time_s() noexcept {

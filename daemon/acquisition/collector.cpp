@@ -5,8 +5,8 @@
 #include <functional>
 #include <utility>
 
-#include "daemon/acquisition/fifo_priorities.hpp"
 #include "drivers/errors.hpp"
+#include "drivers/realtime.hpp"
 
 namespace shaker::acquisition {
 

@@ -4,11 +4,12 @@
 #include <exception>
 #include <latch>
 #include <mutex>
+#include <optional>
 #include <stop_token>
 #include <system_error>
 #include <thread>
 
-#include "daemon/acquisition/fifo_budget.hpp"
+#include "drivers/lent_priority.hpp"
 #include "drivers/realtime.hpp"
 
 namespace shaker::acquisition {
@@ -25,12 +26,13 @@ private:
     std::chrono::steady_clock::time_point began_ = std::chrono::steady_clock::now();
 };
 
-// Requests stack and priority for a loop's thread.
-RealTimeGrant prepare_thread(const Loop& loop) {
+// Requests stack and priority for a loop's thread, the calling one.
+RealTimeGrant prepare_thread(const Loop& loop, std::optional<LentPriority>& priority) {
     constexpr std::size_t stack = 262144;  // bytes
-    const std::string no_stack = prefault_stack(stack), no_priority = use_fifo_priority(loop.fifo_priority);
+    const std::string no_stack = prefault_stack(stack);
+    priority.emplace(pthread_self(), loop.fifo_priority, loop.fifo_share);
     std::string refused;
-    for (const std::string& why : {no_stack, no_priority})
+    for (const std::string& why : {no_stack, priority->refused()})
         if (!why.empty()) refused += (refused.empty() ? loop.name + ": " : "; ") + why;
     return {loop.name, refused};
 }
@@ -81,14 +83,13 @@ public:
     void run(std::size_t i) noexcept try {
         Loop& loop = loops_[i];
         static_cast<void>(name_thread(loop.name));
-        if (loop.fifo_priority > 0) add(prepare_thread(loop));
+        std::optional<LentPriority> priority;
+        if (loop.fifo_priority > 0) add(prepare_thread(loop, priority));
         ready_.arrive_and_wait();
         if (stop_.stop_requested()) return;
         if (last(i)) hooks_.begun(grants_);
-        FifoBudget budget{loop.fifo_priority, loop.fifo_share};
         while (!stop_.stop_requested()) {
             if (!loop.step(wait) && !loop.waits) std::this_thread::sleep_for(pause);
-            budget.spend();
             if (last(i) && done_()) stop_.request_stop();
         }
     } catch (...) {

@@ -17,7 +17,7 @@ struct Loop {
     int fifo_priority = 0;  // SCHED_FIFO priority of its thread; 0: ordinary
     bool waits = true;      // `step` waits for a device; false: the thread pauses after a step without work
     std::function<bool(std::chrono::milliseconds)> step;
-    double fifo_share = 1;  // most processor time at that priority, share of each tenth of a second
+    double fifo_share = 0.9;  // most processor time at that priority, share of each 20 ms
 };
 
 /// What a run does when its threads have begun and when a loop fails.

@@ -2,8 +2,8 @@
 
 #include <spdlog/fmt/fmt.h>
 
-#include "daemon/acquisition/fifo_priorities.hpp"
 #include "drivers/errors.hpp"
+#include "drivers/realtime.hpp"
 #include "drivers/ticks.hpp"
 
 namespace shaker::acquisition {

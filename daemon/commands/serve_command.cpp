@@ -5,7 +5,6 @@
 #include <atomic>
 #include <csignal>
 
-#include "daemon/acquisition/fifo_priorities.hpp"
 #include "daemon/commands/reload.hpp"
 #include "daemon/commands/serve_settings.hpp"
 #include "daemon/run/runner.hpp"
@@ -14,6 +13,7 @@
 #include "daemon/service/bounded_log.hpp"
 #include "daemon/service/systemd_notify.hpp"
 #include "drivers/errors.hpp"
+#include "drivers/realtime.hpp"
 
 namespace shaker::commands {
 
@@ -67,7 +67,7 @@ void serve(const ServeOptions& options) {
     service::BenchPort bench_port;
     service::BenchService session{runner, {.beside = true, .mu = settings.mu}, bench_port};
     remote::ServerSettings served = settings.server;
-    if (runner.bench().world == nullptr) served.fifo_priority = acquisition::fifo_priority::doors;
+    if (runner.bench().world == nullptr) served.fifo_priority = fifo_priority::doors;
     remote::Server server{bench_port, served};
     if (served.fifo_priority > 0) session.publish_grant({"doors", server.refused()});
     if (const std::string refused = server.refused(); !refused.empty()) spdlog::warn("{}", refused);

@@ -12,12 +12,12 @@
 #include "daemon/remote/access/server_clock.hpp"
 #include "daemon/remote/doors.hpp"
 #include "daemon/remote/heartbeat.hpp"
-#include "daemon/remote/lent_priority.hpp"
 #include "daemon/remote/scpi_port.hpp"
 #include "daemon/remote/troubles.hpp"
 #include "daemon/remote/web/live_frames.hpp"
 #include "daemon/remote/web/web_client.hpp"
 #include "drivers/errors.hpp"
+#include "drivers/lent_priority.hpp"
 #include "drivers/realtime.hpp"
 
 #include <boost/asio/co_spawn.hpp>
@@ -242,7 +242,10 @@ void Server::adopt(const ServerSettings& settings) {
 }
 
 bool Server::alive() const noexcept { return state_->heartbeat.age() < longest_pause; }
-std::string Server::refused() const { return state_->priority ? state_->priority->refused() : std::string{}; }
+std::string Server::refused() const {
+    const bool refused = state_->priority && !state_->priority->refused().empty();
+    return refused ? "remote: an abort may wait for pictures: " + state_->priority->refused() : std::string{};
+}
 int Server::http_port() const noexcept { return state_->web_door.local_endpoint().port(); }
 int Server::scpi_port() const noexcept { return state_->scpi_door.local_endpoint().port(); }
 

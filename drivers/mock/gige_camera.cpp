@@ -149,6 +149,7 @@ GigeRequest request_of(const ControlChannel& c) {
                    number(GigeRegister::height)};
     r.pixel_format = c.get(GigeRegister::pixel_format);
     r.ptp = c.get(GigeRegister::ptp_enable) != 0;
+    r.stream_port = static_cast<std::uint16_t>(c.get(GigeRegister::stream_port));
     return r;
 }
 
@@ -250,8 +251,8 @@ struct GigeCamera::State {
         for (std::uint32_t i = 0; i < shot.chunks.size(); ++i)
             shot.chunks[i] = control->get(GigeRegister::chunk_enable, i) != 0;
         shot.packet_bytes = control->get(GigeRegister::stream_packet) & 0xffff;
-        shot.client = socket_address(htonl(control->get(GigeRegister::stream_address)),
-                                     static_cast<std::uint16_t>(control->get(GigeRegister::stream_port)));
+        shot.client =
+            socket_address(htonl(control->get(GigeRegister::stream_address)), shot.request.stream_port);
         return shot;
     }
 

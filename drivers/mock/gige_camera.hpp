@@ -2,7 +2,6 @@
 // GigeCamera: a GigE Vision camera in this process, visible to any client on this computer. Aravis' fake
 // camera serves the control channel, registers and GenICam description; pictures, time stamps and faults are
 // implemented here. It behaves like a camera with a trigger line: a pushed picture is one exposure.
-// one exposure.
 #include <array>
 #include <cstdint>
 #include <memory>
@@ -33,6 +32,7 @@ struct GigeRequest {
     std::array<int, 4> region_px{};  // x, y, width, height
     std::uint32_t pixel_format = 0;  // PFNC code
     bool ptp = false;
+    std::uint16_t stream_port = 0;  // UDP port of the client that takes pictures
 };
 
 /// Every pushed picture is counted in exactly one of the other fields, or is waiting.

@@ -6,9 +6,9 @@
 #include <map>
 #include <sstream>
 
-#include "daemon/acquisition/fifo_priorities.hpp"
 #include "daemon/run/sequence.hpp"
 #include "daemon/service/systemd_notify.hpp"
+#include "drivers/realtime.hpp"
 #include "tests/support/paths.hpp"
 
 namespace shaker {
@@ -49,7 +49,7 @@ TEST_F(UnitTest, StopTimeCoversSlowestSoftStop) {
 
 TEST_F(UnitTest, MemoryAndPrioritiesAreAllowed) {
     EXPECT_EQ(text("LimitMEMLOCK"), "infinity") << "lock_memory() locks nothing below a limit";
-    using namespace acquisition::fifo_priority;
+    using namespace fifo_priority;
     EXPECT_GE(number("LimitRTPRIO"),
               std::max({output, abort_input, accelerometer, doors + 1, camera, recorder}));
     const std::vector<std::string>& filters = unit.at("SystemCallFilter");

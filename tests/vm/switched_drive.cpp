@@ -3,7 +3,6 @@
 #include <thread>
 
 #include "daemon/acquisition/drive_output.hpp"
-#include "daemon/acquisition/fifo_priorities.hpp"
 #include "daemon/acquisition/steps.hpp"
 #include "drivers/realtime.hpp"
 
@@ -25,7 +24,7 @@ SwitchedDrive drive_switched(Rig& rig, double seconds) {
     acquisition::DriveOutput output{info, frequency, 0, info.block_frames};
     output.has_contact = true;
     const std::jthread contact{[&](const std::stop_token& stop) {
-        static_cast<void>(use_fifo_priority(acquisition::fifo_priority::abort_input));
+        static_cast<void>(use_fifo_priority(fifo_priority::abort_input));
         while (!stop.stop_requested())
             acquisition::abort_input_step(*rig.abort_input, std::chrono::milliseconds{50}, channels);
     }};

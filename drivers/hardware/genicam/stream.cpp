@@ -8,12 +8,12 @@
 #include <utility>
 
 #include "drivers/errors.hpp"
+#include "drivers/lent_priority.hpp"
 #include "drivers/realtime.hpp"
 
 namespace shaker::genicam {
 namespace {
 
-constexpr int receiver_priority = 70;  // FIFO: above the loops that read cameras, below sound
 // Buffer of the kernel for the time in which the receiving thread is delayed. Aravis' "auto" holds one
 // picture; a delay of 40 ms would lose the next ones.
 constexpr double socket_seconds = 0.25;
@@ -46,6 +46,7 @@ struct GenicamStream::State {
     std::atomic<bool> control_lost = false;  // outlives the camera, whose thread sets it
     std::atomic<bool> receiving = false;     // the receiving thread has set `refused`
     std::string refused{};                   // real-time settings that were refused
+    std::optional<LentPriority> priority{};  // the receiving thread's own
     GenicamSettings settings;
     std::string name;
     GenicamPicture picture{};
@@ -64,10 +65,12 @@ struct GenicamStream::State {
     }
 
     static void on_stream(void* self, ArvStreamCallbackType type, ArvBuffer*) {
-        if (type != ARV_STREAM_CALLBACK_TYPE_INIT) return;
         auto& state = *static_cast<State*>(self);
+        if (type == ARV_STREAM_CALLBACK_TYPE_EXIT) state.priority.reset();
+        if (type != ARV_STREAM_CALLBACK_TYPE_INIT) return;
         static_cast<void>(name_thread("gvsp-" + state.name.substr(0, 10)));
-        state.refused = use_fifo_priority(receiver_priority);
+        state.priority.emplace(pthread_self(), fifo_priority::picture_receiver);
+        state.refused = state.priority->refused();
         state.receiving = true;
     }
 

@@ -1,6 +1,7 @@
 #include "daemon/acquisition/steps.hpp"
 
 #include <gtest/gtest.h>
+#include <sched.h>
 
 #include <chrono>
 #include <thread>
@@ -155,6 +156,26 @@ TEST(ExecutorsTest, ExceptionInThreadEndsRunAndIsRethrown) {
         EXPECT_STREQ(e.what(), "gone");
     }
     EXPECT_TRUE(unblocked);
+}
+
+TEST(ExecutorsTest, ALoopThatNeverWaitsLosesItsPriority) {
+    using Clock = std::chrono::steady_clock;
+    int before = -1, after = -1;
+    std::vector<RealTimeGrant> grants;
+    std::vector<Loop> loops{{"spins", 1, true, [&](std::chrono::milliseconds) {
+                                 before = sched_getscheduler(0);
+                                 const auto until = Clock::now() + std::chrono::seconds{2};
+                                 do after = sched_getscheduler(0);
+                                 while (after == SCHED_FIFO && Clock::now() < until);
+                                 return true;
+                             }}};
+    run_threaded(
+        loops, [&] { return before >= 0; }, [] {},
+        {.begun = [&](const std::vector<RealTimeGrant>& g) { grants = g; }});
+    ASSERT_EQ(grants.size(), 2);
+    if (!grants.back().refused.empty()) GTEST_SKIP() << grants.back().refused;
+    EXPECT_EQ(before, SCHED_FIFO);
+    EXPECT_EQ(after, SCHED_OTHER);
 }
 
 // After a pause of the computer virtual time must not run faster than the threads can follow.

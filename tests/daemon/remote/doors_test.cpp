@@ -13,7 +13,6 @@
 #include <string>
 #include <thread>
 
-#include "daemon/remote/lent_priority.hpp"
 #include "daemon/remote/server.hpp"
 #include "drivers/errors.hpp"
 #include "tests/support/program.hpp"
@@ -168,33 +167,6 @@ TEST_F(DoorsTest, AThreadThatStandsStillIsSeen) {
     EXPECT_EQ(client.ask("*TST?"), "0");
     for (int i = 0; i < 400 && !server.alive(); ++i) std::this_thread::sleep_for(5ms);
     EXPECT_TRUE(server.alive());
-}
-
-int policy_of(const std::jthread& thread) {
-    int policy = -1;
-    sched_param parameters{};
-    pthread_getschedparam(const_cast<std::jthread&>(thread).native_handle(), &policy, &parameters);
-    return policy;
-}
-
-TEST(LentPriorityTest, BusyThreadHasItForHalfOfTheTimeOnly) {
-    std::atomic<bool> busy{false};
-    std::jthread thread{[&](const std::stop_token& stop) {
-        while (!stop.stop_requested())
-            if (!busy) std::this_thread::sleep_for(1ms);
-    }};
-    const LentPriority priority{thread.native_handle(), 2};
-    if (!priority.refused().empty()) GTEST_SKIP() << priority.refused();
-    EXPECT_EQ(policy_of(thread), SCHED_FIFO);
-    const auto becomes = [&](int policy) {
-        for (int i = 0; i < 500 && policy_of(thread) != policy; ++i) std::this_thread::sleep_for(1ms);
-        return policy_of(thread) == policy;
-    };
-    busy = true;
-    EXPECT_TRUE(becomes(SCHED_OTHER));
-    busy = false;
-    std::this_thread::sleep_for(2 * LentPriority::window);
-    EXPECT_TRUE(becomes(SCHED_FIFO));
 }
 
 }  // namespace

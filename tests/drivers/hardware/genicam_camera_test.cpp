@@ -1,16 +1,23 @@
 #include "drivers/hardware/genicam/genicam_camera.hpp"
 
 #include <gtest/gtest.h>
+#include <netinet/in.h>
+#include <sched.h>
+#include <sys/socket.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <array>
 #include <cstdio>
 #include <cstring>
+#include <filesystem>
+#include <fstream>
 #include <thread>
 
 #include "drivers/errors.hpp"
 #include "drivers/hardware/genicam/devices.hpp"
 #include "drivers/mock/gige_camera.hpp"
+#include "drivers/realtime.hpp"
 #include "tests/support/devices/mock_cameras.hpp"
 #include "tests/support/in_real_time.hpp"
 
@@ -203,6 +210,49 @@ TEST_F(GenicamCameraTest, ReopensUnpluggedCameraAndContinuesTicks) {
     EXPECT_TRUE(has(frame->quality, Quality::gap));
     EXPECT_EQ(camera->counts().lost, static_cast<std::uint64_t>(tick) - 1);
     EXPECT_EQ(mock.counts().unasked, 1u);
+}
+
+// Thread of this process by its name, as the kernel numbers it; 0: none.
+int thread_named(const std::string& name) {
+    for (const auto& task : std::filesystem::directory_iterator{"/proc/self/task"}) {
+        std::ifstream file{task.path() / "comm"};
+        std::string found;
+        if (std::getline(file, found) && found == name) return std::stoi(task.path().filename());
+    }
+    return 0;
+}
+
+/// Sends empty packets to a UDP port of this computer as fast as a thread can.
+std::jthread flood(std::uint16_t port) {
+    return std::jthread{[port](const std::stop_token& stop) {
+        const int from = ::socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0);
+        sockaddr_in to{};
+        to.sin_family = AF_INET;
+        to.sin_port = htons(port);
+        to.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+        while (!stop.stop_requested())
+            ::sendto(from, "12345678", 8, 0, reinterpret_cast<const sockaddr*>(&to), sizeof to);
+        ::close(from);
+    }};
+}
+
+// Whatever keeps Aravis' thread busy, the threads that stop the drive have the processor.
+TEST_F(GenicamCameraTest, AReceiverThatIsFloodedLosesItsPriority) {
+    mock::GigeCamera mock{{}};
+    const auto camera = open();
+    mock.push(numbered_picture(1, 512, 96), 0);
+    ASSERT_NE(next_frame(*camera), nullptr);
+    if (told("receiving thread: cannot set real-time priority")) GTEST_SKIP() << all_told();
+    const int receiver = thread_named("gvsp-top");
+    ASSERT_NE(receiver, 0);
+    EXPECT_EQ(sched_getscheduler(receiver), SCHED_FIFO);
+    sched_param priority{};
+    sched_getparam(receiver, &priority);
+    EXPECT_LT(priority.sched_priority, fifo_priority::doors);
+    const std::array floods{flood(mock.requested().stream_port), flood(mock.requested().stream_port)};
+    for (int i = 0; i < 400 && sched_getscheduler(receiver) == SCHED_FIFO; ++i)
+        std::this_thread::sleep_for(5ms);
+    EXPECT_EQ(sched_getscheduler(receiver), SCHED_OTHER);
 }
 
 TEST_F(GenicamCameraTest, ReopensSilentFreeRunningCamera) {

@@ -6,18 +6,18 @@
 #include <string>
 #include <thread>
 
-namespace shaker::remote {
+namespace shaker {
 
-/// Raises a thread to SCHED_FIFO, so that an abort is read while pictures keep all processors busy. A thread
-/// that used more than half of a processor in the last 20 ms, because of many requests, has the ordinary
-/// priority for the next 20 ms, so that clients cannot take the processor from pictures and reduction. An own
-/// thread, one priority higher, watches it.
+/// Raises a thread to SCHED_FIFO. A thread that used more than its share of a processor in the last 20 ms has
+/// the ordinary priority for the next 20 ms, so that no thread, and no library inside it, can keep the
+/// processors from the threads that stop the drive. An own thread, one priority higher, watches it.
 class LentPriority {
 public:
     static constexpr std::chrono::milliseconds window{20};
+    static constexpr double half = 0.5;
 
-    /// priority: 1 to 98. The thread must outlive this object.
-    LentPriority(pthread_t thread, int priority);
+    /// priority: 1 to 98. share: 0 to 1. The thread must outlive this object.
+    LentPriority(pthread_t thread, int priority, double share = half);
     ~LentPriority() = default;
     LentPriority(const LentPriority&) = delete;
     LentPriority& operator=(const LentPriority&) = delete;
@@ -30,8 +30,9 @@ private:
 
     pthread_t thread_;
     int priority_;
+    double share_;
     std::string refused_;
     std::jthread watcher_;
 };
 
-}  // namespace shaker::remote
+}  // namespace shaker
