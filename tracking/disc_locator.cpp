@@ -88,11 +88,35 @@ Point DiscLocator::learn(const ImageView& image) {
         reference_ = {learned_, sign_, contrast_, fit.coverage, fit.noise};
         prior_ = {.size = 0.02, .blur = 0.5, .sign = sign_};
         ring_ = RingSearch{learned_.size, learned_.blur, sign_};
+        follower_.begin({.size = learned_.size,
+                         .blur = learned_.blur,
+                         .size_sd = prior_.size,
+                         .ground = small() ? EdgeFit::Ground::plane : EdgeFit::Ground::flat,
+                         .level = 0.5 * (levels.low + levels.high)},
+                        sites(), std::vector<Point>(static_cast<std::size_t>(blocks_)));
         return at;
     }
     throw InputError{subject_.label + ": found no " + (sign_ > 0 ? "bright" : "dark") + " disc of " +
                      std::to_string(2 * expected) +
                      " px diameter; check the region, polarity and diameter_mm"};
+}
+
+int DiscLocator::block_of(double dx, double dy) const noexcept {
+    return std::min(static_cast<int>(0.25 * blocks_ * diamond_angle(dx, dy)), blocks_ - 1);
+}
+
+OutlineFollower::Sites DiscLocator::sites() const {
+    OutlineFollower::Sites all;
+    const double outer = learned_.size + rim, inner = small() ? 0 : learned_.size - rim;
+    const int reach = static_cast<int>(std::ceil(outer));
+    for (int y = -reach; y <= reach; ++y) {
+        for (int x = -reach; x <= reach; ++x) {
+            const double r = std::hypot(x, y);
+            if (r >= inner && r <= outer) all.push_back({x, y, block_of(x, y)});
+        }
+    }
+    std::ranges::stable_sort(all, {}, &OutlineBank::Site::block);
+    return all;
 }
 
 void DiscLocator::gather(const ImageView& image, Point centre) {
@@ -101,7 +125,6 @@ void DiscLocator::gather(const ImageView& image, Point centre) {
     const double outer = learned_.size + rim, inner = small() ? 0 : learned_.size - rim;
     const int y0 = std::max(0, static_cast<int>(std::ceil(centre.y - outer)));
     const int y1 = std::min(image.height - 1, static_cast<int>(std::floor(centre.y + outer)));
-    const double sectors = 0.25 * blocks_;
     with_pixels(image, [&](auto pixels) {
         for (int y = y0; y <= y1; ++y) {
             const auto* row = pixels.row(y);
@@ -116,8 +139,7 @@ void DiscLocator::gather(const ImageView& image, Point centre) {
                     x = static_cast<int>(std::floor(centre.x + hole));
                     continue;
                 }
-                const int block = std::min(static_cast<int>(sectors * diamond_angle(dx, dy)), blocks_ - 1);
-                samples.push_back({double(x), double(y), static_cast<double>(row[x]), block});
+                samples.push_back({double(x), double(y), static_cast<double>(row[x]), block_of(dx, dy)});
             }
         }
     });
@@ -148,6 +170,7 @@ bool DiscLocator::inside(const ImageView& image, Point at) const noexcept {
 
 bool DiscLocator::locate(const ImageView& image, Point predicted, Candidate& out) {
     if (!inside(image, predicted)) return false;
+    if (follower_.follow(image, predicted, reference_, subject_.along, out)) return true;
     EdgeFitResult fit = measure(image, predicted);
     const auto accept = [&] {
         return judge(fit, reference_, subject_.along, out) && length(out.at - predicted) <= reach() + rim;
@@ -166,6 +189,7 @@ bool DiscLocator::locate(const ImageView& image, Point predicted, Candidate& out
     if (!good) return false;
     blur_ += 0.1 * (fit.outline.blur - blur_);
     fit_.accept();
+    follower_.watch(fit, blur_);
     return true;
 }
 

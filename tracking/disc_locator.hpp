@@ -4,6 +4,7 @@
 #include "tracking/image/region.hpp"
 #include "tracking/image/ring_search.hpp"
 #include "tracking/locator.hpp"
+#include "tracking/outline_follower.hpp"
 #include "tracking/outline_quality.hpp"
 
 namespace shaker::tracking {
@@ -24,6 +25,8 @@ public:
 private:
     [[nodiscard]] bool small() const noexcept { return learned_.size < 16; }
     void gather(const ImageView& image, Point centre);
+    [[nodiscard]] OutlineFollower::Sites sites() const;
+    [[nodiscard]] int block_of(double dx, double dy) const noexcept;
     EdgeFitResult measure(const ImageView& image, Point start, double enough = 3e-3);
     Outline measured_by_threshold(const ImageView& image, const Box& box, const Levels& levels) const;
     [[nodiscard]] bool inside(const ImageView& image, Point at) const noexcept;
@@ -31,6 +34,7 @@ private:
     Subject subject_;
     double sign_;
     EdgeFit fit_;
+    OutlineFollower follower_;
     RingSearch ring_;
     std::vector<RingPeak> peaks_;
     Outline learned_;

@@ -95,7 +95,25 @@ Point DotsLocator::learn(const ImageView& image) {
     if (!fit.converged) throw InputError{subject_.label + ": the dots found do not share one size and blur"};
     learned_ = fit.outline;
     reference_ = {learned_, sign_, std::abs(fit.contrast), fit.coverage, fit.noise};
+    follower_.begin({.size = learned_.size,
+                     .blur = learned_.blur,
+                     .size_sd = prior_.size,
+                     .ground = EdgeFit::Ground::plane,
+                     .level = 0.5 * (levels.low + levels.high)},
+                    sites(), offsets_);
     return {learned_.x, learned_.y};
+}
+
+OutlineFollower::Sites DotsLocator::sites() const {
+    OutlineFollower::Sites all;
+    const double outer = learned_.size + rim;
+    for (std::size_t k = 0; k < offsets_.size(); ++k) {
+        const auto [dot_x, dot_y] = offsets_[k];
+        for (int y = static_cast<int>(std::ceil(dot_y - outer)); y <= dot_y + outer; ++y)
+            for (int x = static_cast<int>(std::ceil(dot_x - outer)); x <= dot_x + outer; ++x)
+                if (std::hypot(x - dot_x, y - dot_y) <= outer) all.push_back({x, y, static_cast<int>(k)});
+    }
+    return all;
 }
 
 void DotsLocator::gather(const ImageView& image, Point centre) {
@@ -140,10 +158,12 @@ EdgeFitResult DotsLocator::measure(const ImageView& image, Point start) {
 }
 
 bool DotsLocator::locate(const ImageView& image, Point predicted, Candidate& out) {
+    if (follower_.follow(image, predicted, reference_, subject_.along, out)) return true;
     const EdgeFitResult fit = measure(image, predicted);
     if (!judge(fit, reference_, subject_.along, out) || length(out.at - predicted) > reach()) return false;
     blur_ += 0.1 * (fit.outline.blur - blur_);
     fit_.accept();
+    follower_.watch(fit, blur_);
     return true;
 }
 

@@ -4,6 +4,7 @@
 #include "tracking/image/region.hpp"
 #include "tracking/image/ring_search.hpp"
 #include "tracking/locator.hpp"
+#include "tracking/outline_follower.hpp"
 #include "tracking/outline_quality.hpp"
 
 namespace shaker::tracking {
@@ -23,6 +24,7 @@ public:
 
 private:
     void gather(const ImageView& image, Point centre);
+    [[nodiscard]] OutlineFollower::Sites sites() const;
     void find_dots(const ImageView& image, const Box& box, double contrast);
     void check_pitch() const;
     EdgeFitResult measure(const ImageView& image, Point start);
@@ -30,6 +32,7 @@ private:
     Subject subject_;
     double sign_, pitch_;
     EdgeFit fit_;
+    OutlineFollower follower_;
     RingSearch ring_;
     std::vector<Point> offsets_;
     Outline learned_;

@@ -1,0 +1,31 @@
+#pragma once
+// Follows an outline that looks as it did by matched filters, and lets the careful fit watch.
+#include <array>
+#include <vector>
+
+#include "tracking/image/outline_bank.hpp"
+#include "tracking/outline_quality.hpp"
+
+namespace shaker::tracking {
+
+/// A target that is hidden in part, blurred, faded or farther away than predicted is left to the careful fit,
+/// as is every 16th picture.
+class OutlineFollower {
+public:
+    using Sites = std::vector<OutlineBank::Site>;
+
+    /// shape: of the target in frame 0. sites: its pixels, block by block.
+    void begin(const OutlineBank::Shape& shape, Sites sites, const std::vector<Point>& shifts);
+    /// False when the careful fit must decide.
+    bool follow(const ImageView& image, Point predicted, const OutlineReference& reference,
+                const std::array<double, 2>& along, Candidate& out);
+    /// The careful fit of a picture that follow() left to it.
+    void watch(const EdgeFitResult& fit, double blur);
+
+private:
+    OutlineBank bank_;
+    int until_watched_ = 0;
+    double roughness_ = 0;  // noise / contrast
+};
+
+}  // namespace shaker::tracking
