@@ -13,13 +13,13 @@ constexpr std::array<std::string_view, 3> from_words{"best", "raw", "tracks"};
 
 constexpr std::array arguments{
     recording_argument,
-    Argument{
-        .name = "--from",
-        .help =
-            "Source. raw: the pictures; tracks: the stored positions; best: raw if every picture was kept",
-        .kind = Kind::word,
-        .words = from_words,
-        .standard = "best"},
+    Argument{.name = "--from",
+             .help = "Source. raw: the pictures; tracks: the stored positions; best: raw if every picture "
+                     "was kept and "
+                     "this version follows targets as the one that recorded the file",
+             .kind = Kind::word,
+             .words = from_words,
+             .standard = "best"},
     Argument{.name = "--set",
              .value = "KEY=VALUE",
              .help = "Reduce with this setting and print the changes, e.g. top.mm_per_px=0.1 or from_s=3.5; "

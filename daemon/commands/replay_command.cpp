@@ -15,6 +15,7 @@
 #include "daemon/recording/tables/places.hpp"
 #include "daemon/recording/tables/process_table.hpp"
 #include "daemon/recording/tables/reduction_tables.hpp"
+#include "daemon/recording/tables/track_changes.hpp"
 #include "daemon/recording/tables/track_table.hpp"
 #include "daemon/recording/tables/trip_table.hpp"
 #include "daemon/report/results.hpp"
@@ -30,7 +31,8 @@ bool from_pictures(const recorded::RecordingReader& file, ReplayOptions::From fr
     const std::string why = recording::why_not_from_pictures(file);
     if (from == ReplayOptions::From::raw && !why.empty())
         throw InputError{fmt::format("{}: --from raw is not possible: {}", file.file().string(), why)};
-    return from != ReplayOptions::From::tracks && why.empty();
+    if (from != ReplayOptions::From::best) return from == ReplayOptions::From::raw;
+    return why.empty() && file.header().schema >= recording::tracks_since;
 }
 
 // The results computed again, for printing and for comparison with the recording.
@@ -98,11 +100,13 @@ void print_changes(const recorded::RecordingReader& file, const Recomputed& now)
     fmt::print("{} of {} numbers changed\n", changed, now.numbers.size());
 }
 
-// The streams, and the results of this version of the reduction, must be equal to the bit.
-bool print_differences(const recorded::RecordingReader& file, const Recomputed& now, bool json) {
-    std::vector<std::string> found = differences(file, {}, now.streams);
-    const std::vector<std::string> results = differences(file, now.numbers, now.tables);
-    const bool earlier = file.header().schema < recording::results_since;
+// What this version computes as the one that recorded the file must be equal to the bit. `moved`: targets
+// that this version follows otherwise.
+bool print_differences(const recorded::RecordingReader& file, const Recomputed& now,
+                       const std::vector<std::string>& moved, bool json) {
+    std::vector<std::string> found, results = differences(file, now.numbers, now.tables);
+    if (moved.empty()) found = differences(file, {}, now.streams);
+    const bool earlier = !moved.empty() || file.header().schema < recording::results_since;
     if (!earlier) found.insert(found.end(), results.begin(), results.end());
     const auto tell = [json](const std::string& text) {
         if (json)
@@ -116,14 +120,16 @@ bool print_differences(const recorded::RecordingReader& file, const Recomputed& 
         if (!json) fmt::print("replay: NOT identical, {} differences\n", found.size());
         return false;
     }
-    if (results.empty()) {
+    if (results.empty() && moved.empty()) {
         tell(fmt::format("replay: identical ({} numbers, to the bit)", now.values()));
         return true;
     }
-    tell(
-        fmt::format("replay: the streams are identical to the bit; {} results differ, because this program "
-                    "reduces otherwise than the one that recorded the file (FORMAT.md, versions):",
-                    results.size()));
+    for (const std::string& text : moved) tell("replay: other track " + text);
+    tell(fmt::format(
+        "replay: the streams are {}; {} results differ, because this program {} otherwise than the "
+        "one that recorded the file (FORMAT.md, versions):",
+        moved.empty() ? "identical to the bit" : "followed again", results.size(),
+        moved.empty() ? "reduces" : "follows targets"));
     for (const std::string& text : results) tell("  " + text);
     return true;
 }
@@ -159,7 +165,10 @@ bool replay(const ReplayOptions& options) {
             fmt::print("no results: {}\n", why);
     }
     add_measurements(finished, as, streams, options.json, now);
-    if (!as.changed) return print_differences(file, now, options.json);
+    const bool otherwise = pictures && file.header().schema < recording::tracks_since;
+    const std::vector<std::string> moved =
+        otherwise ? recording::track_changes(file, streams) : std::vector<std::string>{};
+    if (!as.changed) return print_differences(file, now, moved, options.json);
     if (!options.json) print_changes(file, now);
     return true;
 }

@@ -74,7 +74,7 @@ void visit_camera(Visitor&& v, CameraTruth& c) {
     v("light_gradient", c.light_gradient, {0, 0.9});
     v("latency_s", c.latency_s, {0, 1});
     v("own_clock", c.own_clock, {0, 1});
-    v("clock_ppm", c.clock_ppm, {-1000, 1000});
+    v("clock_ppm", c.clock_ppm, {-20000, 20000});
     v("positions", c.positions, {0, 1});
 }
 
@@ -122,7 +122,7 @@ void visit(Visitor&& v, Scene& s) {
     visit_friction(w, s.walker);
     auto&& a = v.table("accelerometer");
     a("rate_hz", s.accelerometer.rate_hz, {100, 40e3});
-    a("clock_ppm", s.accelerometer.clock_ppm, {-1000, 1000});
+    a("clock_ppm", s.accelerometer.clock_ppm, {-20000, 20000});
     a.unusual("clock_drift_ppm_per_min", s.accelerometer.clock_drift_ppm_per_min, {-100, 100}, 0);
     a.unusual("clock_walk_us_rts", s.accelerometer.clock_walk_us_rts, {0, 100}, 0);
     a("start_s", s.accelerometer.start_s, {0, 1});

@@ -157,7 +157,7 @@ void OutlineBank::choose_blocks() {
     }
 }
 
-// Of the blocks beyond their noise and learned offsets, as a factor of the variance; at least 1.
+// How far blocks disagree beyond their noise and learned offsets: a factor of the variance, at least 1.
 double OutlineBank::disagreement(const Place& place, const Eigen::Vector3d& change, double variance) {
     double squares = 0, count = 0;
     for (std::size_t b = 0; b < seen_.size(); ++b) {

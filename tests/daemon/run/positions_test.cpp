@@ -48,5 +48,25 @@ TEST(PositionsTest, StoppedRunReplaysToo) {
     EXPECT_EQ(verify.status, 0) << verify.out << verify.err;
 }
 
+// Rates come from stamps and from the drive: a told rate that is 1 % wrong changes no result.
+TEST(PositionsTest, ToldRatesThatAreWrongChangeNoResult) {
+    const auto folder = fresh_folder();
+    for (const char* ppm : {"-10000", "1000", "10000"}) {
+        const std::string wrong = std::string{"clock_ppm = "} + ppm + "\n";
+        std::ofstream{folder / "scene.toml"} << "[accelerometer]\n"
+                                             << wrong << "[top]\npositions = 1\n"
+                                             << wrong << "[side]\npositions = 1\n";
+        const Outcome run =
+            shakerd("run --json --no-identify --rig sim: --scene scene.toml --gamma 1g --periods 20", folder);
+        ASSERT_EQ(run.status, 0) << run.err;
+        const nlohmann::json r = nlohmann::json::parse(run.out);
+        const double v = r["v_D_mps"], se = r["v_D_se_mps"], truth = r["v_D_true_mps"],
+                     gamma = r["gamma_mps2"];
+        EXPECT_LE(std::abs(v - truth), 4 * se) << ppm;
+        EXPECT_LT(se, 5e-6) << ppm;
+        EXPECT_LT(std::abs(gamma - 9.8), 4 * r["gamma_se_mps2"].get<double>() + 1e-3 * 9.8) << ppm;
+    }
+}
+
 }  // namespace
 }  // namespace shaker::run
