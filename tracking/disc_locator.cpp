@@ -189,7 +189,7 @@ bool DiscLocator::locate(const ImageView& image, Point predicted, Candidate& out
     if (!good) return false;
     blur_ += 0.1 * (fit.outline.blur - blur_);
     fit_.accept();
-    follower_.watch(fit, blur_);
+    follower_.watch(image, fit, subject_.along, blur_);
     return true;
 }
 

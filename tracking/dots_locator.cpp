@@ -163,7 +163,7 @@ bool DotsLocator::locate(const ImageView& image, Point predicted, Candidate& out
     if (!judge(fit, reference_, subject_.along, out) || length(out.at - predicted) > reach()) return false;
     blur_ += 0.1 * (fit.outline.blur - blur_);
     fit_.accept();
-    follower_.watch(fit, blur_);
+    follower_.watch(image, fit, subject_.along, blur_);
     return true;
 }
 

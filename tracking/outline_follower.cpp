@@ -1,5 +1,6 @@
 #include "tracking/outline_follower.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <utility>
 
@@ -9,7 +10,9 @@ namespace {
 constexpr int watched_every = 16;                  // pictures
 constexpr double other_blur = 0.04;                // share of the tabulated blur
 constexpr double rougher = 1.25, rounding = 3e-3;  // times the watched roughness; of the contrast
-constexpr double most_misfit = 0.05;               // share of the blocks
+constexpr double more_misfit = 0.05;               // share of the blocks, beyond the watched one
+constexpr double agreement = 2;  // standard errors of the careful fit, along the shaker's axis
+constexpr double agreement_across = 4;
 
 }  // namespace
 
@@ -22,17 +25,34 @@ bool OutlineFollower::follow(const ImageView& image, Point predicted, const Outl
                              const std::array<double, 2>& along, Candidate& out) {
     if (until_watched_ <= 0) return false;
     --until_watched_;
-    const EdgeFitResult fit = bank_.fit(image, predicted);
-    const bool as_before = judge(fit, reference, along, out) && !out.degraded && fit.trimmed < most_misfit &&
+    EdgeFitResult fit = bank_.fit(image, predicted);
+    const double misfit = fit.trimmed - own_misfit_;
+    fit.trimmed = std::max(0.0, watched_misfit_ + misfit);
+    fit.coverage *= coverage_ratio_;
+    const bool as_before = judge(fit, reference, along, out) && !out.degraded && misfit < more_misfit &&
                            fit.noise < (rougher * roughness_ + rounding) * std::abs(fit.contrast);
     if (as_before) bank_.accept();
     return as_before;
 }
 
-void OutlineFollower::watch(const EdgeFitResult& fit, double blur) {
-    until_watched_ = watched_every - 1;
-    roughness_ = fit.noise / std::abs(fit.contrast);
+void OutlineFollower::watch(const ImageView& image, const EdgeFitResult& fit,
+                            const std::array<double, 2>& along, double blur) {
     if (std::abs(blur / bank_.blur() - 1) > other_blur) bank_.set_blur(blur);
+    const Point at{fit.outline.x, fit.outline.y};
+    const EdgeFitResult own = bank_.fit(image, at);
+    const Eigen::Vector2d axis{along[0], along[1]}, side{-along[1], along[0]};
+    const Eigen::Vector2d apart{own.outline.x - at.x, own.outline.y - at.y};
+    const auto in_errors = [&](const Eigen::Vector2d& direction) {
+        return std::abs(direction.dot(apart)) / std::sqrt(direction.dot(fit.covariance * direction));
+    };
+    const bool agrees = own.converged && in_errors(axis) < agreement && in_errors(side) < agreement_across;
+    until_watched_ = agrees ? watched_every - 1 : 0;
+    if (!agrees) return;
+    bank_.accept();
+    roughness_ = own.noise / std::abs(own.contrast);
+    own_misfit_ = own.trimmed;
+    watched_misfit_ = fit.trimmed;
+    coverage_ratio_ = fit.coverage / own.coverage;
 }
 
 }  // namespace shaker::tracking

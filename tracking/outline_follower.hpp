@@ -19,13 +19,18 @@ public:
     /// False when the careful fit must decide.
     bool follow(const ImageView& image, Point predicted, const OutlineReference& reference,
                 const std::array<double, 2>& along, Candidate& out);
-    /// The careful fit of a picture that follow() left to it.
-    void watch(const EdgeFitResult& fit, double blur);
+    /// The careful fit of a picture that follow() left to it. Where the filters disagree with it, it decides
+    /// the next picture too.
+    void watch(const ImageView& image, const EdgeFitResult& fit, const std::array<double, 2>& along,
+               double blur);
 
 private:
     OutlineBank bank_;
     int until_watched_ = 0;
     double roughness_ = 0;  // noise / contrast
+    // Share that does not fit, by the filters and by the careful fit; outline in use, careful fit over
+    // filters.
+    double own_misfit_ = 0, watched_misfit_ = 0, coverage_ratio_ = 1;
 };
 
 }  // namespace shaker::tracking
