@@ -9,7 +9,8 @@ namespace {
 
 constexpr int window = 8;  // px on either side of an edge that are fitted
 constexpr int groups = 8;
-constexpr int plateau = 5;  // px on either side of an edge that the coarse search compares
+constexpr double wide_share = 0.02;  // of the width
+constexpr int plateau = 5;           // px on either side of an edge that the coarse search compares
 
 double mean_of(const std::vector<double>& line, int first, int last) {
     return std::accumulate(line.begin() + first, line.begin() + last, 0.0) / (last - first);
@@ -111,7 +112,7 @@ Point RectangleLocator::learn(const ImageView& image) {
     find_rows(image, across0, across1, learned_.x);
     const double expected = learned_.size;
     prior_ = {.y = 0, .size = 0.5 + 0.05 * expected, .blur = 1.0, .sign = reference_.sign};
-    const EdgeFitResult fit = measure(image, learned_.x);
+    const EdgeFitResult fit = measure(image, learned_.x, prior_);
     const bool good = fit.converged && fit.trimmed < 0.3 && fit.noise < 0.5 * std::abs(fit.contrast) &&
                       reference_.sign * fit.contrast > 0.2 * (levels.high - levels.low) &&
                       std::abs(fit.outline.x - learned_.x) < 6 &&
@@ -151,13 +152,13 @@ void RectangleLocator::gather(const ImageView& image, double centre) {
     }
 }
 
-EdgeFitResult RectangleLocator::measure(const ImageView& image, double start) {
+EdgeFitResult RectangleLocator::measure(const ImageView& image, double start, const EdgePrior& prior) {
     EdgeFitResult fit;
     double centre = start;
     for (int pass = 0; pass < 3; ++pass) {
         gather(image, centre);
         if (fit_.samples().size() < 24) return {};
-        fit = fit_.fit({centre, 0, learned_.size, learned_.blur}, prior_, 2 * groups, EdgeFit::Ground::flat);
+        fit = fit_.fit({centre, 0, learned_.size, learned_.blur}, prior, 2 * groups, EdgeFit::Ground::flat);
         const double moved = std::abs(fit.outline.x - centre);
         if (fit.converged && moved < 1) break;
         if (!(moved < 2 * window)) return {};
@@ -176,9 +177,18 @@ bool RectangleLocator::accept(const EdgeFitResult& fit, Candidate& out) const {
 bool RectangleLocator::locate(const ImageView& image, Point predicted, Candidate& out) {
     const double start = axis_ == Axis::x ? predicted.x : predicted.y;
     const auto try_at = [&](double at) {
-        if (!accept(measure(image, at), out)) return false;
+        EdgeFitResult fit = measure(image, at, prior_);
+        const bool good = accept(fit, out) && !out.degraded;
+        if (!good) {
+            // Both edges move apart when the bright side is clipped or the target grows.
+            EdgePrior wide = prior_;
+            wide.size = 1 + wide_share * learned_.size;
+            const EdgeFitResult free = measure(image, at, wide);
+            if (free.converged && (!fit.converged || free.trimmed < fit.trimmed)) fit = free;
+        }
+        if (!accept(fit, out)) return false;
         if (std::abs((axis_ == Axis::x ? out.at.x : out.at.y) - start) > reach() + window) return false;
-        fit_.accept();
+        if (good) fit_.accept();
         return true;
     };
     if (try_at(start)) return true;
@@ -199,7 +209,7 @@ void RectangleLocator::search(const ImageView& image, Point, std::vector<Candida
         const double after = pair_score(c + 1);
         Candidate candidate;
         const bool peak = here > 0.3 && here >= before && here > after;
-        if (peak && accept(measure(image, c), candidate)) {
+        if (peak && accept(measure(image, c, prior_), candidate)) {
             const auto same = [&](const Candidate& o) { return length(o.at - candidate.at) < extent(); };
             if (std::none_of(out.begin(), out.end(), same)) out.push_back(candidate);
         }

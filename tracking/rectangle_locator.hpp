@@ -25,7 +25,7 @@ private:
     void find_edges(const Box& box, double given);
     void find_rows(const ImageView& image, int first, int last, double centre);
     void gather(const ImageView& image, double centre);
-    EdgeFitResult measure(const ImageView& image, double start);
+    EdgeFitResult measure(const ImageView& image, double start, const EdgePrior& prior);
     [[nodiscard]] double pair_score(double centre) const;
     void load_profile(const ImageView& image);
     bool accept(const EdgeFitResult& fit, Candidate& out) const;

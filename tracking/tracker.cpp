@@ -5,6 +5,7 @@
 #include <opencv2/core/utility.hpp>
 
 #include "drivers/errors.hpp"
+#include "tracking/clipping.hpp"
 #include "tracking/constellation.hpp"
 #include "tracking/image/region.hpp"
 #include "tracking/locator.hpp"
@@ -13,12 +14,19 @@ namespace shaker::tracking {
 namespace {
 
 constexpr double enough_likeness = 0.85;  // above it, an unnamed object counts as a look-alike of a target
+// A bright side that is clipped moves the place of an edge by up to this, px: measured at exposures that are
+// up to three times too long.
+constexpr double clipped_share_from = 0.05, clipped_sd = 0.04;
+// A larger error than this, px, says that the blocks of a clipped outline disagree: its edges moved apart.
+constexpr double clipped_most_sd = 0.04;
 
 struct Followed {
     std::unique_ptr<Locator> locator;
     std::string label;
     TargetKind kind{};
     Point at, velocity;
+    Box region{};      // in frame 0
+    Point began{};     // place in frame 0
     bool seen = true;  // in the last frame
     bool in_group = false;
 };
@@ -48,15 +56,23 @@ struct ViewTracker::Impl {
     void follow_group(const ImageView& image, Group& group, double frames);
     bool choose_by_distance(Point expected, Candidate& out) const;
     void part_claims();
-    void report(std::size_t k, const Candidate& found, double frames);
+    void report(const ImageView& image, std::size_t k, Candidate found, double frames);
     void lose(std::size_t k);
 };
 
-void ViewTracker::Impl::report(std::size_t k, const Candidate& found, double frames) {
+void ViewTracker::Impl::report(const ImageView& image, std::size_t k, Candidate found, double frames) {
     Followed& t = targets[k];
     if (!finite(found.at) || !std::isfinite(found.sd)) {
         lose(k);
         return;
+    }
+    const int x = static_cast<int>(std::lround(found.at.x - t.began.x));
+    const int y = static_cast<int>(std::lround(found.at.y - t.began.y));
+    const Box& r = t.region;
+    if (clipped_share(image, {r.x0 + x, r.y0 + y, r.x1 + x, r.y1 + y}) > clipped_share_from) {
+        if (found.sd > clipped_most_sd) return lose(k);
+        found.degraded = true;
+        found.sd = std::hypot(found.sd, clipped_sd);
     }
     t.velocity = t.seen && frames > 0 ? (1 / frames) * (found.at - t.at) : Point{};
     t.at = found.at;
@@ -80,13 +96,14 @@ void ViewTracker::Impl::start(const ImageView& image) {
     for (std::size_t k = 0; k < view.targets.size(); ++k) {
         Followed t{
             make_locator(view, k), subject_of(view, view.targets[k]).label, view.targets[k].kind, {}, {}};
-        t.at = t.locator->learn(image);
+        t.at = t.began = t.locator->learn(image);
+        t.region = region_in(subject_of(view, view.targets[k]), image);
         targets.push_back(std::move(t));
         Candidate found;
         if (!targets[k].locator->locate(image, targets[k].at, found)) {
             throw InputError{targets[k].label + ": the target is too faint or too blurred to be measured"};
         }
-        report(k, found, 0);
+        report(image, k, found, 0);
     }
     check_distinct();
     find_groups(image);
@@ -159,14 +176,14 @@ void ViewTracker::Impl::follow_alone(const ImageView& image, std::size_t k, doub
         const bool here = t.locator->locate(image, expected, found) ||
                           (length(expected - t.at) > 1 && t.locator->locate(image, t.at, found));
         if (here) {
-            report(k, found, frames);
+            report(image, k, found, frames);
             return;
         }
     }
     candidates.clear();
     t.locator->search(image, t.at, candidates);
     if (choose_by_distance(expected, found)) {
-        report(k, found, frames);
+        report(image, k, found, frames);
     } else {
         lose(k);
     }
@@ -187,7 +204,7 @@ void ViewTracker::Impl::follow_group(const ImageView& image, Group& group, doubl
         const Point place = candidates[static_cast<std::size_t>(chosen[i])].at;
         Locator& locator = *targets[k].locator;
         if (locator.locate(image, place, found) && length(found.at - place) < 0.5 * locator.extent()) {
-            report(k, found, frames);
+            report(image, k, found, frames);
         } else {
             lose(k);
         }
