@@ -57,6 +57,30 @@ BarsLocator::Complex BarsLocator::fundamental(std::size_t band, double centre, d
     return sum;
 }
 
+// The weights of fundamental() about the centre of a window, as it is found in every picture.
+void BarsLocator::tabulate(Window& w) const {
+    const double half = 0.5 * periods_per_window * pitch_;
+    w.first = static_cast<int>(std::ceil(w.centre - half));
+    const int last = static_cast<int>(std::floor(w.centre + half));
+    w.weights.resize(last - w.first + 1, 2);
+    for (int i = 0; i < w.weights.rows(); ++i) {
+        const double u = w.first + i - w.centre;
+        const Complex weight =
+            (0.5 + 0.5 * std::cos(tau * u / (2 * half))) * std::polar(1.0, -tau * u / pitch_);
+        w.weights.row(i) << weight.real(), weight.imag();
+    }
+    w.weights.rowwise() -= w.weights.colwise().mean().eval();  // of what does not change along the bars
+}
+
+// fundamental() at a window that is moved by whole pixels.
+BarsLocator::Complex BarsLocator::look(const Window& w, int moved) const {
+    const auto& profile = profiles_[w.band];
+    const auto from = static_cast<Eigen::Index>(w.first + moved - profile_first_), n = w.weights.rows();
+    if (from < 0 || from + n > static_cast<Eigen::Index>(profile.size())) return {0, 0};
+    const Eigen::Map<const Eigen::VectorXd> seen{profile.data() + from, n};
+    return {seen.dot(w.weights.col(0)), seen.dot(w.weights.col(1))};
+}
+
 double BarsLocator::strongest_pitch(double middle) const {
     const double span = static_cast<double>(profiles_.front().size());
     const double slowest = periods_per_window / span;
@@ -115,7 +139,8 @@ Point BarsLocator::learn(const ImageView& image) {
             Window w;
             w.centre = middle + half * (k - 0.5 * steps);
             w.band = band;
-            w.learned = fundamental(band, w.centre, pitch_, periods_per_window);
+            tabulate(w);
+            w.learned = look(w, 0);
             // The carriers have their common origin in the middle, so that the windows of regular bars agree
             // in phase.
             sum += w.learned * std::polar(1.0, -tau * (w.centre - middle) / pitch_);
@@ -192,7 +217,7 @@ bool BarsLocator::measure(const ImageView& image, double shift, Candidate& out) 
          static_cast<int>(std::ceil(windows_.back().centre + half)) + whole_px + 2);
     Complex all{0, 0};
     for (Window& w : windows_) {
-        w.now = fundamental(w.band, w.centre + whole_px, pitch_, periods_per_window);
+        w.now = look(w, whole_px);
         all += std::conj(w.learned) * w.now;
     }
     for (Window& w : windows_) {

@@ -1,5 +1,6 @@
 #pragma once
 // Locator for periodic bars: phase of their fundamental.
+#include <Eigen/Core>
 #include <complex>
 
 #include "tracking/image/profile.hpp"
@@ -28,12 +29,16 @@ private:
     struct Window {
         double centre = 0;  // in frame 0
         std::size_t band = 0;
-        Complex learned{};  // fundamental in frame 0
+        int first = 0;                                       // pixel of the first weight, in frame 0
+        Eigen::Matrix<double, Eigen::Dynamic, 2> weights{};  // real and imaginary part
+        Complex learned{};                                   // fundamental in frame 0
         Complex now{};
         double off = 0;  // px, shift minus the whole pixels of the window
         bool used = false;
     };
 
+    void tabulate(Window& w) const;
+    [[nodiscard]] Complex look(const Window& w, int moved) const;
     [[nodiscard]] Complex fundamental(std::size_t band, double centre, double pitch, double periods) const;
     double refine_pitch(double middle, double guess, double range) const;
     double strongest_pitch(double middle) const;

@@ -1,8 +1,8 @@
 #include "tracking/clipping.hpp"
 
 #include <algorithm>
-#include <array>
 #include <bit>
+#include <cstring>
 
 namespace shaker::tracking {
 
@@ -16,16 +16,21 @@ bool ends_a_range(unsigned code) {
     return ones >= 255 && std::has_single_bit(ones + 1);
 }
 
-// Sixteen at a time, which the compiler makes one instruction.
 template <class T>
 unsigned largest_of(const T* row, int n) {
-    constexpr int lanes = 16;
-    std::array<T, lanes> most{};
+    constexpr int bytes = 16, count = bytes / static_cast<int>(sizeof(T));
+    using Lanes [[gnu::vector_size(bytes)]] = T;
+    Lanes most{};
     int x = 0;
-    for (; x + lanes <= n; x += lanes)
-        for (int i = 0; i < lanes; ++i) most[i] = std::max(most[i], row[x + i]);
-    for (; x < n; ++x) most[0] = std::max(most[0], row[x]);
-    return *std::ranges::max_element(most);
+    for (; x + count <= n; x += count) {
+        Lanes some;
+        std::memcpy(&some, row + x, sizeof some);
+        most = some > most ? some : most;
+    }
+    unsigned largest = 0;
+    for (int i = 0; i < count; ++i) largest = std::max<unsigned>(largest, most[i]);
+    for (; x < n; ++x) largest = std::max<unsigned>(largest, row[x]);
+    return largest;
 }
 
 }  // namespace

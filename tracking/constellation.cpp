@@ -13,6 +13,7 @@ constexpr double looseness_px = 0.75;
 constexpr double cost_of_missing = 4.5, cost_of_left_over = 6, enough_margin = 10;
 constexpr double farthest_step = 0.8;  // of the distance to the neighbour, per frame
 constexpr double longest_companion_absence = 30;
+constexpr double most_misfit = 0.5 * enough_margin;
 
 }  // namespace
 
@@ -26,6 +27,9 @@ Constellation::Constellation(std::span<const Point> places, std::size_t targets,
         members_.push_back(m);
     }
 }
+
+// Largest distance from a member's place, px.
+double Constellation::off_place(const Member& m) noexcept { return std::max(2.5, 0.06 * m.neighbour); }
 
 // Half the sum of squares after subtracting a common shift and, for three or more members, a common rotation
 // and stretch (a swing towards the camera magnifies).
@@ -70,7 +74,7 @@ Constellation::Hypothesis Constellation::try_displacement(Point displacement,
         const Member& m = members_[k];
         if (m.gone) continue;
         const Point expected = m.at + frames * m.velocity + displacement;
-        double nearest = std::max(2.5, 0.06 * m.neighbour);
+        double nearest = off_place(m);
         int best = nobody;
         for (std::size_t j = 0; j < candidates.size(); ++j) {
             const double off = length(candidates[j].at - expected);
@@ -154,6 +158,32 @@ void Constellation::miss(double frames) {
         m.velocity = {};
         m.unseen += frames;
     }
+}
+
+std::span<const Point> Constellation::expected(double frames) {
+    expected_.clear();
+    for (const Member& m : members_) {
+        if (!m.gone && m.unseen > 0) return {};
+        expected_.push_back(m.gone ? Point{NAN, NAN} : m.at + frames * m.velocity);
+    }
+    return expected_;
+}
+
+bool Constellation::confirm(std::span<const Candidate> found, double frames) {
+    Hypothesis h;
+    h.chosen.assign(members_.size(), nobody);
+    for (std::size_t k = 0; k < members_.size(); ++k) {
+        const Member& m = members_[k];
+        if (m.gone) continue;
+        const bool at_its_place = length(found[k].at - expected_[k]) < off_place(m) &&
+                                  length(found[k].at - m.at) < farthest_step * m.neighbour * frames;
+        if (!at_its_place) return false;
+        h.chosen[k] = static_cast<int>(k);
+        ++h.named;
+    }
+    if (misfit(h.chosen, found, frames) > most_misfit) return false;
+    follow(h, found, frames);
+    return true;
 }
 
 std::span<const int> Constellation::assign(std::span<const Candidate> candidates, int width, int height,

@@ -20,6 +20,13 @@ public:
     Constellation(std::span<const Point> places, std::size_t targets, double radius);
     /// Index of the candidate of each target, or `nobody`. frames: number of frames since the last call.
     std::span<const int> assign(std::span<const Candidate> candidates, int width, int height, double frames);
+    /// Predicted places of all members, targets first; NaN: a companion that has gone. Empty when a member
+    /// was not seen in the last frame.
+    std::span<const Point> expected(double frames);
+    /// Instead of assign(), when each member was found at its place in expected(): another assignment would
+    /// miss a member and leave a candidate over. False when a candidate is off its place, or off the others;
+    /// then assign() decides.
+    bool confirm(std::span<const Candidate> found, double frames);
 
 private:
     struct Member {
@@ -35,6 +42,7 @@ private:
         Point moved;
     };
 
+    static double off_place(const Member& m) noexcept;
     [[nodiscard]] Hypothesis try_displacement(Point displacement, std::span<const Candidate> candidates,
                                               int width, int height, double frames) const;
     [[nodiscard]] double misfit(const std::vector<int>& chosen, std::span<const Candidate> candidates,
@@ -48,6 +56,7 @@ private:
     std::size_t targets_;
     double radius_;
     std::vector<int> chosen_;
+    std::vector<Point> expected_;
 };
 
 }  // namespace shaker::tracking

@@ -46,8 +46,10 @@ Outline DiscLocator::measured_by_threshold(const ImageView& image, const Box& bo
         if (larger && std::max(w, h) < 1.3 * std::min(w, h)) best = i;
     }
     if (best == 0)
-        throw InputError{subject_.label +
-                         ": found no round shape of this polarity; check the region and polarity"};
+        throw InputError{
+            subject_.label +
+            ": found no round shape of this polarity; check the region and polarity; a disc that is "
+            "cut by the edge of the picture needs diameter_mm"};
     const double radius = std::sqrt(stats.at<int>(best, cv::CC_STAT_AREA) / std::numbers::pi);
     return {centres.at<double>(best, 0) + box.x0, centres.at<double>(best, 1) + box.y0, radius, 1};
 }

@@ -35,6 +35,7 @@ struct Followed {
 struct Group {
     std::vector<std::size_t> targets;
     Constellation constellation;
+    std::vector<std::unique_ptr<Locator>> companions;  // of the unnamed members; empty: it cannot be learned
 };
 
 }  // namespace
@@ -53,6 +54,9 @@ struct ViewTracker::Impl {
     void check_distinct() const;
     void find_groups(const ImageView& image);
     void follow_alone(const ImageView& image, std::size_t k, double frames);
+    [[nodiscard]] std::unique_ptr<Locator> companion_of(std::size_t k, Point at,
+                                                        const ImageView& image) const;
+    bool follow_near(const ImageView& image, Group& group, double frames);
     void follow_group(const ImageView& image, Group& group, double frames);
     bool choose_by_distance(Point expected, Candidate& out) const;
     void part_claims();
@@ -148,8 +152,22 @@ void ViewTracker::Impl::find_groups(const ImageView& image) {
         if (members.size() + companions.size() < 2) continue;
         for (const std::size_t m : members) targets[m].in_group = true;
         places.insert(places.end(), companions.begin(), companions.end());
-        groups.push_back({members, Constellation{places, members.size(), t.locator->extent()}});
+        groups.push_back({members, Constellation{places, members.size(), t.locator->extent()}, {}});
+        for (const Point& at : companions) groups.back().companions.push_back(companion_of(k, at, image));
     }
+}
+
+// Learns an unnamed look-alike of target k.
+std::unique_ptr<Locator> ViewTracker::Impl::companion_of(std::size_t k, Point at,
+                                                         const ImageView& image) const try {
+    View like = view;
+    auto& roi = like.targets[k].roi_px;
+    roi[0] += static_cast<int>(std::lround(at.x - targets[k].at.x));
+    roi[1] += static_cast<int>(std::lround(at.y - targets[k].at.y));
+    auto locator = make_locator(like, k);
+    return length(locator->learn(image) - at) < 1 ? std::move(locator) : nullptr;
+} catch (const InputError&) {
+    return nullptr;
 }
 
 // The nearest of several positions; none if a second one is almost as near.
@@ -189,7 +207,27 @@ void ViewTracker::Impl::follow_alone(const ImageView& image, std::size_t k, doub
     }
 }
 
+// Each member at its predicted place, without a search of the whole picture.
+bool ViewTracker::Impl::follow_near(const ImageView& image, Group& group, double frames) {
+    const std::span<const Point> expected = group.constellation.expected(frames);
+    candidates.assign(expected.size(), {});
+    for (std::size_t i = 0; i < expected.size(); ++i) {
+        if (!finite(expected[i])) continue;
+        const bool named = i < group.targets.size();
+        Locator* const locator = named ? targets[group.targets[i]].locator.get()
+                                       : group.companions[i - group.targets.size()].get();
+        if (locator == nullptr || !locator->locate(image, expected[i], candidates[i]) ||
+            candidates[i].degraded)
+            return false;
+    }
+    if (expected.empty() || !group.constellation.confirm(candidates, frames)) return false;
+    for (std::size_t i = 0; i < group.targets.size(); ++i)
+        report(image, group.targets[i], candidates[i], frames);
+    return true;
+}
+
 void ViewTracker::Impl::follow_group(const ImageView& image, Group& group, double frames) {
+    if (follow_near(image, group, frames)) return;
     candidates.clear();
     const Followed& first = targets[group.targets.front()];
     first.locator->search(image, first.at, candidates);

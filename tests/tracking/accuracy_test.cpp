@@ -162,9 +162,9 @@ TEST_P(LongRunTest, DoesNotDriftOverAThousandFrames) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Tracking, EveryKindTest,
-                         testing::Values("disc", "dot", "rectangle", "dots", "bars", "patch"),
+                         testing::Values("disc", "dot", "arcs", "rectangle", "dots", "bars", "patch"),
                          [](const auto& kind) { return kind.param; });
-INSTANTIATE_TEST_SUITE_P(Tracking, LongRunTest, testing::Values("disc", "dot", "rectangle", "bars"),
+INSTANTIATE_TEST_SUITE_P(Tracking, LongRunTest, testing::Values("disc", "dot", "arcs", "rectangle", "bars"),
                          [](const auto& kind) { return kind.param; });
 
 }  // namespace

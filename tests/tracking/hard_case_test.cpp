@@ -161,7 +161,7 @@ TEST_P(HardCaseTest, RefusesPictureOfChangedSize) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Tracking, HardCaseTest,
-                         testing::Values("disc", "dot", "rectangle", "dots", "bars", "patch"),
+                         testing::Values("disc", "dot", "arcs", "rectangle", "dots", "bars", "patch"),
                          [](const auto& kind) { return kind.param; });
 
 // 4 px per frame out of the picture on the right and back, with the rim partly cut on the way.

@@ -6,6 +6,9 @@
 
 namespace shaker::tracking {
 
+// Share of the rim in view. A disc whose upper and lower edge are outside the picture shows two arcs.
+constexpr double least_rim = 0.2;
+
 RingSearch::RingSearch(double radius, double blur, double sign)
     : sign_{sign}, apart_{std::max(3.0, 0.9 * radius)}, step_{radius < 8 ? 1 : 2} {
     const double margin = std::max(1.5, 2 * blur) + 0.5 * step_;
@@ -34,7 +37,7 @@ double RingSearch::score_at(const P& pixels, const Box& image, int x, int y, dou
         sum += std::clamp(scale * difference, -1.0, 1.0);
         ++n;
     }
-    return 3 * n < static_cast<int>(pairs_.size()) ? 0 : sum / n;
+    return n < least_rim * static_cast<double>(pairs_.size()) ? 0 : sum / n;
 }
 
 double RingSearch::score(const ImageView& image, int x, int y, double contrast) const {

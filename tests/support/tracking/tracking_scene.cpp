@@ -29,15 +29,30 @@ TrackingScene disc_scene(const std::string& name, double radius, int width, int 
     const tracking::Point middle{0.5 * width + 0.3, 0.5 * height - 0.2};
     Target target{name, TargetKind::disc};
     target.diameter_mm = 0.5 * radius;
-    const int r = static_cast<int>(radius) + 8;
-    target.roi_px = {width / 2 - r, height / 2 - r, 2 * r, 2 * r};
+    const int rx = std::min(static_cast<int>(radius) + 8, width / 2);
+    const int ry = std::min(static_cast<int>(radius) + 8, height / 2);
+    target.roi_px = {width / 2 - rx, height / 2 - ry, 2 * rx, 2 * ry};
+    // Half the angle of each of the two arcs in view, and the length of the rim that tells x.
+    const double half = std::asin(std::min(1.0, 0.5 * height / radius));
+    const double rim = 4 * radius * (0.5 * half + 0.25 * std::sin(2 * half));
     return {name,
             one_target(target),
             width,
             height,
             bright - dark,
             [=](TestPicture& p, tracking::Point shift) { p.disc(middle + shift, radius, bright, blur); },
-            [=](double noise) { return edge_bound(noise, std::numbers::pi * radius); }};
+            [=](double noise) { return edge_bound(noise, rim); }};
+}
+
+// A disc beside another one that is no target.
+TrackingScene twin_scene() {
+    TrackingScene scene = disc_scene("twin", 50, 420, 144);
+    const auto alone = scene.draw;
+    scene.draw = [alone](TestPicture& p, tracking::Point shift) {
+        alone(p, shift);
+        p.disc(tracking::Point{350.2, 71.6} + shift, 50, bright, blur);
+    };
+    return scene;
 }
 
 TrackingScene rectangle_scene() {
@@ -111,6 +126,9 @@ TestPicture TrackingScene::picture(tracking::Point shift) const {
 std::vector<TrackingScene> tracking_scenes() {
     return {disc_scene("disc", 50, 256, 144),
             disc_scene("dot", 6, 96, 64),
+            disc_scene("arcs", 120, 320, 96),
+            disc_scene("paper", 300, 1280, 256),
+            twin_scene(),
             rectangle_scene(),
             dots_scene(),
             bars_scene(),

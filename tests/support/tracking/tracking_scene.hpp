@@ -25,7 +25,8 @@ struct TrackingScene {
     [[nodiscard]] TestPicture picture(tracking::Point shift) const;
 };
 
-/// disc, small disc (one dot), rectangle, dots, bars, patch; PSF of 0.8 px.
+/// disc, small disc (one dot), two arcs of a disc that is higher than the picture (small, and as wide as in
+/// the paper), a disc beside another, rectangle, dots, bars, patch; PSF of 0.8 px.
 std::vector<TrackingScene> tracking_scenes();
 const TrackingScene& tracking_scene(const std::string& name);
 
