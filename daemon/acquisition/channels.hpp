@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "daemon/acquisition/period_jitter.hpp"
+#include "daemon/acquisition/time_histogram.hpp"
 #include "daemon/safety/limits.hpp"
 #include "daemon/safety/predicted_motion.hpp"
 #include "daemon/safety/trip.hpp"
@@ -56,6 +56,7 @@ struct Channels {
         for (std::size_t i = 0; i < cameras; ++i) {
             frames.emplace_back(128);
             cameras_failed.emplace_back();
+            tracking.emplace_back();
         }
     }
     /// Reduction to output: the only feedback path. The output refuses a command whose author has not seen
@@ -93,7 +94,8 @@ struct Channels {
     std::list<LoopFailure> cameras_failed;  // one for each camera
     std::atomic<std::int64_t> gathered{0};  // newest DAC sample of which the reduction has the PlayTime
     Counters lost;
-    PeriodJitter jitter;  // of the output in real time
+    PeriodJitter jitter;                // of the output in real time
+    std::list<TimeHistogram> tracking;  // of each camera: how long it took to track a picture
 };
 
 }  // namespace shaker::acquisition

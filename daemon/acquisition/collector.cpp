@@ -168,15 +168,16 @@ std::vector<Loop> Collector::sensor_loops() {
     constexpr double camera_share = 0.6;
     auto ring = channels_.frames.begin();
     auto failure = channels_.cameras_failed.begin();
-    for (std::size_t i = 0; i < rig_.cameras.size(); ++i, ++ring, ++failure)
-        loops.push_back({"camera " + rig_.cameras[i]->view().camera, fifo_priority::camera, false,
-                         [this, i, &out = *ring, &lost = *failure](std::chrono::milliseconds wait) {
-                             return survives(lost, [&] {
-                                 return camera_step(*rig_.cameras[i], camera_inputs_[i], wait, out,
-                                                    channels_.lost);
-                             });
-                         },
-                         camera_share});
+    auto tracking = channels_.tracking.begin();
+    for (std::size_t i = 0; i < rig_.cameras.size(); ++i, ++ring, ++failure, ++tracking)
+        loops.push_back(
+            {"camera " + rig_.cameras[i]->view().camera, fifo_priority::camera, false,
+             [this, i, &out = *ring, &lost = *failure, &took = *tracking](std::chrono::milliseconds wait) {
+                 return survives(lost, [&] {
+                     return camera_step(*rig_.cameras[i], camera_inputs_[i], wait, out, channels_.lost, took);
+                 });
+             },
+             camera_share});
     return loops;
 }
 

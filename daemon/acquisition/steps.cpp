@@ -1,6 +1,7 @@
 #include "daemon/acquisition/steps.hpp"
 
 #include <array>
+#include <chrono>
 #include <span>
 #include <utility>
 
@@ -57,7 +58,7 @@ bool accelerometer_step(AccelerometerInput& input, Accelerometer& device, std::c
 }
 
 bool camera_step(Camera& device, CameraInput& camera_input, std::chrono::milliseconds wait,
-                 Ring<TrackedFrame>& out, Counters& lost) {
+                 Ring<TrackedFrame>& out, Counters& lost, TimeHistogram& tracking) {
     FramePtr frame = device.read(wait);
     if (frame == nullptr) return false;
     // A lost frame is not tracked either, so that a replay, which does not have it, gives the same tracks.
@@ -65,7 +66,11 @@ bool camera_step(Camera& device, CameraInput& camera_input, std::chrono::millise
         ++lost.frames_lost;
         return true;
     }
+    const auto before = std::chrono::steady_clock::now();
     const auto fixes = found_in(*frame, camera_input, lost);
+    // The first picture teaches the tracker, which takes longer once.
+    if (frame->sightings.empty() && std::exchange(camera_input.begun, true))
+        tracking.add(std::chrono::duration<double>{std::chrono::steady_clock::now() - before}.count());
     static_cast<void>(out.push({std::move(frame), {fixes.begin(), fixes.end()}, camera_input.learned}));
     return true;
 }

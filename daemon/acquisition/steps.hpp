@@ -27,6 +27,7 @@ struct CameraInput {
     /// Trackers from the reduction; each replaces `tracker` at the next frame.
     Ring<std::shared_ptr<tracking::ViewTracker>> fresh{2};
     std::uint64_t learned = 0;  // fresh trackers that were tried
+    bool begun = false;         // a picture has been tracked
 };
 
 /// Checks the next block and passes it on. False when no block arrived within `wait`. Real-time except for
@@ -36,9 +37,9 @@ bool accelerometer_step(AccelerometerInput& input, Accelerometer& device, std::c
 
 /// Takes a frame, finds its targets while it is in the cache, and passes both on. False when no frame arrived
 /// within `wait`. A frame that finds a full ring is counted as lost. A fresh tracker that does not find its
-/// targets is counted, and the previous one continues.
+/// targets is counted, and the previous one continues. tracking: how long it took in pictures.
 bool camera_step(Camera& device, CameraInput& camera_input, std::chrono::milliseconds wait,
-                 Ring<TrackedFrame>& out, Counters& lost);
+                 Ring<TrackedFrame>& out, Counters& lost, TimeHistogram& tracking);
 
 /// Reads the contact and passes on that it has opened or cannot be read. Waits at most `wait` for a change.
 void abort_input_step(AbortInput& device, std::chrono::milliseconds wait, Channels& channels);

@@ -202,7 +202,7 @@ std::vector<Finding> Runner::check(SelfTestPlan plan) {
         findings.push_back({Verdict::bad, "self-test", "the drive was stopped: " + text(*test.trip())});
         return findings;
     }
-    std::ranges::move(judge(test, bench_.rig, collector_.streams()), std::back_inserter(findings));
+    std::ranges::move(judge(test, bench_.rig, collector_), std::back_inserter(findings));
     return findings;
 }
 

@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "daemon/acquisition/collector.hpp"
 #include "daemon/acquisition/streams.hpp"
 #include "drivers/handover.hpp"
 #include "drivers/synthesiser.hpp"
@@ -72,6 +73,6 @@ struct Finding {
 };
 
 /// Findings of a finished self-test: rates, noise, clock fits, response, polarity, pictures, losses.
-std::vector<Finding> judge(const SelfTest& test, const Rig& rig, acquisition::Streams& streams);
+std::vector<Finding> judge(const SelfTest& test, const Rig& rig, acquisition::Collector& collector);
 
 }  // namespace shaker::run

@@ -3,6 +3,7 @@
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
+#include <list>
 #include <numbers>
 #include <optional>
 
@@ -18,8 +19,9 @@ namespace shaker::run {
 namespace {
 
 using Complex = std::complex<double>;
-constexpr double most_ppm = 200;       // largest rate error of a crystal
-constexpr double most_gravity = 0.05;  // largest relative error of gravity at rest without a warning
+constexpr double most_ppm = 200;         // largest rate error of a crystal
+constexpr double most_gravity = 0.05;    // largest relative error of gravity at rest without a warning
+constexpr double most_core_share = 0.6;  // of a camera's tracking; acquisition bounds it to this
 constexpr double deg = 180 / std::numbers::pi;
 
 // Harmonics 1 and 2 of the base's acceleration along an axis, measured by one instrument. m/s^2; phases
@@ -34,8 +36,9 @@ struct Motion {
 
 class Judge {
 public:
-    Judge(const SelfTest& test, const Rig& rig, acquisition::Streams& streams)
-        : test_{test}, rig_{rig}, streams_{streams}, measured_{measurement(streams)} {}
+    Judge(const SelfTest& test, const Rig& rig, acquisition::Streams& streams,
+          const std::list<acquisition::TimeHistogram>& tracking)
+        : test_{test}, rig_{rig}, streams_{streams}, tracking_{tracking}, measured_{measurement(streams)} {}
     std::vector<Finding> findings() {
         dac();
         if (rig_.accelerometer) accelerometer();
@@ -73,6 +76,7 @@ private:
     void accelerometer();
     void noise(const std::string& name, const std::array<std::vector<double>, 3>& quiet);
     void camera(std::size_t index);
+    void pace(const std::string& name, std::size_t index, double rate_hz);
     void motion();
     [[nodiscard]] std::optional<Motion> by_accelerometer();
     [[nodiscard]] std::optional<Motion> by_cameras() const;
@@ -90,6 +94,7 @@ private:
     const SelfTest& test_;
     const Rig& rig_;
     acquisition::Streams& streams_;
+    const std::list<acquisition::TimeHistogram>& tracking_;
     reduction::Measurement measured_;
     std::vector<Finding> findings_;
 };
@@ -173,8 +178,26 @@ void Judge::camera(std::size_t index) {
             fmt::format("\"{}\" found in {} of {} frames{}", view.targets[i].name, good, tracks.size(),
                         fine ? "" : ": check light, focus, roi_px and kind of the target"));
     }
+    pace(name, index, view.frame_rate_hz);
     if (const auto own = streams_.timebase.camera_stamps(index))
         clock(name, advice, view.frame_rate_hz, *own);
+}
+
+// Whether this computer tracks pictures as fast as they come.
+void Judge::pace(const std::string& name, std::size_t index, double rate_hz) {
+    const acquisition::TimeHistogram::Seen seen =
+        std::next(tracking_.begin(), static_cast<std::ptrdiff_t>(index))->seen();
+    if (seen.total() == 0) return;
+    const double share = rate_hz * seen.mean_s();
+    add(share < most_core_share ? Verdict::good : Verdict::warning, name,
+        fmt::format("a picture is tracked in {:.0f} us on average, 99.9 % of them in less than {:.0f} us: "
+                    "{:.1f} % of a "
+                    "processor at {:.4g} pictures/s{}",
+                    1e6 * seen.mean_s(), 1e6 * acquisition::TimeHistogram::quantile(seen, 0.999), 100 * share,
+                    rate_hz,
+                    share < most_core_share ? ""
+                                            : "; this computer cannot keep up: lower the frame rate, or draw "
+                                              "smaller regions"));
 }
 
 std::optional<Motion> Judge::by_accelerometer() {
@@ -304,8 +327,8 @@ void Judge::motion() {
 
 }  // namespace
 
-std::vector<Finding> judge(const SelfTest& test, const Rig& rig, acquisition::Streams& streams) {
-    return Judge{test, rig, streams}.findings();
+std::vector<Finding> judge(const SelfTest& test, const Rig& rig, acquisition::Collector& collector) {
+    return Judge{test, rig, collector.streams(), collector.channels().tracking}.findings();
 }
 
 }  // namespace shaker::run

@@ -9,8 +9,8 @@
 #include <string>
 #include <vector>
 
-#include "daemon/acquisition/period_jitter.hpp"
 #include "daemon/acquisition/real_time_grant.hpp"
+#include "daemon/acquisition/time_histogram.hpp"
 #include "daemon/control/identification.hpp"
 #include "daemon/law/fit.hpp"
 #include "daemon/recording/journal.hpp"
@@ -77,6 +77,13 @@ struct ClockState {
     std::string name;
     double ppm = 0, ppm_sigma = 0;
     double residual_s = 0;  // mean delay of the stamps minus the shortest one
+};
+
+/// What the tracking of pictures takes, of the slowest camera; the share of all cameras.
+struct TrackingState {
+    double median_s = 0,
+           slowest_s = 0;   // a picture; 99.9 % of them take less than the second; upper ends of bins
+    double core_share = 0;  // of one processor, at the frame rates of the bench
 };
 
 /// Data lost between the threads since the start, because a ring was full.
@@ -153,6 +160,7 @@ struct BenchState {
     std::vector<DeviceReport> devices;
     LostState lost;
     acquisition::PeriodJitter::Seen jitter;
+    std::optional<TrackingState> tracking;              // empty: no picture has been tracked
     std::vector<acquisition::RealTimeGrant> real_time;  // empty: no request, as on a simulated rig
     std::optional<Contact> contact;                     // of the abort input; empty: no abort input
     std::optional<bool> enable_output;                  // true: on; empty: no enable output

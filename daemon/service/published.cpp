@@ -16,6 +16,9 @@ Value of_base(State s, T BaseState::*member) {
 Value of_walker(State s, double WalkerState::*member) {
     return s.walker ? Value{(*s.walker).*member} : Value{};
 }
+Value of_tracking(State s, double TrackingState::*member) {
+    return s.tracking ? Value{(*s.tracking).*member} : Value{};
+}
 Value of_result(State s, auto value) { return s.result ? Value{value(*s.result)} : Value{}; }
 Value count(int n) { return static_cast<std::uint64_t>(n); }
 
@@ -35,6 +38,15 @@ constexpr Published rows[] = {
     {nullptr, nullptr, "aborts_total", "", "number of aborts", [](State s) -> Value { return s.aborts; }},
     {"/jitter/worst_s", nullptr, nullptr, "s", "largest deviation of a block's period",
      [](State s) -> Value { return s.jitter.worst_s > 0 ? Value{s.jitter.worst_s} : Value{}; }},
+    {"/tracking/median_s", nullptr, "tracking_median_seconds", "s",
+     "half of the pictures are tracked in less time (slowest camera)",
+     [](State s) { return of_tracking(s, &TrackingState::median_s); }},
+    {"/tracking/slowest_s", nullptr, "tracking_slowest_seconds", "s",
+     "99.9 % of the pictures are tracked in less time (slowest camera)",
+     [](State s) { return of_tracking(s, &TrackingState::slowest_s); }},
+    {"/tracking/core_share", "SYSTem:HEALth:TRACking", "tracking_core_ratio", "",
+     "share of a processor that the tracking of all cameras takes",
+     [](State s) { return of_tracking(s, &TrackingState::core_share); }},
     {nullptr, nullptr, "drive_samples_clamped_total", "", "samples of the drive cut at its limit",
      [](State s) -> Value { return s.lost.samples_clamped; }},
     {"/switches/enable_output", nullptr, "enable_output", "",

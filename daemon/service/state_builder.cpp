@@ -120,6 +120,22 @@ WaveformState StateBuilder::waveform() const {
     return wave;
 }
 
+std::optional<TrackingState> StateBuilder::tracking() const {
+    TrackingState all;
+    bool any = false;
+    auto camera = bench_.rig.cameras.begin();
+    for (const acquisition::TimeHistogram& h : collector_.channels().tracking) {
+        const acquisition::TimeHistogram::Seen seen = h.seen();
+        const double rate_hz = (*camera++)->view().frame_rate_hz;
+        if (seen.total() == 0) continue;
+        any = true;
+        all.median_s = std::max(all.median_s, acquisition::TimeHistogram::quantile(seen, 0.5));
+        all.slowest_s = std::max(all.slowest_s, acquisition::TimeHistogram::quantile(seen, 0.999));
+        all.core_share += rate_hz * seen.mean_s();
+    }
+    return any ? std::optional{all} : std::nullopt;
+}
+
 void StateBuilder::fill(BenchState& state) const {
     state.state = sequence_.state();
     state.now_s = sequence_.now_s();
@@ -147,6 +163,7 @@ void StateBuilder::fill(BenchState& state) const {
     state.lost = {channels.lost.plays_lost,  channels.lost.changes_lost, channels.lost.blocks_lost,
                   channels.lost.frames_lost, channels.lost.trips_lost,   channels.lost.samples_clamped};
     state.jitter = channels.jitter.seen();
+    state.tracking = tracking();
     const Rig& rig = bench_.rig;
     if (rig.abort_input) state.contact = channels.contact;
     if (rig.dac->info().enable_before_s > 0) state.enable_output = channels.enabled;

@@ -24,6 +24,7 @@ private:
     void feed_tracks(const acquisition::Streams& streams);
     [[nodiscard]] BaseState base() const;
     [[nodiscard]] WaveformState waveform() const;
+    [[nodiscard]] std::optional<TrackingState> tracking() const;
 
     const bench::Bench& bench_;
     acquisition::Collector& collector_;

@@ -138,6 +138,7 @@ export class Bench {
                 { stream: "camera:top", got: Math.floor(this.time * 1000), lost: 3 },
                 { stream: "camera:side", got: Math.floor(this.time * 1000), lost: 0 }],
             disk: { free_bytes: 1.12e11, backlog: 0.042 },
+            tracking: { median_s: 5e-5, slowest_s: 2e-4, core_share: 0.071 },
             jitter: {
                 bins_s: [1e-6, 2e-6, 5e-6, 1e-5, 2e-5, 5e-5, 1e-4, 2e-4, 5e-4, 1e-3],
                 counts: [0, 40, 900, 4200, 2600, 410, 55, 9, 1, 0].map((count) => Math.floor(count * (1 + this.time / 10))),

@@ -8,6 +8,7 @@ import { source } from "./sources.mjs";
 
 const { tickTexts, withError, number, prefixed, duration, decibels } = await source("format");
 const { decodeFrame, channel, FrameError } = await source("frames");
+const { trackingWords } = await source("views/health");
 const { stickWords } = await source("views/numbers");
 const { parseMessage } = await source("messages");
 const { Rolling } = await source("rolling");
@@ -67,6 +68,11 @@ test("Without a stick the text has the shortest detectable one", () => {
     assert.equal(stickWords([], 0.0312), "never sticks for over 0.031 T");
     assert.equal(stickWords([], 1), "sticks: not known, too few frames or slips too short");
     assert.equal(stickWords([], null), "never sticks");
+});
+
+test("the share of a processor that tracking takes", () => {
+    assert.equal(trackingWords({ median_s: 5e-5, slowest_s: 2e-4, core_share: 0.0712 }), "7.1 % of a processor, 99.9 % below 200 µs");
+    assert.equal(trackingWords({ median_s: null, slowest_s: null, core_share: null }), "no pictures");
 });
 
 test("A frame of samples is decoded with its flags", () => {

@@ -168,6 +168,7 @@ std::string state_json(const service::BenchState& s, const Viewer& viewer) {
              {"clocks", clocks},
              {"losses", losses(s)},
              {"disk", json::object()},
+             {"tracking", json::object()},
              {"jitter", {{"bins_s", acquisition::PeriodJitter::ends_s}, {"counts", s.jitter.counts}}},
              {"real_time", real_time(s)},
              {"switches", switches(s)},

@@ -226,6 +226,7 @@ TEST(PublishedTest, EveryQuantityIsAtItsPlaceInStateAndMetrics) {
     state.base.emplace();
     state.walker.emplace();
     state.result = std::make_shared<const reduction::Reduction>();
+    state.tracking.emplace();
     state.enable_output = true;
     const json all = json::parse(web::state_json(state, {}));
     const std::string metrics = web::metrics_text(&state, {});

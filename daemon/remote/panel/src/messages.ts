@@ -1,5 +1,5 @@
 // Converts text messages of the daemon to the types of protocol.ts. Missing values are shown as "not known".
-import type { Drive, Jitter, LogEvent, Measured, Message, Result, Session, State, Switches } from "./protocol";
+import type { Drive, Jitter, LogEvent, Measured, Message, Result, Session, State, Switches, Tracking } from "./protocol";
 
 export const maxPoints = 2000;
 
@@ -41,6 +41,7 @@ function stateOf(raw: Record<string, unknown>): State {
         clocks: list(raw["clocks"]),
         losses: list(raw["losses"]),
         disk: section(raw["disk"], { free_bytes: null, backlog: null }),
+        tracking: section<Tracking>(raw["tracking"], { median_s: null, slowest_s: null, core_share: null }),
         jitter: section(raw["jitter"], jitter),
         real_time: list(raw["real_time"]),
         switches: section<Switches>(raw["switches"], { abort_contact: null, enable_output: null }),

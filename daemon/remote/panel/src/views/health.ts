@@ -3,7 +3,7 @@ import uPlot from "uplot";
 import { byId, setRows, setText } from "../dom";
 import { fixed, number, prefixed, unknown } from "../format";
 import { common, Plot, xAxis, yAxis, type Columns } from "../plot";
-import type { Clock, Jitter, Known, Loss, RealTimeGrant, State, Switches } from "../protocol";
+import type { Clock, Jitter, Known, Loss, RealTimeGrant, State, Switches, Tracking } from "../protocol";
 import type { Store } from "../store";
 import type { Themes } from "../theme";
 
@@ -37,6 +37,13 @@ function share(backlog: Known): string {
     return backlog === null ? unknown : `${fixed(100 * backlog, 0)} % of its queue`;
 }
 
+/** What the tracking of pictures takes. */
+export function trackingWords(tracking: Tracking): string {
+    if (tracking.core_share === null) return "no pictures";
+    const share = `${fixed(100 * tracking.core_share, 1)} % of a processor`;
+    return `${share}, 99.9 % below ${prefixed(tracking.slowest_s, "s", 1)}`;
+}
+
 /** Refused requests for real time, or "granted"; a simulated bench makes none. */
 export function realTimeWords(grants: RealTimeGrant[]): string {
     if (!grants.length) return "not requested";
@@ -58,7 +65,7 @@ function enableWords(on: Switches["enable_output"]): string {
 export function makeHealth(box: HTMLElement, store: Store, themes: Themes): () => void {
     const free = byId("disk-free", HTMLElement), lag = byId("disk-lag", HTMLElement);
     const worst = byId("jitter-worst", HTMLElement), missed = byId("page-missed", HTMLElement);
-    const realTime = byId("real-time", HTMLElement);
+    const realTime = byId("real-time", HTMLElement), tracking = byId("tracking-share", HTMLElement);
     const contact = byId("abort-contact", HTMLElement), enable = byId("enable-output", HTMLElement);
     const clocks = byId("clocks", HTMLTableSectionElement), losses = byId("losses", HTMLTableSectionElement);
     const limits = byId("limits", HTMLTableSectionElement);
@@ -67,6 +74,7 @@ export function makeHealth(box: HTMLElement, store: Store, themes: Themes): () =
     const show = (state: State): void => {
         setText(free, prefixed(state.disk.free_bytes, "B"));
         setText(lag, share(state.disk.backlog));
+        setText(tracking, trackingWords(state.tracking));
         setText(worst, prefixed(state.jitter.worst_s, "s"));
         setText(missed, `${store.missed} gaps` + (store.unreadable ? `, ${store.unreadable} unreadable` : ""));
         setText(realTime, realTimeWords(state.real_time));
