@@ -1,10 +1,11 @@
-// Campaigns on the simulated bench: random plans in random views, and kills in the middle of one
+// Campaigns on the simulated bench: random plans in random views, kills in the middle of one, live repeats
 //   --plans N (20): random plans   --seed N (1): of the first   --kills N (0): of --plan PLAN, at random
-//   moments
+//   moments   --repeats N (0): measurements of one set-point and its mirror partner, with the loop closed
 //   --folder PATH (the temporary one)
 #include <spdlog/fmt/fmt.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdio>
 #include <fstream>
@@ -133,14 +134,66 @@ int play_kills(int argc, char** argv, const std::filesystem::path& folder, int c
     return good ? 0 : 1;
 }
 
+// Scatter of live repeats over their stated error, and the distance from the truth in stated errors.
+void add_repeats(const std::string& name, const std::string& walker, int repeats,
+                 const std::filesystem::path& folder, bench::Table& table) {
+    std::filesystem::create_directories(folder);
+    std::ofstream{folder / "scene.toml"} << "[top]\npositions = 1\n[side]\npositions = 1\n[walker]\n"
+                                         << walker;
+    std::ofstream{folder / "plan.toml"} << fmt::format(
+        "[[series]]\ngamma = \"1g\"\nphi = \"0deg\"\norder = \"mirror\"\nperiods = 20\nrepeats = {}\n",
+        repeats / 2);
+    test::shakerd("campaign plan.toml --scene scene.toml -o points", folder);
+    std::array<std::vector<calibration::Estimate>, 2> measured;  // set-point, mirror partner
+    double squares = 0, within = 0, count = 0;
+    for (const campaign::PointRow& row :
+         campaign::read_points(folder / "points" / campaign::table_name).points) {
+        if (row.outcome != "measured") continue;
+        measured[row.v_D.value > 0 ? 0 : 1].push_back(row.v_D);
+        const double z = (row.v_D.value - row.true_v_D) / row.v_D.sigma;
+        squares += z * z;
+        within += std::abs(z) < 2 ? 1 : 0;
+        count += 1;
+    }
+    double scatter = 0, stated = 0, freedom = 0;
+    for (const auto& some : measured) {
+        double mean = 0;
+        for (const auto& v : some) mean += v.value / static_cast<double>(some.size());
+        for (const auto& v : some) {
+            scatter += (v.value - mean) * (v.value - mean);
+            stated += v.sigma * v.sigma;
+        }
+        freedom += static_cast<double>(some.size()) - 1;
+    }
+    table.add({{"live repeats", name},
+               {"measured", count},
+               {"stated error", 1e6 * std::sqrt(stated / count), "um/s"},
+               {"scatter", 1e6 * std::sqrt(scatter / freedom), "um/s"},
+               {"scatter / stated", std::sqrt(scatter / freedom / (stated / count))},
+               {"z rms", std::sqrt(squares / count)},
+               {"within 2 errors", 100 * within / count, "%"}});
+}
+
+int play_repeats(int argc, char** argv, const std::filesystem::path& folder, int repeats) {
+    bench::Table table;
+    add_repeats("steady friction", "", repeats, folder / "steady", table);
+    add_repeats("jitter 1 %", "mu_jitter = 0.01\n", repeats, folder / "jitter", table);
+    add_repeats("jitter 2 %, memory 0.5", "mu_jitter = 0.02\nmu_memory = 0.5\n", repeats, folder / "memory",
+                table);
+    table.print(argc, argv);
+    return 0;
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
     const auto folder = bench::own_folder(argc, argv, "campaigns");
     const int kills = bench::whole_option(argc, argv, "--kills", 0, 0);
+    const int repeats = bench::whole_option(argc, argv, "--repeats", 0, 0);
     const int status =
-        kills > 0 ? play_kills(argc, argv, folder, kills)
-                  : play_plans(argc, argv, folder, bench::whole_option(argc, argv, "--plans", 20, 1));
+        kills > 0     ? play_kills(argc, argv, folder, kills)
+        : repeats > 0 ? play_repeats(argc, argv, folder, repeats)
+                      : play_plans(argc, argv, folder, bench::whole_option(argc, argv, "--plans", 20, 1));
     if (status == 0) std::filesystem::remove_all(folder);
     return status;
 }
