@@ -14,7 +14,6 @@ namespace {
 constexpr double lost_by_biweight = 1.2;  // variance / biweighted variance for Gaussian residuals
 constexpr double loose = 1e-2;            // after many passes
 constexpr int last_scale = 3;
-constexpr double longest_memory = 32;  // frames
 constexpr double smallest_blur = 0.3, largest_blur = 8;
 
 // Tukey's biweight, cut at slightly more than four standard deviations: 95 % efficient for Gaussian noise.
@@ -207,7 +206,7 @@ void EdgeFit::summarise(EdgeFitResult& result) const {
 void EdgeFit::accept() {
     for (Block& b : blocks_) {
         if (!b.used || !(b.normal(2, 2) > 0)) continue;
-        b.habit_frames = std::min(b.habit_frames + 1, longest_memory);
+        b.habit_frames = std::min(b.habit_frames + 1, EdgeFit::longest_memory);
         b.habit += (b.score[2] / b.normal(2, 2) - b.habit) / b.habit_frames;
     }
 }

@@ -46,6 +46,7 @@ struct EdgeFitResult {
 class EdgeFit {
 public:
     enum class Ground { flat, plane };
+    static constexpr double longest_memory = 32;  // frames over which a block's habit is averaged
 
     std::vector<EdgeSample>& samples() noexcept { return samples_; }
     /// Stops when a step is shorter than `enough` px (the error is then far smaller) or after `passes`

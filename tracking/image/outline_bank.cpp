@@ -15,7 +15,6 @@ using Lanes [[gnu::vector_size(16)]] = float;
 constexpr double least_spread = 0.02;  // of E within a block, as in EdgeFit
 constexpr double farthest_step = 1.5;  // px
 constexpr double farthest = 3;         // px from the start
-constexpr double longest_memory = 32;  // frames
 
 }  // namespace
 
@@ -175,7 +174,7 @@ double OutlineBank::disagreement(const Place& place, const Eigen::Vector3d& chan
 void OutlineBank::accept() {
     for (Seen& s : seen_) {
         if (!s.used) continue;
-        s.habit_frames = std::min(s.habit_frames + 1, longest_memory);
+        s.habit_frames = std::min(s.habit_frames + 1, EdgeFit::longest_memory);
         s.habit += (s.off - s.habit) / s.habit_frames;
     }
 }
