@@ -1,6 +1,7 @@
 #include "drivers/lent_priority.hpp"
 
 #include <ctime>
+#include <system_error>
 
 #include "drivers/realtime.hpp"
 
@@ -21,7 +22,14 @@ nanoseconds used_by(clockid_t clock) noexcept {
 
 LentPriority::LentPriority(pthread_t thread, int priority, double share)
     : thread_{thread}, priority_{priority}, share_{share}, refused_{use_fifo_priority(priority, thread)} {
-    if (refused_.empty()) watcher_ = std::jthread{[this](const std::stop_token& stop) { watch(stop); }};
+    if (!refused_.empty()) return;
+    try {
+        watcher_ = std::jthread{[this](const std::stop_token& stop) { watch(stop); }};
+    } catch (const std::system_error& error) {
+        use_ordinary_priority(thread);
+        refused_ = "cannot start the thread that bounds real-time priority " + std::to_string(priority) +
+                   ": " + error.what();
+    }
 }
 
 void LentPriority::watch(const std::stop_token& stop) const {

@@ -16,7 +16,8 @@ public:
     static constexpr std::chrono::milliseconds window{20};
     static constexpr double half = 0.5;
 
-    /// priority: 1 to 98. share: 0 to 1. The thread must outlive this object.
+    /// priority: 1 to 98. share: of a processor; above 1: no bound. The thread must outlive this object.
+    /// Does not throw when the watching thread cannot be started: the priority is then refused.
     LentPriority(pthread_t thread, int priority, double share = half);
     ~LentPriority() = default;
     LentPriority(const LentPriority&) = delete;

@@ -31,7 +31,7 @@ public:
             for (const std::uint64_t n : counts) all += n;
             return all;
         }
-        /// NaN when there is none.
+        /// NaN before the first time was added.
         [[nodiscard]] double mean_s() const noexcept { return sum_s / static_cast<double>(total()); }
     };
     [[nodiscard]] Seen seen() const noexcept {

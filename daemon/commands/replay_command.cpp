@@ -124,7 +124,7 @@ bool print_differences(const recorded::RecordingReader& file, const Recomputed& 
         tell(fmt::format("replay: identical ({} numbers, to the bit)", now.values()));
         return true;
     }
-    for (const std::string& text : moved) tell("replay: other track " + text);
+    for (const std::string& text : moved) tell("replay: track moved, " + text);
     tell(fmt::format(
         "replay: the streams are {}; {} results differ, because this program {} otherwise than the "
         "one that recorded the file (FORMAT.md, versions):",

@@ -79,11 +79,11 @@ struct ClockState {
     double residual_s = 0;  // mean delay of the stamps minus the shortest one
 };
 
-/// What the tracking of pictures takes, of the slowest camera; the share of all cameras.
+/// Time that the tracking of pictures takes.
 struct TrackingState {
-    double median_s = 0,
-           slowest_s = 0;   // a picture; 99.9 % of them take less than the second; upper ends of bins
-    double core_share = 0;  // of one processor, at the frame rates of the bench
+    double median_s = 0;    // half of the pictures of the slowest camera take less; upper end of a bin
+    double slowest_s = 0;   // 99.9 % of them take less
+    double core_share = 0;  // of one processor, all cameras at their frame rates
 };
 
 /// Data lost between the threads since the start, because a ring was full.

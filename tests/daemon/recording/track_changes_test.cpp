@@ -44,7 +44,7 @@ TEST(TrackChangesTest, AnOlderRecordingSaysHowFarItsTracksMove) {
     EXPECT_NE(shakerd("replay run.nxs", folder).err.find("from tracks"), std::string::npos);
     const Outcome raw = shakerd("replay --from raw run.nxs", folder);
     EXPECT_EQ(raw.status, 0) << raw.err;
-    EXPECT_NE(raw.out.find("replay: other track tracks/top/walker: "), std::string::npos) << raw.out;
+    EXPECT_NE(raw.out.find("replay: track moved, tracks/top/walker: "), std::string::npos) << raw.out;
     EXPECT_NE(raw.out.find("at most 0.01 (stated error 0.0"), std::string::npos) << raw.out;
     EXPECT_NE(raw.out.find("the streams are followed again"), std::string::npos) << raw.out;
     EXPECT_EQ(raw.out.find("tracks/side"), std::string::npos) << raw.out;

@@ -48,8 +48,8 @@ TEST(PositionsTest, StoppedRunReplaysToo) {
     EXPECT_EQ(verify.status, 0) << verify.out << verify.err;
 }
 
-// Rates come from stamps and from the drive: a told rate that is 1 % wrong changes no result.
-TEST(PositionsTest, ToldRatesThatAreWrongChangeNoResult) {
+// The program measures the rates itself. A stated rate that is 1 % wrong changes no result.
+TEST(PositionsTest, WrongStatedRatesChangeNoResult) {
     const auto folder = fresh_folder();
     for (const char* ppm : {"-10000", "1000", "10000"}) {
         const std::string wrong = std::string{"clock_ppm = "} + ppm + "\n";

@@ -32,7 +32,7 @@ TrackingScene disc_scene(const std::string& name, double radius, int width, int 
     const int rx = std::min(static_cast<int>(radius) + 8, width / 2);
     const int ry = std::min(static_cast<int>(radius) + 8, height / 2);
     target.roi_px = {width / 2 - rx, height / 2 - ry, 2 * rx, 2 * ry};
-    // Half the angle of each of the two arcs in view, and the length of the rim that tells x.
+    // Each visible arc spans twice this angle. Only the visible rim, weighted by its slope, determines x.
     const double half = std::asin(std::min(1.0, 0.5 * height / radius));
     const double rim = 4 * radius * (0.5 * half + 0.25 * std::sin(2 * half));
     return {name,
