@@ -3,7 +3,10 @@
 #include <spdlog/fmt/fmt.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstring>
+#include <functional>
 #include <memory>
 #include <utility>
 
@@ -29,7 +32,6 @@ ExportColumn stored(const recorded::RawColumn& column, std::string name) {
     if (column.type == recorded::RawColumn::Type::float64) return {std::move(name), column.units, Numbers{}};
     return {std::move(name), column.units, Integers{}};
 }
-ExportColumn stored(const recorded::RawColumn& column) { return stored(column, column.name); }
 
 // Master time of accelerometer samples.
 class SampleTimes {
@@ -110,17 +112,6 @@ DriveSamples samples_of(const recorded::RecordingReader& file) {
             0, end_of(played), header.dac.rate_hz};
 }
 
-// Returns all rows in one piece.
-ExportTable at_once(std::string name, std::vector<ExportColumn> headings,
-                    std::function<void(std::vector<ExportColumn>&)> read) {
-    return {std::move(name), std::move(headings),
-            [read = std::move(read), done = false](std::vector<ExportColumn>& columns) mutable {
-                if (std::exchange(done, true)) return false;
-                read(columns);
-                return true;
-            }};
-}
-
 }  // namespace
 
 ExportTable accelerometer_table(const recorded::RecordingReader& file) {
@@ -168,61 +159,74 @@ ExportTable drive_table(const recorded::RecordingReader& file) {
             }};
 }
 
-ExportTable changes_table(const recorded::RecordingReader& file) {
-    std::vector<ExportColumn> headings{stored(raw::first_tick), stored(raw::ramp_samples),
-                                       stored(raw::stop_samples), stored(raw::taken_back),
-                                       stored(raw::frequency)};
-    for (int q = 1; q <= max_harmonics; ++q) {
-        headings.push_back(stored(raw::harmonics_re, fmt::format("re_{}", q)));
-        headings.push_back(stored(raw::harmonics_im, fmt::format("im_{}", q)));
+namespace {
+
+/// One value of a column under the name that a table has for it.
+template <class Row>
+struct Stored {
+    recorded::RawColumnOf<Row> column;
+    std::string name;
+    std::size_t value = 0;
+};
+
+template <class Row>
+void put_row(std::vector<ExportColumn>& columns, std::span<const Stored<Row>> stored_columns,
+             const Row& row) {
+    std::array<std::byte, max_harmonics * sizeof(double)> values;  // of the widest column
+    for (std::size_t i = 0; i < columns.size(); ++i) {
+        const Stored<Row>& s = stored_columns[i];
+        s.column.get(row, values.data());
+        recorded::with_zero(s.column.type, [&](auto number) {
+            std::memcpy(&number, values.data() + s.value * sizeof number, sizeof number);
+            if constexpr (std::same_as<decltype(number), double>)
+                put(columns, i, number);
+            else
+                put(columns, i, static_cast<std::int64_t>(number));
+        });
     }
-    return at_once("changes", std::move(headings), [&file](std::vector<ExportColumn>& columns) {
-        for (const DriveChange& c : file.changes()) {
-            put(columns, 0, c.first.n);
-            put(columns, 1, c.ramp);
-            put(columns, 2, c.stop);
-            put(columns, 3, c.taken_back);
-            put(columns, 4, c.command.frequency);
-            for (std::size_t q = 0; q < max_harmonics; ++q) {
-                put(columns, 5 + 2 * q, c.command.volts.a[q].real());
-                put(columns, 6 + 2 * q, c.command.volts.a[q].imag());
-            }
-        }
-    });
+}
+
+/// A table of stored columns. rows: returns all rows.
+template <class Row>
+ExportTable stored_table(std::string name, std::vector<Stored<Row>> stored_columns,
+                         std::function<std::vector<Row>()> rows) {
+    std::vector<ExportColumn> headings;
+    for (const Stored<Row>& s : stored_columns) headings.push_back(stored(s.column, s.name));
+    return {std::move(name), std::move(headings),
+            [stored_columns = std::move(stored_columns), rows = std::move(rows),
+             done = false](std::vector<ExportColumn>& columns) mutable {
+                if (std::exchange(done, true)) return false;
+                for (const Row& row : rows()) put_row<Row>(columns, stored_columns, row);
+                return true;
+            }};
+}
+
+}  // namespace
+
+ExportTable changes_table(const recorded::RecordingReader& file) {
+    std::vector<Stored<DriveChange>> columns;
+    for (const auto& c :
+         {raw::first_tick, raw::ramp_samples, raw::stop_samples, raw::taken_back, raw::frequency})
+        columns.push_back({c, c.name});
+    for (std::size_t q = 1; q <= max_harmonics; ++q) {
+        columns.push_back({raw::harmonics_re, fmt::format("re_{}", q), q - 1});
+        columns.push_back({raw::harmonics_im, fmt::format("im_{}", q), q - 1});
+    }
+    return stored_table<DriveChange>("changes", std::move(columns), [&file] { return file.changes(); });
 }
 
 ExportTable plays_table(const recorded::RecordingReader& file) {
-    return at_once(
-        "plays",
-        {stored(raw::play_tick, "tick"), stored(raw::play_heard, "heard"), stored(raw::play_lost, "lost")},
-        [&file](std::vector<ExportColumn>& columns) {
-            for (const PlayTime& p : file.play_times()) {
-                put(columns, 0, p.tick.n);
-                put(columns, 1, std::int64_t{p.heard.time_since_epoch().count()});
-                put(columns, 2, p.lost);
-            }
-        });
+    std::vector<Stored<PlayTime>> columns;
+    for (const auto& c : raw::plays) columns.push_back({c, std::string{c.name}.substr(5)});  // "play_"
+    return stored_table<PlayTime>("plays", std::move(columns), [&file] { return file.play_times(); });
 }
 
 ExportTable frames_table(const recorded::RecordingReader& file, const std::string& camera) {
-    return at_once("frames/" + camera,
-                   {stored(raw::tick), stored(raw::mid_exposure), stored(raw::arrived), stored(raw::stamp),
-                    stored(raw::quality), stored(raw::picture)},
-                   [&file, camera](std::vector<ExportColumn>& columns) {
-                       const std::vector<Frame> frames = file.frames(camera);
-                       const std::vector<std::uint64_t> pictures = file.pictures_of(camera);
-                       if (pictures.size() != frames.size())
-                           throw InputError{"recording: raw/" + camera + " has columns of different length"};
-                       for (std::size_t i = 0; i < frames.size(); ++i) {
-                           const Frame& f = frames[i];
-                           put(columns, 0, f.tick.n);
-                           put(columns, 1, f.mid_exposure ? seconds(*f.mid_exposure) : double{NAN});
-                           put(columns, 2, std::int64_t{f.arrived.time_since_epoch().count()});
-                           put(columns, 3, f.stamp ? f.stamp->n : pictures::no_stamp);
-                           put(columns, 4, static_cast<std::int64_t>(f.quality));
-                           put(columns, 5, static_cast<std::int64_t>(pictures[i]));
-                       }
-                   });
+    std::vector<Stored<recorded::RawFrame>> columns;
+    for (const auto& c : raw::frames) columns.push_back({c, c.name});
+    std::rotate(columns.begin() + 1, columns.begin() + 3, columns.begin() + 4);  // both times side by side
+    return stored_table<recorded::RawFrame>("frames/" + camera, std::move(columns),
+                                            [&file, camera] { return file.frame_rows(camera); });
 }
 
 }  // namespace shaker::exporting

@@ -1,106 +1,150 @@
 #pragma once
-// Columns of the raw streams: each one's name, type, unit and meaning stand here, for writing, reading and
-// FORMAT.md.
+// Columns of the raw streams: each one's name, type, unit, meaning and member stand here, for writing,
+// reading, exporting and FORMAT.md.
+#include <algorithm>
 #include <array>
-#include <cstddef>
-#include <span>
-#include <string>
+#include <complex>
 
-#include "drivers/drive.hpp"
+#include "drivers/recorded/raw_column.hpp"
+#include "drivers/synthesiser.hpp"
 
 namespace shaker::recorded {
 
-struct RawColumn {
-    enum class Type { int32, int64, uint8, uint64, float64 };
-    const char* group;  // under /entry; of a camera's column "raw"
-    const char* name;
-    Type type;
-    const char* units;  // UDUNITS text
-    const char* meaning;
-    std::size_t values = 1;  // a row
+/// A block of accelerometer samples without the samples.
+struct RawBlock {
+    AccelTick first;
+    HostTime arrived;
+    Quality quality{};
+    std::uint8_t size = 0;
 };
 
-/// Columns of a stream with one group.
-inline std::string path_of(const RawColumn& column) { return std::string{column.group} + "/" + column.name; }
-/// Columns of one camera.
-inline std::string path_of(const RawColumn& column, const std::string& camera) {
-    return std::string{column.group} + "/" + camera + "/" + column.name;
-}
+/// A frame without its pixels and sightings.
+struct RawFrame {
+    CameraTick tick;
+    HostTime arrived;
+    std::optional<CameraStamp> stamp;
+    std::optional<MasterTime> mid_exposure;
+    Quality quality{};
+    std::uint64_t picture = 0;  // number of the stored one
+};
 
 namespace raw {
 
-using enum RawColumn::Type;
 inline constexpr const char* drive = "raw/drive";
 inline constexpr const char* changes = "raw/drive/changes";
 inline constexpr const char* accelerometer = "raw/accelerometer";
 inline constexpr const char* cameras = "raw";
 inline constexpr std::size_t axes = 3;
 inline constexpr std::size_t sighting_values = 3;  // of one target
+inline constexpr Allowed not_negative{.least = 0};
 
-inline constexpr RawColumn play_tick{drive, "play_tick", int64, "1", "DAC sample at which a block starts"},
-    play_heard{drive, "play_heard", int64, "ns", "host time at which that sample left the converter"},
-    play_lost{drive, "play_lost", int64, "1", "samples before it during which the DAC was empty"};
-inline constexpr std::array plays{play_tick, play_heard, play_lost};
+inline constexpr std::array plays{
+    column<&PlayTime::tick>(drive, "play_tick", "1", "DAC sample at which a block starts"),
+    column<&PlayTime::heard>(drive, "play_heard", "ns", "host time at which that sample left the converter"),
+    column<&PlayTime::lost>(drive, "play_lost", "1", "samples before it during which the DAC was empty")};
 
-inline constexpr RawColumn first_tick{changes, "first_tick", int64, "1",
-                                      "DAC sample at which the change starts"},
-    ramp_samples{changes, "ramp_samples", int64, "1", "length of the ramp from the previous drive"},
-    stop_samples{changes, "stop_samples", int64, "1", "length of a stop's ramp to zero; 0: not a stop"},
-    taken_back{changes, "taken_back", int64, "1",
-               "samples from first_tick on that a stop took back from the DAC: earlier rows that start at or "
-               "after first_tick did not take effect"},
-    ramp_periods{changes, "ramp_periods", int64, "1", "commanded length of the ramp in periods"},
-    phase{changes, "phase", uint64, "1", "phase at first_tick in turns / 2^64"},
-    phase_low{changes, "phase_low", uint64, "1", "next 64 bits of the phase"},
-    step{changes, "step", uint64, "1", "phase step per sample in turns / 2^64"},
-    step_low{changes, "step_low", uint64, "1", "next 64 bits of the step"},
-    sequence{changes, "sequence", uint64, "1", "number of the command"},
-    frequency{changes, "frequency", float64, "Hz", "commanded frequency"},
-    harmonics_re{
-        changes,      "harmonics_re", float64, "V", "drive = Im sum a_q exp(i q w t): real parts of a_q",
-        max_harmonics},
-    harmonics_im{changes, "harmonics_im", float64, "V", "imaginary parts of a_q", max_harmonics};
-inline constexpr std::array drive_changes{first_tick, ramp_samples, stop_samples, taken_back, ramp_periods,
-                                          phase,      phase_low,    step,         step_low,   sequence,
-                                          frequency,  harmonics_re, harmonics_im};
+/// One 64-bit half of a phase.
+template <Turns DriveChange::*Member, bool Low>
+constexpr auto half(const char* name, const char* meaning) {
+    return RawColumnOf<DriveChange>{
+        {changes, name, RawColumn::Type::uint64, "1", meaning},
+        [](const DriveChange& c, std::byte* to) {
+            const std::uint64_t word = Low ? low_word(c.*Member) : high_word(c.*Member);
+            std::memcpy(to, &word, sizeof word);
+        },
+        [](DriveChange& c, const std::byte* from) {
+            std::uint64_t word = 0;
+            std::memcpy(&word, from, sizeof word);
+            c.*Member = Low ? turns_of(high_word(c.*Member), word) : turns_of(word, low_word(c.*Member));
+        }};
+}
+
+/// The real (0) or imaginary (1) parts of all harmonics.
+template <std::size_t Part>
+constexpr auto harmonics(const char* name, const char* meaning) {
+    return RawColumnOf<DriveChange>{
+        {changes, name, RawColumn::Type::float64, "V", meaning, max_harmonics},
+        [](const DriveChange& c, std::byte* to) {
+            for (const std::complex<double>& a : c.command.volts.a) {
+                const double part = Part == 0 ? a.real() : a.imag();
+                to = std::copy_n(reinterpret_cast<const std::byte*>(&part), sizeof part, to);
+            }
+        },
+        [](DriveChange& c, const std::byte* from) {
+            for (std::complex<double>& a : c.command.volts.a) {
+                double part = 0;
+                std::memcpy(&part, from, sizeof part);
+                from += sizeof part;
+                a = Part == 0 ? std::complex{part, a.imag()} : std::complex{a.real(), part};
+            }
+        }};
+}
+
+inline constexpr RawColumnOf<DriveChange>
+    first_tick =
+        column<&DriveChange::first>(changes, "first_tick", "1", "DAC sample at which the change starts"),
+    ramp_samples = column<&DriveChange::ramp>(changes, "ramp_samples", "1",
+                                              "length of the ramp from the previous drive"),
+    stop_samples = column<&DriveChange::stop>(changes, "stop_samples", "1",
+                                              "length of a stop's ramp to zero; 0: not a stop", not_negative),
+    taken_back = column<&DriveChange::taken_back>(
+        changes, "taken_back", "1",
+        "samples from first_tick on that a stop took back from the DAC: earlier rows that start at or "
+        "after first_tick did not take effect",
+        {.least = 0, .added_later = true}),
+    frequency = column<&DriveChange::command, &DriveCommand::frequency>(changes, "frequency", "Hz",
+                                                                        "commanded frequency"),
+    harmonics_re = harmonics<0>("harmonics_re", "drive = Im sum a_q exp(i q w t): real parts of a_q"),
+    harmonics_im = harmonics<1>("harmonics_im", "imaginary parts of a_q");
+inline constexpr std::array drive_changes{
+    first_tick,
+    ramp_samples,
+    stop_samples,
+    taken_back,
+    column<&DriveChange::command, &DriveCommand::ramp_periods>(
+        changes, "ramp_periods", "1", "commanded length of the ramp in periods",
+        {.least = 1, .most = std::numeric_limits<int>::max()}),
+    half<&DriveChange::phase, false>("phase", "phase at first_tick in turns / 2^64"),
+    half<&DriveChange::phase, true>("phase_low", "next 64 bits of the phase"),
+    half<&DriveChange::step, false>("step", "phase step per sample in turns / 2^64"),
+    half<&DriveChange::step, true>("step_low", "next 64 bits of the step"),
+    column<&DriveChange::command, &DriveCommand::sequence>(changes, "sequence", "1", "number of the command"),
+    frequency,
+    harmonics_re,
+    harmonics_im};
 
 inline constexpr RawColumn counts{
-    accelerometer, "counts", int32, "count", "unchanged samples x, y, z, one row per sample", axes},
-    block_first{accelerometer, "block_first", int64, "1", "number of a block's first sample"},
-    block_arrived{accelerometer, "block_arrived", int64, "ns", "host time at which the block was read"},
-    block_quality{accelerometer, "block_quality", uint8, "1",
-                  "0: good; otherwise the sum of 1 after a gap, 2 clipped, 4 late"},
-    block_size{accelerometer, "block_size", uint8, "1", "samples in the block"};
-inline constexpr std::array blocks{counts, block_first, block_arrived, block_quality, block_size};
+    accelerometer, "counts", RawColumn::Type::int32, "count", "unchanged samples x, y, z, one row per sample",
+    axes};
+inline constexpr RawColumnOf<RawBlock> block_quality = column<&RawBlock::quality>(
+                                           accelerometer, "block_quality", "1",
+                                           "0: good; otherwise the sum of 1 after a gap, 2 clipped, 4 late"),
+                                       block_size = column<&RawBlock::size>(
+                                           accelerometer, "block_size", "1", "samples in the block",
+                                           {.least = 0, .most = AccelBlock::capacity});
+inline constexpr std::array blocks{
+    column<&RawBlock::first>(accelerometer, "block_first", "1", "number of a block's first sample"),
+    column<&RawBlock::arrived>(accelerometer, "block_arrived", "ns", "host time at which the block was read"),
+    block_quality, block_size};
 
-inline constexpr RawColumn tick{cameras, "tick", int64, "1",
-                                "number of the exposure; missed exposures count"},
-    arrived{cameras, "arrived", int64, "ns", "host time at which the frame was read"},
-    stamp{cameras, "stamp", int64, "ns", "time of the camera's own clock; -2^63: no stamp"},
-    mid_exposure{cameras, "mid_exposure", float64, "s",
-                 "master time if the frame contains it, otherwise NaN"},
-    quality{cameras, "quality", uint8, "1", "as block_quality"},
-    picture{cameras, "picture", uint64, "1", "number in the pictures folder, from 1; 0: no picture"};
+inline constexpr RawColumnOf<RawFrame> picture = column<&RawFrame::picture>(
+    cameras, "picture", "1", "number in the pictures folder, from 1; 0: no picture");
+inline constexpr std::array frames{
+    column<&RawFrame::tick>(cameras, "tick", "1", "number of the exposure; missed exposures count"),
+    column<&RawFrame::arrived>(cameras, "arrived", "ns", "host time at which the frame was read"),
+    column<&RawFrame::stamp>(cameras, "stamp", "ns", "time of the camera's own clock; -2^63: no stamp"),
+    column<&RawFrame::mid_exposure>(cameras, "mid_exposure", "s",
+                                    "master time if the frame contains it, otherwise NaN"),
+    column<&RawFrame::quality>(cameras, "quality", "1", "as block_quality"),
+    picture};
 inline constexpr RawColumn sightings{cameras,
                                      "sightings",
-                                     float64,
+                                     RawColumn::Type::float64,
                                      "px",
                                      "x, y and standard error, for each target; NaN: not seen. Only of a "
                                      "camera that gives positions instead of "
                                      "pictures",
                                      sighting_values};
-inline constexpr std::array frames{tick, arrived, stamp, mid_exposure, quality, picture, sightings};
-
-struct Group {
-    const char* path;
-    const char* meaning;
-    std::span<const RawColumn> columns;
-};
-/// All of them; the last one is there once a camera, below its path.
-inline constexpr std::array groups{
-    Group{drive, "times at which samples of the drive left the converter, one row per block", plays},
-    Group{changes, "changes of the drive, sufficient to reproduce every sample to the bit", drive_changes},
-    Group{accelerometer, "accelerometer", blocks}, Group{cameras, "frames of one camera", frames}};
 
 }  // namespace raw
 

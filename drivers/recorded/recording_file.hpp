@@ -30,6 +30,8 @@
 
 namespace shaker::recorded {
 
+struct RawFrame;
+
 /// Pictures kept in a recording: none; the region in which targets can be; whole pictures.
 enum class KeptPictures { off, region, full };
 /// "off", "region", "full".
@@ -131,6 +133,8 @@ public:
     [[nodiscard]] bool has(const std::string& path) const;
     /// Damage of the file, one sentence each. Reads every column and checks it against its seals.
     [[nodiscard]] std::vector<std::string> damage() const;
+    /// The stored columns of a camera's frames.
+    [[nodiscard]] std::vector<RawFrame> frame_rows(const std::string& camera) const;
     /// The frames of a camera, with sightings but without pixels.
     [[nodiscard]] std::vector<Frame> frames(const std::string& camera) const;
     /// For each frame of a camera the number of its picture; 0: not stored.

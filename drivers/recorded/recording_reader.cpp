@@ -7,29 +7,10 @@
 #include "drivers/errors.hpp"
 #include "drivers/recorded/h5/seals.hpp"
 #include "drivers/recorded/opened_recording.hpp"
-#include "drivers/recorded/raw_columns.hpp"
+#include "drivers/recorded/raw_rows.hpp"
 #include "drivers/recorded/recording_describe.hpp"
 
 namespace shaker::recorded {
-
-namespace {
-
-template <class T>
-void same_length(const std::vector<T>& a, std::size_t n, const std::string& path) {
-    if (a.size() != n)
-        throw InputError{"recording: " + path + " has " + std::to_string(a.size()) + " entries beside " +
-                         std::to_string(n)};
-}
-
-void require_not_negative(const std::vector<std::int64_t>& column, const RawColumn& name) {
-    for (const std::int64_t n : column)
-        if (n < 0)
-            throw InputError{"recording: " + path_of(name) + " " + std::to_string(n) + " must be at least 0"};
-}
-
-HostTime host(std::int64_t ns) { return HostTime{std::chrono::nanoseconds{ns}}; }
-
-}  // namespace
 
 const char* name(KeptPictures kept) noexcept {
     switch (kept) {
@@ -106,67 +87,11 @@ RecordingReader::~RecordingReader() = default;
 const RecordingHeader& RecordingReader::header() const noexcept { return opened_->header; }
 
 std::vector<PlayTime> RecordingReader::play_times() const {
-    const auto tick = h5::read<std::int64_t>(opened_->entry.get(), path_of(raw::play_tick));
-    const auto heard = h5::read<std::int64_t>(opened_->entry.get(), path_of(raw::play_heard));
-    const auto lost = h5::read<std::int64_t>(opened_->entry.get(), path_of(raw::play_lost));
-    same_length(heard, tick.size(), path_of(raw::play_heard));
-    same_length(lost, tick.size(), path_of(raw::play_lost));
-    std::vector<PlayTime> out(tick.size());
-    for (std::size_t i = 0; i < out.size(); ++i) out[i] = {{tick[i]}, host(heard[i]), lost[i]};
-    return out;
+    return read_rows<PlayTime>(opened_->entry.get(), raw::plays);
 }
 
 std::vector<DriveChange> RecordingReader::changes() const {
-    const auto first = h5::read<std::int64_t>(opened_->entry.get(), path_of(raw::first_tick));
-    const auto ramp = h5::read<std::int64_t>(opened_->entry.get(), path_of(raw::ramp_samples));
-    const auto stop = h5::read<std::int64_t>(opened_->entry.get(), path_of(raw::stop_samples));
-    const bool knows_taken_back = h5::exists(opened_->entry.get(), path_of(raw::taken_back));
-    const auto taken_back = knows_taken_back
-                                ? h5::read<std::int64_t>(opened_->entry.get(), path_of(raw::taken_back))
-                                : std::vector<std::int64_t>(first.size());
-    const auto ramp_periods = h5::read<std::int64_t>(opened_->entry.get(), path_of(raw::ramp_periods));
-    const auto phase = h5::read<std::uint64_t>(opened_->entry.get(), path_of(raw::phase));
-    const auto phase_low = h5::read<std::uint64_t>(opened_->entry.get(), path_of(raw::phase_low));
-    const auto step = h5::read<std::uint64_t>(opened_->entry.get(), path_of(raw::step));
-    const auto step_low = h5::read<std::uint64_t>(opened_->entry.get(), path_of(raw::step_low));
-    const auto sequence = h5::read<std::uint64_t>(opened_->entry.get(), path_of(raw::sequence));
-    const auto frequency = h5::read<double>(opened_->entry.get(), path_of(raw::frequency));
-    const auto re = h5::read<double>(opened_->entry.get(), path_of(raw::harmonics_re));
-    const auto im = h5::read<double>(opened_->entry.get(), path_of(raw::harmonics_im));
-    same_length(ramp, first.size(), path_of(raw::ramp_samples));
-    same_length(stop, first.size(), path_of(raw::stop_samples));
-    same_length(taken_back, first.size(), path_of(raw::taken_back));
-    same_length(ramp_periods, first.size(), path_of(raw::ramp_periods));
-    same_length(phase, first.size(), path_of(raw::phase));
-    same_length(phase_low, first.size(), path_of(raw::phase_low));
-    same_length(step, first.size(), path_of(raw::step));
-    same_length(step_low, first.size(), path_of(raw::step_low));
-    same_length(sequence, first.size(), path_of(raw::sequence));
-    same_length(frequency, first.size(), path_of(raw::frequency));
-    same_length(re, max_harmonics * first.size(), path_of(raw::harmonics_re));
-    same_length(im, max_harmonics * first.size(), path_of(raw::harmonics_im));
-    for (const std::int64_t n : ramp_periods)
-        if (n < 1 || n > std::numeric_limits<int>::max())
-            throw InputError{"recording: " + path_of(raw::ramp_periods) + " " + std::to_string(n) +
-                             " must be at least 1"};
-    require_not_negative(stop, raw::stop_samples);
-    require_not_negative(taken_back, raw::taken_back);
-    std::vector<DriveChange> out(first.size());
-    for (std::size_t i = 0; i < out.size(); ++i) {
-        DriveChange& c = out[i];
-        for (std::size_t k = 0; k < max_harmonics; ++k)
-            c.command.volts.a[k] = {re[max_harmonics * i + k], im[max_harmonics * i + k]};
-        c.command.frequency = frequency[i];
-        c.command.ramp_periods = static_cast<int>(ramp_periods[i]);
-        c.command.sequence = sequence[i];
-        c.first = {first[i]};
-        c.ramp = ramp[i];
-        c.stop = stop[i];
-        c.taken_back = taken_back[i];
-        c.phase = turns_of(phase[i], phase_low[i]);
-        c.step = turns_of(step[i], step_low[i]);
-    }
-    return out;
+    return read_rows<DriveChange>(opened_->entry.get(), raw::drive_changes);
 }
 
 std::vector<std::string> RecordingReader::names(const std::string& path) const {
@@ -220,31 +145,27 @@ std::vector<std::string> RecordingReader::damage() const {
     return found;
 }
 
+std::vector<RawFrame> RecordingReader::frame_rows(const std::string& camera) const {
+    return read_rows<RawFrame>(opened_->entry.get(), raw::frames, camera);
+}
+
 std::vector<Frame> RecordingReader::frames(const std::string& camera) const {
     const hid_t e = opened_->entry.get();
-    const auto at = [&](const RawColumn& column) { return path_of(column, camera); };
-    const auto tick = h5::read<std::int64_t>(e, at(raw::tick)),
-               arrived = h5::read<std::int64_t>(e, at(raw::arrived)),
-               stamp = h5::read<std::int64_t>(e, at(raw::stamp));
-    const auto mid = h5::read<double>(e, at(raw::mid_exposure));
-    const auto quality = h5::read<std::uint8_t>(e, at(raw::quality));
-    same_length(arrived, tick.size(), at(raw::arrived));
-    same_length(stamp, tick.size(), at(raw::stamp));
-    same_length(mid, tick.size(), at(raw::mid_exposure));
-    same_length(quality, tick.size(), at(raw::quality));
-    std::vector<Frame> frames(tick.size());
+    const std::vector<RawFrame> rows = frame_rows(camera);
+    std::vector<Frame> frames(rows.size());
     for (std::size_t i = 0; i < frames.size(); ++i) {
-        frames[i].tick = {tick[i]};
-        frames[i].arrived = host(arrived[i]);
-        if (stamp[i] != pictures::no_stamp) frames[i].stamp = CameraStamp{stamp[i]};
-        if (!std::isnan(mid[i])) frames[i].mid_exposure = master_time(mid[i]);
-        frames[i].quality = static_cast<Quality>(quality[i]);
+        const RawFrame& row = rows[i];
+        frames[i].tick = row.tick;
+        frames[i].arrived = row.arrived;
+        frames[i].stamp = row.stamp;
+        frames[i].mid_exposure = row.mid_exposure;
+        frames[i].quality = row.quality;
     }
-    const std::string path = at(raw::sightings);
+    const std::string path = path_of(raw::sightings, camera);
     if (!h5::exists(e, path) || frames.empty()) return frames;
     const auto values = h5::read<double>(e, path);
     const std::size_t targets = values.size() / raw::sighting_values / frames.size();
-    same_length(values, frames.size() * targets * raw::sighting_values, path);
+    require_length(values.size(), frames.size() * targets * raw::sighting_values, path);
     auto value = values.begin();
     for (Frame& frame : frames)
         for (std::size_t k = 0; k < targets; ++k, value += raw::sighting_values)

@@ -35,7 +35,7 @@ struct Numbered {
 
 struct RecordingWriter::Streams {
     struct CameraStream {
-        Numbered *tick, *arrived, *stamp, *mid_exposure, *quality, *picture;
+        std::vector<Numbered*> frames;
         Numbered* sightings = nullptr;  // of a camera that gives positions
     };
     h5::FileLock lock;  // released after all handles are closed
@@ -47,19 +47,19 @@ struct RecordingWriter::Streams {
     std::map<std::string, Once> once;
     std::vector<std::vector<Numbered*>> tables;
     std::map<std::string, std::size_t> table_of;
-    Numbered *play_tick, *play_heard, *play_lost;
-    Numbered *counts, *block_first, *block_arrived, *block_quality, *block_size;
-    struct {
-        Numbered *first, *ramp, *stop, *taken_back, *ramp_periods, *phase, *phase_low, *step, *step_low,
-            *sequence, *frequency, *re, *im;
-    } change;
+    // In the order of raw_columns.hpp.
+    std::vector<Numbered*> plays, changes, blocks;
+    Numbered* counts;
     std::vector<CameraStream> cameras;
     std::optional<h5::SealWriter> seals;
 
     Numbered* grow(const std::string& path, hid_t type, std::vector<hsize_t> row, double rows_per_s,
                    const std::string& units, bool provisional = false);
-    /// path: where it is not the column's own.
-    Numbered* grow(const RawColumn& column, double rows_per_s, const std::string& path = {});
+    Numbered* grow(const RawColumn& column, double rows_per_s, const std::string& path);
+    /// camera: of a camera's columns.
+    template <class Row>
+    std::vector<Numbered*> grow(std::span<const RawColumnOf<Row>> row, double rows_per_s,
+                                const std::string& camera = {});
     /// All that stands before the first data.
     void write_head(const RecordingHeader& header);
     void begin(const RecordingHeader& header);

@@ -23,27 +23,20 @@ hsize_t chunk_rows(double rows_per_s) {
 }
 
 hid_t type_of(RawColumn::Type type) {
-    switch (type) {
-        case RawColumn::Type::int32:
-            return H5T_NATIVE_INT32;
-        case RawColumn::Type::int64:
-            return H5T_NATIVE_INT64;
-        case RawColumn::Type::uint8:
-            return H5T_NATIVE_UINT8;
-        case RawColumn::Type::uint64:
-            return H5T_NATIVE_UINT64;
-        case RawColumn::Type::float64:
-            return H5T_NATIVE_DOUBLE;
+    return with_zero(type, [](auto zero) { return h5::type_of<decltype(zero)>(); });
+}
+
+template <class Row>
+void append(const std::vector<Numbered*>& to, std::span<const RawColumnOf<Row>> columns, const Row& row) {
+    std::array<std::byte, max_harmonics * sizeof(double)> values;  // of the widest column
+    for (std::size_t i = 0; i < columns.size(); ++i) {
+        columns[i].get(row, values.data());
+        to[i]->data.append_bytes(std::span{values}.first(columns[i].bytes()));
     }
-    return H5T_NATIVE_DOUBLE;
 }
 
 constexpr double change_rate = 50;                           // drive changes per second, approximate maximum
 constexpr const char* virtual_date = "1970-01-01T00:00:00";  // start of a run on virtual time
-
-double time_of(const Frame& frame) {
-    return frame.mid_exposure ? seconds(*frame.mid_exposure) : std::numeric_limits<double>::quiet_NaN();
-}
 
 }  // namespace
 
@@ -61,43 +54,31 @@ Numbered* RecordingWriter::Streams::grow(const RawColumn& column, double rows_pe
                                          const std::string& path) {
     std::vector<hsize_t> row;
     if (column.values > 1) row.push_back(column.values);
-    return grow(path.empty() ? path_of(column) : path, type_of(column.type), std::move(row), rows_per_s,
-                column.units);
+    return grow(path, type_of(column.type), std::move(row), rows_per_s, column.units);
+}
+
+template <class Row>
+std::vector<Numbered*> RecordingWriter::Streams::grow(std::span<const RawColumnOf<Row>> row,
+                                                      double rows_per_s, const std::string& camera) {
+    std::vector<Numbered*> out;
+    for (const auto& column : row) out.push_back(grow(column, rows_per_s, path_of(column, camera)));
+    return out;
 }
 
 void RecordingWriter::Streams::open_drive(const DacInfo& dac) {
     const h5::Handle g = h5::make_group(entry.get(), raw::drive, "NXcollection");
     describe(g.get(), dac);
     const double rate = dac.rate_hz / static_cast<double>(std::max<std::size_t>(1, dac.block_frames));
-    play_tick = grow(raw::play_tick, rate);
-    play_heard = grow(raw::play_heard, rate);
-    play_lost = grow(raw::play_lost, rate);
+    plays = grow<PlayTime>(raw::plays, rate);
     h5::make_group(entry.get(), raw::changes, "NXcollection");
-    const auto of_change = [&](const RawColumn& column) { return grow(column, change_rate); };
-    change = {.first = of_change(raw::first_tick),
-              .ramp = of_change(raw::ramp_samples),
-              .stop = of_change(raw::stop_samples),
-              .taken_back = of_change(raw::taken_back),
-              .ramp_periods = of_change(raw::ramp_periods),
-              .phase = of_change(raw::phase),
-              .phase_low = of_change(raw::phase_low),
-              .step = of_change(raw::step),
-              .step_low = of_change(raw::step_low),
-              .sequence = of_change(raw::sequence),
-              .frequency = of_change(raw::frequency),
-              .re = of_change(raw::harmonics_re),
-              .im = of_change(raw::harmonics_im)};
+    changes = grow<DriveChange>(raw::drive_changes, change_rate);
 }
 
 void RecordingWriter::Streams::open_accelerometer(const AccelerometerInfo& info) {
     const h5::Handle g = h5::make_group(entry.get(), raw::accelerometer, "NXcollection");
     describe(g.get(), info);
-    const double blocks = info.rate_hz / AccelBlock::capacity;
-    counts = grow(raw::counts, info.rate_hz);
-    block_first = grow(raw::block_first, blocks);
-    block_arrived = grow(raw::block_arrived, blocks);
-    block_quality = grow(raw::block_quality, blocks);
-    block_size = grow(raw::block_size, blocks);
+    counts = grow(raw::counts, info.rate_hz, path_of(raw::counts));
+    blocks = grow<RawBlock>(raw::blocks, info.rate_hz / AccelBlock::capacity);
 }
 
 void RecordingWriter::Streams::open_camera(const View& view, std::int64_t order) {
@@ -105,15 +86,7 @@ void RecordingWriter::Streams::open_camera(const View& view, std::int64_t order)
     const h5::Handle g = h5::make_group(entry.get(), path, "NXcollection");
     h5::set_attribute(g.get(), "order", order);
     describe(g.get(), view);
-    const auto column = [&](const RawColumn& of_frames) {
-        return grow(of_frames, view.frame_rate_hz, path_of(of_frames, view.camera));
-    };
-    cameras.push_back({.tick = column(raw::tick),
-                       .arrived = column(raw::arrived),
-                       .stamp = column(raw::stamp),
-                       .mid_exposure = column(raw::mid_exposure),
-                       .quality = column(raw::quality),
-                       .picture = column(raw::picture)});
+    cameras.push_back({.frames = grow<RawFrame>(raw::frames, view.frame_rate_hz, view.camera)});
     if (view.positions)
         cameras.back().sightings =
             grow(path_of(raw::sightings, view.camera), type_of(raw::sightings.type),
@@ -232,48 +205,23 @@ RecordingWriter RecordingWriter::mend(const std::filesystem::path& copy) {
     return RecordingWriter{std::move(streams)};
 }
 
-void RecordingWriter::add(const PlayTime& played) {
-    streams_->play_tick->data.append(played.tick.n);
-    streams_->play_heard->data.append(std::int64_t{played.heard.time_since_epoch().count()});
-    streams_->play_lost->data.append(played.lost);
-}
+void RecordingWriter::add(const PlayTime& played) { append<PlayTime>(streams_->plays, raw::plays, played); }
 
-void RecordingWriter::add(const DriveChange& c) {
-    const auto& to = streams_->change;
-    to.first->data.append(c.first.n);
-    to.ramp->data.append(c.ramp);
-    to.stop->data.append(c.stop);
-    to.taken_back->data.append(c.taken_back);
-    to.ramp_periods->data.append(std::int64_t{c.command.ramp_periods});
-    to.phase->data.append(high_word(c.phase));
-    to.phase_low->data.append(low_word(c.phase));
-    to.step->data.append(high_word(c.step));
-    to.step_low->data.append(low_word(c.step));
-    to.sequence->data.append(c.command.sequence);
-    to.frequency->data.append(c.command.frequency);
-    for (const std::complex<double>& a : c.command.volts.a) {
-        to.re->data.append(a.real());
-        to.im->data.append(a.imag());
-    }
+void RecordingWriter::add(const DriveChange& change) {
+    append<DriveChange>(streams_->changes, raw::drive_changes, change);
 }
 
 void RecordingWriter::add(const AccelBlock& block) {
-    streams_->block_first->data.append(block.first.n);
-    streams_->block_arrived->data.append(std::int64_t{block.arrived.time_since_epoch().count()});
-    streams_->block_quality->data.append(static_cast<std::uint8_t>(block.quality));
-    streams_->block_size->data.append(static_cast<std::uint8_t>(block.size));
+    append<RawBlock>(streams_->blocks, raw::blocks,
+                     {block.first, block.arrived, block.quality, static_cast<std::uint8_t>(block.size)});
     streams_->counts->data.append(
         std::span<const std::int32_t>{block.counts.front().data(), 3 * static_cast<std::size_t>(block.size)});
 }
 
 void RecordingWriter::add(std::size_t camera, const Frame& frame, std::uint64_t picture) {
     const Streams::CameraStream& c = streams_->cameras.at(camera);
-    c.tick->data.append(frame.tick.n);
-    c.arrived->data.append(std::int64_t{frame.arrived.time_since_epoch().count()});
-    c.stamp->data.append(frame.stamp ? frame.stamp->n : pictures::no_stamp);
-    c.mid_exposure->data.append(time_of(frame));
-    c.quality->data.append(static_cast<std::uint8_t>(frame.quality));
-    c.picture->data.append(picture);
+    append<RawFrame>(c.frames, raw::frames,
+                     {frame.tick, frame.arrived, frame.stamp, frame.mid_exposure, frame.quality, picture});
     for (const Sighting& s : frame.sightings)
         for (const double value : {s.x_px, s.y_px, s.sd_px}) c.sightings->data.append(value);
 }

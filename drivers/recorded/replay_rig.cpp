@@ -3,7 +3,7 @@
 #include "drivers/errors.hpp"
 #include "drivers/recorded/opened_recording.hpp"
 #include "drivers/recorded/pictures/picture_reader.hpp"
-#include "drivers/recorded/raw_columns.hpp"
+#include "drivers/recorded/raw_rows.hpp"
 
 namespace shaker::recorded {
 
@@ -14,20 +14,9 @@ public:
     RecordedAccelerometer(const RecordingReader& r, const AccelerometerInfo& info)
         : info_{info},
           counts_{h5::read<std::int32_t>(r.opened().entry.get(), path_of(raw::counts))},
-          first_{h5::read<std::int64_t>(r.opened().entry.get(), path_of(raw::block_first))},
-          arrived_{h5::read<std::int64_t>(r.opened().entry.get(), path_of(raw::block_arrived))},
-          quality_{h5::read<std::uint8_t>(r.opened().entry.get(), path_of(raw::block_quality))},
-          size_{h5::read<std::uint8_t>(r.opened().entry.get(), path_of(raw::block_size))} {
-        if (arrived_.size() != first_.size() || quality_.size() != first_.size() ||
-            size_.size() != first_.size())
-            throw InputError{"recording: raw/accelerometer has block columns of different lengths"};
+          blocks_{read_rows<RawBlock>(r.opened().entry.get(), raw::blocks)} {
         std::size_t samples = 0;
-        for (const std::uint8_t n : size_) {
-            if (n > AccelBlock::capacity)
-                throw InputError{"recording: raw/accelerometer/block_size " + std::to_string(n) +
-                                 " exceeds " + std::to_string(AccelBlock::capacity)};
-            samples += n;
-        }
+        for (const RawBlock& block : blocks_) samples += block.size;
         if (3 * samples != counts_.size())
             throw InputError{"recording: raw/accelerometer/counts has " + std::to_string(counts_.size()) +
                              " values, its blocks have 3 x " + std::to_string(samples)};
@@ -35,25 +24,22 @@ public:
     [[nodiscard]] AccelerometerInfo info() const override { return info_; }
     bool read(AccelBlock& block, std::chrono::milliseconds) override {
         if (ended()) return false;
-        const std::size_t n = size_[next_];
-        block = {.first = {first_[next_]},
-                 .arrived = HostTime{std::chrono::nanoseconds{arrived_[next_]}},
-                 .quality = static_cast<Quality>(quality_[next_]),
-                 .size = static_cast<int>(n)};
+        const RawBlock& head = blocks_[next_];
+        const std::size_t n = head.size;
+        block = {.first = head.first, .arrived = head.arrived, .quality = head.quality, .size = head.size};
         for (std::size_t i = 0; i < n; ++i)
             for (std::size_t k = 0; k < 3; ++k) block.counts[i][k] = counts_[3 * (sample_ + i) + k];
         sample_ += n;
         ++next_;
         return true;
     }
-    [[nodiscard]] bool ended() const noexcept override { return next_ >= first_.size(); }
-    void stop() noexcept override { next_ = first_.size(); }
+    [[nodiscard]] bool ended() const noexcept override { return next_ >= blocks_.size(); }
+    void stop() noexcept override { next_ = blocks_.size(); }
 
 private:
     AccelerometerInfo info_;
     std::vector<std::int32_t> counts_;
-    std::vector<std::int64_t> first_, arrived_;
-    std::vector<std::uint8_t> quality_, size_;
+    std::vector<RawBlock> blocks_;
     std::size_t next_ = 0, sample_ = 0;
 };
 

@@ -46,7 +46,7 @@ Growing::Growing(hid_t parent, const std::string& path, hsize_t rows, std::uint3
                          " readable rows"};
     if (resize(rows) && takes_rows()) return;
     remake(parent);
-    add(std::span{kept.values}.first(rows * row_bytes_));
+    append_bytes(std::span{kept.values}.first(rows * row_bytes_));
     flush();
     checksum_ = checksum;
 }
@@ -95,7 +95,7 @@ void Growing::clear() {
     check(H5Dset_extent(set_.get(), extent_.data()), name_);
 }
 
-void Growing::add(std::span<const std::byte> rows) {
+void Growing::append_bytes(std::span<const std::byte> rows) {
     checksum_ = crc32c(rows, checksum_);
     waiting_.insert(waiting_.end(), rows.begin(), rows.end());
     if (waiting_.size() >= chunk_bytes_) flush();
@@ -104,7 +104,7 @@ void Growing::add(std::span<const std::byte> rows) {
 void Growing::append_text(const std::string& text) {
     std::string row = text.substr(0, row_bytes_);
     row.resize(row_bytes_, '\0');
-    add(std::as_bytes(std::span{row}));
+    append_bytes(std::as_bytes(std::span{row}));
 }
 
 hsize_t Growing::rows() const noexcept { return extent_[0] + waiting_.size() / row_bytes_; }

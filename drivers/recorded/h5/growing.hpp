@@ -18,12 +18,14 @@ public:
     /// Adds whole rows; they are written when a chunk is full, or by flush().
     template <Element T>
     void append(std::span<const T> rows) {
-        add(std::as_bytes(rows));
+        append_bytes(std::as_bytes(rows));
     }
     template <Element T>
     void append(T value) {
         append(std::span<const T>{&value, 1});
     }
+    /// Whole rows as they are in memory.
+    void append_bytes(std::span<const std::byte> rows);
     /// Cut or padded to the column's text length.
     void append_text(const std::string& text);
     void flush();
@@ -36,6 +38,7 @@ public:
     void read(hsize_t first, std::span<T> rows) {
         read_bytes(first, std::as_writable_bytes(rows));
     }
+    void read_bytes(hsize_t first, std::span<std::byte> rows);
 
     [[nodiscard]] hsize_t rows() const noexcept;
     /// Removes all rows.
@@ -47,9 +50,7 @@ private:
     [[nodiscard]] bool resize(hsize_t rows) noexcept;
     [[nodiscard]] bool takes_rows();
     void remake(hid_t parent);
-    void add(std::span<const std::byte> rows);
     void write(hsize_t first, std::span<const std::byte> rows);
-    void read_bytes(hsize_t first, std::span<std::byte> rows);
     [[nodiscard]] std::pair<Handle, Handle> spaces(hsize_t first, hsize_t rows) const;
 
     std::string name_;

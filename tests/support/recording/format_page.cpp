@@ -69,11 +69,10 @@ std::string section_of(const recorded::GroupLayout& group) {
     return text;
 }
 
-std::string section_of(const recorded::raw::Group& group) {
-    const bool camera = std::string{group.path} == recorded::raw::cameras;
-    std::string text =
-        fmt::format("\n### `{}{}`\n{}.\n\n{}", group.path, camera ? "/<camera>" : "", group.meaning, heading);
-    for (const recorded::RawColumn& c : group.columns) {
+std::string section_of(const std::string& path, const char* meaning,
+                       const std::vector<recorded::RawColumn>& columns) {
+    std::string text = fmt::format("\n### `{}`\n{}.\n\n{}", path, meaning, heading);
+    for (const recorded::RawColumn& c : columns) {
         const std::string values = c.values > 1 ? fmt::format("{} of ", c.values) : std::string{};
         text += row(c.name, values + word_of(c.type), c.units, c.meaning);
     }
@@ -97,7 +96,19 @@ std::string with_tables(const std::string& page) {
     header.views = {view};
     std::string tables;
     for (const recorded::GroupLayout& g : recording::recording_places(header, true)) tables += section_of(g);
-    for (const recorded::raw::Group& g : recorded::raw::groups) tables += section_of(g);
+    namespace raw = recorded::raw;
+    tables +=
+        section_of(raw::drive, "times at which samples of the drive left the converter, one row per block",
+                   {raw::plays.begin(), raw::plays.end()});
+    tables +=
+        section_of(raw::changes, "changes of the drive, sufficient to reproduce every sample to the bit",
+                   {raw::drive_changes.begin(), raw::drive_changes.end()});
+    std::vector<recorded::RawColumn> accelerometer{raw::counts},
+        frames{raw::frames.begin(), raw::frames.end()};
+    accelerometer.insert(accelerometer.end(), raw::blocks.begin(), raw::blocks.end());
+    tables += section_of(raw::accelerometer, "accelerometer", accelerometer);
+    frames.push_back(raw::sightings);
+    tables += section_of("raw/<camera>", "frames of one camera", frames);
     return with_tables(page, tables);
 }
 
