@@ -156,18 +156,7 @@ Journal::Journal(const std::filesystem::path& file)
     if (descriptor_ < 0) fail(file, errno);
     whole_ = whole_lines(file);
     if (::ftruncate(descriptor_, whole_) == 0 && ::fsync(descriptor_) == 0) return;
-    const int error = errno;
-    ::close(descriptor_);
-    fail(file, error);
-}
-
-Journal::Journal(Journal&& other) noexcept
-    : file_{std::move(other.file_)},
-      descriptor_{std::exchange(other.descriptor_, -1)},
-      whole_{other.whole_} {}
-
-Journal::~Journal() {
-    if (descriptor_ >= 0) ::close(descriptor_);
+    fail(file, errno);
 }
 
 void Journal::add(const JournalEntry& entry) {

@@ -9,6 +9,8 @@
 #include <variant>
 #include <vector>
 
+#include "drivers/descriptor.hpp"
+
 namespace shaker::campaign {
 
 inline constexpr double unknown = std::numeric_limits<double>::quiet_NaN();
@@ -84,16 +86,13 @@ class Journal {
 public:
     /// Opens the file, or creates it, and cuts off an incomplete last line. DeviceError when that fails.
     explicit Journal(const std::filesystem::path& file);
-    Journal(Journal&& other) noexcept;
-    Journal& operator=(Journal&&) = delete;
-    ~Journal();
     /// Returns when the entry is on the disk. DeviceError when it cannot be written; then the file is as it
     /// was before, and the same entry can be added later.
     void add(const JournalEntry& entry);
 
 private:
     std::filesystem::path file_;
-    int descriptor_;
+    Descriptor descriptor_;
     std::int64_t whole_ = 0;  // bytes of the complete lines
 };
 

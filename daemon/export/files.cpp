@@ -11,6 +11,7 @@
 #include <memory>
 #include <system_error>
 
+#include "drivers/descriptor.hpp"
 #include "drivers/errors.hpp"
 
 namespace shaker::exporting {
@@ -69,10 +70,9 @@ NewFiles::~NewFiles() {
 
 std::filesystem::path NewFiles::make(const std::string& name) {
     std::filesystem::path file = folder_ / name;
-    const int descriptor = ::open(file.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
+    const Descriptor descriptor{::open(file.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666)};
     if (descriptor < 0 && errno == EEXIST) refuse_existing(file);
     if (descriptor < 0) fail(file, errno);
-    ::close(descriptor);
     made_.push_back(file);
     return file;
 }

@@ -52,8 +52,6 @@ Journal::Journal(const std::filesystem::path& file)
     if (descriptor_ < 0) fail(file);
 }
 
-Journal::~Journal() { ::close(descriptor_); }
-
 void Journal::add(const LogEntry& entry) {
     const std::string line = line_of(entry);
     const ssize_t written = ::write(descriptor_, line.data(), line.size());

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "daemon/recording/tables/run_tables.hpp"
+#include "drivers/descriptor.hpp"
 
 namespace shaker::recording {
 
@@ -12,15 +13,12 @@ class Journal {
 public:
     /// Creates the file. DeviceError when that fails.
     explicit Journal(const std::filesystem::path& file);
-    ~Journal();
-    Journal(const Journal&) = delete;
-    Journal& operator=(const Journal&) = delete;
     /// Returns when the entry is on the disk. DeviceError when it cannot be written.
     void add(const LogEntry& entry);
 
 private:
     std::filesystem::path file_;
-    int descriptor_;
+    Descriptor descriptor_;
 };
 
 /// The entries up to the first incomplete line; empty without such a file.

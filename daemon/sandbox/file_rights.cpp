@@ -12,6 +12,8 @@
 #include <cstdint>
 #include <cstring>
 
+#include "drivers/descriptor.hpp"
+
 namespace shaker::sandbox {
 
 namespace {
@@ -43,20 +45,6 @@ constexpr std::array system_files{"/usr/lib",
                                   "/sys/devices/system/cpu",
                                   "/proc/self"};
 
-class Descriptor {
-public:
-    explicit Descriptor(long fd) noexcept : fd_{static_cast<int>(fd)} {}
-    ~Descriptor() {
-        if (fd_ >= 0) ::close(fd_);
-    }
-    Descriptor(const Descriptor&) = delete;
-    Descriptor& operator=(const Descriptor&) = delete;
-    [[nodiscard]] int get() const noexcept { return fd_; }
-
-private:
-    int fd_;
-};
-
 // The kernel's landlock_ruleset_attr of version 6. Older kernels take its beginning.
 struct Handled {
     std::uint64_t files, net, scope;
@@ -69,11 +57,11 @@ int allow(int rules, const std::filesystem::path& path, std::uint64_t for_file, 
     const bool writes = (for_file & LANDLOCK_ACCESS_FS_WRITE_FILE) != 0;
     const Descriptor there{::open(path.c_str(), O_PATH | O_CLOEXEC | (writes ? O_NOFOLLOW : 0))};
     struct stat status {};
-    if (there.get() < 0 || ::fstat(there.get(), &status) < 0 || S_ISLNK(status.st_mode)) return 0;
+    if (there < 0 || ::fstat(there, &status) < 0 || S_ISLNK(status.st_mode)) return 0;
     landlock_path_beneath_attr rule{};
     rule.allowed_access = (S_ISDIR(status.st_mode) ? for_folder : for_file) & known;
     if (rule.allowed_access == 0) return 0;
-    rule.parent_fd = there.get();
+    rule.parent_fd = there;
     if (::syscall(SYS_landlock_add_rule, rules, LANDLOCK_RULE_PATH_BENEATH, &rule, 0) == 0) return 0;
     return errno == EBADFD ? 0 : errno;  // a pipe or a socket, which has no place among the files
 }
@@ -94,19 +82,19 @@ std::string restrict_files(const FileRights& allowed) {
     const std::size_t size = version < 4   ? sizeof handled.files
                              : version < 6 ? 2 * sizeof handled.net
                                            : sizeof handled;
-    const Descriptor rules{::syscall(SYS_landlock_create_ruleset, &handled, size, 0)};
-    if (rules.get() < 0) return refused("Landlock", errno);
+    const Descriptor rules{static_cast<int>(::syscall(SYS_landlock_create_ruleset, &handled, size, 0))};
+    if (rules < 0) return refused("Landlock", errno);
     int error = 0;
     const auto add = [&](const std::filesystem::path& path, std::uint64_t for_file,
                          std::uint64_t for_folder) {
-        if (error == 0) error = allow(rules.get(), path, for_file, for_folder, handled.files);
+        if (error == 0) error = allow(rules, path, for_file, for_folder, handled.files);
     };
     for (const char* path : system_files) add(path, read_file, read_folder);
     for (const auto& path : allowed.lists) add(path, 0, LANDLOCK_ACCESS_FS_READ_DIR);
     for (const auto& path : allowed.reads) add(path, read_file, read_folder);
     for (const auto& path : allowed.runs) add(path, run_file, read_folder | run_file);
     for (const auto& path : allowed.writes) add(path, write_file, write_folder);
-    if (error == 0 && ::syscall(SYS_landlock_restrict_self, rules.get(), 0) < 0) error = errno;
+    if (error == 0 && ::syscall(SYS_landlock_restrict_self, int{rules}, 0) < 0) error = errno;
     return error == 0 ? "" : refused("Landlock", error);
 }
 

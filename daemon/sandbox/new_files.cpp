@@ -44,7 +44,6 @@ NewFile::NewFile(std::filesystem::path file)
 }
 
 NewFile::~NewFile() {
-    ::close(fd_);
     std::error_code ignored;
     if (std::filesystem::is_empty(file_, ignored)) std::filesystem::remove(file_, ignored);
 }

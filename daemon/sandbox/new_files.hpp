@@ -2,6 +2,8 @@
 // Files and folders that are made before a confined child starts, which may write them and nothing else.
 #include <filesystem>
 
+#include "drivers/descriptor.hpp"
+
 namespace shaker::sandbox {
 
 /// A folder, created if it does not exist and `file`, which is read, does. Removed again if it is left empty.
@@ -30,7 +32,7 @@ public:
 
 private:
     std::filesystem::path file_;
-    int fd_;
+    Descriptor fd_;
 };
 
 /// A recording that is written in a folder of its own beside its name, FILE.unfinished.

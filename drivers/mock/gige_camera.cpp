@@ -19,6 +19,7 @@
 #include <stop_token>
 #include <thread>
 
+#include "drivers/descriptor.hpp"
 #include "drivers/errors.hpp"
 #include "drivers/mock/gige_features.hpp"
 #include "drivers/mock/gige_pixels.hpp"
@@ -32,20 +33,6 @@ using SteadyTime = std::chrono::steady_clock::time_point;
 constexpr std::uint16_t gvcp_port = 3956;
 constexpr std::uint32_t vendor_address = 0x48, model_address = 0x68;
 constexpr const char* sources[] = {"Line0", "Line1", "Software"};
-
-class Descriptor {
-public:
-    explicit Descriptor(int fd) : fd_{fd} {}
-    ~Descriptor() {
-        if (fd_ >= 0) close(fd_);
-    }
-    Descriptor(const Descriptor&) = delete;
-    Descriptor& operator=(const Descriptor&) = delete;
-    [[nodiscard]] int fd() const { return fd_; }
-
-private:
-    int fd_;
-};
 
 [[noreturn]] void fail(const GigeCameraSettings& s, const std::string& what) {
     throw DeviceError{"mock camera " + s.serial + " at " + s.address + ": " + what};
@@ -79,9 +66,9 @@ public:
         close(bound_socket(s, gvcp_port));  // Aravis only prints a warning when it is in use
         const std::string xml = gige_features_xml();
         const Descriptor file{memfd_create("genicam", MFD_CLOEXEC)};
-        if (write(file.fd(), xml.data(), xml.size()) != static_cast<ssize_t>(xml.size()))
+        if (write(file, xml.data(), xml.size()) != static_cast<ssize_t>(xml.size()))
             fail(s, std::string{"no memory for the description: "} + std::strerror(errno));
-        const std::string path = "/proc/self/fd/" + std::to_string(file.fd());
+        const std::string path = "/proc/self/fd/" + std::to_string(file);
         server_ = arv_gv_fake_camera_new_full(s.address.c_str(), s.serial.c_str(), path.c_str());
         if (arv_gv_fake_camera_is_running(server_) == FALSE) {
             g_object_unref(server_);
@@ -276,7 +263,7 @@ struct GigeCamera::State {
             const auto packet = block.packet(i);
             const bool sent =
                 (ratio == 0 || chance(random) >= ratio) &&
-                sendto(stream.fd(), packet.data(), packet.size(), 0,
+                sendto(stream, packet.data(), packet.size(), 0,
                        reinterpret_cast<const sockaddr*>(&shot.client), sizeof shot.client) >= 0;
             whole = whole && sent;
         }

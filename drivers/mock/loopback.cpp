@@ -11,24 +11,12 @@
 #include <cerrno>
 #include <cstring>
 
+#include "drivers/descriptor.hpp"
+
 namespace shaker::mock {
 namespace {
 
 std::string refusal(const std::string& what) { return what + ": " + std::strerror(errno); }
-
-class Socket {
-public:
-    Socket() : fd_{socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0)} {}
-    ~Socket() {
-        if (fd_ >= 0) close(fd_);
-    }
-    Socket(const Socket&) = delete;
-    Socket& operator=(const Socket&) = delete;
-    [[nodiscard]] int fd() const { return fd_; }
-
-private:
-    int fd_;
-};
 
 ifreq request(const std::string& name) {
     ifreq r{};
@@ -72,16 +60,16 @@ std::string add(int fd, const std::string& text) {
 }  // namespace
 
 std::string add_loopback_addresses(std::span<const std::string> addresses) {
-    const Socket s;
-    if (s.fd() < 0) return refusal("cannot create a socket");
+    const Descriptor s{socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0)};
+    if (s < 0) return refusal("cannot create a socket");
     ifreq r = request("lo");
-    if (ioctl(s.fd(), SIOCGIFFLAGS, &r) != 0) return refusal("no loopback interface");
+    if (ioctl(s, SIOCGIFFLAGS, &r) != 0) return refusal("no loopback interface");
     if ((r.ifr_flags & IFF_UP) == 0) {
         r.ifr_flags = static_cast<short>(r.ifr_flags | IFF_UP);
-        if (ioctl(s.fd(), SIOCSIFFLAGS, &r) != 0) return refusal("cannot bring up the loopback interface");
+        if (ioctl(s, SIOCSIFFLAGS, &r) != 0) return refusal("cannot bring up the loopback interface");
     }
     for (const std::string& address : addresses)
-        if (std::string why = add(s.fd(), address); !why.empty()) return why;
+        if (std::string why = add(s, address); !why.empty()) return why;
     return {};
 }
 

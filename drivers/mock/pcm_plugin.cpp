@@ -19,10 +19,12 @@
 #include <memory>
 #include <vector>
 
+#include "drivers/descriptor.hpp"
 #include "drivers/mock/converter_memory.hpp"
 
 namespace {
 
+using shaker::Descriptor;
 using shaker::mock::ConverterMemory;
 using Phase = ConverterMemory::Phase;
 
@@ -33,14 +35,10 @@ class Mapping {
 public:
     ~Mapping() {
         if (memory_ != nullptr) ::munmap(memory_, sizeof(ConverterMemory));
-        if (fd_ >= 0) ::close(fd_);
     }
-    Mapping() = default;
-    Mapping(const Mapping&) = delete;
-    Mapping& operator=(const Mapping&) = delete;
 
     int open(const char* file) noexcept {
-        fd_ = ::open(file, O_RDWR | O_CLOEXEC);
+        fd_ = Descriptor{::open(file, O_RDWR | O_CLOEXEC)};
         if (fd_ < 0) return -errno;
         struct flock whole {};
         whole.l_type = F_WRLCK;
@@ -57,7 +55,7 @@ public:
     [[nodiscard]] int descriptor() const noexcept { return fd_; }
 
 private:
-    int fd_ = -1;
+    Descriptor fd_;
     ConverterMemory* memory_ = nullptr;
 };
 
@@ -68,7 +66,7 @@ struct Frame {
 struct Plugin {
     snd_pcm_ioplug_t io{};
     Mapping mapping{};
-    int timer = -1;
+    Descriptor timer{};
     std::vector<Frame> ring{};  // written frames, at frame number modulo buffer
     std::int64_t highest = 0;   // number of frames ever written to this stream
     std::int64_t position = 0;  // frames played at the last call of pointer()
@@ -76,9 +74,6 @@ struct Plugin {
     snd_pcm_uframes_t boundary = 0, avail_min = 1;
     std::int64_t stop_threshold = 0;
 
-    ~Plugin() {
-        if (timer >= 0) ::close(timer);
-    }
     [[nodiscard]] ConverterMemory& memory() const noexcept { return *mapping; }
     [[nodiscard]] std::int64_t play_now() const noexcept {
         timespec t{};
@@ -347,7 +342,7 @@ SND_PCM_PLUGIN_DEFINE_FUNC(shaker_mock) {
     auto plugin = std::make_unique<Plugin>();
     if (const int error = plugin->mapping.open(file); error < 0) return error;
     if (plugin->memory().unplugged) return -ENODEV;
-    plugin->timer = ::timerfd_create(CLOCK_MONOTONIC, TFD_NONBLOCK | TFD_CLOEXEC);
+    plugin->timer = Descriptor{::timerfd_create(CLOCK_MONOTONIC, TFD_NONBLOCK | TFD_CLOEXEC)};
     if (plugin->timer < 0) return -errno;
     // A killed client has left a stream: this one takes the device over.
     plugin->highest = plugin->memory().written + plugin->memory().buffer_frames;

@@ -10,6 +10,7 @@
 #include <limits>
 #include <utility>
 
+#include "drivers/descriptor.hpp"
 #include "drivers/errors.hpp"
 #include "drivers/hardware/alsa/output_frames.hpp"
 #include "drivers/hardware/alsa/pcm_codec.hpp"
@@ -43,7 +44,7 @@ struct AlsaDac::State {
     AlsaGranted granted = pcm->granted();
     OutputFrames frames;
     PlayingClock clock;
-    int wake = -1;  // readable after stop()
+    Descriptor wake;  // readable after stop()
     std::atomic<bool> stopping = false;
     std::atomic<std::uint64_t> taken = 0, lost = 0, incidents = 0, reopened = 0;
 
@@ -100,10 +101,7 @@ AlsaDac::State::State(const AlsaSettings& s)
       slip_limit{std::max<std::int64_t>(2L * s.period_frames,
                                         static_cast<std::int64_t>(least_slip_s * s.rate_hz))} {}
 
-AlsaDac::State::~State() {
-    play_out();
-    if (wake >= 0) ::close(wake);
-}
+AlsaDac::State::~State() { play_out(); }
 
 // Starts the stream full of silence, so that the first block has the same latency as all others.
 int AlsaDac::State::begin() {

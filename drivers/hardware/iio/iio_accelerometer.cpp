@@ -15,6 +15,7 @@
 #include <thread>
 #include <utility>
 
+#include "drivers/descriptor.hpp"
 #include "drivers/errors.hpp"
 #include "drivers/handover.hpp"
 #include "drivers/hardware/clock/host_now.hpp"
@@ -43,9 +44,6 @@ public:
     Doorbell() : fd_{eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK)} {
         if (fd_ < 0) throw DeviceError{"eventfd: " + iio_words(errno)};
     }
-    Doorbell(const Doorbell&) = delete;
-    Doorbell& operator=(const Doorbell&) = delete;
-    ~Doorbell() { close(fd_); }
     void ring() const noexcept { eventfd_write(fd_, 1); }
     void wait(milliseconds at_most) const noexcept {
         pollfd bell{.fd = fd_, .events = POLLIN, .revents = 0};
@@ -54,7 +52,7 @@ public:
     }
 
 private:
-    int fd_;
+    Descriptor fd_;
 };
 
 AccelBlocks::Limits limits_of(const IioFacts& facts, const std::optional<double>& range_mps2) {

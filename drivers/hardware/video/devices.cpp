@@ -10,6 +10,7 @@
 #include <cstring>
 #include <optional>
 
+#include "drivers/descriptor.hpp"
 #include "drivers/quantity.hpp"
 
 namespace shaker::video {
@@ -61,11 +62,10 @@ void list_sizes(int fd, std::uint32_t format, std::vector<std::string>& lines) {
 std::optional<VideoDevice> ask(const std::filesystem::path& path) {
     VideoDevice device;
     device.path = path;
-    const int fd = open(path.c_str(), O_RDWR | O_NONBLOCK | O_CLOEXEC);
+    const Descriptor fd{open(path.c_str(), O_RDWR | O_NONBLOCK | O_CLOEXEC)};
     v4l2_capability capability{};
     if (fd < 0 || ioctl(fd, VIDIOC_QUERYCAP, &capability) != 0) {
         device.trouble = std::strerror(errno);
-        if (fd >= 0) close(fd);
         return device;
     }
     device.name = words(capability.card);
@@ -75,7 +75,6 @@ std::optional<VideoDevice> ask(const std::filesystem::path& path) {
     format.type = V4L2_BUF_TYPE_VIDEO_CAPTURE;
     for (; captures && ioctl(fd, VIDIOC_ENUM_FMT, &format) == 0; ++format.index)
         list_sizes(fd, format.pixelformat, device.pictures);
-    close(fd);
     if (!captures) return {};
     return device;
 }

@@ -14,6 +14,7 @@
 #include <utility>
 
 #include "drivers/codecs/codecs.hpp"
+#include "drivers/descriptor.hpp"
 #include "drivers/errors.hpp"
 #include "drivers/frame_pool.hpp"
 #include "drivers/hardware/clock/exposure_counter.hpp"
@@ -34,9 +35,8 @@ constexpr std::chrono::milliseconds attention{
     10};  // longest delay until stop() is noticed while waiting for a device
 
 std::string why_unreadable(const std::filesystem::path& path) {
-    const int fd = ::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);
+    const Descriptor fd{::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK)};
     if (fd < 0) return std::strerror(errno);
-    close(fd);
     return "OpenCV cannot read its format";
 }
 

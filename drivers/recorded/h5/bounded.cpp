@@ -7,6 +7,7 @@
 #include <cerrno>
 #include <memory>
 
+#include "drivers/descriptor.hpp"
 #include "drivers/recorded/h5/file_driver.hpp"
 
 namespace shaker::h5 {
@@ -16,12 +17,8 @@ namespace {
 /// HDF5 sees the first member only.
 struct BoundedFile {
     H5FD_t common{};
-    int descriptor = -1;
+    Descriptor descriptor;
     haddr_t allocated = 0;
-
-    ~BoundedFile() {
-        if (descriptor >= 0) ::close(descriptor);
-    }
 };
 static_assert(offsetof(BoundedFile, common) == 0);
 
@@ -34,7 +31,7 @@ H5FD_t* open(const char* name, unsigned flags, hid_t, haddr_t) {
         return nullptr;
     }
     auto file = std::make_unique<BoundedFile>();
-    file->descriptor = ::open(name, O_RDONLY | O_CLOEXEC);
+    file->descriptor = Descriptor{::open(name, O_RDONLY | O_CLOEXEC)};
     if (file->descriptor < 0) {
         add_error(text_of(errno), H5E_CANTOPENFILE);
         return nullptr;

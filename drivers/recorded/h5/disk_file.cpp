@@ -34,7 +34,7 @@ double megabytes(std::uint64_t bytes) { return static_cast<double>(bytes) / 1e6;
 
 DiskFile::DiskFile(std::filesystem::path path, int flags) : path_{std::move(path)} {
     constexpr mode_t mode = 0666;  // reduced by the process's umask
-    fd_ = uninterrupted([&] { return ::open(path_.c_str(), flags | O_CLOEXEC, mode); });
+    fd_ = Descriptor{uninterrupted([&] { return ::open(path_.c_str(), flags | O_CLOEXEC, mode); })};
     if (fd_ < 0 && errno == ENOENT && (flags & O_CREAT) == 0)
         throw InputError{path_.string() + ": no such file"};
     if (fd_ < 0) fail("cannot be opened", errno);
@@ -44,40 +44,18 @@ DiskFile DiskFile::create(const std::filesystem::path& file) {
     if (::unlink(file.c_str()) < 0 && errno != ENOENT)
         throw DeviceError{file.string() + ": cannot be replaced: " + own_words(errno)};
     DiskFile made{file, O_RDWR | O_CREAT | O_EXCL};
-    made.pages_fd_ =
-        uninterrupted([&] { return ::open(file.c_str(), O_WRONLY | O_CLOEXEC | O_NOFOLLOW | O_DIRECT); });
+    const auto again = [&](int flags) {
+        return Descriptor{
+            uninterrupted([&] { return ::open(file.c_str(), O_WRONLY | O_CLOEXEC | O_NOFOLLOW | flags); })};
+    };
+    made.pages_fd_ = again(O_DIRECT);
     made.direct_ = made.pages_fd_ >= 0;
-    if (!made.direct_ && errno == EINVAL)
-        made.pages_fd_ =
-            uninterrupted([&] { return ::open(file.c_str(), O_WRONLY | O_CLOEXEC | O_NOFOLLOW); });
+    if (!made.direct_ && errno == EINVAL) made.pages_fd_ = again(0);
     if (made.pages_fd_ < 0) made.fail("cannot be opened", errno);
     return made;
 }
 
 DiskFile DiskFile::open(const std::filesystem::path& file) { return {file, O_RDONLY}; }
-
-DiskFile::DiskFile(DiskFile&& other) noexcept
-    : path_{std::move(other.path_)},
-      fd_{std::exchange(other.fd_, -1)},
-      pages_fd_{std::exchange(other.pages_fd_, -1)},
-      direct_{other.direct_},
-      last_at_{other.last_at_},
-      last_bytes_{other.last_bytes_} {}
-
-DiskFile& DiskFile::operator=(DiskFile&& other) noexcept {
-    std::swap(path_, other.path_);
-    std::swap(fd_, other.fd_);
-    std::swap(pages_fd_, other.pages_fd_);
-    std::swap(direct_, other.direct_);
-    std::swap(last_at_, other.last_at_);
-    std::swap(last_bytes_, other.last_bytes_);
-    return *this;
-}
-
-DiskFile::~DiskFile() {
-    if (pages_fd_ >= 0) ::close(pages_fd_);
-    if (fd_ >= 0) ::close(fd_);
-}
 
 void DiskFile::fail(const std::string& what, int error) const {
     throw DeviceError{path_.string() + ": " + what + ": " + own_words(error)};
@@ -180,9 +158,9 @@ void DiskFile::rename(const std::filesystem::path& to, Existing existing) {
 
 void sync_folder(const std::filesystem::path& folder) {
     const std::filesystem::path name = folder.empty() ? "." : folder;
-    const int fd = uninterrupted([&] { return ::open(name.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC); });
+    const Descriptor fd{
+        uninterrupted([&] { return ::open(name.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC); })};
     const int error = fd < 0 || uninterrupted([&] { return ::fsync(fd); }) < 0 ? errno : 0;
-    if (fd >= 0) ::close(fd);
     if (error != 0)
         throw DeviceError{name.string() + ": cannot be synchronised to the disk: " + own_words(error)};
 }

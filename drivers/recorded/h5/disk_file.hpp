@@ -6,6 +6,8 @@
 #include <span>
 #include <string>
 
+#include "drivers/descriptor.hpp"
+
 namespace shaker::h5 {
 
 /// Unit of direct I/O, bytes; offsets and addresses are multiples of it.
@@ -20,9 +22,6 @@ public:
     static DiskFile create(const std::filesystem::path& file);
     /// Opens for reading; InputError when it is missing.
     static DiskFile open(const std::filesystem::path& file);
-    DiskFile(DiskFile&& other) noexcept;
-    DiskFile& operator=(DiskFile&& other) noexcept;
-    ~DiskFile();
 
     [[nodiscard]] const std::filesystem::path& path() const noexcept { return path_; }
     [[nodiscard]] std::uint64_t size() const;
@@ -54,8 +53,8 @@ private:
     void push_out(std::uint64_t at, std::uint64_t bytes);
 
     std::filesystem::path path_;
-    int fd_ = -1;
-    int pages_fd_ = -1;  // second descriptor, for write_pages()
+    Descriptor fd_;
+    Descriptor pages_fd_;  // second descriptor, for write_pages()
     bool direct_ = false;
     std::uint64_t last_at_ = 0, last_bytes_ = 0;  // range under write-back if O_DIRECT is refused
 };

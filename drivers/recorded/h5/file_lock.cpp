@@ -29,13 +29,13 @@ struct flock whole_file(short type) {
     return lock;
 }
 
-int descriptor_of(const std::filesystem::path& file, int flags) {
+Descriptor descriptor_of(const std::filesystem::path& file, int flags) {
     constexpr mode_t mode = 0666;  // reduced by the process's umask
     int fd = -1;
     if ((flags & O_CREAT) != 0) flags |= O_NOFOLLOW;
     do fd = ::open(file.c_str(), flags | O_CLOEXEC | O_NONBLOCK, mode);  // a FIFO does not block either
     while (fd < 0 && errno == EINTR);
-    return fd;
+    return Descriptor{fd};
 }
 
 enum class Locked { yes, no, by_another };
@@ -109,19 +109,6 @@ std::optional<FileLock> FileLock::take_folder(const std::filesystem::path& folde
     return taken;
 }
 
-FileLock::FileLock(FileLock&& other) noexcept
-    : fd_{std::exchange(other.fd_, -1)}, held_{std::exchange(other.held_, false)} {}
-
-FileLock& FileLock::operator=(FileLock&& other) noexcept {
-    std::swap(fd_, other.fd_);
-    std::swap(held_, other.held_);
-    return *this;
-}
-
-FileLock::~FileLock() {
-    if (fd_ >= 0) ::close(fd_);
-}
-
 bool FileLock::is_still(const std::filesystem::path& file) const noexcept {
     struct stat opened {
     }, named{};
@@ -132,12 +119,11 @@ bool FileLock::is_still(const std::filesystem::path& file) const noexcept {
 std::optional<pid_t> locked_by(const std::filesystem::path& file) noexcept {
     std::error_code unknown;
     if (!std::filesystem::exists(file, unknown)) return std::nullopt;
-    const int fd = descriptor_of(file, O_RDONLY);
+    const Descriptor fd = descriptor_of(file, O_RDONLY);
     if (fd < 0) return std::nullopt;
     struct flock found = whole_file(F_WRLCK);
     found.l_pid = 0;
     const bool asked = ::fcntl(fd, F_OFD_GETLK, &found) == 0;
-    ::close(fd);
     if (!asked || found.l_type == F_UNLCK) return std::nullopt;
     return found.l_len > least_length ? static_cast<pid_t>(found.l_len - least_length) : pid_t{0};
 }

@@ -6,6 +6,8 @@
 #include <filesystem>
 #include <optional>
 
+#include "drivers/descriptor.hpp"
+
 namespace shaker::h5 {
 
 enum class Sharing { alone, shared };
@@ -23,16 +25,13 @@ public:
     /// Locks a folder, alone or together with others that share it. Empty when it is locked in a way that
     /// excludes this. InputError when it is missing or a link, DeviceError when it cannot be opened.
     static std::optional<FileLock> take_folder(const std::filesystem::path& folder, Sharing sharing);
-    FileLock(FileLock&& other) noexcept;
-    FileLock& operator=(FileLock&& other) noexcept;
-    ~FileLock();
 
     [[nodiscard]] bool held() const noexcept { return held_; }
     /// False when the locked file has been renamed or removed since it was opened as `file`.
     [[nodiscard]] bool is_still(const std::filesystem::path& file) const noexcept;
 
 private:
-    int fd_ = -1;
+    Descriptor fd_;
     bool held_ = false;
 };
 

@@ -24,26 +24,19 @@ int memory_file() {
 }  // namespace
 
 Image::Image(hsize_t alignment) : memory_{memory_file()} {
-    try {
-        be_quiet();
-        const Handle access{H5Pcreate(H5P_FILE_ACCESS), what};
-        // Format of version 1.8: its structure has checksums, and no mark of an open file that a crash would
-        // leave.
-        check(H5Pset_libver_bounds(access.get(), H5F_LIBVER_V18, H5F_LIBVER_LATEST), what);
-        check(H5Pset_alignment(access.get(), 1, alignment), what);
-        // The default driver resolves the real path of a linked file, and this file has none.
-        check(H5Pset_fapl_stdio(access.get()), what);
-        const Handle create{H5Pcreate(H5P_FILE_CREATE), what};
-        check(H5Pset_obj_track_times(create.get(), false), what);  // equal content gives equal bytes
-        const std::string name = "/proc/self/fd/" + std::to_string(memory_);
-        file_ = {H5Fcreate(name.c_str(), H5F_ACC_TRUNC, create.get(), access.get()), what};
-    } catch (...) {
-        ::close(memory_);
-        throw;
-    }
+    be_quiet();
+    const Handle access{H5Pcreate(H5P_FILE_ACCESS), what};
+    // Format of version 1.8: its structure has checksums, and no mark of an open file that a crash would
+    // leave.
+    check(H5Pset_libver_bounds(access.get(), H5F_LIBVER_V18, H5F_LIBVER_LATEST), what);
+    check(H5Pset_alignment(access.get(), 1, alignment), what);
+    // The default driver resolves the real path of a linked file, and this file has none.
+    check(H5Pset_fapl_stdio(access.get()), what);
+    const Handle create{H5Pcreate(H5P_FILE_CREATE), what};
+    check(H5Pset_obj_track_times(create.get(), false), what);  // equal content gives equal bytes
+    const std::string name = "/proc/self/fd/" + std::to_string(int{memory_});
+    file_ = {H5Fcreate(name.c_str(), H5F_ACC_TRUNC, create.get(), access.get()), what};
 }
-
-Image::~Image() { ::close(memory_); }
 
 std::uint64_t Image::size() const {
     hsize_t bytes = 0;

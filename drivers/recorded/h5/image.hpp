@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "drivers/descriptor.hpp"
 #include "drivers/recorded/h5/h5.hpp"
 
 namespace shaker::h5 {
@@ -13,9 +14,6 @@ class Image {
 public:
     /// alignment: bytes; every object in the file begins at a multiple of it.
     explicit Image(hsize_t alignment = 1);
-    ~Image();
-    Image(const Image&) = delete;
-    Image& operator=(const Image&) = delete;
     /// The file, for adding objects.
     [[nodiscard]] hid_t id() const noexcept { return file_.get(); }
     /// Bytes of the whole file. Space that was reserved early and not written counts, but uses no memory.
@@ -24,7 +22,7 @@ public:
     [[nodiscard]] std::vector<std::byte> head(std::uint64_t bytes) const;
 
 private:
-    int memory_;
+    Descriptor memory_;
     Handle file_;
 };
 

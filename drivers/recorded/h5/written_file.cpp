@@ -13,8 +13,6 @@ namespace shaker::h5 {
 
 WrittenFile::WrittenFile(int descriptor) : descriptor_{descriptor}, length_{length_of(descriptor)} {}
 
-WrittenFile::~WrittenFile() { ::close(descriptor_); }
-
 void WrittenFile::fail(int error) noexcept {
     if (error_ == 0) error_ = error;
 }

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "drivers/descriptor.hpp"
 #include "drivers/recorded/h5/h5.hpp"
 
 namespace shaker::h5 {
@@ -20,9 +21,6 @@ class WrittenFile {
 public:
     /// Takes ownership of a descriptor that is open for reading and writing.
     explicit WrittenFile(int descriptor);
-    ~WrittenFile();
-    WrittenFile(const WrittenFile&) = delete;
-    WrittenFile& operator=(const WrittenFile&) = delete;
 
     enum class Kind { data, metadata };
     void write(std::uint64_t at, std::span<const std::byte> bytes, Kind kind) noexcept;
@@ -49,7 +47,7 @@ private:
     void keep(std::uint64_t at, std::span<const std::byte> bytes);
     void fail(int error) noexcept;
 
-    int descriptor_;
+    Descriptor descriptor_;
     int error_ = 0;  // errno of the first failed call; 0: none
     std::uint64_t length_;
     std::vector<Kept> kept_;  // a later one replaces bytes of an earlier one
