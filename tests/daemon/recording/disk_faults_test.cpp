@@ -21,6 +21,18 @@ TEST_P(DiskFaultsTest, RunEndsCorrectlyAndRecordedDataAreIntact) {
     EXPECT_TRUE(after.wrong.empty()) << after.wrong.front() << "\n" << after.words;
 }
 
+TEST(EveryDiskFaultTest, RunEndsCorrectlyAndRecordedDataAreIntact) {
+    if (SHAKER_SANITIZED) GTEST_SKIP() << "sanitisers do not allow a preloaded library";
+    const auto folder = test::fresh_folder();
+    for (const test::DiskFault& fault : test::disk_faults()) {
+        SCOPED_TRACE(fault.name);
+        std::filesystem::create_directories(folder);
+        const test::AfterFault after = test::run_with(fault, folder);
+        EXPECT_TRUE(after.wrong.empty()) << after.wrong.front() << "\n" << after.words;
+        std::filesystem::remove_all(folder);
+    }
+}
+
 INSTANTIATE_TEST_SUITE_P(OfAFewSeconds, DiskFaultsTest,
                          testing::Values("full before the start", "ENOSPC of all from 3 s on",
                                          "EIO of the series", "EIO of the pictures"),

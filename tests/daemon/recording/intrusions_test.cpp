@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include "tests/support/nightly.hpp"
 #include "tests/support/program.hpp"
 
 namespace shaker::recording {
@@ -10,10 +11,9 @@ namespace {
 
 TEST(IntrusionsTest, RecordingLosesNothingAndReplacesNothing) {
     if (SHAKER_SANITIZED) GTEST_SKIP() << "a sanitised program is slower than real time";
-    const char* nightly = std::getenv("SHAKER_NIGHTLY");
-    const bool all = nightly != nullptr && std::string{nightly} == "1";
-    for (const test::Intrusion& one :
-         test::intrusions(all ? 200 : test::intruders, 7, all ? 2 : 1, test::fresh_folder())) {
+    const int count = test::plays(test::intruders, 200);
+    for (const test::Intrusion& one : test::intrusions(
+             count, test::seed_of_day(7), count > test::intruders ? 2 : 1, test::fresh_folder())) {
         SCOPED_TRACE(testing::Message() << name(one.intruder) << " at " << one.at_s << " s");
         EXPECT_TRUE(one.wrong.empty()) << one.wrong.front();
         EXPECT_GT(one.produced, 500U);

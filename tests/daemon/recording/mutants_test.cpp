@@ -19,10 +19,11 @@ protected:
 };
 
 TEST_F(MutantsTest, ParentSurvivesAnyFateOfReader) {
-    const std::uint64_t mutants = SHAKER_SANITIZED != 0 && !nightly() ? 40 : 150;
+    const auto mutants = static_cast<std::uint64_t>(plays(SHAKER_SANITIZED != 0 ? 40 : 150, 2000));
+    const std::uint64_t first = 1'000'000 * (seed_of_day(0));
     std::map<Fate, std::uint64_t> fates;
     std::uint64_t sealed_refused = 0;
-    for (std::uint64_t seed = 1; seed <= mutants; ++seed) {
+    for (std::uint64_t seed = first + 1; seed <= first + mutants; ++seed) {
         const Trial t = trials_.attempt(seed);
         EXPECT_EQ(t.parent_harm, "") << "seed " << seed << ", " << t.mutant.what;
         EXPECT_NE(t.fate, Fate::unclear) << "seed " << seed << ", " << t.mutant.what << t.said;
@@ -31,7 +32,7 @@ TEST_F(MutantsTest, ParentSurvivesAnyFateOfReader) {
         if (t.fate == Fate::refused && t.mutant.sealed) ++sealed_refused;
     }
     // The rest are errors of HDF5 1.10 with wrong structure and valid checksums.
-    EXPECT_LE(fates[Fate::died], 2);
+    EXPECT_LE(fates[Fate::died], 2 + mutants / 500);
     EXPECT_GT(fates[Fate::refused], mutants / 3);
     EXPECT_GT(sealed_refused, mutants / 15) << "damage with valid checksums must be detected too";
     EXPECT_GT(fates[Fate::identical], 0) << "some bytes have no meaning";

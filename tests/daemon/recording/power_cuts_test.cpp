@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include "tests/support/nightly.hpp"
 #include "tests/support/program.hpp"
 
 namespace shaker::recording {
@@ -16,7 +17,9 @@ TEST(PowerCutsTest, SyncedDataSurviveAndBadDataAreDetected) {
     EXPECT_GE(run.calls(), 1000U);
     for (const auto surviving : {test::Surviving::all, test::Surviving::half, test::Surviving::synced}) {
         int of_synced = 0;
-        for (std::uint64_t seed = 1; seed <= 5; ++seed) {
+        const auto seeds = static_cast<std::uint64_t>(test::plays(5, 170));
+        for (std::uint64_t k = 0; k < seeds; ++k) {
+            const std::uint64_t seed = test::seed_of_day(1) + k;
             SCOPED_TRACE(testing::Message() << name(surviving) << ", seed " << seed);
             const auto image = folder / "image";
             std::filesystem::create_directories(image);
@@ -29,6 +32,8 @@ TEST(PowerCutsTest, SyncedDataSurviveAndBadDataAreDetected) {
             EXPECT_TRUE(cut.recovered) << cut.words;
         }
         EXPECT_GE(of_synced, 2);
+        std::printf("%s: %d of %d cuts after the first sync\n", name(surviving), of_synced,
+                    static_cast<int>(seeds));
     }
 }
 

@@ -1,18 +1,19 @@
-// Normal operation with set-point changes never trips. In virtual time; tests/bench/run endurance for more
-// hours.
+// Normal operation with set-point changes never trips. In virtual time.
 #include "tests/support/safety/endurance.hpp"
 
 #include <gtest/gtest.h>
 
 #include <cstdio>
 
+#include "tests/support/nightly.hpp"
+
 namespace shaker::test {
 namespace {
 
 TEST(EnduranceTest, HourOfSetPointsOnSoundBenchesDoesNotTrip) {
     Endurance all;
-    const double enough_s = SHAKER_SANITIZED ? 600 : 3600;
-    for (std::uint64_t seed = 1; all.simulated_s < enough_s; ++seed) all += endure(seed, 300);
+    const double enough_s = SHAKER_SANITIZED ? 600 : 3600.0 * plays(1, 1);  // SHAKER_COUNT: hours
+    for (std::uint64_t seed = seed_of_day(1); all.simulated_s < enough_s; ++seed) all += endure(seed, 300);
     for (const std::string& trip : all.trips) ADD_FAILURE() << trip;
     std::printf("%.2f h, %ld set-points, %.2f h at their target\n", all.simulated_s / 3600, all.set_points,
                 all.locked_s / 3600);
