@@ -280,6 +280,11 @@ foreach(peer hdf5 remote package)
                        TIMEOUT 2400 RESOURCE_LOCK realtime COST 1000 LABELS realtime)
 endforeach()
 
+# Python: files, and a bench that is served.
+add_test(NAME python COMMAND ${judged} --plain --name python ${PROJECT_SOURCE_DIR}/tests/daemon/python/python_test.py)
+set_tests_properties(python PROPERTIES ENVIRONMENT SHAKER_BUILD=${PROJECT_BINARY_DIR} TIMEOUT 600
+                     RESOURCE_LOCK realtime COST 1000 LABELS realtime)
+
 # The operator's page in a real browser.
 foreach(part pure page control memory daemon)
   add_test(NAME panel_${part} COMMAND ${judged} --plain --name panel_${part} ${PROJECT_SOURCE_DIR}/tests/panel/run --only ${part})

@@ -1,0 +1,429 @@
+"""Recordings, campaigns and live benches of shakerd as arrays with units and errors.
+
+    >>> import shakerd
+    >>> with shakerd.Recording("run.nxs") as run:
+    ...     v = run.results["v_D"]
+    ...     t, x = run.track("top", "walker")["t"], run.track("top", "walker")["x"]
+    >>> v.unit, bool(v.error > 0), t.unit, x.unit, x.value.shape == x.error.shape == t.value.shape
+    ('m/s', True, 's', 'm', True)
+
+All numbers are in the SI units that the file states. An error is a standard error; a covering interval has two
+of them to each side. NaN: not known. Needs h5py; Bench also needs requests, and Table.frame() needs pandas.
+"""
+from __future__ import annotations
+
+import dataclasses
+import os
+import pathlib
+import time
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+import h5py
+import numpy as np
+
+__all__ = ["Bench", "BenchError", "Campaign", "FileError", "Quantity", "Recording", "Table"]
+
+RECORDING_SCHEMA = 5  # newest version that this file reads; FORMAT.md lists them
+CAMPAIGN_SCHEMA = 1
+
+
+class FileError(ValueError):
+    """A file that is not what was asked for, or of a version that is not known here."""
+
+
+class BenchError(RuntimeError):
+    """The daemon refused an order, or did not answer. The text is the daemon's own sentence."""
+
+
+@dataclasses.dataclass(frozen=True)
+class Quantity:
+    """Values with their unit and, where the file has one, their standard error.
+
+    >>> v = Quantity(np.array([0.0145]), np.array([7e-7]), "m/s")
+    >>> print(v), print(v.to("mm/s", 1e3))
+    [0.0145] +- [7.e-07] m/s
+    [14.5] +- [0.0007] mm/s
+    (None, None)
+    >>> np.asarray(v).tolist()
+    [0.0145]
+    """
+
+    value: Any  # float or array
+    error: Any  # of the same shape; None: the quantity has no error
+    unit: str
+
+    def __array__(self, dtype: Any = None) -> np.ndarray:
+        return np.asarray(self.value, dtype=dtype)
+
+    def __float__(self) -> float:
+        return float(self.value)
+
+    def __len__(self) -> int:
+        return len(self.value)
+
+    def __getitem__(self, part: Any) -> Quantity:
+        return Quantity(self.value[part], None if self.error is None else self.error[part], self.unit)
+
+    def to(self, unit: str, factor: float) -> Quantity:
+        """In another unit: the values are multiplied by the factor."""
+        error = None if self.error is None else self.error * abs(factor)
+        return Quantity(self.value * factor, error, unit)
+
+    def __str__(self) -> str:
+        unit = "" if self.unit == "1" else f" {self.unit}"
+        return f"{self.value}{unit}" if self.error is None else f"{self.value} +- {self.error}{unit}"
+
+
+class Table(Mapping[str, Any]):
+    """The columns of a group: Quantity for numbers, a list for texts. A column is read when it is asked for."""
+
+    def __init__(self, group: h5py.Group, rows: Any = None) -> None:
+        self._group = group
+        self._rows = slice(None) if rows is None else rows
+
+    def _names(self) -> list[str]:
+        data = [name for name, item in self._group.items() if isinstance(item, h5py.Dataset)]
+        return [name for name in data if not (name.endswith("_errors") and name[:-7] in data)]
+
+    def _read(self, name: str) -> Any:
+        data = self._group[name]
+        return data[()] if data.shape == () else data[...][self._rows]
+
+    def __getitem__(self, name: str) -> Any:
+        if name not in self._group:
+            raise KeyError(f"{self._group.name} has no column {name!r}; it has {', '.join(self)}")
+        data = self._group[name]
+        if data.dtype.kind == "S":
+            texts = self._read(name)
+            return texts.decode() if data.shape == () else [text.decode() for text in texts]
+        error = self._read(f"{name}_errors") if f"{name}_errors" in self._group else None
+        return Quantity(self._read(name), error, str(_text(data.attrs.get("units", b"1"))))
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._names())
+
+    def __len__(self) -> int:
+        return len(self._names())
+
+    def where(self, chosen: Any) -> Table:
+        """The rows that `chosen` (indices or flags) names."""
+        return Table(self._group, np.arange(len(self._group[self._names()[0]]))[self._rows][chosen])
+
+    def frame(self) -> Any:
+        """A pandas.DataFrame; its units are in attrs["units"]."""
+        import pandas  # only here
+
+        columns: dict[str, Any] = {}
+        units: dict[str, str] = {}
+        for name in self:
+            column = self[name]
+            if not isinstance(column, Quantity):
+                columns[name] = column
+                continue
+            columns[name], units[name] = column.value, column.unit
+            if column.error is not None:
+                columns[f"{name}_errors"] = column.error
+        out = pandas.DataFrame(columns)
+        out.attrs["units"] = units
+        return out
+
+
+def _text(value: Any) -> str:
+    return value.decode() if isinstance(value, bytes) else str(value)
+
+
+class _File:
+    def __init__(self, path: str | os.PathLike[str], newest: int, needed: str, kind: str) -> None:
+        self.path = pathlib.Path(path)
+        if not self.path.is_file():
+            raise FileError(f"{self.path}: no such file; expected {kind}")
+        try:
+            self._file = h5py.File(self.path, "r", libver="latest", swmr=True)
+        except OSError as error:
+            raise FileError(f"{self.path}: cannot be read as HDF5 ({error}); expected {kind}") from None
+        if needed not in self._file.get("entry", {}):
+            self.close()
+            raise FileError(f"{self.path}: has no group entry/{needed}; expected {kind}")
+        self.entry: h5py.Group = self._file["entry"]
+        self.schema = int(self.entry["process"].attrs.get("schema", 1))
+        if self.schema > newest:
+            self.close()
+            raise FileError(
+                f"{self.path}: is of version {self.schema}, this shakerd.py reads up to {newest}; "
+                "take the shakerd.py of the program that wrote it"
+            )
+
+    @property
+    def title(self) -> str:
+        return _text(self.entry["title"][()])
+
+    @property
+    def settings(self) -> str:
+        """The settings or the plan, TOML."""
+        return _text(self.entry["process/config_text"][()])
+
+    def table(self, path: str) -> Table:
+        """Any group below /entry, for example "identification/response"."""
+        if path not in self.entry:
+            raise FileError(f"{self.path}: has no group entry/{path}")
+        return Table(self.entry[path])
+
+    def close(self) -> None:
+        self._file.close()
+
+    def __enter__(self) -> Any:
+        return self
+
+    def __exit__(self, *_: Any) -> None:
+        self.close()
+
+
+class Recording(_File):
+    """One run. Opens also a file that still grows (run.nxs.part).
+
+    >>> with Recording("run.nxs") as run:
+    ...     print(run.results["gamma"].unit, sorted(run.tracks), len(run.measured["v_D"]) >= 1)
+    m/s^2 ['side/base', 'side/walker', 'top/base', 'top/walker'] True
+    """
+
+    def __init__(self, path: str | os.PathLike[str]) -> None:
+        super().__init__(path, RECORDING_SCHEMA, "raw", "a recording of shakerd")
+
+    def refresh(self) -> None:
+        """Makes rows visible that were added to a growing file."""
+        self.entry.visititems(lambda _, item: item.id.refresh() if isinstance(item, h5py.Dataset) else None)
+
+    @property
+    def results(self) -> Table:
+        """The last finished measurement: v_D, D, gamma, phi, rho, frequency, v_rms, efficiency."""
+        return self.table("results")
+
+    @property
+    def measured(self) -> Table:
+        """A row for each finished measurement; asked_* are the set-points. Details in table("measured/...")."""
+        results = self.entry["measured/results"]
+        return _Joined(self.entry["measured"], results)
+
+    @property
+    def periods(self) -> Table:
+        return self.table("periods")
+
+    @property
+    def cycle(self) -> Table:
+        """The averaged period: x, v, v_base against phase (0 to 1)."""
+        return self.table("cycle")
+
+    @property
+    def tracks(self) -> list[str]:
+        """CAMERA/TARGET of each track."""
+        tracks = self.entry["tracks"]
+        return [f"{camera}/{target}" for camera in tracks for target in tracks[camera]]
+
+    def track(self, camera: str, target: str) -> Table:
+        """t (master time) and x of a target. state 0: ok, 1: degraded, 2: lost."""
+        return self.table(f"tracks/{camera}/{target}")
+
+    @property
+    def notes(self) -> list[str]:
+        """What restricts the results, one sentence each."""
+        return list(self.table("results/notes")["text"])
+
+    @property
+    def acceleration(self) -> Quantity:
+        """Samples of the accelerometer, m/s^2: a row each, columns x, y, z of the sensor."""
+        group = self.entry["raw/accelerometer"]
+        scale = np.array([group.attrs[f"mps2_per_count_{axis}"] for axis in "xyz"])
+        offset = np.array([group.attrs[f"offset_counts_{axis}"] for axis in "xyz"])
+        return Quantity((group["counts"][...] - offset) * scale, None, "m/s^2")
+
+
+class _Joined(Table):
+    """The columns of two groups with the same rows."""
+
+    def __init__(self, group: h5py.Group, more: h5py.Group) -> None:
+        super().__init__(group)
+        self._more = Table(more)
+
+    def __getitem__(self, name: str) -> Any:
+        return super().__getitem__(name) if name in self._group else self._more[name]
+
+    def __iter__(self) -> Iterator[str]:
+        yield from self._names()
+        yield from (name for name in self._more if name not in self._group)
+
+    def __len__(self) -> int:
+        return len(list(iter(self)))
+
+    def where(self, chosen: Any) -> Table:
+        raise TypeError("choose rows of a column instead: measured['v_D'][rows]")
+
+
+class Campaign(_File):
+    """A campaign's folder: its points, and the recordings that they come from.
+
+    >>> with Campaign("points") as campaign:
+    ...     points = campaign.measured
+    ...     print(points["v_D"].unit, len(points["phi"]), [file.name for file in campaign.recordings])
+    m/s 4 ['r001.nxs']
+    """
+
+    def __init__(self, folder: str | os.PathLike[str]) -> None:
+        folder = pathlib.Path(folder)
+        self.folder = folder.parent if folder.is_file() else folder
+        super().__init__(self.folder / "campaign.nxs", CAMPAIGN_SCHEMA, "points", "the folder of a campaign")
+
+    @property
+    def points(self) -> Table:
+        """A row for each point of the plan, also those that failed: outcome, reason."""
+        return self.table("points")
+
+    @property
+    def measured(self) -> Table:
+        """The points that were measured."""
+        return self.points.where([outcome == "measured" for outcome in self.points["outcome"]])
+
+    @property
+    def recordings(self) -> list[pathlib.Path]:
+        """The recordings of the points, without repeats."""
+        names = dict.fromkeys(name for name in self.table("passes")["recording"] if name)
+        return [self.folder / f"{name}.nxs" for name in names]
+
+
+class Bench:
+    """A bench on call: `shakerd serve`.
+
+    >>> bench = Bench("http://127.0.0.1:8080")  # doctest: +SKIP
+    >>> bench.drive(gamma=9.81, phi=1.745)  # doctest: +SKIP
+    >>> print(bench.measure(periods=20)["v_D"])  # doctest: +SKIP
+    0.006599 +- 6e-07 m/s
+    """
+
+    def __init__(self, url: str = "http://127.0.0.1:8080", token: str | None = None, name: str = "python") -> None:
+        """token: as in the daemon's token_file; name: how the log and other clients see this one."""
+        import requests  # only here
+
+        self.url = url.rstrip("/")
+        self._session = requests.Session()
+        self._session.headers["X-Shaker-Client"] = name
+        if token is not None:
+            self._session.headers["X-Shaker-Token"] = token
+        self._failures = requests.RequestException
+
+    def _ask(self, method: str, path: str, body: Mapping[str, Any] | None = None) -> Any:
+        try:
+            answer = self._session.request(method, f"{self.url}/api/{path}", json=body, timeout=5)
+        except self._failures as error:
+            raise BenchError(f"{self.url}: no answer ({error})") from None
+        try:
+            content = answer.json()
+        except ValueError:
+            raise BenchError(f"{self.url}/api/{path}: status {answer.status_code}, not JSON") from None
+        if not answer.ok:
+            raise BenchError(content.get("error", f"status {answer.status_code}"))
+        return content
+
+    def ready(self, timeout: float = 30) -> Bench:
+        """Returns this bench when its daemon has started. BenchError with the reason when the time is over."""
+        end = time.monotonic() + timeout
+        while True:
+            try:
+                _ = self.state
+                return self
+            except BenchError:
+                if time.monotonic() > end:
+                    raise
+            time.sleep(0.1)
+
+    def close(self) -> None:
+        """Closes the connections. The bench goes on."""
+        self._session.close()
+
+    def order(self, action: str, **body: Any) -> None:
+        """Any order of the HTTP API, for example order("loop", closed=False)."""
+        self._ask("POST", action, body)
+
+    @property
+    def state(self) -> dict[str, Any]:
+        """All that the daemon publishes, with the keys of GET /api/state."""
+        return dict(self._ask("GET", "state"))
+
+    def drive(
+        self,
+        gamma: float | None = None,  # m/s^2
+        phi: float | None = None,  # rad
+        rho: float | None = None,
+        frequency: float | None = None,  # Hz
+    ) -> None:
+        """Changes the set-point; what is not given stays."""
+        given = {"gamma_mps2": gamma, "phi_rad": phi, "rho": rho, "frequency_hz": frequency}
+        self.order("drive", **{key: value for key, value in given.items() if value is not None})
+
+    def start(self, periods: int = 20, settle: int = 0) -> None:
+        self.order("start", periods=periods, settle_periods=settle)
+
+    def stop(self) -> None:
+        self.order("stop")
+
+    def abort(self) -> None:
+        """Latched: the drive stays at zero until clear(). Needs neither control nor token."""
+        self.order("abort")
+
+    def clear(self, timeout: float = 5) -> None:
+        """Ends a trip; waits until the drive is silent, before which that is refused."""
+        end = time.monotonic() + timeout
+        while not self.state["session"]["may_clear"] and time.monotonic() < end:
+            time.sleep(0.05)
+        self.order("clear")
+
+    def record(self, name: str, frames: str = "region") -> None:
+        """The next run is recorded under this name; frames: off, region, full."""
+        self.order("record", on=True, name=name, frames=frames)
+
+    def wait(self, *states: str, timeout: float = 60) -> str:
+        """Returns the bench's state when it is one of these. BenchError after a trip, TimeoutError in the end."""
+        end = time.monotonic() + timeout
+        while True:
+            session = self.state["session"]
+            if session["state"] in states:
+                return str(session["state"])
+            if session["state"] == "tripped":
+                raise BenchError(str((session["trip"] or {}).get("text", "tripped")))
+            if time.monotonic() > end:
+                raise TimeoutError(f"{session['state']} after {timeout:g} s, not {' or '.join(states)}")
+            time.sleep(0.05)
+
+    @property
+    def result(self) -> dict[str, Quantity]:
+        """The newest measurement: v_D, D, gamma, phi, ... BenchError before the first."""
+        return _quantities(self._ask("GET", "result"))
+
+    def measure(self, periods: int = 20, timeout: float = 120) -> dict[str, Quantity]:
+        """A measurement at the present set-point, begun after this call; starts the drive if it is off."""
+        before = self.state["result"].get("number")
+        if self.wait("idle", "armed", "settling", "running", timeout=timeout) in ("idle", "armed"):
+            self.start(periods)
+            before = None
+        end = time.monotonic() + timeout
+        while True:
+            self.wait("armed", "identifying", "checking", "ramping", "settling", "running", timeout=timeout)
+            newest = self.state["result"]
+            if newest.get("number") not in (None, before) and newest.get("current", False):
+                return self.result
+            if time.monotonic() > end:
+                raise TimeoutError(f"no measurement within {timeout:g} s")
+            time.sleep(0.05)
+
+
+_UNITS = {"_mps2": "m/s^2", "_mps": "m/s", "_hz": "Hz", "_rad": "rad", "_m": "m", "_s": "s", "": "1"}
+
+
+def _quantities(flat: Mapping[str, Any]) -> dict[str, Quantity]:
+    """NAME_UNIT and NAME_se_UNIT of the daemon's JSON."""
+    out: dict[str, Quantity] = {}
+    for key, value in flat.items():
+        suffix = next(s for s in _UNITS if key.endswith(s))
+        name = key[: len(key) - len(suffix)]
+        if isinstance(value, (int, float)) and not isinstance(value, bool) and not name.endswith("_se"):
+            out[name] = Quantity(value, flat.get(f"{name}_se{suffix}"), _UNITS[suffix])
+    return out
