@@ -375,6 +375,8 @@ class Bench:
         while not self.state["session"]["may_clear"] and time.monotonic() < end:
             time.sleep(0.05)
         self.order("clear")
+        while self.state["session"]["state"] == "tripped" and time.monotonic() < end:
+            time.sleep(0.05)
 
     def record(self, name: str, frames: str = "region") -> None:
         """The next run is recorded under this name; frames: off, region, full."""
