@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 #include <random>
 
 namespace shaker::simulated {
@@ -11,11 +12,75 @@ constexpr float ground = 0.15F, strip = 0.85F, mark = 0.10F, disc = 0.80F, backl
 constexpr double full_scale_dn = 230;
 constexpr int table_per_px = 512;
 constexpr double edge_reach_px = 6;
+constexpr double black_and_white = 5.8;  // standard deviations from an edge, where a float shows no grey
 constexpr std::size_t noise_size = 1U << 16;
 constexpr double mark_mm = 2.6, mark_pitch_mm = 8;
 
 const Target& target_named(const CameraTruth& camera, const char* name) {
     return *std::ranges::find(camera.view.targets, name, &Target::name);
+}
+
+// Four pixels at a time.
+using Lanes [[gnu::vector_size(16)]] = float;
+constexpr std::size_t lanes = 4;
+
+Lanes load(const float* from) noexcept {
+    Lanes values;
+    std::memcpy(&values, from, sizeof values);
+    return values;
+}
+
+// row[x] += values[x] - less.
+void add(std::span<float> row, const float* values, float less) noexcept {
+    std::size_t x = 0;
+    for (; x + lanes <= row.size(); x += lanes) {
+        const Lanes sum = load(&row[x]) + (load(values + x) - less);
+        std::memcpy(&row[x], &sum, sizeof sum);
+    }
+    for (; x < row.size(); ++x) row[x] += values[x] - less;
+}
+
+// row[x] += strength values[x].
+void add_scaled(std::span<float> row, const float* values, float strength) noexcept {
+    std::size_t x = 0;
+    for (; x + lanes <= row.size(); x += lanes) {
+        const Lanes sum = load(&row[x]) + strength * load(values + x);
+        std::memcpy(&row[x], &sum, sizeof sum);
+    }
+    for (; x < row.size(); ++x) row[x] += strength * values[x];
+}
+
+// One row as the sensor sees it.
+void expose(std::span<const float> scene, const float* light, const float* noise,
+            std::byte* pixels) noexcept {
+    constexpr float half = 0.5F, most = 255;
+    using Whole [[gnu::vector_size(16)]] = std::int32_t;
+    using Pairs [[gnu::vector_size(16)]] = std::int16_t;
+    using Bytes [[gnu::vector_size(16)]] = std::uint8_t;
+    const auto grey = [&](std::size_t x) {
+        Lanes dn = load(&scene[x]) * load(light + x) + load(noise + x) + half;
+        dn = dn > 0 ? dn : Lanes{};
+        dn = dn < most ? dn : Lanes{} + most;
+        return reinterpret_cast<Pairs>(__builtin_convertvector(dn, Whole));
+    };
+    // Keeps the lower half of each number, twice.
+    const auto halves = [](auto a, auto b) {
+        if constexpr (sizeof a[0] == 2)
+            return __builtin_shufflevector(a, b, 0, 2, 4, 6, 8, 10, 12, 14);
+        else
+            return __builtin_shufflevector(a, b, 0, 2, 4, 6, 8, 10, 12, 14, 16, 18, 20, 22, 24, 26, 28, 30);
+    };
+    std::size_t x = 0;
+    for (; x + 4 * lanes <= scene.size(); x += 4 * lanes) {
+        const auto low = reinterpret_cast<Bytes>(halves(grey(x), grey(x + lanes)));
+        const auto high = reinterpret_cast<Bytes>(halves(grey(x + 2 * lanes), grey(x + 3 * lanes)));
+        const Bytes all = halves(low, high);
+        std::memcpy(pixels + x, &all, sizeof all);
+    }
+    for (; x < scene.size(); ++x) {
+        const float dn = std::clamp(scene[x] * light[x] + noise[x] + half, 0.0F, most);
+        pixels[x] = static_cast<std::byte>(static_cast<int>(dn));
+    }
 }
 
 double px_per_m(const View& view, double offset_mm) {
@@ -51,7 +116,8 @@ Renderer::Renderer(const CameraTruth& camera, const WalkerTruth& walker, std::ui
       light_(static_cast<std::size_t>(camera.width)),
       noise_(noise_size),
       scene_(static_cast<std::size_t>(camera.width) * static_cast<std::size_t>(camera.height)),
-      profile_(static_cast<std::size_t>(camera.width)) {
+      profile_(static_cast<std::size_t>(camera.width)),
+      along_(static_cast<std::size_t>(camera.width)) {
     const Target& base = target_named(camera, "base");
     pitch_px_ = 1e-3 * (base.pitch_mm > 0 ? base.pitch_mm : mark_pitch_mm) * layout_.base_px_per_m;
     mark_px_ = camera.side
@@ -62,6 +128,7 @@ Renderer::Renderer(const CameraTruth& camera, const WalkerTruth& walker, std::ui
         light_[x] = static_cast<float>(full_scale_dn * (1 - camera.light_gradient * (0.5 - 0.5 * u)));
     }
     const double sigma = std::sqrt(camera.psf_px * camera.psf_px + 1.0 / 12);  // of lens and pixel
+    wide_ = std::min(edge_reach_px, black_and_white * sigma);
     const int half = static_cast<int>(edge_reach_px * table_per_px);
     for (int i = -half; i <= half; ++i)
         erf_.push_back(static_cast<float>(0.5 + 0.5 * std::erf(i / (table_per_px * sigma * std::sqrt(2.0)))));
@@ -83,59 +150,72 @@ void Renderer::draw_marks(double shift_px, float weight) {
     const int bottom = static_cast<int>(layout_.marks_bottom);
     const double middle = 0.5 * (layout_.marks_top + layout_.marks_bottom);
     const double origin = layout_.centre_x + shift_px;
+    const double half = 0.5 * mark_px_, reach = half + wide_;
+    for (int x = 0; x < camera_.width; ++x) {
+        const double away = x - origin;  // truncation of a positive number removes whole pitches
+        along_[static_cast<std::size_t>(x)] =
+            away - pitch_px_ * (static_cast<int>(away / pitch_px_ + 4096.5) - 4096);
+    }
     for (int y = top; y < bottom; ++y) {
         // Dots differ from row to row; all rows of bars are equal.
         if (y == top || !camera_.side) {
-            for (int x = 0; x < camera_.width; ++x) {
-                const double away = x - origin;  // truncation of a positive number removes whole pitches
-                const double along = away - pitch_px_ * (static_cast<int>(away / pitch_px_ + 4096.5) - 4096);
-                const double r = camera_.side ? std::abs(along) : std::hypot(along, y - middle);
-                profile_[static_cast<std::size_t>(x)] =
-                    weight * (strip + (mark - strip) * edge(0.5 * mark_px_ - r));
+            const double dy = camera_.side ? 0 : y - middle;
+            for (std::size_t x = 0; x < along_.size(); ++x) {
+                const double squared = along_[x] * along_[x] + dy * dy;
+                const float cover = squared < reach * reach ? edge(half - std::sqrt(squared)) : 0;
+                profile_[x] = weight * (strip + (mark - strip) * cover);
             }
         }
-        float* row = &scene_[static_cast<std::size_t>(y) * light_.size()];
-        for (int x = 0; x < camera_.width; ++x)
-            row[x] += profile_[static_cast<std::size_t>(x)] - weight * row_ground();
+        add(row_of(y, 0, camera_.width - 1), profile_.data(), weight * row_ground());
     }
 }
 
 void Renderer::draw_disc(double centre_px, float weight) {
     const double radius = layout_.walker_half_width;
-    const int y0 = std::max(0, static_cast<int>(layout_.walker_y - radius - edge_reach_px));
-    const int y1 = std::min(camera_.height - 1, static_cast<int>(layout_.walker_y + radius + edge_reach_px));
+    const int y0 = std::max(0, static_cast<int>(layout_.walker_y - radius - wide_));
+    const int y1 = std::min(camera_.height - 1, static_cast<int>(layout_.walker_y + radius + wide_));
     for (int y = y0; y <= y1; ++y) {
         const double dy = y - layout_.walker_y;
-        const double reach = (radius + edge_reach_px) * (radius + edge_reach_px) - dy * dy;
+        const double reach = (radius + wide_) * (radius + wide_) - dy * dy;
         if (reach <= 0) continue;
         const int x0 = std::max(0, static_cast<int>(centre_px - std::sqrt(reach)));
         const int x1 = std::min(camera_.width - 1, static_cast<int>(centre_px + std::sqrt(reach)));
-        const double inner = (radius - edge_reach_px) * (radius - edge_reach_px) - dy * dy;
-        const double solid = radius > edge_reach_px && inner > 0 ? std::sqrt(inner) : -1;
-        float* row = &scene_[static_cast<std::size_t>(y) * light_.size()];
-        for (int x = x0; x <= x1; ++x) {
-            const double dx = x - centre_px;
-            const float cover = std::abs(dx) < solid ? 1.0F : edge(radius - std::hypot(dx, dy));
-            row[x] += weight * cover * (disc - ground);
-        }
+        const double inner = (radius - wide_) * (radius - wide_) - dy * dy;
+        const double solid = radius > wide_ && inner > 0 ? std::sqrt(inner) : -1;
+        const std::span<float> row = row_of(y, 0, camera_.width - 1);
+        const auto draw = [&](int from, int to) {
+            for (int x = from; x < to; ++x) {
+                const double dx = x - centre_px;
+                const float cover = edge(radius - std::sqrt(dx * dx + dy * dy));
+                row[static_cast<std::size_t>(x)] += weight * cover * (disc - ground);
+            }
+        };
+        const int first = std::clamp(static_cast<int>(std::ceil(centre_px - solid)), x0, x1 + 1);
+        const int last = std::clamp(static_cast<int>(std::floor(centre_px + solid)) + 1, first, x1 + 1);
+        draw(x0, first);
+        for (int x = first; x < last; ++x) row[static_cast<std::size_t>(x)] += weight * (disc - ground);
+        draw(last, x1 + 1);
     }
 }
 
 void Renderer::draw_silhouette(double centre_px, float weight) {
-    const int y0 =
-        std::max(0, static_cast<int>(layout_.walker_y - layout_.walker_half_height - edge_reach_px));
+    const int y0 = std::max(0, static_cast<int>(layout_.walker_y - layout_.walker_half_height - wide_));
     const int y1 = std::min(camera_.height - 1, static_cast<int>(layout_.marks_top) - 1);
-    const double reach = layout_.walker_half_width + edge_reach_px;
+    const double reach = layout_.walker_half_width + wide_;
     const int x0 = std::max(0, static_cast<int>(centre_px - reach));
     const int x1 = std::min(camera_.width - 1, static_cast<int>(centre_px + reach));
     for (int x = x0; x <= x1; ++x)
         profile_[static_cast<std::size_t>(x)] = edge(layout_.walker_half_width - std::abs(x - centre_px));
-    for (int y = y0; y <= y1; ++y) {
+    for (int y = y0; y <= y1 && x0 <= x1; ++y) {
         const float high =
             weight * edge(y - (layout_.walker_y - layout_.walker_half_height)) * (shadow - backlight);
-        float* row = &scene_[static_cast<std::size_t>(y) * light_.size()];
-        for (int x = x0; x <= x1; ++x) row[x] += high * profile_[static_cast<std::size_t>(x)];
+        add_scaled(row_of(y, x0, x1), &profile_[static_cast<std::size_t>(x0)], high);
     }
+}
+
+std::span<float> Renderer::row_of(int y, int x0, int x1) noexcept {
+    return {&scene_[static_cast<std::size_t>(y) * light_.size() + static_cast<std::size_t>(x0)],
+            static_cast<std::size_t>(x1 - x0 + 1)};
 }
 
 float Renderer::row_ground() const noexcept { return camera_.side ? backlight : ground; }
@@ -178,11 +258,7 @@ void Renderer::render(std::span<const Pose> poses, CameraTick tick, std::span<st
     std::mt19937_64 rng{seed_ ^ (0x9E3779B97F4A7C15U * static_cast<std::uint64_t>(tick.n + 1))};
     for (std::size_t y = 0; y < static_cast<std::size_t>(camera_.height); ++y) {
         const std::size_t start = static_cast<std::size_t>(rng()) % (noise_size - width);
-        for (std::size_t x = 0; x < width; ++x) {
-            const float dn = scene_[y * width + x] * light_[x] + noise_[start + x];
-            const float whole = std::clamp(dn + 0.5F, 0.0F, 255.0F);
-            pixels[y * width + x] = static_cast<std::byte>(static_cast<int>(whole));
-        }
+        expose({&scene_[y * width], width}, light_.data(), &noise_[start], &pixels[y * width]);
     }
 }
 

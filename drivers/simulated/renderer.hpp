@@ -46,17 +46,20 @@ private:
     void draw_silhouette(double centre_px, float weight);
     [[nodiscard]] float edge(double distance_px) const noexcept;
     [[nodiscard]] float row_ground() const noexcept;
+    [[nodiscard]] std::span<float> row_of(int y, int x0, int x1) noexcept;  // both ends included
 
     CameraTruth camera_;
     PictureLayout layout_;
     double mark_px_;  // diameter of a dot, or width of a bar
     double pitch_px_;
+    double wide_ = 0;  // px on either side of an edge that are grey
     std::uint64_t seed_;
     std::vector<float> light_;  // brightness of each column
     std::vector<float> erf_;    // edge spread function, tabulated
     std::vector<float> noise_;
     std::vector<float> scene_;    // reflectance, 0..1
     std::vector<float> profile_;  // one row of marks
+    std::vector<double> along_;   // px of each column from the nearest mark
 };
 
 }  // namespace shaker::simulated
