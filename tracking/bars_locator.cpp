@@ -266,7 +266,7 @@ bool BarsLocator::locate(const ImageView& image, Point predicted, Candidate& out
     return std::abs(again - shift) <= reach();
 }
 
-void BarsLocator::search(const ImageView& image, Point last, std::vector<Candidate>& out) {
+void BarsLocator::search(const ImageView& image, Point last, Sweep, std::vector<Candidate>& out) {
     Candidate candidate;
     if (locate(image, last, candidate)) out.push_back(candidate);
 }

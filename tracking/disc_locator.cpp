@@ -8,7 +8,9 @@
 namespace shaker::tracking {
 namespace {
 
-constexpr double rim = 4.5;  // px on either side of the edge that are fitted
+constexpr double rim = 4.5;              // px on either side of the edge that are fitted
+constexpr double least_rim_seen = 0.15;  // mean over the rim, below which a fit would find nothing
+constexpr int searched_pixels = 1500;    // of the rim, with which a peak of a search is tried
 
 // Monotone in the angle, without an arc tangent: 0..4 for one turn.
 double diamond_angle(double dx, double dy) noexcept {
@@ -76,12 +78,13 @@ Point DiscLocator::learn(const ImageView& image) {
     const double expected = learned_.size;
     prior_ = {.size = 0.5 + 0.1 * expected, .blur = 1.0, .sign = sign_};
     for (const RingPeak& peak : peaks_) {
-        const EdgeFitResult fit = measure(image, peak.at);
+        const Point start = ring_.refine(image, peak.at, contrast_);
+        const EdgeFitResult fit = measure(image, start);
         const Point at{fit.outline.x, fit.outline.y};
         const bool good =
             fit.converged && sign_ * fit.contrast > 0.25 * contrast_ &&
             fit.noise < 0.5 * std::abs(fit.contrast) && fit.trimmed < 0.3 &&
-            std::abs(fit.outline.size / expected - 1) < 0.2 && length(at - peak.at) < 6 &&
+            std::abs(fit.outline.size / expected - 1) < 0.2 && length(at - start) < 6 &&
             box.contains(static_cast<int>(std::lround(at.x)), static_cast<int>(std::lround(at.y)));
         if (!good) continue;
         learned_ = fit.outline;
@@ -96,6 +99,9 @@ Point DiscLocator::learn(const ImageView& image) {
                          .ground = small() ? EdgeFit::Ground::plane : EdgeFit::Ground::flat,
                          .level = 0.5 * (levels.low + levels.high)},
                         sites(), std::vector<Point>(static_cast<std::size_t>(blocks_)));
+        const int pixels = static_cast<int>(fit_.samples().size());
+        every_ = (pixels + searched_pixels - 1) / searched_pixels;
+        tries_ = static_cast<std::size_t>(std::max(2, 2 * searched_pixels / pixels));
         return at;
     }
     throw InputError{subject_.label + ": found no " + (sign_ > 0 ? "bright" : "dark") + " disc of " +
@@ -121,7 +127,7 @@ OutlineFollower::Sites DiscLocator::sites() const {
     return all;
 }
 
-void DiscLocator::gather(const ImageView& image, Point centre) {
+void DiscLocator::gather(const ImageView& image, Point centre, int every) {
     auto& samples = fit_.samples();
     samples.clear();
     const double outer = learned_.size + rim, inner = small() ? 0 : learned_.size - rim;
@@ -135,10 +141,11 @@ void DiscLocator::gather(const ImageView& image, Point centre) {
             const double hole = std::sqrt(std::max(0.0, inner * inner - dy * dy));
             const int x0 = std::max(0, static_cast<int>(std::ceil(centre.x - half)));
             const int x1 = std::min(image.width - 1, static_cast<int>(std::floor(centre.x + half)));
-            for (int x = x0; x <= x1; ++x) {
+            for (int x = x0 + y % every; x <= x1; x += every) {
                 const double dx = x - centre.x;
                 if (std::abs(dx) < hole) {
-                    x = static_cast<int>(std::floor(centre.x + hole));
+                    const int inside = static_cast<int>(std::floor(centre.x + hole)) - x;
+                    x += inside / every * every;
                     continue;
                 }
                 samples.push_back({double(x), double(y), static_cast<double>(row[x]), block_of(dx, dy)});
@@ -147,16 +154,17 @@ void DiscLocator::gather(const ImageView& image, Point centre) {
     });
 }
 
-EdgeFitResult DiscLocator::measure(const ImageView& image, Point start, double enough) {
+EdgeFitResult DiscLocator::measure(const ImageView& image, Point start, double enough, int every) {
     Point centre = start;
     for (const int passes : {5, 6, 14}) {
-        gather(image, centre);
+        gather(image, centre, every);
         if (fit_.samples().size() < 24) return {};
         EdgeFitResult fit =
             fit_.fit({centre.x, centre.y, learned_.size, blur_}, prior_, blocks_,
                      small() ? EdgeFit::Ground::plane : EdgeFit::Ground::flat, passes, enough);
         const Point found{fit.outline.x, fit.outline.y};
         const double moved = length(found - centre);
+        fit.coverage *= every;
         if (fit.converged && moved < 1) return fit;
         if (!(moved < 2 * rim) || !(fit.noise < prior_.roughest * sign_ * fit.contrast)) return {};
         centre = found;
@@ -170,21 +178,31 @@ bool DiscLocator::inside(const ImageView& image, Point at) const noexcept {
            at.y < image.height - 1 + margin;
 }
 
+Box DiscLocator::around(Point at) const noexcept {
+    const int x = static_cast<int>(std::lround(at.x)), y = static_cast<int>(std::lround(at.y));
+    const int r = static_cast<int>(reach());
+    return {x - r, y - r, x + r + 1, y + r + 1};
+}
+
 bool DiscLocator::locate(const ImageView& image, Point predicted, Candidate& out) {
     if (!inside(image, predicted)) return false;
-    if (follower_.follow(image, predicted, reference_, subject_.along, out)) return true;
-    EdgeFitResult fit = measure(image, predicted);
+    const double rim_seen = ring_.score(image, static_cast<int>(std::lround(predicted.x)),
+                                        static_cast<int>(std::lround(predicted.y)), 0.35 * contrast_);
+    EdgeFitResult fit;
+    if (rim_seen > least_rim_seen) {
+        if (follower_.follow(image, predicted, reference_, subject_.along, out)) return true;
+        fit = measure(image, follower_.start());
+    } else {
+        follower_.pass_over();
+    }
     const auto accept = [&] {
         return judge(fit, reference_, subject_.along, out) && length(out.at - predicted) <= reach() + rim;
     };
     bool good = accept();
     if (!good) {
-        const int x = static_cast<int>(std::lround(predicted.x)),
-                  y = static_cast<int>(std::lround(predicted.y));
-        const int r = static_cast<int>(reach());
-        ring_.scan(image, {x - r, y - r, x + r + 1, y + r + 1}, 0.5 * contrast_, 0.5, peaks_);
+        ring_.scan(image, around(predicted), 0.5 * contrast_, 0.5, peaks_);
         if (!peaks_.empty()) {
-            fit = measure(image, peaks_.front().at);
+            fit = measure(image, ring_.refine(image, peaks_.front().at, 0.5 * contrast_));
             good = accept();
         }
     }
@@ -195,17 +213,35 @@ bool DiscLocator::locate(const ImageView& image, Point predicted, Candidate& out
     return true;
 }
 
-void DiscLocator::search(const ImageView& image, Point, std::vector<Candidate>& out) {
-    const int margin = static_cast<int>(0.7 * learned_.size);
-    // Half the contrast all around the rim, rather than the full contrast on half of it.
-    ring_.scan(image, {-margin, -margin, image.width + margin, image.height + margin}, 0.5 * contrast_, 0.6,
-               peaks_);
-    for (const RingPeak& peak : peaks_) {
+// Candidates among the peaks of a scan. A share tries the best peak, and the others in turn.
+void DiscLocator::try_peaks(const ImageView& image, Sweep sweep, std::vector<Candidate>& out) {
+    const std::size_t all = peaks_.size(), tries = sweep == Sweep::whole ? all : std::min(all, tries_);
+    for (std::size_t i = 0; i < tries; ++i) {
+        const std::size_t k = i == 0 || tries == all ? i : 1 + turn_++ % (all - 1);
+        const Point start = ring_.refine(image, peaks_[k].at, contrast_);
         Candidate candidate;
-        if (!judge(measure(image, peak.at, 0.1), reference_, subject_.along, candidate)) continue;
+        if (!judge(measure(image, start, 0.1, every_), reference_, subject_.along, candidate)) continue;
         const auto same = [&](const Candidate& c) { return length(c.at - candidate.at) < extent(); };
         if (std::none_of(out.begin(), out.end(), same)) out.push_back(candidate);
     }
+}
+
+void DiscLocator::search(const ImageView& image, Point last, Sweep sweep, std::vector<Candidate>& out) {
+    const int margin = static_cast<int>(0.7 * learned_.size);
+    Box box{-margin, -margin, image.width + margin, image.height + margin};
+    const int rows = ring_.rows_at_a_time(box.x1 - box.x0);
+    // Half the contrast all around the rim, rather than the full contrast on half of it.
+    const auto scan = [&](const Box& part) {
+        ring_.scan(image, part, 0.5 * contrast_, 0.6, peaks_);
+        try_peaks(image, sweep, out);
+    };
+    if (sweep == Sweep::share && rows < box.y1 - box.y0) {
+        scan(around(last));
+        if (next_row_ >= box.y1) next_row_ = box.y0;
+        box.y0 = std::max(box.y0, next_row_);
+        box.y1 = next_row_ = std::min(box.y1, box.y0 + rows);
+    }
+    if (out.empty()) scan(box);
     std::stable_sort(out.begin(), out.end(), [](auto& a, auto& b) { return a.likeness > b.likeness; });
 }
 

@@ -1,5 +1,7 @@
 #pragma once
 // Locator for a disc or a single dot: fit of its rim.
+#include <limits>
+
 #include "tracking/image/edge_fit.hpp"
 #include "tracking/image/region.hpp"
 #include "tracking/image/ring_search.hpp"
@@ -17,18 +19,21 @@ public:
     explicit DiscLocator(Subject subject);
     Point learn(const ImageView& image) override;
     bool locate(const ImageView& image, Point predicted, Candidate& out) override;
-    void search(const ImageView& image, Point last, std::vector<Candidate>& out) override;
+    void search(const ImageView& image, Point last, Sweep sweep, std::vector<Candidate>& out) override;
     [[nodiscard]] double reach() const noexcept override { return 10; }
     [[nodiscard]] double extent() const noexcept override { return learned_.size; }
     [[nodiscard]] bool interchangeable() const noexcept override { return true; }
 
 private:
     [[nodiscard]] bool small() const noexcept { return learned_.size < 16; }
-    void gather(const ImageView& image, Point centre);
+    // every: takes one of so many pixels.
+    void gather(const ImageView& image, Point centre, int every);
     [[nodiscard]] OutlineFollower::Sites sites() const;
     [[nodiscard]] int block_of(double dx, double dy) const noexcept;
-    EdgeFitResult measure(const ImageView& image, Point start, double enough = 3e-3);
+    EdgeFitResult measure(const ImageView& image, Point start, double enough = 3e-3, int every = 1);
     Outline measured_by_threshold(const ImageView& image, const Box& box, const Levels& levels) const;
+    void try_peaks(const ImageView& image, Sweep sweep, std::vector<Candidate>& out);
+    [[nodiscard]] Box around(Point at) const noexcept;
     [[nodiscard]] bool inside(const ImageView& image, Point at) const noexcept;
 
     Subject subject_;
@@ -42,6 +47,10 @@ private:
     OutlineReference reference_;
     double contrast_ = 0, blur_ = 1;
     int blocks_ = 1;
+    // Progress of a search that takes several pictures.
+    std::size_t tries_ = 2, turn_ = 0;
+    int every_ = 1;
+    int next_row_ = std::numeric_limits<int>::max();
 };
 
 }  // namespace shaker::tracking

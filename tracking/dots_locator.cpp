@@ -32,10 +32,11 @@ void DotsLocator::find_dots(const ImageView& image, const Box& box, double contr
     prior_ = {.size = 0.5 + 0.1 * expected, .blur = 1.0, .sign = sign_};
     offsets_ = {{0, 0}};
     for (const RingPeak& peak : peaks) {
-        const EdgeFitResult fit = measure(image, peak.at);
+        const Point start = ring_.refine(image, peak.at, contrast);
+        const EdgeFitResult fit = measure(image, start);
         const Point at{fit.outline.x, fit.outline.y};
         const bool good = fit.converged && sign_ * fit.contrast > 0.25 * contrast && fit.trimmed < 0.3 &&
-                          fit.noise < 0.3 * std::abs(fit.contrast) && length(at - peak.at) < 3 &&
+                          fit.noise < 0.3 * std::abs(fit.contrast) && length(at - start) < 3 &&
                           std::abs(fit.outline.size / expected - 1) < 0.2;
         const auto same = [&](const EdgeFitResult& o) {
             return length(at - Point{o.outline.x, o.outline.y}) < 0.5 * pitch_;
@@ -159,7 +160,7 @@ EdgeFitResult DotsLocator::measure(const ImageView& image, Point start) {
 
 bool DotsLocator::locate(const ImageView& image, Point predicted, Candidate& out) {
     if (follower_.follow(image, predicted, reference_, subject_.along, out)) return true;
-    const EdgeFitResult fit = measure(image, predicted);
+    const EdgeFitResult fit = measure(image, follower_.start());
     if (!judge(fit, reference_, subject_.along, out) || length(out.at - predicted) > reach()) return false;
     blur_ += 0.1 * (fit.outline.blur - blur_);
     fit_.accept();
@@ -167,23 +168,24 @@ bool DotsLocator::locate(const ImageView& image, Point predicted, Candidate& out
     return true;
 }
 
-void DotsLocator::search(const ImageView& image, Point last, std::vector<Candidate>& out) {
+void DotsLocator::search(const ImageView& image, Point last, Sweep, std::vector<Candidate>& out) {
     const int half = static_cast<int>(0.5 * pitch_);
     double best = 0.35 * static_cast<double>(offsets_.size());
     Point at;
     bool any = false;
-    for (int j = -half; j <= half; ++j) {
-        for (int i = -half; i <= half; ++i) {
-            const Point centre = last + Point{double(i), double(j)};
-            double sum = 0;
-            for (const Point& offset : offsets_) {
-                const Point dot = centre + offset;
-                sum += ring_.score(image, static_cast<int>(std::lround(dot.x)),
-                                   static_cast<int>(std::lround(dot.y)), reference_.contrast);
-            }
-            if (sum > best) best = sum, at = centre, any = true;
+    const auto look = [&](Point centre) {
+        double sum = 0;
+        for (const Point& offset : offsets_) {
+            const Point dot = centre + offset;
+            sum += ring_.score(image, static_cast<int>(std::lround(dot.x)),
+                               static_cast<int>(std::lround(dot.y)), reference_.contrast);
         }
-    }
+        if (sum > best) best = sum, at = centre, any = true;
+    };
+    for (int j = -half; j <= half; j += 2)
+        for (int i = -half; i <= half; i += 2) look(last + Point{double(i), double(j)});
+    for (const Point near : {Point{1, 0}, {-1, 0}, {0, 1}, {0, -1}})
+        if (any) look(at + near);
     Candidate candidate;
     if (any && locate(image, at, candidate)) out.push_back(candidate);
 }

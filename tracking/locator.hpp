@@ -16,6 +16,10 @@ struct Candidate {
     double likeness = 0;    // 0..1, share of the target's outline or texture that is visible
 };
 
+/// How much of a picture a search covers. share: the next part of it, in bounded time; searches of the
+/// following pictures cover the rest.
+enum class Sweep { whole, share };
+
 /// Finds one target in a frame, from its appearance in frame 0. Not thread-safe.
 class Locator {
 public:
@@ -24,9 +28,9 @@ public:
     virtual Point learn(const ImageView& image) = 0;
     /// Measures the target within reach() of `predicted`; false when it is not found.
     virtual bool locate(const ImageView& image, Point predicted, Candidate& out) = 0;
-    /// Appends every position that resembles the target, best first. `last`: its last known position;
-    /// periodic kinds search only half a pitch around it.
-    virtual void search(const ImageView& image, Point last, std::vector<Candidate>& out) = 0;
+    /// Appends every position that resembles the target, best first. `last`: its last known position, which a
+    /// share always covers; periodic kinds search only half a pitch around it.
+    virtual void search(const ImageView& image, Point last, Sweep sweep, std::vector<Candidate>& out) = 0;
     /// Largest error of a prediction for locate(), px.
     [[nodiscard]] virtual double reach() const noexcept = 0;
     /// Two positions closer than this are the same object, px.

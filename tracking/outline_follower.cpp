@@ -23,9 +23,11 @@ void OutlineFollower::begin(const OutlineBank::Shape& shape, Sites sites, const 
 
 bool OutlineFollower::follow(const ImageView& image, Point predicted, const OutlineReference& reference,
                              const std::array<double, 2>& along, Candidate& out) {
+    own_ = bank_.fit(image, predicted);
+    start_ = own_.converged ? Point{own_.outline.x, own_.outline.y} : predicted;
     if (until_watched_ <= 0) return false;
     --until_watched_;
-    EdgeFitResult fit = bank_.fit(image, predicted);
+    EdgeFitResult fit = own_;
     const double misfit = fit.trimmed - own_misfit_;
     fit.trimmed = std::max(0.0, watched_misfit_ + misfit);
     fit.coverage *= coverage_ratio_;
@@ -37,22 +39,25 @@ bool OutlineFollower::follow(const ImageView& image, Point predicted, const Outl
 
 void OutlineFollower::watch(const ImageView& image, const EdgeFitResult& fit,
                             const std::array<double, 2>& along, double blur) {
-    if (std::abs(blur / bank_.blur() - 1) > other_blur) bank_.set_blur(blur);
     const Point at{fit.outline.x, fit.outline.y};
-    const EdgeFitResult own = bank_.fit(image, at);
+    if (std::abs(blur / bank_.blur() - 1) > other_blur) {
+        bank_.set_blur(blur);
+        own_.converged = false;
+    }
+    if (!own_.converged) own_ = bank_.fit(image, at);
     const Eigen::Vector2d axis{along[0], along[1]}, side{-along[1], along[0]};
-    const Eigen::Vector2d apart{own.outline.x - at.x, own.outline.y - at.y};
+    const Eigen::Vector2d apart{own_.outline.x - at.x, own_.outline.y - at.y};
     const auto in_errors = [&](const Eigen::Vector2d& direction) {
         return std::abs(direction.dot(apart)) / std::sqrt(direction.dot(fit.covariance * direction));
     };
-    const bool agrees = own.converged && in_errors(axis) < agreement && in_errors(side) < agreement_across;
+    const bool agrees = own_.converged && in_errors(axis) < agreement && in_errors(side) < agreement_across;
     until_watched_ = agrees ? watched_every - 1 : 0;
     if (!agrees) return;
     bank_.accept();
-    roughness_ = own.noise / std::abs(own.contrast);
-    own_misfit_ = own.trimmed;
+    roughness_ = own_.noise / std::abs(own_.contrast);
+    own_misfit_ = own_.trimmed;
     watched_misfit_ = fit.trimmed;
-    coverage_ratio_ = fit.coverage / own.coverage;
+    coverage_ratio_ = fit.coverage / own_.coverage;
 }
 
 }  // namespace shaker::tracking

@@ -16,9 +16,12 @@ public:
 
     /// shape: of the target in frame 0. sites: its pixels, block by block.
     void begin(const OutlineBank::Shape& shape, Sites sites, const std::vector<Point>& shifts);
-    /// False when the careful fit must decide.
+    /// False when the careful fit must decide; start() is then where it begins.
     bool follow(const ImageView& image, Point predicted, const OutlineReference& reference,
                 const std::array<double, 2>& along, Candidate& out);
+    [[nodiscard]] Point start() const noexcept { return start_; }
+    /// Instead of follow(), in a picture that does not show the outline at the predicted place.
+    void pass_over() noexcept { own_.converged = false; }
     /// The careful fit of a picture that follow() left to it. Where the filters disagree with it, it decides
     /// the next picture too.
     void watch(const ImageView& image, const EdgeFitResult& fit, const std::array<double, 2>& along,
@@ -26,6 +29,8 @@ public:
 
 private:
     OutlineBank bank_;
+    EdgeFitResult own_;  // of the newest picture
+    Point start_;
     int until_watched_ = 0;
     double roughness_ = 0;  // noise / contrast
     // Share that does not fit, by the filters and by the careful fit; outline in use, careful fit over

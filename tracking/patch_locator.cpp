@@ -248,7 +248,7 @@ bool PatchLocator::locate(const ImageView& image, Point predicted, Candidate& ou
            length(out.at - predicted) < 1.5 * reach();
 }
 
-void PatchLocator::search(const ImageView& image, Point, std::vector<Candidate>& out) {
+void PatchLocator::search(const ImageView& image, Point, Sweep, std::vector<Candidate>& out) {
     if (image.width < texture_.width() || image.height < texture_.height()) return;
     cv::Mat1f score;
     cv::matchTemplate(for_matching(image, whole(image)), template_of(texture_), score, cv::TM_CCOEFF_NORMED);

@@ -17,7 +17,7 @@ public:
     explicit PatchLocator(Subject subject) : subject_{std::move(subject)} {}
     Point learn(const ImageView& image) override;
     bool locate(const ImageView& image, Point predicted, Candidate& out) override;
-    void search(const ImageView& image, Point last, std::vector<Candidate>& out) override;
+    void search(const ImageView& image, Point last, Sweep sweep, std::vector<Candidate>& out) override;
     [[nodiscard]] double reach() const noexcept override { return 8; }
     [[nodiscard]] double extent() const noexcept override;
     [[nodiscard]] bool interchangeable() const noexcept override { return true; }

@@ -201,7 +201,7 @@ bool RectangleLocator::locate(const ImageView& image, Point predicted, Candidate
     return best > 0.3 && try_at(at);
 }
 
-void RectangleLocator::search(const ImageView& image, Point, std::vector<Candidate>& out) {
+void RectangleLocator::search(const ImageView& image, Point, Sweep, std::vector<Candidate>& out) {
     load_profile(image);
     const int end = static_cast<int>(profile_.size());
     double before = 0, here = pair_score(0);

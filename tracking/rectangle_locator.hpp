@@ -16,7 +16,7 @@ public:
     explicit RectangleLocator(Subject subject);
     Point learn(const ImageView& image) override;
     bool locate(const ImageView& image, Point predicted, Candidate& out) override;
-    void search(const ImageView& image, Point last, std::vector<Candidate>& out) override;
+    void search(const ImageView& image, Point last, Sweep sweep, std::vector<Candidate>& out) override;
     [[nodiscard]] double reach() const noexcept override { return 10; }
     [[nodiscard]] double extent() const noexcept override { return learned_.size; }
     [[nodiscard]] bool interchangeable() const noexcept override { return true; }

@@ -132,7 +132,7 @@ void ViewTracker::Impl::find_groups(const ImageView& image) {
         Followed& t = targets[k];
         if (t.in_group || !t.locator->interchangeable()) continue;
         candidates.clear();
-        t.locator->search(image, t.at, candidates);
+        t.locator->search(image, t.at, Sweep::whole, candidates);
         std::vector<std::size_t> members{k};
         std::vector<Point> places{t.at}, companions;
         for (const Candidate& c : candidates) {
@@ -199,7 +199,7 @@ void ViewTracker::Impl::follow_alone(const ImageView& image, std::size_t k, doub
         }
     }
     candidates.clear();
-    t.locator->search(image, t.at, candidates);
+    t.locator->search(image, t.at, Sweep::share, candidates);
     if (choose_by_distance(expected, found)) {
         report(image, k, found, frames);
     } else {
@@ -230,7 +230,7 @@ void ViewTracker::Impl::follow_group(const ImageView& image, Group& group, doubl
     if (follow_near(image, group, frames)) return;
     candidates.clear();
     const Followed& first = targets[group.targets.front()];
-    first.locator->search(image, first.at, candidates);
+    first.locator->search(image, first.at, Sweep::whole, candidates);
     const auto chosen = group.constellation.assign(candidates, image.width, image.height, frames);
     for (std::size_t i = 0; i < group.targets.size(); ++i) {
         const std::size_t k = group.targets[i];

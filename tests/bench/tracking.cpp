@@ -1,8 +1,10 @@
 // Tracking: cost and error of each kind against its bound, beside cv::matchTemplate and cv::phaseCorrelate on
-// the same frames
+// the same frames; with --losses the cost of pictures in which a target is learned, lost and found again
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <opencv2/imgproc.hpp>
+#include <string_view>
 
 #include "tests/bench/table.hpp"
 #include "tests/support/cost.hpp"
@@ -142,6 +144,98 @@ bench::Row row(const test::TrackingScene& scene, const std::string& method, cons
                            std::to_string(static_cast<int>(scene.contrast)) + ", noise 3, PSF 0.8 px"}};
 }
 
+/// Costs of one part of a movie, us.
+struct Costs {
+    std::vector<double> us;
+    [[nodiscard]] double share(double of) {
+        if (us.empty()) return NAN;
+        std::ranges::sort(us);
+        return us[static_cast<std::size_t>(of * static_cast<double>(us.size() - 1))];
+    }
+};
+
+// Things that are no target: texture, bars across it, bright boxes.
+test::TestPicture clutter(const test::TrackingScene& scene, int i) {
+    test::TestPicture p{scene.width, scene.height, 90};
+    p.texture({0, 0, scene.width, scene.height}, {3.3 * i, 0}, 10, 3);
+    for (int k = 0; k < 6; ++k) {
+        const double x = scene.width * (k + 0.3) / 6, y = scene.height * ((k * 5) % 7) / 9.0;
+        p.rectangle(x, y, x + 0.08 * scene.width, y + 0.4 * scene.height, 160, 0.8);
+    }
+    return p;
+}
+
+bench::Row loss_row(const test::TrackingScene& scene) {
+    std::mt19937_64 random{5};
+    tracking::ViewTracker tracker{scene.view};
+    std::int64_t tick = 0;
+    Costs learn, follow, dark, cluttered, back;
+    int wrong = 0, waited = 0;
+    double origin = 0;
+    const auto update = [&](const test::TestPicture& picture, Costs& costs) {
+        const test::Shot shot = picture.expose({.noise = noise}, random);
+        const double before = bench::cpu_ns();
+        const tracking::Fix fix = tracker.update(shot.view(), CameraTick{tick++}).front();
+        costs.us.push_back(1e-3 * (bench::cpu_ns() - before));
+        return fix;
+    };
+    origin = update(scene.picture({0, 0}), learn).x_px;
+    Costs warm;
+    for (int i = 0; i < 64; ++i) update(scene.picture({0.06 * (i % 17), 0.06 * (i % 15)}), warm);
+    for (int i = 0; i < 160; ++i) update(scene.picture({1.5 * std::sin(0.2 * i), 0}), follow);
+    for (int i = 0; i < 20; ++i) {
+        test::TestPicture p{scene.width, scene.height, 70};
+        wrong += found(update(p, dark).state) ? 1 : 0;
+    }
+    const std::vector<test::TestPicture> things{clutter(scene, 0), clutter(scene, 1), clutter(scene, 2)};
+    for (std::size_t i = 0; i < 60; ++i) wrong += found(update(things[i % 3], cluttered).state) ? 1 : 0;
+    const bool anywhere = scene.name != "dots" && scene.name != "bars";
+    const double shift = anywhere ? 0.1 * scene.width : 0.2;
+    for (bool seen = false; !seen && waited < 200; ++waited) {
+        const tracking::Fix fix = update(scene.picture({shift, 0}), back);
+        seen = found(fix.state);
+        if (seen && std::abs(fix.x_px - origin - shift) > 0.5) ++wrong;
+    }
+    return {{"kind", scene.name},
+            {"picture", std::to_string(scene.width) + "x" + std::to_string(scene.height)},
+            {"learning", learn.share(1), "us"},
+            {"follow p50", follow.share(0.5), "us"},
+            {"follow worst", follow.share(1), "us"},
+            {"first pictures worst", warm.share(1), "us"},
+            {"dark worst", dark.share(1), "us"},
+            {"clutter p50", cluttered.share(0.5), "us"},
+            {"clutter worst", cluttered.share(1), "us"},
+            {"found again worst", back.share(1), "us"},
+            {"found after", static_cast<double>(waited), "pictures"},
+            {"wrong", static_cast<double>(wrong)}};
+}
+
+// A disc of 200 px in the picture of the paper.
+test::TrackingScene wide_disc() {
+    test::TrackingScene scene = test::tracking_scene("disc");
+    scene.name = "wide disc";
+    scene.width = 1280, scene.height = 256;
+    Target& target = scene.view.targets.front();
+    target.diameter_mm = 50;
+    target.roi_px = {400, 20, 216, 216};
+    scene.draw = [](test::TestPicture& p, tracking::Point s) {
+        p.disc(tracking::Point{508.3, 127.8} + s, 100, 160, 0.8);
+    };
+    return scene;
+}
+
+test::TrackingScene wide_dot() {
+    test::TrackingScene scene = wide_disc();
+    scene.name = "wide dot";
+    Target& target = scene.view.targets.front();
+    target.diameter_mm = 3;
+    target.roi_px = {495, 115, 28, 28};
+    scene.draw = [](test::TestPicture& p, tracking::Point s) {
+        p.disc(tracking::Point{508.3, 127.8} + s, 6, 160, 0.8);
+    };
+    return scene;
+}
+
 }  // namespace
 }  // namespace shaker
 
@@ -149,6 +243,13 @@ int main(int argc, char** argv) {
     using namespace shaker;
     cv::setNumThreads(1);
     bench::Table table;
+    if (argc > 1 && std::string_view{argv[1]} == "--losses") {
+        for (const test::TrackingScene& scene : test::tracking_scenes()) table.add(loss_row(scene));
+        table.add(loss_row(wide_disc()));
+        table.add(loss_row(wide_dot()));
+        table.print(argc, argv);
+        return 0;
+    }
     for (const test::TrackingScene& scene : test::tracking_scenes()) {
         const Movie movie = movie_of(scene);
         table.add(row(scene, "this", by_tracker(scene, movie)));

@@ -17,7 +17,7 @@ public:
     static constexpr double limit = 5.0;
 
     static Value at(double t) noexcept {
-        const double at = (std::clamp(t, -limit, limit) + limit) * per_unit;
+        const double at = (std::max(std::min(t, limit), -limit) + limit) * per_unit;  // without branches
         const auto i = std::min(static_cast<std::size_t>(at), size - 2);
         const double f = at - static_cast<double>(i);
         const Value &a = table()[i], &b = table()[i + 1];

@@ -33,12 +33,8 @@ void OutlineBank::shape(const Shape& shape, std::vector<Site> sites, const std::
         r.y0 = std::min(r.y0, s.y);
         r.y1 = std::max(r.y1, s.y);
     }
-    places_.resize(phases * phases);
-    for (Place& p : places_) {
-        p.known = false;
-        p.weights.resize(sites_.size());
-        p.blocks.resize(ranges_.size());
-    }
+    blocks_.assign(phases * phases * ranges_.size(), {});
+    weights_ = std::make_unique_for_overwrite<Weights[]>(phases * phases * sites_.size());
     seen_.assign(ranges_.size(), {});
     sorted_.reserve(ranges_.size());
     columns_.resize(sites_.size());
@@ -46,75 +42,77 @@ void OutlineBank::shape(const Shape& shape, std::vector<Site> sites, const std::
 
 void OutlineBank::set_blur(double blur) noexcept {
     shape_.blur = blur;
-    for (Place& p : places_) p.known = false;
+    for (Block& b : blocks_) b.known = false;
 }
 
-void OutlineBank::learn(Place& place, Point offset) {
+void OutlineBank::learn(std::size_t place, std::size_t b, Point offset) {
     const bool plane = shape_.ground == EdgeFit::Ground::plane;
     const int nuisances = plane ? 4 : 2;
-    for (std::size_t b = 0; b < ranges_.size(); ++b) {
-        const Range& range = ranges_[b];
-        Eigen::Matrix4d ground = Eigen::Matrix4d::Zero();
-        Eigen::Matrix<double, 4, 3> cross = Eigen::Matrix<double, 4, 3>::Zero();
-        Block& block = place.blocks[b];
-        block.outline = 0;
-        for (int i = range.begin; i < range.end; ++i) {
-            const Site& s = sites_[static_cast<std::size_t>(i)];
-            const double du = s.x - range.shift.x - offset.x, dv = s.y - range.shift.y - offset.y;
-            const double r = std::sqrt(du * du + dv * dv);
-            const auto [e, slope] = EdgeProfile::at((shape_.size - r) / shape_.blur);
-            const double g = slope / shape_.blur, per_r = r > 1e-9 ? g / r : 0;
-            auto& c = columns_[static_cast<std::size_t>(i)];
-            c = {1, e, static_cast<double>(s.x), static_cast<double>(s.y), du * per_r, dv * per_r, g, 0};
-            for (int j = 0; j < nuisances; ++j) {
-                for (int k = 0; k < nuisances; ++k)
-                    ground(j, k) += c[static_cast<std::size_t>(j)] * c[static_cast<std::size_t>(k)];
-                for (int k = 0; k < 3; ++k)
-                    cross(j, k) += c[static_cast<std::size_t>(j)] * c[static_cast<std::size_t>(4 + k)];
-            }
-            block.outline += g;
+    const Range& range = ranges_[b];
+    Weights* const weights = &weights_[place * sites_.size()];
+    Eigen::Matrix4d ground = Eigen::Matrix4d::Zero();
+    Eigen::Matrix<double, 4, 3> cross = Eigen::Matrix<double, 4, 3>::Zero();
+    Block& block = blocks_[place * ranges_.size() + b];
+    block.known = true;
+    block.outline = 0;
+    block.ground.setZero();
+    block.normal.setZero();
+    for (int i = range.begin; i < range.end; ++i) {
+        const Site& s = sites_[static_cast<std::size_t>(i)];
+        const double du = s.x - range.shift.x - offset.x, dv = s.y - range.shift.y - offset.y;
+        const double r = std::sqrt(du * du + dv * dv);
+        const auto [e, slope] = EdgeProfile::at((shape_.size - r) / shape_.blur);
+        const double g = slope / shape_.blur, per_r = r > 1e-9 ? g / r : 0;
+        auto& c = columns_[static_cast<std::size_t>(i)];
+        c = {1, e, static_cast<double>(s.x), static_cast<double>(s.y), du * per_r, dv * per_r, g, 0};
+        for (int j = 0; j < nuisances; ++j) {
+            for (int k = 0; k < nuisances; ++k)
+                ground(j, k) += c[static_cast<std::size_t>(j)] * c[static_cast<std::size_t>(k)];
+            for (int k = 0; k < 3; ++k)
+                cross(j, k) += c[static_cast<std::size_t>(j)] * c[static_cast<std::size_t>(4 + k)];
         }
-        const double n = ground(0, 0), spread = ground(1, 1) - ground(0, 1) * ground(0, 1) / std::max(n, 1.0);
-        block.ground.setZero();
-        block.normal.setZero();
-        if (!(spread > least_spread * n) || n < nuisances + 3) {
-            for (int i = range.begin; i < range.end; ++i) place.weights[static_cast<std::size_t>(i)] = {};
-            continue;
-        }
-        block.ground.topLeftCorner(nuisances, nuisances) =
-            ground.topLeftCorner(nuisances, nuisances).inverse();
-        const Eigen::Matrix<double, 4, 3> explained = block.ground * cross;
-        for (int i = range.begin; i < range.end; ++i) {
-            const auto& c = columns_[static_cast<std::size_t>(i)];
-            Eigen::Vector3d own{c[4], c[5], c[6]};
-            for (int j = 0; j < nuisances; ++j)
-                own -= explained.row(j).transpose() * c[static_cast<std::size_t>(j)];
-            block.normal += own * own.transpose();
-            place.weights[static_cast<std::size_t>(i)] = {
-                static_cast<float>(c[1]), static_cast<float>(own[0]), static_cast<float>(own[1]),
-                static_cast<float>(own[2])};
-        }
+        block.outline += g;
     }
-    place.known = true;
+    const double n = ground(0, 0), spread = ground(1, 1) - ground(0, 1) * ground(0, 1) / std::max(n, 1.0);
+    if (!(spread > least_spread * n) || n < nuisances + 3) {
+        for (int i = range.begin; i < range.end; ++i) weights[i] = {};
+        return;
+    }
+    block.ground.topLeftCorner(nuisances, nuisances) = ground.topLeftCorner(nuisances, nuisances).inverse();
+    const Eigen::Matrix<double, 4, 3> explained = block.ground * cross;
+    for (int i = range.begin; i < range.end; ++i) {
+        const auto& c = columns_[static_cast<std::size_t>(i)];
+        Eigen::Vector3d own{c[4], c[5], c[6]};
+        for (int j = 0; j < nuisances; ++j)
+            own -= explained.row(j).transpose() * c[static_cast<std::size_t>(j)];
+        block.normal += own * own.transpose();
+        weights[i] = {static_cast<float>(c[1]), static_cast<float>(own[0]), static_cast<float>(own[1]),
+                      static_cast<float>(own[2])};
+    }
 }
 
 template <class T>
-void OutlineBank::look(const Pixels<T>& pixels, const Place& place, int x, int y, int width, int height) {
+void OutlineBank::look(const Pixels<T>& pixels, std::size_t place, Point offset, int x, int y, int width,
+                       int height) {
     const bool plane = shape_.ground == EdgeFit::Ground::plane;
     const int level = static_cast<int>(shape_.level), nuisances = plane ? 4 : 2;
     for (std::size_t b = 0; b < ranges_.size(); ++b) {
         const Range& range = ranges_[b];
         Seen& seen = seen_[b];
         seen.used = false;
-        const bool in_view = x + range.x0 >= 0 && x + range.x1 < width && y + range.y0 >= 0 &&
-                             y + range.y1 < height && place.blocks[b].outline > 0;
-        if (!in_view || place.blocks[b].normal(2, 2) == 0) continue;
+        const bool in_view = range.end > 0 && x + range.x0 >= 0 && x + range.x1 < width &&
+                             y + range.y0 >= 0 && y + range.y1 < height;
+        if (!in_view) continue;
+        const Block& block = block_at(place, b);
+        if (!block.known) learn(place, b, offset);
+        if (block.normal(2, 2) == 0) continue;
+        const Weights* const weights = &weights_[place * sites_.size()];
         Lanes sums{}, more{};
         std::int64_t sum = 0, squares = 0, along = 0, across = 0;
         for (int i = range.begin; i < range.end; ++i) {
             const Site& s = sites_[static_cast<std::size_t>(i)];
             const int value = static_cast<int>(pixels.row(y + s.y)[x + s.x]) - level;
-            const auto& w = place.weights[static_cast<std::size_t>(i)];
+            const auto& w = weights[i];
             Lanes lanes{w[0], w[1], w[2], w[3]};
             (i % 2 == 0 ? sums : more) += static_cast<float>(value) * lanes;
             sum += value;
@@ -127,7 +125,7 @@ void OutlineBank::look(const Pixels<T>& pixels, const Place& place, int x, int y
         sums += more;
         const Eigen::Vector4d n{static_cast<double>(sum), static_cast<double>(sums[0]),
                                 static_cast<double>(along), static_cast<double>(across)};
-        const Eigen::Vector4d ground = place.blocks[b].ground * n;
+        const Eigen::Vector4d ground = block.ground * n;
         seen.gain = ground[1];
         seen.freedom = range.end - range.begin - nuisances;
         seen.variance = std::max(static_cast<double>(squares) - n.dot(ground), 0.0) / seen.freedom;
@@ -157,12 +155,12 @@ void OutlineBank::choose_blocks() {
 }
 
 // How far blocks disagree beyond their noise and learned offsets: a factor of the variance, at least 1.
-double OutlineBank::disagreement(const Place& place, const Eigen::Vector3d& change, double variance) {
+double OutlineBank::disagreement(std::size_t place, const Eigen::Vector3d& change, double variance) {
     double squares = 0, count = 0;
     for (std::size_t b = 0; b < seen_.size(); ++b) {
         Seen& s = seen_[b];
         if (!s.used) continue;
-        const Eigen::Matrix3d normal = s.gain * s.gain * place.blocks[b].normal;
+        const Eigen::Matrix3d normal = s.gain * s.gain * block_at(place, b).normal;
         s.off = (s.score - normal * change)[2] / normal(2, 2);
         const double known = s.habit_frames > 0 ? 1 + 1 / s.habit_frames : 1;
         squares += (s.off - s.habit) * (s.off - s.habit) * normal(2, 2) / (variance * known);
@@ -190,9 +188,9 @@ EdgeFitResult OutlineBank::fit(const ImageView& image, Point start) {
         };
         const int i = phase(at.x - x), j = phase(at.y - y);
         const Point offset{(i + 0.5) / phases - 0.5, (j + 0.5) / phases - 0.5};
-        Place& place = places_[static_cast<std::size_t>(j * phases + i)];
-        if (!place.known) learn(place, offset);
-        with_pixels(image, [&](auto pixels) { look(pixels, place, x, y, image.width, image.height); });
+        const auto place = static_cast<std::size_t>(j * phases + i);
+        with_pixels(image,
+                    [&](auto pixels) { look(pixels, place, offset, x, y, image.width, image.height); });
         const auto looked = static_cast<double>(std::ranges::count_if(seen_, &Seen::used));
         choose_blocks();
         Eigen::Matrix3d normal = Eigen::Matrix3d::Zero();
@@ -201,11 +199,11 @@ EdgeFitResult OutlineBank::fit(const ImageView& image, Point start) {
         for (std::size_t b = 0; b < seen_.size(); ++b) {
             const Seen& s = seen_[b];
             if (!s.used) continue;
-            normal += s.gain * s.gain * place.blocks[b].normal;
+            normal += s.gain * s.gain * block_at(place, b).normal;
             score += s.score;
             freedom += s.freedom;
             variance += s.variance * s.freedom;
-            outline += place.blocks[b].outline;
+            outline += block_at(place, b).outline;
             used += 1;
         }
         if (!(freedom > 4)) return result;

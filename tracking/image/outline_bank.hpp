@@ -4,6 +4,7 @@
 #include <Eigen/Core>
 #include <array>
 #include <cstdint>
+#include <memory>
 #include <vector>
 
 #include "tracking/image/edge_fit.hpp"
@@ -15,7 +16,8 @@ namespace shaker::tracking {
 /// px the derivatives of the outline, without what gain, offset and plane of a block explain, are tabulated
 /// as weights of raw pixels. A step is four sums of products over the pixels; two steps lead from a
 /// prediction to the place. Between places of the grid the linear model errs by less than 4e-5 px for a blur
-/// of 0.76 px. Weights are computed when their place is first met; nothing is allocated after shape().
+/// of 0.76 px. Weights of a block are computed when it is first seen at a place; nothing is allocated after
+/// shape().
 class OutlineBank {
 public:
     /// A pixel by its whole-numbered place about the pixel nearest the centre, and its block's shift.
@@ -49,11 +51,7 @@ private:
         Eigen::Matrix4d ground;            // inverse of the normal equations of 1, E [, u, v]
         Eigen::Matrix3d normal;            // of x, y, size
         double outline = 0;                // sum of dE/dr
-    };
-    struct Place {
         bool known = false;
-        std::vector<Weights> weights;  // one a site
-        std::vector<Block> blocks;
     };
     struct Range {
         int begin = 0, end = 0;              // sites
@@ -68,17 +66,23 @@ private:
         double habit = 0, habit_frames = 0;
     };
 
-    void learn(Place& place, Point offset);
+    void learn(std::size_t place, std::size_t block, Point offset);
     template <class T>
-    void look(const Pixels<T>& pixels, const Place& place, int x, int y, int width, int height);
+    void look(const Pixels<T>& pixels, std::size_t place, Point offset, int x, int y, int width, int height);
+    [[nodiscard]] const Block& block_at(std::size_t place, std::size_t block) const {
+        return blocks_[place * ranges_.size() + block];
+    }
     void choose_blocks();
-    double disagreement(const Place& place, const Eigen::Vector3d& change, double variance);
+    double disagreement(std::size_t place, const Eigen::Vector3d& change, double variance);
     double median_of(double Seen::*member);
 
     Shape shape_;
     std::vector<Site> sites_;
     std::vector<Range> ranges_;
-    std::vector<Place> places_;
+    // For each place of the grid: one a block, and one a site. Memory of weights is touched when they are
+    // computed.
+    std::vector<Block> blocks_;
+    std::unique_ptr<Weights[]> weights_;
     std::vector<Seen> seen_;
     std::vector<double> sorted_;
     std::vector<std::array<double, 8>> columns_;  // of a block, while its weights are computed

@@ -1,0 +1,111 @@
+// A lost target in a wide picture: found again wherever it is, by searches of bounded cost.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "tests/support/cost.hpp"
+#include "tests/support/tracking/tracking_scene.hpp"
+
+namespace shaker::tracking {
+namespace {
+
+constexpr int width = 1280, height = 256;
+constexpr Point begins{508.3, 127.8};
+
+View disc_in_wide_picture(double radius) {
+    View view;
+    view.camera = "wide";
+    view.mm_per_px = 0.25;
+    Target disc{"disc", TargetKind::disc};
+    disc.diameter_mm = 0.5 * radius;
+    const int half = static_cast<int>(radius) + 8;
+    disc.roi_px = {508 - half, 128 - half, 2 * half, 2 * half};
+    view.targets = {disc};
+    return view;
+}
+
+test::Shot wide_picture(double radius, Point at, std::mt19937_64& random) {
+    test::TestPicture p{width, height, 60};
+    p.disc(at, radius, 160, 0.8);
+    return p.expose({.noise = 3}, random);
+}
+
+struct LossCase {
+    double radius;
+    int most_pictures;  // until it is found
+    friend std::ostream& operator<<(std::ostream& out, const LossCase& c) { return out << c.radius << " px"; }
+};
+
+class LossTest : public testing::TestWithParam<LossCase> {};
+
+// Away from its last place it may take a sweep over the whole picture, in parts if the disc is small.
+TEST_P(LossTest, IsFoundAgainAnywhereAndAlikeInEachReplay) {
+    const auto [radius, most_pictures] = GetParam();
+    std::mt19937_64 random{4};
+    const test::Shot first = wide_picture(radius, begins, random),
+                     none = wide_picture(radius, {-999, 0}, random);
+    test::Follower one{disc_in_wide_picture(radius)}, other{disc_in_wide_picture(radius)};
+    for (const Point at : {Point{900.4, 140.2}, {130.9, 118.5}, {1228.6, 120.1}}) {
+        const test::Shot again = wide_picture(radius, at, random);
+        for (test::Follower* follow : {&one, &other}) (*follow)(first);
+        for (int i = 0; i < 5; ++i) {
+            EXPECT_EQ(one(none).state, TrackState::lost);
+            other(none);
+        }
+        int pictures = 0;
+        Fix fix;
+        while (!found(fix.state) && pictures <= most_pictures) {
+            fix = one(again);
+            EXPECT_EQ(std::isfinite(fix.x_px), found(fix.state));
+            const Fix same = other(again);
+            EXPECT_TRUE(same.state == fix.state && (!found(fix.state) || same.x_px == fix.x_px));
+            ++pictures;
+        }
+        EXPECT_LE(pictures, most_pictures) << "at " << at.x;
+        EXPECT_NEAR(fix.x_px, at.x, 0.1);
+        for (int i = 0; i < 40 && !found(one(first).state); ++i) other(first);
+    }
+}
+
+// Processor time beside that of one pass over the picture's pixels; a search of the whole picture at its full
+// size costs forty.
+TEST_P(LossTest, ALostPictureCostsAtMostFourPassesOverIt) {
+    const double radius = GetParam().radius;
+    std::mt19937_64 random{4};
+    const test::Shot seen = wide_picture(radius, begins, random),
+                     none = wide_picture(radius, {-999, 0}, random);
+    test::Follower follow{disc_in_wide_picture(radius)};
+    follow(seen);
+    const double lost = bench::median_cost_ns(31, [&] { EXPECT_FALSE(found(follow(none).state)); });
+    volatile unsigned sum = 0;
+    const double pass = bench::median_cost_ns(31, [&] {
+        for (const std::byte b : none.pixels) sum = sum + static_cast<unsigned>(b);
+    });
+    RecordProperty("lost_us", std::to_string(1e-3 * lost));
+    EXPECT_LT(lost, 4 * pass) << "ns; a pass " << pass;
+}
+
+INSTANTIATE_TEST_SUITE_P(Tracking, LossTest,
+                         testing::Values(LossCase{100, 2}, LossCase{30, 9}, LossCase{6, 24}),
+                         [](const auto& p) {
+                             return "Radius" + std::to_string(static_cast<int>(p.param.radius));
+                         });
+
+// A disc of 600 px in the same picture shows two arcs.
+TEST(ArcsTest, AreFoundAgainInTwoPictures) {
+    const test::TrackingScene& scene = test::tracking_scene("paper");
+    std::mt19937_64 random{4};
+    test::Follower follow{scene.view};
+    follow(scene.picture({0, 0}).expose({.noise = 3}, random));
+    const test::Shot none = test::TestPicture{width, height, 70}.expose({.noise = 3}, random);
+    for (int i = 0; i < 4; ++i) EXPECT_EQ(follow(none).state, TrackState::lost);
+    const test::Shot again = scene.picture({120.4, 0}).expose({.noise = 3}, random);
+    follow(again);
+    const Fix fix = follow(again);
+    ASSERT_TRUE(found(fix.state));
+    EXPECT_NEAR(fix.x_px, 640.3 + 120.4, 0.1);
+}
+
+}  // namespace
+}  // namespace shaker::tracking
