@@ -10,6 +10,8 @@ namespace {
 
 constexpr double rim = 4.5;              // px on either side of the edge that are fitted
 constexpr double least_rim_seen = 0.15;  // mean over the rim, below which a fit would find nothing
+constexpr double wrong_size = 0.04;      // share by which a given diameter may be wrong
+constexpr double size_step = 3;          // px of radius
 constexpr int searched_pixels = 1500;    // of the rim, with which a peak of a search is tried
 
 // Monotone in the angle, without an arc tangent: 0..4 for one turn.
@@ -27,8 +29,7 @@ DiscLocator::DiscLocator(Subject subject)
       sign_{subject_.target.polarity == Polarity::bright ? 1.0 : -1.0},
       ring_{4, 1, sign_} {}
 
-Outline DiscLocator::measured_by_threshold(const ImageView& image, const Box& box,
-                                           const Levels& levels) const {
+double DiscLocator::radius_by_threshold(const ImageView& image, const Box& box, const Levels& levels) const {
     const double middle = 0.5 * (levels.low + levels.high);
     cv::Mat1b mask(box.y1 - box.y0, box.x1 - box.x0);
     with_pixels(image, [&](auto pixels) {
@@ -52,41 +53,24 @@ Outline DiscLocator::measured_by_threshold(const ImageView& image, const Box& bo
             subject_.label +
             ": found no round shape of this polarity; check the region and polarity; a disc that is "
             "cut by the edge of the picture needs diameter_mm"};
-    const double radius = std::sqrt(stats.at<int>(best, cv::CC_STAT_AREA) / std::numbers::pi);
-    return {centres.at<double>(best, 0) + box.x0, centres.at<double>(best, 1) + box.y0, radius, 1};
+    return std::sqrt(stats.at<int>(best, cv::CC_STAT_AREA) / std::numbers::pi);
 }
 
 Point DiscLocator::learn(const ImageView& image) {
     const Box box = region_in(subject_, image);
     const Levels levels = levels_in(subject_, image, box);
     const double given = 0.5 * subject_.target.diameter_mm / subject_.mm_per_px;
-    contrast_ = levels.high - levels.low;
-    learned_ = {0, 0, given, 1};
-    if (given > 0) {
-        ring_ = RingSearch{given, 1, sign_};
-        ring_.scan(image, box, contrast_, 0.25, peaks_);
-    } else {
-        learned_ = measured_by_threshold(image, box, levels);
-        ring_ = RingSearch{learned_.size, 1, sign_};
-        peaks_ = {{{learned_.x, learned_.y}, 1}};
-    }
-    if (learned_.size < 1.5) {
-        throw InputError{subject_.label + ": diameter is " + std::to_string(2 * learned_.size) +
+    const double expected = given > 0 ? given : radius_by_threshold(image, box, levels);
+    if (expected < 1.5) {
+        throw InputError{subject_.label + ": diameter is " + std::to_string(2 * expected) +
                          " px; must be at least 3 px"};
     }
-    blocks_ = small() ? 1 : std::clamp(static_cast<int>(learned_.size / 2), 8, 64);
-    const double expected = learned_.size;
-    prior_ = {.size = 0.5 + 0.1 * expected, .blur = 1.0, .sign = sign_};
-    for (const RingPeak& peak : peaks_) {
-        const Point start = ring_.refine(image, peak.at, contrast_);
-        const EdgeFitResult fit = measure(image, start);
-        const Point at{fit.outline.x, fit.outline.y};
-        const bool good =
-            fit.converged && sign_ * fit.contrast > 0.25 * contrast_ &&
-            fit.noise < 0.5 * std::abs(fit.contrast) && fit.trimmed < 0.3 &&
-            std::abs(fit.outline.size / expected - 1) < 0.2 && length(at - start) < 6 &&
-            box.contains(static_cast<int>(std::lround(at.x)), static_cast<int>(std::lround(at.y)));
-        if (!good) continue;
+    // A fit reaches sizes that are wrong by less than the rim's width.
+    const int steps = given > 0 ? static_cast<int>(wrong_size * given / size_step) : 0;
+    for (int k = 0; k <= 2 * steps; ++k) {
+        const double size = expected + (k % 2 == 0 ? -1 : 1) * size_step * std::ceil(0.5 * k);
+        EdgeFitResult fit;
+        if (!find(image, box, size, levels.high - levels.low, fit)) continue;
         learned_ = fit.outline;
         blur_ = learned_.blur;
         contrast_ = std::abs(fit.contrast);
@@ -102,11 +86,31 @@ Point DiscLocator::learn(const ImageView& image) {
         const int pixels = static_cast<int>(fit_.samples().size());
         every_ = (pixels + searched_pixels - 1) / searched_pixels;
         tries_ = static_cast<std::size_t>(std::max(2, 2 * searched_pixels / pixels));
-        return at;
+        return {learned_.x, learned_.y};
     }
     throw InputError{subject_.label + ": found no " + (sign_ > 0 ? "bright" : "dark") + " disc of " +
                      std::to_string(2 * expected) +
                      " px diameter; check the region, polarity and diameter_mm"};
+}
+
+// A disc of about this radius with its centre in the region.
+bool DiscLocator::find(const ImageView& image, const Box& box, double size, double contrast,
+                       EdgeFitResult& fit) {
+    learned_ = {0, 0, size, 1};
+    blur_ = 1;
+    blocks_ = small() ? 1 : std::clamp(static_cast<int>(size / 2), 8, 64);
+    prior_ = {.size = 0.5 + 0.1 * size, .blur = 1.0, .sign = sign_};
+    ring_ = RingSearch{size, 1, sign_};
+    ring_.scan(image, box, contrast, 0.25, peaks_);
+    return std::ranges::any_of(peaks_, [&](const RingPeak& peak) {
+        const Point start = ring_.refine(image, peak.at, contrast);
+        fit = measure(image, start);
+        const Point at{fit.outline.x, fit.outline.y};
+        return fit.converged && sign_ * fit.contrast > 0.25 * contrast &&
+               fit.noise < 0.5 * std::abs(fit.contrast) && fit.trimmed < 0.3 &&
+               std::abs(fit.outline.size / size - 1) < 0.2 && length(at - start) < 6 &&
+               box.contains(static_cast<int>(std::lround(at.x)), static_cast<int>(std::lround(at.y)));
+    });
 }
 
 int DiscLocator::block_of(double dx, double dy) const noexcept {

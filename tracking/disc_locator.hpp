@@ -13,7 +13,7 @@ namespace shaker::tracking {
 
 /// Large discs are divided into sectors with their own gain and offset, so that hidden or reflecting parts of
 /// the rim can be excluded; small ones are one block on a plane of background. The diameter is measured when
-/// it is not given.
+/// it is not given, or is wrong by up to 4 %.
 class DiscLocator final : public Locator {
 public:
     explicit DiscLocator(Subject subject);
@@ -26,12 +26,13 @@ public:
 
 private:
     [[nodiscard]] bool small() const noexcept { return learned_.size < 16; }
+    bool find(const ImageView& image, const Box& box, double size, double contrast, EdgeFitResult& fit);
     // every: takes one of so many pixels.
     void gather(const ImageView& image, Point centre, int every);
     [[nodiscard]] OutlineFollower::Sites sites() const;
     [[nodiscard]] int block_of(double dx, double dy) const noexcept;
     EdgeFitResult measure(const ImageView& image, Point start, double enough = 3e-3, int every = 1);
-    Outline measured_by_threshold(const ImageView& image, const Box& box, const Levels& levels) const;
+    double radius_by_threshold(const ImageView& image, const Box& box, const Levels& levels) const;
     void try_peaks(const ImageView& image, Sweep sweep, std::vector<Candidate>& out);
     [[nodiscard]] Box around(Point at) const noexcept;
     [[nodiscard]] bool inside(const ImageView& image, Point at) const noexcept;

@@ -204,6 +204,24 @@ TEST(LengthTest, MeasuresLengthsThatAreNotGiven) {
     }
 }
 
+TEST(LengthTest, ALengthWrongByThreePercentIsMended) {
+    for (const std::string name : {"disc", "dot", "arcs", "paper", "twin", "rectangle", "dots", "bars"}) {
+        const TrackingScene& scene = test::tracking_scene(name);
+        std::mt19937_64 random{2};
+        const test::Shot frame = scene.picture({0, 0}).expose({.noise = 3}, random);
+        const Fix right = Follower{scene.view}(frame);
+        for (const double factor : {0.97, 0.985, 1.015, 1.03}) {
+            View wrong = scene.view;
+            Target& target = wrong.targets.front();
+            for (double* length : {&target.diameter_mm, &target.width_mm, &target.pitch_mm})
+                *length *= factor;
+            const Fix fix = Follower{wrong}(frame);
+            EXPECT_EQ(fix.state, TrackState::ok) << name << " times " << factor;
+            EXPECT_NEAR(fix.x_px, right.x_px, 2 * right.sd_px) << name << " times " << factor;
+        }
+    }
+}
+
 TEST(LengthTest, AWrongLengthIsRefused) {
     std::mt19937_64 random{2};
     for (const std::string name : {"disc", "rectangle", "dots", "bars"}) {
