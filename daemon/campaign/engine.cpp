@@ -297,7 +297,7 @@ void Engine::take(const on_call::Measured& measured) {
 
 void Engine::note_return() {
     if (!way_back_.left()) return;
-    const WayBack::Done back = way_back_.end();
+    const on_call::WayBack::Done back = way_back_.end();
     events_.emplace_back(Returned{.point = points_[at_].id,
                                   .x_from_m = back.x_from_m,
                                   .x_asked_m = back.x_asked_m,

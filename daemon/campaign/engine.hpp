@@ -15,8 +15,8 @@
 #include "daemon/campaign/mu_choice.hpp"
 #include "daemon/campaign/plan.hpp"
 #include "daemon/campaign/travel.hpp"
-#include "daemon/campaign/way_back.hpp"
 #include "daemon/on_call/on_call.hpp"
+#include "daemon/on_call/way_back.hpp"
 
 namespace shaker::campaign {
 
@@ -158,7 +158,7 @@ private:
     bool under_way_ = false;  // the bench was seen in state run since the last order from idle
     std::string early_;       // why the pass ended early
     bool taken_ = false;      // the pass has given a measurement
-    WayBack way_back_;
+    on_call::WayBack way_back_;
     std::vector<int> told_passes_;  // of this point that the journal has
     struct {
         int point = 0;  // 0: none

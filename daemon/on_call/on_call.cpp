@@ -138,7 +138,7 @@ std::string OnCall::begin(const run::RunOptions& run, const run::Task& task,
 void OnCall::identify(const run::RunOptions& run, acquisition::Channels& channels) {
     may_drive(run, "identification", channels);
     if (const auto edge_mm = sequence_.walker().mean_edge_mm())
-        require_inside(*edge_mm, "move it back by hand");
+        require_inside(*edge_mm, "bring it to the middle first");
     record_.begin(run, {}, sequence_.now_s());
     begun(run.drive);
     sequence_.identify(run.drive, channels);
@@ -204,9 +204,9 @@ std::optional<safety::EdgePermit> OnCall::walk_from_the_edge(
     const double outer_mm = safety::EdgePermit::outer_limit_mm(sequence_.edge_trip_mm().value_or(*edge_mm));
     const bool inwards = walk && run::leads_towards(*walk, walker.inwards());
     if (inwards && *edge_mm >= outer_mm) return safety::EdgePermit{*edge_mm, inside_mm, outer_mm};
-    std::string reason = "move it back by hand";
+    std::string reason = *edge_mm < outer_mm ? "move it back by hand" : "bring it to the middle first";
     if (!walk)
-        reason = "its walk is not known: give mu in the settings, or " + reason;
+        reason = "its walk is not known: give mu, or " + reason;
     else if (!inwards)
         reason = fmt::format("{} does not lead inwards by three times its error; try phi + 180 deg, or {}",
                              text(*walk), reason);

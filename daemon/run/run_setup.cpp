@@ -65,12 +65,17 @@ void require_seen(const bench::Bench& bench, double frequency) {
 
 std::vector<safety::Demand> run_demands(const bench::Bench& bench, const Drive& drive,
                                         const safety::Limits& limits) {
-    safety::PlannedMotion plan{.target = harmonics(drive),
-                               .frequency = drive.frequency,
+    return motion_demands(bench, harmonics(drive), drive.frequency, limits);
+}
+
+std::vector<safety::Demand> motion_demands(const bench::Bench& bench, const Harmonics<Acceleration>& motion,
+                                           double frequency, const safety::Limits& limits) {
+    safety::PlannedMotion plan{.target = motion,
+                               .frequency = frequency,
                                .moving_kg = bench.shaker.moving_mass_kg + bench.shaker.base_mass_kg +
                                             (bench.world ? bench.scene.walker.mass_kg : 0)};
     for (std::size_t q = 0; q < max_harmonics; ++q)
-        plan.response[q] = bench.response(static_cast<double>(q + 1) * drive.frequency);
+        plan.response[q] = bench.response(static_cast<double>(q + 1) * frequency);
     return demands(plan, limits);
 }
 

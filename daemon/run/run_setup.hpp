@@ -19,12 +19,15 @@ recorded::RecordingHeader run_header(const bench::Bench& bench, const RunOptions
 safety::Limits limits_of_run(safety::Limits limits);
 /// Half the levels of motion, drive, heat and force; shares and times stay.
 safety::Limits halved(safety::Limits limits);
-/// Peaks of voltage and motion that a drive needs by the data sheet, each with its limit.
 /// InputError for a frequency of which the accelerometer has too few samples a period to control the motion.
 void require_seen(const bench::Bench& bench, double frequency);
 
+/// Peaks of voltage and motion that a drive needs by the data sheet, each with its limit.
 std::vector<safety::Demand> run_demands(const bench::Bench& bench, const Drive& drive,
                                         const safety::Limits& limits);
+/// The same for a motion of the base. frequency: of its first harmonic, Hz.
+std::vector<safety::Demand> motion_demands(const bench::Bench& bench, const Harmonics<Acceleration>& motion,
+                                           double frequency, const safety::Limits& limits);
 RunPlan run_plan(const bench::Bench& bench, const RunOptions& run, const safety::Limits& limits);
 
 }  // namespace shaker::run

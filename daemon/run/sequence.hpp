@@ -95,6 +95,11 @@ public:
     [[nodiscard]] double to_s() const noexcept { return part_.to_s; }
     /// In state run, with all measurements of the task finished (none for a move): the drive is only kept.
     [[nodiscard]] bool holding() const noexcept;
+    /// Measurements until the drive is only kept; negative: no end. 0 outside state run.
+    [[nodiscard]] int left() const noexcept;
+    /// What the next measurement waits for, for the operator; empty outside state run and while one is under
+    /// way.
+    [[nodiscard]] std::string waits_for() const;
     /// set() is possible: in state run, and no edge permit is in use.
     [[nodiscard]] bool may_set() const noexcept {
         return state() == RunState::run && (!permit_ || permit_->over());

@@ -128,6 +128,24 @@ bool Sequence::holding() const noexcept {
     return run != nullptr && run->left == 0;
 }
 
+int Sequence::left() const noexcept {
+    const auto* run = std::get_if<Run>(&state_);
+    return run != nullptr ? run->left : 0;
+}
+
+std::string Sequence::waits_for() const {
+    const auto* run = std::get_if<Run>(&state_);
+    if (run == nullptr || run->measuring || run->left == 0) return {};
+    const control::Equaliser::Report& report = controller_.report();
+    if (plan_.controller.equalise && !report.locked)
+        return fmt::format("the base is not within {:.1g} % of its target yet (newest period: {:.2g} % off)",
+                           100 * control::kept_within, 100 * report.error);
+    if (plan_.controller.equalise && report.held < least_held) return "the drive has just been corrected";
+    if (plan_.task.settle > 0)
+        return fmt::format("{} periods of the settled drive come first", plan_.task.settle);
+    return "the walker's drift still changes from period to period";
+}
+
 bool Sequence::measuring() const noexcept {
     const auto* run = std::get_if<Run>(&state_);
     return run != nullptr && run->measuring;

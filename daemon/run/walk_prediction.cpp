@@ -57,6 +57,24 @@ std::optional<PredictedWalk> predict_walk(const Drive& drive,
     }
 }
 
+std::optional<PredictedWalk> walk_at_usual_friction(const Drive& drive, double g) {
+    PredictedWalk weakest{{INFINITY, unknown_share * simulated::v_rms(harmonics(drive), drive.frequency)},
+                          "Coulomb's law with any mu from 0.05 to 0.2"};
+    try {
+        double sum = 0, sizes = 0;
+        for (const double mu : {0.05, 0.1, 0.15, 0.2}) {
+            const double v_D = settled_drift(drive, mu, g);
+            if (std::abs(v_D) < std::abs(weakest.v_D.value)) weakest.v_D.value = v_D;
+            sum += v_D;
+            sizes += std::abs(v_D);
+        }
+        if (std::abs(sum) < sizes) return std::nullopt;
+    } catch (const InputError&) {
+        return std::nullopt;  // no settled walk
+    }
+    return weakest;
+}
+
 std::string text(const PredictedWalk& walk) {
     return fmt::format("predicted walk {:+.3g} +- {:.2g} mm/s ({})", 1e3 * walk.v_D.value,
                        1e3 * walk.v_D.sigma, walk.from);

@@ -23,6 +23,10 @@ std::optional<PredictedWalk> predict_walk(const Drive& drive,
                                           const std::vector<reduction::DrivenPoint>& points,
                                           const calibration::Estimate& mu, double g);
 
+/// The weakest walk of this drive, by the exact Coulomb law, for any friction coefficient from 0.05 to 0.2;
+/// the error as at predict_walk(). Empty when its direction depends on the friction. g in m/s^2.
+std::optional<PredictedWalk> walk_at_usual_friction(const Drive& drive, double g);
+
 /// "predicted walk +12.3 +- 0.4 mm/s (source)".
 std::string text(const PredictedWalk& walk);
 /// The walk, and how long the walker stays inside the edge limit: "...: about 119 periods until the edge

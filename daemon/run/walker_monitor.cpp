@@ -13,6 +13,7 @@ namespace {
 
 constexpr std::size_t most_drifts = 1000;  // a drift that settles needs fewer
 constexpr double frames_missing = 10;
+constexpr int newest_drifts = 5;
 
 // Null when the streams have no such camera.
 const acquisition::CameraStream* camera_of(const acquisition::TargetTrack& t,
@@ -154,6 +155,17 @@ std::array<double, 2> WalkerMonitor::mean_ways_mm() const noexcept {
 int WalkerMonitor::inwards() const noexcept {
     if (!x_m_ || !std::isfinite(ends_m_[0])) return 0;
     return *x_m_ < 0.5 * (ends_m_[0] + ends_m_[1]) ? 1 : -1;
+}
+
+std::optional<double> WalkerMonitor::drift_m() const noexcept {
+    double sum = 0;
+    int count = 0;
+    for (auto p = drifts_.rbegin(); p != drifts_.rend() && count < newest_drifts; ++p) {
+        if (!std::isfinite(p->drift.value)) break;
+        sum += p->drift.value;
+        ++count;
+    }
+    return count > 0 ? std::optional{sum / count} : std::nullopt;
 }
 
 bool WalkerMonitor::settled_since(double from_s, double gamma) const {

@@ -40,6 +40,8 @@ public:
     /// True when the drifts of whole periods since `from_s` (s) have settled to 1e-4 V / f, with
     /// V = gamma / (2 pi f); gamma in m/s^2.
     [[nodiscard]] bool settled_since(double from_s, double gamma) const;
+    /// Drift of a period of the drive, m: mean of the newest five; empty before the first.
+    [[nodiscard]] std::optional<double> drift_m() const noexcept;
     /// Master time of the newest track, s.
     [[nodiscard]] double until_s() const noexcept { return until_s_; }
     /// Newest position, m; empty before the walker was found, and when it is not seen any more.

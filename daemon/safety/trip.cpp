@@ -54,7 +54,7 @@ constexpr std::array<Words, causes> words{{
     {"gravity", "", 100, "%", "gravity reads {0} of its reference value (allowed 60 % to {1})",
      "check the sensor's mounting, its axes, its power and its scale"},
     {"walker_edge", "mm", 1, "mm", "the walker is {0} from the edge of the picture (at least {1})",
-     "move it back to the middle"},
+     "clear the trip, then bring it back to the middle"},
     {"tracking_lost", "frames", 1, "frames", "the walker was not found in {0} in a row (limit {1})",
      "check the light and the walker"},
     {"camera_missing", "s", 1e3, "ms", "no camera sent a picture of the walker for {0} (limit {1})",
@@ -100,17 +100,22 @@ std::optional<Cause> cause_named(std::string_view word) noexcept {
 
 const char* unit_of(Cause cause) noexcept { return of(cause).unit; }
 
-std::string text(const Trip& trip) {
+std::string finding(const Trip& trip) {
     const Words& w = of(trip.cause);
     const auto figure = [&](double v) {
         const char* space = *w.shown_unit != 0 ? " " : "";
         return fmt::format("{:.4g}{}{}", w.shown * v, space, w.shown_unit);
     };
-    std::string line = fmt::format("{} stop, {}: ", trip.stop == StopKind::hard ? "hard" : "soft", w.name);
-    line += fmt::format(fmt::runtime(w.what), figure(trip.value), figure(trip.limit), trip.harmonic);
-    line += fmt::format(" ({} sample {})", trip.on_dac_clock ? "DAC" : "accelerometer", trip.tick);
-    if (*w.action != 0) line += fmt::format("; {}", w.action);
-    return line;
+    return fmt::format(fmt::runtime(w.what), figure(trip.value), figure(trip.limit), trip.harmonic);
+}
+
+const char* advice(Cause cause) noexcept { return of(cause).action; }
+
+std::string text(const Trip& trip) {
+    const Words& w = of(trip.cause);
+    return fmt::format("{}{}{} ({}: {} stop at {} sample {})", finding(trip), *w.action != 0 ? "; " : "",
+                       w.action, w.name, trip.stop == StopKind::hard ? "hard" : "soft",
+                       trip.on_dac_clock ? "DAC" : "accelerometer", trip.tick);
 }
 
 std::vector<std::string> notes_on(const Warnings& warnings) {

@@ -69,7 +69,12 @@ const char* name(Cause cause) noexcept;
 std::optional<Cause> cause_named(std::string_view word) noexcept;
 /// Unit of value and limit; empty for a ratio.
 const char* unit_of(Cause cause) noexcept;
-/// One line for the operator: what happened, with value, limit and unit, and what to check.
+/// The event, with value, limit and unit: "the walker is 4.97 mm from the edge of the picture (at least
+/// 5 mm)".
+std::string finding(const Trip& trip);
+/// What to do about it; empty for a stop by the operator.
+const char* advice(Cause cause) noexcept;
+/// One line for the operator: finding, advice, and the word of the cause with kind and sample of the stop.
 std::string text(const Trip& trip);
 
 /// Number of samples (or blocks) of each cause above its warning level, or above its trip level while no

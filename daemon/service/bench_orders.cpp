@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <exception>
+#include <numbers>
 
 #include "daemon/recording/recorder.hpp"
 #include "daemon/run/run_setup.hpp"
@@ -31,7 +32,8 @@ void require(const char* what, double value, Range range, const std::string& uni
 void BenchService::require_staying(const Order& order) const {
     const bool drives =
         std::holds_alternative<SetDrive>(order.what) || std::holds_alternative<Begin>(order.what) ||
-        std::holds_alternative<Identify>(order.what) || std::holds_alternative<ClearTrip>(order.what);
+        std::holds_alternative<Identify>(order.what) || std::holds_alternative<ClearTrip>(order.what) ||
+        std::holds_alternative<BringToMiddle>(order.what);
     if (leaving_ && drives) throw InputError{"the program is ending; give the order after its next start"};
 }
 
@@ -70,6 +72,11 @@ void BenchService::answer(acquisition::Channels& channels) {
 void BenchService::obey(const SetDrive& order, acquisition::Channels& channels) {
     on_call_.require_possible(order.drive, on_call_.limits());
     const run::RunState state = sequence_.state();
+    if (to_middle_.active())
+        throw InputError{
+            "the walker is being brought to the middle; wait until the bench is idle, or stop it, then set "
+            "the "
+            "drive"};
     if (state == run::RunState::run)
         on_call_.set(order.drive, sequence_.plan().task, channels);
     else if (driving(state))
@@ -77,6 +84,7 @@ void BenchService::obey(const SetDrive& order, acquisition::Channels& channels) 
             "the drive cannot be changed in state {}; wait until it runs, or stop it", name(state))};
     run_.drive = order.drive;
     predicted_ = run::run_demands(bench_, run_.drive, on_call_.limits());
+    predict();
     armed_ = !driving(state);
 }
 
@@ -100,6 +108,7 @@ void BenchService::obey(const Begin& order, acquisition::Channels& channels) {
     const int most = static_cast<int>(longest_measurement_s * run_.drive.frequency);
     require("periods", order.periods, {2, static_cast<double>(most)}, "");
     require("settle_periods", order.settle, {0, most_settle_periods}, "");
+    require("measurements", order.times, {0, Begin::most_times}, "");
     run::RunOptions run = run_;
     run.periods = order.periods;
     run.settle = order.settle;
@@ -107,7 +116,8 @@ void BenchService::obey(const Begin& order, acquisition::Channels& channels) {
     const auto walk = run::predict_walk(run_.drive, points_, mu_, bench_.gravity);
     std::string fits;
     begin_run([&] {
-        fits = on_call_.begin(run, {.periods = order.periods, .settle = order.settle}, file, walk, channels);
+        fits = on_call_.begin(run, {.periods = order.periods, .settle = order.settle, .times = order.times},
+                              file, walk, channels);
     });
     run_ = run;
     name_.clear();
@@ -118,6 +128,20 @@ void BenchService::obey(const Begin& order, acquisition::Channels& channels) {
 
 void BenchService::obey(const Identify& /*order*/, acquisition::Channels& channels) {
     begin_run([&] { on_call_.identify(run_, channels); });
+}
+
+void BenchService::obey(const BringToMiddle& /*order*/, acquisition::Channels& channels) {
+    sequence_.require_idle("bringing the walker to the middle", channels);
+    const on_call::ToMiddle::Way way = on_call::ToMiddle::way(
+        sequence_.walker(), on_call_.limits().edge_mm, run_.drive.frequency, points_, mu_, bench_.gravity,
+        [this](const Drive& drive) { on_call_.require_possible(drive, on_call_.limits()); });
+    run::RunOptions run = run_;
+    run.drive = way.drive;
+    begin_run([&] { on_call_.begin(run, way.task, {}, way.walk, channels); });
+    to_middle_.begin(way);
+    log("note",
+        fmt::format("the walker is brought to the middle at gamma {:.3g} g, phi {:.0f} deg; {}",
+                    way.drive.gamma / paper_g, way.drive.phi * 180 / std::numbers::pi, text(way.walk)));
 }
 
 void BenchService::obey(const End& /*order*/, acquisition::Channels& channels) { sequence_.end(channels); }
@@ -160,6 +184,17 @@ void BenchService::obey(const LowerLimit& order, acquisition::Channels& channels
     take_limits(limits, channels);
 }
 
+void BenchService::obey(const GiveMu& order, acquisition::Channels& /*channels*/) {
+    require("mu", order.mu.value, GiveMu::allowed, "");
+    require("error of mu", order.mu.sigma, {0, order.mu.value}, "");
+    if (const law::Fit& fit = live_mu_.mu(); std::isfinite(fit.value))
+        throw InputError{fmt::format("mu {:.4g}: the measurements give mu {:.4g} +- {:.2g}, which is used",
+                                     order.mu.value, fit.value, fit.error)};
+    mu_ = order.mu;
+    compare_points();
+    log("note", fmt::format("mu is {:.4g} by the operator", mu_.value));
+}
+
 void BenchService::obey(const Adopt& order, acquisition::Channels& channels) {
     const run::RunState state = sequence_.state();
     if (driving(state))
@@ -171,6 +206,7 @@ void BenchService::obey(const Adopt& order, acquisition::Channels& channels) {
     run_.drive = order.drive;
     run_.periods = order.periods;
     run_.settle = order.settle;
+    predict();
     armed_ = false;
     filed_limits_ = order.limits;
     take_limits(limits, channels);

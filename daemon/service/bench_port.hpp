@@ -30,9 +30,13 @@ struct SetDrive {
 struct Begin {
     int periods;     // of a measurement
     int settle = 0;  // periods of settled drive before a measurement; 0: until the walker's drift is steady
+    int times = 0;   // measurements, then a soft stop; 0: until another order
+    static constexpr int most_times = 100000;
 };
 /// Identifies the response, then silence.
 struct Identify {};
+/// From rest: leads the walker to the middle of the picture, then silence. The set-point stays.
+struct BringToMiddle {};
 /// Soft stop.
 struct End {};
 /// Clears the trips that the client has been shown. A trip that came later refuses it.
@@ -60,6 +64,11 @@ struct Remark {
 struct CloseLoop {
     bool on;
 };
+/// The friction coefficient of walker and base, by which walks are predicted until measurements give one.
+struct GiveMu {
+    static constexpr Range allowed{0.005, 3};
+    calibration::Estimate mu;
+};
 /// New settings from the settings files; no network client can give this order.
 struct Adopt {
     Drive drive;
@@ -67,8 +76,8 @@ struct Adopt {
     safety::Limits limits;         // may be above the present limits
     bool restores_limits = false;  // false: a limit that is as in the files before keeps its present value
 };
-using OrderWhat =
-    std::variant<SetDrive, Begin, Identify, End, ClearTrip, Record, Remark, CloseLoop, LowerLimit, Adopt>;
+using OrderWhat = std::variant<SetDrive, Begin, Identify, BringToMiddle, End, ClearTrip, Record, Remark,
+                               CloseLoop, LowerLimit, GiveMu, Adopt>;
 
 struct Order {
     OrderWhat what;

@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "daemon/run/run_setup.hpp"
+#include "daemon/service/outlook.hpp"
 #include "daemon/service/state_builder.hpp"
 #include "drivers/errors.hpp"
 #include "drivers/simulated/walker/no_stick.hpp"
@@ -46,6 +47,7 @@ BenchService::BenchService(run::Runner& runner, const BenchServiceSettings& sett
     mu_ = facts.mu;
     facts_ = std::make_shared<const BenchFacts>(std::move(facts));
     predicted_ = run::run_demands(bench_, run_.drive, on_call_.limits());
+    predict();
     acquisition::Channels& channels = collector_.channels();
     bench_port.stop_by([&channels] { return ++channels.aborts; },
                        [&channels] { return channels.aborts_answered.load(); });
@@ -65,6 +67,8 @@ bool BenchService::step(const acquisition::Streams& streams, acquisition::Channe
     log_warnings(channels);
     on_call_.follow(run_, channels);
     follow_states();
+    follow_task(channels);
+    follow_to_middle(channels);
     if (leaving_) go_away(channels);
     const double now_s = sequence_.now_s();
     if (changed_ || now_s >= published_s_ + publish_s) publish();
@@ -101,6 +105,7 @@ void BenchService::compare_points() {
     mirror_ = mirror_pair(points_);
     if (const auto null = null_phase(points_)) null_ = null;
     if (const law::Fit& mu = live_mu_.mu(); std::isfinite(mu.value)) mu_ = {mu.value, mu.error};
+    predict();
     closed_form_.clear();
     for (const reduction::DrivenPoint& p : points_) {
         Drive measured = p.asked;
@@ -131,10 +136,39 @@ void BenchService::follow_states() {
                 : nullptr;
         if (state == run::RunState::tripped) {
             trip_s_ = sequence_.now_s();
+            trip_file_.clear();
             log("trip", text(*sequence_.trip()), name(sequence_.trip()->cause));
         }
     }
     while (const auto run = on_call_.finished()) log_finished(*run);
+}
+
+void BenchService::predict() { walk_ = run::predict_walk(run_.drive, points_, mu_, bench_.gravity); }
+
+// The drive is silent again after the measurements that were asked for.
+void BenchService::follow_task(acquisition::Channels& channels) {
+    if (to_middle_.active() || !sequence_.holding() || sequence_.plan().task.times == 0) return;
+    log("note", fmt::format("{} measurements are complete", sequence_.measured().size()));
+    sequence_.end(channels);
+}
+
+void BenchService::follow_to_middle(acquisition::Channels& channels) {
+    if (!to_middle_.active()) return;
+    const double edge_mm = on_call_.limits().edge_mm;
+    switch (sequence_.state()) {
+        case run::RunState::tripped:
+            to_middle_.give_up();
+            changed_ = true;
+            break;
+        case run::RunState::idle:
+            log("note", to_middle_.end(sequence_.walker(), edge_mm));
+            break;
+        case run::RunState::run:
+            if (to_middle_.over(sequence_.now_s(), sequence_.walker(), edge_mm)) sequence_.end(channels);
+            break;
+        default:
+            break;
+    }
 }
 
 void BenchService::log_finished(const run::FinishedRun& run) {
@@ -148,6 +182,7 @@ void BenchService::log_finished(const run::FinishedRun& run) {
                                                               run.file.string())
                                                 : "nothing was written"));
         }
+    if (state_ == run::RunState::tripped) trip_file_ = run.file.filename().string();
     if (run.whole) return log("note", "recorded: " + run.file.string());
     log("note", fmt::format("last {} s of the stopped run: {}", acquisition::tail_s, run.file.string()));
 }
@@ -188,6 +223,7 @@ void BenchService::publish() {
     state->facts = facts_;
     state->predicted = predicted_;
     state->response = response_;
+    state->to_middle = to_middle_.active();
     state->wanted = run_.drive;
     state->periods = run_.periods;
     state->settle = run_.settle;
@@ -196,6 +232,7 @@ void BenchService::publish() {
     state->record_name = name_;
     state->pictures = run_.pictures;
     state->trip_s = trip_s_;
+    state->trip_file = trip_file_;
     state->result = result_;
     state->result_origin = origin_;
     state->not_reduced = not_reduced_;
@@ -213,6 +250,9 @@ void BenchService::publish() {
     state->real_time.insert(state->real_time.end(), grants_.begin(), grants_.end());
     state->may_clear = on_call_.may_clear();
     state->limits = on_call_.limits();
+    state->gauges = report_->gauges(predicted_, state->limits);
+    state->outlook = outlook(*state, walk_, opened_);
+    if (driving(state->state) && !state->to_middle) state->progress = progress_of(*state, sequence_);
     published_s_ = state->now_s;
     changed_ = false;
     bench_port_.publish(std::move(state));

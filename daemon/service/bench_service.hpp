@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "daemon/on_call/on_call.hpp"
+#include "daemon/on_call/to_middle.hpp"
 #include "daemon/run/runner.hpp"
 #include "daemon/run/walk_prediction.hpp"
 #include "daemon/service/bench_port.hpp"
@@ -58,18 +59,23 @@ private:
     void obey(const SetDrive& order, acquisition::Channels& channels);
     void obey(const Begin& order, acquisition::Channels& channels);
     void obey(const Identify& order, acquisition::Channels& channels);
+    void obey(const BringToMiddle& order, acquisition::Channels& channels);
     void obey(const End& order, acquisition::Channels& channels);
     void obey(const ClearTrip& order, acquisition::Channels& channels);
     void obey(const Record& order, acquisition::Channels& channels);
     void obey(const Remark& order, acquisition::Channels& channels);
     void obey(const CloseLoop& order, acquisition::Channels& channels);
     void obey(const LowerLimit& order, acquisition::Channels& channels);
+    void obey(const GiveMu& order, acquisition::Channels& channels);
     void obey(const Adopt& order, acquisition::Channels& channels);
     void begin_run(const std::function<void()>& begin);
     void take_limits(const safety::Limits& limits, acquisition::Channels& channels);
     void take_outcome();
     void compare_points();
     void follow_states();
+    void follow_task(acquisition::Channels& channels);
+    void follow_to_middle(acquisition::Channels& channels);
+    void predict();
     void go_away(acquisition::Channels& channels);
     void log_finished(const run::FinishedRun& run);
     void log_warnings(const acquisition::Channels& channels);
@@ -111,12 +117,15 @@ private:
     std::optional<reduction::NullPhase> null_;
     std::vector<double> closed_form_;
     LiveMu live_mu_;
+    on_call::ToMiddle to_middle_;
     calibration::Estimate mu_;
     std::vector<safety::Demand> predicted_;
+    std::optional<run::PredictedWalk> walk_;  // at the set-point
     std::shared_ptr<const control::IdentifiedResponse> response_;
     std::atomic<bool> leaving_{false};
     bool done_ = false, changed_ = true;
     double published_s_ = 0, trip_s_ = 0;
+    std::string trip_file_;  // see BenchState
 };
 
 }  // namespace shaker::service

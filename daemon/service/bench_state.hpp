@@ -18,6 +18,7 @@
 #include "daemon/reduction/series.hpp"
 #include "daemon/report/results.hpp"
 #include "daemon/run/state.hpp"
+#include "daemon/run/walk_prediction.hpp"
 #include "daemon/safety/limits.hpp"
 #include "daemon/safety/preflight.hpp"
 #include "drivers/devices.hpp"
@@ -47,7 +48,10 @@ struct WalkerState {
     double edge_m = 0;  // distance of its outline from the nearer end of the picture
     /// x at the picture's left and right end (upper and lower, if x runs along the height); NaN: not known.
     double left_m = NAN, right_m = NAN;
-    int lost = 0;  // consecutive frames without the walker
+    /// Distances of its outline from the lower and the upper end of the picture in x, mean over a period, m.
+    std::array<double, 2> ways_m{NAN, NAN};
+    std::optional<double> drift_m;  // of a period, newest periods
+    int lost = 0;                   // consecutive frames without the walker
 };
 
 /// The measurement of a result.
@@ -62,6 +66,34 @@ inline bool same(const Drive& a, const Drive& b) {
     return a.frequency == b.frequency && a.gamma == b.gamma && a.rho == b.rho && a.phi == b.phi &&
            a.overtones == b.overtones;
 }
+
+/// What a run at the set-point will take. Counted in periods of the drive.
+struct OutlookState {
+    int before = 0;   // expected, from the order until the first measurement
+    int walking = 0;  // of these, with a walker that goes; and after the last measurement
+    std::optional<run::PredictedWalk> walk;  // empty: not known
+    double way_m = NAN;        // to the limit at the edge in the direction of the walk; NaN: not known
+    double bytes_per_s = NAN;  // of a recording with the pictures of the settings
+};
+
+/// How far a run is.
+struct ProgressState {
+    int measurement = 0;        // the one that is under way or comes next, from 1
+    int measurements = 0;       // that are asked for; 0: until another order
+    double periods_done = 0;    // of the one under way
+    double left_s = NAN;        // expected until the end of all that are asked for, else of this one
+    std::string waits_for;      // what the next measurement waits for; empty while one is under way
+    double walk_mps = NAN;      // of the walker, newest periods
+    double periods_left = NAN;  // until the limit at the edge, by walk_mps
+};
+
+/// Largest value of a quantity in a period, against its limit.
+struct GaugeState {
+    std::string quantity, unit;
+    double limit = 0;
+    double set_point = NAN;  // predicted at the set-point
+    double live = NAN;       // in the newest period; NaN: nothing is driven
+};
 
 /// Constants of an opened bench.
 struct BenchFacts {
@@ -136,6 +168,11 @@ struct BenchState {
     bool armed = false;   // idle, and a set-point within the limits was ordered
     bool locked = false;  // all controlled harmonics are at their targets
     bool measuring = false;
+    OutlookState outlook;
+    std::optional<ProgressState>
+        progress;  // empty: nothing is driven, or the walker is brought to the middle
+    std::vector<GaugeState> gauges;
+    bool to_middle = false;  // the walker is being brought to the middle of the picture
     std::shared_ptr<const control::IdentifiedResponse> response;  // null before an identification
     double reached = 1;             // largest share of the requested gamma that the bench can reach
     std::optional<BaseState> base;  // empty before the first window
@@ -144,6 +181,7 @@ struct BenchState {
     std::vector<PictureState> pictures_now;
     std::optional<safety::Trip> trip;
     double trip_s = 0;
+    std::string trip_file;  // recording with the stop, in the folder of recordings; empty: not complete yet
     bool may_clear = false;
     std::shared_ptr<const reduction::Reduction> result;  // of the newest measurement; null before the first
     ResultOrigin result_origin;                          // of `result`

@@ -12,6 +12,7 @@ namespace {
 const char* name_of(const OrderWhat& what) {
     if (std::holds_alternative<Begin>(what)) return "start";
     if (std::holds_alternative<Identify>(what)) return "identification";
+    if (std::holds_alternative<BringToMiddle>(what)) return "return to the middle";
     if (std::holds_alternative<End>(what)) return "stop";
     if (std::holds_alternative<ClearTrip>(what)) return "clear";
     return "";
@@ -36,7 +37,7 @@ bool PendingOrders::pending() const {
     if (!state || state->aborts < bench_port_.aborted()) return true;
     if (state->state == run::RunState::tripped) return !state->may_clear;
     if (state->state == run::RunState::idle) return !state->recording.name.empty();  // it is being finished
-    return row_of(state->state).pending;
+    return state->to_middle || row_of(state->state).pending;
 }
 
 void PendingOrders::order(OrderWhat what, const std::string& by, Answered answered) {

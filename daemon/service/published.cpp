@@ -83,6 +83,8 @@ constexpr Published rows[] = {
      [](State s) { return of_walker(s, &WalkerState::right_m); }},
     {"/walker/edge_m", nullptr, nullptr, "m", "distance of the walker from the edge",
      [](State s) { return of_walker(s, &WalkerState::edge_m); }},
+    {"/session/to_middle", nullptr, nullptr, "", "1 while the walker is being brought to the middle",
+     [](State s) -> Value { return s.to_middle; }},
     // the newest measurement
     {nullptr, "FETCh:STEady", nullptr, "", "1 while a measurement is under way",
      [](State s) -> Value { return s.measuring; }},

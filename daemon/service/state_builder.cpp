@@ -4,6 +4,8 @@
 #include <cmath>
 
 #include "daemon/acquisition/run_loops.hpp"
+#include "daemon/run/run_setup.hpp"
+#include "drivers/errors.hpp"
 
 namespace shaker::service {
 
@@ -120,6 +122,27 @@ WaveformState StateBuilder::waveform() const {
     return wave;
 }
 
+std::vector<GaugeState> StateBuilder::gauges(const std::vector<safety::Demand>& predicted,
+                                             const safety::Limits& limits) const {
+    std::vector<GaugeState> all;
+    for (const safety::Demand& d : predicted)
+        all.push_back({.quantity = d.quantity, .unit = d.unit, .limit = d.limit, .set_point = d.value});
+    if (!sequence_.newest() || !driving(sequence_.state())) return all;
+    const control::PeriodWindows::Window& w = *sequence_.newest();
+    Harmonics<Acceleration> motion;
+    for (std::size_t q = 0; q < control::controlled_harmonics; ++q) motion.a[q] = w.estimate.along.a[q];
+    std::vector<safety::Demand> live;
+    try {
+        live = run::motion_demands(bench_, motion, sequence_.windows().history().frequency(), limits);
+    } catch (const InputError&) {  // the data sheet has no response at one of these frequencies
+        return all;
+    }
+    for (GaugeState& g : all)
+        for (const safety::Demand& d : live)
+            if (g.quantity == d.quantity) g.live = g.quantity == "drive" ? peak_of(w.motion.volts) : d.value;
+    return all;
+}
+
 std::optional<TrackingState> StateBuilder::tracking() const {
     TrackingState all;
     bool any = false;
@@ -151,8 +174,14 @@ void StateBuilder::fill(BenchState& state) const {
         state.waveform = waveform();
     }
     if (const run::WalkerMonitor& walker = sequence_.walker(); walker.x_m())
-        state.walker = WalkerState{*walker.x_m(), 1e-3 * walker.edge_mm().value_or(NAN), walker.ends_m()[0],
-                                   walker.ends_m()[1], walker.lost()};
+        state.walker =
+            WalkerState{.x_m = *walker.x_m(),
+                        .edge_m = 1e-3 * walker.edge_mm().value_or(NAN),
+                        .left_m = walker.ends_m()[0],
+                        .right_m = walker.ends_m()[1],
+                        .ways_m = {1e-3 * walker.mean_ways_mm()[0], 1e-3 * walker.mean_ways_mm()[1]},
+                        .drift_m = walker.drift_m(),
+                        .lost = walker.lost()};
     const calibration::Timebase& timebase = collector_.streams().timebase;
     state.clocks = {clock_state("dac", timebase.dac()),
                     clock_state("accelerometer", timebase.accelerometer())};

@@ -19,6 +19,10 @@ public:
     /// Fills in the values of sequence, acquisition and devices.
     void fill(BenchState& state) const;
 
+    /// Largest values in a period against their limits; predicted: at the set-point.
+    [[nodiscard]] std::vector<GaugeState> gauges(const std::vector<safety::Demand>& predicted,
+                                                 const safety::Limits& limits) const;
+
 private:
     void feed_accelerations(const acquisition::Streams& streams);
     void feed_tracks(const acquisition::Streams& streams);

@@ -152,8 +152,11 @@ void Clients::say(int client, Action action, double value) {
                 {{"frequency_hz", drive.frequency}, {"gamma_mps2", drive.gamma}, {"phi_rad", drive.phi}},
                 fmt::format("APPL:BIH {}, {}, 0.5, {}", drive.frequency, drive.gamma, drive.phi));
         case Action::start:
-            return order("start", {{"periods", 2 + static_cast<int>(8 * value)}, {"settle_periods", 3}},
-                         "OUTP ON");
+            return order("start",
+                         {{"periods", 2 + static_cast<int>(8 * value)},
+                          {"settle_periods", 3},
+                          {"measurements", value > 0.8 ? 1 : 0}},
+                         value > 0.8 ? "TRIG:COUN 1;:OUTP ON" : "TRIG:COUN INF;:OUTP ON");
         case Action::identify:
             return order("identify", nullptr, "CONT:IDEN");
         case Action::stop:
@@ -174,6 +177,13 @@ void Clients::say(int client, Action action, double value) {
             return order("record", {{"on", false}}, "REC OFF");
         case Action::loop:
             return order("loop", {{"closed", value < 0.5}}, value < 0.5 ? "CONT:LOOP 1" : "CONT:LOOP 0");
+        case Action::middle:
+            return order("middle", nullptr, "OUTP:MIDD");
+        case Action::mu: {
+            const double mu = 0.02 * std::pow(100.0, value);
+            return order("mu", {{"mu", mu}, {"sigma", 0.1 * mu}},
+                         fmt::format("WALK:MU {}, {}", mu, 0.1 * mu));
+        }
         case Action::lower_drive:
             laws_.limit_named(limit_V);
             return send(0, fmt::format("{} {}\n", value < 0.5 ? "LIM:DRIV:ABOR" : "OUTP:PROT:LEV", limit_V));

@@ -26,7 +26,8 @@ constexpr std::array fault_names{
 static_assert(fault_names.size() == troubles);
 
 // How often a client does what, in the order of Action.
-constexpr std::array<double, actions> weights{8, 16, 5, 7, 5, 12, 4, 6, 3, 3, 3, 3, 4, 3, 3, 3, 4, 2, 2};
+constexpr std::array<double, actions> weights{8, 16, 5, 7, 5, 12, 4, 6, 3, 3, 3,
+                                              3, 4,  3, 3, 3, 4,  2, 2, 5, 1};
 constexpr double init_s = 0.1;  // the devices have delivered by then
 
 double settled_s(const Plan& plan) { return 1.2 + plan.buffer_s; }

@@ -30,11 +30,13 @@ enum class Action : std::uint8_t {
     ask,        // a query by SCPI
     recover,    // another program recovers the file that is being recorded
     same_name,  // another program makes a file of the name that the open recording will get
+    middle,     // brings the walker to the middle of the picture
+    mu,         // gives the friction coefficient, also a wrong one
 };
-inline constexpr std::array action_names{"drive",       "start",        "identify", "stop",     "abort",
-                                         "clear",       "remark",       "record",   "unrecord", "loop",
-                                         "lower_drive", "lower_motion", "reload",   "read",     "disconnect",
-                                         "nonsense",    "ask",          "recover",  "same_name"};
+inline constexpr std::array action_names{
+    "drive",      "start",    "identify", "stop",        "abort",        "clear",  "remark",
+    "record",     "unrecord", "loop",     "lower_drive", "lower_motion", "reload", "read",
+    "disconnect", "nonsense", "ask",      "recover",     "same_name",    "middle", "mu"};
 inline constexpr std::size_t actions = action_names.size();
 
 /// Faults of disk and computer. Their numbers follow those of a scene's faults.

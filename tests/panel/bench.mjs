@@ -4,6 +4,7 @@ import { closedForm, g, steadyPeriod } from "./motion.mjs";
 
 const mu = 0.113;
 const reach = 0.03;  // m, of the walker to either side of x = middle
+const radius = 0.006;  // m, of the walker
 const middle = 0.05;  // m, of the picture: x is 0 at its left end
 
 /** mulberry32: equal numbers for equal seeds. */
@@ -39,6 +40,10 @@ export class Bench {
     points = [];
     random = chance(7);
     unfinished = false;  // no measurement becomes complete
+    edge = 0.005;  // m, limit
+    asked = 0;  // measurements of the run; 0: until stopped
+    to_middle = false;  // the walker is being brought to the middle
+    given_mu = null;
     mirrored = false;  // x grows to the left of the picture
 
     constructor(tell) {
@@ -79,6 +84,7 @@ export class Bench {
 
     step(dt) {
         this.time += dt;
+        if (this.to_middle) return this.lead(dt);
         const [after, seconds] = next[this.state] ?? [];
         if (after && this.time - this.since > seconds) this.become(after);
         const wanted = ["ramping", "settling", "running"].includes(this.state) ? 1 : this.state === "identifying" ? 0.1 : 0;
@@ -86,6 +92,13 @@ export class Bench {
         if (this.state === "running") this.periods += dt * this.drive.frequency_hz;
         this.x += (this.level * dt * this.motion.drift) / this.motion.period;
         if (Math.abs(this.x) > reach) this.x = -Math.sign(this.x) * reach;
+    }
+
+    lead(dt) {
+        this.x -= Math.sign(this.x) * Math.min(Math.abs(this.x), 0.02 * dt);
+        if (this.x !== 0) return;
+        this.to_middle = false;
+        this.become("idle");
     }
 
     acceleration(t) {
@@ -115,7 +128,8 @@ export class Bench {
             type: "state",
             session: {
                 state: this.state, since_s: this.time - this.since, rig: "sim:", recording: this.recording, finishing: false, may_clear: true, record_next: this.record_next, record_name: this.record_name,
-                controller: this.control ? "this page" : null, you_control: this.control, trip: this.trip,
+                controller: this.control ? "this page" : null, you_control: this.control, to_middle: this.to_middle,
+                trip: this.trip && { value: 0, limit: 0, recording: null, age_s: this.time - this.trip.t_s, ...this.trip },
                 program: "shakerd", version: "0.1.0",
             },
             drive: { ...this.drive, locked: this.level === 1 },
@@ -130,8 +144,10 @@ export class Bench {
                 }),
                 periods: Math.floor(this.periods), steady: this.periods > 20,
             },
-            walker: { x_m: middle + this.x, left_m: this.mirrored ? 2 * middle : 0, right_m: this.mirrored ? 0 : 2 * middle },
+            walker: { x_m: middle + this.x, left_m: this.mirrored ? 2 * middle : 0, right_m: this.mirrored ? 0 : 2 * middle, edge_m: middle - Math.abs(this.x) - radius },
             points: this.points,
+            outlook: { before_periods: 60, walking_periods: 20, walk_mps: { value: v, sigma: 1e-4 }, walk_from: "Coulomb's law", way_m: reach - Math.sign(v) * this.x, bytes_per_s: 4.9e7 },
+            progress: this.progress(), gauges: this.gauges(),
             clocks: [{ name: "DAC", ppm: 0, residual_s: 2.1e-6 }, { name: "accelerometer", ppm: -37.52, residual_s: 3.4e-6 },
                 { name: "camera top", ppm: 12.04, residual_s: 1.1e-6 }, { name: "camera side", ppm: 11.87, residual_s: 1.2e-6 }],
             losses: [{ stream: "accelerometer", got: Math.floor(this.time * 4000), lost: 0 },
@@ -146,8 +162,23 @@ export class Bench {
             },
             switches: { abort_contact: "open", enable_output: false },
             real_time: [{ what: "memory", refused: "memory cannot be locked: only 8192 kB may be locked" }, { what: "output", refused: null }],
-            limits: { acceleration_abort_mps2: 60, displacement_abort_mm: 4, drive_abort_V: 2 },
+            limits: { edge_m: this.edge, acceleration_abort_mps2: 60, displacement_abort_mm: 4, drive_abort_V: 2 },
         };
+    }
+
+    progress() {
+        if (!["ramping", "settling", "running"].includes(this.state) || this.to_middle) return null;
+        const settles = this.state !== "running";
+        return {
+            measurement: 1 + Math.floor(this.periods / 20), measurements: this.asked, periods_done: settles ? 0 : Math.floor(this.periods) % 20, left_s: 3.2,
+            waits_for: settles ? "the base is not within 0.1 % of its target yet (newest period: 0.84 % off)" : null, walk_mps: 0.0146, periods_left: settles ? null : 38,
+        };
+    }
+
+    gauges() {
+        const live = (value) => this.level > 0 ? this.level * value : null, gamma = this.drive.gamma_mps2;
+        return [["acceleration", 0.88 * gamma, 60, "m/s^2"], ["velocity", 0.0055 * gamma, 1.3, "m/s"], ["displacement", 0.031 * gamma, 4, "mm"],
+            ["force", 0.45 * gamma, 40, "N"], ["drive", 0.042 * gamma, 1, "V"]].map(([quantity, value, limit, unit]) => ({ quantity, unit, limit, set_point: value, live: live(value) }));
     }
 
     /** The present result, or the last one with its set-point. */
@@ -161,7 +192,7 @@ export class Bench {
     /** Carries out an action: null, or the reason of its refusal. */
     act(name, body) {
         if (name === "abort") {
-            this.trip = { cause: "operator_stop", text: "ABORT from the page", t_s: this.time };
+            this.trip = { cause: "operator_stop", finding: "stopped by the operator", advice: "", t_s: this.time };
             this.become("tripped");
             return null;
         }
@@ -172,12 +203,21 @@ export class Bench {
             case "clear": this.trip = null; this.become("idle"); return null;
             case "drive": return this.set(body);
             case "identify": this.become("identifying"); return null;
-            case "start": return this.start();
+            case "start": this.asked = body.measurements; return this.start();
+            case "middle": return this.bring();
+            case "mu": this.given_mu = body.mu; return null;
             case "stop": this.become("stopping"); return null;
             case "record": return this.record(body.name);
             case "remark": this.log("remark", body.text); return null;
             default: return `no action ${name}`;
         }
+    }
+
+    bring() {
+        if (this.state !== "idle") return `bringing the walker to the middle cannot start in state ${this.state}`;
+        this.to_middle = true;
+        this.become("settling");
+        return null;
     }
 
     /** Requests the recording of the next run; tests of an open recording set `recording`. */

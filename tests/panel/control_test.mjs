@@ -78,7 +78,7 @@ test("Each button sends its action, from arming to a stop", async () => {
     await page.getByText("next run is recorded: walk.nxs").waitFor();
     await page.fill("#periods", "40");
     await press(page, "Start");
-    assert.deepEqual(await sent("start"), { periods: 40 });
+    assert.deepEqual(await sent("start"), { periods: 40, measurements: 3 });
     await page.waitForFunction(() => document.getElementById("state").textContent.includes("running"));
     await page.getByText("recording walk.nxs").first().waitFor();
     await press(page, "Stop");
@@ -150,6 +150,10 @@ test("Invalid numbers are refused without a request to the daemon", async () => 
     await page.fill("#periods", "2.5");
     await press(page, "Start");
     await page.getByText("periods: a whole number from 1").waitFor();
+    await page.fill("#periods", "");
+    await page.fill("#measurements", "0");
+    await press(page, "Start");
+    await page.getByText("measurements: a whole number from 1").waitFor();
     await press(page, "Record");
     await page.getByText("name: needed").waitFor();
     assert.deepEqual(server.requests, []);
@@ -165,7 +169,7 @@ test("ABORT by click stops the drive, is confirmed, and needs no control; the tr
     await isTripped(page);
     await until(() => server.bench.level === 0, "silent");
     assert.match(await page.locator("#abort-status").textContent(), /^ABORT received, \d+ ms$/);
-    assert.match(await page.locator("#trip-text").textContent(), /operator_stop/);
+    assert.match(await page.locator("#trip-text").textContent(), /stopped by the operator/);
     server.bench.control = true;
     if (folder) await page.screenshot({ path: join(folder, "trip.png") });
     await press(page, "Clear the trip");
@@ -269,7 +273,7 @@ test("A failing part of the page does not affect state, trip and ABORT", async (
     await until(() => troubles.some((trouble) => /TypeError/.test(trouble)), "the table of losses fails");
     await page.keyboard.press("Escape");
     await isTripped(page);
-    assert.match(await page.locator("#trip-text").textContent(), /^Tripped at [\d.]+ s: operator_stop/);
+    assert.match(await page.locator("#trip-text").textContent(), /^Tripped at [\d:]+: stopped by the operator\.$/);
     assert.equal(troubles.length, 1, "it is told once");
     delete bench.message;
 });

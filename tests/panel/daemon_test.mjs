@@ -31,6 +31,7 @@ test("A run from the page: drive, start, results, stop, start, abort, clear", { 
     await page.fill("#drive-gamma", "0.8");
     await press(page, "Set and arm");
     await stateIs(page, "armed");
+    await page.selectOption("#how-long", "open");
     await press(page, "Start");
     await stateIs(page, "running", 60_000);
     await page.waitForFunction(() => /±/.test(document.getElementById("numbers").textContent), null, { timeout: 60_000 });

@@ -73,6 +73,92 @@ test("The walker's mark agrees with the picture", async () => {
     bench.mirrored = false;
 });
 
+test("A walker at the edge is brought back from the page", async () => {
+    const { bench } = stage.server;
+    await idle(stage);
+    const { page } = await openPage(stage);
+    const primary = (id) => page.locator(`#${id}`).evaluate((e) => e.classList.contains("primary"));
+    bench.x = 0.01;
+    await until(async () => /^walker at 60\.0 mm, 34\.0 mm from the edge \(limit 5\.0 mm\)$/.test(await text(page, "walker-at")), "its place");
+    assert.equal(await page.locator("#edge").isVisible(), false);
+    assert.deepEqual([await primary("start-button"), await primary("middle-button")], [true, false]);
+    bench.edge = 0.015;
+    bench.x = 0.0295;
+    await until(async () => (await text(page, "edge")) === "The walker is 14.5 mm from the edge of the picture (limit 15.0 mm). Bring it to the middle before the next run.", "the way out");
+    assert.deepEqual([await primary("start-button"), await primary("middle-button")], [false, true]);
+    await page.click("#middle-button");
+    await until(async () => (await text(page, "state")) === "↔ to the middle", "its state");
+    await until(async () => (await text(page, "state")) === "○ idle", "it is there");
+    assert.equal(bench.x, 0);
+    bench.edge = 0.005;
+    assert.equal(await page.locator("#edge").isVisible(), false);
+});
+
+test("Before the start the page says how long it takes, how far the walker goes and how many bytes", async () => {
+    const { bench } = stage.server;
+    await idle(stage);
+    bench.drive = { ...bench.drive, phi_rad: 0 };
+    bench.x = 0;
+    const { page } = await openPage(stage);
+    await page.fill("#periods", "20");
+    await until(async () => /^About 6\.0 s, of which 3\.0 s are measured\. ⚠ It does not fit: the walker reaches the edge limit, 30\.0 mm away, after about 21 of 60 periods\.$/.test(await text(page, "outlook")), "it does not fit");
+    await page.fill("#measurements", "1");
+    await page.fill("#periods", "5");
+    await until(async () => /The walker goes about 18\.2 mm; the edge limit is 30\.0 mm away\.$/.test(await text(page, "outlook")), "it fits");
+    bench.record_next = true;
+    await until(async () => /Recorded: about 159 MB\.$/.test(await text(page, "outlook")), "its bytes");
+    await page.selectOption("#how-long", "open");
+    await until(async () => /^First result after about 3\.3 s, then on until stopped\. The walker reaches/.test(await text(page, "outlook")), "until stopped");
+    assert.ok(await page.locator("#measurements").isDisabled());
+    bench.record_next = false;
+});
+
+test("A run shows its step, its progress, the way to the edge and the gauges", async () => {
+    const { bench } = stage.server;
+    await running(stage);
+    bench.asked = 3;
+    const { page } = await openPage(stage);
+    await until(async () => /^measurement \d+ of 3: \d+ of \d+ periods; about 3\.2 s left; 38 periods to the edge limit$/.test(await text(page, "progress")), "its progress");
+    assert.equal(await page.locator("#progress").getAttribute("data-kind"), "trouble");  // 3.2 s are 64 periods
+    assert.deepEqual(await page.locator("#steps li").evaluateAll((all) => all.map((e) => e.dataset.kind)), ["past", "past", "past", "past", "now"]);
+    assert.match(await text(page, "gauges"), /acceleration8\.62 of 60\.0 m\/s².*drive0\.412 of 1\.00 V/);
+    assert.equal(await page.locator("#gauges i").first().evaluate((e) => Math.round(parseFloat(e.style.width))), 14);
+    await idle(stage);
+    await until(async () => (await text(page, "progress")) === "", "at rest");
+    assert.equal(await text(page, "steady"), "");
+    bench.asked = 0;
+});
+
+test("Friction is given from the page, and nonsense is not sent", async () => {
+    const { bench } = stage.server;
+    await idle(stage);
+    const { page } = await openPage(stage);
+    await page.fill("#mu-value", "-1");
+    await page.press("#mu-value", "Enter");
+    await until(async () => /a number above 0/.test(await text(page, "give-mu")), "the refusal");
+    assert.equal(bench.given_mu, null);
+    await page.fill("#mu-value", "0.12");
+    await page.press("#mu-value", "Enter");
+    await until(() => bench.given_mu === 0.12, "mu");
+});
+
+test("A trip has its time, its sentence, its recording and the last two seconds with the limit", async () => {
+    const { bench } = stage.server;
+    await running(stage);
+    const { page } = await openPage(stage);
+    await page.waitForTimeout(1500);
+    bench.trip = {
+        cause: "walker_edge", finding: "the walker is 4.97 mm from the edge of the picture (at least 5 mm)",
+        advice: "clear the trip, then bring it back to the middle", value: 4.97, limit: 5, t_s: bench.time, recording: "tail.nxs",
+    };
+    bench.become("tripped");
+    await until(async () => /^Tripped at \d\d:\d\d:\d\d: the walker is 4\.97 mm from the edge of the picture \(at least 5 mm\)\. Clear the trip, then bring it back to the middle\. Recorded in tail\.nxs\.$/
+        .test(await text(page, "trip-text")), "its sentence");
+    await until(() => page.locator("#trip-plot canvas").isVisible(), "its curve");
+    bench.act("clear");
+    await until(async () => !(await page.locator("#trip").isVisible()), "cleared");
+});
+
 test("Refused real time is shown with its reason", async () => {
     const { page } = await openPage(stage);
     await page.locator("#real-time").scrollIntoViewIfNeeded();  // a card that is not seen is not drawn
@@ -137,7 +223,7 @@ test("Texts of any length fit on a phone", async () => {
     await running(stage);
     const { page } = await openPage(stage, { viewport: phone });
     bench.recording = "walker_on_glass_".repeat(7);
-    bench.trip = { cause: "acceleration", text: "x".repeat(300), t_s: 123456.7 };
+    bench.trip = { cause: "acceleration", finding: "x".repeat(300), advice: "y".repeat(300), t_s: 123456.7 };
     bench.log("warning", "/a/very/long/path".repeat(20));
     await until(async () => (await text(page, "trip-text")).includes("xxx"), "the trip is told");
     await page.locator("#log").scrollIntoViewIfNeeded();

@@ -197,3 +197,31 @@ test("The simulated walker drifts like a Coulomb walker; the closed form agrees 
     assert.ok(Math.abs(drift / period - 14.582e-3) < 2e-5);
     assert.ok(Math.abs(closedForm(drive, 0.113) - 14.582e-3) < 2e-6);
 });
+
+const { tripWords, limitLines } = await source("views/trip");
+const { edgeWords } = await source("views/forms");
+const { edgeZone } = await source("views/numbers");
+
+test("A trip is one sentence with its time and what to do; the limit is a line of its plot", () => {
+    const trip = { cause: "walker_edge", finding: "the walker is 4.97 mm from the edge of the picture (at least 5 mm)", advice: "clear the trip", value: 4.97, limit: 5, t_s: 1, age_s: 0, recording: null };
+    assert.equal(tripWords(trip, "17:03:21"), "Tripped at 17:03:21: the walker is 4.97 mm from the edge of the picture (at least 5 mm). Clear the trip.");
+    assert.equal(tripWords({ ...trip, finding: "stopped by the operator", advice: "", recording: "a.nxs" }, "1:00"), "Tripped at 1:00: stopped by the operator. Recorded in a.nxs.");
+    const lines = (walker) => limitLines({ walker }, trip).map((mm) => Math.round(mm * 100) / 100);
+    assert.deepEqual(lines({ x_m: 0.08903, left_m: 0, right_m: 0.1, edge_m: 0.00497 }), [89]);  // a walker with a radius of 6 mm
+    assert.deepEqual(lines({ x_m: 0.08903, left_m: 0.1, right_m: 0, edge_m: 0.00497 }), [89]);
+    assert.deepEqual(lines({ x_m: 0.01, left_m: 0, right_m: 0.1, edge_m: 0.004 }), [11]);
+    assert.deepEqual(lines(null), []);
+    assert.deepEqual(limitLines({ walker: null }, { ...trip, cause: "acceleration", limit: 60 }), [-60, 60]);
+    assert.deepEqual(limitLines({ walker: null }, { ...trip, cause: "residual", limit: 60 }), []);
+});
+
+test("The way back is offered at rest, to a walker at the edge", () => {
+    const at = (edge_m, state) => edgeWords({ walker: { x_m: 0, left_m: 0, right_m: 0.1, edge_m }, limits: { edge_m: 0.005 }, session: { state } });
+    assert.match(at(0.0049, "idle"), /^The walker is 4\.9 mm from the edge of the picture \(limit 5\.0 mm\)\. Bring it to the middle/);
+    assert.match(at(0.0055, "armed"), /^The walker is 5\.5 mm/);
+    assert.equal(at(0.007, "idle"), "");
+    assert.equal(at(0.004, "running"), "");
+    assert.equal(at(null, "idle"), "");
+    assert.equal(Math.round(1e3 * edgeZone({ x_m: 0.03, left_m: 0, right_m: 0.1, edge_m: 0.024 }, 0.005)), 110);
+    assert.equal(edgeZone({ x_m: 0.03, left_m: null, right_m: 0.1, edge_m: 0.024 }, 0.005), 0);
+});

@@ -13,7 +13,7 @@ struct RecordedTrip {
     double at_s = 0;    // master time of the sample that violated the limit; NaN: clock not known yet
 };
 
-/// "at 3.021 s in state run: soft stop, ..."
+/// "at 3.021 s in state run: peak acceleration of the base 61 m/s^2 exceeds the limit of 60 m/s^2; ..."
 std::string text(const RecordedTrip& trip);
 
 }  // namespace shaker::recording

@@ -16,6 +16,14 @@ using nlohmann::json;
 
 constexpr std::chrono::seconds abort_patience{2};
 
+void wait_for_rest(const Link& link) {
+    state_when(link, Clock::time_point::max(), [](const json& state) {
+        const std::string word = state_of(state);
+        const bool finished = state.value(json::json_pointer{"/session/recording"}, json{}).is_null();
+        return finished && (word == "idle" || word == "armed");
+    });
+}
+
 }  // namespace
 
 void set_drive(const Values& values) {
@@ -37,16 +45,19 @@ void start(const Values& values) {
     json fields = json::object();
     if (values.has("--periods")) fields["periods"] = static_cast<int>(values.number("--periods"));
     if (values.has("--settle")) fields["settle_periods"] = static_cast<int>(values.number("--settle"));
+    if (values.has("--measurements"))
+        fields["measurements"] = static_cast<int>(values.number("--measurements"));
     const Link link = link_of(values);
     link.order("start", fields);
     if (!values.has("--wait")) return;
     bool driven = false;
     const json measured = *state_when(link, Clock::time_point::max(), [&](const json& state) {
+        if (has_result(state)) return true;
         const std::string word = state_of(state);
         const bool silent = word == "idle" || word == "armed" || word == "finishing";
         if (driven && silent) throw Refused{"the drive was stopped before a measurement was complete"};
         driven = driven || !silent;
-        return has_result(state);
+        return false;
     });
     print(drift_text(measured) + "\n");
 }
@@ -54,12 +65,7 @@ void start(const Values& values) {
 void stop(const Values& values) {
     const Link link = link_of(values);
     link.order("stop", {});
-    if (!values.has("--wait")) return;
-    state_when(link, Clock::time_point::max(), [](const json& state) {
-        const std::string word = state_of(state);
-        const bool finished = state.value(json::json_pointer{"/session/recording"}, json{}).is_null();
-        return finished && (word == "idle" || word == "armed");
-    });
+    if (values.has("--wait")) wait_for_rest(link);
 }
 
 void abort(const Values& values) try {
@@ -68,6 +74,18 @@ void abort(const Values& values) try {
 } catch (const NotReached& e) {
     throw NotReached{std::string{"the daemon did not confirm the abort; use the emergency stop: "} +
                      e.what()};
+}
+
+void middle(const Values& values) {
+    const Link link = link_of(values);
+    link.order("middle", {});
+    if (values.has("--wait")) wait_for_rest(link);
+}
+
+void give_mu(const Values& values) {
+    json fields{{"mu", values.number("MU")}};
+    if (values.has("--error")) fields["sigma"] = values.number("--error");
+    link_of(values).order("mu", fields);
 }
 
 void clear(const Values& values) { link_of(values).order("clear", {}); }

@@ -8,6 +8,8 @@ void set_drive(const Values& values);
 void identify(const Values& values);
 void start(const Values& values);
 void stop(const Values& values);
+void middle(const Values& values);
+void give_mu(const Values& values);
 /// Sends no other request first; the daemon has 2 s to answer.
 void abort(const Values& values);
 void clear(const Values& values);

@@ -27,6 +27,7 @@ int done(const Values& values) {
 
 void print_manual(const Values& /*values*/) { print(manual::manual_page(program())); }
 
+constexpr Range frictions{0.005, 3};
 constexpr Range waits{0, 30 * 86400.0};  // s
 
 constexpr std::array<std::string_view, 2> switch_words{"on", "off"};
@@ -65,9 +66,30 @@ constexpr std::array start_arguments{
              .kind = Kind::whole,
              .allowed = {0, most_settle_periods},
              .otherwise = "as last"},
+    Argument{.name = "--measurements",
+             .value = "N",
+             .help = "Measurements, then a soft stop",
+             .kind = Kind::whole,
+             .allowed = {1, 100000},
+             .otherwise = "until \"shakerctl stop\""},
     Argument{.name = "--wait", .help = "Wait for the first result and print its v_D"}};
 
 constexpr std::array stop_arguments{Argument{.name = "--wait", .help = "Wait until the bench is idle"}};
+
+constexpr std::array middle_arguments{Argument{.name = "--wait", .help = "Wait until the bench is idle"}};
+
+constexpr std::array mu_arguments{Argument{.name = "MU",
+                                           .help = "Coefficient of Coulomb friction",
+                                           .kind = Kind::quantity,
+                                           .dimension = Dimension::ratio,
+                                           .allowed = frictions},
+                                  Argument{.name = "--error",
+                                           .value = "ERROR",
+                                           .help = "Standard error of MU",
+                                           .kind = Kind::quantity,
+                                           .dimension = Dimension::ratio,
+                                           .allowed = {0, 3},
+                                           .otherwise = "0"}};
 
 constexpr std::array record_arguments{
     Argument{.name = "SWITCH", .help = "on or off", .kind = Kind::word, .words = switch_words},
@@ -130,18 +152,35 @@ constexpr std::array commands{
             .summary = "Measure the response of the base to the drive at a low level",
             .exit_statuses = asks,
             .act = done<identify>},
-    Command{.name = "start",
-            .summary = "Start the drive and measure",
-            .details = "The bench repeats the measurement until it is stopped.",
-            .arguments = start_arguments,
-            .example = "shakerctl start --periods 40 --wait",
-            .exit_statuses = asks,
-            .act = done<start>},
+    Command{
+        .name = "start",
+        .summary = "Start the drive and measure",
+        .details = "The bench repeats the measurement until it is stopped, or N times with --measurements N.",
+        .arguments = start_arguments,
+        .example = "shakerctl start --periods 40 --wait",
+        .exit_statuses = asks,
+        .act = done<start>},
     Command{.name = "stop",
             .summary = "Ramp the drive down softly",
             .arguments = stop_arguments,
             .exit_statuses = asks,
             .act = done<stop>},
+    Command{.name = "middle",
+            .summary = "Bring the walker to the middle of the picture",
+            .details =
+                "A drive of at least 1 g at phi 0 or 180 deg leads it there from rest, also from beyond "
+                "the limit at the edge; then the bench is idle. The set-point stays. The order is refused "
+                "while it is not certain that the walker goes inwards.",
+            .arguments = middle_arguments,
+            .example = "shakerctl clear && shakerctl middle --wait",
+            .exit_statuses = asks,
+            .act = done<middle>},
+    Command{.name = "mu",
+            .summary = "Give the friction coefficient of walker and base",
+            .details = "Walks are predicted by it until the measurements give a coefficient.",
+            .arguments = mu_arguments,
+            .exit_statuses = asks,
+            .act = done<give_mu>},
     Command{.name = "abort",
             .summary = "Stop the drive at once, whoever holds control",
             .details =

@@ -30,6 +30,7 @@ void BenchInstrument::reset(const scpi::Session& by) {
     if (now && driving(now->state) && now->state != run::RunState::ramp_down) order(by, service::End{});
     periods = run::RunOptions{}.periods;
     settle = run::RunOptions{}.settle;
+    count = 0;
     on_trigger = armed = false;
 }
 
@@ -61,7 +62,7 @@ access::Aborts::Receipt BenchInstrument::abort(const scpi::Session& by) { return
 
 service::Begin BenchInstrument::next() const {
     const auto now = state();
-    return {periods.value_or(now->periods), settle.value_or(now->settle)};
+    return {periods.value_or(now->periods), settle.value_or(now->settle), count};
 }
 
 void BenchInstrument::order(const scpi::Session& session, service::OrderWhat what) {

@@ -36,6 +36,7 @@ public:
     [[nodiscard]] std::shared_ptr<const service::BenchState> state() const;
     /// Settings of AVERage; empty: the bench's own.
     std::optional<int> periods{}, settle{};
+    int count = 0;  // measurements, then a soft stop; 0: until OUTPut OFF
     /// The order that starts a run with them.
     [[nodiscard]] service::Begin next() const;
     bool on_trigger = false;  // INITiate waits for *TRG

@@ -109,7 +109,20 @@ std::vector<Command> read_commands(BenchInstrument& bench) {
                         },
                     .guarded = true});
     rows.push_back({.header = "INITiate:CONTinuous",
-                    .query = [](scpi::Call& call) { call.reply.boolean(true); }});  // until OUTPut OFF
+                    .query = [&bench](scpi::Call& call) { call.reply.boolean(bench.count == 0); }});
+    rows.push_back({.header = "TRIGger:COUNt",
+                    .parameters = {scpi::or_word("INFinity", scpi::integer(1, service::Begin::most_times))},
+                    .set =
+                        [&bench](scpi::Call& call) {
+                            const scpi::Argument& a = call.arguments[0];
+                            bench.count = a.word == 0 ? 0 : static_cast<int>(a.number);
+                        },
+                    .query =
+                        [&bench](scpi::Call& call) {
+                            if (bench.count == 0) return call.reply.word("INF");
+                            call.reply.integer(bench.count);
+                        },
+                    .guarded = true});
     rows.push_back(
         {.header = "TRIGger:SOURce",
          .parameters = {scpi::choice("IMMediate|BUS")},

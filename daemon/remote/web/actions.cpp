@@ -48,7 +48,13 @@ int whole_at(const json& body, const char* key, int otherwise, int least, int mo
 service::OrderWhat begin_of(const json& body, const service::PendingOrders& pending_orders) {
     const service::Begin last = pending_orders.settings().run;
     return service::Begin{whole_at(body, "periods", last.periods, 1, most_periods),
-                          whole_at(body, "settle_periods", last.settle, 0, most_settle_periods)};
+                          whole_at(body, "settle_periods", last.settle, 0, most_settle_periods),
+                          whole_at(body, "measurements", 0, 0, service::Begin::most_times)};
+}
+
+service::OrderWhat mu_of(const json& body) {
+    if (!body.contains("mu")) throw InputError{"mu: missing; expected the friction coefficient as a number"};
+    return service::GiveMu{{number_at(body, "mu", NAN), number_at(body, "sigma", 0)}};
 }
 
 service::OrderWhat remark_of(const json& body) {
@@ -94,6 +100,8 @@ std::optional<service::OrderWhat> order_of(const std::string& name, const json& 
     if (name == "start") return begin_of(body, pending_orders);
     if (name == "stop") return service::End{};
     if (name == "identify") return service::Identify{};
+    if (name == "middle") return service::BringToMiddle{};
+    if (name == "mu") return mu_of(body);
     if (name == "clear") return service::ClearTrip{};
     if (name == "remark") return remark_of(body);
     if (name == "loop") return loop_of(body);

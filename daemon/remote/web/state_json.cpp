@@ -29,7 +29,16 @@ json estimate(const calibration::Estimate& e) {
 
 json session(const service::BenchState& s, const Viewer& viewer) {
     json trip = nullptr;
-    if (s.trip) trip = {{"cause", name(s.trip->cause)}, {"text", text(*s.trip)}, {"t_s", number(s.trip_s)}};
+    if (s.trip)
+        trip = {{"cause", name(s.trip->cause)},
+                {"text", text(*s.trip)},
+                {"finding", finding(*s.trip)},
+                {"advice", safety::advice(s.trip->cause)},
+                {"value", number(s.trip->value)},
+                {"limit", number(s.trip->limit)},
+                {"t_s", number(s.trip_s)},
+                {"age_s", number(s.now_s - s.trip_s)},
+                {"recording", s.trip_file.empty() ? json(nullptr) : json(s.trip_file)}};
     return {{"state", word_of(s)},
             {"rig", s.facts ? s.facts->rig : ""},
             {"recording", s.recording.name.empty() ? json(nullptr) : json(s.recording.name)},
@@ -108,6 +117,39 @@ json points(const service::BenchState& s) {
     return list;
 }
 
+json outlook(const service::BenchState& s) {
+    const service::OutlookState& o = s.outlook;
+    return {{"before_periods", o.before},
+            {"walking_periods", o.walking},
+            {"walk_mps", o.walk ? estimate(o.walk->v_D) : json(nullptr)},
+            {"walk_from", o.walk ? json(o.walk->from) : json(nullptr)},
+            {"way_m", number(o.way_m)},
+            {"bytes_per_s", number(o.bytes_per_s)}};
+}
+
+json progress(const service::BenchState& s) {
+    if (!s.progress) return nullptr;
+    const service::ProgressState& p = *s.progress;
+    return {{"measurement", p.measurement},
+            {"measurements", p.measurements},
+            {"periods_done", std::floor(p.periods_done)},
+            {"left_s", number(p.left_s)},
+            {"waits_for", p.waits_for.empty() ? json(nullptr) : json(p.waits_for)},
+            {"walk_mps", number(p.walk_mps)},
+            {"periods_left", number(std::floor(p.periods_left))}};
+}
+
+json gauges(const service::BenchState& s) {
+    json list = json::array();
+    for (const service::GaugeState& g : s.gauges)
+        list.push_back({{"quantity", g.quantity},
+                        {"unit", g.unit},
+                        {"limit", number(g.limit)},
+                        {"set_point", number(g.set_point)},
+                        {"live", number(g.live)}});
+    return list;
+}
+
 json losses(const service::BenchState& s) {
     json list = json::array();
     for (const DeviceReport& d : s.devices) {
@@ -165,6 +207,9 @@ std::string state_json(const service::BenchState& s, const Viewer& viewer) {
              {"measured", {{"harmonics", harmonics(s)}}},
              {"result", result(s)},
              {"walker", s.walker ? json::object() : json(nullptr)},
+             {"outlook", outlook(s)},
+             {"progress", progress(s)},
+             {"gauges", gauges(s)},
              {"clocks", clocks},
              {"losses", losses(s)},
              {"disk", json::object()},

@@ -136,6 +136,11 @@ TEST_F(CtlTest, IdentifyClearAndRecordAreOrders) {
     record = last<service::Record>();
     EXPECT_FALSE(record.on);
     EXPECT_EQ(record.name, "");
+    EXPECT_EQ(ctl("middle --wait").status, exit_done);
+    EXPECT_TRUE(std::holds_alternative<service::BringToMiddle>(bench.ordered().back()));
+    EXPECT_EQ(ctl("mu 0.12 --error 0.01").status, exit_done);
+    EXPECT_EQ(last<service::GiveMu>().mu.value, 0.12);
+    EXPECT_EQ(last<service::GiveMu>().mu.sigma, 0.01);
     EXPECT_EQ(ctl("clear").status, exit_done);
     EXPECT_TRUE(std::holds_alternative<service::ClearTrip>(bench.ordered().back()));
 }
@@ -144,7 +149,7 @@ TEST_F(CtlTest, RefusalNamesHolderAndAbortWorksAnyway) {
     test::TcpClient page{server.http_port()};
     take_control(page);
     for (const char* order : {"set --gamma 1g", "identify", "start", "start --wait", "stop", "stop --wait",
-                              "clear", "record on"}) {
+                              "middle", "mu 0.1", "clear", "record on"}) {
         const Outcome refused = ctl(order);
         EXPECT_EQ(refused.status, exit_refused) << order;
         EXPECT_EQ(refused.err, "shakerctl: control is held by page tab1 at 127.0.0.1\n") << order;

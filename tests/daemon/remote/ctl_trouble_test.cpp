@@ -37,9 +37,9 @@ int port_of_nobody() { return CannedDaemon{""}.port(); }
 
 TEST(CtlTroubleTest, MissingDaemonIsStatus69ForEveryCommand) {
     const int port = port_of_nobody();
-    for (const char* command :
-         {"status", "set --rho 0.5", "identify", "start", "stop", "abort", "clear", "record off", "watch",
-          "fetch state", "fetch result", "fetch points", "fetch metrics", "wait idle"}) {
+    for (const char* command : {"status", "set --rho 0.5", "identify", "start", "middle", "mu 0.1", "stop",
+                                "abort", "clear", "record off", "watch", "fetch state", "fetch result",
+                                "fetch points", "fetch metrics", "wait idle"}) {
         const Outcome failed = ctl_at(port, command);
         EXPECT_EQ(failed.status, exit_not_reached) << command;
         EXPECT_NE(failed.err.find("127.0.0.1:" + std::to_string(port) + ": Connection refused"),

@@ -158,6 +158,24 @@ TEST_F(ScpiPortTest, AbortOvertakesWaitingCommands) {
     bench.deaf = false;
 }
 
+TEST_F(ScpiPortTest, CountMiddleAndFrictionAreOrders) {
+    EXPECT_EQ(ask("TRIG:COUN?;:INIT:CONT?"), "INF;1");
+    EXPECT_EQ(ask("TRIG:COUN 2;COUN?;:INIT:CONT?"), "2;0");
+    EXPECT_EQ(ask("OUTP ON;*OPC?"), "1");
+    const auto begun = bench.ordered().back();
+    ASSERT_TRUE(std::holds_alternative<service::Begin>(begun));
+    EXPECT_EQ(std::get<service::Begin>(begun).times, 2);
+    EXPECT_EQ(ask("OUTP OFF;:TRIG:COUN INF;COUN?;*OPC?"), "INF;1");
+    EXPECT_EQ(ask("OUTP:MIDD;MIDD?;*OPC?"), "0;1");
+    EXPECT_TRUE(std::holds_alternative<service::BringToMiddle>(bench.ordered().back()));
+    EXPECT_EQ(ask("WALK:MU 0.113, 0.001;*OPC?"), "1");
+    const auto given = bench.ordered().back();
+    ASSERT_TRUE(std::holds_alternative<service::GiveMu>(given));
+    EXPECT_EQ(std::get<service::GiveMu>(given).mu.value, 0.113);
+    client.send("WALK:MU 9");
+    EXPECT_NE(ask("SYST:ERR?").find("-222"), std::string::npos);
+}
+
 TEST_F(ScpiPortTest, ControlEndsWithTheConnection) {
     {
         TcpClient first{server.scpi_port()};
@@ -226,12 +244,15 @@ TEST_F(ScpiPortTest, EverySettingAcceptsItsOwnAnswer) {
         if (row.find("/qonly/") != std::string::npos) continue;
         ++set;
         std::string value;
-        if (row.find("/nquery/") == std::string::npos && header != "*OPC" && header != ":ABORt") {
+        if (row.find("/nquery/") == std::string::npos && header != "*OPC" && header != ":ABORt" &&
+            header != ":OUTPut:MIDDle") {
             value = ask("*CLS;" + header + "?");
         } else if (header == "*SAV" || header == "*RCL") {
             value = "1";
         } else if (header.ends_with("RECord:NOTE")) {
             value = "'new paper'";
+        } else if (header.ends_with("WALKer:MU")) {
+            value = "0.113";
         } else if (header.ends_with("PASSword:CENable")) {
             value = "''";
         }

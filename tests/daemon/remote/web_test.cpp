@@ -212,7 +212,7 @@ TEST(StateJsonTest, ResultHasItsMeasurement) {
 
 TEST(StateJsonTest, WalkerHasTheEndsOfItsPicture) {
     service::BenchState state;
-    state.walker = {.x_m = 0.0225, .edge_m = 0.0075, .left_m = 0, .right_m = 0.128, .lost = 0};
+    state.walker = {.x_m = 0.0225, .edge_m = 0.0075, .left_m = 0, .right_m = 0.128, .drift_m = {}, .lost = 0};
     const json walker = json::parse(web::state_json(state, {}))["walker"];
     EXPECT_EQ(walker["x_m"], 0.0225);
     EXPECT_EQ(walker["left_m"], 0);

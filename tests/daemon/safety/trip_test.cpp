@@ -30,15 +30,14 @@ TEST(TripTest, EveryCauseHasUniqueNameAndText) {
 }
 
 TEST(TripTest, TextHasUnitAndNextAction) {
-    EXPECT_EQ(
-        text({.cause = Cause::displacement,
-              .stop = StopKind::hard,
-              .on_dac_clock = true,
-              .value = 3.25e-3,
-              .limit = 3.2e-3,
-              .tick = 4800}),
-        "hard stop, displacement: the base is 3.25 mm from its mean position (limit 3.2 mm) (DAC sample "
-        "4800); lower gamma or raise the frequency");
+    EXPECT_EQ(text({.cause = Cause::displacement,
+                    .stop = StopKind::hard,
+                    .on_dac_clock = true,
+                    .value = 3.25e-3,
+                    .limit = 3.2e-3,
+                    .tick = 4800}),
+              "the base is 3.25 mm from its mean position (limit 3.2 mm); lower gamma or raise the frequency "
+              "(displacement: hard stop at DAC sample 4800)");
     EXPECT_NE(text({.cause = Cause::harmonic_band, .harmonic = 2, .value = 3.5, .limit = 3})
                   .find("harmonic 2 is 3.5 dB from its target (limit 3 dB)"),
               std::string::npos);

@@ -70,6 +70,11 @@ export function duration(seconds: Known | undefined): string {
     return `${Math.floor(whole / 3600)} h ${two(Math.floor(whole / 60) % 60)} min`;
 }
 
+/** Clock time of this computer, `seconds` ago: "17:03:21". */
+export function clockTime(seconds: number): string {
+    return new Date(Date.now() - 1e3 * seconds).toLocaleTimeString("en-GB");
+}
+
 /** Level of an amplitude relative to a reference, dB. */
 export function decibels(amplitude: Known | undefined, reference: Known | undefined): number | null {
     if (!known(amplitude) || !known(reference) || reference <= 0 || amplitude < 0) return null;

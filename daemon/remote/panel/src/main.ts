@@ -18,6 +18,8 @@ import { accelerationStrip, makeLive, trackStrip } from "./views/live";
 import { makeLog } from "./views/log";
 import { makeNumbers } from "./views/numbers";
 import { makePoints } from "./views/points";
+import { makeProgress } from "./views/progress";
+import { makeTrip } from "./views/trip";
 import { makeWaveform } from "./views/waveform";
 
 const token = takeToken(), client = clientName();
@@ -38,8 +40,10 @@ const acceleration = makeLive(box("live-acceleration"), store.acceleration, acce
 const cameras = makeCameras(box("cameras"), box("cameras-card"), store, connection, loop);
 
 loop.add(makeHeader(store, connection, abort), 30);
+loop.add(makeTrip(store, themes), 30);
 loop.add(makeForms(act, store), 10);
 loop.add(makeNumbers(store), 10, box("numbers"));
+loop.add(makeProgress(store), 10, box("numbers"));
 loop.add(waveform.draw, 15, box("waveform-card"));
 loop.add(makeHarmonics(box("harmonics"), store, themes), 5, box("harmonics-card"));
 loop.add(makeCycle(box("cycle-x"), box("cycle-v"), store, themes), 5, box("cycle-card"));

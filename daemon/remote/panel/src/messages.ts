@@ -1,17 +1,18 @@
 // Converts text messages of the daemon to the types of protocol.ts. Missing values are shown as "not known".
-import type { Drive, Jitter, LogEvent, Measured, Message, Result, Session, State, Switches, Tracking } from "./protocol";
+import type { Drive, Jitter, LogEvent, Measured, Message, Outlook, Result, Session, State, Switches, Tracking } from "./protocol";
 
 export const maxPoints = 2000;
 
 const session: Session = {
     state: "idle", since_s: null, rig: "", recording: null, finishing: false, record_next: false, record_name: null, controller: null, you_control: false,
-    trip: null, may_clear: true, program: "shakerd", version: "",
+    trip: null, to_middle: false, may_clear: true, program: "shakerd", version: "",
 };
 const drive: Drive = { frequency_hz: null, gamma_mps2: null, rho: null, phi_rad: null, locked: false };
 const measured: Measured = { gamma_mps2: null, phi_rad: null, harmonics: [], rms_mps2: null, volts_peak: null };
 const result: Result = {
     number: null, age_s: null, drive: null, current: true, v_D_mps: null, D_m: null, efficiency: null, mu: null, stick: [], shortest_visible_stick: null, periods: null, steady: false,
 };
+const outlook: Outlook = { before_periods: 0, walking_periods: 0, walk_mps: null, walk_from: null, way_m: null, bytes_per_s: null };
 const jitter: Jitter = { bins_s: [], counts: [], worst_s: null };
 
 function object(value: unknown): Record<string, unknown> {
@@ -38,6 +39,9 @@ function stateOf(raw: Record<string, unknown>): State {
         result: section(raw["result"], result),
         walker: (raw["walker"] ?? null) as State["walker"],
         points: list<State["points"][number]>(raw["points"]).slice(-maxPoints),
+        outlook: section(raw["outlook"], outlook),
+        progress: (raw["progress"] ?? null) as State["progress"],
+        gauges: list(raw["gauges"]),
         clocks: list(raw["clocks"]),
         losses: list(raw["losses"]),
         disk: section(raw["disk"], { free_bytes: null, backlog: null }),

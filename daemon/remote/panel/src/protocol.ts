@@ -7,7 +7,17 @@ export type Known = number | null;
 
 export interface Estimate { value: Known; sigma: Known }
 
-export interface Trip { cause: string; text: string; t_s: Known }
+/** `finding`: what happened, with value and limit in the operator's units. `advice`: what to do. SI: `value`, `limit`. */
+export interface Trip {
+    cause: string;
+    finding: string;
+    advice: string;
+    value: Known;
+    limit: Known;
+    t_s: Known;
+    age_s: Known;  // since the trip
+    recording: string | null;  // that has the stop; null: not complete yet
+}
 
 export interface Session {
     state: RunState;
@@ -20,6 +30,7 @@ export interface Session {
     controller: string | null;
     you_control: boolean;
     trip: Trip | null;
+    to_middle: boolean;  // the walker is being brought to the middle
     may_clear: boolean;  // the drive is silent and the end of the stopped run is recorded
     program: string;
     version: string;
@@ -60,8 +71,35 @@ export interface Result {
     steady: boolean;
 }
 
-/** `left_m`, `right_m`: x at the left and right end of the picture; left_m may be the larger one. */
-export interface Walker { x_m: number; left_m: Known; right_m: Known }
+/** Before a run at the set-point; periods of the drive. way_m: to the edge limit in the direction of the walk. */
+export interface Outlook {
+    before_periods: number;  // until the first measurement
+    walking_periods: number;  // of a walker on its way, besides those that are measured
+    walk_mps: Estimate | null;
+    walk_from: string | null;
+    way_m: Known;
+    bytes_per_s: Known;
+}
+
+/** Progress of the run under way. */
+export interface Progress {
+    measurement: number;  // under way, or the next one; from 1
+    measurements: number;  // asked for; 0: until stopped
+    periods_done: Known;
+    left_s: Known;
+    waits_for: string | null;
+    walk_mps: Known;
+    periods_left: Known;  // until the edge limit
+}
+
+/** Largest value of a quantity in a period, in the unit of its limit. */
+export interface Gauge { quantity: string; unit: string; limit: Known; set_point: Known; live: Known }
+
+/**
+ * `left_m`, `right_m`: x at the left and right end of the picture; left_m may be the larger one. `edge_m`: distance of
+ * its outline from the nearer end.
+ */
+export interface Walker { x_m: number; left_m: Known; right_m: Known; edge_m: Known }
 
 export interface Point {
     gamma_mps2: number;
@@ -92,6 +130,9 @@ export interface State {
     result: Result;
     walker: Walker | null;
     points: Point[];
+    outlook: Outlook;
+    progress: Progress | null;
+    gauges: Gauge[];
     clocks: Clock[];
     losses: Loss[];
     disk: Disk;

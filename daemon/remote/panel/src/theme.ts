@@ -1,7 +1,7 @@
 // Colours of the plots: the CSS custom properties of style.css, read once for each theme.
 
 const names = [
-    "text", "faint", "grid", "target", "measured", "walker", "base", "closed",
+    "text", "faint", "grid", "target", "measured", "walker", "base", "closed", "limit",
     "series-1", "series-2", "series-3", "series-4", "series-5", "series-6",
 ] as const;
 export type Colour = (typeof names)[number];

@@ -1,21 +1,76 @@
-// The forms of the page except that of the drive: start, recording, remark, control.
+// The forms of the page except that of the drive: start, return to the middle, friction, recording, remark, control.
 import type { Actions } from "../actions";
 import { byId, setHidden, setText } from "../dom";
-import type { Session } from "../protocol";
+import { fixed, number } from "../format";
+import type { Session, State } from "../protocol";
 import type { Store } from "../store";
 import { makeDriveForm } from "./drive_form";
 import { wire } from "./form";
+import { outlookOf, type Asked } from "./outlook";
+
+const nearEdge = 1e-3;  // m, inside the limit
 
 function form(id: string): HTMLFormElement { return byId(id, HTMLFormElement); }
 
+/** The run as typed; a field that is not a whole number from 1 is null. */
+function askedRun(state: State | null): Asked {
+    const whole = (id: string, otherwise: number | null): number | null => {
+        const { value } = byId(id, HTMLInputElement), count = Number(value);
+        if (value.trim() === "") return otherwise;
+        return Number.isInteger(count) && count >= 1 ? count : null;
+    };
+    const open = byId("how-long", HTMLSelectElement).value === "open";
+    return { periods: whole("periods", state?.result.periods ?? null), measurements: open ? null : whole("measurements", 1) };
+}
+
+/** Empty while something is driven or the numbers are incomplete. */
+function showOutlook(state: State): void {
+    const line = byId("outlook", HTMLElement), asked = askedRun(state);
+    const rests = ["idle", "armed", "finishing", "tripped"].includes(state.session.state);
+    const { text, trouble } = rests ? outlookOf(state, asked) : { text: "", trouble: false };
+    setText(line, text);
+    setHidden(line, text === "");
+    line.classList.toggle("warn", trouble);
+    byId("measurements", HTMLInputElement).disabled = byId("how-long", HTMLSelectElement).value === "open";
+}
+
 function wireStart(act: Actions): void {
-    const periods = byId("periods", HTMLInputElement);
+    const periods = byId("periods", HTMLInputElement), measurements = byId("measurements", HTMLInputElement);
     wire(form("start"), act, () => {
         if (periods.validity.badInput) return { refused: "periods: expected a whole number or an empty field" };
-        if (periods.value === "") return {};
-        const count = Number(periods.value);
-        return Number.isInteger(count) && count >= 1 ? { periods: count } : { refused: "periods: a whole number from 1" };
+        const asked = askedRun(null);
+        if (periods.value !== "" && asked.periods === null) return { refused: "periods: a whole number from 1" };
+        if (!measurements.disabled && (measurements.value === "" || asked.measurements === null))
+            return { refused: "measurements: a whole number from 1" };
+        return { ...(asked.periods === null ? {} : { periods: asked.periods }), measurements: asked.measurements ?? 0 };
     });
+}
+
+function wireMu(act: Actions): void {
+    const value = byId("mu-value", HTMLInputElement);
+    wire(form("give-mu"), act, () => {
+        const mu = Number(value.value);
+        return value.value.trim() !== "" && mu > 0 ? { mu } : { refused: "friction: a number above 0 is needed, for example 0.113" };
+    }, () => { value.value = ""; });
+}
+
+/** A walker beyond the limit at the edge, or so near that hardly a drive may start: what leads out. */
+export function edgeWords({ walker, limits, session }: Pick<State, "walker" | "limits" | "session">): string {
+    const least = limits["edge_m"], edge = walker?.edge_m ?? null;
+    if (session.state !== "idle" && session.state !== "armed") return "";
+    if (edge === null || typeof least !== "number" || edge >= least + nearEdge) return "";
+    return `The walker is ${fixed(1e3 * edge, 1)} mm from the edge of the picture (limit ${fixed(1e3 * least, 1)} mm). Bring it to the middle before the next run.`;
+}
+
+/** The order that leads out of it is the one that stands out. */
+function showMiddle(state: State): void {
+    const words = edgeWords(state), edge = byId("edge", HTMLElement);
+    setHidden(edge, words === "");
+    setText(edge, words);
+    byId("middle-button", HTMLButtonElement).classList.toggle("primary", words !== "");
+    byId("start-button", HTMLButtonElement).classList.toggle("primary", words === "");
+    const mu = state.result.mu?.value ?? null;
+    byId("mu-value", HTMLInputElement).placeholder = mu === null ? "not known" : number(mu);
 }
 
 function asked(session: Session): boolean { return session.recording !== null || session.record_next; }
@@ -51,6 +106,8 @@ export function makeForms(act: Actions, store: Store): () => void {
     wire(form("release"), act, () => ({}));
     wireStart(act);
     wireRemark(act);
+    wire(form("middle"), act, () => ({}));
+    wireMu(act);
     const showRecord = wireRecord(act, store);
     const showDrive = makeDriveForm(act, store);
     const holder = byId("holder", HTMLElement), clear = byId("clear-button", HTMLButtonElement);
@@ -66,10 +123,12 @@ export function makeForms(act: Actions, store: Store): () => void {
         setHidden(form("release"), !session.you_control);
         showRecord(session);
         showDrive(state);
+        showMiddle(state);
+        showOutlook(state);
     };
 }
 
 function holderWords({ you_control, controller }: Session): string {
     if (you_control) return "✓ You have control.";
-    return controller ? `${controller} has control; you watch.` : "Nobody has control; you watch.";
+    return controller ? `${controller} has control; you watch.` : "Nobody has control: your next order is obeyed.";
 }

@@ -1,8 +1,8 @@
-// State, recording, trip, connection, and progress of an abort.
+// State, recording, connection, and progress of an abort.
 import type { Abort, AbortStatus } from "../abort";
 import type { Connection } from "../connection";
 import { byId, setData, setHidden, setText } from "../dom";
-import { duration, fixed, number } from "../format";
+import { clockTime, duration, fixed } from "../format";
 import type { RunState, Session } from "../protocol";
 import type { Store } from "../store";
 
@@ -17,7 +17,6 @@ export function makeHeader(store: Store, connection: Connection, abort: Abort): 
     const title = byId("title", HTMLElement), program = byId("program", HTMLElement);
     const state = byId("state", HTMLElement), more = byId("state-more", HTMLElement);
     const recording = byId("recording", HTMLElement);
-    const trip = byId("trip", HTMLElement), tripText = byId("trip-text", HTMLElement);
     const link = byId("link", HTMLElement), status = byId("abort-status", HTMLElement);
     byId("abort", HTMLButtonElement).addEventListener("click", () => void abort.send());
 
@@ -25,14 +24,11 @@ export function makeHeader(store: Store, connection: Connection, abort: Abort): 
         const kind = session.state === "tripped" ? "tripped" : driving.has(session.state) ? "driving" : "silent";
         setText(title, session.program);
         setText(program, `${session.program} ${session.version}`);
-        setText(state, words[session.state] ?? session.state);
+        setText(state, session.to_middle && kind === "driving" ? "↔ to the middle" : words[session.state] ?? session.state);
         setData(state, "kind", kind);
         setText(more, `for ${duration(session.since_s)}, on ${session.rig || "no rig"}`);
         setHidden(recording, session.recording === null && !session.record_next);
         setText(recording, recordingWords(session));
-        setHidden(trip, session.trip === null);
-        if (session.trip)
-            setText(tripText, `Tripped at ${number(session.trip.t_s)} s: ${session.trip.cause}. ${session.trip.text}`);
     };
 
     return () => {
@@ -52,7 +48,7 @@ function showLink(link: HTMLElement, connection: Connection): void {
     document.body.classList.toggle("stale", lostAt !== null);
     setHidden(link, lostAt === null);
     if (lostAt === null) return;
-    const since = new Date(performance.timeOrigin + lostAt).toLocaleTimeString();
+    const since = clockTime((performance.now() - lostAt) / 1e3);
     const what = connection.heard ? "The values shown are old." : "Nothing was received yet.";
     setText(link, `Not connected since ${since}. ${what} Reconnecting; ABORT is still sent.`);
 }

@@ -1,8 +1,8 @@
 // The results with their errors, the requested and the measured drive, and the walker's position.
 import { byId, setHidden, setText } from "../dom";
-import { decimalsFor, fixed, number, prefixed, unknown, withError } from "../format";
+import { clockTime, decimalsFor, fixed, number, prefixed, unknown, withError } from "../format";
 import { degrees, paperG } from "../groups";
-import type { Known, Result, Walker } from "../protocol";
+import type { Known, Result, State, Walker } from "../protocol";
 import type { Store } from "../store";
 
 function acceleration(value: Known): string {
@@ -33,9 +33,8 @@ export function makeNumbers(store: Store): () => void {
         setText(at.D, withError(result.D_m, 1e3));
         setText(at.efficiency, withError(result.efficiency, 100));
         setText(at.mu, withError(result.mu));
-        const periods = result.periods === null ? "" : `, ${result.periods} periods`;
         showOrigin(result);
-        setText(at.steady, (result.steady ? "✓ steady" : "… not steady yet") + periods);
+        setText(at.steady, steadyWords(state));
         setText(at.gamma, acceleration(measured.gamma_mps2));
         setText(at["gamma-asked"], acceleration(drive.gamma_mps2));
         setText(at.phi, angle(measured.phi_rad));
@@ -44,8 +43,14 @@ export function makeNumbers(store: Store): () => void {
         setText(at.rho, drive.rho === null ? unknown : exact(drive.rho));
         setText(at.rms, measured.rms_mps2 === null ? unknown : `${number(measured.rms_mps2)} m/s²`);
         setText(at.volts, prefixed(measured.volts_peak, "V"));
-        showWalker(state.walker);
+        showWalker(state.walker, state.limits["edge_m"]);
     };
+}
+
+/** Empty at rest. */
+function steadyWords({ result, session }: State): string {
+    if (session.state !== "settling" && session.state !== "running") return "";
+    return `${result.steady ? "✓ steady" : "… not steady yet"}, ${result.periods ?? unknown} periods`;
 }
 
 /** A setting with the digits that the operator gave. */
@@ -63,7 +68,7 @@ function makeOrigin(): (result: Result) => void {
         setHidden(line, result.number === null);
         for (const card of cards) card.classList.toggle("old", result.number !== null && !result.current);
         if (result.number === null) return;
-        if (of !== result.number) when = new Date(Date.now() - (result.age_s ?? 0) * 1e3).toLocaleTimeString();
+        if (of !== result.number) when = clockTime(result.age_s ?? 0);
         of = result.number;
         setText(line, originWords(result, when));
     };
@@ -82,15 +87,33 @@ function originWords({ number: count, drive, current, stick, shortest_visible_st
     return `${current ? "" : "⚠ The set-point has changed since. "}Measurement ${count} at ${when}${at}; ${stickWords(stick, shortest_visible_stick)}`;
 }
 
+/** Share of the picture, at each end, that the walker's middle may not enter. */
+export function edgeZone({ x_m, left_m, right_m, edge_m }: Walker, limit: unknown): number {
+    if (left_m === null || right_m === null || edge_m === null || typeof limit !== "number") return 0;
+    const nearer = Math.min(Math.abs(x_m - left_m), Math.abs(right_m - x_m));
+    return Math.min(0.5, (nearer - edge_m + limit) / Math.abs(right_m - left_m));
+}
+
+function placeWords({ x_m, edge_m }: Walker, limit: unknown): string {
+    const words = `walker at ${fixed(1e3 * x_m, 1)} mm`;
+    if (edge_m === null) return words;
+    const least = typeof limit === "number" ? ` (limit ${fixed(1e3 * limit, 1)} mm)` : "";
+    return `${words}, ${fixed(1e3 * edge_m, 1)} mm from the edge${least}`;
+}
+
 /** Position of the walker between the ends of its camera's picture, oriented as in the picture. */
-function makeWalker(): (walker: Walker | null) => void {
+function makeWalker(): (walker: Walker | null, limit: unknown) => void {
     const track = byId("walker-track", HTMLElement), mark = byId("walker-mark", HTMLElement);
-    const low = byId("walker-low", HTMLElement), high = byId("walker-high", HTMLElement);
-    return (walker) => {
+    const low = byId("walker-low", HTMLElement), high = byId("walker-high", HTMLElement), at = byId("walker-at", HTMLElement);
+    const zones = [byId("edge-low", HTMLElement), byId("edge-high", HTMLElement)];
+    return (walker, limit) => {
         mark.hidden = walker === null;
         const left = walker?.left_m ?? null, right = walker?.right_m ?? null;
         setText(low, walker ? millimetres(left) : "walker: not seen");
         setText(high, walker ? millimetres(right) : "");
+        setText(at, walker ? placeWords(walker, limit) : "");
+        const zone = walker ? edgeZone(walker, limit) : 0;
+        for (const element of zones) element.style.width = `${100 * zone}%`;
         if (!walker || left === null || right === null) {
             mark.hidden = true;
             track.removeAttribute("aria-valuenow");

@@ -1,9 +1,9 @@
 // A return: when the next drive is ordered, and what is learned from where the walker turned.
-#include "daemon/campaign/way_back.hpp"
+#include "daemon/on_call/way_back.hpp"
 
 #include <gtest/gtest.h>
 
-namespace shaker::campaign {
+namespace shaker::on_call {
 namespace {
 
 constexpr double step_m = 1e-3, period_s = 0.05;
@@ -46,4 +46,4 @@ TEST(WayBackTest, IsLateWhenTheWalkerDoesNotCome) {
 }
 
 }  // namespace
-}  // namespace shaker::campaign
+}  // namespace shaker::on_call

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <cstddef>
 
-namespace shaker::campaign {
+namespace shaker::on_call {
 
 /// A return ends with the order of the next drive. The walker goes on for some periods until that drive is in
 /// force; how many is learned from every return. Lengths in m. Thread safety: one thread.
@@ -68,4 +68,4 @@ private:
     double goes_on_ = 3;  // periods that a walker goes on with its speed after an order
 };
 
-}  // namespace shaker::campaign
+}  // namespace shaker::on_call

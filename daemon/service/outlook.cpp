@@ -1,0 +1,87 @@
+#include "daemon/service/outlook.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace shaker::service {
+
+namespace {
+
+// Periods that the parts of a run usually take; with a steady walker, settling ends after about this many.
+constexpr int identifies = 110, checks = 16, settles = 45, follows = 3;
+constexpr double bytes_per_s = 0.5e6;  // of a recording without pictures
+
+/// Expected periods of a state before the first measurement.
+int lasts(run::RunState state, const BenchState& s) {
+    switch (state) {
+        case run::RunState::identify:
+            return identifies;
+        case run::RunState::loop_check:
+            return checks;
+        case run::RunState::ramp:
+            return s.facts ? s.facts->soft_start_periods : 0;
+        case run::RunState::run:
+            return s.settle > 0 ? s.settle + settles / 2 : settles;
+        default:
+            return 0;
+    }
+}
+
+/// Expected periods from the start of `from` until the first measurement.
+int until_measured(run::RunState from, const BenchState& s) {
+    if (from == run::RunState::ramp_down) return 0;
+    int sum = 0;
+    for (const run::RunState step :
+         {run::RunState::identify, run::RunState::loop_check, run::RunState::ramp, run::RunState::run})
+        if (step >= from && (from != run::RunState::identify || step != run::RunState::loop_check))
+            sum += lasts(step, s);
+    return sum;
+}
+
+double way_m(const WalkerState& walker, double v, const safety::Limits& limits) {
+    return walker.ways_m.at(v < 0 ? 0 : 1) - 1e-3 * limits.edge_mm;
+}
+
+}  // namespace
+
+OutlookState outlook(const BenchState& s, const std::optional<run::PredictedWalk>& walk,
+                     recorded::KeptPictures pictures) {
+    OutlookState o;
+    o.before = until_measured(s.response ? run::RunState::loop_check : run::RunState::identify, s);
+    const int ramp = lasts(run::RunState::ramp, s);
+    o.walking = ramp + lasts(run::RunState::run, s) + follows;  // half of each of two ramps
+    o.walk = walk;
+    if (walk && s.walker) o.way_m = std::max(0.0, way_m(*s.walker, walk->v_D.value, s.limits));
+    o.bytes_per_s = bytes_per_s;
+    if (pictures == recorded::KeptPictures::off || s.pictures == recorded::KeptPictures::off) return o;
+    for (std::size_t i = 0; i < s.pictures_now.size(); ++i)
+        if (const FramePtr& frame = s.pictures_now[i].frame; frame && s.facts)
+            o.bytes_per_s += s.facts->views.at(i).frame_rate_hz * static_cast<double>(frame->pixels.size());
+    return o;
+}
+
+ProgressState progress_of(const BenchState& s, const run::Sequence& sequence) {
+    const double f = s.wanted.frequency;
+    const int measured = static_cast<int>(sequence.measured().size()), left = sequence.left();
+    const int asked = sequence.plan().task.times;
+    ProgressState p;
+    p.measurement = measured + 1;
+    p.measurements = asked == 0 ? 0 : (s.state == run::RunState::run ? measured + left : asked);
+    p.waits_for = sequence.waits_for();
+    double rest = (p.measurements == 0 ? 1 : p.measurements - measured) * s.periods;
+    if (sequence.measuring()) {
+        p.periods_done = std::clamp((s.now_s - sequence.from_s()) * f, 0.0, 1.0 * s.periods);
+        rest -= p.periods_done;
+    } else if (s.state != run::RunState::run || measured == 0) {
+        const double gone = std::min((s.now_s - s.since_s) * f, 1.0 * lasts(s.state, s));
+        rest += until_measured(s.state, s) - gone;
+    }
+    if (s.state != run::RunState::ramp_down) p.left_s = std::max(0.0, rest / f);
+    if (!s.walker || !s.walker->drift_m || s.state != run::RunState::run) return p;
+    p.walk_mps = *s.walker->drift_m * f;
+    const double periods = way_m(*s.walker, p.walk_mps, s.limits) / std::abs(*s.walker->drift_m);
+    if (periods < 1e6) p.periods_left = std::max(0.0, periods);
+    return p;
+}
+
+}  // namespace shaker::service

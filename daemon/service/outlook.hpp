@@ -1,0 +1,16 @@
+#pragma once
+// How long a run takes and how far the walker goes: before it starts, and while it is under way.
+#include <optional>
+
+#include "daemon/run/sequence.hpp"
+#include "daemon/service/bench_state.hpp"
+
+namespace shaker::service {
+
+/// What a run at the set-point of `state` takes. pictures: those for which the cameras were opened.
+OutlookState outlook(const BenchState& state, const std::optional<run::PredictedWalk>& walk,
+                     recorded::KeptPictures pictures);
+/// The progress of the run under way.
+ProgressState progress_of(const BenchState& state, const run::Sequence& sequence);
+
+}  // namespace shaker::service
