@@ -48,9 +48,23 @@ std::span<const Unit> units_of(Dimension dimension) {
     return {};
 }
 
-std::string understood(Dimension dimension, Range allowed) {
+/// Without the last digits, which the change of the unit has made: 720 instead of 720.0000000000001.
+double rounded(double value) {
+    std::array<char, 32> buffer{};
+    const auto end =
+        std::to_chars(buffer.data(), buffer.data() + buffer.size(), value, std::chars_format::general, 12);
+    std::from_chars(buffer.data(), end.ptr, value);
+    return value;
+}
+
+/// `in`: unit of the given value; null: SI.
+std::string understood(Dimension dimension, Range allowed, const Unit* in) {
     const bool ratio = dimension == Dimension::ratio;
-    const std::string si = ratio ? "" : " " + std::string{units_of(dimension).front().name};
+    std::string si = ratio ? "" : " " + std::string{units_of(dimension).front().name};
+    if (in != nullptr) {
+        si = " " + std::string{in->name};
+        for (double* end : {&allowed.min, &allowed.max}) *end = rounded(*end * in->over / in->times);
+    }
     std::string list = ratio ? "none" : "";
     for (const Unit& unit : units_of(dimension)) list += (list.empty() ? "" : ", ") + std::string{unit.name};
     return " (units understood: " + list + "; allowed: " + to_text(allowed) + si + ")";
@@ -83,9 +97,10 @@ std::string to_text(Range range) {
 }
 
 double parse_quantity(std::string_view what, std::string_view text, Dimension dimension, Range allowed) {
+    const Unit* in = nullptr;
     const auto refuse = [&](const std::string& why) {
         return InputError{std::string{what} + " \"" + std::string{text} + "\": " + why +
-                          understood(dimension, allowed)};
+                          understood(dimension, allowed, in)};
     };
     std::string_view rest = trimmed(text);
     if (rest.starts_with('+') && !rest.starts_with("+-")) rest.remove_prefix(1);
@@ -96,10 +111,9 @@ double parse_quantity(std::string_view what, std::string_view text, Dimension di
     if (!std::isfinite(value)) throw refuse("expected a finite number");
     const std::string_view name = trimmed(rest.substr(static_cast<std::size_t>(end - rest.data())));
     if (!name.empty()) {
-        const Unit* found = nullptr;
-        for (const Unit& unit : units_of(dimension)) found = unit.name == name ? &unit : found;
-        if (found == nullptr) throw refuse("unknown unit \"" + std::string{name} + "\"");
-        value = value * found->times / found->over;
+        for (const Unit& unit : units_of(dimension)) in = unit.name == name ? &unit : in;
+        if (in == nullptr) throw refuse("unknown unit \"" + std::string{name} + "\"");
+        value = value * in->times / in->over;
     }
     if (!(value >= allowed.min && value <= allowed.max)) throw refuse("out of range");
     return value;

@@ -32,17 +32,19 @@ std::string quoted_list(const std::vector<std::string>& words) {
     return list;
 }
 
+/// Letters left out, added, replaced, or exchanged with their neighbours.
 std::size_t edit_distance(std::string_view a, std::string_view b) {
-    std::vector<std::size_t> row(b.size() + 1);
+    std::vector<std::size_t> above(b.size() + 1), row(b.size() + 1), next(b.size() + 1);
     for (std::size_t j = 0; j < row.size(); ++j) row[j] = j;
     for (std::size_t i = 0; i < a.size(); ++i) {
-        std::size_t diagonal = row[0];
-        row[0] = i + 1;
+        next[0] = i + 1;
         for (std::size_t j = 0; j < b.size(); ++j) {
-            const std::size_t replaced = diagonal + (a[i] == b[j] ? 0 : 1);
-            diagonal = row[j + 1];
-            row[j + 1] = std::min({replaced, diagonal + 1, row[j] + 1});
+            next[j + 1] = std::min({row[j] + (a[i] == b[j] ? 0 : 1), row[j + 1] + 1, next[j] + 1});
+            if (i > 0 && j > 0 && a[i] == b[j - 1] && a[i - 1] == b[j])
+                next[j + 1] = std::min(next[j + 1], above[j - 1] + 1);
         }
+        above.swap(row);
+        row.swap(next);
     }
     return row.back();
 }
@@ -59,13 +61,25 @@ std::string nearest(std::string_view key, const std::set<std::string, std::less<
     return found;
 }
 
+constexpr std::streamsize most_checked = 4096;  // bytes
+
 std::string read_all(const std::filesystem::path& file) {
     std::ifstream in{file, std::ios::binary};
     if (std::filesystem::is_directory(file))
         throw InputError{file.string() + ": is a folder, not a settings file"};
     if (!in) throw InputError{file.string() + ": cannot be opened: " + std::strerror(errno)};
+    std::string begin(most_checked, 0);
+    in.read(begin.data(), most_checked);
+    begin.resize(static_cast<std::size_t>(in.gcount()));
+    if (begin.starts_with("\x89HDF\r\n"))
+        throw InputError{file.string() +
+                         ": is an HDF5 file, for example a recording; expected settings as text (TOML)"};
+    if (begin.find('\0') != std::string::npos)
+        throw InputError{file.string() + ": is a binary file; expected settings as text (TOML)"};
+    in.clear();
     std::ostringstream text;
-    text << in.rdbuf();
+    text << begin;
+    if (begin.size() == most_checked) text << in.rdbuf();
     return text.str();
 }
 

@@ -170,6 +170,10 @@ if(played)
   also_links(daemon_remote_tests daemon_remote_ctl)
   add_dependencies(daemon_remote_tests shakerctl pages)
 endif()
+plays(daemon/commands/messages_test played)
+if(played)
+  add_dependencies(daemon_commands_tests shakerctl)
+endif()
 add_dependencies(test_support shakerd shaker-mock shaker_mock_pcm shaker_codecs)
 
 # The simulator of orders and faults, for its tests and for tests/bench/orders.cpp. An object library: it replaces

@@ -1,3 +1,5 @@
+#include <spdlog/spdlog.h>
+
 #include "daemon/command_line/rows.hpp"
 #include "daemon/commands/run_command.hpp"
 #include "daemon/manual/drive_arguments.hpp"
@@ -56,6 +58,7 @@ constexpr auto arguments = manual::joined(
         json_argument});
 
 int act(const manual::Values& values) {
+    if (const std::string doubt = manual::doubtful_gamma(values); !doubt.empty()) spdlog::warn("{}", doubt);
     commands::run(run_options(values));
     return manual::exit_ok;
 }

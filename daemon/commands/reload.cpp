@@ -40,9 +40,14 @@ void Reload::read() {
         bench_port_.log(now ? now->now_s : 0, "settings", text);
     };
     if (const auto now = bench_port_.state(); now && driving(now->state))
+        return log(fmt::format(
+            "settings not reloaded: the settings cannot change while the bench is {}; stop the drive "
+            "first",
+            row_of(now->state).shown));
+    if (options_.settings.empty())
         return log(
-            fmt::format("settings not reloaded: the settings cannot change in state {}; stop the drive first",
-                        name(now->state)));
+            "settings not reloaded: the daemon was started without --settings FILE; to change mu, order it "
+            "(shakerctl mu)");
     try {
         const ServeSettings now = serve_settings(options_);
         require_same(now);

@@ -141,6 +141,11 @@ bool replay(const ReplayOptions& options) {
     recording::require_known_schema(file);
     for (const std::string& what : file.damage()) spdlog::warn("the recording is damaged: {}", what);
     const recording::ReplayOverrides as = recording::replay_settings(file, options.set);
+    if (as.changed && std::isfinite(as.from_s) && !(as.from_s >= 0 && as.from_s < as.to_s))
+        throw InputError{
+            fmt::format("--set from_s={:.6g}: expected 0 to {:.6g} s, which is to_s, the end of the "
+                        "measurement",
+                        as.from_s, as.to_s)};
     const std::vector<recording::RecordedTrip> trips = recording::read_trips(file);
     if (!options.json)
         for (const recording::RecordedTrip& trip : trips)

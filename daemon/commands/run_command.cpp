@@ -128,6 +128,10 @@ std::string why_failed(const run::FinishedRun& ended) try {
 }  // namespace
 
 void run(const run::RunOptions& options) {
+    if (const auto folder = options.out.parent_path();
+        !folder.empty() && !std::filesystem::is_directory(folder))
+        throw InputError{fmt::format("--output {}: there is no folder {}; make it first (mkdir -p {})",
+                                     options.out.string(), folder.string(), folder.string())};
     run::Runner runner{{.run = options, .recordings = options.trips}};
     for (const std::string& granted : runner.bench().granted) spdlog::info("{}", granted);
     const StopSignals signals{runner};

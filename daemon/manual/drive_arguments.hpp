@@ -1,6 +1,7 @@
 #pragma once
 // The options that describe a drive, for every command that takes one.
 #include <array>
+#include <string>
 
 #include "daemon/manual/values.hpp"
 #include "drivers/point_fields.hpp"
@@ -25,6 +26,8 @@ constexpr std::array<Argument, drive_fields> drive_arguments(bool defaults) {
             argument_of(point_fields[2], defaults), argument_of(point_fields[3], defaults)};
 }
 
+/// A remark on a --gamma without a unit that is far below 1 g and was perhaps meant in g; empty without one.
+std::string doubtful_gamma(const Values& values);
 /// `drive` with the options that were given.
 Drive changed_drive(const Values& values, Drive drive);
 

@@ -44,7 +44,8 @@ public:
     ParsedLine read(int argc, const char* const* argv) {
         try {
             app_.parse(argc, argv);
-        } catch (const CLI::CallForHelp&) {
+        } catch (const CLI::CallForHelp& e) {
+            if (argc > 1 && argv[1][0] != '-' && command() == nullptr) refuse(e, argc, argv);
             return {.text = help(program_, command())};
         } catch (const CLI::CallForVersion&) {
             return {.text = fmt::format("{} " SHAKER_VERSION "\n", program_.name)};

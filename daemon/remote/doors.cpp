@@ -41,7 +41,12 @@ tcp::acceptor listen_at(asio::io_context& io, const std::string& address, int po
         tcp::acceptor acceptor{io, {asio::ip::make_address(address), static_cast<unsigned short>(port)}};
         return acceptor;
     } catch (const boost::system::system_error& e) {
-        throw DeviceError{fmt::format("{} port {}: {}", address, port, e.code().message())};
+        const char* next = "";
+        if (e.code() == boost::asio::error::address_in_use)
+            next =
+                "; another program, perhaps another shakerd, has this port: end it, or give --http-port and "
+                "--scpi-port";
+        throw DeviceError{fmt::format("{} port {}: {}{}", address, port, e.code().message(), next)};
     }
 }
 

@@ -143,7 +143,8 @@ void Runner::tidy() {
 
 FinishedRun Runner::run() {
     require_commissioned();
-    safety::require_within(run_demands(bench_, settings_.run.drive, bench_.limits));
+    safety::require_within(run_demands(bench_, settings_.run.drive, bench_.limits),
+                           settings_.run.drive.gamma);
     acquisition::require_memory(bench_.rig, settings_.run.periods / settings_.run.drive.frequency);
     recordings_.begin(settings_.run, settings_.run.out, 0);
     if (settings_.run.out.empty() || settings_.run.pictures == recorded::KeptPictures::off)

@@ -9,9 +9,17 @@
 namespace shaker::run {
 
 void Sequence::require_idle(const char* what, const acquisition::Channels& channels) const {
-    if (state() != RunState::idle || channels.stopped)
+    if (state() == RunState::tripped || channels.stopped)
         throw InputError{
-            fmt::format("{} cannot start in state {}; it needs state idle", what, name(state()))};
+            fmt::format("{} cannot start while the bench is tripped; look at the cause, clear the "
+                        "trip, then start again",
+                        what)};
+    if (driving(state()))
+        throw InputError{fmt::format("{} cannot start while the bench is {}; stop the drive first", what,
+                                     row_of(state()).shown)};
+    if (state() != RunState::idle)
+        throw InputError{fmt::format("{} cannot start while the bench is {}; wait until it is idle", what,
+                                     row_of(state()).shown)};
     if (walker_.has_target() && !walker_.sees())
         throw InputError{
             fmt::format("{} cannot start: the walker is in no picture of the last {:.0f} ms (newest picture: "
@@ -43,8 +51,9 @@ void Sequence::begin(const Drive& drive, const Task& task, acquisition::Channels
 
 void Sequence::close_loop(bool on) {
     if (state() != RunState::idle)
-        throw InputError{fmt::format(
-            "the loop cannot be switched in state {}; stop the drive first (state idle)", name(state()))};
+        throw InputError{
+            fmt::format("the loop cannot be switched while the bench is {}; wait until it is idle",
+                        row_of(state()).shown)};
     plan_.controller.equalise = on;
     controller_.close_loop(on);
 }
@@ -61,7 +70,7 @@ void Sequence::identify(const Drive& drive, acquisition::Channels& channels) {
 void Sequence::end(acquisition::Channels& channels) {
     const RunState now = state();
     if (!driving(now) || now == RunState::ramp_down)
-        throw InputError{fmt::format("no drive to stop in state {}", name(now))};
+        throw InputError{fmt::format("there is no drive to stop: the bench is {}", row_of(now).shown)};
     keep_whole_periods();
     come_down(channels);
 }
@@ -78,7 +87,8 @@ void Sequence::leave(acquisition::Channels& channels) {
 void Sequence::set(const Drive& drive, const Task& task, acquisition::Channels& channels) {
     if (state() != RunState::run)
         throw InputError{
-            fmt::format("the set-point cannot be changed in state {}; it needs state run", name(state()))};
+            fmt::format("the set-point cannot be changed while the bench is {}; wait until it is running",
+                        row_of(state()).shown)};
     if (permit_ && !permit_->over())
         throw InputError{
             "the walker is still beyond the edge limit; the set-point can change when it is inside"};
@@ -119,7 +129,7 @@ void Sequence::stop(acquisition::Channels& channels, const safety::Trip& why) {
 void Sequence::clear(std::uint64_t aborts, acquisition::Channels& channels) {
     auto* tripped = std::get_if<Tripped>(&state_);
     if (tripped == nullptr)
-        throw InputError{fmt::format("nothing to clear: the run is in state {}", name(state()))};
+        throw InputError{fmt::format("there is no trip to clear: the bench is {}", row_of(state()).shown)};
     if (tripped->phase != Tripped::Phase::silent)
         throw InputError{"the drive is not silent yet; wait until it is, then clear the trip"};
     const std::uint64_t openings = channels.openings;

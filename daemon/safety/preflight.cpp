@@ -22,6 +22,8 @@ double largest(const Amplitudes& a) {
     return peak;
 }
 
+double rounded_down(double value, double step) { return step * std::floor(value / step); }
+
 }  // namespace
 
 std::vector<Demand> demands(const PlannedMotion& motion, const Limits& limits) {
@@ -45,7 +47,7 @@ std::vector<Demand> demands(const PlannedMotion& motion, const Limits& limits) {
             {"drive", largest(volts), limits.drive.abort, "V"}};
 }
 
-void require_within(const std::vector<Demand>& demands) {
+void require_within(const std::vector<Demand>& demands, double gamma) {
     std::string beyond;
     double least = 1;
     for (const Demand& d : demands) {
@@ -55,8 +57,10 @@ void require_within(const std::vector<Demand>& demands) {
         least = std::min(least, d.limit / d.value);
     }
     if (!beyond.empty())
-        throw InputError{fmt::format("the drive exceeds the limits: {}; {:.3g} times this gamma is allowed",
-                                     beyond, least)};
+        throw InputError{fmt::format(
+            "the drive exceeds the limits: {}; at most gamma {:.4g} m/s^2 ({:.3g} g) is allowed for this "
+            "shape",
+            beyond, rounded_down(gamma * least, 1e-3), rounded_down(gamma * least / paper_g, 1e-2))};
 }
 
 }  // namespace shaker::safety

@@ -35,6 +35,6 @@ std::vector<Demand> demands(const PlannedMotion& motion, const Limits& limits);
 
 /// Throws InputError that names every peak above its limit, with both values and the gamma that would be
 /// allowed.
-void require_within(const std::vector<Demand>& demands);
+void require_within(const std::vector<Demand>& demands, double gamma);
 
 }  // namespace shaker::safety

@@ -74,14 +74,14 @@ void BenchService::obey(const SetDrive& order, acquisition::Channels& channels) 
     const run::RunState state = sequence_.state();
     if (to_middle_.active())
         throw InputError{
-            "the walker is being brought to the middle; wait until the bench is idle, or stop it, then set "
-            "the "
-            "drive"};
+            "the walker is being brought to the middle; wait until the bench is idle, or stop it, then "
+            "set the drive"};
     if (state == run::RunState::run)
         on_call_.set(order.drive, sequence_.plan().task, channels);
     else if (driving(state))
         throw InputError{fmt::format(
-            "the drive cannot be changed in state {}; wait until it runs, or stop it", name(state))};
+            "the drive cannot be changed while the bench is {}; wait until it is running, or stop it",
+            row_of(state).shown)};
     run_.drive = order.drive;
     predicted_ = run::run_demands(bench_, run_.drive, on_call_.limits());
     predict();
@@ -152,8 +152,9 @@ void BenchService::obey(const ClearTrip& order, acquisition::Channels& channels)
 
 void BenchService::obey(const Record& order, acquisition::Channels& /*channels*/) {
     if (driving(sequence_.state()))
-        throw InputError{fmt::format("recording cannot be switched in state {}; stop the drive first",
-                                     name(sequence_.state()))};
+        throw InputError{
+            fmt::format("recording cannot be switched while the bench is {}; stop the drive first",
+                        row_of(sequence_.state()).shown)};
     const std::string stem =
         order.name.ends_with(".nxs") ? order.name.substr(0, order.name.size() - 4) : order.name;
     if (!stem.empty()) require_name(stem);
@@ -198,8 +199,8 @@ void BenchService::obey(const GiveMu& order, acquisition::Channels& /*channels*/
 void BenchService::obey(const Adopt& order, acquisition::Channels& channels) {
     const run::RunState state = sequence_.state();
     if (driving(state))
-        throw InputError{
-            fmt::format("the settings cannot change in state {}; stop the drive first", name(state))};
+        throw InputError{fmt::format("the settings cannot change while the bench is {}; stop the drive first",
+                                     row_of(state).shown)};
     const safety::Limits limits =
         order.restores_limits ? order.limits : with_changes(on_call_.limits(), filed_limits_, order.limits);
     on_call_.require_possible(order.drive, limits);

@@ -5,6 +5,13 @@
 
 namespace shaker::access {
 
+/// Refusal of an order while `owner` holds the lock.
+inline std::string held_text(const std::string& owner) {
+    return "control is held by " + owner +
+           "; release it there, or close that page or connection (a page keeps it for 10 s); abort works for "
+           "everyone";
+}
+
 /// One for all clients. A client is known by its address and port. While nobody holds the lock, any client
 /// may change settings.
 class ControlLock {

@@ -38,7 +38,8 @@ void require(const Link& link, error_code failed) {
     if (failed == http::error::end_of_stream || failed == asio::error::eof)
         not_reached(link, "the connection was closed without an answer");
     if (failed == asio::error::connection_refused)
-        throw NobodyListens{link.at.text() + ": " + failed.message()};
+        throw NobodyListens{link.at.text() + ": " + failed.message() +
+                            "; is \"shakerd serve\" running? --at or SHAKERD_URL gives another address"};
     if (failed) not_reached(link, failed.message());
 }
 

@@ -1,7 +1,11 @@
 #include "daemon/remote/ctl/orders.hpp"
 
+#include <spdlog/fmt/fmt.h>
+
+#include <cstdio>
 #include <nlohmann/json.hpp>
 
+#include "daemon/manual/drive_arguments.hpp"
 #include "daemon/remote/ctl/queries.hpp"
 #include "daemon/remote/ctl/state_text.hpp"
 #include "daemon/remote/ctl/terminal.hpp"
@@ -37,6 +41,8 @@ void set_drive(const Values& values) {
     add("--frequency", "frequency_hz");
     if (drive.empty()) throw InputError{"set: nothing to set; expected --gamma, --phi, --rho or --frequency"};
     link_of(values).order("drive", drive);
+    if (const std::string doubt = manual::doubtful_gamma(values); !doubt.empty())
+        fmt::print(stderr, "shakerctl: {}\n", doubt);
 }
 
 void identify(const Values& values) { link_of(values).order("identify", {}); }

@@ -375,7 +375,7 @@ void Session::hear(access::Aborts::Answer answer) {
 
 void Session::require_control() const {
     if (!shared_.lock.allows(name_))
-        throw Error{Code::command_protected, "control is held by " + printable(shared_.lock.owner())};
+        throw Error{Code::command_protected, access::held_text(printable(shared_.lock.owner()))};
 }
 
 }  // namespace shaker::scpi

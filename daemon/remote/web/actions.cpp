@@ -141,7 +141,7 @@ void Actions::act(const std::string& name, const std::string& body, const std::s
         lock_.release(who);
         return done(well);
     }
-    const auto held = [&] { return refusal(conflict, "control is held by " + lock_.owner()); };
+    const auto held = [&] { return refusal(conflict, access::held_text(lock_.owner())); };
     if (name == "control/request") return done(lock_.request(who) ? well : held());
     try {
         const json fields = body.empty() ? json::object() : json::parse(body);

@@ -2,6 +2,8 @@
 
 #include <iio.h>
 
+#include <filesystem>
+
 #include "drivers/errors.hpp"
 #include "drivers/hardware/iio/context.hpp"
 
@@ -11,6 +13,8 @@ namespace {
 struct ScanEnd {
     void operator()(iio_scan_context* scan) const noexcept { iio_scan_context_destroy(scan); }
 };
+
+constexpr const char* this_computer = "local:";
 
 std::vector<std::string> scanned(const char* backend) {
     std::vector<std::string> uris;
@@ -67,13 +71,18 @@ IioContextSeen context_at(const std::string& uri) try {
     }
     return place;
 } catch (const DeviceError& e) {
+    if (uri == this_computer && !std::filesystem::exists("/sys/bus/iio"))
+        return {.uri = uri,
+                .trouble =
+                    "no IIO accelerometer on this computer; --iio URI looks at another one, for example "
+                    "ip:192.168.2.1"};
     return {.uri = uri, .trouble = e.what()};
 }
 
 }  // namespace
 
 std::vector<IioContextSeen> list_iio_devices(const std::vector<std::string>& uris) {
-    std::vector<IioContextSeen> places{context_at("local:")};
+    std::vector<IioContextSeen> places{context_at(this_computer)};
     for (const std::string& uri : scanned("usb")) places.push_back(context_at(uri));
     for (const std::string& uri : uris) places.push_back(context_at(uri));
     return places;

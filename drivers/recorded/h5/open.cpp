@@ -64,6 +64,8 @@ bool has_a_writer(const std::filesystem::path& file) {
 Handle open_file(const std::filesystem::path& file, Access access) {
     be_quiet();
     stay_in_the_file();
+    if (std::filesystem::is_directory(file))
+        throw InputError{file.string() + ": is a folder; expected a recording (FILE.nxs)"};
     if (!std::filesystem::is_regular_file(file)) throw InputError{file.string() + ": no such file"};
     if (H5Fis_hdf5(file.c_str()) <= 0) throw InputError{file.string() + ": not an HDF5 file"};
     const bool growing = access == Access::growing;

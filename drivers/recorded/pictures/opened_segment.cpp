@@ -114,9 +114,14 @@ FoundSegments find_segments(const std::filesystem::path& folder, const std::stri
         }
     }
     if (all.good.empty())
-        throw InputError{all.damaged.empty()
-                             ? fmt::format("{}: no pictures of camera \"{}\"", folder.string(), camera)
-                             : all.damaged.front()};
+        throw InputError{
+            all.damaged.empty()
+                ? fmt::format("{}: no pictures of camera \"{}\"{}", folder.string(), camera,
+                              std::filesystem::is_directory(folder)
+                                  ? ""
+                                  : ": there is no such folder; copy it beside the recording, or use "
+                                    "the stored positions (replay --from tracks)")
+                : all.damaged.front()};
     std::ranges::stable_sort(all.good, {}, [](const FoundSegment& s) { return s.info.first; });
     std::uint64_t next = 1;
     for (const FoundSegment& s : all.good) {

@@ -81,7 +81,7 @@ TEST(PlanCheckTest, LimitsRefuseWithLineAndNearestGamma) {
         EXPECT_STREQ(
             error.what(),
             "p.toml:4: series \"a\", gamma 3g: the drive exceeds the limits: acceleration peak 58.8 m/s^2 "
-            "(limit 44.76 m/s^2); 0.761 times this gamma is allowed, 2.283g");
+            "(limit 44.76 m/s^2); at most gamma 22.38 m/s^2 (2.28 g) is allowed for this shape");
     }
 }
 

@@ -152,7 +152,9 @@ TEST_F(CtlTest, RefusalNamesHolderAndAbortWorksAnyway) {
                               "middle", "mu 0.1", "clear", "record on"}) {
         const Outcome refused = ctl(order);
         EXPECT_EQ(refused.status, exit_refused) << order;
-        EXPECT_EQ(refused.err, "shakerctl: control is held by page tab1 at 127.0.0.1\n") << order;
+        EXPECT_TRUE(
+            refused.err.starts_with("shakerctl: control is held by page tab1 at 127.0.0.1; release it"))
+            << order << refused.err;
     }
     EXPECT_TRUE(bench.ordered().empty());
     EXPECT_NE(ctl("status").out.find("control    held by page tab1 at 127.0.0.1\n"), std::string::npos);

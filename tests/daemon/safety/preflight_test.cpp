@@ -68,10 +68,10 @@ TEST(EnvelopeTest, RefusesExcessWithAllFigures) {
                           .sensor_range_mps2 = 78.5,
                           .full_scale_V = 1});
     const auto fits = demands(motion(harmonics(Drive{.gamma = 2 * paper_g})), l);
-    EXPECT_NO_THROW(require_within(fits));
+    EXPECT_NO_THROW(require_within(fits, 2 * paper_g));
     const auto all = demands(motion(harmonics(Drive{.gamma = 5 * paper_g})), l);
     try {
-        require_within(all);
+        require_within(all, 5 * paper_g);
         FAIL() << "accepted";
     } catch (const InputError& e) {
         const std::string said = e.what();

@@ -100,7 +100,7 @@ TEST(OnCallTest, OpenLoopDoesNotCorrectDrive) {
                                  {measured(1), orders(End{}, answers)},
                                  {in(run::RunState::idle), [](BenchPort&) {}}});
     ASSERT_EQ(answers.size(), 4U);
-    EXPECT_NE(answers[2].find("state run"), std::string::npos) << answers[2];
+    EXPECT_NE(answers[2].find("while the bench is running"), std::string::npos) << answers[2];
     EXPECT_FALSE(r.last.closed_loop);
     EXPECT_GT(std::abs(r.last.points.at(0).gamma.value / paper_g - 1), 2e-3) << "nothing corrected it";
     EXPECT_EQ(std::ranges::count(r.events, std::string{"identify"}, &BenchEvent::text), 0);
@@ -210,8 +210,9 @@ TEST(OnCallTest, RefusedOrderHasReasonAndChangesNothing) {
          {in(run::RunState::idle), orders(raised, answers)},
          {in(run::RunState::idle), orders(Record{true, "../x", recorded::KeptPictures::off}, answers)}});
     ASSERT_EQ(answers.size(), 6U);
-    const std::vector<std::string> words{"acceleration",     "periods 1",          "no drive to stop",
-                                         "nothing to clear", "limit acceleration", "\"../x\""};
+    const std::vector<std::string> words{
+        "acceleration",       "periods 1", "there is no drive to stop", "there is no trip to clear",
+        "limit acceleration", "\"../x\""};
     for (std::size_t i = 0; i < words.size(); ++i)
         EXPECT_NE(answers[i].find(words[i]), std::string::npos) << answers[i];
     EXPECT_EQ(r.last.wanted.gamma, paper_g);
@@ -313,7 +314,9 @@ TEST(OnCallTest, RefusedIdentifyLeavesTheRecordingAlone) {
         moves.push_back({in(run::RunState::idle), [](BenchPort&) {}});
         play_on_call(slow, quick(), folder, moves);
         if (identify) {
-            EXPECT_NE(answers.at(2).find("identification cannot start in state run"), std::string::npos);
+            EXPECT_NE(answers.at(2).find(
+                          "identification cannot start while the bench is running; stop the drive first"),
+                      std::string::npos);
         }
         const recorded::RecordingReader file{folder / "first.nxs"};
         return file.text("start_time") + " to " + file.text("end_time");

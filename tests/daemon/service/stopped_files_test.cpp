@@ -27,7 +27,7 @@ TEST_F(StoppedFilesTest, IsLatchedUntilCleared) {
                                {measured(1), give(End{})},
                                until(in(run::RunState::idle))});
     ASSERT_EQ(answers.size(), 5U) << testing::PrintToString(answers);
-    EXPECT_NE(answers[1].find("state tripped"), std::string::npos) << answers[1];
+    EXPECT_NE(answers[1].find("the bench is tripped"), std::string::npos) << answers[1];
     for (const std::size_t i : {0U, 2U, 3U, 4U}) EXPECT_EQ(answers[i], "");
     const auto stop = std::ranges::find(r.events, std::string{"trip"}, &BenchEvent::kind);
     ASSERT_NE(stop, r.events.end());

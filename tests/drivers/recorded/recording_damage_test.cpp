@@ -62,7 +62,7 @@ TEST_F(SessionDamageTest, RefusesFileThatIsNotHdf5) {
     for (const std::string& bytes : {std::string{}, std::string{"x"}, std::string(5000, 'x')})
         expect_in(refusal([&] { RecordingReader{folder_.write("other.h5", bytes)}; }),
                   {"other.h5", "not an HDF5 file"});
-    expect_in(refusal([&] { RecordingReader{folder_ / "."}; }), {"no such file"});
+    expect_in(refusal([&] { RecordingReader{folder_ / "."}; }), {"is a folder; expected a recording"});
 }
 
 TEST_F(SessionDamageTest, RefusesHdf5FileWithoutEntry) {

@@ -180,7 +180,9 @@ TEST(ScpiErrorTest, OnlyHolderMaySetOthersMayQueryAndAbort) {
     EXPECT_EQ(one.ask("SYST:LOCK:REQ?"), "1\n");
     EXPECT_EQ(other.ask("SYST:LOCK:REQ?;OWN?"), "0;\"192.0.2.1:5\"\n");
     other.ask("SYST:LOCK:REL;:FREQ 33");
-    EXPECT_EQ(other.error(), "-203,\"Command protected;SOURce:FREQuency: control is held by 192.0.2.1:5\"");
+    EXPECT_EQ(other.error(),
+              "-203,\"Command protected;SOURce:FREQuency: control is held by 192.0.2.1:5; release it there, "
+              "or close that page or connection (a page keeps it for 10 s); abort works for everyone\"");
     EXPECT_EQ(other.ask("FREQ?"), "2.00000000E+01\n");
     other.ask("ABOR");
     EXPECT_EQ(bench.last_told(), "abort");
