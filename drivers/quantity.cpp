@@ -48,11 +48,11 @@ std::span<const Unit> units_of(Dimension dimension) {
     return {};
 }
 
-/// Without the last digits, which the change of the unit has made: 720 instead of 720.0000000000001.
+/// To six digits: the change of the unit has made the others.
 double rounded(double value) {
     std::array<char, 32> buffer{};
     const auto end =
-        std::to_chars(buffer.data(), buffer.data() + buffer.size(), value, std::chars_format::general, 12);
+        std::to_chars(buffer.data(), buffer.data() + buffer.size(), value, std::chars_format::general, 6);
     std::from_chars(buffer.data(), end.ptr, value);
     return value;
 }

@@ -78,37 +78,37 @@ class Quantity:
 class Table(Mapping[str, Any]):
     """The columns of a group: Quantity for numbers, a list for texts. A column is read when it is asked for."""
 
-    def __init__(self, group: h5py.Group, rows: Any = None) -> None:
-        self._group = group
+    def __init__(self, *groups: h5py.Group, rows: Any = None) -> None:
+        """Groups with the same rows, as one table."""
+        self._groups = groups
+        items = [item for group in reversed(groups) for item in group.items()]
+        self._data = {name: item for name, item in items if isinstance(item, h5py.Dataset)}
         self._rows = slice(None) if rows is None else rows
 
-    def _names(self) -> list[str]:
-        data = [name for name, item in self._group.items() if isinstance(item, h5py.Dataset)]
-        return [name for name in data if not (name.endswith("_errors") and name[:-7] in data)]
-
     def _read(self, name: str) -> Any:
-        data = self._group[name]
+        data = self._data[name]
         return data[()] if data.shape == () else data[...][self._rows]
 
     def __getitem__(self, name: str) -> Any:
-        if name not in self._group:
-            raise KeyError(f"{self._group.name} has no column {name!r}; it has {', '.join(self)}")
-        data = self._group[name]
+        if name not in self._data:
+            raise KeyError(f"{self._groups[0].name} has no column {name!r}; it has {', '.join(self)}")
+        data = self._data[name]
         if data.dtype.kind == "S":
             texts = self._read(name)
             return texts.decode() if data.shape == () else [text.decode() for text in texts]
-        error = self._read(f"{name}_errors") if f"{name}_errors" in self._group else None
-        return Quantity(self._read(name), error, str(_text(data.attrs.get("units", b"1"))))
+        error = self._read(f"{name}_errors") if f"{name}_errors" in self._data else None
+        return Quantity(self._read(name), error, _text(data.attrs.get("units", b"1")))
 
     def __iter__(self) -> Iterator[str]:
-        return iter(self._names())
+        return (name for name in self._data if not (name.endswith("_errors") and name[:-7] in self._data))
 
     def __len__(self) -> int:
-        return len(self._names())
+        return sum(1 for _ in self)
 
     def where(self, chosen: Any) -> Table:
         """The rows that `chosen` (indices or flags) names."""
-        return Table(self._group, np.arange(len(self._group[self._names()[0]]))[self._rows][chosen])
+        rows = np.arange(len(next(iter(self._data.values()))))
+        return Table(*self._groups, rows=rows[self._rows][chosen])
 
     def frame(self) -> Any:
         """A pandas.DataFrame; its units are in attrs["units"]."""
@@ -164,7 +164,7 @@ class _File:
         return _text(self.entry["process/config_text"][()])
 
     def table(self, path: str) -> Table:
-        """Any group below /entry, for example "identification/response"."""
+        """Any group below /entry, for example "periods" or "identification/response"."""
         if path not in self.entry:
             raise FileError(f"{self.path}: has no group entry/{path}")
         return Table(self.entry[path])
@@ -202,12 +202,7 @@ class Recording(_File):
     @property
     def measured(self) -> Table:
         """A row for each finished measurement; asked_* are the set-points. Details in table("measured/...")."""
-        results = self.entry["measured/results"]
-        return _Joined(self.entry["measured"], results)
-
-    @property
-    def periods(self) -> Table:
-        return self.table("periods")
+        return Table(self.entry["measured"], self.entry["measured/results"])
 
     @property
     def cycle(self) -> Table:
@@ -236,27 +231,6 @@ class Recording(_File):
         scale = np.array([group.attrs[f"mps2_per_count_{axis}"] for axis in "xyz"])
         offset = np.array([group.attrs[f"offset_counts_{axis}"] for axis in "xyz"])
         return Quantity((group["counts"][...] - offset) * scale, None, "m/s^2")
-
-
-class _Joined(Table):
-    """The columns of two groups with the same rows."""
-
-    def __init__(self, group: h5py.Group, more: h5py.Group) -> None:
-        super().__init__(group)
-        self._more = Table(more)
-
-    def __getitem__(self, name: str) -> Any:
-        return super().__getitem__(name) if name in self._group else self._more[name]
-
-    def __iter__(self) -> Iterator[str]:
-        yield from self._names()
-        yield from (name for name in self._more if name not in self._group)
-
-    def __len__(self) -> int:
-        return len(list(iter(self)))
-
-    def where(self, chosen: Any) -> Table:
-        raise TypeError("choose rows of a column instead: measured['v_D'][rows]")
 
 
 class Campaign(_File):
@@ -348,14 +322,9 @@ class Bench:
         """All that the daemon publishes, with the keys of GET /api/state."""
         return dict(self._ask("GET", "state"))
 
-    def drive(
-        self,
-        gamma: float | None = None,  # m/s^2
-        phi: float | None = None,  # rad
-        rho: float | None = None,
-        frequency: float | None = None,  # Hz
-    ) -> None:
-        """Changes the set-point; what is not given stays."""
+    def drive(self, *, gamma: float | None = None, phi: float | None = None, rho: float | None = None,
+              frequency: float | None = None) -> None:
+        """Changes the set-point: m/s^2, rad, 1, Hz. What is not given stays."""
         given = {"gamma_mps2": gamma, "phi_rad": phi, "rho": rho, "frequency_hz": frequency}
         self.order("drive", **{key: value for key, value in given.items() if value is not None})
 
