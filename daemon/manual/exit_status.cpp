@@ -3,6 +3,7 @@
 #include <spdlog/spdlog.h>
 
 #include <exception>
+#include <filesystem>
 
 #include "drivers/errors.hpp"
 
@@ -20,6 +21,9 @@ int exit_status_of(const std::function<int()>& work) try { return work(); } catc
 } catch (const Interrupted& e) {
     spdlog::error("shakerd: {}", e.what());
     return exit_signal + e.signal;
+} catch (const std::filesystem::filesystem_error& e) {
+    spdlog::error("shakerd: {}: {}", e.path1().string(), e.code().message());
+    return exit_device;
 } catch (const std::exception& e) {
     spdlog::critical("shakerd: {}", e.what());
     return exit_failure;
