@@ -74,11 +74,13 @@ struct Converter::State {
     void note_starts(std::int64_t timeline, std::int64_t play);
 };
 
+// A client that waits for a processor announces its start after samples behind it were taken.
 void Converter::State::note_starts(std::int64_t timeline, std::int64_t play) {
-    while (starts.size() < memory.start_count.load(std::memory_order_acquire) &&
-           memory.starts[starts.size() % ConverterMemory::starts_held] <= play) {
+    while (starts.size() < memory.start_count.load(std::memory_order_acquire)) {
+        const std::int64_t first = memory.starts[starts.size() % ConverterMemory::starts_held];
+        if (first > play) return;
         const std::scoped_lock lock{mutex};
-        starts.push_back(timeline);
+        starts.push_back(timeline - (play - first));
     }
 }
 

@@ -2,7 +2,9 @@
 #include "drivers/mock/converter.hpp"
 
 #include <alsa/asoundlib.h>
+#include <fcntl.h>
 #include <gtest/gtest.h>
+#include <sys/mman.h>
 
 #include <algorithm>
 #include <array>
@@ -11,10 +13,12 @@
 #include <memory>
 #include <numeric>
 
+#include "drivers/descriptor.hpp"
 #include "drivers/hardware/alsa/config.hpp"
 #include "drivers/mock/converter_memory.hpp"
 #include "tests/support/devices/mock_dac.hpp"
 #include "tests/support/in_real_time.hpp"
+#include "tests/support/program.hpp"
 
 namespace shaker::mock {
 namespace {
@@ -248,6 +252,22 @@ TEST(ConverterTest, PositionIsConstantDuringStall) {
     EXPECT_EQ(sounding, static_cast<std::ptrdiff_t>(buffer));  // nothing is omitted
     const auto start = static_cast<std::size_t>(mock.converter.stream_starts().at(0));
     EXPECT_EQ(mock.end_of_sound(), start + buffer + 24000);  // and 0.5 s are inserted
+}
+
+TEST(ConverterTest, AStartThatIsAnnouncedLateHasItsOwnSample) {
+    const std::filesystem::path file = test::fresh_folder() / "converter";
+    Converter converter{file, 48000, 0};
+    const Descriptor mapped{::open(file.c_str(), O_RDWR | O_CLOEXEC)};
+    void* const at = ::mmap(nullptr, sizeof(ConverterMemory), PROT_READ | PROT_WRITE, MAP_SHARED, mapped, 0);
+    ASSERT_NE(at, MAP_FAILED);
+    auto& memory = *static_cast<ConverterMemory*>(at);
+    std::array<double, 100> first{}, second{};
+    converter.take(first, second, {});
+    memory.starts[0] = 40;
+    ++memory.start_count;
+    converter.take(first, second, {});
+    EXPECT_EQ(converter.stream_starts(), std::vector<std::int64_t>{40});
+    ::munmap(at, sizeof(ConverterMemory));
 }
 
 }  // namespace
