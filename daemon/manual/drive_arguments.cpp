@@ -11,9 +11,8 @@ std::string doubtful_gamma(const Values& values) {
     const double gamma = values.number("--gamma");
     if (gamma >= doubtful || text.find_first_not_of("+.0123456789e-") != std::string::npos) return {};
     return fmt::format(
-        "gamma {0} m/s^2 is {1:.3g} g, by which hardly a walker moves; a number without a unit is in m/s^2, "
-        "{0} g is "
-        "--gamma {0}g",
+        "gamma {0} m/s^2 is {1:.3g} g; few walkers move at so little. A number without a unit is in m/s^2; "
+        "for {0} g give --gamma {0}g",
         text, gamma / paper_g);
 }
 

@@ -25,7 +25,7 @@ export function outlookOf(state: Pick<State, "outlook" | "drive" | "session">, a
 
 function wayWords({ outlook, drive }: Pick<State, "outlook" | "drive">, measured: number, open: boolean): Outlook {
     const f = drive.frequency_hz!, v = outlook.walk_mps?.value ?? null;
-    if (v === null) return { text: "How far the walker goes is not known before it is measured; μ would tell it.", trouble: false };
+    if (v === null) return { text: "How far the walker goes is not known yet. Give μ, and it is predicted.", trouble: false };
     if (outlook.way_m === null || v === 0) return { text: "", trouble: false };
     const fits = (outlook.way_m / Math.abs(v)) * f - outlook.walking_periods;
     const until = `the edge limit, ${fixed(1e3 * outlook.way_m, 1)} mm away`;
