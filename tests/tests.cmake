@@ -289,6 +289,10 @@ add_test(NAME python COMMAND ${judged} --plain --name python ${PROJECT_SOURCE_DI
 set_tests_properties(python PROPERTIES ENVIRONMENT SHAKER_BUILD=${PROJECT_BINARY_DIR} TIMEOUT 600
                      RESOURCE_LOCK realtime COST 1000 LABELS realtime)
 
+# An archive's jobs and table, on local cores.
+add_test(NAME archive COMMAND ${behind} ${PROJECT_SOURCE_DIR}/tests/daemon/archive/archive_test.py)
+set_tests_properties(archive PROPERTIES ENVIRONMENT SHAKER_BUILD=${PROJECT_BINARY_DIR} TIMEOUT 600 COST 20 LABELS virtual)
+
 # The operator's page in a real browser.
 foreach(part pure page control memory daemon)
   add_test(NAME panel_${part} COMMAND ${judged} --plain --name panel_${part} ${PROJECT_SOURCE_DIR}/tests/panel/run --only ${part})

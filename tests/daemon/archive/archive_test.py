@@ -1,0 +1,187 @@
+#!/usr/bin/python3
+"""Tests of daemon/archive: one table, however the work is divided, stopped and resumed.    SHAKER_BUILD=build/dev PROGRAM"""
+import csv
+import json
+import os
+import pathlib
+import shutil
+import signal
+import subprocess
+import sys
+import tempfile
+import unittest
+
+ROOT = pathlib.Path(__file__).resolve().parents[3]
+ARCHIVE = ROOT / "daemon/archive"
+sys.dont_write_bytecode = True
+sys.path.insert(0, str(ARCHIVE))
+
+import archive_rows
+
+PROGRAM = pathlib.Path(os.environ.get("SHAKER_BUILD", ROOT / "build/dev")).resolve() / "shakerd"
+SCENE = "[top]\npositions = 1\n[side]\npositions = 1\n"
+PLAN = '[[series]]\ngamma = "1g"\nphi = {from = "0deg", to = "180deg", steps = 3}\nperiods = 10\n'
+# Counts its calls. FATAL: the call that kills all processes of its group, as a power cut would; STOPPED: the one that is stopped.
+COUNTED = """#!/bin/sh
+[ "$1" != --version ] || exec %s --version
+echo "$2" >>calls
+[ "$(wc -l <calls)" -ne "${FATAL:-0}" ] || kill -KILL 0
+[ "$(wc -l <calls)" -ne "${STOPPED:-0}" ] || kill -TERM $$
+exec %s "$@"
+"""
+GOOD = ["a.nxs", "b 2.nxs", "night/{c}.nxs", "night/d.nxs", "night/e.nxs"]
+
+
+class ArchiveTest(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.folder = pathlib.Path(tempfile.mkdtemp())
+        (cls.folder / "scene.toml").write_text(SCENE)
+        (cls.folder / "counted").write_text(COUNTED % (PROGRAM, PROGRAM))
+        (cls.folder / "counted").chmod(0o755)
+        archive = cls.folder / "archive"
+        (archive / "night").mkdir(parents=True)
+        for name, phi in zip(GOOD[:2], ("0deg", "40deg")):
+            subprocess.run([PROGRAM, "run", "--scene", cls.folder / "scene.toml", "--no-identify", "--gamma", "0.7g", "--phi", phi,
+                            "--periods", "4", "--frames", "off", "-o", archive / name], check=True, capture_output=True)
+        for name in GOOD[2:]:
+            shutil.copy(archive / GOOD[0], archive / name)
+        (archive / "night/cut.nxs").write_bytes((archive / GOOD[0]).read_bytes()[:100000])
+        cls.names = sorted([*GOOD, "night/cut.nxs"])
+
+    @classmethod
+    def tearDownClass(cls):
+        os.chdir("/")
+        shutil.rmtree(cls.folder)
+
+    def setUp(self):
+        os.chdir(tempfile.mkdtemp(dir=self.folder))
+
+    def config(self, **values):
+        return {"archive": str(self.folder / "archive"), "do": "replay", "program": str(self.folder / "counted"), **values}
+
+    def sequential(self, **values):
+        """The table by one process, in one job."""
+        archive_rows.jobs.cache_clear()
+        names, index = archive_rows.jobs(json.dumps(self.config(per_job=1000, **values)))
+        for name in names:
+            os.makedirs("rows", exist_ok=True)
+            archive_rows.make_rows(f"jobs/{name}.json", f"rows/{name}.jsonl")
+        archive_rows.make_table("sequential.csv", index)
+        return pathlib.Path("sequential.csv").read_bytes()
+
+    def snakemake(self, fatal=0, status=0, **values):
+        pairs = [f"{key}={value}" for key, value in self.config(**values).items()]
+        done = subprocess.run(["snakemake", "-s", ARCHIVE / "Snakefile", "--profile", ARCHIVE / "profiles/local", "--config", *pairs],
+                              env={**os.environ, "FATAL": str(fatal)}, start_new_session=True, text=True, check=False,
+                              stdout=subprocess.PIPE, stderr=subprocess.STDOUT, timeout=300)
+        self.assertEqual(done.returncode, status, done.stdout)
+        return done.stdout
+
+    def rows(self, table):
+        return list(csv.DictReader(table.decode().split("\n")))
+
+    def calls(self):
+        return pathlib.Path("calls").read_text().split("\n")[:-1]
+
+    def test_jobs_leave_no_trace_in_the_table(self):
+        self.snakemake(per_job=2)
+        parallel = pathlib.Path("replay.csv").read_bytes()
+        self.assertEqual(len(list(pathlib.Path("rows").iterdir())), 3)
+        self.assertEqual(parallel, self.sequential())
+        self.assertEqual([row["file"] for row in self.rows(parallel)], self.names)
+        for row in self.rows(parallel):
+            done = subprocess.run([PROGRAM, "replay", self.folder / "archive" / row["file"], "--json"], capture_output=True,
+                                  text=True, check=False)
+            self.assertEqual(int(row["status"]), done.returncode)
+            if done.returncode == 0:
+                for key in ("v_D_mps", "v_D_se_mps", "gamma_mps2", "phi_rad", "D_m", "efficiency"):
+                    self.assertIn(f'"{key}": {row[key]},', done.stdout)
+        late = self.folder / "archive/z.nxs"
+        shutil.copy(self.folder / "archive/a.nxs", late)
+        pathlib.Path("calls").unlink()
+        try:
+            self.snakemake(per_job=2)
+            self.assertEqual(self.calls(), [str(late)])  # earlier jobs stay done while the archive grows
+            self.assertEqual(pathlib.Path("replay.csv").read_bytes(), self.sequential())
+        finally:
+            late.unlink()
+
+    def test_a_failed_recording_is_a_row_with_its_reason(self):
+        rows = {row["file"]: row for row in self.rows(self.sequential())}
+        cut = rows["night/cut.nxs"]
+        self.assertEqual((cut["status"], cut["v_D_mps"]), ("2", ""))
+        self.assertRegex(cut["reason"], r"^shakerd: .*/night/cut\.nxs: cannot be opened: truncated file")
+        self.assertEqual({(rows[name]["status"], rows[name]["reason"]) for name in GOOD}, {("0", "")})
+
+    def test_goes_on_after_a_kill_of_all_processes(self):
+        self.snakemake(fatal=5, status=-signal.SIGKILL, per_job=2)
+        self.assertFalse(os.path.exists("replay.csv"))
+        self.snakemake(per_job=2)
+        self.assertEqual(pathlib.Path("replay.csv").read_bytes(), self.sequential())
+        calls = self.calls()[:-len(self.names)]  # those of the last line were sequential
+        self.assertEqual({pathlib.Path(call).name for call in calls}, {pathlib.Path(name).name for name in self.names})
+        self.assertLessEqual(len(calls), len(self.names) + 2)  # again only what was under way
+
+    def test_a_row_that_a_crash_cut_is_made_again(self):
+        whole = self.sequential()
+        rows, = pathlib.Path("rows").iterdir()
+        lines = rows.read_text().split("\n")
+        rows.unlink()
+        pathlib.Path("calls").unlink()
+        (pathlib.Path("jobs") / f"{rows.stem}.journal").write_text("\n".join(lines[:2]) + "\n" + lines[2][:50])
+        self.assertEqual(self.sequential(), whole)
+        self.assertEqual(len(self.calls()), len(self.names) - 2)
+
+    def test_a_stopped_job_leaves_the_row_to_the_next_try(self):
+        archive_rows.jobs.cache_clear()
+        (job,), index = archive_rows.jobs(json.dumps(self.config()))
+        os.mkdir("rows")
+        command = [ARCHIVE / "archive_rows.py", "rows", f"jobs/{job}.json", f"rows/{job}.jsonl"]
+        stopped = subprocess.run(command, env={**os.environ, "STOPPED": "2"}, text=True, check=False, capture_output=True)
+        self.assertEqual((stopped.returncode, stopped.stderr.strip()), (1, f"{self.names[1]}: stopped by signal 15"))
+        self.assertEqual(os.listdir("rows"), [])
+        subprocess.run(command, check=True)
+        archive_rows.make_table("replay.csv", index)
+        self.assertEqual(len(self.calls()), len(self.names) + 1)
+        self.assertEqual(pathlib.Path("replay.csv").read_bytes(), self.sequential())
+
+    def test_plans_are_simulated_fitted_and_reduced(self):
+        os.mkdir("plans")
+        pathlib.Path("plans/two.toml").write_text(PLAN)
+        pathlib.Path("plans/wrong.toml").write_text(PLAN.replace("1g", "1000000g"))
+        values = {"archive": "plans", "do": "simulate", "scene": str(self.folder / "scene.toml")}
+        good, wrong = self.rows(self.sequential(**values))
+        self.assertEqual((good["file"], good["status"]), ("two.toml", "0"))
+        self.assertAlmostEqual(float(good["mu_ac"]), 0.113, delta=5 * float(good["mu_ac se"]))
+        self.assertEqual(wrong["status"], "2")
+        self.assertIn("gamma", wrong["reason"])
+        fitted, = self.rows(self.sequential(archive="campaigns", do="mu"))
+        self.assertEqual((fitted["file"], fitted["mu_ac"]), ("two/campaign.nxs", good["mu_ac"]))
+        reduced, = self.rows(self.sequential(archive="campaigns", do="campaign"))
+        self.assertEqual((reduced["status"], reduced["result"]), ("0", "reduce: identical (4 points, to the bit)"))
+        pathlib.Path("plans/two.toml").write_text(PLAN.replace("180deg", "170deg"))
+        self.assertIn("campaigns/two has a campaign of another plan", self.rows(self.sequential(**values))[0]["reason"])
+
+    def test_reduces_with_other_settings(self):
+        rows = {row["file"]: row for row in self.rows(self.sequential(do="reduce", set="top.mm_per_px=0.2 side.mm_per_px=0.2"))}
+        recorded = {row["file"]: row for row in self.rows(self.sequential())}
+        self.assertEqual(rows["a.nxs"]["status"], "0")
+        self.assertLess(float(rows["a.nxs"]["v_D_mps"]), 0.9 * float(recorded["a.nxs"]["v_D_mps"]))
+
+    def test_wrong_values_are_refused_with_a_sentence(self):
+        for values, words in (({"do": "erase"}, "--config do=erase: expected one of replay, reduce,"),
+                              ({"archive": "none"}, "--config archive=none: no such folder"),
+                              ({"do": "reduce"}, "do=reduce needs KEY=VALUE"),
+                              ({"per_job": 0}, "--config per_job=0: expected a number of files, 1 or more"),
+                              ({"per_jobs": 2}, "--config per_jobs: unknown key; expected one of"),
+                              ({"program": "none"}, "--config program=none: no such program"),
+                              ({"scene": "none"}, "--config scene=none: expected a file"),
+                              ({"do": "mu"}, "no file campaign.nxs in it or below")):
+            with self.assertRaises(SystemExit) as refused:
+                self.sequential(**values) if "per_job" not in values else archive_rows.checked(self.config(**values))
+            self.assertIn(words, refused.exception.code)
+
+
+if __name__ == "__main__":
+    unittest.main(argv=sys.argv)
