@@ -1,0 +1,243 @@
+#include "calibration/accelerometer/tumble.hpp"
+
+#include <spdlog/fmt/fmt.h>
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <boost/math/distributions/chi_squared.hpp>
+#include <cmath>
+#include <limits>
+
+#include "calibration/accelerometer/axis_order.hpp"
+#include "drivers/errors.hpp"
+
+namespace shaker::calibration {
+
+namespace {
+
+using Parameters = Eigen::Matrix<double, 9, 1>;
+using Normal = Eigen::Matrix<double, 9, 9>;
+
+constexpr double parts_of_record = 10;
+constexpr double unlikely = 1e-4;        // chance of chi2 below which the errors are widened
+constexpr double worst_residual = 1e-3;  // g rms
+constexpr int most_steps = 50;
+constexpr double longest_step = 0.3, last_step = 1e-13;
+
+Eigen::Vector3d eigen(const Vector& v) { return {v[0], v[1], v[2]}; }
+
+// Derivative of |(I + E) a + b| / g for |a| = g and unit vector n along a; Tumble lists the parameters.
+Parameters derivative(const Eigen::Vector3d& n) {
+    Parameters d;
+    d << n[0] * n[0], n[1] * n[1], n[2] * n[2], 2 * n[0] * n[1], 2 * n[0] * n[2], 2 * n[1] * n[2], n;
+    return d;
+}
+
+Eigen::Matrix3d tensor(const Parameters& p) {
+    Eigen::Matrix3d e;
+    e << p[0], p[3], p[4], p[3], p[1], p[5], p[4], p[5], p[2];
+    return e;
+}
+
+// a = gain * counts + rest.
+struct Model {
+    Eigen::Matrix3d gain;
+    Eigen::Vector3d rest = Eigen::Vector3d::Zero();
+    [[nodiscard]] Eigen::Vector3d operator()(const Vector& counts) const {
+        return gain * eigen(counts) + rest;
+    }
+};
+
+// One Gauss-Newton problem at a model: normal equations and residuals.
+struct Equations {
+    Normal normal = Normal::Zero();
+    Parameters right = Parameters::Zero();
+    double chi2 = 0, squares = 0;  // squares: of the residuals, g^2
+    double largest = 0;            // residual over its standard error
+    std::size_t of = 0;            // its attitude
+};
+
+// variance: of the attitudes' means, counts^2.
+Equations equations(std::span<const Attitude> attitudes, const Model& model, const Vector& variance,
+                    double g) {
+    Equations all;
+    for (std::size_t i = 0; i < attitudes.size(); ++i) {
+        const Eigen::Vector3d a = model(attitudes[i].mean), n = a.normalized();
+        const Eigen::Vector3d by_counts = model.gain.transpose() * n / g;
+        const double sigma = std::sqrt(by_counts.cwiseAbs2().dot(eigen(variance)));
+        const double residual = a.norm() / g - 1;
+        const Parameters d = derivative(n) / sigma;
+        all.normal += d * d.transpose();
+        all.right -= d * (residual / sigma);
+        all.chi2 += residual * residual / sigma / sigma;
+        all.squares += residual * residual;
+        if (std::abs(residual / sigma) < all.largest) continue;
+        all.largest = std::abs(residual / sigma);
+        all.of = i;
+    }
+    return all;
+}
+
+Eigen::Matrix3d order_matrix(const AxisOrder& order, const Vector& nominal) {
+    Eigen::Matrix3d m = Eigen::Matrix3d::Zero();
+    for (Eigen::Index i = 0; i < 3; ++i) {
+        const auto k = static_cast<std::size_t>(i);
+        m(i, static_cast<Eigen::Index>(order.from[k])) = order.sign[k] * nominal[order.from[k]];
+    }
+    return m;
+}
+
+// Turns the model so that it is a symmetric matrix times `start`.
+void turn_to(const Eigen::Matrix3d& start, Model& model) {
+    const Eigen::JacobiSVD<Eigen::Matrix3d> svd{model.gain * start.inverse(),
+                                                Eigen::ComputeFullU | Eigen::ComputeFullV};
+    const Eigen::Matrix3d back = svd.matrixV() * svd.matrixU().transpose();
+    model.gain = back * model.gain;
+    model.rest = back * model.rest;
+}
+
+// Pooled over the attitudes: the noise is the sensor's.
+Vector variance_of_means(std::span<const Attitude> attitudes) {
+    Vector variance{};
+    for (std::size_t k = 0; k < 3; ++k) {
+        for (const Attitude& a : attitudes)
+            variance[k] += a.variance[k] / parts_of_record / static_cast<double>(attitudes.size());
+        // Without noise that dithers it, rounding is an error of the mean.
+        if (variance[k] < 1e-7) variance[k] = 1.0 / 12;
+    }
+    return variance;
+}
+
+void require_rest(std::span<const Attitude> attitudes, const Vector& nominal, double g) {
+    const Vector counts_per_g{g / nominal[0], g / nominal[1], g / nominal[2]};
+    for (std::size_t i = 0; i < attitudes.size(); ++i)
+        if (const std::string why = motion_in(attitudes[i], counts_per_g); !why.empty())
+            throw InputError{label_of(i, attitudes[i]) + ": " + why + "; hold it still and record it again"};
+}
+
+void require_spread(std::span<const Vector> directions) {
+    const double condition = condition_of(directions);
+    if (condition <= worst_condition) return;
+    throw InputError{fmt::format(
+        "{} attitudes do not determine gains and offsets: the condition number is {:.3g}, at most {:.0f} is "
+        "allowed; hold the sensor also at {}",
+        directions.size(), condition, worst_condition, fmt::join(missing_attitudes(directions), ", "))};
+}
+
+Model solved(std::span<const Attitude> attitudes, const Eigen::Matrix3d& start, const Vector& variance,
+             double g) {
+    Model model{start};
+    for (int i = 0; i < most_steps; ++i) {
+        const Equations e = equations(attitudes, model, variance, g);
+        Parameters step = e.normal.ldlt().solve(e.right);
+        step *= std::min(1.0, longest_step / step.cwiseAbs().maxCoeff());
+        const Eigen::Matrix3d change = Eigen::Matrix3d::Identity() + tensor(step);
+        model.gain = change * model.gain;
+        model.rest = change * model.rest + g * step.tail<3>();
+        if (step.cwiseAbs().maxCoeff() < last_step) break;
+    }
+    turn_to(start, model);
+    return model;
+}
+
+// Chance of chi2; a small one widens the errors and is named.
+void judge(Tumble& fit, const Equations& e, std::span<const Attitude> attitudes) {
+    const double ratio = fit.chi2 / fit.degrees_of_freedom;
+    fit.chance =
+        boost::math::cdf(boost::math::complement(boost::math::chi_squared(fit.degrees_of_freedom), fit.chi2));
+    const double rms = fit.rms_residual / fit.gravity.value;
+    const std::string worst = label_of(e.of, attitudes[e.of]);
+    if (!(rms <= worst_residual))
+        throw InputError{fmt::format(
+            "the magnitude of the reading varies by {:.2g} g (rms) between the attitudes after the fit, at "
+            "most {:.0e} g is allowed; {} deviates most: record the attitudes again",
+            rms, worst_residual, worst)};
+    if (fit.chance >= unlikely) return;
+    for (double& c : fit.covariance) c *= ratio;
+    fit.findings.push_back(
+        fmt::format("the attitudes disagree by {:.2g} times their noise (chi2 {:.4g} of {}): errors are "
+                    "widened; {} deviates most",
+                    std::sqrt(ratio), fit.chi2, fit.degrees_of_freedom, worst));
+}
+
+}  // namespace
+
+double Tumble::gain_error(const Vector& u) const noexcept {
+    const Parameters d = derivative(eigen(u));
+    const Eigen::Map<const Eigen::Matrix<double, 9, 9, Eigen::RowMajor>> c{covariance.data()};
+    const Eigen::Matrix<double, 6, 1> e = d.head<6>();
+    return std::hypot(std::sqrt(e.dot(c.topLeftCorner<6, 6>() * e)), gravity.sigma / gravity.value);
+}
+
+Vector Tumble::offset_errors() const noexcept {
+    Eigen::Matrix3d k;
+    for (Eigen::Index i = 0; i < 9; ++i)
+        k(i / 3, i % 3) = gain[static_cast<std::size_t>(i / 3)][static_cast<std::size_t>(i % 3)];
+    const Eigen::Map<const Eigen::Matrix<double, 9, 9, Eigen::RowMajor>> c{covariance.data()};
+    const Eigen::Matrix3d back = k.inverse() * gravity.value;
+    const Eigen::Vector3d variance = (back * c.bottomRightCorner<3, 3>() * back.transpose()).diagonal();
+    return {std::sqrt(variance[0]), std::sqrt(variance[1]), std::sqrt(variance[2])};
+}
+
+double condition_of(std::span<const Vector> directions) {
+    if (directions.size() < 9) return std::numeric_limits<double>::infinity();
+    Normal normal = Normal::Zero();
+    for (const Vector& n : directions) {
+        const Parameters d = derivative(eigen(n).normalized());
+        normal += d * d.transpose();
+    }
+    const auto values = Eigen::SelfAdjointEigenSolver<Normal>{normal, Eigen::EigenvaluesOnly}.eigenvalues();
+    return values[0] > 0 ? values[8] / values[0] : std::numeric_limits<double>::infinity();
+}
+
+std::vector<Vector> nominal_directions(std::span<const Attitude> attitudes, const Vector& nominal) {
+    std::vector<Vector> directions;
+    for (const Attitude& a : attitudes) {
+        const Eigen::Vector3d n = eigen(a.mean).cwiseProduct(eigen(nominal)).normalized();
+        directions.push_back({n[0], n[1], n[2]});
+    }
+    return directions;
+}
+
+Vector guessed_scales(std::span<const Attitude> attitudes, double gravity) {
+    Vector most{};
+    for (const Attitude& a : attitudes)
+        for (std::size_t k = 0; k < 3; ++k) most[k] = std::max(most[k], std::abs(a.mean[k]));
+    // An axis that never pointed up or down is taken for one like the others.
+    const double all = *std::ranges::max_element(most);
+    Vector scales{};
+    for (std::size_t k = 0; k < 3; ++k) scales[k] = gravity / (most[k] > all / 3 ? most[k] : all);
+    return scales;
+}
+
+Tumble fit_tumble(std::span<const Attitude> attitudes, const Vector& nominal, const Estimate& gravity) {
+    const double g = gravity.value;
+    require_rest(attitudes, nominal, g);
+    std::vector<Vector> directions = nominal_directions(attitudes, nominal);
+    const AxisOrder order = axis_order(attitudes, directions);
+    for (Vector& d : directions) d = order(d);
+    require_spread(directions);
+    const Vector variance = variance_of_means(attitudes);
+    const Model model = solved(attitudes, order_matrix(order, nominal), variance, g);
+    const Equations e = equations(attitudes, model, variance, g);
+
+    Tumble fit{.gravity = gravity, .attitudes = static_cast<int>(attitudes.size())};
+    const Normal covariance = e.normal.inverse();
+    const Eigen::Vector3d offset = model.gain.inverse() * model.rest;
+    for (std::size_t i = 0; i < 9; ++i) {
+        const auto row = static_cast<Eigen::Index>(i);
+        fit.gain[i / 3][i % 3] = model.gain(row / 3, row % 3);
+        if (i < 3) fit.offset_counts[i] = offset[row];
+        for (Eigen::Index k = 0; k < 9; ++k)
+            fit.covariance[9 * i + static_cast<std::size_t>(k)] = covariance(row, k);
+    }
+    fit.condition = condition_of(directions);
+    fit.chi2 = e.chi2;
+    fit.degrees_of_freedom = fit.attitudes - 9;
+    fit.rms_residual = g * std::sqrt(e.squares / fit.attitudes);
+    if (const std::string exchanged = order.sentence(); !exchanged.empty()) fit.findings.push_back(exchanged);
+    if (fit.degrees_of_freedom > 0) judge(fit, e, attitudes);
+    return fit;
+}
+
+}  // namespace shaker::calibration
