@@ -66,27 +66,33 @@ struct AccelerometerInfo {
     double rate_hz = 4000;                          // nominal, on its own clock
     std::array<double, 3> offset_counts{};          // see acceleration()
     std::array<double, 3> mps2_per_count{1, 1, 1};  // negative where counts fall as acceleration rises
-    double first_sample_s = 0;                      // s, sensor clock at tick 0
+    /// [i][k]: m/s^2 on axis i per count on axis k, i != k; 0 without a calibration.
+    std::array<std::array<double, 3>, 3> cross_mps2_per_count{};
+    double first_sample_s = 0;  // s, sensor clock at tick 0
     double clock_uncertainty_s =
         0.02;  // s, largest error of the sensor's stamps against master time, either sign
     double range_mps2 =
         std::numeric_limits<double>::infinity();  // a sample at or beyond +-range is saturated
     double block_s = 0;                   // s, sampling time per delivered block, approximate; 0: unknown
     std::array<double, 3> shaker_axis{};  // unit vector in sensor axes; all 0: derived from the motion
+    std::string calibration{};            // content of the calibration file in force; empty: none
 
-    /// One sample in m/s^2: (count + offset_counts) * mps2_per_count for each axis.
-    /// Frame: right-handed axes of the sensor, as its maker marks them.
-    /// Sign: specific force, a_sensor - g_vector, as a MEMS sensor reports it. Gravity IS in the
-    /// reading: at rest an axis that points up reads +g (about +9.8 m/s^2), one that points down -g,
-    /// a level one 0. An acceleration of the base towards +axis reads positive.
-    /// Use: shaker_axis (unit vector towards the base's +x, in these axes) times this vector is
-    /// a_base - g sin(tilt), where tilt > 0 means that +x points downhill. The constant part is
-    /// gravity and offset; the harmonic estimator, the aligner and the guards separate it from the
+    /// One sample in m/s^2: (count + offset_counts) * mps2_per_count for each axis, and the cross axes'
+    /// share. Frame: right-handed axes of the sensor, as its maker marks them. Sign: specific force, a_sensor
+    /// - g_vector, as a MEMS sensor reports it. Gravity IS in the reading: at rest an axis that points up
+    /// reads +g (about +9.8 m/s^2), one that points down -g, a level one 0. An acceleration of the base
+    /// towards +axis reads positive. Use: shaker_axis (unit vector towards the base's +x, in these axes)
+    /// times this vector is a_base - g sin(tilt), where tilt > 0 means that +x points downhill. The constant
+    /// part is gravity and offset; the harmonic estimator, the aligner and the guards separate it from the
     /// motion.
     [[nodiscard]] std::array<double, 3> acceleration(
         const std::array<std::int32_t, 3>& counts) const noexcept {
-        std::array<double, 3> a{};
-        for (std::size_t k = 0; k < 3; ++k) a[k] = (counts[k] + offset_counts[k]) * mps2_per_count[k];
+        std::array<double, 3> c{}, a{};
+        for (std::size_t k = 0; k < 3; ++k) c[k] = counts[k] + offset_counts[k];
+        for (std::size_t i = 0; i < 3; ++i) {
+            a[i] = c[i] * mps2_per_count[i];
+            for (std::size_t k = 0; k < 3; ++k) a[i] += cross_mps2_per_count[i][k] * c[k];
+        }
         return a;
     }
 };

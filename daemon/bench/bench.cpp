@@ -8,8 +8,10 @@
 #include <fstream>
 #include <iterator>
 #include <numbers>
+#include <optional>
 #include <utility>
 
+#include "calibration/accelerometer/calibrated_accelerometer.hpp"
 #include "daemon/bench/changed_settings.hpp"
 #include "drivers/commissioned/record.hpp"
 #include "drivers/errors.hpp"
@@ -56,6 +58,18 @@ std::string content(const std::filesystem::path& file) {
     return text;
 }
 
+// The file that [accelerometer] names.
+std::optional<calibration::CalibrationFile> named_calibration(SettingsTable& root) {
+    SettingsTable table = root.table("accelerometer");
+    if (!table.has("calibration")) return std::nullopt;
+    return calibration::read_calibration(table.folder() / table.text("calibration"));
+}
+
+void calibrate(Bench& open, const calibration::CalibrationFile& by) {
+    open.rig.accelerometer =
+        calibration::with_calibration(std::move(open.rig.accelerometer), by, open.granted);
+}
+
 Bench open_simulated(const std::filesystem::path& scene, simulated::World::Pace pace,
                      const simulated::Scene& standard) {
     Bench open;
@@ -65,6 +79,7 @@ Bench open_simulated(const std::filesystem::path& scene, simulated::World::Pace 
     open.scene = simulated::read_scene(root, standard);
     open.world = std::make_unique<simulated::World>(open.scene, pace);
     open.rig = open.world->rig();
+    if (const auto by = named_calibration(root)) calibrate(open, *by);
     open.shaker = open.scene.shaker;
     open.gravity = open.scene.gravity;
     open.response = predicted_response(open.scene);
@@ -106,11 +121,13 @@ Bench open_file(const std::filesystem::path& file) {
     SettingsTable limits = root.table("limits");
     if (root.tables("camera").empty())
         root.fail("camera", "expected at least one [[camera]] that sees the base");
+    const auto by = named_calibration(root);
     hardware::HardwareRig bench = hardware::open_hardware_rig(root);
     open.rig = std::move(bench.rig);
     open.rig.name = file.string();
     open.not_commissioned = commissioned::missing_record(file, open.rig_text);
     open.granted = std::move(bench.granted);
+    if (by) calibrate(open, *by);
     open.response = predicted_response(sheet);
     open.limits = limits_for(open.shaker, 0, open.rig, std::move(limits));
     return open;

@@ -32,10 +32,10 @@ struct Bench {
 /// Opens a rig. "sim:" is the simulated rig: `standard`, modified by the file `scene` (may be empty). Any
 /// other name is a rig file: its devices (hardware_rig.hpp) and [shaker], the data sheet of shaker and
 /// amplifier. Both may have [limits] (limits.hpp); limits that are not given follow from the data sheet. Both
-/// may have gravity_mps2, the gravity of the place (default 9.8). A rig file must name the shaker: its model,
-/// or all that the limits follow from (ratings, coil, amplifier, masses); real_time = "wanted" allows a drive
-/// without real-time scheduling. InputError for the file's content, DeviceError for a device that cannot be
-/// opened.
+/// may have gravity_mps2, the gravity of the place (default 9.8), and a calibration file of the
+/// accelerometer. A rig file must name the shaker: its model, or all that the limits follow from (ratings,
+/// coil, amplifier, masses); real_time = "wanted" allows a drive without real-time scheduling. InputError for
+/// the file's content, DeviceError for a device that cannot be opened.
 Bench open_bench(const std::string& name, const std::filesystem::path& scene, simulated::World::Pace pace,
                  const simulated::Scene& standard = simulated::paper_scene());
 

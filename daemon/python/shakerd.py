@@ -227,10 +227,10 @@ class Recording(_File):
     @property
     def acceleration(self) -> Quantity:
         """Samples of the accelerometer, m/s^2: a row each, columns x, y, z of the sensor."""
-        group = self.entry["raw/accelerometer"]
-        scale = np.array([group.attrs[f"mps2_per_count_{axis}"] for axis in "xyz"])
-        offset = np.array([group.attrs[f"offset_counts_{axis}"] for axis in "xyz"])
-        return Quantity((group["counts"][...] - offset) * scale, None, "m/s^2")
+        group, get = self.entry["raw/accelerometer"], self.entry["raw/accelerometer"].attrs.get
+        gain = [[get(f"cross_mps2_per_count_{i}{k}", (i == k) * get(f"mps2_per_count_{i}")) for k in "xyz"] for i in "xyz"]
+        offset = [get(f"offset_counts_{axis}") for axis in "xyz"]
+        return Quantity((group["counts"][...] + offset) @ np.transpose(gain), None, "m/s^2")
 
 
 class Campaign(_File):

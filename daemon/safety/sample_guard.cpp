@@ -46,6 +46,16 @@ std::int64_t largest_count(const AccelBlock& block) noexcept {
     return largest;
 }
 
+// m/s^2 per count; a calibrated sensor whose axes are swapped has its gains on the cross axes.
+double largest_gain(const AccelerometerInfo& sensor) noexcept {
+    double largest = 0;
+    for (std::size_t i = 0; i < 3; ++i)
+        for (std::size_t k = 0; k < 3; ++k)
+            largest = std::max(
+                largest, std::abs(i == k ? sensor.mps2_per_count[i] : sensor.cross_mps2_per_count[i][k]));
+    return largest;
+}
+
 }  // namespace
 
 SampleGuard::SampleGuard(const AccelerometerInfo& sensor, double dac_rate_hz, std::optional<Limits> limits,
@@ -54,8 +64,7 @@ SampleGuard::SampleGuard(const AccelerometerInfo& sensor, double dac_rate_hz, st
       dac_rate_hz_{dac_rate_hz},
       limits_{limits.value_or(Limits{})},
       armed_{limits.has_value()},
-      lsb_{std::max({std::abs(sensor.mps2_per_count[0]), std::abs(sensor.mps2_per_count[1]),
-                     std::abs(sensor.mps2_per_count[2])})},
+      lsb_{largest_gain(sensor)},
       motion_{sensor.rate_hz, frequency, dac_rate_hz},
       axis_{sensor.shaker_axis},
       axis_known_{dot(axis_, axis_) > 0} {

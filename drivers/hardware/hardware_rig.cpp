@@ -54,6 +54,7 @@ HardwareRig open_hardware_rig(SettingsTable& root, const Kinds& kinds) {
     SettingsTable accelerometer_table = root.table("accelerometer");
     const AccelerometerKind& accelerometer_kind = read_kind(accelerometer_table, kinds.accelerometers, true);
     const OpenAccelerometer open_accelerometer = accelerometer_kind.read(accelerometer_table);
+    accelerometer_table.text("calibration", "");  // the caller's
     accelerometer_table.finish();
     std::set<std::string> names;
     std::vector<ReadCamera> cameras;

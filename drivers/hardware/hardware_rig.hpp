@@ -19,7 +19,8 @@ struct HardwareRig {
 /// of its kind (settings.hpp in the folder of the kind). A camera also has geometry and targets
 /// (view_settings.hpp), `trigger_delay_s`, from the pulse to the start of the exposure, and
 /// `arrival_delay_s`, the shortest time from there to the arrival of the picture at the host (of a
-/// free-running camera). [abort] is an optional line of a GPIO chip (gpio/settings.hpp). The
+/// free-running camera). The caller reads the key `calibration` of [accelerometer].
+/// [abort] is an optional line of a GPIO chip (gpio/settings.hpp). The
 /// whole file is read before any device is opened; the caller reads other tables before. Throws InputError
 /// for the file, DeviceError for a device.
 HardwareRig open_hardware_rig(SettingsTable& root, const Kinds& kinds = {});

@@ -8,6 +8,15 @@
 
 namespace shaker::recorded {
 
+namespace {
+
+// m/s^2 on the first axis per count on the second.
+std::string cross_name(std::size_t i, std::size_t k) {
+    return fmt::format("cross_mps2_per_count_{}{}", "xyz"[i], "xyz"[k]);
+}
+
+}  // namespace
+
 void describe(hid_t group, const DacInfo& dac) {
     h5::set_attribute(group, "name", dac.name);
     h5::set_attribute(group, "rate_hz", dac.rate_hz);
@@ -24,6 +33,11 @@ void describe(hid_t group, const AccelerometerInfo& a) {
         h5::set_attribute(group, fmt::format("mps2_per_count_{}", "xyz"[k]), a.mps2_per_count[k]);
         h5::set_attribute(group, fmt::format("shaker_axis_{}", "xyz"[k]), a.shaker_axis[k]);
     }
+    if (a.calibration.empty()) return;
+    h5::set_attribute(group, "calibration", a.calibration);
+    for (std::size_t i = 0; i < 3; ++i)
+        for (std::size_t k = 0; k < 3; ++k)
+            if (i != k) h5::set_attribute(group, cross_name(i, k), a.cross_mps2_per_count[i][k]);
 }
 
 void describe(hid_t group, const View& view) {
@@ -121,6 +135,11 @@ AccelerometerInfo read_accelerometer(hid_t entry, const std::string& path) {
         a.mps2_per_count[k] = h5::read_attribute(entry, path, "mps2_per_count_" + axis);
         a.shaker_axis[k] = h5::read_attribute(entry, path, "shaker_axis_" + axis);
     }
+    if (!h5::has_attribute(entry, path, "calibration")) return a;
+    a.calibration = h5::read_attribute_text(entry, path, "calibration");
+    for (std::size_t i = 0; i < 3; ++i)
+        for (std::size_t k = 0; k < 3; ++k)
+            if (i != k) a.cross_mps2_per_count[i][k] = h5::read_attribute(entry, path, cross_name(i, k));
     return a;
 }
 

@@ -58,6 +58,14 @@ TEST_F(RigFileTest, GravityOfThePlaceIsASetting) {
     expect_refused("gravity_mps2 = 1.62\n" + wiring, {"rig.toml:1", "gravity_mps2", "1.62", "9.75"});
 }
 
+TEST_F(RigFileTest, CalibrationFileIsReadBeforeAnyDevice) {
+    const std::string named =
+        replaced(wiring, "[accelerometer]", "[accelerometer]\ncalibration = \"cal.toml\"");
+    expect_refused(named, {"calibration file cal.toml: cannot be read: No such file"});
+    std::ofstream{folder / "cal.toml"} << "attitudes = 19\nsha256 = \"0\"\n";
+    expect_refused(named, {"cal.toml: was changed after it was written", "shakerd calibrate accelerometer"});
+}
+
 TEST_F(RigFileTest, NamesMissingTables) {
     expect_refused(replaced(wiring, "[dac]", "[shaker.dac]"), {"rig.toml", "dac"});
     expect_refused("", {"rig.toml", "dac", "missing"});

@@ -55,7 +55,20 @@ TEST_F(SessionFileTest, HeaderIsReadBack) {
     EXPECT_EQ(b.accelerometer.first_sample_s, a.accelerometer.first_sample_s);
     EXPECT_EQ(b.accelerometer.clock_uncertainty_s, a.accelerometer.clock_uncertainty_s);
     EXPECT_EQ(b.accelerometer.shaker_axis, a.accelerometer.shaker_axis);
+    EXPECT_EQ(b.accelerometer.calibration, "");
     EXPECT_EQ(read_.note, written_.note);
+}
+
+TEST(CalibratedSensorFileTest, GainMatrixAndTextOfTheCalibrationAreReadBack) {
+    const SessionFolder folder;
+    Session written = small_session();
+    AccelerometerInfo& a = written.header.accelerometer;
+    a.calibration = "# dated\ndate = \"2026-11-26\"\n";
+    a.cross_mps2_per_count = {{{0, 1e-7, -2e-7}, {3e-7, 0, 4e-7}, {-5e-7, 6e-7, 0}}};
+    write_session(written, folder / "calibrated.h5");
+    const AccelerometerInfo b = read_session(folder / "calibrated.h5").header.accelerometer;
+    EXPECT_EQ(b.calibration, a.calibration);
+    EXPECT_EQ(b.acceleration({1000, -200, 30}), a.acceleration({1000, -200, 30}));
 }
 
 TEST_F(SessionFileTest, ViewsAndTargetsAreReadBackInOrder) {

@@ -1,0 +1,142 @@
+#include "calibration/accelerometer/sensor_file.hpp"
+
+#include <spdlog/fmt/fmt.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cmath>
+#include <cstring>
+#include <fstream>
+#include <iterator>
+#include <limits>
+#include <utility>
+
+#include "drivers/errors.hpp"
+#include "drivers/settings_table.hpp"
+#include "drivers/text/sha256.hpp"
+
+namespace shaker::calibration {
+
+namespace {
+
+constexpr std::string_view seal = "sha256 = \"";
+constexpr double same_scale = 1e-6;  // relative
+
+// A TOML float needs a point or an exponent; shortest text that reads back the same.
+std::string number(double x) {
+    std::string s = fmt::format("{}", x);
+    return s.find_first_of(".en") == std::string::npos ? s + ".0" : s;
+}
+
+template <class Numbers>
+std::string list(const Numbers& all, std::size_t in_a_row) {
+    std::string text = "[";
+    for (std::size_t i = 0; i < all.size(); ++i)
+        text += (i == 0 ? "" : i % in_a_row == 0 ? ",\n  " : ", ") + number(all[i]);
+    return text + "]\n";
+}
+
+std::string quoted(std::string text) {
+    std::ranges::replace_if(
+        text, [](unsigned char c) { return c < ' ' || c == '"' || c == '\\' || c == 0x7f; }, ' ');
+    return '"' + text + '"';
+}
+
+template <std::size_t N>
+std::array<double, N> numbers(SettingsTable& table, std::string_view key) {
+    const std::vector<double> read = table.numbers(key, N);
+    std::array<double, N> all{};
+    std::ranges::copy(read, all.begin());
+    return all;
+}
+
+// A full scale seen through the new gains: where the first axis of the counts ends.
+double range_of(const AccelerometerInfo& device, const Tumble& fit) {
+    double range = device.range_mps2;
+    for (std::size_t k = 0; k < 3; ++k) {
+        const double length = std::hypot(fit.gain[0][k], fit.gain[1][k], fit.gain[2][k]);
+        const double shift = std::abs(fit.offset_counts[k] - device.offset_counts[k]);
+        const double end = device.range_mps2 / std::abs(device.mps2_per_count[k]) - shift;
+        range = std::min(range, length * end);
+    }
+    return range;
+}
+
+}  // namespace
+
+std::string calibration_text(const SensorCalibration& c) {
+    const Tumble& f = c.fit;
+    std::array<double, 9> gain{};
+    for (std::size_t i = 0; i < 9; ++i) gain[i] = f.gain[i / 3][i % 3];
+    std::string text =
+        "# Tumble calibration of an accelerometer: a = gain (counts + offset), m/s^2. Written by shakerd.\n";
+    for (const std::string& finding : f.findings) text += "# " + finding + "\n";
+    text += "date = " + quoted(c.date) + "\nsensor = " + quoted(c.sensor) + "\n";
+    text += "nominal_mps2_per_count = " + list(c.nominal_mps2_per_count, 3);
+    text += "gain_mps2_per_count = " + list(gain, 3);
+    text += "offset_counts = " + list(f.offset_counts, 3);
+    text += "# of E_xx, E_yy, E_zz, E_xy, E_xz, E_yz and b_x, b_y, b_z in g: true a = (I + E) a + b\n";
+    text += "covariance = " + list(f.covariance, 9);
+    text += "gravity_mps2 = " + number(f.gravity.value) + "\ngravity_error_mps2 = " + number(f.gravity.sigma);
+    text += fmt::format("\nattitudes = {}\ncondition = {}\nchi2 = {}\ndegrees_of_freedom = {}\n", f.attitudes,
+                        number(f.condition), number(f.chi2), f.degrees_of_freedom);
+    return text + std::string{seal} + text::sha256(text) + "\"\n";
+}
+
+SensorCalibration parse_calibration(const std::string& text, const std::string& file) {
+    const std::size_t end = text.rfind(seal);
+    if (end == std::string::npos)
+        throw InputError{file + ": is not a calibration file: its last line is not a sha256"};
+    if (text.substr(end) != std::string{seal} + text::sha256(text.substr(0, end)) + "\"\n")
+        throw InputError{file +
+                         ": was changed after it was written (its checksum does not match); restore it or "
+                         "calibrate again with \"shakerd calibrate accelerometer\""};
+    constexpr double any = std::numeric_limits<double>::max();
+    SettingsTable table = SettingsTable::from_text(text, file);
+    SensorCalibration c{.date = table.text("date"), .sensor = table.text("sensor")};
+    c.nominal_mps2_per_count = numbers<3>(table, "nominal_mps2_per_count");
+    const auto gain = numbers<9>(table, "gain_mps2_per_count");
+    for (std::size_t i = 0; i < 9; ++i) c.fit.gain[i / 3][i % 3] = gain[i];
+    c.fit.offset_counts = numbers<3>(table, "offset_counts");
+    c.fit.covariance = numbers<81>(table, "covariance");
+    c.fit.gravity = {table.number("gravity_mps2", {1, 100}), table.number("gravity_error_mps2", {0, 10})};
+    c.fit.attitudes = table.integer("attitudes", 9, 1000000, 0);
+    c.fit.condition = table.number("condition", {1, any});
+    c.fit.chi2 = table.number("chi2", {0, any});
+    c.fit.degrees_of_freedom = table.integer("degrees_of_freedom", 0, 1000000, 0);
+    table.text("sha256");
+    table.finish();
+    return c;
+}
+
+CalibrationFile read_calibration(const std::filesystem::path& file) {
+    std::ifstream in{file, std::ios::binary};
+    CalibrationFile read{.file = file, .text{std::istreambuf_iterator<char>{in}, {}}, .content{}};
+    if (!in)
+        throw InputError{
+            fmt::format("calibration file {}: cannot be read: {}", file.string(), std::strerror(errno))};
+    read.content = parse_calibration(read.text, file.string());
+    return read;
+}
+
+AccelerometerInfo calibrated(AccelerometerInfo info, const CalibrationFile& by) {
+    const SensorCalibration& c = by.content;
+    for (std::size_t k = 0; k < 3; ++k) {
+        const double then = c.nominal_mps2_per_count[k], now = info.mps2_per_count[k];
+        if (then == 0 || std::abs(now / then - 1) < same_scale) continue;
+        throw InputError{fmt::format(
+            "{}: was made when the {} axis of {} reported {} m/s^2 per count; {} reports {} now: set "
+            "the range that "
+            "it had, or calibrate again",
+            by.file.string(), "xyz"[k], c.sensor, then, info.name, now)};
+    }
+    info.range_mps2 = range_of(info, c.fit);
+    info.offset_counts = c.fit.offset_counts;
+    for (std::size_t i = 0; i < 3; ++i)
+        for (std::size_t k = 0; k < 3; ++k)
+            (i == k ? info.mps2_per_count[i] : info.cross_mps2_per_count[i][k]) = c.fit.gain[i][k];
+    info.calibration = by.text;
+    return info;
+}
+
+}  // namespace shaker::calibration
