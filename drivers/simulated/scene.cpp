@@ -4,9 +4,11 @@
 #include <cmath>
 #include <list>
 
+#include "drivers/attitude/attitude.hpp"
 #include "drivers/settings_table.hpp"
 #include "drivers/simulated/renderer.hpp"
 #include "drivers/simulated/settings_parts.hpp"
+#include "drivers/simulated/turned_sensor.hpp"
 
 namespace shaker::simulated {
 
@@ -101,6 +103,25 @@ void visit_friction(Part& w, WalkerTruth& t) {
     visit("roughness_mm", &WalkerTruth::roughness_mm, {0.01, 1e4});
 }
 
+// The reading of each axis against what it tells, and what the sensor is held in.
+template <class Part>
+void visit_sensor_errors(Part& part, AccelerometerTruth& a) {
+    const AccelerometerTruth usual;
+    const std::string axes = "xyz";
+    for (std::size_t i = 0; i < 3; ++i) {
+        const std::string axis(1, axes[i]);
+        part.unusual(("gain_" + axis).c_str(), a.gain[i][i], {-10, 10}, 1);
+        part.unusual(("offset_" + axis + "_mps2").c_str(), a.offset_mps2[i], {-1e3, 1e3}, 0);
+        for (std::size_t k = 0; k < 3; ++k)
+            if (i != k) part.unusual(("cross_" + axis + axes[k]).c_str(), a.gain[i][k], {-10, 10}, 0);
+    }
+    part.words("calibration", a.calibration);
+    part.words("attitudes", a.attitudes);
+    part.unusual("hold_s", a.hold_s, {0.1, 1e4}, usual.hold_s);
+    part.unusual("turn_s", a.turn_s, {0.01, 1e4}, usual.turn_s);
+    part.unusual("held_within_deg", a.held_within_deg, {0, 20}, usual.held_within_deg);
+}
+
 template <class Visitor>
 void visit(Visitor&& v, Scene& s) {
     v.root("gravity_mps2", s.gravity, {0.1, 100});
@@ -137,6 +158,7 @@ void visit(Visitor&& v, Scene& s) {
     a("block_samples", s.accelerometer.block_samples, {1, 64});
     a("mains_hz", s.accelerometer.mains_hz, {0, 1e4});
     a("mains_mps2", s.accelerometer.mains_mps2, {0, 1e3});
+    visit_sensor_errors(a, s.accelerometer);
     for (CameraTruth& c : s.cameras) visit_camera(v.table(c.view.camera), c);
 }
 
@@ -190,6 +212,12 @@ Scene read_scene(SettingsTable& root, const Scene& standard) {
     if (s.walker.law == FrictionLaw::dahl && s.walker.ageing > 0)
         root.table("walker").fail("ageing",
                                   "is allowed only with a law that sticks, not with law = \"dahl\"");
+    for (const std::string& name : words_of(s.accelerometer.attitudes))
+        if (!direction_of(name))
+            root.table("accelerometer")
+                .fail("attitudes", "\"" + name +
+                                       "\" is not an attitude: expected the axes that point up, for example "
+                                       "\"+x -x +y +x-z\"");
     for (CameraTruth& c : s.cameras) {
         if (std::abs(c.view.along[0]) != 1) root.table(c.view.camera).fail("along_x", "must be 1 or -1");
         if (c.view.exposure_s >= 1 / c.view.frame_rate_hz)

@@ -55,6 +55,13 @@ struct AccelerometerTruth {
     int block_samples = 64;            // samples per delivered block
     double mains_hz = 50;              // frequency of the hum on all axes
     double mains_mps2 = 0;             // amplitude of the hum
+    /// [i][k]: reading of axis i per acceleration along k, over the reported gain.
+    std::array<std::array<double, 3>, 3> gain{{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};
+    std::array<double, 3> offset_mps2{};  // reading of the axis without acceleration
+    std::string calibration{};            // calibration file, from the folder of the scene; empty: none
+    std::string attitudes{};              // names, in order, of those it is held in; empty: it is on the base
+    double hold_s = 3, turn_s = 1;        // in each attitude; to the next one
+    double held_within_deg = 1;           // rms about each axis
 };
 
 struct CameraTruth {

@@ -23,6 +23,7 @@ AccelerometerModel::AccelerometerModel(const Scene& scene)
       dac_rate_{scene.dac_rate_hz},
       gravity_{scene.gravity * std::cos(scene.tilt_deg * pi / 180)},
       downhill_{scene.gravity * std::sin(scene.tilt_deg * pi / 180)},
+      turned_{scene},
       lsb_{p_.range_mps2 / std::ldexp(1.0, p_.bits - 1)},
       axis_{std::cos(p_.yaw_deg * pi / 180), -std::sin(p_.yaw_deg * pi / 180), 0},
       start_s_{p_.start_s - scene.dac_buffer_s},
@@ -63,6 +64,7 @@ double AccelerometerModel::low_passed(double a) noexcept {
 std::array<std::int32_t, 3> AccelerometerModel::converted(double a_base, double t, Quality& quality) {
     const double along = a_base - downhill_;  // specific force on the tilted base
     std::array<double, 3> truth{along * axis_[0], along * axis_[1], gravity_};
+    if (turned_.turned()) truth = turned_.force(t);
     if (faults_.at(FaultKind::open, t)) truth = {};
     if (faults_.at(FaultKind::swapped, t)) truth = {truth[1], truth[2], truth[0]};
     const double scale =
@@ -72,7 +74,10 @@ std::array<std::int32_t, 3> AccelerometerModel::converted(double a_base, double 
     const double top = std::ldexp(1.0, p_.bits - 1) - 1;
     std::array<std::int32_t, 3> counts{};
     for (std::size_t k = 0; k < 3; ++k) {
-        const double c = std::round(stage * (scale * truth[k] + hum + noise_(rng_)) / lsb_);
+        double reading = p_.gain[k][k] * truth[k] + p_.offset_mps2[k];
+        for (std::size_t i = 0; i < 3; ++i)
+            if (i != k) reading += p_.gain[k][i] * truth[i];
+        const double c = std::round(stage * (scale * reading + hum + noise_(rng_)) / lsb_);
         if (std::abs(c) > top) quality = quality | Quality::clipped;
         counts[k] = static_cast<std::int32_t>(std::clamp(c, -top, top));
     }

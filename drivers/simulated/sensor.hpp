@@ -5,12 +5,14 @@
 
 #include "drivers/devices.hpp"
 #include "drivers/simulated/scene.hpp"
+#include "drivers/simulated/turned_sensor.hpp"
 
 namespace shaker::simulated {
 
 /// Reading: specific force, gravity included. Frame: z up, x along the shaker's axis rotated by -yaw about z.
 /// On a base tilted by b: u (a_B - g sin b) + z g cos b, with u = (cos yaw, -sin yaw, 0) and +x downhill for
-/// b > 0. At rest on a level base the sensor reads +g on z.
+/// b > 0. At rest on a level base the sensor reads +g on z. A scene with attitudes takes the sensor off the
+/// base.
 class AccelerometerModel {
 public:
     explicit AccelerometerModel(const Scene& scene);
@@ -30,6 +32,7 @@ private:
     AccelerometerTruth p_;
     double dac_rate_;
     double gravity_, downhill_;
+    TurnedSensor turned_;
     double lsb_;
     std::array<double, 3> axis_{};  // shaker's axis in sensor axes
     std::array<double, 5> biquad_{};

@@ -20,6 +20,7 @@ struct ReadPart {
         x = table.integer(key, static_cast<int>(r.min), static_cast<int>(r.max), x);
     }
     void unusual(const char* key, double& x, Range r, double) { (*this)(key, x, r); }
+    void words(const char* key, std::string& x) { x = table.text(key, x); }
     template <class Choice>
     void choice(const char* key, Choice& x, std::initializer_list<std::string_view> names) {
         x = static_cast<Choice>(table.choice(key, names, static_cast<std::size_t>(x)));
@@ -39,6 +40,10 @@ struct WritePart {
     // Only a value that differs from the default: earlier versions read the text of a usual scene too.
     void unusual(const char* key, double x, Range r, double standard) const {
         if (x != standard) (*this)(key, x, r);
+    }
+    // Only where there are any; words have no single quotes and no line ends.
+    void words(const char* key, const std::string& x) const {
+        if (!x.empty()) text += fmt::format("{} = '{}'\n", key, x);
     }
     void operator()(const char* key, int x, Range) const { text += fmt::format("{} = {}\n", key, x); }
     template <class Choice>

@@ -32,6 +32,28 @@ TEST(SceneTest, ItsTextReadsBackAsTheSameScene) {
     EXPECT_EQ(back.shaker.high_pass_hz[1], 1.0 / 3);
 }
 
+TEST(SceneTest, StoresErrorsOfTheSensorOnlyWhereThereAreAny) {
+    EXPECT_EQ(scene_text(paper_scene()).find("gain_x"), std::string::npos);
+    const Scene s = parse_scene(
+        "[accelerometer]\ngain_y = -1.02\ncross_xz = 0.01\noffset_z_mps2 = 0.3\ncalibration = 'cal.toml'\n"
+        "attitudes = '+x -x+y'\nhold_s = 4\n",
+        "x");
+    EXPECT_EQ(s.accelerometer.gain,
+              (std::array<std::array<double, 3>, 3>{{{1, 0, 0.01}, {0, -1.02, 0}, {0, 0, 1}}}));
+    EXPECT_EQ(s.accelerometer.offset_mps2[2], 0.3);
+    const Scene back = parse_scene(scene_text(s), "x");
+    EXPECT_EQ(scene_text(back), scene_text(s));
+    EXPECT_EQ(back.accelerometer.attitudes, "+x -x+y");
+    EXPECT_EQ(back.accelerometer.calibration, "cal.toml");
+}
+
+TEST(SceneTest, NamesAWrongAttitude) {
+    EXPECT_EQ(
+        refusal("[accelerometer]\nattitudes = '+x up'\n"),
+        "bench.toml:2: accelerometer.attitudes: \"up\" is not an attitude: expected the axes that point up, "
+        "for example \"+x -x +y +x-z\"");
+}
+
 TEST(SceneTest, FileChangesOnlyItsKeys) {
     const Scene s = parse_scene("[walker]\nmu_k = 0.2\n[top]\nnoise_dn = 5\n", "x");
     EXPECT_EQ(s.walker.mu_k, 0.2);
