@@ -28,6 +28,8 @@ constexpr std::array time_units{Unit{"s", 1, 1},    Unit{"ms", 1, 1e3}, Unit{"us
                                 Unit{"µs", 1, 1e6}, Unit{"ns", 1, 1e9}, Unit{"min", 60, 1},
                                 Unit{"h", 3600, 1}};
 constexpr std::array velocity_units{Unit{"m/s", 1, 1}, Unit{"mm/s", 1, 1e3}, Unit{"um/s", 1, 1e6}};
+constexpr std::array length_units{Unit{"m", 1, 1}, Unit{"mm", 1, 1e3}, Unit{"um", 1, 1e6},
+                                  Unit{"km", 1e3, 1}};
 constexpr std::array ratio_units{Unit{"%", 1, 100}};
 
 std::span<const Unit> units_of(Dimension dimension) {
@@ -42,6 +44,8 @@ std::span<const Unit> units_of(Dimension dimension) {
             return time_units;
         case Dimension::velocity:
             return velocity_units;
+        case Dimension::length:
+            return length_units;
         case Dimension::ratio:
             return ratio_units;
     }

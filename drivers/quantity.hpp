@@ -6,7 +6,7 @@
 
 namespace shaker {
 
-enum class Dimension { acceleration, angle, frequency, time, velocity, ratio };
+enum class Dimension { acceleration, angle, frequency, time, velocity, length, ratio };
 
 /// Closed interval; an end may be infinite.
 struct Range {

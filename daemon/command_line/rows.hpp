@@ -12,6 +12,7 @@ manual::Command campaign_row();
 manual::Command mu_row();
 manual::Command serve_row();
 manual::Command check_row();
+manual::Command calibrate_row();
 manual::Command devices_row();
 manual::Command replay_row();
 manual::Command recover_row();

@@ -28,6 +28,8 @@ std::string_view unit_of(Dimension dimension) {
             return " s";
         case Dimension::velocity:
             return " m/s";
+        case Dimension::length:
+            return " m";
         case Dimension::ratio:
             break;
     }
