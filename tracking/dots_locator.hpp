@@ -20,6 +20,7 @@ public:
     void search(const ImageView& image, Point last, Sweep sweep, std::vector<Candidate>& out) override;
     [[nodiscard]] double reach() const noexcept override { return 0.4 * pitch_; }
     [[nodiscard]] double extent() const noexcept override { return 0.5 * pitch_; }
+    [[nodiscard]] double pitch() const noexcept override { return pitch_; }
     [[nodiscard]] bool interchangeable() const noexcept override { return false; }
 
 private:

@@ -9,11 +9,14 @@
 #include "tracking/constellation.hpp"
 #include "tracking/image/region.hpp"
 #include "tracking/locator.hpp"
+#include "tracking/slip_watch.hpp"
 
 namespace shaker::tracking {
 namespace {
 
 constexpr double enough_likeness = 0.85;  // above it, an unnamed object counts as a look-alike of a target
+// A lost target must resemble itself so much better than anything else in frame 0 did.
+constexpr double better_than_rivals = 0.05;
 // A bright side that is clipped moves the place of an edge by up to this, px: measured at exposures that are
 // up to three times too long.
 constexpr double clipped_share_from = 0.05, clipped_sd = 0.04;
@@ -24,11 +27,14 @@ struct Followed {
     std::unique_ptr<Locator> locator;
     std::string label;
     TargetKind kind{};
-    Point at, velocity;
-    Box region{};      // in frame 0
-    Point began{};     // place in frame 0
-    bool seen = true;  // in the last frame
+    SlipWatch slips;
+    Point at{}, velocity{};
+    Box region{};       // in frame 0
+    Point began{};      // place in frame 0
+    bool seen = true;   // in the last frame
+    double unseen = 0;  // pictures since it was seen last, with those that never came
     bool in_group = false;
+    double rival = 0;  // likeness of what resembled it best in frame 0, though not enough for a group
 };
 
 // Look-alikes that are assigned together.
@@ -59,34 +65,41 @@ struct ViewTracker::Impl {
     bool follow_near(const ImageView& image, Group& group, double frames);
     void follow_group(const ImageView& image, Group& group, double frames);
     bool choose_by_distance(Point expected, Candidate& out) const;
-    void part_claims();
+    void part_claims(double frames);
     void report(const ImageView& image, std::size_t k, Candidate found, double frames);
-    void lose(std::size_t k);
+    void lose(std::size_t k, double frames);
 };
 
 void ViewTracker::Impl::report(const ImageView& image, std::size_t k, Candidate found, double frames) {
     Followed& t = targets[k];
     if (!finite(found.at) || !std::isfinite(found.sd)) {
-        lose(k);
+        lose(k, frames);
         return;
     }
     const int x = static_cast<int>(std::lround(found.at.x - t.began.x));
     const int y = static_cast<int>(std::lround(found.at.y - t.began.y));
     const Box& r = t.region;
     if (clipped_share(image, {r.x0 + x, r.y0 + y, r.x1 + x, r.y1 + y}) > clipped_share_from) {
-        if (found.sd > clipped_most_sd) return lose(k);
+        if (found.sd > clipped_most_sd) return lose(k, frames);
         found.degraded = true;
         found.sd = std::hypot(found.sd, clipped_sd);
     }
     t.velocity = t.seen && frames > 0 ? (1 / frames) * (found.at - t.at) : Point{};
     t.at = found.at;
-    const TrackState good = found.degraded ? TrackState::degraded : TrackState::ok;
-    fixes[k] = {found.at.x, found.at.y, found.sd, t.seen ? good : TrackState::reacquired};
+    const Point axis{view.along[0], view.along[1]};
+    const auto slip = t.slips.take(found.at.x * axis.x + found.at.y * axis.y, t.unseen + frames);
+    t.unseen = 0;
+    if (found.degraded || t.slips.doubts() || slip.value_or(0) != 0)
+        fixes[k] = {found.at.x, found.at.y, found.sd, TrackState::degraded};
+    else
+        fixes[k] = {found.at.x, found.at.y, found.sd, t.seen ? TrackState::ok : TrackState::reacquired};
+    if (slip) t.at = t.at - *slip * axis;  // the next picture is searched at the true place
     t.seen = true;
 }
 
-void ViewTracker::Impl::lose(std::size_t k) {
+void ViewTracker::Impl::lose(std::size_t k, double frames) {
     fixes[k] = {};
+    targets[k].unseen += frames;
     targets[k].seen = false;
     targets[k].velocity = {};
 }
@@ -98,8 +111,10 @@ void ViewTracker::Impl::start(const ImageView& image) {
     targets.clear();
     groups.clear();
     for (std::size_t k = 0; k < view.targets.size(); ++k) {
-        Followed t{
-            make_locator(view, k), subject_of(view, view.targets[k]).label, view.targets[k].kind, {}, {}};
+        const Target& target = view.targets[k];
+        auto locator = make_locator(view, k);
+        const SlipWatch slips{locator->pitch(), target.name == "base"};
+        Followed t{std::move(locator), subject_of(view, target).label, target.kind, slips};
         t.at = t.began = t.locator->learn(image);
         t.region = region_in(subject_of(view, view.targets[k]), image);
         targets.push_back(std::move(t));
@@ -143,7 +158,10 @@ void ViewTracker::Impl::find_groups(const ImageView& image) {
             }
             if (owner == k) continue;
             if (owner == targets.size()) {
-                if (c.likeness > enough_likeness && !c.degraded) companions.push_back(c.at);
+                if (c.likeness > enough_likeness && !c.degraded)
+                    companions.push_back(c.at);
+                else
+                    t.rival = std::max(t.rival, c.likeness);
             } else if (!targets[owner].in_group) {
                 members.push_back(owner);
                 places.push_back(targets[owner].at);
@@ -200,10 +218,13 @@ void ViewTracker::Impl::follow_alone(const ImageView& image, std::size_t k, doub
     }
     candidates.clear();
     t.locator->search(image, t.at, Sweep::share, candidates);
+    if (t.rival > 0)
+        std::erase_if(candidates,
+                      [&](const Candidate& c) { return c.likeness < t.rival + better_than_rivals; });
     if (choose_by_distance(expected, found)) {
         report(image, k, found, frames);
     } else {
-        lose(k);
+        lose(k, frames);
     }
 }
 
@@ -236,7 +257,7 @@ void ViewTracker::Impl::follow_group(const ImageView& image, Group& group, doubl
         const std::size_t k = group.targets[i];
         Candidate found;
         if (chosen[i] == Constellation::nobody) {
-            lose(k);
+            lose(k, frames);
             continue;
         }
         const Point place = candidates[static_cast<std::size_t>(chosen[i])].at;
@@ -244,21 +265,21 @@ void ViewTracker::Impl::follow_group(const ImageView& image, Group& group, doubl
         if (locator.locate(image, place, found) && length(found.at - place) < 0.5 * locator.extent()) {
             report(image, k, found, frames);
         } else {
-            lose(k);
+            lose(k, frames);
         }
     }
 }
 
 // Two targets at one object: neither is accepted.
-void ViewTracker::Impl::part_claims() {
+void ViewTracker::Impl::part_claims(double frames) {
     for (std::size_t k = 0; k < targets.size(); ++k) {
         for (std::size_t l = 0; l < k; ++l) {
             const Followed &a = targets[k], &b = targets[l];
             if (a.kind != b.kind || !a.locator->interchangeable() || !a.seen || !b.seen) continue;
             const double apart = 0.5 * std::min(a.locator->extent(), b.locator->extent());
             if (length(a.at - b.at) < apart) {
-                lose(k);
-                lose(l);
+                lose(k, frames);
+                lose(l, frames);
             }
         }
     }
@@ -292,7 +313,7 @@ std::span<const Fix> ViewTracker::update(const ImageView& image, CameraTick tick
             if (!self.targets[k].in_group) self.follow_alone(image, k, frames);
         }
         for (Group& group : self.groups) self.follow_group(image, group, frames);
-        self.part_claims();
+        self.part_claims(frames);
     }
     self.last_tick = tick.n;
     return self.fixes;
