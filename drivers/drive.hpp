@@ -48,6 +48,7 @@ struct Drive {
     [[nodiscard]] bool biharmonic() const noexcept {
         return overtones == std::array<std::complex<double>, most_driven - 2>{};
     }
+    bool operator==(const Drive&) const = default;
 };
 
 /// The drive as harmonics of the base acceleration.

@@ -15,7 +15,7 @@ struct DriveLimits {
     Range mains{0, 1000};
 };
 inline constexpr DriveLimits drive_limits{};
-inline constexpr int most_periods = 1'000'000;
-inline constexpr int most_settle_periods = 10'000;
+/// Friction coefficient that an operator gives.
+inline constexpr Range allowed_friction{0.005, 3};
 
 }  // namespace shaker

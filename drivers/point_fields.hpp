@@ -11,18 +11,70 @@
 
 namespace shaker {
 
+/// The measurements at a set-point.
+struct MeasurementPlan {
+    int periods = 40;      // of a measurement; 0: nothing is measured, the drive only moves the walker
+    int settle = 0;        // periods of settled drive before it; 0: until the walker's drift is steady
+    int measurements = 0;  // on call: then the drive stops or is only kept; 0: until another order
+    bool operator==(const MeasurementPlan&) const = default;
+};
+
+/// One parameter of a MeasurementPlan, a whole number. Every door reads the rows: an order of a client has
+/// all of them.
+struct MeasurementField {
+    std::string_view key;     // of an order in JSON, and of the table [run] of a settings file
+    std::string_view option;  // of the command line
+    std::string_view header;  // of SCPI
+    std::string_view word;    // of SCPI for 0; empty: there is none
+    int MeasurementPlan::*member;
+    Range allowed;
+    bool lasts;                  // an order that does not give it keeps the last value; false: it is then 0
+    std::string_view otherwise;  // used by shakerctl when it is not given
+    std::string_view help;
+};
+
+inline constexpr std::array<MeasurementField, 3> measurement_fields{{
+    {"periods",
+     "--periods",
+     "AVERage:PERiods",
+     "",
+     &MeasurementPlan::periods,
+     {2, 1'000'000},
+     true,
+     "as last",
+     "Drive periods of a measurement, after settling"},
+    {"settle_periods",
+     "--settle",
+     "AVERage:SETTle",
+     "AUTO",
+     &MeasurementPlan::settle,
+     {0, 10'000},
+     true,
+     "as last",
+     "Periods of the settled drive before a measurement; 0: until the walker's drift is steady"},
+    {"measurements",
+     "--measurements",
+     "TRIGger:COUNt",
+     "INFinity",
+     &MeasurementPlan::measurements,
+     {0, 100'000},
+     false,
+     "until \"shakerctl stop\"",
+     "Measurements, then a soft stop; 0: until stopped"},
+}};
+
 /// A requested point: the drive, and how long it is measured.
 struct PointSettings {
     Drive drive{};
-    int periods = 40;        // of a measurement
-    int settle = 0;          // periods of settled drive before it; 0: until the walker's drift is steady
+    MeasurementPlan plan{};
     double precision = 0;    // m/s, standard error of v_D that ends the measurement; 0: `periods` decides
     int least_periods = 20;  // with a precision: range of the measured periods
     int most_periods = 400;
 };
 
 struct PointField {
-    using Member = std::variant<double Drive::*, int PointSettings::*, double PointSettings::*>;
+    using Member =
+        std::variant<double Drive::*, int MeasurementPlan::*, int PointSettings::*, double PointSettings::*>;
     std::string_view name;    // key of a plan
     std::string_view key;     // of the table [run] of a settings file; empty: not in there
     std::string_view option;  // of the command line; empty: there is none
@@ -34,10 +86,12 @@ struct PointField {
     std::string_view help;
 
     [[nodiscard]] constexpr bool whole() const noexcept {
-        return std::holds_alternative<int PointSettings::*>(member);
+        return std::holds_alternative<int MeasurementPlan::*>(member) ||
+               std::holds_alternative<int PointSettings::*>(member);
     }
     [[nodiscard]] double in(const PointSettings& point) const {
         if (const auto* of_drive = std::get_if<double Drive::*>(&member)) return point.drive.**of_drive;
+        if (const auto* of_plan = std::get_if<int MeasurementPlan::*>(&member)) return point.plan.**of_plan;
         if (const auto* number = std::get_if<int PointSettings::*>(&member)) return point.**number;
         return point.*std::get<double PointSettings::*>(member);
     }
@@ -45,12 +99,20 @@ struct PointField {
     void set(PointSettings& point, double value) const {
         if (const auto* of_drive = std::get_if<double Drive::*>(&member))
             point.drive.** of_drive = value;
+        else if (const auto* of_plan = std::get_if<int MeasurementPlan::*>(&member))
+            point.plan.** of_plan = static_cast<int>(std::lround(value));
         else if (const auto* number = std::get_if<int PointSettings::*>(&member))
             point.** number = static_cast<int>(std::lround(value));
         else
             point.*std::get<double PointSettings::*>(member) = value;
     }
 };
+
+constexpr PointField point_field_of(const MeasurementField& field, std::string_view name,
+                                    std::string_view standard) {
+    return {name,          field.key, field.option, field.member, Dimension::ratio,
+            field.allowed, standard,  "N",          field.help};
+}
 
 /// The first four are those of a drive.
 inline constexpr std::size_t drive_fields = 4;
@@ -63,24 +125,8 @@ inline constexpr std::array<PointField, 9> point_fields{{
      "Share of the first harmonic"},
     {"frequency", "frequency_hz", "--frequency", &Drive::frequency, Dimension::frequency,
      drive_limits.frequency, "20Hz", "FREQUENCY", "Frequency of the first harmonic, e.g. 20Hz"},
-    {"periods",
-     "periods",
-     "--periods",
-     &PointSettings::periods,
-     Dimension::ratio,
-     {2, most_periods},
-     "40",
-     "N",
-     "Drive periods to measure after settling"},
-    {"settle",
-     "settle_periods",
-     "--settle",
-     &PointSettings::settle,
-     Dimension::ratio,
-     {0, most_settle_periods},
-     "0",
-     "N",
-     "Periods of the settled drive before the measurement; 0: until the walker's drift is steady"},
+    point_field_of(measurement_fields[0], "periods", "40"),
+    point_field_of(measurement_fields[1], "settle", "0"),
     {"precision",
      "",
      "",
@@ -95,7 +141,7 @@ inline constexpr std::array<PointField, 9> point_fields{{
      "",
      &PointSettings::least_periods,
      Dimension::ratio,
-     {5, most_periods},
+     {5, measurement_fields[0].allowed.max},
      "20",
      "N",
      "Periods that are measured at least, with a precision"},
@@ -104,7 +150,7 @@ inline constexpr std::array<PointField, 9> point_fields{{
      "",
      &PointSettings::most_periods,
      Dimension::ratio,
-     {5, most_periods},
+     {5, measurement_fields[0].allowed.max},
      "400",
      "N",
      "Periods that are measured at most, with a precision"},

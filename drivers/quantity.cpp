@@ -1,5 +1,7 @@
 #include "drivers/quantity.hpp"
 
+#include <spdlog/fmt/fmt.h>
+
 #include <array>
 #include <charconv>
 #include <cmath>
@@ -98,6 +100,12 @@ std::string to_text(Range range) {
     if (from && to) return to_text(range.min) + " to " + to_text(range.max);
     if (from) return "at least " + to_text(range.min);
     return to ? "at most " + to_text(range.max) : "any number";
+}
+
+void require_allowed(std::string_view what, double value, Range allowed, std::string_view unit, double size) {
+    if (value >= allowed.min && value <= allowed.max) return;
+    throw InputError{fmt::format("{} {:.6g}{}: {:.6g} to {:.6g}{} is allowed", what, value / size, unit,
+                                 allowed.min / size, allowed.max / size, unit)};
 }
 
 double parse_quantity(std::string_view what, std::string_view text, Dimension dimension, Range allowed) {

@@ -19,6 +19,11 @@ std::string to_text(double value);
 /// "0.1 to 5000", or "at least 0", "at most 5", "any number" where an end is infinite.
 std::string to_text(Range range);
 
+/// InputError with `what`, the value and the range when the value is outside, in a unit of `size` in SI:
+/// "gamma 200 g: 0.00102041 to 100 g is allowed".
+void require_allowed(std::string_view what, double value, Range allowed, std::string_view unit = "",
+                     double size = 1);
+
 /// The value in SI units. A number without a unit is in SI. Throws InputError that names `what`, the
 /// text, the known units and the allowed range (SI, both ends included). NaN and infinity are refused.
 double parse_quantity(std::string_view what, std::string_view text, Dimension dimension, Range allowed);

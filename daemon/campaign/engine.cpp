@@ -155,8 +155,8 @@ Action Engine::choose(const Seen& seen) {
         }
         PointSettings rest = p.asked;
         rest.precision = 0;
-        rest.periods = missing_periods();
-        if (rest.periods == 0) {
+        rest.plan.periods = missing_periods();
+        if (rest.plan.periods == 0) {
             end_point(Outcome::measured, {});
             continue;
         }
@@ -195,7 +195,7 @@ Action Engine::choose(const Seen& seen) {
         taken_ = false;
         ++pass_;
         x_from_m_ = seen.x_m;
-        return go(idle, p.asked.drive, {.periods = here.periods, .settle = p.asked.settle, .times = 1});
+        return go(idle, p.asked.drive, {.plan = {here.periods, p.asked.plan.settle, 1}});
     }
     if (idle) {
         done_ = true;
@@ -230,7 +230,8 @@ Action Engine::lead_back(const Seen& seen, double v_D, double target) {
     const std::size_t ahead = side(v_D);
     way_back_.begin(seen.now_s, seen.x_m, ahead, seen.way.at(ahead), target, std::abs(walk.v_D) / frequency_,
                     1 / frequency_);
-    return go(seen.state == run::RunState::idle, back, {.periods = 0, .identifies = !near_edge(seen)});
+    return go(seen.state == run::RunState::idle, back,
+              {.plan = {.periods = 0}, .identifies = !near_edge(seen)});
 }
 
 // The edge in the direction `ahead` (+1, -1) is near.
@@ -339,7 +340,7 @@ void Engine::lose_pass(const std::string& reason) {
 
 int Engine::missing_periods() const {
     const PointSettings& asked = points_[at_].asked;
-    int wanted = asked.periods;
+    int wanted = asked.plan.periods;
     if (asked.precision > 0) {
         wanted = asked.least_periods;
         if (measured_ > 0)

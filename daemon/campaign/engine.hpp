@@ -7,6 +7,7 @@
 #include <map>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <variant>
 #include <vector>
 
@@ -57,6 +58,7 @@ using Event = decltype(JournalEntry::what);
 
 /// Words of the operator.
 enum class Word { pause, resume, skip, repeat, stop };
+inline constexpr std::array<std::string_view, 5> word_names{"pause", "resume", "skip", "repeat", "stop"};
 
 struct EngineSettings {
     double mu = 0.113;                  // friction coefficient by which walks are predicted at first

@@ -49,7 +49,7 @@ Eigen::Vector2d MuChoice::slopes(const Drive& drive) const try {
 
 Eigen::Matrix2d MuChoice::information(const Point& point) const {
     const PointSettings& asked = point.asked;
-    const int periods = asked.precision > 0 ? asked.most_periods : asked.periods;
+    const int periods = asked.precision > 0 ? asked.most_periods : asked.plan.periods;
     const double sigma = std::hypot(noise_ / std::sqrt(std::max(periods, 1)),
                                     base_share_ * asked.drive.gamma / (two_pi * asked.drive.frequency));
     const Eigen::Vector2d by = slopes(asked.drive);

@@ -208,6 +208,17 @@ std::map<std::string, Recorded> recordings_of(const std::filesystem::path& folde
 
 }  // namespace
 
+std::vector<PointRow> asked_rows(std::span<const Point> points) {
+    std::vector<PointRow> rows;
+    for (const Point& p : points)
+        rows.push_back({.point = p.id,
+                        .series = p.series,
+                        .repeat = p.repeat,
+                        .partner = p.partner,
+                        .asked = p.asked.drive});
+    return rows;
+}
+
 PointResults point_results(const std::filesystem::path& folder, std::span<const PointRow> asked,
                            const Progress& progress, Source source) {
     PointResults out;

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "daemon/campaign/plan.hpp"
 #include "daemon/campaign/points_table.hpp"
 #include "daemon/campaign/progress.hpp"
 
@@ -23,6 +24,9 @@ struct PointResults {
     std::vector<PassLost>
         lost;  // passes with a measurement that their recordings do not have, with the reason
 };
+
+/// The rows of points that are not measured yet: number, series, repeat, partner and set-point.
+std::vector<PointRow> asked_rows(std::span<const Point> points);
 
 /// The rows of the points of a plan. asked: for each point its number, series, repeat, partner and set-point.
 /// A pass whose recording has no result for it is not in the result of its point, and a measured point

@@ -71,14 +71,14 @@ double kept_way(const Walk& walk, const Walk& back, const Timing& timing, double
 }
 
 Travel travel(const PointSettings& point, const Walk& walk, const Timing& timing, double free_way) {
-    const int asked = point.precision > 0 ? point.most_periods : point.periods;
+    const int asked = point.precision > 0 ? point.most_periods : point.plan.periods;
     const double frequency = point.drive.frequency;
     Travel t{.v_D = walk.v_D,
              .period_s = 1 / frequency,
-             .settling = timing.drive_settles + point.settle,
+             .settling = timing.drive_settles + point.plan.settle,
              .periods = asked,
              .why = walk.why};
-    if (point.settle == 0) t.settling = std::max(timing.drive_settles, walk.settling);
+    if (point.plan.settle == 0) t.settling = std::max(timing.drive_settles, walk.settling);
     if (!t.why.empty()) return t;
     const double step = std::abs(walk.v_D) / frequency;  // way of a period, m
     const double before = step * (t.settling + 2 * timing.ramp);

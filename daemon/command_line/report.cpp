@@ -7,6 +7,7 @@
 #include "daemon/command_line/confined_mu.hpp"
 #include "daemon/command_line/rows.hpp"
 #include "daemon/commands/mu/mu_command.hpp"
+#include "daemon/report/installed.hpp"
 #include "daemon/sandbox/outside_program.hpp"
 #include "drivers/errors.hpp"
 #include "drivers/recorded/h5/disk_file.hpp"
@@ -42,11 +43,8 @@ constexpr std::array arguments{
              .kind = Kind::file,
              .otherwise = "those of \"shakerd mu\""}};
 
-/// Beside an installed program, or in the folder of the build.
 std::filesystem::path scripts() {
-    const std::filesystem::path program = std::filesystem::read_symlink("/proc/self/exe").parent_path();
-    for (const auto& folder : {program.parent_path() / "share/shakerd/report", program / "report"})
-        if (std::filesystem::exists(folder / "report.py")) return std::filesystem::canonical(folder);
+    if (auto folder = report::installed("report"); !folder.empty()) return folder;
     throw InputError{
         "the scripts of the report are not installed: there is no share/shakerd/report/report.py"};
 }

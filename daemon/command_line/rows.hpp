@@ -14,6 +14,7 @@ manual::Command serve_row();
 manual::Command check_row();
 manual::Command calibrate_row();
 manual::Command devices_row();
+manual::Command list_row();
 manual::Command replay_row();
 manual::Command recover_row();
 manual::Command export_row();

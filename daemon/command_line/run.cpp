@@ -71,8 +71,8 @@ run::RunOptions run_options(const manual::Values& values) {
     if (values.has("--rig")) options.rig = values.text("--rig");
     if (values.has("--scene")) options.scene = values.text("--scene");
     options.drive = changed_drive(values, options.drive);
-    if (values.has("--periods")) options.periods = values.whole("--periods");
-    if (values.has("--settle")) options.settle = values.whole("--settle");
+    for (const MeasurementField& field : measurement_fields)
+        if (field.lasts && values.has(field.option)) options.plan.*field.member = values.whole(field.option);
     if (values.has("--mu")) options.mu = {values.number("--mu"), 0};
     options.out = values.text("--output");
     options.trips = values.text("--trips");

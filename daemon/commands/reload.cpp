@@ -31,6 +31,7 @@ void Reload::require_same(const ServeSettings& now) const {
     same("scpi_port", now.server.scpi_port, settings_.server.scpi_port);
     same("scpi_socket", now.server.scpi_socket, settings_.server.scpi_socket);
     same("recordings", now.recordings, settings_.recordings);
+    same("plans", now.plans, settings_.plans);
     same("longest_recording_s", now.longest_recording_s, settings_.longest_recording_s);
 }
 
@@ -56,7 +57,7 @@ void Reload::read() {
         if (!bench.ignored.empty())
             done += fmt::format("; changed but ignored until a restart of the daemon: {}",
                                 fmt::join(bench.ignored, ", "));
-        bench_port_.order({service::Adopt{now.run.drive, now.run.periods, now.run.settle, bench.limits},
+        bench_port_.order({service::Adopt{now.run.drive, now.run.plan, bench.limits},
                            [this, log, now, done](const std::string& refused) {
                                if (!refused.empty()) return log("settings not reloaded: " + refused);
                                server_.adopt(now.server);

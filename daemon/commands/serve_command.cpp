@@ -5,12 +5,13 @@
 #include <atomic>
 #include <csignal>
 
+#include "daemon/catalogue/catalogue.hpp"
 #include "daemon/commands/reload.hpp"
 #include "daemon/commands/serve_settings.hpp"
 #include "daemon/run/runner.hpp"
-#include "daemon/service/bench_heartbeats.hpp"
 #include "daemon/service/bench_service.hpp"
 #include "daemon/service/bounded_log.hpp"
+#include "daemon/service/heartbeats.hpp"
 #include "daemon/service/systemd_notify.hpp"
 #include "drivers/errors.hpp"
 #include "drivers/realtime.hpp"
@@ -27,6 +28,12 @@ extern "C" void leave_softly(int /*signal*/) {
 }
 
 extern "C" void ask_for_reload(int /*signal*/) { reload_asked = true; }
+
+// Recordings are read only then.
+bool at_rest(const service::BenchPort& bench_port) {
+    const auto state = bench_port.state();
+    return state && !driving(state->state) && state->state != run::RunState::finishing;
+}
 
 /// During its lifetime, SIGTERM and SIGINT end the service (a second one aborts the drive), and SIGHUP
 /// reloads the settings.
@@ -65,10 +72,14 @@ void serve(const ServeOptions& options) {
     if (const std::string& why = runner.bench().not_commissioned; !why.empty())
         spdlog::warn("the drive cannot be started: {}", why);
     service::BenchPort bench_port;
-    service::BenchService session{runner, {.beside = true, .mu = settings.mu}, bench_port};
+    service::BenchService session{
+        runner, {.beside = true, .mu = settings.mu, .plans = settings.plans}, bench_port};
+    catalogue::Catalogue recordings{
+        {.folder = settings.recordings, .may_read = [&bench_port] { return at_rest(bench_port); }},
+        bench_port.results()};
     remote::ServerSettings served = settings.server;
     if (runner.bench().world == nullptr) served.fifo_priority = fifo_priority::doors;
-    remote::Server server{bench_port, served};
+    remote::Server server{bench_port, served, &recordings};
     if (served.fifo_priority > 0) session.publish_grant({"doors", server.refused()});
     if (const std::string refused = server.refused(); !refused.empty()) spdlog::warn("{}", refused);
     Reload reload{options, settings, runner.bench(), bench_port, server};

@@ -7,6 +7,7 @@
 #include <fstream>
 #include <string>
 
+#include "daemon/report/installed.hpp"
 #include "daemon/run/run_settings.hpp"
 #include "drivers/errors.hpp"
 #include "drivers/settings_table.hpp"
@@ -60,6 +61,7 @@ void read_serve_table(SettingsTable table, ServeSettings& s) {
     if (table.has("host")) server.hosts.push_back(table.text("host"));
     server.page = path_at(table, "page", server.page);
     s.recordings = path_at(table, "recordings", s.recordings);
+    s.plans = path_at(table, "plans", s.plans);
     s.longest_recording_s = table.number("longest_recording_s", {1, 86400}, s.longest_recording_s);
     if (table.has("token_file")) {
         const std::string token = token_of(table.folder() / table.text("token_file"));
@@ -78,6 +80,7 @@ void read_serve_table(SettingsTable table, ServeSettings& s) {
 ServeSettings serve_settings(const ServeOptions& options) {
     ServeSettings s;
     s.server.scpi_socket = socket_of_service();
+    s.plans = report::installed("plans");
     if (!options.settings.empty()) {
         SettingsTable root = SettingsTable::from_file(options.settings);
         if (root.has("run")) read_run_table(root.table("run"), s.run);

@@ -162,7 +162,7 @@ void Session::clear() {
     if (const std::string why = refused_clear(); !why.empty()) throw DeviceError{why};
     wait_for("the bench is idle again",
              [](const service::BenchState& s) { return s.state == run::RunState::idle; });
-    order(service::Adopt{drive_, periods, 0, runner_.limits(), true});
+    order(service::Adopt{drive_, {.periods = periods}, runner_.limits(), true});
 }
 
 }  // namespace shaker::commissioning

@@ -18,15 +18,6 @@ namespace {
 constexpr double degree = two_pi / 360;
 constexpr double kept_s = 12;  // length of streams kept in memory
 
-void require(const char* what, double value, Range range, const std::string& unit) {
-    if (value >= range.min && value <= range.max) return;
-    throw InputError{fmt::format("{} {:.6g}{}: {:.6g} to {:.6g}{} is allowed", what, value, unit, range.min,
-                                 range.max, unit)};
-}
-
-// A range of SI values in a unit of `size`.
-constexpr Range in_unit(Range si, double size) { return {si.min / size, si.max / size}; }
-
 }  // namespace
 
 OnCall::OnCall(run::Runner& runner, bool beside)
@@ -100,12 +91,12 @@ std::optional<Measured> OnCall::measured() {
 }
 
 void OnCall::require_possible(const Drive& drive, const safety::Limits& limits) const {
-    require("frequency", drive.frequency, drive_limits.frequency, " Hz");
-    require("gamma", drive.gamma / paper_g, in_unit(drive_limits.gamma, paper_g), " g");
-    require("rho", drive.rho, drive_limits.rho, "");
-    require("phi", drive.phi / degree, in_unit(drive_limits.phi, degree), " deg");
+    require_allowed("frequency", drive.frequency, drive_limits.frequency, " Hz");
+    require_allowed("gamma", drive.gamma, drive_limits.gamma, " g", paper_g);
+    require_allowed("rho", drive.rho, drive_limits.rho);
+    require_allowed("phi", drive.phi, drive_limits.phi, " deg", degree);
     for (const std::complex<double>& share : drive.overtones)
-        require("share of an overtone", std::abs(share), drive_limits.share, " of gamma");
+        require_allowed("share of an overtone", std::abs(share), drive_limits.share, " of gamma");
     run::require_seen(bench_, drive.frequency);
     safety::require_within(run::run_demands(bench_, drive, limits), drive.gamma);
 }

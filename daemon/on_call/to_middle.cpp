@@ -58,7 +58,7 @@ ToMiddle::Way ToMiddle::way(const run::WalkerMonitor& walker, double edge_mm, do
         auto walk = run::predict_walk(drive, points, mu, g);
         if (!walk) walk = run::walk_at_usual_friction(drive, g);
         if (walk && run::leads_towards(*walk, direction))
-            return {drive, *walk, {.periods = 0, .settle = 0, .times = 0, .identifies = !near}};
+            return {drive, *walk, {.plan = {.periods = 0}, .identifies = !near}};
         weak = walk ? run::text(*walk) : "its walk is not known";
     }
     throw InputError{fmt::format(

@@ -16,7 +16,7 @@ import dataclasses
 import os
 import pathlib
 import time
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from typing import Any
 
 import h5py
@@ -67,8 +67,7 @@ class Quantity:
 
     def to(self, unit: str, factor: float) -> Quantity:
         """In another unit: the values are multiplied by the factor."""
-        error = None if self.error is None else self.error * abs(factor)
-        return Quantity(self.value * factor, error, unit)
+        return Quantity(self.value * factor, None if self.error is None else self.error * abs(factor), unit)
 
     def __str__(self) -> str:
         unit = "" if self.unit == "1" else f" {self.unit}"
@@ -79,7 +78,6 @@ class Table(Mapping[str, Any]):
     """The columns of a group: Quantity for numbers, a list for texts. A column is read when it is asked for."""
 
     def __init__(self, *groups: h5py.Group, rows: Any = None) -> None:
-        """Groups with the same rows, as one table."""
         self._groups = groups
         items = [item for group in reversed(groups) for item in group.items()]
         self._data = {name: item for name, item in items if isinstance(item, h5py.Dataset)}
@@ -107,8 +105,7 @@ class Table(Mapping[str, Any]):
 
     def where(self, chosen: Any) -> Table:
         """The rows that `chosen` (indices or flags) names."""
-        rows = np.arange(len(next(iter(self._data.values()))))
-        return Table(*self._groups, rows=rows[self._rows][chosen])
+        return Table(*self._groups, rows=np.arange(len(next(iter(self._data.values()))))[self._rows][chosen])
 
     def frame(self) -> Any:
         """A pandas.DataFrame; its units are in attrs["units"]."""
@@ -118,12 +115,10 @@ class Table(Mapping[str, Any]):
         units: dict[str, str] = {}
         for name in self:
             column = self[name]
-            if not isinstance(column, Quantity):
-                columns[name] = column
-                continue
-            columns[name], units[name] = column.value, column.unit
-            if column.error is not None:
-                columns[f"{name}_errors"] = column.error
+            columns[name] = column.value if isinstance(column, Quantity) else column
+            if isinstance(column, Quantity):
+                units[name] = column.unit
+                columns |= {} if column.error is None else {f"{name}_errors": column.error}
         out = pandas.DataFrame(columns)
         out.attrs["units"] = units
         return out
@@ -155,10 +150,6 @@ class _File:
             )
 
     @property
-    def title(self) -> str:
-        return _text(self.entry["title"][()])
-
-    @property
     def settings(self) -> str:
         """The settings or the plan, TOML."""
         return _text(self.entry["process/config_text"][()])
@@ -180,12 +171,7 @@ class _File:
 
 
 class Recording(_File):
-    """One run. Opens also a file that still grows (run.nxs.part).
-
-    >>> with Recording("run.nxs") as run:
-    ...     print(run.results["gamma"].unit, sorted(run.tracks), len(run.measured["v_D"]) >= 1)
-    m/s^2 ['side/base', 'side/walker', 'top/base', 'top/walker'] True
-    """
+    """One run. Opens also a file that still grows (run.nxs.part)."""
 
     def __init__(self, path: str | os.PathLike[str]) -> None:
         super().__init__(path, RECORDING_SCHEMA, "raw", "a recording of shakerd")
@@ -309,8 +295,17 @@ class Bench:
                     raise
             time.sleep(0.1)
 
+    @staticmethod
+    def _until(found: Callable[[], Any], timeout: float, late: str) -> Any:
+        """What found() answers, once it is true. TimeoutError in the end."""
+        end = time.monotonic() + timeout
+        while not (answer := found()):
+            if time.monotonic() > end:
+                raise TimeoutError(f"{late} after {timeout:g} s")
+            time.sleep(0.05)
+        return answer
+
     def close(self) -> None:
-        """Closes the connections. The bench goes on."""
         self._session.close()
 
     def order(self, action: str, **body: Any) -> None:
@@ -335,17 +330,14 @@ class Bench:
         self.order("stop")
 
     def abort(self) -> None:
-        """Latched: the drive stays at zero until clear(). Needs neither control nor token."""
+        """Latched until clear(). Needs neither control nor token."""
         self.order("abort")
 
     def clear(self, timeout: float = 5) -> None:
         """Ends a trip; waits until the drive is silent, before which that is refused."""
-        end = time.monotonic() + timeout
-        while not self.state["session"]["may_clear"] and time.monotonic() < end:
-            time.sleep(0.05)
+        self._until(lambda: self.state["session"]["may_clear"], timeout, "not silent")
         self.order("clear")
-        while self.state["session"]["state"] == "tripped" and time.monotonic() < end:
-            time.sleep(0.05)
+        self._until(lambda: self.state["session"]["state"] != "tripped", timeout, "still tripped")
 
     def record(self, name: str, frames: str = "region") -> None:
         """The next run is recorded under this name; frames: off, region, full."""
@@ -353,16 +345,13 @@ class Bench:
 
     def wait(self, *states: str, timeout: float = 60) -> str:
         """Returns the bench's state when it is one of these. BenchError after a trip, TimeoutError in the end."""
-        end = time.monotonic() + timeout
-        while True:
+        def found() -> str:
             session = self.state["session"]
-            if session["state"] in states:
-                return str(session["state"])
-            if session["state"] == "tripped":
+            if session["state"] == "tripped" and "tripped" not in states:
                 raise BenchError(str((session["trip"] or {}).get("text", "tripped")))
-            if time.monotonic() > end:
-                raise TimeoutError(f"{session['state']} after {timeout:g} s, not {' or '.join(states)}")
-            time.sleep(0.05)
+            return str(session["state"]) if session["state"] in states else ""
+
+        return str(self._until(found, timeout, f"not {' or '.join(states)}"))
 
     @property
     def result(self) -> dict[str, Quantity]:
@@ -375,15 +364,26 @@ class Bench:
         if self.wait("idle", "armed", "settling", "running", timeout=timeout) in ("idle", "armed"):
             self.start(periods)
             before = None
-        end = time.monotonic() + timeout
-        while True:
+        def found() -> bool:
             self.wait("armed", "identifying", "checking", "ramping", "settling", "running", timeout=timeout)
             newest = self.state["result"]
-            if newest.get("number") not in (None, before) and newest.get("current", False):
-                return self.result
-            if time.monotonic() > end:
-                raise TimeoutError(f"no measurement within {timeout:g} s")
-            time.sleep(0.05)
+            return newest.get("number") not in (None, before) and bool(newest.get("current", False))
+
+        self._until(found, timeout, "no measurement")
+        return self.result
+
+    def campaign(self, plan: str = "", timeout: float = 86400, **scan: Any) -> str:
+        """Measures a plan, or a scan: scan="phi" or "gamma", start, stop (SI), steps, periods. Returns the name of
+        its folder beside the recordings, for Campaign(). BenchError when it is paused."""
+        self.order("campaign", **({"from": scan.pop("start"), "to": scan.pop("stop"), **scan} if scan else {"plan": plan}))
+
+        def ended() -> str:
+            now = self.state["campaign"]
+            if now["paused"]:
+                raise BenchError(f"the campaign is paused: {now['newest']}")
+            return "" if now["active"] else str(now["folder"])
+
+        return str(self._until(ended, timeout, "the campaign goes on"))
 
 
 _UNITS = {"_mps2": "m/s^2", "_mps": "m/s", "_hz": "Hz", "_rad": "rad", "_m": "m", "_s": "s", "": "1"}

@@ -23,4 +23,24 @@ std::string time_text_after(const std::string& text, double s) {
     return fmt::format("{:%Y-%m-%dT%H:%M:%S}{}", fmt::gmtime(then), offset);
 }
 
+namespace {
+
+std::string in_utc(std::time_t time) { return fmt::format("{:%Y-%m-%dT%H:%M:%SZ}", fmt::gmtime(time)); }
+
+}  // namespace
+
+std::string utc_text(const std::string& text) {
+    std::tm fields{};
+    const char* end = strptime(text.c_str(), "%Y-%m-%dT%H:%M:%S%z", &fields);
+    if (end == nullptr || *end != 0) return {};
+    const long offset = fields.tm_gmtoff;  // timegm() clears it
+    return in_utc(timegm(&fields) - offset);
+}
+
+std::string utc_text_ago(double s) {
+    const auto now = std::chrono::system_clock::now() - std::chrono::milliseconds{std::llround(1e3 * s)};
+    return in_utc(std::chrono::system_clock::to_time_t(
+        std::chrono::time_point_cast<std::chrono::system_clock::duration>(now)));
+}
+
 }  // namespace shaker::recording

@@ -213,10 +213,12 @@ struct Server::State {
     }
 };
 
-Server::Server(service::BenchPort& bench_port, const ServerSettings& settings) {
+Server::Server(service::BenchPort& bench_port, const ServerSettings& settings,
+               catalogue::Catalogue* recordings) {
     require_token(settings);
     state_ = std::make_unique<State>(bench_port, settings);
     State& s = *state_;
+    s.site->recordings = recordings;
     s.scpi.set_streams(fmt::format("ws://{}:{}/ws", settings.address, http_port()));
     s.open_doors();
     s.thread = std::jthread{[&s] { s.run(); }};

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "daemon/catalogue/catalogue.hpp"
 #include "daemon/service/bench_port.hpp"
 
 namespace shaker::remote {
@@ -30,7 +31,9 @@ public:
 
     /// Starts to listen. DeviceError naming address and port, or the socket, when that fails. InputError for
     /// an address that other machines can reach without a token. The port must outlive this object.
-    Server(service::BenchPort& bench_port, const ServerSettings& settings);
+    /// recordings: for the list of recordings; null: none is served. It must outlive this object.
+    Server(service::BenchPort& bench_port, const ServerSettings& settings,
+           catalogue::Catalogue* recordings = nullptr);
     /// Ends all connections.
     ~Server();
     Server(const Server&) = delete;

@@ -75,6 +75,8 @@ public:
     [[nodiscard]] std::vector<std::string> warnings() const;
 
     [[nodiscard]] const std::filesystem::path& folder() const noexcept { return settings_.folder; }
+    /// Longest recording, s.
+    [[nodiscard]] double most_s() const noexcept { return settings_.most_s; }
     /// File name of the recording that is open or being finished; empty without one.
     [[nodiscard]] std::string name() const;
     /// Filled share of the recorder's queue (0 to 1), and pieces of data lost because it was full.

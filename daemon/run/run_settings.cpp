@@ -4,8 +4,6 @@
 
 #include <utility>
 
-#include "drivers/point_fields.hpp"
-
 namespace shaker::run {
 
 void read_run_settings(const std::filesystem::path& file, RunOptions& options) {
@@ -15,7 +13,7 @@ void read_run_settings(const std::filesystem::path& file, RunOptions& options) {
 }
 
 void read_run_table(SettingsTable run, RunOptions& options) {
-    PointSettings point{.drive = options.drive, .periods = options.periods, .settle = options.settle};
+    PointSettings point{.drive = options.drive, .plan = options.plan};
     options.rig = run.text("rig", options.rig);
     if (run.has("scene")) options.scene = run.folder() / run.text("scene");
     for (const PointField& field : point_fields) {
@@ -34,8 +32,7 @@ void read_run_table(SettingsTable run, RunOptions& options) {
         overtone.finish();
     }
     options.drive = point.drive;
-    options.periods = point.periods;
-    options.settle = point.settle;
+    options.plan = point.plan;
     if (run.has("frames"))
         options.pictures =
             static_cast<recorded::KeptPictures>(run.choice("frames", {"off", "region", "full"}, 1));
@@ -56,7 +53,7 @@ std::string run_settings_text(const RunOptions& o) {
         fmt::format(
             "[run]\nrig = \"{}\"\nfrequency_hz = {}\ngamma_mps2 = {}\nrho = {}\nphi_rad = {}\nperiods = {}\n"
             "settle_periods = {}\nframes = \"{}\"\nidentify = {}\nclosed_loop = {}\nmains_hz = {}\n",
-            o.rig, o.drive.frequency, o.drive.gamma, o.drive.rho, o.drive.phi, o.periods, o.settle,
+            o.rig, o.drive.frequency, o.drive.gamma, o.drive.rho, o.drive.phi, o.plan.periods, o.plan.settle,
             name(o.pictures), o.identify, o.closed_loop, o.mains_hz));
 }
 

@@ -6,7 +6,7 @@
 
 #include "calibration/estimate.hpp"
 #include "drivers/drive.hpp"
-#include "drivers/drive_limits.hpp"
+#include "drivers/point_fields.hpp"
 #include "drivers/recorded/recording_file.hpp"
 #include "drivers/settings_table.hpp"
 #include "drivers/simulated/scene.hpp"
@@ -18,8 +18,7 @@ struct RunOptions {
     std::filesystem::path scene;                           // file; empty: the paper's bench
     simulated::Scene standard = simulated::paper_scene();  // the simulated bench that `scene` changes
     Drive drive;
-    int periods = 40;  // of a measurement
-    int settle = 0;    // periods of settled drive before a measurement; 0: until the walker's drift is steady
+    MeasurementPlan plan;               // `measurements` is of a bench on call
     std::filesystem::path out;          // empty: nothing is recorded
     std::filesystem::path trips = ".";  // folder for the last seconds of a stopped run that is not recorded
     recorded::KeptPictures pictures = recorded::KeptPictures::region;

@@ -86,7 +86,7 @@ RunPlan run_plan(const bench::Bench& bench, const RunOptions& run, const safety:
                            .equalise = run.closed_loop,
                            .sheet = bench.response},
             .line_hz = run.mains_hz,
-            .task = {.periods = run.periods, .settle = run.settle},
+            .task = {.plan = run.plan},
             .limits = limits,
             .gravity = bench.gravity,
             .enable_before_s = bench.rig.dac->info().enable_before_s,

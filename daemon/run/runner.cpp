@@ -136,7 +136,7 @@ void Runner::tidy() {
     if (measuring) return;
     acquisition::Streams& streams = collector_.streams();
     const double f = settings_.run.drive.frequency, now_s = sequence_.now_s();
-    const auto read = acquisition::part_read(streams, f, now_s, now_s + settings_.run.periods / f);
+    const auto read = acquisition::part_read(streams, f, now_s, now_s + settings_.run.plan.periods / f);
     acquisition::drop_before(streams, std::min(now_s - kept_s, read.from_s));
     if (!recordings_.on()) acquisition::drop_stamps(streams);
 }
@@ -145,7 +145,7 @@ FinishedRun Runner::run() {
     require_commissioned();
     safety::require_within(run_demands(bench_, settings_.run.drive, bench_.limits),
                            settings_.run.drive.gamma);
-    acquisition::require_memory(bench_.rig, settings_.run.periods / settings_.run.drive.frequency);
+    acquisition::require_memory(bench_.rig, settings_.run.plan.periods / settings_.run.drive.frequency);
     recordings_.begin(settings_.run, settings_.run.out, 0);
     if (settings_.run.out.empty() || settings_.run.pictures == recorded::KeptPictures::off)
         collector_.keep_tails();

@@ -119,8 +119,9 @@ void Sequence::advance(Ramp& /*ramp*/, acquisition::Channels& channels) {
 }
 
 Run Sequence::run_state(double from_s) const {
-    const Task& task = plan_.task;
-    return {.from_s = from_s, .left = task.periods == 0 ? 0 : (task.times == 0 ? -1 : task.times)};
+    const MeasurementPlan& plan = plan_.task.plan;
+    return {.from_s = from_s,
+            .left = plan.periods == 0 ? 0 : (plan.measurements == 0 ? -1 : plan.measurements)};
 }
 
 bool Sequence::holding() const noexcept {
@@ -141,8 +142,8 @@ std::string Sequence::waits_for() const {
         return fmt::format("the base is not within {:.1g} % of its target yet (newest period: {:.2g} % off)",
                            100 * control::kept_within, 100 * report.error);
     if (plan_.controller.equalise && report.held < least_held) return "the drive has just been corrected";
-    if (plan_.task.settle > 0)
-        return fmt::format("{} periods of the settled drive come first", plan_.task.settle);
+    if (plan_.task.plan.settle > 0)
+        return fmt::format("{} periods of the settled drive come first", plan_.task.plan.settle);
     return "the walker's drift still changes from period to period";
 }
 
@@ -185,9 +186,9 @@ void Sequence::settle(Run& run) {
                       (controller_.report().locked && controller_.report().held >= least_held);
     if (!kept) run.kept_from_s = now_s_;
     const double steady_from_s = drive_.steady_from_s();
-    const bool steady = plan_.task.settle > 0 ? now_s_ > std::max(steady_from_s, run.kept_from_s) +
-                                                             plan_.task.settle / frequency_
-                                              : now_s_ > steady_from_s && walker_settled();
+    const bool steady = plan_.task.plan.settle > 0 ? now_s_ > std::max(steady_from_s, run.kept_from_s) +
+                                                                  plan_.task.plan.settle / frequency_
+                                                   : now_s_ > steady_from_s && walker_settled();
     if ((kept && steady) || late) begin_measuring(!(kept && steady));
 }
 
@@ -240,9 +241,9 @@ void Sequence::begin_measuring(bool late) {
         !measured_.empty() && part_.to_s == measured_.back().part.to_s && part_.to_s > drive_.steady_from_s();
     run.measuring = true;
     part_.from_s = follows ? part_.to_s : std::ceil(now_s_ * frequency_) / frequency_;
-    part_.to_s = part_.from_s + plan_.task.periods / frequency_;
+    part_.to_s = part_.from_s + plan_.task.plan.periods / frequency_;
     if (follows) return;
-    say_(fmt::format("measuring {} periods from {:.3f} s on", plan_.task.periods, part_.from_s));
+    say_(fmt::format("measuring {} periods from {:.3f} s on", plan_.task.plan.periods, part_.from_s));
     if (!std::exchange(order_.settling_noted, true)) note_on_settling(late);
 }
 

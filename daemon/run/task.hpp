@@ -1,12 +1,11 @@
 #pragma once
 // What a drive is for: a number of measurements, or only a move of the walker.
+#include "drivers/point_fields.hpp"
 
 namespace shaker::run {
 
 struct Task {
-    int periods = 40;  // of a measurement; 0: nothing is measured, the drive only moves the walker
-    int settle = 0;    // periods of settled drive before a measurement; 0: until the walker's drift is steady
-    int times = 0;     // on call: measurements, then the drive is only kept; 0: until the next order
+    MeasurementPlan plan{};
     bool identifies = true;  // from rest: the response of the base first, if it is not known
     bool operator==(const Task&) const = default;
 };

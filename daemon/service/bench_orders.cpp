@@ -20,12 +20,6 @@ namespace {
 constexpr int longest_measurement_s = 100;
 constexpr std::size_t most_orders = 16;  // in a step
 
-void require(const char* what, double value, Range range, const std::string& unit) {
-    if (value >= range.min && value <= range.max) return;
-    throw InputError{
-        fmt::format("{} {}{}: {}{} is allowed", what, to_text(value), unit, to_text(range), unit)};
-}
-
 }  // namespace
 
 // A program that ends starts, changes and clears nothing.
@@ -33,7 +27,7 @@ void BenchService::require_staying(const Order& order) const {
     const bool drives =
         std::holds_alternative<SetDrive>(order.what) || std::holds_alternative<Begin>(order.what) ||
         std::holds_alternative<Identify>(order.what) || std::holds_alternative<ClearTrip>(order.what) ||
-        std::holds_alternative<BringToMiddle>(order.what);
+        std::holds_alternative<BringToMiddle>(order.what) || std::holds_alternative<MeasurePlan>(order.what);
     if (leaving_ && drives) throw InputError{"the program is ending; give the order after its next start"};
 }
 
@@ -70,6 +64,7 @@ void BenchService::answer(acquisition::Channels& channels) {
 }
 
 void BenchService::obey(const SetDrive& order, acquisition::Channels& channels) {
+    campaign_.require_none("the set-point cannot be changed");
     on_call_.require_possible(order.drive, on_call_.limits());
     const run::RunState state = sequence_.state();
     if (to_middle_.active())
@@ -105,20 +100,20 @@ void BenchService::begin_run(const std::function<void()>& begin) {
 }
 
 void BenchService::obey(const Begin& order, acquisition::Channels& channels) {
-    const int most = static_cast<int>(longest_measurement_s * run_.drive.frequency);
-    require("periods", order.periods, {2, static_cast<double>(most)}, "");
-    require("settle_periods", order.settle, {0, most_settle_periods}, "");
-    require("measurements", order.times, {0, Begin::most_times}, "");
+    campaign_.require_none("the bench cannot be started");
     run::RunOptions run = run_;
-    run.periods = order.periods;
-    run.settle = order.settle;
+    for (const MeasurementField& field : measurement_fields) {
+        const int value = order.plan.*field.member;
+        Range allowed = field.allowed;
+        if (field.member == &MeasurementPlan::periods)
+            allowed.max = std::floor(longest_measurement_s * run_.drive.frequency);
+        require_allowed(field.key, value, allowed);
+        run.plan.*field.member = field.lasts ? value : 0;
+    }
     const auto file = recorded_ ? record_.file_named(name_) : std::filesystem::path{};
     const auto walk = run::predict_walk(run_.drive, points_, mu_, bench_.gravity);
     std::string fits;
-    begin_run([&] {
-        fits = on_call_.begin(run, {.periods = order.periods, .settle = order.settle, .times = order.times},
-                              file, walk, channels);
-    });
+    begin_run([&] { fits = on_call_.begin(run, {.plan = order.plan}, file, walk, channels); });
     run_ = run;
     name_.clear();
     result_.reset();
@@ -127,10 +122,12 @@ void BenchService::obey(const Begin& order, acquisition::Channels& channels) {
 }
 
 void BenchService::obey(const Identify& /*order*/, acquisition::Channels& channels) {
+    campaign_.require_none("the response cannot be identified");
     begin_run([&] { on_call_.identify(run_, channels); });
 }
 
 void BenchService::obey(const BringToMiddle& /*order*/, acquisition::Channels& channels) {
+    campaign_.require_none("the walker cannot be brought to the middle");
     sequence_.require_idle("bringing the walker to the middle", channels);
     const on_call::ToMiddle::Way way = on_call::ToMiddle::way(
         sequence_.walker(), on_call_.limits().edge_mm, run_.drive.frequency, points_, mu_, bench_.gravity,
@@ -144,20 +141,34 @@ void BenchService::obey(const BringToMiddle& /*order*/, acquisition::Channels& c
                     way.drive.gamma / paper_g, way.drive.phi * 180 / std::numbers::pi, text(way.walk)));
 }
 
-void BenchService::obey(const End& /*order*/, acquisition::Channels& channels) { sequence_.end(channels); }
+void BenchService::obey(const MeasurePlan& order, acquisition::Channels& channels) {
+    sequence_.require_idle("a campaign", channels);
+    require_name("plan", order.name);
+    campaign_.begin(order.name, order.text, run_);
+}
+
+void BenchService::obey(const TellCampaign& order, acquisition::Channels& /*channels*/) {
+    campaign_.obey(order.word);
+}
+
+void BenchService::obey(const End& /*order*/, acquisition::Channels& channels) {
+    if (campaign_.active()) return campaign_.obey(campaign::Word::pause);
+    sequence_.end(channels);
+}
 
 void BenchService::obey(const ClearTrip& order, acquisition::Channels& channels) {
     on_call_.clear(order.shown, aborts_seen_, channels);
 }
 
 void BenchService::obey(const Record& order, acquisition::Channels& /*channels*/) {
+    campaign_.require_none("recording cannot be switched");
     if (driving(sequence_.state()))
         throw InputError{
             fmt::format("recording cannot be switched while the bench is {}; stop the drive first",
                         row_of(sequence_.state()).shown)};
     const std::string stem =
         order.name.ends_with(".nxs") ? order.name.substr(0, order.name.size() - 4) : order.name;
-    if (!stem.empty()) require_name(stem);
+    if (!stem.empty()) require_name("recording", stem);
     if (order.on && !stem.empty()) recording::require_new(record_.file_named(stem));
     if (order.pictures != recorded::KeptPictures::off && order.pictures != opened_)
         throw InputError{
@@ -186,8 +197,8 @@ void BenchService::obey(const LowerLimit& order, acquisition::Channels& channels
 }
 
 void BenchService::obey(const GiveMu& order, acquisition::Channels& /*channels*/) {
-    require("mu", order.mu.value, GiveMu::allowed, "");
-    require("error of mu", order.mu.sigma, {0, order.mu.value}, "");
+    require_allowed("mu", order.mu.value, allowed_friction);
+    require_allowed("error of mu", order.mu.sigma, {0, order.mu.value});
     if (const law::Fit& fit = live_mu_.mu(); std::isfinite(fit.value))
         throw InputError{fmt::format("mu {:.4g}: the measurements give mu {:.4g} +- {:.2g}, which is used",
                                      order.mu.value, fit.value, fit.error)};
@@ -197,6 +208,7 @@ void BenchService::obey(const GiveMu& order, acquisition::Channels& /*channels*/
 }
 
 void BenchService::obey(const Adopt& order, acquisition::Channels& channels) {
+    campaign_.require_none("the settings cannot change");
     const run::RunState state = sequence_.state();
     if (driving(state))
         throw InputError{fmt::format("the settings cannot change while the bench is {}; stop the drive first",
@@ -205,8 +217,7 @@ void BenchService::obey(const Adopt& order, acquisition::Channels& channels) {
         order.restores_limits ? order.limits : with_changes(on_call_.limits(), filed_limits_, order.limits);
     on_call_.require_possible(order.drive, limits);
     run_.drive = order.drive;
-    run_.periods = order.periods;
-    run_.settle = order.settle;
+    run_.plan = order.plan;
     predict();
     armed_ = false;
     filed_limits_ = order.limits;

@@ -14,6 +14,8 @@
 #include <variant>
 #include <vector>
 
+#include "daemon/campaign/engine.hpp"
+#include "daemon/catalogue/results_table.hpp"
 #include "daemon/service/bench_state.hpp"
 #include "daemon/service/event_log.hpp"
 #include "daemon/service/live_feed.hpp"
@@ -28,16 +30,22 @@ struct SetDrive {
 };
 /// Starts a run.
 struct Begin {
-    int periods;     // of a measurement
-    int settle = 0;  // periods of settled drive before a measurement; 0: until the walker's drift is steady
-    int times = 0;   // measurements, then a soft stop; 0: until another order
-    static constexpr int most_times = 100000;
+    MeasurementPlan plan;
 };
 /// Identifies the response, then silence.
 struct Identify {};
 /// From rest: leads the walker to the middle of the picture, then silence. The set-point stays.
 struct BringToMiddle {};
-/// Soft stop.
+/// From rest: measures the points of a plan into a folder of its own.
+struct MeasurePlan {
+    std::string name;    // of the plan, without folder or ending
+    std::string text{};  // TOML; empty: the plan of that name in the folder of the plans
+};
+/// A word to the campaign under way.
+struct TellCampaign {
+    campaign::Word word;
+};
+/// Soft stop. Pauses a campaign.
 struct End {};
 /// Clears the trips that the client has been shown. A trip that came later refuses it.
 struct ClearTrip {
@@ -66,18 +74,17 @@ struct CloseLoop {
 };
 /// The friction coefficient of walker and base, by which walks are predicted until measurements give one.
 struct GiveMu {
-    static constexpr Range allowed{0.005, 3};
     calibration::Estimate mu;
 };
 /// New settings from the settings files; no network client can give this order.
 struct Adopt {
     Drive drive;
-    int periods, settle;
+    MeasurementPlan plan;
     safety::Limits limits;         // may be above the present limits
     bool restores_limits = false;  // false: a limit that is as in the files before keeps its present value
 };
-using OrderWhat = std::variant<SetDrive, Begin, Identify, BringToMiddle, End, ClearTrip, Record, Remark,
-                               CloseLoop, LowerLimit, GiveMu, Adopt>;
+using OrderWhat = std::variant<SetDrive, Begin, Identify, BringToMiddle, MeasurePlan, TellCampaign, End,
+                               ClearTrip, Record, Remark, CloseLoop, LowerLimit, GiveMu, Adopt>;
 
 struct Order {
     OrderWhat what;
@@ -109,6 +116,8 @@ public:
     /// Remembered events with a number above `seen`, in order of their numbers.
     [[nodiscard]] std::vector<BenchEvent> events(std::uint64_t seen) const;
     [[nodiscard]] LiveFeed& feed() noexcept { return feed_; }
+    /// The newest measurements, also of recordings of before.
+    [[nodiscard]] catalogue::ResultsTable& results() noexcept { return results_; }
 
     // The service's thread:
 
@@ -133,6 +142,7 @@ private:
     std::shared_ptr<const BenchState> state_;
     EventLog events_;
     LiveFeed feed_;
+    catalogue::ResultsTable results_;
 };
 
 }  // namespace shaker::service

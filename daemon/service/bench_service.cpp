@@ -9,6 +9,7 @@
 #include <iterator>
 #include <utility>
 
+#include "daemon/recording/time_text.hpp"
 #include "daemon/run/run_setup.hpp"
 #include "daemon/service/outlook.hpp"
 #include "daemon/service/state_builder.hpp"
@@ -36,7 +37,9 @@ BenchService::BenchService(run::Runner& runner, const BenchServiceSettings& sett
       sequence_{runner.sequence()},
       record_{runner.recordings()},
       report_{std::make_unique<StateBuilder>(bench_, collector_, sequence_, bench_port.feed())},
-      live_mu_{bench_.gravity, settings.beside} {
+      live_mu_{bench_.gravity, settings.beside},
+      campaign_{runner, on_call_, settings.beside, settings.plans,
+                [this](const std::string& text) { log("campaign", text); }} {
     BenchFacts facts{.rig = bench_.rig.name,
                      .dac = bench_.rig.dac->info(),
                      .accelerometer = bench_.rig.accelerometer->info(),
@@ -60,6 +63,7 @@ bool BenchService::step(const acquisition::Streams& streams, acquisition::Channe
     report_->feed(streams);
     answer(channels);
     take_outcome();
+    campaign_.order(channels);
     if (const std::uint64_t vain = channels.lost.not_learned; std::exchange(not_learned_, vain) != vain)
         log("note",
             "a camera's targets were not at their last positions at the start of the recording; a replay "
@@ -69,6 +73,7 @@ bool BenchService::step(const acquisition::Streams& streams, acquisition::Channe
     follow_states();
     follow_task(channels);
     follow_to_middle(channels);
+    follow_campaign();
     if (leaving_) go_away(channels);
     const double now_s = sequence_.now_s();
     if (changed_ || now_s >= published_s_ + publish_s) publish();
@@ -78,8 +83,12 @@ bool BenchService::step(const acquisition::Streams& streams, acquisition::Channe
 void BenchService::take_outcome() {
     while (const auto m = on_call_.measured()) {
         changed_ = true;
+        campaign_.take(*m);
         const recording::MeasuredPart& part = m->measurement.part;
         measured_from_s_ = part.from_s;
+        add_row(catalogue::row_of(m->measurement, m->reduction.get(), m->not_reduced,
+                                  sequence_.plan().task.plan.periods),
+                part.to_s, m->recording);
         if (m->reduction == nullptr) {
             not_reduced_ = m->not_reduced;
             log("note", "a measurement could not be reduced: " + not_reduced_);
@@ -98,6 +107,13 @@ void BenchService::take_outcome() {
         compare_points();
     }
     if (live_mu_.follow()) compare_points();
+}
+
+void BenchService::add_row(catalogue::ResultRow row, double ended_s, const std::string& file) {
+    row.time = run_.threads ? recording::utc_text_ago(sequence_.now_s() - ended_s)
+                            : recording::utc_text(recording::time_text_after(recording::epoch_text, ended_s));
+    row.recording = file;
+    bench_port_.results().add({std::move(row)});
 }
 
 // Compares the newest point with its mirror point, and all points with the closed form without stick.
@@ -138,16 +154,24 @@ void BenchService::follow_states() {
             trip_s_ = sequence_.now_s();
             trip_file_.clear();
             log("trip", text(*sequence_.trip()), name(sequence_.trip()->cause));
+            if (sequence_.stops().at(sequence_.cause()).measuring)
+                add_row(catalogue::interrupted_row(run_.drive, finding(*sequence_.trip())), trip_s_,
+                        record_.name());
         }
     }
-    while (const auto run = on_call_.finished()) log_finished(*run);
+    while (const auto run = on_call_.finished()) {
+        campaign_.take(*run);
+        log_finished(*run);
+    }
 }
 
 void BenchService::predict() { walk_ = run::predict_walk(run_.drive, points_, mu_, bench_.gravity); }
 
 // The drive is silent again after the measurements that were asked for.
 void BenchService::follow_task(acquisition::Channels& channels) {
-    if (to_middle_.active() || !sequence_.holding() || sequence_.plan().task.times == 0) return;
+    if (to_middle_.active() || campaign_.active() || !sequence_.holding() ||
+        sequence_.plan().task.plan.measurements == 0)
+        return;
     log("note", fmt::format("{} measurements are complete", sequence_.measured().size()));
     sequence_.end(channels);
 }
@@ -169,6 +193,18 @@ void BenchService::follow_to_middle(acquisition::Channels& channels) {
         default:
             break;
     }
+}
+
+// The set-point of the bench is that of the campaign.
+void BenchService::follow_campaign() {
+    const bool was_active = campaign_.active();
+    campaign_.follow(leaving_);
+    changed_ = changed_ || campaign_.active() != was_active;
+    if (!campaign_.active() || run_.drive == campaign_.drive()) return;
+    run_.drive = campaign_.drive();
+    predicted_ = run::run_demands(bench_, run_.drive, on_call_.limits());
+    predict();
+    changed_ = true;
 }
 
 void BenchService::log_finished(const run::FinishedRun& run) {
@@ -205,7 +241,7 @@ void BenchService::go_away(acquisition::Channels& channels) {
     if (driving(state) && state != run::RunState::ramp_down)
         sequence_.end(channels);
     else
-        done_ = on_call_.at_rest();
+        done_ = on_call_.at_rest() && campaign_.at_rest();
 }
 
 void BenchService::log(const std::string& kind, const std::string& text, std::string key) {
@@ -224,9 +260,10 @@ void BenchService::publish() {
     state->predicted = predicted_;
     state->response = response_;
     state->to_middle = to_middle_.active();
+    state->campaign = campaign_.state();
+    state->plans = campaign_.plans(sequence_.now_s());
     state->wanted = run_.drive;
-    state->periods = run_.periods;
-    state->settle = run_.settle;
+    state->plan = run_.plan;
     state->closed_loop = run_.closed_loop;
     state->record = recorded_;
     state->record_name = name_;

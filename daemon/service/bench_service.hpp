@@ -17,6 +17,7 @@
 #include "daemon/run/runner.hpp"
 #include "daemon/run/walk_prediction.hpp"
 #include "daemon/service/bench_port.hpp"
+#include "daemon/service/campaign_host.hpp"
 #include "daemon/service/live_mu.hpp"
 
 namespace shaker::service {
@@ -26,6 +27,7 @@ class StateBuilder;
 struct BenchServiceSettings {
     bool beside = false;                 // measurements are reduced in a separate thread
     calibration::Estimate mu{NAN, NAN};  // friction coefficient of walker and base; NaN: not known
+    std::filesystem::path plans{};       // folder of the plans that clients order by name
 };
 
 /// Thread safety: all functions on the reduction thread, leave() on any thread. The runner (on call) and the
@@ -60,6 +62,8 @@ private:
     void obey(const Begin& order, acquisition::Channels& channels);
     void obey(const Identify& order, acquisition::Channels& channels);
     void obey(const BringToMiddle& order, acquisition::Channels& channels);
+    void obey(const MeasurePlan& order, acquisition::Channels& channels);
+    void obey(const TellCampaign& order, acquisition::Channels& channels);
     void obey(const End& order, acquisition::Channels& channels);
     void obey(const ClearTrip& order, acquisition::Channels& channels);
     void obey(const Record& order, acquisition::Channels& channels);
@@ -71,10 +75,12 @@ private:
     void begin_run(const std::function<void()>& begin);
     void take_limits(const safety::Limits& limits, acquisition::Channels& channels);
     void take_outcome();
+    void add_row(catalogue::ResultRow row, double ended_s, const std::string& file);
     void compare_points();
     void follow_states();
     void follow_task(acquisition::Channels& channels);
     void follow_to_middle(acquisition::Channels& channels);
+    void follow_campaign();
     void predict();
     void go_away(acquisition::Channels& channels);
     void log_finished(const run::FinishedRun& run);
@@ -118,6 +124,7 @@ private:
     std::vector<double> closed_form_;
     LiveMu live_mu_;
     on_call::ToMiddle to_middle_;
+    CampaignHost campaign_;
     calibration::Estimate mu_;
     std::vector<safety::Demand> predicted_;
     std::optional<run::PredictedWalk> walk_;  // at the set-point

@@ -23,6 +23,7 @@
 #include "daemon/safety/preflight.hpp"
 #include "drivers/devices.hpp"
 #include "drivers/drive.hpp"
+#include "drivers/point_fields.hpp"
 #include "tracking/track.hpp"
 
 namespace shaker::service {
@@ -152,6 +153,21 @@ constexpr const char* word_of(Contact contact) noexcept {
     return contact == Contact::closed ? "closed" : contact == Contact::open ? "open" : "unreadable";
 }
 
+/// A campaign that was ordered.
+struct CampaignState {
+    std::string name;      // of the plan
+    std::string title{};   // of the plan
+    std::string folder{};  // beside the recordings, without path
+    bool active = false;   // false: it has ended
+    std::string doing{};   // "measuring", "returning", "changing", "paused", "ended"
+    bool paused = false;
+    std::size_t points = 0, ended = 0;
+    std::string point{};     // in progress or next, in words; empty at the end
+    double left_s = NAN;     // by the mean time of the points so far; NaN: not known
+    std::string newest{};    // newest event in words
+    std::string known_mu{};  // with a target for mu: what is known of it
+};
+
 struct BenchState {
     std::uint64_t answered = 0;  // orders since the start
     run::RunState state{};
@@ -159,10 +175,11 @@ struct BenchState {
     std::shared_ptr<const BenchFacts> facts;
     Drive wanted;                           // set-point
     std::vector<safety::Demand> predicted;  // predicted peaks at the set-point, with their limits
-    int periods = 0;                        // of a measurement
-    int settle = 0;           // periods of settled drive before a measurement; 0: until the drift is steady
-    bool closed_loop = true;  // in the following runs
-    bool record = false;      // the next run is recorded
+    MeasurementPlan plan;                   // of the next run; `measurements`: 0
+    std::optional<CampaignState> campaign;  // under way, or the last one
+    std::vector<std::string> plans;         // names that a campaign can be ordered by
+    bool closed_loop = true;                // in the following runs
+    bool record = false;                    // the next run is recorded
     std::string record_name;  // of the next recording, without folder and ending; empty: a name from the time
     recorded::KeptPictures pictures{};
     bool armed = false;   // idle, and a set-point within the limits was ordered

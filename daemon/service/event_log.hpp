@@ -14,8 +14,9 @@ struct BenchEvent {
     std::uint64_t number = 0;  // counts from 1; a row that was changed has a new number
     std::uint64_t id = 0;      // its first number
     double t_s = 0;            // master time of the first event of the row
-    std::string kind;          // "state", "note", "trip", "order", "remark", "warning" or "settings"
-    std::string text;          // of the first event; then the number of further ones, with their times
+    std::string
+        kind;  // "state", "note", "trip", "order", "setting", "campaign", "remark", "warning" or "settings"
+    std::string text;  // of the first event; then the number of further ones, with their times
 };
 
 class EventLog {

@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <string_view>
 
-#include "daemon/service/bench_port.hpp"
 #include "drivers/errors.hpp"
 #include "drivers/text/printable.hpp"
 
@@ -15,9 +14,53 @@ namespace {
 
 constexpr std::size_t longest_name = 64;
 
+/// "3 x 20 periods", "40 periods, until stopped".
+std::string plan_words(const MeasurementPlan& plan) {
+    return plan.measurements == 0 ? fmt::format("{} periods, until stopped", plan.periods)
+                                  : fmt::format("{} x {} periods", plan.measurements, plan.periods);
+}
+
+/// One function for each order. Remarks, mu and settings files are logged by the bench.
+struct InWords {
+    OrderText operator()(const SetDrive& order) const {
+        const Drive& d = order.drive;
+        return {"setting", "",
+                fmt::format("set-point {:.6g} Hz, gamma {:.4g} g, rho {:.4g}, phi {:.4g} deg{}", d.frequency,
+                            d.gamma / paper_g, d.rho, d.phi * 360 / two_pi,
+                            d.biharmonic() ? "" : ", with overtones")};
+    }
+    OrderText operator()(const Begin& order) const {
+        return {"order", "start", "start (" + plan_words(order.plan) + ")"};
+    }
+    OrderText operator()(const Identify&) const { return {"order", "identification"}; }
+    OrderText operator()(const BringToMiddle&) const { return {"order", "return to the middle"}; }
+    OrderText operator()(const MeasurePlan& order) const {
+        return {"order", "campaign", "campaign " + order.name};
+    }
+    OrderText operator()(const TellCampaign& order) const {
+        const std::string word{campaign::word_names.at(static_cast<std::size_t>(order.word))};
+        return {"order", "campaign " + word};
+    }
+    OrderText operator()(const End&) const { return {"order", "stop"}; }
+    OrderText operator()(const ClearTrip&) const { return {"order", "clear"}; }
+    OrderText operator()(const Record& order) const {
+        const std::string name = order.name.empty() ? "" : " as " + order.name;
+        return {"setting", "recording", order.on ? "recording on" + name : "recording off"};
+    }
+    OrderText operator()(const CloseLoop& order) const {
+        return {"setting", "loop", order.on ? "loop closed" : "loop open"};
+    }
+    OrderText operator()(const LowerLimit& order) const {
+        return {"setting", "limit", fmt::format("limit lowered to {:.6g}", order.value)};
+    }
+    OrderText operator()(const auto&) const { return {"setting", ""}; }
+};
+
 }  // namespace
 
-void require_name(const std::string& name) {
+OrderText words_of(const OrderWhat& what) { return std::visit(InWords{}, what); }
+
+void require_name(const std::string& what, const std::string& name) {
     constexpr std::string_view more = "._-";
     const auto allowed = [&](char c) {
         return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') ||
@@ -26,10 +69,10 @@ void require_name(const std::string& name) {
     if (!name.empty() && name.size() <= longest_name && name.front() != '.' &&
         std::ranges::all_of(name, allowed))
         return;
-    throw InputError{fmt::format(
-        "recording \"{}\": expected 1 to {} letters, digits, dots, hyphens and underscores, without "
-        "a dot in front",
-        name.substr(0, longest_name), longest_name)};
+    throw InputError{
+        fmt::format("{} \"{}\": expected 1 to {} letters, digits, dots, hyphens and underscores, without "
+                    "a dot in front",
+                    what, name.substr(0, longest_name), longest_name)};
 }
 
 void require_remark(const std::string& text) {

@@ -21,7 +21,7 @@ int lasts(run::RunState state, const BenchState& s) {
         case run::RunState::ramp:
             return s.facts ? s.facts->soft_start_periods : 0;
         case run::RunState::run:
-            return s.settle > 0 ? s.settle + settles / 2 : settles;
+            return s.plan.settle > 0 ? s.plan.settle + settles / 2 : settles;
         default:
             return 0;
     }
@@ -63,14 +63,14 @@ OutlookState outlook(const BenchState& s, const std::optional<run::PredictedWalk
 ProgressState progress_of(const BenchState& s, const run::Sequence& sequence) {
     const double f = s.wanted.frequency;
     const int measured = static_cast<int>(sequence.measured().size()), left = sequence.left();
-    const int asked = sequence.plan().task.times;
+    const int asked = sequence.plan().task.plan.measurements;
     ProgressState p;
     p.measurement = measured + 1;
     p.measurements = asked == 0 ? 0 : (s.state == run::RunState::run ? measured + left : asked);
     p.waits_for = sequence.waits_for();
-    double rest = (p.measurements == 0 ? 1 : p.measurements - measured) * s.periods;
+    double rest = (p.measurements == 0 ? 1 : p.measurements - measured) * s.plan.periods;
     if (sequence.measuring()) {
-        p.periods_done = std::clamp((s.now_s - sequence.from_s()) * f, 0.0, 1.0 * s.periods);
+        p.periods_done = std::clamp((s.now_s - sequence.from_s()) * f, 0.0, 1.0 * s.plan.periods);
         rest -= p.periods_done;
     } else if (s.state != run::RunState::run || measured == 0) {
         const double gone = std::min((s.now_s - s.since_s) * f, 1.0 * lasts(s.state, s));

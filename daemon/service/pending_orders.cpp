@@ -2,23 +2,10 @@
 
 #include <utility>
 
+#include "daemon/service/order_texts.hpp"
 #include "drivers/errors.hpp"
 
 namespace shaker::service {
-
-namespace {
-
-// For the log; empty: the order does not switch the drive.
-const char* name_of(const OrderWhat& what) {
-    if (std::holds_alternative<Begin>(what)) return "start";
-    if (std::holds_alternative<Identify>(what)) return "identification";
-    if (std::holds_alternative<BringToMiddle>(what)) return "return to the middle";
-    if (std::holds_alternative<End>(what)) return "stop";
-    if (std::holds_alternative<ClearTrip>(what)) return "clear";
-    return "";
-}
-
-}  // namespace
 
 PendingOrders::Settings PendingOrders::settings() const {
     if (under_way_ > 0) return ordered_;
@@ -27,7 +14,7 @@ PendingOrders::Settings PendingOrders::settings() const {
     return {state->wanted,
             state->limits,
             {state->record, state->record_name, state->pictures},
-            {state->periods, state->settle},
+            {state->plan},
             state->closed_loop};
 }
 
@@ -35,6 +22,7 @@ bool PendingOrders::pending() const {
     if (under_way_ > 0) return true;
     const auto state = now();
     if (!state || state->aborts < bench_port_.aborted()) return true;
+    if (state->campaign && state->campaign->active && !state->campaign->paused) return true;
     if (state->state == run::RunState::tripped) return !state->may_clear;
     if (state->state == run::RunState::idle) return !state->recording.name.empty();  // it is being finished
     return state->to_middle || row_of(state->state).pending;
@@ -52,20 +40,21 @@ void PendingOrders::order(OrderWhat what, const std::string& by, Answered answer
     if (const auto* loop = std::get_if<CloseLoop>(&what)) ordered_.closed_loop = loop->on;
     ++under_way_;
     // The port may answer after the end of this object; `later` then drops the function.
-    const std::string name = name_of(what);
-    bench_port_.order({std::move(what), [this, later = later_, answered = std::move(answered), name,
+    const OrderText words = words_of(what);
+    bench_port_.order({std::move(what), [this, later = later_, answered = std::move(answered), words,
                                          by](const std::string& refused) {
-                           later([this, answered, refused, name, by] {
+                           later([this, answered, refused, words, by] {
                                --under_way_;
-                               if (refused.empty() && !name.empty()) log(name, by);
+                               if (refused.empty() && !words.text.empty()) log(words, by);
                                if (answered) answered(refused);
                            });
                        }});
 }
 
-void PendingOrders::log(const std::string& order, const std::string& by) {
+void PendingOrders::log(const OrderText& words, const std::string& by) {
     const auto state = now();
-    bench_port_.log(state ? state->now_s : 0, "order", order + " by " + by, order);
+    const std::string text = words.text + " by " + by;
+    bench_port_.log(state ? state->now_s : 0, words.kind, text, words.key.empty() ? text : words.key);
 }
 
 }  // namespace shaker::service

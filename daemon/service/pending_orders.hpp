@@ -4,7 +4,7 @@
 #include <memory>
 #include <string>
 
-#include "daemon/service/bench_port.hpp"
+#include "daemon/service/order_texts.hpp"
 
 namespace shaker::service {
 
@@ -33,14 +33,14 @@ public:
     /// identification, a stop.
     [[nodiscard]] bool pending() const;
 
-    /// Gives an order of the client `by`; the log names who started, stopped and cleared. answered(refused)
+    /// Gives an order of the client `by`; the log names the client and the order. answered(refused)
     /// is called once on this thread; refused: the reason, empty: carried out.
     using Answered = std::function<void(const std::string& refused)>;
     void order(OrderWhat what, const std::string& by, Answered answered);
     [[nodiscard]] BenchPort& bench_port() noexcept { return bench_port_; }
 
 private:
-    void log(const std::string& order, const std::string& by);
+    void log(const OrderText& words, const std::string& by);
 
     BenchPort& bench_port_;
     Later later_;

@@ -20,6 +20,7 @@ Value of_tracking(State s, double TrackingState::*member) {
     return s.tracking ? Value{(*s.tracking).*member} : Value{};
 }
 Value of_result(State s, auto value) { return s.result ? Value{value(*s.result)} : Value{}; }
+Value of_campaign(State s, auto value) { return s.campaign ? Value{value(*s.campaign)} : Value{}; }
 Value count(int n) { return static_cast<std::uint64_t>(n); }
 
 constexpr Published rows[] = {
@@ -97,9 +98,21 @@ constexpr Published rows[] = {
     {"/result/age_s", nullptr, nullptr, "s", "time since the newest measurement ended",
      [](State s) { return of_result(s, [&](const auto&) { return s.now_s - s.result_origin.to_s; }); }},
     {"/result/periods", nullptr, nullptr, "", "periods of a measurement",
-     [](State s) { return count(s.periods); }},
+     [](State s) { return count(s.plan.periods); }},
     {"/result/settle_periods", nullptr, nullptr, "", "periods of settled drive before it; 0: until steady",
-     [](State s) { return count(s.settle); }},
+     [](State s) { return count(s.plan.settle); }},
+    // the campaign
+    {"/campaign/active", "CAMPaign:ACTive", nullptr, "", "1 while a campaign has the bench",
+     [](State s) { return of_campaign(s, [](const auto& c) { return c.active; }); }},
+    {"/campaign/paused", "CAMPaign:WAITing", nullptr, "", "1 while it is paused and waits for a person",
+     [](State s) { return of_campaign(s, [](const auto& c) { return c.paused; }); }},
+    {"/campaign/points", "CAMPaign:POINts", "campaign_points", "", "points of its plan",
+     [](State s) { return of_campaign(s, [](const auto& c) { return std::uint64_t{c.points}; }); }},
+    {"/campaign/ended", "CAMPaign:ENDed", "campaign_points_ended", "", "points that have ended",
+     [](State s) { return of_campaign(s, [](const auto& c) { return std::uint64_t{c.ended}; }); }},
+    {"/campaign/left_s", "CAMPaign:LEFT", "campaign_left_seconds", "s",
+     "expected time left, by the mean of the points so far",
+     [](State s) { return of_campaign(s, [](const auto& c) { return c.left_s; }); }},
     // recording
     {"/session/record_next", nullptr, nullptr, "", "1: the next run is recorded",
      [](State s) -> Value { return s.record; }},

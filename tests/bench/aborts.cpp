@@ -78,7 +78,7 @@ public:
         options.scene = test::source_dir() + "/tests/support/slow_cameras.toml";
         options.drive.gamma = 1;
         options.drive.phi = 1.5708;
-        options.periods = 4;
+        options.plan.periods = 4;
         options.identify = false;
         options.trips = folder;
         options.pictures = recorded::KeptPictures::off;

@@ -4,7 +4,7 @@
 #include <cstdlib>
 
 #include "daemon/campaign/campaign_folder.hpp"
-#include "daemon/commands/mu/law_points.hpp"
+#include "daemon/campaign/law_points.hpp"
 #include "daemon/law/findings.hpp"
 #include "tests/bench/option.hpp"
 #include "tests/bench/table.hpp"
@@ -16,7 +16,7 @@ namespace {
 
 std::vector<law::Point> points_for(const std::string& folder, double mu) {
     if (!folder.empty())
-        return commands::law_points(
+        return campaign::law_points(
             campaign::read_points(std::filesystem::path{folder} / campaign::table_name));
     std::vector<law::Point> points = test::exact_points({.mu = mu, .push = 0.06 / 0.557});
     std::mt19937_64 random{1};

@@ -19,8 +19,8 @@
 #include <string_view>
 #include <thread>
 
-#include "daemon/service/bench_heartbeats.hpp"
 #include "daemon/service/bench_service.hpp"
+#include "daemon/service/heartbeats.hpp"
 #include "daemon/service/systemd_notify.hpp"
 #include "tests/bench/option.hpp"
 #include "tests/bench/table.hpp"

@@ -112,7 +112,7 @@ void Clients::reload(double value) {
     limits.drive.abort *= 0.5 + value;
     limits.drive.warn = 0.8 * limits.drive.abort;
     laws_.limit_named(limits.drive.abort);
-    port_.order({service::Adopt{now->wanted, now->periods, now->settle, limits}, {}});
+    port_.order({service::Adopt{now->wanted, now->plan, limits}, {}});
 }
 
 void Clients::act(const Move& move) {

@@ -32,8 +32,8 @@ run::RunOptions options_of(const Plan& plan, const std::filesystem::path& scene)
     run.pictures = recorded::KeptPictures::off;
     run.drive.frequency = plan.frequency_hz;
     run.drive.gamma = gamma_for(1. / 7, plan.frequency_hz);
-    run.periods = 5;
-    run.settle = 3;
+    run.plan.periods = 5;
+    run.plan.settle = 3;
     run.identify = plan.identifies;
     return run;
 }

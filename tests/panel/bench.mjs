@@ -38,6 +38,8 @@ export class Bench {
     events = [];
     logged = 0;
     points = [];
+    recordings = [];
+    rows = [];  // of the table of results
     random = chance(7);
     unfinished = false;  // no measurement becomes complete
     edge = 0.005;  // m, limit
@@ -64,6 +66,18 @@ export class Bench {
         this.since = this.time;
         if (state === "running") this.periods = 0;
         this.log("state", state);
+    }
+
+    /** A measurement at the present set-point; more: members that differ. */
+    measure(v_D_mps, more = {}) {
+        const { gamma_mps2, phi_rad, rho, frequency_hz } = this.drive, some = (value, sigma) => ({ value, sigma });
+        const row = {
+            id: this.rows.length + 1, time: new Date(Date.now() - 60_000 + 1000 * this.rows.length).toISOString(), asked: { frequency_hz, gamma_mps2, rho, phi_rad, overtones: [] },
+            periods: 20, gamma_mps2: some(gamma_mps2 * 1.0003, 0.001), rho: some(rho, 1e-4), phi_rad: some(phi_rad, 1e-4), v_D_mps: some(v_D_mps, 1e-6),
+            D_m: some(v_D_mps / frequency_hz, 5e-8), efficiency: some(0.33, 1e-4), steady: true, notes: "", ended: "complete", recording: "series.nxs", ...more,
+        };
+        this.rows.push(row);
+        this.tell({ type: "results", results: [row] });
     }
 
     /** Points as a series left them: five phases against gamma, two amplitudes against phi. */
@@ -147,7 +161,7 @@ export class Bench {
             walker: { x_m: middle + this.x, left_m: this.mirrored ? 2 * middle : 0, right_m: this.mirrored ? 0 : 2 * middle, edge_m: middle - Math.abs(this.x) - radius },
             points: this.points,
             outlook: { before_periods: 60, walking_periods: 20, walk_mps: { value: v, sigma: 1e-4 }, walk_from: "Coulomb's law", way_m: reach - Math.sign(v) * this.x, bytes_per_s: 4.9e7 },
-            progress: this.progress(), gauges: this.gauges(),
+            progress: this.progress(), gauges: this.gauges(), campaign: null, plans: ["fig3", "mu"],
             clocks: [{ name: "DAC", ppm: 0, residual_s: 2.1e-6 }, { name: "accelerometer", ppm: -37.52, residual_s: 3.4e-6 },
                 { name: "camera top", ppm: 12.04, residual_s: 1.1e-6 }, { name: "camera side", ppm: 11.87, residual_s: 1.2e-6 }],
             losses: [{ stream: "accelerometer", got: Math.floor(this.time * 4000), lost: 0 },
@@ -207,6 +221,7 @@ export class Bench {
             case "middle": return this.bring();
             case "mu": this.given_mu = body.mu; return null;
             case "stop": this.become("stopping"); return null;
+            case "recordings/series.nxs/replay": this.recordings[0].replay = "identical"; return null;
             case "record": return this.record(body.name);
             case "remark": this.log("remark", body.text); return null;
             default: return `no action ${name}`;

@@ -149,7 +149,7 @@ test("Invalid numbers are refused without a request to the daemon", async () => 
     await page.getByText("rho: a number is needed").waitFor();
     await page.fill("#periods", "2.5");
     await press(page, "Start");
-    await page.getByText("periods: a whole number from 1").waitFor();
+    await page.getByText("periods: a whole number from 2").waitFor();
     await page.fill("#periods", "");
     await page.fill("#measurements", "0");
     await press(page, "Start");

@@ -47,6 +47,28 @@ test("A run from the page: drive, start, results, stop, start, abort, clear", { 
     assert.match(await state(page), /tripped/);
     await press(page, "Clear the trip");
     await stateIs(page, "idle");
+    await press(page, "Release control");
+    assert.deepEqual(troubles, []);
+});
+
+test("A scan from the page is measured without a person, paused and resumed", { timeout: 240_000 }, async () => {
+    const { page, troubles } = await openPage(stage, { hash: "", viewport: { width: 1440, height: 1000 } });
+    await stateIs(page, "idle");
+    const words = (pattern) => page.waitForFunction((source) => new RegExp(source).test(document.getElementById("campaign-words").textContent), pattern, { timeout: 120_000 });
+    await page.fill("#scan-from", "98");
+    await page.fill("#scan-to", "102");
+    await page.fill("#scan-steps", "1");
+    await page.fill("#scan-periods", "5");
+    await press(page, "Measure the scan");
+    await words("measuring: 0 of 2");
+    await press(page, "Pause");
+    await words("^paused");
+    await stateIs(page, "idle", 60_000);
+    if (folder) await page.screenshot({ path: join(folder, "daemon-campaign.png"), fullPage: true });
+    await press(page, "Resume");
+    await words("^ended: 2 of 2 points");
+    await page.fill("#log-search", "campaign point");
+    await page.waitForFunction(() => document.querySelectorAll("#log li:not([hidden])").length === 2, null, { timeout: 10_000 });
     assert.deepEqual(troubles, []);
 });
 

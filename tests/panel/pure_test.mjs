@@ -8,10 +8,13 @@ import { source } from "./sources.mjs";
 
 const { tickTexts, withError, number, prefixed, duration, decibels } = await source("format");
 const { decodeFrame, channel, FrameError } = await source("frames");
+const { campaignWords, scanOrder } = await source("views/campaign");
 const { trackingWords } = await source("views/health");
 const { stickWords } = await source("views/numbers");
 const { parseMessage } = await source("messages");
 const { Rolling } = await source("rolling");
+const { padded } = await source("views/points");
+const { newestFirst, pointsOf, repeats, weightedMean } = await source("results");
 const { curves, axes, degrees, maxCurves } = await source("groups");
 
 const arrayBuffer = (buffers) => new Uint8Array(Buffer.concat(buffers)).buffer;
@@ -35,6 +38,20 @@ test("The rounding of a shown value is less than a tenth of its error", () => {
         assert.ok(Math.abs(shown - value) <= Math.min(0.5, sigma / 10), `${value} ${sigma}`);
         assert.ok(Math.abs(error - sigma) <= sigma / 10);
     }
+});
+
+test("A campaign is told in words, and a scan is an order in SI units or a refusal", () => {
+    const campaign = { active: true, paused: false, doing: "measuring", points: 12, ended: 3, point: "scan phi 35 deg", left_s: 190, known_mu: "", folder: "scan-x" };
+    assert.equal(campaignWords(campaign), "measuring: 3 of 12 points have ended; now scan phi 35 deg; about 3 min 10 s left");
+    assert.equal(campaignWords({ ...campaign, point: "", left_s: null }), "measuring: 3 of 12 points have ended");
+    assert.match(campaignWords({ ...campaign, active: false }), /^ended: 3 of 12 points; .* are in scan-x$/);
+    const fields = { from: "0", to: "180", steps: "6", periods: "20" };
+    const phi = scanOrder("phi", fields);
+    assert.ok(Math.abs(phi.to - Math.PI) < 1e-12 && phi.scan === "phi" && phi.steps === 6 && phi.periods === 20);
+    assert.ok(Math.abs(scanOrder("gamma", { ...fields, to: "1.5" }).to - 14.7) < 1e-12);
+    assert.equal(scanOrder("phi", { ...fields, from: "" }).refused, "from: a number in degrees is needed");
+    assert.equal(scanOrder("gamma", { ...fields, steps: "1.5" }).refused, "steps: a whole number from 1");
+    assert.equal(scanOrder("gamma", { ...fields, periods: "1" }).refused, "periods: a whole number from 2");
 });
 
 test("Numbers, prefixes, durations and levels have their usual form", () => {
@@ -182,6 +199,39 @@ test("Each sweep becomes one curve, in order; other points are last", () => {
     assert.deepEqual(found[2].points[0].closed, 1);
     const many = Array.from({ length: 60 }, (_, i) => ({ ...points[0], phi_rad: (i % 20) * 0.1 }));
     assert.equal(curves(many, axes.gamma).length, maxCurves + 1);
+});
+
+const rowAt = (id, second, v, sigma, more = {}) => ({
+    id, time: `2026-11-26T10:00:0${second}Z`, asked: { frequency_hz: 20, gamma_mps2: g, rho: 0.5, phi_rad: 1, overtones: [] },
+    v_D_mps: { value: v, sigma }, D_m: null, efficiency: null, ...more,
+});
+
+test("Repeats are averaged by their errors, with their scatter", () => {
+    const mean = weightedMean([{ value: 1, sigma: 0.1 }, { value: 2, sigma: 0.2 }, null, { value: 9, sigma: null }]);
+    assert.ok(Math.abs(mean.mean.value - 1.2) < 1e-12);
+    assert.ok(Math.abs(mean.mean.sigma - 0.1 * Math.sqrt(0.8)) < 1e-12);
+    assert.ok(Math.abs(mean.stated - Math.sqrt(0.025)) < 1e-12);
+    assert.ok(Math.abs(mean.scatter - Math.SQRT1_2) < 1e-12);
+    assert.equal(weightedMean([{ value: 1, sigma: 0.1 }]).scatter, null);
+    assert.equal(weightedMean([null]), null);
+    const other = { ...rowAt(4, 4, 3, 1).asked, phi_rad: 2 };
+    const rows = [rowAt(1, 1, 1, 1), rowAt(4, 4, 3, 1, { asked: other }), rowAt(2, 2, 2, 1), rowAt(3, 3, 0, 1, { v_D_mps: null }), rowAt(5, 0, 7, 1, { asked: null })];
+    assert.deepEqual(newestFirst(rows).map((row) => row.id), [4, 3, 2, 1, 5]);
+    assert.deepEqual(repeats(rows).map(({ asked, count, v_D_mps, newest }) => [asked.phi_rad, count, v_D_mps.mean.value, newest.id]), [[2, 1, 3, 4], [1, 2, 1.5, 2]]);
+});
+
+test("Points have the set-points of their rows; rows of before the daemon's start are points, too", () => {
+    const measured = { gamma_mps2: 9.81, phi_rad: 1, v_D_mps: 0.0066, sigma_mps: 1e-6, closed_form_mps: 0.007 };
+    const some = (value) => ({ value, sigma: 1e-6 });
+    const row = rowAt(1, 1, 0.0066, 1e-6, { gamma_mps2: some(9.81), phi_rad: some(1) }), before = rowAt(2, 2, 0.005, 1e-6, { gamma_mps2: some(9.9), phi_rad: some(2) });
+    assert.deepEqual(pointsOf([measured], [row, before, rowAt(3, 3, 0, 0, { v_D_mps: null })]),
+        [{ ...measured, asked: row.asked }, { gamma_mps2: 9.9, phi_rad: 2, v_D_mps: 0.005, sigma_mps: 1e-6, closed_form_mps: null, asked: before.asked }]);
+    assert.deepEqual(pointsOf([measured], []), [measured]);
+});
+
+test("An axis of repeats is not narrower than its least span", () => {
+    assert.deepEqual(padded(0.99, 1.01, 0.2).map((x) => Math.round(100 * x)), [90, 110]);
+    assert.deepEqual(padded(0, 10, 0.2).map((x) => Math.round(100 * x)), [-50, 1050]);
 });
 
 test("An angle is shown within half a turn of zero", () => {

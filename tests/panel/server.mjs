@@ -30,6 +30,8 @@ export async function startServer(folder, port = 0) {
     const files = createServer((request, response) => void serve(request, response));
     async function serve(request, response) {
         if (request.method === "POST") return action(request, response);
+        if (request.url === "/api/recordings") return response.writeHead(200, { "Content-Type": "application/json" }).end(JSON.stringify({ recordings: bench.recordings }));
+        if (request.url === "/api/results.csv") return response.writeHead(200, { "Content-Type": "text/csv" }).end(`${request.headers["x-shaker-token"]},${bench.rows.length}`);
         const [name, type] = types[request.url] ?? [];
         response.setHeader("Content-Security-Policy", policy);
         if (!name) return response.writeHead(request.url === "/favicon.ico" ? 204 : 404).end();
@@ -58,6 +60,7 @@ export async function startServer(folder, port = 0) {
         clients.add(client);
         if (played.mute) return;
         for (const event of bench.events) client.text(event);
+        client.text({ type: "results", results: bench.rows });
         client.text(stateFor(client));
     });
 

@@ -9,16 +9,14 @@
 #include <iterator>
 #include <utility>
 
-#include "daemon/campaign/campaign.hpp"
 #include "daemon/campaign/campaign_folder.hpp"
+#include "daemon/campaign/lead/session.hpp"
 #include "daemon/campaign/plan.hpp"
 #include "daemon/campaign/plan_check.hpp"
 #include "daemon/campaign/plan_file.hpp"
 #include "daemon/campaign/point_results.hpp"
 #include "daemon/commands/campaign/campaign_lines.hpp"
-#include "daemon/commands/campaign/journal_writer.hpp"
 #include "daemon/commands/campaign/operator_input.hpp"
-#include "daemon/commands/mu/law_points.hpp"
 #include "daemon/commands/stop_signals.hpp"
 #include "daemon/report/printing.hpp"
 #include "daemon/run/run_setup.hpp"
@@ -40,54 +38,6 @@ run::RunnerSettings runner_settings(const CampaignOptions& options,
         .run = options.run, .on_call = true, .recordings = options.folder, .longest_recording_s = 7200};
     settings.run.drive = points.front().asked.drive;
     return settings;
-}
-
-/// InputError for a set-point beyond the limits of the bench.
-void require_possible(const campaign::Plan& plan, const std::vector<campaign::Point>& points,
-                      const bench::Bench& bench) {
-    for (const campaign::Point& p : points) run::require_seen(bench, p.asked.drive.frequency);
-    campaign::require_within_limits(plan, points, [&](const Drive& drive) {
-        return run::run_demands(bench, drive, run::limits_of_run(bench.limits));
-    });
-}
-
-std::vector<campaign::PointRow> asked_rows(const std::vector<campaign::Point>& points) {
-    std::vector<campaign::PointRow> rows;
-    for (const campaign::Point& p : points)
-        rows.push_back({.point = p.id,
-                        .series = p.series,
-                        .repeat = p.repeat,
-                        .partner = p.partner,
-                        .asked = p.asked.drive});
-    return rows;
-}
-
-int recordings_in(const std::filesystem::path& folder) {
-    int newest = 0;
-    for (const auto& entry : std::filesystem::directory_iterator{folder}) {
-        const std::string name = entry.path().filename().string();
-        if (name.starts_with('r')) newest = std::max(newest, std::atoi(name.c_str() + 1));
-    }
-    return newest;
-}
-
-struct Ended {
-    std::vector<int> points;
-    std::vector<law::Point> measured;
-};
-
-/// What the folder has, after its recordings were looked at: a pass that they do not have must be measured
-/// again.
-Ended ended_in(campaign::CampaignFolder& folder, const std::vector<campaign::Point>& points) {
-    const campaign::PointResults stored = campaign::point_results(
-        folder.path(), asked_rows(points), folder.stored().progress, campaign::Source::stored);
-    for (const campaign::PassLost& lost : stored.lost) folder.add(lost);
-    Ended ended{.points = {}, .measured = law_points(stored.table)};
-    const campaign::Progress progress = campaign::read_campaign(folder.path()).progress;
-    for (const campaign::Point& p : points)
-        if (progress.done(p.id)) ended.points.push_back(p.id);
-    std::erase_if(ended.measured, [&](const law::Point& p) { return !progress.done(p.number); });
-    return ended;
 }
 
 void obey(campaign::Campaign& campaign, const std::string& word, acquisition::Channels& channels,
@@ -145,17 +95,6 @@ void place_walker(run::RunOptions& run, const campaign::Plan& plan, const campai
     scene.walker.start_mm = 1e3 * campaign::best_start(travel);
 }
 
-/// Writes the points table of a folder as its recordings are now.
-campaign::PointsTable write_table(const std::filesystem::path& folder, const campaign::Plan& plan,
-                                  const std::string& plan_text,
-                                  const std::vector<campaign::PointRow>& asked) {
-    campaign::PointResults results = campaign::point_results(
-        folder, asked, campaign::read_campaign(folder).progress, campaign::Source::stored);
-    for (const std::string& remark : results.remarks) spdlog::info("{}", remark);
-    campaign::write_points(folder / campaign::table_name, plan.title, plan_text, results.table);
-    return std::move(results.table);
-}
-
 /// Bench time of each point, s; the view of a real bench without --view counts as wide.
 std::vector<double> predicted_s(const campaign::Plan& plan, const bench::Bench& bench,
                                 const CampaignOptions& options) {
@@ -166,59 +105,69 @@ std::vector<double> predicted_s(const campaign::Plan& plan, const bench::Bench& 
     return bench_s;
 }
 
-struct Led {
-    campaign::BenchTime time;
-    std::vector<campaign::Returned> returns;
-    bool nobody = false;  // it is paused, and standard input has ended
-};
+/// The command leads a bench whose runner it owns.
+class Lead {
+public:
+    Lead(run::Runner& runner, const campaign::SessionSettings& settings, const CampaignOptions& options)
+        : runner_{runner},
+          live_{settings.beside},
+          run_{settings.run},
+          on_call_{runner, live_},
+          session_{runner, on_call_, settings,
+                   [this](const campaign::Event& event, double now_s) { lines_.event(event, now_s); }},
+          lines_{session_.engine(), session_.points(),
+                 predicted_s(session_.plan(), runner.bench(), options)} {}
 
-/// Leads the bench through the points that are left.
-Led lead(run::Runner& runner, campaign::Engine& engine, campaign::CampaignFolder& folder,
-         const campaign::Plan& plan, const run::RunOptions& run, CampaignLines& lines) {
-    Led led;
-    const bool live = !runner.bench().world || run.threads;
-    JournalWriter journal{folder, live};
-    const auto listen = [&](const campaign::Event& event, double now_s) {
-        journal.add(event);
-        if (const auto* r = std::get_if<campaign::Returned>(&event)) led.returns.push_back(*r);
-        lines.event(event, now_s);
-    };
-    const campaign::CampaignSettings settings{.run = run,
-                                              .folder = folder.path(),
-                                              .recordings = recordings_in(folder.path()),
-                                              .edge_margin_mm = plan.edge_margin_mm,
-                                              .beside = live};
-    campaign::Campaign campaign{runner, engine, settings, listen};
-    const StopSignals signals{runner};
-    OperatorInput input{keys};
-    if (input.keys()) lines.say(keys_help);
-    int stops = 0;  // requests that were obeyed
-    const auto step = [&](const acquisition::Streams& streams, acquisition::Channels& channels) {
-        runner.require_real_time();
-        const bool any = campaign.step(streams, channels);
-        if (const std::string why = journal.failure(); !why.empty())
-            engine.failed("the journal cannot be written: " + why + "; make room, then resume");
-        lines.status(campaign.time().sum() - campaign.time().checking);
+    /// Leads the bench through the points that are left, and writes their table.
+    void run() {
+        const StopSignals signals{runner_};
+        OperatorInput input{keys};
+        if (input.keys()) lines_.say(keys_help);
+        runner_.lead([&](const acquisition::Streams& streams,
+                         acquisition::Channels& channels) { return step(streams, channels, input); },
+                     [&] { return session_.campaign().done() || nobody_; });
+        using What = campaign::CampaignChange::What;
+        const campaign::PointsTable table = session_.finish(
+            {.what = nobody_ || runner_.stop_requests() > 0 ? What::paused : What::ended,
+             .reason = nobody_ ? "nobody is there to resume it" : session_.engine().known_mu()});
+        if (session_.plan().mu_target > 0) lines_.say(session_.engine().known_mu());
+        lines_.say(campaign_summary(table, session_.campaign().time(), session_.returns(), runner_.wall_s()) +
+                   fmt::format("points table: {}", (session_.folder() / campaign::table_name).string()));
+    }
+    /// It is paused, and standard input has ended.
+    [[nodiscard]] bool nobody() const noexcept { return nobody_; }
+
+private:
+    bool step(const acquisition::Streams& streams, acquisition::Channels& channels, OperatorInput& input) {
+        runner_.require_real_time();
+        campaign::Campaign& campaign = session_.campaign();
+        const bool any = on_call_.take(streams, channels);
+        while (const auto measured = on_call_.measured()) campaign.take(*measured);
+        session_.order(channels);
+        on_call_.follow(run_, channels);
+        while (const auto run = on_call_.finished()) campaign.take(*run);
+        campaign.follow();
+        lines_.status(campaign.time().sum() - campaign.time().checking);
         // A bench on virtual time waits in a pause for the operator; a real one goes on playing silence. What
         // a word has begun goes on before the next one is read.
         const bool waits = campaign.waits_for_a_person();
-        if (const auto word = input.next(waits && !live)) obey(campaign, *word, channels, lines);
-        led.nobody = input.closed() && campaign.waits_for_a_person();
-        if (const int asked = runner.stop_requests(); asked > std::exchange(stops, asked)) {
+        if (const auto word = input.next(waits && !live_)) obey(campaign, *word, channels, lines_);
+        nobody_ = input.closed() && campaign.waits_for_a_person();
+        if (const int asked = runner_.stop_requests(); asked > std::exchange(stops_, asked)) {
             if (asked > 1) ++channels.aborts;
-            engine.leave();
+            session_.engine().leave();
         }
         return any;
-    };
-    runner.lead(step, [&] { return campaign.done() || led.nobody; });
-    led.time = campaign.time();
-    using What = campaign::CampaignChange::What;
-    journal.add(campaign::CampaignChange{
-        .what = led.nobody || runner.stop_requests() > 0 ? What::paused : What::ended,
-        .reason = led.nobody ? "nobody is there to resume it" : engine.known_mu()});
-    journal.finish();
-    return led;
-}
+    }
+
+    run::Runner& runner_;
+    bool live_, nobody_ = false;
+    run::RunOptions run_;
+    on_call::OnCall on_call_;
+    campaign::Session session_;
+    CampaignLines lines_;
+    int stops_ = 0;  // requests that were obeyed
+};
 
 }  // namespace
 
@@ -229,7 +178,7 @@ void check_plan(const CampaignOptions& options) {
     place_walker(settings.run, plan, points.front());
     const bench::Bench bench = bench::open_bench(settings.run.rig, settings.run.scene,
                                                  simulated::World::Pace::lockstep, settings.run.standard);
-    require_possible(plan, points, bench);
+    campaign::require_possible(plan, points, bench);
     const double view_m = view_of(options, bench);
     if (!std::isfinite(view_m))
         throw InputError{
@@ -250,23 +199,17 @@ void measure_campaign(const CampaignOptions& options) {
     place_walker(settings.run, plan, points.front());
     run::Runner runner{settings};
     for (const std::string& granted : runner.bench().granted) spdlog::info("{}", granted);
-    require_possible(plan, points, runner.bench());
-    auto folder = continues ? campaign::CampaignFolder::continued(options.folder)
-                            : campaign::CampaignFolder::begin(options.folder, plan_text);
-    if (!folder.stored().remark.empty()) spdlog::warn("{}", folder.stored().remark);
-    const Ended ended = ended_in(folder, points);
-    campaign::Engine engine{points,
-                            {.mu = plan.mu, .mu_target = plan.mu_target, .g = runner.bench().gravity},
-                            ended.points,
-                            ended.measured};
-    CampaignLines lines{engine, points, predicted_s(plan, runner.bench(), options)};
-    Led led = lead(runner, engine, folder, plan, settings.run, lines);
-    const campaign::PointsTable table = write_table(options.folder, plan, plan_text, asked_rows(points));
-    if (plan.mu_target > 0) lines.say(engine.known_mu());
-    lines.say(campaign_summary(table, led.time, led.returns, runner.wall_s()) +
-              fmt::format("points table: {}", (options.folder / campaign::table_name).string()));
+    Lead lead{runner,
+              {.folder = options.folder,
+               .plan = plan_text,
+               .plan_file = file.string(),
+               .continues = continues,
+               .run = settings.run,
+               .beside = !runner.bench().world || settings.run.threads},
+              options};
+    lead.run();
     StopSignals::rethrow();
-    if (led.nobody)
+    if (lead.nobody())
         throw TripError{
             fmt::format("the campaign is paused; clear the cause, then \"shakerd campaign {} --continue\"",
                         options.folder.string())};
@@ -276,7 +219,7 @@ bool reduce_campaign(const std::filesystem::path& folder, const std::filesystem:
     const campaign::StoredCampaign stored = campaign::read_campaign(folder);
     const std::string name = (folder / campaign::plan_name).string();
     const campaign::Plan plan = campaign::parse_plan(stored.plan, name);
-    const std::vector<campaign::PointRow> asked = asked_rows(campaign::schedule(plan));
+    const std::vector<campaign::PointRow> asked = campaign::asked_rows(campaign::schedule(plan));
     const campaign::PointResults now =
         campaign::point_results(folder, asked, stored.progress, campaign::Source::raw);
     for (const std::string& remark : now.remarks) report::say(remark + "\n");

@@ -7,8 +7,8 @@
 #include <chrono>
 #include <cmath>
 #include <cstdio>
-#include <numbers>
 
+#include "daemon/campaign/lead/event_text.hpp"
 #include "daemon/report/printing.hpp"
 
 namespace shaker::commands {
@@ -20,12 +20,6 @@ constexpr const char* clear_line = "\r\033[K";
 
 double monotonic_s() {
     return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
-}
-
-std::string place(const campaign::Point& p) {
-    return fmt::format("{} {:.4g} Hz gamma {:.4g} m/s^2 rho {:.3g} phi {:.1f} deg", p.series,
-                       p.asked.drive.frequency, p.asked.drive.gamma, p.asked.drive.rho,
-                       p.asked.drive.phi * 180 / std::numbers::pi);
 }
 
 std::string duration(double s) {
@@ -60,27 +54,16 @@ void CampaignLines::say(const std::string& sentence) { print(sentence); }
 
 void CampaignLines::event(const campaign::Event& event, double now_s) {
     if (const auto* ended = std::get_if<campaign::PointEnded>(&event)) {
-        const auto index = static_cast<std::size_t>(ended->point - 1);
-        ended_.at(index) = true;
-        const auto v_D = engine_.result(ended->point);
-        const bool measured = ended->outcome == campaign::Outcome::measured;
-        if (measured) last_ = fmt::format("v_D {:+.4f} +- {:.4f} mm/s", 1e3 * v_D.value, 1e3 * v_D.sigma);
-        const std::string result =
-            measured
-                ? last_
-                : fmt::format("{}: {}", campaign::outcome_words[static_cast<std::size_t>(ended->outcome)],
-                              ended->reason);
-        print(fmt::format("{:7.1f} s  point {} of {}  {}  {}", now_s, ended->point, points_.size(),
-                          place(points_[index]), result));
-    } else if (const auto* change = std::get_if<campaign::CampaignChange>(&event)) {
-        print(fmt::format("{:7.1f} s  {}: {}", now_s,
-                          campaign::CampaignChange::words[static_cast<std::size_t>(change->what)],
-                          change->reason));
+        ended_.at(static_cast<std::size_t>(ended->point - 1)) = true;
+        if (ended->outcome == campaign::Outcome::measured) {
+            const auto v_D = engine_.result(ended->point);
+            last_ = fmt::format("v_D {:+.4f} +- {:.4f} mm/s", 1e3 * v_D.value, 1e3 * v_D.sigma);
+        }
     } else if (const auto* lost = std::get_if<campaign::PassLost>(&event)) {
         ended_.at(static_cast<std::size_t>(lost->point - 1)) = false;
-        print(fmt::format("{:7.1f} s  point {}, pass {} does not count: {}", now_s, lost->point, lost->pass,
-                          lost->reason));
     }
+    if (const std::string text = campaign::text(event, engine_, points_); !text.empty())
+        print(fmt::format("{:7.1f} s  {}", now_s, text));
 }
 
 double CampaignLines::left_s(double spent_s) const {
@@ -93,9 +76,9 @@ void CampaignLines::status(double spent_s) {
     if (!terminal_ || monotonic_s() < written_s_ + refresh_s) return;
     written_s_ = monotonic_s();
     const campaign::Point* p = engine_.point();
-    const std::string where = p == nullptr
-                                  ? std::string{"all points have ended"}
-                                  : fmt::format("point {} of {}  {}", p->id, points_.size(), place(*p));
+    const std::string where =
+        p == nullptr ? std::string{"all points have ended"}
+                     : fmt::format("point {} of {}  {}", p->id, points_.size(), campaign::place(*p));
     std::fputs(clear_line, stdout);
     report::say(fmt::format("{}  {}  {}{} left  {}", where, engine_.doing(),
                             engine_.known_mu().empty() ? "" : "at most ", duration(left_s(spent_s)), last_));

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "daemon/campaign/campaign.hpp"
+#include "daemon/campaign/lead/campaign.hpp"
 #include "daemon/campaign/points_table.hpp"
 
 namespace shaker::commands {

@@ -3,7 +3,7 @@
 #include <spdlog/fmt/fmt.h>
 
 #include "daemon/campaign/campaign_folder.hpp"
-#include "daemon/commands/mu/law_points.hpp"
+#include "daemon/campaign/law_points.hpp"
 #include "daemon/report/printing.hpp"
 #include "drivers/errors.hpp"
 
@@ -28,7 +28,7 @@ std::string mu_text(const MuOptions& options) {
             throw InputError{
                 fmt::format("{}: expected the folder of a campaign or its points table campaign.nxs",
                             options.campaigns[i].string())};
-        std::vector<law::Point> own = law_points(campaign::read_points(file), static_cast<int>(i));
+        std::vector<law::Point> own = campaign::law_points(campaign::read_points(file), static_cast<int>(i));
         if (own.empty())
             throw InputError{
                 fmt::format("{}: the campaign has no measured point", options.campaigns[i].string())};

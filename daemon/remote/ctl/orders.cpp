@@ -49,10 +49,8 @@ void identify(const Values& values) { link_of(values).order("identify", {}); }
 
 void start(const Values& values) {
     json fields = json::object();
-    if (values.has("--periods")) fields["periods"] = static_cast<int>(values.number("--periods"));
-    if (values.has("--settle")) fields["settle_periods"] = static_cast<int>(values.number("--settle"));
-    if (values.has("--measurements"))
-        fields["measurements"] = static_cast<int>(values.number("--measurements"));
+    for (const MeasurementField& field : measurement_fields)
+        if (values.has(field.option)) fields[std::string{field.key}] = values.whole(field.option);
     const Link link = link_of(values);
     link.order("start", fields);
     if (!values.has("--wait")) return;
@@ -92,6 +90,36 @@ void give_mu(const Values& values) {
     json fields{{"mu", values.number("MU")}};
     if (values.has("--error")) fields["sigma"] = values.number("--error");
     link_of(values).order("mu", fields);
+}
+
+void campaign(const Values& values) {
+    const Link link = link_of(values);
+    const std::string what = values.text("WHAT"), plan = values.text("--plan");
+    if (plan.empty() == (what == "start"))
+        throw InputError{
+            what == "start"
+                ? "campaign start: --plan is missing; \"shakerctl campaign plans\" lists the plans"
+                : fmt::format("campaign {}: --plan {} is of start only", what, plan)};
+    const auto ended = [](const json& state) {
+        const json& campaign = state.at("campaign");
+        if (campaign.is_object() && campaign.value("paused", false))
+            throw Refused{"the campaign is paused: " + campaign.value("newest", std::string{})};
+        return !campaign.is_object() || !campaign.value("active", false);
+    };
+    if (what == "plans") {
+        const json state = *state_when(link, Clock::time_point::max(), [](const json&) { return true; });
+        for (const json& name : state.at("plans")) print(name.get<std::string>() + "\n");
+        return;
+    }
+    if (what == "start")
+        link.order("campaign", {{"plan", plan}});
+    else
+        link.order("campaign/" + what, {});
+    if (!values.has("--wait")) return;
+    const json state = *state_when(link, Clock::time_point::max(), ended);
+    const json& campaign = state.at("campaign");
+    print(fmt::format("{} of {} points have ended; folder {}\n", campaign.at("ended").get<int>(),
+                      campaign.at("points").get<int>(), campaign.at("folder").get<std::string>()));
 }
 
 void clear(const Values& values) { link_of(values).order("clear", {}); }

@@ -10,6 +10,8 @@ void start(const Values& values);
 void stop(const Values& values);
 void middle(const Values& values);
 void give_mu(const Values& values);
+/// "campaign WHAT [--plan NAME]": starts a plan, lists the plans, or passes a word to the campaign under way.
+void campaign(const Values& values);
 /// Sends no other request first; the daemon has 2 s to answer.
 void abort(const Values& values);
 void clear(const Values& values);

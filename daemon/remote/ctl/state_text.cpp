@@ -103,6 +103,10 @@ std::string state_text(const json& s) {
     if (has_result(s))
         line("result", fmt::format("{}, D {} mm, efficiency {}", drift_text(s),
                                    estimate(s, "/result/D_m", 1e3), estimate(s, "/result/efficiency", 1)));
+    if (yes(s, "/campaign/active"))
+        line("campaign", fmt::format("{}, {}: {:.0f} of {:.0f} points have ended", word(s, "/campaign/name"),
+                                     word(s, "/campaign/doing"), number(s, "/campaign/ended"),
+                                     number(s, "/campaign/points")));
     const std::string file = word(s, "/session/recording"), holder = word(s, "/session/controller");
     const bool finishing = yes(s, "/session/finishing");
     line("recording", file.empty() ? std::string{"none"} : file + (finishing ? ", is being completed" : ""));

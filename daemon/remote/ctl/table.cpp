@@ -1,5 +1,6 @@
 #include "daemon/remote/ctl/table.hpp"
 
+#include <algorithm>
 #include <cstdlib>
 
 #include "daemon/manual/drive_arguments.hpp"
@@ -27,7 +28,6 @@ int done(const Values& values) {
 
 void print_manual(const Values& /*values*/) { print(manual::manual_page(program())); }
 
-constexpr Range frictions{0.005, 3};
 constexpr Range waits{0, 30 * 86400.0};  // s
 
 constexpr std::array<std::string_view, 2> switch_words{"on", "off"};
@@ -52,27 +52,21 @@ constexpr std::array status_arguments{
 
 constexpr auto set_arguments = manual::drive_arguments(false);
 
-constexpr std::array start_arguments{
-    Argument{.name = "--periods",
-             .value = "N",
-             .help = "Drive periods of a measurement",
-             .kind = Kind::whole,
-             .allowed = {2, most_periods},
-             .otherwise = "as last"},
-    Argument{.name = "--settle",
-             .value = "N",
-             .help = "Periods of the settled drive before a measurement; 0: until the walker's drift is "
-                     "steady",
-             .kind = Kind::whole,
-             .allowed = {0, most_settle_periods},
-             .otherwise = "as last"},
-    Argument{.name = "--measurements",
-             .value = "N",
-             .help = "Measurements, then a soft stop",
-             .kind = Kind::whole,
-             .allowed = {1, 100000},
-             .otherwise = "until \"shakerctl stop\""},
-    Argument{.name = "--wait", .help = "Wait for the first result and print its v_D"}};
+constexpr Argument argument_of(const MeasurementField& field) {
+    return {.name = field.option,
+            .value = "N",
+            .help = field.help,
+            .kind = Kind::whole,
+            .allowed = field.allowed,
+            .otherwise = field.otherwise};
+}
+
+constexpr auto start_arguments = [] {
+    std::array<Argument, measurement_fields.size() + 1> rows{};
+    std::ranges::transform(measurement_fields, rows.begin(), argument_of);
+    rows.back() = {.name = "--wait", .help = "Wait for the first result and print its v_D"};
+    return rows;
+}();
 
 constexpr std::array stop_arguments{Argument{.name = "--wait", .help = "Wait until the bench is idle"}};
 
@@ -82,7 +76,7 @@ constexpr std::array mu_arguments{Argument{.name = "MU",
                                            .help = "Coefficient of Coulomb friction",
                                            .kind = Kind::quantity,
                                            .dimension = Dimension::ratio,
-                                           .allowed = frictions},
+                                           .allowed = allowed_friction},
                                   Argument{.name = "--error",
                                            .value = "ERROR",
                                            .help = "Standard error of MU",
@@ -90,6 +84,21 @@ constexpr std::array mu_arguments{Argument{.name = "MU",
                                            .dimension = Dimension::ratio,
                                            .allowed = {0, 3},
                                            .otherwise = "0"}};
+
+constexpr std::array<std::string_view, 7> campaign_words{"plans", "start",  "pause", "resume",
+                                                         "skip",  "repeat", "stop"};
+constexpr std::array campaign_arguments{
+    Argument{.name = "WHAT",
+             .help = "plans: list them; start; pause; resume; skip the point in progress; repeat the last "
+                     "point; stop after the point in progress",
+             .kind = Kind::word,
+             .words = campaign_words},
+    Argument{.name = "--plan",
+             .value = "NAME",
+             .help = "Plan to start, one of \"campaign plans\"",
+             .kind = Kind::text,
+             .otherwise = "needed by start only"},
+    Argument{.name = "--wait", .help = "Wait until the campaign has ended; exit status 1 when it pauses"}};
 
 constexpr std::array record_arguments{
     Argument{.name = "SWITCH", .help = "on or off", .kind = Kind::word, .words = switch_words},
@@ -181,6 +190,15 @@ constexpr std::array commands{
             .arguments = mu_arguments,
             .exit_statuses = asks,
             .act = done<give_mu>},
+    Command{.name = "campaign",
+            .summary = "Measure the points of a plan without a person",
+            .details = "The recordings and the table of points (campaign.nxs, for \"shakerd report\") are in "
+                       "a folder of their own beside the daemon's recordings. A trip pauses the campaign: "
+                       "clear it, then resume.",
+            .arguments = campaign_arguments,
+            .example = "shakerctl campaign start --plan fig3 --wait",
+            .exit_statuses = asks,
+            .act = done<campaign>},
     Command{.name = "abort",
             .summary = "Stop the drive at once, whoever holds control",
             .details =

@@ -17,11 +17,13 @@ std::vector<scpi::Command> output_commands(BenchInstrument& bench);
 std::vector<scpi::Command> control_commands(BenchInstrument& bench);
 /// SOURce: FUNCtion and HARMonic, the shape of one period.
 std::vector<scpi::Command> shape_commands(BenchInstrument& bench);
-/// INITiate, TRIGger, READ, MEASure: start of a measurement.
+/// INITiate, TRIGger, AVERage, READ, MEASure: start of a measurement, and its parameters.
 std::vector<scpi::Command> read_commands(BenchInstrument& bench);
+/// CAMPaign: the points of a plan.
+std::vector<scpi::Command> campaign_commands(BenchInstrument& bench);
 /// FETCh: results of the newest measurement.
 std::vector<scpi::Command> fetch_commands(BenchInstrument& bench);
-/// AVERage: periods of the next measurement; RECord: its recording.
+/// RECord: recording of the following runs.
 std::vector<scpi::Command> record_commands(BenchInstrument& bench);
 /// SENSe: state of the sensors; STReam: address of the live streams.
 std::vector<scpi::Command> sense_commands(BenchInstrument& bench);

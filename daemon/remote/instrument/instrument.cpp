@@ -6,7 +6,6 @@
 
 #include "daemon/remote/scpi/data/error.hpp"
 #include "daemon/remote/scpi/session.hpp"
-#include "daemon/run/run_settings.hpp"
 
 namespace shaker::instrument {
 
@@ -28,9 +27,8 @@ std::shared_ptr<const service::BenchState> BenchInstrument::state() const {
 void BenchInstrument::reset(const scpi::Session& by) {
     const auto now = pending_orders_.now();
     if (now && driving(now->state) && now->state != run::RunState::ramp_down) order(by, service::End{});
-    periods = run::RunOptions{}.periods;
-    settle = run::RunOptions{}.settle;
-    count = 0;
+    for (std::size_t i = 0; i < given.size(); ++i)
+        given.at(i) = MeasurementPlan{}.*measurement_fields.at(i).member;
     on_trigger = armed = false;
 }
 
@@ -61,8 +59,10 @@ void BenchInstrument::recall(const scpi::Session& by, int place) {
 access::Aborts::Receipt BenchInstrument::abort(const scpi::Session& by) { return aborts_.give(by.name()); }
 
 service::Begin BenchInstrument::next() const {
-    const auto now = state();
-    return {periods.value_or(now->periods), settle.value_or(now->settle), count};
+    service::Begin begin{state()->plan};
+    for (std::size_t i = 0; i < given.size(); ++i)
+        if (given.at(i)) begin.plan.*measurement_fields.at(i).member = *given.at(i);
+    return begin;
 }
 
 void BenchInstrument::order(const scpi::Session& session, service::OrderWhat what) {

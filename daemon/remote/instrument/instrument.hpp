@@ -34,10 +34,9 @@ public:
     [[nodiscard]] service::PendingOrders& pending_orders() noexcept { return pending_orders_; }
     /// The present state; Error -230 before there is one.
     [[nodiscard]] std::shared_ptr<const service::BenchState> state() const;
-    /// Settings of AVERage; empty: the bench's own.
-    std::optional<int> periods{}, settle{};
-    int count = 0;  // measurements, then a soft stop; 0: until OUTPut OFF
-    /// The order that starts a run with them.
+    /// Parameters of a measurement that a client set, as in measurement_fields.
+    std::array<std::optional<int>, measurement_fields.size()> given{};
+    /// The order that starts a run with them, else with the bench's own.
     [[nodiscard]] service::Begin next() const;
     bool on_trigger = false;  // INITiate waits for *TRG
     bool armed = false;       // INITiate was sent and *TRG is awaited

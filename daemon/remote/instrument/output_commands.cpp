@@ -50,8 +50,8 @@ std::vector<Command> output_commands(BenchInstrument& bench) {
          .guarded = true});
     rows.push_back(
         {.header = "[SOURce:]WALKer:MU",
-         .parameters = {scpi::number("", service::GiveMu::allowed.min, service::GiveMu::allowed.max),
-                        scpi::optional(scpi::number("", 0, service::GiveMu::allowed.max))},
+         .parameters = {scpi::number("", allowed_friction.min, allowed_friction.max),
+                        scpi::optional(scpi::number("", 0, allowed_friction.max))},
          .set =
              [&bench](scpi::Call& call) {
                  const auto a = call.arguments;

@@ -1,6 +1,7 @@
 // Measurements started by a command, a trigger or a query that waits for the result.
 #include <spdlog/fmt/fmt.h>
 
+#include <algorithm>
 #include <cmath>
 #include <memory>
 
@@ -67,6 +68,30 @@ void measure(BenchInstrument& bench, scpi::Call& call) {
     read(bench, call);
 }
 
+/// Sets and queries the parameter of row i of measurement_fields.
+Command plan_command(BenchInstrument& bench, std::size_t i) {
+    const MeasurementField& field = measurement_fields.at(i);
+    const auto [least, most] = field.allowed;
+    const scpi::Parameter parameter =
+        field.word.empty() ? scpi::integer(least, most, MeasurementPlan{}.*field.member)
+                           : scpi::or_word(field.word, scpi::integer(std::max(1.0, least), most));
+    return {.header = std::string{field.header},
+            .parameters = {parameter},
+            .set =
+                [&bench, i](scpi::Call& call) {
+                    const scpi::Argument& a = call.arguments[0];
+                    bench.given.at(i) = a.word == 0 ? 0 : static_cast<int>(a.number);
+                },
+            .query =
+                [&bench, &field, parameter](scpi::Call& call) {
+                    const int value = bench.next().plan.*field.member;
+                    if (value == 0 && !field.word.empty())
+                        return call.reply.word(parameter.words.front().short_form);
+                    call.reply.integer(value);
+                },
+            .guarded = true};
+}
+
 }  // namespace
 
 std::shared_ptr<const reduction::Reduction> result_of(const service::BenchState& state) {
@@ -108,21 +133,10 @@ std::vector<Command> read_commands(BenchInstrument& bench) {
                                 bench.order(call.session, bench.next());
                         },
                     .guarded = true});
-    rows.push_back({.header = "INITiate:CONTinuous",
-                    .query = [&bench](scpi::Call& call) { call.reply.boolean(bench.count == 0); }});
-    rows.push_back({.header = "TRIGger:COUNt",
-                    .parameters = {scpi::or_word("INFinity", scpi::integer(1, service::Begin::most_times))},
-                    .set =
-                        [&bench](scpi::Call& call) {
-                            const scpi::Argument& a = call.arguments[0];
-                            bench.count = a.word == 0 ? 0 : static_cast<int>(a.number);
-                        },
-                    .query =
-                        [&bench](scpi::Call& call) {
-                            if (bench.count == 0) return call.reply.word("INF");
-                            call.reply.integer(bench.count);
-                        },
-                    .guarded = true});
+    rows.push_back({.header = "INITiate:CONTinuous", .query = [&bench](scpi::Call& call) {
+                        call.reply.boolean(bench.next().plan.measurements == 0);
+                    }});
+    for (std::size_t i = 0; i < measurement_fields.size(); ++i) rows.push_back(plan_command(bench, i));
     rows.push_back(
         {.header = "TRIGger:SOURce",
          .parameters = {scpi::choice("IMMediate|BUS")},

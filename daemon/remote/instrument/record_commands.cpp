@@ -4,7 +4,6 @@
 #include "daemon/remote/scpi/data/error.hpp"
 #include "daemon/remote/scpi/data/reply.hpp"
 #include "daemon/remote/scpi/session.hpp"
-#include "daemon/run/run_settings.hpp"
 
 namespace shaker::instrument {
 
@@ -27,26 +26,6 @@ void keep_pictures(BenchInstrument& bench, scpi::Call& call) {
 
 std::vector<Command> record_commands(BenchInstrument& bench) {
     std::vector<Command> rows;
-    rows.push_back({.header = "AVERage:SETTle",
-                    .parameters = {scpi::or_word("AUTO", scpi::integer(1, most_settle_periods))},
-                    .set =
-                        [&bench](scpi::Call& call) {
-                            const scpi::Argument& a = call.arguments[0];
-                            bench.settle = a.word == 0 ? 0 : static_cast<int>(a.number);
-                        },
-                    .query =
-                        [&bench](scpi::Call& call) {
-                            const int settle = bench.next().settle;
-                            if (settle == 0) return call.reply.word("AUTO");
-                            call.reply.integer(settle);
-                        },
-                    .guarded = true});
-    rows.push_back(
-        {.header = "AVERage:PERiods",
-         .parameters = {scpi::integer(2, most_periods, run::RunOptions{}.periods)},
-         .set = [&bench](scpi::Call& call) { bench.periods = static_cast<int>(call.arguments[0].number); },
-         .query = [&bench](scpi::Call& call) { call.reply.integer(bench.next().periods); },
-         .guarded = true});
     rows.push_back(
         {.header = "RECord[:STATe]",
          .parameters = {scpi::boolean(), scpi::optional(scpi::string(64))},

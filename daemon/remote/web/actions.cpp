@@ -9,6 +9,7 @@
 #include <optional>
 #include <string_view>
 
+#include "daemon/campaign/lead/plans.hpp"
 #include "daemon/run/run_settings.hpp"
 #include "drivers/errors.hpp"
 
@@ -22,7 +23,7 @@ constexpr int bad_request = 400, not_found = 404, conflict = 409, gateway_timeou
 const Answer well{200, R"({"ok":true})"};
 constexpr std::array pictures_words{"off", "region", "full"};
 
-double number_at(const json& body, const char* key, double otherwise) {
+double number_at(const json& body, std::string_view key, double otherwise) {
     if (!body.contains(key) || body[key].is_null()) return otherwise;
     if (!body[key].is_number())
         throw InputError{fmt::format("{}: expected a number, got {}", key, body[key].dump())};
@@ -37,19 +38,19 @@ service::OrderWhat drive_of(const json& body, Drive d) {
     return service::SetDrive{d};
 }
 
-int whole_at(const json& body, const char* key, int otherwise, int least, int most) {
+int whole_at(const json& body, std::string_view key, int otherwise, Range allowed) {
     const double number = number_at(body, key, otherwise);
-    if (!(number >= least && number <= most) || number != std::floor(number))
+    if (!(number >= allowed.min && number <= allowed.max) || number != std::floor(number))
         throw InputError{fmt::format("{}: {} is out of range; expected an integer from {} to {}", key, number,
-                                     least, most)};
+                                     allowed.min, allowed.max)};
     return static_cast<int>(number);
 }
 
 service::OrderWhat begin_of(const json& body, const service::PendingOrders& pending_orders) {
-    const service::Begin last = pending_orders.settings().run;
-    return service::Begin{whole_at(body, "periods", last.periods, 1, most_periods),
-                          whole_at(body, "settle_periods", last.settle, 0, most_settle_periods),
-                          whole_at(body, "measurements", 0, 0, service::Begin::most_times)};
+    MeasurementPlan plan = pending_orders.settings().run.plan;
+    for (const MeasurementField& field : measurement_fields)
+        plan.*field.member = whole_at(body, field.key, field.lasts ? plan.*field.member : 0, field.allowed);
+    return service::Begin{plan};
 }
 
 service::OrderWhat mu_of(const json& body) {
@@ -94,6 +95,38 @@ service::OrderWhat record_of(const json& body, recorded::KeptPictures pictures) 
     return record;
 }
 
+/// {"plan": NAME}, or a scan: {"scan": "phi" or "gamma", "from", "to", "steps", "periods", "repeats"}, where
+/// the set-point gives the other parameters.
+service::OrderWhat campaign_of(const json& body, const service::PendingOrders& pending_orders) {
+    const auto text = [&](const char* key) {
+        if (!body[key].is_string())
+            throw InputError{fmt::format("{}: expected a string, got {}", key, body[key].dump())};
+        return body[key].get<std::string>();
+    };
+    if (body.contains("plan") == body.contains("scan"))
+        throw InputError{"campaign: expected either plan, the name of a plan, or scan, \"phi\" or \"gamma\""};
+    if (body.contains("plan")) return service::MeasurePlan{text("plan")};
+    campaign::Scan scan{.phi = text("scan") == "phi", .rest = pending_orders.drive()};
+    if (!scan.phi && text("scan") != "gamma")
+        throw InputError{fmt::format("scan: {}; expected \"phi\" or \"gamma\"", body["scan"].dump())};
+    for (const auto& [key, value] : {std::pair{"from", &scan.from}, {"to", &scan.to}}) {
+        *value = number_at(body, key, NAN);
+        if (std::isnan(*value))
+            throw InputError{fmt::format("{}: missing; expected a number in SI units", key)};
+    }
+    scan.steps = whole_at(body, "steps", 0, {1, 1000});
+    scan.periods = whole_at(body, "periods", pending_orders.settings().run.plan.periods,
+                            measurement_fields.front().allowed);
+    scan.repeats = whole_at(body, "repeats", 1, {1, 1000});
+    return service::MeasurePlan{"scan", campaign::text_of(scan)};
+}
+
+std::optional<service::OrderWhat> campaign_word(std::string_view name) {
+    const auto word = std::ranges::find(campaign::word_names, name);
+    if (word == campaign::word_names.end()) return std::nullopt;
+    return service::TellCampaign{static_cast<campaign::Word>(word - campaign::word_names.begin())};
+}
+
 std::optional<service::OrderWhat> order_of(const std::string& name, const json& body,
                                            const service::PendingOrders& pending_orders) {
     if (name == "drive") return drive_of(body, pending_orders.drive());
@@ -101,6 +134,9 @@ std::optional<service::OrderWhat> order_of(const std::string& name, const json& 
     if (name == "stop") return service::End{};
     if (name == "identify") return service::Identify{};
     if (name == "middle") return service::BringToMiddle{};
+    if (name == "campaign") return campaign_of(body, pending_orders);
+    if (constexpr std::string_view word = "campaign/"; name.starts_with(word))
+        return campaign_word(std::string_view{name}.substr(word.size()));
     if (name == "mu") return mu_of(body);
     if (name == "clear") return service::ClearTrip{};
     if (name == "remark") return remark_of(body);

@@ -5,6 +5,7 @@
 #include <optional>
 #include <utility>
 
+#include "daemon/catalogue/row_text.hpp"
 #include "daemon/remote/access/server_clock.hpp"
 #include "daemon/remote/web/live_frames.hpp"
 #include "daemon/remote/web/site.hpp"
@@ -47,6 +48,7 @@ struct Live {
     std::string who;
     std::map<std::string, Stream> streams{};
     std::uint64_t sent_events = 0, answered = 0;  // number of events and orders already sent
+    std::uint64_t sent_rows = 0;                  // number of the newest row of the results already sent
     std::optional<std::shared_ptr<const reduction::Reduction>>
         pointed{};  // the result at which all points were last sent
     Clock::time_point state_due{};
@@ -117,6 +119,15 @@ void set_next(Stream& stream, Clock::time_point now) {
         now + std::chrono::milliseconds{static_cast<int>(1000 / stream.wish.rate_hz) - turn.count() / 2};
 }
 
+asio::awaitable<void> send_rows(Live& live) {
+    catalogue::ResultsTable& results = live.site->pending_orders.bench_port().results();
+    const std::uint64_t newest = results.newest();
+    if (newest == live.sent_rows) co_return;
+    const std::string text = results_json(results.since(live.sent_rows));
+    live.sent_rows = newest;
+    co_await send(live, true, text);
+}
+
 // Sends all messages that are due.
 asio::awaitable<void> send_due(Live& live) {
     Site& site = *live.site;
@@ -124,12 +135,13 @@ asio::awaitable<void> send_due(Live& live) {
         const std::string answer = std::exchange(live.answer, {});
         co_await send(live, true, answer);
     }
+    const auto state = site.pending_orders.now();
     for (const service::BenchEvent& e : site.pending_orders.bench_port().events(live.sent_events)) {
         live.sent_events = e.number;
-        const std::string text = event_json(e);
+        const std::string text = event_json(e, state ? state->now_s : e.t_s);
         co_await send(live, true, text);
     }
-    const auto state = site.pending_orders.now();
+    co_await send_rows(live);
     const auto now = Clock::now();
     if (!state) co_return;
     if (now >= live.state_due || state->state != live.shown || state->answered != live.answered) {

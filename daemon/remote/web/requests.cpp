@@ -4,7 +4,10 @@
 #include <string_view>
 #include <utility>
 
+#include "daemon/catalogue/list_text.hpp"
+#include "daemon/catalogue/row_text.hpp"
 #include "daemon/remote/web/state_json.hpp"
+#include "drivers/errors.hpp"
 
 #include <boost/beast/websocket/rfc6455.hpp>
 
@@ -68,6 +71,39 @@ Response plain(Manner manner, int status, const std::string& text) {
     return reply(manner, status, "text/plain; charset=utf-8", text + "\n");
 }
 
+std::vector<catalogue::NumberedRow> rows_of(Site& site) {
+    return site.pending_orders.bench_port().results().since(0);
+}
+
+constexpr std::string_view recordings_path = "/api/recordings/";
+
+// A refusal of what wanted_recording() does not let through.
+Response refused_download(Manner manner, const Site& site) {
+    if (site.recordings == nullptr) return reply(manner, refusal(404, "no recordings are served"));
+    if (site.downloads >= site.most_downloads)
+        return reply(manner, refusal(503, "the limit of downloads is reached; wait for the end of one"));
+    try {
+        site.recordings->require_rest();
+    } catch (const InputError& e) {
+        return reply(manner, refusal(409, e.what()));
+    }
+    return reply(manner, refusal(404, "there is no such recording"));
+}
+
+// POST /api/recordings/NAME/replay: checks a recording.
+Answer replay(const std::string& path, Site& site, const std::string& who) {
+    constexpr std::string_view action = "/replay";
+    if (site.recordings == nullptr || !path.ends_with(action)) return refusal(404, "not found: " + path);
+    if (!site.lock.allows(who)) return refusal(409, access::held_text(site.lock.owner()));
+    try {
+        site.recordings->replay(
+            path.substr(recordings_path.size(), path.size() - recordings_path.size() - action.size()));
+        return {200, R"({"ok":true})"};
+    } catch (const InputError& e) {
+        return refusal(409, e.what());
+    }
+}
+
 Response answer_get(Manner manner, const std::string& path, Site& site, const std::string& who) {
     const auto state = site.pending_orders.now();
     if (const auto file = site.page.find(path); file != site.page.end())
@@ -95,6 +131,12 @@ Response answer_get(Manner manner, const std::string& path, Site& site, const st
                      refusal(404, state && !state->not_reduced.empty() ? state->not_reduced
                                                                        : "no measurement is complete yet"));
     }
+    if (path == "/api/recordings" && site.recordings != nullptr)
+        return reply(manner, 200, "application/json", list_json(site.recordings->list()));
+    if (path.starts_with(recordings_path)) return refused_download(manner, site);
+    if (path == "/api/results") return reply(manner, 200, "application/json", results_json(rows_of(site)));
+    if (path == "/api/results.csv")
+        return reply(manner, 200, "text/csv; charset=utf-8", results_csv(rows_of(site)));
     return reply(manner, refusal(404, "not found: " + path));
 }
 
@@ -143,6 +185,20 @@ std::string client_of(const Request& request, const std::string& address) {
     return name + " at " + address;
 }
 
+std::optional<std::string> wanted_recording(const Request& request, const Site& site) {
+    const std::string path = path_of(request);
+    if (request.method() != http::verb::get || !path.starts_with(recordings_path) ||
+        refused(request, site.access) || site.recordings == nullptr || site.downloads >= site.most_downloads)
+        return std::nullopt;
+    try {
+        site.recordings->require_rest();
+    } catch (const InputError&) {
+        return std::nullopt;
+    }
+    const std::string name = path.substr(recordings_path.size());
+    return catalogue::listed_name(name) ? std::optional{name} : std::nullopt;
+}
+
 bool takes_socket(const Request& request, const Site& site) {
     return is_upgrade(request) && !refused(request, site.access) && site.live_clients < site.most_live;
 }
@@ -162,6 +218,7 @@ void answer(const Request& request, Site& site, const std::string& who,
     }
     if (request.method() != http::verb::post || !path.starts_with("/api/"))
         return done(reply(manner, refusal(405, needs_token(path) ? "expected GET or POST" : "expected GET")));
+    if (path.starts_with(recordings_path)) return done(reply(manner, replay(path, site, who)));
     site.actions.act(path.substr(5), request.body(), who,
                      [manner, done](const Answer& a) { done(reply(manner, a)); });
 }

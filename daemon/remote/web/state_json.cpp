@@ -139,6 +139,13 @@ json progress(const service::BenchState& s) {
             {"periods_left", number(std::floor(p.periods_left))}};
 }
 
+json campaign(const service::BenchState& s) {
+    if (!s.campaign) return nullptr;
+    const service::CampaignState& c = *s.campaign;
+    return {{"name", c.name},   {"title", c.title},   {"folder", c.folder},    {"doing", c.doing},
+            {"point", c.point}, {"newest", c.newest}, {"known_mu", c.known_mu}};
+}
+
 json gauges(const service::BenchState& s) {
     json list = json::array();
     for (const service::GaugeState& g : s.gauges)
@@ -209,6 +216,8 @@ std::string state_json(const service::BenchState& s, const Viewer& viewer) {
              {"walker", s.walker ? json::object() : json(nullptr)},
              {"outlook", outlook(s)},
              {"progress", progress(s)},
+             {"campaign", campaign(s)},
+             {"plans", s.plans},
              {"gauges", gauges(s)},
              {"clocks", clocks},
              {"losses", losses(s)},
@@ -233,8 +242,9 @@ std::string result_json(const service::BenchState& s) {
     return all.dump();
 }
 
-std::string event_json(const service::BenchEvent& e) {
-    return json{{"type", "event"}, {"id", e.id}, {"t_s", number(e.t_s)}, {"kind", e.kind}, {"text", e.text}}
+std::string event_json(const service::BenchEvent& e, double now_s) {
+    return json{{"type", "event"}, {"id", e.id},    {"t_s", number(e.t_s)}, {"age_s", number(now_s - e.t_s)},
+                {"kind", e.kind},  {"text", e.text}}
         .dump(-1, ' ', false, json::error_handler_t::replace);
 }
 

@@ -22,7 +22,8 @@ std::string state_json(const service::BenchState& state, const Viewer& viewer);
 /// {"cycle":{"phase":[...],"x_m":[...],...}}.
 std::string result_json(const service::BenchState& state);
 /// {"type":"event","t_s":...,"kind":...,"text":...}
-std::string event_json(const service::BenchEvent& event);
+/// now_s: master time, for the age of the event.
+std::string event_json(const service::BenchEvent& event, double now_s);
 /// The state in one word, as on the page: "ramping".
 const char* word_of(const service::BenchState& state) noexcept;
 

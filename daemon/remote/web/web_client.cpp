@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "daemon/remote/access/server_clock.hpp"
+#include "daemon/remote/web/download.hpp"
 #include "daemon/remote/web/live_socket.hpp"
 #include "daemon/remote/web/requests.hpp"
 
@@ -94,6 +95,10 @@ asio::awaitable<std::optional<Request>> converse(beast::tcp_stream& stream, Site
         Request request = parser.release();
         ++site.served.requests;
         if (takes_socket(request, site)) co_return std::move(request);
+        if (const auto name = wanted_recording(request, site)) {
+            co_await send_recording(stream, request, *name, site, [&seat] { seat.heard(); });
+            break;
+        }
         const Response response = co_await answered(request, site, client_of(request, address), bell);
         if (response.result_int() >= 400) ++site.served.refused_requests;
         stream.expires_after(patience);

@@ -5,7 +5,7 @@
 
 #include <fstream>
 
-#include "daemon/campaign/campaign.hpp"
+#include "daemon/campaign/lead/campaign.hpp"
 #include "daemon/campaign/plan.hpp"
 #include "daemon/campaign/plan_file.hpp"
 #include "daemon/run/runner.hpp"
@@ -43,17 +43,22 @@ protected:
     }
 
     /// Plays the campaign; a person looks at each pause, then clears and resumes.
-    void play(Campaign& campaign, Engine& engine, run::Runner& runner) {
+    void play(Campaign& campaign, Engine& engine, on_call::OnCall& on_call, run::Runner& runner) {
         bool aborted = false;
         runner.lead(
             [&](const acquisition::Streams& streams, acquisition::Channels& channels) {
-                const bool any = campaign.step(streams, channels);
+                const bool any = on_call.take(streams, channels);
+                while (const auto measured = on_call.measured()) campaign.take(*measured);
+                campaign.order(channels);
+                on_call.follow(settings_.run, channels);
+                while (const auto run = on_call.finished()) campaign.take(*run);
+                campaign.follow();
                 now_s_ = runner.sequence().now_s();
                 if (now_s_ > GetParam().abort_at_s && !std::exchange(aborted, true))
                     campaign.obey("abort", channels);
                 if (!engine.paused()) paused_s_ = now_s_;
                 if (now_s_ < paused_s_ + looks_s || !campaign.waits_for_a_person()) return any;
-                if (campaign.on_call().may_clear()) {
+                if (on_call.may_clear()) {
                     campaign.obey("clear", channels);
                 } else {
                     campaign.obey("resume", channels);
@@ -80,8 +85,9 @@ TEST_P(CampaignFaultTest, PausesSaysWhyAndGoesOn) {
             pauses.push_back(change->reason);
         if (const auto* end = std::get_if<PointEnded>(&event)) ended.push_back(*end);
     };
-    Campaign campaign{runner, engine, {.run = settings_.run, .folder = folder_}, listen};
-    play(campaign, engine, runner);
+    on_call::OnCall on_call{runner, false};
+    Campaign campaign{runner, on_call, engine, {.run = settings_.run, .folder = folder_}, listen};
+    play(campaign, engine, on_call, runner);
     EXPECT_TRUE(engine.done()) << "at " << now_s_ << " s";
     ASSERT_EQ(ended.size(), points.size());
     for (const PointEnded& end : ended) EXPECT_EQ(end.outcome, Outcome::measured) << end.reason;

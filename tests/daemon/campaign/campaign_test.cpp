@@ -1,14 +1,14 @@
 // A whole campaign on the simulated bench: measured, continued, and reduced again.
-#include "daemon/campaign/campaign.hpp"
+#include "daemon/campaign/lead/campaign.hpp"
 
 #include <gtest/gtest.h>
 
 #include <fstream>
 
 #include "daemon/campaign/campaign_folder.hpp"
+#include "daemon/campaign/law_points.hpp"
 #include "daemon/campaign/points_table.hpp"
 #include "daemon/commands/campaign/campaign_command.hpp"
-#include "daemon/commands/mu/law_points.hpp"
 #include "drivers/errors.hpp"
 #include "tests/support/program.hpp"
 
@@ -99,7 +99,7 @@ TEST_F(CampaignTest, EndsWhenMuIsKnown) {
     const auto measured = std::ranges::count(points.points, "measured", &PointRow::outcome);
     EXPECT_GE(measured, 4);
     EXPECT_LE(measured, 8);
-    const law::CoulombFit fit = law::fit_coulomb(commands::law_points(points));
+    const law::CoulombFit fit = law::fit_coulomb(law_points(points));
     EXPECT_LT(fit.mu.error, 0.005 * fit.mu.value);
     EXPECT_NEAR(fit.mu.value, 0.113, 4 * fit.mu.error);
     const auto progress = read_campaign(options_.folder).progress;

@@ -87,7 +87,7 @@ private:
         state_ = run::RunState::run;
         drive_ = drive;
         task_ = task;
-        left_ = task.periods == 0 ? 0 : task.times;
+        left_ = task.plan.periods == 0 ? 0 : task.plan.measurements;
         settled_s_ = now_s_ + dt_s * (1 + std::max(25, walks_.at(drive).settling));
         measured_s_ = 0;
     }
@@ -97,14 +97,14 @@ private:
         if (std::abs(x_m_) > length_m_ / 2 + margin) ++edges;
         if (left_ == 0 || now_s_ < settled_s_) return;
         measured_s_ += dt_s;
-        if (measured_s_ < (task_.periods + 2) * dt_s - 1e-9) return;
+        if (measured_s_ < (task_.plan.periods + 2) * dt_s - 1e-9) return;
         give(engine);
         --left_;
         measured_s_ = 0;
     }
     void give(Engine& engine) {
         on_call::Measured m;
-        const int whole = std::min(task_.periods, static_cast<int>(measured_s_ / dt_s + 1e-9) - 2);
+        const int whole = std::min(task_.plan.periods, static_cast<int>(measured_s_ / dt_s + 1e-9) - 2);
         m.measurement.number = ++number_;
         m.measurement.asked = drive_;
         m.measurement.part = {now_s_ - whole * dt_s, now_s_};
@@ -135,7 +135,7 @@ Point point(int id, double gamma_g, double phi, int periods = 40) {
     Point p{.id = id, .series = "s", .asked = {}, .repeat = 1, .partner = 0};
     p.asked.drive.gamma = gamma_g * paper_g;
     p.asked.drive.phi = phi;
-    p.asked.periods = periods;
+    p.asked.plan.periods = periods;
     return p;
 }
 
@@ -254,7 +254,7 @@ TEST(EngineTest, LeadsFromTheEdgeBeforeTheIdentification) {
     Seen seen{.state = run::RunState::idle, .may_start = true, .identified = false, .way = {0.08, 0.004}};
     const Action first = engine.next(seen);
     ASSERT_TRUE(std::holds_alternative<Start>(first));
-    EXPECT_EQ(std::get<Start>(first).task.periods, 0) << "a move";
+    EXPECT_EQ(std::get<Start>(first).task.plan.periods, 0) << "a move";
     EXPECT_EQ(std::get<Start>(first).drive.phi, std::numbers::pi) << "towards -x";
     seen.state = run::RunState::run;
     seen.way = {0.04, 0.044};
@@ -262,7 +262,7 @@ TEST(EngineTest, LeadsFromTheEdgeBeforeTheIdentification) {
     seen.state = run::RunState::idle;
     const Action second = engine.next(seen);
     ASSERT_TRUE(std::holds_alternative<Start>(second));
-    EXPECT_EQ(std::get<Start>(second).task.periods, 40);
+    EXPECT_EQ(std::get<Start>(second).task.plan.periods, 40);
 }
 
 // The bench, not the point, is the reason: however often it refuses, no point is given up.

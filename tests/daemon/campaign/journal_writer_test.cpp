@@ -1,5 +1,5 @@
 // Entries reach the journal in their order; one that the disk refuses is kept and written later.
-#include "daemon/commands/campaign/journal_writer.hpp"
+#include "daemon/campaign/lead/journal_writer.hpp"
 
 #include <gtest/gtest.h>
 #include <sys/resource.h>
@@ -48,7 +48,7 @@ protected:
 
 TEST_P(JournalWriterTest, WritesInOrder) {
     CampaignFolder folder = CampaignFolder::begin(folder_, plan);
-    commands::JournalWriter writer{folder, GetParam()};
+    JournalWriter writer{folder, GetParam()};
     std::vector<int> added;
     for (int i = 1; i <= 20; ++i) writer.add(PointBegun{.point = i}), added.push_back(i);
     writer.finish();
@@ -58,7 +58,7 @@ TEST_P(JournalWriterTest, WritesInOrder) {
 
 TEST_P(JournalWriterTest, RefusedEntryIsWrittenLater) {
     CampaignFolder folder = CampaignFolder::begin(folder_, plan);
-    commands::JournalWriter writer{folder, GetParam()};
+    JournalWriter writer{folder, GetParam()};
     writer.add(PointBegun{.point = 1});
     writer.finish();
     {

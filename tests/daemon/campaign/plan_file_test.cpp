@@ -49,7 +49,7 @@ seed = 7
     EXPECT_EQ(first.gamma, (std::vector<double>{paper_g, 2 * paper_g, 3 * paper_g}));
     EXPECT_EQ(first.frequency, std::vector<double>{25});
     EXPECT_EQ(first.rho, std::vector<double>{0.5});
-    EXPECT_EQ(first.settings.periods, 60);
+    EXPECT_EQ(first.settings.plan.periods, 60);
     EXPECT_EQ(first.order, Order::listed);
     EXPECT_EQ(first.gamma_line, 9U);
     EXPECT_EQ(second.gamma, std::vector<double>{2 * paper_g});
@@ -58,7 +58,7 @@ seed = 7
     EXPECT_EQ(second.settings.precision, 5e-5);
     EXPECT_EQ(second.settings.least_periods, 20);
     EXPECT_EQ(second.settings.most_periods, 100);
-    EXPECT_EQ(second.settings.settle, 12);
+    EXPECT_EQ(second.settings.plan.settle, 12);
     EXPECT_EQ(second.order, Order::random);
     EXPECT_EQ(second.seed, 7U);
     EXPECT_EQ(second.repeats, 3);
@@ -81,7 +81,7 @@ harmonics = [
 TEST(PlanFileTest, PeriodsOfASeriesReplaceAPrecision) {
     const Plan plan = parsed("[point]\nprecision = \"1mm/s\"\n[[series]]\nperiods = 30\n[[series]]\n");
     EXPECT_EQ(plan.series[0].settings.precision, 0);
-    EXPECT_EQ(plan.series[0].settings.periods, 30);
+    EXPECT_EQ(plan.series[0].settings.plan.periods, 30);
     EXPECT_EQ(plan.series[1].settings.precision, 1e-3);
 }
 

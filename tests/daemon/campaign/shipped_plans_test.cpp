@@ -84,7 +84,7 @@ std::string page() {
 }
 
 std::string row(const PointField& field) {
-    constexpr std::array units{" m/s^2", " rad", " Hz", " s", " m/s", ""};  // by Dimension
+    constexpr std::array units{" m/s^2", " rad", " Hz", " s", " m/s", " m", ""};  // by Dimension
     const auto number = [&](double x) {
         return field.whole() ? fmt::format("{:.0f}", x) : fmt::format("{:.6g}", x);
     };

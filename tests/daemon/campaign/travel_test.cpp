@@ -60,7 +60,7 @@ TEST(TravelTest, SlowApproachNeedsTheMostSettling) {
 }
 
 TEST(TravelTest, WayIsRampsSettlingAndMeasuring) {
-    const Travel t = travel({.periods = 40}, one_mm, timing, 0.1);
+    const Travel t = travel({.plan = {.periods = 40}}, one_mm, timing, 0.1);
     EXPECT_TRUE(t.fits());
     EXPECT_EQ(t.passes, 1);
     EXPECT_EQ(t.measured(), 40);
@@ -69,13 +69,13 @@ TEST(TravelTest, WayIsRampsSettlingAndMeasuring) {
 }
 
 TEST(TravelTest, AskedSettlingFollowsTheSettledDrive) {
-    EXPECT_EQ(travel({.settle = 7}, one_mm, timing, 0.1).settling, 17);
+    EXPECT_EQ(travel({.plan = {.settle = 7}}, one_mm, timing, 0.1).settling, 17);
 }
 
 TEST(TravelTest, FitsFromFivePeriodsOn) {
     const double least = 27e-3;  // 2 ramps, 20 periods of settling, 5 measured
-    const Travel fits = travel({.periods = 40}, one_mm, timing, least),
-                 fails = travel({.periods = 40}, one_mm, timing, least - 1e-6);
+    const Travel fits = travel({.plan = {.periods = 40}}, one_mm, timing, least),
+                 fails = travel({.plan = {.periods = 40}}, one_mm, timing, least - 1e-6);
     EXPECT_EQ(fits.passes, 8);
     EXPECT_EQ(fits.periods, 5);
     EXPECT_EQ(fits.measured(), 40);
@@ -89,7 +89,7 @@ TEST(TravelTest, FitsFromFivePeriodsOn) {
 TEST(TravelTest, PassesAreOfEqualLength) {
     for (int periods = 5; periods < 200; ++periods)
         for (double way = 27e-3; way < 0.12; way += 1e-3) {
-            const Travel t = travel({.periods = periods}, one_mm, timing, way);
+            const Travel t = travel({.plan = {.periods = periods}}, one_mm, timing, way);
             ASSERT_TRUE(t.fits());
             EXPECT_GE(t.measured(), periods);
             EXPECT_GE(t.last_periods, 5);
@@ -100,10 +100,10 @@ TEST(TravelTest, PassesAreOfEqualLength) {
 }
 
 TEST(TravelTest, WalkThatLeadsNowhereFits) {
-    const Travel t = travel({.periods = 1000}, {.v_D = 0, .settling = 8}, timing, 1e-3);
+    const Travel t = travel({.plan = {.periods = 1000}}, {.v_D = 0, .settling = 8}, timing, 1e-3);
     EXPECT_EQ(t.passes, 1);
     EXPECT_EQ(t.way, 0);
-    EXPECT_FALSE(travel({.periods = 40}, {.v_D = 0}, timing, 0).fits());
+    EXPECT_FALSE(travel({.plan = {.periods = 40}}, {.v_D = 0}, timing, 0).fits());
 }
 
 TEST(TravelTest, PrecisionMayNeedTheMostPeriods) {
@@ -117,7 +117,7 @@ TEST(TravelTest, UnknownWalkFailsWithItsReason) {
 }
 
 TEST(LeadTest, MirrorPairComesHomeWithoutReturn) {
-    const Travel there = travel({.periods = 40}, one_mm, timing, 0.1);
+    const Travel there = travel({.plan = {.periods = 40}}, one_mm, timing, 0.1);
     Travel back = there;
     back.v_D = -back.v_D;
     double place = -0.031;
@@ -131,7 +131,7 @@ TEST(LeadTest, MirrorPairComesHomeWithoutReturn) {
 }
 
 TEST(LeadTest, ReturnsBeforeAPointThatLacksRoom) {
-    const Travel t = travel({.periods = 40}, one_mm, timing, 0.1);
+    const Travel t = travel({.plan = {.periods = 40}}, one_mm, timing, 0.1);
     double place = 0;
     const Stage stage = lead(t, timing, 0.1, place);
     EXPECT_NEAR(stage.returned, 0.031, 1e-12);

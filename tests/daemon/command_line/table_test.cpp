@@ -64,8 +64,8 @@ TEST(CommandTableTest, EveryStandardValueIsAllowed) {
 TEST(CommandTableTest, StandardValuesOfRunAreThoseOfTheRun) {
     const manual::ParsedLine line = parsed({"run"});
     const run::RunOptions standard, options = run_options(line.values);
-    EXPECT_EQ(line.values.whole("--periods"), standard.periods);
-    EXPECT_EQ(line.values.whole("--settle"), standard.settle);
+    EXPECT_EQ(line.values.whole("--periods"), standard.plan.periods);
+    EXPECT_EQ(line.values.whole("--settle"), standard.plan.settle);
     EXPECT_EQ(line.values.text("--rig"), standard.rig);
     EXPECT_EQ(line.values.number("--gamma"), standard.drive.gamma);
     EXPECT_EQ(line.values.number("--phi"), standard.drive.phi);
@@ -83,8 +83,8 @@ TEST(CommandTableTest, OptionsOfRunAreTaken) {
             .values);
     EXPECT_DOUBLE_EQ(o.drive.gamma, 1.5 * paper_g);
     EXPECT_NEAR(o.drive.phi, -0.6108652, 1e-7);
-    EXPECT_EQ(o.periods, 7);
-    EXPECT_EQ(o.settle, 3);
+    EXPECT_EQ(o.plan.periods, 7);
+    EXPECT_EQ(o.plan.settle, 3);
     EXPECT_EQ(o.out, "x.nxs");
     EXPECT_EQ(o.pictures, recorded::KeptPictures::off);
     EXPECT_FALSE(o.identify || o.closed_loop);

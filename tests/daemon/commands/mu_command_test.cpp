@@ -5,7 +5,7 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
-#include "daemon/commands/mu/law_points.hpp"
+#include "daemon/campaign/law_points.hpp"
 #include "drivers/errors.hpp"
 #include "tests/support/law/synthetic_points.hpp"
 #include "tests/support/program.hpp"
@@ -49,7 +49,7 @@ protected:
 };
 
 TEST_F(MuCommandTest, PointsComeBackFromTheTable) {
-    const auto points = law_points(campaign::read_points(folder_ / "campaign.nxs"), 3);
+    const auto points = campaign::law_points(campaign::read_points(folder_ / "campaign.nxs"), 3);
     ASSERT_EQ(points.size(), 12U);
     EXPECT_EQ(points[1].number, 2);
     EXPECT_EQ(points[1].partner, 1);

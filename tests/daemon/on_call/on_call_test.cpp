@@ -86,7 +86,7 @@ int periods(const Measured& m) {
 }
 
 TEST_F(OnCallTest, TaskEndsAfterItsMeasurementsAndDriveIsKept) {
-    const auto all = play({begin({}, {.periods = 8, .times = 2}), end(holding)});
+    const auto all = play({begin({}, {.plan = {.periods = 8, .measurements = 2}}), end(holding)});
     ASSERT_EQ(all.size(), 2U);
     for (const Measured& m : all) {
         EXPECT_EQ(periods(m), 8);
@@ -97,10 +97,11 @@ TEST_F(OnCallTest, TaskEndsAfterItsMeasurementsAndDriveIsKept) {
 
 TEST_F(OnCallTest, MoveMeasuresNothing) {
     bool moved = false;
-    const auto all = play({begin({}, {.periods = 0}), end([&](const run::Sequence& s, const OnCall&) {
-                               moved = moved || (s.holding() && s.walker().x_m() && *s.walker().x_m() > 0.01);
-                               return moved;
-                           })});
+    const auto all =
+        play({begin({}, {.plan = {.periods = 0}}), end([&](const run::Sequence& s, const OnCall&) {
+                  moved = moved || (s.holding() && s.walker().x_m() && *s.walker().x_m() > 0.01);
+                  return moved;
+              })});
     EXPECT_TRUE(moved) << "the walker goes its way meanwhile";
     EXPECT_TRUE(all.empty());
 }
@@ -108,8 +109,9 @@ TEST_F(OnCallTest, MoveMeasuresNothing) {
 TEST_F(OnCallTest, SetPointKeepsWholePeriodsOfTheOneBefore) {
     Drive other;
     other.phi = 1.2;
-    const auto all = play({begin({}, {.periods = 40, .times = 1}, "kept.nxs"),
-                           set(measured_for(13.5), other, {.periods = 10, .times = 1}), end(holding)});
+    const auto all =
+        play({begin({}, {.plan = {.periods = 40, .measurements = 1}}, "kept.nxs"),
+              set(measured_for(13.5), other, {.plan = {.periods = 10, .measurements = 1}}), end(holding)});
     ASSERT_EQ(all.size(), 2U);
     EXPECT_GE(periods(all[0]), 10);
     EXPECT_LE(periods(all[0]), 11) << "two periods are the margin of a reduction";
@@ -125,21 +127,22 @@ TEST_F(OnCallTest, SetPointKeepsWholePeriodsOfTheOneBefore) {
 }
 
 TEST_F(OnCallTest, StopKeepsWholePeriods) {
-    const auto all = play({begin({}, {.periods = 40, .times = 1}), end(measured_for(20))});
+    const auto all = play({begin({}, {.plan = {.periods = 40, .measurements = 1}}), end(measured_for(20))});
     ASSERT_EQ(all.size(), 1U);
     EXPECT_GE(periods(all[0]), 17);
     EXPECT_TRUE(all[0].reduction) << all[0].not_reduced;
 }
 
 TEST_F(OnCallTest, TooFewPeriodsAreNoMeasurement) {
-    EXPECT_TRUE(play({begin({}, {.periods = 40, .times = 1}), end(measured_for(5.5))}).empty());
+    EXPECT_TRUE(
+        play({begin({}, {.plan = {.periods = 40, .measurements = 1}}), end(measured_for(5.5))}).empty());
 }
 
 TEST_F(OnCallTest, RecordedDriveKeepsItsFrequency) {
     Drive other;
     other.frequency = 25;
     std::string refused;
-    play({begin({}, {.periods = 8, .times = 1}, "one.nxs"),
+    play({begin({}, {.plan = {.periods = 8, .measurements = 1}}, "one.nxs"),
           {holding,
            [&](OnCall& bench, acquisition::Channels& channels) {
                try {

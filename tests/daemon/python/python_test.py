@@ -133,6 +133,9 @@ class PythonTest(unittest.TestCase):
                 bench.drive(gamma=98100)
             sweep = self.example("live_sweep.py", url)
             self.assertEqual(len(re.findall(r"^phi -?\d\.\d+ rad: v_D [+-]\d+\.\d+ \+- 0\.\d+ mm/s$", sweep, re.M)), 4)
+            folder = bench.campaign(scan="phi", start=2.2, stop=2.3, steps=1, periods=5)
+            with shakerd.Campaign(folder) as campaign:
+                self.assertEqual(len(campaign.measured["v_D"]), 2)
             bench.drive(phi=2.3)  # near the null: it hardly walks
             bench.start(periods=5)
             bench.wait("running", timeout=60)

@@ -105,20 +105,20 @@ TEST_F(CtlTest, RefusalIsStatus1WithReason) {
 
 TEST_F(CtlTest, StartWaitsForAMeasurementAndStopForSilence) {
     EXPECT_EQ(ctl("start").status, exit_done);
-    EXPECT_EQ(last<service::Begin>().periods, 40) << "default of the daemon";
+    EXPECT_EQ(last<service::Begin>().plan.periods, 40) << "default of the daemon";
     EXPECT_EQ(ctl("stop --wait").status, exit_done);
     const Outcome started = ctl("start --periods 12 --settle 7 --wait");
     EXPECT_EQ(started.status, exit_done) << started.err;
     EXPECT_EQ(started.out, "v_D 14.500 +- 0.030 mm/s\n");
-    EXPECT_EQ(last<service::Begin>().periods, 12);
-    EXPECT_EQ(last<service::Begin>().settle, 7);
+    EXPECT_EQ(last<service::Begin>().plan.periods, 12);
+    EXPECT_EQ(last<service::Begin>().plan.settle, 7);
     EXPECT_EQ(ctl("start").status, exit_refused);
     EXPECT_NE(ctl("status").out.find("v_D 14.500 +- 0.030 mm/s, D 0.7250 +- 0.0015 mm"), std::string::npos);
     EXPECT_EQ(ctl("stop --wait").status, exit_done);
     EXPECT_EQ(bench.bench_port.state()->state, run::RunState::idle);
     EXPECT_EQ(ctl("start").status, exit_done) << "without --wait and --periods";
-    EXPECT_EQ(last<service::Begin>().periods, 12) << "as last";
-    EXPECT_EQ(last<service::Begin>().settle, 7) << "as last";
+    EXPECT_EQ(last<service::Begin>().plan.periods, 12) << "as last";
+    EXPECT_EQ(last<service::Begin>().plan.settle, 7) << "as last";
     EXPECT_EQ(ctl("stop").status, exit_done);
     EXPECT_EQ(ctl("remark 'new paper'").status, exit_done);
     EXPECT_EQ(last<service::Remark>().text, "new paper");
@@ -143,6 +143,19 @@ TEST_F(CtlTest, IdentifyClearAndRecordAreOrders) {
     EXPECT_EQ(last<service::GiveMu>().mu.sigma, 0.01);
     EXPECT_EQ(ctl("clear").status, exit_done);
     EXPECT_TRUE(std::holds_alternative<service::ClearTrip>(bench.ordered().back()));
+}
+
+TEST_F(CtlTest, CampaignsAreOrderedByName) {
+    EXPECT_EQ(ctl("campaign plans").out, "fig3\nmu\n");
+    EXPECT_EQ(ctl("campaign start --plan nothing").status, exit_refused);
+    const Outcome measured = ctl("campaign start --plan fig3 --wait");
+    EXPECT_EQ(measured.status, exit_done) << measured.err;
+    EXPECT_EQ(measured.out, "12 of 12 points have ended; folder fig3-x\n");
+    EXPECT_EQ(last<service::MeasurePlan>().name, "fig3");
+    EXPECT_EQ(ctl("campaign pause").status, exit_done);
+    EXPECT_EQ(last<service::TellCampaign>().word, campaign::Word::pause);
+    for (const char* wrong : {"campaign start", "campaign pause --plan fig3", "campaign go"})
+        EXPECT_EQ(ctl(wrong).status, exit_wrong_use) << wrong;
 }
 
 TEST_F(CtlTest, RefusalNamesHolderAndAbortWorksAnyway) {

@@ -96,8 +96,8 @@ TEST_F(ScpiPortTest, AverageSettingsApplyToNextRun) {
     EXPECT_EQ(ask("AVER:SETT?;PER?"), "25;60");
     const auto ordered = bench.ordered();
     ASSERT_EQ(ordered.size(), 1U);
-    EXPECT_EQ(std::get<service::Begin>(ordered[0]).settle, 25);
-    EXPECT_EQ(std::get<service::Begin>(ordered[0]).periods, 60);
+    EXPECT_EQ(std::get<service::Begin>(ordered[0]).plan.settle, 25);
+    EXPECT_EQ(std::get<service::Begin>(ordered[0]).plan.periods, 60);
 }
 
 TEST_F(ScpiPortTest, SettingsAreReadBackWhileOrdersWait) {
@@ -164,7 +164,7 @@ TEST_F(ScpiPortTest, CountMiddleAndFrictionAreOrders) {
     EXPECT_EQ(ask("OUTP ON;*OPC?"), "1");
     const auto begun = bench.ordered().back();
     ASSERT_TRUE(std::holds_alternative<service::Begin>(begun));
-    EXPECT_EQ(std::get<service::Begin>(begun).times, 2);
+    EXPECT_EQ(std::get<service::Begin>(begun).plan.measurements, 2);
     EXPECT_EQ(ask("OUTP OFF;:TRIG:COUN INF;COUN?;*OPC?"), "INF;1");
     EXPECT_EQ(ask("OUTP:MIDD;MIDD?;*OPC?"), "0;1");
     EXPECT_TRUE(std::holds_alternative<service::BringToMiddle>(bench.ordered().back()));
@@ -253,6 +253,8 @@ TEST_F(ScpiPortTest, EverySettingAcceptsItsOwnAnswer) {
             value = "'new paper'";
         } else if (header.ends_with("WALKer:MU")) {
             value = "0.113";
+        } else if (header.ends_with("CAMPaign:STARt")) {
+            value = "'fig3'";
         } else if (header.ends_with("PASSword:CENable")) {
             value = "''";
         }

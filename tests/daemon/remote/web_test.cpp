@@ -67,6 +67,30 @@ TEST_F(WebTest, PageHasStrictContentPolicy) {
     EXPECT_EQ(request("GET /favicon.ico").status, 204);
 }
 
+TEST_F(WebTest, ACampaignIsAPlanOrAScan) {
+    EXPECT_EQ(post("campaign", R"({"plan": "fig3"})").status, 200);
+    EXPECT_EQ(post("campaign", R"({"scan": "phi", "from": 0, "to": 3, "steps": 6, "periods": 12})").status,
+              200);
+    const auto scan = std::get<service::MeasurePlan>(bench.ordered().back());
+    EXPECT_EQ(scan.name, "scan");
+    for (const char* part : {"phi = {from = 0, to = 3, steps = 6}", "gamma = 9.8", "periods = 12"})
+        EXPECT_NE(scan.text.find(part), std::string::npos) << scan.text;
+    EXPECT_EQ(post("campaign/skip", "").status, 200);
+    EXPECT_EQ(std::get<service::TellCampaign>(bench.ordered().back()).word, campaign::Word::skip);
+    EXPECT_EQ(post("campaign/go", "").status, 404);
+    const auto refused = [&](const std::string& body, const char* words) {
+        const Got got = post("campaign", body);
+        EXPECT_EQ(got.status, 400) << body;
+        EXPECT_NE(got.body.find(words), std::string::npos) << got.body;
+    };
+    refused("{}", "either plan");
+    refused(R"({"plan": "fig3", "scan": "phi"})", "either plan");
+    refused(R"({"scan": "rho"})", "expected");
+    refused(R"({"scan": "phi", "to": 3, "steps": 6})", "from: missing");
+    refused(R"({"scan": "phi", "from": 0, "to": 3, "steps": 0})", "steps: 0 is out of range");
+    refused(R"({"plan": 7})", "plan: expected a string, got 7");
+}
+
 TEST_F(WebTest, MetricsAndHealthReportState) {
     const Got metrics = request("GET /metrics");
     EXPECT_EQ(metrics.status, 200);
@@ -127,6 +151,36 @@ TEST_F(WebTest, SocketGetsPointsAtStartAndAfterMeasurements) {
     for (int i = 0; i < 10; ++i) told += next_has_points() ? 1 : 0;
     EXPECT_EQ(told, 1);
     EXPECT_TRUE(json::parse(request("GET /api/state").body).contains("points"));
+}
+
+TEST_F(WebTest, ResultsAreServedAndPushedOnce) {
+    catalogue::ResultRow row;
+    row.time = "2026-11-26T10:00:00Z";
+    row.v_D = {0.0066, 1e-6};
+    bench.bench_port.results().add({row});
+    const json all = json::parse(request("GET /api/results").body);
+    ASSERT_EQ(all["results"].size(), 1U);
+    EXPECT_EQ(all["results"][0]["v_D_mps"]["value"], 0.0066);
+    EXPECT_EQ(all["results"][0]["asked"], nullptr);
+    const Got csv = request("GET /api/results.csv");
+    EXPECT_NE(csv.head.find("text/csv"), std::string::npos);
+    EXPECT_NE(csv.body.find("\r\n2026-11-26T10:00:00Z,"), std::string::npos) << csv.body;
+
+    test::SocketClient page{server.http_port(), "/ws?client=tab1"};
+    const auto next_rows = [&page] {
+        for (;;) {
+            const auto message = page.next();
+            if (message.op < 0) throw std::runtime_error{"nothing came"};
+            const json text = json::parse(message.data);
+            if (text["type"] == "results") return text["results"];
+        }
+    };
+    EXPECT_EQ(next_rows(), all["results"]) << "those of before, at the start";
+    row.time = "2026-11-26T10:00:05Z";
+    bench.bench_port.results().add({row});
+    const json added = next_rows();
+    ASSERT_EQ(added.size(), 1U) << "only the new one";
+    EXPECT_EQ(added[0]["id"], 2);
 }
 
 TEST_F(WebTest, ActionsAreOrdersAndRefusalsHaveReasons) {
@@ -227,6 +281,7 @@ TEST(PublishedTest, EveryQuantityIsAtItsPlaceInStateAndMetrics) {
     state.walker.emplace();
     state.result = std::make_shared<const reduction::Reduction>();
     state.tracking.emplace();
+    state.campaign.emplace();
     state.enable_output = true;
     const json all = json::parse(web::state_json(state, {}));
     const std::string metrics = web::metrics_text(&state, {});

@@ -46,9 +46,9 @@ double slope_of(const std::filesystem::path& folder, const std::string& out) {
     options.scene = folder / "scene.toml";
     options.pictures = recorded::KeptPictures::off;
     options.drive.frequency = 4;
-    options.drive.gamma = 0.3;  // the walker rests on the base, so that it stays in view
-    options.settle = 2000;      // the measurement starts after 400 periods at the latest
-    options.periods = 20;
+    options.drive.gamma = 0.3;   // the walker rests on the base, so that it stays in view
+    options.plan.settle = 2000;  // the measurement starts after 400 periods at the latest
+    options.plan.periods = 20;
     if (!out.empty()) options.out = folder / out;
     std::vector<double> bytes;
     bytes.reserve(1000);

@@ -18,7 +18,7 @@ using test::until;
 class CountedRunTest : public test::OnCallBench {
 protected:
     [[nodiscard]] test::Move start_counted(int times, int periods = 10) {
-        return {in(RunState::idle), give(Begin{.periods = periods, .settle = 0, .times = times})};
+        return {in(RunState::idle), give(Begin{{.periods = periods, .measurements = times}})};
     }
 };
 
@@ -65,7 +65,7 @@ TEST_F(CountedRunTest, OutlookAndProgressAgreeWithTheRun) {
     scene += "[walker]\nstart_mm = -30\n";
     const auto r = play(
         scene,
-        {{keep(before, in(RunState::idle)), give(Begin{.periods = 20, .settle = 0, .times = 2})},
+        {{keep(before, in(RunState::idle)), give(Begin{{.periods = 20, .measurements = 2}})},
          until(keep(settles, [](const BenchState& s) { return s.state == RunState::run && !s.measuring; })),
          until(keep(under_way, [](const BenchState& s) { return s.measuring && s.points.size() == 1; })),
          until(in(RunState::idle))},

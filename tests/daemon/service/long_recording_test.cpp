@@ -30,7 +30,7 @@ test::OnCallResult record(const std::filesystem::path& folder, double to_s,
                           const std::function<void()>& look) {
     run::RunOptions run;
     run.pictures = recorded::KeptPictures::off;
-    run.periods = 40;
+    run.plan.periods = 40;
     run.drive.gamma = 1;  // the walker rests on the base, so that it stays in view
     Answers answers;
     std::vector<test::Move> moves{

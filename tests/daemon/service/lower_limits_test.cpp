@@ -62,7 +62,7 @@ protected:
     [[nodiscard]] static std::function<void(BenchPort&)> reload(Limits limits) {
         return [limits](BenchPort& port) {
             const auto now = port.state();
-            port.order({Adopt{now->wanted, now->periods, now->settle, limits}, {}});
+            port.order({Adopt{now->wanted, now->plan, limits}, {}});
         };
     }
     [[nodiscard]] Limits limits_of_file() {

@@ -26,7 +26,7 @@ constexpr int periods = 10;
 run::RunOptions quick() {
     run::RunOptions run;
     run.pictures = recorded::KeptPictures::off;
-    run.periods = periods;
+    run.plan.periods = periods;
     return run;
 }
 

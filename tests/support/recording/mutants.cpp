@@ -117,7 +117,7 @@ MutantTrials::MutantTrials(const fs::path& folder, bool pictures) : folder_{fold
     const run::RunOptions options{
         .scene = folder_ / "slow.toml",
         .drive = {},
-        .periods = 3,
+        .plan = {.periods = 3},
         .out = file,
         .pictures = pictures ? recorded::KeptPictures::region : recorded::KeptPictures::off,
         .identify = false,

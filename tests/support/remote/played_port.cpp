@@ -36,7 +36,8 @@ PlayedPort::PlayedPort() {
     state_.state = run::RunState::idle;
     state_.facts = std::make_shared<const service::BenchFacts>(service::BenchFacts{
         .rig = "played", .dac = {}, .accelerometer = {}, .views = {}, .soft_start_periods = 10, .mu = {}});
-    state_.periods = 40;
+    state_.plan.periods = 40;
+    state_.plans = {"fig3", "mu"};
     state_.real_time = {{"memory", ""}, {"output", "output: cannot set real-time priority 70"}};
     state_.contact = Contact::open;
     state_.enable_output = true;
@@ -65,8 +66,8 @@ std::string PlayedPort::obey(const service::OrderWhat& what) {
             return "a run cannot start in state " + std::string{name(state_.state)};
         state_.state = run::RunState::run;
         state_.measuring = true;
-        state_.periods = std::get<service::Begin>(what).periods;
-        state_.settle = std::get<service::Begin>(what).settle;
+        state_.plan = std::get<service::Begin>(what).plan;
+        state_.plan.measurements = 0;
         state_.result = some_result();
         state_.result_origin = {state_.result_origin.number + 1, state_.wanted, state_.now_s, state_.now_s};
     } else if (std::holds_alternative<service::End>(what)) {
@@ -75,6 +76,11 @@ std::string PlayedPort::obey(const service::OrderWhat& what) {
     } else if (std::holds_alternative<service::ClearTrip>(what)) {
         state_.state = run::RunState::idle;
         state_.trip.reset();
+    } else if (const auto* plan = std::get_if<service::MeasurePlan>(&what)) {
+        if (plan->text.empty() && plan->name != "fig3")
+            return "plan \"" + plan->name + "\": there is no such plan";
+        state_.campaign = service::CampaignState{
+            .name = plan->name, .folder = plan->name + "-x", .doing = "ended", .points = 12, .ended = 12};
     } else if (const auto* loop = std::get_if<service::CloseLoop>(&what)) {
         state_.closed_loop = loop->on;
     } else if (const auto* remark = std::get_if<service::Remark>(&what)) {

@@ -11,7 +11,7 @@ namespace shaker::test {
 run::RunOptions quick() {
     run::RunOptions run;
     run.pictures = recorded::KeptPictures::off;
-    run.periods = 10;
+    run.plan.periods = 10;
     return run;
 }
 

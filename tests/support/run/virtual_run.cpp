@@ -71,7 +71,7 @@ VirtualRun run_virtually(const VirtualRunSettings& settings) {
                                              return std::complex<double>{re, im};
                                          }},
                       .line_hz = settings.line_hz,
-                      .task = {.periods = settings.periods},
+                      .task = {.plan = {.periods = settings.periods}},
                       .limits = limits};
     VirtualRun run;
     run.dac_rate_hz = dac.rate_hz;

@@ -29,6 +29,45 @@ async function errorOf(response: Response): Promise<string> {
     return typeof body?.error === "string" ? body.error : `the daemon answered ${response.status}`;
 }
 
+/** What the page reads by HTTP. */
+export interface Reader {
+    /** Saves an answer as a file of this computer. Returns the reason of a failure, else an empty text. */
+    save(path: string, name: string): Promise<string>;
+    /** Null when there was no answer. */
+    json(path: string): Promise<unknown>;
+    /** A link that the browser can follow. */
+    address(path: string): string;
+}
+
+export function makeReader(token: string | null): Reader {
+    const get = (path: string): Promise<Response> => fetch(path, token ? { headers: { "X-Shaker-Token": token } } : {});
+    return {
+        save: async (path, name) => {
+            try {
+                const response = await get(path);
+                if (!response.ok) return await errorOf(response);
+                saveBlob(await response.blob(), name);
+                return "";
+            } catch {
+                return "no answer from the daemon";
+            }
+        },
+        json: async (path) => {
+            const response = await get(path).catch(() => null);
+            return response?.ok ? await response.json().catch(() => null) : null;
+        },
+        address: (path) => (token ? `${path}?token=${encodeURIComponent(token)}` : path),
+    };
+}
+
+export function saveBlob(blob: Blob, name: string): void {
+    const link = document.createElement("a");
+    link.href = URL.createObjectURL(blob);
+    link.download = name;
+    link.click();
+    setTimeout(() => URL.revokeObjectURL(link.href), 10_000);  // ms, for the browser to begin
+}
+
 export function makeActions(token: string | null, client: string): Actions {
     const headers: Record<string, string> = { "Content-Type": "application/json", "X-Shaker-Client": client };
     if (token) headers["X-Shaker-Token"] = token;

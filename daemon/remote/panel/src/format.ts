@@ -71,9 +71,8 @@ export function duration(seconds: Known | undefined): string {
 }
 
 /** Clock time of this computer, `seconds` ago: "17:03:21". */
-export function clockTime(seconds: number): string {
-    return new Date(Date.now() - 1e3 * seconds).toLocaleTimeString("en-GB");
-}
+export function clockTime(seconds: number): string { return clockTimeAt(Date.now() - 1e3 * seconds); }
+export function clockTimeAt(ms: number): string { return new Date(ms).toLocaleTimeString("en-GB"); }
 
 /** Level of an amplitude relative to a reference, dB. */
 export function decibels(amplitude: Known | undefined, reference: Known | undefined): number | null {

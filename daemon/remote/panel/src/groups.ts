@@ -1,17 +1,17 @@
 // The measured points as curves. The points of a curve have the same value of the other parameter.
 import { fixed } from "./format";
-import type { Point } from "./protocol";
+import type { Point, SetPoint } from "./protocol";
 
 export const paperG = 9.8;  // m/s^2
 
-export interface PlottedPoint { x: number; v: number; sigma: number | null; closed: number | null }  // mm/s
+export interface PlottedPoint { x: number; v: number; sigma: number | null; closed: number | null; asked: SetPoint | null }  // mm/s
 /** `single`: points that are on no curve. */
 export interface Curve { label: string; single: boolean; points: PlottedPoint[] }
 
 export const maxCurves = 6;
 const leastPoints = 3;
 
-interface Axis { x(p: Point): number; same(p: Point): number; label(value: number): string }
+interface Axis { x(p: Point): number; same(p: Point): number; label(value: number): string; leastSpan: number }
 
 /** Degrees in (−180, 180], so that neighbours in a sweep through zero stay neighbours. */
 export function degrees(radians: number): number {
@@ -24,11 +24,13 @@ export const axes: Record<"gamma" | "phi", Axis> = {
         x: (p) => p.gamma_mps2 / paperG,
         same: (p) => degrees((Math.round(degrees(p.phi_rad)) * Math.PI) / 180),
         label: (value) => `φ = ${fixed(value, 0)}°`,
+        leastSpan: 0.2,
     },
     phi: {
         x: (p) => degrees(p.phi_rad),
         same: (p) => Math.round((p.gamma_mps2 / paperG) * 100) / 100,
         label: (value) => `γ = ${fixed(value, 2)} g`,
+        leastSpan: 20,
     },
 };
 
@@ -50,6 +52,7 @@ export function curves(points: readonly Point[], axis: Axis): Curve[] {
             v: p.v_D_mps * 1e3,
             sigma: inMillimetres(p.sigma_mps),
             closed: inMillimetres(p.closed_form_mps),
+            asked: p.asked ?? null,
         });
     }
     const groups = [...found.entries()].sort(([a, p], [b, q]) => q.length - p.length || a - b);

@@ -1,6 +1,6 @@
 // Entry point of the operator's page: connects data, views and actions.
 import { Abort, listenForAbort } from "./abort";
-import { clientName, makeActions, takeToken } from "./actions";
+import { clientName, makeActions, makeReader, takeToken } from "./actions";
 import { Connection } from "./connection";
 import { byId } from "./dom";
 import { axes } from "./groups";
@@ -9,6 +9,7 @@ import type { Plot } from "./plot";
 import { Store } from "./store";
 import { Themes } from "./theme";
 import { makeCameras } from "./views/cameras";
+import { makeCampaign } from "./views/campaign";
 import { makeCycle } from "./views/cycle";
 import { makeForms } from "./views/forms";
 import { makeHarmonics } from "./views/harmonics";
@@ -19,11 +20,14 @@ import { makeLog } from "./views/log";
 import { makeNumbers } from "./views/numbers";
 import { makePoints } from "./views/points";
 import { makeProgress } from "./views/progress";
+import { makeRecordings } from "./views/recordings";
+import { makeResults } from "./views/results";
 import { makeTrip } from "./views/trip";
 import { makeWaveform } from "./views/waveform";
 
 const token = takeToken(), client = clientName();
 const act = makeActions(token, client);
+const reader = makeReader(token);
 const abort = new Abort(act);
 listenForAbort(abort);
 
@@ -42,10 +46,13 @@ const cameras = makeCameras(box("cameras"), box("cameras-card"), store, connecti
 loop.add(makeHeader(store, connection, abort), 30);
 loop.add(makeTrip(store, themes), 30);
 loop.add(makeForms(act, store), 10);
+loop.add(makeCampaign(act, store), 5, box("campaign-card"));
 loop.add(makeNumbers(store), 10, box("numbers"));
 loop.add(makeProgress(store), 10, box("numbers"));
 loop.add(waveform.draw, 15, box("waveform-card"));
 loop.add(makeHarmonics(box("harmonics"), store, themes), 5, box("harmonics-card"));
+loop.add(makeResults(store, reader), 2, box("results-card"));
+loop.add(makeRecordings(act, reader), 2, box("recordings-card"));
 loop.add(makeCycle(box("cycle-x"), box("cycle-v"), store, themes), 5, box("cycle-card"));
 loop.add(makePoints(box("points-gamma"), box("key-gamma"), axes.gamma, "γ, g", store, themes), 2, box("gamma-card"));
 loop.add(makePoints(box("points-phi"), box("key-phi"), axes.phi, "φ, degrees", store, themes), 2, box("phi-card"));

@@ -42,6 +42,8 @@ function stateOf(raw: Record<string, unknown>): State {
         outlook: section(raw["outlook"], outlook),
         progress: (raw["progress"] ?? null) as State["progress"],
         gauges: list(raw["gauges"]),
+        campaign: (raw["campaign"] ?? null) as State["campaign"],
+        plans: list(raw["plans"]),
         clocks: list(raw["clocks"]),
         losses: list(raw["losses"]),
         disk: section(raw["disk"], { free_bytes: null, backlog: null }),
@@ -54,7 +56,8 @@ function stateOf(raw: Record<string, unknown>): State {
 }
 
 function eventOf(raw: Record<string, unknown>): LogEvent {
-    return { id: Number(raw["id"]), t_s: Number(raw["t_s"]), kind: String(raw["kind"] ?? ""), text: String(raw["text"] ?? "") };
+    const age = Number(raw["age_s"] ?? NaN);
+    return { id: Number(raw["id"]), t_s: Number(raw["t_s"]), at: Date.now() - 1e3 * age, kind: String(raw["kind"] ?? ""), text: String(raw["text"] ?? "") };
 }
 
 function parsed(text: string): unknown {
@@ -75,5 +78,6 @@ export function parseMessage(text: string, before: State | null = null): Message
     const raw = object(parsed(text));
     if (raw["type"] === "state") return { type: "state", state: { ...stateOf(raw), ...kept(raw, before) } };
     if (raw["type"] === "event") return { type: "event", event: eventOf(raw) };
+    if (raw["type"] === "results") return { type: "results", results: list(raw["results"]) };
     return null;
 }

@@ -44,6 +44,17 @@ export class Plot {
         plot.setData(data as uPlot.AlignedData);
     }
 
+    /** The plot as a picture on its ground; null before it was drawn. */
+    async png(ground: string): Promise<Blob | null> {
+        const drawn = this.plot?.ctx.canvas;
+        if (!drawn) return null;
+        const canvas = new OffscreenCanvas(drawn.width, drawn.height), ctx = canvas.getContext("2d")!;
+        ctx.fillStyle = ground;
+        ctx.fillRect(0, 0, canvas.width, canvas.height);
+        ctx.drawImage(drawn, 0, 0);
+        return canvas.convertToBlob();
+    }
+
     private remake(data: Columns): void {
         this.plot?.destroy();
         this.themeVersion = this.themes.version;

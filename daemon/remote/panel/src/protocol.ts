@@ -92,6 +92,22 @@ export interface Progress {
     periods_left: Known;  // until the edge limit
 }
 
+/** The campaign under way, or the last one. */
+export interface Campaign {
+    name: string;
+    title: string;
+    folder: string;  // beside the recordings
+    active: boolean;  // it has the bench
+    paused: boolean;
+    doing: string;  // "measuring", "returning", "changing", "paused", "ended"
+    point: string;  // in progress or next, in words
+    points: number;
+    ended: number;
+    left_s: Known;
+    newest: string;  // event in words
+    known_mu: string;
+}
+
 /** Largest value of a quantity in a period, in the unit of its limit. */
 export interface Gauge { quantity: string; unit: string; limit: Known; set_point: Known; live: Known }
 
@@ -107,6 +123,7 @@ export interface Point {
     v_D_mps: number;  // points without one of these three values are not drawn
     sigma_mps: Known;
     closed_form_mps: Known;
+    asked?: SetPoint;  // known from the table of results
 }
 
 export interface Clock { name: string; ppm: Known; residual_s: Known }
@@ -133,6 +150,8 @@ export interface State {
     outlook: Outlook;
     progress: Progress | null;
     gauges: Gauge[];
+    campaign: Campaign | null;
+    plans: string[];  // by which a campaign can be ordered
     clocks: Clock[];
     losses: Loss[];
     disk: Disk;
@@ -144,6 +163,39 @@ export interface State {
 }
 
 /** An event with the id of an earlier one replaces it: its text has a new count of repeats. */
-export interface LogEvent { id: number; t_s: number; kind: string; text: string }
+/** `t_s`: master time; `at`: clock time of this computer, ms. */
+export interface LogEvent { id: number; t_s: number; at: number; kind: string; text: string }
 
-export type Message = { type: "state"; state: State } | { type: "event"; event: LogEvent };
+/** A measurement; asked: its set-point, with its overtones. A row without a result has null values, and the reason in `ended`. */
+export interface ResultRow {
+    id: number;
+    time: string | null;  // of its end, UTC
+    asked: (SetPoint & { overtones: unknown[] }) | null;
+    periods: Known;
+    gamma_mps2: Estimate | null;
+    rho: Estimate | null;
+    phi_rad: Estimate | null;
+    v_D_mps: Estimate | null;
+    D_m: Estimate | null;
+    efficiency: Estimate | null;
+    steady: boolean;
+    notes: string;
+    ended: string;
+    recording: string | null;
+}
+
+/** A file of the daemon's folder. Null: not read yet, or not readable because of `trouble`. replay: state or verdict of a check. */
+export interface Recording {
+    name: string;
+    bytes: number;
+    changed: string;
+    started: string | null;
+    outcome: string | null;
+    trouble: string | null;
+    set_points: SetPoint[];
+    remarks: string[];
+    replay: string | null;
+    replay_text: string | null;
+}
+
+export type Message = { type: "state"; state: State } | { type: "event"; event: LogEvent } | { type: "results"; results: ResultRow[] };

@@ -1,11 +1,12 @@
 // The newest data from the daemon, in bounded memory. Views read the store when they draw; it never calls them.
 import { decodeFrame, FrameError, streamIds, type PictureFrame, type SampleFrame } from "./frames";
 import { parseMessage } from "./messages";
-import type { LogEvent, State } from "./protocol";
+import type { LogEvent, ResultRow, State } from "./protocol";
+import { newestFirst } from "./results";
 import { Rolling } from "./rolling";
 
 export const maxEvents = 500;
-const maxCameras = 4;
+const maxCameras = 4, maxResults = 1000;
 
 export class Store {
     state: State | null = null;
@@ -14,6 +15,9 @@ export class Store {
     readonly events: LogEvent[] = [];
     /** Number of received events; events[events.length - 1] has this number. */
     eventCount = 0;
+    /** The newest rows of the table of results, by id. */
+    readonly results = new Map<number, ResultRow>();
+    resultsVersion = 0;
     waveform: SampleFrame | null = null;
     cycle: SampleFrame | null = null;
     readonly acceleration = new Rolling(98304, 2);
@@ -39,6 +43,10 @@ export class Store {
             this.events.push(parsed.event);
             this.eventCount++;
             if (this.events.length > maxEvents) this.events.shift();
+        } else if (parsed?.type === "results") {
+            for (const row of parsed.results) this.results.set(row.id, row);
+            for (const old of newestFirst(this.results.values()).slice(maxResults)) this.results.delete(old.id);
+            this.resultsVersion++;
         }
     }
 
@@ -55,10 +63,12 @@ export class Store {
         }
     }
 
-    /** Removes all events, because the daemon sends its last events again after each connect. */
+    /** Removes all events and results, because the daemon sends its last ones again after each connect. */
     connected(): void {
         this.events.length = 0;
         this.eventCount = 0;
+        this.results.clear();
+        this.resultsVersion++;
         this.acceleration.clear();
         this.track.clear();
     }

@@ -3,7 +3,7 @@
 import type { Actions } from "../actions";
 import { byId, setHidden, setText } from "../dom";
 import { paperG } from "../groups";
-import type { Drive, State } from "../protocol";
+import type { Drive, SetPoint, State } from "../protocol";
 import type { Store } from "../store";
 import { wire } from "./form";
 
@@ -50,6 +50,11 @@ class Field {
     }
 }
 
+/** Puts a set-point into the form, as if it had been typed. */
+export function offerSetPoint(setPoint: SetPoint): void {
+    byId("drive", HTMLFormElement).dispatchEvent(new CustomEvent<SetPoint>("set-point", { detail: setPoint }));
+}
+
 function note(state: State, edited: boolean): string {
     if (edited) return "Edited fields have a thick border and are not sent yet.";
     return state.drive.locked ? "✓ The base follows the drive." : "… The base does not follow the drive yet.";
@@ -77,6 +82,15 @@ export function makeDriveForm(act: Actions, store: Store): (state: State) => voi
             revert.disabled = false;
         });
     revert.addEventListener("click", forget);
+    form.addEventListener("set-point", (event) => {
+        const offered = (event as CustomEvent<SetPoint>).detail;
+        for (const field of fields) {
+            field.value = offered[field.key];
+            field.mark(offered[field.key] !== null);
+        }
+        if (store.state) follow(store.state.drive);
+        form.scrollIntoView({ block: "nearest" });
+    });
     const body = (): Record<string, unknown> | { refused: string } => {
         const wrong = fields.find((field) => field.edited && field.value === null);
         if (wrong) return { refused: `${wrong.name}: a number is needed` };

@@ -1,8 +1,8 @@
 // The forms of the page except that of the drive: start, return to the middle, friction, recording, remark, control.
 import type { Actions } from "../actions";
 import { byId, setHidden, setText } from "../dom";
-import { fixed, number } from "../format";
-import type { Session, State } from "../protocol";
+import { duration, fixed, number } from "../format";
+import type { Known, Session, State } from "../protocol";
 import type { Store } from "../store";
 import { makeDriveForm } from "./drive_form";
 import { wire } from "./form";
@@ -12,15 +12,15 @@ const nearEdge = 1e-3;  // m, inside the limit
 
 function form(id: string): HTMLFormElement { return byId(id, HTMLFormElement); }
 
-/** The run as typed; a field that is not a whole number from 1 is null. */
+/** The run as typed; a field that is not a whole number from its least is null. */
 function askedRun(state: State | null): Asked {
-    const whole = (id: string, otherwise: number | null): number | null => {
+    const whole = (id: string, least: number, otherwise: number | null): number | null => {
         const { value } = byId(id, HTMLInputElement), count = Number(value);
         if (value.trim() === "") return otherwise;
-        return Number.isInteger(count) && count >= 1 ? count : null;
+        return Number.isInteger(count) && count >= least ? count : null;
     };
     const open = byId("how-long", HTMLSelectElement).value === "open";
-    return { periods: whole("periods", state?.result.periods ?? null), measurements: open ? null : whole("measurements", 1) };
+    return { periods: whole("periods", 2, state?.result.periods ?? null), measurements: open ? null : whole("measurements", 1, 1) };
 }
 
 /** Empty while something is driven or the numbers are incomplete. */
@@ -39,7 +39,7 @@ function wireStart(act: Actions): void {
     wire(form("start"), act, () => {
         if (periods.validity.badInput) return { refused: "periods: expected a whole number or an empty field" };
         const asked = askedRun(null);
-        if (periods.value !== "" && asked.periods === null) return { refused: "periods: a whole number from 1" };
+        if (periods.value !== "" && asked.periods === null) return { refused: "periods: a whole number from 2" };
         if (!measurements.disabled && (measurements.value === "" || asked.measurements === null))
             return { refused: "measurements: a whole number from 1" };
         return { ...(asked.periods === null ? {} : { periods: asked.periods }), measurements: asked.measurements ?? 0 };
@@ -75,8 +75,13 @@ function showMiddle(state: State): void {
 
 function asked(session: Session): boolean { return session.recording !== null || session.record_next; }
 
+/** How long a recording the disk takes. */
+export function roomWords(free: Known, rate: Known): string {
+    return free === null || !rate ? "" : `The disk has room for ${duration(free / rate)} of recording.`;
+}
+
 /** One button requests the recording of the next run, cancels the request, or ends a recording. Its label shows which. */
-function wireRecord(act: Actions, store: Store): (session: Session) => void {
+function wireRecord(act: Actions, store: Store): (state: State) => void {
     const name = byId("record-name", HTMLInputElement), frames = byId("record-frames", HTMLSelectElement);
     const button = byId("record-button", HTMLButtonElement);
     wire(form("record"), act, () => {
@@ -85,7 +90,9 @@ function wireRecord(act: Actions, store: Store): (session: Session) => void {
         const text = name.value.trim();
         return text ? { name: text, frames: frames.value } : { refused: "name: needed" };
     });
-    return (session) => {
+    const room = byId("record-room", HTMLElement);
+    return ({ session, disk, outlook }) => {
+        setText(room, roomWords(disk.free_bytes, outlook.bytes_per_s));
         setText(button, session.recording !== null ? "End the recording" : session.record_next ? "Do not record" : "Record");
         name.disabled = frames.disabled = asked(session);
     };
@@ -121,7 +128,7 @@ export function makeForms(act: Actions, store: Store): () => void {
         clear.disabled = session.state === "tripped" && !session.may_clear;
         setHidden(form("take"), session.you_control);
         setHidden(form("release"), !session.you_control);
-        showRecord(session);
+        showRecord(state);
         showDrive(state);
         showMiddle(state);
         showOutlook(state);

@@ -1,12 +1,44 @@
 // The points measured so far with their errors, and the closed form over them: Figs. 2(b) and 3(a) of the paper.
 import type uPlot from "uplot";
+import { saveBlob } from "../actions";
 import { make } from "../dom";
 import { curves, type axes, type Curve } from "../groups";
 import { common, Plot, xAxis, yAxis, type Columns } from "../plot";
-import type { Point } from "../protocol";
+import type { Point, SetPoint } from "../protocol";
+import { pointsOf } from "../results";
 import type { Store } from "../store";
 import type { Theme, Themes } from "../theme";
+import { offerSetPoint } from "./drive_form";
 import { drawSign, sign } from "./symbols";
+
+const leastHeight = 0.1;  // mm/s
+const nearBy = 14;  // CSS px, from a click to a point
+
+function drawBar(ctx: CanvasRenderingContext2D, x: number, from: number, to: number, cap: number): void {
+    ctx.beginPath();
+    ctx.moveTo(x, from);
+    ctx.lineTo(x, to);
+    for (const y of [from, to]) {
+        ctx.moveTo(x - cap, y);
+        ctx.lineTo(x + cap, y);
+    }
+    ctx.stroke();
+}
+
+/** The set-point of the point that was clicked. */
+function clicked(u: uPlot, found: Curve[], left: number, top: number): SetPoint | null {
+    let nearest = nearBy, asked: SetPoint | null = null;
+    for (const point of found.flatMap((curve) => curve.points)) {
+        const away = Math.hypot(u.valToPos(point.x, "x") - left, u.valToPos(point.v, "y") - top);
+        if (away < nearest && point.asked) [nearest, asked] = [away, point.asked];
+    }
+    return asked;
+}
+
+function csvOf(found: Curve[], label: string): string {
+    const lines = found.flatMap(({ label: curve, points }) => points.map(({ x, v, sigma, closed }) => [`"${curve}"`, x, v, sigma ?? "", closed ?? ""].join(",")));
+    return [`curve,"${label}","v_D, mm/s","standard error, mm/s","closed form, mm/s"`, ...lines, ""].join("\r\n");
+}
 
 function drawCurves(u: uPlot, found: Curve[], theme: Theme): void {
     const { ctx } = u, ratio = devicePixelRatio;
@@ -27,12 +59,7 @@ function drawCurves(u: uPlot, found: Curve[], theme: Theme): void {
         ctx.stroke();
         ctx.setLineDash([]);
         for (const point of curve.points) {
-            if (point.sigma !== null) {
-                ctx.beginPath();
-                ctx.moveTo(x(point.x), y(point.v - point.sigma));
-                ctx.lineTo(x(point.x), y(point.v + point.sigma));
-                ctx.stroke();
-            }
+            if (point.sigma !== null) drawBar(ctx, x(point.x), y(point.v - point.sigma), y(point.v + point.sigma), 3 * ratio);
             drawSign(ctx, look, x(point.x), y(point.v), 4.5 * ratio);
         }
     });
@@ -79,8 +106,14 @@ function range(found: Curve[]): [number, number] {
             low = Math.min(low, v - (sigma ?? 0), closed ?? v);
             high = Math.max(high, v + (sigma ?? 0), closed ?? v);
         }
-    const room = (high - low || 1) * 0.07;
+    high = Math.max(high, low + leastHeight);
+    const room = (high - low) * 0.07;
     return [low - room, high + room];
+}
+
+function width(found: Curve[], least: number): [number, number] {
+    const all = found.flatMap((curve) => curve.points.map((point) => point.x));
+    return all.length ? padded(Math.min(...all), Math.max(...all), least) : [0, 1];
 }
 
 export function makePoints(
@@ -91,20 +124,33 @@ export function makePoints(
     const plot = new Plot(box, themes, (theme) => ({
         ...common,
         scales: {
-            x: { time: false, range: (_u, low, high) => padded(low ?? 0, high ?? 1) },
+            x: { time: false, range: () => width(found, by.leastSpan) },
             y: { range: () => range(found) },
         },
         axes: [xAxis(theme, label), yAxis(theme, "v_D, mm/s")],
         series: [{}, { paths: () => null, points: { show: false } }],
-        hooks: { draw: [(u) => drawCurves(u, found, theme)] },
+        hooks: {
+            draw: [(u) => drawCurves(u, found, theme)],
+            ready: [(u) => u.over.addEventListener("click", ({ offsetX, offsetY }) => {
+                const asked = clicked(u, found, offsetX, offsetY);
+                if (asked) offerSetPoint(asked);
+            })],
+        },
     }));
-    let seen: readonly Point[] = [];
+    const name = `v_D-${box.id}`;
+    const save = { PNG: () => plot.png(getComputedStyle(box.closest(".card")!).backgroundColor), CSV: async () => new Blob([csvOf(found, label)], { type: "text/csv" }) };
+    for (const [kind, make] of Object.entries(save))
+        box.parentElement!.querySelector(`button[data-save=${kind}]`)!.addEventListener("click", () => void make().then((blob) => {
+            if (blob) saveBlob(blob, `${name}.${kind.toLowerCase()}`);
+        }));
+    let seen: readonly Point[] = [], version = -1;
     let data: Columns = [[], []];
     return () => {
         const points = store.state?.points ?? seen;
-        if (points === seen && !plot.stale) return;
+        if (points === seen && version === store.resultsVersion && !plot.stale) return;
         seen = points;
-        found = curves(points, by);
+        version = store.resultsVersion;
+        found = curves(pointsOf(points, store.results.values()), by);
         const all = found.flatMap((curve) => curve.points).sort((a, b) => a.x - b.x);
         data = [all.map((p) => p.x), all.map((p) => p.v)];
         plot.draw(data);
@@ -114,7 +160,8 @@ export function makePoints(
     };
 }
 
-function padded(low: number, high: number): [number, number] {
-    const room = (high - low) * 0.05 || Math.max(0.1, Math.abs(low) * 0.1);
-    return [low - room, high + room];
+/** Repeats at one set-point must not look like a scan: at least `least` wide. */
+export function padded(low: number, high: number, least: number): [number, number] {
+    const middle = (low + high) / 2, half = Math.max(((high - low) / 2) * 1.1, least / 2);
+    return [middle - half, middle + half];
 }

@@ -1,15 +1,15 @@
-#include "daemon/commands/mu/law_points.hpp"
+#include "daemon/campaign/law_points.hpp"
 
 #include <cmath>
 #include <map>
 
-namespace shaker::commands {
+namespace shaker::campaign {
 
 namespace {
 
 constexpr double views = 2;  // at most; the number of cameras is not in the table
 
-law::Point with_numbers(const campaign::PointRow& row, int campaign) {
+law::Point with_numbers(const PointRow& row, int campaign) {
     law::Point p;
     p.number = row.point;
     p.campaign = campaign;
@@ -29,9 +29,9 @@ law::Point with_numbers(const campaign::PointRow& row, int campaign) {
 
 }  // namespace
 
-std::vector<law::Point> law_points(const campaign::PointsTable& table, int campaign) {
+std::vector<law::Point> law_points(const PointsTable& table, int campaign) {
     std::map<int, law::Point> found;
-    for (const campaign::PointRow& row : table.points) {
+    for (const PointRow& row : table.points) {
         const bool measured = row.outcome == "measured" && std::isfinite(row.v_D.value) &&
                               row.v_D.sigma > 0 && std::isfinite(row.frequency.value) &&
                               row.frequency.value > 0;
@@ -41,7 +41,7 @@ std::vector<law::Point> law_points(const campaign::PointsTable& table, int campa
         const auto at = found.find(number);
         return at == found.end() ? nullptr : &at->second;
     };
-    for (const campaign::PointHarmonic& h : table.harmonics) {
+    for (const PointHarmonic& h : table.harmonics) {
         law::Point* p = point(h.point);
         const double amplitude = h.measured.amplitude.value, sd = h.measured.amplitude.sigma;
         if (p == nullptr || h.measured.q < 1 || h.measured.q > max_harmonics || !std::isfinite(amplitude))
@@ -53,7 +53,7 @@ std::vector<law::Point> law_points(const campaign::PointsTable& table, int campa
             p->asked.overtones[static_cast<std::size_t>(h.measured.q - 3)] =
                 std::polar(h.asked / p->asked.gamma, h.asked_phase);
     }
-    for (const campaign::PointPhase& c : table.cycle) {
+    for (const PointPhase& c : table.cycle) {
         law::Point* p = point(c.point);
         if (p == nullptr || !std::isfinite(c.v_mps)) continue;
         p->cycle.phase.push_back(c.phase);
@@ -63,7 +63,7 @@ std::vector<law::Point> law_points(const campaign::PointsTable& table, int campa
         p->cycle.v_sd_mps.push_back(c.v_sd_mps);
         p->cycle.v_base_mps.push_back(c.v_base_mps);
     }
-    for (const campaign::PointStick& s : table.stick)
+    for (const PointStick& s : table.stick)
         if (law::Point* p = point(s.point)) p->stick.push_back(s.interval);
     std::vector<law::Point> out;
     for (auto& [number, p] : found)
@@ -71,4 +71,4 @@ std::vector<law::Point> law_points(const campaign::PointsTable& table, int campa
     return out;
 }
 
-}  // namespace shaker::commands
+}  // namespace shaker::campaign

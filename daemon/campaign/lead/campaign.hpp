@@ -21,17 +21,23 @@ struct CampaignSettings {
     std::filesystem::path folder;  // of the recordings
     int recordings = 0;            // that are in the folder already
     double edge_margin_mm = 2;     // inside the limit at the edge; a pass ends here
-    bool beside = false;           // measurements are reduced in a separate thread
 };
 
-/// Thread safety: one thread. Runner and engine must outlive this object.
+/// Thread safety: one thread. Runner, bench on call and engine must outlive this object.
 class Campaign {
 public:
     using Listener = std::function<void(const Event&, double now_s)>;
-    Campaign(run::Runner& runner, Engine& engine, const CampaignSettings& settings, Listener listener);
+    Campaign(run::Runner& runner, on_call::OnCall& on_call, Engine& engine, const CampaignSettings& settings,
+             Listener listener);
 
-    /// Processes new data and gives the bench the engine's next order. False when no data arrived.
-    bool step(const acquisition::Streams& streams, acquisition::Channels& channels);
+    /// A finished measurement of the bench.
+    void take(const on_call::Measured& measured) { engine_.take(measured); }
+    /// Gives the bench the engine's next order. Call it between OnCall::take() and OnCall::follow().
+    void order(acquisition::Channels& channels);
+    /// A run whose recording is complete.
+    void take(const run::FinishedRun& run);
+    /// Counts the time and reports the events. Call it after OnCall::follow().
+    void follow();
     /// The engine has ended, the drive is silent and all recordings are complete.
     [[nodiscard]] bool done() const { return engine_.done() && on_call_.at_rest(); }
     /// Paused, and nothing happens before a person gives a word.
@@ -42,7 +48,8 @@ public:
     /// Obeys a word of the operator: pause, resume, skip, repeat, stop, abort or clear. InputError for
     /// another word, and for one that has no meaning now.
     void obey(const std::string& word, acquisition::Channels& channels);
-    [[nodiscard]] on_call::OnCall& on_call() noexcept { return on_call_; }
+    /// The newest drive that was ordered.
+    [[nodiscard]] const Drive& drive() const noexcept { return drive_; }
     [[nodiscard]] const BenchTime& time() const noexcept { return time_; }
 
 private:
@@ -54,7 +61,8 @@ private:
     Engine& engine_;
     CampaignSettings settings_;
     Listener listener_;
-    on_call::OnCall on_call_;
+    on_call::OnCall& on_call_;
+    Drive drive_;
     double recording_from_s_ = 0;  // master time of the newest start
     BenchTime time_;
     double timed_to_s_ = 0;

@@ -1,4 +1,4 @@
-#include "daemon/campaign/campaign.hpp"
+#include "daemon/campaign/lead/campaign.hpp"
 
 #include <spdlog/fmt/fmt.h>
 
@@ -22,27 +22,31 @@ std::string why_of(const std::exception_ptr& failure) try {
 
 }  // namespace
 
-Campaign::Campaign(run::Runner& runner, Engine& engine, const CampaignSettings& settings, Listener listener)
+Campaign::Campaign(run::Runner& runner, on_call::OnCall& on_call, Engine& engine,
+                   const CampaignSettings& settings, Listener listener)
     : runner_{runner},
       engine_{engine},
       settings_{settings},
       listener_{std::move(listener)},
-      on_call_{runner, settings.beside} {}
+      on_call_{on_call},
+      drive_{settings.run.drive},
+      timed_to_s_{runner.sequence().now_s()} {}
 
-bool Campaign::step(const acquisition::Streams& streams, acquisition::Channels& channels) {
-    const bool any = on_call_.take(streams, channels);
-    while (const auto measured = on_call_.measured()) engine_.take(*measured);
+void Campaign::order(acquisition::Channels& channels) {
     try {
         carry_out(engine_.next(seen(channels)), channels);
     } catch (const std::exception& e) {
         engine_.refused(e.what());
     }
-    on_call_.follow(settings_.run, channels);
-    while (const auto run = on_call_.finished())
-        if (run->failure) engine_.failed("a recording could not be completed: " + why_of(run->failure));
+}
+
+void Campaign::take(const run::FinishedRun& run) {
+    if (run.failure) engine_.failed("a recording could not be completed: " + why_of(run.failure));
+}
+
+void Campaign::follow() {
     count_time();
     for (const Event& event : engine_.events()) listener_(event, runner_.sequence().now_s());
-    return any;
 }
 
 void Campaign::count_time() {
@@ -59,13 +63,8 @@ void Campaign::count_time() {
 }
 
 void Campaign::obey(const std::string& word, acquisition::Channels& channels) {
-    static constexpr std::array<std::pair<std::string_view, Word>, 5> words{{{"pause", Word::pause},
-                                                                             {"resume", Word::resume},
-                                                                             {"skip", Word::skip},
-                                                                             {"repeat", Word::repeat},
-                                                                             {"stop", Word::stop}}};
-    const auto known = std::ranges::find(words, word, &std::pair<std::string_view, Word>::first);
-    if (known != words.end()) return engine_.obey(known->second);
+    const auto known = std::ranges::find(word_names, word);
+    if (known != word_names.end()) return engine_.obey(static_cast<Word>(known - word_names.begin()));
     if (word == "abort") {
         ++channels.aborts;
     } else if (word == "clear") {
@@ -102,13 +101,14 @@ Seen Campaign::seen(const acquisition::Channels& channels) const {
 void Campaign::carry_out(const Action& action, acquisition::Channels& channels) {
     if (const auto* start = std::get_if<Start>(&action)) {
         run::RunOptions run = settings_.run;
-        run.drive = start->drive;
-        run.periods = std::max(start->task.periods, 2);
+        run.drive = drive_ = start->drive;
+        run.plan.periods = std::max(start->task.plan.periods, 2);
         const auto file = settings_.folder / fmt::format("r{:03}.nxs", ++settings_.recordings);
         on_call_.begin(run, start->task, file, engine_.walk(start->drive), channels);
         recording_from_s_ = runner_.sequence().now_s();
     } else if (const auto* change = std::get_if<Change>(&action)) {
         on_call_.set(change->drive, change->task, channels);
+        drive_ = change->drive;
     } else if (std::holds_alternative<Stop>(action)) {
         runner_.sequence().end(channels);
     }

@@ -1,24 +1,23 @@
-#include "daemon/commands/campaign/journal_writer.hpp"
+#include "daemon/campaign/lead/journal_writer.hpp"
 
 #include <chrono>
 #include <utility>
 
 #include "drivers/errors.hpp"
 
-namespace shaker::commands {
+namespace shaker::campaign {
 
 namespace {
 constexpr std::chrono::milliseconds again_after{500};
 }
 
-JournalWriter::JournalWriter(campaign::CampaignFolder& folder, bool beside)
-    : folder_{folder}, beside_{beside} {
+JournalWriter::JournalWriter(CampaignFolder& folder, bool beside) : folder_{folder}, beside_{beside} {
     if (beside) thread_ = std::jthread{[this](const std::stop_token& stop) { work(stop); }};
 }
 
 JournalWriter::~JournalWriter() = default;
 
-void JournalWriter::add(decltype(campaign::JournalEntry::what) what) {
+void JournalWriter::add(decltype(JournalEntry::what) what) {
     std::unique_lock lock{mutex_};
     waiting_.push_back(std::move(what));
     if (!beside_) return write_all(lock);
@@ -69,4 +68,4 @@ void JournalWriter::work(const std::stop_token& stop) {
     }
 }
 
-}  // namespace shaker::commands
+}  // namespace shaker::campaign

@@ -1,0 +1,61 @@
+#pragma once
+// Session: one campaign on a bench on call, from its plan to its table of points.
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "daemon/campaign/campaign_folder.hpp"
+#include "daemon/campaign/lead/campaign.hpp"
+#include "daemon/campaign/lead/journal_writer.hpp"
+#include "daemon/campaign/points_table.hpp"
+
+namespace shaker::campaign {
+
+struct SessionSettings {
+    std::filesystem::path folder;  // of the campaign
+    std::string plan;              // its text; read from the folder when the campaign is continued
+    std::string plan_file;         // name of the plan in messages
+    bool continues = false;
+    run::RunOptions run;  // rig, pictures, identification of every drive
+    bool beside = false;  // the journal is written in a thread of its own
+};
+
+/// InputError for a set-point beyond the limits of the bench, with the line of the plan.
+void require_possible(const Plan& plan, const std::vector<Point>& points, const bench::Bench& bench);
+
+/// Thread safety: one thread, but finish(): any thread, as the last call. Runner and bench on call must
+/// outlive this object.
+class Session {
+public:
+    /// Reads the plan, and creates or opens the folder. InputError for a plan that cannot be read or is
+    /// beyond the limits, and for a folder in use; DeviceError when the disk fails.
+    Session(run::Runner& runner, on_call::OnCall& on_call, const SessionSettings& settings,
+            const Campaign::Listener& listener);
+    Session(const Session&) = delete;
+    Session& operator=(const Session&) = delete;
+
+    /// As Campaign::order(). A journal that cannot be written pauses the campaign.
+    void order(acquisition::Channels& channels);
+    /// Completes the journal and writes the table of points.
+    PointsTable finish(CampaignChange last);
+
+    [[nodiscard]] Campaign& campaign() noexcept { return campaign_; }
+    [[nodiscard]] Engine& engine() noexcept { return engine_; }
+    [[nodiscard]] const Plan& plan() const noexcept { return plan_; }
+    [[nodiscard]] const std::vector<Point>& points() const noexcept { return points_; }
+    [[nodiscard]] const std::filesystem::path& folder() const noexcept { return folder_.path(); }
+    /// Returns of the walker so far.
+    [[nodiscard]] const std::vector<Returned>& returns() const noexcept { return returns_; }
+
+private:
+    std::string plan_text_;
+    Plan plan_;
+    std::vector<Point> points_;
+    CampaignFolder folder_;
+    Engine engine_;
+    JournalWriter journal_;
+    std::vector<Returned> returns_;
+    Campaign campaign_;
+};
+
+}  // namespace shaker::campaign

@@ -1,0 +1,172 @@
+#include "daemon/catalogue/row_text.hpp"
+
+#include <spdlog/fmt/fmt.h>
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+
+#include "drivers/text/printable.hpp"
+
+namespace shaker::catalogue {
+
+namespace {
+
+using calibration::Estimate;
+using nlohmann::json;
+
+constexpr std::size_t longest_text = 500;  // bytes
+
+struct EstimateKey {
+    const char* key;
+    Estimate ResultRow::*member;
+    const char* name;  // heading in CSV
+    const char* unit;
+};
+constexpr EstimateKey estimates[] = {{"gamma_mps2", &ResultRow::gamma, "gamma", "m/s^2"},
+                                     {"rho", &ResultRow::rho, "rho", "1"},
+                                     {"phi_rad", &ResultRow::phi, "phi", "rad"},
+                                     {"v_D_mps", &ResultRow::v_D, "v_D", "m/s"},
+                                     {"D_m", &ResultRow::D, "D", "m"},
+                                     {"efficiency", &ResultRow::efficiency, "efficiency", "1"}};
+
+json estimate_json(const Estimate& e) {
+    if (!std::isfinite(e.value)) return nullptr;
+    return {{"value", e.value}, {"sigma", number_json(e.sigma)}};
+}
+
+Estimate estimate_from(const json& row, const char* key) {
+    const auto found = row.find(key);
+    if (found == row.end() || !found->is_object()) return {};
+    return {number_from(*found, "value"), number_from(*found, "sigma")};
+}
+
+json overtones_json(const Drive& drive) {
+    json all = json::array();
+    for (std::size_t i = 0; i < drive.overtones.size(); ++i)
+        if (const std::complex<double> share = drive.overtones[i]; share != 0.0)
+            all.push_back({{"n", i + 3}, {"share", std::abs(share)}, {"phase_rad", std::arg(share)}});
+    return all;
+}
+
+std::optional<Drive> asked_from(const json& row) {
+    const auto found = row.find("asked");
+    if (found == row.end() || !found->is_object()) return std::nullopt;
+    Drive drive;
+    drive.frequency = number_from(*found, "frequency_hz");
+    drive.gamma = number_from(*found, "gamma_mps2");
+    drive.rho = number_from(*found, "rho");
+    drive.phi = number_from(*found, "phi_rad");
+    const auto overtones = found->find("overtones");
+    if (overtones == found->end() || !overtones->is_array()) return drive;
+    for (const json& o : *overtones) {
+        const double n = number_from(o, "n"), share = number_from(o, "share");
+        const double phase = number_from(o, "phase_rad");
+        if (!(n >= 3 && n <= static_cast<double>(most_driven)) || !(share >= 0) || !std::isfinite(phase))
+            continue;
+        drive.overtones.at(static_cast<std::size_t>(n) - 3) = std::polar(share, phase);
+    }
+    return drive;
+}
+
+std::string number_text(double x) { return std::isfinite(x) ? fmt::format("{:.17g}", x) : ""; }
+
+std::string quoted(const std::string& text) {
+    std::string all = "\"";
+    for (const char c : text) all += c == '"' ? std::string{"\"\""} : std::string{c};
+    return all + '"';
+}
+
+std::string overtones_text(const Drive& drive) {
+    std::string all;
+    for (const json& o : overtones_json(drive))
+        all += fmt::format("{}{}: {} at {} rad", all.empty() ? "" : "; ", o["n"].get<int>(),
+                           number_text(o["share"]), number_text(o["phase_rad"]));
+    return all;
+}
+
+}  // namespace
+
+json asked_json(const std::optional<Drive>& drive) {
+    if (!drive) return nullptr;
+    return {{"frequency_hz", number_json(drive->frequency)},
+            {"gamma_mps2", number_json(drive->gamma)},
+            {"rho", number_json(drive->rho)},
+            {"phi_rad", number_json(drive->phi)},
+            {"overtones", overtones_json(*drive)}};
+}
+
+json number_json(double x) { return std::isfinite(x) ? json(x) : json(nullptr); }
+
+double number_from(const json& object, const char* key) {
+    const auto found = object.is_object() ? object.find(key) : object.end();
+    return found != object.end() && found->is_number() ? found->get<double>() : NAN;
+}
+
+std::string text_from(const json& object, const char* key) {
+    const auto found = object.is_object() ? object.find(key) : object.end();
+    if (found == object.end() || !found->is_string()) return {};
+    std::string text = found->get<std::string>();
+    text.resize(std::min(text.size(), longest_text));
+    text.resize(text.size() - unfinished_bytes(text));
+    return printable(text);
+}
+
+json json_of(const ResultRow& row) {
+    json all{{"time", row.time.empty() ? json(nullptr) : json(row.time)},
+             {"asked", asked_json(row.asked)},
+             {"periods", number_json(row.periods)},
+             {"steady", row.steady},
+             {"notes", row.notes},
+             {"ended", row.ended},
+             {"recording", row.recording.empty() ? json(nullptr) : json(row.recording)}};
+    for (const EstimateKey& e : estimates) all[e.key] = estimate_json(row.*e.member);
+    return all;
+}
+
+ResultRow row_from(const json& from) {
+    ResultRow row;
+    row.time = text_from(from, "time");
+    if (from.is_object()) row.asked = asked_from(from);
+    row.periods = number_from(from, "periods");
+    for (const EstimateKey& e : estimates)
+        if (from.is_object()) row.*e.member = estimate_from(from, e.key);
+    const auto steady = from.is_object() ? from.find("steady") : from.end();
+    row.steady = steady != from.end() && steady->is_boolean() && steady->get<bool>();
+    row.notes = text_from(from, "notes");
+    row.ended = text_from(from, "ended");
+    row.recording = text_from(from, "recording");
+    return row;
+}
+
+std::string results_json(std::span<const NumberedRow> rows) {
+    json list = json::array();
+    for (const NumberedRow& r : rows) {
+        json row = json_of(r.row);
+        row["id"] = r.number;
+        list.push_back(std::move(row));
+    }
+    return json{{"type", "results"}, {"results", list}}.dump(-1, ' ', false, json::error_handler_t::replace);
+}
+
+std::string results_csv(std::span<const NumberedRow> rows) {
+    std::string all =
+        "time [UTC],asked_frequency [Hz],asked_gamma [m/s^2],asked_rho [1],asked_phi [rad],asked_overtones,"
+        "periods [1]";
+    for (const EstimateKey& e : estimates) all += fmt::format(",{0} [{1}],{0}_errors [{1}]", e.name, e.unit);
+    all += ",steady [1],ended,notes,recording\r\n";
+    for (const auto& [number, row] : rows) {
+        const Drive none{.frequency = NAN, .gamma = NAN, .rho = NAN, .phi = NAN};
+        const Drive& asked = row.asked ? *row.asked : none;
+        all += row.time;
+        for (const double x : {asked.frequency, asked.gamma, asked.rho, asked.phi})
+            all += "," + number_text(x);
+        all += "," + quoted(overtones_text(asked)) + "," + number_text(row.periods);
+        for (const EstimateKey& e : estimates)
+            all += "," + number_text((row.*e.member).value) + "," + number_text((row.*e.member).sigma);
+        all += fmt::format(",{},{},{},{}\r\n", row.steady ? 1 : 0, quoted(row.ended), quoted(row.notes),
+                           quoted(row.recording));
+    }
+    return all;
+}
+
+}  // namespace shaker::catalogue

@@ -1,0 +1,30 @@
+#pragma once
+// Rows of the table of results as JSON (SI units in the keys, null: not known) and as CSV.
+#include <nlohmann/json_fwd.hpp>
+#include <span>
+#include <string>
+
+#include "daemon/catalogue/result_row.hpp"
+#include "daemon/catalogue/results_table.hpp"
+
+namespace shaker::catalogue {
+
+/// {"time":...,"asked":{"frequency_hz":...},"v_D_mps":{"value":...,"sigma":...},...}
+nlohmann::json json_of(const ResultRow& row);
+/// The row in JSON of a process that read a file of unknown origin: wrong types become unknown values, texts
+/// become printable and are cut at 500 bytes.
+ResultRow row_from(const nlohmann::json& json);
+/// Member `key` as a number (otherwise NaN) and as such a text (otherwise empty).
+double number_from(const nlohmann::json& json, const char* key);
+std::string text_from(const nlohmann::json& json, const char* key);
+/// {"frequency_hz":...,"gamma_mps2":...,"rho":...,"phi_rad":...,"overtones":[...]}, or null.
+nlohmann::json asked_json(const std::optional<Drive>& drive);
+/// null for a number that is not finite.
+nlohmann::json number_json(double x);
+
+/// {"results":[...]}, each row with its number as "id".
+std::string results_json(std::span<const NumberedRow> rows);
+/// A heading `name [unit]` per column, then a line per row with 17 significant digits.
+std::string results_csv(std::span<const NumberedRow> rows);
+
+}  // namespace shaker::catalogue

@@ -1,0 +1,90 @@
+// A campaign: the points of a plan, or of a scan, one after the other without a person.
+import type { Actions } from "../actions";
+import { byId, make, setHidden, setText } from "../dom";
+import { duration } from "../format";
+import type { Campaign, State } from "../protocol";
+import type { Store } from "../store";
+import { wire } from "./form";
+
+const g = 9.8, degree = Math.PI / 180;
+
+/** "measuring point 4 of 12: ...; about 3 min 10 s left". */
+export function campaignWords(campaign: Campaign): string {
+    const { points, ended, doing } = campaign;
+    if (!campaign.active) return `ended: ${ended} of ${points} points; recordings and campaign.nxs are in ${campaign.folder}`;
+    const words = [`${doing}: ${ended} of ${points} points have ended`];
+    if (campaign.point) words.push(`now ${campaign.point}`);
+    if (campaign.known_mu) words.push(campaign.known_mu);
+    if (campaign.left_s !== null) words.push(`about ${duration(campaign.left_s)} left`);
+    return words.join("; ");
+}
+
+/** The order for a scan, or why it is not one. The fields are in degrees or g. */
+export function scanOrder(of: string, fields: Record<"from" | "to" | "steps" | "periods", string>): Record<string, unknown> | { refused: string } {
+    const scale = of === "phi" ? degree : g, unit = of === "phi" ? "degrees" : "g";
+    const order: Record<string, unknown> = { scan: of };
+    for (const key of ["from", "to"] as const) {
+        const value = Number(fields[key]);
+        if (fields[key].trim() === "" || !Number.isFinite(value)) return { refused: `${key}: a number in ${unit} is needed` };
+        order[key] = scale * value;
+    }
+    for (const [key, least] of [["steps", 1], ["periods", 2]] as const) {
+        const value = Number(fields[key]);
+        if (!Number.isInteger(value) || value < least) return { refused: `${key}: a whole number from ${least}` };
+        order[key] = value;
+    }
+    return order;
+}
+
+function input(id: string): HTMLInputElement { return byId(id, HTMLInputElement); }
+
+function wireScan(act: Actions): void {
+    const of = byId("scan-of", HTMLSelectElement), unit = byId("scan-unit", HTMLElement);
+    of.addEventListener("change", () => {
+        const phi = of.value === "phi";
+        input("scan-from").value = phi ? "0" : "0.5";
+        input("scan-to").value = phi ? "180" : "1.5";
+        setText(unit, phi ? "deg" : "g");
+    });
+    wire(byId("scan", HTMLFormElement), act, () => scanOrder(of.value, {
+        from: input("scan-from").value, to: input("scan-to").value, steps: input("scan-steps").value, periods: input("scan-periods").value,
+    }));
+}
+
+function showPlans(select: HTMLSelectElement, names: string[]): void {
+    if (names.join() === [...select.options].map((option) => option.value).join()) return;
+    const chosen = select.value;
+    select.replaceChildren(...names.map((name) => { const option = make("option", "", name); option.value = name; return option; }));
+    if (names.includes(chosen)) select.value = chosen;
+}
+
+export function makeCampaign(act: Actions, store: Store): () => void {
+    const plans = byId("plans", HTMLSelectElement), words = byId("campaign-words", HTMLElement), newest = byId("campaign-newest", HTMLElement);
+    const bar = byId("campaign-bar", HTMLProgressElement), starts = byId("campaign-start", HTMLElement), orders = byId("campaign-orders", HTMLElement);
+    wire(byId("plan", HTMLFormElement), act, () => plans.value ? { plan: plans.value } : { refused: "plan: the folder of the plans has none" });
+    wireScan(act);
+    const pause = byId("campaign-pause", HTMLFormElement), resume = byId("campaign-resume", HTMLFormElement);
+    wire(pause, act, () => ({}));
+    wire(resume, act, () => ({}));
+    let seen = -1;
+    const show = ({ campaign, plans: names }: State): void => {
+        showPlans(plans, names);
+        const active = campaign?.active ?? false;
+        setHidden(starts, active);
+        setHidden(orders, !active);
+        setHidden(bar, campaign === null);
+        setText(words, campaign ? campaignWords(campaign) : "No campaign since the start of the daemon.");
+        setText(newest, campaign?.newest ?? "");
+        setHidden(pause, campaign?.paused ?? false);
+        setHidden(resume, !(campaign?.paused ?? false));
+        if (campaign) {
+            bar.max = Math.max(1, campaign.points);
+            bar.value = campaign.ended;
+        }
+    };
+    return () => {
+        if (!store.state || seen === store.stateVersion) return;
+        seen = store.stateVersion;
+        show(store.state);
+    };
+}

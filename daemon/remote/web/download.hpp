@@ -1,0 +1,20 @@
+#pragma once
+// The download of a recording.
+#include <functional>
+#include <string>
+
+#include "daemon/remote/web/requests.hpp"
+
+#include <boost/asio/awaitable.hpp>
+#include <boost/beast/core/tcp_stream.hpp>
+
+namespace shaker::web {
+
+/// Sends a recording of the folder; the connection must be closed afterwards. The disk is read in a thread of
+/// its own. Ends at once when the drive starts: the client then has less than Content-Length. alive: called
+/// for each part that was sent.
+boost::asio::awaitable<void> send_recording(boost::beast::tcp_stream& stream, const Request& request,
+                                            const std::string& name, Site& site,
+                                            const std::function<void()>& alive);
+
+}  // namespace shaker::web

@@ -1,0 +1,136 @@
+#include "daemon/service/campaign_host.hpp"
+
+#include <spdlog/fmt/fmt.h>
+
+#include <algorithm>
+#include <chrono>
+#include <exception>
+#include <utility>
+
+#include "daemon/campaign/lead/event_text.hpp"
+#include "daemon/campaign/lead/plans.hpp"
+#include "drivers/errors.hpp"
+
+namespace shaker::service {
+
+namespace {
+
+using What = campaign::CampaignChange::What;
+
+std::string finish(campaign::Session& session, const campaign::CampaignChange& last) try {
+    const campaign::PointsTable table = session.finish(last);
+    const auto measured =
+        std::ranges::count(table.points, campaign::outcome_words[0], &campaign::PointRow::outcome);
+    return fmt::format("{}: {} of {} points measured; points table: {}", last.reason, measured,
+                       table.points.size(), (session.folder() / campaign::table_name).string());
+} catch (const std::exception& e) {
+    return fmt::format(
+        "the points table of {} could not be written: {}; \"shakerd campaign {} --reduce\" "
+        "makes it from the recordings",
+        session.folder().string(), e.what(), session.folder().string());
+}
+
+}  // namespace
+
+void CampaignHost::require_none(const std::string& what) const {
+    if (active())
+        throw InputError{what +
+                         " while a campaign is measured; stop the campaign first, or pause it to look"};
+}
+
+const std::vector<std::string>& CampaignHost::plans(double now_s) {
+    constexpr double fresh_s = 5;
+    if (on_call_.at_rest() && now_s >= known_s_ + fresh_s) {
+        known_ = campaign::plans_in(plans_);
+        known_s_ = now_s;
+    }
+    return known_;
+}
+
+void CampaignHost::begin(const std::string& name, std::string text, const run::RunOptions& run) {
+    require_none("no other campaign can begin");
+    if (finishing_.valid())
+        throw InputError{"the table of the last campaign is being written; give the order again in a moment"};
+    if (text.empty()) text = campaign::plan_text(plans_, name);
+    run::Recordings& recordings = runner_.recordings();
+    const std::filesystem::path folder =
+        recordings.folder() / fmt::format("{}-{}", name, recordings.file_named({}).stem().string());
+    session_ = std::make_shared<campaign::Session>(
+        runner_, on_call_,
+        campaign::SessionSettings{
+            .folder = folder, .plan = std::move(text), .plan_file = name, .run = run, .beside = beside_},
+        [this](const campaign::Event& event, double /*now_s*/) {
+            const std::string words = campaign::text(event, session_->engine(), session_->points());
+            if (words.empty()) return;
+            state_.newest = words;
+            log_(words);
+        });
+    leaving_ = false;
+    state_ = {.name = name, .title = session_->plan().title, .folder = folder.filename().string()};
+    log_(fmt::format("{} begins: {} points, folder {}", name, session_->points().size(), folder.string()));
+}
+
+void CampaignHost::obey(campaign::Word word) {
+    if (!session_) throw InputError{"no campaign is measured; start one first"};
+    campaign::Engine& engine = session_->engine();
+    // A paused campaign ends where it is; its folder can be continued later.
+    if (word == campaign::Word::stop && engine.paused()) return engine.leave();
+    engine.obey(word);
+}
+
+void CampaignHost::take(const on_call::Measured& measured) {
+    if (session_) session_->campaign().take(measured);
+}
+
+void CampaignHost::order(acquisition::Channels& channels) {
+    if (session_) session_->order(channels);
+}
+
+void CampaignHost::take(const run::FinishedRun& run) {
+    if (session_) session_->campaign().take(run);
+}
+
+void CampaignHost::follow(bool leaving) {
+    if (finishing_.valid() && finishing_.wait_for(std::chrono::seconds{0}) != std::future_status::timeout)
+        log_(finishing_.get());
+    if (!session_) return;
+    session_->campaign().follow();
+    if (leaving && !std::exchange(leaving_, true)) session_->engine().leave();
+    if (session_->campaign().done()) end(leaving);
+}
+
+void CampaignHost::end(bool leaving) {
+    state_ = *state();
+    state_.doing = "ended";
+    const bool left_out = leaving || state_.paused;
+    const campaign::CampaignChange last{.what = left_out ? What::paused : What::ended,
+                                        .reason = leaving                   ? "the program ends"
+                                                  : state_.paused           ? "ended by the operator"
+                                                  : state_.known_mu.empty() ? "complete"
+                                                                            : state_.known_mu};
+    state_.paused = false;
+    const auto policy = beside_ ? std::launch::async : std::launch::deferred;
+    finishing_ = std::async(
+        policy, [session = std::exchange(session_, nullptr), last] { return finish(*session, last); });
+    if (!beside_) log_(finishing_.get());
+}
+
+std::optional<CampaignState> CampaignHost::state() {
+    if (state_.name.empty()) return std::nullopt;
+    CampaignState s = state_;
+    s.active = active();
+    if (!session_) return s;
+    const campaign::Engine& engine = session_->engine();
+    s.points = session_->points().size();
+    s.ended = engine.ended();
+    s.doing = engine.doing();
+    s.paused = engine.paused();
+    s.known_mu = engine.known_mu();
+    if (const campaign::Point* p = engine.point()) s.point = campaign::place(*p);
+    const campaign::BenchTime& time = session_->campaign().time();
+    if (s.ended > 0 && s.known_mu.empty())
+        s.left_s = time.sum() / static_cast<double>(s.ended) * static_cast<double>(s.points - s.ended);
+    return s;
+}
+
+}  // namespace shaker::service

@@ -1,0 +1,73 @@
+#pragma once
+// CampaignHost: the campaign that a bench on call measures by the order of a client.
+#include <cmath>
+#include <functional>
+#include <future>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "daemon/campaign/lead/session.hpp"
+#include "daemon/service/bench_state.hpp"
+
+namespace shaker::service {
+
+/// Between begin() and the end of the campaign the orders of the engine take the place of those of clients.
+/// Thread safety: one thread.
+class CampaignHost {
+public:
+    using Log = std::function<void(const std::string& text)>;
+    /// beside: the table of points is written in a separate thread. plans: folder of the plans with a name.
+    /// Runner and bench must outlive this object.
+    CampaignHost(run::Runner& runner, on_call::OnCall& on_call, bool beside, std::filesystem::path plans,
+                 Log log)
+        : runner_{runner},
+          on_call_{on_call},
+          beside_{beside},
+          plans_{std::move(plans)},
+          log_{std::move(log)} {}
+
+    /// Begins the campaign of a plan in a new folder beside the recordings, NAME-<time>. text: of the plan;
+    /// empty: that of the plan with this name. InputError while another one is under way, for a plan that
+    /// cannot be read or is beyond the limits; DeviceError when the disk fails.
+    void begin(const std::string& name, std::string text, const run::RunOptions& run);
+    /// Names of the plans, as far as is known: the folder is read again at rest, every 5 s.
+    const std::vector<std::string>& plans(double now_s);
+    /// InputError when there is no campaign, or the word has no meaning now.
+    void obey(campaign::Word word);
+    /// A campaign is measured: it has the bench.
+    [[nodiscard]] bool active() const noexcept { return session_ != nullptr; }
+    /// InputError while active(). what: "the set-point cannot be changed".
+    void require_none(const std::string& what) const;
+    /// The newest drive of the active campaign.
+    [[nodiscard]] const Drive& drive() const { return session_->campaign().drive(); }
+
+    // As those of campaign::Campaign; without a campaign they do nothing.
+    void take(const on_call::Measured& measured);
+    void order(acquisition::Channels& channels);
+    void take(const run::FinishedRun& run);
+    /// Ends the campaign when it is done. leaving: the program ends; the campaign can be continued later.
+    void follow(bool leaving);
+
+    /// State of the campaign under way, or of the last one; nothing before the first.
+    [[nodiscard]] std::optional<CampaignState> state();
+    /// Nothing is left to be written.
+    [[nodiscard]] bool at_rest() const noexcept { return !session_ && !finishing_.valid(); }
+
+private:
+    void end(bool leaving);
+
+    run::Runner& runner_;
+    on_call::OnCall& on_call_;
+    bool beside_, leaving_ = false;
+    std::filesystem::path plans_;
+    std::vector<std::string> known_;
+    double known_s_ = -INFINITY;  // master time at which they were read
+    Log log_;
+    std::shared_ptr<campaign::Session> session_;
+    std::future<std::string> finishing_;  // sentence for the log
+    CampaignState state_;
+};
+
+}  // namespace shaker::service

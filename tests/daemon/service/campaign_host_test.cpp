@@ -1,0 +1,138 @@
+// Campaigns that a client orders from a bench on call.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numbers>
+
+#include "daemon/campaign/campaign_folder.hpp"
+#include "daemon/campaign/lead/plans.hpp"
+#include "daemon/campaign/points_table.hpp"
+#include "drivers/errors.hpp"
+#include "tests/support/paths.hpp"
+#include "tests/support/recording/recording_folder.hpp"
+#include "tests/support/run/bench_on_call.hpp"
+
+namespace shaker::service {
+namespace {
+
+using run::RunState;
+using test::Answers;
+using test::in;
+using test::until;
+
+bool ended(const BenchState& s) { return s.campaign && !s.campaign->active && s.state == RunState::idle; }
+bool measuring(const BenchState& s) { return s.campaign && s.campaign->active && s.measuring; }
+bool waits(const BenchState& s) { return s.campaign && s.campaign->paused && s.state == RunState::idle; }
+
+class CampaignHostTest : public test::OnCallBench {
+protected:
+    [[nodiscard]] test::Move scan() {
+        return {in(RunState::idle), give(MeasurePlan{"scan", campaign::text_of({.from = 0,
+                                                                                .to = std::numbers::pi,
+                                                                                .steps = 2,
+                                                                                .rest = {.gamma = paper_g},
+                                                                                .periods = 10})})};
+    }
+    [[nodiscard]] std::filesystem::path of(const test::OnCallResult& r) const {
+        return folder / r.last.campaign->folder;
+    }
+};
+
+TEST_F(CampaignHostTest, MeasuresAScanAndWritesItsTable) {
+    const auto r = play(test::slow, {scan(), until(ended)}, 120);
+    EXPECT_EQ(answers, Answers(1, "")) << test::log_of(r);
+    const campaign::PointsTable table = campaign::read_points(of(r) / campaign::table_name);
+    ASSERT_EQ(table.points.size(), 3U);
+    for (const campaign::PointRow& row : table.points) {
+        EXPECT_EQ(row.outcome, "measured") << row.reason;
+        EXPECT_NEAR(row.v_D.value, row.true_v_D, 4 * row.v_D.sigma) << row.point;
+    }
+    EXPECT_EQ(r.last.campaign->ended, 3U);
+    EXPECT_GE(r.last.points.size(), 3U) << "clients see each measurement";
+    EXPECT_EQ(r.last.wanted.gamma, paper_g) << "the set-point is that of the campaign";
+}
+
+TEST_F(CampaignHostTest, ItHasTheBenchUntilItEnds) {
+    Drive other;
+    other.phi = 1;
+    const auto r = play(test::slow,
+                        {scan(),
+                         {measuring, give(SetDrive{other})},
+                         {measuring, give(Begin{10})},
+                         {measuring, give(MeasurePlan{"again", "x"})},
+                         {measuring, give(TellCampaign{campaign::Word::stop})},
+                         until(ended)},
+                        120);
+    ASSERT_EQ(answers.size(), 5U);
+    for (const std::size_t i : {1U, 2U}) test::expect_in(answers[i], {"campaign is measured", "stop"});
+    EXPECT_NE(answers[3], "");
+    EXPECT_EQ(answers[4], "");
+    EXPECT_EQ(r.last.campaign->ended, 1U) << test::log_of(r);
+}
+
+TEST_F(CampaignHostTest, AStopPausesItAndResumeGoesOn) {
+    const auto r = play(
+        test::slow,
+        {scan(), {measuring, give(End{})}, {waits, give(TellCampaign{campaign::Word::resume})}, until(ended)},
+        120);
+    EXPECT_EQ(answers, Answers(3, ""));
+    EXPECT_EQ(r.last.campaign->ended, 3U) << test::log_of(r);
+    for (const char* word : {"paused: by the operator", "resumed: by the operator"})
+        EXPECT_TRUE(std::ranges::any_of(r.events, [&](const BenchEvent& e) {
+            return e.kind == "campaign" && e.text == word;
+        })) << test::log_of(r);
+}
+
+// The folder can be continued by "shakerd campaign --continue".
+TEST_F(CampaignHostTest, AnAbortPausesItAndItCanBeEndedThere) {
+    const auto r = play(test::slow,
+                        {scan(),
+                         {measuring, [](BenchPort& port) { port.abort("a test"); }},
+                         {test::may_clear, give(ClearTrip{})},
+                         {waits, give(TellCampaign{campaign::Word::stop})},
+                         until(ended)},
+                        120);
+    EXPECT_EQ(answers, Answers(3, "")) << test::log_of(r);
+    const campaign::StoredCampaign stored = campaign::read_campaign(of(r));
+    EXPECT_EQ(stored.progress.campaign->what, campaign::CampaignChange::What::paused);
+    EXPECT_FALSE(stored.progress.done(3));
+}
+
+TEST_F(CampaignHostTest, TheEndOfTheProgramLeavesItToBeContinued) {
+    test::Move leave = until(measuring);
+    leave.leaves = true;
+    const auto r = play(test::slow, {scan(), leave}, 120);
+    const campaign::StoredCampaign stored = campaign::read_campaign(of(r));
+    EXPECT_EQ(stored.progress.campaign->what, campaign::CampaignChange::What::paused);
+    EXPECT_TRUE(std::filesystem::exists(of(r) / campaign::table_name));
+}
+
+TEST_F(CampaignHostTest, WrongPlansAreRefusedAndNothingIsLeft) {
+    const auto r = play(test::slow,
+                        {{in(RunState::idle), give(MeasurePlan{"unknown"})},
+                         {in(RunState::idle), give(MeasurePlan{"bad", "[[series]]\ngamma = \"40g\"\n"})},
+                         {in(RunState::idle), give(MeasurePlan{"../up", "x"})},
+                         {in(RunState::idle), give(TellCampaign{campaign::Word::pause})}},
+                        20);
+    ASSERT_EQ(answers.size(), 4U);
+    test::expect_in(answers[0], {"plan \"unknown\"", "no such plan"});
+    test::expect_in(answers[1], {"bad:2"});
+    test::expect_in(answers[2], {"plan \"../up\"", "letters"});
+    test::expect_in(answers[3], {"no campaign"});
+    EXPECT_FALSE(r.last.campaign);
+    for (const auto& entry : std::filesystem::directory_iterator{folder})
+        EXPECT_FALSE(entry.is_directory()) << entry.path();
+}
+
+TEST(PlansTest, AreFoundByNameInsideTheirFolderOnly) {
+    const std::filesystem::path folder = test::source_dir() + "/daemon/campaign/plans";
+    const std::vector<std::string> names = campaign::plans_in(folder);
+    EXPECT_NE(std::ranges::find(names, "fig3"), names.end());
+    EXPECT_NE(campaign::plan_text(folder, "fig3").find("[[series]]"), std::string::npos);
+    for (const char* name : {"../README", "fig3.toml", "", "/etc/passwd"})
+        EXPECT_THROW((void)campaign::plan_text(folder, name), InputError) << name;
+    EXPECT_TRUE(campaign::plans_in("/nowhere").empty());
+}
+
+}  // namespace
+}  // namespace shaker::service
