@@ -4,8 +4,10 @@
     >>> with shakerd.Recording("run.nxs") as run:
     ...     v = run.results["v_D"]
     ...     t, x = run.track("top", "walker")["t"], run.track("top", "walker")["x"]
-    >>> v.unit, bool(v.error > 0), t.unit, x.unit, x.value.shape == x.error.shape == t.value.shape
-    ('m/s', True, 's', 'm', True)
+    >>> v.unit, bool(v.error > 0)
+    ('m/s', True)
+    >>> t.unit, x.unit, x.value.shape == x.error.shape == t.value.shape
+    ('s', 'm', True)
 
 All numbers are in the SI units that the file states. An error is a standard error; a covering interval has two
 of them to each side. NaN: not known. Needs h5py; Bench also needs requests, and Table.frame() needs pandas.
@@ -246,8 +248,7 @@ class Campaign(_File):
     @property
     def recordings(self) -> list[pathlib.Path]:
         """The recordings of the points, without repeats."""
-        names = dict.fromkeys(name for name in self.table("passes")["recording"] if name)
-        return [self.folder / f"{name}.nxs" for name in names]
+        return [self.folder / f"{name}.nxs" for name in dict.fromkeys(self.table("passes")["recording"]) if name]
 
 
 class Bench:
@@ -297,7 +298,6 @@ class Bench:
 
     @staticmethod
     def _until(found: Callable[[], Any], timeout: float, late: str) -> Any:
-        """What found() answers, once it is true. TimeoutError in the end."""
         end = time.monotonic() + timeout
         while not (answer := found()):
             if time.monotonic() > end:
@@ -373,9 +373,9 @@ class Bench:
         return self.result
 
     def campaign(self, plan: str = "", timeout: float = 86400, **scan: Any) -> str:
-        """Measures a plan, or a scan: scan="phi" or "gamma", start, stop (SI), steps, periods. Returns the name of
-        its folder beside the recordings, for Campaign(). BenchError when it is paused."""
-        self.order("campaign", **({"from": scan.pop("start"), "to": scan.pop("stop"), **scan} if scan else {"plan": plan}))
+        """A plan, or scan="phi" or "gamma" with start, stop (SI), steps, periods. Returns the name of its folder."""
+        ends = {"from": scan.pop("start"), "to": scan.pop("stop")} if scan else {"plan": plan}
+        self.order("campaign", **ends, **scan)
 
         def ended() -> str:
             now = self.state["campaign"]
