@@ -294,7 +294,11 @@ add_test(NAME archive COMMAND ${behind} ${PROJECT_SOURCE_DIR}/tests/daemon/archi
 set_tests_properties(archive PROPERTIES ENVIRONMENT SHAKER_BUILD=${PROJECT_BINARY_DIR} TIMEOUT 600 COST 20 LABELS virtual)
 
 # The operator's page in a real browser.
-foreach(part pure page results control memory daemon)
+set(panel_parts pure page results control memory daemon)
+if(SHAKER_NIGHTLY)
+  list(APPEND panel_parts newcomer)
+endif()
+foreach(part ${panel_parts})
   add_test(NAME panel_${part} COMMAND ${judged} --plain --name panel_${part} ${PROJECT_SOURCE_DIR}/tests/panel/run --only ${part})
   set_tests_properties(panel_${part} PROPERTIES ENVIRONMENT SHAKERD=$<TARGET_FILE:shakerd>
                        SKIP_RETURN_CODE 77 TIMEOUT 2400 RESOURCE_LOCK realtime COST 1000 LABELS realtime)

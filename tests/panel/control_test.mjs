@@ -142,6 +142,15 @@ test("A refusal is shown beside its form until the next success", async () => {
     assert.ok(troubles.every((trouble) => refusal.test(trouble)), troubles.join());
 });
 
+test("A run until stopped is ordered at once after that choice, before the page has drawn again", async () => {
+    const { page } = await openPage(stage);
+    await page.evaluate(() => {
+        document.getElementById("how-long").value = "open";
+        document.getElementById("start-button").click();
+    });
+    assert.equal((await sent("start")).measurements, 0);
+});
+
 test("Invalid numbers are refused without a request to the daemon", async () => {
     const { page } = await openPage(stage);
     await page.fill("#drive-rho", "");

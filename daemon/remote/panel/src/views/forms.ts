@@ -12,6 +12,8 @@ const nearEdge = 1e-3;  // m, inside the limit
 
 function form(id: string): HTMLFormElement { return byId(id, HTMLFormElement); }
 
+function untilStopped(): boolean { return byId("how-long", HTMLSelectElement).value === "open"; }
+
 /** The run as typed; a field that is not a whole number from its least is null. */
 function askedRun(state: State | null): Asked {
     const whole = (id: string, least: number, otherwise: number | null): number | null => {
@@ -19,8 +21,7 @@ function askedRun(state: State | null): Asked {
         if (value.trim() === "") return otherwise;
         return Number.isInteger(count) && count >= least ? count : null;
     };
-    const open = byId("how-long", HTMLSelectElement).value === "open";
-    return { periods: whole("periods", 2, state?.result.periods ?? null), measurements: open ? null : whole("measurements", 1, 1) };
+    return { periods: whole("periods", 2, state?.result.periods ?? null), measurements: untilStopped() ? null : whole("measurements", 1, 1) };
 }
 
 /** Empty while something is driven or the numbers are incomplete. */
@@ -31,7 +32,7 @@ function showOutlook(state: State): void {
     setText(line, text);
     setHidden(line, text === "");
     line.classList.toggle("warn", trouble);
-    byId("measurements", HTMLInputElement).disabled = byId("how-long", HTMLSelectElement).value === "open";
+    byId("measurements", HTMLInputElement).disabled = untilStopped();
 }
 
 function wireStart(act: Actions): void {
@@ -40,7 +41,7 @@ function wireStart(act: Actions): void {
         if (periods.validity.badInput) return { refused: "periods: expected a whole number or an empty field" };
         const asked = askedRun(null);
         if (periods.value !== "" && asked.periods === null) return { refused: "periods: a whole number from 2" };
-        if (!measurements.disabled && (measurements.value === "" || asked.measurements === null))
+        if (!untilStopped() && (measurements.value === "" || asked.measurements === null))
             return { refused: "measurements: a whole number from 1" };
         return { ...(asked.periods === null ? {} : { periods: asked.periods }), measurements: asked.measurements ?? 0 };
     });
