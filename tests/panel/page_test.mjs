@@ -185,6 +185,7 @@ test("A new point appears in the plots of the points", async () => {
     await running(stage);
     const { page } = await openPage(stage);
     const canvas = page.locator("#points-gamma canvas");
+    await page.locator("#gamma-card").scrollIntoViewIfNeeded();  // it is drawn in view
     await canvas.scrollIntoViewIfNeeded();
     await page.waitForTimeout(1500);
     const before = await canvas.screenshot();
