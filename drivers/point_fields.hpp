@@ -25,7 +25,7 @@ struct MeasurementField {
     std::string_view key;     // of an order in JSON, and of the table [run] of a settings file
     std::string_view option;  // of the command line
     std::string_view header;  // of SCPI
-    std::string_view word;    // of SCPI for 0; empty: there is none
+    std::string_view word;    // SCPI word that stands for 0; empty: 0 is not allowed
     int MeasurementPlan::*member;
     Range allowed;
     bool lasts;                  // an order that does not give it keeps the last value; false: it is then 0
@@ -77,7 +77,7 @@ struct PointField {
         std::variant<double Drive::*, int MeasurementPlan::*, int PointSettings::*, double PointSettings::*>;
     std::string_view name;    // key of a plan
     std::string_view key;     // of the table [run] of a settings file; empty: not in there
-    std::string_view option;  // of the command line; empty: there is none
+    std::string_view option;  // of the command line; empty: no option
     Member member;
     Dimension dimension;
     Range allowed;                 // SI units; both ends included

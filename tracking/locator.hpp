@@ -35,7 +35,7 @@ public:
     [[nodiscard]] virtual double reach() const noexcept = 0;
     /// Two positions closer than this are the same object, px.
     [[nodiscard]] virtual double extent() const noexcept = 0;
-    /// Smallest move after which the target looks the same, px; 0: there is none.
+    /// Distance of the repeats of a periodic target, px; 0: the target is not periodic.
     [[nodiscard]] virtual double pitch() const noexcept { return 0; }
     /// True if two targets of this kind could be mistaken for each other.
     [[nodiscard]] virtual bool interchangeable() const noexcept = 0;

@@ -9,7 +9,8 @@ namespace shaker::tracking {
 /// half a pitch leaves its place ambiguous. The possible move is the smaller of the fastest step times the
 /// gap and of the range of all places, half as much again; after a gap longer than half of the time that the
 /// target was watched, no move is excluded. A target that oscillates about a fixed place (a base) settles the
-/// doubt: once it has covered its old range again, the middle of that range tells the slip.
+/// doubt: once it has moved over its old range again, a shift of the middle of the range is the
+/// slip.
 ///
 /// Places are px along the shaker's axis; times are counted in pictures.
 class SlipWatch {

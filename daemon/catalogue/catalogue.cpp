@@ -3,7 +3,6 @@
 #include <fcntl.h>
 #include <spdlog/fmt/fmt.h>
 #include <sys/stat.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <array>
@@ -46,12 +45,7 @@ std::vector<Drive> set_points_of(const std::vector<ResultRow>& rows) {
     std::vector<Drive> all;
     for (const ResultRow& row : rows) {
         if (!row.asked || all.size() == Catalogue::most_set_points) continue;
-        const Drive& d = *row.asked;
-        const bool known = std::ranges::any_of(all, [&](const Drive& o) {
-            return o.frequency == d.frequency && o.gamma == d.gamma && o.rho == d.rho && o.phi == d.phi &&
-                   o.overtones == d.overtones;
-        });
-        if (!known) all.push_back(d);
+        if (std::ranges::find(all, *row.asked) == all.end()) all.push_back(*row.asked);
     }
     return all;
 }
@@ -117,13 +111,12 @@ void Catalogue::replay(const std::string& name) {
     replays_.push_back(name);
 }
 
-int Catalogue::open(const std::string& name) const {
-    const int file = listed_name(name) ? ::open((settings_.folder / name).c_str(),
-                                                O_RDONLY | O_NOFOLLOW | O_CLOEXEC | O_NONBLOCK)
-                                       : -1;
+Descriptor Catalogue::open(const std::string& name) const {
+    Descriptor file{listed_name(name) ? ::open((settings_.folder / name).c_str(),
+                                               O_RDONLY | O_NOFOLLOW | O_CLOEXEC | O_NONBLOCK)
+                                      : -1};
     struct stat now {};
     if (file >= 0 && ::fstat(file, &now) == 0 && S_ISREG(now.st_mode)) return file;
-    if (file >= 0) ::close(file);
     throw InputError{fmt::format("there is no recording \"{}\"", printable(name.substr(0, longest_name)))};
 }
 

@@ -13,6 +13,7 @@
 
 #include "daemon/catalogue/recording_summary.hpp"
 #include "daemon/catalogue/results_table.hpp"
+#include "drivers/descriptor.hpp"
 
 namespace shaker::catalogue {
 
@@ -63,9 +64,9 @@ public:
     void replay(const std::string& name);
     /// InputError with the reason while recordings may not be read.
     void require_rest() const;
-    /// Opens a recording of the folder for reading; the caller closes it. A link is not followed. InputError
-    /// when there is none of this name.
-    [[nodiscard]] int open(const std::string& name) const;
+    /// Opens a recording of the folder for reading. A link is not followed. InputError when the folder has no
+    /// recording of this name.
+    [[nodiscard]] Descriptor open(const std::string& name) const;
 
 private:
     struct Entry {

@@ -14,7 +14,9 @@
 #include <cstring>
 #include <exception>
 #include <thread>
+#include <utility>
 
+#include "drivers/descriptor.hpp"
 #include "drivers/errors.hpp"
 
 namespace shaker::catalogue {
@@ -33,33 +35,26 @@ public:
     explicit Output(const std::string& what) {
         std::array<int, 2> ends{};
         if (::pipe2(ends.data(), O_CLOEXEC) < 0) fail(what, errno);
-        from_ = ends[0];
-        to_ = ends[1];
-    }
-    Output(const Output&) = delete;
-    Output& operator=(const Output&) = delete;
-    ~Output() {
-        close(from_);
-        close(to_);
+        from_ = Descriptor{ends[0]};
+        to_ = Descriptor{ends[1]};
     }
     [[nodiscard]] int to() const noexcept { return to_; }
     [[nodiscard]] pollfd wanted() const noexcept { return {.fd = from_, .events = POLLIN, .revents = 0}; }
     [[nodiscard]] bool open() const noexcept { return from_ >= 0; }
-    void begin() noexcept { close(to_); }
+    void begin() noexcept { const Descriptor ended = std::move(to_); }
     void read(std::string& to, std::size_t most) {
         std::array<char, 65536> bytes;
         const ssize_t n = ::read(from_, bytes.data(), bytes.size());
         if (n < 0 && errno == EINTR) return;
-        if (n <= 0) return close(from_);
+        if (n <= 0) {
+            const Descriptor ended = std::move(from_);
+            return;
+        }
         to.append(bytes.data(), std::min(static_cast<std::size_t>(n), most - std::min(most, to.size())));
     }
 
 private:
-    static void close(int& fd) noexcept {
-        if (fd >= 0) ::close(fd);
-        fd = -1;
-    }
-    int from_ = -1, to_ = -1;
+    Descriptor from_, to_;
 };
 
 /// Attributes and descriptors of the new process.

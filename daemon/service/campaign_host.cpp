@@ -34,8 +34,7 @@ std::string finish(campaign::Session& session, const campaign::CampaignChange& l
 
 void CampaignHost::require_none(const std::string& what) const {
     if (active())
-        throw InputError{what +
-                         " while a campaign is measured; stop the campaign first, or pause it to look"};
+        throw InputError{what + " while a campaign is measured; end the campaign first (campaign stop)"};
 }
 
 const std::vector<std::string>& CampaignHost::plans(double now_s) {

@@ -2,9 +2,7 @@
 
 #include <spdlog/fmt/fmt.h>
 
-#include <algorithm>
-#include <string_view>
-
+#include "daemon/catalogue/catalogue.hpp"
 #include "drivers/errors.hpp"
 #include "drivers/text/printable.hpp"
 
@@ -61,14 +59,7 @@ struct InWords {
 OrderText words_of(const OrderWhat& what) { return std::visit(InWords{}, what); }
 
 void require_name(const std::string& what, const std::string& name) {
-    constexpr std::string_view more = "._-";
-    const auto allowed = [&](char c) {
-        return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') ||
-               more.find(c) != std::string_view::npos;
-    };
-    if (!name.empty() && name.size() <= longest_name && name.front() != '.' &&
-        std::ranges::all_of(name, allowed))
-        return;
+    if (name.size() <= longest_name && catalogue::listed_name(name + ".nxs")) return;
     throw InputError{
         fmt::format("{} \"{}\": expected 1 to {} letters, digits, dots, hyphens and underscores, without "
                     "a dot in front",

@@ -103,7 +103,7 @@ void visit_friction(Part& w, WalkerTruth& t) {
     visit("roughness_mm", &WalkerTruth::roughness_mm, {0.01, 1e4});
 }
 
-// The reading of each axis against what it tells, and what the sensor is held in.
+// True gains, cross axes and offsets of the sensor, and the attitudes in which it is held.
 template <class Part>
 void visit_sensor_errors(Part& part, AccelerometerTruth& a) {
     const AccelerometerTruth usual;

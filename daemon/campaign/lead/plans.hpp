@@ -11,8 +11,8 @@ namespace shaker::campaign {
 /// Names of the plans NAME.toml in a folder, sorted; at most `most_plans`. Empty without the folder.
 std::vector<std::string> plans_in(const std::filesystem::path& folder);
 inline constexpr std::size_t most_plans = 200;
-/// The text of the plan NAME.toml. InputError, with the known names, when it is none of plans_in(), and for a
-/// text of more than 64 kB.
+/// The text of the plan NAME.toml. InputError for a name that plans_in() does not list, with the names that
+/// it lists, and for a text of more than 64 kB.
 std::string plan_text(const std::filesystem::path& folder, const std::string& name);
 
 /// A scan of phi or gamma at otherwise one drive.

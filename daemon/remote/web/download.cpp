@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <chrono>
 
+#include "drivers/descriptor.hpp"
 #include "drivers/errors.hpp"
 #include "drivers/realtime.hpp"
 
@@ -40,11 +41,8 @@ public:
     explicit Opened(Site& site) : site_{site} { ++site_.downloads; }
     Opened(const Opened&) = delete;
     Opened& operator=(const Opened&) = delete;
-    ~Opened() {
-        --site_.downloads;
-        if (file >= 0) ::close(file);
-    }
-    int file = -1;
+    ~Opened() { --site_.downloads; }
+    Descriptor file;
     std::uint64_t bytes = 0;
 
 private:
