@@ -8,6 +8,7 @@ namespace shaker::tracking {
 namespace {
 
 constexpr double tau = 2 * std::numbers::pi;
+constexpr int noise_samples = 1000;  // pairs of pixels; the noise is then known to 2 %
 constexpr double periods_per_window = 3;
 
 }  // namespace
@@ -162,11 +163,12 @@ Point BarsLocator::learn(const ImageView& image) {
 // Bars are uniform along their length; variation there is noise (or dirt, which only increases the error).
 double BarsLocator::row_noise(const ImageView& image) const {
     if (across1_ - across0_ < 2) return 1;
-    const int end = profile_first_ + static_cast<int>(profiles_.front().size());
+    const int all = static_cast<int>(profiles_.front().size()), end = profile_first_ + all;
+    const int step = std::max(3, all * (across1_ - across0_) / 2 / noise_samples);
     double sum = 0, n = 0;
     with_pixels(image, [&](auto pixels) {
         for (int j = across0_; j + 1 < across1_; j += 2) {
-            for (int i = profile_first_; i < end; i += 3) {
+            for (int i = profile_first_; i < end; i += step) {
                 const double d = axis_ == Axis::x ? pixels.at(i, j) - pixels.at(i, j + 1)
                                                   : pixels.at(j, i) - pixels.at(j + 1, i);
                 sum += d * d;

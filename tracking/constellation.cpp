@@ -10,8 +10,13 @@ namespace {
 // Costs are halves of chi squared: 10 is a likelihood ratio of e^10. A hidden member or a stray candidate
 // alone is not decisive; both together are. A member that left the picture costs nothing.
 constexpr double looseness_px = 0.75;
-constexpr double cost_of_missing = 4.5, cost_of_left_over = 6, enough_margin = 10;
+constexpr double cost_of_missing = 4.5, cost_of_left_over = 6, cost_of_haste = 6, enough_margin = 10;
+// A candidate left over whose place in frame 0 was in the picture, and empty.
+constexpr double cost_of_stranger = 12;
 constexpr double farthest_step = 0.8;  // of the distance to the neighbour, per frame
+// In a gap a member may move so much more than the fastest step makes of it, or than the range of all places.
+// After a gap longer than this share of the time watched that is no more than likely.
+constexpr double margin = 1.5, longest_share = 0.5;
 constexpr double longest_companion_absence = 30;
 constexpr double most_misfit = 0.5 * enough_margin;
 
@@ -20,7 +25,7 @@ constexpr double most_misfit = 0.5 * enough_margin;
 Constellation::Constellation(std::span<const Point> places, std::size_t targets, double radius)
     : targets_{targets}, radius_{radius}, chosen_(targets, nobody) {
     for (const Point& p : places) {
-        Member m{.at = p, .velocity = {}, .neighbour = 1e9};
+        Member m{.at = p, .velocity = {}, .neighbour = 1e9, .began = p};
         for (const Point& other : places) {
             if (&p != &other) m.neighbour = std::min(m.neighbour, length(p - other));
         }
@@ -62,6 +67,11 @@ double Constellation::misfit(const std::vector<int>& chosen, std::span<const Can
     return 0.5 * sum / (looseness_px * looseness_px);
 }
 
+bool Constellation::too_far(const Member& m, Point to, double frames) const {
+    const double gap = frames + m.unseen;
+    return gap >= 2 && length(to - m.at) > off_place(m) + margin * std::min(fastest_ * gap, 2 * farthest_);
+}
+
 Constellation::Hypothesis Constellation::try_displacement(Point displacement,
                                                           std::span<const Candidate> candidates, int width,
                                                           int height, double frames) const {
@@ -72,7 +82,6 @@ Constellation::Hypothesis Constellation::try_displacement(Point displacement,
     std::vector<double> distance(candidates.size(), 0.0);
     for (std::size_t k = 0; k < members_.size(); ++k) {
         const Member& m = members_[k];
-        if (m.gone) continue;
         const Point expected = m.at + frames * m.velocity + displacement;
         double nearest = off_place(m);
         int best = nobody;
@@ -94,22 +103,34 @@ Constellation::Hypothesis Constellation::try_displacement(Point displacement,
             }
         }
     }
+    weigh(h, candidates, owner, width, height, frames);
+    return h;
+}
+
+void Constellation::weigh(Hypothesis& h, std::span<const Candidate> candidates, std::span<const int> owner,
+                          int width, int height, double frames) const {
+    const auto in_view = [&](Point p) {
+        return p.x > radius_ && p.y > radius_ && p.x < width - 1 - radius_ && p.y < height - 1 - radius_;
+    };
+    Point since_start;
     for (std::size_t k = 0; k < members_.size(); ++k) {
         const Member& m = members_[k];
-        if (m.gone) continue;
-        const Point expected = m.at + frames * m.velocity + displacement;
-        const bool in_view = expected.x > radius_ && expected.y > radius_ &&
-                             expected.x < width - 1 - radius_ && expected.y < height - 1 - radius_;
-        if (in_view || h.chosen[k] != nobody) ++h.expected;
         if (h.chosen[k] != nobody) {
+            const Point at = candidates[static_cast<std::size_t>(h.chosen[k])].at;
+            if (too_far(m, at, frames)) h.haste = cost_of_haste;
+            since_start = at - m.began;
             ++h.named;
-        } else if (in_view) {
+            ++h.expected;
+        } else if (!m.gone && in_view(m.at + frames * m.velocity + h.moved)) {
             h.cost += cost_of_missing;
+            ++h.expected;
         }
     }
-    h.cost += cost_of_left_over * static_cast<double>(candidates.size() - static_cast<std::size_t>(h.named));
-    h.cost += misfit(h.chosen, candidates, frames);
-    return h;
+    for (std::size_t j = 0; j < candidates.size(); ++j) {
+        if (owner[j] == nobody)
+            h.cost += in_view(candidates[j].at - since_start) ? cost_of_stranger : cost_of_left_over;
+    }
+    h.cost += misfit(h.chosen, candidates, frames) + h.haste;
 }
 
 bool Constellation::contradict(const Hypothesis& a, const Hypothesis& b) const {
@@ -133,11 +154,15 @@ bool Constellation::convincing(const Hypothesis& best) const {
 
 void Constellation::follow(const Hypothesis& best, std::span<const Candidate> candidates, double frames) {
     Point moved, velocity;
+    watched_ += frames;
     for (std::size_t k = 0; k < members_.size(); ++k) {
         if (best.chosen[k] == nobody) continue;
         Member& m = members_[k];
         const Point step = candidates[static_cast<std::size_t>(best.chosen[k])].at - m.at;
+        if (frames + m.unseen < 2) fastest_ = std::max(fastest_, length(step));
+        farthest_ = std::max(farthest_, length(m.at + step - m.began));
         m.velocity = (1 / (frames + m.unseen)) * step;
+        m.gone = false;
         m.at = m.at + step;
         m.unseen = 0;
         moved = moved + (1.0 / best.named) * step;
@@ -202,13 +227,19 @@ std::span<const int> Constellation::assign(std::span<const Candidate> candidates
     std::fill(chosen_.begin(), chosen_.end(), nobody);
     const auto cheaper = [](const Hypothesis& a, const Hypothesis& b) { return a.cost < b.cost; };
     const auto best = std::min_element(tried.begin(), tried.end(), cheaper);
-    const auto rivals = [&](const Hypothesis& o) {
-        return &o != &*best && o.cost < best->cost + enough_margin && contradict(*best, o);
+    const auto rivals = [&](double without) {
+        return std::ranges::any_of(tried, [&](const Hypothesis& o) {
+            const double cost = o.cost - without * o.haste;
+            return &o != &*best && cost < best->cost + enough_margin && contradict(*best, o);
+        });
     };
-    if (best == tried.end() || !convincing(*best) || std::any_of(tried.begin(), tried.end(), rivals)) {
+    if (best == tried.end() || !convincing(*best) || rivals(0)) {
         miss(frames);
         return chosen_;
     }
+    double gap = frames;
+    for (const Member& m : members_) gap = std::max(gap, frames + (m.gone ? 0 : m.unseen));
+    doubts_ = doubts_ || (gap > longest_share * watched_ && rivals(1));
     std::copy_n(best->chosen.begin(), targets_, chosen_.begin());
     follow(*best, candidates, frames);
     return chosen_;

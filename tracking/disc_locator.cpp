@@ -12,6 +12,7 @@ constexpr double rim = 4.5;              // px on either side of the edge that a
 constexpr double least_rim_seen = 0.15;  // mean over the rim, below which a fit would find nothing
 constexpr double wrong_size = 0.04;      // share by which a given diameter may be wrong
 constexpr double size_step = 3;          // px of radius
+constexpr double rougher = 1.2;          // times the residuals of frame 0
 constexpr int searched_pixels = 1500;    // of the rim, with which a peak of a search is tried
 
 // Monotone in the angle, without an arc tangent: 0..4 for one turn.
@@ -74,7 +75,7 @@ Point DiscLocator::learn(const ImageView& image) {
         learned_ = fit.outline;
         blur_ = learned_.blur;
         contrast_ = std::abs(fit.contrast);
-        reference_ = {learned_, sign_, contrast_, fit.coverage, fit.noise};
+        reference_ = {learned_, sign_, contrast_, fit.coverage, fit.noise, fit.trimmed};
         prior_ = {.size = 0.02, .blur = 0.5, .sign = sign_};
         ring_ = RingSearch{learned_.size, learned_.blur, sign_};
         follower_.begin({.size = learned_.size,
@@ -194,14 +195,15 @@ bool DiscLocator::locate(const ImageView& image, Point predicted, Candidate& out
                                         static_cast<int>(std::lround(predicted.y)), 0.35 * contrast_);
     EdgeFitResult fit;
     if (rim_seen > least_rim_seen) {
-        if (follower_.follow(image, predicted, reference_, subject_.along, out)) return true;
+        if (follower_.follow(image, predicted, reference_, subject_.along, out)) {
+            if (follower_.due()) watch(image, measure(image, out.at, 0.1, every_));
+            return true;
+        }
         fit = measure(image, follower_.start());
     } else {
         follower_.pass_over();
     }
-    const auto accept = [&] {
-        return judge(fit, reference_, subject_.along, out) && length(out.at - predicted) <= reach() + rim;
-    };
+    const auto accept = [&] { return is_target(fit, out) && length(out.at - predicted) <= reach() + rim; };
     bool good = accept();
     if (!good) {
         ring_.scan(image, around(predicted), 0.5 * contrast_, 0.5, peaks_);
@@ -211,9 +213,23 @@ bool DiscLocator::locate(const ImageView& image, Point predicted, Candidate& out
         }
     }
     if (!good) return false;
-    blur_ += 0.1 * (fit.outline.blur - blur_);
     fit_.accept();
+    watch(image, fit);
+    return true;
+}
+
+void DiscLocator::watch(const ImageView& image, const EdgeFitResult& fit) {
+    if (fit.converged) blur_ = followed_blur(blur_, fit.outline.blur);
     follower_.watch(image, fit, subject_.along, blur_);
+}
+
+// A small disc has no blocks that could disagree: what cuts it shows in the residuals only. Light that fades
+// leaves the noise as it was.
+bool DiscLocator::is_target(const EdgeFitResult& fit, Candidate& out) const {
+    const bool rough = fit.noise > rougher * reference_.noise &&
+                       fit.noise * reference_.contrast > rougher * reference_.noise * sign_ * fit.contrast;
+    if (!judge(fit, reference_, subject_.along, out)) return false;
+    out.degraded = out.degraded || (small() && rough);
     return true;
 }
 
@@ -224,7 +240,7 @@ void DiscLocator::try_peaks(const ImageView& image, Sweep sweep, std::vector<Can
         const std::size_t k = i == 0 || tries == all ? i : 1 + turn_++ % (all - 1);
         const Point start = ring_.refine(image, peaks_[k].at, contrast_);
         Candidate candidate;
-        if (!judge(measure(image, start, 0.1, every_), reference_, subject_.along, candidate)) continue;
+        if (!is_target(measure(image, start, 0.1, every_), candidate)) continue;
         const auto same = [&](const Candidate& c) { return length(c.at - candidate.at) < extent(); };
         if (std::none_of(out.begin(), out.end(), same)) out.push_back(candidate);
     }

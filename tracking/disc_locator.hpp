@@ -25,6 +25,8 @@ public:
     [[nodiscard]] bool interchangeable() const noexcept override { return true; }
 
 private:
+    void watch(const ImageView& image, const EdgeFitResult& fit);
+    bool is_target(const EdgeFitResult& fit, Candidate& out) const;
     [[nodiscard]] bool small() const noexcept { return learned_.size < 16; }
     bool find(const ImageView& image, const Box& box, double size, double contrast, EdgeFitResult& fit);
     // every: takes one of so many pixels.

@@ -95,7 +95,7 @@ Point DotsLocator::learn(const ImageView& image) {
     const EdgeFitResult fit = measure(image, {learned_.x, learned_.y});
     if (!fit.converged) throw InputError{subject_.label + ": the dots found do not share one size and blur"};
     learned_ = fit.outline;
-    reference_ = {learned_, sign_, std::abs(fit.contrast), fit.coverage, fit.noise};
+    reference_ = {learned_, sign_, std::abs(fit.contrast), fit.coverage, fit.noise, fit.trimmed};
     follower_.begin({.size = learned_.size,
                      .blur = learned_.blur,
                      .size_sd = prior_.size,
@@ -159,13 +159,20 @@ EdgeFitResult DotsLocator::measure(const ImageView& image, Point start) {
 }
 
 bool DotsLocator::locate(const ImageView& image, Point predicted, Candidate& out) {
-    if (follower_.follow(image, predicted, reference_, subject_.along, out)) return true;
+    if (follower_.follow(image, predicted, reference_, subject_.along, out)) {
+        if (follower_.due()) watch(image, measure(image, out.at));
+        return true;
+    }
     const EdgeFitResult fit = measure(image, follower_.start());
     if (!judge(fit, reference_, subject_.along, out) || length(out.at - predicted) > reach()) return false;
-    blur_ += 0.1 * (fit.outline.blur - blur_);
     fit_.accept();
-    follower_.watch(image, fit, subject_.along, blur_);
+    watch(image, fit);
     return true;
+}
+
+void DotsLocator::watch(const ImageView& image, const EdgeFitResult& fit) {
+    if (fit.converged) blur_ = followed_blur(blur_, fit.outline.blur);
+    follower_.watch(image, fit, subject_.along, blur_);
 }
 
 void DotsLocator::search(const ImageView& image, Point last, Sweep, std::vector<Candidate>& out) {

@@ -29,6 +29,7 @@ private:
     void find_dots(const ImageView& image, const Box& box, double contrast);
     void check_pitch() const;
     EdgeFitResult measure(const ImageView& image, Point start);
+    void watch(const ImageView& image, const EdgeFitResult& fit);
 
     Subject subject_;
     double sign_, pitch_;

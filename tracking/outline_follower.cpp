@@ -7,33 +7,38 @@
 namespace shaker::tracking {
 namespace {
 
-constexpr int watched_every = 16;                  // pictures
-constexpr double other_blur = 0.04;                // share of the tabulated blur
-constexpr double rougher = 1.25, rounding = 3e-3;  // times the watched roughness; of the contrast
-constexpr double more_misfit = 0.05;               // share of the blocks, beyond the watched one
-constexpr double agreement = 2;  // standard errors of the careful fit, along the shaker's axis
+constexpr int watched_every = 16;    // pictures
+constexpr double other_blur = 0.04;  // share of the tabulated blur
+// The roughness may exceed the watched one by this share and by so many of its standard errors, or by what
+// rounding of grey levels makes of it (share of the contrast).
+constexpr double rougher = 0.02, errors = 4, rounding = 3e-3;
+constexpr double more_misfit = 0.05;  // share of the blocks, beyond the watched one
+constexpr double agreement = 2;       // standard errors of the careful fit, along the shaker's axis
 constexpr double agreement_across = 4;
 
 }  // namespace
 
 void OutlineFollower::begin(const OutlineBank::Shape& shape, Sites sites, const std::vector<Point>& shifts) {
+    roughest_ = 1 + rougher + errors / std::sqrt(2.0 * static_cast<double>(sites.size()));
     bank_.shape(shape, std::move(sites), shifts);
-    until_watched_ = 0;
+    trusted_ = false;
 }
 
 bool OutlineFollower::follow(const ImageView& image, Point predicted, const OutlineReference& reference,
                              const std::array<double, 2>& along, Candidate& out) {
     own_ = bank_.fit(image, predicted);
     start_ = own_.converged ? Point{own_.outline.x, own_.outline.y} : predicted;
-    if (until_watched_ <= 0) return false;
-    --until_watched_;
+    if (!trusted_) return false;
     EdgeFitResult fit = own_;
     const double misfit = fit.trimmed - own_misfit_;
     fit.trimmed = std::max(0.0, watched_misfit_ + misfit);
     fit.coverage *= coverage_ratio_;
     const bool as_before = judge(fit, reference, along, out) && !out.degraded && misfit < more_misfit &&
-                           fit.noise < (rougher * roughness_ + rounding) * std::abs(fit.contrast);
-    if (as_before) bank_.accept();
+                           fit.noise < std::hypot(roughest_ * roughness_, rounding) * std::abs(fit.contrast);
+    if (as_before) {
+        bank_.accept();
+        --until_watched_;
+    }
     return as_before;
 }
 
@@ -50,10 +55,12 @@ void OutlineFollower::watch(const ImageView& image, const EdgeFitResult& fit,
     const auto in_errors = [&](const Eigen::Vector2d& direction) {
         return std::abs(direction.dot(apart)) / std::sqrt(direction.dot(fit.covariance * direction));
     };
-    const bool agrees = own_.converged && in_errors(axis) < agreement && in_errors(side) < agreement_across;
-    until_watched_ = agrees ? watched_every - 1 : 0;
-    if (!agrees) return;
-    bank_.accept();
+    const bool followed = due();
+    trusted_ =
+        fit.converged && own_.converged && in_errors(axis) < agreement && in_errors(side) < agreement_across;
+    if (!trusted_) return;
+    until_watched_ = watched_every;
+    if (!followed) bank_.accept();
     roughness_ = own_.noise / std::abs(own_.contrast);
     own_misfit_ = own_.trimmed;
     watched_misfit_ = fit.trimmed;

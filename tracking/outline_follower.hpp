@@ -1,6 +1,7 @@
 #pragma once
 // Follows an outline that looks as it did by matched filters, and lets the careful fit watch.
 #include <array>
+#include <cmath>
 #include <vector>
 
 #include "tracking/image/outline_bank.hpp"
@@ -8,22 +9,30 @@
 
 namespace shaker::tracking {
 
-/// A target that is hidden in part, blurred, faded or farther away than predicted is left to the careful fit,
-/// as is every 16th picture.
+/// A mean of the fitted blurs that follows a lens out of focus at once.
+inline double followed_blur(double blur, double fitted) noexcept {
+    const double change = fitted - blur;
+    return blur + (std::abs(change) > 0.1 * blur ? 1 : 0.1) * change;
+}
+
+/// A target that is hidden in part, blurred, faded or farther away than predicted is left to the careful fit.
+/// Every 16th picture is given to it too; it may be thinned then.
 class OutlineFollower {
 public:
     using Sites = std::vector<OutlineBank::Site>;
 
     /// shape: of the target in frame 0. sites: its pixels, block by block.
     void begin(const OutlineBank::Shape& shape, Sites sites, const std::vector<Point>& shifts);
-    /// False when the careful fit must decide; start() is then where it begins.
+    /// False when the careful fit must decide; start() is where it begins.
     bool follow(const ImageView& image, Point predicted, const OutlineReference& reference,
                 const std::array<double, 2>& along, Candidate& out);
+    /// The careful fit shall watch this picture, which follow() has measured.
+    [[nodiscard]] bool due() const noexcept { return trusted_ && until_watched_ <= 0; }
     [[nodiscard]] Point start() const noexcept { return start_; }
     /// Instead of follow(), in a picture that does not show the outline at the predicted place.
     void pass_over() noexcept { own_.converged = false; }
-    /// The careful fit of a picture that follow() left to it. Where the filters disagree with it, it decides
-    /// the next picture too.
+    /// The careful fit of a picture that follow() left to it, or that was due. Where the filters disagree
+    /// with it, it decides the next picture.
     void watch(const ImageView& image, const EdgeFitResult& fit, const std::array<double, 2>& along,
                double blur);
 
@@ -31,8 +40,9 @@ private:
     OutlineBank bank_;
     EdgeFitResult own_;  // of the newest picture
     Point start_;
+    bool trusted_ = false;
     int until_watched_ = 0;
-    double roughness_ = 0;  // noise / contrast
+    double roughness_ = 0, roughest_ = 0;  // noise / contrast, watched; most that is accepted, times that
     // Share that does not fit, by the filters and by the careful fit; outline in use, careful fit over
     // filters.
     double own_misfit_ = 0, watched_misfit_ = 0, coverage_ratio_ = 1;

@@ -12,19 +12,20 @@ bool judge(const EdgeFitResult& fit, const OutlineReference& reference, const st
     const Outline& learned = reference.outline;
     const double contrast = reference.sign * fit.contrast;
     const double share = std::min(1.0, fit.coverage / reference.coverage);
+    const double misfit = std::max(0.0, fit.trimmed - reference.trimmed);
     // Noise that stays while the light fades is accepted; a larger misfit is another object.
     const double roughest = std::clamp(3 * reference.noise / reference.contrast, 0.12, 0.35);
     const Eigen::Vector2d axis{along[0], along[1]};
     const double sd = std::sqrt(axis.dot(fit.covariance * axis));
     const bool good = contrast > 0.35 * reference.contrast && contrast < 3 * reference.contrast &&
-                      share > 0.25 && fit.trimmed < 0.35 && fit.noise < roughest * contrast && sd < 0.5 &&
+                      share > 0.25 && misfit < 0.35 && fit.noise < roughest * contrast && sd < 0.5 &&
                       std::abs(size - learned.size) < std::max(0.8, 0.06 * learned.size) &&
                       blur < 2.5 * learned.blur + 0.5;
     if (!good) return false;
     out.at = {x, y};
     out.sd = sd;
-    out.likeness = share * (1 - fit.trimmed);
-    out.degraded = share < 0.75 || fit.trimmed > 0.12 || blur > 1.4 * learned.blur + 0.2;
+    out.likeness = share * (1 - misfit);
+    out.degraded = share < 0.75 || misfit > 0.12 || blur > 1.4 * learned.blur + 0.2;
     return true;
 }
 

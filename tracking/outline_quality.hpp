@@ -14,6 +14,7 @@ struct OutlineReference {
     double contrast = 0;
     double coverage = 0;
     double noise = 0;
+    double trimmed = 0;  // of the outline, where other things lie on it
 };
 
 /// Sets `out` from the fit. False when contrast, size, noise or the visible share of the outline do not

@@ -9,8 +9,10 @@ namespace {
 
 constexpr int window = 8;  // px on either side of an edge that are fitted
 constexpr int groups = 8;
-constexpr double wide_share = 0.02;  // of the width
-constexpr int plateau = 5;           // px on either side of an edge that the coarse search compares
+constexpr double wide_share = 0.02;   // of the width
+constexpr int plateau = 5;            // px on either side of an edge that the coarse search compares
+constexpr double sizes_off = 5;       // standard deviations of the size's prior
+constexpr double most_growth = 0.03;  // px a picture
 
 double mean_of(const std::vector<double>& line, int first, int last) {
     return std::accumulate(line.begin() + first, line.begin() + last, 0.0) / (last - first);
@@ -40,6 +42,16 @@ double RectangleLocator::pair_score(double centre) const {
     };
     const double a = step(left + 1, left - plateau), b = step(right - plateau, right + 1);
     return std::min({a, b, 1.0});
+}
+
+// A target that comes nearer grows little from picture to picture. Where the edges are farther apart or
+// nearer at once, one of them belongs to something in front, and the place is wrong by up to the change of
+// the size.
+void RectangleLocator::doubt_size(double size, Candidate& out) const {
+    const double change = size - size_;
+    if (std::abs(change) < sizes_off * prior_.size) return;
+    out.degraded = true;
+    out.sd = std::hypot(out.sd, change);
 }
 
 void RectangleLocator::find_edges(const Box& box, double given) {
@@ -110,7 +122,7 @@ Point RectangleLocator::learn(const ImageView& image) {
     load_profile(image);
     find_edges(box, crossing_px(subject_, subject_.target.width_mm));
     find_rows(image, across0, across1, learned_.x);
-    const double expected = learned_.size;
+    const double expected = size_ = learned_.size;
     prior_ = {.y = 0, .size = 0.5 + 0.05 * expected, .blur = 1.0, .sign = reference_.sign};
     const EdgeFitResult fit = measure(image, learned_.x, prior_);
     const bool good = fit.converged && fit.trimmed < 0.3 && fit.noise < 0.5 * std::abs(fit.contrast) &&
@@ -122,7 +134,8 @@ Point RectangleLocator::learn(const ImageView& image) {
                          " px apart, do not fit a rectangle"};
     }
     learned_ = fit.outline;
-    reference_ = {learned_, reference_.sign, std::abs(fit.contrast), fit.coverage, fit.noise};
+    size_ = learned_.size;
+    reference_ = {learned_, reference_.sign, std::abs(fit.contrast), fit.coverage, fit.noise, fit.trimmed};
     prior_ = {.y = 0, .size = 0.02, .blur = 0.5, .sign = reference_.sign};
     Candidate found;
     accept(fit, found);
@@ -158,7 +171,7 @@ EdgeFitResult RectangleLocator::measure(const ImageView& image, double start, co
     for (int pass = 0; pass < 3; ++pass) {
         gather(image, centre);
         if (fit_.samples().size() < 24) return {};
-        fit = fit_.fit({centre, 0, learned_.size, learned_.blur}, prior, 2 * groups, EdgeFit::Ground::flat);
+        fit = fit_.fit({centre, 0, size_, learned_.blur}, prior, 2 * groups, EdgeFit::Ground::flat);
         const double moved = std::abs(fit.outline.x - centre);
         if (fit.converged && moved < 1) break;
         if (!(moved < 2 * window)) return {};
@@ -187,8 +200,10 @@ bool RectangleLocator::locate(const ImageView& image, Point predicted, Candidate
             if (free.converged && (!fit.converged || free.trimmed < fit.trimmed)) fit = free;
         }
         if (!accept(fit, out)) return false;
+        doubt_size(fit.outline.size, out);
+        size_ += std::clamp(0.2 * (fit.outline.size - size_), -most_growth, most_growth);
         if (std::abs((axis_ == Axis::x ? out.at.x : out.at.y) - start) > reach() + window) return false;
-        if (good) fit_.accept();
+        if (good && !out.degraded) fit_.accept();
         return true;
     };
     if (try_at(start)) return true;
@@ -209,7 +224,9 @@ void RectangleLocator::search(const ImageView& image, Point, Sweep, std::vector<
         const double after = pair_score(c + 1);
         Candidate candidate;
         const bool peak = here > 0.3 && here >= before && here > after;
-        if (peak && accept(measure(image, c, prior_), candidate)) {
+        const EdgeFitResult fit = peak ? measure(image, c, prior_) : EdgeFitResult{};
+        if (accept(fit, candidate)) {
+            doubt_size(fit.outline.size, candidate);
             const auto same = [&](const Candidate& o) { return length(o.at - candidate.at) < extent(); };
             if (std::none_of(out.begin(), out.end(), same)) out.push_back(candidate);
         }

@@ -27,6 +27,7 @@ private:
     void gather(const ImageView& image, double centre);
     EdgeFitResult measure(const ImageView& image, double start, const EdgePrior& prior);
     [[nodiscard]] double pair_score(double centre) const;
+    void doubt_size(double size, Candidate& out) const;
     void load_profile(const ImageView& image);
     bool accept(const EdgeFitResult& fit, Candidate& out) const;
 
@@ -35,6 +36,7 @@ private:
     EdgeFit fit_;
     OutlineReference reference_;
     Outline learned_;
+    double size_ = 0;  // now, px
     EdgePrior prior_;
     int row0_ = 0, row1_ = 0;
     std::vector<double> profile_, line_;

@@ -31,7 +31,7 @@ std::optional<double> SlipWatch::take(double place, double pictures) {
     }
     const bool gap = pictures > 1;
     const double move = margin * std::min(fastest_ * pictures, before_.length());
-    if (gap && (move > 0.5 * pitch_ || pictures > longest_share * before_.seen)) {
+    if (move > 0.5 * pitch_ || (gap && pictures > longest_share * before_.seen)) {
         doubts_ = true;
         since_ = {};
     }

@@ -20,6 +20,8 @@ constexpr double better_than_rivals = 0.05;
 // A bright side that is clipped moves the place of an edge by up to this, px: measured at exposures that are
 // up to three times too long.
 constexpr double clipped_share_from = 0.05, clipped_sd = 0.04;
+// The same where less than this share of the outline is seen: edges then do not balance each other.
+constexpr double balanced_likeness = 0.75, clipped_unbalanced_sd = 0.5;
 // A larger error than this, px, says that the blocks of a clipped outline disagree: its edges moved apart.
 constexpr double clipped_most_sd = 0.04;
 
@@ -82,7 +84,8 @@ void ViewTracker::Impl::report(const ImageView& image, std::size_t k, Candidate 
     if (clipped_share(image, {r.x0 + x, r.y0 + y, r.x1 + x, r.y1 + y}) > clipped_share_from) {
         if (found.sd > clipped_most_sd) return lose(k, frames);
         found.degraded = true;
-        found.sd = std::hypot(found.sd, clipped_sd);
+        found.sd =
+            std::hypot(found.sd, found.likeness < balanced_likeness ? clipped_unbalanced_sd : clipped_sd);
     }
     t.velocity = t.seen && frames > 0 ? (1 / frames) * (found.at - t.at) : Point{};
     t.at = found.at;
@@ -242,8 +245,10 @@ bool ViewTracker::Impl::follow_near(const ImageView& image, Group& group, double
             return false;
     }
     if (expected.empty() || !group.constellation.confirm(candidates, frames)) return false;
-    for (std::size_t i = 0; i < group.targets.size(); ++i)
+    for (std::size_t i = 0; i < group.targets.size(); ++i) {
+        candidates[i].degraded = group.constellation.doubts();
         report(image, group.targets[i], candidates[i], frames);
+    }
     return true;
 }
 
@@ -263,6 +268,7 @@ void ViewTracker::Impl::follow_group(const ImageView& image, Group& group, doubl
         const Point place = candidates[static_cast<std::size_t>(chosen[i])].at;
         Locator& locator = *targets[k].locator;
         if (locator.locate(image, place, found) && length(found.at - place) < 0.5 * locator.extent()) {
+            found.degraded = found.degraded || group.constellation.doubts();
             report(image, k, found, frames);
         } else {
             lose(k, frames);

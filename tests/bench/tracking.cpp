@@ -1,6 +1,9 @@
 // Tracking: cost and error of each kind against its bound, beside cv::matchTemplate and cv::phaseCorrelate on
-// the same frames; with --losses the cost of pictures in which a target is learned, lost and found again
+// the same frames; with --losses the cost of pictures in which a target is learned, lost and found again,
+// with
+// --pair that of walker and base in both views of the nominal scene
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <opencv2/imgproc.hpp>
@@ -218,7 +221,7 @@ test::TrackingScene wide_disc() {
     Target& target = scene.view.targets.front();
     target.diameter_mm = 50;
     target.roi_px = {400, 20, 216, 216};
-    scene.draw = [](test::TestPicture& p, tracking::Point s) {
+    scene.draw = [](test::TestPicture& p, tracking::Point s, const test::Look&) {
         p.disc(tracking::Point{508.3, 127.8} + s, 100, 160, 0.8);
     };
     return scene;
@@ -230,10 +233,65 @@ test::TrackingScene wide_dot() {
     Target& target = scene.view.targets.front();
     target.diameter_mm = 3;
     target.roi_px = {495, 115, 28, 28};
-    scene.draw = [](test::TestPicture& p, tracking::Point s) {
+    scene.draw = [](test::TestPicture& p, tracking::Point s, const test::Look&) {
         p.disc(tracking::Point{508.3, 127.8} + s, 6, 160, 0.8);
     };
     return scene;
+}
+
+// The nominal scene of one view: a walker 600 px wide above a strip of bars, which is the base.
+test::TrackingScene nominal_view(bool top) {
+    test::TrackingScene scene = test::tracking_scene("paper");
+    Target walker{"walker", top ? TargetKind::disc : TargetKind::rectangle}, base{"base", TargetKind::bars};
+    walker.diameter_mm = walker.width_mm = 150;
+    walker.roi_px = {320, 0, 640, 206};
+    base.pitch_mm = 4;
+    base.roi_px = {40, 212, 1200, 44};
+    scene.view.targets = {walker, base};
+    scene.draw = [top](test::TestPicture& p, tracking::Point s, const test::Look& look) {
+        if (top)
+            p.disc(tracking::Point{640.3, 103.2} + s, 300, 160, look.blur);
+        else
+            p.rectangle(340.3 + s.x, -9, 940.3 + s.x, 400, 160, look.blur);
+        p.cover({0, 206, p.width(), p.height()}, 60);
+        p.bars(640.2 + 0.6 * s.x, 16, 212, 256, 60, 160, look.blur);
+    };
+    return scene;
+}
+
+// Walker and base in both views: cost of a pair of pictures.
+bench::Row pair_row() {
+    const test::TrackingScene top = nominal_view(true), side = nominal_view(false);
+    const Movie above = movie_of(top), beside = movie_of(side);
+    tracking::ViewTracker in_top{top.view}, in_side{side.view};
+    Costs costs;
+    std::array<std::vector<double>, 4> errors;
+    std::int64_t tick = 0;
+    for (int round = 0; round < 40; ++round) {
+        for (std::size_t n = 0; n < above.shots.size(); ++n) {
+            const std::size_t i = round % 2 == 0 ? n : above.shots.size() - 1 - n;  // without jumps
+            const double before = bench::cpu_ns();
+            const auto a = in_top.update(above.shots[i].view(), CameraTick{tick});
+            const auto b = in_side.update(beside.shots[i].view(), CameraTick{tick++});
+            const double us = 1e-3 * (bench::cpu_ns() - before);
+            if (round == 0) continue;
+            costs.us.push_back(us);
+            const double s = above.shift[i];
+            errors[0].push_back(a[0].x_px - s);
+            errors[1].push_back(a[1].x_px - 0.6 * s);
+            errors[2].push_back(b[0].x_px - s);
+            errors[3].push_back(b[1].x_px - 0.6 * s);
+        }
+    }
+    return {{"picture", "1280x256"},
+            {"pairs", static_cast<double>(costs.us.size())},
+            {"p50", costs.share(0.5), "us"},
+            {"p99.9", costs.share(0.999), "us"},
+            {"walker rms, top", rms_about_mean(errors[0]), "px"},
+            {"walker rms, side", rms_about_mean(errors[2]), "px"},
+            {"base rms, top", rms_about_mean(errors[1]), "px"},
+            {"base rms, side", rms_about_mean(errors[3]), "px"},
+            {"share of a core at 1000 pairs/s", costs.share(0.5) / 10, "%"}};
 }
 
 }  // namespace
@@ -247,6 +305,11 @@ int main(int argc, char** argv) {
         for (const test::TrackingScene& scene : test::tracking_scenes()) table.add(loss_row(scene));
         table.add(loss_row(wide_disc()));
         table.add(loss_row(wide_dot()));
+        table.print(argc, argv);
+        return 0;
+    }
+    if (argc > 1 && std::string_view{argv[1]} == "--pair") {
+        table.add(pair_row());
         table.print(argc, argv);
         return 0;
     }

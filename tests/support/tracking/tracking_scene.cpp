@@ -8,8 +8,8 @@
 namespace shaker::test {
 namespace {
 
-constexpr double blur = 0.8, dark = 60, bright = 160;
-const double edge_sigma = std::sqrt(blur * blur + 1.0 / 12);
+constexpr double dark = 60, bright = 160;
+const double edge_sigma = std::sqrt(Look{}.blur * Look{}.blur + 1.0 / 12);
 
 // sigma / (C sqrt(n / (2 sqrt(pi) s))) for n rows of one edge.
 double edge_bound(double noise, double rows) {
@@ -40,7 +40,9 @@ TrackingScene disc_scene(const std::string& name, double radius, int width, int 
             width,
             height,
             bright - dark,
-            [=](TestPicture& p, tracking::Point shift) { p.disc(middle + shift, radius, bright, blur); },
+            [=](TestPicture& p, tracking::Point shift, const Look& look) {
+                p.disc(middle + shift, look.size * radius, bright, look.blur);
+            },
             [=](double noise) { return edge_bound(noise, rim); }};
 }
 
@@ -48,9 +50,9 @@ TrackingScene disc_scene(const std::string& name, double radius, int width, int 
 TrackingScene twin_scene() {
     TrackingScene scene = disc_scene("twin", 50, 420, 144);
     const auto alone = scene.draw;
-    scene.draw = [alone](TestPicture& p, tracking::Point shift) {
-        alone(p, shift);
-        p.disc(tracking::Point{350.2, 71.6} + shift, 50, bright, blur);
+    scene.draw = [alone](TestPicture& p, tracking::Point shift, const Look& look) {
+        alone(p, shift, look);
+        p.disc(tracking::Point{350.2, 71.6} + shift, look.size * 50, bright, look.blur);
     };
     return scene;
 }
@@ -64,8 +66,9 @@ TrackingScene rectangle_scene() {
             256,
             96,
             bright - dark,
-            [](TestPicture& p, tracking::Point s) {
-                p.rectangle(88.3 + s.x, 25 + s.y, 168.3 + s.x, 90, bright, blur);
+            [](TestPicture& p, tracking::Point s, const Look& look) {
+                const double half = look.size * 40;
+                p.rectangle(128.3 + s.x - half, 25 + s.y, 128.3 + s.x + half, 90, bright, look.blur);
             },
             [](double noise) { return edge_bound(noise, 2 * 40); }};
 }
@@ -81,9 +84,11 @@ TrackingScene dots_scene() {
             256,
             32,
             bright - dark,
-            [](TestPicture& p, tracking::Point s) {
-                p.rectangle(-50, 2, 400, 30, bright, blur);
-                for (int k = -1; k < 10; ++k) p.disc({15.2 + 32 * k + s.x, 16.1 + s.y}, 5.2, dark, blur);
+            [](TestPicture& p, tracking::Point s, const Look& look) {
+                p.rectangle(-50, 2, 400, 30, bright, look.blur);
+                for (int k = -4; k < 7; ++k)
+                    p.disc({127.2 + look.size * (32 * k - 16) + s.x, 16.1 + s.y}, look.size * 5.2, dark,
+                           look.blur);
             },
             [](double noise) { return edge_bound(noise, 6 * std::numbers::pi * 5.2); }};
 }
@@ -97,7 +102,9 @@ TrackingScene bars_scene() {
             256,
             32,
             bright - dark,
-            [](TestPicture& p, tracking::Point s) { p.bars(120.3 + s.x, 20, 2, 30, dark, bright, blur); },
+            [](TestPicture& p, tracking::Point s, const Look& look) {
+                p.bars(120.3 + s.x, 20 * look.size, 2, 30, dark, bright, look.blur);
+            },
             [](double noise) { return edge_bound(noise, 24 * 208 / 10.0); }};
 }
 
@@ -109,7 +116,7 @@ TrackingScene patch_scene() {
             192,
             96,
             60,
-            [](TestPicture& p, tracking::Point s) {
+            [](TestPicture& p, tracking::Point s, const Look&) {
                 p.texture({0, 0, 144, 96}, s, 25, 11);
             },
             [](double) { return std::numeric_limits<double>::quiet_NaN(); }};
@@ -117,9 +124,9 @@ TrackingScene patch_scene() {
 
 }  // namespace
 
-TestPicture TrackingScene::picture(tracking::Point shift) const {
+TestPicture TrackingScene::picture(tracking::Point shift, const Look& look) const {
     TestPicture p{width, height, name == "patch" ? 120 : dark};
-    draw(p, shift);
+    draw(p, shift, look);
     return p;
 }
 

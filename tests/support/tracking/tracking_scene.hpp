@@ -11,6 +11,12 @@
 
 namespace shaker::test {
 
+/// What a lens and a distance make of a scene.
+struct Look {
+    double blur = 0.8;  // sigma of the PSF, px
+    double size = 1;    // magnification about the middle of the picture
+};
+
 /// A scene with one target; `shift` = 0 is its position in frame 0. Grey levels 0..255, contrast about
 /// 100.
 struct TrackingScene {
@@ -18,11 +24,11 @@ struct TrackingScene {
     View view;
     int width = 0, height = 0;
     double contrast = 100;
-    std::function<void(TestPicture&, tracking::Point shift)> draw;
+    std::function<void(TestPicture&, tracking::Point shift, const Look&)> draw;
     /// Smallest possible standard deviation at this noise, px; NaN without a closed form.
     std::function<double(double noise)> bound;
 
-    [[nodiscard]] TestPicture picture(tracking::Point shift) const;
+    [[nodiscard]] TestPicture picture(tracking::Point shift, const Look& look = {}) const;
 };
 
 /// disc, small disc (one dot), two arcs of a disc that is higher than the picture (small, and as wide as in

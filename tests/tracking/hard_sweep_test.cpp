@@ -1,0 +1,169 @@
+// Each kind of target in hard pictures by the thousand: never off by a pixel while it says ok, and never far
+// outside its stated error.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "tests/support/nightly.hpp"
+#include "tests/support/tracking/tracking_scene.hpp"
+
+namespace shaker::tracking {
+namespace {
+
+using test::Look, test::Shot, test::TestPicture, test::TrackingScene;
+
+// Pictures at the start and at the end without the difficulty, but for what stays: lens, light, dust.
+constexpr int learned = 21, easy_end = 25;
+
+/// Picture `i` of a target at `shift` in a hard case.
+struct Conditions {
+    TestPicture picture;
+    double noise = 3;
+};
+
+/// Makes a case from its name. Draws what is in front, changes the light and says the noise.
+class Difficulty {
+public:
+    Difficulty(std::string name, const TrackingScene& scene, int pictures)
+        : name_{std::move(name)}, scene_{scene}, easy_from_{pictures - easy_end} {}
+
+    /// The pictures that the camera loses before this one.
+    int skipped(int i) {
+        return name_ == "dropped" && hard(i) && chance(0.05) ? 1 + static_cast<int>(10 * uniform()) : 0;
+    }
+
+    Point wander(int i) {
+        if (!hard(i)) return at_;
+        if (name_ == "jumps" && chance(0.05)) at_.x = std::clamp(at_.x + 14 * uniform() - 7, -8.0, 8.0);
+        if (name_ == "leaves") {
+            const int all = easy_from_ - learned, times = std::max(1, all / 200);
+            return {0.4 * scene_.width * std::sin(2 * std::numbers::pi * times * (i - learned) / all), 0};
+        }
+        return at_;
+    }
+
+    Conditions picture(int i, Point shift) {
+        Look look;
+        if (name_ == "sharp") look.blur = 0.3;
+        if (name_ == "defocus" && hard(i)) look.blur = 0.8 * (1 + 2 * ramp(i, 200));
+        if (name_ == "growing" && hard(i)) look.size = 1 + 0.01 * ramp(i, 150);
+        Conditions c{scene_.picture(shift, look)};
+        if (name_ == "dust") dust(c.picture);
+        TestPicture& p = c.picture;
+        if (name_ == "faint") p.light(20 / scene_.contrast, 0), c.noise = 5;
+        if (!hard(i)) return c;
+        const double w = scene_.width, h = scene_.height, phase = 2 * std::numbers::pi * i / 170;
+        if (name_ == "noise") c.noise = 10;
+        if (name_ == "flicker") p.light(0.8 + 0.4 * uniform(), 0);
+        if (name_ == "slope") p.light(1, 0.4);
+        if (name_ == "exposure") p.light(1 + ramp(i, 120), 0);
+        if (name_ == "highlight") p.disc({0.5 * w * (1 + std::sin(phase)), 0.4 * h}, 0.06 * w, 400, 1);
+        if (name_ == "card" || name_ == "dark card")
+            p.cover({0, 0, static_cast<int>(0.9 * w * std::abs(std::sin(phase))), 9999},
+                    name_ == "card" ? 110 : 75);
+        if (name_ == "blackout" && i % 60 < 9) p.cover({0, 0, 9999, 9999}, 70);
+        if (name_ == "clutter" && i % 60 < 20) {
+            p.cover({0, 0, 9999, 9999}, 90);
+            p.texture({0, 0, scene_.width, scene_.height}, {3.3 * i, 0}, 25, 3);
+        }
+        return c;
+    }
+
+    [[nodiscard]] double uniform() { return std::uniform_real_distribution<double>{}(random_); }
+    [[nodiscard]] std::mt19937_64& random() { return random_; }
+
+private:
+    [[nodiscard]] bool hard(int i) const { return i > learned && i < easy_from_; }
+    bool chance(double share) { return uniform() < share; }
+    static double ramp(int i, int length) {
+        return 0.5 - 0.5 * std::cos(2 * std::numbers::pi * (i - learned) / length);
+    }
+    // Specks on the sensor, half of them dark, which stay where they are.
+    void dust(TestPicture& p) const {
+        std::mt19937_64 places{7};
+        std::uniform_real_distribution<double> at{0, 1};
+        for (int k = 0; k < scene_.width * scene_.height / 1500; ++k)
+            p.disc({at(places) * scene_.width, at(places) * scene_.height}, 0.5 + at(places),
+                   k % 2 == 0 ? 90 : 130, 0.8);
+    }
+
+    std::string name_;
+    Point at_;  // after the jumps
+    const TrackingScene& scene_;
+    int easy_from_;
+    std::mt19937_64 random_{test::seed_of_day(12)};
+};
+
+struct Outcome {
+    int pictures = 0, ok = 0, degraded = 0, lost = 0, wrong = 0, wrong_degraded = 0;
+    double squares = 0, worst = 0;
+    [[nodiscard]] double z() const { return ok > 0 ? std::sqrt(squares / ok) : 0; }
+};
+
+class HardSweepTest : public testing::TestWithParam<std::tuple<std::string, std::string>> {};
+
+// Errors are counted from the mean place before the difficulty begins.
+TEST_P(HardSweepTest, IsNotWrongWhileItIsOk) {
+    const auto& [kind, name] = GetParam();
+    const TrackingScene& scene = test::tracking_scene(kind);
+    test::Follower follow{scene.view};
+    Outcome out;
+    double origin = 0, drift = 0;
+    const int pictures = test::plays(name == "leaves" ? 240 : 120, 10000);
+    Difficulty difficulty{name, scene, pictures};
+    TrackState last{};
+    for (int i = 0, tick = 0; i < pictures; ++i, ++tick) {
+        const int skip = difficulty.skipped(i);
+        follow.skip(skip);
+        tick += skip;
+        drift = std::clamp(drift + 0.2 * (difficulty.uniform() - 0.5), -3.0, 3.0);
+        const double swing = 2 * std::sin(2 * std::numbers::pi * tick / 47);
+        const Point wander = difficulty.wander(i);
+        const Point shift{(i == 0 ? 0 : drift + swing) + wander.x, wander.y};
+        const Conditions c = difficulty.picture(i, shift);
+        const Fix fix = follow(c.picture.expose({.noise = c.noise}, difficulty.random()));
+        if (i < learned) {
+            ASSERT_TRUE(found(fix.state)) << "picture " << i;
+            origin += (fix.x_px - shift.x) / learned;
+            continue;
+        }
+        last = fix.state;
+        const double error = fix.x_px - shift.x - origin;
+        ++out.pictures;
+        out.lost += !found(fix.state);
+        if (!found(fix.state)) continue;
+        const bool wrong = std::abs(error) > 1;
+        if (fix.state == TrackState::degraded) {
+            ++out.degraded;
+            out.wrong_degraded += wrong;
+            continue;
+        }
+        ++out.ok;
+        out.wrong += wrong;
+        out.squares += error * error / (fix.sd_px * fix.sd_px);
+        out.worst = std::max(out.worst, std::abs(error));
+    }
+    std::printf("| %s | %s | %d | %d | %d | %d | %d | %d | %.2f | %.3f |\n", kind.c_str(), name.c_str(),
+                out.pictures, out.ok, out.degraded, out.lost, out.wrong, out.wrong_degraded, out.z(),
+                out.worst);
+    EXPECT_EQ(out.wrong, 0);
+    EXPECT_LE(out.z(), name == "slope" ? 3 : 2);  // uneven light moves an edge by a constant
+    EXPECT_TRUE(found(last));
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    Tracking, HardSweepTest,
+    testing::Combine(testing::Values("disc", "dot", "arcs", "twin", "rectangle", "dots", "bars", "patch"),
+                     testing::Values("noise", "faint", "flicker", "slope", "exposure", "highlight", "card",
+                                     "dark card", "blackout", "clutter", "dust", "sharp", "defocus",
+                                     "growing", "dropped", "jumps", "leaves")),
+    [](const auto& p) {
+        std::string name = std::get<0>(p.param) + "_" + std::get<1>(p.param);
+        std::ranges::replace(name, ' ', '_');
+        return name;
+    });
+
+}  // namespace
+}  // namespace shaker::tracking
