@@ -25,6 +25,7 @@ struct Target {
 struct View {
     std::string camera;                 // "top", "side"
     double mm_per_px = 0;               // in the reference plane
+    double scale_error = 0;             // relative standard error of mm_per_px, systematic; 0: not told
     double distance_mm = 0;             // camera to reference plane; 0 = telecentric
     std::array<double, 2> along{1, 0};  // image direction of +x, the shaker's axis; unit length
     double frame_rate_hz = 0;

@@ -91,6 +91,7 @@ View read_view(SettingsTable& table, std::set<std::string>& taken) {
                                      to_text(1 / view.frame_rate_hz) + " s at frame_rate_hz = " +
                                      to_text(view.frame_rate_hz) + "; got " + to_text(view.exposure_s));
     view.mm_per_px = table.number("mm_per_px", {1e-6, 1e4});
+    view.scale_error = table.number("scale_error", {0, 1}, 0);
     view.distance_mm = table.number("distance_mm", {1, 1e7}, 0);
     if (table.has("along")) view.along = unit_vector<2>(table, "along");
     std::set<std::string> target_names;
@@ -112,6 +113,7 @@ std::string view_text(const View& view) {
     number("frame_rate_hz", view.frame_rate_hz);
     number("exposure_s", view.exposure_s);
     number("mm_per_px", view.mm_per_px);
+    number("scale_error", view.scale_error);
     number("distance_mm", view.distance_mm);
     text += "along = [" + to_text(view.along[0]) + ", " + to_text(view.along[1]) + "]\n";
     for (const Target& t : view.targets) {

@@ -169,6 +169,16 @@ double Tumble::gain_error(const Vector& u) const noexcept {
     return std::hypot(std::sqrt(e.dot(c.topLeftCorner<6, 6>() * e)), gravity.sigma / gravity.value);
 }
 
+double Tumble::reading_error(const Vector& u, const Vector& a) const noexcept {
+    const double g = gravity.value;
+    Parameters d;
+    d << u[0] * a[0], u[1] * a[1], u[2] * a[2], u[0] * a[1] + u[1] * a[0], u[0] * a[2] + u[2] * a[0],
+        u[1] * a[2] + u[2] * a[1], g * u[0], g * u[1], g * u[2];
+    const Eigen::Map<const Normal> c{covariance.data()};  // symmetric
+    const double along = u[0] * a[0] + u[1] * a[1] + u[2] * a[2];
+    return std::hypot(std::sqrt(d.dot(c * d)), along * gravity.sigma / g);
+}
+
 Vector Tumble::offset_errors() const noexcept {
     Eigen::Matrix3d k;
     for (Eigen::Index i = 0; i < 9; ++i)

@@ -41,6 +41,9 @@ struct Tumble {
 
     /// Relative standard error of the gain along u (unit vector), that of gravity included.
     [[nodiscard]] double gain_error(const Vector& u) const noexcept;
+    /// Standard error of the component along u (unit vector) of a reading a at rest, m/s^2: of u . (E a + b),
+    /// with the error of gravity.
+    [[nodiscard]] double reading_error(const Vector& u, const Vector& a) const noexcept;
     /// Standard errors of the offsets, counts, by noise alone.
     [[nodiscard]] Vector offset_errors() const noexcept;
 };

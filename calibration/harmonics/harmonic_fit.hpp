@@ -41,6 +41,8 @@ struct HarmonicFit {
     /// Standard deviation of |a_q|, and of its phase in rad (at most pi/sqrt 3, that of an unknown phase).
     [[nodiscard]] double amplitude_sd(int q) const;
     [[nodiscard]] double phase_sd(int q) const;
+    /// |a_q| exceeds four standard deviations.
+    [[nodiscard]] bool stands_out(int q) const { return std::abs(at(q)) > 4 * amplitude_sd(q); }
 };
 
 enum class Slope { none, free };

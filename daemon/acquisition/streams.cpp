@@ -5,6 +5,7 @@
 #include <iterator>
 #include <span>
 
+#include "calibration/accelerometer/sensor_file.hpp"
 #include "calibration/camera/camera_scale.hpp"
 #include "drivers/errors.hpp"
 #include "drivers/ticks.hpp"
@@ -51,6 +52,8 @@ reduction::AccelSeries accelerations_of(const Streams& streams, const ReadPart& 
     reduction::AccelSeries s;
     s.clock_uncertainty_s = streams.accelerometer.clock_uncertainty_s;
     s.shaker_axis = streams.accelerometer.shaker_axis;
+    if (const std::string& text = streams.accelerometer.calibration; !text.empty())
+        s.calibration = calibration::parse_calibration(text, "the accelerometer's calibration").fit;
     const calibration::Timebase& timebase = streams.timebase.recorded();
     const auto blocks =
         within(streams.blocks, read, [&](const AccelBlock& b) { return seconds(timebase.at(b.first)); });
@@ -287,8 +290,16 @@ reduction::Measurement measurement_of(const Streams& streams, double frequency_h
     const ReadPart read = part_read(streams, frequency_hz, from_s, to_s);
     m.accelerometer = accelerations_of(streams, read);
     for (const TargetTrack& t : streams.tracks) {
-        if (t.target.name == "walker") m.walkers.push_back(series_of(t, read, from_s, to_s));
-        if (t.target.name == "base") m.bases.push_back(series_of(t, read, from_s, to_s));
+        std::vector<reduction::MotionSeries>* const to = t.target.name == "walker" ? &m.walkers
+                                                         : t.target.name == "base" ? &m.bases
+                                                                                   : nullptr;
+        if (to == nullptr) continue;
+        reduction::MotionSeries& s = to->emplace_back(series_of(t, read, from_s, to_s));
+        for (const CameraStream& c : streams.cameras) {
+            if (c.view.camera != t.camera) continue;
+            s.exposure_s = c.view.exposure_s;
+            s.scale_error = c.view.scale_error;
+        }
     }
     return m;
 }

@@ -28,6 +28,7 @@ ResultRow row_of(const recording::FinishedMeasurement& finished, const reduction
     row.v_D = r.v_D;
     row.D = r.D;
     row.efficiency = r.efficiency;
+    row.ratio = r.gain_ratio.ratio;
     row.steady = !std::isfinite(r.v_D_settled.value) && !r.degraded;
     row.notes = fmt::format("{}", fmt::join(r.notes, "; "));
     return row;

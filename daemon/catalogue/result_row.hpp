@@ -17,6 +17,7 @@ struct ResultRow {
     calibration::Estimate gamma, rho, phi;  // measured, m/s^2, 1, rad; NaN: no result
     calibration::Estimate v_D, D;           // m/s, m per period
     calibration::Estimate efficiency;       // |v_D| / V_RMS
+    calibration::Estimate ratio;            // bench check: cameras over accelerometer
     bool steady = false;                    // the walker had settled, and the result is not degraded
     std::string notes;                      // on the result, with the reason when it is not steady
     std::string ended;                      // "complete", or why it is shorter or has no result

@@ -27,7 +27,8 @@ constexpr EstimateKey estimates[] = {{"gamma_mps2", &ResultRow::gamma, "gamma", 
                                      {"phi_rad", &ResultRow::phi, "phi", "rad"},
                                      {"v_D_mps", &ResultRow::v_D, "v_D", "m/s"},
                                      {"D_m", &ResultRow::D, "D", "m"},
-                                     {"efficiency", &ResultRow::efficiency, "efficiency", "1"}};
+                                     {"efficiency", &ResultRow::efficiency, "efficiency", "1"},
+                                     {"bench_check", &ResultRow::ratio, "bench_check", "1"}};
 
 json estimate_json(const Estimate& e) {
     if (!std::isfinite(e.value)) return nullptr;

@@ -17,6 +17,8 @@ std::string row_line(const catalogue::ResultRow& row) {
                             row.asked->phi, row.asked->rho, row.asked->frequency);
     if (std::isfinite(row.v_D.value))
         line += "  v_D " + report::with_error(1e3 * row.v_D.value, 1e3 * row.v_D.sigma) + " mm/s";
+    if (std::isfinite(row.ratio.value))
+        line += "  camera/accelerometer " + report::with_error(row.ratio.value, row.ratio.sigma);
     return line + "  " + row.ended + "\n";
 }
 

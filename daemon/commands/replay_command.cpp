@@ -170,6 +170,7 @@ bool replay(const ReplayOptions& options) {
             fmt::print("no results: {}\n", why);
     }
     add_measurements(finished, as, streams, options.json, now);
+    recording::keep_known(now.tables, file);
     const bool otherwise = pictures && file.header().schema < recording::tracks_since;
     const std::vector<std::string> moved =
         otherwise ? recording::track_changes(file, streams) : std::vector<std::string>{};

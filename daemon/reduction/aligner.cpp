@@ -100,7 +100,7 @@ calibration::HarmonicFit base_motion(const Measurement& m, double f) {
     int order = calibration::order_for(frames_per_period(m.bases, f), 12);
     const calibration::HarmonicSums sums = sums_of(m.bases, f, order, calibration::Slope::none);
     calibration::HarmonicFit fit = fit_views(sums, order).fit;
-    while (order > 2 && !stands_out(fit, order)) --order;
+    while (order > 2 && !fit.stands_out(order)) --order;
     return order < fit.order() ? fit_views(sums, order).fit : fit;
 }
 
@@ -197,39 +197,6 @@ void note_rate(const Measurement& m, const calibration::Estimate& base, const Ow
                     rounded(own.frequency.value, 4) + " Hz, by the " +
                     (m.frequency_is_exact ? "drive " : "cameras' ") + rounded(base.value, 4) +
                     " Hz, nominal " + rounded(m.frequency_hz, 4) + " Hz)");
-}
-
-/// The instrument whose own residuals are bad; both when neither's or both's are.
-std::string suspect(const calibration::HarmonicFit& accel, const calibration::HarmonicFit& base,
-                    double gamma) {
-    constexpr double bad_share = 0.05, bad_scale = 3;  // of gamma; of the trackers' standard deviations
-    const double view = *std::max_element(base.stream_rms.begin(), base.stream_rms.end());
-    const bool sensor = accel.rms > bad_share * gamma, tracks = view > bad_scale;
-    if (sensor && !tracks)
-        return "sensor gain (its residuals are " + rounded(100 * accel.rms / gamma, 1) + " % of gamma)";
-    if (tracks && !sensor)
-        return "camera scale (the tracks' residuals are " + rounded(view, 1) +
-               " times their standard deviation)";
-    return "camera scale or sensor gain";
-}
-
-double gain_of(const calibration::HarmonicFit& accel, const calibration::HarmonicFit& base,
-               std::vector<std::string>& notes) {
-    double tracks = 0, sensor = 0, variance = 0;
-    for (const CommonHarmonic& c : common_motion(accel, base)) {
-        if (c.q > 2) continue;
-        tracks += std::abs(c.camera);
-        sensor += std::abs(c.accel);
-        variance += 1 / c.weight;
-    }
-    const double gain = tracks / sensor;
-    if (sensor > 0 && std::abs(gain - 1) > std::max(0.02, 4 * std::sqrt(variance) / sensor)) {
-        notes.push_back("gamma from the base's tracks is " + rounded(tracks, 4) +
-                        " m/s^2, from the accelerometer " + rounded(sensor, 4) +
-                        " m/s^2: " + suspect(accel, base, sensor) + " is off by " +
-                        rounded(100 * (gain - 1), 1) + " %; the accelerometer's value is reported");
-    }
-    return gain;
 }
 
 void fit_acceleration(const AccelSeries& s, std::size_t first, Alignment& out) {
@@ -336,7 +303,6 @@ Alignment align(const Measurement& m, std::vector<std::string>& notes) {
     out.first_sample = own.first;
     fit_acceleration(m.accelerometer, own.first, out);
     if (lag.compared) follow_drift(m, lag.clock, out, notes);
-    out.track_gain = gain_of(out.acceleration, out.base, notes);
     return out;
 }
 

@@ -21,7 +21,6 @@ struct Alignment {
     std::array<calibration::HarmonicFit, 2> across;  // of the base on the shaker axis' across_axes(), m/s^2
     calibration::Estimate late_s, ppm;               // of the straight line nearest to the clock
     calibration::Estimate delay_s;                   // t minus master time in the middle of the record
-    double track_gain = 0;           // base acceleration from cameras / from accelerometer; NaN at rest
     std::size_t first_sample = 0;    // index of the first accelerometer sample that the cameras cover
     std::vector<double> t_s;         // master time of the accelerometer samples that the cameras cover
     std::vector<double> along_mps2;  // those samples along the shaker's axis
@@ -34,8 +33,7 @@ struct Alignment {
 /// the clock's first sample, by the rate. Sign of the axis: from the shape of the motion or, for a single
 /// harmonic or odd harmonics only, from the smaller lag. Other possible lags are part of the lag's error.
 /// Drift: a clock that deviates significantly from a straight line is followed in windows (clock_drift.hpp).
-/// Adds a note for each ambiguous choice, for drift, and where clock, axis or camera scale disagree with the
-/// settings.
+/// Adds a note for each ambiguous choice, for drift, and where clock or axis disagree with the settings.
 /// Throws InputError when fewer than two periods are in common after alignment.
 Alignment align(const Measurement& m, std::vector<std::string>& notes);
 

@@ -105,15 +105,11 @@ void set_spread(LagChoice& chosen, const std::vector<Shift>& equal, double perio
 
 }  // namespace
 
-bool stands_out(const calibration::HarmonicFit& fit, int q) {
-    return std::abs(fit.at(q)) > 4 * fit.amplitude_sd(q);
-}
-
 std::vector<CommonHarmonic> common_motion(const calibration::HarmonicFit& accel,
                                           const calibration::HarmonicFit& base) {
     std::vector<CommonHarmonic> out;
     for (int q = 1; q <= std::min({accel.order(), base.order(), 3}); ++q) {
-        if (!stands_out(base, q) || !stands_out(accel, q)) continue;
+        if (!base.stands_out(q) || !accel.stands_out(q)) continue;
         const double w = two_pi * base.frequency_hz * q;
         const double sd = w * w * base.amplitude_sd(q);
         const double accel_phase = accel.phase_sd(q), base_phase = base.phase_sd(q);

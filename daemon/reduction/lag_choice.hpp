@@ -20,7 +20,6 @@ struct CommonHarmonic {
 /// Harmonics 1 to 3 that stand out of the noise of both.
 std::vector<CommonHarmonic> common_motion(const calibration::HarmonicFit& accel,
                                           const calibration::HarmonicFit& base);
-bool stands_out(const calibration::HarmonicFit& fit, int q);
 
 /// Facts about the clock besides the motion.
 struct LagPrior {

@@ -5,6 +5,8 @@
 #include <string>
 #include <vector>
 
+#include "calibration/accelerometer/tumble.hpp"
+
 namespace shaker::reduction {
 
 /// Positions of one target in one view. Lost frames have no entry and are counted.
@@ -13,6 +15,8 @@ struct MotionSeries {
     std::vector<double> t_s;   // master time of mid-exposure, increasing
     std::vector<double> x_m;   // along the shaker's axis; only differences are meaningful
     std::vector<double> sd_m;  // standard deviation of each position
+    double exposure_s = 0;
+    double scale_error = 0;  // relative standard error of the view's scale, systematic; 0: not known
     int lost = 0;
     double stream_from_s = 1e300,
            stream_to_s = -1e300;  // span of the view's frames, lost ones included; default: unknown
@@ -24,6 +28,7 @@ struct AccelSeries {
     std::vector<std::array<double, 3>> a_mps2;
     double clock_uncertainty_s = 0.02;    // s, largest error of the clock against master time, either sign
     std::array<double, 3> shaker_axis{};  // unit vector in sensor axes; all 0: derived from the motion
+    std::optional<calibration::Tumble> calibration{};  // in force; empty: its errors are not known
 };
 
 struct Measurement {

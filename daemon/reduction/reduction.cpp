@@ -1,8 +1,12 @@
 #include "daemon/reduction/reduction.hpp"
 
+#include <spdlog/fmt/fmt.h>
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numbers>
+#include <optional>
 #include <utility>
 
 #include "daemon/reduction/aligner.hpp"
@@ -101,6 +105,76 @@ calibration::Estimate ratio(double value, const calibration::Estimate& over,
     return {value, std::hypot(by_top, by_bottom)};
 }
 
+void note_tilt(const Reduction& r, std::vector<std::string>& notes) {
+    constexpr double alarm = 4;  // standard errors
+    const Tilt& t = r.tilt;
+    const bool known = std::isfinite(t.angle.sigma);
+    if (!(std::abs(t.angle.value) > alarm * (known ? t.angle.sigma : t.noise))) return;
+    if (!(std::abs(t.v_D.value) > alarm * r.v_D.sigma)) return;
+    notes.push_back(fmt::format(
+        "bench check: gravity shows a tilt of {:+.3f} mrad ({:+.3f} deg; positive: +x downhill){}, which "
+        "moves "
+        "v_D by about {:+.2g} mm/s of {:.4g} mm/s (estimate by mu = {:.3f}); {}",
+        1e3 * t.angle.value, t.angle.value * 180 / std::numbers::pi,
+        known ? fmt::format(" +- {:.2g} mrad", 1e3 * t.angle.sigma)
+              : ", if the accelerometer has no offset (it is not calibrated)",
+        1e3 * t.v_D.value, 1e3 * r.v_D.value, t.mu,
+        known ? "level the base, or measure also at phi + 180 deg"
+              : "calibrate the accelerometer (\"shakerd calibrate accelerometer\") or level the base"));
+}
+
+/// Gain of the cameras over the accelerometer, tilt, and the shares of the calibrations in the errors.
+void check_bench(const Measurement& m, const Alignment& drive, Reduction& out) {
+    const double f = drive.frequency.value;
+    const std::optional<calibration::Tumble>& sensor = m.accelerometer.calibration;
+    const double gain_error = sensor ? sensor->gain_error(drive.shaker_axis) : 0;
+    std::vector<SeenBase> views;
+    for (const MotionSeries& v : m.bases) {
+        if (m.bases.size() == 1) {  // fitted already
+            views.push_back({v.view, drive.base, v.exposure_s, v.scale_error});
+            break;
+        }
+        const calibration::HarmonicSamples samples{v.t_s, v.x_m, v.sd_m};
+        const int order =
+            std::min(drive.base.order(), calibration::order_for(frames_per_period({&v, 1}, f), 12));
+        if (v.t_s.size() > static_cast<std::size_t>(3 * order))
+            views.push_back({v.view, fit_harmonics({&samples, 1}, f, order, calibration::Slope::none),
+                             v.exposure_s, v.scale_error});
+    }
+    out.gain_ratio = gain_ratio(drive.acceleration, views, gain_error);
+    note_gain(out.gain_ratio, drive.acceleration, views, gain_error, out.notes);
+
+    out.tilt = tilt_of({&drive.acceleration,
+                        {&drive.across[0], &drive.across[1]},
+                        drive.shaker_axis,
+                        m.accelerometer.shaker_axis == std::array<double, 3>{},
+                        &sensor});
+    const Cycle& c = out.cycle;
+    set_share(out.tilt, drive.acceleration, friction_in_slip(c.phase, c.v_mps, c.v_base_mps, f),
+              out.v_D.value);
+    note_tilt(out, out.notes);
+
+    double scale = 0, weight = 0;
+    bool known = true;
+    for (const MotionSeries& w : m.walkers) {  // weights of the views in v_D; their errors may be common
+        double information = 0;
+        for (const double sd : w.sd_m) information += 1 / (sd * sd);
+        scale += information * w.scale_error;
+        weight += information;
+        known = known && w.scale_error > 0;
+    }
+    Systematic& s = out.systematic;
+    if (known) {
+        s.v_D = std::abs(out.v_D.value) * scale / weight;
+        s.D = std::abs(out.D.value) * scale / weight;
+    }
+    if (gain_error > 0) {
+        s.gamma = out.gamma.value * gain_error;
+        s.v_rms = out.v_rms.value * gain_error;
+    }
+    if (known && gain_error > 0) s.efficiency = out.efficiency.value * std::hypot(scale / weight, gain_error);
+}
+
 }  // namespace
 
 Reduction reduce(Measurement measurement) {
@@ -151,6 +225,7 @@ Reduction reduce(Measurement measurement) {
     const Sticks sticks = find_sticks(folded, out.cycle, base, out.v_D, frames);
     out.stick = sticks.found;
     out.shortest_visible_stick = sticks.shortest_visible;
+    check_bench(m, drive, out);
     return out;
 }
 

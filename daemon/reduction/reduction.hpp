@@ -7,6 +7,8 @@
 
 #include "calibration/accelerometer/transverse.hpp"
 #include "calibration/estimate.hpp"
+#include "daemon/reduction/check/gain_ratio.hpp"
+#include "daemon/reduction/check/tilt.hpp"
 #include "daemon/reduction/measurement.hpp"
 
 namespace shaker::reduction {
@@ -45,6 +47,13 @@ struct StickInterval {
     double sd = 0;  // of either end
 };
 
+/// Systematic standard errors by calibration; sigma of the values is statistical. NaN: not known.
+struct Systematic {
+    double v_D = NAN, D = NAN;        // m/s, m: by the scales of the walker's views
+    double gamma = NAN, v_rms = NAN;  // m/s^2, m/s: by the accelerometer's gain
+    double efficiency = NAN;          // by both
+};
+
 struct Reduction {
     calibration::Estimate v_D;              // m/s; sigma is widened for few periods: +-2 sigma covers 95 %
     calibration::Estimate v_D_settled;      // m/s, of a walker that was still settling; else NaN
@@ -53,6 +62,9 @@ struct Reduction {
     calibration::Estimate gamma, rho, phi;  // measured: A1 + A2 (m/s^2), A1/(A1+A2), alpha2 - 2 alpha1 (rad)
     calibration::Estimate v_rms;            // base, m/s
     calibration::Estimate efficiency;       // |v_D| / V_RMS
+    Systematic systematic;
+    GainRatio gain_ratio;  // cameras over accelerometer
+    Tilt tilt;
     std::vector<MeasuredHarmonic> harmonics;
     calibration::Estimate accelerometer_late_s;  // master time = t (1 + 1e-6 ppm) - late
     calibration::Estimate accelerometer_ppm;

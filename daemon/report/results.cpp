@@ -37,6 +37,32 @@ nlohmann::json list_of(const std::vector<recording::RecordedTrip>& trips) {
     return list;
 }
 
+// Behind a line: the part of the error that the calibrations cause.
+std::string with_systematic(std::string text, double error, double scale) {
+    if (!std::isfinite(error)) return text;
+    text.back() = ';';
+    return text + fmt::format(" +- {:.2g} systematic\n", scale * error);
+}
+
+// Accelerometer and cameras compared, and the tilt.
+std::string check_text(const reduction::Reduction& r) {
+    const reduction::GainRatio& g = r.gain_ratio;
+    std::string s = with_systematic(line("camera / accelerometer", g.ratio, 1, ""), g.systematic, 1);
+    if (g.views.size() > 1)
+        for (const reduction::ViewRatio& v : g.views)
+            s += with_systematic(line("  " + v.view, v.ratio, 1, ""), v.scale_error > 0 ? v.scale_error : NAN,
+                                 1);
+    s += line("  at 2w over at w", g.second_over_first, 1, "");
+    if (!std::isfinite(r.tilt.angle.value)) return s;
+    const bool known = std::isfinite(r.tilt.angle.sigma);
+    s += line("tilt", {r.tilt.angle.value, known ? r.tilt.angle.sigma : r.tilt.noise}, 1e3, "mrad");
+    s.back() = ';';
+    if (!known) s += " the accelerometer's offset is not calibrated;";
+    const std::string share = known ? with_error(1e3 * r.tilt.v_D.value, 1e3 * r.tilt.v_D.sigma)
+                                    : fmt::format("{:.2g}", 1e3 * r.tilt.v_D.value);
+    return s + fmt::format(" moves v_D by {} mm/s\n", share);
+}
+
 // Each harmonic whose motion across the axis exceeds the noise.
 std::string across_text(const reduction::Reduction& r) {
     std::string s;
@@ -70,19 +96,25 @@ std::string no_stick_text(double shortest_visible) {
 std::string results_text(const reduction::Reduction& r) {
     std::string s = r.degraded ? "degraded, do not rely on it" : "as measured";
     s += " (+- one standard error):\n";
-    s += line("v_D", r.v_D, 1e3, "mm/s");
+    s += with_systematic(line("v_D", r.v_D, 1e3, "mm/s"), r.systematic.v_D, 1e3);
     if (std::isfinite(r.v_D_settled.value)) s += line("v_D, settled", r.v_D_settled, 1e3, "mm/s");
-    s += line("D", r.D, 1e3, "mm a period");
-    s += line("efficiency", r.efficiency, 1, "");
+    s += with_systematic(line("D", r.D, 1e3, "mm a period"), r.systematic.D, 1e3);
+    s += with_systematic(line("efficiency", r.efficiency, 1, ""), r.systematic.efficiency, 1);
     s += line("frequency", r.frequency, 1, "Hz");
-    s += line("gamma", r.gamma, 1, "m/s^2");
+    s += with_systematic(line("gamma", r.gamma, 1, "m/s^2"), r.systematic.gamma, 1);
     s += line("rho", r.rho, 1, "");
     s += line("phi", r.phi, deg, "deg");
-    s += line("V_RMS", r.v_rms, 1e3, "mm/s");
+    s += with_systematic(line("V_RMS", r.v_rms, 1e3, "mm/s"), r.systematic.v_rms, 1e3);
     for (const reduction::MeasuredHarmonic& h : r.harmonics)
         if (h.q > 2 && h.amplitude.value > 3 * h.amplitude.sigma)
             s += line(fmt::format("harmonic {}", h.q), h.amplitude, 100 / r.gamma.value, "% of gamma");
+    const auto& u = r.shaker_axis;
+    s += fmt::format(
+        "  {:<22}{:>24} in sensor axes; {:.2f} deg from the nearest one\n", "shaker's axis",
+        fmt::format("({:+.4f}, {:+.4f}, {:+.4f})", u[0], u[1], u[2]),
+        deg * std::acos(std::min(1.0, std::max({std::abs(u[0]), std::abs(u[1]), std::abs(u[2])}))));
     s += across_text(r);
+    s += check_text(r);
     s += line("accelerometer late", r.delay_s, 1e3, "ms");
     s += line("accelerometer clock", r.accelerometer_ppm, 1, "ppm");
     s += line("position residual", {r.fit_residual_x_m.value, NAN}, 1e6, "um rms");
@@ -106,6 +138,35 @@ std::vector<std::string> notes_on(const std::vector<DeviceReport>& devices) {
     return notes;
 }
 
+namespace {
+
+// Systematic errors are null without a calibration.
+void put_check(const reduction::Reduction& r, nlohmann::json& j) {
+    const auto error = [](const calibration::Estimate& e) { return number(e.sigma); };
+    const reduction::Systematic& s = r.systematic;
+    j["v_D_systematic_mps"] = number(s.v_D);
+    j["D_systematic_m"] = number(s.D);
+    j["gamma_systematic_mps2"] = number(s.gamma);
+    j["V_RMS_systematic_mps"] = number(s.v_rms);
+    j["efficiency_systematic"] = number(s.efficiency);
+    const reduction::GainRatio& g = r.gain_ratio;
+    nlohmann::json views = nlohmann::json::array();
+    for (const reduction::ViewRatio& v : g.views)
+        views.push_back({{"camera", v.view}, {"ratio", number(v.ratio.value)}, {"ratio_se", error(v.ratio)}});
+    j["bench_check"] = {{"ratio", number(g.ratio.value)},
+                        {"ratio_se", error(g.ratio)},
+                        {"ratio_systematic", number(g.systematic)},
+                        {"second_over_first", number(g.second_over_first.value)},
+                        {"second_over_first_se", error(g.second_over_first)},
+                        {"views", views},
+                        {"tilt_rad", number(r.tilt.angle.value)},
+                        {"tilt_se_rad", error(r.tilt.angle)},
+                        {"tilt_v_D_mps", number(r.tilt.v_D.value)},
+                        {"tilt_v_D_se_mps", error(r.tilt.v_D)}};
+}
+
+}  // namespace
+
 std::string results_json(const reduction::Reduction& r, const std::map<std::string, double>& more,
                          const std::vector<DeviceReport>& devices,
                          const std::vector<recording::RecordedTrip>& trips) {
@@ -128,6 +189,8 @@ std::string results_json(const reduction::Reduction& r, const std::map<std::stri
     put("accelerometer_late_s", "accelerometer_late_se_s", r.accelerometer_late_s);
     put("accelerometer_ppm", "accelerometer_ppm_se", r.accelerometer_ppm);
     put("delay_s", "delay_se_s", r.delay_s);
+    put_check(r, j);
+    j["shaker_axis"] = r.shaker_axis;
     j["position_residual_m"] = number(r.fit_residual_x_m.value);
     j["frames"] = r.frames;
     j["frames_lost"] = r.frames_lost;

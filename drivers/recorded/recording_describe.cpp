@@ -42,6 +42,7 @@ void describe(hid_t group, const AccelerometerInfo& a) {
 
 void describe(hid_t group, const View& view) {
     h5::set_attribute(group, "mm_per_px", view.mm_per_px);
+    if (view.scale_error != 0) h5::set_attribute(group, "scale_error", view.scale_error);
     h5::set_attribute(group, "distance_mm", view.distance_mm);
     h5::set_attribute(group, "along_x", view.along[0]);
     h5::set_attribute(group, "along_y", view.along[1]);
@@ -90,6 +91,8 @@ View read_view(hid_t entry, const std::string& camera) {
     View view;
     view.camera = camera;
     view.mm_per_px = h5::read_attribute(entry, path, "mm_per_px");
+    if (h5::has_attribute(entry, path, "scale_error"))
+        view.scale_error = h5::read_attribute(entry, path, "scale_error");
     view.distance_mm = h5::read_attribute(entry, path, "distance_mm");
     view.along = {h5::read_attribute(entry, path, "along_x"), h5::read_attribute(entry, path, "along_y")};
     view.frame_rate_hz = h5::read_attribute(entry, path, "frame_rate_hz");

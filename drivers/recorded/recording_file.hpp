@@ -89,6 +89,8 @@ public:
     void replace(const std::string& path, const std::vector<double>& values);
     /// Replaces the picture numbers of all frames of a camera.
     void replace_pictures(const std::string& camera, const std::vector<std::uint64_t>& pictures);
+    /// True if the layout has a growing column of this path.
+    [[nodiscard]] bool has(const std::string& path) const;
     /// Empties the columns of a group, before the first seal of a mended file.
     void clear(const std::string& path);
     void scalar(const std::string& path, double value);

@@ -267,6 +267,8 @@ void RecordingWriter::replace_pictures(const std::string& camera,
     streams_->column(path_of(raw::picture, camera)).data.replace(std::as_bytes(std::span{pictures}));
 }
 
+bool RecordingWriter::has(const std::string& path) const { return streams_->by_path.contains(path); }
+
 void RecordingWriter::clear(const std::string& path) {
     for (const auto& [name, column] : streams_->by_path)
         if (name.starts_with(path + "/")) column->data.clear();

@@ -6,7 +6,7 @@ import { picture, samples } from "./frames.mjs";
 import { closedForm, g, steadyPeriod } from "./motion.mjs";
 import { source } from "./sources.mjs";
 
-const { tickTexts, withError, number, prefixed, duration, decibels } = await source("format");
+const { tickTexts, withError, withErrors, number, prefixed, duration, decibels } = await source("format");
 const { decodeFrame, channel, FrameError } = await source("frames");
 const { campaignWords, scanOrder } = await source("views/campaign");
 const { trackingWords } = await source("views/health");
@@ -28,6 +28,10 @@ test("A value has the decimals of its error, which has two digits", () => {
         [1, Infinity, 1, "1.000"],
     ]) assert.equal(withError({ value, sigma }, scale), text);
     assert.equal(withError(null), "–");
+    const estimate = { value: 0.0074150, sigma: 1.2e-7 };
+    assert.equal(withErrors({ ...estimate, systematic: 3.7e-6 }, 1e3), "7.41500 ± 0.00012 ± 0.0037 syst");
+    assert.equal(withErrors(estimate, 1e3), "7.41500 ± 0.00012");
+    assert.equal(withErrors(null), "–");
 });
 
 test("The rounding of a shown value is less than a tenth of its error", () => {

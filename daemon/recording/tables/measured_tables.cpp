@@ -173,6 +173,7 @@ void append(std::vector<RecordedTable>& tables, const MeasuredResult& result) {
 void write(recorded::RecordingWriter& file, const MeasuredResult& result) {
     std::vector<RecordedTable> tables;
     append(tables, result);
+    keep_known(tables, file);
     write(file, tables);
     std::vector<MeasuredNote> notes;
     if (result.reduction)

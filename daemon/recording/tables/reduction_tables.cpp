@@ -1,5 +1,7 @@
 #include "daemon/recording/tables/reduction_tables.hpp"
 
+#include <span>
+
 #include "daemon/recording/tables/process_table.hpp"
 
 namespace shaker::recording {
@@ -9,10 +11,14 @@ namespace {
 using calibration::Estimate;
 using calibration::Transverse;
 using reduction::Cycle;
+using reduction::GainRatio;
 using reduction::MeasuredHarmonic;
 using reduction::PeriodResult;
+using reduction::RatioAt;
 using reduction::Reduction;
 using reduction::StickInterval;
+using reduction::Systematic;
+using reduction::Tilt;
 
 using columns::error;
 using columns::errors;
@@ -66,6 +72,49 @@ constexpr std::array result_numbers{
 constexpr Table<Reduction> result_columns{
     "results", "results of the newest finished measurement, or of the periods measured before a trip",
     result_numbers};
+
+constexpr std::array systematic_numbers{
+    number<&Reduction::systematic, &Systematic::v_D>("v_D", "m/s", "by the scales of the cameras"),
+    number<&Reduction::systematic, &Systematic::D>("D", "m", "by the scales of the cameras"),
+    number<&Reduction::systematic, &Systematic::gamma>("gamma", "m/s^2", "by the accelerometer's gain"),
+    number<&Reduction::systematic, &Systematic::v_rms>("v_rms", "m/s", "by the accelerometer's gain"),
+    number<&Reduction::systematic, &Systematic::efficiency>("efficiency", "1", "by both")};
+constexpr Table<Reduction> systematic_columns{
+    "systematic", "systematic standard errors of results by the calibrations; NaN: no calibration",
+    systematic_numbers};
+
+constexpr std::array check_numbers{
+    value<&Reduction::gain_ratio, &GainRatio::ratio>(
+        "ratio", "1", "acceleration of the base by the cameras over that by the accelerometer"),
+    errors<&Reduction::gain_ratio, &GainRatio::ratio>("ratio_errors", "1", "statistical standard error"),
+    number<&Reduction::gain_ratio, &GainRatio::systematic>(
+        "ratio_systematic", "1",
+        "relative systematic standard error by scales and gain; NaN: no calibration"),
+    value<&Reduction::gain_ratio, &GainRatio::second_over_first>(
+        "second_over_first", "1", "ratio at twice the drive frequency over that at the drive frequency"),
+    errors<&Reduction::gain_ratio, &GainRatio::second_over_first>("second_over_first_errors", "1"),
+    value<&Reduction::delay_s>("delay", "s", "accelerometer's clock minus master time, middle of the part"),
+    errors<&Reduction::delay_s>("delay_errors", "s"),
+    value<&Reduction::tilt, &Tilt::angle>("tilt", "rad",
+                                          "slope of the shaker's axis by gravity; positive: +x downhill"),
+    errors<&Reduction::tilt, &Tilt::angle>("tilt_errors", "rad",
+                                           "standard error; NaN: the sensor's offset is not calibrated"),
+    number<&Reduction::tilt, &Tilt::noise>("tilt_noise", "rad", "part of it by noise"),
+    value<&Reduction::tilt, &Tilt::v_D>("tilt_v_D", "m/s", "part of v_D that the tilt causes, estimate"),
+    errors<&Reduction::tilt, &Tilt::v_D>("tilt_v_D_errors", "m/s"),
+    number<&Reduction::tilt, &Tilt::mu>("tilt_mu", "1", "friction coefficient used for this estimate")};
+constexpr Table<Reduction> check_columns{
+    "bench_check", "accelerometer and cameras compared by the base's motion; tilt by gravity", check_numbers};
+
+constexpr std::array ratio_numbers{
+    number<&RatioAt::view>("view", "1", "index of the camera among those that see the base, from 0"),
+    number<&RatioAt::q>("q", "1", "harmonic of the drive frequency"),
+    value<&RatioAt::ratio>("ratio", "1", "acceleration by this camera over that by the accelerometer"),
+    errors<&RatioAt::ratio>("ratio_errors", "1"),
+    value<&RatioAt::delay_s>("delay", "s", "of the camera behind the accelerometer on master time"),
+    errors<&RatioAt::delay_s>("delay_errors", "s")};
+constexpr Table<RatioAt> ratio_columns{"bench_check/views", "the comparison for each camera and harmonic",
+                                       ratio_numbers};
 
 constexpr std::array harmonic_numbers{
     number<&MeasuredHarmonic::q>("q", "1", "harmonic of the drive frequency"),
@@ -162,9 +211,15 @@ std::vector<RecordedNumber> numbers_of(const Reduction& reduction) {
 std::vector<RecordedTable> tables_of(const Reduction& r) {
     std::vector<AcrossAt> across;
     for (const MeasuredHarmonic& h : r.harmonics) across.push_back({h.q * r.frequency.value, h.across});
-    return {table_of(harmonic_columns, r.harmonics), table_of(transverse_columns, across),
-            table_of(period_columns, r.periods), table_of(cycle_columns, points_of(r.cycle)),
-            table_of(stick_columns, r.stick)};
+    return {table_of(harmonic_columns, r.harmonics),   table_of(transverse_columns, across),
+            table_of(period_columns, r.periods),       table_of(cycle_columns, points_of(r.cycle)),
+            table_of(stick_columns, r.stick),          table_of(systematic_columns, std::span{&r, 1}),
+            table_of(check_columns, std::span{&r, 1}), table_of(ratio_columns, r.gain_ratio.at)};
+}
+
+bool is_later(const RecordedTable& table) {
+    return table.path.ends_with(systematic_columns.path) || table.path.ends_with(check_columns.path) ||
+           table.path.ends_with(ratio_columns.path);
 }
 
 std::map<int, Reduction> read_reductions(const recorded::RecordingReader& file, const std::string& below,
@@ -195,17 +250,29 @@ std::map<int, Reduction> read_reductions(const recorded::RecordingReader& file, 
         c.v_base_mps.push_back(p.v_base_mps);
     });
     read(stick_columns, [&](int of, const StickInterval& s) { out[of].stick.push_back(s); });
+    if (!file.has(below + "/" + check_columns.path)) return out;  // versions up to 5
+    read(systematic_columns, [&](int of, const Reduction& r) { out[of].systematic = r.systematic; });
+    read(check_columns, [&](int of, const Reduction& r) {
+        Reduction& to = out[of];
+        to.gain_ratio = r.gain_ratio;
+        to.delay_s = r.delay_s;
+        to.tilt = r.tilt;
+    });
+    read(ratio_columns, [&](int of, const RatioAt& r) { out[of].gain_ratio.at.push_back(r); });
     return out;
 }
 
 std::vector<recorded::GroupLayout> reduction_places() {
-    return {places_of(result_columns), layout_of(harmonic_columns), layout_of(transverse_columns),
-            layout_of(period_columns), layout_of(cycle_columns),    layout_of(stick_columns)};
+    return {places_of(result_columns),     layout_of(harmonic_columns), layout_of(transverse_columns),
+            layout_of(period_columns),     layout_of(cycle_columns),    layout_of(stick_columns),
+            layout_of(systematic_columns), layout_of(check_columns),    layout_of(ratio_columns)};
 }
 
 void write(recorded::RecordingWriter& file, const Reduction& reduction, const MeasuredPart& part) {
     write_reduced_part(file, part);
-    write(file, tables_of(reduction));
+    std::vector<RecordedTable> tables = tables_of(reduction);
+    keep_known(tables, file);
+    write(file, tables);
     write(file, numbers_of(reduction));
     std::vector<Note> notes;
     for (const std::string& text : reduction.notes) notes.push_back({text});

@@ -1,5 +1,5 @@
 #pragma once
-// Tables of a reduction: results, harmonics, transverse, periods, cycle, stick.
+// Tables of a reduction: results, harmonics, transverse, periods, cycle, stick, systematic, bench_check.
 #include <map>
 
 #include "daemon/recording/tables/columns.hpp"
@@ -40,6 +40,15 @@ extern const Table<AcrossAt> transverse_columns;
 /// Numbers and tables of a reduction, for writing and for comparison with a replay.
 std::vector<RecordedNumber> numbers_of(const reduction::Reduction& reduction);
 std::vector<RecordedTable> tables_of(const reduction::Reduction& reduction);
+/// True for the tables that files of versions up to 5 do not have (FORMAT.md).
+bool is_later(const RecordedTable& table);
+/// Removes those of them that a file of such a version lacks.
+template <class File>
+void keep_known(std::vector<RecordedTable>& tables, const File& file) {
+    std::erase_if(tables, [&](const RecordedTable& t) {
+        return is_later(t) && !file.has(t.path + "/" + t.columns.back().name);
+    });
+}
 /// Reductions that are stored in tables with the paths of tables_of() below the group `below`, whose column
 /// `number` tells which rows belong together; by this number. Without transverse motion, shaker's axis and
 /// notes.

@@ -27,6 +27,13 @@ json estimate(const calibration::Estimate& e) {
     return {{"value", e.value}, {"sigma", number(e.sigma)}};
 }
 
+// An error by a calibration stands beside the statistical one; without a calibration there is none.
+json estimate(const calibration::Estimate& e, double systematic) {
+    json all = estimate(e);
+    if (!all.is_null() && std::isfinite(systematic)) all["systematic"] = systematic;
+    return all;
+}
+
 json session(const service::BenchState& s, const Viewer& viewer) {
     json trip = nullptr;
     if (s.trip)
@@ -93,9 +100,10 @@ json origin(const service::BenchState& s) {
 json result(const service::BenchState& s) {
     json all = s.result ? origin(s) : json::object();
     const reduction::Reduction* r = s.result.get();
-    all["v_D_mps"] = r ? estimate(r->v_D) : nullptr;
-    all["D_m"] = r ? estimate(r->D) : nullptr;
-    all["efficiency"] = r ? estimate(r->efficiency) : nullptr;
+    all["v_D_mps"] = r ? estimate(r->v_D, r->systematic.v_D) : nullptr;
+    all["D_m"] = r ? estimate(r->D, r->systematic.D) : nullptr;
+    all["efficiency"] = r ? estimate(r->efficiency, r->systematic.efficiency) : nullptr;
+    all["bench_check"] = r ? estimate(r->gain_ratio.ratio, r->gain_ratio.systematic) : nullptr;
     all["stick"] = json::array();
     if (r)
         for (const reduction::StickInterval& k : r->stick) all["stick"].push_back({k.from, k.to});

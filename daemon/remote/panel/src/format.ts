@@ -35,6 +35,14 @@ export function withError(estimate: Estimate | null | undefined, scale = 1): str
     return `${fixed(value, decimals)} ± ${fixed(sigma, decimals)}`;
 }
 
+/** "14.582 ± 0.099 ± 0.015 syst": as withError(), and the part by the calibrations where it is known. */
+export function withErrors(estimate: Estimate | null | undefined, scale = 1): string {
+    const text = withError(estimate, scale), systematic = estimate?.systematic;
+    if (!known(systematic)) return text;
+    const error = Math.abs(systematic * scale);
+    return `${text} ± ${fixed(error, decimalsFor(error, 2))} syst`;
+}
+
 /** Texts of an axis's ticks with the decimals that their step needs: 1.0002, 1.0004 instead of 1, 1. */
 export function tickTexts(splits: readonly Known[]): string[] {
     const values = splits.filter(known);

@@ -5,7 +5,8 @@ export type RunState =
 
 export type Known = number | null;
 
-export interface Estimate { value: Known; sigma: Known }
+/** systematic: part of the standard error that the calibrations cause; without a calibration it is missing. */
+export interface Estimate { value: Known; sigma: Known; systematic?: Known }
 
 /** `finding`: what happened, with value and limit in the operator's units. `advice`: what to do. SI: `value`, `limit`. */
 export interface Trip {
@@ -64,6 +65,7 @@ export interface Result {
     v_D_mps: Estimate | null;
     D_m: Estimate | null;
     efficiency: Estimate | null;
+    bench_check: Estimate | null;  // acceleration of the base by the cameras over that by the accelerometer
     mu: Estimate | null;
     stick: [number, number][];  // from and to, units of the period
     shortest_visible_stick: Known;  // shortest interval that would have been detected, units of the period

@@ -1,6 +1,6 @@
 // The results with their errors, the requested and the measured drive, and the walker's position.
 import { byId, setHidden, setText } from "../dom";
-import { clockTime, decimalsFor, fixed, number, prefixed, unknown, withError } from "../format";
+import { clockTime, decimalsFor, fixed, number, prefixed, unknown, withError, withErrors } from "../format";
 import { degrees, paperG } from "../groups";
 import type { Known, Result, State, Walker } from "../protocol";
 import type { Store } from "../store";
@@ -17,7 +17,7 @@ function millimetres(metres: Known): string { return metres === null ? unknown :
 
 export function makeNumbers(store: Store): () => void {
     const ids = [
-        "v-D", "D", "efficiency", "mu", "gamma", "gamma-asked", "phi", "phi-asked", "frequency", "rho", "rms", "volts",
+        "v-D", "D", "efficiency", "mu", "gamma", "gamma-asked", "phi", "phi-asked", "frequency", "rho", "rms", "ratio", "volts",
         "steady",
     ] as const;
     const at = Object.fromEntries(ids.map((id) => [id, byId(id, HTMLElement)])) as Record<(typeof ids)[number], HTMLElement>;
@@ -29,10 +29,11 @@ export function makeNumbers(store: Store): () => void {
         if (!state || seen === store.stateVersion) return;
         seen = store.stateVersion;
         const { result, drive, measured } = state;
-        setText(at["v-D"], withError(result.v_D_mps, 1e3));
-        setText(at.D, withError(result.D_m, 1e3));
-        setText(at.efficiency, withError(result.efficiency, 100));
+        setText(at["v-D"], withErrors(result.v_D_mps, 1e3));
+        setText(at.D, withErrors(result.D_m, 1e3));
+        setText(at.efficiency, withErrors(result.efficiency, 100));
         setText(at.mu, withError(result.mu));
+        setText(at.ratio, withErrors(result.bench_check));
         showOrigin(result);
         setText(at.steady, steadyWords(state));
         setText(at.gamma, acceleration(measured.gamma_mps2));

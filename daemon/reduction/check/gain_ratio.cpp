@@ -1,0 +1,211 @@
+#include "daemon/reduction/check/gain_ratio.hpp"
+
+#include <spdlog/fmt/fmt.h>
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "drivers/drive.hpp"
+
+namespace shaker::reduction {
+namespace {
+
+constexpr double alarm = 4;                             // standard errors
+constexpr double tracker_bias = 1e-4;                   // of a ratio: trackers prefer positions in a pixel
+constexpr double same_response = 1e-3;                  // ratios at w and 2w that agree well enough
+constexpr double bad_residuals = 0.05, bad_tracks = 3;  // of gamma; of the trackers' standard deviations
+
+/// Covariance of ln |a_q| and ln |a_p|.
+double log_covariance(const calibration::HarmonicFit& fit, int q, int p) {
+    const std::complex<double> a = fit.at(q) / std::norm(fit.at(q)), b = fit.at(p) / std::norm(fit.at(p));
+    const int i = 2 * (q - 1), j = 2 * (p - 1);
+    return a.real() * (b.real() * fit.cov(i, j) + b.imag() * fit.cov(i, j + 1)) +
+           a.imag() * (b.real() * fit.cov(i + 1, j) + b.imag() * fit.cov(i + 1, j + 1));
+}
+
+/// ln of the ratios, with their covariance.
+struct Logs {
+    Eigen::VectorXd y;
+    Eigen::MatrixXd covariance;
+};
+
+/// Weighted least squares of rows of `logs`; the first unknown with its standard error.
+calibration::Estimate first_unknown(const Logs& logs, const Eigen::MatrixXd& X,
+                                    const std::vector<Eigen::Index>& rows) {
+    const Eigen::MatrixXd C = logs.covariance(rows, rows);
+    const Eigen::LDLT<Eigen::MatrixXd> solve(C);
+    const Eigen::MatrixXd CX = solve.solve(X);
+    const Eigen::MatrixXd inverse = (X.transpose() * CX).inverse();
+    const Eigen::VectorXd p = inverse * (CX.transpose() * logs.y(rows));
+    return {p(0), std::sqrt(inverse(0, 0))};
+}
+
+calibration::Estimate exponential(const calibration::Estimate& e) {
+    return {std::exp(e.value), std::exp(e.value) * e.sigma};
+}
+
+double attenuation(double turns) {
+    const double x = std::numbers::pi * turns;
+    return x > 0 ? std::sin(x) / x : 1;
+}
+
+Logs compare(const calibration::HarmonicFit& acceleration, std::span<const SeenBase> views, GainRatio& out) {
+    const double w = two_pi * acceleration.frequency_hz;
+    std::vector<double> y;
+    for (std::size_t v = 0; v < views.size(); ++v) {
+        const calibration::HarmonicFit& position = views[v].position;
+        for (int q = 1; q <= std::min({position.order(), acceleration.order(), 2}); ++q) {
+            if (!position.stands_out(q) || !acceleration.stands_out(q)) continue;
+            const double qw = q * w;
+            const auto turn = std::polar(1.0, qw * (acceleration.origin_s - position.origin_s));
+            const auto r = -qw * qw * position.at(q) * turn / acceleration.at(q) /
+                           attenuation(q * acceleration.frequency_hz * views[v].exposure_s);
+            const double relative =
+                std::sqrt(log_covariance(position, q, q) + log_covariance(acceleration, q, q));
+            out.at.push_back(
+                {static_cast<int>(v),
+                 q,
+                 {std::abs(r), std::abs(r) * relative},
+                 {-std::arg(r) / qw, std::hypot(position.phase_sd(q), acceleration.phase_sd(q)) / qw}});
+            y.push_back(std::log(std::abs(r)));
+        }
+    }
+    const auto n = std::ssize(y);
+    Logs logs{Eigen::Map<Eigen::VectorXd>(y.data(), n), Eigen::MatrixXd(n, n)};
+    for (Eigen::Index i = 0; i < n; ++i)
+        for (Eigen::Index j = 0; j < n; ++j) {
+            const RatioAt &a = out.at[static_cast<std::size_t>(i)], &b = out.at[static_cast<std::size_t>(j)];
+            logs.covariance(i, j) = log_covariance(acceleration, a.q, b.q);
+            if (a.view == b.view)
+                logs.covariance(i, j) +=
+                    log_covariance(views[static_cast<std::size_t>(a.view)].position, a.q, b.q);
+        }
+    return logs;
+}
+
+std::vector<Eigen::Index> rows_of(const GainRatio& check, int view) {
+    std::vector<Eigen::Index> rows;
+    for (std::size_t i = 0; i < check.at.size(); ++i)
+        if (check.at[i].view == view) rows.push_back(static_cast<Eigen::Index>(i));
+    return rows;
+}
+
+/// Ratio at 2w over that at w; each view has its own gain.
+calibration::Estimate second_over_first(const GainRatio& check, const Logs& logs, int views) {
+    const bool both = std::ranges::any_of(check.at, [](const RatioAt& r) { return r.q == 1; }) &&
+                      std::ranges::any_of(check.at, [](const RatioAt& r) { return r.q == 2; });
+    std::vector<Eigen::Index> rows;
+    int with_both = 0;
+    for (int v = 0; v < views; ++v) {
+        const std::vector<Eigen::Index> of = rows_of(check, v);
+        if (of.size() < 2) continue;
+        rows.insert(rows.end(), of.begin(), of.end());
+        ++with_both;
+    }
+    if (!both || rows.empty()) return {};
+    Eigen::MatrixXd X = Eigen::MatrixXd::Zero(std::ssize(rows), with_both + 1);
+    for (Eigen::Index i = 0; i < X.rows(); ++i) {
+        X(i, 0) = check.at[static_cast<std::size_t>(rows[static_cast<std::size_t>(i)])].q == 2 ? 1 : 0;
+        X(i, 1 + i / 2) = 1;
+    }
+    return exponential(first_unknown(logs, X, rows));
+}
+
+}  // namespace
+
+GainRatio gain_ratio(const calibration::HarmonicFit& acceleration, std::span<const SeenBase> views,
+                     double gain_error) {
+    GainRatio out;
+    const Logs logs = compare(acceleration, views, out);
+    if (out.at.empty()) return out;
+    const auto mean = [&](const std::vector<Eigen::Index>& rows) {
+        return exponential(first_unknown(logs, Eigen::MatrixXd::Ones(std::ssize(rows), 1), rows));
+    };
+    std::vector<Eigen::Index> all;
+    double scale = 0, weight = 0;
+    for (std::size_t v = 0; v < views.size(); ++v) {
+        const std::vector<Eigen::Index> rows = rows_of(out, static_cast<int>(v));
+        if (rows.empty()) continue;
+        all.insert(all.end(), rows.begin(), rows.end());
+        const ViewRatio& seen =
+            out.views.emplace_back(ViewRatio{views[v].view, mean(rows), views[v].scale_error});
+        const double w = 1 / (seen.ratio.sigma * seen.ratio.sigma);
+        scale += w * seen.scale_error;
+        weight += w;
+    }
+    out.ratio = mean(all);
+    out.second_over_first = second_over_first(out, logs, static_cast<int>(views.size()));
+    if (const double known = std::hypot(scale / weight, gain_error); known > 0) out.systematic = known;
+    return out;
+}
+
+namespace {
+
+/// The instrument to suspect for a view that disagrees, and what to do.
+struct Suspect {
+    std::string who, remedy;
+};
+
+Suspect suspect(const calibration::HarmonicFit& acceleration, const SeenBase& seen, bool others_agree,
+                double gain_error) {
+    const double gamma =
+        std::abs(acceleration.at(1)) + (acceleration.order() > 1 ? std::abs(acceleration.at(2)) : 0);
+    const std::string of_scale = fmt::format("measure mm_per_px and offset_mm of camera \"{}\"", seen.view),
+                      of_gain = "calibrate the accelerometer (\"shakerd calibrate accelerometer\")";
+    const bool sensor = acceleration.rms > bad_residuals * gamma,
+               tracks = seen.position.stream_rms.front() > bad_tracks;
+    if (sensor && !tracks)
+        return {
+            fmt::format("sensor gain (its residuals are {:.1f} % of gamma)", 100 * acceleration.rms / gamma),
+            "check the accelerometer's mounting and cable"};
+    if (tracks && !sensor)
+        return {fmt::format("camera scale (the tracks' residuals are {:.1f} times their standard deviation)",
+                            seen.position.stream_rms.front()),
+                "check the base's target and its light"};
+    if (others_agree) return {"camera scale (the other views agree with the accelerometer)", of_scale};
+    if (gain_error > 0 && !(seen.scale_error > 0))
+        return {"camera scale (the accelerometer is calibrated)", of_scale};
+    if (seen.scale_error > 0 && !(gain_error > 0))
+        return {"sensor gain (the camera's scale is calibrated)", of_gain};
+    return {"camera scale or sensor gain", of_gain + ", then " + of_scale};
+}
+
+}  // namespace
+
+void note_gain(const GainRatio& check, const calibration::HarmonicFit& acceleration,
+               std::span<const SeenBase> views, double gain_error, std::vector<std::string>& notes) {
+    const auto error_of = [&](const ViewRatio& v) {
+        return std::hypot(std::hypot(v.ratio.sigma / v.ratio.value, tracker_bias), v.scale_error, gain_error);
+    };
+    const auto disagrees = [&](const ViewRatio& v) {
+        return std::abs(std::log(v.ratio.value)) > alarm * error_of(v);
+    };
+    const bool some_agree = !std::ranges::all_of(check.views, disagrees);
+    for (const ViewRatio& v : check.views) {
+        if (!disagrees(v)) continue;
+        const SeenBase& seen = *std::ranges::find(views, v.view, &SeenBase::view);
+        const auto [who, remedy] = suspect(acceleration, seen, some_agree, gain_error);
+        const std::string known =
+            v.scale_error > 0 || gain_error > 0
+                ? fmt::format("{:.2g} % of it systematic", 100 * std::hypot(v.scale_error, gain_error))
+                : "no systematic error is known";
+        notes.push_back(
+            fmt::format("bench check: the base's acceleration by camera \"{}\" is {:.5f} times that by the "
+                        "accelerometer, "
+                        "{:.0f} standard errors from 1 (one is {:.2g} %; {}): {} is off by {:.2f} %; v_D has "
+                        "the camera's "
+                        "scale, gamma the accelerometer's; {}",
+                        v.view, v.ratio.value, std::abs(std::log(v.ratio.value)) / error_of(v),
+                        100 * error_of(v), known, who, 100 * (v.ratio.value - 1), remedy));
+    }
+    const calibration::Estimate& r = check.second_over_first;
+    if (std::abs(r.value - 1) > std::max(alarm * r.sigma, same_response))
+        notes.push_back(fmt::format(
+            "bench check: the ratio of cameras to accelerometer at 2w is {:.5f} +- {:.5f} times that at w, "
+            "which no gain explains: check exposure_s, the accelerometer's filter and its mounting",
+            r.value, r.sigma));
+}
+
+}  // namespace shaker::reduction
