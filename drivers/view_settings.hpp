@@ -10,9 +10,9 @@
 
 namespace shaker {
 
-/// Reads name, frame_rate_hz, exposure_s, mm_per_px, distance_mm, along and the tables `target` (at least
-/// one). Defaults: frame_rate_hz and exposure_s 0, along the image's x. Names must not be in `taken`;
-/// they are added to it. Other keys are left to the caller. InputError as from SettingsTable.
+/// Reads name, frame_rate_hz, exposure_s, mm_per_px, distance_mm, along, scale_error, tilt_deg, the table
+/// `lens` and the tables `target` (at least one). Defaults: 0, along the image's x, no lens. Names must not
+/// be in `taken`; they are added to it. Other keys are left to the caller. InputError as from SettingsTable.
 View read_view(SettingsTable& table, std::set<std::string>& taken);
 
 /// The same keys and tables as TOML, for a table [[camera]].

@@ -39,6 +39,7 @@ std::map<std::string, Setting> settings_of(ReplayOverrides& s) {
     for (View& view : s.header.views) {
         all[view.camera + ".mm_per_px"] = {&view.mm_per_px, {1e-6, 1e4}};
         all[view.camera + ".distance_mm"] = {&view.distance_mm, {0, 1e7}};
+        all[view.camera + ".scale_error"] = {&view.scale_error, {0, 1}};
         all[view.camera + ".trigger_delay_s"] = {&view.trigger_delay_s, {-1, 1}};
         for (Target& t : view.targets)
             all[fmt::format("{}.{}.offset_mm", view.camera, t.name)] = {&t.offset_mm, {-1e5, 1e5}};
