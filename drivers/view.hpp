@@ -21,13 +21,32 @@ struct Target {
     Polarity polarity = Polarity::bright;
 };
 
+/// Distortion of a lens as OpenCV defines it: with x, y from the centre in units of focal_px and r^2 = x^2 +
+/// y^2, x_picture = x (1 + k1 r^2 + k2 r^4) + 2 p1 x y + p2 (r^2 + 2 x^2), and with p1 and p2 exchanged for
+/// y.
+struct Lens {
+    std::array<double, 2> centre_px{};  // foot of the optical axis on the sensor
+    double focal_px = 0;                // unit of x and y; 0: no lens told, no distortion and no tilt
+    double k1 = 0, k2 = 0;              // radial
+    double p1 = 0, p2 = 0;              // tangential
+    bool operator==(const Lens&) const = default;
+    [[nodiscard]] std::array<double, 2> distorted(double x, double y) const noexcept {
+        const double r2 = x * x + y * y, radial = 1 + r2 * (k1 + r2 * k2);
+        return {x * radial + 2 * p1 * x * y + p2 * (r2 + 2 * x * x),
+                y * radial + p1 * (r2 + 2 * y * y) + 2 * p2 * x * y};
+    }
+};
+
 /// Geometry and targets of one camera.
 struct View {
-    std::string camera;                 // "top", "side"
-    double mm_per_px = 0;               // in the reference plane
-    double scale_error = 0;             // relative standard error of mm_per_px, systematic; 0: not told
-    double distance_mm = 0;             // camera to reference plane; 0 = telecentric
+    std::string camera;      // "top", "side"
+    double mm_per_px = 0;    // in the reference plane; with a lens: square to its axis, at its centre
+    double scale_error = 0;  // relative standard error of mm_per_px, systematic; 0: not told
+    double distance_mm = 0;  // camera to reference plane; 0 = telecentric
     std::array<double, 2> along{1, 0};  // image direction of +x, the shaker's axis; unit length
+    Lens lens{};
+    std::array<double, 2> tilt_deg{};  // reference plane: its distance grows with image x (y) by the tangent
+    std::string calibration{};         // text of the calibration file; empty: none
     double frame_rate_hz = 0;
     double exposure_s = 0;
     /// True: exposures start trigger_delay_s after the pulses on the DAC's second channel. False: the

@@ -75,6 +75,34 @@ Target read_target(SettingsTable& table, std::set<std::string>& names, double di
     return target;
 }
 
+Lens read_lens(SettingsTable table) {
+    constexpr Range px{-1e5, 1e5}, distortion{-100, 100};
+    Lens lens;
+    const std::vector<double> centre = table.numbers("centre_px", 2);
+    for (std::size_t k = 0; k < 2; ++k) {
+        if (!(px.min <= centre[k] && centre[k] <= px.max))
+            table.fail("centre_px", "expected px in -100000..100000, got " + to_text(centre[k]));
+        lens.centre_px[k] = centre[k];
+    }
+    lens.focal_px = table.number("focal_px", {1, 1e7});
+    lens.k1 = table.number("k1", distortion, 0);
+    lens.k2 = table.number("k2", distortion, 0);
+    lens.p1 = table.number("p1", distortion, 0);
+    lens.p2 = table.number("p2", distortion, 0);
+    table.finish();
+    return lens;
+}
+
+std::array<double, 2> read_tilt(SettingsTable& table) {
+    constexpr double most_deg = 60;
+    if (!table.has("lens")) table.fail("tilt_deg", "needs a table [camera.lens] with centre_px and focal_px");
+    const std::vector<double> tilt = table.numbers("tilt_deg", 2);
+    for (const double deg : tilt)
+        if (!(std::abs(deg) <= most_deg))
+            table.fail("tilt_deg", "expected degrees in -60..60, got " + to_text(deg));
+    return {tilt[0], tilt[1]};
+}
+
 }  // namespace
 
 std::array<double, 3> read_axis(SettingsTable& table, std::string_view key) {
@@ -94,6 +122,8 @@ View read_view(SettingsTable& table, std::set<std::string>& taken) {
     view.scale_error = table.number("scale_error", {0, 1}, 0);
     view.distance_mm = table.number("distance_mm", {1, 1e7}, 0);
     if (table.has("along")) view.along = unit_vector<2>(table, "along");
+    if (table.has("lens")) view.lens = read_lens(table.table("lens"));
+    if (table.has("tilt_deg")) view.tilt_deg = read_tilt(table);
     std::set<std::string> target_names;
     for (SettingsTable& target : table.tables("target"))
         view.targets.push_back(read_target(target, target_names, view.distance_mm));
@@ -116,6 +146,18 @@ std::string view_text(const View& view) {
     number("scale_error", view.scale_error);
     number("distance_mm", view.distance_mm);
     text += "along = [" + to_text(view.along[0]) + ", " + to_text(view.along[1]) + "]\n";
+    const auto pair = [](const std::array<double, 2>& x) {
+        return "[" + to_text(x[0]) + ", " + to_text(x[1]) + "]\n";
+    };
+    if (view.lens.focal_px > 0) {
+        text += "tilt_deg = " + pair(view.tilt_deg);
+        text += "[camera.lens]\ncentre_px = " + pair(view.lens.centre_px);
+        number("focal_px", view.lens.focal_px);
+        number("k1", view.lens.k1);
+        number("k2", view.lens.k2);
+        number("p1", view.lens.p1);
+        number("p2", view.lens.p2);
+    }
     for (const Target& t : view.targets) {
         text += "[[camera.target]]\nname = \"" + t.name + "\"\nkind = \"" +
                 kinds.at(static_cast<std::size_t>(t.kind)) + "\"\n";

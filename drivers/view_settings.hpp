@@ -10,8 +10,8 @@
 
 namespace shaker {
 
-/// Reads name, frame_rate_hz, exposure_s, mm_per_px, scale_error, distance_mm, along and the tables `target`
-/// (at least one). Defaults: frame_rate_hz, exposure_s and scale_error 0, along the image's x. Names must not
+/// Reads name, frame_rate_hz, exposure_s, mm_per_px, distance_mm, along, scale_error, tilt_deg, the table
+/// `lens` and the tables `target` (at least one). Defaults: 0, along the image's x, no lens. Names must not
 /// be in `taken`; they are added to it. Other keys are left to the caller. InputError as from SettingsTable.
 View read_view(SettingsTable& table, std::set<std::string>& taken);
 

@@ -3,44 +3,19 @@
 #include <spdlog/fmt/fmt.h>
 
 #include <algorithm>
-#include <cerrno>
 #include <cmath>
-#include <cstring>
-#include <fstream>
-#include <iterator>
 #include <limits>
 #include <utility>
 
+#include "calibration/sealed_file.hpp"
 #include "drivers/errors.hpp"
 #include "drivers/settings_table.hpp"
-#include "drivers/text/sha256.hpp"
 
 namespace shaker::calibration {
 
 namespace {
 
-constexpr std::string_view seal = "sha256 = \"";
 constexpr double same_scale = 1e-6;  // relative
-
-// A TOML float needs a point or an exponent; shortest text that reads back the same.
-std::string number(double x) {
-    std::string s = fmt::format("{}", x);
-    return s.find_first_of(".en") == std::string::npos ? s + ".0" : s;
-}
-
-template <class Numbers>
-std::string list(const Numbers& all, std::size_t in_a_row) {
-    std::string text = "[";
-    for (std::size_t i = 0; i < all.size(); ++i)
-        text += (i == 0 ? "" : i % in_a_row == 0 ? ",\n  " : ", ") + number(all[i]);
-    return text + "]\n";
-}
-
-std::string quoted(std::string text) {
-    std::ranges::replace_if(
-        text, [](unsigned char c) { return c < ' ' || c == '"' || c == '\\' || c == 0x7f; }, ' ');
-    return '"' + text + '"';
-}
 
 template <std::size_t N>
 std::array<double, N> numbers(SettingsTable& table, std::string_view key) {
@@ -71,26 +46,21 @@ std::string calibration_text(const SensorCalibration& c) {
     std::string text =
         "# Tumble calibration of an accelerometer: a = gain (counts + offset), m/s^2. Written by shakerd.\n";
     for (const std::string& finding : f.findings) text += "# " + finding + "\n";
-    text += "date = " + quoted(c.date) + "\nsensor = " + quoted(c.sensor) + "\n";
-    text += "nominal_mps2_per_count = " + list(c.nominal_mps2_per_count, 3);
-    text += "gain_mps2_per_count = " + list(gain, 3);
-    text += "offset_counts = " + list(f.offset_counts, 3);
+    text += "date = " + toml_string(c.date) + "\nsensor = " + toml_string(c.sensor) + "\n";
+    text += "nominal_mps2_per_count = " + toml_list(c.nominal_mps2_per_count, 3);
+    text += "gain_mps2_per_count = " + toml_list(gain, 3);
+    text += "offset_counts = " + toml_list(f.offset_counts, 3);
     text += "# of E_xx, E_yy, E_zz, E_xy, E_xz, E_yz and b_x, b_y, b_z in g: true a = (I + E) a + b\n";
-    text += "covariance = " + list(f.covariance, 9);
-    text += "gravity_mps2 = " + number(f.gravity.value) + "\ngravity_error_mps2 = " + number(f.gravity.sigma);
+    text += "covariance = " + toml_list(f.covariance, 9);
+    text += "gravity_mps2 = " + toml_number(f.gravity.value) +
+            "\ngravity_error_mps2 = " + toml_number(f.gravity.sigma);
     text += fmt::format("\nattitudes = {}\ncondition = {}\nchi2 = {}\ndegrees_of_freedom = {}\n", f.attitudes,
-                        number(f.condition), number(f.chi2), f.degrees_of_freedom);
-    return text + std::string{seal} + text::sha256(text) + "\"\n";
+                        toml_number(f.condition), toml_number(f.chi2), f.degrees_of_freedom);
+    return sealed(text);
 }
 
 SensorCalibration parse_calibration(const std::string& text, const std::string& file) {
-    const std::size_t end = text.rfind(seal);
-    if (end == std::string::npos)
-        throw InputError{file + ": is not a calibration file: its last line is not a sha256"};
-    if (text.substr(end) != std::string{seal} + text::sha256(text.substr(0, end)) + "\"\n")
-        throw InputError{file +
-                         ": was changed after it was written (its checksum does not match); restore it or "
-                         "calibrate again with \"shakerd calibrate accelerometer\""};
+    require_seal(text, file, "accelerometer");
     constexpr double any = std::numeric_limits<double>::max();
     SettingsTable table = SettingsTable::from_text(text, file);
     SensorCalibration c{.date = table.text("date"), .sensor = table.text("sensor")};
@@ -110,11 +80,7 @@ SensorCalibration parse_calibration(const std::string& text, const std::string& 
 }
 
 CalibrationFile read_calibration(const std::filesystem::path& file) {
-    std::ifstream in{file, std::ios::binary};
-    CalibrationFile read{.file = file, .text{std::istreambuf_iterator<char>{in}, {}}, .content{}};
-    if (!in)
-        throw InputError{
-            fmt::format("calibration file {}: cannot be read: {}", file.string(), std::strerror(errno))};
+    CalibrationFile read{.file = file, .text = sealed_text(file), .content{}};
     read.content = parse_calibration(read.text, file.string());
     return read;
 }

@@ -203,7 +203,8 @@ MasterTime add_stamps(Streams& streams, std::size_t camera, const Frame& frame, 
 void scale(tracking::Track& track, const View& view, const Target& target) {
     if (!found(track.fix.state)) return;
     track.x_m = calibration::metres_along(view, target.offset_mm, track.fix.x_px, track.fix.y_px);
-    track.sd_m = 1e-3 * calibration::mm_per_px_at(view, target.offset_mm) * track.fix.sd_px;
+    track.sd_m = 1e-3 * track.fix.sd_px *
+                 calibration::mm_per_px_at(view, target.offset_mm, track.fix.x_px, track.fix.y_px);
 }
 
 void add_fixes(Streams& streams, std::size_t camera, const Frame& frame,

@@ -12,6 +12,7 @@
 #include <utility>
 
 #include "calibration/accelerometer/calibrated_accelerometer.hpp"
+#include "calibration/camera/camera_file.hpp"
 #include "daemon/bench/changed_settings.hpp"
 #include "drivers/commissioned/record.hpp"
 #include "drivers/errors.hpp"
@@ -65,6 +66,23 @@ std::optional<calibration::CalibrationFile> named_calibration(SettingsTable& roo
     return calibration::read_calibration(table.folder() / table.text("calibration"));
 }
 
+// The files that the tables [[camera]] name, in the order of the cameras; empty: none.
+std::vector<std::filesystem::path> named_cameras(std::vector<SettingsTable> tables) {
+    std::vector<std::filesystem::path> files;
+    for (SettingsTable& table : tables) {
+        const std::string file = table.text("calibration", "");
+        files.push_back(file.empty() ? std::filesystem::path{} : table.folder() / file);
+    }
+    return files;
+}
+
+void calibrate(Bench& open, const std::vector<std::filesystem::path>& cameras) {
+    for (std::size_t k = 0; k < cameras.size(); ++k)
+        if (!cameras[k].empty())
+            open.rig.cameras.at(k) =
+                calibration::with_calibration(std::move(open.rig.cameras.at(k)), cameras[k], open.granted);
+}
+
 void calibrate(Bench& open, const calibration::CalibrationFile& by) {
     open.rig.accelerometer =
         calibration::with_calibration(std::move(open.rig.accelerometer), by, open.granted);
@@ -80,6 +98,10 @@ Bench open_simulated(const std::filesystem::path& scene, simulated::World::Pace 
     open.world = std::make_unique<simulated::World>(open.scene, pace);
     open.rig = open.world->rig();
     if (const auto by = named_calibration(root)) calibrate(open, *by);
+    std::vector<SettingsTable> cameras;
+    for (const simulated::CameraTruth& camera : open.scene.cameras)
+        cameras.push_back(root.table(camera.view.camera));
+    calibrate(open, named_cameras(std::move(cameras)));
     open.shaker = open.scene.shaker;
     open.gravity = open.scene.gravity;
     open.response = predicted_response(open.scene);
@@ -122,12 +144,14 @@ Bench open_file(const std::filesystem::path& file) {
     if (root.tables("camera").empty())
         root.fail("camera", "expected at least one [[camera]] that sees the base");
     const auto by = named_calibration(root);
+    const auto cameras = named_cameras(root.tables("camera"));
     hardware::HardwareRig bench = hardware::open_hardware_rig(root);
     open.rig = std::move(bench.rig);
     open.rig.name = file.string();
     open.not_commissioned = commissioned::missing_record(file, open.rig_text);
     open.granted = std::move(bench.granted);
     if (by) calibrate(open, *by);
+    calibrate(open, cameras);
     open.response = predicted_response(sheet);
     open.limits = limits_for(open.shaker, 0, open.rig, std::move(limits));
     return open;

@@ -27,6 +27,7 @@ ReadCamera read_camera(SettingsTable& table, std::set<std::string>& names,
     ReadCamera camera{.view = std::move(view), .open = std::move(open), .advice = kind.advice};
     camera.view.trigger_delay_s = table.number("trigger_delay_s", {0, 1}, 0);
     camera.view.arrival_delay_s = table.number("arrival_delay_s", {0, 10}, 0);
+    table.text("calibration", "");  // the caller's
     table.finish();
     return camera;
 }

@@ -2,7 +2,9 @@
 
 #include <spdlog/fmt/fmt.h>
 
+#include <array>
 #include <cmath>
+#include <utility>
 
 #include "drivers/errors.hpp"
 
@@ -13,6 +15,38 @@ namespace {
 // m/s^2 on the first axis per count on the second.
 std::string cross_name(std::size_t i, std::size_t k) {
     return fmt::format("cross_mps2_per_count_{}{}", "xyz"[i], "xyz"[k]);
+}
+
+constexpr std::array<std::pair<const char*, double Lens::*>, 5> lens_numbers{
+    {{"lens_focal_px", &Lens::focal_px},
+     {"lens_k1", &Lens::k1},
+     {"lens_k2", &Lens::k2},
+     {"lens_p1", &Lens::p1},
+     {"lens_p2", &Lens::p2}}};
+
+// Only what is told: earlier versions read the views without it.
+void describe_lens(hid_t group, const View& view) {
+    if (view.scale_error > 0) h5::set_attribute(group, "scale_error", view.scale_error);
+    if (!view.calibration.empty()) h5::set_attribute(group, "calibration", view.calibration);
+    if (view.lens.focal_px <= 0) return;
+    for (const auto& [name, number] : lens_numbers) h5::set_attribute(group, name, view.lens.*number);
+    for (std::size_t k = 0; k < 2; ++k) {
+        h5::set_attribute(group, fmt::format("lens_centre_{}_px", "xy"[k]), view.lens.centre_px[k]);
+        h5::set_attribute(group, fmt::format("tilt_{}_deg", "xy"[k]), view.tilt_deg[k]);
+    }
+}
+
+void read_lens(hid_t entry, const std::string& path, View& view) {
+    if (h5::has_attribute(entry, path, "scale_error"))
+        view.scale_error = h5::read_attribute(entry, path, "scale_error");
+    if (h5::has_attribute(entry, path, "calibration"))
+        view.calibration = h5::read_attribute_text(entry, path, "calibration");
+    if (!h5::has_attribute(entry, path, "lens_focal_px")) return;
+    for (const auto& [name, number] : lens_numbers) view.lens.*number = h5::read_attribute(entry, path, name);
+    for (std::size_t k = 0; k < 2; ++k) {
+        view.lens.centre_px[k] = h5::read_attribute(entry, path, fmt::format("lens_centre_{}_px", "xy"[k]));
+        view.tilt_deg[k] = h5::read_attribute(entry, path, fmt::format("tilt_{}_deg", "xy"[k]));
+    }
 }
 
 }  // namespace
@@ -51,6 +85,7 @@ void describe(hid_t group, const View& view) {
     h5::set_attribute(group, "dac_triggered", std::int64_t{view.dac_triggered});
     h5::set_attribute(group, "trigger_delay_s", view.trigger_delay_s);
     h5::set_attribute(group, "arrival_delay_s", view.arrival_delay_s);
+    describe_lens(group, view);
     if (view.positions) h5::set_attribute(group, "positions", std::int64_t{1});
     for (std::size_t k = 0; k < 2; ++k)
         h5::set_attribute(group, fmt::format("origin_{}_px", "xy"[k]), std::int64_t{view.origin_px[k]});
@@ -100,6 +135,7 @@ View read_view(hid_t entry, const std::string& camera) {
     view.dac_triggered = whole_attribute(entry, path, "dac_triggered", 0, 1) != 0;
     view.trigger_delay_s = h5::read_attribute(entry, path, "trigger_delay_s");
     view.arrival_delay_s = h5::read_attribute(entry, path, "arrival_delay_s");
+    read_lens(entry, path, view);
     view.positions =
         h5::has_attribute(entry, path, "positions") && whole_attribute(entry, path, "positions", 0, 1) != 0;
     for (std::size_t k = 0; k < 2; ++k)

@@ -78,6 +78,7 @@ void visit_camera(Visitor&& v, CameraTruth& c) {
     v("own_clock", c.own_clock, {0, 1});
     v("clock_ppm", c.clock_ppm, {-20000, 20000});
     v("positions", c.positions, {0, 1});
+    v.words("calibration", c.calibration);
 }
 
 template <class Part>

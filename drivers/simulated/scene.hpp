@@ -71,10 +71,11 @@ struct CameraTruth {
     double noise_dn = 2;          // rms, grey levels of 255
     double light_gradient = 0.1;  // relative change of brightness from left to right, +-
     double latency_s = 0.0005;    // from the end of the exposure to the arrival at the host
-    int own_clock = 0;     // 1: frames carry a stamp of the camera's clock instead of their master time
-    double clock_ppm = 0;  // error of that clock; positive: fast
-    int positions = 0;     // 1: frames carry positions of the targets instead of pixels
-    bool side = false;     // true: views along y (silhouette); false: down z
+    int own_clock = 0;          // 1: frames carry a stamp of the camera's clock instead of their master time
+    double clock_ppm = 0;       // error of that clock; positive: fast
+    int positions = 0;          // 1: frames carry positions of the targets instead of pixels
+    std::string calibration{};  // calibration file, from the folder of the scene; empty: none
+    bool side = false;          // true: views along y (silhouette); false: down z
 };
 
 struct Scene {

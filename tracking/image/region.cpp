@@ -17,7 +17,8 @@ Subject subject_of(const View& view, const Target& target) {
     std::string label = "camera " + view.camera + ", target " + target.name + ", roi_px [" +
                         std::to_string(r[0]) + ", " + std::to_string(r[1]) + ", " + std::to_string(r[2]) +
                         ", " + std::to_string(r[3]) + "]";
-    const double scale = calibration::mm_per_px_at(view, target.offset_mm);
+    const double scale =
+        calibration::mm_per_px_at(view, target.offset_mm, r[0] + 0.5 * (r[2] - 1), r[1] + 0.5 * (r[3] - 1));
     if (!(scale > 0) || !std::isfinite(scale)) {
         throw InputError{label + ": scale is " + std::to_string(scale) +
                          " mm per px; mm_per_px must be positive and offset_mm less than distance_mm"};
