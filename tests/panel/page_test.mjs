@@ -173,7 +173,7 @@ test("Every plot and both cameras move with the data", async () => {
     const { page } = await openPage(stage);
     for (const id of ["waveform", "harmonics", "cycle-x", "cycle-v", "live-track", "live-acceleration", "jitter", "cameras"]) {
         const canvas = page.locator(`#${id} canvas`).first();
-        await canvas.scrollIntoViewIfNeeded();
+        await page.locator(`#${id}`).scrollIntoViewIfNeeded();  // it is drawn in view
         await until(async () => (await canvas.boundingBox())?.width > 100, id);
         await page.waitForTimeout(700);
         const before = await canvas.screenshot();

@@ -3,6 +3,9 @@
 export type RunState =
     | "starting" | "idle" | "armed" | "identifying" | "checking" | "ramping" | "settling" | "running" | "stopping" | "tripped" | "finishing";
 
+/** States in which the drive may be on. In all others the measured motion of the base is noise. */
+export const driving: ReadonlySet<RunState> = new Set<RunState>(["identifying", "checking", "ramping", "settling", "running", "stopping"]);
+
 export type Known = number | null;
 
 export interface Estimate { value: Known; sigma: Known }

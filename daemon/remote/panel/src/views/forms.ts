@@ -2,7 +2,7 @@
 import type { Actions } from "../actions";
 import { byId, setHidden, setText } from "../dom";
 import { duration, fixed, number } from "../format";
-import type { Known, Session, State } from "../protocol";
+import { driving, type Known, type Session, type State } from "../protocol";
 import type { Store } from "../store";
 import { makeDriveForm } from "./drive_form";
 import { wire } from "./form";
@@ -27,8 +27,8 @@ function askedRun(state: State | null): Asked {
 /** Empty while something is driven or the numbers are incomplete. */
 function showOutlook(state: State): void {
     const line = byId("outlook", HTMLElement), asked = askedRun(state);
-    const rests = ["idle", "armed", "finishing", "tripped"].includes(state.session.state);
-    const { text, trouble } = rests ? outlookOf(state, asked) : { text: "", trouble: false };
+    const shown = !driving.has(state.session.state) && edgeWords(state) === "";
+    const { text, trouble } = shown ? outlookOf(state, asked) : { text: "", trouble: false };
     setText(line, text);
     setHidden(line, text === "");
     line.classList.toggle("warn", trouble);
@@ -63,15 +63,24 @@ export function edgeWords({ walker, limits, session }: Pick<State, "walker" | "l
     return `The walker is ${fixed(1e3 * edge, 1)} mm from the edge of the picture (limit ${fixed(1e3 * least, 1)} mm). Bring it to the middle before the next run.`;
 }
 
-/** The order that leads out of it is the one that stands out. */
 function showMiddle(state: State): void {
     const words = edgeWords(state), edge = byId("edge", HTMLElement);
     setHidden(edge, words === "");
     setText(edge, words);
-    byId("middle-button", HTMLButtonElement).classList.toggle("primary", words !== "");
-    byId("start-button", HTMLButtonElement).classList.toggle("primary", words === "");
     const mu = state.result.mu?.value ?? null;
     byId("mu-value", HTMLInputElement).placeholder = mu === null ? "not known" : number(mu);
+}
+
+const primaries = ["clear-button", "stop-button", "resume-button", "middle-button", "drive-set", "start-button"] as const;
+
+/** The one button that stands out: the order that comes next in this state. Null: none. */
+export function nextOrder(state: State, edited: boolean): (typeof primaries)[number] | null {
+    const { session, campaign } = state;
+    if (session.state === "tripped") return "clear-button";
+    if (driving.has(session.state)) return "stop-button";
+    if (session.state !== "idle" && session.state !== "armed") return null;
+    if (campaign?.active) return campaign.paused ? "resume-button" : null;
+    return edgeWords(state) !== "" ? "middle-button" : edited ? "drive-set" : "start-button";
 }
 
 function asked(session: Session): boolean { return session.recording !== null || session.record_next; }
@@ -130,7 +139,8 @@ export function makeForms(act: Actions, store: Store): () => void {
         setHidden(form("take"), session.you_control);
         setHidden(form("release"), !session.you_control);
         showRecord(state);
-        showDrive(state);
+        const next = nextOrder(state, showDrive(state));
+        for (const id of primaries) byId(id, HTMLButtonElement).classList.toggle("primary", id === next);
         showMiddle(state);
         showOutlook(state);
     };
@@ -138,5 +148,5 @@ export function makeForms(act: Actions, store: Store): () => void {
 
 function holderWords({ you_control, controller }: Session): string {
     if (you_control) return "✓ You have control.";
-    return controller ? `${controller} has control; you watch.` : "Nobody has control: your next order is obeyed.";
+    return controller ? `${controller} has control; you watch.` : "Control is free: your next order takes it.";
 }
