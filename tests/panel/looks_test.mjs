@@ -58,6 +58,9 @@ for (const [name, reach] of Object.entries(states))
                 assert.deepEqual(violations.map(({ id, help, nodes }) => `${size} ${colorScheme} ${id}: ${help}: ${nodes.slice(0, 4).map((n) => `${n.html.slice(0, 120)} ${n.any[0]?.message ?? ""}`).join(" | ")}`), []);
             }
             assert.equal(await page.evaluate(() => document.documentElement.scrollWidth - innerWidth), 0);
+            const wider = await page.evaluate(() => [...document.querySelectorAll(".card *")].filter((e) => !e.closest(".scroll, .plot, .log, svg") &&
+                e.getBoundingClientRect().right > e.closest(".card").getBoundingClientRect().right + 0.5).map((e) => e.id || e.outerHTML.slice(0, 80)));
+            assert.deepEqual(wider, [], `${size}: within its card`);
         }
         assert.deepEqual(troubles, []);
     });

@@ -43,6 +43,7 @@ test("A click on a row takes its set-point into the form, unsent", async () => {
     stage.server.bench.act("drive", { phi_rad: 0, gamma_mps2: 4.9 });
     await until(async () => await page.inputValue("#drive-gamma") === "0.5", "the present drive");
     const sent = stage.server.requests.length;
+    await page.locator("#results-card").scrollIntoViewIfNeeded();  // it is drawn in view
     await rows(page).nth(0).locator("td").nth(9).click();
     assert.deepEqual([await page.inputValue("#drive-gamma"), await page.inputValue("#drive-phi")], ["1", "100.267614"]);
     assert.ok(await page.locator("#drive-phi").evaluate((e) => e.classList.contains("edited")));

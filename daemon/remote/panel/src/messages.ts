@@ -54,6 +54,7 @@ function stateOf(raw: Record<string, unknown>): State {
         gauges: list(raw["gauges"]),
         campaign: (raw["campaign"] ?? null) as State["campaign"],
         plans: list(raw["plans"]),
+        cameras: list(raw["cameras"]),
         clocks: list(raw["clocks"]),
         losses: list(raw["losses"]),
         disk: section(raw["disk"], { free_bytes: null, backlog: null }),

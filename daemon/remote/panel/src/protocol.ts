@@ -129,6 +129,22 @@ export interface Point {
     asked?: SetPoint;  // known from the table of results
 }
 
+/**
+ * `width_px`: of the whole picture, of which the page shows a smaller copy. `along`: direction of +x in the picture.
+ * `clipped`: share of pixels at the end of the sensor's range. `edge_px`: width of the steepest edges; 2 px when sharp.
+ * `region_px`: x, y, width, height, where the target is searched first.
+ */
+export interface Camera {
+    name: string;
+    width_px: Known;
+    mm_per_px: Known;
+    along: [number, number];
+    exposure_s: Known;
+    clipped: Known;
+    edge_px: Known;
+    targets: { name: string; region_px: [number, number, number, number] }[];
+}
+
 export interface Clock { name: string; ppm: Known; residual_s: Known }
 export interface Loss { stream: string; got: number; lost: number }
 export interface Disk { free_bytes: Known; backlog: Known }
@@ -155,6 +171,7 @@ export interface State {
     gauges: Gauge[];
     campaign: Campaign | null;
     plans: string[];  // by which a campaign can be ordered
+    cameras: Camera[];
     clocks: Clock[];
     losses: Loss[];
     disk: Disk;
