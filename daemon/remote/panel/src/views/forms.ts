@@ -90,21 +90,38 @@ export function roomWords(free: Known, rate: Known): string {
     return free === null || !rate ? "" : `The disk has room for ${duration(free / rate)} of recording.`;
 }
 
-/** One button requests the recording of the next run, cancels the request, or ends a recording. Its label shows which. */
+/**
+ * One button requests the recording of the next run, cancels the request, or ends a recording. Its label shows which. Until
+ * the run starts, a changed name or kind of pictures is sent, and so checked, at once.
+ */
 function wireRecord(act: Actions, store: Store): (state: State) => void {
     const name = byId("record-name", HTMLInputElement), frames = byId("record-frames", HTMLSelectElement);
     const button = byId("record-button", HTMLButtonElement);
+    let changed = false;
+    const waits = (): boolean => store.state !== null && store.state.session.record_next && store.state.session.recording === null;
     wire(form("record"), act, () => {
         const session = store.state?.session;
-        if (session && asked(session)) return { name: null, frames: frames.value };
+        if (session && asked(session) && !changed) return { name: null, frames: frames.value };
+        changed = false;
         const text = name.value.trim();
         return text ? { name: text, frames: frames.value } : { refused: "name: needed" };
+    });
+    const sendAgain = (): void => {
+        changed = waits();
+        if (changed) form("record").requestSubmit();
+    };
+    name.addEventListener("change", sendAgain);
+    frames.addEventListener("change", sendAgain);
+    name.addEventListener("keydown", (event) => {
+        if (event.key !== "Enter" || !waits()) return;
+        event.preventDefault();  // it would press the button, which cancels the request
+        name.blur();
     });
     const room = byId("record-room", HTMLElement);
     return ({ session, disk, outlook }) => {
         setText(room, roomWords(disk.free_bytes, outlook.bytes_per_s));
         setText(button, session.recording !== null ? "End the recording" : session.record_next ? "Do not record" : "Record");
-        name.disabled = frames.disabled = asked(session);
+        name.disabled = frames.disabled = session.recording !== null;
     };
 }
 
