@@ -106,7 +106,7 @@ test("Recordings are listed with their outcome, can be saved, and are checked on
     bench.control = true;
     await page.getByRole("button", { name: "Replay series.nxs" }).click();
     await until(async () => (await line(0))[6] === "✓ identical again", "its verdict");
-    assert.match(await page.textContent("#record-room"), /^The disk has room for 38 min 05 s of recording\.$/);
+    assert.match(await page.textContent("#record-room"), /^The disk has room for 37 min 45 s of recording\.$/);
     if (folder) await page.locator("#recordings-card").screenshot({ path: join(folder, "recordings.png") });
     assert.deepEqual(troubles, []);
 });

@@ -57,7 +57,7 @@ function stateOf(raw: Record<string, unknown>): State {
         cameras: list(raw["cameras"]),
         clocks: list(raw["clocks"]),
         losses: list(raw["losses"]),
-        disk: section(raw["disk"], { free_bytes: null, backlog: null }),
+        disk: section(raw["disk"], { free_bytes: null, room_bytes: null, backlog: null }),
         tracking: section<Tracking>(raw["tracking"], { median_s: null, slowest_s: null, core_share: null }),
         jitter: section(raw["jitter"], jitter),
         real_time: list(raw["real_time"]),

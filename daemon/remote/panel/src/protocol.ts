@@ -147,7 +147,8 @@ export interface Camera {
 
 export interface Clock { name: string; ppm: Known; residual_s: Known }
 export interface Loss { stream: string; got: number; lost: number }
-export interface Disk { free_bytes: Known; backlog: Known }
+/** `room_bytes`: for recordings; the others must stay free. */
+export interface Disk { free_bytes: Known; room_bytes: Known; backlog: Known }
 /** Time that a picture takes: half of them, 99.9 % of them are faster; share of a processor for all cameras. */
 export interface Tracking { median_s: Known; slowest_s: Known; core_share: Known }
 /** counts[i]: number of values up to bins_s[i] and above bins_s[i - 1]; the last count is for larger values. */

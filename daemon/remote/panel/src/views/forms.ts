@@ -85,9 +85,10 @@ export function nextOrder(state: State, edited: boolean): (typeof primaries)[num
 
 function asked(session: Session): boolean { return session.recording !== null || session.record_next; }
 
-/** How long a recording the disk takes. */
-export function roomWords(free: Known, rate: Known): string {
-    return free === null || !rate ? "" : `The disk has room for ${duration(free / rate)} of recording.`;
+/** How long a recording the disk takes; `room`: bytes without those that must stay free. */
+export function roomWords(room: Known, rate: Known): string {
+    if (room === null || !rate) return "";
+    return room <= 0 ? "⚠ The disk is full: nothing can be recorded." : `The disk has room for ${duration(room / rate)} of recording.`;
 }
 
 /**
@@ -119,7 +120,7 @@ function wireRecord(act: Actions, store: Store): (state: State) => void {
     });
     const room = byId("record-room", HTMLElement);
     return ({ session, disk, outlook }) => {
-        setText(room, roomWords(disk.free_bytes, outlook.bytes_per_s));
+        setText(room, roomWords(disk.room_bytes, outlook.bytes_per_s));
         setText(button, session.recording !== null ? "End the recording" : session.record_next ? "Do not record" : "Record");
         name.disabled = frames.disabled = session.recording !== null;
     };
