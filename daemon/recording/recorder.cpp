@@ -43,11 +43,29 @@ std::string gigabytes(std::uint64_t bytes) {
     return fmt::format("{:.2f} GB", 1e-9 * static_cast<double>(bytes));
 }
 
+// Space that pictures take as soon as the first one arrives.
+std::uint64_t first_pictures_bytes(const recorded::RecordingHeader& header) {
+    if (header.pictures == recorded::KeptPictures::off) return 0;
+    const auto cameras = std::ranges::count(header.views, false, &View::positions);
+    return 2 * static_cast<std::uint64_t>(cameras) * pictures::usual_segment_bytes;
+}
+
 std::uint64_t free_bytes(const std::filesystem::path& file) {
     std::error_code failed;
     const std::filesystem::space_info space = std::filesystem::space(folder_of(file), failed);
     if (failed) throw DeviceError{file.string() + ": " + failed.message()};
     return space.available;
+}
+
+void require_space(const std::filesystem::path& file, std::uint64_t stays, std::uint64_t taken) {
+    const std::uint64_t room = free_bytes(file);
+    if (room >= stays && room - stays >= taken) return;
+    const std::string more =
+        taken > 0 ? fmt::format(", and the first pictures take {}; keep no pictures, or make space",
+                                gigabytes(taken))
+                  : std::string{"; make space"};
+    throw InputError{fmt::format("{}: the disk has {} free; {} must stay free{}", file.string(),
+                                 gigabytes(room), gigabytes(stays), more)};
 }
 
 }  // namespace
@@ -105,9 +123,7 @@ Recorder::Recorder(const std::filesystem::path& file, const recorded::RecordingH
     if (file.empty()) return;
     part_ = beside(file, ".part");
     require_new(file);
-    if (const std::uint64_t room = free_bytes(file); room < settings.least_free_bytes)
-        throw InputError{fmt::format("{}: the disk has {} free; {} must stay free", file.string(),
-                                     gigabytes(room), gigabytes(settings.least_free_bytes))};
+    require_space(file, settings.least_free_bytes, first_pictures_bytes(header));
     writer_ = std::make_unique<recorded::RecordingWriter>(part_, header);
     journal_ = std::make_unique<Journal>(beside(file, ".journal"));
     if (settings.live)

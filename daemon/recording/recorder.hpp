@@ -51,7 +51,8 @@ struct RecorderSettings {
 /// has ended.
 class Recorder final : public acquisition::StreamSink {
 public:
-    /// InputError when the disk has less than least_free_bytes, DeviceError when the file cannot be created.
+    /// InputError when the disk has less than least_free_bytes besides the first pictures, DeviceError when
+    /// the file cannot be created.
     Recorder(const std::filesystem::path& file, const recorded::RecordingHeader& header,
              const RecorderSettings& settings);
     ~Recorder() override;

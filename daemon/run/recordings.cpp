@@ -44,6 +44,15 @@ bool stopped_at_rest(const Sequence& sequence, const acquisition::Streams& strea
                        [](const safety::Trip& trip) { return trip.cause == safety::Cause::operator_stop; });
 }
 
+// A recording and its pictures.
+double bytes_of(const std::filesystem::path& file) {
+    std::error_code failed;
+    auto bytes = static_cast<double>(std::filesystem::file_size(file, failed));
+    for (const auto& part : std::filesystem::directory_iterator{recorded::pictures_folder(file), failed})
+        bytes += static_cast<double>(part.file_size(failed));
+    return bytes;
+}
+
 }  // namespace
 
 Recordings::Recordings(bench::Bench& bench, acquisition::Collector& collector,
@@ -169,6 +178,7 @@ void Recordings::finish(const Sequence& sequence) {
     if (on()) {
         job->run.file = file_;
         job->run.whole = true;
+        job->lasted_s = sequence.now_s() - begun_s_;
         watch_.reset();
         collector_.record(nullptr);
     }
@@ -186,6 +196,11 @@ void Recordings::finish(const Sequence& sequence) {
         jobs_.push_back(std::move(job));
     }
     while (!settings_.live && finishing()) step();
+}
+
+recording::RecordedRate Recordings::rate() const {
+    const std::scoped_lock lock{mutex_};
+    return rate_;
 }
 
 std::optional<FinishedRun> Recordings::finished() {
@@ -220,12 +235,15 @@ bool Recordings::step() {
 }
 
 // An exception is stored, so a recording that cannot be finished does not end the program; FILE.part stays.
-void Recordings::conclude(Job& job) const {
+void Recordings::conclude(Job& job) {
     FinishedRun& f = job.run;
     try {
         f.results = results_of(f.run, job.recording.get());
         if (job.recording != nullptr) {
             run::finish(*job.recording, f.run, f.results);
+            const recording::RecordedRate rate{bytes_of(f.file) / job.lasted_s, f.run.header.pictures};
+            const std::scoped_lock lock{mutex_};
+            rate_ = rate;
         } else if (!f.run.stops.empty()) {
             f.file = trip_file(settings_.folder, std::chrono::system_clock::now());
             record_tail(f.run, f.results, f.file);

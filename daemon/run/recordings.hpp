@@ -17,6 +17,7 @@
 #include "daemon/acquisition/collector.hpp"
 #include "daemon/bench/bench.hpp"
 #include "daemon/recording/folder_lock.hpp"
+#include "daemon/recording/recorded_rate.hpp"
 #include "daemon/run/ended_run.hpp"
 #include "daemon/run/recording_monitor.hpp"
 #include "daemon/run/run_settings.hpp"
@@ -82,6 +83,7 @@ public:
     /// Filled share of the recorder's queue (0 to 1), and pieces of data lost because it was full.
     [[nodiscard]] double backlog() const { return on() ? recording_->backlog() : 0; }
     [[nodiscard]] std::uint64_t pieces_lost() const { return on() ? recording_->lost() : 0; }
+    [[nodiscard]] recording::RecordedRate rate() const;
     /// Free space in the folder, bytes, at most half a second old; NaN: not known.
     [[nodiscard]] double free_bytes() const noexcept { return free_bytes_; }
     [[nodiscard]] bool on() const noexcept { return recording_ != nullptr; }
@@ -92,12 +94,13 @@ private:
     struct Job {
         FinishedRun run;
         std::shared_ptr<recording::Recorder> recording;  // null: the run was not recorded
+        double lasted_s = 0;                             // the recording
     };
     using Counts = std::array<std::uint64_t, safety::causes>;
 
     void open(const std::filesystem::path& file);
     [[nodiscard]] EndedRun ended(const Sequence& sequence) const;
-    void conclude(Job& job) const;
+    void conclude(Job& job);
     void ask_for_space();
 
     bench::Bench& bench_;
@@ -120,9 +123,10 @@ private:
     std::atomic<std::uint64_t> progress_{0};
     std::atomic<double> free_bytes_{NAN};
     std::chrono::steady_clock::time_point asked_{};  // last query of the free space
-    mutable std::mutex mutex_;                       // guards recording_, jobs_, finished_; held briefly
+    mutable std::mutex mutex_;  // guards recording_, jobs_, finished_, rate_; held briefly
     std::deque<std::unique_ptr<Job>> jobs_;
     std::deque<FinishedRun> finished_;
+    recording::RecordedRate rate_;
 };
 
 inline constexpr std::size_t most_remarks = 100;

@@ -281,8 +281,9 @@ void BenchService::publish() {
     state->mu = mu_;
     state->fitted_mu = live_mu_.mu();
     state->closed_form = closed_form_;
-    state->recording = {record_.name(), record_.finishing(), record_.backlog(), record_.pieces_lost(),
-                        record_.free_bytes()};
+    state->recording = {record_.name(),        record_.finishing(),  record_.backlog(),
+                        record_.pieces_lost(), record_.free_bytes(), room_bytes(record_.free_bytes()),
+                        record_.rate()};
     state->real_time = runner_.real_time();
     state->real_time.insert(state->real_time.end(), grants_.begin(), grants_.end());
     state->may_clear = on_call_.may_clear();

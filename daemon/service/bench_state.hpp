@@ -14,6 +14,7 @@
 #include "daemon/control/identification.hpp"
 #include "daemon/law/fit.hpp"
 #include "daemon/recording/journal.hpp"
+#include "daemon/recording/recorded_rate.hpp"
 #include "daemon/reduction/reduction.hpp"
 #include "daemon/reduction/series.hpp"
 #include "daemon/report/results.hpp"
@@ -130,6 +131,8 @@ struct RecordingState {
     double backlog = 0;      // filled share of its queue, 0 to 1
     std::uint64_t pieces_lost = 0;
     double free_bytes = 0;  // in the folder of recordings
+    double room_bytes = 0;  // of these, for recordings; the others must stay free
+    recording::RecordedRate rate{};
 };
 
 /// A camera's newest picture with the positions of its targets.

@@ -10,6 +10,8 @@ namespace shaker::service {
 /// What a run at the set-point of `state` takes. pictures: those for which the cameras were opened.
 OutlookState outlook(const BenchState& state, const std::optional<run::PredictedWalk>& walk,
                      recorded::KeptPictures pictures);
+/// Free space without the part that must stay free, bytes; NaN: not known.
+double room_bytes(double free_bytes) noexcept;
 /// The progress of the run under way.
 ProgressState progress_of(const BenchState& state, const run::Sequence& sequence);
 

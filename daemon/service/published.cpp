@@ -128,6 +128,9 @@ constexpr Published rows[] = {
      [](State s) -> Value { return s.recording.pieces_lost; }},
     {"/disk/free_bytes", nullptr, "disk_free_bytes", "bytes", "free space on the disk of the recordings",
      [](State s) -> Value { return s.recording.free_bytes; }},
+    {"/disk/room_bytes", nullptr, "disk_room_bytes", "bytes",
+     "free space without the part that must stay free",
+     [](State s) -> Value { return s.recording.room_bytes; }},
 };
 
 }  // namespace

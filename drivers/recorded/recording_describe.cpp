@@ -26,7 +26,6 @@ constexpr std::array<std::pair<const char*, double Lens::*>, 5> lens_numbers{
 
 // Only what is told: earlier versions read the views without it.
 void describe_lens(hid_t group, const View& view) {
-    if (view.scale_error > 0) h5::set_attribute(group, "scale_error", view.scale_error);
     if (!view.calibration.empty()) h5::set_attribute(group, "calibration", view.calibration);
     if (view.lens.focal_px <= 0) return;
     for (const auto& [name, number] : lens_numbers) h5::set_attribute(group, name, view.lens.*number);
@@ -37,8 +36,6 @@ void describe_lens(hid_t group, const View& view) {
 }
 
 void read_lens(hid_t entry, const std::string& path, View& view) {
-    if (h5::has_attribute(entry, path, "scale_error"))
-        view.scale_error = h5::read_attribute(entry, path, "scale_error");
     if (h5::has_attribute(entry, path, "calibration"))
         view.calibration = h5::read_attribute_text(entry, path, "calibration");
     if (!h5::has_attribute(entry, path, "lens_focal_px")) return;

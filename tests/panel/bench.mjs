@@ -46,6 +46,7 @@ export class Bench {
     asked = 0;  // measurements of the run; 0: until stopped
     to_middle = false;  // the walker is being brought to the middle
     given_mu = null;
+    walker_lost = false;  // by both cameras
     mirrored = false;  // x grows to the left of the picture
 
     constructor(tell) {
@@ -168,7 +169,10 @@ export class Bench {
             losses: [{ stream: "accelerometer", got: Math.floor(this.time * 4000), lost: 0 },
                 { stream: "camera:top", got: Math.floor(this.time * 1000), lost: 3 },
                 { stream: "camera:side", got: Math.floor(this.time * 1000), lost: 0 }],
-            disk: { free_bytes: 1.12e11, backlog: 0.042 },
+            cameras: [["top", [170, 30, 120, 110]], ["side", [170, 20, 120, 90]]].map(([name, region_px]) => ({
+                name, width_px: 1280, mm_per_px: 0.078125, along: [1, 0], exposure_s: 2e-4, clipped: 0.002, edge_px: 2.4, targets: [{ name: "walker", region_px }],
+            })),
+            disk: { free_bytes: 1.12e11, room_bytes: 1.11e11, backlog: 0.042 },
             tracking: { median_s: 5e-5, slowest_s: 2e-4, core_share: 0.071 },
             jitter: {
                 bins_s: [1e-6, 2e-6, 5e-6, 1e-5, 2e-5, 5e-5, 1e-4, 2e-4, 5e-4, 1e-3],

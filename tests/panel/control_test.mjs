@@ -94,7 +94,7 @@ test("Each button sends its action, from arming to a stop", async () => {
     await until(() => server.bench.state === "idle", "stopped");
     await press(page, "Release control");
     assert.deepEqual(await sent("control/release"), {});
-    await page.getByText("Nobody has control").waitFor();
+    await page.getByText("Control is free").waitFor();
     assert.deepEqual(troubles, []);
 });
 
@@ -110,7 +110,13 @@ test("A requested recording is shown and can be cancelled; an existing name is r
     await button.click();
     await chip.getByText("○ next run is recorded: walk.nxs").waitFor();
     // Chip and form are drawn at different rates.
-    await until(() => page.locator("#record-name").isDisabled(), "the name cannot be edited");
+    await page.fill("#record-name", "taken");
+    await page.press("#record-name", "Enter");
+    await page.locator("#record .answer").getByText("/var/lib/shakerd/taken.nxs: exists already").waitFor();
+    await chip.getByText("○ next run is recorded: walk.nxs").waitFor();
+    await page.fill("#record-name", "another");
+    await page.press("#record-name", "Tab");
+    await chip.getByText("○ next run is recorded: another.nxs").waitFor();
     await page.getByRole("button", { name: "Do not record" }).click();
     await until(() => chip.isHidden(), "no run is recorded");
     await until(async () => (await button.textContent()) === "Record", "a recording can be requested again");

@@ -173,7 +173,7 @@ test("Every plot and both cameras move with the data", async () => {
     const { page } = await openPage(stage);
     for (const id of ["waveform", "harmonics", "cycle-x", "cycle-v", "live-track", "live-acceleration", "jitter", "cameras"]) {
         const canvas = page.locator(`#${id} canvas`).first();
-        await canvas.scrollIntoViewIfNeeded();
+        await page.locator(`#${id}`).scrollIntoViewIfNeeded();  // it is drawn in view
         await until(async () => (await canvas.boundingBox())?.width > 100, id);
         await page.waitForTimeout(700);
         const before = await canvas.screenshot();
@@ -231,6 +231,30 @@ test("Texts of any length fit on a phone", async () => {
     await until(async () => /very\/long/.test(await text(page, "log")), "the event is told");
     assert.equal(await overflow(page), 0);
     bench.recording = bench.trip = null;
+});
+
+test("A picture has its figures, and a lost target stays where it was, with the time since", async () => {
+    const { bench } = stage.server;
+    await idle(stage);
+    bench.x = 0;
+    const { page } = await openPage(stage, { viewport: { width: 1440, height: 1000 } });
+    const caption = () => page.locator("#cameras figcaption").first().textContent();
+    await until(async () => /^top, [\d.]+ s: base tracked, walker tracked; exposed for 0\.20 ms, 0\.20 % clipped, edges 2\.4 px$/.test(await caption()), "its words");
+    // Orange pixels of a row through the middle of the walker: 64 px of 640 wide, it is in the middle.
+    const orange = () => page.locator("#cameras canvas").first().evaluate((canvas) => {
+        const { data } = canvas.getContext("2d").getImageData(0, Math.round(canvas.height / 2), canvas.width, 1);
+        const found = [...Array(canvas.width).keys()].filter((x) => data[4 * x] > 200 && data[4 * x + 1] > 120 && data[4 * x + 1] < 190 && data[4 * x + 2] < 60);
+        return found.map((x) => Math.round((100 * x) / canvas.width));
+    });
+    const place = await orange();
+    assert.ok(place.length > 1 && Math.abs((place[0] + place.at(-1)) / 2 - 50) < 3, place.join());
+    bench.walker_lost = true;
+    await until(async () => /walker lost/.test(await caption()), "it is lost");
+    await page.waitForTimeout(300);
+    const upper = await page.locator("#cameras canvas").first().screenshot();
+    await until(async () => !upper.equals(await page.locator("#cameras canvas").first().screenshot()), "the time since goes on");
+    bench.walker_lost = false;
+    await until(async () => /walker tracked/.test(await caption()), "found again");
 });
 
 test("A repeated event is one line with its count", async () => {

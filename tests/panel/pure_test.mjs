@@ -8,6 +8,7 @@ import { source } from "./sources.mjs";
 
 const { tickTexts, withError, withErrors, number, prefixed, duration, decibels } = await source("format");
 const { decodeFrame, channel, FrameError } = await source("frames");
+const { edgeLines, figureWords, scaleBar } = await source("views/camera_drawing");
 const { campaignWords, scanOrder } = await source("views/campaign");
 const { trackingWords } = await source("views/health");
 const { stickWords } = await source("views/numbers");
@@ -113,6 +114,17 @@ test("A picture is decoded with any number of marks", () => {
         assert.deepEqual({ ...frame, jpeg: [...frame.jpeg] },
             { what: "picture", camera: 1, t0: 3, width: 640, height: 160, gap: false, marks, jpeg: [...jpeg] });
     }
+});
+
+test("Limits at the edge, scale and figures of a picture", () => {
+    const camera = { along: [1, 0], targets: [{ name: "walker" }] }, size = { width: 400, height: 100 };
+    assert.deepEqual(edgeLines(camera, 0.005, 4, size), { upright: true, at: [20, 380] });
+    assert.deepEqual(edgeLines({ ...camera, along: [0, -1] }, 0.005, 4, size), { upright: false, at: [20, 80] });
+    assert.deepEqual(edgeLines({ ...camera, targets: [{ name: "base" }] }, 0.005, 4, size).at, []);
+    assert.deepEqual(edgeLines(camera, null, 4, size).at, []);
+    assert.deepEqual([scaleBar(4, 400), scaleBar(0.1, 400), scaleBar(39, 400)], [{ mm: 20, px: 80 }, { mm: 500, px: 50 }, { mm: 2, px: 78 }]);
+    assert.equal(figureWords({ exposure_s: 1e-3, clipped: 0.05, edge_px: 12 }), "exposed for 1.0 ms, ⚠ 5.0 % clipped, ⚠ blurred: edges 12 px");
+    assert.equal(figureWords({ exposure_s: 0, clipped: 0, edge_px: null }), "0 % clipped");
 });
 
 test("A truncated frame and one of another kind or version are refused", () => {

@@ -90,7 +90,8 @@ export async function startServer(folder, port = 0) {
     };
     function cameraFrame(k) {
         const place = Math.round(((bench.x + 0.03) / 0.06) * (places - 1)), view = views[k];
-        const marks = [{ ...view.base, kind: 1 }, { ...walkerBox(view, place), kind: 0 }];
+        const lost = { x: NaN, y: NaN, width: view.walker.size, height: view.walker.size, kind: 2 << 4 };
+        const marks = [{ ...view.base, kind: 1 }, bench.walker_lost ? lost : { ...walkerBox(view, place), kind: 0 }];
         return picture(k, pictures[k][place], view.width, view.height, marks, { t0: bench.time });
     }
     let ticks = 0;

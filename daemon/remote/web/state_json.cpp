@@ -3,6 +3,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "daemon/remote/web/picture_figures.hpp"
 #include "daemon/service/published.hpp"
 
 namespace shaker::web {
@@ -176,6 +177,27 @@ json losses(const service::BenchState& s) {
     return list;
 }
 
+// Each camera's geometry and targets, exposure and focus.
+json cameras(const service::BenchState& s) {
+    json list = json::array();
+    for (std::size_t i = 0; s.facts && i < s.facts->views.size(); ++i) {
+        const View& v = s.facts->views[i];
+        const FramePtr frame = i < s.pictures_now.size() ? s.pictures_now[i].frame : nullptr;
+        const PictureFigures seen = frame ? figures_of(*frame) : PictureFigures{NAN, NAN};
+        json targets = json::array();
+        for (const Target& t : v.targets) targets.push_back({{"name", t.name}, {"region_px", t.roi_px}});
+        list.push_back({{"name", v.camera},
+                        {"width_px", frame ? json(frame->width) : json(nullptr)},
+                        {"mm_per_px", number(v.mm_per_px)},
+                        {"along", v.along},
+                        {"exposure_s", number(v.exposure_s)},
+                        {"clipped", number(seen.clipped)},
+                        {"edge_px", number(seen.edge_px)},
+                        {"targets", targets}});
+    }
+    return list;
+}
+
 json real_time(const service::BenchState& s) {
     json list = json::array();
     for (const acquisition::RealTimeGrant& g : s.real_time)
@@ -232,6 +254,7 @@ std::string state_json(const service::BenchState& s, const Viewer& viewer) {
              {"disk", json::object()},
              {"tracking", json::object()},
              {"jitter", {{"bins_s", acquisition::PeriodJitter::ends_s}, {"counts", s.jitter.counts}}},
+             {"cameras", cameras(s)},
              {"real_time", real_time(s)},
              {"switches", switches(s)},
              {"limits", limits(s.limits)}};

@@ -13,10 +13,11 @@ namespace shaker::pictures {
 
 namespace {
 
-/// About 256 MB, in whole blocks.
+/// In whole blocks.
 std::uint64_t usual_frames(const PictureShape& shape) {
-    constexpr std::uint64_t bytes = 256'000'000, least = 64;
-    return std::max(least, bytes / shape.bytes() / PictureSegment::block * PictureSegment::block);
+    constexpr std::uint64_t least = 64;
+    return std::max(least,
+                    usual_segment_bytes / shape.bytes() / PictureSegment::block * PictureSegment::block);
 }
 
 PictureShape shape_of(const Frame& frame) { return {frame.width, frame.height, frame.bytes_per_pixel}; }

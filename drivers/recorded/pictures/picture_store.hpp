@@ -12,6 +12,9 @@
 
 namespace shaker::pictures {
 
+/// Usual size of a segment, bytes. A store keeps two of them ready while pictures arrive.
+inline constexpr std::uint64_t usual_segment_bytes = 256'000'000;
+
 /// Used by one thread; creates helper threads for work that need not be waited for.
 class PictureStore {
 public:

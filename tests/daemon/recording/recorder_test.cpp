@@ -56,5 +56,21 @@ TEST(RecorderTest, FullDiskIsRefusedWithFigures) {
     EXPECT_FALSE(std::filesystem::exists(file.string() + ".part"));
 }
 
+TEST(RecorderTest, DiskWithoutSpaceForFirstPicturesIsRefused) {
+    const std::filesystem::path folder = test::fresh_folder();
+    const RecorderSettings nearly_full{.least_free_bytes =
+                                           std::filesystem::space(folder).available - (1U << 28U)};
+    EXPECT_NO_THROW(Recorder(folder / "positions.nxs", header(), nearly_full));
+    recorded::RecordingHeader pictures = header();
+    ASSERT_EQ(pictures.views.size(), 2U);
+    pictures.pictures = recorded::KeptPictures::region;
+    try {
+        Recorder recording{folder / "pictures.nxs", pictures, nearly_full};
+        FAIL() << "the recording was started";
+    } catch (const InputError& e) {
+        test::expect_in(e.what(), {"pictures.nxs", "must stay free, and the first pictures take 1.02 GB"});
+    }
+}
+
 }  // namespace
 }  // namespace shaker::recording

@@ -4,9 +4,12 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstring>
+#include <numbers>
 
 #include "daemon/remote/access/access.hpp"
+#include "daemon/remote/web/picture_figures.hpp"
 #include "daemon/remote/web/subscription.hpp"
 
 namespace shaker::web {
@@ -92,6 +95,40 @@ TEST(LiveSocketTest, SubscriptionsAreReadAndBounded) {
                            R"({"type":"dance","stream":"a"})"})
         EXPECT_FALSE(wish_of(no)) << no;
     EXPECT_FALSE(wish_of(R"({"type":"subscribe","stream":")" + std::string(100, 'x') + "\"}"));
+}
+
+// A vertical edge from 20 to 220 in the middle of the picture, blurred by a Gaussian of standard deviation sd
+// px.
+Frame edge_picture(double sd, int bright = 220) {
+    Frame f;
+    f.width = 200;
+    f.height = 50;
+    f.pixels.resize(200 * 50);
+    for (int y = 0; y < f.height; ++y)
+        for (int x = 0; x < f.width; ++x) {
+            const double share =
+                sd == 0 ? (x < 100 ? 0 : 1) : 0.5 * std::erfc((99.5 - x) / (sd * std::sqrt(2)));
+            f.pixels[static_cast<std::size_t>(y * f.width + x)] =
+                static_cast<std::byte>(std::lround(20 + (bright - 20) * share));
+        }
+    return f;
+}
+
+TEST(PictureFiguresTest, EdgeWidthGrowsWithBlur) {
+    EXPECT_EQ(figures_of(edge_picture(0)).edge_px, 2);
+    // A Gaussian edge: height over its steepest slope is sqrt(2 pi) sd. Values are whole numbers, and the
+    // slope is that of 2 px: 7 %.
+    for (const double sd : {2.0, 5.0}) {
+        const double width_px = std::sqrt(2 * std::numbers::pi) * sd;
+        EXPECT_NEAR(figures_of(edge_picture(sd)).edge_px, width_px, 0.07 * width_px);
+    }
+    EXPECT_TRUE(std::isnan(figures_of(edge_picture(0, 20)).edge_px)) << "a picture without an edge";
+    EXPECT_TRUE(std::isnan(figures_of(Frame{}).edge_px));
+}
+
+TEST(PictureFiguresTest, ClippedPixelsAreAShare) {
+    EXPECT_EQ(figures_of(edge_picture(0)).clipped, 0);
+    EXPECT_EQ(figures_of(edge_picture(0, 255)).clipped, 0.5);
 }
 
 }  // namespace

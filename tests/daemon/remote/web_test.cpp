@@ -275,6 +275,29 @@ TEST(StateJsonTest, WalkerHasTheEndsOfItsPicture) {
     EXPECT_TRUE(json::parse(web::state_json(state, {}))["walker"]["left_m"].is_null());
 }
 
+TEST(StateJsonTest, CamerasHaveGeometryAndFigures) {
+    service::BenchFacts facts;
+    facts.views = {
+        {.camera = "top", .mm_per_px = 0.125, .targets = {{.name = "walker", .roi_px = {10, 20, 30, 40}}}},
+        {.camera = "side", .targets = {}}};
+    auto frame = std::make_shared<Frame>();
+    frame->width = 64;
+    frame->height = 1;
+    frame->pixels.assign(64, std::byte{255});
+    service::BenchState state;
+    state.facts = std::make_shared<const service::BenchFacts>(facts);
+    state.pictures_now = {{.camera = "top", .frame = frame, .fixes = {}, .targets = {}}};
+    const json all = json::parse(web::state_json(state, {}))["cameras"];
+    ASSERT_EQ(all.size(), 2U);
+    EXPECT_EQ(all[0]["width_px"], 64);
+    EXPECT_EQ(all[0]["mm_per_px"], 0.125);
+    EXPECT_EQ(all[0]["clipped"], 1);
+    EXPECT_TRUE(all[0]["edge_px"].is_null());
+    EXPECT_EQ(all[0]["targets"], json::parse(R"([{"name": "walker", "region_px": [10, 20, 30, 40]}])"));
+    EXPECT_TRUE(all[1]["width_px"].is_null()) << "no picture yet";
+    EXPECT_TRUE(all[1]["clipped"].is_null());
+}
+
 TEST(PublishedTest, EveryQuantityIsAtItsPlaceInStateAndMetrics) {
     service::BenchState state;
     state.base.emplace();

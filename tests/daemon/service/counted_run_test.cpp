@@ -5,6 +5,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "daemon/service/outlook.hpp"
 #include "tests/support/run/bench_on_call.hpp"
 
 namespace shaker::service {
@@ -88,6 +89,20 @@ TEST_F(CountedRunTest, OutlookAndProgressAgreeWithTheRun) {
     EXPECT_NEAR((before.outlook.before + 40) / 20.0, run_s, 0.35 * run_s) << "expected before the start";
     const double gone_mm = 1e3 * (r.last.walker->x_m - before.walker->x_m);
     EXPECT_NEAR(14.6 * (before.outlook.walking + 40) / 20.0, gone_mm, 0.35 * gone_mm);
+}
+
+TEST(OutlookTest, RateIsThatOfNewestRecordingAndReserveIsNoRoom) {
+    using recorded::KeptPictures;
+    BenchState s;
+    s.pictures = KeptPictures::off;
+    EXPECT_EQ(outlook(s, {}, KeptPictures::off).bytes_per_s, 0.8e6) << "no recording yet";
+    s.recording.rate = {1.5e6, KeptPictures::region};
+    EXPECT_EQ(outlook(s, {}, KeptPictures::off).bytes_per_s, 0.8e6) << "one with pictures";
+    s.recording.rate.pictures = KeptPictures::off;
+    EXPECT_EQ(outlook(s, {}, KeptPictures::off).bytes_per_s, 1.5e6);
+    EXPECT_EQ(room_bytes(2e9), 2e9 - 1073741824);
+    EXPECT_EQ(room_bytes(1e9), 0);
+    EXPECT_TRUE(std::isnan(room_bytes(NAN)));
 }
 
 TEST_F(CountedRunTest, GaugesShowSetPointAndMotionAgainstLimits) {

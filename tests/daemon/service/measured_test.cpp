@@ -69,6 +69,9 @@ TEST_F(MeasuredSeriesTest, EveryFinishedMeasurementIsKept) {
     const std::vector<FinishedMeasurement> all = recording::read_finished(file);
     ASSERT_EQ(all.size(), 3U);
     ASSERT_EQ(r.last.points.size(), 3U);
+    const auto bytes = static_cast<double>(std::filesystem::file_size(file_));
+    EXPECT_GT(r.last.recording.rate.bytes_per_s, bytes / r.last.now_s);
+    EXPECT_LT(r.last.recording.rate.bytes_per_s, bytes / (r.last.parts[2].to_s - r.last.parts[0].from_s));
     EXPECT_GE(file.numbers("measurements/from").size(), 4U) << "the interrupted one was begun, too";
     const std::vector<double> v_D = file.numbers("measured/results/v_D"),
                               periods_of = file.numbers("measured/periods/measurement");

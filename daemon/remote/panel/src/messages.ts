@@ -1,5 +1,8 @@
 // Converts text messages of the daemon to the types of protocol.ts. Missing values are shown as "not known".
-import type { Drive, Jitter, LogEvent, Measured, Message, Outlook, Result, Session, State, Switches, Tracking } from "./protocol";
+import {
+    driving, type Drive, type Jitter, type LogEvent, type Measured, type Message, type Outlook, type Result, type RunState, type Session, type State, type Switches,
+    type Tracking,
+} from "./protocol";
 
 export const maxPoints = 2000;
 
@@ -31,11 +34,18 @@ function list<T>(value: unknown): T[] {
     return Array.isArray(value) ? (value as T[]) : [];
 }
 
+/** At rest the measured motion is noise and none of its figures is shown. */
+function measuredOf(now: Measured, state: RunState): Measured {
+    if (driving.has(state)) return now;
+    const harmonics = now.harmonics.map((h) => ({ ...h, measured_mps2: null, phase_error_rad: null, sigma_mps2: null }));
+    return { ...measured, harmonics };
+}
+
 function stateOf(raw: Record<string, unknown>): State {
     return {
         session: section(raw["session"], session),
         drive: section(raw["drive"], drive),
-        measured: section(raw["measured"], measured),
+        measured: measuredOf(section(raw["measured"], measured), section(raw["session"], session).state),
         result: section(raw["result"], result),
         walker: (raw["walker"] ?? null) as State["walker"],
         points: list<State["points"][number]>(raw["points"]).slice(-maxPoints),
@@ -44,9 +54,10 @@ function stateOf(raw: Record<string, unknown>): State {
         gauges: list(raw["gauges"]),
         campaign: (raw["campaign"] ?? null) as State["campaign"],
         plans: list(raw["plans"]),
+        cameras: list(raw["cameras"]),
         clocks: list(raw["clocks"]),
         losses: list(raw["losses"]),
-        disk: section(raw["disk"], { free_bytes: null, backlog: null }),
+        disk: section(raw["disk"], { free_bytes: null, room_bytes: null, backlog: null }),
         tracking: section<Tracking>(raw["tracking"], { median_s: null, slowest_s: null, core_share: null }),
         jitter: section(raw["jitter"], jitter),
         real_time: list(raw["real_time"]),

@@ -3,6 +3,9 @@
 export type RunState =
     | "starting" | "idle" | "armed" | "identifying" | "checking" | "ramping" | "settling" | "running" | "stopping" | "tripped" | "finishing";
 
+/** States in which the drive may be on. In all others the measured motion of the base is noise. */
+export const driving: ReadonlySet<RunState> = new Set<RunState>(["identifying", "checking", "ramping", "settling", "running", "stopping"]);
+
 export type Known = number | null;
 
 /** systematic: part of the standard error that the calibrations cause; without a calibration it is missing. */
@@ -128,9 +131,26 @@ export interface Point {
     asked?: SetPoint;  // known from the table of results
 }
 
+/**
+ * `width_px`: of the whole picture, of which the page shows a smaller copy. `along`: direction of +x in the picture.
+ * `clipped`: share of pixels at the end of the sensor's range. `edge_px`: width of the steepest edges; 2 px when sharp.
+ * `region_px`: x, y, width, height, where the target is searched first.
+ */
+export interface Camera {
+    name: string;
+    width_px: Known;
+    mm_per_px: Known;
+    along: [number, number];
+    exposure_s: Known;
+    clipped: Known;
+    edge_px: Known;
+    targets: { name: string; region_px: [number, number, number, number] }[];
+}
+
 export interface Clock { name: string; ppm: Known; residual_s: Known }
 export interface Loss { stream: string; got: number; lost: number }
-export interface Disk { free_bytes: Known; backlog: Known }
+/** `room_bytes`: for recordings; the others must stay free. */
+export interface Disk { free_bytes: Known; room_bytes: Known; backlog: Known }
 /** Time that a picture takes: half of them, 99.9 % of them are faster; share of a processor for all cameras. */
 export interface Tracking { median_s: Known; slowest_s: Known; core_share: Known }
 /** counts[i]: number of values up to bins_s[i] and above bins_s[i - 1]; the last count is for larger values. */
@@ -154,6 +174,7 @@ export interface State {
     gauges: Gauge[];
     campaign: Campaign | null;
     plans: string[];  // by which a campaign can be ordered
+    cameras: Camera[];
     clocks: Clock[];
     losses: Loss[];
     disk: Disk;

@@ -2,47 +2,13 @@
 import type { Connection } from "../connection";
 import { make, setText } from "../dom";
 import { fixed } from "../format";
-import type { Mark, PictureFrame } from "../frames";
+import type { PictureFrame } from "../frames";
 import type { Loop } from "../loop";
+import type { Camera } from "../protocol";
 import type { Store } from "../store";
+import { drawGeometry, drawScale, drawTarget, figureWords, stateOf, targetWords, type Seen } from "./camera_drawing";
 
-/** Marks on pictures are independent of the theme: light lines with a dark rim. */
-const looks: { name: string; colour: string; dash: number[] }[] = [
-    { name: "walker", colour: "#e69f00", dash: [] },
-    { name: "base", colour: "#56b4e9", dash: [8, 5] },
-    { name: "other", colour: "#cc79a7", dash: [2, 4] },
-];
-const states = ["", "degraded", "lost", "found again"];
 const rate = 10;  // Hz
-
-const look = (kind: number) => looks[Math.min(kind & 15, looks.length - 1)]!;
-
-/** `zoom`: CSS px per px of the picture. */
-function drawMark(ctx: CanvasRenderingContext2D, mark: Mark, zoom: number): void {
-    const { name, colour, dash } = look(mark.kind);
-    const trouble = states[(mark.kind >> 4) & 3] ?? "";
-    const x = mark.x * zoom, y = mark.y * zoom;
-    for (const [stroke, width, lines] of [["#000", 4, []], [colour, 2, dash]] as const) {
-        ctx.strokeStyle = stroke;
-        ctx.lineWidth = width;
-        ctx.setLineDash(lines);
-        ctx.strokeRect(x, y, mark.width * zoom, mark.height * zoom);
-    }
-    ctx.setLineDash([]);
-    ctx.font = "12px system-ui, sans-serif";
-    ctx.lineWidth = 3;
-    ctx.strokeStyle = "#000";
-    ctx.fillStyle = colour;
-    const words = trouble ? `${name}: ${trouble}` : name;
-    const baseline = y > 16 ? y - 5 : y + 14;
-    ctx.strokeText(words, x + 2, baseline);
-    ctx.fillText(words, x + 2, baseline);
-}
-
-function describe(name: string, frame: PictureFrame): string {
-    const seen = frame.marks.map((mark) => `${look(mark.kind).name} ${states[(mark.kind >> 4) & 3] || "tracked"}`);
-    return `${name}, ${fixed(frame.t0, 1)} s: ${seen.join(", ") || "no target found"}`;
-}
 
 class CameraView {
     readonly figure = make("figure");
@@ -50,6 +16,7 @@ class CameraView {
     private readonly caption = make("figcaption");
     private shown: PictureFrame | null = null;
     private decoding = false;
+    private readonly found = new Map<number, Seen>();  // by the number of the target's mark
 
     constructor(private readonly name: string) {
         this.canvas.setAttribute("role", "img");
@@ -62,13 +29,13 @@ class CameraView {
 
     get pixels(): number { return Math.round(this.canvas.clientWidth * devicePixelRatio); }
 
-    async show(frame: PictureFrame): Promise<void> {
+    async show(frame: PictureFrame, camera: Camera | null, limitMetres: unknown): Promise<void> {
         if (frame === this.shown || this.decoding) return;
         this.decoding = true;
         this.shown = frame;
         try {
             const bitmap = await createImageBitmap(new Blob([frame.jpeg], { type: "image/jpeg" }));
-            this.paint(bitmap, frame);
+            this.paint(bitmap, frame, camera, limitMetres);
             bitmap.close();  // frees its memory without waiting for the garbage collector
         } catch {
             setText(this.caption, `${this.name}: a picture could not be decoded`);
@@ -77,7 +44,7 @@ class CameraView {
         }
     }
 
-    private paint(bitmap: ImageBitmap, frame: PictureFrame): void {
+    private paint(bitmap: ImageBitmap, frame: PictureFrame, camera: Camera | null, limitMetres: unknown): void {
         const { canvas } = this;
         const across = Math.max(1, canvas.clientWidth), zoom = across / bitmap.width, down = bitmap.height * zoom;
         const width = Math.round(across * devicePixelRatio), height = Math.round(down * devicePixelRatio);
@@ -90,8 +57,15 @@ class CameraView {
         if (!ctx) return;
         ctx.setTransform(width / across, 0, 0, height / down, 0, 0);
         ctx.drawImage(bitmap, 0, 0, across, down);
-        for (const mark of frame.marks) drawMark(ctx, mark, zoom);
-        setText(this.caption, describe(this.name, frame));
+        if (camera) drawGeometry(ctx, camera, limitMetres, { width: across, height: down });
+        frame.marks.forEach((mark, target) => {
+            if (stateOf(mark.kind) !== "lost") this.found.set(target, { mark, t: frame.t0 });
+            const seen = this.found.get(target);
+            if (seen) drawTarget(ctx, mark.kind, seen, frame.t0, zoom);
+        });
+        if (camera) drawScale(ctx, camera, { width: across, height: down });
+        const figures = camera ? figureWords(camera) : "";
+        setText(this.caption, `${this.name}, ${fixed(frame.t0, 1)} s: ${targetWords(frame)}${figures ? `; ${figures}` : ""}`);
     }
 }
 
@@ -118,7 +92,7 @@ export function makeCameras(
             if (wanted.join() !== names.join()) rebuild(wanted);
             views.forEach((view, k) => {
                 const frame = store.pictures[k];
-                if (frame) void view.show(frame);
+                if (frame) void view.show(frame, store.state?.cameras[k] ?? null, store.state?.limits["edge_m"]);
             });
         },
         /** Requests pictures only while they are in view, because they need most of the bandwidth. */

@@ -1,7 +1,7 @@
 // The form with the four numbers of the drive. A field shows the daemon's value until it is edited; only edited fields
 // are sent.
 import type { Actions } from "../actions";
-import { byId, setHidden, setText } from "../dom";
+import { byId, setText } from "../dom";
 import { paperG } from "../groups";
 import type { Drive, SetPoint, State } from "../protocol";
 import type { Store } from "../store";
@@ -57,10 +57,12 @@ export function offerSetPoint(setPoint: SetPoint): void {
 
 function note(state: State, edited: boolean): string {
     if (edited) return "Edited fields have a thick border and are not sent yet.";
+    if (["idle", "tripped", "finishing"].includes(state.session.state)) return "";
     return state.drive.locked ? "✓ The base follows the drive." : "… The base does not follow the drive yet.";
 }
 
-export function makeDriveForm(act: Actions, store: Store): (state: State) => void {
+/** Returns what shows a state, and then whether a field is edited. */
+export function makeDriveForm(act: Actions, store: Store): (state: State) => boolean {
     const form = byId("drive", HTMLFormElement), revert = byId("drive-revert", HTMLButtonElement);
     const noteLine = byId("drive-note", HTMLElement), set = byId("drive-set", HTMLButtonElement);
     const fields = [
@@ -103,6 +105,6 @@ export function makeDriveForm(act: Actions, store: Store): (state: State) => voi
         follow(state.drive);
         setText(set, ["idle", "tripped", "finishing"].includes(state.session.state) ? "Set and arm" : "Set the drive");
         setText(noteLine, note(state, edited()));
-        setHidden(noteLine, ["idle", "tripped", "finishing"].includes(state.session.state) && !edited());
+        return edited();
     };
 }

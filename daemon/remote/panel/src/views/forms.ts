@@ -2,7 +2,7 @@
 import type { Actions } from "../actions";
 import { byId, setHidden, setText } from "../dom";
 import { duration, fixed, number } from "../format";
-import type { Known, Session, State } from "../protocol";
+import { driving, type Known, type Session, type State } from "../protocol";
 import type { Store } from "../store";
 import { makeDriveForm } from "./drive_form";
 import { wire } from "./form";
@@ -27,8 +27,8 @@ function askedRun(state: State | null): Asked {
 /** Empty while something is driven or the numbers are incomplete. */
 function showOutlook(state: State): void {
     const line = byId("outlook", HTMLElement), asked = askedRun(state);
-    const rests = ["idle", "armed", "finishing", "tripped"].includes(state.session.state);
-    const { text, trouble } = rests ? outlookOf(state, asked) : { text: "", trouble: false };
+    const shown = !driving.has(state.session.state) && edgeWords(state) === "";
+    const { text, trouble } = shown ? outlookOf(state, asked) : { text: "", trouble: false };
     setText(line, text);
     setHidden(line, text === "");
     line.classList.toggle("warn", trouble);
@@ -63,39 +63,66 @@ export function edgeWords({ walker, limits, session }: Pick<State, "walker" | "l
     return `The walker is ${fixed(1e3 * edge, 1)} mm from the edge of the picture (limit ${fixed(1e3 * least, 1)} mm). Bring it to the middle before the next run.`;
 }
 
-/** The order that leads out of it is the one that stands out. */
 function showMiddle(state: State): void {
     const words = edgeWords(state), edge = byId("edge", HTMLElement);
     setHidden(edge, words === "");
     setText(edge, words);
-    byId("middle-button", HTMLButtonElement).classList.toggle("primary", words !== "");
-    byId("start-button", HTMLButtonElement).classList.toggle("primary", words === "");
     const mu = state.result.mu?.value ?? null;
     byId("mu-value", HTMLInputElement).placeholder = mu === null ? "not known" : number(mu);
 }
 
-function asked(session: Session): boolean { return session.recording !== null || session.record_next; }
+const primaries = ["clear-button", "stop-button", "resume-button", "middle-button", "drive-set", "start-button"] as const;
 
-/** How long a recording the disk takes. */
-export function roomWords(free: Known, rate: Known): string {
-    return free === null || !rate ? "" : `The disk has room for ${duration(free / rate)} of recording.`;
+/** The one button that stands out: the order that comes next in this state. Null: none. */
+export function nextOrder(state: State, edited: boolean): (typeof primaries)[number] | null {
+    const { session, campaign } = state;
+    if (session.state === "tripped") return "clear-button";
+    if (driving.has(session.state)) return "stop-button";
+    if (session.state !== "idle" && session.state !== "armed") return null;
+    if (campaign?.active) return campaign.paused ? "resume-button" : null;
+    return edgeWords(state) !== "" ? "middle-button" : edited ? "drive-set" : "start-button";
 }
 
-/** One button requests the recording of the next run, cancels the request, or ends a recording. Its label shows which. */
+function asked(session: Session): boolean { return session.recording !== null || session.record_next; }
+
+/** How long a recording the disk takes; `room`: bytes without those that must stay free. */
+export function roomWords(room: Known, rate: Known): string {
+    if (room === null || !rate) return "";
+    return room <= 0 ? "⚠ The disk is full: nothing can be recorded." : `The disk has room for ${duration(room / rate)} of recording.`;
+}
+
+/**
+ * One button requests the recording of the next run, cancels the request, or ends a recording. Its label shows which. Until
+ * the run starts, a changed name or kind of pictures is sent, and so checked, at once.
+ */
 function wireRecord(act: Actions, store: Store): (state: State) => void {
     const name = byId("record-name", HTMLInputElement), frames = byId("record-frames", HTMLSelectElement);
     const button = byId("record-button", HTMLButtonElement);
+    let changed = false;
+    const waits = (): boolean => store.state !== null && store.state.session.record_next && store.state.session.recording === null;
     wire(form("record"), act, () => {
         const session = store.state?.session;
-        if (session && asked(session)) return { name: null, frames: frames.value };
+        if (session && asked(session) && !changed) return { name: null, frames: frames.value };
+        changed = false;
         const text = name.value.trim();
         return text ? { name: text, frames: frames.value } : { refused: "name: needed" };
     });
+    const sendAgain = (): void => {
+        changed = waits();
+        if (changed) form("record").requestSubmit();
+    };
+    name.addEventListener("change", sendAgain);
+    frames.addEventListener("change", sendAgain);
+    name.addEventListener("keydown", (event) => {
+        if (event.key !== "Enter" || !waits()) return;
+        event.preventDefault();  // it would press the button, which cancels the request
+        name.blur();
+    });
     const room = byId("record-room", HTMLElement);
     return ({ session, disk, outlook }) => {
-        setText(room, roomWords(disk.free_bytes, outlook.bytes_per_s));
+        setText(room, roomWords(disk.room_bytes, outlook.bytes_per_s));
         setText(button, session.recording !== null ? "End the recording" : session.record_next ? "Do not record" : "Record");
-        name.disabled = frames.disabled = asked(session);
+        name.disabled = frames.disabled = session.recording !== null;
     };
 }
 
@@ -130,7 +157,8 @@ export function makeForms(act: Actions, store: Store): () => void {
         setHidden(form("take"), session.you_control);
         setHidden(form("release"), !session.you_control);
         showRecord(state);
-        showDrive(state);
+        const next = nextOrder(state, showDrive(state));
+        for (const id of primaries) byId(id, HTMLButtonElement).classList.toggle("primary", id === next);
         showMiddle(state);
         showOutlook(state);
     };
@@ -138,5 +166,5 @@ export function makeForms(act: Actions, store: Store): () => void {
 
 function holderWords({ you_control, controller }: Session): string {
     if (you_control) return "✓ You have control.";
-    return controller ? `${controller} has control; you watch.` : "Nobody has control: your next order is obeyed.";
+    return controller ? `${controller} has control; you watch.` : "Control is free: your next order takes it.";
 }

@@ -3,7 +3,7 @@ import type { Abort, AbortStatus } from "../abort";
 import type { Connection } from "../connection";
 import { byId, setData, setHidden, setText } from "../dom";
 import { clockTime, duration, fixed } from "../format";
-import type { RunState, Session } from "../protocol";
+import { driving, type RunState, type Session } from "../protocol";
 import type { Store } from "../store";
 
 /** Each state has a sign beside its word, so that states differ without colours. */
@@ -11,7 +11,6 @@ const words: Record<RunState, string> = {
     starting: "… starting", idle: "○ idle", armed: "◇ armed", identifying: "≈ identifying", checking: "∿ checking", ramping: "▲ ramping", settling: "◐ settling",
     running: "● running", stopping: "▼ stopping", tripped: "✖ tripped", finishing: "◌ finishing",
 };
-const driving = new Set<RunState>(["identifying", "checking", "ramping", "settling", "running", "stopping"]);
 
 export function makeHeader(store: Store, connection: Connection, abort: Abort): () => void {
     const title = byId("title", HTMLElement), program = byId("program", HTMLElement);

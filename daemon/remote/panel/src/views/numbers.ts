@@ -1,5 +1,5 @@
 // The results with their errors, the requested and the measured drive, and the walker's position.
-import { byId, setHidden, setText } from "../dom";
+import { byId, setText } from "../dom";
 import { clockTime, decimalsFor, fixed, number, prefixed, unknown, withError, withErrors } from "../format";
 import { degrees, paperG } from "../groups";
 import type { Known, Result, State, Walker } from "../protocol";
@@ -66,9 +66,8 @@ function makeOrigin(): (result: Result) => void {
     const line = byId("result-of", HTMLElement), cards = ["results", "cycle-card"].map((id) => byId(id, HTMLElement));
     let of: Known = null, when = "";
     return (result) => {
-        setHidden(line, result.number === null);
         for (const card of cards) card.classList.toggle("old", result.number !== null && !result.current);
-        if (result.number === null) return;
+        if (result.number === null) return setText(line, "");
         if (of !== result.number) when = clockTime(result.age_s ?? 0);
         of = result.number;
         setText(line, originWords(result, when));
