@@ -40,10 +40,23 @@ inline recorded::RecordingHeader small_header() {
                        .first_sample_s = -0.0123,
                        .clock_uncertainty_s = 0.02,
                        .shaker_axis = {0.6, 0, -0.8}};
-    View top{"top", 0.11, 500, {0.6, 0.8}, 100, 1e-3, true, 2e-6, 0, {}};
+    View top{.camera = "top",
+             .mm_per_px = 0.11,
+             .distance_mm = 500,
+             .along = {0.6, 0.8},
+             .frame_rate_hz = 100,
+             .exposure_s = 1e-3,
+             .dac_triggered = true,
+             .trigger_delay_s = 2e-6,
+             .targets = {}};
     top.targets.push_back({"walker", TargetKind::bars, 0, 12, 2.5, {-3, 4, 50, 60}, 7.5, Polarity::dark});
     top.targets.push_back({"base", TargetKind::disc, 9, 0, 0, {1, 2, 3, 4}, 0, Polarity::bright});
-    h.views = {top, View{"side", 0.2, 0, {1, 0}, 50, 2e-3, false, 0, 3e-4, {}}};
+    h.views = {top, View{.camera = "side",
+                         .mm_per_px = 0.2,
+                         .frame_rate_hz = 50,
+                         .exposure_s = 2e-3,
+                         .arrival_delay_s = 3e-4,
+                         .targets = {}}};
     h.pictures = recorded::KeptPictures::full;
     h.started = "2026-11-22T03:14:15+01:00";
     h.user = "Zoë";
