@@ -162,6 +162,8 @@ function(also_links program)
 endfunction()
 also_links(drivers_hardware_tests PkgConfig::libiio)
 also_links(drivers_mock_tests PkgConfig::libiio)
+also_links(calibration_tests opencv_aruco opencv_calib3d)
+also_links(drivers_optics_tests opencv_aruco opencv_calib3d)
 foreach(program drivers_footage_tests drivers_hardware_tests tracking_tests)  # they write and read movies themselves
   also_links(${program} opencv_imgcodecs opencv_videoio)
 endforeach()

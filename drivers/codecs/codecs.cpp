@@ -37,6 +37,10 @@ const Functions& functions() {
 
 void load_now() { functions(); }
 
+std::vector<Marker> find_markers(const std::vector<unsigned char>& grey, int width, int height) {
+    return functions().find_markers(grey, width, height);
+}
+
 std::unique_ptr<cv::VideoCapture> new_capture() { return functions().new_capture(); }
 
 std::unique_ptr<cv::VideoWriter> open_ffv1(const std::string& file, double rate_hz, cv::Size size) {

@@ -2,6 +2,7 @@
 // Movies, video devices and image files by OpenCV. Its libraries for these (and the 200 that they need) take
 // 0.2 s and more of a program's start, so they are linked to a module, shaker_codecs.so, that the first call
 // here loads. Each function throws DeviceError where the module is missing. Any thread.
+#include <array>
 #include <chrono>
 #include <memory>
 #include <opencv2/core/mat.hpp>
@@ -13,6 +14,15 @@ namespace shaker::codecs {
 
 /// Loads the module now, so that a program that lives through an upgrade keeps its own version.
 void load_now();
+
+/// A marker of OpenCV's dictionary DICT_4X4_250: corners of its dark frame from its own top left, clockwise,
+/// px.
+struct Marker {
+    int number = 0;
+    std::array<std::array<double, 2>, 4> corners_px{};
+};
+/// Markers in a grey picture of 8 bits, by rows.
+std::vector<Marker> find_markers(const std::vector<unsigned char>& grey, int width, int height);
 
 /// A capture that is not open yet. Its virtual functions may be called; no other part of OpenCV's video
 /// input is linked to the program.

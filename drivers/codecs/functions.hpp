@@ -7,9 +7,12 @@
 #include <string>
 #include <vector>
 
+#include "drivers/codecs/codecs.hpp"
+
 namespace shaker::codecs {
 
 struct Functions {
+    std::vector<Marker> (*find_markers)(const std::vector<unsigned char>&, int, int);
     std::unique_ptr<cv::VideoCapture> (*new_capture)();
     std::unique_ptr<cv::VideoWriter> (*open_ffv1)(const std::string&, double, cv::Size);
     bool (*has_ffmpeg)();

@@ -1,4 +1,5 @@
 // The module shaker_codecs.so.
+#include <opencv2/aruco.hpp>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/videoio.hpp>
 #include <opencv2/videoio/registry.hpp>
@@ -34,7 +35,28 @@ std::vector<unsigned char> jpeg_of(const cv::Mat& grey, int quality) {
     return jpeg;
 }
 
-constexpr Functions functions{new_capture, open_ffv1, has_ffmpeg, wait_for_picture, read_image, jpeg_of};
+std::vector<Marker> find_markers(const std::vector<unsigned char>& grey, int width, int height) {
+    const cv::Mat picture{height, width, CV_8U,
+                          const_cast<unsigned char*>(grey.data())};  // NOLINT: only read
+    const auto dictionary = cv::aruco::getPredefinedDictionary(cv::aruco::DICT_4X4_250);
+    const auto settings = cv::aruco::DetectorParameters::create();
+    constexpr double smallest = 0.01;  // circumference of a marker over the larger side of the picture
+    settings->minMarkerPerimeterRate = smallest;
+    settings->cornerRefinementMethod = cv::aruco::CORNER_REFINE_NONE;
+    std::vector<int> numbers;
+    std::vector<std::vector<cv::Point2f>> corners;
+    cv::aruco::detectMarkers(picture, dictionary, corners, numbers, settings);
+    std::vector<Marker> found(numbers.size());
+    for (std::size_t i = 0; i < found.size(); ++i) {
+        found[i].number = numbers[i];
+        for (std::size_t k = 0; k < found[i].corners_px.size(); ++k)
+            found[i].corners_px[k] = {corners[i][k].x, corners[i][k].y};
+    }
+    return found;
+}
+
+constexpr Functions functions{find_markers,     new_capture, open_ffv1, has_ffmpeg,
+                              wait_for_picture, read_image,  jpeg_of};
 
 }  // namespace
 }  // namespace shaker::codecs

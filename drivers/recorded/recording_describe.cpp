@@ -24,7 +24,7 @@ constexpr std::array<std::pair<const char*, double Lens::*>, 5> lens_numbers{
      {"lens_p1", &Lens::p1},
      {"lens_p2", &Lens::p2}}};
 
-// Only what is told: earlier versions read the views without it.
+// Only values that differ from the defaults: earlier versions read the views without it.
 void describe_lens(hid_t group, const View& view) {
     if (!view.calibration.empty()) h5::set_attribute(group, "calibration", view.calibration);
     if (view.lens.focal_px <= 0) return;

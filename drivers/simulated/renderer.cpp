@@ -5,6 +5,8 @@
 #include <cstring>
 #include <random>
 
+#include "drivers/simulated/true_view.hpp"
+
 namespace shaker::simulated {
 
 namespace {
@@ -83,17 +85,15 @@ void expose(std::span<const float> scene, const float* light, const float* noise
     }
 }
 
-double px_per_m(const View& view, double offset_mm) {
-    const double shrink = view.distance_mm > 0 ? 1 - offset_mm / view.distance_mm : 1;
-    return 1e3 / (view.mm_per_px * shrink);
-}
+double px_per_m(const View& view, double offset_mm) { return 1e3 / optics::mm_per_px_at(view, offset_mm); }
 }  // namespace
 
 PictureLayout layout_of(const CameraTruth& camera, const WalkerTruth& walker) {
     PictureLayout l{};
+    const View truth = true_view(camera);
     l.centre_x = 0.5 * (camera.width - 1);
-    l.base_px_per_m = px_per_m(camera.view, target_named(camera, "base").offset_mm);
-    l.walker_px_per_m = px_per_m(camera.view, target_named(camera, "walker").offset_mm);
+    l.base_px_per_m = px_per_m(truth, target_named(camera, "base").offset_mm);
+    l.walker_px_per_m = px_per_m(truth, target_named(camera, "walker").offset_mm);
     l.walker_half_width = 0.5e-3 * walker.diameter_mm * l.walker_px_per_m;
     if (camera.side) {
         l.marks_top = 0.68 * camera.height;
@@ -111,6 +111,7 @@ PictureLayout layout_of(const CameraTruth& camera, const WalkerTruth& walker) {
 
 Renderer::Renderer(const CameraTruth& camera, const WalkerTruth& walker, std::uint64_t seed)
     : camera_{camera},
+      truth_{true_view(camera)},
       layout_{layout_of(camera, walker)},
       seed_{seed},
       light_(static_cast<std::size_t>(camera.width)),
@@ -123,6 +124,14 @@ Renderer::Renderer(const CameraTruth& camera, const WalkerTruth& walker, std::ui
     mark_px_ = camera.side
                    ? 0.5 * pitch_px_
                    : 1e-3 * (base.diameter_mm > 0 ? base.diameter_mm : mark_mm) * layout_.base_px_per_m;
+    const double row = 0.5 * (layout_.marks_top + layout_.marks_bottom);
+    const double zero = optics::place_at(truth_, base.offset_mm, {layout_.centre_x, row})[0];
+    for (int x = 0; x < camera.width; ++x) {
+        columns_.push_back(x);
+        if (truth_.lens.focal_px <= 0) continue;
+        const double mm = optics::place_at(truth_, base.offset_mm, {columns_.back(), row})[0] - zero;
+        columns_.back() = layout_.centre_x + camera.view.along[0] * 1e-3 * mm * layout_.base_px_per_m;
+    }
     for (std::size_t x = 0; x < light_.size(); ++x) {
         const double u = 2.0 * static_cast<double>(x) / static_cast<double>(camera.width) - 1;
         light_[x] = static_cast<float>(full_scale_dn * (1 - camera.light_gradient * (0.5 - 0.5 * u)));
@@ -152,7 +161,8 @@ void Renderer::draw_marks(double shift_px, float weight) {
     const double origin = layout_.centre_x + shift_px;
     const double half = 0.5 * mark_px_, reach = half + wide_;
     for (int x = 0; x < camera_.width; ++x) {
-        const double away = x - origin;  // truncation of a positive number removes whole pitches
+        const double away = columns_[static_cast<std::size_t>(x)] -
+                            origin;  // truncation of a positive number removes whole pitches
         along_[static_cast<std::size_t>(x)] =
             away - pitch_px_ * (static_cast<int>(away / pitch_px_ + 4096.5) - 4096);
     }
@@ -224,7 +234,8 @@ void Renderer::draw(const Pose& pose, float weight, bool walker) {
     const double along = camera_.view.along[0];
     draw_marks(along * pose.base * layout_.base_px_per_m, weight);
     if (!walker) return;
-    const double centre = layout_.centre_x + along * pose.walker * layout_.walker_px_per_m;
+    const double centre = seen_at(truth_, target_named(camera_, "walker").offset_mm, pose.walker,
+                                  layout_.centre_x, layout_.walker_y, layout_.walker_px_per_m)[0];
     if (camera_.side)
         draw_silhouette(centre, weight);
     else

@@ -49,8 +49,10 @@ private:
     [[nodiscard]] std::span<float> row_of(int y, int x0, int x1) noexcept;  // both ends included
 
     CameraTruth camera_;
+    View truth_;
     PictureLayout layout_;
-    double mark_px_;  // diameter of a dot, or width of a bar
+    std::vector<double> columns_;  // where each column lies on the base, px of its scale at the middle
+    double mark_px_;               // diameter of a dot, or width of a bar
     double pitch_px_;
     double wide_ = 0;  // px on either side of an edge that are grey
     std::uint64_t seed_;

@@ -8,6 +8,7 @@
 #include "drivers/settings_table.hpp"
 #include "drivers/simulated/renderer.hpp"
 #include "drivers/simulated/settings_parts.hpp"
+#include "drivers/simulated/true_view.hpp"
 #include "drivers/simulated/turned_sensor.hpp"
 
 namespace shaker::simulated {
@@ -78,7 +79,16 @@ void visit_camera(Visitor&& v, CameraTruth& c) {
     v("own_clock", c.own_clock, {0, 1});
     v("clock_ppm", c.clock_ppm, {-20000, 20000});
     v("positions", c.positions, {0, 1});
+    v.unusual("true_mm_per_px", c.optics.mm_per_px, {0, 100}, 0);
+    v.unusual("true_distance_mm", c.optics.distance_mm, {0, 1e5}, 0);
+    v.unusual("true_k1", c.optics.k1, {-10, 10}, 0);
+    v.unusual("true_k2", c.optics.k2, {-100, 100}, 0);
+    v.unusual("true_tilt_x_deg", c.optics.tilt_x_deg, {-30, 30}, 0);
+    v.unusual("true_tilt_y_deg", c.optics.tilt_y_deg, {-30, 30}, 0);
+    v.unusual("true_turn_deg", c.optics.turn_deg, {-20, 20}, 0);
     v.words("calibration", c.calibration);
+    v.words("boards", c.boards);
+    v.unusual("board_s", c.board_s, {0.1, 1e4}, CameraTruth{}.board_s);
 }
 
 template <class Part>
@@ -225,6 +235,12 @@ Scene read_scene(SettingsTable& root, const Scene& standard) {
             root.table(c.view.camera)
                 .fail("exposure_s", fmt::format("{} s does not fit between frames at {} Hz",
                                                 c.view.exposure_s, c.view.frame_rate_hz));
+        if (!c.boards.empty() && board_places(c.boards).empty())
+            root.table(c.view.camera)
+                .fail("boards",
+                      "expected four numbers for each place of the board: a and b of its middle in mm, its "
+                      "turn in degrees, its height in mm; got \"" +
+                          c.boards + "\"");
         c.view.positions = c.positions != 0;
     }
     place_regions(s);

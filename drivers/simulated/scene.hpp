@@ -64,7 +64,17 @@ struct AccelerometerTruth {
     double held_within_deg = 1;           // rms about each axis
 };
 
+/// What the view of a camera does not tell; 0: as told. OpenCV's distortion with the focal length distance_mm
+/// / mm_per_px, or the picture's width for a telecentric lens.
+struct TrueOptics {
+    double mm_per_px = 0, distance_mm = 0;
+    double k1 = 0, k2 = 0;
+    double tilt_x_deg = 0, tilt_y_deg = 0;  // as View::tilt_deg
+    double turn_deg = 0;                    // of the shaker's axis in the picture, from image x towards y
+};
+
 struct CameraTruth {
+    TrueOptics optics{};
     View view;                    // geometry and targets (regions are for the resting scene)
     int width = 0, height = 0;    // px
     double psf_px = 0.7;          // Gaussian sigma of the lens
@@ -75,6 +85,8 @@ struct CameraTruth {
     double clock_ppm = 0;       // error of that clock; positive: fast
     int positions = 0;          // 1: frames carry positions of the targets instead of pixels
     std::string calibration{};  // calibration file, from the folder of the scene; empty: none
+    std::string boards{};       // places of a calibration board, which the camera then shows (board_places())
+    double board_s = 1;         // in each place
     bool side = false;          // true: views along y (silhouette); false: down z
 };
 

@@ -2,6 +2,8 @@
 
 #include <random>
 
+#include "drivers/simulated/true_view.hpp"
+
 namespace shaker::simulated {
 
 namespace {
@@ -27,12 +29,13 @@ std::vector<Sighting> sightings(const CameraTruth& camera, const PictureLayout& 
     std::minstd_rand random = generator(seed, static_cast<std::uint64_t>(tick.n));
     std::normal_distribution<double> noise{0, sighting_sd_px};
     std::vector<Sighting> found;
+    const View truth = true_view(camera);
     found.reserve(camera.view.targets.size());
     for (const Target& target : camera.view.targets) {
         const bool base = target.name == "base";
-        const double along = base ? mean.base * layout.base_px_per_m : mean.walker * layout.walker_px_per_m;
-        const double x = layout.centre_x + camera.view.along[0] * along;
-        const double y = base ? 0.5 * (layout.marks_top + layout.marks_bottom) : layout.walker_y;
+        const double row = base ? 0.5 * (layout.marks_top + layout.marks_bottom) : layout.walker_y;
+        const auto [x, y] = seen_at(truth, target.offset_mm, base ? mean.base : mean.walker, layout.centre_x,
+                                    row, base ? layout.base_px_per_m : layout.walker_px_per_m);
         const Sighting s{x + noise(random), y + noise(random), sighting_sd_px};
         const bool seen = base || (walker && x >= 0 && x <= camera.width - 1);
         found.push_back(seen ? s : Sighting{});

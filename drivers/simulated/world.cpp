@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 #include <optional>
 #include <utility>
 
@@ -9,6 +10,7 @@
 #include "drivers/frame_pool.hpp"
 #include "drivers/realtime.hpp"
 #include "drivers/simulated/sightings.hpp"
+#include "drivers/simulated/true_view.hpp"
 #include "drivers/simulated/world_state.hpp"
 #include "drivers/ticks.hpp"
 
@@ -106,7 +108,10 @@ private:
 class SimulatedCamera final : public Camera {
 public:
     SimulatedCamera(World::State& s, std::size_t index)
-        : s_{s}, camera_{s.views[index]}, layout_{layout_of(camera_.truth, s.scene.walker)} {
+        : s_{s},
+          camera_{s.views[index]},
+          layout_{layout_of(camera_.truth, s.scene.walker)},
+          boards_{camera_.truth} {
         if (!camera_.truth.view.positions)
             pool_.emplace(pool_frames, camera_.truth.width, camera_.truth.height, 1);
     }
@@ -141,6 +146,8 @@ public:
         frame->quality = e.quality;
         if (positions)
             see(*frame, e);
+        else if (boards_.any())
+            show_board(*frame, e);
         else
             camera_.renderer.render(e.poses, e.tick, frame->pixels, e.walker);
         const std::scoped_lock lock{s_.mutex};
@@ -174,9 +181,20 @@ private:
         frame.sightings = sightings(camera_.truth, layout_, e.poses, e.tick, e.walker, s_.scene.seed);
     }
 
+    void show_board(Frame& frame, const Exposure& e) const {
+        const CameraTruth& truth = camera_.truth;
+        const optics::BoardLight light{
+            .psf_px = truth.psf_px, .noise_dn = truth.noise_dn, .gradient = truth.light_gradient};
+        const auto picture =
+            optics::board_picture(optics::Board{}, true_view(truth), boards_.at(e.start_s), truth.width,
+                                  truth.height, light, s_.scene.seed + static_cast<std::uint64_t>(e.tick.n));
+        std::memcpy(frame.pixels.data(), picture.data(), picture.size());
+    }
+
     World::State& s_;
     World::State::SimulatedView& camera_;
     PictureLayout layout_;
+    ShownBoards boards_;
     std::optional<FramePool> pool_;  // of a camera that gives pixels
     bool lost_ = false;
     DeviceCounts counts_;

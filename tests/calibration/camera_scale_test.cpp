@@ -36,7 +36,7 @@ TEST(CameraScaleTest, UndistortsWhatTheLensDistorts) {
     for (const double x : {-0.3, -0.05, 0.0, 0.2})
         for (const double y : {-0.2, 0.01, 0.25}) {
             const auto [u, v] = lens.distorted(x, y);
-            const auto [at_x, at_y] = undistorted(lens, 160 + 900 * u, 48 + 900 * v);
+            const auto [at_x, at_y] = optics::undistorted(lens, {160 + 900 * u, 48 + 900 * v});
             EXPECT_NEAR(at_x, x, 1e-12);
             EXPECT_NEAR(at_y, y, 1e-12);
         }
@@ -44,8 +44,8 @@ TEST(CameraScaleTest, UndistortsWhatTheLensDistorts) {
 
 TEST(CameraScaleTest, IsNotANumberWhereTheLensMapsNothing) {
     const Lens folding{{0, 0}, 100, -0.3, 0, 0, 0};  // its largest radius in the picture is 70.3 px
-    EXPECT_TRUE(std::isfinite(undistorted(folding, 69, 0)[0]));
-    EXPECT_TRUE(std::isnan(undistorted(folding, 72, 0)[0]));
+    EXPECT_TRUE(std::isfinite(optics::undistorted(folding, {69, 0})[0]));
+    EXPECT_TRUE(std::isnan(optics::undistorted(folding, {72, 0})[0]));
 }
 
 // A point at s on the axis of a plane tilted by theta about y is at X = s cos, Z = Z_0 + s sin.

@@ -2,16 +2,14 @@
 
 #include <spdlog/fmt/fmt.h>
 
-#include <cerrno>
 #include <cmath>
 #include <cstdio>
-#include <cstring>
-#include <fstream>
 #include <nlohmann/json.hpp>
 
 #include "calibration/accelerometer/sensor_file.hpp"
 #include "daemon/commands/calibrate/held_records.hpp"
 #include "daemon/commands/calibrate/led_attitudes.hpp"
+#include "daemon/commands/calibrate/new_file.hpp"
 #include "daemon/recording/time_text.hpp"
 #include "daemon/report/printing.hpp"
 #include "drivers/errors.hpp"
@@ -22,24 +20,6 @@ namespace {
 
 using calibration::Tumble;
 using calibration::Vector;
-
-// A file that must not exist before; every write reaches the disk's cache at once.
-class NewFile {
-public:
-    explicit NewFile(std::filesystem::path file) : file_{std::move(file)} {
-        if (std::filesystem::exists(file_))
-            throw InputError{file_.string() + ": exists and is not overwritten; give another --output"};
-    }
-    void append(const std::string& text) {
-        std::ofstream out{file_, std::ios::binary | std::ios::app};
-        out << text << std::flush;
-        if (!out) throw DeviceError{file_.string() + ": cannot be written: " + std::strerror(errno)};
-    }
-    [[nodiscard]] std::string name() const { return file_.string(); }
-
-private:
-    std::filesystem::path file_;
-};
 
 Vector zero_g(const Tumble& fit) {
     Vector zero{};

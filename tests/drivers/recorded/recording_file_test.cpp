@@ -71,6 +71,24 @@ TEST(CalibratedSensorFileTest, GainMatrixAndTextOfTheCalibrationAreReadBack) {
     EXPECT_EQ(b.acceleration({1000, -200, 30}), a.acceleration({1000, -200, 30}));
 }
 
+TEST(CalibratedCameraFileTest, LensTiltAndErrorAreReadBack) {
+    const SessionFolder folder;
+    Session written = small_session();
+    View& a = written.header.views[0];
+    a.scale_error = 2e-4;
+    a.lens = {{160.5, 48.25}, 1500, -0.2, 0.01, 1e-3, -2e-3};
+    a.tilt_deg = {3, -0.5};
+    a.calibration = "date = \"2026-11-26\"\n";
+    write_session(written, folder / "camera.h5");
+    const std::vector<View> views = read_session(folder / "camera.h5").header.views;
+    EXPECT_EQ(views[0].scale_error, a.scale_error);
+    EXPECT_EQ(views[0].lens, a.lens);
+    EXPECT_EQ(views[0].tilt_deg, a.tilt_deg);
+    EXPECT_EQ(views[0].calibration, a.calibration);
+    EXPECT_EQ(views[1].lens, Lens{});
+    EXPECT_EQ(views[1].scale_error, 0);
+}
+
 TEST_F(SessionFileTest, ViewsAndTargetsAreReadBackInOrder) {
     ASSERT_EQ(read_.header.views.size(), 2U);
     for (std::size_t k = 0; k < 2; ++k) {

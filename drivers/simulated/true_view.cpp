@@ -1,0 +1,75 @@
+#include "drivers/simulated/true_view.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <sstream>
+
+namespace shaker::simulated {
+
+namespace {
+constexpr double degree = std::numbers::pi / 180;
+}
+
+View true_view(const CameraTruth& camera) {
+    View view = camera.view;
+    const TrueOptics& t = camera.optics;
+    if (t.mm_per_px > 0) view.mm_per_px = t.mm_per_px;
+    if (t.distance_mm > 0) view.distance_mm = t.distance_mm;
+    if (t.k1 == 0 && t.k2 == 0 && t.tilt_x_deg == 0 && t.tilt_y_deg == 0 && t.turn_deg == 0) return view;
+    const double c = std::cos(degree * t.turn_deg), s = std::sin(degree * t.turn_deg);
+    view.along = {c * view.along[0] - s * view.along[1], s * view.along[0] + c * view.along[1]};
+    view.tilt_deg = {t.tilt_x_deg, t.tilt_y_deg};
+    view.lens = {.centre_px = {0.5 * (camera.width - 1), 0.5 * (camera.height - 1)},
+                 .focal_px = view.distance_mm > 0 ? view.distance_mm / view.mm_per_px : camera.width,
+                 .k1 = t.k1,
+                 .k2 = t.k2};
+    return view;
+}
+
+optics::Point seen_at(const View& truth, double offset_mm, double position_m, double centre_x, double row,
+                      double px_per_m) noexcept {
+    const double moved = truth.along[0] * position_m * px_per_m;
+    if (truth.lens.focal_px <= 0) return {centre_x + moved, row};
+    const optics::Point zero = optics::place_at(truth, offset_mm, {centre_x, row});
+    return optics::image_of(truth, offset_mm, {zero[0] + 1e3 * position_m, zero[1]});
+}
+
+std::vector<std::array<double, 4>> board_places(const std::string& text) {
+    std::istringstream in{text};
+    std::vector<double> numbers;
+    for (double x{}; in >> x;) numbers.push_back(x);
+    if (!in.eof() || numbers.size() % 4 != 0) return {};
+    std::vector<std::array<double, 4>> places(numbers.size() / 4);
+    for (std::size_t i = 0; i < numbers.size(); ++i) places[i / 4][i % 4] = numbers[i];
+    return places;
+}
+
+ShownBoards::ShownBoards(const CameraTruth& camera) : each_s_{camera.board_s} {
+    const View truth = true_view(camera);
+    const optics::Board board;
+    const optics::Point middle{-0.5 * board.columns * board.square_mm, -0.5 * board.rows * board.square_mm};
+    for (const auto& [a, b, turn, height] : board_places(camera.boards)) {
+        const optics::Point centre =
+            optics::place_at(truth, height, {0.5 * (camera.width - 1), 0.5 * (camera.height - 1)});
+        optics::BoardPose pose{{centre[0] + a, centre[1] + b}, turn * degree, height};
+        pose.origin_mm = pose.place_of(middle);
+        poses_.push_back(pose);
+    }
+}
+
+optics::BoardPose ShownBoards::at(double t) const noexcept {
+    constexpr double moving = 0.25;
+    const double place = std::clamp(t / each_s_, 0.0, static_cast<double>(poses_.size()) - 0.5);
+    const auto k = static_cast<std::size_t>(place);
+    const double share = (place - static_cast<double>(k)) / moving;
+    optics::BoardPose pose = poses_[k];
+    if (k == 0 || share >= 1) return pose;
+    const optics::BoardPose& before = poses_[k - 1];
+    const auto between = [&](double from, double to) { return from + share * (to - from); };
+    for (std::size_t i = 0; i < 2; ++i) pose.origin_mm[i] = between(before.origin_mm[i], pose.origin_mm[i]);
+    pose.turn_rad = between(before.turn_rad, pose.turn_rad);
+    return pose;
+}
+
+}  // namespace shaker::simulated
