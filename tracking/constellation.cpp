@@ -16,7 +16,7 @@ constexpr double cost_of_stranger = 12;
 constexpr double farthest_step = 0.8;  // of the distance to the neighbour, per frame
 // In a gap a member may move so much more than the fastest step makes of it, or than the range of all places.
 // After a gap longer than this share of the time watched that is no more than likely.
-constexpr double margin = 1.5, longest_share = 0.5;
+constexpr double gap_margin = 1.5, longest_gap = 0.5;
 constexpr double longest_companion_absence = 30;
 constexpr double most_misfit = 0.5 * enough_margin;
 
@@ -69,7 +69,8 @@ double Constellation::misfit(const std::vector<int>& chosen, std::span<const Can
 
 bool Constellation::too_far(const Member& m, Point to, double frames) const {
     const double gap = frames + m.unseen;
-    return gap >= 2 && length(to - m.at) > off_place(m) + margin * std::min(fastest_ * gap, 2 * farthest_);
+    return gap >= 2 &&
+           length(to - m.at) > off_place(m) + gap_margin * std::min(fastest_ * gap, 2 * farthest_);
 }
 
 Constellation::Hypothesis Constellation::try_displacement(Point displacement,
@@ -239,7 +240,7 @@ std::span<const int> Constellation::assign(std::span<const Candidate> candidates
     }
     double gap = frames;
     for (const Member& m : members_) gap = std::max(gap, frames + (m.gone ? 0 : m.unseen));
-    doubts_ = doubts_ || (gap > longest_share * watched_ && rivals(1));
+    doubts_ = doubts_ || (gap > longest_gap * watched_ && rivals(1));
     std::copy_n(best->chosen.begin(), targets_, chosen_.begin());
     follow(*best, candidates, frames);
     return chosen_;

@@ -12,7 +12,7 @@ constexpr double rim = 4.5;              // px on either side of the edge that a
 constexpr double least_rim_seen = 0.15;  // mean over the rim, below which a fit would find nothing
 constexpr double wrong_size = 0.04;      // share by which a given diameter may be wrong
 constexpr double size_step = 3;          // px of radius
-constexpr double rougher = 1.2;          // times the residuals of frame 0
+constexpr double cut_roughness = 1.2;    // times the residuals of frame 0
 constexpr int searched_pixels = 1500;    // of the rim, with which a peak of a search is tried
 
 // Monotone in the angle, without an arc tangent: 0..4 for one turn.
@@ -226,8 +226,9 @@ void DiscLocator::watch(const ImageView& image, const EdgeFitResult& fit) {
 // A small disc has no blocks that could disagree: what cuts it shows in the residuals only. Light that fades
 // leaves the noise as it was.
 bool DiscLocator::is_target(const EdgeFitResult& fit, Candidate& out) const {
-    const bool rough = fit.noise > rougher * reference_.noise &&
-                       fit.noise * reference_.contrast > rougher * reference_.noise * sign_ * fit.contrast;
+    const bool rough =
+        fit.noise > cut_roughness * reference_.noise &&
+        fit.noise * reference_.contrast > cut_roughness * reference_.noise * sign_ * fit.contrast;
     if (!judge(fit, reference_, subject_.along, out)) return false;
     out.degraded = out.degraded || (small() && rough);
     return true;

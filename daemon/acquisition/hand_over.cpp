@@ -52,11 +52,10 @@ Streams hand_over(Streams& streams, double keep_from_s) {
     rest.dropped.played += all.played.size() - rest.played.size();
     rest.dropped.changes += all.changes.size() - rest.changes.size();
     for (const TargetTrack& t : all.tracks) {
-        TargetTrack end{t.camera, t.target, end_of(t.tracks, [&](const tracking::Track& k) {
-                            return seconds(k.time) < keep_from_s - allowance_s;
-                        })};
-        end.dropped = t.dropped + t.tracks.size() - end.tracks.size();
-        rest.tracks.push_back(std::move(end));
+        auto end = end_of(
+            t.tracks, [&](const tracking::Track& k) { return seconds(k.time) < keep_from_s - allowance_s; });
+        const std::size_t dropped = t.dropped + t.tracks.size() - end.size();
+        rest.tracks.push_back({t.camera, t.target, std::move(end), dropped, t.exposure_s, t.scale_error});
     }
     all.timebase = std::move(recorded);
     streams = std::move(rest);

@@ -153,6 +153,14 @@ void forget(Streams& streams) {
     streams.timebase.begin_recording();
 }
 
+TargetTrack track_of(const View& view, const Target& target) {
+    return {.camera = view.camera,
+            .target = target,
+            .tracks = {},
+            .exposure_s = view.exposure_s,
+            .scale_error = view.scale_error};
+}
+
 Streams empty_streams(const Rig& rig) {
     Streams streams;
     if (rig.accelerometer)
@@ -164,7 +172,7 @@ Streams empty_streams(const Rig& rig) {
         streams.cameras.push_back(
             {.view = camera->view(), .first_track = streams.tracks.size(), .untimed = {}});
         for (const Target& target : camera->view().targets)
-            streams.tracks.push_back({camera->view().camera, target, {}});
+            streams.tracks.push_back(track_of(camera->view(), target));
     }
     streams.timebase = empty_timebase(streams);
     return streams;
@@ -203,8 +211,8 @@ MasterTime add_stamps(Streams& streams, std::size_t camera, const Frame& frame, 
 void scale(tracking::Track& track, const View& view, const Target& target) {
     if (!found(track.fix.state)) return;
     track.x_m = calibration::metres_along(view, target.offset_mm, track.fix.x_px, track.fix.y_px);
-    track.sd_m = 1e-3 * track.fix.sd_px *
-                 calibration::mm_per_px_at(view, target.offset_mm, track.fix.x_px, track.fix.y_px);
+    track.sd_m = 1e-3 * calibration::mm_per_px_at(view, target.offset_mm, track.fix.x_px, track.fix.y_px) *
+                 track.fix.sd_px;
 }
 
 void add_fixes(Streams& streams, std::size_t camera, const Frame& frame,
@@ -296,11 +304,8 @@ reduction::Measurement measurement_of(const Streams& streams, double frequency_h
                                                                                    : nullptr;
         if (to == nullptr) continue;
         reduction::MotionSeries& s = to->emplace_back(series_of(t, read, from_s, to_s));
-        for (const CameraStream& c : streams.cameras) {
-            if (c.view.camera != t.camera) continue;
-            s.exposure_s = c.view.exposure_s;
-            s.scale_error = c.view.scale_error;
-        }
+        s.exposure_s = t.exposure_s;
+        s.scale_error = t.scale_error;
     }
     return m;
 }

@@ -19,8 +19,12 @@ struct TargetTrack {
     std::string camera;
     Target target;
     std::vector<tracking::Track> tracks;
-    std::size_t dropped = 0;  // elements removed from the front by drop_before()
+    std::size_t dropped = 0;                 // elements removed from the front by drop_before()
+    double exposure_s = 0, scale_error = 0;  // of its camera's view
 };
+
+/// An empty track of a target in a view.
+TargetTrack track_of(const View& view, const Target& target);
 
 /// The frames of one camera and the index of their tracks.
 struct CameraStream {

@@ -88,7 +88,8 @@ acquisition::Streams RecordedParts::read(const MeasuredPart& part, double freque
     const acquisition::ReadPart span = part_read(streams, frequency_hz, part.from_s, part.to_s);
     out.blocks = blocks(span, out.timebase, file);
     for (const Tracks& t : tracks_)
-        out.tracks.push_back({views_[t.camera].camera, t.target, tracks(t, span, file)});
+        out.tracks.emplace_back(acquisition::track_of(views_[t.camera], t.target)).tracks =
+            tracks(t, span, file);
     return out;
 }
 

@@ -65,12 +65,10 @@ acquisition::Streams replayed_streams(const recorded::RecordingReader& file,
                                       const recorded::RecordingHeader& header, bool pictures,
                                       std::vector<std::string>& notes) {
     acquisition::Streams streams = streams_of(file, header, pictures ? Frames::from_pictures : Frames::none);
-    if (pictures) {
+    if (pictures)
         settle_times(streams, notes);
-    } else {
+    else
         read_tracks(file, header, streams);
-        streams.cameras = cameras_of(header);  // exposures and scale errors of the views
-    }
     return streams;
 }
 

@@ -65,7 +65,7 @@ constexpr std::array<Words, causes> words{{
      "check the load of the computer"},
     {"clock", "ppm", 1, "ppm", "the rate of a clock changed by {0} (limit {1})",
      "check the sample rates of the devices"},
-    {"recorder", "s", 1, "s", "nothing could be recorded for {0}",
+    {"recorder", "s", 1, "s", "nothing could be recorded for {0} (limit {1})",
      "check the disk: free space, speed, health"},
     {"acceleration_rms", "m/s^2", 1, "m/s^2", "acceleration of the base {0} rms exceeds the limit of {1}",
      "check for clipping, a loose fixture or a changed amplifier gain"},

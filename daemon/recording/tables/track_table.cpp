@@ -67,8 +67,8 @@ void read_tracks(const recorded::RecordingReader& file, const recorded::Recordin
                  acquisition::Streams& streams) {
     for (const View& view : header.views)
         for (const Target& target : view.targets) {
-            acquisition::TargetTrack t{view.camera, target,
-                                       read_rows(file, track_columns, track_path(view.camera, target))};
+            acquisition::TargetTrack t = acquisition::track_of(view, target);
+            t.tracks = read_rows(file, track_columns, track_path(view.camera, target));
             for (Track& k : t.tracks) acquisition::scale(k, view, target);
             streams.tracks.push_back(std::move(t));
         }
