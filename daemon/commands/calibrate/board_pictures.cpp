@@ -22,7 +22,7 @@ namespace {
 using calibration::PlacedBoard;
 using calibration::SeenBoard;
 
-constexpr double still_px = 0.1, moved_px = 5, patience_s = 300, pictures_hz = 10;
+constexpr double still_px = 0.1, moved_px = 5, board_patience_s = 300, pictures_hz = 10;
 
 // Root mean square distance of the corners that both have; infinite when there are fewer than four.
 double distance_px(const SeenBoard& a, const SeenBoard& b) {
@@ -91,10 +91,10 @@ public:
             const FramePtr frame = newest();
             if (frame == nullptr) {
                 if (camera_.ended()) throw DeviceError{fmt::format("camera \"{}\": has ended", lead_.camera)};
-                if (waited_s_ > patience_s)
+                if (waited_s_ > board_patience_s)
                     throw InputError{
                         fmt::format("camera \"{}\": no picture of a board at rest within {:.0f} s: {}",
-                                    lead_.camera, patience_s, why_not_)};
+                                    lead_.camera, board_patience_s, why_not_)};
                 continue;
             }
             look(*frame);
