@@ -2,7 +2,7 @@
 import { byId, setText } from "../dom";
 import { clockTime, decimalsFor, fixed, number, prefixed, unknown, withError, withErrors } from "../format";
 import { degrees, paperG } from "../groups";
-import type { Known, Result, State, Walker } from "../protocol";
+import type { Estimate, Known, Result, State, Walker } from "../protocol";
 import type { Store } from "../store";
 
 function acceleration(value: Known): string {
@@ -14,6 +14,12 @@ function angle(value: Known): string {
 }
 
 function millimetres(metres: Known): string { return metres === null ? unknown : `${fixed(metres * 1e3, 1)} mm`; }
+
+/** How much a ratio exceeds 1: "+0.02 ± 0.04 %". */
+function excess(ratio: Estimate | null): string {
+    if (ratio === null || ratio.value === null) return unknown;
+    return `${withError({ value: ratio.value - 1, sigma: ratio.sigma }, 100)} %`;
+}
 
 export function makeNumbers(store: Store): () => void {
     const ids = [
@@ -33,7 +39,7 @@ export function makeNumbers(store: Store): () => void {
         setText(at.D, withErrors(result.D_m, 1e3));
         setText(at.efficiency, withErrors(result.efficiency, 100));
         setText(at.mu, withError(result.mu));
-        setText(at.ratio, withErrors(result.bench_check));
+        setText(at.ratio, excess(result.bench_check));
         showOrigin(result);
         setText(at.steady, steadyWords(state));
         setText(at.gamma, acceleration(measured.gamma_mps2));
