@@ -161,7 +161,7 @@ struct CampaignState {
     std::string name;      // of the plan
     std::string title{};   // of the plan
     std::string folder{};  // beside the recordings, without path
-    bool active = false;   // false: it has ended
+    bool active = false;   // false: it has ended, and its table is written
     std::string doing{};   // "measuring", "returning", "changing", "paused", "ended"
     bool paused = false;
     std::size_t points = 0, ended = 0;

@@ -117,7 +117,7 @@ void CampaignHost::end(bool leaving) {
 std::optional<CampaignState> CampaignHost::state() {
     if (state_.name.empty()) return std::nullopt;
     CampaignState s = state_;
-    s.active = active();
+    s.active = active() || finishing_.valid();
     if (!session_) return s;
     const campaign::Engine& engine = session_->engine();
     s.points = session_->points().size();

@@ -102,7 +102,8 @@ constexpr Published rows[] = {
     {"/result/settle_periods", nullptr, nullptr, "", "periods of settled drive before it; 0: until steady",
      [](State s) { return count(s.plan.settle); }},
     // the campaign
-    {"/campaign/active", "CAMPaign:ACTive", nullptr, "", "1 while a campaign has the bench",
+    {"/campaign/active", "CAMPaign:ACTive", nullptr, "",
+     "1 while a campaign has the bench or its table is written",
      [](State s) { return of_campaign(s, [](const auto& c) { return c.active; }); }},
     {"/campaign/paused", "CAMPaign:WAITing", nullptr, "", "1 while it is paused and waits for a person",
      [](State s) { return of_campaign(s, [](const auto& c) { return c.paused; }); }},

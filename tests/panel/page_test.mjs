@@ -29,7 +29,8 @@ test("The page shows results with errors, drive and state", async () => {
     await until(async () => (await text(page, "v-D")) !== "–", "v_D");
     const [value, sigma] = (await text(page, "v-D")).split(" ± ").map(Number);
     assert.ok(Math.abs(value - 14.584) < 0.001 + 5 * sigma && sigma > 0, `${value} ${sigma}`);
-    for (const id of ["D", "efficiency", "mu", "ratio"]) assert.match(await text(page, id), /^[\d.]+ ± [\d.]+$/);
+    for (const id of ["D", "efficiency", "mu"]) assert.match(await text(page, id), /^[\d.]+ ± [\d.]+$/);
+    assert.match(await text(page, "ratio"), /^-?[\d.]+ ± [\d.]+ %$/);
     assert.equal(await text(page, "gamma-asked"), "1.000 g (9.800 m/s²)");
     assert.match(await text(page, "steady"), /✓ steady, \d+ periods/);
     assert.match(await text(page, "state"), /running/);
