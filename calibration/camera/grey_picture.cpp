@@ -5,7 +5,6 @@
 #include <opencv2/core.hpp>
 
 #include "drivers/codecs/codecs.hpp"
-#include "drivers/errors.hpp"
 
 namespace shaker::calibration {
 
@@ -32,15 +31,7 @@ GreyPicture grey_picture(const ImageView& image) {
 
 GreyPicture read_picture(const std::filesystem::path& file) {
     constexpr std::array<float, 3> weights{0.114F, 0.587F, 0.299F};  // blue, green, red
-    cv::Mat image;
-    try {
-        image = codecs::read_image(file.string());
-    } catch (const cv::Exception& error) {
-        throw InputError{file.string() + ": is not an image that can be read: " + error.err};
-    }
-    if (image.empty()) throw InputError{file.string() + ": is not an image that can be read"};
-    if (image.depth() != CV_8U && image.depth() != CV_16U)
-        throw InputError{file.string() + ": its pixels are not integers of 8 or 16 bits"};
+    const cv::Mat image = codecs::read_image(file.string());
     const int channels = image.channels();
     const bool wide = image.depth() == CV_16U;
     GreyPicture picture{.width = image.cols, .height = image.rows};

@@ -53,7 +53,18 @@ bool wait_for_picture(const cv::VideoCapture& device, std::chrono::nanoseconds w
     return functions().wait_for_picture(device, wait);
 }
 
-cv::Mat read_image(const std::string& file) { return functions().read_image(file); }
+cv::Mat read_image(const std::string& file) {
+    cv::Mat image;
+    try {
+        image = functions().read_image(file);
+    } catch (const cv::Exception& error) {
+        throw InputError{file + ": is not an image that can be read: " + error.err};
+    }
+    if (image.empty()) throw InputError{file + ": is not an image that can be read"};
+    if (image.depth() != CV_8U && image.depth() != CV_16U)
+        throw InputError{file + ": its pixels are not integers of 8 or 16 bits"};
+    return image;
+}
 
 std::vector<unsigned char> jpeg_of(const cv::Mat& grey, int quality) {
     return functions().jpeg_of(grey, quality);

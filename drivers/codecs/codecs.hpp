@@ -38,7 +38,8 @@ bool has_ffmpeg();
 /// when the device is gone.
 bool wait_for_picture(const cv::VideoCapture& device, std::chrono::nanoseconds wait);
 
-/// An image file with its own depth and channels; empty when it cannot be decoded. Throws cv::Exception.
+/// An image file with its own channels, of 8 or 16 bits. InputError when it cannot be decoded, or has other
+/// pixels.
 cv::Mat read_image(const std::string& file);
 
 /// A grey picture of 8 bits as a JPEG file of this quality (0 to 100); empty when it cannot be encoded.

@@ -178,16 +178,7 @@ public:
 
 private:
     static cv::Mat load(const std::filesystem::path& file) {
-        cv::Mat image;
-        try {
-            image = codecs::read_image(file.string());
-        } catch (const cv::Exception& error) {
-            throw InputError{file.string() + ": is not an image that can be read: " + error.err};
-        }
-        if (image.empty()) throw InputError{file.string() + ": is not an image that can be read"};
-        if (image.depth() != CV_8U && image.depth() != CV_16U)
-            throw InputError{file.string() + ": its pixels are not integers of 8 or 16 bits"};
-        return grey_of(image);
+        return grey_of(codecs::read_image(file.string()));
     }
 
     std::vector<std::filesystem::path> files_;
