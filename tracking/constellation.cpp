@@ -15,7 +15,7 @@ constexpr double cost_of_missing = 4.5, cost_of_left_over = 6, cost_of_haste = 6
 constexpr double cost_of_stranger = 12;
 constexpr double farthest_step = 0.8;  // of the distance to the neighbour, per frame
 // In a gap a member may move so much more than the fastest step makes of it, or than the range of all places.
-// After a gap longer than this share of the time watched that is no more than likely.
+// After a gap longer than this share of the time watched it may have moved farther: the names are doubted.
 constexpr double gap_margin = 1.5, longest_gap = 0.5;
 constexpr double longest_companion_absence = 30;
 constexpr double most_misfit = 0.5 * enough_margin;

@@ -166,7 +166,7 @@ void set_axis(PlaneFit& fit, const PlaneModel& model, const VectorXd& x, const M
     if (known.axis == AxisFrom::slid) direction = slid_direction(model, x, pictures);
     fit.axis_deg = {std::remainder(direction.value - board, 2 * std::numbers::pi) / degree,
                     direction.sigma / degree};
-    if (known.axis != AxisFrom::told) fit.view.along = along_at(fit.view, direction.value);
+    if (known.axis != AxisFrom::settings) fit.view.along = along_at(fit.view, direction.value);
 }
 
 void set_camera(PlaneFit& fit, const PlaneModel& model, const VectorXd& x, const MatrixXd& covariance) {
@@ -207,7 +207,7 @@ void require_use(const PlaneFit& fit, int width, int height) {
 }
 
 void add_findings(PlaneFit& fit, const BoardKnowledge& known) {
-    if (!fit.distance_found && known.told.distance_mm > 0)
+    if (!fit.distance_found && known.settings.distance_mm > 0)
         fit.findings.push_back(
             fmt::format("the distance is that of the settings ({:.4g} +- {:.2g} mm): pictures at one height "
                         "do not determine "
@@ -245,7 +245,7 @@ PlaneFit fit_plane(std::span<const PlacedBoard> pictures, const optics::Board& b
     VectorXd x = model.start();
     constexpr double first_noise_px = 0.02, least_noise_px = 1e-4;
     PlaneFit fit;
-    fit.view = known.told;
+    fit.view = known.settings;
     require_coverage(fit, pictures);
     double noise = first_noise_px;
     for (int pass = 0; pass < 3; ++pass) {

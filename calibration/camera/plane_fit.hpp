@@ -12,17 +12,17 @@ namespace shaker::calibration {
 
 /// Direction that becomes `along`: the one of the settings, the board's x, or the line on which the board was
 /// moved from picture to picture.
-enum class AxisFrom { told, board, slid };
+enum class AxisFrom { settings, board, slid };
 
 /// Knowledge before the fit; each error is a standard error. The fit takes them as observations.
 struct BoardKnowledge {
-    View told{};                    // along, and distance_mm (0: telecentric)
-    double distance_error = 0.1;    // of the told distance, relative
+    View settings{};                // along, and distance_mm (0: telecentric)
+    double distance_error = 0.1;    // of the distance above, relative
     double centre_share = 0.03;     // of the optical axis from the middle of the picture, over its width
     double board_error = 2e-4;      // of the length of the board's squares, relative
     double offset_error_mm = 0.05;  // of each height
     double walker_offset_mm = 0;    // plane in which the scale is wanted too
-    AxisFrom axis = AxisFrom::told;
+    AxisFrom axis = AxisFrom::settings;
 };
 
 /// A picture and the height of the board's printed face over the reference plane, towards the camera.

@@ -61,7 +61,7 @@ void PlaneModel::begin() {
     start_ = Eigen::VectorXd::Zero(first_of_pose(pictures_.size()));
     View view;
     view.mm_per_px = 1;
-    view.along = known_.told.along;
+    view.along = known_.settings.along;
     view.lens = {.centre_px = {0.5 * (width - 1), 0.5 * (height - 1)}, .focal_px = width};
     std::vector<Similarity> found;
     double scales = 0, all = 0;
@@ -74,11 +74,12 @@ void PlaneModel::begin() {
         found.push_back(similarity(from, to));
         const double count = static_cast<double>(from.size());
         const double shrink =
-            telecentric() ? 1 : 1 - pictures_[k].offset_mm / known_.told.distance_mm;  // of the plane's scale
+            telecentric() ? 1
+                          : 1 - pictures_[k].offset_mm / known_.settings.distance_mm;  // of the plane's scale
         scales += count / found.back().scale / shrink;
         all += count;
     }
-    const double scale = scales / all, distance = telecentric() ? 0 : known_.told.distance_mm;
+    const double scale = scales / all, distance = telecentric() ? 0 : known_.settings.distance_mm;
     start_[0] = std::log(scale);
     start_[1] = telecentric() ? 0 : std::log(distance);
     start_[4] = view.lens.centre_px[0];
@@ -101,7 +102,7 @@ void PlaneModel::begin() {
 // The unit of the lens's radii is the picture's width.
 View PlaneModel::view_of(const Eigen::VectorXd& x) const {
     View view;
-    view.along = known_.told.along;
+    view.along = known_.settings.along;
     view.mm_per_px = std::exp(x[0]);
     view.distance_mm = telecentric() ? 0 : std::exp(x[1]);
     view.tilt_deg = {x[2], x[3]};

@@ -41,7 +41,7 @@ public:
     [[nodiscard]] Normal normal(const Eigen::VectorXd& x, double noise_px) const;
     [[nodiscard]] double cost(const Eigen::VectorXd& x, double noise_px) const;
     [[nodiscard]] int first_of_pose(std::size_t picture) const;
-    [[nodiscard]] bool telecentric() const { return known_.told.distance_mm <= 0; }
+    [[nodiscard]] bool telecentric() const { return known_.settings.distance_mm <= 0; }
 
     /// Corrects the observations for the bend of the squares' edges by the lens: a corner is where straight
     /// lines along them cross, which the mean sagitta moves.

@@ -17,7 +17,7 @@ using manual::Argument;
 using manual::Kind;
 
 constexpr std::array<std::string_view, 2> devices{"accelerometer", "camera"};
-constexpr std::array<std::string_view, 3> axes{"told", "board", "slid"};
+constexpr std::array<std::string_view, 3> axes{"settings", "board", "slid"};
 
 constexpr Argument length_argument(std::string_view name, std::string_view help, Range allowed,
                                    std::string_view standard) {
@@ -133,10 +133,11 @@ constexpr std::array arguments{
              .standard = "0.1"},
     Argument{
         .name = "--axis",
-        .help = "camera: +x: as told; the board's x; or the line on which the base was pushed with the board",
+        .help =
+            "camera: +x is that of the settings, the board's x, or the line on which the board was pushed",
         .kind = Kind::word,
         .words = axes,
-        .standard = "told"},
+        .standard = "settings"},
     whole_argument("--pictures", "camera: live: pictures on the base; a third as many raised", {1, 100}, "9"),
     length_argument("--length", "camera: the quick way: a known length in the base's plane", {1e-3, 10}, ""),
     length_argument("--length-error", "camera: its standard error", {0, 1}, "0.1mm"),

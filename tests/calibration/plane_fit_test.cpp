@@ -19,7 +19,7 @@ using optics::Board, optics::BoardPose, optics::Point;
 constexpr int width = 360, height = 240;
 constexpr double walker_mm = 12, told_distance_mm = 600, told_error = 0.05;
 
-// A camera that is not as told, and pictures of a board under it.
+// A camera that differs from its settings, and pictures of a board under it.
 struct DrawnBoards {
     explicit DrawnBoards(unsigned seed) : random{seed} {
         truth.mm_per_px = 0.3 * (1 + 0.03 * evenly());
@@ -64,7 +64,7 @@ struct DrawnBoards {
                          .board_error = 1e-8,
                          .offset_error_mm = 1e-6,
                          .walker_offset_mm = walker_mm};
-        k.told.distance_mm = told_distance_mm;
+        k.settings.distance_mm = told_distance_mm;
         return k;
     }
     [[nodiscard]] double deviation(const View& fit, double offset_mm) const {

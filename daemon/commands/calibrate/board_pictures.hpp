@@ -16,7 +16,7 @@ struct BoardOptions {
 };
 
 struct BoardPictures {
-    View view{};  // as the rig tells it; of files only the name, direction and distance
+    View view{};  // by the rig file; for pictures from files only name, direction and distance are set
     std::vector<calibration::PlacedBoard> boards{};
 };
 

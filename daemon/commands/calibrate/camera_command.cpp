@@ -32,7 +32,8 @@ std::string text_of(const PlaneFit& f, const std::vector<PlacedBoard>& boards) {
     const auto line = [&](std::string_view name, const calibration::Estimate& e, std::string_view unit) {
         text += fmt::format("{:<11} {:.6g} +- {:.2g} {}\n", name, e.value, e.sigma, unit);
     };
-    if (f.view.distance_mm > 0) line("distance", f.distance_mm, f.distance_found ? "mm" : "mm (told)");
+    if (f.view.distance_mm > 0)
+        line("distance", f.distance_mm, f.distance_found ? "mm" : "mm (of the settings)");
     line("tilt x", f.tilt_x_deg, "deg");
     line("tilt y", f.tilt_y_deg, "deg");
     line("lens k1", f.k1, "");
@@ -180,7 +181,7 @@ void calibrate_camera(const CameraOptions& options) {
     };
     const BoardPictures pictures = pictures_of(options, show);
     const PlaneFit fit = calibration::fit_plane(pictures.boards, options.board.board,
-                                                {.told = pictures.view,
+                                                {.settings = pictures.view,
                                                  .distance_error = options.distance_error,
                                                  .board_error = options.board_error,
                                                  .offset_error_mm = options.offset_error_mm,

@@ -22,10 +22,10 @@ struct CameraOptions {
     std::vector<std::filesystem::path> raised{};
     std::optional<KnownLength> length{};
     BoardLead lead{};
-    double distance_mm = 0;  // told, of pictures from files; 0: telecentric
+    double distance_mm = 0;  // of pictures from files, by the operator; 0: telecentric
     double distance_error = 0.1, board_error = 2e-4, offset_error_mm = 0.05;
     double walker_mm = 0;  // height of the walker's plane; live: the highest of the view's targets
-    calibration::AxisFrom axis = calibration::AxisFrom::told;
+    calibration::AxisFrom axis = calibration::AxisFrom::settings;
     std::filesystem::path output{};   // empty: camera-NAME-DATE.toml
     std::filesystem::path corners{};  // CSV of the corners and their residuals; empty: none
     bool json = false;

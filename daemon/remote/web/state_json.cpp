@@ -28,7 +28,7 @@ json estimate(const calibration::Estimate& e) {
     return {{"value", e.value}, {"sigma", number(e.sigma)}};
 }
 
-// An error by a calibration stands beside the statistical one; without a calibration there is none.
+// Without a calibration the systematic part of the error is left out.
 json estimate(const calibration::Estimate& e, double systematic) {
     json all = estimate(e);
     if (!all.is_null() && std::isfinite(systematic)) all["systematic"] = systematic;

@@ -113,8 +113,8 @@ TEST_F(CalibrateCameraTest, RefusesOptionsThatDoNotFit) {
     EXPECT_NE(o.err.find("--square is for a camera"), std::string::npos) << o.err;
 }
 
-// A bench whose scale, lens and tilt are not as told is calibrated with a board, and then finds the drift
-// that it really has.
+// A bench whose scale, lens and tilt differ from its settings is calibrated with a board, and then finds the
+// drift that it really has.
 TEST_F(CalibrateCameraTest, CalibratesTheSimulatedBenchLive) {
     const std::string camera =
         "width_px = 480\nheight_px = 200\nmm_per_px = 0.4\ntrue_mm_per_px = 0.412\ntrue_distance_mm = 615\n"
