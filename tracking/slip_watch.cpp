@@ -35,6 +35,14 @@ std::optional<double> SlipWatch::take(double place, double pictures) {
         doubts_ = true;
         since_ = {};
     }
+    if (gap && !doubts_) {
+        // It moved by less than half a pitch: the rest was followed on something else.
+        const double slip = pitch_ * std::round((place - last_) / pitch_);
+        if (slip != 0) {
+            last_ = place - slip;
+            return slip;
+        }
+    }
     if (!doubts_) {
         fastest_ = std::max(fastest_, std::abs(place - last_) / pictures);
         before_.add(place, pictures, noise * pitch_);

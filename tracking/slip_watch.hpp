@@ -8,7 +8,8 @@ namespace shaker::tracking {
 /// Bars and dots look alike after a move by a whole pitch, so a gap in which the target may have moved by
 /// half a pitch leaves its place ambiguous. The possible move is the smaller of the fastest step times the
 /// gap and of the range of all places, half as much again; after a gap longer than half of the time that the
-/// target was watched, no move is excluded. A target that once moves by a third of its pitch from one picture
+/// target was watched, no move is excluded. A target that is found further away than it can have moved has
+/// slipped by a known number of pitches. A target that once moves by a third of its pitch from one picture
 /// to the next is sampled too seldom and stays in doubt. A target that oscillates about a fixed place (a
 /// base) settles the doubt: once it has moved over its old range again, a shift of the middle of the range is
 /// the slip.

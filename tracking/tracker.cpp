@@ -34,7 +34,7 @@ struct Followed {
     Box region{};       // in frame 0
     Point began{};      // place in frame 0
     bool seen = true;   // in the last frame
-    double unseen = 0;  // pictures since it was seen last, with those that never came
+    double unseen = 0;  // pictures since it was seen whole, with those that never came
     bool in_group = false;
     double rival = 0;  // likeness of what resembled it best in frame 0, though not enough for a group
 };
@@ -78,6 +78,8 @@ void ViewTracker::Impl::report(const ImageView& image, std::size_t k, Candidate 
         lose(k, frames);
         return;
     }
+    // A partly hidden target may be something else beside it: no evidence about slips.
+    const bool partly = found.degraded;
     const int x = static_cast<int>(std::lround(found.at.x - t.began.x));
     const int y = static_cast<int>(std::lround(found.at.y - t.began.y));
     const Box& r = t.region;
@@ -90,8 +92,12 @@ void ViewTracker::Impl::report(const ImageView& image, std::size_t k, Candidate 
     t.velocity = t.seen && frames > 0 ? (1 / frames) * (found.at - t.at) : Point{};
     t.at = found.at;
     const Point axis{view.along[0], view.along[1]};
-    const auto slip = t.slips.take(found.at.x * axis.x + found.at.y * axis.y, t.unseen + frames);
-    t.unseen = 0;
+    t.unseen += frames;
+    std::optional<double> slip;
+    if (!partly) {
+        slip = t.slips.take(found.at.x * axis.x + found.at.y * axis.y, t.unseen);
+        t.unseen = 0;
+    }
     if (found.degraded || t.slips.doubts() || slip.value_or(0) != 0)
         fixes[k] = {found.at.x, found.at.y, found.sd, TrackState::degraded};
     else

@@ -83,6 +83,20 @@ TEST(SlipWatchRuleTest, ShortGapsOfSmallMotionAreNotDoubted) {
     EXPECT_FALSE(base.doubted());
 }
 
+// A place that something else led away in the gap is put back by whole pitches.
+TEST(SlipWatchRuleTest, AMoveBeyondWhatIsPossibleIsMended) {
+    for (const bool oscillates : {true, false}) {
+        SlipWatch watch{pitch, oscillates};
+        for (int i = 0; i < 300; ++i) watch.take(base_at(i, 2), 1);
+        const double truth = base_at(320, 2);
+        for (const int slip : {-2, -1, 1}) {
+            EXPECT_EQ(watch.take(truth + slip * pitch, 20), slip * pitch);
+            EXPECT_FALSE(watch.take(truth, 1).has_value()) << "the next picture goes on at the right place";
+            EXPECT_FALSE(watch.doubts());
+        }
+    }
+}
+
 TEST(SlipWatchRuleTest, AWalkerStaysInDoubt) {
     Followed walker{12, false};
     for (int i = 0; i < 300; ++i) walker.next();
