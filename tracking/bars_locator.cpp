@@ -10,6 +10,14 @@ namespace {
 constexpr double tau = 2 * std::numbers::pi;
 constexpr int noise_samples = 1000;  // pairs of pixels; the noise is then known to 2 %
 constexpr double periods_per_window = 3;
+constexpr int enough = 100;  // windows: so many tell where the bars are hidden
+
+// As std::arg(), to 1e-7, and faster where the angle is small.
+double angle(std::complex<double> z) noexcept {
+    if (!(std::abs(z.imag()) < 0.2 * z.real())) return std::arg(z);
+    const double t = z.imag() / z.real(), t2 = t * t;
+    return t * (1 - t2 * (1.0 / 3 - t2 * (1.0 / 5 - t2 / 7)));
+}
 
 }  // namespace
 
@@ -131,7 +139,8 @@ Point BarsLocator::learn(const ImageView& image) {
     const double half = 0.5 * periods_per_window * pitch_;
     const double room = span - 1 - 2 * half;
     const int steps = static_cast<int>(std::floor(room / half));
-    profiles_.resize(static_cast<std::size_t>(std::clamp((across1_ - across0_) / 6, 1, 4)));
+    profiles_.resize(static_cast<std::size_t>(
+        std::clamp(std::min((across1_ - across0_) / 6, enough / (steps + 1)), 1, 4)));
     load(image, first, last);
     windows_.clear();
     Complex sum{0, 0};
@@ -142,6 +151,7 @@ Point BarsLocator::learn(const ImageView& image) {
             w.band = band;
             tabulate(w);
             w.learned = look(w, 0);
+            w.learned_strength = std::abs(w.learned);
             // The carriers have their common origin in the middle, so that the windows of regular bars agree
             // in phase.
             sum += w.learned * std::polar(1.0, -tau * (w.centre - middle) / pitch_);
@@ -194,20 +204,20 @@ double BarsLocator::median_off() {
 // deviation of each part of a window's fundamental.
 void BarsLocator::choose_windows(double noise) {
     sorted_.clear();
-    for (const Window& w : windows_) sorted_.push_back(std::abs(w.now) / std::abs(w.learned));
+    for (const Window& w : windows_) sorted_.push_back(w.strength / w.learned_strength);
     // The upper quartile: an object over the bars lowers their amplitude and may cover most of them.
     const auto upper = sorted_.begin() + static_cast<std::ptrdiff_t>(sorted_.size() * 3 / 4);
     std::nth_element(sorted_.begin(), upper, sorted_.end());
     const double typical = *upper;
     for (Window& w : windows_) {
-        const double gain = std::abs(w.now) / std::abs(w.learned),
-                     slack = 0.15 * typical + 4 * noise / std::abs(w.learned);
-        w.used = std::abs(w.now) > 4 * noise && gain > 0.2 && std::abs(gain - typical) < slack;
+        const double gain = w.strength / w.learned_strength,
+                     slack = 0.15 * typical + 4 * noise / w.learned_strength;
+        w.used = w.strength > 4 * noise && gain > 0.2 && std::abs(gain - typical) < slack;
     }
     // First moved to the middle: phases wrap, which a median ignores.
     const double middle = median_off();
     for (Window& w : windows_) {
-        const double allowed = 5 * noise / std::abs(w.now) * pitch_ / tau + 1e-3 * pitch_;
+        const double allowed = 5 * noise / w.strength * pitch_ / tau + 1e-3 * pitch_;
         w.used = w.used && std::abs(w.off - middle) < allowed;
     }
 }
@@ -220,11 +230,12 @@ bool BarsLocator::measure(const ImageView& image, double shift, Candidate& out) 
     Complex all{0, 0};
     for (Window& w : windows_) {
         w.now = look(w, whole_px);
+        w.strength = std::sqrt(std::norm(w.now));
         all += std::conj(w.learned) * w.now;
     }
     for (Window& w : windows_) {
         // Relative to the common phase, so that no window is off by a whole pitch.
-        const double turn = std::arg(std::conj(w.learned) * w.now * std::conj(all));
+        const double turn = angle(std::conj(w.learned) * w.now * std::conj(all));
         w.off = -per_radian * (turn + std::arg(all));
     }
     const double bands = static_cast<double>(profiles_.size());
@@ -238,7 +249,7 @@ bool BarsLocator::measure(const ImageView& image, double shift, Candidate& out) 
         used += 1;
         weight += std::norm(w.now);
         sum += std::norm(w.now) * w.off;
-        gain += std::abs(w.now) / std::abs(w.learned);
+        gain += w.strength / w.learned_strength;
     }
     const double total = static_cast<double>(windows_.size());
     if (!(used > 0) || used < 0.2 * total || gain < 0.3 * used || gain > 3 * used) return false;

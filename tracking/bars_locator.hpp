@@ -32,9 +32,9 @@ private:
         std::size_t band = 0;
         int first = 0;                                       // pixel of the first weight, in frame 0
         Eigen::Matrix<double, Eigen::Dynamic, 2> weights{};  // real and imaginary part
-        Complex learned{};                                   // fundamental in frame 0
-        Complex now{};
-        double off = 0;  // px, shift minus the whole pixels of the window
+        Complex learned{}, now{};                            // fundamental in frame 0 and in this one
+        double learned_strength = 0, strength = 0;           // their moduli
+        double off = 0;                                      // px, shift minus the whole pixels of the window
         bool used = false;
     };
 

@@ -8,7 +8,7 @@ namespace shaker::tracking {
 
 namespace {
 
-constexpr int most_rows = 32;
+constexpr int most_rows = 24;
 
 // A code that ends a range: at least eight ones, and only zeros below them.
 bool ends_a_range(unsigned code) {

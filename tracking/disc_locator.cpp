@@ -14,6 +14,7 @@ constexpr double wrong_size = 0.04;      // share by which a given diameter may 
 constexpr double size_step = 3;          // px of radius
 constexpr double cut_roughness = 1.2;    // times the residuals of frame 0
 constexpr int searched_pixels = 1500;    // of the rim, with which a peak of a search is tried
+constexpr int watched_pixels = 500;      // with which the careful fit watches the filters
 
 // Monotone in the angle, without an arc tangent: 0..4 for one turn.
 double diamond_angle(double dx, double dy) noexcept {
@@ -85,7 +86,8 @@ Point DiscLocator::learn(const ImageView& image) {
                          .level = 0.5 * (levels.low + levels.high)},
                         sites(), std::vector<Point>(static_cast<std::size_t>(blocks_)));
         const int pixels = static_cast<int>(fit_.samples().size());
-        every_ = (pixels + searched_pixels - 1) / searched_pixels;
+        search_every_ = (pixels + searched_pixels - 1) / searched_pixels;
+        watch_every_ = (pixels + watched_pixels - 1) / watched_pixels;
         tries_ = static_cast<std::size_t>(std::max(2, 2 * searched_pixels / pixels));
         return {learned_.x, learned_.y};
     }
@@ -196,7 +198,7 @@ bool DiscLocator::locate(const ImageView& image, Point predicted, Candidate& out
     EdgeFitResult fit;
     if (rim_seen > least_rim_seen) {
         if (follower_.follow(image, predicted, reference_, subject_.along, out)) {
-            if (follower_.due()) watch(image, measure(image, out.at, 0.1, every_));
+            if (follower_.due()) watch(image, measure(image, out.at, 0.1, watch_every_));
             return true;
         }
         fit = measure(image, follower_.start());
@@ -220,17 +222,13 @@ bool DiscLocator::locate(const ImageView& image, Point predicted, Candidate& out
 
 void DiscLocator::watch(const ImageView& image, const EdgeFitResult& fit) {
     if (fit.converged) blur_ = followed_blur(blur_, fit.outline.blur);
-    follower_.watch(image, fit, subject_.along, blur_);
+    follower_.watch(image, fit, subject_.along, learned_.size, blur_);
 }
 
-// A small disc has no blocks that could disagree: what cuts it shows in the residuals only. Light that fades
-// leaves the noise as it was.
+// A small disc has no blocks that could disagree: what cuts it shows in the residuals only.
 bool DiscLocator::is_target(const EdgeFitResult& fit, Candidate& out) const {
-    const bool rough =
-        fit.noise > cut_roughness * reference_.noise &&
-        fit.noise * reference_.contrast > cut_roughness * reference_.noise * sign_ * fit.contrast;
     if (!judge(fit, reference_, subject_.along, out)) return false;
-    out.degraded = out.degraded || (small() && rough);
+    out.degraded = out.degraded || (small() && rougher(fit, reference_, cut_roughness));
     return true;
 }
 
@@ -241,7 +239,7 @@ void DiscLocator::try_peaks(const ImageView& image, Sweep sweep, std::vector<Can
         const std::size_t k = i == 0 || tries == all ? i : 1 + turn_++ % (all - 1);
         const Point start = ring_.refine(image, peaks_[k].at, contrast_);
         Candidate candidate;
-        if (!is_target(measure(image, start, 0.1, every_), candidate)) continue;
+        if (!is_target(measure(image, start, 0.1, search_every_), candidate)) continue;
         const auto same = [&](const Candidate& c) { return length(c.at - candidate.at) < extent(); };
         if (std::none_of(out.begin(), out.end(), same)) out.push_back(candidate);
     }

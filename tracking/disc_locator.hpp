@@ -52,7 +52,7 @@ private:
     int blocks_ = 1;
     // Progress of a search that takes several pictures.
     std::size_t tries_ = 2, turn_ = 0;
-    int every_ = 1;
+    int search_every_ = 1, watch_every_ = 1;
     int next_row_ = std::numeric_limits<int>::max();
 };
 

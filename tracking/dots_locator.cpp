@@ -172,7 +172,7 @@ bool DotsLocator::locate(const ImageView& image, Point predicted, Candidate& out
 
 void DotsLocator::watch(const ImageView& image, const EdgeFitResult& fit) {
     if (fit.converged) blur_ = followed_blur(blur_, fit.outline.blur);
-    follower_.watch(image, fit, subject_.along, blur_);
+    follower_.watch(image, fit, subject_.along, learned_.size, blur_);
 }
 
 void DotsLocator::search(const ImageView& image, Point last, Sweep, std::vector<Candidate>& out) {

@@ -9,17 +9,18 @@ namespace {
 
 constexpr int watched_every = 16;    // pictures
 constexpr double other_blur = 0.04;  // share of the tabulated blur
-// The roughness may exceed the watched one by this share and by so many of its standard errors, or by what
+constexpr double other_size = 0.05;  // px
+// The roughness may exceed the watched one by this share and by so many standard errors, or by what
 // rounding of grey levels makes of it (share of the contrast).
-constexpr double rougher = 0.02, errors = 4, rounding = 3e-3;
+constexpr double excess = 0.02, errors = 4, rounding = 3e-3;
 constexpr double more_misfit = 0.05;  // share of the blocks, beyond the watched one
+constexpr double most_misfit = 0.25;  // the same, beyond that of the careful fit: it used other edges
 constexpr double agreement = 2;       // standard errors of the careful fit, along the shaker's axis
 constexpr double agreement_across = 4;
 
 }  // namespace
 
 void OutlineFollower::begin(const OutlineBank::Shape& shape, Sites sites, const std::vector<Point>& shifts) {
-    roughest_ = 1 + rougher + errors / std::sqrt(2.0 * static_cast<double>(sites.size()));
     bank_.shape(shape, std::move(sites), shifts);
     trusted_ = false;
 }
@@ -33,8 +34,10 @@ bool OutlineFollower::follow(const ImageView& image, Point predicted, const Outl
     const double misfit = fit.trimmed - own_misfit_;
     fit.trimmed = std::max(0.0, watched_misfit_ + misfit);
     fit.coverage *= coverage_ratio_;
+    // Both, the watched roughness and this one, are known to 1 / sqrt(2 freedom).
+    const double roughest = 1 + excess + errors / std::sqrt(fit.freedom);
     const bool as_before = judge(fit, reference, along, out) && !out.degraded && misfit < more_misfit &&
-                           fit.noise < std::hypot(roughest_ * roughness_, rounding) * std::abs(fit.contrast);
+                           fit.noise < std::hypot(roughest * roughness_, rounding) * std::abs(fit.contrast);
     if (as_before) {
         bank_.accept();
         --until_watched_;
@@ -43,10 +46,10 @@ bool OutlineFollower::follow(const ImageView& image, Point predicted, const Outl
 }
 
 void OutlineFollower::watch(const ImageView& image, const EdgeFitResult& fit,
-                            const std::array<double, 2>& along, double blur) {
+                            const std::array<double, 2>& along, double size, double blur) {
     const Point at{fit.outline.x, fit.outline.y};
-    if (std::abs(blur / bank_.blur() - 1) > other_blur) {
-        bank_.set_blur(blur);
+    if (std::abs(blur / bank_.blur() - 1) > other_blur || std::abs(size - bank_.size()) > other_size) {
+        bank_.resize(size, blur);
         own_.converged = false;
     }
     if (!own_.converged) own_ = bank_.fit(image, at);
@@ -56,8 +59,8 @@ void OutlineFollower::watch(const ImageView& image, const EdgeFitResult& fit,
         return std::abs(direction.dot(apart)) / std::sqrt(direction.dot(fit.covariance * direction));
     };
     const bool followed = due();
-    trusted_ =
-        fit.converged && own_.converged && in_errors(axis) < agreement && in_errors(side) < agreement_across;
+    trusted_ = fit.converged && own_.converged && own_.trimmed < fit.trimmed + most_misfit &&
+               in_errors(axis) < agreement && in_errors(side) < agreement_across;
     if (!trusted_) return;
     until_watched_ = watched_every;
     if (!followed) bank_.accept();

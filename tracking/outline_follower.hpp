@@ -1,5 +1,6 @@
 #pragma once
 // Follows an outline that looks as it did by matched filters, and lets the careful fit watch.
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <vector>
@@ -12,7 +13,7 @@ namespace shaker::tracking {
 /// A mean of the fitted blurs that follows a lens out of focus at once.
 inline double followed_blur(double blur, double fitted) noexcept {
     const double change = fitted - blur;
-    return blur + (std::abs(change) > 0.1 * blur ? 1 : 0.1) * change;
+    return blur + (std::abs(change) > std::max(0.1 * blur, 0.15) ? 1 : 0.1) * change;
 }
 
 /// A target that is hidden in part, blurred, faded or farther away than predicted is left to the careful fit.
@@ -33,8 +34,9 @@ public:
     void pass_over() noexcept { own_.converged = false; }
     /// The careful fit of a picture that follow() left to it, or that was due. Where the filters disagree
     /// with it, it decides the next picture.
+    /// size, blur: as they are now, px.
     void watch(const ImageView& image, const EdgeFitResult& fit, const std::array<double, 2>& along,
-               double blur);
+               double size, double blur);
 
 private:
     OutlineBank bank_;
@@ -42,7 +44,7 @@ private:
     Point start_;
     bool trusted_ = false;
     int until_watched_ = 0;
-    double roughness_ = 0, roughest_ = 0;  // noise / contrast, watched; most that is accepted, times that
+    double roughness_ = 0;  // noise / contrast, watched
     // Share that does not fit, by the filters and by the careful fit; outline in use, careful fit over
     // filters.
     double own_misfit_ = 0, watched_misfit_ = 0, coverage_ratio_ = 1;

@@ -29,4 +29,9 @@ bool judge(const EdgeFitResult& fit, const OutlineReference& reference, const st
     return true;
 }
 
+bool rougher(const EdgeFitResult& fit, const OutlineReference& reference, double times) noexcept {
+    const double smooth = times * reference.noise;
+    return fit.noise > smooth && fit.noise * reference.contrast > smooth * reference.sign * fit.contrast;
+}
+
 }  // namespace shaker::tracking

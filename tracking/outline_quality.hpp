@@ -22,4 +22,8 @@ struct OutlineReference {
 bool judge(const EdgeFitResult& fit, const OutlineReference& reference, const std::array<double, 2>& along,
            Candidate& out);
 
+/// The residuals are larger than `times` those of frame 0, also in shares of the contrast: light that fades
+/// leaves the noise as it was.
+bool rougher(const EdgeFitResult& fit, const OutlineReference& reference, double times) noexcept;
+
 }  // namespace shaker::tracking

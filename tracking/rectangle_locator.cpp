@@ -9,10 +9,13 @@ namespace {
 
 constexpr int window = 8;  // px on either side of an edge that are fitted
 constexpr int groups = 8;
-constexpr double wide_share = 0.02;   // of the width
-constexpr int plateau = 5;            // px on either side of an edge that the coarse search compares
-constexpr double sizes_off = 5;       // standard deviations of the size's prior
-constexpr double most_growth = 0.03;  // px a picture
+constexpr int reserve = 4;  // px more in the strip, for the error of a prediction
+constexpr int strip_half = window + reserve, strip_side = 2 * strip_half + 1;
+constexpr double wide_share = 0.02;         // of the width
+constexpr int plateau = 5;                  // px on either side of an edge that the coarse search compares
+constexpr double sizes_off = 5;             // standard deviations of the size's prior
+constexpr double one_edge_roughness = 1.5;  // times the residuals of frame 0
+constexpr double most_growth = 0.03;        // px a picture
 
 double mean_of(const std::vector<double>& line, int first, int last) {
     return std::accumulate(line.begin() + first, line.begin() + last, 0.0) / (last - first);
@@ -123,6 +126,7 @@ Point RectangleLocator::learn(const ImageView& image) {
     find_edges(box, crossing_px(subject_, subject_.target.width_mm));
     find_rows(image, across0, across1, learned_.x);
     const double expected = size_ = learned_.size;
+    blur_ = learned_.blur;
     prior_ = {.y = 0, .size = 0.5 + 0.05 * expected, .blur = 1.0, .sign = reference_.sign};
     const EdgeFitResult fit = measure(image, learned_.x, prior_);
     const bool good = fit.converged && fit.trimmed < 0.3 && fit.noise < 0.5 * std::abs(fit.contrast) &&
@@ -136,10 +140,75 @@ Point RectangleLocator::learn(const ImageView& image) {
     learned_ = fit.outline;
     size_ = learned_.size;
     reference_ = {learned_, reference_.sign, std::abs(fit.contrast), fit.coverage, fit.noise, fit.trimmed};
+    blur_ = learned_.blur;
     prior_ = {.y = 0, .size = 0.02, .blur = 0.5, .sign = reference_.sign};
-    Candidate found;
-    accept(fit, found);
-    return found.at;
+    begin(levels);
+    return place(learned_.x);
+}
+
+// The strip shows both edges side by side, without what is between them.
+OutlineFollower::Sites RectangleLocator::sites() const {
+    OutlineFollower::Sites all;
+    const int count = std::min(groups, row1_ - row0_);
+    for (int g = 0; g < count; ++g)
+        for (int side = 0; side < 2; ++side)
+            for (int i = -window; i <= window; ++i) all.push_back({i + side * strip_side, g, 2 * g + side});
+    return all;
+}
+
+void RectangleLocator::begin(const Levels& levels) {
+    const int count = std::min(groups, row1_ - row0_);
+    const auto size = static_cast<double>(std::lround(learned_.size));
+    std::vector<Point> shifts;
+    for (int g = 0; g < count; ++g) {
+        shifts.push_back({size, 0});
+        shifts.push_back({strip_side - size, 0});
+    }
+    strip_.assign(static_cast<std::size_t>(2 * strip_side * count), 0);
+    follower_.begin({.size = learned_.size,
+                     .blur = learned_.blur,
+                     .size_sd = prior_.size,
+                     .level = 0.5 * (levels.low + levels.high),
+                     .straight = true},
+                    sites(), shifts);
+}
+
+ImageView RectangleLocator::strip() const noexcept {
+    constexpr int bytes = sizeof(float);
+    return {.pixels = reinterpret_cast<const std::byte*>(strip_.data()),
+            .width = 2 * strip_side,
+            .height = std::min(groups, row1_ - row0_),
+            .stride = 2 * strip_side * bytes,
+            .bytes_per_pixel = bytes};
+}
+
+// False when an edge is too near to the picture's, or outside.
+bool RectangleLocator::load_strip(const ImageView& image, double start) {
+    const auto middle = static_cast<int>(std::lround(start)),
+               size = static_cast<int>(std::lround(learned_.size));
+    const int left = middle - size - strip_half, right = middle + size - strip_half;
+    if (left < 0 || right + strip_side > length_along(image, axis_) || left + strip_side > right) {
+        std::ranges::fill(strip_, 0.0f);
+        return false;
+    }
+    strip_origin_ = middle - strip_half;
+    const int rows = row1_ - row0_, count = std::min(groups, rows);
+    line_.resize(strip_side);
+    float* to = strip_.data();
+    for (int g = 0; g < count; ++g) {
+        for (const int first : {left, right}) {
+            mean_profile(image, axis_, first, row0_ + rows * g / count, row0_ + rows * (g + 1) / count,
+                         line_);
+            to = std::transform(line_.begin(), line_.end(), to,
+                                [](double v) { return static_cast<float>(v); });
+        }
+    }
+    return true;
+}
+
+Point RectangleLocator::place(double along) const noexcept {
+    const double across = 0.5 * (row0_ + row1_ - 1);
+    return axis_ == Axis::x ? Point{along, across} : Point{across, along};
 }
 
 void RectangleLocator::gather(const ImageView& image, double centre) {
@@ -171,7 +240,7 @@ EdgeFitResult RectangleLocator::measure(const ImageView& image, double start, co
     for (int pass = 0; pass < 3; ++pass) {
         gather(image, centre);
         if (fit_.samples().size() < 24) return {};
-        fit = fit_.fit({centre, 0, size_, learned_.blur}, prior, 2 * groups, EdgeFit::Ground::flat);
+        fit = fit_.fit({centre, 0, size_, blur_}, prior, 2 * groups, EdgeFit::Ground::flat);
         const double moved = std::abs(fit.outline.x - centre);
         if (fit.converged && moved < 1) break;
         if (!(moved < 2 * window)) return {};
@@ -182,28 +251,54 @@ EdgeFitResult RectangleLocator::measure(const ImageView& image, double start, co
 
 bool RectangleLocator::accept(const EdgeFitResult& fit, Candidate& out) const {
     if (!judge(fit, reference_, {1, 0}, out)) return false;
-    const double along = out.at.x, across = 0.5 * (row0_ + row1_ - 1);
-    out.at = axis_ == Axis::x ? Point{along, across} : Point{across, along};
+    out.at = place(out.at.x);
     return true;
 }
 
 bool RectangleLocator::locate(const ImageView& image, Point predicted, Candidate& out) {
-    const double start = axis_ == Axis::x ? predicted.x : predicted.y;
-    const auto try_at = [&](double at) {
-        EdgeFitResult fit = measure(image, at, prior_);
-        const bool good = accept(fit, out) && !out.degraded;
-        if (!good) {
-            // Both edges move apart when the bright side is clipped or the target grows.
-            EdgePrior wide = prior_;
-            wide.size = 1 + wide_share * learned_.size;
-            const EdgeFitResult free = measure(image, at, wide);
-            if (free.converged && (!fit.converged || free.trimmed < fit.trimmed)) fit = free;
-        }
-        if (!accept(fit, out)) return false;
-        doubt_size(fit.outline.size, out);
+    const double start = along(predicted);
+    if (!load_strip(image, start)) {
+        follower_.pass_over();
+        return locate_with_care(image, start, out);
+    }
+    if (!follower_.follow(strip(), {start - strip_origin_, 0}, reference_, {1, 0}, out))
+        return locate_with_care(image, start, out);
+    out.at = place(out.at.x + strip_origin_);
+    if (follower_.due()) watch(measure(image, along(out.at), prior_));
+    return true;
+}
+
+void RectangleLocator::watch(EdgeFitResult fit) {
+    if (fit.converged) {
+        blur_ = followed_blur(blur_, fit.outline.blur);
         size_ += std::clamp(0.2 * (fit.outline.size - size_), -most_growth, most_growth);
-        if (std::abs((axis_ == Axis::x ? out.at.x : out.at.y) - start) > reach() + window) return false;
-        if (good && !out.degraded) fit_.accept();
+    }
+    fit.outline.x -= strip_origin_;
+    follower_.watch(strip(), fit, {1, 0}, size_, blur_);
+}
+
+// The outline near a place, of its old size; if that does not fit, of a size that both edges may change: they
+// move apart when the bright side is clipped or the target grows. Empty when it is not the target.
+std::optional<EdgeFitResult> RectangleLocator::fit_near(const ImageView& image, double at, Candidate& out) {
+    EdgeFitResult fit = measure(image, at, prior_);
+    if (!accept(fit, out) || out.degraded || rougher(fit, reference_, one_edge_roughness)) {
+        EdgePrior wide = prior_;
+        wide.size = 1 + wide_share * learned_.size;
+        const EdgeFitResult free = measure(image, at, wide);
+        if (free.converged && (!fit.converged || free.trimmed < fit.trimmed)) fit = free;
+        if (!accept(fit, out)) return std::nullopt;
+    }
+    doubt_size(fit.outline.size, out);
+    return fit;
+}
+
+bool RectangleLocator::locate_with_care(const ImageView& image, double start, Candidate& out) {
+    const auto try_at = [&](double at) {
+        const auto fit = fit_near(image, at, out);
+        if (!fit) return false;
+        watch(*fit);
+        if (std::abs(along(out.at) - start) > reach() + window) return false;
+        if (!out.degraded) fit_.accept();
         return true;
     };
     if (try_at(start)) return true;
@@ -224,9 +319,7 @@ void RectangleLocator::search(const ImageView& image, Point, Sweep, std::vector<
         const double after = pair_score(c + 1);
         Candidate candidate;
         const bool peak = here > 0.3 && here >= before && here > after;
-        const EdgeFitResult fit = peak ? measure(image, c, prior_) : EdgeFitResult{};
-        if (accept(fit, candidate)) {
-            doubt_size(fit.outline.size, candidate);
+        if (peak && fit_near(image, c, candidate)) {
             const auto same = [&](const Candidate& o) { return length(o.at - candidate.at) < extent(); };
             if (std::none_of(out.begin(), out.end(), same)) out.push_back(candidate);
         }

@@ -1,16 +1,20 @@
 #pragma once
 // Locator for a silhouette: its two edges across the shaker's axis.
+#include <optional>
+
 #include "tracking/image/edge_fit.hpp"
 #include "tracking/image/profile.hpp"
 #include "tracking/image/region.hpp"
 #include "tracking/locator.hpp"
+#include "tracking/outline_follower.hpp"
 #include "tracking/outline_quality.hpp"
 
 namespace shaker::tracking {
 
-/// Rows between the edges are averaged in groups; each group and edge has its own gain and offset. Measures
-/// along the image axis nearest to the shaker's; the other coordinate is the middle of the rows in use. The
-/// width is measured when it is not given.
+/// Rows between the edges are averaged in groups; each group and edge has its own gain and offset. A
+/// silhouette that looks as it did is followed by filters of the means about its edges. Measures along the
+/// image axis nearest to the shaker's; the other coordinate is the middle of the rows in use. The width is
+/// measured when it is not given.
 class RectangleLocator final : public Locator {
 public:
     explicit RectangleLocator(Subject subject);
@@ -29,6 +33,15 @@ private:
     [[nodiscard]] double pair_score(double centre) const;
     void doubt_size(double size, Candidate& out) const;
     void load_profile(const ImageView& image);
+    [[nodiscard]] OutlineFollower::Sites sites() const;
+    void begin(const Levels& levels);
+    bool load_strip(const ImageView& image, double start);
+    [[nodiscard]] ImageView strip() const noexcept;
+    [[nodiscard]] double along(Point at) const noexcept { return axis_ == Axis::x ? at.x : at.y; }
+    [[nodiscard]] Point place(double along) const noexcept;
+    void watch(EdgeFitResult fit);
+    std::optional<EdgeFitResult> fit_near(const ImageView& image, double at, Candidate& out);
+    bool locate_with_care(const ImageView& image, double start, Candidate& out);
     bool accept(const EdgeFitResult& fit, Candidate& out) const;
 
     Subject subject_;
@@ -36,10 +49,13 @@ private:
     EdgeFit fit_;
     OutlineReference reference_;
     Outline learned_;
-    double size_ = 0;  // now, px
+    double size_ = 0, blur_ = 0;  // now, px
     EdgePrior prior_;
     int row0_ = 0, row1_ = 0;
     std::vector<double> profile_, line_;
+    OutlineFollower follower_;
+    std::vector<float> strip_;  // means of each group of rows about the left edge, then about the right one
+    int strip_origin_ = 0;      // column of the picture minus that of the strip, for the middle
 };
 
 }  // namespace shaker::tracking

@@ -171,6 +171,7 @@ EdgeFitResult EdgeFit::fit(const Outline& start, const EdgePrior& prior, int blo
         Pass pass = ground == Ground::plane ? run<4>(at, trim) : run<2>(at, trim);
         result.noise = std::sqrt(pass.variance);
         result.contrast = contrast_;
+        result.freedom = pass.weight;
         const bool alike = prior.sign == 0 || result.noise < prior.roughest * prior.sign * contrast_;
         if (!(pass.weight > 4) || !alike) return result;
         pass.normal.diagonal() += certainty;

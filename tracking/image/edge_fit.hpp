@@ -35,6 +35,7 @@ struct EdgeFitResult {
     Eigen::Matrix2d covariance = Eigen::Matrix2d::Zero();  // of x, y
     double contrast = 0;  // grey levels, inside minus outside, median over the blocks in use
     double noise = 0;     // grey levels, rms of the residuals in use
+    double freedom = 0;   // samples in use, less what is fitted to each block
     double coverage = 0;  // outline in use, in weight of samples
     double trimmed = 0;   // share of samples excluded as outliers
 };

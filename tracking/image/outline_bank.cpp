@@ -3,6 +3,7 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 #include <utility>
 
 #include "tracking/image/edge_profile.hpp"
@@ -10,37 +11,98 @@
 namespace shaker::tracking {
 namespace {
 
-using Lanes [[gnu::vector_size(16)]] = float;
-
 constexpr double least_spread = 0.02;  // of E within a block, as in EdgeFit
 constexpr double farthest_step = 1.5;  // px
 constexpr double farthest = 3;         // px from the start
+constexpr std::size_t few_of = 4;      // one block of so many leads a first step
+constexpr std::size_t many = 16;       // blocks, that it takes
+
+using Lanes [[gnu::vector_size(16)]] = float;
+
+using Wide [[gnu::vector_size(32)]] = double;  // sums of whole grey levels are exact
+
+template <class T>
+T load(const auto* from) noexcept {
+    T all;
+    std::memcpy(&all, from, sizeof all);
+    return all;
+}
+
+double total(const auto& lanes) noexcept {
+    return (static_cast<double>(lanes[0]) + static_cast<double>(lanes[1])) +
+           (static_cast<double>(lanes[2]) + static_cast<double>(lanes[3]));
+}
+
+// Grey levels above `level`. Returns the end of what was written.
+template <class T>
+float* copy(const T* from, int count, float level, float* to) noexcept {
+    using Four [[gnu::vector_size(4 * sizeof(T))]] = T;
+    int i = 0;
+    for (; i + 4 <= count; i += 4) {
+        const Lanes values = __builtin_convertvector(load<Four>(from + i), Lanes) - level;
+        std::memcpy(to + i, &values, sizeof values);
+    }
+    for (; i < count; ++i) to[i] = static_cast<float>(from[i]) - level;
+    return to + count;
+}
 
 }  // namespace
 
 void OutlineBank::shape(const Shape& shape, std::vector<Site> sites, const std::vector<Point>& shifts) {
     shape_ = shape;
     sites_ = std::move(sites);
+    runs_.clear();
     ranges_.assign(shifts.size(), {});
     for (std::size_t b = 0; b < shifts.size(); ++b) ranges_[b].shift = shifts[b];
     for (std::size_t i = 0; i < sites_.size(); ++i) {
         const Site& s = sites_[i];
         Range& r = ranges_[static_cast<std::size_t>(s.block)];
-        if (r.end == 0) r = {static_cast<int>(i), 0, s.x, s.y, s.x, s.y, r.shift};
+        if (r.end == 0) {
+            r.begin = static_cast<int>(i);
+            r.first_run = r.last_run = static_cast<int>(runs_.size());
+            r.x0 = r.x1 = s.x;
+            r.y0 = r.y1 = s.y;
+        }
+        const Site* const before = r.end == 0 ? nullptr : &sites_[i - 1];
+        if (before == nullptr || before->y != s.y || before->x + 1 != s.x) {
+            runs_.push_back({s.x, s.y, 0});
+            ++r.last_run;
+        }
+        ++runs_.back().length;
         r.end = static_cast<int>(i) + 1;
         r.x0 = std::min(r.x0, s.x);
         r.x1 = std::max(r.x1, s.x);
         r.y0 = std::min(r.y0, s.y);
         r.y1 = std::max(r.y1, s.y);
     }
+    int longest = 0;
+    weights_a_place_ = 0;
+    for (Range& r : ranges_) {
+        r.padded = (r.end - r.begin + lanes - 1) / lanes * lanes;
+        r.weights = static_cast<int>(weights_a_place_);
+        weights_a_place_ += static_cast<std::size_t>(4 * r.padded);
+        longest = std::max(longest, r.padded);
+    }
     blocks_.assign(phases * phases * ranges_.size(), {});
-    weights_ = std::make_unique_for_overwrite<Weights[]>(phases * phases * sites_.size());
+    weights_ = std::make_unique_for_overwrite<float[]>(phases * phases * weights_a_place_);
+    values_.assign(static_cast<std::size_t>(longest), 0);
+    level_ = static_cast<float>(std::lround(shape_.level));
+    along_.assign(weights_a_place_ / 4, 0);
+    across_.assign(weights_a_place_ / 4, 0);
+    for (const Range& r : ranges_) {
+        for (int i = r.begin; i < r.end; ++i) {
+            const auto at = static_cast<std::size_t>(r.weights / 4 + i - r.begin);
+            along_[at] = static_cast<float>(sites_[static_cast<std::size_t>(i)].x);
+            across_[at] = static_cast<float>(sites_[static_cast<std::size_t>(i)].y);
+        }
+    }
     seen_.assign(ranges_.size(), {});
     sorted_.reserve(ranges_.size());
     columns_.resize(sites_.size());
 }
 
-void OutlineBank::set_blur(double blur) noexcept {
+void OutlineBank::resize(double size, double blur) noexcept {
+    shape_.size = size;
     shape_.blur = blur;
     for (Block& b : blocks_) b.known = false;
 }
@@ -49,7 +111,7 @@ void OutlineBank::learn(std::size_t place, std::size_t b, Point offset) {
     const bool plane = shape_.ground == EdgeFit::Ground::plane;
     const int nuisances = plane ? 4 : 2;
     const Range& range = ranges_[b];
-    Weights* const weights = &weights_[place * sites_.size()];
+    float* const weights = weights_of(place, b);
     Eigen::Matrix4d ground = Eigen::Matrix4d::Zero();
     Eigen::Matrix<double, 4, 3> cross = Eigen::Matrix<double, 4, 3>::Zero();
     Block& block = blocks_[place * ranges_.size() + b];
@@ -59,7 +121,8 @@ void OutlineBank::learn(std::size_t place, std::size_t b, Point offset) {
     block.normal.setZero();
     for (int i = range.begin; i < range.end; ++i) {
         const Site& s = sites_[static_cast<std::size_t>(i)];
-        const double du = s.x - range.shift.x - offset.x, dv = s.y - range.shift.y - offset.y;
+        const double du = s.x - range.shift.x - offset.x,
+                     dv = shape_.straight ? 0 : s.y - range.shift.y - offset.y;
         const double r = std::sqrt(du * du + dv * dv);
         const auto [e, slope] = EdgeProfile::at((shape_.size - r) / shape_.blur);
         const double g = slope / shape_.blur, per_r = r > 1e-9 ? g / r : 0;
@@ -74,64 +137,71 @@ void OutlineBank::learn(std::size_t place, std::size_t b, Point offset) {
         block.outline += g;
     }
     const double n = ground(0, 0), spread = ground(1, 1) - ground(0, 1) * ground(0, 1) / std::max(n, 1.0);
-    if (!(spread > least_spread * n) || n < nuisances + 3) {
-        for (int i = range.begin; i < range.end; ++i) weights[i] = {};
-        return;
-    }
+    if (!(spread > least_spread * n) || n < nuisances + 3) return;  // not used: no information
     block.ground.topLeftCorner(nuisances, nuisances) = ground.topLeftCorner(nuisances, nuisances).inverse();
     const Eigen::Matrix<double, 4, 3> explained = block.ground * cross;
+    std::fill_n(weights, 4 * range.padded, 0.0f);
     for (int i = range.begin; i < range.end; ++i) {
         const auto& c = columns_[static_cast<std::size_t>(i)];
         Eigen::Vector3d own{c[4], c[5], c[6]};
         for (int j = 0; j < nuisances; ++j)
             own -= explained.row(j).transpose() * c[static_cast<std::size_t>(j)];
         block.normal += own * own.transpose();
-        weights[i] = {static_cast<float>(c[1]), static_cast<float>(own[0]), static_cast<float>(own[1]),
-                      static_cast<float>(own[2])};
+        float* const w = weights + (i - range.begin);
+        w[0] = static_cast<float>(c[1]);
+        for (int k = 0; k < 3; ++k) w[(k + 1) * range.padded] = static_cast<float>(own[k]);
     }
 }
 
 template <class T>
-void OutlineBank::look(const Pixels<T>& pixels, std::size_t place, Point offset, int x, int y, int width,
-                       int height) {
-    const bool plane = shape_.ground == EdgeFit::Ground::plane;
-    const int level = static_cast<int>(shape_.level), nuisances = plane ? 4 : 2;
+void OutlineBank::look(const Pixels<T>& pixels, std::size_t place, Point offset, int x, int y, Box whole,
+                       bool thinned) {
     for (std::size_t b = 0; b < ranges_.size(); ++b) {
         const Range& range = ranges_[b];
-        Seen& seen = seen_[b];
-        seen.used = false;
-        const bool in_view = range.end > 0 && x + range.x0 >= 0 && x + range.x1 < width &&
-                             y + range.y0 >= 0 && y + range.y1 < height;
-        if (!in_view) continue;
-        const Block& block = block_at(place, b);
-        if (!block.known) learn(place, b, offset);
-        if (block.normal(2, 2) == 0) continue;
-        const Weights* const weights = &weights_[place * sites_.size()];
-        Lanes sums{}, more{};
-        std::int64_t sum = 0, squares = 0, along = 0, across = 0;
-        for (int i = range.begin; i < range.end; ++i) {
-            const Site& s = sites_[static_cast<std::size_t>(i)];
-            const int value = static_cast<int>(pixels.row(y + s.y)[x + s.x]) - level;
-            const auto& w = weights[i];
-            Lanes lanes{w[0], w[1], w[2], w[3]};
-            (i % 2 == 0 ? sums : more) += static_cast<float>(value) * lanes;
-            sum += value;
-            squares += std::int64_t{value} * value;
-            if (plane) {
-                along += std::int64_t{value} * s.x;
-                across += std::int64_t{value} * s.y;
-            }
+        seen_[b].used = false;
+        const bool in_view = range.end > 0 && x + range.x0 >= whole.x0 && x + range.x1 < whole.x1 &&
+                             y + range.y0 >= whole.y0 && y + range.y1 < whole.y1;
+        if (!in_view || (thinned && b % few_of != 0)) continue;
+        if (!block_at(place, b).known) learn(place, b, offset);
+        if (block_at(place, b).normal(2, 2) == 0) continue;
+        float* to = values_.data();
+        for (int k = range.first_run; k < range.last_run; ++k) {
+            const Run& run = runs_[static_cast<std::size_t>(k)];
+            to = copy(pixels.row(y + run.y) + (x + run.x), run.length, level_, to);
         }
-        sums += more;
-        const Eigen::Vector4d n{static_cast<double>(sum), static_cast<double>(sums[0]),
-                                static_cast<double>(along), static_cast<double>(across)};
-        const Eigen::Vector4d ground = block.ground * n;
-        seen.gain = ground[1];
-        seen.freedom = range.end - range.begin - nuisances;
-        seen.variance = std::max(static_cast<double>(squares) - n.dot(ground), 0.0) / seen.freedom;
-        seen.score = seen.gain * Eigen::Vector3d{sums[1], sums[2], sums[3]};
-        seen.used = true;
+        std::fill(to, values_.data() + range.padded, 0.0f);
+        see(b, place);
     }
+}
+
+// What the values of a block show: its gain, its residual and its score for the outline.
+void OutlineBank::see(std::size_t b, std::size_t place) {
+    const bool plane = shape_.ground == EdgeFit::Ground::plane;
+    const Range& range = ranges_[b];
+    const Block& block = block_at(place, b);
+    const float* const weights = weights_of(place, b);
+    std::array<Lanes, 4> weighted{};
+    Lanes along{}, across{};
+    Wide sum{}, squares{};
+    for (int i = 0; i < range.padded; i += lanes) {
+        const Lanes value = load<Lanes>(&values_[static_cast<std::size_t>(i)]);
+        for (std::size_t k = 0; k < 4; ++k)
+            weighted[k] += value * load<Lanes>(weights + static_cast<int>(k) * range.padded + i);
+        const Wide exact = __builtin_convertvector(value, Wide);
+        sum += exact;
+        squares += exact * exact;
+        if (!plane) continue;
+        along += value * load<Lanes>(&along_[static_cast<std::size_t>(range.weights / 4 + i)]);
+        across += value * load<Lanes>(&across_[static_cast<std::size_t>(range.weights / 4 + i)]);
+    }
+    const Eigen::Vector4d sums{total(sum), total(weighted[0]), total(along), total(across)};
+    const Eigen::Vector4d ground = block.ground * sums;
+    Seen& seen = seen_[b];
+    seen.gain = ground[1];
+    seen.freedom = range.end - range.begin - (plane ? 4 : 2);
+    seen.variance = std::max(total(squares) - sums.dot(ground), 0.0) / seen.freedom;
+    seen.score = seen.gain * Eigen::Vector3d{total(weighted[1]), total(weighted[2]), total(weighted[3])};
+    seen.used = true;
 }
 
 double OutlineBank::median_of(double Seen::*member) {
@@ -189,8 +259,9 @@ EdgeFitResult OutlineBank::fit(const ImageView& image, Point start) {
         const int i = phase(at.x - x), j = phase(at.y - y);
         const Point offset{(i + 0.5) / phases - 0.5, (j + 0.5) / phases - 0.5};
         const auto place = static_cast<std::size_t>(j * phases + i);
-        with_pixels(image,
-                    [&](auto pixels) { look(pixels, place, offset, x, y, image.width, image.height); });
+        const bool thinned = step == 0 && ranges_.size() >= many;
+        const auto look_at = [&](auto pixels) { look(pixels, place, offset, x, y, whole(image), thinned); };
+        image.bytes_per_pixel == 4 ? look_at(Pixels<float>{image}) : with_pixels(image, look_at);
         const auto looked = static_cast<double>(std::ranges::count_if(seen_, &Seen::used));
         choose_blocks();
         Eigen::Matrix3d normal = Eigen::Matrix3d::Zero();
@@ -206,22 +277,28 @@ EdgeFitResult OutlineBank::fit(const ImageView& image, Point start) {
             outline += block_at(place, b).outline;
             used += 1;
         }
-        if (!(freedom > 4)) return result;
+        if (!(freedom > 4)) {
+            if (thinned) continue;
+            return result;
+        }
         variance = std::max(variance / freedom, 1e-4);
         normal /= variance;
         score /= variance;
         normal(2, 2) += 1 / (shape_.size_sd * shape_.size_sd);
+        if (shape_.straight) normal(1, 1) += 1;
         const Eigen::Matrix3d inverse = normal.inverse();
         const Eigen::Vector3d change = inverse * score;
         if (!change.allFinite()) return result;
-        const Point found{x + offset.x + change[0], y + offset.y + change[1]};
+        const Point found{x + offset.x + change[0], shape_.straight ? start.y : y + offset.y + change[1]};
         size = shape_.size + change[2];
-        const bool settled = std::abs(change[0]) <= 0.75 / phases && std::abs(change[1]) <= 0.75 / phases;
+        const bool settled =
+            !thinned && std::abs(change[0]) <= 0.75 / phases && std::abs(change[1]) <= 0.75 / phases;
         if (settled) {
             result.converged = true;
             result.outline = {found.x, found.y, size, shape_.blur};
             result.covariance = disagreement(place, change, variance) * inverse.topLeftCorner<2, 2>();
             result.contrast = contrast_;
+            result.freedom = freedom;
             result.noise = std::sqrt(variance);
             result.coverage = outline;
             result.trimmed = 1 - used / std::max(looked, 1.0);
@@ -229,7 +306,7 @@ EdgeFitResult OutlineBank::fit(const ImageView& image, Point start) {
         }
         const double far = std::hypot(change[0], change[1]);
         const double share = std::min(1.0, farthest_step / std::max(far, 1e-12));
-        at = {x + offset.x + share * change[0], y + offset.y + share * change[1]};
+        at = {x + offset.x + share * change[0], shape_.straight ? start.y : y + offset.y + share * change[1]};
         if (length(at - start) > farthest) return result;
     }
     return result;

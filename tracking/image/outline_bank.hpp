@@ -14,10 +14,10 @@ namespace shaker::tracking {
 
 /// The model of EdgeFit with size and blur known, linear in the grey levels: for each place on a grid of 1/8
 /// px the derivatives of the outline, without what gain, offset and plane of a block explain, are tabulated
-/// as weights of raw pixels. A step is four sums of products over the pixels; two steps lead from a
-/// prediction to the place. Between places of the grid the linear model errs by less than 4e-5 px for a blur
-/// of 0.76 px. Weights of a block are computed when it is first seen at a place; nothing is allocated after
-/// shape().
+/// as weights of raw pixels. A step is four sums of products over the pixels. A step with a quarter of many
+/// blocks leads from a prediction near the place, one with all of them to it. Between places of the grid the
+/// linear model errs by less than 4e-5 px for a blur of 0.76 px. Weights of a block are computed when it is
+/// first seen at a place; nothing is allocated after shape().
 class OutlineBank {
 public:
     /// A pixel by its whole-numbered place about the pixel nearest the centre, and its block's shift.
@@ -29,32 +29,41 @@ public:
         double size = 0, blur = 1;  // px
         double size_sd = 0.02;      // px, of the prior about `size`
         EdgeFit::Ground ground = EdgeFit::Ground::flat;
-        double level = 0;  // grey level between inside and outside
+        double level = 0;       // grey level between inside and outside
+        bool straight = false;  // edges across x at +-size instead of a circle; y is the start's
     };
 
-    /// Sites are in the order of their blocks. shifts: of the blocks' centres from the common centre, px.
+    /// Sites are in the order of their blocks, rows and columns. shifts: of the blocks' centres from the
+    /// common centre, px.
     void shape(const Shape& shape, std::vector<Site> sites, const std::vector<Point>& shifts);
     /// As EdgeFit::fit(), without its care for single pixels: `trimmed` is the share of pixels in blocks that
-    /// do not fit. Not converged when the target is not within about 2 px of `start`.
+    /// do not fit. Not converged when the target is not within about 2 px of `start`. Pictures with 4 bytes a
+    /// pixel hold means of grey levels as floats.
     EdgeFitResult fit(const ImageView& image, Point start);
     /// As EdgeFit::accept().
     void accept();
+    [[nodiscard]] double size() const noexcept { return shape_.size; }
     [[nodiscard]] double blur() const noexcept { return shape_.blur; }
-    /// Another blur, with the same pixels.
-    void set_blur(double blur) noexcept;
+    /// Another size and blur, with the same pixels.
+    void resize(double size, double blur) noexcept;
 
 private:
     static constexpr int phases = 8;  // a pixel
-    static constexpr int most_steps = 5;
-    using Weights = std::array<float, 4>;  // of E, d/dx, d/dy, d/dsize
-    struct Block {                         // at one place of the grid
-        Eigen::Matrix4d ground;            // inverse of the normal equations of 1, E [, u, v]
-        Eigen::Matrix3d normal;            // of x, y, size
-        double outline = 0;                // sum of dE/dr
+    static constexpr int most_steps = 6;
+    static constexpr int lanes = 4;  // pixels that are weighted at once
+    struct Block {                   // at one place of the grid
+        Eigen::Matrix4d ground;      // inverse of the normal equations of 1, E [, u, v]
+        Eigen::Matrix3d normal;      // of x, y, size
+        double outline = 0;          // sum of dE/dr
         bool known = false;
+    };
+    struct Run {  // sites in one row
+        int x = 0, y = 0, length = 0;
     };
     struct Range {
         int begin = 0, end = 0;              // sites
+        int first_run = 0, last_run = 0;     // half-open
+        int padded = 0, weights = 0;         // sites in whole lanes, and where their weights begin
         int x0 = 0, y0 = 0, x1 = 0, y1 = 0;  // of its pixels, both ends included
         Point shift;
     };
@@ -68,7 +77,12 @@ private:
 
     void learn(std::size_t place, std::size_t block, Point offset);
     template <class T>
-    void look(const Pixels<T>& pixels, std::size_t place, Point offset, int x, int y, int width, int height);
+    void look(const Pixels<T>& pixels, std::size_t place, Point offset, int x, int y, Box whole,
+              bool thinned);
+    void see(std::size_t block, std::size_t place);
+    [[nodiscard]] float* weights_of(std::size_t place, std::size_t block) const {
+        return &weights_[place * weights_a_place_ + static_cast<std::size_t>(ranges_[block].weights)];
+    }
     [[nodiscard]] const Block& block_at(std::size_t place, std::size_t block) const {
         return blocks_[place * ranges_.size() + block];
     }
@@ -78,11 +92,16 @@ private:
 
     Shape shape_;
     std::vector<Site> sites_;
+    std::vector<Run> runs_;
     std::vector<Range> ranges_;
-    // For each place of the grid: one a block, and one a site. Memory of weights is touched when they are
-    // computed.
+    // For each place of the grid: one a block; and for each of its sites the weights of E, d/dx, d/dy,
+    // d/dsize, one after the other. Memory of weights is touched when they are computed.
     std::vector<Block> blocks_;
-    std::unique_ptr<Weights[]> weights_;
+    std::unique_ptr<float[]> weights_;
+    std::size_t weights_a_place_ = 0;
+    std::vector<float> along_, across_;  // places of the sites, as their weights lie
+    std::vector<float> values_;          // of a block's pixels, in whole lanes
+    float level_ = 0;
     std::vector<Seen> seen_;
     std::vector<double> sorted_;
     std::vector<std::array<double, 8>> columns_;  // of a block, while its weights are computed
