@@ -224,7 +224,7 @@ if(SHAKER_SANITIZE)  # what follows is run from the other presets
   return()
 endif()
 
-foreach(name report recording_report)
+foreach(name report recording_report plot)
   add_test(NAME ${name} COMMAND /usr/bin/python3 ${PROJECT_SOURCE_DIR}/tests/daemon/report/${name}_test.py)
   set_tests_properties(${name} PROPERTIES TIMEOUT 300 COST 20 LABELS unit)
 endforeach()
