@@ -47,9 +47,14 @@ std::string query_of(std::string_view target, std::string_view key) {
 struct Manner {
     unsigned version;
     bool keep_alive;
+    MetricsFormat metrics;
 };
 
-Manner manner_of(const Request& request) { return {request.version(), request.keep_alive()}; }
+Manner manner_of(const Request& request) {
+    const bool open =
+        view(request[http::field::accept]).find("application/openmetrics-text") != std::string_view::npos;
+    return {request.version(), request.keep_alive(), open ? MetricsFormat::open : MetricsFormat::prometheus};
+}
 
 Response reply(Manner manner, int status, std::string type, std::string body) {
     Response r{static_cast<http::status>(status), manner.version};
@@ -126,8 +131,11 @@ Response answer_get(Manner manner, const std::string& path, Site& site, const st
         return reply(manner, 200, file->second.type, file->second.content);
     if (path == "/favicon.ico") return reply(manner, 204, "image/x-icon", "");
     if (path == "/metrics")
-        return reply(manner, 200, "text/plain; version=0.0.4; charset=utf-8",
-                     metrics_text(state.get(), site.served));
+        return reply(manner, 200,
+                     manner.metrics == MetricsFormat::open
+                         ? "application/openmetrics-text; version=1.0.0; charset=utf-8"
+                         : "text/plain; version=0.0.4; charset=utf-8",
+                     metrics_text(state.get(), site.served, manner.metrics));
     if (path == "/healthz") {
         const bool well = state && state->state != run::RunState::tripped;
         return plain(manner, well ? 200 : 503, state ? name(state->state) : "starting");

@@ -298,6 +298,17 @@ TEST(StateJsonTest, CamerasHaveGeometryAndFigures) {
     EXPECT_TRUE(all[1]["clipped"].is_null());
 }
 
+TEST_F(WebTest, MetricsFollowTheAskedFormat) {
+    const Got plain = request("GET /metrics");
+    EXPECT_NE(plain.head.find("text/plain; version=0.0.4"), std::string::npos);
+    EXPECT_NE(plain.body.find("# TYPE shakerd_trips_total counter\n"), std::string::npos);
+    EXPECT_EQ(plain.body.find("# EOF"), std::string::npos);
+    const Got open = request("GET /metrics", {}, "Accept: application/openmetrics-text; version=1.0.0\r\n");
+    EXPECT_NE(open.head.find("application/openmetrics-text; version=1.0.0"), std::string::npos);
+    EXPECT_NE(open.body.find("# TYPE shakerd_trips counter\nshakerd_trips_total "), std::string::npos);
+    EXPECT_TRUE(open.body.ends_with("# EOF\n"));
+}
+
 TEST_F(WebTest, LawIsComputedBesideTheServer) {
     EXPECT_EQ(json::parse(request("GET /api/law").body), json::parse(R"({"mu":null})"));
     EXPECT_EQ(post("drive", R"({"frequency_hz":20,"gamma_mps2":9.8,"rho":0.5,"phi_rad":0})").status, 200);
