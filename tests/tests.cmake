@@ -224,7 +224,7 @@ if(SHAKER_SANITIZE)  # what follows is run from the other presets
   return()
 endif()
 
-foreach(name report recording_report)
+foreach(name report recording_report plot)
   add_test(NAME ${name} COMMAND /usr/bin/python3 ${PROJECT_SOURCE_DIR}/tests/daemon/report/${name}_test.py)
   set_tests_properties(${name} PROPERTIES TIMEOUT 300 COST 20 LABELS unit)
 endforeach()
@@ -296,7 +296,7 @@ add_test(NAME archive COMMAND ${behind} ${PROJECT_SOURCE_DIR}/tests/daemon/archi
 set_tests_properties(archive PROPERTIES ENVIRONMENT SHAKER_BUILD=${PROJECT_BINARY_DIR} TIMEOUT 600 COST 20 LABELS virtual)
 
 # The operator's page in a real browser.
-set(panel_parts pure page looks results control memory daemon)
+set(panel_parts pure page looks results control memory daemon soak)
 if(SHAKER_NIGHTLY)
   list(APPEND panel_parts newcomer)
 endif()

@@ -47,13 +47,16 @@ void Reload::read() {
             row_of(now->state).shown));
     if (options_.settings.empty())
         return log(
-            "settings not reloaded: the daemon was started without --settings FILE; to change mu, order it "
+            "nothing was read: the daemon was started without --settings FILE; to change mu, order it "
             "(shakerctl mu)");
     try {
         const ServeSettings now = serve_settings(options_);
         require_same(now);
         const bench::NewLimits bench = limits_now(bench_, now.run.rig, now.run.scene);
-        std::string done = "settings reloaded";
+        const std::filesystem::path bench_file{now.run.scene.empty() ? now.run.rig : now.run.scene.string()};
+        std::string done = fmt::format("settings reloaded: {}", options_.settings.string());
+        if (std::filesystem::exists(bench_file))
+            done += fmt::format(" and the limits in {}", bench_file.string());
         if (!bench.ignored.empty())
             done += fmt::format("; changed but ignored until a restart of the daemon: {}",
                                 fmt::join(bench.ignored, ", "));

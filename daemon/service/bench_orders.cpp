@@ -141,6 +141,21 @@ void BenchService::obey(const BringToMiddle& /*order*/, acquisition::Channels& c
                     way.drive.gamma / paper_g, way.drive.phi * 180 / std::numbers::pi, text(way.walk)));
 }
 
+// A walker that has left the pictures can be put back, too.
+void BenchService::obey(const PutWalkerBack& /*order*/, acquisition::Channels& channels) {
+    if (!bench_.world) throw InputError{"the walker is real: put it back by hand"};
+    campaign_.require_none("the walker cannot be put back");
+    const run::RunState state = on_call_.state();
+    if (state == run::RunState::tripped || channels.stopped)
+        throw InputError{"the walker cannot be put back while the bench is tripped; clear the trip first"};
+    if (state != run::RunState::idle)
+        throw InputError{fmt::format(
+            "the walker cannot be put back while the bench is {}; wait until it is idle, or stop the drive",
+            row_of(state).shown)};
+    bench_.world->put_walker_back();
+    log("note", "the simulated walker is put back to the middle of its base");
+}
+
 void BenchService::obey(const MeasurePlan& order, acquisition::Channels& channels) {
     sequence_.require_idle("a campaign", channels);
     require_name("plan", order.name);

@@ -36,6 +36,8 @@ struct Begin {
 struct Identify {};
 /// From rest: leads the walker to the middle of the picture, then silence. The set-point stays.
 struct BringToMiddle {};
+/// At rest, on a simulated bench: puts the walker back to the middle of its base.
+struct PutWalkerBack {};
 /// From rest: measures the points of a plan into a folder of its own.
 struct MeasurePlan {
     std::string name;    // of the plan, without folder or ending
@@ -83,8 +85,9 @@ struct Adopt {
     safety::Limits limits;         // may be above the present limits
     bool restores_limits = false;  // false: a limit that is as in the files before keeps its present value
 };
-using OrderWhat = std::variant<SetDrive, Begin, Identify, BringToMiddle, MeasurePlan, TellCampaign, End,
-                               ClearTrip, Record, Remark, CloseLoop, LowerLimit, GiveMu, Adopt>;
+using OrderWhat =
+    std::variant<SetDrive, Begin, Identify, BringToMiddle, PutWalkerBack, MeasurePlan, TellCampaign, End,
+                 ClearTrip, Record, Remark, CloseLoop, LowerLimit, GiveMu, Adopt>;
 
 struct Order {
     OrderWhat what;

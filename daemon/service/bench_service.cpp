@@ -45,7 +45,9 @@ BenchService::BenchService(run::Runner& runner, const BenchServiceSettings& sett
                      .accelerometer = bench_.rig.accelerometer->info(),
                      .views = {},
                      .soft_start_periods = sequence_.plan().soft_start,
-                     .mu = settings.mu};
+                     .mu = settings.mu,
+                     .gravity = bench_.gravity,
+                     .simulated = bench_.world != nullptr};
     for (const auto& camera : bench_.rig.cameras) facts.views.push_back(camera->view());
     mu_ = facts.mu;
     facts_ = std::make_shared<const BenchFacts>(std::move(facts));
@@ -270,6 +272,11 @@ void BenchService::publish() {
     state->pictures = run_.pictures;
     state->trip_s = trip_s_;
     state->trip_file = trip_file_;
+    if (!state->trip)
+        trip_pictures_.clear();
+    else if (trip_pictures_.empty())
+        trip_pictures_ = state->pictures_now;
+    state->trip_pictures = trip_pictures_;
     state->result = result_;
     state->result_origin = origin_;
     state->not_reduced = not_reduced_;

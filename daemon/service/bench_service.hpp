@@ -62,6 +62,7 @@ private:
     void obey(const Begin& order, acquisition::Channels& channels);
     void obey(const Identify& order, acquisition::Channels& channels);
     void obey(const BringToMiddle& order, acquisition::Channels& channels);
+    void obey(const PutWalkerBack& order, acquisition::Channels& channels);
     void obey(const MeasurePlan& order, acquisition::Channels& channels);
     void obey(const TellCampaign& order, acquisition::Channels& channels);
     void obey(const End& order, acquisition::Channels& channels);
@@ -133,6 +134,7 @@ private:
     bool done_ = false, changed_ = true;
     double published_s_ = 0, trip_s_ = 0;
     std::string trip_file_;  // see BenchState
+    std::vector<PictureState> trip_pictures_;
 };
 
 }  // namespace shaker::service

@@ -105,6 +105,8 @@ struct BenchFacts {
     std::vector<View> views;
     int soft_start_periods = 0;
     calibration::Estimate mu{NAN, NAN};  // friction coefficient in the settings; NaN: not known
+    double gravity = paper_g;            // at the place, m/s^2
+    bool simulated = false;              // the walker may be put back by an order
 };
 
 struct ClockState {
@@ -202,6 +204,7 @@ struct BenchState {
     std::optional<safety::Trip> trip;
     double trip_s = 0;
     std::string trip_file;  // recording with the stop, in the folder of recordings; empty: not complete yet
+    std::vector<PictureState> trip_pictures;  // newest pictures at the trip; empty without a trip
     bool may_clear = false;
     std::shared_ptr<const reduction::Reduction> result;  // of the newest measurement; null before the first
     ResultOrigin result_origin;                          // of `result`

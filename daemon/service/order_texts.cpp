@@ -32,6 +32,7 @@ struct InWords {
     }
     OrderText operator()(const Identify&) const { return {"order", "identification"}; }
     OrderText operator()(const BringToMiddle&) const { return {"order", "return to the middle"}; }
+    OrderText operator()(const PutWalkerBack&) const { return {"order", "walker put back"}; }
     OrderText operator()(const MeasurePlan& order) const {
         return {"order", "campaign", "campaign " + order.name};
     }

@@ -193,6 +193,12 @@ void ShakerPlant::set_walker(bool on_table) noexcept {
     near_ = true;
 }
 
+void ShakerPlant::put_walker_back() noexcept {
+    set_walker(false);
+    state_.walker_x = motion_.x;
+    set_walker(true);
+}
+
 std::array<double, 2> ShakerPlant::response(const Scene& scene, double frequency) {
     using namespace std::complex_literals;
     const ShakerTruth& p = scene.shaker;

@@ -34,6 +34,8 @@ public:
     void set_gain_factor(double factor) noexcept { gain_factor_ = factor; }
     /// Takes the walker off the table, or puts it back at its old place, at rest relative to the base.
     void set_walker(bool on_table) noexcept;
+    /// Puts the walker in the middle of the base, at rest relative to it.
+    void put_walker_back() noexcept;
     [[nodiscard]] bool has_walker() const noexcept { return contacts_.walker; }
 
     /// Complex response of the base's acceleration, real and imaginary part, m/s^2 per V of DAC output, at a

@@ -253,6 +253,11 @@ void World::keep_truth_for(double seconds) {
     state_->truth_kept_s = seconds;
 }
 
+void World::put_walker_back() {
+    const std::scoped_lock lock{state_->mutex};
+    state_->plant.put_walker_back();
+}
+
 double World::render_seconds() const {
     const std::scoped_lock lock{state_->mutex};
     double sum = 0;

@@ -32,6 +32,8 @@ public:
     [[nodiscard]] std::vector<PoseTruth> truth(std::size_t index) const;
     /// Discards truth older than this from now on. Default: all is kept.
     void keep_truth_for(double seconds);
+    /// Puts the walker at rest in the middle of its base, also one that was taken off.
+    void put_walker_back();
     /// CPU time spent on rendering so far, s.
     [[nodiscard]] double render_seconds() const;
 

@@ -1,6 +1,6 @@
 // The simulated bench of the page's tests: states, drive and results as the daemon sends them. The caller gives the time,
 // a seed gives the randomness.
-import { closedForm, g, steadyPeriod } from "./motion.mjs";
+import { closedForm, g, lawCurves, steadyPeriod } from "./motion.mjs";
 
 const mu = 0.113;
 const reach = 0.03;  // m, of the walker to either side of x = middle
@@ -48,6 +48,8 @@ export class Bench {
     given_mu = null;
     walker_lost = false;  // by both cameras
     mirrored = false;  // x grows to the left of the picture
+
+    law_mu = null;  // value and error, for the curves of the law
 
     constructor(tell) {
         this.tell = tell;
@@ -97,6 +99,8 @@ export class Bench {
         for (const gamma of [1, 3]) for (let k = -6; k <= 6; k++) add(gamma, (k * Math.PI) / 6);
     }
 
+    law() { return this.law_mu ? lawCurves(this.drive, this.law_mu) : { mu: null }; }
+
     step(dt) {
         this.time += dt;
         if (this.to_middle) return this.lead(dt);
@@ -143,8 +147,8 @@ export class Bench {
             type: "state",
             session: {
                 state: this.state, since_s: this.time - this.since, rig: "sim:", recording: this.recording, finishing: false, may_clear: true, record_next: this.record_next, record_name: this.record_name,
-                controller: this.control ? "this page" : null, you_control: this.control, to_middle: this.to_middle,
-                trip: this.trip && { value: 0, limit: 0, recording: null, age_s: this.time - this.trip.t_s, ...this.trip },
+                controller: this.control ? "this page" : null, you_control: this.control, simulated: true, to_middle: this.to_middle,
+                trip: this.trip && { value: 0, limit: 0, recording: null, pictures: 2, age_s: this.time - this.trip.t_s, ...this.trip },
                 program: "shakerd", version: "0.1.0",
             },
             drive: { ...this.drive, locked: this.level === 1 },
@@ -224,6 +228,7 @@ export class Bench {
             case "identify": this.become("identifying"); return null;
             case "start": this.asked = body.measurements; return this.start();
             case "middle": return this.bring();
+            case "reset-walker": this.x = 0; this.log("note", "the simulated walker is put back"); return null;
             case "mu": this.given_mu = body.mu; return null;
             case "stop": this.become("stopping"); return null;
             case "recordings/series.nxs/replay": this.recordings[0].replay = "identical"; return null;

@@ -131,7 +131,7 @@ test("A new set-point during a run is played", async () => {
     await until(async () => Number((await page.locator("#v-D").textContent()).split(" ±")[0]) > 30, "v_D at 2 g");
 });
 
-test("A refusal is shown beside its form until the next success", async () => {
+test("A refusal is shown below its button until the next press elsewhere", async () => {
     const { page, troubles } = await openPage(stage);
     await page.fill("#drive-frequency", "500");
     await press(page, "Set and arm");
@@ -142,9 +142,13 @@ test("A refusal is shown beside its form until the next success", async () => {
     if (folder) await page.screenshot({ path: join(folder, "refusal.png") });
     await press(page, "Start");
     await until(async () => /must be armed/.test(await page.locator("#start output").textContent()), "the other form");
+    assert.equal(await answer.textContent(), "", "gone");
+    await page.click("#start label");
+    assert.match(await page.locator("#start output").textContent(), /must be armed/, "a press in its form keeps it");
     await page.fill("#drive-frequency", "21");
     await press(page, "Set and arm");
-    await until(async () => !/allowed/.test(await answer.textContent()), "gone");
+    await until(async () => server.bench.drive.frequency_hz === 21, "the corrected frequency");
+    assert.equal(await answer.textContent() === "" || await answer.getAttribute("data-kind") !== "error", true);
     assert.ok(troubles.every((trouble) => refusal.test(trouble)), troubles.join());
 });
 
@@ -310,4 +314,72 @@ test("Everything can be reached and read by keyboard and screen reader", async (
     for (const [id, live] of [["state", "polite"], ["abort-status", "assertive"]])
         assert.equal(await page.locator(`#${id}`).getAttribute("aria-live"), live);
     for (const id of ["trip", "link"]) assert.equal(await page.locator(`#${id}`).getAttribute("role"), "alert");
+});
+
+/** Counts tones and notifications instead of playing and showing them. */
+function spyOnAlarms() {
+    globalThis.tones = 0;
+    globalThis.shown = [];
+    const start = OscillatorNode.prototype.start;
+    OscillatorNode.prototype.start = function (...when) { globalThis.tones++; return start.apply(this, when); };
+    globalThis.Notification = class {
+        static permission = "granted";
+        static requestPermission() { return Promise.resolve("granted"); }
+        constructor(title, { body }) { globalThis.shown.push(`${title}: ${body}`); }
+    };
+}
+
+test("The alarm is off by default; on, it sounds and notifies at a trip until it is acknowledged; the browser remembers it", { timeout: 60_000 }, async () => {
+    const { bench } = server;
+    await idle(stage);
+    const { page, troubles } = await openPage(stage);
+    await page.addInitScript(spyOnAlarms);
+    await page.reload();
+    const alarm = page.locator("#alarm"), silence = page.locator("#acknowledge");
+    const tones = () => page.evaluate(() => globalThis.tones), shown = () => page.evaluate(() => globalThis.shown);
+    await alarm.getByText("Alarm: off").waitFor();
+    bench.act("abort");
+    await page.locator("#clear-button").waitFor();
+    await page.waitForTimeout(1500);
+    assert.deepEqual([await tones(), await shown()], [0, []], "off: no sound, no notification");
+    await press(page, "Clear the trip");
+    await page.locator("#trip").waitFor({ state: "hidden" });
+    await alarm.click();
+    await alarm.getByText("Alarm: on").waitFor();
+    assert.equal(await alarm.getAttribute("aria-pressed"), "true");
+    bench.act("abort");
+    await silence.waitFor();
+    assert.deepEqual(await shown(), ["shakerd has tripped: stopped by the operator"]);
+    await until(async () => (await tones()) >= 4, "it goes on");
+    await silence.click();
+    assert.equal(await silence.isVisible(), false);
+    const heard = await tones();
+    await page.waitForTimeout(1500);
+    assert.equal(await tones(), heard, "silent");
+    await press(page, "Clear the trip");
+    await page.reload();
+    await page.locator("#state").getByText("idle").waitFor();
+    await alarm.getByText(/Alarm: (on|press once)/).waitFor();
+    assert.deepEqual(troubles, []);
+});
+
+test("The pictures of a trip are shown with it; the simulated walker is put back, and only there", async () => {
+    const { bench } = server;
+    await idle(stage);
+    const { page, troubles } = await openPage(stage);
+    bench.x = 0.02;
+    bench.act("abort");
+    const figures = page.locator("#trip-pictures figure");
+    await until(async () => await figures.count() === 2, "both pictures");
+    await until(async () => /top, .* walker tracked/.test(await figures.first().textContent()), "the top picture");
+    if (folder) await page.screenshot({ path: join(folder, "trip-pictures.png") });
+    await press(page, "Clear the trip");
+    await until(() => figures.first().isHidden(), "gone");
+    await press(page, "Put the simulated walker back");
+    await until(async () => bench.x === 0, "the walker is back");
+    assert.deepEqual(troubles, []);
+    const { message } = bench;
+    bench.message = function () { const m = message.call(this); m.session.simulated = false; return m; };
+    await page.locator("#reset-walker").waitFor({ state: "hidden" });
+    delete bench.message;
 });

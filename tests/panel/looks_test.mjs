@@ -111,6 +111,45 @@ test("From rest to a trip nothing moves under the pointer", async () => {
     bench.x = 0;
 });
 
+test("An answer to an order moves no button, and a refusal below one lets presses through", { timeout: 120_000 }, async () => {
+    const { server } = stage, refused = "the walker is 4.97 mm from the edge of the picture (at least 5 mm): bring it to the middle, then start again";
+    for (const [name, viewport] of Object.entries(sizes))
+        for (const at of ["idle", "tripped"]) {
+            await states[at]();
+            const { page } = await openPage(stage, { viewport });
+            await page.waitForTimeout(800);
+            const places = () => page.locator("button").evaluateAll((all) => all.filter((e) => e.getClientRects().length)
+                .map((e) => { const r = e.getBoundingClientRect(); return [e.id || e.textContent, r.x + scrollX, r.y + scrollY, r.width].join(); }));
+            const shown = at === "idle" ? "form[data-action]:not(.banner *)" : ".banner form";
+            const ids = await page.locator(shown).evaluateAll((all) => all.filter((e) => e.getClientRects().length && e.querySelector("output")).map((e) => e.dataset.action));
+            assert.ok(ids.length > (at === "idle" ? 9 : 0), ids.join());
+            const first = await places();
+            server.refuse = refused;
+            for (const id of ids) {
+                const form = page.locator(`form[data-action="${id}"]`).filter({ visible: true }).first(), answer = form.locator("output");
+                await form.evaluate((e) => e.requestSubmit());
+                await until(async () => await answer.getAttribute("data-kind") === "error", `refused: ${id}`);
+                assert.deepEqual(await places(), first, `${name} ${at}: ${id} was refused`);
+                const box = await answer.evaluate((e) => { const r = e.getBoundingClientRect(), b = e.closest("form").querySelector("button").getBoundingClientRect(); return [r.width, r.height, r.y - b.y, r.right - innerWidth, r.bottom - innerHeight]; });
+                assert.ok(box[0] > 150 && box[1] > 15 && box[2] > 20 && box[3] <= 0 && (at === "idle" || box[4] <= 0), `${name} ${id}: ${box}`);
+            }
+            assert.equal(await page.evaluate(() => document.documentElement.scrollWidth - innerWidth), 0);
+            if (folder) await page.screenshot({ path: join(folder, `refused-${at}-${name}.png`) });
+            await page.locator("h1, #state").last().click();
+            await until(async () => (await page.locator(".answer[data-kind=error]:not([hidden])").count()) === 0, "gone at the next press");
+            server.refuse = null;
+            if (at !== "idle") continue;
+            await page.locator("#start-button").scrollIntoViewIfNeeded();
+            server.refuse = refused;
+            await page.click("#start-button");
+            await page.locator("#start output").getByText("the walker is").waitFor();
+            const sent = server.requests.length;
+            await page.click("#stop-button");
+            await until(() => server.requests.slice(sent).some((request) => request.name === "stop"), "the press on Stop below the refusal");
+            server.refuse = null;
+        }
+});
+
 test("At rest the measured motion has no figures", async () => {
     await idle(stage);
     const { page } = await openPage(stage, { viewport: wide });

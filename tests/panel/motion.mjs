@@ -43,4 +43,21 @@ export function closedForm(drive, mu) {
     return ((-drive.gamma_mps2 / omega) * (1 - drive.rho) * Math.cos(2 * start + drive.phi_rad)) / 2;
 }
 
+/** The answer of /api/law, of a few values: at the error of mu the exact law is taken for the closed form's. */
+export function lawCurves(drive, { value, sigma }) {
+    const curve = (name, xs) => {
+        const values = (of) => {
+            const sides = xs.map((x) => [value - sigma, value, value + sigma].map((mu) => of({ ...drive, [name]: x }, mu)));
+            return { at_mu: sides.map((v) => v[1]), low: sides.map((v) => (v.includes(null) ? null : Math.min(...v))), high: sides.map((v) => (v.includes(null) ? null : Math.max(...v))) };
+        };
+        const exact = (d, mu) => (d.gamma_mps2 === 0 ? 0 : steadyPeriod(d, mu, 100, 200).drift * d.frequency_hz);
+        return { [name]: xs, exact_mps: values(exact), closed_form_mps: values(closedForm) };
+    };
+    const steps = (from, to, n) => Array.from({ length: n }, (_, i) => from + ((to - from) * i) / (n - 1));
+    return {
+        mu: value, sigma, gamma_mps2: drive.gamma_mps2, phi_rad: drive.phi_rad,
+        gamma: curve("gamma_mps2", steps(0, 3 * g, 25)), phi: curve("phi_rad", steps(-Math.PI, Math.PI, 37)),
+    };
+}
+
 export { baseAcceleration };

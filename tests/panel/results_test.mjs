@@ -58,7 +58,7 @@ test("A click on a point of a plot takes its set-point; the plot is saved as a p
     await until(async () => await page.locator("#points-phi .u-over").count() === 1, "the plot");
     await page.waitForTimeout(700);
     const area = await page.locator("#points-phi .u-over").boundingBox();
-    // Two repeats at phi 0 in the middle of an axis of 20 degrees, v_D 6.6 mm/s near the upper end.
+    // Two repeats at phi 0 in the middle of an axis of 90 degrees, v_D 6.6 mm/s near the upper end.
     const top = area.height * (1 - (6.6 + 0.07 * 6.6) / (1.14 * 6.6));
     await page.fill("#drive-phi", "33");
     await page.locator("#points-phi .u-over").click({ position: { x: area.width / 2, y: top } });
@@ -73,6 +73,36 @@ test("A click on a point of a plot takes its set-point; the plot is saved as a p
     assert.match(csv[1], /^"others",0(\.0+)?,6\.5994/);
     assert.equal((await save("PNG")).subarray(1, 4).toString(), "PNG");
     if (folder) await page.locator("#phi-card").screenshot({ path: join(folder, "phi.png") });
+    assert.deepEqual(troubles, []);
+});
+
+test("From the first point on, a plot has the exact law and the closed form with the band of mu's error", async () => {
+    const { bench } = stage.server;
+    bench.points = [];
+    bench.act("drive", { gamma_mps2: 9.8, phi_rad: 0, rho: 0.5, frequency_hz: 20 });
+    const { page, troubles } = await openPage(stage, { viewport: { width: 1440, height: 1000 } });
+    for (const [axis, other] of [["gamma", /exact law, φ = 0°, μ = 0.1130 ± 0.0050/], ["phi", /exact law, γ = 1.00 g, μ = 0.1130 ± 0.0050/]]) {
+        bench.law_mu = null;
+        await page.locator(`#${axis}-card`).scrollIntoViewIfNeeded();
+        const canvas = page.locator(`#points-${axis} canvas`), key = page.locator(`#key-${axis}`);
+        await until(async () => !/law|closed/.test(await key.textContent()), "no law without mu");
+        await page.waitForTimeout(1200);
+        const before = await canvas.screenshot();
+        bench.law_mu = { value: 0.113, sigma: 0.005 };
+        bench.act("drive", { frequency_hz: 20.5 });  // a new set-point is a new law
+        await until(async () => other.test(await key.textContent()), `the law in the key: ${await key.textContent()}`);
+        assert.match(await key.textContent(), /closed form/);
+        assert.ok(!before.equals(await canvas.screenshot()), "the law is drawn");
+        if (folder) await page.locator(`#${axis}-card`).screenshot({ path: join(folder, `law-${axis}.png`) });
+        const saved = page.waitForEvent("download");
+        await page.locator(`#${axis}-card button[data-save=CSV]`).click();
+        const csv = (await readFile(await (await saved).path())).toString().trim().split("\r\n"), law = csv.filter((row) => row.startsWith('"law at'));
+        assert.ok(law.length > 20, csv.join("|"));
+        const [v, low, high] = law.at(-1).split(",").slice(-3).map(Number);
+        assert.ok(low <= v && v <= high && low < high, law.at(-1));
+        bench.law_mu = null;
+        bench.act("drive", { frequency_hz: 20 });
+    }
     assert.deepEqual(troubles, []);
 });
 

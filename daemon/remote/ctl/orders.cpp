@@ -18,7 +18,7 @@ namespace {
 
 using nlohmann::json;
 
-constexpr std::chrono::seconds abort_patience{2};
+constexpr std::chrono::seconds abort_patience{2}, clear_patience{2};
 
 void wait_for_rest(const Link& link) {
     state_when(link, Clock::time_point::max(), [](const json& state) {
@@ -86,6 +86,8 @@ void middle(const Values& values) {
     if (values.has("--wait")) wait_for_rest(link);
 }
 
+void reset_walker(const Values& values) { link_of(values).order("reset-walker", {}); }
+
 void give_mu(const Values& values) {
     json fields{{"mu", values.number("MU")}};
     if (values.has("--error")) fields["sigma"] = values.number("--error");
@@ -122,7 +124,13 @@ void campaign(const Values& values) {
                       campaign.at("points").get<int>(), campaign.at("folder").get<std::string>()));
 }
 
-void clear(const Values& values) { link_of(values).order("clear", {}); }
+void clear(const Values& values) {
+    const Link link = link_of(values);
+    link.order("clear", {});
+    // The output clears the trip a moment after the order was accepted.
+    state_when(link, Clock::now() + clear_patience,
+               [](const json& state) { return state_of(state) != "tripped"; });
+}
 
 void remark(const Values& values) { link_of(values).order("remark", {{"text", values.text("TEXT")}}); }
 

@@ -9,6 +9,7 @@ void identify(const Values& values);
 void start(const Values& values);
 void stop(const Values& values);
 void middle(const Values& values);
+void reset_walker(const Values& values);
 void give_mu(const Values& values);
 /// "campaign WHAT [--plan NAME]": starts a plan, lists the plans, or passes a word to the campaign under way.
 void campaign(const Values& values);

@@ -134,6 +134,7 @@ std::optional<service::OrderWhat> order_of(const std::string& name, const json& 
     if (name == "stop") return service::End{};
     if (name == "identify") return service::Identify{};
     if (name == "middle") return service::BringToMiddle{};
+    if (name == "reset-walker") return service::PutWalkerBack{};
     if (name == "campaign") return campaign_of(body, pending_orders);
     if (constexpr std::string_view word = "campaign/"; name.starts_with(word))
         return campaign_word(std::string_view{name}.substr(word.size()));

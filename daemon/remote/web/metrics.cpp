@@ -36,9 +36,13 @@ std::string number(double x) {
 
 class Text {
 public:
+    explicit Text(MetricsFormat format) : format_{format} {}
     void family(std::string_view name, std::string_view type, std::string_view help) {
         name_ = fmt::format("shakerd_{}", name);
-        fmt::format_to(std::back_inserter(text_), "# HELP {} {}\n# TYPE {} {}\n", name_, help, name_, type);
+        std::string_view of = name_;  // OpenMetrics names a counter without the end of its samples
+        if (format_ == MetricsFormat::open && type == "counter")
+            of.remove_suffix(std::string_view{"_total"}.size());
+        fmt::format_to(std::back_inserter(text_), "# HELP {} {}\n# TYPE {} {}\n", of, help, of, type);
     }
     void sample(double value) { text_ += name_ + ' ' + number(value) + '\n'; }
     void sample(std::string_view label, std::string_view of, double value) {
@@ -64,9 +68,13 @@ public:
         fmt::format_to(std::back_inserter(text_), "{}_sum {}\n{}_count {}\n", name_, number(seen.sum_s),
                        name_, below);
     }
-    [[nodiscard]] std::string take() { return std::move(text_); }
+    [[nodiscard]] std::string take() {
+        if (format_ == MetricsFormat::open) text_ += "# EOF\n";
+        return std::move(text_);
+    }
 
 private:
+    MetricsFormat format_;
     std::string name_, text_;
 };
 
@@ -130,8 +138,8 @@ void put_contact(Text& t, const service::BenchState& s) {
 
 }  // namespace
 
-std::string metrics_text(const service::BenchState* state, const ServedCounts& served) {
-    Text t;
+std::string metrics_text(const service::BenchState* state, const ServedCounts& served, MetricsFormat format) {
+    Text t{format};
     t.family("build_info", "gauge", "The program.");
     t.sample("version", SHAKER_VERSION, 1);
     t.counter("http_requests_total", "Answered requests.", served.requests);

@@ -15,7 +15,11 @@ struct ServedCounts {
     int web_clients = 0, scpi_clients = 0;
 };
 
-/// Text format 0.0.4: base units, counters end in _total. state: null before the first state of the bench.
-std::string metrics_text(const service::BenchState* state, const ServedCounts& served);
+/// prometheus: text format 0.0.4. open: OpenMetrics 1.0, for a client whose Accept names it.
+enum class MetricsFormat : std::uint8_t { prometheus, open };
+
+/// Base units, counters end in _total. state: null before the first state of the bench.
+std::string metrics_text(const service::BenchState* state, const ServedCounts& served,
+                         MetricsFormat format = MetricsFormat::prometheus);
 
 }  // namespace shaker::web

@@ -6,6 +6,7 @@
 
 #include "daemon/catalogue/list_text.hpp"
 #include "daemon/catalogue/row_text.hpp"
+#include "daemon/remote/web/live_frames.hpp"
 #include "daemon/remote/web/state_json.hpp"
 #include "drivers/errors.hpp"
 
@@ -46,9 +47,14 @@ std::string query_of(std::string_view target, std::string_view key) {
 struct Manner {
     unsigned version;
     bool keep_alive;
+    MetricsFormat metrics;
 };
 
-Manner manner_of(const Request& request) { return {request.version(), request.keep_alive()}; }
+Manner manner_of(const Request& request) {
+    const bool open =
+        view(request[http::field::accept]).find("application/openmetrics-text") != std::string_view::npos;
+    return {request.version(), request.keep_alive(), open ? MetricsFormat::open : MetricsFormat::prometheus};
+}
 
 Response reply(Manner manner, int status, std::string type, std::string body) {
     Response r{static_cast<http::status>(status), manner.version};
@@ -75,7 +81,22 @@ std::vector<catalogue::NumberedRow> rows_of(Site& site) {
     return site.pending_orders.bench_port().results().since(0);
 }
 
-constexpr std::string_view recordings_path = "/api/recordings/";
+constexpr std::string_view recordings_path = "/api/recordings/", trip_path = "/api/trip/pictures/";
+
+// The picture of camera K at the trip: GET /api/trip/pictures/K, in the form of a live picture.
+Response trip_picture(Manner manner, std::string_view number, const service::BenchState& state) {
+    for (std::size_t k = 0; k < state.trip_pictures.size(); ++k)
+        if (number == std::to_string(k))
+            if (std::string bytes = picture_frame(state.trip_pictures[k], k); !bytes.empty())
+                return reply(manner, 200, "application/octet-stream", std::move(bytes));
+    return reply(manner, refusal(404, "there is no picture of a trip of this camera"));
+}
+
+Response law_curves(Manner manner, LawAnswer& law, const service::BenchState& state) {
+    auto text = law.of(state);
+    return text ? reply(manner, 200, "application/json", std::move(*text))
+                : reply(manner, 202, "application/json", R"({"pending":true})");
+}
 
 // A refusal of what wanted_recording() does not let through.
 Response refused_download(Manner manner, const Site& site) {
@@ -110,8 +131,11 @@ Response answer_get(Manner manner, const std::string& path, Site& site, const st
         return reply(manner, 200, file->second.type, file->second.content);
     if (path == "/favicon.ico") return reply(manner, 204, "image/x-icon", "");
     if (path == "/metrics")
-        return reply(manner, 200, "text/plain; version=0.0.4; charset=utf-8",
-                     metrics_text(state.get(), site.served));
+        return reply(manner, 200,
+                     manner.metrics == MetricsFormat::open
+                         ? "application/openmetrics-text; version=1.0.0; charset=utf-8"
+                         : "text/plain; version=0.0.4; charset=utf-8",
+                     metrics_text(state.get(), site.served, manner.metrics));
     if (path == "/healthz") {
         const bool well = state && state->state != run::RunState::tripped;
         return plain(manner, well ? 200 : 503, state ? name(state->state) : "starting");
@@ -131,6 +155,9 @@ Response answer_get(Manner manner, const std::string& path, Site& site, const st
                      refusal(404, state && !state->not_reduced.empty() ? state->not_reduced
                                                                        : "no measurement is complete yet"));
     }
+    if (path == "/api/law" && state) return law_curves(manner, site.law, *state);
+    if (path.starts_with(trip_path) && state)
+        return trip_picture(manner, std::string_view{path}.substr(trip_path.size()), *state);
     if (path == "/api/recordings" && site.recordings != nullptr)
         return reply(manner, 200, "application/json", list_json(site.recordings->list()));
     if (path.starts_with(recordings_path)) return refused_download(manner, site);

@@ -7,6 +7,7 @@
 #include "daemon/remote/access/access.hpp"
 #include "daemon/remote/web/actions.hpp"
 #include "daemon/remote/web/guests.hpp"
+#include "daemon/remote/web/law_answer.hpp"
 #include "daemon/remote/web/metrics.hpp"
 
 namespace shaker::web {
@@ -26,6 +27,7 @@ struct Site {
     std::map<std::string, PageFile> page;        // by path: "/"
     catalogue::Catalogue* recordings = nullptr;  // null: none is served
     ServedCounts served{};
+    LawAnswer law{};
     std::map<std::string, int> sockets{};  // number of sockets of each client that may hold control
     Guests guests{};                       // connections without a socket
     int downloads = 0;                     // of recordings, at most most_downloads

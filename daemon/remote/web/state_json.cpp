@@ -46,9 +46,11 @@ json session(const service::BenchState& s, const Viewer& viewer) {
                 {"limit", number(s.trip->limit)},
                 {"t_s", number(s.trip_s)},
                 {"age_s", number(s.now_s - s.trip_s)},
+                {"pictures", s.trip_pictures.size()},
                 {"recording", s.trip_file.empty() ? json(nullptr) : json(s.trip_file)}};
     return {{"state", word_of(s)},
             {"rig", s.facts ? s.facts->rig : ""},
+            {"simulated", s.facts && s.facts->simulated},
             {"recording", s.recording.name.empty() ? json(nullptr) : json(s.recording.name)},
             {"record_name", s.record_name.empty() ? json(nullptr) : json(s.record_name)},
             {"controller", viewer.controller.empty() ? json(nullptr) : json(viewer.controller)},

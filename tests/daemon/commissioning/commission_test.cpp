@@ -130,7 +130,7 @@ TEST_F(CommissionTest, ReloadTakesOnlyACoveredRigFile) {
     EXPECT_EQ(client.ask("LIM:ACC:ABOR?"), before);
     bench.rig("resistance_ohm", "2.5");
     ::kill(program->pid(), SIGHUP);
-    EXPECT_TRUE(wait_for(*program, program->said(), "settings reloaded; ")) << content(program->said());
+    EXPECT_TRUE(wait_for(*program, program->said(), "settings reloaded: ")) << content(program->said());
     EXPECT_TRUE(contains(program->said(), "ignored until a restart of the daemon: shaker"));
     EXPECT_EQ(client.ask("LIM:ACC:ABOR?"), "1.00000000E+06");
 }

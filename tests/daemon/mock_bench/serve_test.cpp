@@ -14,6 +14,7 @@
 #include <cstring>
 #include <filesystem>
 #include <fstream>
+#include <iterator>
 #include <map>
 #include <mutex>
 #include <thread>
@@ -325,12 +326,29 @@ TEST(ServeTest, DrivesAndStopsWhileRecorderHangs) {
     EXPECT_EQ(shakerd("recover long.nxs", folder).status, 0) << "no data were lost";
 }
 
+TEST(ServeTest, ReloadWithoutSettingsReadsNothing) {
+    test::Program program{"shakerd", "serve --http-port 0 --scpi-port 0 --recordings .", fresh_folder()};
+    const auto logged = [&](const char* words) {
+        for (const auto end = Clock::now() + std::chrono::seconds{30}; Clock::now() < end;) {
+            std::ifstream in{program.said()};
+            const std::string log{std::istreambuf_iterator<char>{in}, {}};
+            if (log.find(words) != std::string::npos) return true;
+            std::this_thread::sleep_for(std::chrono::milliseconds{20});
+        }
+        return false;
+    };
+    ASSERT_TRUE(logged("state: idle"));
+    kill(program.pid(), SIGHUP);
+    EXPECT_TRUE(logged("nothing was read: the daemon was started without --settings FILE"));
+}
+
 TEST(ServeTest, ReloadTakesAllSettingsOrNone) {
     ServedBench bench;
     TcpClient client{bench.scpi_port()};
     bench.settings("phi_rad = 0.5\ngamma_mps2 = 5\nperiods = 30\n");
     kill(bench.program().pid(), SIGHUP);
-    EXPECT_TRUE(bench.logged("settings reloaded"));
+    EXPECT_TRUE(bench.logged("settings reloaded: ")) << "names the files";
+    EXPECT_TRUE(bench.logged(" and the limits in ")) << bench.log();
     EXPECT_EQ(client.ask("ACC?;:BIH:PHAS?"), "5.00000000E+00;5.00000000E-01");
 
     bench.settings("phi_rad = 1\ngamma_mps2 = 5000\n");

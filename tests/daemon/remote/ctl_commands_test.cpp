@@ -138,6 +138,8 @@ TEST_F(CtlTest, IdentifyClearAndRecordAreOrders) {
     EXPECT_EQ(record.name, "");
     EXPECT_EQ(ctl("middle --wait").status, exit_done);
     EXPECT_TRUE(std::holds_alternative<service::BringToMiddle>(bench.ordered().back()));
+    EXPECT_EQ(ctl("reset-walker").status, exit_done);
+    EXPECT_TRUE(std::holds_alternative<service::PutWalkerBack>(bench.ordered().back()));
     EXPECT_EQ(ctl("mu 0.12 --error 0.01").status, exit_done);
     EXPECT_EQ(last<service::GiveMu>().mu.value, 0.12);
     EXPECT_EQ(last<service::GiveMu>().mu.sigma, 0.01);
@@ -162,7 +164,7 @@ TEST_F(CtlTest, RefusalNamesHolderAndAbortWorksAnyway) {
     test::TcpClient page{server.http_port()};
     take_control(page);
     for (const char* order : {"set --gamma 1g", "identify", "start", "start --wait", "stop", "stop --wait",
-                              "middle", "mu 0.1", "clear", "record on"}) {
+                              "middle", "reset-walker", "mu 0.1", "clear", "record on"}) {
         const Outcome refused = ctl(order);
         EXPECT_EQ(refused.status, exit_refused) << order;
         EXPECT_TRUE(

@@ -298,6 +298,46 @@ TEST(StateJsonTest, CamerasHaveGeometryAndFigures) {
     EXPECT_TRUE(all[1]["clipped"].is_null());
 }
 
+TEST_F(WebTest, MetricsFollowTheAskedFormat) {
+    const Got plain = request("GET /metrics");
+    EXPECT_NE(plain.head.find("text/plain; version=0.0.4"), std::string::npos);
+    EXPECT_NE(plain.body.find("# TYPE shakerd_trips_total counter\n"), std::string::npos);
+    EXPECT_EQ(plain.body.find("# EOF"), std::string::npos);
+    const Got open = request("GET /metrics", {}, "Accept: application/openmetrics-text; version=1.0.0\r\n");
+    EXPECT_NE(open.head.find("application/openmetrics-text; version=1.0.0"), std::string::npos);
+    EXPECT_NE(open.body.find("# TYPE shakerd_trips counter\nshakerd_trips_total "), std::string::npos);
+    EXPECT_TRUE(open.body.ends_with("# EOF\n"));
+}
+
+TEST_F(WebTest, LawIsComputedBesideTheServer) {
+    EXPECT_EQ(json::parse(request("GET /api/law").body), json::parse(R"({"mu":null})"));
+    EXPECT_EQ(post("drive", R"({"frequency_hz":20,"gamma_mps2":9.8,"rho":0.5,"phi_rad":0})").status, 200);
+    EXPECT_EQ(post("mu", R"({"mu":0.113,"sigma":0.005})").status, 200);
+    Got got;
+    for (int i = 0; i < 1000 && got.status != 200; ++i) {
+        got = request("GET /api/law");
+        ASSERT_TRUE(got.status == 200 || got.status == 202) << got.body;
+        std::this_thread::sleep_for(std::chrono::milliseconds{20});
+    }
+    const json law = json::parse(got.body);
+    EXPECT_EQ(law["mu"], 0.113);
+    EXPECT_EQ(law["phi"]["phi_rad"].size(), law["phi"]["exact_mps"]["high"].size());
+    EXPECT_DOUBLE_EQ(law["gamma"]["gamma_mps2"].back(), 3 * paper_g);
+    EXPECT_NEAR(law["gamma"]["exact_mps"]["at_mu"].back(), 56.8514e-3, 1e-7);
+    EXPECT_EQ(request("GET /api/law").status, 200) << "kept";
+}
+
+TEST_F(WebTest, PicturesOfATripAreServed) {
+    EXPECT_EQ(request("GET /api/trip/pictures/0").status, 404);
+    EXPECT_EQ(post("abort", "").status, 200);
+    const Got got = request("GET /api/trip/pictures/0");
+    EXPECT_EQ(got.status, 200);
+    EXPECT_GT(got.body.size(), 40U);
+    EXPECT_EQ(got.body.substr(0, 4), "1DKS") << "as a live picture";
+    EXPECT_EQ(json::parse(request("GET /api/state").body)["session"]["trip"]["pictures"], 1);
+    EXPECT_EQ(request("GET /api/trip/pictures/1").status, 404);
+}
+
 TEST(PublishedTest, EveryQuantityIsAtItsPlaceInStateAndMetrics) {
     service::BenchState state;
     state.base.emplace();

@@ -139,6 +139,56 @@ TEST_F(ToMiddleTest, WalkAwayFromTheMiddleStops) {
     EXPECT_TRUE(logged(r, "it went away from the middle")) << test::log_of(r);
 }
 
+// After a trip at the edge; while something is driven or tripped it is refused.
+TEST_F(ToMiddleTest, SimulatedWalkerIsPutBackAtRest) {
+    const auto in_the_middle = [](const BenchState& s) {
+        return s.state == RunState::idle && off_middle_mm(s) < 0.5;
+    };
+    const auto r = play(walker_at("40"),
+                        {start(),
+                         {in(RunState::run), give(PutWalkerBack{})},
+                         {may_clear, give(PutWalkerBack{})},
+                         {may_clear, give(ClearTrip{})},
+                         {in(RunState::idle), give(PutWalkerBack{})},
+                         until(in_the_middle),
+                         start(),
+                         until(test::measured(1))},
+                        60, not_known);
+    ASSERT_EQ(answers.size(), 6U) << test::log_of(r);
+    EXPECT_NE(answers[1].find("while the bench is running"), std::string::npos) << answers[1];
+    EXPECT_NE(answers[2].find("clear the trip first"), std::string::npos) << answers[2];
+    EXPECT_EQ(answers[3] + answers[4] + answers[5], "");
+    EXPECT_TRUE(logged(r, "the simulated walker is put back")) << test::log_of(r);
+    EXPECT_EQ(r.last.trips, 1U) << test::log_of(r);
+    EXPECT_TRUE(r.last.facts->simulated);
+}
+
+// The pictures of the moment stay until the trip is cleared.
+TEST_F(ToMiddleTest, PicturesOfTripStayUntilItIsCleared) {
+    double at_trip_s = NAN, later_s = NAN, newest_s = NAN;
+    const auto look = [&](double& at_s) {
+        return [&at_s, &newest_s](const BenchState& s) {
+            if (s.state != RunState::tripped || s.trip_pictures.empty()) return false;
+            at_s = s.trip_pictures.front().t_s;
+            newest_s = s.pictures_now.front().t_s;
+            return true;
+        };
+    };
+    const auto r = play(walker_at("30"),
+                        {start(),
+                         {in(RunState::run), [](BenchPort& port) { port.abort("test"); }},
+                         until(look(at_trip_s)),
+                         {may_clear, [](BenchPort&) {}},
+                         until(look(later_s)),
+                         {may_clear, give(ClearTrip{})},
+                         until(in(RunState::idle))},
+                        30, {0.113, 0.001});
+    EXPECT_EQ(at_trip_s, later_s);
+    EXPECT_LT(later_s, newest_s);
+    EXPECT_NEAR(at_trip_s, entered(r, RunState::tripped).at(0), 0.1);
+    EXPECT_TRUE(r.last.trip_pictures.empty()) << "cleared";
+}
+
 TEST_F(ToMiddleTest, GivenFrictionPredictsWalksAndIsChecked) {
     const auto r = play(walker_at("45"),
                         {start(),

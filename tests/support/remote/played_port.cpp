@@ -30,6 +30,14 @@ std::shared_ptr<const reduction::Reduction> some_result() {
     return r;
 }
 
+service::PictureState grey_picture() {
+    auto frame = std::make_shared<Frame>();
+    frame->width = 64;
+    frame->height = 16;
+    frame->pixels.assign(std::size_t{64} * 16, std::byte{100});
+    return {.camera = "top", .t_s = 12.5, .frame = frame, .fixes = {}, .targets = {}};
+}
+
 }  // namespace
 
 PlayedPort::PlayedPort() {
@@ -76,6 +84,7 @@ std::string PlayedPort::obey(const service::OrderWhat& what) {
     } else if (std::holds_alternative<service::ClearTrip>(what)) {
         state_.state = run::RunState::idle;
         state_.trip.reset();
+        state_.trip_pictures.clear();
     } else if (const auto* plan = std::get_if<service::MeasurePlan>(&what)) {
         if (plan->text.empty() && plan->name != "fig3")
             return "plan \"" + plan->name + "\": there is no such plan";
@@ -83,6 +92,8 @@ std::string PlayedPort::obey(const service::OrderWhat& what) {
             .name = plan->name, .folder = plan->name + "-x", .doing = "ended", .points = 12, .ended = 12};
     } else if (const auto* loop = std::get_if<service::CloseLoop>(&what)) {
         state_.closed_loop = loop->on;
+    } else if (const auto* give = std::get_if<service::GiveMu>(&what)) {
+        state_.mu = give->mu;
     } else if (const auto* remark = std::get_if<service::Remark>(&what)) {
         bench_port.log(state_.now_s, "remark", remark->text);
     } else if (const auto* record = std::get_if<service::Record>(&what)) {
@@ -105,6 +116,7 @@ void PlayedPort::turn() {
         state_.state = run::RunState::tripped;
         state_.trip = safety::Trip{.cause = safety::Cause::operator_stop, .stop = safety::StopKind::hard};
         state_.may_clear = true;
+        state_.trip_pictures = {grey_picture()};
         ++state_.trips;
         changed = true;
     }

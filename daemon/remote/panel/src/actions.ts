@@ -35,6 +35,8 @@ export interface Reader {
     save(path: string, name: string): Promise<string>;
     /** Null when there was no answer. */
     json(path: string): Promise<unknown>;
+    /** Null when there was no answer. */
+    bytes(path: string): Promise<ArrayBuffer | null>;
     /** A link that the browser can follow. */
     address(path: string): string;
 }
@@ -55,6 +57,10 @@ export function makeReader(token: string | null): Reader {
         json: async (path) => {
             const response = await get(path).catch(() => null);
             return response?.ok ? await response.json().catch(() => null) : null;
+        },
+        bytes: async (path) => {
+            const response = await get(path).catch(() => null);
+            return response?.ok ? await response.arrayBuffer().catch(() => null) : null;
         },
         address: (path) => (token ? `${path}?token=${encodeURIComponent(token)}` : path),
     };

@@ -24,13 +24,13 @@ export const axes: Record<"gamma" | "phi", Axis> = {
         x: (p) => p.gamma_mps2 / paperG,
         same: (p) => degrees((Math.round(degrees(p.phi_rad)) * Math.PI) / 180),
         label: (value) => `φ = ${fixed(value, 0)}°`,
-        leastSpan: 0.2,
+        leastSpan: 1,
     },
     phi: {
         x: (p) => degrees(p.phi_rad),
         same: (p) => Math.round((p.gamma_mps2 / paperG) * 100) / 100,
         label: (value) => `γ = ${fixed(value, 2)} g`,
-        leastSpan: 20,
+        leastSpan: 90,
     },
 };
 

@@ -1,9 +1,10 @@
 // Entry point of the operator's page: connects data, views and actions.
 import { Abort, listenForAbort } from "./abort";
 import { clientName, makeActions, makeReader, takeToken } from "./actions";
+import { Alarm } from "./alarm";
 import { Connection } from "./connection";
 import { byId } from "./dom";
-import { axes } from "./groups";
+import { LawReader } from "./law";
 import { Loop } from "./loop";
 import type { Plot } from "./plot";
 import { Store } from "./store";
@@ -32,10 +33,12 @@ const abort = new Abort(act);
 listenForAbort(abort);
 
 const store = new Store();
+const law = new LawReader(store, reader);
 const socketUrl = `${location.protocol === "https:" ? "wss" : "ws"}://${location.host}/ws?client=${client}${token ? `&token=${encodeURIComponent(token)}` : ""}`;
 const connection = new Connection(store, socketUrl);
 const themes = new Themes(byId("theme", HTMLButtonElement));
 const loop = new Loop();
+new Alarm(store);
 const box = (id: string): HTMLElement => byId(id, HTMLElement);
 
 const waveform = makeWaveform(box("waveform"), store, themes);
@@ -44,7 +47,7 @@ const acceleration = makeLive(box("live-acceleration"), store.acceleration, acce
 const cameras = makeCameras(box("cameras"), box("cameras-card"), store, connection, loop);
 
 loop.add(makeHeader(store, connection, abort), 30);
-loop.add(makeTrip(store, themes), 30);
+loop.add(makeTrip(store, reader, themes), 30);
 loop.add(makeForms(act, store), 10);
 loop.add(makeCampaign(act, store), 5, box("campaign-card"));
 loop.add(makeNumbers(store), 10, box("numbers"));
@@ -54,8 +57,8 @@ loop.add(makeHarmonics(box("harmonics"), store, themes), 5, box("harmonics-card"
 loop.add(makeResults(store, reader), 2, box("results-card"));
 loop.add(makeRecordings(act, reader), 2, box("recordings-card"));
 loop.add(makeCycle(box("cycle-x"), box("cycle-v"), store, themes), 5, box("cycle-card"));
-loop.add(makePoints(box("points-gamma"), box("key-gamma"), axes.gamma, "γ, g", store, themes), 2, box("gamma-card"));
-loop.add(makePoints(box("points-phi"), box("key-phi"), axes.phi, "φ, degrees", store, themes), 2, box("phi-card"));
+loop.add(makePoints(box("points-gamma"), box("key-gamma"), "gamma", "γ, g", store, law, themes), 2, box("gamma-card"));
+loop.add(makePoints(box("points-phi"), box("key-phi"), "phi", "φ, degrees", store, law, themes), 2, box("phi-card"));
 loop.add(track.draw, 5, box("live-card"));
 loop.add(acceleration.draw, 5, box("live-card"));
 loop.add(cameras.draw, 15, box("cameras-card"));

@@ -21,6 +21,7 @@ export interface Trip {
     t_s: Known;
     age_s: Known;  // since the trip
     recording: string | null;  // that has the stop; null: not complete yet
+    pictures?: number;  // of the moment, one a camera
 }
 
 export interface Session {
@@ -34,6 +35,7 @@ export interface Session {
     controller: string | null;
     you_control: boolean;
     trip: Trip | null;
+    simulated: boolean;  // the walker may be put back by an order
     to_middle: boolean;  // the walker is being brought to the middle
     may_clear: boolean;  // the drive is silent and the end of the stopped run is recorded
     program: string;

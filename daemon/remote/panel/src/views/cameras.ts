@@ -10,7 +10,7 @@ import { drawGeometry, drawScale, drawTarget, figureWords, stateOf, targetWords,
 
 const rate = 10;  // Hz
 
-class CameraView {
+export class CameraView {
     readonly figure = make("figure");
     private readonly canvas = make("canvas");
     private readonly caption = make("figcaption");
@@ -70,7 +70,7 @@ class CameraView {
 }
 
 /** Names of the cameras in the table of losses ("camera:top"), in its order; before the first state "top" and "side". */
-function cameraNames(store: Store): string[] {
+export function cameraNames(store: Store): string[] {
     const named = (store.state?.losses ?? []).flatMap(({ stream }) => /^camera:(.+)$/.exec(stream)?.[1] ?? []);
     return named.length ? named.slice(0, store.pictures.length) : ["top", "side"];
 }

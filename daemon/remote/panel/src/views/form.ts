@@ -1,4 +1,5 @@
-// One form: it sends one action and shows the answer beside the button that was pressed.
+// One form: it sends one action and shows the answer beside the button that was pressed. A refusal lies over what is
+// below, until the next press elsewhere or the next answer.
 import type { Actions } from "../actions";
 import { setData, setText } from "../dom";
 
@@ -12,6 +13,9 @@ export function wire(form: HTMLFormElement, act: Actions, body: Body, sent: () =
         setData(answer, "kind", kind);
         setText(answer, text);
     };
+    document.addEventListener("pointerdown", ({ target }) => {
+        if (answer.dataset["kind"] === "error" && !(target instanceof Node && form.contains(target))) say("", "");
+    });
     let number = 0;
     form.addEventListener("submit", (event) => {
         event.preventDefault();

@@ -142,6 +142,7 @@ export function makeForms(act: Actions, store: Store): () => void {
     wireStart(act);
     wireRemark(act);
     wire(form("middle"), act, () => ({}));
+    wire(form("reset-walker"), act, () => ({}));
     wireMu(act);
     const showRecord = wireRecord(act, store);
     const showDrive = makeDriveForm(act, store);
@@ -156,6 +157,7 @@ export function makeForms(act: Actions, store: Store): () => void {
         clear.disabled = session.state === "tripped" && !session.may_clear;
         setHidden(form("take"), session.you_control);
         setHidden(form("release"), !session.you_control);
+        setHidden(form("reset-walker"), !session.simulated);
         showRecord(state);
         const next = nextOrder(state, showDrive(state));
         for (const id of primaries) byId(id, HTMLButtonElement).classList.toggle("primary", id === next);

@@ -1,10 +1,14 @@
-// The trip: what happened and when, what to do, its recording, and the last two seconds before it with the limit.
+// The trip: what happened and when, what to do, its recording, the last two seconds before it with the limit, and
+// the pictures of the moment.
+import type { Reader } from "../actions";
 import { byId, setHidden, setText } from "../dom";
 import { clockTime } from "../format";
+import { decodeFrame } from "../frames";
 import { common, dashes, line, Plot, xAxis, yAxis, type Columns } from "../plot";
 import type { State, Trip } from "../protocol";
 import type { Store } from "../store";
 import type { Themes } from "../theme";
+import { cameraNames, CameraView } from "./cameras";
 
 const window = 2;          // s before the trip
 const afterwards = 0.2;    // s after it; then the curve is kept
@@ -37,8 +41,21 @@ export function limitLines(state: Pick<State, "walker">, trip: Trip): number[] {
     return [1e3 * (nearLow ? low + inwards : high - inwards)];
 }
 
-export function makeTrip(store: Store, themes: Themes): () => void {
+/** The cameras' pictures at the trip, which the daemon keeps until it is cleared. */
+async function showPictures(list: HTMLElement, store: Store, reader: Reader, count: number): Promise<void> {
+    const names = cameraNames(store), found = await Promise.all(Array.from({ length: count }, (_, k) => reader.bytes(`/api/trip/pictures/${k}`)));
+    const shown = found.flatMap((bytes, k) => {
+        const frame = bytes && decodeFrame(bytes);
+        return frame?.what === "picture" ? [{ frame, k, view: new CameraView(names[k] ?? `camera ${k + 1}`) }] : [];
+    });
+    list.replaceChildren(...shown.map(({ view }) => view.figure));
+    setHidden(list, shown.length === 0);
+    for (const { frame, k, view } of shown) await view.show(frame, store.state?.cameras[k] ?? null, store.state?.limits["edge_m"]);
+}
+
+export function makeTrip(store: Store, reader: Reader, themes: Themes): () => void {
     const banner = byId("trip", HTMLElement), text = byId("trip-text", HTMLElement), box = byId("trip-plot", HTMLElement);
+    const pictures = byId("trip-pictures", HTMLElement);
     let of: number | null = null, when = "", kept = false, label = "";
     let data: Columns = [];
     let plot: Plot | null = null;
@@ -71,6 +88,7 @@ export function makeTrip(store: Store, themes: Themes): () => void {
         if (!state || !trip || trip.t_s === null) {
             of = null;
             setHidden(box, true);
+            setHidden(pictures, true);
             return;
         }
         if (of !== trip.t_s) {
@@ -79,6 +97,7 @@ export function makeTrip(store: Store, themes: Themes): () => void {
             kept = false;
             plot = null;
             setHidden(box, true);
+            void showPictures(pictures, store, reader, trip.pictures ?? 0);
         }
         setText(text, tripWords(trip, when));
         if (!kept) keep(state, trip, trip.t_s);
