@@ -44,13 +44,14 @@ bool stopped_at_rest(const Sequence& sequence, const acquisition::Streams& strea
                        [](const safety::Trip& trip) { return trip.cause == safety::Cause::operator_stop; });
 }
 
-// A recording and its pictures.
-double bytes_of(const std::filesystem::path& file) {
+recording::RecordedRate rate_of(const std::filesystem::path& file, double lasted_s,
+                                recorded::KeptPictures kept) {
     std::error_code failed;
-    auto bytes = static_cast<double>(std::filesystem::file_size(file, failed));
+    const auto bytes = static_cast<double>(std::filesystem::file_size(file, failed));
+    double pictures = 0;
     for (const auto& part : std::filesystem::directory_iterator{recorded::pictures_folder(file), failed})
-        bytes += static_cast<double>(part.file_size(failed));
-    return bytes;
+        pictures += static_cast<double>(part.file_size(failed));
+    return {bytes / lasted_s, pictures / lasted_s, kept};
 }
 
 }  // namespace
@@ -89,7 +90,7 @@ void Recordings::begin(const RunOptions& run, const std::filesystem::path& file,
     for (std::size_t i = 0; i < safety::causes; ++i)
         warned_[i] = collector_.channels().warnings[static_cast<safety::Cause>(i)];
     if (file.empty()) return;
-    const bool learns = settings_.on_call && run.pictures != recorded::KeptPictures::off;
+    const bool learns = settings_.on_call && recorded::keeps_all(run.pictures);
     if (learns) header_.views = collector_.views_now();
     open(file);
     if (learns) collector_.relearn(header_.views);
@@ -241,7 +242,7 @@ void Recordings::conclude(Job& job) {
         f.results = results_of(f.run, job.recording.get());
         if (job.recording != nullptr) {
             run::finish(*job.recording, f.run, f.results);
-            const recording::RecordedRate rate{bytes_of(f.file) / job.lasted_s, f.run.header.pictures};
+            const recording::RecordedRate rate = rate_of(f.file, job.lasted_s, f.run.header.pictures);
             const std::scoped_lock lock{mutex_};
             rate_ = rate;
         } else if (!f.run.stops.empty()) {

@@ -31,7 +31,7 @@ void print_manual(const Values& /*values*/) { print(manual::manual_page(program(
 constexpr Range waits{0, 30 * 86400.0};  // s
 
 constexpr std::array<std::string_view, 2> switch_words{"on", "off"};
-constexpr std::array<std::string_view, 3> frames_words{"off", "region", "full"};
+constexpr std::array<std::string_view, 4> frames_words{"off", "first-second", "region", "full"};
 constexpr std::array<std::string_view, 4> fetch_words{"state", "result", "points", "metrics"};
 
 constexpr std::array common_arguments{Argument{.name = "--at",
@@ -109,7 +109,9 @@ constexpr std::array record_arguments{
              .otherwise = "the time"},
     Argument{.name = "--frames",
              .value = "WHICH",
-             .help = "Pictures to record: off, region (the part that can contain targets) or full",
+             .help = "Pictures to record: off, first-second (those of the first second; then positions "
+                     "only), region (all, "
+                     "of the part that can contain targets) or full",
              .kind = Kind::word,
              .words = frames_words,
              .otherwise = "as last"}};
