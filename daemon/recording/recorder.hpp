@@ -59,6 +59,8 @@ public:
     Recorder(const Recorder&) = delete;
     Recorder& operator=(const Recorder&) = delete;
     [[nodiscard]] bool on() const noexcept { return writer_ != nullptr; }
+    /// From now on an unfinished FILE.part is kept.
+    void keep_unfinished() noexcept { settings_.unfinished = Unfinished::keep; }
 
     void add(const PlayTime& played) override { push(played); }
     void add(const DriveChange& change) override { push(change); }

@@ -213,8 +213,10 @@ constexpr std::array commands{
             .exit_statuses = asks,
             .act = done<clear>},
     Command{.name = "record",
-            .summary = "Switch the recording of the following runs on or off",
-            .details = "The daemon accepts this only while nothing is driven.",
+            .summary = "Switch recording on or off, of the run under way and of the following runs",
+            .details =
+                "In a run, on starts a file as soon as the drive has settled again, without pictures or with "
+                "those of its first second; off completes the file, and the run goes on.",
             .arguments = record_arguments,
             .example = "shakerctl record on --name series-1",
             .exit_statuses = asks,
