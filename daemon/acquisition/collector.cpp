@@ -29,7 +29,7 @@ void Collector::record(StreamSink* sink) {
     sink_ = sink;
     if (sink_ == nullptr) return;
     forget(streams_);
-    // The last change holds the drive's state, and the streams keep it.
+    // The streams keep the changes from which the drive follows.
     for (const DriveChange& c : streams_.changes) sink_->add(c);
 }
 

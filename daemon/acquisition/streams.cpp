@@ -141,8 +141,10 @@ void forget(Streams& streams) {
         list.erase(list.begin(), list.begin() + static_cast<std::ptrdiff_t>(n));
         return n;
     };
+    const double tick = streams.played.empty() ? 0 : static_cast<double>(streams.played.back().tick.n);
+    streams.dropped.changes +=
+        drop(streams.changes, streams.changes.size() - in_force_at(streams.changes, tick));
     streams.dropped.played += drop(streams.played, 0);
-    streams.dropped.changes += drop(streams.changes, 1);
     streams.dropped.blocks += drop(streams.blocks, 0);
     streams.dropped.clipped = streams.dropped.after_gap = streams.dropped.late = 0;
     for (TargetTrack& t : streams.tracks) t.dropped += drop(t.tracks, 0);

@@ -15,6 +15,8 @@ using manual::Kind;
 using sandbox::NewFile;
 using sandbox::NewRecording;
 
+constexpr auto footage_frames = std::to_array<std::string_view>({"off", "region", "full"});
+
 constexpr std::array reduce_arguments{
     Argument{
         .name = "SESSION", .help = "session.toml: movies, accelerations and geometry", .kind = Kind::file},
@@ -24,7 +26,12 @@ constexpr std::array reduce_arguments{
              .help = "Recording (HDF5) for \"shakerd replay\"",
              .kind = Kind::file,
              .otherwise = "none"},
-    frames_argument, json_argument};
+    Argument{.name = "--frames",
+             .help = "Pictures to record. region: the part that can contain targets",
+             .kind = Kind::word,
+             .words = footage_frames,
+             .standard = "region"},
+    json_argument};
 
 constexpr std::array track_arguments{
     Argument{.name = "SESSION",

@@ -43,14 +43,13 @@ inline constexpr manual::Argument rig_argument{
 inline constexpr manual::Argument recording_argument{
     .name = "FILE", .help = "Recording", .kind = manual::Kind::file};
 
-inline constexpr std::array<std::string_view, 3> frames_words{"off", "region", "full"};
 inline constexpr manual::Argument frames_argument{
     .name = "--frames",
     .help =
-        "Pictures to record. region: the part that can contain targets. After a trip, the last 2 s are "
-        "always kept",
+        "Pictures to record. first-second: those of the first second, then positions only. region: all, of "
+        "the part that can contain targets. After a trip, the last 2 s are always kept",
     .kind = manual::Kind::word,
-    .words = frames_words,
-    .standard = "region"};
+    .words = recorded::kept_pictures_words,
+    .standard = "first-second"};
 
 }  // namespace shaker::command_line

@@ -67,7 +67,12 @@ bool any_picture(const std::vector<std::uint64_t>& numbers) {
 void find_pictures(const recorded::RecordingReader& file, const std::filesystem::path& folder, Check check,
                    Recovered& found) {
     for (const View& view : file.header().views) {
-        const bool none = view.positions || file.header().pictures == recorded::KeptPictures::off;
+        const auto wanted = [&, frames = file.frames(view.camera)](std::size_t i) {
+            const recorded::KeptPictures kept = file.header().pictures;
+            if (view.positions || kept == recorded::KeptPictures::off) return false;
+            return recorded::keeps_all(kept) ||
+                   frames[i].tick.n - frames[0].tick.n < recorded::first_second_frames(view);
+        };
         std::vector<std::uint64_t> pictures = file.pictures_of(view.camera);
         recording::PictureCounts counts{.produced = pictures.size()};
         const pictures::PictureCheck stored = any_picture(pictures)
@@ -76,12 +81,13 @@ void find_pictures(const recorded::RecordingReader& file, const std::filesystem:
         for (const pictures::BadPicture& p : stored.bad)
             if (p.number <= stored.last) found.notes.push_back(words_for(view.camera, p));
         std::ranges::copy(stored.damaged, std::back_inserter(found.notes));
-        for (std::uint64_t& n : pictures) {
+        for (std::size_t i = 0; i < pictures.size(); ++i) {
+            std::uint64_t& n = pictures[i];
             if (n > 0 && !std::ranges::binary_search(stored.whole, n)) {
                 ++found.pictures_lost;
                 n = 0;
             }
-            ++(n > 0 ? counts.stored : none ? counts.not_kept : counts.dropped);
+            ++(n > 0 ? counts.stored : wanted(i) ? counts.dropped : counts.not_kept);
         }
         found.frames += counts.produced;
         found.kept += counts.stored;

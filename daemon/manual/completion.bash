@@ -5,7 +5,7 @@ _shaker_completion() {
     if [ "$COMP_CWORD" -eq 1 ]; then
         words=$("$1" --help 2>/dev/null | sed -nE '/^Commands:/,/^$/s/^  ([a-z]+) .*/\1/p; s/^ .*(--[a-z-]+).*/\1/p')
     else
-        words=$("$1" "${COMP_WORDS[1]}" --help 2>/dev/null | sed -nE "s/^ .*$before ([a-z]+(\|[a-z]+)+) .*/\1/p" | tr '|' ' ')
+        words=$("$1" "${COMP_WORDS[1]}" --help 2>/dev/null | sed -nE "s/^ .*$before ([a-z-]+(\|[a-z-]+)+)( .*)?$/\1/p" | tr '|' ' ')
         [ -n "$words" ] || words=$("$1" "${COMP_WORDS[1]}" --help 2>/dev/null | sed -nE 's/^ .*(--[a-z-]+).*/\1/p')
     fi
     COMPREPLY=($(compgen -W "$words" -- "$current"))

@@ -40,6 +40,7 @@ bool OnCall::take(const acquisition::Streams& streams, acquisition::Channels& ch
 
 void OnCall::follow(const run::RunOptions& run, acquisition::Channels& channels) {
     reduce_finished(collector_.streams());  // an order may have ended a measurement
+    join_recording(channels);
     record_.update(sequence_, channels);
     const run::RunState state = sequence_.state();
     const bool changed = std::exchange(state_, state) != state;
@@ -69,7 +70,7 @@ void OnCall::reduce_finished(const acquisition::Streams& streams) {
         };
         Measured m;
         m.measurement = all[reduced_];
-        m.recording = record_.name();
+        if (record_.on()) m.recording = record_.name();
         if (bench_.world) m.true_v_D = drift_velocity(bench_.world->truth(0), part.from_s, part.to_s);
         const auto policy = beside_ ? std::launch::async : std::launch::deferred;
         pending_.push_back({std::move(m), std::async(policy, std::move(work))});
@@ -141,10 +142,39 @@ void OnCall::identify(const run::RunOptions& run, acquisition::Channels& channel
 
 void OnCall::set(const Drive& drive, const run::Task& task, acquisition::Channels& channels) {
     require_possible(drive, limits_);
-    if (record_.on() && drive.frequency != frequency_)
+    if ((record_.on() || record_.preparing()) && drive.frequency != frequency_)
         throw InputError{"the frequency cannot change during a recorded run; stop the run first"};
     sequence_.set(drive, task, channels);
     frequency_ = drive.frequency;
+}
+
+void OnCall::record(const run::RunOptions& run, const std::filesystem::path& file) {
+    if (recorded::keeps_all(run.pictures))
+        throw InputError{
+            fmt::format("pictures \"{}\" can be recorded only from the start of a run; choose "
+                        "\"first-second\" or \"off\", "
+                        "or stop the drive first",
+                        name(run.pictures))};
+    record_.prepare(run, file, sequence_.now_s());
+}
+
+void OnCall::end_recording() {
+    record_.discard();
+    reduce_finished(collector_.streams());  // they are of this recording
+    if (record_.on()) record_.finish(sequence_);
+}
+
+// The drive settles again at its set-point, so that no measurement begins before the recording.
+void OnCall::join_recording(acquisition::Channels& channels) {
+    if (!record_.preparing()) return;
+    const run::RunState state = sequence_.state();
+    if (!run::driving(state) || state == run::RunState::ramp_down) return record_.discard();
+    if (!record_.prepared() || !sequence_.may_set() || sequence_.holding()) return;
+    run::Task task = sequence_.plan().task;
+    if (task.plan.measurements > 0) task.plan.measurements = sequence_.left();
+    sequence_.set(sequence_.controller().drive(), task, channels);
+    reduce_finished(collector_.streams());
+    record_.join(sequence_);
 }
 
 void OnCall::clear(std::size_t shown, std::uint64_t aborts, acquisition::Channels& channels) {

@@ -51,6 +51,11 @@ public:
     void identify(const run::RunOptions& run, acquisition::Channels& channels);
     /// A new set-point of a drive that runs. InputError for a new frequency while a recording is open.
     void set(const Drive& drive, const run::Task& task, acquisition::Channels& channels);
+    /// The run under way is recorded in `file` from its next settling on, which begins as soon as the file is
+    /// open and the drive is steady. Removed when the run ends before. InputError as begin().
+    void record(const run::RunOptions& run, const std::filesystem::path& file);
+    /// Ends the recording of the run under way, which goes on.
+    void end_recording();
     /// A soft stop; a measurement under way keeps its whole periods.
     void end(acquisition::Channels& channels) { sequence_.end(channels); }
     /// Clears the trips that were shown. aborts: as run::Sequence::clear(). InputError while the recording of
@@ -88,6 +93,7 @@ private:
         const Drive& drive, const std::optional<run::PredictedWalk>& walk) const;
     void require_inside(double edge_mm, const std::string& way_back) const;
     void reduce_finished(const acquisition::Streams& streams);
+    void join_recording(acquisition::Channels& channels);
     void tidy();
 
     run::Runner& runner_;

@@ -339,8 +339,8 @@ class Bench:
         self.order("clear")
         self._until(lambda: self.state["session"]["state"] != "tripped", timeout, "still tripped")
 
-    def record(self, name: str, frames: str = "region") -> None:
-        """The next run is recorded under this name; frames: off, region, full."""
+    def record(self, name: str, frames: str = "first-second") -> None:
+        """The next run is recorded under this name; frames: off, first-second, region, full."""
         self.order("record", on=True, name=name, frames=frames)
 
     def wait(self, *states: str, timeout: float = 60) -> str:

@@ -6,9 +6,10 @@
 
 namespace shaker::recording {
 
-/// Rate of the newest complete recording.
+/// Rates of the newest complete recording.
 struct RecordedRate {
-    double bytes_per_s = NAN;  // with its pictures; NaN: no recording was completed yet
+    double bytes_per_s = NAN;     // without pictures; NaN: no recording was completed yet
+    double pictures_per_s = NAN;  // bytes of its pictures per second
     recorded::KeptPictures pictures{};
 };
 

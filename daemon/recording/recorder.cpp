@@ -6,6 +6,7 @@
 #include <cmath>
 #include <utility>
 
+#include "daemon/recording/disk_space.hpp"
 #include "daemon/recording/tables/process_table.hpp"
 #include "daemon/recording/tables/reduction_tables.hpp"
 #include "daemon/recording/tables/track_table.hpp"
@@ -39,33 +40,19 @@ std::filesystem::path folder_of(const std::filesystem::path& file) {
     return file.has_parent_path() ? file.parent_path() : std::filesystem::path{"."};
 }
 
-std::string gigabytes(std::uint64_t bytes) {
-    return fmt::format("{:.2f} GB", 1e-9 * static_cast<double>(bytes));
-}
-
-// Space that pictures take as soon as the first one arrives.
+// Space that pictures take as soon as the first one arrives. Those of one second fit the space that must stay
+// free.
 std::uint64_t first_pictures_bytes(const recorded::RecordingHeader& header) {
-    if (header.pictures == recorded::KeptPictures::off) return 0;
+    if (!recorded::keeps_all(header.pictures)) return 0;
     const auto cameras = std::ranges::count(header.views, false, &View::positions);
     return 2 * static_cast<std::uint64_t>(cameras) * pictures::usual_segment_bytes;
 }
 
-std::uint64_t free_bytes(const std::filesystem::path& file) {
-    std::error_code failed;
-    const std::filesystem::space_info space = std::filesystem::space(folder_of(file), failed);
-    if (failed) throw DeviceError{file.string() + ": " + failed.message()};
-    return space.available;
-}
-
-void require_space(const std::filesystem::path& file, std::uint64_t stays, std::uint64_t taken) {
-    const std::uint64_t room = free_bytes(file);
-    if (room >= stays && room - stays >= taken) return;
-    const std::string more =
-        taken > 0 ? fmt::format(", and the first pictures take {}; keep no pictures, or make space",
-                                gigabytes(taken))
-                  : std::string{"; make space"};
-    throw InputError{fmt::format("{}: the disk has {} free; {} must stay free{}", file.string(),
-                                 gigabytes(room), gigabytes(stays), more)};
+// One segment holds the pictures of the first second. 0: the usual number.
+std::uint64_t segment_frames(const recorded::RecordingHeader& header, const View& view) {
+    if (header.pictures != recorded::KeptPictures::first_second) return 0;
+    constexpr std::uint64_t block = pictures::PictureSegment::block;
+    return (static_cast<std::uint64_t>(recorded::first_second_frames(view)) + block - 1) / block * block;
 }
 
 }  // namespace
@@ -130,8 +117,8 @@ Recorder::Recorder(const std::filesystem::path& file, const recorded::RecordingH
         h5::sync_folder(folder_of(file));  // data that are synchronised later need a directory entry
     ring_.emplace(most_waiting);
     for (const View& view : header.views) {
-        stores_.push_back(
-            std::make_unique<pictures::PictureStore>(recorded::pictures_folder(file), view.camera));
+        stores_.push_back(std::make_unique<pictures::PictureStore>(
+            recorded::pictures_folder(file), view.camera, segment_frames(header, view)));
         tails_.push_back(
             std::make_unique<pictures::PictureStore>(recorded::pictures_folder(file), view.camera + "-tail"));
         const double frames = settings.live ? std::ceil(live_queue_s * view.frame_rate_hz) : 1;
@@ -140,6 +127,7 @@ Recorder::Recorder(const std::filesystem::path& file, const recorded::RecordingH
         for (const Target& t : view.targets) tables.push_back(writer_->table(track_path(view.camera, t)));
     }
     counts_.resize(header.views.size());
+    first_.resize(header.views.size());
     if (settings.final_times) parts_.emplace(header.views);
 }
 
@@ -170,10 +158,18 @@ void Recorder::push(Piece piece) {
     if (!settings_.live) step();
 }
 
+bool Recorder::wants(std::size_t camera, const Frame& frame) {
+    if (!frame.sightings.empty() || header_.pictures == recorded::KeptPictures::off) return false;
+    if (recorded::keeps_all(header_.pictures)) return true;
+    std::optional<CameraTick>& first = first_[camera];
+    if (!first) first = frame.tick;
+    return frame.tick.n - first->n < recorded::first_second_frames(header_.views[camera]);
+}
+
 void Recorder::add(std::size_t camera, const Frame& frame, std::span<const tracking::Track> tracks,
                    const std::optional<MasterTime>& mid_exposure) {
     if (!on()) return;
-    Entry entry{camera, {}, nullptr, {}};
+    Entry entry{camera, {}, nullptr, wants(camera, frame), {}};
     entry.frame.tick = frame.tick;
     entry.frame.arrived = frame.arrived;
     entry.frame.stamp = frame.stamp;
@@ -184,7 +180,7 @@ void Recorder::add(std::size_t camera, const Frame& frame, std::span<const track
         const std::vector<double> row = row_of(track_columns, t);
         entry.rows.insert(entry.rows.end(), row.begin(), row.end());
     }
-    if (header_.pictures != recorded::KeptPictures::off && !frame.pixels.empty() && !failed_)
+    if (entry.wanted && !frame.pixels.empty() && !failed_)
         entry.picture = waiting_[camera]->copy(frame, entry.frame.mid_exposure);
     push(std::move(entry));
 }
@@ -251,8 +247,7 @@ void Recorder::write(const Entry& entry) {
         picture = stores_[entry.camera]->add(*entry.picture, !ring_->empty());
         ++count.stored;
     } else {
-        const bool none = header_.pictures == recorded::KeptPictures::off || !entry.frame.sightings.empty();
-        ++(none ? count.not_kept : count.dropped);
+        ++(entry.wanted ? count.dropped : count.not_kept);
     }
     writer_->add(entry.camera, entry.frame, picture);
     const std::vector<std::size_t>& tables = tables_[entry.camera];

@@ -59,6 +59,8 @@ public:
     Recorder(const Recorder&) = delete;
     Recorder& operator=(const Recorder&) = delete;
     [[nodiscard]] bool on() const noexcept { return writer_ != nullptr; }
+    /// From now on an unfinished FILE.part is kept.
+    void keep_unfinished() noexcept { settings_.unfinished = Unfinished::keep; }
 
     void add(const PlayTime& played) override { push(played); }
     void add(const DriveChange& change) override { push(change); }
@@ -103,6 +105,7 @@ private:
         std::size_t camera;
         Frame frame;  // without pixels
         FramePtr picture;
+        bool wanted = false;       // the recording keeps the picture of this frame
         std::vector<double> rows;  // track rows of all targets, one after the other
     };
     using Piece =
@@ -114,6 +117,7 @@ private:
         const reduction::Reduction* reduction = nullptr;
     };
 
+    [[nodiscard]] bool wants(std::size_t camera, const Frame& frame);
     void push(Piece piece);
     void write(const Piece& piece);
     void write(const Entry& entry);
@@ -133,6 +137,7 @@ private:
     std::unique_ptr<Journal> journal_;
     std::vector<std::unique_ptr<pictures::PictureStore>> stores_, tails_;
     std::vector<std::unique_ptr<Pictures>> waiting_;
+    std::vector<std::optional<CameraTick>> first_;  // of each camera, first frame; the reduction thread's
     std::vector<std::vector<std::size_t>> tables_;  // track tables by camera and target
     bool tracks_written_ = false;                   // together with the frames
     std::vector<PictureCounts> counts_;

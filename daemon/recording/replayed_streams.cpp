@@ -57,8 +57,14 @@ std::string why_not_from_pictures(const recorded::RecordingReader& file) {
         return "the file has only the end of a run, and its targets have left the regions where tracking "
                "starts";
     if (file.frames_without_picture() == 0) return {};
-    return file.header().pictures == recorded::KeptPictures::off ? "no pictures were kept"
-                                                                 : "not all pictures were kept";
+    switch (file.header().pictures) {
+        case recorded::KeptPictures::off:
+            return "no pictures were kept";
+        case recorded::KeptPictures::first_second:
+            return "only the pictures of the first second were kept";
+        default:
+            return "not all pictures were kept";
+    }
 }
 
 acquisition::Streams replayed_streams(const recorded::RecordingReader& file,

@@ -26,8 +26,11 @@ void RecordingMonitor::update(Sequence& sequence, const acquisition::Streams& st
         measured_ = {sequence.from_s(), sequence.to_s()};
         recording_.add(measured_);
     }
-    for (; finished_ < sequence.measured().size(); ++finished_)
-        recording_.add(sequence.measured()[finished_]);
+    for (; finished_ < sequence.measured().size(); ++finished_) {
+        recording::FinishedMeasurement finished = sequence.measured()[finished_];
+        finished.number -= omitted_;
+        recording_.add(finished);
+    }
     for (; notes_ < sequence.notes().size(); ++notes_)
         recording_.add(recording::LogEntry{now_s, name(state_), sequence.notes()[notes_]});
     if (!recording_.failure() && recording_.backlog() < most_backlog) {
@@ -37,6 +40,13 @@ void RecordingMonitor::update(Sequence& sequence, const acquisition::Streams& st
     if (stopped_ || sequence.trip()) return;
     stopped_ = true;
     sequence.stop(channels, {.cause = safety::Cause::recorder, .value = now_s - well_s_});
+}
+
+void RecordingMonitor::omit_before(const Sequence& sequence) {
+    measured_ = {sequence.from_s(), sequence.to_s()};
+    finished_ = sequence.measured().size();
+    omitted_ = static_cast<int>(finished_);
+    notes_ = sequence.notes().size();
 }
 
 std::string new_identifier() { return to_string(boost::uuids::random_generator{}()); }

@@ -11,6 +11,8 @@ class RecordingMonitor {
 public:
     /// The recording must outlive this object.
     explicit RecordingMonitor(recording::Recorder& recording) : recording_{recording} {}
+    /// The recording starts in the middle of a run: it has no events and measurements of before.
+    void omit_before(const Sequence& sequence);
     /// Call it after each step of the sequence. Stops the drive softly when the recording has failed or when
     /// its backlog is almost so large that samples would be lost.
     void update(Sequence& sequence, const acquisition::Streams& streams, acquisition::Channels& channels);
@@ -20,6 +22,7 @@ private:
     RunState state_ = RunState::init;
     bool begun_ = false, stopped_ = false;
     std::size_t notes_ = 0, finished_ = 0;
+    int omitted_ = 0;  // measurements
     recording::MeasuredPart measured_;
     double well_s_ = 0;  // master time of the last update without trouble
 };

@@ -44,13 +44,14 @@ bool stopped_at_rest(const Sequence& sequence, const acquisition::Streams& strea
                        [](const safety::Trip& trip) { return trip.cause == safety::Cause::operator_stop; });
 }
 
-// A recording and its pictures.
-double bytes_of(const std::filesystem::path& file) {
+recording::RecordedRate rate_of(const std::filesystem::path& file, double lasted_s,
+                                recorded::KeptPictures kept) {
     std::error_code failed;
-    auto bytes = static_cast<double>(std::filesystem::file_size(file, failed));
+    const auto bytes = static_cast<double>(std::filesystem::file_size(file, failed));
+    double pictures = 0;
     for (const auto& part : std::filesystem::directory_iterator{recorded::pictures_folder(file), failed})
-        bytes += static_cast<double>(part.file_size(failed));
-    return bytes;
+        pictures += static_cast<double>(part.file_size(failed));
+    return {bytes / lasted_s, pictures / lasted_s, kept};
 }
 
 }  // namespace
@@ -78,31 +79,42 @@ void Recordings::remark(const std::string& text, const Sequence& sequence) {
     remarks_.push_back(entry);
 }
 
-void Recordings::begin(const RunOptions& run, const std::filesystem::path& file, double now_s) {
-    if (!file.empty() && finishing())
+void Recordings::require_free() const {
+    if (finishing())
         throw InputError{
             "the previous recording is still being finished; start the next recorded run after that"};
+    if (preparing()) throw InputError{"another recording is being opened; give the order again in a moment"};
+}
+
+void Recordings::begin(const RunOptions& run, const std::filesystem::path& file, double now_s) {
+    if (!file.empty()) require_free();
     const bool with_truth = !settings_.on_call && bench_.world != nullptr;
     header_ = run_header(bench_, run, settings_.live, with_truth);
     started_s_ = now_s;
-    before_ = device_reports(bench_.rig);
-    for (std::size_t i = 0; i < safety::causes; ++i)
-        warned_[i] = collector_.channels().warnings[static_cast<safety::Cause>(i)];
+    notes_before_ = 0;
+    count_from_now();
     if (file.empty()) return;
-    const bool learns = settings_.on_call && run.pictures != recorded::KeptPictures::off;
+    const bool learns = settings_.on_call && recorded::keeps_all(run.pictures);
     if (learns) header_.views = collector_.views_now();
-    open(file);
+    start(file, std::make_shared<recording::Recorder>(file, header_, settings_for(started_s_)));
     if (learns) collector_.relearn(header_.views);
 }
 
-void Recordings::open(const std::filesystem::path& file) {
+void Recordings::count_from_now() {
+    before_ = device_reports(bench_.rig);
+    for (std::size_t i = 0; i < safety::causes; ++i)
+        warned_[i] = collector_.channels().warnings[static_cast<safety::Cause>(i)];
+}
+
+recording::RecorderSettings Recordings::settings_for(double started_s) {
+    return {.live = settings_.live,
+            .final_times = settings_.on_call,
+            .progress = [this] { ++progress_; },
+            .started_s = started_s};
+}
+
+void Recordings::start(const std::filesystem::path& file, std::shared_ptr<recording::Recorder> recording) {
     file_ = file;
-    auto recording =
-        std::make_shared<recording::Recorder>(file_, header_,
-                                              recording::RecorderSettings{.live = settings_.live,
-                                                                          .final_times = settings_.on_call,
-                                                                          .progress = [this] { ++progress_; },
-                                                                          .started_s = started_s_});
     {
         const std::scoped_lock lock{mutex_};
         recording_ = std::move(recording);
@@ -113,6 +125,77 @@ void Recordings::open(const std::filesystem::path& file) {
     collector_.record(recording_.get());
     begun_s_ = INFINITY;
     ended_long_ = false;
+}
+
+void Recordings::prepare(const RunOptions& run, const std::filesystem::path& file, double now_s) {
+    require_free();
+    {
+        const std::scoped_lock lock{mutex_};
+        prepared_ = std::make_shared<Prepared>(Prepared{
+            .file = file, .header = run_header(bench_, run, settings_.live, false), .started_s = now_s});
+    }
+    if (!settings_.live) open_prepared();
+}
+
+bool Recordings::preparing() const {
+    const std::scoped_lock lock{mutex_};
+    return prepared_ != nullptr;
+}
+
+bool Recordings::prepared() const {
+    const std::scoped_lock lock{mutex_};
+    return prepared_ && prepared_->recording && !prepared_->unwanted;
+}
+
+void Recordings::join(const Sequence& sequence) {
+    std::shared_ptr<Prepared> p;
+    {
+        const std::scoped_lock lock{mutex_};
+        p = std::exchange(prepared_, nullptr);
+    }
+    header_ = p->header;
+    started_s_ = sequence.now_s();
+    notes_before_ = sequence.notes().size();
+    count_from_now();
+    p->recording->keep_unfinished();
+    start(p->file, std::move(p->recording));
+    watch_->omit_before(sequence);
+}
+
+void Recordings::discard() {
+    {
+        const std::scoped_lock lock{mutex_};
+        if (prepared_) prepared_->unwanted = true;
+    }
+    if (!settings_.live) open_prepared();
+}
+
+// Opens the file of a recording that waits for a run, or removes it. False when there is nothing to do.
+bool Recordings::open_prepared() {
+    std::shared_ptr<Prepared> p;
+    {
+        const std::scoped_lock lock{mutex_};
+        if (!prepared_ || (prepared_->recording && !prepared_->unwanted)) return false;
+        p = prepared_->unwanted ? std::exchange(prepared_, nullptr) : prepared_;
+        if (p->unwanted) p->recording.reset();
+    }
+    FinishedRun failed;
+    std::shared_ptr<recording::Recorder> recording;
+    if (!p->unwanted) try {
+            recording::RecorderSettings settings = settings_for(p->started_s);
+            settings.unfinished = recording::Unfinished::discard;
+            recording = std::make_shared<recording::Recorder>(p->file, p->header, settings);
+        } catch (const std::exception&) {
+            failed.file = p->file;
+            failed.failure = std::current_exception();
+        }
+    const std::scoped_lock lock{mutex_};
+    p->recording = std::move(recording);
+    if (failed.failure) {
+        prepared_ = nullptr;
+        finished_.push_back(std::move(failed));
+    }
+    return true;
 }
 
 std::vector<std::string> Recordings::warnings() const {
@@ -143,6 +226,10 @@ void Recordings::update(Sequence& sequence, acquisition::Channels& channels) {
 EndedRun Recordings::ended(const Sequence& sequence) const {
     EndedRun run = ended_run(sequence, collector_.streams());
     run.header = header_;
+    const auto before = [&](const recording::MeasuredPart& part) { return part.from_s < started_s_; };
+    if (before(run.finished)) run.finished = {};
+    if (before(run.planned)) run.planned = {};
+    run.notes.erase(run.notes.begin(), run.notes.begin() + static_cast<std::ptrdiff_t>(notes_before_));
     run.started_s = started_s_;
     std::vector<std::string> lost = report::notes_on(lost_since(before_, device_reports(bench_.rig)));
     run.notes.insert(run.notes.begin(), lost.begin(), lost.end());
@@ -168,6 +255,10 @@ void Recordings::finish(const Sequence& sequence) {
     EndedRun& run = job->run.run;
     run = ended(sequence);
     run.progress = [this] { ++progress_; };
+    if (sequence.measuring() && run.planned.to_s > run.planned.from_s) {
+        run.interrupted = true;
+        run.data_end_s = run.planned.to_s = std::min(run.planned.to_s, sequence.now_s());
+    }
     if (!run.stops.empty()) {
         collector_.close_tails();
         run.tails = &collector_.tails();
@@ -183,10 +274,11 @@ void Recordings::finish(const Sequence& sequence) {
         collector_.record(nullptr);
     }
     // Copying an hour of streams would block this thread too long, so the streams are moved.
-    run.streams =
-        !settings_.on_call || on()
-            ? hand_over(collector_.streams(), settings_.on_call ? sequence.now_s() - kept_s : INFINITY)
-            : collector_.streams();
+    const double keep_from_s =
+        std::min(sequence.now_s() - kept_s, sequence.measuring() ? sequence.from_s() - 1 : INFINITY);
+    run.streams = !settings_.on_call || on()
+                      ? hand_over(collector_.streams(), settings_.on_call ? keep_from_s : INFINITY)
+                      : collector_.streams();
     if (settings_.on_call && !on()) run.streams.dropped = {};  // of earlier runs
     ++unfinished_;
     {
@@ -213,6 +305,7 @@ std::optional<FinishedRun> Recordings::finished() {
 
 bool Recordings::step() {
     ask_for_space();
+    if (open_prepared()) return true;
     std::unique_ptr<Job> job;
     std::shared_ptr<recording::Recorder> recording;
     {
@@ -241,7 +334,7 @@ void Recordings::conclude(Job& job) {
         f.results = results_of(f.run, job.recording.get());
         if (job.recording != nullptr) {
             run::finish(*job.recording, f.run, f.results);
-            const recording::RecordedRate rate{bytes_of(f.file) / job.lasted_s, f.run.header.pictures};
+            const recording::RecordedRate rate = rate_of(f.file, job.lasted_s, f.run.header.pictures);
             const std::scoped_lock lock{mutex_};
             rate_ = rate;
         } else if (!f.run.stops.empty()) {

@@ -45,7 +45,7 @@ struct FinishedRun {
 };
 
 /// Thread safety: the recorder's thread calls step(), the thread that leads the run calls everything else.
-/// Only begin() and file_named() wait for the disk. They are called while nothing is driven.
+/// Only begin() and file_named() wait for the disk. begin() is called while nothing is driven.
 class Recordings {
 public:
     /// Bench and collector must outlive this object. On call it locks the folder: InputError when another
@@ -57,12 +57,22 @@ public:
     /// Prepares the run's header and opens its file (empty path: no file). now_s: master time, s. InputError
     /// when the file exists, and while the previous recording is being finished.
     void begin(const RunOptions& run, const std::filesystem::path& file, double now_s);
+    /// On call: opens a file on the recorder's thread, for the run under way. InputError as begin().
+    void prepare(const RunOptions& run, const std::filesystem::path& file, double now_s);
+    /// A file was prepared and no run has joined it. Any thread.
+    [[nodiscard]] bool preparing() const;
+    /// The prepared file is open.
+    [[nodiscard]] bool prepared() const;
+    /// The data from now on go to the prepared file. No measurement may be under way.
+    void join(const Sequence& sequence);
+    /// Removes the prepared file, on the recorder's thread. Without effect when there is none.
+    void discard();
     /// Call it after each step of the sequence. Ends the run when its recording becomes too long.
     void update(Sequence& sequence, acquisition::Channels& channels);
     /// Adds the operator's remark to the open recording, or to the next one when no recording is open.
     void remark(const std::string& text, const Sequence& sequence);
-    /// Call it after the run, when the drive is silent. Passes the files to the recorder's thread for
-    /// completion. Without `live`, they are complete on return.
+    /// Call it when the drive is silent, or while it runs on without recording. Passes the files to the
+    /// recorder's thread for completion. Without `live`, they are complete on return.
     void finish(const Sequence& sequence);
     /// The run up to the failure of a device, with results. Its recording stays FILE.part.
     [[nodiscard]] FinishedRun abandon(const Sequence& sequence, std::exception_ptr why);
@@ -96,9 +106,20 @@ private:
         std::shared_ptr<recording::Recorder> recording;  // null: the run was not recorded
         double lasted_s = 0;                             // the recording
     };
+    struct Prepared {
+        std::filesystem::path file;
+        recorded::RecordingHeader header;
+        double started_s = 0;
+        std::shared_ptr<recording::Recorder> recording{};  // null: not open yet
+        bool unwanted = false;
+    };
     using Counts = std::array<std::uint64_t, safety::causes>;
 
-    void open(const std::filesystem::path& file);
+    void require_free() const;
+    void count_from_now();
+    [[nodiscard]] recording::RecorderSettings settings_for(double started_s);
+    void start(const std::filesystem::path& file, std::shared_ptr<recording::Recorder> recording);
+    bool open_prepared();
     [[nodiscard]] EndedRun ended(const Sequence& sequence) const;
     void conclude(Job& job);
     void ask_for_space();
@@ -109,6 +130,7 @@ private:
     h5::FileLock folder_;  // on call only
     recorded::RecordingHeader header_;
     double started_s_ = 0;              // master time of the date in the header
+    std::size_t notes_before_ = 0;      // notes of the sequence from before the recording
     std::vector<DeviceReport> before_;  // device counts at begin()
     Counts warned_{};                   // warning counts at begin()
     std::filesystem::path file_;
@@ -123,7 +145,8 @@ private:
     std::atomic<std::uint64_t> progress_{0};
     std::atomic<double> free_bytes_{NAN};
     std::chrono::steady_clock::time_point asked_{};  // last query of the free space
-    mutable std::mutex mutex_;  // guards recording_, jobs_, finished_, rate_; held briefly
+    mutable std::mutex mutex_;  // guards recording_, prepared_, jobs_, finished_, rate_; held briefly
+    std::shared_ptr<Prepared> prepared_;
     std::deque<std::unique_ptr<Job>> jobs_;
     std::deque<FinishedRun> finished_;
     recording::RecordedRate rate_;

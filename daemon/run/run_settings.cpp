@@ -34,8 +34,8 @@ void read_run_table(SettingsTable run, RunOptions& options) {
     options.drive = point.drive;
     options.plan = point.plan;
     if (run.has("frames"))
-        options.pictures =
-            static_cast<recorded::KeptPictures>(run.choice("frames", {"off", "region", "full"}, 1));
+        options.pictures = static_cast<recorded::KeptPictures>(
+            run.choice("frames", {"off", "first-second", "region", "full"}));
     options.identify = run.flag("identify", options.identify);
     options.closed_loop = run.flag("closed_loop", options.closed_loop);
     options.mains_hz = run.number("mains_hz", drive_limits.mains, options.mains_hz);

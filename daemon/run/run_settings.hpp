@@ -21,7 +21,7 @@ struct RunOptions {
     MeasurementPlan plan;               // `measurements` is of a bench on call
     std::filesystem::path out;          // empty: nothing is recorded
     std::filesystem::path trips = ".";  // folder for the last seconds of a stopped run that is not recorded
-    recorded::KeptPictures pictures = recorded::KeptPictures::region;
+    recorded::KeptPictures pictures = recorded::KeptPictures::first_second;
     bool identify = true;     // measure the response first; false: use the data sheet's response
     bool closed_loop = true;  // measured harmonics correct the drive
     double mains_hz = 0;      // mains frequency, fitted together with the harmonics; 0: not fitted

@@ -35,7 +35,9 @@ bench::Bench open(const RunnerSettings& settings) {
     require_seen(bench, run.drive.frequency);
     if (run.threads && run.real_time && bench.world)
         bench.rig.dac = std::make_unique<acquisition::PacedDac>(std::move(bench.rig.dac));
-    if (run.pictures == recorded::KeptPictures::region && (settings.on_call || !run.out.empty()))
+    if ((run.pictures == recorded::KeptPictures::region ||
+         run.pictures == recorded::KeptPictures::first_second) &&
+        (settings.on_call || !run.out.empty()))
         bench::take_regions(bench.rig);
     if (const std::string why = half_limits(bench, run); !why.empty()) {
         spdlog::warn("{}", why);
@@ -147,8 +149,7 @@ FinishedRun Runner::run() {
                            settings_.run.drive.gamma);
     acquisition::require_memory(bench_.rig, settings_.run.plan.periods / settings_.run.drive.frequency);
     recordings_.begin(settings_.run, settings_.run.out, 0);
-    if (settings_.run.out.empty() || settings_.run.pictures == recorded::KeptPictures::off)
-        collector_.keep_tails();
+    if (settings_.run.out.empty() || !recorded::keeps_all(settings_.run.pictures)) collector_.keep_tails();
     try {
         lead(
             [this](const acquisition::Streams& streams, acquisition::Channels& channels) {

@@ -10,6 +10,7 @@
 #include "daemon/run/run_setup.hpp"
 #include "daemon/service/bench_service.hpp"
 #include "daemon/service/order_texts.hpp"
+#include "daemon/service/outlook.hpp"
 #include "daemon/service/state_builder.hpp"
 #include "drivers/errors.hpp"
 
@@ -19,6 +20,14 @@ namespace {
 
 constexpr int longest_measurement_s = 100;
 constexpr std::size_t most_orders = 16;  // in a step
+
+std::string allowed_pictures(recorded::KeptPictures opened) {
+    std::string words;
+    for (std::size_t i = 0; i < recorded::kept_pictures_words.size(); ++i)
+        if (recordable(static_cast<recorded::KeptPictures>(i), opened))
+            words += fmt::format("{}\"{}\"", words.empty() ? "" : ", ", recorded::kept_pictures_words.at(i));
+    return words + " are";
+}
 
 }  // namespace
 
@@ -177,18 +186,24 @@ void BenchService::obey(const ClearTrip& order, acquisition::Channels& channels)
 
 void BenchService::obey(const Record& order, acquisition::Channels& /*channels*/) {
     campaign_.require_none("recording cannot be switched");
-    if (driving(sequence_.state()))
+    if (to_middle_.active())
         throw InputError{
-            fmt::format("recording cannot be switched while the bench is {}; stop the drive first",
-                        row_of(sequence_.state()).shown)};
+            "the walker is being brought to the middle, which is not recorded; wait until the bench is idle"};
     const std::string stem =
         order.name.ends_with(".nxs") ? order.name.substr(0, order.name.size() - 4) : order.name;
     if (!stem.empty()) require_name("recording", stem);
-    if (order.on && !stem.empty()) recording::require_new(record_.file_named(stem));
-    if (order.pictures != recorded::KeptPictures::off && order.pictures != opened_)
+    const bool driven = driving(sequence_.state());
+    if (order.on && driven && record_.on())
         throw InputError{
-            fmt::format("pictures \"{}\": the cameras are open for \"{}\"; only that or \"off\" is allowed",
-                        name(order.pictures), name(opened_))};
+            fmt::format("the run is being recorded in {}; end that recording first", record_.name())};
+    if (order.on && !stem.empty()) recording::require_new(record_.file_named(stem));
+    if (!recordable(order.pictures, opened_))
+        throw InputError{fmt::format("pictures \"{}\": the cameras are open for \"{}\"; {} allowed",
+                                     name(order.pictures), name(opened_), allowed_pictures(opened_))};
+    run::RunOptions run = run_;
+    run.pictures = order.pictures;
+    if (driven && order.on) on_call_.record(run, record_.file_named(stem));
+    if (driven && !order.on) on_call_.end_recording();
     recorded_ = order.on;
     name_ = order.on ? stem : std::string{};
     run_.pictures = order.pictures;

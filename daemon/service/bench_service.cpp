@@ -71,7 +71,12 @@ bool BenchService::step(const acquisition::Streams& streams, acquisition::Channe
             "a camera's targets were not at their last positions at the start of the recording; a replay "
             "that tracks its pictures starts from other positions");
     log_warnings(channels);
+    const bool waits = record_.preparing();
     on_call_.follow(run_, channels);
+    if (waits && record_.on()) {
+        name_.clear();
+        log("note", "the run is recorded from now on: " + record_.name());
+    }
     follow_states();
     follow_task(channels);
     follow_to_middle(channels);

@@ -74,8 +74,12 @@ struct OutlookState {
     int before = 0;   // expected, from the order until the first measurement
     int walking = 0;  // of these, with a walker that goes; and after the last measurement
     std::optional<run::PredictedWalk> walk;  // empty: not known
-    double way_m = NAN;        // to the limit at the edge in the direction of the walk; NaN: not known
-    double bytes_per_s = NAN;  // of a recording with the pictures of the settings
+    double way_m = NAN;  // to the limit at the edge in the direction of the walk; NaN: not known
+    struct Size {
+        double bytes_per_s = NAN;  // NaN: the cameras are not open for these pictures
+        double first_bytes = 0;    // of the pictures of the first second
+    };
+    std::array<Size, recorded::kept_pictures_words.size()> sizes{};  // of a recording, by its pictures
 };
 
 /// How far a run is.

@@ -40,6 +40,25 @@ int until_measured(run::RunState from, const BenchState& s) {
     return sum;
 }
 
+// Pictures of one second; 0 while the cameras have given none.
+double pictures_per_s(const BenchState& s) {
+    double bytes = 0;
+    for (std::size_t i = 0; i < s.pictures_now.size(); ++i)
+        if (const FramePtr& frame = s.pictures_now[i].frame; frame && s.facts)
+            bytes += s.facts->views.at(i).frame_rate_hz * static_cast<double>(frame->pixels.size());
+    return bytes;
+}
+
+OutlookState::Size size_of(recorded::KeptPictures kept, const BenchState& s) {
+    const recording::RecordedRate& last = s.recording.rate;
+    OutlookState::Size size{std::isfinite(last.bytes_per_s) ? last.bytes_per_s : bytes_per_s, 0};
+    if (kept == recorded::KeptPictures::first_second) size.first_bytes = pictures_per_s(s);
+    if (recorded::keeps_all(kept))
+        size.bytes_per_s += last.pictures == kept && std::isfinite(last.pictures_per_s) ? last.pictures_per_s
+                                                                                        : pictures_per_s(s);
+    return size;
+}
+
 double way_m(const WalkerState& walker, double v, const safety::Limits& limits) {
     return walker.ways_m.at(v < 0 ? 0 : 1) - 1e-3 * limits.edge_mm;
 }
@@ -47,24 +66,23 @@ double way_m(const WalkerState& walker, double v, const safety::Limits& limits) 
 }  // namespace
 
 OutlookState outlook(const BenchState& s, const std::optional<run::PredictedWalk>& walk,
-                     recorded::KeptPictures pictures) {
+                     recorded::KeptPictures opened) {
     OutlookState o;
     o.before = until_measured(s.response ? run::RunState::loop_check : run::RunState::identify, s);
     const int ramp = lasts(run::RunState::ramp, s);
     o.walking = ramp + lasts(run::RunState::run, s) + follows;  // half of each of two ramps
     o.walk = walk;
     if (walk && s.walker) o.way_m = std::max(0.0, way_m(*s.walker, walk->v_D.value, s.limits));
-    if (const recording::RecordedRate& last = s.recording.rate;
-        std::isfinite(last.bytes_per_s) && last.pictures == s.pictures) {
-        o.bytes_per_s = last.bytes_per_s;
-        return o;
-    }
-    o.bytes_per_s = bytes_per_s;
-    if (pictures == recorded::KeptPictures::off || s.pictures == recorded::KeptPictures::off) return o;
-    for (std::size_t i = 0; i < s.pictures_now.size(); ++i)
-        if (const FramePtr& frame = s.pictures_now[i].frame; frame && s.facts)
-            o.bytes_per_s += s.facts->views.at(i).frame_rate_hz * static_cast<double>(frame->pixels.size());
+    for (std::size_t i = 0; i < o.sizes.size(); ++i)
+        if (const auto kept = static_cast<recorded::KeptPictures>(i); recordable(kept, opened))
+            o.sizes.at(i) = size_of(kept, s);
     return o;
+}
+
+bool recordable(recorded::KeptPictures pictures, recorded::KeptPictures opened) noexcept {
+    if (!recorded::keeps_all(pictures)) return true;
+    return pictures ==
+           (opened == recorded::KeptPictures::first_second ? recorded::KeptPictures::region : opened);
 }
 
 double room_bytes(double free_bytes) noexcept {

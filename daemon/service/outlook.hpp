@@ -7,9 +7,11 @@
 
 namespace shaker::service {
 
-/// What a run at the set-point of `state` takes. pictures: those for which the cameras were opened.
+/// True if cameras that were opened for `opened` can record `pictures`.
+bool recordable(recorded::KeptPictures pictures, recorded::KeptPictures opened) noexcept;
+/// What a run at the set-point of `state` takes. opened: pictures for which the cameras were opened.
 OutlookState outlook(const BenchState& state, const std::optional<run::PredictedWalk>& walk,
-                     recorded::KeptPictures pictures);
+                     recorded::KeptPictures opened);
 /// Free space without the part that must stay free, bytes; NaN: not known.
 double room_bytes(double free_bytes) noexcept;
 /// The progress of the run under way.

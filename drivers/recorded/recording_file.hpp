@@ -16,11 +16,14 @@
 //
 // A recording of kind "trip" holds only the last seconds of a run: ticks are those of the run, and the first
 // block and frames are marked as following a gap.
+#include <array>
+#include <cstdint>
 #include <filesystem>
 #include <memory>
 #include <optional>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "drivers/devices.hpp"
@@ -32,12 +35,18 @@ namespace shaker::recorded {
 
 struct RawFrame;
 
-/// Pictures kept in a recording: none; the region in which targets can be; whole pictures.
-enum class KeptPictures { off, region, full };
-/// "off", "region", "full".
-const char* name(KeptPictures kept) noexcept;
-/// The value for a word of name(); empty for any other.
-std::optional<KeptPictures> kept_pictures_named(const std::string& word) noexcept;
+/// Pictures kept in a recording: none; those of the first second; all, of the region in which targets can
+/// be; all, whole.
+enum class KeptPictures { off, first_second, region, full };
+/// The words for these, in the same order.
+inline constexpr std::array<std::string_view, 4> kept_pictures_words{"off", "first-second", "region", "full"};
+std::string_view name(KeptPictures kept) noexcept;
+/// The value for a word; empty for any other.
+std::optional<KeptPictures> kept_pictures_named(std::string_view word) noexcept;
+/// True when every picture is kept, so that tracks can be computed from them.
+constexpr bool keeps_all(KeptPictures kept) noexcept { return kept >= KeptPictures::region; }
+/// Frames of a view in the first second, at least one.
+std::int64_t first_second_frames(const View& view) noexcept;
 
 /// Metadata of a recording that are known before the first sample.
 struct RecordingHeader {

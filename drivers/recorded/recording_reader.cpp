@@ -12,22 +12,18 @@
 
 namespace shaker::recorded {
 
-const char* name(KeptPictures kept) noexcept {
-    switch (kept) {
-        case KeptPictures::off:
-            return "off";
-        case KeptPictures::region:
-            return "region";
-        case KeptPictures::full:
-            return "full";
-    }
-    return "off";
+std::string_view name(KeptPictures kept) noexcept {
+    return kept_pictures_words[static_cast<std::size_t>(kept)];
 }
 
-std::optional<KeptPictures> kept_pictures_named(const std::string& word) noexcept {
-    for (const KeptPictures kept : {KeptPictures::off, KeptPictures::region, KeptPictures::full})
-        if (word == name(kept)) return kept;
-    return std::nullopt;
+std::optional<KeptPictures> kept_pictures_named(std::string_view word) noexcept {
+    const auto at = std::ranges::find(kept_pictures_words, word);
+    if (at == kept_pictures_words.end()) return std::nullopt;
+    return static_cast<KeptPictures>(at - kept_pictures_words.begin());
+}
+
+std::int64_t first_second_frames(const View& view) noexcept {
+    return std::max<std::int64_t>(1, std::llround(view.frame_rate_hz));
 }
 
 std::filesystem::path pictures_folder(std::filesystem::path recording) {
@@ -61,7 +57,8 @@ RecordingReader::RecordingReader(const std::filesystem::path& file, Open open)
     const std::string pictures = h5::read_attribute_text(e, "process", "pictures");
     const auto kept = kept_pictures_named(pictures);
     if (!kept)
-        throw InputError{"recording: process@pictures \"" + pictures + "\" is not one of off, region, full"};
+        throw InputError{fmt::format("recording: process@pictures \"{}\" is not one of {}", pictures,
+                                     fmt::join(kept_pictures_words, ", "))};
     header.pictures = *kept;
     if (h5::has_attribute(e, "process", "schema"))
         header.schema = whole_attribute(e, "process", "schema", 1, std::numeric_limits<int>::max());

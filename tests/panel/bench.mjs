@@ -146,7 +146,7 @@ export class Bench {
         return {
             type: "state",
             session: {
-                state: this.state, since_s: this.time - this.since, rig: "sim:", recording: this.recording, finishing: false, may_clear: true, record_next: this.record_next, record_name: this.record_name,
+                state: this.state, since_s: this.time - this.since, rig: "sim:", recording: this.recording, finishing: false, may_clear: true, record_next: this.record_next, frames: "first-second", record_name: this.record_name,
                 controller: this.control ? "this page" : null, you_control: this.control, simulated: true, to_middle: this.to_middle,
                 trip: this.trip && { value: 0, limit: 0, recording: null, pictures: 2, age_s: this.time - this.trip.t_s, ...this.trip },
                 program: "shakerd", version: "0.1.0",
@@ -166,7 +166,7 @@ export class Bench {
             },
             walker: { x_m: middle + this.x, left_m: this.mirrored ? 2 * middle : 0, right_m: this.mirrored ? 0 : 2 * middle, edge_m: middle - Math.abs(this.x) - radius },
             points: this.points,
-            outlook: { before_periods: 60, walking_periods: 20, walk_mps: { value: v, sigma: 1e-4 }, walk_from: "Coulomb's law", way_m: reach - Math.sign(v) * this.x, bytes_per_s: 4.9e7 },
+            outlook: { before_periods: 60, walking_periods: 20, walk_mps: { value: v, sigma: 1e-4 }, walk_from: "Coulomb's law", way_m: reach - Math.sign(v) * this.x, recorded: { off: { bytes_per_s: 5e5, first_bytes: 0 }, "first-second": { bytes_per_s: 5e5, first_bytes: 5e7 }, region: { bytes_per_s: 4.9e7, first_bytes: 0 }, full: { bytes_per_s: 4.9e7, first_bytes: 0 } } },
             progress: this.progress(), gauges: this.gauges(), campaign: null, plans: ["fig3", "mu"],
             clocks: [{ name: "DAC", ppm: 0, residual_s: 2.1e-6 }, { name: "accelerometer", ppm: -37.52, residual_s: 3.4e-6 },
                 { name: "camera top", ppm: 12.04, residual_s: 1.1e-6 }, { name: "camera side", ppm: 11.87, residual_s: 1.2e-6 }],

@@ -107,7 +107,7 @@ test("Before the start the page says how long it takes, how far the walker goes 
     await page.fill("#periods", "5");
     await until(async () => /The walker goes about 18\.2 mm; the edge limit is 30\.0 mm away\.$/.test(await text(page, "outlook")), "it fits");
     bench.record_next = true;
-    await until(async () => /Recorded: about 159 MB\.$/.test(await text(page, "outlook")), "its bytes");
+    await until(async () => /Recorded: about 51.6 MB\.$/.test(await text(page, "outlook")), "its bytes");
     await page.selectOption("#how-long", "open");
     await until(async () => /^First result after about 3\.3 s, then on until stopped\. The walker reaches/.test(await text(page, "outlook")), "until stopped");
     assert.ok(await page.locator("#measurements").isDisabled());

@@ -136,7 +136,11 @@ test("Recordings are listed with their outcome, can be saved, and are checked on
     bench.control = true;
     await page.getByRole("button", { name: "Replay series.nxs" }).click();
     await until(async () => (await line(0))[6] === "✓ identical again", "its verdict");
-    assert.match(await page.textContent("#record-room"), /^The disk has room for 37 min 45 s of recording\.$/);
+    assert.equal(await page.inputValue("#record-frames"), "first-second");
+    assert.equal(await page.textContent("#record-room"), "The disk has room for 61 h 38 min of recording.");
+    await page.selectOption("#record-frames", "region");
+    await until(async () => await page.textContent("#record-room") === "The disk has room for 37 min 45 s of recording.", "that of all pictures");
+    await page.selectOption("#record-frames", "first-second");
     if (folder) await page.locator("#recordings-card").screenshot({ path: join(folder, "recordings.png") });
     assert.deepEqual(troubles, []);
 });

@@ -31,7 +31,7 @@ void print_manual(const Values& /*values*/) { print(manual::manual_page(program(
 constexpr Range waits{0, 30 * 86400.0};  // s
 
 constexpr std::array<std::string_view, 2> switch_words{"on", "off"};
-constexpr std::array<std::string_view, 3> frames_words{"off", "region", "full"};
+constexpr std::array<std::string_view, 4> frames_words{"off", "first-second", "region", "full"};
 constexpr std::array<std::string_view, 4> fetch_words{"state", "result", "points", "metrics"};
 
 constexpr std::array common_arguments{Argument{.name = "--at",
@@ -109,7 +109,9 @@ constexpr std::array record_arguments{
              .otherwise = "the time"},
     Argument{.name = "--frames",
              .value = "WHICH",
-             .help = "Pictures to record: off, region (the part that can contain targets) or full",
+             .help = "Pictures to record: off, first-second (those of the first second; then positions "
+                     "only), region (all, "
+                     "of the part that can contain targets) or full",
              .kind = Kind::word,
              .words = frames_words,
              .otherwise = "as last"}};
@@ -217,8 +219,10 @@ constexpr std::array commands{
             .exit_statuses = asks,
             .act = done<clear>},
     Command{.name = "record",
-            .summary = "Switch the recording of the following runs on or off",
-            .details = "The daemon accepts this only while nothing is driven.",
+            .summary = "Switch recording on or off, of the run under way and of the following runs",
+            .details =
+                "In a run, on starts a file as soon as the drive has settled again, without pictures or with "
+                "those of its first second; off completes the file, and the run goes on.",
             .arguments = record_arguments,
             .example = "shakerctl record on --name series-1",
             .exit_statuses = asks,

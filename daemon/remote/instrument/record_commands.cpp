@@ -48,11 +48,11 @@ std::vector<Command> record_commands(BenchInstrument& bench) {
                     .query = [&bench](scpi::Call& call) { call.reply.string(bench.state()->recording.name); },
                     .without = scpi::empty_string});
     rows.push_back({.header = "RECord:RAW:CAMera",
-                    .parameters = {scpi::choice("OFF|REGion|FULL")},
+                    .parameters = {scpi::choice("OFF|FIRSt|REGion|FULL")},
                     .set = [&bench](scpi::Call& call) { keep_pictures(bench, call); },
                     .query =
                         [&bench](scpi::Call& call) {
-                            constexpr std::array words{"OFF", "REG", "FULL"};
+                            constexpr std::array words{"OFF", "FIRS", "REG", "FULL"};
                             call.reply.word(words.at(
                                 static_cast<std::size_t>(bench.pending_orders().settings().record.pictures)));
                         },

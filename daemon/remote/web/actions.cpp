@@ -21,7 +21,6 @@ using nlohmann::json;
 
 constexpr int bad_request = 400, not_found = 404, conflict = 409, gateway_timeout = 504;
 const Answer well{200, R"({"ok":true})"};
-constexpr std::array pictures_words{"off", "region", "full"};
 
 double number_at(const json& body, std::string_view key, double otherwise) {
     if (!body.contains(key) || body[key].is_null()) return otherwise;
@@ -85,12 +84,13 @@ service::OrderWhat record_of(const json& body, recorded::KeptPictures pictures) 
         record.on = false;  // {"name": null} ends it
     }
     if (body.contains("frames")) {
-        const auto word = std::ranges::find(
-            pictures_words, body["frames"].is_string() ? body["frames"].get<std::string>() : std::string{});
-        if (word == pictures_words.end())
-            throw InputError{fmt::format("frames: expected \"off\", \"region\" or \"full\", got {}",
+        const auto kept = recorded::kept_pictures_named(
+            body["frames"].is_string() ? body["frames"].get<std::string>() : std::string{});
+        if (!kept)
+            throw InputError{fmt::format("frames: expected \"{}\", got {}",
+                                         fmt::join(recorded::kept_pictures_words, "\", \""),
                                          body["frames"].dump())};
-        record.pictures = static_cast<recorded::KeptPictures>(word - pictures_words.begin());
+        record.pictures = *kept;
     }
     return record;
 }

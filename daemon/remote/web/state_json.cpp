@@ -52,6 +52,7 @@ json session(const service::BenchState& s, const Viewer& viewer) {
             {"rig", s.facts ? s.facts->rig : ""},
             {"simulated", s.facts && s.facts->simulated},
             {"recording", s.recording.name.empty() ? json(nullptr) : json(s.recording.name)},
+            {"frames", name(s.pictures)},
             {"record_name", s.record_name.empty() ? json(nullptr) : json(s.record_name)},
             {"controller", viewer.controller.empty() ? json(nullptr) : json(viewer.controller)},
             {"you_control", viewer.controls},
@@ -130,12 +131,17 @@ json points(const service::BenchState& s) {
 
 json outlook(const service::BenchState& s) {
     const service::OutlookState& o = s.outlook;
+    json recorded = json::object();
+    for (std::size_t i = 0; i < o.sizes.size(); ++i)
+        if (const service::OutlookState::Size& size = o.sizes.at(i); std::isfinite(size.bytes_per_s))
+            recorded[std::string{recorded::kept_pictures_words.at(i)}] = {
+                {"bytes_per_s", number(size.bytes_per_s)}, {"first_bytes", number(size.first_bytes)}};
     return {{"before_periods", o.before},
             {"walking_periods", o.walking},
             {"walk_mps", o.walk ? estimate(o.walk->v_D) : json(nullptr)},
             {"walk_from", o.walk ? json(o.walk->from) : json(nullptr)},
             {"way_m", number(o.way_m)},
-            {"bytes_per_s", number(o.bytes_per_s)}};
+            {"recorded", std::move(recorded)}};
 }
 
 json progress(const service::BenchState& s) {

@@ -112,7 +112,7 @@ TEST(CommandTableTest, RefusalsNameOptionValueAndRange) {
     expect_in(refusal({"run", "--gamma", "2000g"}), {"--gamma", "2000g", "0.00102041 to 100 g"});
     expect_in(refusal({"run", "--periods", "1"}), {"--periods", "\"1\"", "2 to 1000000"});
     expect_in(refusal({"run", "--settle", "x"}), {"--settle", "\"x\"", "0 to 10000"});
-    expect_in(refusal({"run", "--frames", "most"}), {"--frames", "most", "off, region, full"});
+    expect_in(refusal({"run", "--frames", "most"}), {"--frames", "most", "off, first-second, region, full"});
     expect_in(refusal({"run", "--trips", "/no/such"}), {"--trips", "/no/such", "no such folder"});
     expect_in(refusal({"run", "--gama", "1g"}), {"--gama", "shakerd run --help"});
     expect_in(refusal({"run", "--gamma"}), {"--gamma", "expected one value"});
@@ -157,7 +157,7 @@ TEST(CommandTableTest, BashCompletesCommandsOptionsWordsAndFiles) {
                          "echo ${COMPREPLY[@]}'");
     };
     EXPECT_EQ(bash("shakerd ser"), "serve\n");
-    EXPECT_EQ(bash("shakerd run --frames \"\""), "off region full\n");
+    EXPECT_EQ(bash("shakerd run --frames \"\""), "off first-second region full\n");
     EXPECT_EQ(bash("shakerd run --gam"), "--gamma\n");
     EXPECT_EQ(bash("shakerd replay ru"), "run.nxs\n");
     EXPECT_EQ(bash("shakerd export -o /us"), "/usr\n");

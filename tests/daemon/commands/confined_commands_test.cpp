@@ -45,8 +45,8 @@ protected:
         inputs_ = fs::path{testing::TempDir()} / "shakerd-confined-commands";
         fs::remove_all(inputs_);
         fs::create_directories(inputs_);
-        shakerd("run --gamma 0.5g --phi 90deg --periods 4 -o run.nxs --scene '" + test::source_dir() +
-                    "/tests/support/slow_cameras.toml'",
+        shakerd("run --gamma 0.5g --phi 90deg --periods 4 --frames region -o run.nxs --scene '" +
+                    test::source_dir() + "/tests/support/slow_cameras.toml'",
                 inputs_);
         shakerd("example lab", inputs_);
         fs::copy_file(inputs_ / "run.nxs", inputs_ / "cut.nxs.part");

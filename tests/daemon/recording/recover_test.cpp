@@ -28,7 +28,8 @@ protected:
     RecoverTest() {
         std::ofstream{folder_ / "slow.toml"} << "[top]\nframe_rate_hz = 200\n[side]\nframe_rate_hz = 200\n";
         const Outcome o =
-            shakerd("run --no-identify --scene slow.toml --gamma 1.2g --periods 4 -o run.nxs", folder_);
+            shakerd("run --no-identify --scene slow.toml --gamma 1.2g --periods 4 --frames region -o run.nxs",
+                    folder_);
         EXPECT_EQ(o.status, 0) << o.err;
         std::filesystem::rename(folder_ / "run.nxs", folder_ / "whole.nxs");
         std::filesystem::copy_file(folder_ / "whole.nxs", folder_ / "run.nxs.part");
@@ -171,10 +172,10 @@ TEST_F(RecoverTest, MissingFileIsRefusedByName) {
 }
 
 TEST_F(RecoverTest, NoRecordingOrCrashedFileIsOverwritten) {
-    const Outcome left = shakerd("run --no-identify --periods 4 -o run.nxs", folder_);
+    const Outcome left = shakerd("run --no-identify --periods 4 --frames region -o run.nxs", folder_);
     EXPECT_EQ(left.status, 2);
     expect_in(left.err, {"run.nxs.part", "recover"});
-    const Outcome there = shakerd("run --no-identify --periods 4 -o whole.nxs", folder_);
+    const Outcome there = shakerd("run --no-identify --periods 4 --frames region -o whole.nxs", folder_);
     EXPECT_EQ(there.status, 2);
     expect_in(there.err, {"whole.nxs", "exists already"});
 }

@@ -34,8 +34,8 @@ void make_older(const std::filesystem::path& recording) {
 TEST(TrackChangesTest, AnOlderRecordingSaysHowFarItsTracksMove) {
     const std::filesystem::path folder = test::fresh_folder();
     std::ofstream{folder / "slow.toml"} << "[top]\nframe_rate_hz = 200\n[side]\nframe_rate_hz = 200\n";
-    const Outcome run =
-        shakerd("run --no-identify --scene slow.toml --gamma 1.2g --periods 4 -o run.nxs", folder);
+    const Outcome run = shakerd(
+        "run --no-identify --scene slow.toml --gamma 1.2g --periods 4 --frames region -o run.nxs", folder);
     ASSERT_EQ(run.status, 0) << run.err;
     const Outcome own = shakerd("replay run.nxs", folder);
     EXPECT_EQ(own.status, 0) << own.err;

@@ -149,7 +149,8 @@ TEST(CtlTroubleTest, WrongValuesAreRefusedWithRange) {
               std::string::npos);
     EXPECT_NE(refused("wait idle --timeout -1").find("--timeout \"-1\": out of range"), std::string::npos);
     EXPECT_NE(refused("record maybe").find("SWITCH \"maybe\": expected one of on, off"), std::string::npos);
-    EXPECT_NE(refused("record on --frames some").find("--frames \"some\": expected one of off, region, full"),
+    EXPECT_NE(refused("record on --frames some")
+                  .find("--frames \"some\": expected one of off, first-second, region, full"),
               std::string::npos);
     EXPECT_NE(refused("fetch").find("WHAT is required"), std::string::npos);
     EXPECT_NE(refused("dance"), "");

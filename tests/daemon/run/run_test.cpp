@@ -53,9 +53,10 @@ void expect_true_drift(const json& r) {
 // With rendered pictures, nightly at the paper's rate.
 TEST(RunTest, PaperDriveGivesTrueDriftAndReplays) {
     const auto folder = fresh_folder();
-    const json r = run("--periods " + paper_periods +
-                           (test::nightly() && !SHAKER_SANITIZED ? "" : slow_cameras) + " -o run.nxs",
-                       folder);
+    const json r =
+        run("--periods " + paper_periods + (test::nightly() && !SHAKER_SANITIZED ? "" : slow_cameras) +
+                " --frames region -o run.nxs",
+            folder);
     expect_true_drift(r);
     EXPECT_NEAR(r["v_D_true_mps"].get<double>(), 14.5824e-3,
                 0.01 * 14.5824e-3);  // the paper's drive, exact Coulomb

@@ -94,12 +94,26 @@ TEST_F(CountedRunTest, OutlookAndProgressAgreeWithTheRun) {
 TEST(OutlookTest, RateIsThatOfNewestRecordingAndReserveIsNoRoom) {
     using recorded::KeptPictures;
     BenchState s;
-    s.pictures = KeptPictures::off;
-    EXPECT_EQ(outlook(s, {}, KeptPictures::off).bytes_per_s, 0.8e6) << "no recording yet";
-    s.recording.rate = {1.5e6, KeptPictures::region};
-    EXPECT_EQ(outlook(s, {}, KeptPictures::off).bytes_per_s, 0.8e6) << "one with pictures";
-    s.recording.rate.pictures = KeptPictures::off;
-    EXPECT_EQ(outlook(s, {}, KeptPictures::off).bytes_per_s, 1.5e6);
+    const auto size = [&](KeptPictures kept) {
+        return outlook(s, {}, KeptPictures::first_second).sizes.at(static_cast<std::size_t>(kept));
+    };
+    EXPECT_EQ(size(KeptPictures::first_second).bytes_per_s, 0.8e6) << "no recording yet";
+    s.recording.rate = {.bytes_per_s = 1.5e6, .pictures_per_s = 3e7, .pictures = KeptPictures::region};
+    EXPECT_EQ(size(KeptPictures::off).bytes_per_s, 1.5e6);
+    EXPECT_EQ(size(KeptPictures::first_second).bytes_per_s, 1.5e6) << "pictures of one second only";
+    EXPECT_EQ(size(KeptPictures::region).bytes_per_s, 3.15e7);
+    EXPECT_TRUE(std::isnan(size(KeptPictures::full).bytes_per_s)) << "the cameras give regions";
+    s.recording.rate.pictures = KeptPictures::first_second;
+    EXPECT_EQ(size(KeptPictures::region).bytes_per_s, 1.5e6) << "no picture is there yet";
+    auto frame = std::make_shared<Frame>();
+    frame->pixels.resize(40000);
+    s.pictures_now.emplace_back().frame = frame;
+    BenchFacts facts;
+    facts.views.emplace_back().frame_rate_hz = 500;
+    s.facts = std::make_shared<const BenchFacts>(facts);
+    EXPECT_EQ(size(KeptPictures::region).bytes_per_s, 2.15e7);
+    EXPECT_EQ(size(KeptPictures::first_second).first_bytes, 2e7);
+    EXPECT_EQ(size(KeptPictures::off).first_bytes, 0);
     EXPECT_EQ(room_bytes(2e9), 2e9 - 1073741824);
     EXPECT_EQ(room_bytes(1e9), 0);
     EXPECT_TRUE(std::isnan(room_bytes(NAN)));

@@ -6,6 +6,8 @@
 
 #include "daemon/commands/replay_command.hpp"
 #include "daemon/recording/journal.hpp"
+#include "drivers/errors.hpp"
+#include "drivers/recorded/pictures/picture_check.hpp"
 #include "tests/support/program.hpp"
 #include "tests/support/run/bench_on_call.hpp"
 
@@ -152,6 +154,37 @@ TEST(OnCallTest, RecordingAfterWalkerMovedReplaysFromPictures) {
             return e.kind == "note" && !e.text.starts_with("predicted walk");
         });
         EXPECT_EQ(notes, 1) << "its file only";
+    }
+}
+
+TEST(OnCallTest, DefaultRecordingKeepsPicturesOfFirstSecond) {
+    const auto folder = test::fresh_folder();
+    run::RunOptions run = quick();
+    run.pictures = run::RunOptions{}.pictures;
+    Answers answers;
+    play_on_call(rendered, run, folder,
+                 {{in(run::RunState::idle), orders(Record{true, "night", run.pictures}, answers)},
+                  {in(run::RunState::idle), orders(Begin{10}, answers)},
+                  {measured(2), orders(End{}, answers)},
+                  {in(run::RunState::idle), [](BenchPort&) {}}});
+    EXPECT_EQ(answers, Answers(3, ""));
+    const recorded::RecordingReader file{folder / "night.nxs"};
+    EXPECT_EQ(file.header().pictures, recorded::KeptPictures::first_second);
+    for (const View& view : file.header().views) {
+        const std::string counts = "pictures/" + view.camera + "/";
+        EXPECT_EQ(file.scalar(counts + "stored"), view.frame_rate_hz) << view.camera;
+        EXPECT_EQ(file.scalar(counts + "dropped"), 0) << view.camera;
+        EXPECT_GT(file.scalar(counts + "not_kept"), view.frame_rate_hz) << view.camera;
+        EXPECT_TRUE(pictures::verify_frames(folder / "night.frames", view.camera).bad.empty());
+    }
+    EXPECT_TRUE(commands::replay({.file = file.file()})) << "by its tracks";
+    try {
+        commands::replay({.file = file.file(), .from = commands::ReplayOptions::From::raw});
+        FAIL() << "tracked pictures that are not there";
+    } catch (const InputError& e) {
+        EXPECT_NE(std::string{e.what()}.find("only the pictures of the first second were kept"),
+                  std::string::npos)
+            << e.what();
     }
 }
 

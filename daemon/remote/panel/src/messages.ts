@@ -7,7 +7,7 @@ import {
 export const maxPoints = 2000;
 
 const session: Session = {
-    state: "idle", since_s: null, rig: "", recording: null, finishing: false, record_next: false, record_name: null, controller: null, you_control: false,
+    state: "idle", since_s: null, rig: "", recording: null, finishing: false, record_next: false, frames: null, record_name: null, controller: null, you_control: false,
     trip: null, simulated: false, to_middle: false, may_clear: true, program: "shakerd", version: "",
 };
 const drive: Drive = { frequency_hz: null, gamma_mps2: null, rho: null, phi_rad: null, locked: false };
@@ -15,7 +15,7 @@ const measured: Measured = { gamma_mps2: null, phi_rad: null, harmonics: [], rms
 const result: Result = {
     number: null, age_s: null, drive: null, current: true, v_D_mps: null, D_m: null, efficiency: null, bench_check: null, mu: null, stick: [], shortest_visible_stick: null, periods: null, steady: false,
 };
-const outlook: Outlook = { before_periods: 0, walking_periods: 0, walk_mps: null, walk_from: null, way_m: null, bytes_per_s: null };
+const outlook: Outlook = { before_periods: 0, walking_periods: 0, walk_mps: null, walk_from: null, way_m: null, recorded: {} };
 const jitter: Jitter = { bins_s: [], counts: [], worst_s: null };
 
 function object(value: unknown): Record<string, unknown> {

@@ -31,6 +31,7 @@ export interface Session {
     recording: string | null;
     finishing: boolean;  // the run is over, and its recording is being completed
     record_next: boolean;  // the next run is recorded
+    frames: string | null;  // pictures of the next recording
     record_name: string | null;  // of the next recording, without ending; null: named by its time
     controller: string | null;
     you_control: boolean;
@@ -78,6 +79,9 @@ export interface Result {
     steady: boolean;
 }
 
+/** Bytes of a recording. first_bytes: of the pictures of the first second. */
+export interface RecordedSize { bytes_per_s: number; first_bytes: number }
+
 /** Before a run at the set-point; periods of the drive. way_m: to the edge limit in the direction of the walk. */
 export interface Outlook {
     before_periods: number;  // until the first measurement
@@ -85,7 +89,7 @@ export interface Outlook {
     walk_mps: Estimate | null;
     walk_from: string | null;
     way_m: Known;
-    bytes_per_s: Known;
+    recorded: Record<string, RecordedSize>;  // by the kinds of pictures for which the cameras are open
 }
 
 /** Progress of the run under way. */

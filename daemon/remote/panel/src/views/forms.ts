@@ -2,7 +2,7 @@
 import type { Actions } from "../actions";
 import { byId, setHidden, setText } from "../dom";
 import { duration, fixed, number } from "../format";
-import { driving, type Known, type Session, type State } from "../protocol";
+import { driving, type Known, type RecordedSize, type Session, type State } from "../protocol";
 import type { Store } from "../store";
 import { makeDriveForm } from "./drive_form";
 import { wire } from "./form";
@@ -86,9 +86,10 @@ export function nextOrder(state: State, edited: boolean): (typeof primaries)[num
 function asked(session: Session): boolean { return session.recording !== null || session.record_next; }
 
 /** How long a recording the disk takes; `room`: bytes without those that must stay free. */
-export function roomWords(room: Known, rate: Known): string {
-    if (room === null || !rate) return "";
-    return room <= 0 ? "⚠ The disk is full: nothing can be recorded." : `The disk has room for ${duration(room / rate)} of recording.`;
+export function roomWords(room: Known, size: RecordedSize | undefined): string {
+    if (room === null || !size) return "";
+    const left = room - size.first_bytes;
+    return left <= 0 ? "⚠ The disk is full: nothing can be recorded." : `The disk has room for ${duration(left / size.bytes_per_s)} of recording.`;
 }
 
 /**
@@ -119,8 +120,11 @@ function wireRecord(act: Actions, store: Store): (state: State) => void {
         name.blur();
     });
     const room = byId("record-room", HTMLElement);
+    let shown: string | null = null;
     return ({ session, disk, outlook }) => {
-        setText(room, roomWords(disk.room_bytes, outlook.bytes_per_s));
+        if (session.frames !== shown && session.frames !== null) frames.value = shown = session.frames;
+        for (const option of frames.options) option.disabled = Object.keys(outlook.recorded).length > 0 && !(option.value in outlook.recorded);
+        setText(room, roomWords(disk.room_bytes, outlook.recorded[frames.value]));
         setText(button, session.recording !== null ? "End the recording" : session.record_next ? "Do not record" : "Record");
         name.disabled = frames.disabled = session.recording !== null;
     };

@@ -18,8 +18,9 @@ export function outlookOf(state: Pick<State, "outlook" | "drive" | "session">, a
     else parts.push(`About ${duration(all)}, of which ${duration(measured / f)} are measured.`);
     const way = wayWords(state, measured, asked.measurements === null);
     parts.push(way.text);
-    if (session.record_next && outlook.bytes_per_s !== null)
-        parts.push(asked.measurements === null ? `Recorded: ${prefixed(60 * outlook.bytes_per_s, "B")} a minute.` : `Recorded: about ${prefixed(all * outlook.bytes_per_s, "B")}.`);
+    const size = session.record_next ? outlook.recorded[session.frames ?? ""] : undefined;
+    if (size && asked.measurements === null) parts.push(`Recorded: ${prefixed(60 * size.bytes_per_s, "B")} a minute.`);
+    else if (size) parts.push(`Recorded: about ${prefixed(all * size.bytes_per_s + size.first_bytes, "B")}.`);
     return { text: parts.filter((part) => part !== "").join(" "), trouble: way.trouble };
 }
 
