@@ -12,13 +12,13 @@ const minutes = Number(process.env.PANEL_MINUTES ?? 10);
 const warm = Math.min(20, minutes / 2);
 const idleFor = 4;            // s; the least of three such windows counts, as other programs disturb
 const mostIdle = minutes < 10 ? 0.08 : 0.05;  // of a core; a short run has other tests beside it, which make its work dearer
-const fullTable = 1000;       // rows; until then the table of results grows, and with it the elements of the page
+const fullTable = 1000;       // rows; until then the table of results grows, and with it the page
 const nullPhase = 2.17;       // rad
 const clockTicks = 100;       // a second, in /proc
 const poll = 100;             // ms between two requests
 /** Allowed growth: a share, and an amount: connections of the poller, and what other programs take of the processor's time. */
 const growth = { resident: [0.1, 0], cpu: [0.25, 0.03], descriptors: [0, 3], bytes: [0.1, 0], nodes: [0.1, 0], jsEventListeners: [0.1, 0] };
-const ofRows = ["nodes", "jsEventListeners"];
+const ofRows = ["bytes", "nodes", "jsEventListeners"];
 const pause = (seconds) => new Promise((resume) => setTimeout(resume, 1e3 * seconds));
 
 const residentOf = (pid) => 4096 * Number(readFileSync(`/proc/${pid}/statm`, "utf8").split(" ")[1]);
