@@ -14,7 +14,7 @@ constexpr double other_size = 0.05;  // px
 // rounding of grey levels makes of it (share of the contrast).
 constexpr double excess = 0.02, errors = 4, rounding = 3e-3;
 constexpr double more_misfit = 0.05;  // share of the blocks, beyond the watched one
-constexpr double most_misfit = 0.25;  // the same, beyond that of the careful fit: it used other edges
+constexpr double other_misfit = 0.25;  // the same, beyond that of the careful fit: it used other edges
 constexpr double agreement = 2;       // standard errors of the careful fit, along the shaker's axis
 constexpr double agreement_across = 4;
 
@@ -59,7 +59,7 @@ void OutlineFollower::watch(const ImageView& image, const EdgeFitResult& fit,
         return std::abs(direction.dot(apart)) / std::sqrt(direction.dot(fit.covariance * direction));
     };
     const bool followed = due();
-    trusted_ = fit.converged && own_.converged && own_.trimmed < fit.trimmed + most_misfit &&
+    trusted_ = fit.converged && own_.converged && own_.trimmed < fit.trimmed + other_misfit &&
                in_errors(axis) < agreement && in_errors(side) < agreement_across;
     if (!trusted_) return;
     until_watched_ = watched_every;
