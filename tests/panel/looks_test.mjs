@@ -85,6 +85,7 @@ test("From rest to a trip nothing moves under the pointer", async () => {
     const { bench } = stage.server;
     await idle(stage);
     const { page } = await openPage(stage, { viewport: wide });
+    await until(async () => (await page.getByText("no picture yet").count()) === 0, "the pictures");
     await page.waitForTimeout(800);
     const places = () => page.locator("header button, .controls button, .controls input, .controls select, main > section").evaluateAll((all) => Object.fromEntries(all
         .map((e, i) => [`${i} ${e.id || e.getAttribute("aria-labelledby") || e.textContent}`, e.getBoundingClientRect()]).filter(([, r]) => r.width && r.y < innerHeight).map(([name, r]) => [name.replace(/Take control|Release control/, "control"), [r.x, r.y].map(Math.round).join()])));
