@@ -72,7 +72,7 @@ const std::vector<DiskFault>& disk_faults() {
     static const std::vector<DiskFault> all{
         {.name = "none", .fault = "", .finished = true},
         {.name = "full before the start", .fault = "", .room = gib / 2, .refused = true},
-        {.name = "no room for the first pictures", .fault = "", .room = gib + 100'000'000, .least_s = 0},
+        {.name = "no room for the first pictures", .fault = "", .room = gib + 100'000'000, .refused = true},
         {.name = "filled to the mark in mid run", .fault = "", .room = gib + four_segments + 4'400'000},
         {.name = "ENOSPC of all from 3 s on", .fault = error("any", "*", ENOSPC), .mute = true},
         {.name = "EIO of the series", .fault = error("write", ".nxs.part", EIO)},
