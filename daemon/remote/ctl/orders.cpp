@@ -4,6 +4,7 @@
 
 #include <cstdio>
 #include <nlohmann/json.hpp>
+#include <thread>
 
 #include "daemon/manual/drive_arguments.hpp"
 #include "daemon/remote/ctl/queries.hpp"
@@ -19,6 +20,7 @@ namespace {
 using nlohmann::json;
 
 constexpr std::chrono::seconds abort_patience{2}, clear_patience{2};
+constexpr std::chrono::milliseconds state_turn{50};
 
 void wait_for_rest(const Link& link) {
     state_when(link, Clock::time_point::max(), [](const json& state) {
@@ -128,8 +130,9 @@ void clear(const Values& values) {
     const Link link = link_of(values);
     link.order("clear", {});
     // The output clears the trip a moment after the order was accepted.
-    state_when(link, Clock::now() + clear_patience,
-               [](const json& state) { return state_of(state) != "tripped"; });
+    const Clock::time_point until = Clock::now() + clear_patience;
+    while (state_of(link.get_json("/api/state")) == "tripped" && Clock::now() < until)
+        std::this_thread::sleep_for(state_turn);
 }
 
 void remark(const Values& values) { link_of(values).order("remark", {{"text", values.text("TEXT")}}); }

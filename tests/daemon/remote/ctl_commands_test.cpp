@@ -147,6 +147,15 @@ TEST_F(CtlTest, IdentifyClearAndRecordAreOrders) {
     EXPECT_TRUE(std::holds_alternative<service::ClearTrip>(bench.ordered().back()));
 }
 
+// The output clears a trip a moment after the order was accepted.
+TEST_F(CtlTest, ClearWaitsUntilTheTripIsGone) {
+    bench.clears_after = 200;  // steps of 1 ms
+    EXPECT_EQ(ctl("abort").status, exit_done);
+    const Outcome cleared = ctl("clear");
+    EXPECT_EQ(cleared.status, exit_done) << cleared.err;
+    EXPECT_EQ(ctl("status").out.substr(0, 16), "state      idle,");
+}
+
 TEST_F(CtlTest, CampaignsAreOrderedByName) {
     EXPECT_EQ(ctl("campaign plans").out, "fig3\nmu\n");
     EXPECT_EQ(ctl("campaign start --plan nothing").status, exit_refused);

@@ -82,9 +82,8 @@ std::string PlayedPort::obey(const service::OrderWhat& what) {
         state_.state = run::RunState::idle;
         state_.measuring = false;
     } else if (std::holds_alternative<service::ClearTrip>(what)) {
-        state_.state = run::RunState::idle;
-        state_.trip.reset();
-        state_.trip_pictures.clear();
+        clears_in_ = clears_after;
+        if (clears_in_ == 0) end_trip();
     } else if (const auto* plan = std::get_if<service::MeasurePlan>(&what)) {
         if (plan->text.empty() && plan->name != "fig3")
             return "plan \"" + plan->name + "\": there is no such plan";
@@ -109,8 +108,16 @@ std::string PlayedPort::obey(const service::OrderWhat& what) {
     return {};
 }
 
+void PlayedPort::end_trip() {
+    clears_in_ = -1;
+    state_.state = run::RunState::idle;
+    state_.trip.reset();
+    state_.trip_pictures.clear();
+}
+
 void PlayedPort::turn() {
     bool changed = false;
+    if (clears_in_ > 0 && --clears_in_ == 0) end_trip();
     if (!hung && aborts > 0 && state_.aborts != static_cast<std::uint64_t>(aborts)) {
         state_.aborts = static_cast<std::uint64_t>(aborts);
         state_.state = run::RunState::tripped;

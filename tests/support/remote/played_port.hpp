@@ -21,6 +21,8 @@ public:
     std::atomic<bool> deaf{false};
     /// While true, the output does not obey aborts.
     std::atomic<bool> hung{false};
+    /// Steps until a trip is gone after its clear was accepted.
+    std::atomic<int> clears_after{0};
     /// Points of the published waveform; 0: no waveform.
     std::atomic<std::size_t> wave{0};
     /// Steps between two published states while there is no order.
@@ -32,12 +34,13 @@ public:
 
 private:
     std::string obey(const service::OrderWhat& what);
+    void end_trip();
 
     std::atomic<std::uint64_t> obeyed_{0};
     mutable std::mutex mutex_;
     std::vector<service::OrderWhat> ordered_;
     service::BenchState state_;
-    int turns_ = 0;
+    int turns_ = 0, clears_in_ = -1;  // steps; negative: no trip is being cleared
 };
 
 }  // namespace shaker::test
