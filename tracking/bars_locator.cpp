@@ -10,7 +10,7 @@ namespace {
 constexpr double tau = 2 * std::numbers::pi;
 constexpr int noise_samples = 1000;  // pairs of pixels; the noise is then known to 2 %
 constexpr double periods_per_window = 3;
-constexpr int enough = 100;  // windows: so many tell where the bars are hidden
+constexpr int enough = 100;  // windows; more do not show better where the bars are hidden
 
 // As std::arg(), to 1e-7, and faster where the angle is small.
 double angle(std::complex<double> z) noexcept {

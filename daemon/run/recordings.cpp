@@ -172,23 +172,26 @@ void Recordings::discard() {
 
 // Opens the file of a recording that waits for a run, or removes it. False when there is nothing to do.
 bool Recordings::open_prepared() {
-    std::shared_ptr<Prepared> p;
+    std::shared_ptr<Prepared> p;  // the last reference to an unwanted one: its end removes the file
     {
         const std::scoped_lock lock{mutex_};
         if (!prepared_ || (prepared_->recording && !prepared_->unwanted)) return false;
-        p = prepared_->unwanted ? std::exchange(prepared_, nullptr) : prepared_;
-        if (p->unwanted) p->recording.reset();
+        p = prepared_;
+        if (p->unwanted) {
+            prepared_ = nullptr;
+            return true;
+        }
     }
     FinishedRun failed;
     std::shared_ptr<recording::Recorder> recording;
-    if (!p->unwanted) try {
-            recording::RecorderSettings settings = settings_for(p->started_s);
-            settings.unfinished = recording::Unfinished::discard;
-            recording = std::make_shared<recording::Recorder>(p->file, p->header, settings);
-        } catch (const std::exception&) {
-            failed.file = p->file;
-            failed.failure = std::current_exception();
-        }
+    try {
+        recording::RecorderSettings settings = settings_for(p->started_s);
+        settings.unfinished = recording::Unfinished::discard;
+        recording = std::make_shared<recording::Recorder>(p->file, p->header, settings);
+    } catch (const std::exception&) {
+        failed.file = p->file;
+        failed.failure = std::current_exception();
+    }
     const std::scoped_lock lock{mutex_};
     p->recording = std::move(recording);
     if (failed.failure) {

@@ -65,7 +65,7 @@ public:
     [[nodiscard]] bool prepared() const;
     /// The data from now on go to the prepared file. No measurement may be under way.
     void join(const Sequence& sequence);
-    /// Removes the prepared file, on the recorder's thread. Without effect when there is none.
+    /// Has the recorder's thread remove the prepared file. Does nothing when no file was prepared.
     void discard();
     /// Call it after each step of the sequence. Ends the run when its recording becomes too long.
     void update(Sequence& sequence, acquisition::Channels& channels);
