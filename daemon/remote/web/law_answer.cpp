@@ -1,13 +1,12 @@
 #include "daemon/remote/web/law_answer.hpp"
 
-#include <pthread.h>
-
 #include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <nlohmann/json.hpp>
 
 #include "daemon/law/law_curve.hpp"
+#include "drivers/realtime.hpp"
 
 namespace shaker::web {
 
@@ -34,12 +33,6 @@ json curve_json(const char* x, const law::LawCurve& curve) {
             {"closed_form_mps", values_json(curve.closed_form)}};
 }
 
-// The server's thread may have a real-time priority, which this work must not have.
-void take_ordinary_priority() {
-    const sched_param none{};
-    pthread_setschedparam(pthread_self(), SCHED_OTHER, &none);
-}
-
 }  // namespace
 
 bool LawAnswer::Asked::same(const Asked& other) const {
@@ -56,7 +49,7 @@ LawAnswer::Asked LawAnswer::asked_of(const service::BenchState& state) {
 }
 
 std::string LawAnswer::computed(const Asked& asked) {
-    take_ordinary_priority();
+    use_ordinary_priority();  // the thread has that of the server, which started it
     const law::LawCurve gamma = law::against_gamma(asked.drive, asked.to, gammas, asked.mu, asked.g);
     const law::LawCurve phi = law::against_phi(asked.drive, phis, asked.mu, asked.g);
     return json{{"mu", asked.mu.value},
