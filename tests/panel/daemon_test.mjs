@@ -59,6 +59,8 @@ test("A scan from the page is measured without a person, paused and resumed", { 
     await page.fill("#scan-to", "102");
     await page.fill("#scan-steps", "1");
     await page.fill("#scan-periods", "5");
+    await press(page, "Check the scan");
+    await page.waitForFunction(() => /^Check of scan: 2 points, 2 fit; bench time /.test(document.getElementById("plan-check").textContent), null, { timeout: 20_000 });
     await press(page, "Measure the scan");
     await words("measuring: 0 of 2");
     await press(page, "Pause");

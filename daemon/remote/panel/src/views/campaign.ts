@@ -2,7 +2,7 @@
 import type { Actions } from "../actions";
 import { byId, make, setHidden, setText } from "../dom";
 import { duration } from "../format";
-import type { Campaign, State } from "../protocol";
+import type { Campaign, PlanCheck, State } from "../protocol";
 import type { Store } from "../store";
 import { wire } from "./form";
 
@@ -17,6 +17,14 @@ export function campaignWords(campaign: Campaign): string {
     if (campaign.known_mu) words.push(campaign.known_mu);
     if (campaign.left_s !== null) words.push(`about ${duration(campaign.left_s)} left`);
     return words.join("; ");
+}
+
+/** "Check of fig3: 24 points, 22 fit; bench time ...; point 3 does not fit: ...". */
+export function checkWords(check: PlanCheck): string {
+    const words = check.under_way ? ["under way"] : [check.summary, ...check.misfits];
+    const more = check.points - check.fit - check.misfits.length;
+    if (more > 0) words.push(`and ${more} more`);
+    return `Check of ${check.plan}: ${words.join("; ")}`;
 }
 
 /** The order for a scan, or why it is not one. The fields are in degrees or g. */
@@ -67,7 +75,8 @@ export function makeCampaign(act: Actions, store: Store): () => void {
     wire(pause, act, () => ({}));
     wire(resume, act, () => ({}));
     let seen = -1;
-    const show = ({ campaign, plans: names }: State): void => {
+    const check = byId("plan-check", HTMLElement);
+    const show = ({ campaign, plan_check, plans: names }: State): void => {
         showPlans(plans, names);
         const active = campaign?.active ?? false;
         setHidden(starts, active);
@@ -75,6 +84,7 @@ export function makeCampaign(act: Actions, store: Store): () => void {
         setHidden(bar, campaign === null);
         setText(words, campaign ? campaignWords(campaign) : "No campaign since the start of the daemon.");
         setText(newest, campaign?.newest ?? "");
+        setText(check, plan_check && !active ? checkWords(plan_check) : "");
         setHidden(pause, campaign?.paused ?? false);
         setHidden(resume, !(campaign?.paused ?? false));
         if (campaign) {
