@@ -39,6 +39,7 @@ export class Bench {
     logged = 0;
     points = [];
     recordings = [];
+    campaigns = [];
     rows = [];  // of the table of results
     random = chance(7);
     unfinished = false;  // no measurement becomes complete
@@ -231,6 +232,7 @@ export class Bench {
             case "reset-walker": this.x = 0; this.log("note", "the simulated walker is put back"); return null;
             case "mu": this.given_mu = body.mu; return null;
             case "stop": this.become("stopping"); return null;
+            case "campaigns/scan-1/report": this.campaigns[0].report = "made"; return null;
             case "recordings/series.nxs/replay": this.recordings[0].replay = "identical"; return null;
             case "record": return this.record(body.name);
             case "remark": this.log("remark", body.text); return null;

@@ -69,6 +69,11 @@ test("A scan from the page is measured without a person, paused and resumed", { 
     if (folder) await page.screenshot({ path: join(folder, "daemon-campaign.png"), fullPage: true });
     await press(page, "Resume");
     await words("^ended: 2 of 2 points");
+    const report = await page.getByRole("link", { name: "Open the report" }).getAttribute("href", { timeout: 60_000 });
+    const answer = await page.request.get(new URL(report, page.url()).href);
+    assert.equal(answer.status(), 200);
+    assert.match(answer.headers()["content-security-policy"], /^sandbox;/);
+    assert.match(await answer.text(), /<svg|data:image\/svg/);
     await page.fill("#log-search", "campaign v_D");
     await page.waitForFunction(() => document.querySelectorAll("#log li:not([hidden])").length === 2, null, { timeout: 10_000 });
     assert.deepEqual(troubles, []);

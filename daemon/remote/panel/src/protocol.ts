@@ -231,4 +231,15 @@ export interface Recording {
     replay_text: string | null;
 }
 
+/** A folder of a campaign beside the recordings. */
+export interface CampaignFolder {
+    name: string;
+    bytes: number;
+    changed: string;
+    recordings: number;
+    complete: boolean;  // its points table is written
+    report: string | null;
+    report_text: string | null;
+}
+
 export type Message = { type: "state"; state: State } | { type: "event"; event: LogEvent } | { type: "results"; results: ResultRow[] };

@@ -1,8 +1,8 @@
 // A campaign: the points of a plan, or of a scan, one after the other without a person.
-import type { Actions } from "../actions";
+import type { Actions, Reader } from "../actions";
 import { byId, make, setHidden, setText } from "../dom";
 import { duration } from "../format";
-import type { Campaign, PlanCheck, State } from "../protocol";
+import type { Campaign, CampaignFolder, PlanCheck, State } from "../protocol";
 import type { Store } from "../store";
 import { wire } from "./form";
 
@@ -66,7 +66,27 @@ function showPlans(select: HTMLSelectElement, names: string[]): void {
     if (names.includes(chosen)) select.value = chosen;
 }
 
-export function makeCampaign(act: Actions, store: Store): () => void {
+const askedEvery = 2000;  // ms between two questions for a report under way
+
+/** Has the report of a campaign made and shows the link to it. The daemon refuses while the bench is busy. */
+async function showReport(folder: string, act: Actions, reader: Reader): Promise<void> {
+    const place = byId("campaign-report", HTMLElement);
+    setText(place, "The report is being made…");
+    for (let asked = false; ;) {
+        asked ||= (await act(`campaigns/${folder}/report`)).ok;
+        await new Promise((resolve) => setTimeout(resolve, askedEvery));
+        const answer = (await reader.json("/api/recordings")) as { campaigns: CampaignFolder[] } | null;
+        const found = answer?.campaigns.find(({ name }) => name === folder);
+        if (found?.report === "failed") return setText(place, `⚠ The report was not made: ${found.report_text ?? ""}`);
+        if (found?.report !== "made") continue;
+        const link = make("a", "", "Open the report");
+        link.href = reader.address(`/api/campaigns/${folder}/report`);
+        link.target = "_blank";
+        return place.replaceChildren(link);
+    }
+}
+
+export function makeCampaign(act: Actions, reader: Reader, store: Store): () => void {
     const plans = byId("plans", HTMLSelectElement), words = byId("campaign-words", HTMLElement), newest = byId("campaign-newest", HTMLElement);
     const bar = byId("campaign-bar", HTMLProgressElement), starts = byId("campaign-start", HTMLElement), orders = byId("campaign-orders", HTMLElement);
     wire(byId("plan", HTMLFormElement), act, () => plans.value ? { plan: plans.value } : { refused: "plan: the folder of the plans has none" });
@@ -78,6 +98,7 @@ export function makeCampaign(act: Actions, store: Store): () => void {
     const check = byId("plan-check", HTMLElement);
     const show = ({ campaign, plan_check, plans: names }: State): void => {
         showPlans(plans, names);
+        follow(campaign);
         const active = campaign?.active ?? false;
         setHidden(starts, active);
         setHidden(orders, !active);
