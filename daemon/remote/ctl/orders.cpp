@@ -114,10 +114,11 @@ void campaign(const Values& values) {
     const std::string what = values.text("WHAT"), plan = values.text("--plan");
     const bool of_plan = what == "start" || what == "check";
     if (plan.empty() == of_plan)
-        throw InputError{fmt::format(
-            of_plan ? "campaign {}: --plan is missing; \"shakerctl campaign plans\" lists the plans{}"
-                    : "campaign {}: --plan {} is of start and check only",
-            what, plan)};
+        throw InputError{
+            of_plan
+                ? fmt::format("campaign {}: --plan is missing; \"shakerctl campaign plans\" lists the plans",
+                              what)
+                : fmt::format("campaign {}: --plan {} is of check and start only", what, plan)};
     const auto ended = [](const json& state) {
         const json& campaign = state.at("campaign");
         if (campaign.is_object() && campaign.value("paused", false))

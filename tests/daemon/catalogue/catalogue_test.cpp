@@ -14,6 +14,7 @@
 
 #include "daemon/catalogue/quiet_program.hpp"
 #include "daemon/catalogue/row_text.hpp"
+#include "drivers/errors.hpp"
 #include "tests/support/paths.hpp"
 #include "tests/support/run/bench_on_call.hpp"
 
@@ -110,9 +111,10 @@ TEST_F(CatalogueTest, CampaignsAreListedAndTheirReportsOpened) {
         const auto now = catalogue.campaigns();
         return std::ranges::any_of(now, [](const ListedCampaign& c) { return c.report.verdict == "failed"; });
     });
-    for (const ListedCampaign& c : catalogue.campaigns())
-        if (c.name == "scan-2")
-            EXPECT_NE(c.report.text.find("campaign.nxs"), std::string::npos) << c.report.text;
+    all = catalogue.campaigns();
+    const auto failed = std::ranges::find(all, "scan-2", &ListedCampaign::name);
+    ASSERT_NE(failed, all.end());
+    EXPECT_NE(failed->report.text.find("campaign.nxs"), std::string::npos) << failed->report.text;
 }
 
 TEST_F(CatalogueTest, NothingIsReadWhileTheDriveIsOn) {

@@ -94,7 +94,13 @@ export function makeCampaign(act: Actions, reader: Reader, store: Store): () => 
     const pause = byId("campaign-pause", HTMLFormElement), resume = byId("campaign-resume", HTMLFormElement);
     wire(pause, act, () => ({}));
     wire(resume, act, () => ({}));
-    let seen = -1;
+    let seen = -1, measured = "";  // folder of the campaign that this page saw under way
+    const follow = (campaign: Campaign | null): void => {
+        if (campaign?.active) measured = campaign.folder;
+        if (!campaign || campaign.active || campaign.folder !== measured) return;
+        measured = "";
+        if (campaign.ended > 0) void showReport(campaign.folder, act, reader);
+    };
     const check = byId("plan-check", HTMLElement);
     const show = ({ campaign, plan_check, plans: names }: State): void => {
         showPlans(plans, names);
