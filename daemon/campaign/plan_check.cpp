@@ -86,6 +86,19 @@ PlanCheck check_plan(const Plan& plan, const CheckSettings& settings) {
     return check;
 }
 
+std::string sums_text(const PlanCheck& check) {
+    return fmt::format(
+        "{} points, {} fit; bench time {}: measuring {}, settling {}, returning {}, start {}, other {}; "
+        "recording about {:.0f} MB",
+        check.points.size(), check.points.size() - check.failing, duration(check.bench_s()),
+        duration(check.measuring_s), duration(check.settling_s), duration(check.returning_s),
+        duration(check.once_s), duration(check.other_s), check.bytes / 1e6);
+}
+
+std::string misfit_text(const CheckedPoint& point) {
+    return fmt::format("point {} does not fit: {}", point.point.id, point.travel.why);
+}
+
 std::string check_text(const PlanCheck& check) {
     std::string text = fmt::format(
         "{}\npredicted with mu {:.4g}; free way {:.1f} mm\n\npoint  series       gamma     phi   rho frequ   "
@@ -96,19 +109,13 @@ std::string check_text(const PlanCheck& check) {
         check.title, check.mu, 1e3 * check.free_way);
     for (const CheckedPoint& c : check.points) text += row(c);
     for (const CheckedPoint& c : check.points)
-        if (!c.travel.fits()) text += fmt::format("point {} does not fit: {}\n", c.point.id, c.travel.why);
+        if (!c.travel.fits()) text += misfit_text(c) + "\n";
     if (check.mu_target > 0)
         text += fmt::format(
             "\nthe campaign ends when mu is known to {:.2g} %, and chooses the next point by "
             "what it adds to that\n",
             100 * check.mu_target);
-    return text +
-           fmt::format(
-               "\n{} points, {} fit\nbench time {}: measuring {}, settling {}, returning {}, start {}, "
-               "other {}\nrecording about {:.0f} MB\n",
-               check.points.size(), check.points.size() - check.failing, duration(check.bench_s()),
-               duration(check.measuring_s), duration(check.settling_s), duration(check.returning_s),
-               duration(check.once_s), duration(check.other_s), check.bytes / 1e6);
+    return text + "\n" + sums_text(check) + "\n";
 }
 
 std::string check_json(const PlanCheck& check) {

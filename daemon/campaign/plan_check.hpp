@@ -44,6 +44,10 @@ struct PlanCheck {
 
 PlanCheck check_plan(const Plan& plan, const CheckSettings& settings);
 
+/// Number of points, bench time and size of the recording, in one line.
+std::string sums_text(const PlanCheck& check);
+/// "point 3 does not fit: ...".
+std::string misfit_text(const CheckedPoint& point);
 /// A table with one row a point, the points that do not fit with reasons, and the sums.
 std::string check_text(const PlanCheck& check);
 /// One JSON object, SI units in the key names.

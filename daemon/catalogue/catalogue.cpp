@@ -19,9 +19,11 @@ namespace {
 
 constexpr std::size_t most_bytes = std::size_t{4} << 20U;  // of the summary of a recording
 constexpr std::size_t longest_name = 128, longest_line = 300;
-constexpr std::chrono::seconds longest_summary{300}, longest_replay{1800};
+constexpr std::chrono::seconds longest_summary{300}, longest_request{1800};
 constexpr std::chrono::milliseconds turn{500};
 constexpr int differs = 4;  // exit status of replay
+constexpr const char *plan_name = "plan.toml", *table_name = "campaign.nxs",
+                     *report_name = "report/report.html", *made = "made";
 
 std::vector<ListedRecording> recordings_in(const std::filesystem::path& folder) {
     std::vector<ListedRecording> all;
@@ -39,6 +41,42 @@ std::vector<ListedRecording> recordings_in(const std::filesystem::path& folder) 
     std::ranges::sort(all, std::greater{}, &ListedRecording::changed);
     if (all.size() > Catalogue::most_listed) all.resize(Catalogue::most_listed);
     return all;
+}
+
+// A campaign has a plan in its folder.
+std::optional<ListedCampaign> campaign_in(const std::filesystem::directory_entry& place) {
+    std::error_code failed;
+    ListedCampaign c{.name = place.path().filename().string()};
+    if (!listed_name(c.name + ".nxs") || place.is_symlink(failed) ||
+        !std::filesystem::is_regular_file(place.path() / plan_name, failed))
+        return std::nullopt;
+    c.changed = place.last_write_time(failed);
+    c.complete = std::filesystem::is_regular_file(place.path() / table_name, failed);
+    if (std::filesystem::is_regular_file(place.path() / report_name, failed)) c.report.verdict = made;
+    for (const ListedRecording& r : recordings_in(place.path())) {
+        if (r.name == table_name) continue;
+        ++c.recordings;
+        c.bytes += r.bytes;
+    }
+    return c;
+}
+
+std::vector<ListedCampaign> campaigns_in(const std::filesystem::path& folder) {
+    std::vector<ListedCampaign> all;
+    std::error_code failed;
+    for (const auto& place : std::filesystem::directory_iterator{folder, failed})
+        if (auto campaign = campaign_in(place)) all.push_back(std::move(*campaign));
+    std::ranges::sort(all, std::greater{}, &ListedCampaign::changed);
+    if (all.size() > Catalogue::most_campaigns) all.resize(Catalogue::most_campaigns);
+    return all;
+}
+
+// Without a link in any part of the path.
+Descriptor open_below(const std::filesystem::path& folder, const std::filesystem::path& file) {
+    Descriptor at{::open(folder.c_str(), O_PATH | O_DIRECTORY | O_CLOEXEC)};
+    for (const std::filesystem::path& part : file.parent_path())
+        at = Descriptor{::openat(at, part.c_str(), O_PATH | O_DIRECTORY | O_NOFOLLOW | O_CLOEXEC)};
+    return Descriptor{::openat(at, file.filename().c_str(), O_RDONLY | O_NOFOLLOW | O_CLOEXEC | O_NONBLOCK)};
 }
 
 std::vector<Drive> set_points_of(const std::vector<ResultRow>& rows) {
@@ -99,25 +137,36 @@ void Catalogue::require_rest() const {
             "again"};
 }
 
-void Catalogue::replay(const std::string& name) {
-    require_rest();
+std::vector<ListedCampaign> Catalogue::campaigns() {
     const std::scoped_lock lock{mutex_};
-    Entry* const e = entry(name);
-    if (e == nullptr) throw InputError{fmt::format("there is no recording \"{}\"", printable(name))};
-    if (std::ranges::find(replays_, name) != replays_.end()) return;
-    if (replays_.size() == most_replays)
-        throw InputError{fmt::format("{} replays are waiting already; try again later", most_replays)};
-    e->listed.replay = {"waiting", {}};
-    replays_.push_back(name);
+    asked_ = true;
+    return campaigns_;
 }
 
-Descriptor Catalogue::open(const std::string& name) const {
-    Descriptor file{listed_name(name) ? ::open((settings_.folder / name).c_str(),
-                                               O_RDONLY | O_NOFOLLOW | O_CLOEXEC | O_NONBLOCK)
-                                      : -1};
+void Catalogue::request(const WantedFile& file) {
+    require_rest();
+    const std::scoped_lock lock{mutex_};
+    Requested* const r = requested(file);
+    if (r == nullptr)
+        throw InputError{fmt::format("there is no {} \"{}\"", file.report ? "campaign" : "recording",
+                                     printable(file.name.substr(0, longest_name)))};
+    if (r->verdict == "waiting" || r->verdict == "running") return;
+    if (requests_.size() == most_requests)
+        throw InputError{fmt::format("{} requests are waiting already; try again later", most_requests)};
+    *r = {"waiting", {}};
+    requests_.push_back(file);
+}
+
+Descriptor Catalogue::open(const WantedFile& file) const {
+    const bool listed = listed_name(file.report ? file.name + ".nxs" : file.name);
+    Descriptor opened{-1};
+    if (listed)
+        opened = open_below(settings_.folder, file.report ? std::filesystem::path{file.name} / report_name
+                                                          : std::filesystem::path{file.name});
     struct stat now {};
-    if (file >= 0 && ::fstat(file, &now) == 0 && S_ISREG(now.st_mode)) return file;
-    throw InputError{fmt::format("there is no recording \"{}\"", printable(name.substr(0, longest_name)))};
+    if (opened >= 0 && ::fstat(opened, &now) == 0 && S_ISREG(now.st_mode)) return opened;
+    throw InputError{fmt::format("there is no {} \"{}\"", file.report ? "report of" : "recording",
+                                 printable(file.name.substr(0, longest_name)))};
 }
 
 bool Catalogue::may_go_on(const std::stop_token& stop) const {
@@ -127,6 +176,12 @@ bool Catalogue::may_go_on(const std::stop_token& stop) const {
 Catalogue::Entry* Catalogue::entry(const std::string& name) {
     const auto found = std::ranges::find_if(entries_, [&](const Entry& e) { return e.listed.name == name; });
     return found == entries_.end() ? nullptr : &*found;
+}
+
+Requested* Catalogue::requested(const WantedFile& file) {
+    if (Entry* const e = file.report ? nullptr : entry(file.name)) return &e->listed.replay;
+    const auto found = std::ranges::find(campaigns_, file.name, &ListedCampaign::name);
+    return file.report && found != campaigns_.end() ? &found->report : nullptr;
 }
 
 void Catalogue::work(const std::stop_token& stop) {
@@ -140,7 +195,7 @@ void Catalogue::work(const std::stop_token& stop) {
         }
         if (may_go_on(stop)) {
             if (asked) scan(false);
-            if (replay_next(stop) || read_next(stop)) continue;
+            if (serve_next(stop) || read_next(stop)) continue;
         }
         std::unique_lock lock{mutex_};
         more_.wait_for(lock, stop, turn, [] { return false; });
@@ -150,7 +205,12 @@ void Catalogue::work(const std::stop_token& stop) {
 // An entry stays until its file changes.
 void Catalogue::scan(bool first) {
     std::vector<ListedRecording> now = recordings_in(settings_.folder);
+    std::vector<ListedCampaign> campaigns = campaigns_in(settings_.folder);
     const std::scoped_lock lock{mutex_};
+    for (ListedCampaign& c : campaigns)
+        if (const Requested* const r = requested({c.name, true}); r != nullptr && !r->verdict.empty())
+            c.report = *r;
+    campaigns_ = std::move(campaigns);
     std::vector<Entry> entries;
     for (ListedRecording& file : now) {
         Entry* const known = entry(file.name);
@@ -199,38 +259,40 @@ bool Catalogue::read_next(const std::stop_token& stop) {
     return true;
 }
 
-// As read_next(). A replay that the drive has ended waits again.
-bool Catalogue::replay_next(const std::stop_token& stop) {
-    std::string name;
+// As read_next(). A request that the drive has ended waits again.
+bool Catalogue::serve_next(const std::stop_token& stop) {
+    WantedFile file;
     const auto tell = [&](const char* verdict, const std::string& text) {
         const std::scoped_lock lock{mutex_};
-        if (Entry* const e = entry(name)) e->listed.replay = {verdict, text};
+        if (Requested* const r = requested(file)) *r = {verdict, text};
     };
     {
         const std::scoped_lock lock{mutex_};
-        if (replays_.empty()) return false;
-        name = replays_.front();
+        if (requests_.empty()) return false;
+        file = requests_.front();
     }
     tell("running", {});
     try {
-        const auto end =
-            run_quietly({.words = {settings_.program.string(), "replay", (settings_.folder / name).string()},
-                         .most_bytes = most_bytes,
-                         .longest = longest_replay},
-                        [&] { return may_go_on(stop); });
+        const auto end = run_quietly({.words = {settings_.program.string(), file.report ? "report" : "replay",
+                                                (settings_.folder / file.name).string()},
+                                      .most_bytes = most_bytes,
+                                      .longest = longest_request},
+                                     [&] { return may_go_on(stop); });
         if (!end) return tell("waiting", "the drive was started"), false;
+        const bool told = end->status == 0 || (end->status == differs && !file.report);
         if (end->late)
-            tell("failed", "the replay takes too long");
+            tell("failed", "it takes too long");
         else
-            tell(end->status == 0         ? "identical"
-                 : end->status == differs ? "differs"
-                                          : "failed",
-                 last_line(end->status == 0 || end->status == differs ? end->out : end->err));
+            tell(!told              ? "failed"
+                 : file.report      ? made
+                 : end->status == 0 ? "identical"
+                                    : "differs",
+                 last_line(told ? end->out : end->err));
     } catch (const std::exception& e) {
         tell("failed", e.what());
     }
     const std::scoped_lock lock{mutex_};
-    replays_.pop_front();
+    requests_.pop_front();
     return true;
 }
 

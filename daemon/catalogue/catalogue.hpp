@@ -23,10 +23,11 @@ struct CatalogueSettings {
     std::function<bool()> may_read;  // false while the drive is on: a process is killed then. Any thread
 };
 
-/// Progress and verdict of a replay.
-struct ReplayCheck {
-    std::string verdict;  // "waiting", "running", "identical", "differs", "failed"; empty: not requested
-    std::string text;     // last line of the replay
+/// Progress and end of a replay, or of the making of a report.
+struct Requested {
+    /// "waiting", "running", "failed"; "identical" or "differs", "made"; empty: not requested.
+    std::string verdict;
+    std::string text;  // last line of its output
 };
 
 struct ListedRecording {
@@ -36,11 +37,27 @@ struct ListedRecording {
     std::optional<RecordingSummary> summary{};  // without rows; empty: not read yet, or not readable
     std::vector<Drive> set_points{};            // different ones, at most most_set_points
     std::string trouble{};                      // reason why it could not be read
-    ReplayCheck replay{};
+    Requested replay{};
+};
+
+/// A folder of a campaign.
+struct ListedCampaign {
+    std::string name;
+    std::uintmax_t bytes = 0;  // of its recordings, without pictures
+    std::size_t recordings = 0;
+    bool complete = false;  // its points table is written
+    std::filesystem::file_time_type changed{};
+    Requested report{};
 };
 
 /// True for the names that the list has: letters, digits, dots, hyphens, underscores; NAME.nxs.
 bool listed_name(const std::string& name) noexcept;
+
+/// A file for download: a recording NAME.nxs, or the report of a campaign.
+struct WantedFile {
+    std::string name;
+    bool report = false;
+};
 
 /// Thread safety: all functions on any thread, none waits for the disk except open(); a thread of its own
 /// reads.
@@ -48,7 +65,8 @@ class Catalogue {
 public:
     static constexpr std::size_t most_listed = 500;        // the newest files
     static constexpr std::size_t most_results_read = 200;  // recordings of before whose results are read
-    static constexpr std::size_t most_set_points = 8, most_replays = 8;
+    static constexpr std::size_t most_set_points = 8, most_requests = 8;
+    static constexpr std::size_t most_campaigns = 100;  // the newest folders
 
     /// Begins to read the results of the newest recordings into `results`, which must outlive this object.
     Catalogue(CatalogueSettings settings, ResultsTable& results);
@@ -60,13 +78,16 @@ public:
     [[nodiscard]] bool complete() const;
     /// The recordings, the newest first, as far as they are known. Requests that the folder is read again.
     [[nodiscard]] std::vector<ListedRecording> list();
-    /// Requests a replay. InputError: unknown name, too many requests, or the drive is on.
-    void replay(const std::string& name);
+    /// The campaigns, as list().
+    [[nodiscard]] std::vector<ListedCampaign> campaigns();
+    /// Requests a replay, or the report of a campaign. InputError: unknown name, too many requests, or the
+    /// drive is on.
+    void request(const WantedFile& file);
     /// InputError with the reason while recordings may not be read.
     void require_rest() const;
-    /// Opens a recording of the folder for reading. A link is not followed. InputError when the folder has no
-    /// recording of this name.
-    [[nodiscard]] Descriptor open(const std::string& name) const;
+    /// Opens a file of the folder for reading. Links are not followed. InputError when there is none of this
+    /// name.
+    [[nodiscard]] Descriptor open(const WantedFile& file) const;
 
 private:
     struct Entry {
@@ -78,15 +99,17 @@ private:
     [[nodiscard]] bool may_go_on(const std::stop_token& stop) const;
     void scan(bool first);
     bool read_next(const std::stop_token& stop);
-    bool replay_next(const std::stop_token& stop);
+    bool serve_next(const std::stop_token& stop);
     Entry* entry(const std::string& name);
+    Requested* requested(const WantedFile& file);
 
     CatalogueSettings settings_;
     ResultsTable& results_;
     mutable std::mutex mutex_;  // guards all below; held briefly
     std::condition_variable_any more_;
-    std::vector<Entry> entries_;  // the newest first
-    std::deque<std::string> replays_;
+    std::vector<Entry> entries_;             // the newest first
+    std::vector<ListedCampaign> campaigns_;  // the newest first
+    std::deque<WantedFile> requests_;
     bool scanned_ = false, asked_ = false;
     std::jthread thread_;
 };

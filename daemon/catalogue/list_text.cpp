@@ -47,12 +47,25 @@ json json_of(const ListedRecording& r) {
     return all;
 }
 
+json json_of(const ListedCampaign& c) {
+    return {{"name", c.name},
+            {"bytes", c.bytes},
+            {"changed", time_of(c.changed)},
+            {"recordings", c.recordings},
+            {"complete", c.complete},
+            {"report", or_null(c.report.verdict)},
+            {"report_text", or_null(c.report.text)}};
+}
+
 }  // namespace
 
-std::string list_json(std::span<const ListedRecording> recordings) {
-    json list = json::array();
+std::string list_json(std::span<const ListedRecording> recordings,
+                      std::span<const ListedCampaign> campaigns) {
+    json list = json::array(), folders = json::array();
     for (const ListedRecording& r : recordings) list.push_back(json_of(r));
-    return json{{"recordings", list}}.dump(-1, ' ', false, json::error_handler_t::replace);
+    for (const ListedCampaign& c : campaigns) folders.push_back(json_of(c));
+    return json{{"recordings", list}, {"campaigns", folders}}.dump(-1, ' ', false,
+                                                                   json::error_handler_t::replace);
 }
 
 }  // namespace shaker::catalogue

@@ -1,5 +1,5 @@
 #pragma once
-// The list of recordings as JSON.
+// The lists of recordings and campaigns as JSON.
 #include <span>
 #include <string>
 
@@ -9,6 +9,7 @@ namespace shaker::catalogue {
 
 /// {"recordings":[{"name":...,"bytes":...,"changed":...,"title":...,"outcome":...,"set_points":[...],...}]}.
 /// Members of a recording that was not read yet are null; "trouble" has the reason when it cannot be read.
-std::string list_json(std::span<const ListedRecording> recordings);
+/// "campaigns" is the list of their folders.
+std::string list_json(std::span<const ListedRecording> recordings, std::span<const ListedCampaign> campaigns);
 
 }  // namespace shaker::catalogue

@@ -171,6 +171,19 @@ void BenchService::obey(const MeasurePlan& order, acquisition::Channels& channel
     campaign_.begin(order.name, order.text, run_);
 }
 
+void BenchService::obey(const CheckPlan& order, acquisition::Channels& /*channels*/) {
+    require_name("plan", order.name);
+    const auto state = bench_port_.state();
+    if (!state || !state->walker || std::isnan(state->walker->right_m - state->walker->left_m))
+        throw InputError{"a plan cannot be checked before the cameras have shown the walker"};
+    const WalkerState& walker = *state->walker;
+    campaign_.check(
+        order.name, order.text,
+        {.view_m = std::abs(walker.right_m - walker.left_m),
+         .place_m = walker.x_m - 0.5 * (walker.left_m + walker.right_m),
+         .bytes_per_s = state->outlook.sizes.at(static_cast<std::size_t>(run_.pictures)).bytes_per_s});
+}
+
 void BenchService::obey(const TellCampaign& order, acquisition::Channels& /*channels*/) {
     campaign_.obey(order.word);
 }

@@ -43,6 +43,11 @@ struct MeasurePlan {
     std::string name;    // of the plan, without folder or ending
     std::string text{};  // TOML; empty: the plan of that name in the folder of the plans
 };
+/// Checks a plan: how long it takes, and which points do not fit the view. Nothing moves.
+struct CheckPlan {
+    std::string name;  // as in MeasurePlan
+    std::string text{};
+};
 /// A word to the campaign under way.
 struct TellCampaign {
     campaign::Word word;
@@ -86,8 +91,8 @@ struct Adopt {
     bool restores_limits = false;  // false: a limit that is as in the files before keeps its present value
 };
 using OrderWhat =
-    std::variant<SetDrive, Begin, Identify, BringToMiddle, PutWalkerBack, MeasurePlan, TellCampaign, End,
-                 ClearTrip, Record, Remark, CloseLoop, LowerLimit, GiveMu, Adopt>;
+    std::variant<SetDrive, Begin, Identify, BringToMiddle, PutWalkerBack, MeasurePlan, CheckPlan,
+                 TellCampaign, End, ClearTrip, Record, Remark, CloseLoop, LowerLimit, GiveMu, Adopt>;
 
 struct Order {
     OrderWhat what;

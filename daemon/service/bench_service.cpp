@@ -268,6 +268,7 @@ void BenchService::publish() {
     state->response = response_;
     state->to_middle = to_middle_.active();
     state->campaign = campaign_.state();
+    state->plan_check = campaign_.checked();
     state->plans = campaign_.plans(sequence_.now_s());
     state->wanted = run_.drive;
     state->plan = run_.plan;

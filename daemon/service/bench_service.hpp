@@ -64,6 +64,7 @@ private:
     void obey(const BringToMiddle& order, acquisition::Channels& channels);
     void obey(const PutWalkerBack& order, acquisition::Channels& channels);
     void obey(const MeasurePlan& order, acquisition::Channels& channels);
+    void obey(const CheckPlan& order, acquisition::Channels& channels);
     void obey(const TellCampaign& order, acquisition::Channels& channels);
     void obey(const End& order, acquisition::Channels& channels);
     void obey(const ClearTrip& order, acquisition::Channels& channels);

@@ -177,6 +177,17 @@ struct CampaignState {
     std::string known_mu{};  // with a target for mu: what is known of it
 };
 
+/// The newest check of a plan, before anything moves.
+struct PlanCheckState {
+    std::string name;        // of the plan
+    bool under_way = false;  // the rest is not known yet
+    std::size_t points = 0, fit = 0;
+    double bench_s = NAN, bytes = NAN;   // of the points that fit
+    std::string summary{};               // the sums in words
+    std::vector<std::string> misfits{};  // points that do not fit, with reasons; at most `most_misfits`
+    static constexpr std::size_t most_misfits = 5;
+};
+
 struct BenchState {
     std::uint64_t answered = 0;  // orders since the start
     run::RunState state{};
@@ -186,9 +197,10 @@ struct BenchState {
     std::vector<safety::Demand> predicted;  // predicted peaks at the set-point, with their limits
     MeasurementPlan plan;                   // of the next run; `measurements`: 0
     std::optional<CampaignState> campaign;  // under way, or the last one
-    std::vector<std::string> plans;         // names that a campaign can be ordered by
-    bool closed_loop = true;                // in the following runs
-    bool record = false;                    // the next run is recorded
+    std::optional<PlanCheckState> plan_check;
+    std::vector<std::string> plans;  // names that a campaign can be ordered by
+    bool closed_loop = true;         // in the following runs
+    bool record = false;             // the next run is recorded
     std::string record_name;  // of the next recording, without folder and ending; empty: a name from the time
     recorded::KeptPictures pictures{};
     bool armed = false;   // idle, and a set-point within the limits was ordered

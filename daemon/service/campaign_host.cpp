@@ -8,7 +8,9 @@
 #include <utility>
 
 #include "daemon/campaign/lead/event_text.hpp"
+#include "daemon/campaign/lead/plan_on_bench.hpp"
 #include "daemon/campaign/lead/plans.hpp"
+#include "daemon/campaign/plan_file.hpp"
 #include "drivers/errors.hpp"
 
 namespace shaker::service {
@@ -30,7 +32,44 @@ std::string finish(campaign::Session& session, const campaign::CampaignChange& l
         session.folder().string(), e.what(), session.folder().string());
 }
 
+PlanCheckState in_short(const std::string& name, const campaign::PlanCheck& check) {
+    PlanCheckState s{.name = name,
+                     .points = check.points.size(),
+                     .fit = check.points.size() - check.failing,
+                     .bench_s = check.bench_s(),
+                     .bytes = check.bytes,
+                     .summary = campaign::sums_text(check)};
+    for (const campaign::CheckedPoint& c : check.points)
+        if (!c.travel.fits() && s.misfits.size() < PlanCheckState::most_misfits)
+            s.misfits.push_back(campaign::misfit_text(c));
+    return s;
+}
+
 }  // namespace
+
+void CampaignHost::check(const std::string& name, std::string text, const View& view) {
+    if (checking_.valid())
+        throw InputError{
+            fmt::format("plan \"{}\" is being checked; give the order again in a moment", checked_->name)};
+    if (text.empty()) text = campaign::plan_text(plans_, name);
+    const campaign::Plan plan = campaign::parse_plan(text, name);
+    const std::vector<campaign::Point> points = campaign::schedule(plan);
+    campaign::require_possible(plan, points, runner_.bench());
+    campaign::CheckSettings settings = campaign::check_settings(plan, points, runner_.bench());
+    settings.way.view = view.view_m;
+    settings.start = view.place_m;
+    if (std::isfinite(view.bytes_per_s)) settings.bytes_per_s = view.bytes_per_s;
+    checked_ = PlanCheckState{.name = name, .under_way = true};
+    const auto policy = beside_ ? std::launch::async : std::launch::deferred;
+    checking_ = std::async(
+        policy, [name, plan, settings] { return in_short(name, campaign::check_plan(plan, settings)); });
+    if (!beside_) take_check();
+}
+
+void CampaignHost::take_check() {
+    checked_ = checking_.get();
+    log_(fmt::format("plan {}: {}", checked_->name, checked_->summary));
+}
 
 void CampaignHost::require_none(const std::string& what) const {
     if (active())
@@ -92,6 +131,8 @@ void CampaignHost::take(const run::FinishedRun& run) {
 void CampaignHost::follow(bool leaving) {
     if (finishing_.valid() && finishing_.wait_for(std::chrono::seconds{0}) != std::future_status::timeout)
         log_(finishing_.get());
+    if (checking_.valid() && checking_.wait_for(std::chrono::seconds{0}) == std::future_status::ready)
+        take_check();
     if (!session_) return;
     session_->campaign().follow();
     if (leaving && !std::exchange(leaving_, true)) session_->engine().leave();

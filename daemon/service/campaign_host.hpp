@@ -32,6 +32,16 @@ public:
     /// empty: that of the plan with this name. InputError while another one is under way, for a plan that
     /// cannot be read or is beyond the limits; DeviceError when the disk fails.
     void begin(const std::string& name, std::string text, const run::RunOptions& run);
+    /// What the check of a plan needs from the cameras and the disk.
+    struct View {
+        double view_m = 0;         // length along the shaker's axis
+        double place_m = 0;        // of the walker, from the middle of the view
+        double bytes_per_s = NAN;  // of a recording; NaN: as on the simulated bench
+    };
+    /// Checks a plan in a thread of its own; checked() then has the result. text: as in begin(). InputError
+    /// for a plan that cannot be read or is beyond the limits, and while another one is being checked.
+    void check(const std::string& name, std::string text, const View& view);
+    [[nodiscard]] const std::optional<PlanCheckState>& checked() const noexcept { return checked_; }
     /// Names of the plans, as far as is known: the folder is read again at rest, every 5 s.
     const std::vector<std::string>& plans(double now_s);
     /// InputError when there is no campaign, or the word has no meaning now.
@@ -57,6 +67,7 @@ public:
 
 private:
     void end(bool leaving);
+    void take_check();
 
     run::Runner& runner_;
     on_call::OnCall& on_call_;
@@ -67,6 +78,8 @@ private:
     Log log_;
     std::shared_ptr<campaign::Session> session_;
     std::future<std::string> finishing_;  // sentence for the log
+    std::optional<PlanCheckState> checked_;
+    std::future<PlanCheckState> checking_;
     CampaignState state_;
 };
 

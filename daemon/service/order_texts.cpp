@@ -36,6 +36,7 @@ struct InWords {
     OrderText operator()(const MeasurePlan& order) const {
         return {"order", "campaign", "campaign " + order.name};
     }
+    OrderText operator()(const CheckPlan& order) const { return {"order", "check of plan " + order.name}; }
     OrderText operator()(const TellCampaign& order) const {
         const std::string word{campaign::word_names.at(static_cast<std::size_t>(order.word))};
         return {"order", "campaign " + word};

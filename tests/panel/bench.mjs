@@ -39,6 +39,7 @@ export class Bench {
     logged = 0;
     points = [];
     recordings = [];
+    campaigns = [];
     rows = [];  // of the table of results
     random = chance(7);
     unfinished = false;  // no measurement becomes complete
@@ -167,7 +168,7 @@ export class Bench {
             walker: { x_m: middle + this.x, left_m: this.mirrored ? 2 * middle : 0, right_m: this.mirrored ? 0 : 2 * middle, edge_m: middle - Math.abs(this.x) - radius },
             points: this.points,
             outlook: { before_periods: 60, walking_periods: 20, walk_mps: { value: v, sigma: 1e-4 }, walk_from: "Coulomb's law", way_m: reach - Math.sign(v) * this.x, recorded: { off: { bytes_per_s: 5e5, first_bytes: 0 }, "first-second": { bytes_per_s: 5e5, first_bytes: 5e7 }, region: { bytes_per_s: 4.9e7, first_bytes: 0 }, full: { bytes_per_s: 4.9e7, first_bytes: 0 } } },
-            progress: this.progress(), gauges: this.gauges(), campaign: null, plans: ["fig3", "mu"],
+            progress: this.progress(), gauges: this.gauges(), campaign: null, plan_check: null, plans: ["fig3", "mu"],
             clocks: [{ name: "DAC", ppm: 0, residual_s: 2.1e-6 }, { name: "accelerometer", ppm: -37.52, residual_s: 3.4e-6 },
                 { name: "camera top", ppm: 12.04, residual_s: 1.1e-6 }, { name: "camera side", ppm: 11.87, residual_s: 1.2e-6 }],
             losses: [{ stream: "accelerometer", got: Math.floor(this.time * 4000), lost: 0 },
@@ -231,6 +232,7 @@ export class Bench {
             case "reset-walker": this.x = 0; this.log("note", "the simulated walker is put back"); return null;
             case "mu": this.given_mu = body.mu; return null;
             case "stop": this.become("stopping"); return null;
+            case "campaigns/scan-1/report": this.campaigns[0].report = "made"; return null;
             case "recordings/series.nxs/replay": this.recordings[0].replay = "identical"; return null;
             case "record": return this.record(body.name);
             case "remark": this.log("remark", body.text); return null;

@@ -59,6 +59,8 @@ test("A scan from the page is measured without a person, paused and resumed", { 
     await page.fill("#scan-to", "102");
     await page.fill("#scan-steps", "1");
     await page.fill("#scan-periods", "5");
+    await press(page, "Check the scan");
+    await page.waitForFunction(() => /^Check of scan: 2 points, 2 fit; bench time /.test(document.getElementById("plan-check").textContent), null, { timeout: 20_000 });
     await press(page, "Measure the scan");
     await words("measuring: 0 of 2");
     await press(page, "Pause");
@@ -67,6 +69,11 @@ test("A scan from the page is measured without a person, paused and resumed", { 
     if (folder) await page.screenshot({ path: join(folder, "daemon-campaign.png"), fullPage: true });
     await press(page, "Resume");
     await words("^ended: 2 of 2 points");
+    const report = await page.getByRole("link", { name: "Open the report" }).getAttribute("href", { timeout: 60_000 });
+    const answer = await page.request.get(new URL(report, page.url()).href);
+    assert.equal(answer.status(), 200);
+    assert.match(answer.headers()["content-security-policy"], /^sandbox;/);
+    assert.match(await answer.text(), /Efficient transport controlled by biharmonic frictional driving/);
     await page.fill("#log-search", "campaign v_D");
     await page.waitForFunction(() => document.querySelectorAll("#log li:not([hidden])").length === 2, null, { timeout: 10_000 });
     assert.deepEqual(troubles, []);

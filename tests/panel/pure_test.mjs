@@ -9,7 +9,7 @@ import { source } from "./sources.mjs";
 const { tickTexts, withError, withErrors, number, prefixed, duration, decibels } = await source("format");
 const { decodeFrame, channel, FrameError } = await source("frames");
 const { edgeLines, figureWords, scaleBar } = await source("views/camera_drawing");
-const { campaignWords, scanOrder } = await source("views/campaign");
+const { campaignWords, checkWords, scanOrder } = await source("views/campaign");
 const { trackingWords } = await source("views/health");
 const { stickWords } = await source("views/numbers");
 const { parseMessage } = await source("messages");
@@ -43,6 +43,13 @@ test("The rounding of a shown value is less than a tenth of its error", () => {
         assert.ok(Math.abs(shown - value) <= Math.min(0.5, sigma / 10), `${value} ${sigma}`);
         assert.ok(Math.abs(error - sigma) <= sigma / 10);
     }
+});
+
+test("The check of a plan is told in words, with the points that do not fit", () => {
+    const check = { plan: "scan", under_way: false, points: 12, fit: 12, summary: "12 points, 12 fit; bench time 3.1 min", misfits: [] };
+    assert.equal(checkWords(check), "Check of scan: 12 points, 12 fit; bench time 3.1 min");
+    assert.equal(checkWords({ ...check, under_way: true }), "Check of scan: under way");
+    assert.match(checkWords({ ...check, fit: 9, misfits: ["point 3 does not fit: x", "point 4 does not fit: x"] }), /3.1 min; point 3 does not fit: x; point 4 .*; and 1 more$/);
 });
 
 test("A campaign is told in words, and a scan is an order in SI units or a refusal", () => {

@@ -123,6 +123,7 @@ test("Recordings are listed with their outcome, can be saved, and are checked on
     const recording = { bytes: 5.2e6, changed: "2026-11-25T10:00:00Z", started: "2026-11-25T09:59:00Z", outcome: "2 measurements", trouble: null, remarks: ["new paper"], replay: null, replay_text: null };
     bench.recordings = [{ ...recording, name: "series.nxs", set_points: [asked, { ...asked, phi_rad: 1 }] },
         { ...recording, name: "broken.nxs", outcome: null, started: null, set_points: [], remarks: [], trouble: "not an HDF5 file" }];
+    bench.campaigns = [{ name: "scan-1", bytes: 2e7, changed: "2026-11-25T11:00:00Z", recordings: 3, complete: true, report: null, report_text: null }];
     const { page, troubles } = await openPage(stage, { viewport: { width: 1440, height: 1000 } });
     const line = (row) => page.locator("#recordings-rows tr").nth(row).locator("th, td").allTextContents();
     await page.locator("#recordings-card").scrollIntoViewIfNeeded();
@@ -136,6 +137,13 @@ test("Recordings are listed with their outcome, can be saved, and are checked on
     bench.control = true;
     await page.getByRole("button", { name: "Replay series.nxs" }).click();
     await until(async () => (await line(0))[6] === "✓ identical again", "its verdict");
+    const campaign = () => page.locator("#campaigns-rows tr").locator("th, td").allTextContents();
+    const [folderName, , ...of] = await campaign();
+    assert.equal(folderName, "scan-1");
+    assert.deepEqual(of, ["20.0 MB", "campaign of 3 recordings", "points table written", "", "make the report"]);
+    await page.getByRole("button", { name: "Make the report of scan-1" }).click();
+    await until(async () => (await campaign())[6] === "report again", "the report");
+    assert.equal(await page.getByRole("link", { name: "Report of scan-1" }).getAttribute("href"), "/api/campaigns/scan-1/report?token=opensesame");
     assert.equal(await page.inputValue("#record-frames"), "first-second");
     assert.equal(await page.textContent("#record-room"), "The disk has room for 61 h 38 min of recording.");
     await page.selectOption("#record-frames", "region");

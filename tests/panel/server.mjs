@@ -30,7 +30,7 @@ export async function startServer(folder, port = 0) {
     const files = createServer((request, response) => void serve(request, response));
     async function serve(request, response) {
         if (request.method === "POST") return action(request, response);
-        if (request.url === "/api/recordings") return response.writeHead(200, { "Content-Type": "application/json" }).end(JSON.stringify({ recordings: bench.recordings }));
+        if (request.url === "/api/recordings") return response.writeHead(200, { "Content-Type": "application/json" }).end(JSON.stringify({ recordings: bench.recordings, campaigns: bench.campaigns }));
         const [, kept] = /^\/api\/trip\/pictures\/(\d)$/.exec(request.url) ?? [];
         if (kept && bench.trip) return response.writeHead(200, { "Content-Type": "application/octet-stream" }).end(Buffer.concat(cameraFrame(Number(kept))));
         if (request.url === "/api/law") return response.writeHead(200, { "Content-Type": "application/json" }).end(JSON.stringify(bench.law()));

@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "daemon/campaign/campaign_folder.hpp"
+#include "daemon/campaign/lead/plan_on_bench.hpp"
 #include "daemon/campaign/lead/session.hpp"
 #include "daemon/campaign/plan.hpp"
 #include "daemon/campaign/plan_check.hpp"
@@ -53,25 +54,10 @@ constexpr const char* keys_help =
     "keys: p pause, r resume, s skip this point, m measure the last point again, e end after this point, "
     "a abort, c clear a trip";
 
-double walker_m(const View& view) {
-    double mm = 0;
-    for (const Target& t : view.targets)
-        if (t.name == "walker") mm = std::max(t.diameter_mm, t.width_mm);
-    return 1e-3 * mm;
-}
-
 /// The check of a plan on this bench. view_m: NaN on a real bench whose view is not known.
 campaign::PlanCheck checked(const campaign::Plan& plan, const bench::Bench& bench, double view_m) {
-    campaign::CheckSettings settings{
-        .way = {.view = view_m,
-                .walker = walker_m(bench.rig.cameras.front()->view()),
-                .edge = 1e-3 * bench.limits.edge_mm,
-                .margin = 1e-3 * plan.edge_margin_mm},
-        .gravity = bench.gravity,
-        .swing = [&bench](const Drive& drive) {
-            const auto demands = run::run_demands(bench, drive, bench.limits);
-            return 1e-3 * std::ranges::find(demands, "displacement", &safety::Demand::quantity)->value;
-        }};
+    campaign::CheckSettings settings = campaign::check_settings(plan, campaign::schedule(plan), bench);
+    settings.way.view = view_m;
     if (bench.world) settings.start = 1e-3 * bench.scene.walker.start_mm;
     return campaign::check_plan(plan, settings);
 }

@@ -96,14 +96,29 @@ void give_mu(const Values& values) {
     link_of(values).order("mu", fields);
 }
 
+// Exit status 1 when a point does not fit.
+void check_plan(const Link& link, const std::string& plan) {
+    link.order("campaign/check", {{"plan", plan}});
+    const json state = *state_when(link, Clock::time_point::max(), [](const json& s) {
+        return !s.at("plan_check").at("under_way").get<bool>();
+    });
+    const json& check = state.at("plan_check");
+    for (const json& misfit : check.at("misfits")) print(misfit.get<std::string>() + "\n");
+    print(check.at("summary").get<std::string>() + "\n");
+    const int points = check.at("points").get<int>(), misfits = points - check.at("fit").get<int>();
+    if (misfits > 0) throw Refused{fmt::format("{} of {} points do not fit", misfits, points)};
+}
+
 void campaign(const Values& values) {
     const Link link = link_of(values);
     const std::string what = values.text("WHAT"), plan = values.text("--plan");
-    if (plan.empty() == (what == "start"))
+    const bool of_plan = what == "start" || what == "check";
+    if (plan.empty() == of_plan)
         throw InputError{
-            what == "start"
-                ? "campaign start: --plan is missing; \"shakerctl campaign plans\" lists the plans"
-                : fmt::format("campaign {}: --plan {} is of start only", what, plan)};
+            of_plan
+                ? fmt::format("campaign {}: --plan is missing; \"shakerctl campaign plans\" lists the plans",
+                              what)
+                : fmt::format("campaign {}: --plan {} is of check and start only", what, plan)};
     const auto ended = [](const json& state) {
         const json& campaign = state.at("campaign");
         if (campaign.is_object() && campaign.value("paused", false))
@@ -115,6 +130,7 @@ void campaign(const Values& values) {
         for (const json& name : state.at("plans")) print(name.get<std::string>() + "\n");
         return;
     }
+    if (what == "check") return check_plan(link, plan);
     if (what == "start")
         link.order("campaign", {{"plan", plan}});
     else

@@ -85,19 +85,21 @@ constexpr std::array mu_arguments{Argument{.name = "MU",
                                            .allowed = {0, 3},
                                            .otherwise = "0"}};
 
-constexpr std::array<std::string_view, 7> campaign_words{"plans", "start",  "pause", "resume",
-                                                         "skip",  "repeat", "stop"};
+constexpr std::array<std::string_view, 8> campaign_words{"plans",  "check", "start",  "pause",
+                                                         "resume", "skip",  "repeat", "stop"};
 constexpr std::array campaign_arguments{
     Argument{.name = "WHAT",
-             .help = "plans: list them; start; pause; resume; skip the point in progress; repeat the last "
-                     "point; stop after the point in progress",
+             .help =
+                 "plans: list them; check: print how long a plan takes and which points do not fit; start; "
+                 "pause; resume; skip the point in progress; repeat the last point; stop after the point "
+                 "in progress",
              .kind = Kind::word,
              .words = campaign_words},
     Argument{.name = "--plan",
              .value = "NAME",
-             .help = "Plan to start, one of \"campaign plans\"",
+             .help = "Plan to check or start, one of \"campaign plans\"",
              .kind = Kind::text,
-             .otherwise = "needed by start only"},
+             .otherwise = "needed by check and start only"},
     Argument{.name = "--wait", .help = "Wait until the campaign has ended; exit status 1 when it pauses"}};
 
 constexpr std::array record_arguments{

@@ -16,6 +16,23 @@ std::vector<Command> campaign_commands(BenchInstrument& bench) {
                                         service::MeasurePlan{std::string{call.arguments[0].text}});
                         },
                     .guarded = true});
+    rows.push_back({.header = "CAMPaign:CHECk",
+                    .parameters = {scpi::string(64)},
+                    .set =
+                        [&bench](scpi::Call& call) {
+                            bench.order(call.session,
+                                        service::CheckPlan{std::string{call.arguments[0].text}});
+                        },
+                    .query =
+                        [&bench](scpi::Call& call) {
+                            const auto& check = bench.state()->plan_check;
+                            std::string words = check && !check->under_way ? check->summary : "";
+                            if (check)
+                                for (const std::string& misfit : check->misfits) words += "; " + misfit;
+                            call.reply.string(words);
+                        },
+                    .without = scpi::empty_string,
+                    .guarded = true});
     constexpr std::array headers{"CAMPaign:PAUSe", "CAMPaign:RESume", "CAMPaign:SKIP", "CAMPaign:REPeat",
                                  "CAMPaign:STOP"};
     static_assert(headers.size() == campaign::word_names.size());

@@ -97,7 +97,7 @@ service::OrderWhat record_of(const json& body, recorded::KeptPictures pictures) 
 
 /// {"plan": NAME}, or a scan: {"scan": "phi" or "gamma", "from", "to", "steps", "periods", "repeats"}, where
 /// the set-point gives the other parameters.
-service::OrderWhat campaign_of(const json& body, const service::PendingOrders& pending_orders) {
+service::MeasurePlan campaign_of(const json& body, const service::PendingOrders& pending_orders) {
     const auto text = [&](const char* key) {
         if (!body[key].is_string())
             throw InputError{fmt::format("{}: expected a string, got {}", key, body[key].dump())};
@@ -136,6 +136,10 @@ std::optional<service::OrderWhat> order_of(const std::string& name, const json& 
     if (name == "middle") return service::BringToMiddle{};
     if (name == "reset-walker") return service::PutWalkerBack{};
     if (name == "campaign") return campaign_of(body, pending_orders);
+    if (name == "campaign/check") {
+        const service::MeasurePlan asked = campaign_of(body, pending_orders);
+        return service::CheckPlan{asked.name, asked.text};
+    }
     if (constexpr std::string_view word = "campaign/"; name.starts_with(word))
         return campaign_word(std::string_view{name}.substr(word.size()));
     if (name == "mu") return mu_of(body);

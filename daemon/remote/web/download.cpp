@@ -50,11 +50,11 @@ private:
 };
 
 asio::awaitable<void> open_file(Opened& opened, const catalogue::Catalogue& recordings,
-                                const std::string& name) {
+                                const catalogue::WantedFile& wanted) {
     use_ordinary_priority();  // the thread has that of the doors, which started it
     struct stat now {};
     try {
-        opened.file = recordings.open(name);
+        opened.file = recordings.open(wanted);
         if (::fstat(opened.file, &now) == 0) opened.bytes = static_cast<std::uint64_t>(now.st_size);
     } catch (const InputError&) {
     }
@@ -77,15 +77,21 @@ bool may_send(const Site& site) {
 
 }  // namespace
 
-asio::awaitable<void> send_recording(boost::beast::tcp_stream& stream, const Request& request,
-                                     const std::string& name, Site& site,
-                                     const std::function<void()>& alive) {
+asio::awaitable<void> send_file(boost::beast::tcp_stream& stream, const Request& request,
+                                const catalogue::WantedFile& wanted, Site& site,
+                                const std::function<void()>& alive) {
     Opened opened{site};
-    co_await asio::co_spawn(disk(), open_file(opened, *site.recordings, name), use_awaitable);
+    co_await asio::co_spawn(disk(), open_file(opened, *site.recordings, wanted), use_awaitable);
     http::response<http::empty_body> head{opened.file >= 0 ? http::status::ok : http::status::not_found,
                                           request.version()};
-    head.set(http::field::content_type, "application/x-hdf5");
-    head.set(http::field::content_disposition, "attachment; filename=\"" + name + "\"");
+    if (wanted.report) {
+        head.set(http::field::content_type, "text/html; charset=utf-8");
+        head.set("Content-Security-Policy",
+                 "sandbox; default-src 'none'; img-src data:; style-src 'unsafe-inline'");
+    } else {
+        head.set(http::field::content_type, "application/x-hdf5");
+        head.set(http::field::content_disposition, "attachment; filename=\"" + wanted.name + "\"");
+    }
     head.set(http::field::cache_control, "no-store");
     head.set("X-Content-Type-Options", "nosniff");
     head.keep_alive(false);

@@ -81,7 +81,9 @@ std::vector<catalogue::NumberedRow> rows_of(Site& site) {
     return site.pending_orders.bench_port().results().since(0);
 }
 
-constexpr std::string_view recordings_path = "/api/recordings/", trip_path = "/api/trip/pictures/";
+constexpr std::string_view recordings_path = "/api/recordings/", campaigns_path = "/api/campaigns/",
+                           report_word = "/report", replay_word = "/replay",
+                           trip_path = "/api/trip/pictures/";
 
 // The picture of camera K at the trip: GET /api/trip/pictures/K, in the form of a live picture.
 Response trip_picture(Manner manner, std::string_view number, const service::BenchState& state) {
@@ -98,7 +100,7 @@ Response law_curves(Manner manner, LawAnswer& law, const service::BenchState& st
                 : reply(manner, 202, "application/json", R"({"pending":true})");
 }
 
-// A refusal of what wanted_recording() does not let through.
+// A refusal of what wanted_file() does not let through.
 Response refused_download(Manner manner, const Site& site) {
     if (site.recordings == nullptr) return reply(manner, refusal(404, "no recordings are served"));
     if (site.downloads >= site.most_downloads)
@@ -111,18 +113,31 @@ Response refused_download(Manner manner, const Site& site) {
     return reply(manner, refusal(404, "there is no such recording"));
 }
 
-// POST /api/recordings/NAME/replay: checks a recording.
-Answer replay(const std::string& path, Site& site, const std::string& who) {
-    constexpr std::string_view action = "/replay";
-    if (site.recordings == nullptr || !path.ends_with(action)) return refusal(404, "not found: " + path);
+// "/api/campaigns/NAME/report", "/api/recordings/NAME" + `word`.
+std::optional<catalogue::WantedFile> file_of(const std::string& path, std::string_view word) {
+    const bool report = path.starts_with(campaigns_path);
+    const std::string_view front = report ? campaigns_path : recordings_path,
+                           back = report ? report_word : word;
+    if (!path.starts_with(front) || !path.ends_with(back) || path.size() <= front.size() + back.size())
+        return std::nullopt;
+    return catalogue::WantedFile{path.substr(front.size(), path.size() - front.size() - back.size()), report};
+}
+
+// POST /api/recordings/NAME/replay, /api/campaigns/NAME/report: checks a recording, makes a report.
+Answer request_work(const std::string& path, Site& site, const std::string& who) {
+    const auto file = file_of(path, replay_word);
+    if (site.recordings == nullptr || !file) return refusal(404, "not found: " + path);
     if (!site.lock.allows(who)) return refusal(409, access::held_text(site.lock.owner()));
     try {
-        site.recordings->replay(
-            path.substr(recordings_path.size(), path.size() - recordings_path.size() - action.size()));
+        site.recordings->request(*file);
         return {200, R"({"ok":true})"};
     } catch (const InputError& e) {
         return refusal(409, e.what());
     }
+}
+
+bool of_catalogue(const std::string& path) {
+    return path.starts_with(recordings_path) || path.starts_with(campaigns_path);
 }
 
 Response answer_get(Manner manner, const std::string& path, Site& site, const std::string& who) {
@@ -159,8 +174,9 @@ Response answer_get(Manner manner, const std::string& path, Site& site, const st
     if (path.starts_with(trip_path) && state)
         return trip_picture(manner, std::string_view{path}.substr(trip_path.size()), *state);
     if (path == "/api/recordings" && site.recordings != nullptr)
-        return reply(manner, 200, "application/json", list_json(site.recordings->list()));
-    if (path.starts_with(recordings_path)) return refused_download(manner, site);
+        return reply(manner, 200, "application/json",
+                     list_json(site.recordings->list(), site.recordings->campaigns()));
+    if (of_catalogue(path)) return refused_download(manner, site);
     if (path == "/api/results") return reply(manner, 200, "application/json", results_json(rows_of(site)));
     if (path == "/api/results.csv")
         return reply(manner, 200, "text/csv; charset=utf-8", results_csv(rows_of(site)));
@@ -212,18 +228,17 @@ std::string client_of(const Request& request, const std::string& address) {
     return name + " at " + address;
 }
 
-std::optional<std::string> wanted_recording(const Request& request, const Site& site) {
-    const std::string path = path_of(request);
-    if (request.method() != http::verb::get || !path.starts_with(recordings_path) ||
-        refused(request, site.access) || site.recordings == nullptr || site.downloads >= site.most_downloads)
+std::optional<catalogue::WantedFile> wanted_file(const Request& request, const Site& site) {
+    const auto file = file_of(path_of(request), {});
+    if (request.method() != http::verb::get || !file || refused(request, site.access) ||
+        site.recordings == nullptr || site.downloads >= site.most_downloads)
         return std::nullopt;
     try {
         site.recordings->require_rest();
     } catch (const InputError&) {
         return std::nullopt;
     }
-    const std::string name = path.substr(recordings_path.size());
-    return catalogue::listed_name(name) ? std::optional{name} : std::nullopt;
+    return catalogue::listed_name(file->report ? file->name + ".nxs" : file->name) ? file : std::nullopt;
 }
 
 bool takes_socket(const Request& request, const Site& site) {
@@ -245,7 +260,7 @@ void answer(const Request& request, Site& site, const std::string& who,
     }
     if (request.method() != http::verb::post || !path.starts_with("/api/"))
         return done(reply(manner, refusal(405, needs_token(path) ? "expected GET or POST" : "expected GET")));
-    if (path.starts_with(recordings_path)) return done(reply(manner, replay(path, site, who)));
+    if (of_catalogue(path)) return done(reply(manner, request_work(path, site, who)));
     site.actions.act(path.substr(5), request.body(), who,
                      [manner, done](const Answer& a) { done(reply(manner, a)); });
 }

@@ -23,9 +23,9 @@ void set_limits(RequestParser& parser);
 std::string client_of(const Request& request, const std::string& address);
 /// True for an allowed upgrade to the live socket. All other requests are answered by answer().
 bool takes_socket(const Request& request, const Site& site);
-/// The recording that a request wants to download, of a site that may read it now. Other requests, also those
-/// for a download that is refused, are answered by answer().
-std::optional<std::string> wanted_recording(const Request& request, const Site& site);
+/// The recording or report that a request wants to download, of a site that may read it now. Other requests,
+/// also those for a download that is refused, are answered by answer().
+std::optional<catalogue::WantedFile> wanted_file(const Request& request, const Site& site);
 /// Answers a request. `done` is called once, for an order when the bench has answered, otherwise at once.
 void answer(const Request& request, Site& site, const std::string& who,
             const std::function<void(Response)>& done);

@@ -163,6 +163,14 @@ json campaign(const service::BenchState& s) {
             {"point", c.point}, {"newest", c.newest}, {"known_mu", c.known_mu}};
 }
 
+json plan_check(const service::BenchState& s) {
+    if (!s.plan_check) return nullptr;
+    const service::PlanCheckState& c = *s.plan_check;
+    return {{"plan", c.name},       {"under_way", c.under_way},     {"points", c.points},
+            {"fit", c.fit},         {"bench_s", number(c.bench_s)}, {"bytes", number(c.bytes)},
+            {"summary", c.summary}, {"misfits", c.misfits}};
+}
+
 json gauges(const service::BenchState& s) {
     json list = json::array();
     for (const service::GaugeState& g : s.gauges)
@@ -255,6 +263,7 @@ std::string state_json(const service::BenchState& s, const Viewer& viewer) {
              {"outlook", outlook(s)},
              {"progress", progress(s)},
              {"campaign", campaign(s)},
+             {"plan_check", plan_check(s)},
              {"plans", s.plans},
              {"gauges", gauges(s)},
              {"clocks", clocks},

@@ -95,8 +95,8 @@ asio::awaitable<std::optional<Request>> converse(beast::tcp_stream& stream, Site
         Request request = parser.release();
         ++site.served.requests;
         if (takes_socket(request, site)) co_return std::move(request);
-        if (const auto name = wanted_recording(request, site)) {
-            co_await send_recording(stream, request, *name, site, [&seat] { seat.heard(); });
+        if (const auto file = wanted_file(request, site)) {
+            co_await send_file(stream, request, *file, site, [&seat] { seat.heard(); });
             break;
         }
         const Response response = co_await answered(request, site, client_of(request, address), bell);

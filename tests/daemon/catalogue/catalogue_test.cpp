@@ -3,7 +3,9 @@
 #include "daemon/catalogue/catalogue.hpp"
 
 #include <gtest/gtest.h>
+#include <unistd.h>
 
+#include <algorithm>
 #include <atomic>
 #include <chrono>
 #include <fstream>
@@ -12,6 +14,7 @@
 
 #include "daemon/catalogue/quiet_program.hpp"
 #include "daemon/catalogue/row_text.hpp"
+#include "drivers/errors.hpp"
 #include "tests/support/paths.hpp"
 #include "tests/support/run/bench_on_call.hpp"
 
@@ -69,6 +72,49 @@ TEST_F(CatalogueTest, RowsOfARecordingAreThoseOfItsRun) {
         EXPECT_EQ(back.ended, "complete");
         EXPECT_EQ(back.recording, "a.nxs");
     }
+}
+
+std::string text_at(const Descriptor& file) {
+    std::string text(100, '\0');
+    const ssize_t n = ::read(file, text.data(), text.size());
+    return text.substr(0, n > 0 ? static_cast<std::size_t>(n) : 0);
+}
+
+TEST_F(CatalogueTest, CampaignsAreListedAndTheirReportsOpened) {
+    for (const char* name : {"scan-1", "scan-2", "other"})
+        std::filesystem::create_directories(folder / name / "report");
+    for (const char* file :
+         {"scan-1/plan.toml", "scan-1/campaign.nxs", "scan-1/a.nxs", "scan-2/plan.toml", "other/a.nxs"})
+        std::ofstream{folder / file} << "12345";
+    std::ofstream{folder / "scan-1/report/report.html"} << "the figures";
+    std::filesystem::create_symlink(folder / "scan-1/report/report.html",
+                                    folder / "scan-2/report/report.html");
+    std::filesystem::create_directory_symlink(folder / "scan-1", folder / "linked");
+    ResultsTable table;
+    Catalogue catalogue{settings(), table};
+    wait_for([&] { return catalogue.complete(); });
+    std::vector<ListedCampaign> all = catalogue.campaigns();
+    ASSERT_EQ(all.size(), 2U) << "neither the folder without a plan nor the link";
+    std::ranges::sort(all, {}, &ListedCampaign::name);
+    EXPECT_EQ(all[0].name, "scan-1");
+    EXPECT_EQ(all[0].recordings, 1U);
+    EXPECT_EQ(all[0].bytes, 5U);
+    EXPECT_TRUE(all[0].complete);
+    EXPECT_EQ(all[0].report.verdict, "made");
+    EXPECT_FALSE(all[1].complete);
+    EXPECT_EQ(text_at(catalogue.open({"scan-1", true})), "the figures");
+    for (const char* name : {"scan-2", "linked", "other", "..", "scan-1/..", ""})
+        EXPECT_THROW(static_cast<void>(catalogue.open({name, true})), InputError) << name;
+    EXPECT_THROW(catalogue.request({"other", true}), InputError);
+    catalogue.request({"scan-2", true});
+    wait_for([&] {
+        const auto now = catalogue.campaigns();
+        return std::ranges::any_of(now, [](const ListedCampaign& c) { return c.report.verdict == "failed"; });
+    });
+    all = catalogue.campaigns();
+    const auto failed = std::ranges::find(all, "scan-2", &ListedCampaign::name);
+    ASSERT_NE(failed, all.end());
+    EXPECT_NE(failed->report.text.find("campaign.nxs"), std::string::npos) << failed->report.text;
 }
 
 TEST_F(CatalogueTest, NothingIsReadWhileTheDriveIsOn) {

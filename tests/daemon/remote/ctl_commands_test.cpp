@@ -165,7 +165,13 @@ TEST_F(CtlTest, CampaignsAreOrderedByName) {
     EXPECT_EQ(last<service::MeasurePlan>().name, "fig3");
     EXPECT_EQ(ctl("campaign pause").status, exit_done);
     EXPECT_EQ(last<service::TellCampaign>().word, campaign::Word::pause);
-    for (const char* wrong : {"campaign start", "campaign pause --plan fig3", "campaign go"})
+    EXPECT_EQ(ctl("campaign check --plan mu").out, "12 points\n");
+    const Outcome misfit = ctl("campaign check --plan fig3");
+    EXPECT_EQ(misfit.status, exit_refused);
+    EXPECT_EQ(misfit.out, "point 3 does not fit: its way is too long\n12 points\n");
+    EXPECT_EQ(misfit.err, "shakerctl: 1 of 12 points do not fit\n");
+    for (const char* wrong :
+         {"campaign start", "campaign check", "campaign pause --plan fig3", "campaign go"})
         EXPECT_EQ(ctl(wrong).status, exit_wrong_use) << wrong;
 }
 

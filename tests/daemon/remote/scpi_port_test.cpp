@@ -253,7 +253,7 @@ TEST_F(ScpiPortTest, EverySettingAcceptsItsOwnAnswer) {
             value = "'new paper'";
         } else if (header.ends_with("WALKer:MU")) {
             value = "0.113";
-        } else if (header.ends_with("CAMPaign:STARt")) {
+        } else if (header.ends_with("CAMPaign:STARt") || header.ends_with("CAMPaign:CHECk")) {
             value = "'fig3'";
         } else if (header.ends_with("PASSword:CENable")) {
             value = "''";

@@ -78,6 +78,12 @@ TEST_F(WebTest, ACampaignIsAPlanOrAScan) {
     EXPECT_EQ(post("campaign/skip", "").status, 200);
     EXPECT_EQ(std::get<service::TellCampaign>(bench.ordered().back()).word, campaign::Word::skip);
     EXPECT_EQ(post("campaign/go", "").status, 404);
+    EXPECT_EQ(post("campaign/check", R"({"scan": "gamma", "from": 5, "to": 9, "steps": 2})").status, 200);
+    EXPECT_EQ(std::get<service::CheckPlan>(bench.ordered().back()).name, "scan");
+    EXPECT_EQ(post("campaign/check", "{}").status, 400);
+    const json check = json::parse(request("GET /api/state").body).at("plan_check");
+    EXPECT_EQ(check.at("fit"), 11);
+    EXPECT_EQ(check.at("misfits").size(), 1U);
     const auto refused = [&](const std::string& body, const char* words) {
         const Got got = post("campaign", body);
         EXPECT_EQ(got.status, 400) << body;

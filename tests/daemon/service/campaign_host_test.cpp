@@ -52,6 +52,37 @@ TEST_F(CampaignHostTest, MeasuresAScanAndWritesItsTable) {
     EXPECT_EQ(r.last.wanted.gamma, paper_g) << "the set-point is that of the campaign";
 }
 
+// The same plan as in MeasuresAScanAndWritesItsTable, and one whose walk is longer than the view.
+TEST_F(CampaignHostTest, APlanIsCheckedBeforeAnythingMoves) {
+    const auto plan = [](int steps, int periods) {
+        return campaign::text_of(
+            {.to = std::numbers::pi, .steps = steps, .rest = {.gamma = paper_g}, .periods = periods});
+    };
+    const auto seen = [](const BenchState& s) {
+        return s.state == RunState::idle && s.walker && s.walker->x_m != 0;
+    };
+    const auto r = play(test::slow,
+                        {{seen, give(CheckPlan{"scan", plan(2, 10)})},
+                         {[](const BenchState& s) { return s.plan_check && s.plan_check->points == 3; },
+                          give(CheckPlan{"long", plan(1, 5000)})},
+                         {in(RunState::idle), give(CheckPlan{"bad", "[[series]]\ngamma = \"40g\"\n"})},
+                         {in(RunState::idle), give(CheckPlan{"unknown"})}},
+                        20);
+    ASSERT_EQ(answers.size(), 4U);
+    EXPECT_EQ(answers[0], "");
+    EXPECT_EQ(answers[1], "");
+    test::expect_in(answers[2], {"bad:2"});
+    test::expect_in(answers[3], {"no such plan"});
+    ASSERT_TRUE(r.last.plan_check);
+    const PlanCheckState& check = *r.last.plan_check;
+    EXPECT_EQ(check.name, "long");
+    EXPECT_EQ(check.points, 2U);
+    EXPECT_FALSE(r.last.campaign);
+    EXPECT_TRUE(std::ranges::any_of(r.events, [](const BenchEvent& e) {
+        return e.text.starts_with("plan scan: 3 points, 3 fit; bench time ");
+    })) << test::log_of(r);
+}
+
 TEST_F(CampaignHostTest, ItHasTheBenchUntilItEnds) {
     Drive other;
     other.phi = 1;

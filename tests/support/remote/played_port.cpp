@@ -89,6 +89,13 @@ std::string PlayedPort::obey(const service::OrderWhat& what) {
             return "plan \"" + plan->name + "\": there is no such plan";
         state_.campaign = service::CampaignState{
             .name = plan->name, .folder = plan->name + "-x", .doing = "ended", .points = 12, .ended = 12};
+    } else if (const auto* check = std::get_if<service::CheckPlan>(&what)) {
+        state_.plan_check = service::PlanCheckState{.name = check->name,
+                                                    .points = 12,
+                                                    .fit = check->name == "mu" ? 12U : 11U,
+                                                    .summary = "12 points",
+                                                    .misfits = {}};
+        if (check->name != "mu") state_.plan_check->misfits = {"point 3 does not fit: its way is too long"};
     } else if (const auto* loop = std::get_if<service::CloseLoop>(&what)) {
         state_.closed_loop = loop->on;
     } else if (const auto* give = std::get_if<service::GiveMu>(&what)) {

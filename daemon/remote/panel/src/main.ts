@@ -49,7 +49,7 @@ const cameras = makeCameras(box("cameras"), box("cameras-card"), store, connecti
 loop.add(makeHeader(store, connection, abort), 30);
 loop.add(makeTrip(store, reader, themes), 30);
 loop.add(makeForms(act, store), 10);
-loop.add(makeCampaign(act, store), 5, box("campaign-card"));
+loop.add(makeCampaign(act, reader, store), 5, box("campaign-card"));
 loop.add(makeNumbers(store), 10, box("numbers"));
 loop.add(makeProgress(store), 10, box("numbers"));
 loop.add(waveform.draw, 15, box("waveform-card"));

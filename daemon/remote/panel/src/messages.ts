@@ -53,6 +53,7 @@ function stateOf(raw: Record<string, unknown>): State {
         progress: (raw["progress"] ?? null) as State["progress"],
         gauges: list(raw["gauges"]),
         campaign: (raw["campaign"] ?? null) as State["campaign"],
+        plan_check: (raw["plan_check"] ?? null) as State["plan_check"],
         plans: list(raw["plans"]),
         cameras: list(raw["cameras"]),
         clocks: list(raw["clocks"]),

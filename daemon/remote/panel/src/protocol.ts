@@ -119,6 +119,9 @@ export interface Campaign {
     known_mu: string;
 }
 
+/** The newest check of a plan; misfits: points that do not fit, with reasons, the first ones. */
+export interface PlanCheck { plan: string; under_way: boolean; points: number; fit: number; summary: string; misfits: string[] }
+
 /** Largest value of a quantity in a period, in the unit of its limit. */
 export interface Gauge { quantity: string; unit: string; limit: Known; set_point: Known; live: Known }
 
@@ -179,6 +182,7 @@ export interface State {
     progress: Progress | null;
     gauges: Gauge[];
     campaign: Campaign | null;
+    plan_check: PlanCheck | null;
     plans: string[];  // by which a campaign can be ordered
     cameras: Camera[];
     clocks: Clock[];
@@ -225,6 +229,17 @@ export interface Recording {
     remarks: string[];
     replay: string | null;
     replay_text: string | null;
+}
+
+/** A folder of a campaign beside the recordings. */
+export interface CampaignFolder {
+    name: string;
+    bytes: number;
+    changed: string;
+    recordings: number;
+    complete: boolean;  // its points table is written
+    report: string | null;
+    report_text: string | null;
 }
 
 export type Message = { type: "state"; state: State } | { type: "event"; event: LogEvent } | { type: "results"; results: ResultRow[] };

@@ -1,8 +1,8 @@
 // A campaign: the points of a plan, or of a scan, one after the other without a person.
-import type { Actions } from "../actions";
+import type { Actions, Reader } from "../actions";
 import { byId, make, setHidden, setText } from "../dom";
 import { duration } from "../format";
-import type { Campaign, State } from "../protocol";
+import type { Campaign, CampaignFolder, PlanCheck, State } from "../protocol";
 import type { Store } from "../store";
 import { wire } from "./form";
 
@@ -17,6 +17,14 @@ export function campaignWords(campaign: Campaign): string {
     if (campaign.known_mu) words.push(campaign.known_mu);
     if (campaign.left_s !== null) words.push(`about ${duration(campaign.left_s)} left`);
     return words.join("; ");
+}
+
+/** "Check of fig3: 24 points, 22 fit; bench time ...; point 3 does not fit: ...". */
+export function checkWords(check: PlanCheck): string {
+    const words = check.under_way ? ["under way"] : [check.summary, ...check.misfits];
+    const more = check.points - check.fit - check.misfits.length;
+    if (more > 0) words.push(`and ${more} more`);
+    return `Check of ${check.plan}: ${words.join("; ")}`;
 }
 
 /** The order for a scan, or why it is not one. The fields are in degrees or g. */
@@ -58,7 +66,27 @@ function showPlans(select: HTMLSelectElement, names: string[]): void {
     if (names.includes(chosen)) select.value = chosen;
 }
 
-export function makeCampaign(act: Actions, store: Store): () => void {
+const askedEvery = 2000;  // ms between two questions for a report under way
+
+/** Has the report of a campaign made and shows the link to it. The daemon refuses while the bench is busy. */
+async function showReport(folder: string, act: Actions, reader: Reader): Promise<void> {
+    const place = byId("campaign-report", HTMLElement);
+    setText(place, "The report is being made…");
+    for (let asked = false; ;) {
+        asked ||= (await act(`campaigns/${folder}/report`)).ok;
+        await new Promise((resolve) => setTimeout(resolve, askedEvery));
+        const answer = (await reader.json("/api/recordings")) as { campaigns: CampaignFolder[] } | null;
+        const found = answer?.campaigns.find(({ name }) => name === folder);
+        if (found?.report === "failed") return setText(place, `⚠ The report was not made: ${found.report_text ?? ""}`);
+        if (found?.report !== "made") continue;
+        const link = make("a", "", "Open the report");
+        link.href = reader.address(`/api/campaigns/${folder}/report`);
+        link.target = "_blank";
+        return place.replaceChildren(link);
+    }
+}
+
+export function makeCampaign(act: Actions, reader: Reader, store: Store): () => void {
     const plans = byId("plans", HTMLSelectElement), words = byId("campaign-words", HTMLElement), newest = byId("campaign-newest", HTMLElement);
     const bar = byId("campaign-bar", HTMLProgressElement), starts = byId("campaign-start", HTMLElement), orders = byId("campaign-orders", HTMLElement);
     wire(byId("plan", HTMLFormElement), act, () => plans.value ? { plan: plans.value } : { refused: "plan: the folder of the plans has none" });
@@ -66,15 +94,24 @@ export function makeCampaign(act: Actions, store: Store): () => void {
     const pause = byId("campaign-pause", HTMLFormElement), resume = byId("campaign-resume", HTMLFormElement);
     wire(pause, act, () => ({}));
     wire(resume, act, () => ({}));
-    let seen = -1;
-    const show = ({ campaign, plans: names }: State): void => {
+    let seen = -1, measured = "";  // folder of the campaign that this page saw under way
+    const follow = (campaign: Campaign | null): void => {
+        if (campaign?.active) measured = campaign.folder;
+        if (!campaign || campaign.active || campaign.folder !== measured) return;
+        measured = "";
+        if (campaign.ended > 0) void showReport(campaign.folder, act, reader);
+    };
+    const check = byId("plan-check", HTMLElement);
+    const show = ({ campaign, plan_check, plans: names }: State): void => {
         showPlans(plans, names);
+        follow(campaign);
         const active = campaign?.active ?? false;
         setHidden(starts, active);
         setHidden(orders, !active);
         setHidden(bar, campaign === null);
         setText(words, campaign ? campaignWords(campaign) : "No campaign since the start of the daemon.");
         setText(newest, campaign?.newest ?? "");
+        setText(check, plan_check && !active ? checkWords(plan_check) : "");
         setHidden(pause, campaign?.paused ?? false);
         setHidden(resume, !(campaign?.paused ?? false));
         if (campaign) {

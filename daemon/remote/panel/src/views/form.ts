@@ -5,10 +5,10 @@ import { setData, setText } from "../dom";
 
 type Body = () => Record<string, unknown> | { refused: string };
 
-/** Connects a form: `body` returns the order or the reason for not sending it; `sent` is called after acceptance. */
+/** A button may have an action of its own. Connects a form: `body` returns the order or the reason for not sending it; `sent` is called after acceptance. */
 export function wire(form: HTMLFormElement, act: Actions, body: Body, sent: () => void = () => undefined): void {
     const answer = form.querySelector("output")!;
-    const button = form.querySelector<HTMLButtonElement>("button:not([type=button])")!;
+    const first = form.querySelector<HTMLButtonElement>("button:not([type=button])")!;
     const say = (kind: string, text: string): void => {
         setData(answer, "kind", kind);
         setText(answer, text);
@@ -19,13 +19,15 @@ export function wire(form: HTMLFormElement, act: Actions, body: Body, sent: () =
     let number = 0;
     form.addEventListener("submit", (event) => {
         event.preventDefault();
+        const { submitter } = event;
+        const button = submitter instanceof HTMLButtonElement ? submitter : first;
         if (button.getAttribute("aria-busy") === "true") return;
         const content = body();
         if ("refused" in content) return say("error", String(content["refused"]));
         const mine = ++number;
         button.setAttribute("aria-busy", "true");  // disabling it would take the focus away
         say("busy", "…");
-        void act(form.dataset["action"]!, content).then((result) => {
+        void act(button.dataset["action"] ?? form.dataset["action"]!, content).then((result) => {
             button.removeAttribute("aria-busy");
             if (!result.ok) return say("error", result.error);
             say("ok", "✓");
