@@ -68,17 +68,17 @@ function showPlans(select: HTMLSelectElement, names: string[]): void {
 
 const askedEvery = 2000;  // ms between two questions for a report under way
 
-/** Has the report of a campaign made and shows the link to it. The daemon refuses while the bench is busy. */
+/** Has the report of a campaign made as soon as the list of recordings has the campaign, and shows the link to it. */
 async function showReport(folder: string, act: Actions, reader: Reader): Promise<void> {
     const place = byId("campaign-report", HTMLElement);
     setText(place, "The report is being made…");
-    for (let asked = false; ;) {
-        asked ||= (await act(`campaigns/${folder}/report`)).ok;
-        await new Promise((resolve) => setTimeout(resolve, askedEvery));
+    for (let asked = false; ; await new Promise((resolve) => setTimeout(resolve, askedEvery))) {
         const answer = (await reader.json("/api/recordings")) as { campaigns: CampaignFolder[] } | null;
         const found = answer?.campaigns.find(({ name }) => name === folder);
-        if (found?.report === "failed") return setText(place, `⚠ The report was not made: ${found.report_text ?? ""}`);
-        if (found?.report !== "made") continue;
+        if (!found) continue;
+        asked ||= (await act(`campaigns/${folder}/report`)).ok;
+        if (found.report === "failed") return setText(place, `⚠ The report was not made: ${found.report_text ?? ""}`);
+        if (found.report !== "made") continue;
         const link = make("a", "", "Open the report");
         link.href = reader.address(`/api/campaigns/${folder}/report`);
         link.target = "_blank";
