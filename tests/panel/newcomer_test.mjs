@@ -20,8 +20,15 @@ after(async () => {
 });
 
 const press = (name) => page.getByRole("button", { name, exact: true }).click();
-const becomes = (id, pattern, patience = 120_000) =>
-    page.waitForFunction(({ id, source }) => new RegExp(source).test(document.getElementById(id).textContent), { id, source: pattern }, { timeout: patience });
+/** Waits until a text is as `pattern`. A failure tells the newest lines of the log. */
+const becomes = async (id, pattern, patience = 120_000) => {
+    try {
+        await page.waitForFunction(({ id, source }) => new RegExp(source).test(document.getElementById(id).textContent), { id, source: pattern }, { timeout: patience });
+    } catch (trouble) {
+        const lines = await page.locator("#log li").allTextContents();
+        throw new Error(`#${id} is "${await page.textContent(`#${id}`)}", not ${pattern}; log: ${lines.slice(0, 12).join(" | ")}; ${trouble.message}`);
+    }
+};
 const stateIs = (word) => becomes("state", word);
 const rowsAre = async (count) => {
     await page.locator("#results-card").scrollIntoViewIfNeeded();
@@ -96,7 +103,7 @@ test("A recording is found again and replays to the bit", limits, async () => {
     await look("recorded");
 });
 
-test("A scan of phi runs by itself", limits, async () => {
+test("A scan of phi runs by itself, and its report is opened from the page", limits, async () => {
     await page.fill("#scan-to", "180");
     await page.fill("#scan-steps", "2");
     await page.fill("#scan-periods", "20");
@@ -105,5 +112,9 @@ test("A scan of phi runs by itself", limits, async () => {
     await look("scan");
     await becomes("campaign-words", "^ended: 3 of 3 points", 240_000);
     await look("scanned");
+    const [report] = await Promise.all([page.context().waitForEvent("page"), page.getByRole("link", { name: "Open the report" }).click({ timeout: 120_000 })]);
+    await report.waitForLoadState();
+    assert.ok(await report.locator("svg, img").count() > 0, "the report of a scan has a figure");
+    if (folder) await report.screenshot({ path: join(folder, "newcomer-report.png"), fullPage: true });
     assert.deepEqual(troubles, []);
 });
