@@ -86,13 +86,13 @@ PlanCheck check_plan(const Plan& plan, const CheckSettings& settings) {
     return check;
 }
 
-std::string sums_text(const PlanCheck& check) {
+std::string sums_text(const PlanCheck& check, std::string_view between) {
     return fmt::format(
-        "{} points, {} fit; bench time {}: measuring {}, settling {}, returning {}, start {}, other {}; "
+        "{} points, {} fit{}bench time {}: measuring {}, settling {}, returning {}, start {}, other {}{}"
         "recording about {:.0f} MB",
-        check.points.size(), check.points.size() - check.failing, duration(check.bench_s()),
+        check.points.size(), check.points.size() - check.failing, between, duration(check.bench_s()),
         duration(check.measuring_s), duration(check.settling_s), duration(check.returning_s),
-        duration(check.once_s), duration(check.other_s), check.bytes / 1e6);
+        duration(check.once_s), duration(check.other_s), between, check.bytes / 1e6);
 }
 
 std::string misfit_text(const CheckedPoint& point) {
@@ -115,7 +115,7 @@ std::string check_text(const PlanCheck& check) {
             "\nthe campaign ends when mu is known to {:.2g} %, and chooses the next point by "
             "what it adds to that\n",
             100 * check.mu_target);
-    return text + "\n" + sums_text(check) + "\n";
+    return text + "\n" + sums_text(check, "\n") + "\n";
 }
 
 std::string check_json(const PlanCheck& check) {

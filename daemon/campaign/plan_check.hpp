@@ -3,6 +3,7 @@
 #include <cmath>
 #include <functional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "daemon/campaign/plan.hpp"
@@ -44,8 +45,8 @@ struct PlanCheck {
 
 PlanCheck check_plan(const Plan& plan, const CheckSettings& settings);
 
-/// Number of points, bench time and size of the recording, in one line.
-std::string sums_text(const PlanCheck& check);
+/// Number of points, bench time and size of the recording, with `between` between the three.
+std::string sums_text(const PlanCheck& check, std::string_view between);
 /// "point 3 does not fit: ...".
 std::string misfit_text(const CheckedPoint& point);
 /// A table with one row a point, the points that do not fit with reasons, and the sums.

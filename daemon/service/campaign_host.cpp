@@ -38,7 +38,7 @@ PlanCheckState in_short(const std::string& name, const campaign::PlanCheck& chec
                      .fit = check.points.size() - check.failing,
                      .bench_s = check.bench_s(),
                      .bytes = check.bytes,
-                     .summary = campaign::sums_text(check)};
+                     .summary = campaign::sums_text(check, "; ")};
     for (const campaign::CheckedPoint& c : check.points)
         if (!c.travel.fits() && s.misfits.size() < PlanCheckState::most_misfits)
             s.misfits.push_back(campaign::misfit_text(c));
