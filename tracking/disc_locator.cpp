@@ -197,7 +197,7 @@ bool DiscLocator::locate(const ImageView& image, Point predicted, Candidate& out
                                         static_cast<int>(std::lround(predicted.y)), 0.35 * contrast_);
     EdgeFitResult fit;
     if (rim_seen > least_rim_seen) {
-        if (follower_.follow(image, predicted, reference_, subject_.along, out)) {
+        if (follower_.follow(image, predicted, reference_, subject_.along, fit_.slopes(), out)) {
             if (follower_.due()) watch(image, measure(image, out.at, 0.1, watch_every_));
             return true;
         }
@@ -222,7 +222,7 @@ bool DiscLocator::locate(const ImageView& image, Point predicted, Candidate& out
 
 void DiscLocator::watch(const ImageView& image, const EdgeFitResult& fit) {
     if (fit.converged) blur_ = followed_blur(blur_, fit.outline.blur);
-    follower_.watch(image, fit, subject_.along, learned_.size, blur_);
+    follower_.watch(image, fit, subject_.along, learned_.size, blur_, fit_.slopes());
 }
 
 // A small disc has no blocks that could disagree: what cuts it shows in the residuals only.
@@ -246,6 +246,7 @@ void DiscLocator::try_peaks(const ImageView& image, Sweep sweep, std::vector<Can
 }
 
 void DiscLocator::search(const ImageView& image, Point last, Sweep sweep, std::vector<Candidate>& out) {
+    fit_.slopes().assign(fit_.slopes().size(), {});  // elsewhere, the light is another
     const int margin = static_cast<int>(0.7 * learned_.size);
     Box box{-margin, -margin, image.width + margin, image.height + margin};
     const int rows = ring_.rows_at_a_time(box.x1 - box.x0);

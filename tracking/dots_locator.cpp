@@ -159,7 +159,7 @@ EdgeFitResult DotsLocator::measure(const ImageView& image, Point start) {
 }
 
 bool DotsLocator::locate(const ImageView& image, Point predicted, Candidate& out) {
-    if (follower_.follow(image, predicted, reference_, subject_.along, out)) {
+    if (follower_.follow(image, predicted, reference_, subject_.along, fit_.slopes(), out)) {
         if (follower_.due()) watch(image, measure(image, out.at));
         return true;
     }
@@ -172,7 +172,7 @@ bool DotsLocator::locate(const ImageView& image, Point predicted, Candidate& out
 
 void DotsLocator::watch(const ImageView& image, const EdgeFitResult& fit) {
     if (fit.converged) blur_ = followed_blur(blur_, fit.outline.blur);
-    follower_.watch(image, fit, subject_.along, learned_.size, blur_);
+    follower_.watch(image, fit, subject_.along, learned_.size, blur_, fit_.slopes());
 }
 
 void DotsLocator::search(const ImageView& image, Point last, Sweep, std::vector<Candidate>& out) {

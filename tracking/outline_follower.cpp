@@ -13,9 +13,9 @@ constexpr double other_size = 0.05;  // px
 // The roughness may exceed the watched one by this share and by so many standard errors, or by what
 // rounding of grey levels makes of it (share of the contrast).
 constexpr double excess = 0.02, errors = 4, rounding = 3e-3;
-constexpr double more_misfit = 0.05;  // share of the blocks, beyond the watched one
+constexpr double more_misfit = 0.05;   // share of the blocks, beyond the watched one
 constexpr double other_misfit = 0.25;  // the same, beyond that of the careful fit: it used other edges
-constexpr double agreement = 2;       // standard errors of the careful fit, along the shaker's axis
+constexpr double agreement = 2;        // standard errors of the careful fit, along the shaker's axis
 constexpr double agreement_across = 4;
 
 }  // namespace
@@ -26,8 +26,9 @@ void OutlineFollower::begin(const OutlineBank::Shape& shape, Sites sites, const 
 }
 
 bool OutlineFollower::follow(const ImageView& image, Point predicted, const OutlineReference& reference,
-                             const std::array<double, 2>& along, Candidate& out) {
-    own_ = bank_.fit(image, predicted);
+                             const std::array<double, 2>& along, std::span<KnownSlope> slopes,
+                             Candidate& out) {
+    own_ = bank_.fit(image, predicted, slopes);
     start_ = own_.converged ? Point{own_.outline.x, own_.outline.y} : predicted;
     if (!trusted_) return false;
     EdgeFitResult fit = own_;
@@ -39,20 +40,21 @@ bool OutlineFollower::follow(const ImageView& image, Point predicted, const Outl
     const bool as_before = judge(fit, reference, along, out) && !out.degraded && misfit < more_misfit &&
                            fit.noise < std::hypot(roughest * roughness_, rounding) * std::abs(fit.contrast);
     if (as_before) {
-        bank_.accept();
+        bank_.accept(slopes);
         --until_watched_;
     }
     return as_before;
 }
 
 void OutlineFollower::watch(const ImageView& image, const EdgeFitResult& fit,
-                            const std::array<double, 2>& along, double size, double blur) {
+                            const std::array<double, 2>& along, double size, double blur,
+                            std::span<KnownSlope> slopes) {
     const Point at{fit.outline.x, fit.outline.y};
     if (std::abs(blur / bank_.blur() - 1) > other_blur || std::abs(size - bank_.size()) > other_size) {
         bank_.resize(size, blur);
         own_.converged = false;
     }
-    if (!own_.converged) own_ = bank_.fit(image, at);
+    if (!own_.converged) own_ = bank_.fit(image, at, slopes);
     const Eigen::Vector2d axis{along[0], along[1]}, side{-along[1], along[0]};
     const Eigen::Vector2d apart{own_.outline.x - at.x, own_.outline.y - at.y};
     const auto in_errors = [&](const Eigen::Vector2d& direction) {
@@ -63,7 +65,7 @@ void OutlineFollower::watch(const ImageView& image, const EdgeFitResult& fit,
                in_errors(axis) < agreement && in_errors(side) < agreement_across;
     if (!trusted_) return;
     until_watched_ = watched_every;
-    if (!followed) bank_.accept();
+    if (!followed) bank_.accept(slopes);
     roughness_ = own_.noise / std::abs(own_.contrast);
     own_misfit_ = own_.trimmed;
     watched_misfit_ = fit.trimmed;

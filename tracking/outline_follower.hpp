@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <span>
 #include <vector>
 
 #include "tracking/image/outline_bank.hpp"
@@ -24,9 +25,10 @@ public:
 
     /// shape: of the target in frame 0. sites: its pixels, block by block.
     void begin(const OutlineBank::Shape& shape, Sites sites, const std::vector<Point>& shifts);
-    /// False when the careful fit must decide; start() is where it begins.
+    /// False when the careful fit must decide; start() is where it begins. slopes: of the careful fit, which
+    /// learn here too.
     bool follow(const ImageView& image, Point predicted, const OutlineReference& reference,
-                const std::array<double, 2>& along, Candidate& out);
+                const std::array<double, 2>& along, std::span<KnownSlope> slopes, Candidate& out);
     /// The careful fit shall watch this picture, which follow() has measured.
     [[nodiscard]] bool due() const noexcept { return trusted_ && until_watched_ <= 0; }
     [[nodiscard]] Point start() const noexcept { return start_; }
@@ -36,7 +38,7 @@ public:
     /// with it, it decides the next picture.
     /// size, blur: as they are now, px.
     void watch(const ImageView& image, const EdgeFitResult& fit, const std::array<double, 2>& along,
-               double size, double blur);
+               double size, double blur, std::span<KnownSlope> slopes);
 
 private:
     OutlineBank bank_;

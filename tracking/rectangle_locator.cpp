@@ -261,7 +261,7 @@ bool RectangleLocator::locate(const ImageView& image, Point predicted, Candidate
         follower_.pass_over();
         return locate_with_care(image, start, out);
     }
-    if (!follower_.follow(strip(), {start - strip_origin_, 0}, reference_, {1, 0}, out))
+    if (!follower_.follow(strip(), {start - strip_origin_, 0}, reference_, {1, 0}, {}, out))
         return locate_with_care(image, start, out);
     out.at = place(out.at.x + strip_origin_);
     if (follower_.due()) watch(measure(image, along(out.at), prior_));
@@ -274,7 +274,7 @@ void RectangleLocator::watch(EdgeFitResult fit) {
         size_ += std::clamp(0.2 * (fit.outline.size - size_), -most_growth, most_growth);
     }
     fit.outline.x -= strip_origin_;
-    follower_.watch(strip(), fit, {1, 0}, size_, blur_);
+    follower_.watch(strip(), fit, {1, 0}, size_, blur_, {});
 }
 
 // The outline near a place, of its old size; if that does not fit, of a size that both edges may change: they

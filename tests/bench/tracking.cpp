@@ -1,16 +1,22 @@
-// Tracking: cost and error of each kind against its bound, beside cv::matchTemplate and cv::phaseCorrelate on
-// the same frames; with --losses the cost of pictures in which a target is learned, lost and found again,
-// with
-// --pair that of walker and base in both views of the nominal scene
+// Tracking: cost and error of each kind against its bound, beside other methods on the same frames; with
+// --losses the cost of pictures in which a target is learned, lost and found again, with --pair that of
+// walker and base in both views of the nominal scene, with --share cost and error with fewer rows and other
+// bits, with
+// --footage the spread of distances between dots of real footage
+#include <Eigen/Dense>
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <limits>
-#include <opencv2/imgproc.hpp>
+#include <opencv2/core/utility.hpp>
 #include <string_view>
 
 #include "tests/bench/table.hpp"
 #include "tests/support/cost.hpp"
+#include "tests/support/shared_data.hpp"
+#include "tests/support/tracking/building_swing.hpp"
+#include "tests/support/tracking/grey_movie.hpp"
+#include "tests/support/tracking/peers.hpp"
 #include "tests/support/tracking/tracking_scene.hpp"
 
 namespace shaker {
@@ -30,14 +36,14 @@ struct Movie {
     std::vector<double> shift;
 };
 
-Movie movie_of(const test::TrackingScene& scene) {
+Movie movie_of(const test::TrackingScene& scene, const test::Exposure& exposure = {.noise = noise}) {
     Movie movie;
     std::mt19937_64 random{17};
     std::uniform_real_distribution<double> step{-0.4, 0.4};
     double shift = 0;
     for (int i = 0; i < frames; ++i) {
         movie.shift.push_back(shift);
-        movie.shots.push_back(scene.picture({shift, 0}).expose({.noise = noise}, random));
+        movie.shots.push_back(scene.picture({shift, 0}).expose(exposure, random));
         shift += step(random);
     }
     return movie;
@@ -75,16 +81,6 @@ double median(std::vector<double> v) {
     return *middle;
 }
 
-cv::Mat grey(const test::Shot& shot) {
-    return {shot.height, shot.width, CV_8UC1, const_cast<std::byte*>(shot.pixels.data()),
-            static_cast<std::size_t>(shot.stride)};
-}
-
-cv::Rect region(const test::TrackingScene& scene) {
-    const auto& r = scene.view.targets.front().roi_px;
-    return {r[0], r[1], r[2], r[3]};
-}
-
 Result by_tracker(const test::TrackingScene& scene, const Movie& movie) {
     test::Follower follow{scene.view};
     std::vector<double> sds;
@@ -95,41 +91,6 @@ Result by_tracker(const test::TrackingScene& scene, const Movie& movie) {
     });
     result.sd_px = median(sds);
     return result;
-}
-
-// The region of frame 0, searched within 12 px of its last position; peak by a parabola.
-Result by_match_template(const test::TrackingScene& scene, const Movie& movie) {
-    constexpr int reach = 12;
-    const cv::Rect start = region(scene);
-    cv::Mat pattern, score;
-    int x = start.x;
-    return measure(movie, [&](const test::Shot& shot) {
-        const cv::Mat picture = grey(shot);
-        if (pattern.empty()) pattern = picture(start).clone();
-        const int x0 = std::max(0, x - reach), x1 = std::min(shot.width, x + start.width + reach);
-        cv::matchTemplate(picture(cv::Rect{x0, start.y, x1 - x0, start.height}), pattern, score,
-                          cv::TM_CCOEFF_NORMED);
-        cv::Point best;
-        cv::minMaxLoc(score, nullptr, nullptr, nullptr, &best);
-        x = x0 + best.x;
-        if (best.x < 1 || best.x + 1 >= score.cols) return std::numeric_limits<double>::quiet_NaN();
-        const float* s = score.ptr<float>(0) + best.x;
-        const double left = s[-1], here = s[0], right = s[1];
-        return x - start.x + 0.5 * (left - right) / (left - 2 * here + right);
-    });
-}
-
-Result by_phase_correlation(const test::TrackingScene& scene, const Movie& movie) {
-    const cv::Rect start = region(scene);
-    cv::Mat pattern, window, now;
-    return measure(movie, [&](const test::Shot& shot) {
-        grey(shot)(start).convertTo(now, CV_64F);
-        if (pattern.empty()) {
-            pattern = now.clone();
-            cv::createHanningWindow(window, start.size(), CV_64F);
-        }
-        return cv::phaseCorrelate(pattern, now, window).x;
-    });
 }
 
 bench::Row row(const test::TrackingScene& scene, const std::string& method, const Result& result) {
@@ -218,6 +179,7 @@ test::TrackingScene wide_disc() {
     test::TrackingScene scene = test::tracking_scene("disc");
     scene.name = "wide disc";
     scene.width = 1280, scene.height = 256;
+    scene.bound = [](double) { return NAN; };
     Target& target = scene.view.targets.front();
     target.diameter_mm = 50;
     target.roi_px = {400, 20, 216, 216};
@@ -236,6 +198,21 @@ test::TrackingScene wide_dot() {
     scene.draw = [](test::TestPicture& p, tracking::Point s, const test::Look&) {
         p.disc(tracking::Point{508.3, 127.8} + s, 6, 160, 0.8);
     };
+    return scene;
+}
+
+// A side view of 600 x 199 px.
+test::TrackingScene wide_rectangle() {
+    test::TrackingScene scene = wide_disc();
+    scene.name = "wide rectangle";
+    Target target{"rectangle", TargetKind::rectangle};
+    target.width_mm = 150;
+    target.roi_px = {320, 20, 640, 220};
+    scene.view.targets = {target};
+    scene.draw = [](test::TestPicture& p, tracking::Point s, const test::Look&) {
+        p.rectangle(340.3 + s.x, 40 + s.y, 940.3 + s.x, 239 + s.y, 160, 0.8);
+    };
+    scene.bound = [](double) { return NAN; };
     return scene;
 }
 
@@ -294,6 +271,91 @@ bench::Row pair_row() {
             {"share of a core at 1000 pairs/s", costs.share(0.5) / 10, "%"}};
 }
 
+// The middle rows of the region only: 1/1 to 1/16 of them, for kinds with straight edges across x.
+void add_rows(bench::Table& table) {
+    for (const char* name : {"rectangle", "bars"}) {
+        for (int part = 1; part <= 16; part *= 2) {
+            test::TrackingScene scene = test::tracking_scene(name);
+            auto& [x, y, width, height] = scene.view.targets.front().roi_px;
+            const int all = height, rows = std::max(4, height / part);
+            y += (height - rows) / 2, height = rows;
+            bench::Row r = row(scene, "this", by_tracker(scene, movie_of(scene)));
+            r[5].value = std::get<double>(r[5].value) * std::sqrt(static_cast<double>(all) / rows);
+            r[1].value = std::to_string(rows) + " of " + std::to_string(all) + " rows";
+            table.add(std::move(r));
+        }
+    }
+}
+
+// The same light on sensors of 8 to 16 bits. Noise and contrast are the same shares of full scale.
+void add_bits(bench::Table& table) {
+    for (const test::TrackingScene& scene : test::tracking_scenes()) {
+        for (const int bits : {8, 10, 12, 16}) {
+            const double depth = std::exp2(bits - 8);
+            const test::Exposure exposure{.bytes_per_pixel = bits > 8 ? 2 : 1,
+                                          .noise = noise,
+                                          .depth = depth,
+                                          .full = std::exp2(bits) - 1};
+            table.add(
+                row(scene, std::to_string(bits) + " bits", by_tracker(scene, movie_of(scene, exposure))));
+        }
+    }
+}
+
+// Spread of the distances between neighbouring dots of a beam, px, less a parabola in the beam's place: the
+// lens.
+double spread(const std::vector<test::DotPlaces>& places) {
+    const auto frames_seen = static_cast<Eigen::Index>(places.size());
+    Eigen::MatrixX3d powers(frames_seen, 3);
+    double sum = 0;
+    const std::size_t gaps = places.front().size() - 1;
+    for (std::size_t k = 0; k < gaps; ++k) {
+        Eigen::VectorXd gap(frames_seen);
+        for (Eigen::Index i = 0; i < frames_seen; ++i) {
+            const test::DotPlaces& p = places[static_cast<std::size_t>(i)];
+            const double place = (p[k].x - places.front()[k].x) / 100;
+            gap[i] = length(p[k + 1] - p[k]);
+            powers.row(i) << 1, place, place * place;
+        }
+        const Eigen::VectorXd left = gap - powers * powers.colPivHouseholderQr().solve(gap);
+        sum += left.squaredNorm() / static_cast<double>(frames_seen);
+    }
+    return std::sqrt(sum / static_cast<double>(gaps));
+}
+
+void add_footage(bench::Table& table) {
+    const std::filesystem::path folder = shared_data("building-swing");
+    if (folder.empty()) {
+        std::fprintf(stderr, "%s\n", missing_data("building-swing").c_str());
+        return;
+    }
+    for (const char* beam : {"bottom", "top"}) {
+        const std::vector<test::Shot> movie = test::grey_movie(folder / (std::string{beam} + ".mkv"));
+        const double before = bench::cpu_ns();
+        std::vector<test::DotPlaces> ours;
+        for (const auto& fixes : test::follow(test::beam_view(beam), movie)) {
+            ours.emplace_back();
+            for (const tracking::Fix& f : fixes) ours.back().push_back({f.x_px, f.y_px});
+        }
+        const auto add = [&](const std::string& method, double from,
+                             const std::vector<test::DotPlaces>& all) {
+            table.add(
+                {{"beam", beam},
+                 {"method", method},
+                 {"cost", 1e-3 * (bench::cpu_ns() - from) / static_cast<double>(movie.size()), "us/frame"},
+                 {"spread", spread(all), "px"},
+                 {"frames", static_cast<double>(movie.size())}});
+        };
+        add("this", before, ours);
+        for (const test::DotPeer& peer : test::dot_peers(movie, ours)) {
+            const double begin = bench::cpu_ns();
+            std::vector<test::DotPlaces> all;
+            for (std::size_t i = 0; i < movie.size(); ++i) all.push_back(peer.find(movie[i], ours[i]));
+            add(peer.name, begin, all);
+        }
+    }
+}
+
 }  // namespace
 }  // namespace shaker
 
@@ -301,23 +363,28 @@ int main(int argc, char** argv) {
     using namespace shaker;
     cv::setNumThreads(1);
     bench::Table table;
-    if (argc > 1 && std::string_view{argv[1]} == "--losses") {
+    const std::string_view part = argc > 1 ? argv[1] : "";
+    if (part == "--losses") {
         for (const test::TrackingScene& scene : test::tracking_scenes()) table.add(loss_row(scene));
         table.add(loss_row(wide_disc()));
         table.add(loss_row(wide_dot()));
-        table.print(argc, argv);
-        return 0;
-    }
-    if (argc > 1 && std::string_view{argv[1]} == "--pair") {
+    } else if (part == "--pair") {
         table.add(pair_row());
-        table.print(argc, argv);
-        return 0;
-    }
-    for (const test::TrackingScene& scene : test::tracking_scenes()) {
-        const Movie movie = movie_of(scene);
-        table.add(row(scene, "this", by_tracker(scene, movie)));
-        table.add(row(scene, "matchTemplate + parabola", by_match_template(scene, movie)));
-        table.add(row(scene, "phaseCorrelate, Hann", by_phase_correlation(scene, movie)));
+    } else if (part == "--share") {
+        add_rows(table);
+        add_bits(table);
+    } else if (part == "--footage") {
+        add_footage(table);
+    } else {
+        std::vector<test::TrackingScene> scenes = test::tracking_scenes();
+        scenes.push_back(wide_disc());
+        scenes.push_back(wide_rectangle());
+        for (const test::TrackingScene& scene : scenes) {
+            const Movie movie = movie_of(scene);
+            table.add(row(scene, "this", by_tracker(scene, movie)));
+            for (const test::Peer& peer : test::peers_of(scene))
+                table.add(row(scene, peer.name, measure(movie, peer.find)));
+        }
     }
     table.print(argc, argv);
     return 0;

@@ -1,5 +1,6 @@
-// Real footage: seven dots on each beam of a model building, 20 frames per second, up to 100 px between
-// frames.
+// Real footage of a beam with seven dots.
+#include "tests/support/tracking/building_swing.hpp"
+
 #include <gtest/gtest.h>
 
 #include <Eigen/Dense>
@@ -14,42 +15,19 @@ namespace {
 
 using Fixes = std::vector<std::vector<Fix>>;  // by frame, by dot
 
-View beam(const std::string& name, const std::vector<std::array<int, 2>>& dots) {
-    View view;
-    view.camera = name;
-    view.mm_per_px = 1;  // unknown
-    for (const auto& [x, y] : dots) {
-        Target dot{"dot" + std::to_string(view.targets.size() + 1), TargetKind::dots};
-        dot.diameter_mm = 20;
-        dot.roi_px = {x - 20, y - 20, 40, 40};
-        dot.polarity = Polarity::dark;
-        view.targets.push_back(dot);
-    }
-    return view;
-}
-
 double rms_about_mean(const Eigen::VectorXd& v) { return std::sqrt((v.array() - v.mean()).square().mean()); }
 
 class BuildingSwingTest : public testing::Test {
 protected:
     static constexpr std::size_t dots = 7;
-    const View top_ =
-        beam("top", {{110, 58}, {266, 55}, {426, 50}, {585, 48}, {739, 46}, {897, 46}, {1061, 43}});
-    const View bottom_ =
-        beam("bottom", {{154, 46}, {314, 41}, {478, 40}, {639, 39}, {801, 40}, {963, 40}, {1132, 43}});
+    const View top_ = test::beam_view("top"), bottom_ = test::beam_view("bottom");
 
     void SetUp() override {
         folder_ = shared_data("building-swing");
         if (folder_.empty()) GTEST_SKIP() << missing_data("building-swing");
     }
     [[nodiscard]] Fixes follow(const View& view) const {
-        ViewTracker tracker{view};
-        Fixes all;
-        for (const test::Shot& shot : test::grey_movie(folder_ / (view.camera + ".mkv"))) {
-            const auto fixes = tracker.update(shot.view(), CameraTick{static_cast<std::int64_t>(all.size())});
-            all.emplace_back(fixes.begin(), fixes.end());
-        }
-        return all;
+        return test::follow(view, test::grey_movie(folder_ / (view.camera + ".mkv")));
     }
     static Eigen::VectorXd gap(const Fixes& all, std::size_t k) {
         std::vector<double> gaps;

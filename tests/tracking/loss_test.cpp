@@ -64,7 +64,11 @@ TEST_P(LossTest, IsFoundAgainAnywhereAndAlikeInEachReplay) {
         }
         EXPECT_LE(pictures, most_pictures) << "at " << at.x;
         EXPECT_NEAR(fix.x_px, at.x, 0.1);
-        for (int i = 0; i < 40 && !found(one(first).state); ++i) other(first);
+        fix = {};
+        for (int i = 0; i < 40 && !found(fix.state); ++i) {
+            fix = one(first);
+            other(first);
+        }
     }
 }
 

@@ -90,7 +90,7 @@ void EdgeFit::accumulate(const Outline& at, bool trim) {
 
 // Eliminates gain, offset and plane: the remainder is the block's information on the outline.
 template <std::size_t nuisances>
-void EdgeFit::solve_block(Block& b, double spread_lost) const {
+void EdgeFit::solve_block(Block& b, const KnownSlope& slope, double spread_lost) const {
     constexpr auto n = static_cast<int>(nuisances);
     b.used = false;
     if (b.weight < n + 3) return;
@@ -103,18 +103,35 @@ void EdgeFit::solve_block(Block& b, double spread_lost) const {
     }
     const double spread = gram(1, 1) - gram(0, 1) * gram(0, 1) / gram(0, 0);
     if (!(spread > 0.02 * b.weight)) return;  // only one side of the edge is in the picture
-    const Eigen::LLT<Eigen::Matrix<double, n, n>> llt{gram.template topLeftCorner<n, n>()};
-    if (llt.info() != Eigen::Success) return;
-    const Eigen::Matrix<double, n, 5> cross = gram.template topRightCorner<n, 5>();
-    const Eigen::Matrix<double, n, 5> solved = llt.solve(cross);
-    const Eigen::Matrix<double, 5, 5> schur =
-        gram.template bottomRightCorner<5, 5>() - cross.transpose() * solved;
+    Eigen::Matrix<double, n, 5> solved;
+    Eigen::Matrix<double, 5, 5> schur;
+    const auto eliminate = [&] {
+        const Eigen::LLT<Eigen::Matrix<double, n, n>> llt{gram.template topLeftCorner<n, n>()};
+        const Eigen::Matrix<double, n, 5> cross = gram.template topRightCorner<n, 5>();
+        solved = llt.solve(cross);
+        schur = gram.template bottomRightCorner<5, 5>() - cross.transpose() * solved;
+        b.used = llt.info() == Eigen::Success;
+    };
+    eliminate();
+    b.variance = spread_lost * std::max(schur(4, 4), 0.0) / std::max(b.weight - n, 1.0);
+    if constexpr (n == 4) {
+        const double contrast = solved(1, 4);
+        b.own_slope = {solved(2, 4) / contrast, solved(3, 4) / contrast};
+        const std::array<double, 2> squares{gram(2, 2), gram(3, 3)};
+        if (slope.frames > 0 && !slope.differs(b.own_slope, b.variance / (contrast * contrast), squares)) {
+            for (int i = 0; i < 2; ++i) {
+                const auto k = static_cast<std::size_t>(i);
+                const double known = slope.frames * squares.at(k);
+                gram(2 + i, 2 + i) += known;
+                gram(2 + i, n + 4) += known * contrast * slope.slope.at(k);
+            }
+            eliminate();
+        }
+    }
     for (int i = 0; i < n; ++i) b.ground[static_cast<std::size_t>(i)] = solved(i, 4);
     const double gain = b.ground[1];
     b.normal = gain * gain * schur.topLeftCorner<4, 4>();
     b.score = gain * schur.block<4, 1>(0, 4);
-    b.variance = spread_lost * std::max(schur(4, 4), 0.0) / std::max(b.weight - n, 1.0);
-    b.used = true;
 }
 
 // Excludes blocks whose gain or residual differs from the others': they do not show the target's outline.
@@ -140,7 +157,8 @@ void EdgeFit::choose_blocks() {
 template <std::size_t nuisances>
 EdgeFit::Pass EdgeFit::run(const Outline& at, bool trim) {
     accumulate<nuisances>(at, trim);
-    for (Block& b : blocks_) solve_block<nuisances>(b, trim ? lost_by_biweight : 1.0);
+    for (std::size_t b = 0; b < blocks_.size(); ++b)
+        solve_block<nuisances>(blocks_[b], slopes_[b], trim ? lost_by_biweight : 1.0);
     choose_blocks();
     Pass pass;
     for (const Block& b : blocks_) {
@@ -160,6 +178,7 @@ EdgeFit::Pass EdgeFit::run(const Outline& at, bool trim) {
 EdgeFitResult EdgeFit::fit(const Outline& start, const EdgePrior& prior, int blocks, Ground ground,
                            int passes, double enough) {
     blocks_.resize(static_cast<std::size_t>(blocks));
+    slopes_.resize(blocks_.size());
     const Eigen::Vector4d theta0{start.x, start.y, start.size, start.blur};
     const Eigen::Vector4d certainty =
         Eigen::Vector4d{prior.x, prior.y, prior.size, prior.blur}.cwiseMax(1e-6).array().square().inverse();
@@ -214,8 +233,10 @@ void EdgeFit::summarise(EdgeFitResult& result) const {
 }
 
 void EdgeFit::accept() {
-    for (Block& b : blocks_) {
+    for (std::size_t k = 0; k < blocks_.size(); ++k) {
+        Block& b = blocks_[k];
         if (!b.used || !(b.normal(2, 2) > 0)) continue;
+        slopes_[k].learn(b.own_slope);
         b.habit_frames = std::min(b.habit_frames + 1, EdgeFit::longest_memory);
         b.habit += (b.score[2] / b.normal(2, 2) - b.habit) / b.habit_frames;
     }

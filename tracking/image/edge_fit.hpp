@@ -1,6 +1,7 @@
 #pragma once
 // Least-squares fit of a blurred outline to raw pixels, used for discs, dots and rectangles.
 #include <Eigen/Core>
+#include <algorithm>
 #include <array>
 #include <vector>
 
@@ -40,6 +41,30 @@ struct EdgeFitResult {
     double trimmed = 0;   // share of samples excluded as outliers
 };
 
+/// Slope of the ground of a block, learned from earlier frames: the light changes slowly. It counts as much
+/// as `frames` frames, unless this frame's own slope differs from it.
+struct KnownSlope {
+    static constexpr double most_frames = 4;
+    static constexpr double errors = 3;  // standard errors of this frame's own slope
+    std::array<double, 2> slope{};       // grey levels per px
+    double frames = 0;
+
+    /// own: of one frame alone.
+    void learn(const std::array<double, 2>& own) noexcept {
+        frames = std::min(frames + 1, most_frames);
+        for (std::size_t i = 0; i < 2; ++i) slope.at(i) += (own.at(i) - slope.at(i)) / frames;
+    }
+    /// variance: of a grey level over the squared contrast. squares: sums of u^2, v^2 over the pixels.
+    [[nodiscard]] bool differs(const std::array<double, 2>& own, double variance,
+                               const std::array<double, 2>& squares) const noexcept {
+        for (std::size_t i = 0; i < 2; ++i) {
+            const double off = own.at(i) - slope.at(i);
+            if (off * off * squares.at(i) > errors * errors * variance * (1 + 1 / frames)) return true;
+        }
+        return false;
+    }
+};
+
 /// Model: I = offset_b + gain_b E(r - size; blur) [+ plane_b], with E(d; s) = Phi(-d/s) the Gaussian edge and
 /// b the block; Gauss-Newton on x, y, size, blur with Tukey's biweight. Gain, offset and plane are eliminated
 /// for each block, so uneven light causes no bias. Blocks and samples that do not fit are excluded. Scratch
@@ -55,8 +80,10 @@ public:
     EdgeFitResult fit(const Outline& start, const EdgePrior& prior, int blocks, Ground ground,
                       int passes = 14, double enough = 3e-3);
     /// Confirms that the last fit was the target. Constant disagreement between blocks (print on the target)
-    /// is learned from such fits and no longer counted as error.
+    /// is learned from such fits and no longer counted as error; so is the slope of the ground.
     void accept();
+    /// One a block, learned by accept().
+    [[nodiscard]] std::vector<KnownSlope>& slopes() noexcept { return slopes_; }
 
 private:
     // Columns of a block's normal equations: 1, E [, u, v] | d/dx, d/dy, d/dsize, d/dblur, value. Only the
@@ -71,6 +98,7 @@ private:
         Eigen::Matrix4d normal;
         Eigen::Vector4d score;
         double habit = 0, habit_frames = 0;
+        std::array<double, 2> own_slope{};
     };
     struct Pass {
         Eigen::Matrix4d normal = Eigen::Matrix4d::Zero();
@@ -83,12 +111,13 @@ private:
     template <std::size_t nuisances>
     void accumulate(const Outline& at, bool trim);
     template <std::size_t nuisances>
-    void solve_block(Block& block, double spread_lost) const;
+    void solve_block(Block& block, const KnownSlope& slope, double spread_lost) const;
     void choose_blocks();
     void summarise(EdgeFitResult& result) const;
 
     std::vector<EdgeSample> samples_;
     std::vector<Block> blocks_;
+    std::vector<KnownSlope> slopes_;
     std::vector<double> sorted_;
     double variance_ = 0, scale_ = 0;  // of the residuals: now, and what weights are drawn from
     double contrast_ = 0;

@@ -108,8 +108,7 @@ void OutlineBank::resize(double size, double blur) noexcept {
 }
 
 void OutlineBank::learn(std::size_t place, std::size_t b, Point offset) {
-    const bool plane = shape_.ground == EdgeFit::Ground::plane;
-    const int nuisances = plane ? 4 : 2;
+    const int nuisances = plane() ? 4 : 2;
     const Range& range = ranges_[b];
     float* const weights = weights_of(place, b);
     Eigen::Matrix4d ground = Eigen::Matrix4d::Zero();
@@ -136,17 +135,24 @@ void OutlineBank::learn(std::size_t place, std::size_t b, Point offset) {
         }
         block.outline += g;
     }
+    for (int j = 2; j < nuisances; ++j) {
+        block.squares[static_cast<std::size_t>(j - 2)] = ground(j, j);
+        ground(j, j) *= 1 + KnownSlope::most_frames;
+    }
     const double n = ground(0, 0), spread = ground(1, 1) - ground(0, 1) * ground(0, 1) / std::max(n, 1.0);
     if (!(spread > least_spread * n) || n < nuisances + 3) return;  // not used: no information
     block.ground.topLeftCorner(nuisances, nuisances) = ground.topLeftCorner(nuisances, nuisances).inverse();
     const Eigen::Matrix<double, 4, 3> explained = block.ground * cross;
+    for (int k = 0; k < 2; ++k)
+        block.by_slope.row(k) =
+            KnownSlope::most_frames * block.squares.at(static_cast<std::size_t>(k)) * explained.row(2 + k);
     std::fill_n(weights, 4 * range.padded, 0.0f);
     for (int i = range.begin; i < range.end; ++i) {
         const auto& c = columns_[static_cast<std::size_t>(i)];
         Eigen::Vector3d own{c[4], c[5], c[6]};
         for (int j = 0; j < nuisances; ++j)
             own -= explained.row(j).transpose() * c[static_cast<std::size_t>(j)];
-        block.normal += own * own.transpose();
+        block.normal += Eigen::Vector3d{c[4], c[5], c[6]} * own.transpose();
         float* const w = weights + (i - range.begin);
         w[0] = static_cast<float>(c[1]);
         for (int k = 0; k < 3; ++k) w[(k + 1) * range.padded] = static_cast<float>(own[k]);
@@ -162,6 +168,7 @@ void OutlineBank::look(const Pixels<T>& pixels, std::size_t place, Point offset,
         const bool in_view = range.end > 0 && x + range.x0 >= whole.x0 && x + range.x1 < whole.x1 &&
                              y + range.y0 >= whole.y0 && y + range.y1 < whole.y1;
         if (!in_view || (thinned && b % few_of != 0)) continue;
+        if (plane() && !(b < slopes_.size() && slopes_[b].frames >= KnownSlope::most_frames)) continue;
         if (!block_at(place, b).known) learn(place, b, offset);
         if (block_at(place, b).normal(2, 2) == 0) continue;
         float* to = values_.data();
@@ -176,7 +183,6 @@ void OutlineBank::look(const Pixels<T>& pixels, std::size_t place, Point offset,
 
 // What the values of a block show: its gain, its residual and its score for the outline.
 void OutlineBank::see(std::size_t b, std::size_t place) {
-    const bool plane = shape_.ground == EdgeFit::Ground::plane;
     const Range& range = ranges_[b];
     const Block& block = block_at(place, b);
     const float* const weights = weights_of(place, b);
@@ -190,18 +196,62 @@ void OutlineBank::see(std::size_t b, std::size_t place) {
         const Wide exact = __builtin_convertvector(value, Wide);
         sum += exact;
         squares += exact * exact;
-        if (!plane) continue;
+        if (!plane()) continue;
         along += value * load<Lanes>(&along_[static_cast<std::size_t>(range.weights / 4 + i)]);
         across += value * load<Lanes>(&across_[static_cast<std::size_t>(range.weights / 4 + i)]);
     }
-    const Eigen::Vector4d sums{total(sum), total(weighted[0]), total(along), total(across)};
-    const Eigen::Vector4d ground = block.ground * sums;
+    Eigen::Vector4d sums{total(sum), total(weighted[0]), total(along), total(across)};
     Seen& seen = seen_[b];
+    seen.score = {total(weighted[1]), total(weighted[2]), total(weighted[3])};
+    seen.freedom = range.end - range.begin - (plane() ? 4 : 2);
+    double known = 0;  // squares of the known slope
+    if (plane()) {
+        const double contrast = (block.ground * sums)[1];  // hardly depends on the slopes
+        for (int i = 0; i < 2; ++i) {
+            const auto k = static_cast<std::size_t>(i);
+            const double certainty = KnownSlope::most_frames * block.squares.at(k),
+                         s = contrast * slopes_[b].slope.at(k);
+            sums[2 + i] += certainty * s;
+            known += certainty * s * s;
+            seen.score -= s * block.by_slope.row(i).transpose();
+        }
+    }
+    const Eigen::Vector4d ground = block.ground * sums;
     seen.gain = ground[1];
-    seen.freedom = range.end - range.begin - (plane ? 4 : 2);
-    seen.variance = std::max(total(squares) - sums.dot(ground), 0.0) / seen.freedom;
-    seen.score = seen.gain * Eigen::Vector3d{total(weighted[1]), total(weighted[2]), total(weighted[3])};
+    seen.slope = {ground[2], ground[3]};
+    seen.variance = std::max(total(squares) + known - sums.dot(ground), 0.0) / seen.freedom;
+    seen.score *= seen.gain;
     seen.used = true;
+}
+
+// The slope of the ground of a block that this picture shows by itself, with the outline at its place.
+std::array<double, 2> OutlineBank::own_slope(std::size_t b, std::size_t place,
+                                             const Eigen::Vector3d& change) const {
+    const Block& block = block_at(place, b);
+    const Seen& seen = seen_[b];
+    std::array<double, 2> own{};
+    for (int i = 0; i < 2; ++i) {
+        const auto k = static_cast<std::size_t>(i);
+        const double per_slope = KnownSlope::most_frames * block.squares.at(k),
+                     known = slopes_[b].slope.at(k);
+        const double with_known =
+            seen.slope.at(k) / seen.gain - block.by_slope.row(i).dot(change) / per_slope;
+        own.at(k) = known + (1 + KnownSlope::most_frames) * (with_known - known);
+    }
+    return own;
+}
+
+// The slopes of all blocks that are used; true when one differs from what is known.
+bool OutlineBank::tilted(std::size_t place, const Eigen::Vector3d& change) {
+    bool differs = false;
+    for (std::size_t b = 0; b < seen_.size(); ++b) {
+        Seen& s = seen_[b];
+        if (!s.used) continue;
+        s.slope = own_slope(b, place, change);
+        differs = differs ||
+                  slopes_[b].differs(s.slope, s.variance / (s.gain * s.gain), block_at(place, b).squares);
+    }
+    return differs;
 }
 
 double OutlineBank::median_of(double Seen::*member) {
@@ -239,15 +289,18 @@ double OutlineBank::disagreement(std::size_t place, const Eigen::Vector3d& chang
     return count > 6 ? std::max(1.0, squares / (count - 4)) : 1;
 }
 
-void OutlineBank::accept() {
-    for (Seen& s : seen_) {
+void OutlineBank::accept(std::span<KnownSlope> slopes) {
+    for (std::size_t b = 0; b < seen_.size(); ++b) {
+        Seen& s = seen_[b];
         if (!s.used) continue;
+        if (plane()) slopes[b].learn(s.slope);
         s.habit_frames = std::min(s.habit_frames + 1, EdgeFit::longest_memory);
         s.habit += (s.off - s.habit) / s.habit_frames;
     }
 }
 
-EdgeFitResult OutlineBank::fit(const ImageView& image, Point start) {
+EdgeFitResult OutlineBank::fit(const ImageView& image, Point start, std::span<const KnownSlope> slopes) {
+    slopes_ = slopes;
     Point at = start;
     double size = shape_.size;
     EdgeFitResult result;
@@ -294,6 +347,7 @@ EdgeFitResult OutlineBank::fit(const ImageView& image, Point start) {
         const bool settled =
             !thinned && std::abs(change[0]) <= 0.75 / phases && std::abs(change[1]) <= 0.75 / phases;
         if (settled) {
+            if (plane() && tilted(place, change)) return result;
             result.converged = true;
             result.outline = {found.x, found.y, size, shape_.blur};
             result.covariance = disagreement(place, change, variance) * inverse.topLeftCorner<2, 2>();

@@ -5,6 +5,7 @@
 #include <array>
 #include <cstdint>
 #include <memory>
+#include <span>
 #include <vector>
 
 #include "tracking/image/edge_fit.hpp"
@@ -39,9 +40,10 @@ public:
     /// As EdgeFit::fit(), without its care for single pixels: `trimmed` is the share of pixels in blocks that
     /// do not fit. Not converged when the target is not within about 2 px of `start`. Pictures with 4 bytes a
     /// pixel hold means of grey levels as floats.
-    EdgeFitResult fit(const ImageView& image, Point start);
+    /// slopes: of the blocks on planes; a block without is not used.
+    EdgeFitResult fit(const ImageView& image, Point start, std::span<const KnownSlope> slopes = {});
     /// As EdgeFit::accept().
-    void accept();
+    void accept(std::span<KnownSlope> slopes = {});
     [[nodiscard]] double size() const noexcept { return shape_.size; }
     [[nodiscard]] double blur() const noexcept { return shape_.blur; }
     /// Another size and blur, with the same pixels.
@@ -52,9 +54,12 @@ private:
     static constexpr int most_steps = 6;
     static constexpr int lanes = 4;  // pixels that are weighted at once
     struct Block {                   // at one place of the grid
-        Eigen::Matrix4d ground;      // inverse of the normal equations of 1, E [, u, v]
-        Eigen::Matrix3d normal;      // of x, y, size
-        double outline = 0;          // sum of dE/dr
+        // Inverse of the normal equations of 1, E [, u, v], with the known slope of the ground.
+        Eigen::Matrix4d ground;
+        Eigen::Matrix<double, 2, 3> by_slope;  // of the scores, grey levels per px of known slope
+        std::array<double, 2> squares{};       // sums of u^2, v^2
+        Eigen::Matrix3d normal;                // of x, y, size
+        double outline = 0;                    // sum of dE/dr
         bool known = false;
     };
     struct Run {  // sites in one row
@@ -73,6 +78,7 @@ private:
         bool used = false;
         double off = 0;  // px, of its outline outwards from the common one
         double habit = 0, habit_frames = 0;
+        std::array<double, 2> slope{};  // of the ground, grey levels per px, as if the place were right
     };
 
     void learn(std::size_t place, std::size_t block, Point offset);
@@ -80,6 +86,10 @@ private:
     void look(const Pixels<T>& pixels, std::size_t place, Point offset, int x, int y, Box whole,
               bool thinned);
     void see(std::size_t block, std::size_t place);
+    [[nodiscard]] bool plane() const noexcept { return shape_.ground == EdgeFit::Ground::plane; }
+    [[nodiscard]] std::array<double, 2> own_slope(std::size_t block, std::size_t place,
+                                                  const Eigen::Vector3d& change) const;
+    [[nodiscard]] bool tilted(std::size_t place, const Eigen::Vector3d& change);
     [[nodiscard]] float* weights_of(std::size_t place, std::size_t block) const {
         return &weights_[place * weights_a_place_ + static_cast<std::size_t>(ranges_[block].weights)];
     }
@@ -103,6 +113,7 @@ private:
     std::vector<float> values_;          // of a block's pixels, in whole lanes
     float level_ = 0;
     std::vector<Seen> seen_;
+    std::span<const KnownSlope> slopes_;  // during fit()
     std::vector<double> sorted_;
     std::vector<std::array<double, 8>> columns_;  // of a block, while its weights are computed
     double contrast_ = 0;
