@@ -2,6 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <span>
+
+#include "drivers/errors.hpp"
 
 namespace shaker {
 namespace {
@@ -34,20 +37,12 @@ std::string name_at(SettingsTable& table, std::set<std::string>& taken) {
 }
 
 std::array<int, 4> read_roi(SettingsTable& table) {
-    constexpr double most_px = 65536;
     const std::vector<double> given = table.numbers("roi_px", 4);
-    std::array<int, 4> roi{};
-    for (std::size_t i = 0; i < 4; ++i) {
-        const double least = i < 2 ? 0 : 1;
-        if (given[i] != std::floor(given[i]) || given[i] < least || given[i] > most_px)
-            table.fail(
-                "roi_px",
-                "expected x, y, width, height in whole pixels, x and y at least 0, width and height at "
-                "least 1; got " +
-                    to_text(given[i]));
-        roi[i] = static_cast<int>(given[i]);
+    try {
+        return roi_of(std::span{given}.first<4>());
+    } catch (const InputError& e) {
+        table.fail("roi_px", e.what());
     }
-    return roi;
 }
 
 Target read_target(SettingsTable& table, std::set<std::string>& names, double distance_mm) {
@@ -104,6 +99,21 @@ std::array<double, 2> read_tilt(SettingsTable& table) {
 }
 
 }  // namespace
+
+std::array<int, 4> roi_of(std::span<const double, 4> numbers) {
+    constexpr double most_px = 65536;
+    std::array<int, 4> roi{};
+    for (std::size_t i = 0; i < 4; ++i) {
+        const double least = i < 2 ? 0 : 1;
+        if (numbers[i] != std::floor(numbers[i]) || !(least <= numbers[i] && numbers[i] <= most_px))
+            throw InputError{
+                "expected x, y, width, height in whole pixels, x and y at least 0, width and height at "
+                "least 1; got " +
+                to_text(numbers[i])};
+        roi[i] = static_cast<int>(numbers[i]);
+    }
+    return roi;
+}
 
 std::array<double, 3> read_axis(SettingsTable& table, std::string_view key) {
     return unit_vector<3>(table, key);

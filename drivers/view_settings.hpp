@@ -2,6 +2,7 @@
 // Settings common to every table of a camera: geometry of the picture and targets.
 #include <array>
 #include <set>
+#include <span>
 #include <string>
 #include <string_view>
 
@@ -14,6 +15,9 @@ namespace shaker {
 /// `lens` and the tables `target` (at least one). Defaults: 0, along the image's x, no lens. Names must not
 /// be in `taken`; they are added to it. Other keys are left to the caller. InputError as from SettingsTable.
 View read_view(SettingsTable& table, std::set<std::string>& taken);
+
+/// A target's region from the four numbers of `roi_px`. InputError with the wrong number and what is allowed.
+std::array<int, 4> roi_of(std::span<const double, 4> numbers);
 
 /// The same keys and tables as TOML, for a table [[camera]].
 std::string view_text(const View& view);

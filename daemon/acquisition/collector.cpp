@@ -21,6 +21,7 @@ Collector::Collector(Rig& rig, StreamSink* sink, const std::optional<safety::Lim
     for (const auto& camera : rig.cameras) {
         camera_inputs_.emplace_back(camera->view());
         learned_.push_back({.view = camera->view()});
+        views_.push_back(camera->view());
     }
     newest_.resize(rig.cameras.size());
 }
@@ -33,21 +34,29 @@ void Collector::record(StreamSink* sink) {
     for (const DriveChange& c : streams_.changes) sink_->add(c);
 }
 
+std::optional<std::array<int, 4>> Collector::region_now(std::size_t camera, std::size_t target) const {
+    const Learned& learned = learned_[camera];
+    const TrackedFrame& newest = newest_[camera];
+    if (newest.frame == nullptr || learned.fixes.empty() || !found(newest.fixes[target].state)) return {};
+    const tracking::Fix &now = newest.fixes[target], &then = learned.fixes[target];
+    std::array<int, 4> roi = learned.view.targets[target].roi_px;
+    roi[0] += static_cast<int>(std::lround(now.x_px - then.x_px));
+    roi[1] += static_cast<int>(std::lround(now.y_px - then.y_px));
+    return roi;
+}
+
 std::vector<View> Collector::views_now() const {
     std::vector<View> views;
     for (std::size_t i = 0; i < learned_.size(); ++i) {
         View view = learned_[i].view;
         for (std::size_t k = 0; k < view.targets.size(); ++k) {
-            Target& target = view.targets[k];
-            const bool known = newest_[i].frame != nullptr && !learned_[i].fixes.empty();
-            if (!known || !found(newest_[i].fixes[k].state))
+            const auto roi = region_now(i, k);
+            if (!roi)
                 throw InputError{
-                    "camera \"" + view.camera + "\", target \"" + target.name +
+                    "camera \"" + view.camera + "\", target \"" + view.targets[k].name +
                     "\": not visible; a recording with pictures can start only while all targets "
                     "are visible"};
-            const tracking::Fix &now = newest_[i].fixes[k], &then = learned_[i].fixes[k];
-            target.roi_px[0] += static_cast<int>(std::lround(now.x_px - then.x_px));
-            target.roi_px[1] += static_cast<int>(std::lround(now.y_px - then.y_px));
+            view.targets[k].roi_px = *roi;
         }
         views.push_back(std::move(view));
     }
@@ -55,11 +64,42 @@ std::vector<View> Collector::views_now() const {
 }
 
 void Collector::relearn(const std::vector<View>& views) {
+    for (std::size_t i = 0; i < views.size(); ++i)
+        take_tracker(i, std::make_shared<tracking::ViewTracker>(views[i]), views[i]);
+}
+
+void Collector::take_tracker(std::size_t camera, std::shared_ptr<tracking::ViewTracker> tracker,
+                             const View& view) {
+    if (!camera_inputs_[camera].fresh.push(std::move(tracker))) return;
+    ++learned_[camera].wanted;
+    learned_[camera].view = view;
+}
+
+void Collector::move_targets(std::span<const MovedTarget> moved) {
+    std::vector<View> views = with_regions(views_, moved);
+    std::vector<std::shared_ptr<tracking::ViewTracker>> trackers(views.size());
+    std::vector<View> learned = views;
     for (std::size_t i = 0; i < views.size(); ++i) {
-        if (!camera_inputs_[i].fresh.push(std::make_shared<tracking::ViewTracker>(views[i]))) continue;
-        ++learned_[i].wanted;
-        learned_[i].view = views[i];
+        const auto named = [&](const std::string& target) {
+            return std::ranges::any_of(moved, [&](const MovedTarget& m) {
+                return m.camera == views[i].camera && (target.empty() || m.target == target);
+            });
+        };
+        if (!named({})) continue;
+        const std::string who = "camera \"" + views[i].camera + "\": ";
+        if (views[i].positions)
+            throw InputError{who + "gives positions instead of pictures; its targets have no regions"};
+        if (newest_[i].frame == nullptr || camera_inputs_[i].fresh.full())
+            throw InputError{who + "no new picture has arrived; give the order again when the picture moves"};
+        for (std::size_t k = 0; k < views[i].targets.size(); ++k)
+            if (const auto now = region_now(i, k); now && !named(views[i].targets[k].name))
+                learned[i].targets[k].roi_px = *now;
+        trackers[i] = std::make_shared<tracking::ViewTracker>(learned[i]);
+        static_cast<void>(trackers[i]->update(newest_[i].frame->view(), newest_[i].frame->tick));
     }
+    for (std::size_t i = 0; i < views.size(); ++i)
+        if (trackers[i]) take_tracker(i, std::move(trackers[i]), learned[i]);
+    views_ = std::move(views);
 }
 
 void Collector::keep_tails() {

@@ -1,13 +1,18 @@
 #pragma once
 // The sensor side of any rig: devices and trackers write into rings; the collector moves the data from the
 // rings to the streams and the recording.
+#include <array>
 #include <chrono>
 #include <deque>
 #include <functional>
+#include <memory>
+#include <optional>
+#include <span>
 #include <vector>
 
 #include "daemon/acquisition/channels.hpp"
 #include "daemon/acquisition/executors.hpp"
+#include "daemon/acquisition/moved_targets.hpp"
 #include "daemon/acquisition/recent_frames.hpp"
 #include "daemon/acquisition/steps.hpp"
 #include "daemon/acquisition/stream_sink.hpp"
@@ -24,6 +29,15 @@ public:
     Collector(Rig& rig, StreamSink* sink, const std::optional<safety::Limits>& limits = {},
               double frequency = 20);
 
+    /// The views with the regions in force: those of the cameras, or of move_targets().
+    [[nodiscard]] const std::vector<View>& views() const noexcept { return views_; }
+    /// Puts these regions in force: learns the targets of their cameras in the newest pictures, and tracks
+    /// these from the next picture on. Targets that are not named are learned at their present places.
+    /// InputError names camera, target and region when a number is wrong or a target is not found; then
+    /// nothing changes. Reduction thread, with settle_live().
+    void move_targets(std::span<const MovedTarget> moved);
+    /// A target's region moved to its present position; empty: the target is not visible.
+    [[nodiscard]] std::optional<std::array<int, 4>> region_now(std::size_t camera, std::size_t target) const;
     /// The views with the regions of their targets moved to the present positions. A recording whose pictures
     /// will be tracked again needs these regions. InputError naming a target that is not visible.
     [[nodiscard]] std::vector<View> views_now() const;
@@ -56,6 +70,7 @@ public:
 
 private:
     bool collect_frames();
+    void take_tracker(std::size_t camera, std::shared_ptr<tracking::ViewTracker> tracker, const View& view);
     void note_learned(std::size_t camera, const TrackedFrame& tracked);
     [[nodiscard]] std::vector<tracking::Track> newest_tracks(std::size_t camera) const;
 
@@ -65,6 +80,7 @@ private:
     AccelerometerInput input_;
     std::deque<CameraInput> camera_inputs_;
     Streams streams_;
+    std::vector<View> views_;  // see views()
     std::vector<TrackedFrame> newest_;
     struct Learned {
         View view;

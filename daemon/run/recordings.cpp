@@ -89,7 +89,7 @@ void Recordings::require_free() const {
 void Recordings::begin(const RunOptions& run, const std::filesystem::path& file, double now_s) {
     if (!file.empty()) require_free();
     const bool with_truth = !settings_.on_call && bench_.world != nullptr;
-    header_ = run_header(bench_, run, settings_.live, with_truth);
+    header_ = run_header(bench_, collector_.views(), run, settings_.live, with_truth);
     started_s_ = now_s;
     notes_before_ = 0;
     count_from_now();
@@ -131,8 +131,10 @@ void Recordings::prepare(const RunOptions& run, const std::filesystem::path& fil
     require_free();
     {
         const std::scoped_lock lock{mutex_};
-        prepared_ = std::make_shared<Prepared>(Prepared{
-            .file = file, .header = run_header(bench_, run, settings_.live, false), .started_s = now_s});
+        prepared_ = std::make_shared<Prepared>(
+            Prepared{.file = file,
+                     .header = run_header(bench_, collector_.views(), run, settings_.live, false),
+                     .started_s = now_s});
     }
     if (!settings_.live) open_prepared();
 }

@@ -14,8 +14,8 @@
 
 namespace shaker::run {
 
-recorded::RecordingHeader run_header(const bench::Bench& bench, const RunOptions& run, bool live,
-                                     bool with_truth) {
+recorded::RecordingHeader run_header(const bench::Bench& bench, const std::vector<View>& views,
+                                     const RunOptions& run, bool live, bool with_truth) {
     const Rig& rig = bench.rig;
     recorded::RecordingHeader header;
     header.title = fmt::format("gamma {:.4g} m/s^2, phi {:.4g} rad, rho {:.4g}, {:.6g} Hz", run.drive.gamma,
@@ -30,7 +30,7 @@ recorded::RecordingHeader run_header(const bench::Bench& bench, const RunOptions
     header.pictures = run.pictures;
     header.started = live ? recording::local_time_text() : recording::epoch_text;
     if (live) header.identifier = new_identifier();
-    for (const auto& camera : rig.cameras) header.views.push_back(camera->view());
+    header.views = views;
     recording::lay_out(header, with_truth);
     return header;
 }

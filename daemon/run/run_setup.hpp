@@ -12,8 +12,8 @@ namespace shaker::run {
 
 /// Header of the run's recording. live: real time, so the header gets a date and an identifier. with_truth:
 /// the file gets tables for the true positions of a simulated walker.
-recorded::RecordingHeader run_header(const bench::Bench& bench, const RunOptions& run, bool live,
-                                     bool with_truth);
+recorded::RecordingHeader run_header(const bench::Bench& bench, const std::vector<View>& views,
+                                     const RunOptions& run, bool live, bool with_truth);
 /// The limits of any run: the bench's limits without the detector `underrun`. After an empty DAC the drive
 /// restarts softly by itself, a limited number of times.
 safety::Limits limits_of_run(safety::Limits limits);

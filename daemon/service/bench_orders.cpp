@@ -250,6 +250,19 @@ void BenchService::obey(const GiveMu& order, acquisition::Channels& /*channels*/
     log("note", fmt::format("mu is {:.4g} by the operator", mu_.value));
 }
 
+void BenchService::obey(const MoveTargets& order, acquisition::Channels& /*channels*/) {
+    campaign_.require_none("the targets cannot be moved");
+    if (const run::RunState state = on_call_.state();
+        state != run::RunState::idle && state != run::RunState::tripped)
+        throw InputError{fmt::format(
+            "the targets cannot be moved while the bench is {}; wait until it is idle, or stop the drive",
+            row_of(state).shown)};
+    collector_.move_targets(order.targets);
+    BenchFacts facts = *facts_;
+    facts.views = collector_.views();
+    facts_ = std::make_shared<const BenchFacts>(std::move(facts));
+}
+
 void BenchService::obey(const Adopt& order, acquisition::Channels& channels) {
     campaign_.require_none("the settings cannot change");
     const run::RunState state = sequence_.state();

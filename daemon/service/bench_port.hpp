@@ -14,6 +14,7 @@
 #include <variant>
 #include <vector>
 
+#include "daemon/acquisition/moved_targets.hpp"
 #include "daemon/campaign/engine.hpp"
 #include "daemon/catalogue/results_table.hpp"
 #include "daemon/service/bench_state.hpp"
@@ -83,6 +84,10 @@ struct CloseLoop {
 struct GiveMu {
     calibration::Estimate mu;
 };
+/// At rest: new regions of targets, which are learned in them. They last until the daemon ends.
+struct MoveTargets {
+    std::vector<acquisition::MovedTarget> targets;
+};
 /// New settings from the settings files; no network client can give this order.
 struct Adopt {
     Drive drive;
@@ -90,9 +95,9 @@ struct Adopt {
     safety::Limits limits;         // may be above the present limits
     bool restores_limits = false;  // false: a limit that is as in the files before keeps its present value
 };
-using OrderWhat =
-    std::variant<SetDrive, Begin, Identify, BringToMiddle, PutWalkerBack, MeasurePlan, CheckPlan,
-                 TellCampaign, End, ClearTrip, Record, Remark, CloseLoop, LowerLimit, GiveMu, Adopt>;
+using OrderWhat = std::variant<SetDrive, Begin, Identify, BringToMiddle, PutWalkerBack, MeasurePlan,
+                               CheckPlan, TellCampaign, End, ClearTrip, Record, Remark, CloseLoop, LowerLimit,
+                               GiveMu, MoveTargets, Adopt>;
 
 struct Order {
     OrderWhat what;

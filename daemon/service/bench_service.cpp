@@ -43,12 +43,11 @@ BenchService::BenchService(run::Runner& runner, const BenchServiceSettings& sett
     BenchFacts facts{.rig = bench_.rig.name,
                      .dac = bench_.rig.dac->info(),
                      .accelerometer = bench_.rig.accelerometer->info(),
-                     .views = {},
+                     .views = collector_.views(),
                      .soft_start_periods = sequence_.plan().soft_start,
                      .mu = settings.mu,
                      .gravity = bench_.gravity,
                      .simulated = bench_.world != nullptr};
-    for (const auto& camera : bench_.rig.cameras) facts.views.push_back(camera->view());
     mu_ = facts.mu;
     facts_ = std::make_shared<const BenchFacts>(std::move(facts));
     predicted_ = run::run_demands(bench_, run_.drive, on_call_.limits());

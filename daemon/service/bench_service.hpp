@@ -73,6 +73,7 @@ private:
     void obey(const CloseLoop& order, acquisition::Channels& channels);
     void obey(const LowerLimit& order, acquisition::Channels& channels);
     void obey(const GiveMu& order, acquisition::Channels& channels);
+    void obey(const MoveTargets& order, acquisition::Channels& channels);
     void obey(const Adopt& order, acquisition::Channels& channels);
     void begin_run(const std::function<void()>& begin);
     void take_limits(const safety::Limits& limits, acquisition::Channels& channels);

@@ -149,6 +149,8 @@ struct PictureState {
     double px_per_mm = 0;
     std::vector<tracking::Fix> fixes;
     std::vector<Target> targets;
+    /// The region of each target moved with it, x, y, width, height in px; empty: the target is lost.
+    std::vector<std::optional<std::array<int, 4>>> regions_now{};
 };
 
 /// Acceleration of the base over two periods at equidistant phases, m/s^2.

@@ -53,6 +53,12 @@ struct InWords {
     OrderText operator()(const LowerLimit& order) const {
         return {"setting", "limit", fmt::format("limit lowered to {:.6g}", order.value)};
     }
+    OrderText operator()(const MoveTargets& order) const {
+        std::string regions;
+        for (const acquisition::MovedTarget& m : order.targets)
+            regions += (regions.empty() ? "" : "; ") + acquisition::text(m);
+        return {"setting", "targets", "targets moved until the daemon ends: " + regions};
+    }
     OrderText operator()(const auto&) const { return {"setting", ""}; }
 };
 

@@ -48,6 +48,7 @@ export class Bench {
     to_middle = false;  // the walker is being brought to the middle
     given_mu = null;
     walker_lost = false;  // by both cameras
+    regions = { top: [170, 30, 120, 110], side: [170, 20, 120, 90] };  // of the walker, px
     mirrored = false;  // x grows to the left of the picture
 
     law_mu = null;  // value and error, for the curves of the law
@@ -174,8 +175,9 @@ export class Bench {
             losses: [{ stream: "accelerometer", got: Math.floor(this.time * 4000), lost: 0 },
                 { stream: "camera:top", got: Math.floor(this.time * 1000), lost: 3 },
                 { stream: "camera:side", got: Math.floor(this.time * 1000), lost: 0 }],
-            cameras: [["top", [170, 30, 120, 110]], ["side", [170, 20, 120, 90]]].map(([name, region_px]) => ({
-                name, width_px: 1280, mm_per_px: 0.078125, along: [1, 0], exposure_s: 2e-4, clipped: 0.002, edge_px: 2.4, targets: [{ name: "walker", region_px }],
+            cameras: [["top", 320], ["side", 240]].map(([name, height_px]) => ({
+                name, width_px: 1280, height_px, origin_px: [0, 40], mm_per_px: 0.078125, along: [1, 0], exposure_s: 2e-4, clipped: 0.002, edge_px: 2.4,
+                targets: [{ name: "walker", region_px: this.regions[name], proposed_px: this.walker_lost ? null : [this.regions[name][0] + 300, ...this.regions[name].slice(1)] }],
             })),
             disk: { free_bytes: 1.12e11, room_bytes: 1.11e11, backlog: 0.042 },
             tracking: { median_s: 5e-5, slowest_s: 2e-4, core_share: 0.071 },
@@ -230,6 +232,7 @@ export class Bench {
             case "start": this.asked = body.measurements; return this.start();
             case "middle": return this.bring();
             case "reset-walker": this.x = 0; this.log("note", "the simulated walker is put back"); return null;
+            case "targets": return this.move(body.targets);
             case "mu": this.given_mu = body.mu; return null;
             case "stop": this.become("stopping"); return null;
             case "campaigns/scan-1/report": this.campaigns[0].report = "made"; return null;
@@ -238,6 +241,13 @@ export class Bench {
             case "remark": this.log("remark", body.text); return null;
             default: return `no action ${name}`;
         }
+    }
+
+    move(targets) {
+        for (const { camera, target, region_px: [x, y, width, height] } of targets)
+            if (width < 40) return `camera "${camera}", target "${target}", roi_px [${x}, ${y}, ${width}, ${height}]: not found`;
+        for (const { camera, region_px } of targets) this.regions[camera] = region_px;
+        return null;
     }
 
     bring() {

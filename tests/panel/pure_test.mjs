@@ -10,6 +10,7 @@ const { tickTexts, withError, withErrors, number, prefixed, duration, decibels }
 const { decodeFrame, channel, FrameError } = await source("frames");
 const { edgeLines, figureWords, scaleBar } = await source("views/camera_drawing");
 const { campaignWords, checkWords, scanOrder } = await source("views/campaign");
+const { resized, rigLines, shifted } = await source("views/target_regions");
 const { trackingWords } = await source("views/health");
 const { stickWords } = await source("views/numbers");
 const { parseMessage } = await source("messages");
@@ -20,6 +21,16 @@ const { curves, axes, degrees, maxCurves } = await source("groups");
 
 const arrayBuffer = (buffers) => new Uint8Array(Buffer.concat(buffers)).buffer;
 const decoded = (buffers) => decodeFrame(arrayBuffer(buffers));
+
+test("Regions stay in the picture, and their lines count px of the whole picture", () => {
+    const size = { width: 100, height: 50 };
+    assert.deepEqual(shifted([10, 10, 30, 20], 5.4, -3, size), [15, 7, 30, 20]);
+    assert.deepEqual(shifted([10, 10, 30, 20], 500, 500, size), [70, 30, 30, 20]);
+    assert.deepEqual(shifted([10, 10, 30, 20], -500, -500, size), [0, 0, 30, 20]);
+    assert.deepEqual(resized([10, 10, 30, 20], -500, 500, size), [10, 10, 4, 40]);
+    assert.equal(rigLines([{ camera: "top", target: "walker", region_px: [1, 2, 3, 4] }], [{ name: "top", origin_px: [10, 20] }]),
+        '# [[camera]] name = "top", [[camera.target]] name = "walker"\nroi_px = [11, 22, 3, 4]');
+});
 
 test("A value has the decimals of its error, which has two digits", () => {
     for (const [value, sigma, scale, text] of [

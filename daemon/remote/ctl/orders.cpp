@@ -12,6 +12,7 @@
 #include "daemon/remote/ctl/terminal.hpp"
 #include "daemon/remote/ctl/trouble.hpp"
 #include "drivers/errors.hpp"
+#include "drivers/text/printable.hpp"
 
 namespace shaker::ctl {
 
@@ -94,6 +95,27 @@ void give_mu(const Values& values) {
     json fields{{"mu", values.number("MU")}};
     if (values.has("--error")) fields["sigma"] = values.number("--error");
     link_of(values).order("mu", fields);
+}
+
+void targets(const Values& values) {
+    const Link link = link_of(values);
+    const int given = values.has("--camera") + values.has("--target") + values.has("--region");
+    if (given == 3) {
+        const json region = json::parse("[" + values.text("--region") + "]", nullptr, false);
+        return link.order("targets", {{"targets",
+                                       {{{"camera", values.text("--camera")},
+                                         {"target", values.text("--target")},
+                                         {"region_px", region.is_array() ? region : json{}}}}}});
+    }
+    if (given > 0)
+        throw InputError{"targets: --camera, --target and --region belong together; one is missing"};
+    const json state = link.get_json("/api/state");
+    for (const json& camera : state.at("cameras"))
+        for (const json& target : camera.at("targets"))
+            print(printable(fmt::format("{} {} region {} proposed {}\n", camera.at("name").get<std::string>(),
+                                        target.at("name").get<std::string>(), target.at("region_px").dump(),
+                                        target.at("proposed_px").dump()),
+                            true));
 }
 
 // Exit status 1 when a point does not fit.

@@ -85,6 +85,22 @@ constexpr std::array mu_arguments{Argument{.name = "MU",
                                            .allowed = {0, 3},
                                            .otherwise = "0"}};
 
+constexpr std::array targets_arguments{Argument{.name = "--camera",
+                                                .value = "NAME",
+                                                .help = "Camera of the target to move",
+                                                .kind = Kind::text,
+                                                .otherwise = "print all regions"},
+                                       Argument{.name = "--target",
+                                                .value = "NAME",
+                                                .help = "Target to move",
+                                                .kind = Kind::text,
+                                                .otherwise = "needed with --camera"},
+                                       Argument{.name = "--region",
+                                                .value = "X,Y,WIDTH,HEIGHT",
+                                                .help = "Its new region in the picture, px",
+                                                .kind = Kind::text,
+                                                .otherwise = "needed with --camera"}};
+
 constexpr std::array<std::string_view, 8> campaign_words{"plans",  "check", "start",  "pause",
                                                          "resume", "skip",  "repeat", "stop"};
 constexpr std::array campaign_arguments{
@@ -200,6 +216,17 @@ constexpr std::array commands{
             .arguments = mu_arguments,
             .exit_statuses = asks,
             .act = done<give_mu>},
+    Command{
+        .name = "targets",
+        .summary = "Print or move the regions in which the cameras' targets are searched",
+        .details =
+            "Without options: each target's region and the proposed one, which has moved with the target. "
+            "A target is moved at rest only, and learned there; the region is in force until the daemon "
+            "ends.",
+        .arguments = targets_arguments,
+        .example = "shakerctl targets --camera top --target walker --region 40,20,180,170",
+        .exit_statuses = asks,
+        .act = done<targets>},
     Command{.name = "campaign",
             .summary = "Measure the points of a plan without a person",
             .details = "The recordings and the table of points (campaign.nxs, for \"shakerd report\") are in "

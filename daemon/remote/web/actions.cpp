@@ -57,6 +57,28 @@ service::OrderWhat mu_of(const json& body) {
     return service::GiveMu{{number_at(body, "mu", NAN), number_at(body, "sigma", 0)}};
 }
 
+/// {"targets": [{"camera", "target", "region_px": [x, y, width, height]}, ...]}
+service::OrderWhat targets_of(const json& body) {
+    if (!body.contains("targets") || !body["targets"].is_array())
+        throw InputError{"targets: expected a list of objects with camera, target and region_px"};
+    service::MoveTargets order;
+    for (const json& given : body["targets"]) {
+        const bool named = given.is_object() && given.contains("camera") && given["camera"].is_string() &&
+                           given.contains("target") && given["target"].is_string();
+        if (!named)
+            throw InputError{fmt::format(
+                "targets: expected an object with the names camera and target, got {}", given.dump())};
+        const json region = given.value("region_px", json{});
+        if (!region.is_array() || region.size() != 4 ||
+            !std::ranges::all_of(region, [](const json& x) { return x.is_number(); }))
+            throw InputError{
+                fmt::format("region_px: expected four numbers x, y, width, height, got {}", region.dump())};
+        order.targets.push_back({given["camera"].get<std::string>(), given["target"].get<std::string>(),
+                                 region.get<std::array<double, 4>>()});
+    }
+    return order;
+}
+
 service::OrderWhat remark_of(const json& body) {
     if (!body.contains("text") || !body["text"].is_string())
         throw InputError{"text: expected the remark as a string"};
@@ -143,6 +165,7 @@ std::optional<service::OrderWhat> order_of(const std::string& name, const json& 
     if (constexpr std::string_view word = "campaign/"; name.starts_with(word))
         return campaign_word(std::string_view{name}.substr(word.size()));
     if (name == "mu") return mu_of(body);
+    if (name == "targets") return targets_of(body);
     if (name == "clear") return service::ClearTrip{};
     if (name == "remark") return remark_of(body);
     if (name == "loop") return loop_of(body);

@@ -193,6 +193,14 @@ json losses(const service::BenchState& s) {
     return list;
 }
 
+// The region of a target where the target is now.
+json proposed(const service::BenchState& s, std::size_t camera, std::size_t target) {
+    if (camera >= s.pictures_now.size() || target >= s.pictures_now[camera].regions_now.size())
+        return nullptr;
+    const auto& region = s.pictures_now[camera].regions_now[target];
+    return region ? json(*region) : json(nullptr);
+}
+
 // Each camera's geometry and targets, exposure and focus.
 json cameras(const service::BenchState& s) {
     json list = json::array();
@@ -201,9 +209,14 @@ json cameras(const service::BenchState& s) {
         const FramePtr frame = i < s.pictures_now.size() ? s.pictures_now[i].frame : nullptr;
         const PictureFigures seen = frame ? figures_of(*frame) : PictureFigures{NAN, NAN};
         json targets = json::array();
-        for (const Target& t : v.targets) targets.push_back({{"name", t.name}, {"region_px", t.roi_px}});
+        for (std::size_t k = 0; k < v.targets.size(); ++k)
+            targets.push_back({{"name", v.targets[k].name},
+                               {"region_px", v.targets[k].roi_px},
+                               {"proposed_px", proposed(s, i, k)}});
         list.push_back({{"name", v.camera},
                         {"width_px", frame ? json(frame->width) : json(nullptr)},
+                        {"height_px", frame ? json(frame->height) : json(nullptr)},
+                        {"origin_px", v.origin_px},
                         {"mm_per_px", number(v.mm_per_px)},
                         {"along", v.along},
                         {"exposure_s", number(v.exposure_s)},

@@ -143,6 +143,14 @@ TEST_F(CtlTest, IdentifyClearAndRecordAreOrders) {
     EXPECT_EQ(ctl("mu 0.12 --error 0.01").status, exit_done);
     EXPECT_EQ(last<service::GiveMu>().mu.value, 0.12);
     EXPECT_EQ(last<service::GiveMu>().mu.sigma, 0.01);
+    EXPECT_EQ(ctl("targets --camera top --target walker --region 40,20,180,170").status, exit_done);
+    const auto moved = last<service::MoveTargets>().targets.at(0);
+    EXPECT_EQ(text(moved), "camera \"top\", target \"walker\", roi_px = [40, 20, 180, 170]");
+    EXPECT_EQ(ctl("targets --camera top --target walker").status, exit_wrong_use);
+    const Outcome odd = ctl("targets --camera top --target walker --region 40,x");
+    EXPECT_EQ(odd.status, exit_refused);
+    EXPECT_NE(odd.err.find("region_px: expected four numbers x, y, width, height"), std::string::npos)
+        << odd.err;
     EXPECT_EQ(ctl("clear").status, exit_done);
     EXPECT_TRUE(std::holds_alternative<service::ClearTrip>(bench.ordered().back()));
 }
@@ -179,7 +187,8 @@ TEST_F(CtlTest, RefusalNamesHolderAndAbortWorksAnyway) {
     test::TcpClient page{server.http_port()};
     take_control(page);
     for (const char* order : {"set --gamma 1g", "identify", "start", "start --wait", "stop", "stop --wait",
-                              "middle", "reset-walker", "mu 0.1", "clear", "record on"}) {
+                              "middle", "reset-walker", "mu 0.1", "clear", "record on",
+                              "targets --camera top --target walker --region 1,2,3,4"}) {
         const Outcome refused = ctl(order);
         EXPECT_EQ(refused.status, exit_refused) << order;
         EXPECT_TRUE(

@@ -48,7 +48,8 @@ TEST_F(ScpiPortTest, ReadReturnsNextMeasurement) {
 }
 
 TEST_F(ScpiPortTest, HealthReportsRefusedRealTime) {
-    EXPECT_EQ(ask("SYST:HEAL?"), "\"\",0,0,0,\"real time\",2,1,0");
+    EXPECT_EQ(ask("SYST:HEAL?"),
+              R"("dac",0,0,0,"accelerometer",0,0,0,"camera ""top""",0,0,0,"real time",2,1,0)");
     EXPECT_EQ(ask("SYST:HEAL:CONT?"), "\"open\"");
     EXPECT_EQ(ask("OUTP:ENAB?"), "1");
     EXPECT_EQ(ask("SYST:HEAL:RTIM?"), "\"output: cannot set real-time priority 70\"");
@@ -172,6 +173,12 @@ TEST_F(ScpiPortTest, CountMiddleAndFrictionAreOrders) {
     const auto given = bench.ordered().back();
     ASSERT_TRUE(std::holds_alternative<service::GiveMu>(given));
     EXPECT_EQ(std::get<service::GiveMu>(given).mu.value, 0.113);
+    EXPECT_EQ(ask("SENS:CAM1:TARG:REG 'walker',40,20,180,170;*OPC?"), "1");
+    const auto moved = bench.ordered().back();
+    ASSERT_TRUE(std::holds_alternative<service::MoveTargets>(moved));
+    EXPECT_EQ(text(std::get<service::MoveTargets>(moved).targets.at(0)),
+              "camera \"top\", target \"walker\", roi_px = [40, 20, 180, 170]");
+    EXPECT_EQ(ask("SENS:CAM1:TARG:CAT?"), "\"walker\",0,0,0,0");
     client.send("WALK:MU 9");
     EXPECT_NE(ask("SYST:ERR?").find("-222"), std::string::npos);
 }
@@ -251,6 +258,8 @@ TEST_F(ScpiPortTest, EverySettingAcceptsItsOwnAnswer) {
             value = "1";
         } else if (header.ends_with("RECord:NOTE")) {
             value = "'new paper'";
+        } else if (header.ends_with("TARGet:REGion")) {
+            value = "'walker',1,2,30,40";
         } else if (header.ends_with("WALKer:MU")) {
             value = "0.113";
         } else if (header.ends_with("CAMPaign:STARt") || header.ends_with("CAMPaign:CHECk")) {
@@ -305,7 +314,8 @@ TEST_F(ScpiPortTest, QueryWithoutResultAnswersNanInItsShape) {
                                                         {"FETC:VEL:CYCL?", nan, "-230"},
                                                         {"FETC:WALK:POS?", two, "-230"},
                                                         {"CONT:IDEN:RES?", nan, "-230"},
-                                                        {"SENS:CAM1:FRAM?", two, "-241"}};
+                                                        {"SENS:CAM1:QUAL?", nan, "-230"},
+                                                        {"SENS:CAM2:FRAM?", two, "-241"}};
     for (const auto& [query, answer, error] : cases) {
         EXPECT_EQ(ask(query), answer) << query;
         EXPECT_EQ(ask("SYST:ERR?").substr(0, 4), error) << query;

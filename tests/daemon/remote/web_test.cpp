@@ -299,7 +299,8 @@ TEST(StateJsonTest, CamerasHaveGeometryAndFigures) {
     EXPECT_EQ(all[0]["mm_per_px"], 0.125);
     EXPECT_EQ(all[0]["clipped"], 1);
     EXPECT_TRUE(all[0]["edge_px"].is_null());
-    EXPECT_EQ(all[0]["targets"], json::parse(R"([{"name": "walker", "region_px": [10, 20, 30, 40]}])"));
+    EXPECT_EQ(all[0]["targets"], json::parse(R"([{"name": "walker", "region_px": [10, 20, 30, 40],
+                                                 "proposed_px": null}])"));
     EXPECT_TRUE(all[1]["width_px"].is_null()) << "no picture yet";
     EXPECT_TRUE(all[1]["clipped"].is_null());
 }

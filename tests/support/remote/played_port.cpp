@@ -42,8 +42,15 @@ service::PictureState grey_picture() {
 
 PlayedPort::PlayedPort() {
     state_.state = run::RunState::idle;
-    state_.facts = std::make_shared<const service::BenchFacts>(service::BenchFacts{
-        .rig = "played", .dac = {}, .accelerometer = {}, .views = {}, .soft_start_periods = 10, .mu = {}});
+    state_.facts = std::make_shared<const service::BenchFacts>(
+        service::BenchFacts{.rig = "played",
+                            .dac = {},
+                            .accelerometer = {},
+                            .views = {{.camera = "top", .targets = {{.name = "walker"}}}},
+                            .soft_start_periods = 10,
+                            .mu = {}});
+    state_.devices = {
+        {"dac", "samples", {}}, {"accelerometer", "samples", {}}, {"camera \"top\"", "frames", {}}};
     state_.plan.periods = 40;
     state_.plans = {"fig3", "mu"};
     state_.real_time = {{"memory", ""}, {"output", "output: cannot set real-time priority 70"}};

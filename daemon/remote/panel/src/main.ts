@@ -23,6 +23,7 @@ import { makePoints } from "./views/points";
 import { makeProgress } from "./views/progress";
 import { makeRecordings } from "./views/recordings";
 import { makeResults } from "./views/results";
+import { makeTargetRegions } from "./views/target_regions";
 import { makeTrip } from "./views/trip";
 import { makeWaveform } from "./views/waveform";
 
@@ -62,6 +63,7 @@ loop.add(makePoints(box("points-phi"), box("key-phi"), "phi", "φ, degrees", sto
 loop.add(track.draw, 5, box("live-card"));
 loop.add(acceleration.draw, 5, box("live-card"));
 loop.add(cameras.draw, 15, box("cameras-card"));
+loop.add(makeTargetRegions(act, store, cameras.regions), 5, box("cameras-card"));
 loop.add(makeHealth(box("jitter"), store, themes), 2, box("health-card"));
 loop.add(makeLog(box("log"), store), 5, box("log-card"));
 loop.start();

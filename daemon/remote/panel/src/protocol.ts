@@ -143,18 +143,23 @@ export interface Point {
 /**
  * `width_px`: of the whole picture, of which the page shows a smaller copy. `along`: direction of +x in the picture.
  * `clipped`: share of pixels at the end of the sensor's range. `edge_px`: width of the steepest edges; 2 px when sharp.
- * `region_px`: x, y, width, height, where the target is searched first.
+ * `region_px`: where the target is searched first. `proposed_px`: that region moved with the target; null: it is lost.
+ * `origin_px`: of a cropped picture in the whole one, which the rig file means.
  */
 export interface Camera {
     name: string;
     width_px: Known;
+    height_px: Known;
+    origin_px: [number, number];
     mm_per_px: Known;
     along: [number, number];
     exposure_s: Known;
     clipped: Known;
     edge_px: Known;
-    targets: { name: string; region_px: [number, number, number, number] }[];
+    targets: { name: string; region_px: Region; proposed_px: Region | null }[];
 }
+/** x, y, width, height in px. */
+export type Region = [number, number, number, number];
 
 export interface Clock { name: string; ppm: Known; residual_s: Known }
 export interface Loss { stream: string; got: number; lost: number }

@@ -7,11 +7,13 @@ import type { Loop } from "../loop";
 import type { Camera } from "../protocol";
 import type { Store } from "../store";
 import { drawGeometry, drawScale, drawTarget, figureWords, stateOf, targetWords, type Seen } from "./camera_drawing";
+import { RegionLayer } from "./target_regions";
 
 const rate = 10;  // Hz
 
 export class CameraView {
     readonly figure = make("figure");
+    readonly regions = new RegionLayer();
     private readonly canvas = make("canvas");
     private readonly caption = make("figcaption");
     private shown: PictureFrame | null = null;
@@ -24,7 +26,9 @@ export class CameraView {
         this.canvas.width = 640;
         this.canvas.height = 160;
         setText(this.caption, `${name}: no picture yet`);
-        this.figure.append(this.canvas, this.caption);
+        const picture = make("div", "picture");
+        picture.append(this.canvas, this.regions.element);
+        this.figure.append(picture, this.caption);
     }
 
     get pixels(): number { return Math.round(this.canvas.clientWidth * devicePixelRatio); }
@@ -77,7 +81,7 @@ export function cameraNames(store: Store): string[] {
 
 export function makeCameras(
     list: HTMLElement, card: HTMLElement, store: Store, connection: Connection, loop: Loop,
-): { draw: () => void; subscribe: () => void } {
+): { draw: () => void; subscribe: () => void; regions: () => RegionLayer[] } {
     let names: string[] = [];
     let views: CameraView[] = [];
     const rebuild = (wanted: string[]): void => {
@@ -95,6 +99,7 @@ export function makeCameras(
                 if (frame) void view.show(frame, store.state?.cameras[k] ?? null, store.state?.limits["edge_m"]);
             });
         },
+        regions: () => views.map((view) => view.regions),
         /** Requests pictures only while they are in view, because they need most of the bandwidth. */
         subscribe: () => {
             const watched = !document.hidden && loop.isVisible(card);
