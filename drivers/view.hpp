@@ -6,7 +6,7 @@
 
 namespace shaker {
 
-enum class TargetKind { disc, rectangle, dots, bars, patch };
+enum class TargetKind { disc, rectangle, dots, bars, patch, code };
 enum class Polarity { bright, dark };
 
 /// One object to track in a view. Lengths in mm in the object's own plane.

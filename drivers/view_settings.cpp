@@ -49,7 +49,7 @@ Target read_target(SettingsTable& table, std::set<std::string>& names, double di
     Target target;
     target.name = name_at(table, names);
     target.kind =
-        static_cast<TargetKind>(table.choice("kind", {"disc", "rectangle", "dots", "bars", "patch"}));
+        static_cast<TargetKind>(table.choice("kind", {"disc", "rectangle", "dots", "bars", "patch", "code"}));
     const auto length = [&](std::string_view key, std::initializer_list<TargetKind> needed_by) {
         const bool needed = std::find(needed_by.begin(), needed_by.end(), target.kind) != needed_by.end();
         return needed ? table.number(key, length_mm) : table.number(key, length_mm, 0);
@@ -144,7 +144,7 @@ View read_view(SettingsTable& table, std::set<std::string>& taken) {
 }
 
 std::string view_text(const View& view) {
-    constexpr std::array kinds{"disc", "rectangle", "dots", "bars", "patch"};
+    constexpr std::array kinds{"disc", "rectangle", "dots", "bars", "patch", "code"};
     std::string text;
     const auto number = [&](const char* key, double x) {
         if (x != 0) text += key + (" = " + to_text(x)) + "\n";

@@ -8,7 +8,6 @@ namespace shaker::tracking {
 namespace {
 
 constexpr double tau = 2 * std::numbers::pi;
-constexpr int noise_samples = 1000;  // pairs of pixels; the noise is then known to 2 %
 constexpr double periods_per_window = 3;
 constexpr int enough = 100;  // windows; more do not show better where the bars are hidden
 
@@ -26,39 +25,25 @@ BarsLocator::BarsLocator(Subject subject)
       axis_{axis_of(subject_)},
       pitch_{crossing_px(subject_, subject_.target.pitch_mm)} {}
 
-void BarsLocator::load(const ImageView& image, int first, int last) {
-    profile_first_ = std::max(0, first);
-    const int end = std::min(length_along(image, axis_), last), rows = across1_ - across0_;
-    const auto bands = static_cast<int>(profiles_.size());
-    for (int b = 0; b < bands; ++b) {
-        auto& profile = profiles_[static_cast<std::size_t>(b)];
-        profile.resize(static_cast<std::size_t>(std::max(0, end - profile_first_)));
-        if (profile.empty()) continue;
-        mean_profile(image, axis_, profile_first_, across0_ + rows * b / bands,
-                     across0_ + rows * (b + 1) / bands, profile);
-    }
-}
-
 // sum of hann(x) profile(x) exp(-i 2 pi (x - centre) / pitch).
 BarsLocator::Complex BarsLocator::fundamental(std::size_t band, double centre, double pitch,
                                               double periods) const {
-    const auto& profile = profiles_[band];
     const double half = 0.5 * periods * pitch;
     const int first = static_cast<int>(std::ceil(centre - half)),
               last = static_cast<int>(std::floor(centre + half));
-    const int end = profile_first_ + static_cast<int>(profile.size());
-    if (first < profile_first_ || last >= end) return {0, 0};
+    const double* const profile = profiles_.at(band, first, last - first + 1);
+    if (profile == nullptr) return {0, 0};
     const double from = first - centre;
     Complex carrier = std::polar(1.0, -tau * from / pitch), taper = std::polar(1.0, tau * from / (2 * half));
     const Complex carrier_step = std::polar(1.0, -tau / pitch),
                   taper_step = std::polar(1.0, tau / (2 * half));
     Complex sum{0, 0};
     double plain = 0;
-    for (int x = first; x <= last; ++x) plain += profile[static_cast<std::size_t>(x - profile_first_)];
+    for (int x = first; x <= last; ++x) plain += profile[x - first];
     plain /= last - first + 1;
     for (int x = first; x <= last; ++x) {
         const double w = 0.5 + 0.5 * taper.real();
-        const double value = w * (profile[static_cast<std::size_t>(x - profile_first_)] - plain);
+        const double value = w * (profile[x - first] - plain);
         sum += value * carrier;
         carrier *= carrier_step;
         taper *= taper_step;
@@ -83,15 +68,14 @@ void BarsLocator::tabulate(Window& w) const {
 
 // fundamental() at a window that is moved by whole pixels.
 BarsLocator::Complex BarsLocator::look(const Window& w, int moved) const {
-    const auto& profile = profiles_[w.band];
-    const auto from = static_cast<Eigen::Index>(w.first + moved - profile_first_), n = w.weights.rows();
-    if (from < 0 || from + n > static_cast<Eigen::Index>(profile.size())) return {0, 0};
-    const Eigen::Map<const Eigen::VectorXd> seen{profile.data() + from, n};
+    const double* const profile = profiles_.at(w.band, w.first + moved, static_cast<int>(w.weights.rows()));
+    if (profile == nullptr) return {0, 0};
+    const Eigen::Map<const Eigen::VectorXd> seen{profile, w.weights.rows()};
     return {seen.dot(w.weights.col(0)), seen.dot(w.weights.col(1))};
 }
 
 double BarsLocator::strongest_pitch(double middle) const {
-    const double span = static_cast<double>(profiles_.front().size());
+    const double span = static_cast<double>(profiles_.band(0).size());
     const double slowest = periods_per_window / span;
     double best = 0, pitch = 0;
     for (double f = slowest; f < 0.25; f += 0.1 / span) {
@@ -104,7 +88,7 @@ double BarsLocator::strongest_pitch(double middle) const {
 // Golden-section search for the pitch with the strongest fundamental over the whole region.
 double BarsLocator::refine_pitch(double middle, double guess, double range) const {
     const double periods =
-        std::floor((static_cast<double>(profiles_.front().size()) - 1) / (guess * (1 + range)));
+        std::floor((static_cast<double>(profiles_.band(0).size()) - 1) / (guess * (1 + range)));
     const auto strength = [&](double pitch) {
         return std::abs(fundamental(0, middle, pitch, periods)) / pitch;
     };
@@ -124,10 +108,9 @@ Point BarsLocator::learn(const ImageView& image) {
     const Box box = region_in(subject_, image);
     const Levels levels = levels_in(subject_, image, box);
     const int first = axis_ == Axis::x ? box.x0 : box.y0, last = axis_ == Axis::x ? box.x1 : box.y1;
-    across0_ = axis_ == Axis::x ? box.y0 : box.x0;
-    across1_ = axis_ == Axis::x ? box.y1 : box.x1;
-    profiles_.resize(1);  // all rows at once until the pitch is known
-    load(image, first, last);
+    const int across0 = axis_ == Axis::x ? box.y0 : box.x0, across1 = axis_ == Axis::x ? box.y1 : box.x1;
+    profiles_.place(axis_, across0, across1, 1);  // all rows at once until the pitch is known
+    profiles_.load(image, first, last);
     const double middle = 0.5 * (first + last - 1), span = last - first;
     const double given = pitch_;
     if (!(pitch_ > 0)) pitch_ = strongest_pitch(middle);
@@ -139,12 +122,12 @@ Point BarsLocator::learn(const ImageView& image) {
     const double half = 0.5 * periods_per_window * pitch_;
     const double room = span - 1 - 2 * half;
     const int steps = static_cast<int>(std::floor(room / half));
-    profiles_.resize(static_cast<std::size_t>(
-        std::clamp(std::min((across1_ - across0_) / 6, enough / (steps + 1)), 1, 4)));
-    load(image, first, last);
+    const int bands = std::clamp(std::min((across1 - across0) / 6, enough / (steps + 1)), 1, 4);
+    profiles_.place(axis_, across0, across1, static_cast<std::size_t>(bands));
+    profiles_.load(image, first, last);
     windows_.clear();
     Complex sum{0, 0};
-    for (std::size_t band = 0; band < profiles_.size(); ++band) {
+    for (std::size_t band = 0; band < profiles_.bands(); ++band) {
         for (int k = 0; k <= steps; ++k) {
             Window w;
             w.centre = middle + half * (k - 0.5 * steps);
@@ -158,6 +141,7 @@ Point BarsLocator::learn(const ImageView& image) {
             windows_.push_back(w);
         }
     }
+    parts_.assign(windows_.size(), {});
     const double amplitude = 4 * std::abs(sum) / (static_cast<double>(windows_.size()) * 2 * half);
     if (!(amplitude > 0.15 * (levels.high - levels.low))) {
         throw InputError{subject_.label + ": found no bars of " + std::to_string(given > 0 ? given : pitch_) +
@@ -165,103 +149,45 @@ Point BarsLocator::learn(const ImageView& image) {
     }
     const double sign = subject_.target.polarity == Polarity::bright ? 0 : std::numbers::pi;
     const double along = middle + pitch_ / tau * std::remainder(-std::arg(sum) + sign, tau);
-    const double across = 0.5 * (across0_ + across1_ - 1);
+    const double across = profiles_.middle_across();
     learned_ = axis_ == Axis::x ? Point{along, across} : Point{across, along};
     return learned_;
-}
-
-// Bars are uniform along their length; variation there is noise (or dirt, which only increases the error).
-double BarsLocator::row_noise(const ImageView& image) const {
-    if (across1_ - across0_ < 2) return 1;
-    const int all = static_cast<int>(profiles_.front().size()), end = profile_first_ + all;
-    const int step = std::max(3, all * (across1_ - across0_) / 2 / noise_samples);
-    double sum = 0, n = 0;
-    with_pixels(image, [&](auto pixels) {
-        for (int j = across0_; j + 1 < across1_; j += 2) {
-            for (int i = profile_first_; i < end; i += step) {
-                const double d = axis_ == Axis::x ? pixels.at(i, j) - pixels.at(i, j + 1)
-                                                  : pixels.at(j, i) - pixels.at(j + 1, i);
-                sum += d * d;
-                n += 1;
-            }
-        }
-    });
-    return std::sqrt(std::max(0.5 * sum / std::max(n, 1.0), 1.0 / 12));
-}
-
-double BarsLocator::median_off() {
-    sorted_.clear();
-    for (const Window& w : windows_) {
-        if (w.used) sorted_.push_back(w.off);
-    }
-    if (sorted_.empty()) return 0;
-    const auto middle = sorted_.begin() + static_cast<std::ptrdiff_t>(sorted_.size() / 2);
-    std::nth_element(sorted_.begin(), middle, sorted_.end());
-    return *middle;
-}
-
-// Excludes windows whose amplitude or phase differs from the others' by more than noise. `noise`: standard
-// deviation of each part of a window's fundamental.
-void BarsLocator::choose_windows(double noise) {
-    sorted_.clear();
-    for (const Window& w : windows_) sorted_.push_back(w.strength / w.learned_strength);
-    // The upper quartile: an object over the bars lowers their amplitude and may cover most of them.
-    const auto upper = sorted_.begin() + static_cast<std::ptrdiff_t>(sorted_.size() * 3 / 4);
-    std::nth_element(sorted_.begin(), upper, sorted_.end());
-    const double typical = *upper;
-    for (Window& w : windows_) {
-        const double gain = w.strength / w.learned_strength,
-                     slack = 0.15 * typical + 4 * noise / w.learned_strength;
-        w.used = w.strength > 4 * noise && gain > 0.2 && std::abs(gain - typical) < slack;
-    }
-    // First moved to the middle: phases wrap, which a median ignores.
-    const double middle = median_off();
-    for (Window& w : windows_) {
-        const double allowed = 5 * noise / w.strength * pitch_ / tau + 1e-3 * pitch_;
-        w.used = w.used && std::abs(w.off - middle) < allowed;
-    }
 }
 
 bool BarsLocator::measure(const ImageView& image, double shift, Candidate& out) {
     const int whole_px = static_cast<int>(std::lround(shift));
     const double half = 0.5 * periods_per_window * pitch_, per_radian = pitch_ / tau;
-    load(image, static_cast<int>(std::floor(windows_.front().centre - half)) + whole_px - 1,
-         static_cast<int>(std::ceil(windows_.back().centre + half)) + whole_px + 2);
+    profiles_.load(image, static_cast<int>(std::floor(windows_.front().centre - half)) + whole_px - 1,
+                   static_cast<int>(std::ceil(windows_.back().centre + half)) + whole_px + 2);
     Complex all{0, 0};
     for (Window& w : windows_) {
         w.now = look(w, whole_px);
-        w.strength = std::sqrt(std::norm(w.now));
         all += std::conj(w.learned) * w.now;
     }
-    for (Window& w : windows_) {
+    // The mean of Hann squared is 3/8.
+    const double noise = profiles_.noise(image) * std::sqrt(0.5 * 0.375 * 2 * half);
+    for (std::size_t i = 0; i < windows_.size(); ++i) {
+        const Window& w = windows_[i];
         // Relative to the common phase, so that no window is off by a whole pitch.
         const double turn = angle(std::conj(w.learned) * w.now * std::conj(all));
-        w.off = -per_radian * (turn + std::arg(all));
+        const double weight = std::norm(w.now), strength = std::sqrt(weight);
+        parts_[i] = {strength / w.learned_strength,
+                     noise / w.learned_strength,
+                     -per_radian * (turn + std::arg(all)),
+                     per_radian * noise / strength,
+                     weight,
+                     false};
     }
-    const double bands = static_cast<double>(profiles_.size());
-    const double noise =
-        row_noise(image) / std::sqrt((across1_ - across0_) / bands);        // of the profile of one band
-    const double window_noise = noise * std::sqrt(0.5 * 0.375 * 2 * half);  // the mean of Hann squared is 3/8
-    choose_windows(window_noise);
-    double used = 0, weight = 0, sum = 0, scatter = 0, gain = 0;
-    for (const Window& w : windows_) {
-        if (!w.used) continue;
-        used += 1;
-        weight += std::norm(w.now);
-        sum += std::norm(w.now) * w.off;
-        gain += w.strength / w.learned_strength;
-    }
-    const double total = static_cast<double>(windows_.size());
-    if (!(used > 0) || used < 0.2 * total || gain < 0.3 * used || gain > 3 * used) return false;
-    const double off = sum / weight, own_sd = per_radian * window_noise;
-    for (const Window& w : windows_) {
-        if (w.used) scatter += (w.off - off) * (w.off - off) * std::norm(w.now);
-    }
+    exclude_hidden(parts_, 1e-3 * pitch_, scratch_);
+    const StripMean mean = mean_of(parts_);
+    const double total = static_cast<double>(windows_.size()), used = mean.used;
+    if (!(used > 0) || used < 0.2 * total || mean.gain < 0.3 * used || mean.gain > 3 * used) return false;
     // Neighbours overlap by half and share a sixth of their noise: twice that is added to the independent
     // sum.
-    double sd = own_sd * std::sqrt((1 + (used > bands ? 1.0 / 3 : 0.0)) / weight);
-    if (used > 3) sd *= std::sqrt(std::max(1.0, scatter / ((used - 1) * 2 * own_sd * own_sd)));
-    const double along = whole_px + off, across = axis_ == Axis::x ? learned_.y : learned_.x;
+    const bool overlap = used > static_cast<double>(profiles_.bands());
+    const double sd =
+        per_radian * noise * std::sqrt((1 + (overlap ? 1.0 / 3 : 0.0)) / mean.weight) * mean.excess;
+    const double along = whole_px + mean.off, across = axis_ == Axis::x ? learned_.y : learned_.x;
     out.at = axis_ == Axis::x ? Point{learned_.x + along, across} : Point{across, learned_.y + along};
     out.sd = sd;
     out.likeness = used / total;

@@ -3,8 +3,8 @@
 #include <Eigen/Core>
 #include <complex>
 
-#include "tracking/image/profile.hpp"
 #include "tracking/image/region.hpp"
+#include "tracking/image/strip.hpp"
 #include "tracking/locator.hpp"
 
 namespace shaker::tracking {
@@ -33,9 +33,7 @@ private:
         int first = 0;                                       // pixel of the first weight, in frame 0
         Eigen::Matrix<double, Eigen::Dynamic, 2> weights{};  // real and imaginary part
         Complex learned{}, now{};                            // fundamental in frame 0 and in this one
-        double learned_strength = 0, strength = 0;           // their moduli
-        double off = 0;                                      // px, shift minus the whole pixels of the window
-        bool used = false;
+        double learned_strength = 0;
     };
 
     void tabulate(Window& w) const;
@@ -43,21 +41,16 @@ private:
     [[nodiscard]] Complex fundamental(std::size_t band, double centre, double pitch, double periods) const;
     double refine_pitch(double middle, double guess, double range) const;
     double strongest_pitch(double middle) const;
-    void load(const ImageView& image, int first, int last);
-    [[nodiscard]] double row_noise(const ImageView& image) const;
-    double median_off();
-    void choose_windows(double noise);
     bool measure(const ImageView& image, double shift, Candidate& out);
 
     Subject subject_;
     Axis axis_;
     double pitch_;
-    int across0_ = 0, across1_ = 0;
     Point learned_;
     std::vector<Window> windows_;
-    std::vector<std::vector<double>> profiles_;  // one per band
-    std::vector<double> sorted_;
-    int profile_first_ = 0;
+    std::vector<StripPart> parts_;  // the windows in this picture; off: beside their whole pixels
+    StripProfiles profiles_;
+    std::vector<double> scratch_;
 };
 
 }  // namespace shaker::tracking

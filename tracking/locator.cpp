@@ -1,6 +1,7 @@
 #include "tracking/locator.hpp"
 
 #include "tracking/bars_locator.hpp"
+#include "tracking/code_locator.hpp"
 #include "tracking/disc_locator.hpp"
 #include "tracking/dots_locator.hpp"
 #include "tracking/patch_locator.hpp"
@@ -20,6 +21,8 @@ std::unique_ptr<Locator> make_locator(const View& view, std::size_t index) {
             return std::make_unique<DiscLocator>(std::move(subject));
         case TargetKind::bars:
             return std::make_unique<BarsLocator>(std::move(subject));
+        case TargetKind::code:
+            return std::make_unique<CodeLocator>(std::move(subject));
         case TargetKind::patch:
             return std::make_unique<PatchLocator>(std::move(subject));
     }

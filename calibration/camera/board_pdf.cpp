@@ -2,13 +2,11 @@
 
 #include <spdlog/fmt/fmt.h>
 
-#include <vector>
+#include "calibration/camera/pdf_page.hpp"
 
 namespace shaker::calibration {
 
 namespace {
-
-constexpr double points_per_mm = 72 / 25.4;
 
 double edge(const optics::Board& board, int cell) {
     return cell / optics::cells_of_square * board.square_mm +
@@ -18,7 +16,7 @@ double edge(const optics::Board& board, int cell) {
 // Dark rectangles; the board's y grows downwards, the page's upwards.
 std::string drawing(const optics::Board& board, double left_mm, double top_mm) {
     const int wide = optics::cells_of_square * board.columns, high = optics::cells_of_square * board.rows;
-    std::string text = fmt::format("{:.6f} 0 0 {:.6f} 0 0 cm\n", points_per_mm, points_per_mm);
+    std::string text;
     for (int y = 0; y < high; ++y)
         for (int x = 0; x < wide;) {
             if (!optics::dark_cell(board, x, y)) {
@@ -48,22 +46,7 @@ std::string board_pdf(const optics::Board& board) {
         "Print at 100 %. Measure {} squares: {} mm) Tj ET\n",
         text_mm, margin, 0.5 * margin, board.columns, board.rows, board.square_mm, board.marker_mm,
         board.columns, board.columns * board.square_mm);
-    const std::vector<std::string> objects{
-        "<< /Type /Catalog /Pages 2 0 R >>", "<< /Type /Pages /Kids [3 0 R] /Count 1 >>",
-        fmt::format(
-            "<< /Type /Page /Parent 2 0 R /MediaBox [0 0 {:.4f} {:.4f}] /Contents 4 0 R /Resources << "
-            "/Font << /F1 5 0 R >> >> >>",
-            width * points_per_mm, height * points_per_mm),
-        fmt::format("<< /Length {} >>\nstream\n{}endstream", page.size(), page),
-        "<< /Type /Font /Subtype /Type1 /BaseFont /Helvetica >>"};
-    std::string pdf = "%PDF-1.4\n";
-    std::string table = fmt::format("xref\n0 {}\n0000000000 65535 f \n", objects.size() + 1);
-    for (std::size_t i = 0; i < objects.size(); ++i) {
-        table += fmt::format("{:010} 00000 n \n", pdf.size());
-        pdf += fmt::format("{} 0 obj\n{}\nendobj\n", i + 1, objects[i]);
-    }
-    return pdf + fmt::format("{}trailer\n<< /Size {} /Root 1 0 R >>\nstartxref\n{}\n%%EOF\n", table,
-                             objects.size() + 1, pdf.size());
+    return pdf_page(width, height, page);
 }
 
 }  // namespace shaker::calibration

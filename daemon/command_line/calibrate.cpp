@@ -7,6 +7,7 @@
 #include "daemon/command_line/rows.hpp"
 #include "daemon/commands/calibrate/calibrate_command.hpp"
 #include "daemon/commands/calibrate/camera_command.hpp"
+#include "daemon/commands/calibrate/strip_command.hpp"
 #include "drivers/errors.hpp"
 
 namespace shaker::command_line {
@@ -16,7 +17,7 @@ namespace {
 using manual::Argument;
 using manual::Kind;
 
-constexpr std::array<std::string_view, 2> devices{"accelerometer", "camera"};
+constexpr std::array<std::string_view, 3> devices{"accelerometer", "camera", "strip"};
 constexpr std::array<std::string_view, 3> axes{"settings", "board", "slid"};
 
 constexpr Argument length_argument(std::string_view name, std::string_view help, Range allowed,
@@ -41,7 +42,10 @@ constexpr Argument whole_argument(std::string_view name, std::string_view help, 
 }
 
 constexpr std::array arguments{
-    Argument{.name = "DEVICE", .help = "What to calibrate", .kind = Kind::word, .words = devices},
+    Argument{.name = "DEVICE",
+             .help = "What to calibrate; strip: print bars for the base",
+             .kind = Kind::word,
+             .words = devices},
     rig_argument,
     scene_argument,
     Argument{.name = "--from",
@@ -90,7 +94,7 @@ constexpr std::array arguments{
              .value = "FILE",
              .help = "Calibration file; the records of a live accelerometer are kept beside it as CSV",
              .kind = Kind::file,
-             .otherwise = "accelerometer-DATE.toml, camera-NAME-DATE.toml"},
+             .otherwise = "accelerometer-DATE.toml, camera-NAME-DATE.toml, strip.pdf"},
     Argument{.name = "--camera",
              .value = "NAME",
              .help = "camera: its name",
@@ -153,6 +157,11 @@ constexpr std::array arguments{
              .value = "FILE",
              .help = "camera: write the corners and their residuals as CSV; plot_board.py draws them",
              .kind = Kind::file},
+    length_argument("--strip-length", "strip: its length", {0.02, 3}, "200mm"),
+    length_argument("--strip-height", "strip: its height", {1e-3, 1}, "12mm"),
+    length_argument("--bar-least", "strip: least width of a bar", {1e-4, 0.1}, "3mm"),
+    length_argument("--bar-most", "strip: greatest width of a bar", {1e-4, 0.1}, "8mm"),
+    whole_argument("--seed", "strip: its bars follow from this number", {1, 1e9}, "1"),
     json_argument};
 
 // Options of one device only.
@@ -244,7 +253,24 @@ int act_camera(const manual::Values& values) {
     return manual::exit_ok;
 }
 
+int act_strip(const manual::Values& values) {
+    for (const Argument& a : arguments) {
+        const bool known = a.help.starts_with("strip:") || a.name == "DEVICE" || a.name == "--output";
+        if (!known && values.has(a.name))
+            throw InputError{fmt::format("calibrate strip: {} is for a sensor", a.name)};
+    }
+    const auto mm = [&](std::string_view name) { return 1e3 * values.number(name); };
+    const std::string output = values.text("--output");
+    commands::print_strip({.seed = static_cast<std::uint64_t>(values.whole("--seed")),
+                           .length_mm = mm("--strip-length"),
+                           .least_mm = mm("--bar-least"),
+                           .most_mm = mm("--bar-most")},
+                          mm("--strip-height"), output.empty() ? "strip.pdf" : output);
+    return manual::exit_ok;
+}
+
 int act(const manual::Values& values) {
+    if (values.text("DEVICE") == "strip") return act_strip(values);
     if (values.text("DEVICE") == "camera") return act_camera(values);
     for (const Argument& a : arguments)
         if (a.help.starts_with("camera:") && values.has(a.name))
@@ -274,7 +300,7 @@ manual::Command calibrate_row() {
             "it on the base in several places and turned, then raised by a known height; scale, tilt, "
             "distance "
             "and lens follow from the corners of its squares. The rig file names the result in the camera's "
-            "table.",
+            "table. strip: prints bars of irregular width as a PDF, for a target of kind \"code\".",
         .arguments = arguments,
         .example = "shakerd calibrate accelerometer --rig bench.toml --latitude 52.1deg --height 80m",
         .exit_statuses = {manual::exit_device, manual::exit_signal},

@@ -146,7 +146,7 @@ View read_view(hid_t entry, const std::string& camera) {
             throw InputError{"recording: " + at + "@order is used by \"" + t.name + "\" too"};
         t.name = name;
         t.kind = static_cast<TargetKind>(
-            whole_attribute(entry, at, "kind", 0, static_cast<int>(TargetKind::patch)));
+            whole_attribute(entry, at, "kind", 0, static_cast<int>(TargetKind::code)));
         t.polarity = static_cast<Polarity>(whole_attribute(entry, at, "polarity", 0, 1));
         t.diameter_mm = h5::read_attribute(entry, at, "diameter_mm");
         t.width_mm = h5::read_attribute(entry, at, "width_mm");

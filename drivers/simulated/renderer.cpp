@@ -5,6 +5,7 @@
 #include <cstring>
 #include <random>
 
+#include "drivers/optics/bar_code.hpp"
 #include "drivers/simulated/true_view.hpp"
 
 namespace shaker::simulated {
@@ -124,6 +125,11 @@ Renderer::Renderer(const CameraTruth& camera, const WalkerTruth& walker, std::ui
     mark_px_ = camera.side
                    ? 0.5 * pitch_px_
                    : 1e-3 * (base.diameter_mm > 0 ? base.diameter_mm : mark_mm) * layout_.base_px_per_m;
+    if (camera.code_seed > 0) {
+        const optics::BarCode code{.seed = static_cast<std::uint64_t>(camera.code_seed), .length_mm = 1000};
+        for (const double edge : optics::edges_of(code))
+            code_px_.push_back(1e-3 * (edge - 0.5 * code.length_mm) * layout_.base_px_per_m);
+    }
     const double row = 0.5 * (layout_.marks_top + layout_.marks_bottom);
     const double zero = optics::place_at(truth_, base.offset_mm, {layout_.centre_x, row})[0];
     for (int x = 0; x < camera.width; ++x) {
@@ -154,7 +160,24 @@ float Renderer::edge(double distance_px) const noexcept {
     return erf_[i] + f * (erf_[i + 1] - erf_[i]);
 }
 
+// All rows are equal. Every second edge ends a dark bar.
+void Renderer::draw_code(double shift_px, float weight) {
+    for (std::size_t x = 0; x < profile_.size(); ++x) {
+        const double at = camera_.view.along[0] * (columns_[x] - layout_.centre_x - shift_px);
+        auto edge_at = std::ranges::lower_bound(code_px_, at - wide_);
+        auto sign = (edge_at - code_px_.begin()) % 2 == 0 ? 1.0F : -1.0F;
+        float cover = sign > 0 ? 0 : 1;
+        for (; edge_at != code_px_.end() && *edge_at < at + wide_; ++edge_at, sign = -sign)
+            cover += sign * edge(at - *edge_at);
+        profile_[x] = weight * (strip + (mark - strip) * cover);
+    }
+    const int bottom = static_cast<int>(layout_.marks_bottom);
+    for (int y = static_cast<int>(std::ceil(layout_.marks_top)); y < bottom; ++y)
+        add(row_of(y, 0, camera_.width - 1), profile_.data(), weight * row_ground());
+}
+
 void Renderer::draw_marks(double shift_px, float weight) {
+    if (!code_px_.empty()) return draw_code(shift_px, weight);
     const int top = static_cast<int>(std::ceil(layout_.marks_top));
     const int bottom = static_cast<int>(layout_.marks_bottom);
     const double middle = 0.5 * (layout_.marks_top + layout_.marks_bottom);

@@ -42,6 +42,7 @@ private:
     [[nodiscard]] bool moves(std::span<const Pose> poses) const noexcept;
     void draw(const Pose& pose, float weight, bool walker);
     void draw_marks(double shift_px, float weight);
+    void draw_code(double shift_px, float weight);
     void draw_disc(double centre_px, float weight);
     void draw_silhouette(double centre_px, float weight);
     [[nodiscard]] float edge(double distance_px) const noexcept;
@@ -54,7 +55,8 @@ private:
     std::vector<double> columns_;  // where each column lies on the base, px of its scale at the middle
     double mark_px_;               // diameter of a dot, or width of a bar
     double pitch_px_;
-    double wide_ = 0;  // px on either side of an edge that are grey
+    std::vector<double> code_px_;  // edges of bars of irregular width, from the base's middle
+    double wide_ = 0;              // px on either side of an edge that are grey
     std::uint64_t seed_;
     std::vector<float> light_;  // brightness of each column
     std::vector<float> erf_;    // edge spread function, tabulated

@@ -21,6 +21,7 @@ void place_regions(Scene& scene) {
         const PictureLayout l = layout_of(c, scene.walker);
         for (Target& t : c.view.targets) {
             if (t.name == "base") {
+                if (c.code_seed > 0) t.kind = TargetKind::code, t.pitch_mm = t.diameter_mm = 0;
                 const int margin = c.width / 10;
                 const int top = static_cast<int>(l.marks_top) + (c.side ? 2 : 0);
                 t.roi_px = {margin, top, c.width - 2 * margin, static_cast<int>(l.marks_bottom) - top};
@@ -79,6 +80,7 @@ void visit_camera(Visitor&& v, CameraTruth& c) {
     v("own_clock", c.own_clock, {0, 1});
     v("clock_ppm", c.clock_ppm, {-20000, 20000});
     v("positions", c.positions, {0, 1});
+    v.unusual("code_seed", c.code_seed, {0, 1e9}, 0);
     v.unusual("true_mm_per_px", c.optics.mm_per_px, {0, 100}, 0);
     v.unusual("true_distance_mm", c.optics.distance_mm, {0, 1e5}, 0);
     v.unusual("true_k1", c.optics.k1, {-10, 10}, 0);

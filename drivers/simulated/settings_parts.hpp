@@ -6,6 +6,7 @@
 #include <initializer_list>
 #include <string>
 #include <string_view>
+#include <type_traits>
 #include <utility>
 
 #include "drivers/settings_table.hpp"
@@ -19,7 +20,10 @@ struct ReadPart {
     void operator()(const char* key, int& x, Range r) {
         x = table.integer(key, static_cast<int>(r.min), static_cast<int>(r.max), x);
     }
-    void unusual(const char* key, double& x, Range r, double) { (*this)(key, x, r); }
+    template <class Number>
+    void unusual(const char* key, Number& x, Range r, std::type_identity_t<Number>) {
+        (*this)(key, x, r);
+    }
     void words(const char* key, std::string& x) { x = table.text(key, x); }
     template <class Choice>
     void choice(const char* key, Choice& x, std::initializer_list<std::string_view> names) {
@@ -38,7 +42,8 @@ struct WritePart {
         text += fmt::format("{} = {}\n", key, number(x));
     }
     // Only a value that differs from the default: earlier versions read the text of a usual scene too.
-    void unusual(const char* key, double x, Range r, double standard) const {
+    template <class Number>
+    void unusual(const char* key, Number x, Range r, std::type_identity_t<Number> standard) const {
         if (x != standard) (*this)(key, x, r);
     }
     // Only where there are any; words have no single quotes and no line ends.

@@ -162,9 +162,10 @@ TEST_P(LongRunTest, DoesNotDriftOverAThousandFrames) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Tracking, EveryKindTest,
-                         testing::Values("disc", "dot", "arcs", "rectangle", "dots", "bars", "patch"),
+                         testing::Values("disc", "dot", "arcs", "rectangle", "dots", "bars", "patch", "code"),
                          [](const auto& kind) { return kind.param; });
-INSTANTIATE_TEST_SUITE_P(Tracking, LongRunTest, testing::Values("disc", "dot", "arcs", "rectangle", "bars"),
+INSTANTIATE_TEST_SUITE_P(Tracking, LongRunTest,
+                         testing::Values("disc", "dot", "arcs", "rectangle", "bars", "code"),
                          [](const auto& kind) { return kind.param; });
 
 }  // namespace

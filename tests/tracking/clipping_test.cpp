@@ -56,7 +56,7 @@ TEST_P(ClippingTest, AClippedTargetIsDegradedWithAnErrorThatCovers) {
     }
 }
 INSTANTIATE_TEST_SUITE_P(Tracking, ClippingTest,
-                         testing::Values("disc", "dot", "arcs", "rectangle", "dots", "bars", "patch"),
+                         testing::Values("disc", "dot", "arcs", "rectangle", "dots", "bars", "patch", "code"),
                          [](const auto& name) { return name.param; });
 
 TEST(ClippedShareTest, CountsTheLastCodeOfEveryDepth) {

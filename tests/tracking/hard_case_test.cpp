@@ -161,7 +161,7 @@ TEST_P(HardCaseTest, RefusesPictureOfChangedSize) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Tracking, HardCaseTest,
-                         testing::Values("disc", "dot", "arcs", "rectangle", "dots", "bars", "patch"),
+                         testing::Values("disc", "dot", "arcs", "rectangle", "dots", "bars", "patch", "code"),
                          [](const auto& kind) { return kind.param; });
 
 // 4 px per frame out of the picture on the right and back, with the rim partly cut on the way.
@@ -238,7 +238,7 @@ TEST(LengthTest, AWrongLengthIsRefused) {
 
 TEST(DirectionTest, OneDirectionKindsRefuseDiagonalAxis) {
     std::mt19937_64 random{2};
-    for (const std::string name : {"rectangle", "bars"}) {
+    for (const std::string name : {"rectangle", "bars", "code"}) {
         const TrackingScene& scene = test::tracking_scene(name);
         View diagonal = scene.view;
         diagonal.along = {std::sqrt(0.5), std::sqrt(0.5)};
@@ -249,7 +249,7 @@ TEST(DirectionTest, OneDirectionKindsRefuseDiagonalAxis) {
 
 // The same picture turned by 90 degrees, measured along y, gives the same number.
 TEST(DirectionTest, BarsAndRectanglesAreMeasuredAlongYToo) {
-    for (const std::string name : {"rectangle", "bars"}) {
+    for (const std::string name : {"rectangle", "bars", "code"}) {
         const TrackingScene& scene = test::tracking_scene(name);
         View upright = scene.view;
         upright.along = {0, -1};

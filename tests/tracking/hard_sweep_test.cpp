@@ -153,17 +153,18 @@ TEST_P(HardSweepTest, IsNotWrongWhileItIsOk) {
     EXPECT_TRUE(found(last));
 }
 
-INSTANTIATE_TEST_SUITE_P(
-    Tracking, HardSweepTest,
-    testing::Combine(testing::Values("disc", "dot", "arcs", "twin", "rectangle", "dots", "bars", "patch"),
-                     testing::Values("noise", "faint", "flicker", "slope", "exposure", "highlight", "card",
-                                     "dark card", "blackout", "clutter", "dust", "sharp", "defocus",
-                                     "growing", "dropped", "jumps", "leaves")),
-    [](const auto& p) {
-        std::string name = std::get<0>(p.param) + "_" + std::get<1>(p.param);
-        std::ranges::replace(name, ' ', '_');
-        return name;
-    });
+INSTANTIATE_TEST_SUITE_P(Tracking, HardSweepTest,
+                         testing::Combine(testing::Values("disc", "dot", "arcs", "twin", "rectangle", "dots",
+                                                          "bars", "patch", "code"),
+                                          testing::Values("noise", "faint", "flicker", "slope", "exposure",
+                                                          "highlight", "card", "dark card", "blackout",
+                                                          "clutter", "dust", "sharp", "defocus", "growing",
+                                                          "dropped", "jumps", "leaves")),
+                         [](const auto& p) {
+                             std::string name = std::get<0>(p.param) + "_" + std::get<1>(p.param);
+                             std::ranges::replace(name, ' ', '_');
+                             return name;
+                         });
 
 }  // namespace
 }  // namespace shaker::tracking

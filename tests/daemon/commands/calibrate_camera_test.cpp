@@ -1,11 +1,13 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <cstdlib>
 #include <fstream>
 #include <nlohmann/json.hpp>
 
 #include "calibration/camera/camera_file.hpp"
 #include "calibration/camera/plane_fit.hpp"
+#include "drivers/optics/bar_code.hpp"
 #include "drivers/simulated/true_view.hpp"
 #include "tests/support/program.hpp"
 
@@ -88,6 +90,48 @@ TEST_F(CalibrateCameraTest, PrintsTheBoardAtItsExactSize) {
     EXPECT_TRUE(pdf.starts_with("%PDF-1.4\n"));
     EXPECT_NE(pdf.find("/MediaBox [0 0 442.2047 374.1732]"), std::string::npos);  // 156 x 132 mm
     EXPECT_NE(pdf.find("\n24.00000 96.00000 12.00000 1.50000 re\n"), std::string::npos) << pdf.substr(0, 900);
+}
+
+// Ghostscript draws the page with 100 pixels a mm.
+TEST_F(CalibrateCameraTest, PrintsAStripWithItsBarsInPlace) {
+    const auto strip = [&](const std::string& more) {
+        return test::shakerd("calibrate strip -o strip.pdf " + more, folder);
+    };
+    const Outcome o = strip("--strip-length 60mm --strip-height 5mm --seed 7");
+    ASSERT_EQ(o.status, 0) << o.err;
+    EXPECT_NE(strip("").err.find("exists and is not overwritten"), std::string::npos);
+    EXPECT_NE(strip("--bar-least 9mm").err.find("must be at most --bar-most"), std::string::npos);
+    EXPECT_NE(strip("--strip-length 30mm").err.find("tracking needs 8"), std::string::npos);
+    EXPECT_NE(strip("--hold 3s").err.find("--hold is for a sensor"), std::string::npos);
+    const std::string draw = "cd '" + folder.string() +
+                             "' && gs -q -dNOPAUSE -dBATCH -sDEVICE=pgmraw -r2540 -sOutputFile=strip.pgm "
+                             "strip.pdf";
+    ASSERT_EQ(std::system(draw.c_str()), 0);
+    std::ifstream in{folder / "strip.pgm", std::ios::binary};
+    std::string type, comment;
+    std::size_t width = 0, height = 0, most = 0;
+    in >> type;
+    for (std::getline(in, comment); in.peek() == '#';) std::getline(in, comment);
+    in >> width >> height >> most;
+    in.get();
+    EXPECT_NEAR(static_cast<double>(width), 8000, 1);
+    EXPECT_NEAR(static_cast<double>(height), 4000, 1);
+    std::string row(width, ' ');
+    const auto changes_in = [&](std::size_t y) {
+        in.seekg(-static_cast<std::streamoff>((height - y) * width), std::ios::end);
+        in.read(row.data(), static_cast<std::streamsize>(width));
+        std::vector<double> changes;
+        for (std::size_t x = 1; x < width; ++x)
+            if ((row[x] == 0) != (row[x - 1] == 0)) changes.push_back(0.01 * static_cast<double>(x));
+        return changes;
+    };
+    const std::vector<double> seen = changes_in(1250), edges = optics::edges_of({.seed = 7, .length_mm = 60});
+    ASSERT_EQ(seen.size(), edges.size());
+    for (std::size_t k = 0; k < edges.size(); ++k) EXPECT_NEAR(seen[k], 10 + edges[k], 0.011);
+    const std::vector<double> ruler = changes_in(height - 1815);
+    ASSERT_EQ(ruler.size(), 2U);
+    EXPECT_NEAR(ruler[0], 10, 0.011);
+    EXPECT_NEAR(ruler[1], 70, 0.011);
 }
 
 TEST_F(CalibrateCameraTest, TakesAKnownLength) {

@@ -94,6 +94,16 @@ void TestPicture::bars(double x, double pitch, int y0, int y1, double dark, doub
     }
 }
 
+void TestPicture::code(std::span<const double> edges, int y0, int y1, double dark, double bright,
+                       double blur) {
+    for (int column = 0; column < width_; ++column) {
+        double share = 0;
+        for (std::size_t k = 0; k + 1 < edges.size(); k += 2)
+            share += pixel_step(column, edges[k], blur) - pixel_step(column, edges[k + 1], blur);
+        for (int y = y0; y < y1; ++y) at(column, y) = bright + share * (dark - bright);
+    }
+}
+
 void TestPicture::texture(const tracking::Box& box, tracking::Point shift, double strength,
                           std::uint64_t seed) {
     constexpr int waves = 30;

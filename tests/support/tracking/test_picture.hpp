@@ -3,6 +3,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <random>
+#include <span>
 #include <vector>
 
 #include "drivers/data.hpp"
@@ -39,6 +40,8 @@ public:
     void rectangle(double x0, double y0, double x1, double y1, double level, double blur);
     /// Bars across x, half bright and half dark, one bright one centred at x; rows y0 <= y < y1.
     void bars(double x, double pitch, int y0, int y1, double dark, double bright, double blur);
+    /// Dark bars across x from edges[0] to edges[1], from edges[2] to edges[3], ...; rows y0 <= y < y1.
+    void code(std::span<const double> edges, int y0, int y1, double dark, double bright, double blur);
     /// Adds a texture of rms `strength` around zero inside `box`, moved by `shift`. Same seed, same texture.
     void texture(const tracking::Box& box, tracking::Point shift, double strength, std::uint64_t seed);
     /// Draws an obstacle in front.

@@ -1,9 +1,12 @@
 #include "tests/support/tracking/tracking_scene.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <numbers>
 #include <stdexcept>
+
+#include "drivers/optics/bar_code.hpp"
 
 namespace shaker::test {
 namespace {
@@ -108,6 +111,26 @@ TrackingScene bars_scene() {
             [](double noise) { return edge_bound(noise, 24 * 208 / 10.0); }};
 }
 
+// Bars of 6 to 20 px over most of the picture's width, as a printed strip has them.
+TrackingScene code_scene(const std::string& name, int width, int height, int top, int bottom) {
+    Target target{name, TargetKind::code};
+    target.roi_px = {24, top + 2, width - 48, bottom - top - 4};
+    const std::vector<double> edges = optics::edges_of(
+        {.seed = 3, .length_mm = static_cast<double>(width - 12), .least_mm = 6, .most_mm = 20});
+    const auto seen = std::ranges::count_if(edges, [&](double e) { return e > 22 && e < width - 26; });
+    return {name,
+            one_target(target),
+            width,
+            height,
+            bright - dark,
+            [=](TestPicture& p, tracking::Point s, const Look& look) {
+                std::vector<double> at = edges;
+                for (double& e : at) e = 0.5 * width + look.size * (e + 2.3 - 0.5 * width) + s.x;
+                p.code(at, top, bottom, dark, bright, look.blur);
+            },
+            [=](double noise) { return edge_bound(noise, static_cast<double>((bottom - top - 4) * seen)); }};
+}
+
 TrackingScene patch_scene() {
     Target target{"patch", TargetKind::patch};
     target.roi_px = {40, 16, 64, 64};
@@ -139,7 +162,9 @@ std::vector<TrackingScene> tracking_scenes() {
             rectangle_scene(),
             dots_scene(),
             bars_scene(),
-            patch_scene()};
+            patch_scene(),
+            code_scene("code", 256, 32, 2, 30),
+            code_scene("wide code", 1280, 256, 208, 256)};
 }
 
 const TrackingScene& tracking_scene(const std::string& name) {

@@ -32,7 +32,8 @@ struct TrackingScene {
 };
 
 /// disc, small disc (one dot), two arcs of a disc that is higher than the picture (small, and as wide as in
-/// the paper), a disc beside another, rectangle, dots, bars, patch; PSF of 0.8 px.
+/// the paper), a disc beside another, rectangle, dots, bars, patch, code, code as wide as in the paper; PSF of
+/// 0.8 px.
 std::vector<TrackingScene> tracking_scenes();
 const TrackingScene& tracking_scene(const std::string& name);
 

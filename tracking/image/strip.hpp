@@ -1,0 +1,54 @@
+#pragma once
+// A strip of bars across an axis: mean profiles of its bands, and the parts of it that are visible.
+#include <span>
+#include <vector>
+
+#include "tracking/image/pixels.hpp"
+
+namespace shaker::tracking {
+
+/// Mean profiles of a strip's rows, in bands of equal height.
+class StripProfiles {
+public:
+    /// The rows across0 <= j < across1 (columns for Axis::y) and the number of bands.
+    void place(Axis axis, int across0, int across1, std::size_t bands);
+    /// Reads first <= i < last along the axis, clipped to the image.
+    void load(const ImageView& image, int first, int last);
+    /// The `count` means of a band from place `first` on; nullptr if not all of them were read.
+    [[nodiscard]] const double* at(std::size_t band, int first, int count) const noexcept;
+    [[nodiscard]] std::span<const double> band(std::size_t i) const noexcept { return profiles_[i]; }
+    [[nodiscard]] std::size_t bands() const noexcept { return profiles_.size(); }
+    [[nodiscard]] int first() const noexcept { return first_; }
+    [[nodiscard]] double middle_across() const noexcept { return 0.5 * (across0_ + across1_ - 1); }
+    /// Standard deviation of a band's mean, from the differences of neighbouring rows: bars are uniform along
+    /// their length, and variation there is noise (or dirt, which only increases the error).
+    [[nodiscard]] double noise(const ImageView& image) const;
+
+private:
+    Axis axis_ = Axis::x;
+    int across0_ = 0, across1_ = 0, first_ = 0;
+    std::vector<std::vector<double>> profiles_;
+};
+
+/// A part of a strip in one picture, compared with frame 0.
+struct StripPart {
+    double gain = 0, gain_sd = 0;  // contrast over that in frame 0
+    double off = 0, off_sd = 0;    // px
+    double weight = 0;             // proportional to 1 / off_sd^2
+    bool used = false;
+};
+
+/// Excludes parts whose contrast or place differs from the others' by more than noise; `slack`: px by which
+/// places may differ beside noise. Leaves `used` true for the others.
+void exclude_hidden(std::span<StripPart> parts, double slack, std::vector<double>& scratch);
+
+/// Weighted mean of the used parts.
+struct StripMean {
+    double used = 0, weight = 0, off = 0, gain = 0;  // gain: sum over the used parts
+    /// How much the parts scatter about their mean, over what their noise now and in frame 0 explains; at
+    /// least 1.
+    double excess = 1;
+};
+StripMean mean_of(std::span<const StripPart> parts);
+
+}  // namespace shaker::tracking
