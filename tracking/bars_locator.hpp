@@ -23,6 +23,10 @@ public:
     [[nodiscard]] double reach() const noexcept override { return 0.4 * pitch_; }
     [[nodiscard]] double extent() const noexcept override { return 0.5 * pitch_; }
     [[nodiscard]] double pitch() const noexcept override { return pitch_; }
+    [[nodiscard]] std::optional<Correction> correction() const override {
+        return correction_of("pitch_mm", subject_.target.pitch_mm,
+                             crossing_px(subject_, subject_.target.pitch_mm), pitch_);
+    }
     [[nodiscard]] bool interchangeable() const noexcept override { return false; }
 
 private:

@@ -11,6 +11,7 @@ namespace {
 constexpr double rim = 4.5;              // px on either side of the edge that are fitted
 constexpr double least_rim_seen = 0.15;  // mean over the rim, below which a fit would find nothing
 constexpr double wrong_size = 0.04;      // share by which a given diameter may be wrong
+constexpr double most_misfit = 0.3;      // share of the rim in the region, in frame 0
 constexpr double size_step = 3;          // px of radius
 constexpr double cut_roughness = 1.2;    // times the residuals of frame 0
 constexpr int searched_pixels = 1500;    // of the rim, with which a peak of a search is tried
@@ -110,10 +111,22 @@ bool DiscLocator::find(const ImageView& image, const Box& box, double size, doub
         fit = measure(image, start);
         const Point at{fit.outline.x, fit.outline.y};
         return fit.converged && sign_ * fit.contrast > 0.25 * contrast &&
-               fit.noise < 0.5 * std::abs(fit.contrast) && fit.trimmed < 0.3 &&
+               fit.noise < 0.5 * std::abs(fit.contrast) &&
+               (fit.trimmed < most_misfit || misfit_in(image, box, fit) < most_misfit) &&
                std::abs(fit.outline.size / size - 1) < 0.2 && length(at - start) < 6 &&
                box.contains(static_cast<int>(std::lround(at.x)), static_cast<int>(std::lround(at.y)));
     });
+}
+
+// Share of the rim in the region that does not fit: what lies outside of it is not the user's target.
+double DiscLocator::misfit_in(const ImageView& image, const Box& box, const EdgeFitResult& whole) {
+    gather(image, {whole.outline.x, whole.outline.y}, 1);
+    std::erase_if(fit_.samples(), [&](const EdgeSample& s) {
+        return !box.contains(static_cast<int>(s.u), static_cast<int>(s.v));
+    });
+    const EdgeFitResult fit =
+        fit_.fit(whole.outline, prior_, blocks_, small() ? EdgeFit::Ground::plane : EdgeFit::Ground::flat);
+    return fit.converged ? fit.trimmed : 1;
 }
 
 int DiscLocator::block_of(double dx, double dy) const noexcept {

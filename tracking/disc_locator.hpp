@@ -22,6 +22,10 @@ public:
     void search(const ImageView& image, Point last, Sweep sweep, std::vector<Candidate>& out) override;
     [[nodiscard]] double reach() const noexcept override { return 10; }
     [[nodiscard]] double extent() const noexcept override { return learned_.size; }
+    [[nodiscard]] std::optional<Correction> correction() const override {
+        return correction_of("diameter_mm", subject_.target.diameter_mm,
+                             subject_.target.diameter_mm / subject_.mm_per_px, 2 * learned_.size);
+    }
     [[nodiscard]] bool interchangeable() const noexcept override { return true; }
 
 private:
@@ -29,6 +33,7 @@ private:
     bool is_target(const EdgeFitResult& fit, Candidate& out) const;
     [[nodiscard]] bool small() const noexcept { return learned_.size < 16; }
     bool find(const ImageView& image, const Box& box, double size, double contrast, EdgeFitResult& fit);
+    double misfit_in(const ImageView& image, const Box& box, const EdgeFitResult& whole);
     // every: takes one of so many pixels.
     void gather(const ImageView& image, Point centre, int every);
     [[nodiscard]] OutlineFollower::Sites sites() const;

@@ -21,6 +21,10 @@ public:
     [[nodiscard]] double reach() const noexcept override { return 0.4 * pitch_; }
     [[nodiscard]] double extent() const noexcept override { return 0.5 * pitch_; }
     [[nodiscard]] double pitch() const noexcept override { return pitch_; }
+    [[nodiscard]] std::optional<Correction> correction() const override {
+        return correction_of("diameter_mm", subject_.target.diameter_mm,
+                             subject_.target.diameter_mm / subject_.mm_per_px, 2 * learned_.size);
+    }
     [[nodiscard]] bool interchangeable() const noexcept override { return false; }
 
 private:

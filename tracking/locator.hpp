@@ -1,10 +1,12 @@
 #pragma once
 // Locator: interface of the measurement of one kind of target in a frame.
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "drivers/view.hpp"
 #include "tracking/image/pixels.hpp"
+#include "tracking/image/region.hpp"
 
 namespace shaker::tracking {
 
@@ -37,6 +39,8 @@ public:
     [[nodiscard]] virtual double extent() const noexcept = 0;
     /// Distance of the repeats of a periodic target, px; 0: the target is not periodic.
     [[nodiscard]] virtual double pitch() const noexcept { return 0; }
+    /// The length that is used instead of the one in the settings.
+    [[nodiscard]] virtual std::optional<Correction> correction() const { return {}; }
     /// True if two targets of this kind could be mistaken for each other.
     [[nodiscard]] virtual bool interchangeable() const noexcept = 0;
 };

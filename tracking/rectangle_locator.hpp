@@ -23,6 +23,10 @@ public:
     void search(const ImageView& image, Point last, Sweep sweep, std::vector<Candidate>& out) override;
     [[nodiscard]] double reach() const noexcept override { return 10; }
     [[nodiscard]] double extent() const noexcept override { return learned_.size; }
+    [[nodiscard]] std::optional<Correction> correction() const override {
+        return correction_of("width_mm", subject_.target.width_mm,
+                             crossing_px(subject_, subject_.target.width_mm), 2 * learned_.size);
+    }
     [[nodiscard]] bool interchangeable() const noexcept override { return true; }
 
 private:

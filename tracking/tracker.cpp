@@ -1,5 +1,7 @@
 #include "tracking/tracker.hpp"
 
+#include <spdlog/fmt/fmt.h>
+
 #include <algorithm>
 #include <cmath>
 #include <opencv2/core/utility.hpp>
@@ -329,6 +331,19 @@ std::span<const Fix> ViewTracker::update(const ImageView& image, CameraTick tick
     }
     self.last_tick = tick.n;
     return self.fixes;
+}
+
+std::vector<std::string> ViewTracker::corrections() const {
+    std::vector<std::string> all;
+    for (const Followed& t : impl_->targets)
+        if (const auto c = t.locator->correction())
+            all.push_back(
+                fmt::format("{}: {} = {:.4g} is {:.1f} % {}: it measures {:.4g} mm at this scale and is "
+                            "followed so; correct {} or "
+                            "mm_per_px",
+                            t.label, c->key, c->told_mm, 100 * std::abs(c->told_mm / c->measured_mm - 1),
+                            c->told_mm > c->measured_mm ? "too large" : "too small", c->measured_mm, c->key));
+    return all;
 }
 
 std::span<const Fix> ViewTracker::update(std::span<const Sighting> sightings) {

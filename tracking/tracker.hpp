@@ -2,6 +2,7 @@
 // ViewTracker: follows the targets of one view from frame to frame.
 #include <memory>
 #include <span>
+#include <string>
 #include <vector>
 
 #include "calibration/camera/camera_scale.hpp"
@@ -26,6 +27,8 @@ public:
     /// The same for a frame that carries sightings: each target is ok where it was seen, or lost. Earlier
     /// frames do not count.
     std::span<const Fix> update(std::span<const Sighting> sightings);
+    /// Lengths in the settings that the first picture has corrected, each in a sentence.
+    [[nodiscard]] std::vector<std::string> corrections() const;
 
 private:
     struct Impl;

@@ -1,5 +1,7 @@
 #include "daemon/acquisition/steps.hpp"
 
+#include <spdlog/spdlog.h>
+
 #include <array>
 #include <chrono>
 #include <span>
@@ -16,18 +18,26 @@ std::span<const tracking::Fix> update(tracking::ViewTracker& tracker, const Fram
                                    : tracker.update(frame.sightings);
 }
 
+// This thread may wait for the log.
+void tell_corrections(const tracking::ViewTracker& tracker) {
+    for (const std::string& correction : tracker.corrections()) spdlog::warn("{}", correction);
+}
+
 std::span<const tracking::Fix> found_in(const Frame& frame, CameraInput& camera_input, Counters& lost) {
     if (const auto fresh = camera_input.fresh.pop()) {
         ++camera_input.learned;
         try {
             const auto fixes = update(**fresh, frame);
+            tell_corrections(**fresh);
             camera_input.tracker = std::move(**fresh);
             return fixes;
         } catch (const InputError&) {
             ++lost.not_learned;
         }
     }
-    return update(camera_input.tracker, frame);
+    const auto fixes = update(camera_input.tracker, frame);
+    if (!camera_input.begun) tell_corrections(camera_input.tracker);
+    return fixes;
 }
 
 }  // namespace
@@ -69,7 +79,7 @@ bool camera_step(Camera& device, CameraInput& camera_input, std::chrono::millise
     const auto before = std::chrono::steady_clock::now();
     const auto fixes = found_in(*frame, camera_input, lost);
     // The first picture teaches the tracker, which takes longer once.
-    if (frame->sightings.empty() && std::exchange(camera_input.begun, true))
+    if (std::exchange(camera_input.begun, true) && frame->sightings.empty())
         tracking.add(std::chrono::duration<double>{std::chrono::steady_clock::now() - before}.count());
     static_cast<void>(out.push({std::move(frame), {fixes.begin(), fixes.end()}, camera_input.learned}));
     return true;

@@ -222,6 +222,69 @@ TEST(LengthTest, ALengthWrongByThreePercentIsMended) {
     }
 }
 
+// 600 px wide: 3 % of it is more than the coarse search reaches at one size.
+TEST(LengthTest, AWideRectangleToldThreePercentWrongIsMendedToo) {
+    std::mt19937_64 random{2};
+    TestPicture p{1280, 256, 60};
+    p.rectangle(340.3, 40, 940.3, 239, 160, 0.8);
+    const test::Shot frame = p.expose({.noise = 3}, random);
+    for (const double factor : {0.97, 1.0, 1.03}) {
+        View view = test::tracking_scene("rectangle").view;
+        view.targets.front().width_mm = 150 * factor;
+        view.targets.front().roi_px = {320, 20, 640, 220};
+        const Fix fix = Follower{view}(frame);
+        EXPECT_EQ(fix.state, TrackState::ok) << factor;
+        EXPECT_NEAR(fix.x_px, 640, 0.02) << factor;
+    }
+}
+
+TEST(LengthTest, AMendedLengthIsTold) {
+    for (const std::string name : {"disc", "rectangle", "dots", "bars"}) {
+        const TrackingScene& scene = test::tracking_scene(name);
+        std::mt19937_64 random{2};
+        const test::Shot frame = scene.picture({0, 0}).expose({.noise = 3}, random);
+        for (const double factor : {0.97, 1.0, 1.03}) {
+            View view = scene.view;
+            Target& target = view.targets.front();
+            for (double* length : {&target.diameter_mm, &target.width_mm, &target.pitch_mm})
+                *length *= factor;
+            ViewTracker tracker{view};
+            tracker.update(frame.view(), {});
+            const auto told = tracker.corrections();
+            if (factor == 1.0) {
+                EXPECT_TRUE(told.empty()) << name;
+                continue;
+            }
+            ASSERT_EQ(told.size(), 1U) << name << " times " << factor;
+            const char* const how = factor < 1 ? "too small" : "too large";
+            EXPECT_NE(told.front().find(how), std::string::npos) << told.front();
+            EXPECT_NE(told.front().find("camera test, target"), std::string::npos) << told.front();
+        }
+    }
+}
+
+// A strip outside of the region hides a third of the disc's rim.
+TEST(RegionTest, WhatLiesOutsideOfItDoesNotRefuseTheTarget) {
+    std::mt19937_64 random{2};
+    View view = test::tracking_scene("disc").view;
+    view.targets.front().diameter_mm = 75;
+    view.targets.front().roi_px = {340, 8, 320, 208};
+    const auto shot = [&](double x) {
+        TestPicture p{1000, 320, 60};
+        p.disc({x, 165}, 150, 160, 0.8);
+        p.cover({0, 216, 1000, 320}, 90);
+        p.bars(500.2 + 0.5 * (x - 500), 16, 216, 320, 60, 160, 0.8);
+        return p.expose({.noise = 3}, random);
+    };
+    Follower follow{view};
+    follow(shot(500));
+    for (const double x : {500.3, 500.9, 502.0, 503.1}) {
+        const Fix fix = follow(shot(x));
+        EXPECT_EQ(fix.state, TrackState::ok) << x;
+        EXPECT_NEAR(fix.x_px, x, 0.05) << x;
+    }
+}
+
 TEST(LengthTest, AWrongLengthIsRefused) {
     std::mt19937_64 random{2};
     for (const std::string name : {"disc", "rectangle", "dots", "bars"}) {

@@ -26,6 +26,13 @@ Subject subject_of(const View& view, const Target& target) {
     return {std::move(label), target, view.along, scale};
 }
 
+std::optional<Correction> correction_of(std::string key, double told_mm, double told_px, double measured_px) {
+    constexpr double right = 0.01;
+    const double ratio = measured_px / told_px;
+    if (!(told_px > 0) || std::abs(ratio - 1) <= right) return {};
+    return Correction{std::move(key), told_mm, told_mm * ratio};
+}
+
 Box region_in(const Subject& subject, const ImageView& image) {
     const auto& r = subject.target.roi_px;
     if (r[2] < 4 || r[3] < 4) throw InputError{subject.label + ": width and height must be at least 4 px"};

@@ -1,5 +1,6 @@
 #pragma once
 // Checks of the region in which a target starts, and error messages for it.
+#include <optional>
 #include <string>
 
 #include "drivers/errors.hpp"
@@ -17,6 +18,15 @@ struct Subject {
 };
 
 Subject subject_of(const View& view, const Target& target);
+
+/// A length in the settings that the first picture contradicts.
+struct Correction {
+    std::string key;  // of the settings: "diameter_mm"
+    double told_mm = 0, measured_mm = 0;
+};
+
+/// Empty when no length is told, or when it is right to 1 %. told_px, measured_px: the same length.
+std::optional<Correction> correction_of(std::string key, double told_mm, double told_px, double measured_px);
 
 /// The target's region, clipped to the image. Throws InputError if it is smaller than 4 px or less than half
 /// of it is inside the image.
