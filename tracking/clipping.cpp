@@ -42,8 +42,10 @@ double clipped_share(const ImageView& image, const Box& box) {
     const int step = (y1 - y0 + most_rows - 1) / most_rows;
     return with_pixels(image, [&](auto pixels) {
         unsigned largest = 0;
-        for (int y = y0; y < y1; y += step)
+        for (int y = y0; y < y1; y += step) {
+            if (y + step < y1) request(pixels.row(y + step) + x0, static_cast<std::size_t>(x1 - x0));
             largest = std::max(largest, largest_of(pixels.row(y) + x0, x1 - x0));
+        }
         if (largest == 0 || !ends_a_range(largest)) return 0.0;
         int clipped = 0, all = 0;
         for (int y = y0; y < y1; y += step, all += x1 - x0)

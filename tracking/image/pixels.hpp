@@ -49,6 +49,14 @@ decltype(auto) with_pixels(const ImageView& image, F&& f) {
     return f(Pixels<std::uint8_t>{image});
 }
 
+/// Requests pixels that are read soon: a picture comes from the memory, not from a cache.
+template <class T>
+void request(const T* pixels, std::size_t count) noexcept {
+    constexpr std::size_t line = 64;  // bytes
+    const auto* const bytes = reinterpret_cast<const char*>(pixels);
+    for (std::size_t i = 0; i < count * sizeof(T); i += line) __builtin_prefetch(bytes + i);
+}
+
 constexpr Box whole(const ImageView& image) noexcept { return {0, 0, image.width, image.height}; }
 
 }  // namespace shaker::tracking

@@ -11,6 +11,7 @@ namespace {
 
 // Row by row, as they lie in memory, so many columns at a time.
 constexpr std::size_t strip = 2048, lanes = 16;
+constexpr int rows_ahead = 2;  // requested
 
 template <class Sum, class P>
 void sum_columns(const P& pixels, int first, int y0, int y1, std::span<double> out) {
@@ -20,6 +21,7 @@ void sum_columns(const P& pixels, int first, int y0, int y1, std::span<double> o
         std::fill_n(sum.begin(), count, Sum{0});
         for (int y = y0; y < y1; ++y) {
             const auto* row = pixels.row(y) + first + from;
+            if (y + rows_ahead < y1) request(pixels.row(y + rows_ahead) + first + from, count);
             std::size_t i = 0;
             for (; i + lanes <= count; i += lanes)
                 for (std::size_t k = 0; k < lanes; ++k)
