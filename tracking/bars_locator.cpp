@@ -31,7 +31,7 @@ BarsLocator::Complex BarsLocator::fundamental(std::size_t band, double centre, d
     const double half = 0.5 * periods * pitch;
     const int first = static_cast<int>(std::ceil(centre - half)),
               last = static_cast<int>(std::floor(centre + half));
-    const double* const profile = profiles_.at(band, first, last - first + 1);
+    const float* const profile = profiles_.at(band, first, last - first + 1);
     if (profile == nullptr) return {0, 0};
     const double from = first - centre;
     Complex carrier = std::polar(1.0, -tau * from / pitch), taper = std::polar(1.0, tau * from / (2 * half));
@@ -56,21 +56,22 @@ void BarsLocator::tabulate(Window& w) const {
     const double half = 0.5 * periods_per_window * pitch_;
     w.first = static_cast<int>(std::ceil(w.centre - half));
     const int last = static_cast<int>(std::floor(w.centre + half));
-    w.weights.resize(last - w.first + 1, 2);
-    for (int i = 0; i < w.weights.rows(); ++i) {
+    Eigen::MatrixX2d weights(last - w.first + 1, 2);
+    for (int i = 0; i < weights.rows(); ++i) {
         const double u = w.first + i - w.centre;
         const Complex weight =
             (0.5 + 0.5 * std::cos(tau * u / (2 * half))) * std::polar(1.0, -tau * u / pitch_);
-        w.weights.row(i) << weight.real(), weight.imag();
+        weights.row(i) << weight.real(), weight.imag();
     }
-    w.weights.rowwise() -= w.weights.colwise().mean().eval();  // of what does not change along the bars
+    weights.rowwise() -= weights.colwise().mean().eval();  // of what does not change along the bars
+    w.weights = weights.cast<float>();
 }
 
 // fundamental() at a window that is moved by whole pixels.
 BarsLocator::Complex BarsLocator::look(const Window& w, int moved) const {
-    const double* const profile = profiles_.at(w.band, w.first + moved, static_cast<int>(w.weights.rows()));
+    const float* const profile = profiles_.at(w.band, w.first + moved, static_cast<int>(w.weights.rows()));
     if (profile == nullptr) return {0, 0};
-    const Eigen::Map<const Eigen::VectorXd> seen{profile, w.weights.rows()};
+    const Eigen::Map<const Eigen::VectorXf> seen{profile, w.weights.rows()};
     return {seen.dot(w.weights.col(0)), seen.dot(w.weights.col(1))};
 }
 

@@ -34,9 +34,9 @@ private:
     struct Window {
         double centre = 0;  // in frame 0
         std::size_t band = 0;
-        int first = 0;                                       // pixel of the first weight, in frame 0
-        Eigen::Matrix<double, Eigen::Dynamic, 2> weights{};  // real and imaginary part
-        Complex learned{}, now{};                            // fundamental in frame 0 and in this one
+        int first = 0;               // pixel of the first weight, in frame 0
+        Eigen::MatrixX2f weights{};  // real and imaginary part
+        Complex learned{}, now{};    // fundamental in frame 0 and in this one
         double learned_strength = 0;
     };
 

@@ -37,7 +37,7 @@ Point CodeLocator::learn(const ImageView& image) {
     const int across0 = axis_ == Axis::x ? box.y0 : box.x0, across1 = axis_ == Axis::x ? box.y1 : box.x1;
     all_rows_.place(axis_, across0, across1, 1);
     all_rows_.load(image, first, last);
-    const std::span<const double> profile = all_rows_.band(0);
+    const std::vector<double> profile{all_rows_.band(0).begin(), all_rows_.band(0).end()};
     BarModel model = fit_bars(profile);
     const auto [low, high] = std::ranges::minmax(profile);
     narrowest_ = model.narrowest();
@@ -135,9 +135,7 @@ double CodeLocator::apply(int at, std::size_t bands) {
 // A part's profile; nullptr if not all of it was read.
 const float* CodeLocator::seen_at(std::size_t part, int moved) const {
     const Segment& s = segments_[part % segments_.size()];
-    const std::size_t band = part / segments_.size(), length = profiles_.band(0).size();
-    if (profiles_.at(band, s.first + moved, s.count) == nullptr) return nullptr;
-    return &bands_[band * length + static_cast<std::size_t>(s.first + moved - profiles_.first())];
+    return profiles_.at(part / segments_.size(), s.first + moved, s.count);
 }
 
 CodeLocator::Resemblance CodeLocator::resemblance(std::size_t part, int at, double noise) const {
@@ -163,10 +161,6 @@ bool CodeLocator::measure(const ImageView& image, double shift, Start start, Can
     const int middle = static_cast<int>(std::lround(shift));
     profiles_.load(image, segments_.front().first + middle - margin, end.first + end.count + middle + margin);
     if (profiles_.band(0).empty()) return false;
-    bands_.resize(profiles_.bands() * profiles_.band(0).size());
-    for (std::size_t b = 0; b < profiles_.bands(); ++b)
-        std::ranges::transform(profiles_.band(b), &bands_[b * profiles_.band(b).size()],
-                               [](double level) { return static_cast<float>(level); });
     const double noise = profiles_.noise(image), total = static_cast<double>(parts_.size());
     int at = 0;
     StripMean mean;
@@ -227,12 +221,12 @@ bool CodeLocator::locate(const ImageView& image, Point predicted, Candidate& out
 // Differences of the profile's means over steps.
 void CodeLocator::outline(const ImageView& image, int first, int last, std::vector<float>& out) {
     all_rows_.load(image, first, last);
-    const std::span<const double> profile = all_rows_.band(0);
+    const std::span<const float> profile = all_rows_.band(0);
     out.clear();
     for (std::size_t i = 0; i + 3 * per_step <= profile.size(); i += per_step) {
-        double change = 0;
+        float change = 0;
         for (std::size_t k = 0; k < per_step; ++k) change += profile[i + 2 * per_step + k] - profile[i + k];
-        out.push_back(static_cast<float>(change));
+        out.push_back(change);
     }
 }
 

@@ -65,7 +65,6 @@ private:
     std::vector<StripPart> parts_;  // segments of band 0, then of band 1, ...
     StripProfiles profiles_, all_rows_;
     std::vector<double> scratch_;
-    std::vector<float> bands_;                    // the profiles
     std::vector<float> outline_, seen_, scores_;  // changes of the profile, in steps of 2 px
     std::vector<double> energy_;
 };

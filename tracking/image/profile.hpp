@@ -18,5 +18,7 @@ constexpr int length_across(const ImageView& image, Axis axis) noexcept {
 /// inside the image.
 void mean_profile(const ImageView& image, Axis axis, int first, int across0, int across1,
                   std::span<double> out);
+void mean_profile(const ImageView& image, Axis axis, int first, int across0, int across1,
+                  std::span<float> out);
 
 }  // namespace shaker::tracking

@@ -8,6 +8,7 @@
 namespace shaker::tracking {
 namespace {
 
+constexpr int noise_every = 8;       // pictures
 constexpr int noise_samples = 1000;  // pairs of pixels; the noise is then known to 2 %
 
 }  // namespace
@@ -17,6 +18,7 @@ void StripProfiles::place(Axis axis, int across0, int across1, std::size_t bands
     across0_ = across0;
     across1_ = across1;
     profiles_.resize(bands);
+    noise_age_ = 0;
 }
 
 void StripProfiles::load(const ImageView& image, int first, int last) {
@@ -28,17 +30,23 @@ void StripProfiles::load(const ImageView& image, int first, int last) {
         profile.resize(static_cast<std::size_t>(std::max(0, end - first_)));
         if (profile.empty()) continue;
         mean_profile(image, axis_, first_, across0_ + rows * b / bands, across0_ + rows * (b + 1) / bands,
-                     profile);
+                     std::span<float>{profile});
     }
 }
 
-const double* StripProfiles::at(std::size_t band, int first, int count) const noexcept {
+const float* StripProfiles::at(std::size_t band, int first, int count) const noexcept {
     const int from = first - first_;
     if (from < 0 || from + count > static_cast<int>(profiles_[band].size())) return nullptr;
     return profiles_[band].data() + from;
 }
 
-double StripProfiles::noise(const ImageView& image) const {
+double StripProfiles::noise(const ImageView& image) {
+    if (noise_age_ == 0) noise_ = noise_in(image);
+    noise_age_ = (noise_age_ + 1) % noise_every;
+    return noise_;
+}
+
+double StripProfiles::noise_in(const ImageView& image) const {
     const double rows = (across1_ - across0_) / static_cast<double>(profiles_.size());
     if (across1_ - across0_ < 2) return 1 / std::sqrt(rows);
     const int all = static_cast<int>(profiles_.front().size()), end = first_ + all;

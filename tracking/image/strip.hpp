@@ -15,19 +15,24 @@ public:
     /// Reads first <= i < last along the axis, clipped to the image.
     void load(const ImageView& image, int first, int last);
     /// The `count` means of a band from place `first` on; nullptr if not all of them were read.
-    [[nodiscard]] const double* at(std::size_t band, int first, int count) const noexcept;
-    [[nodiscard]] std::span<const double> band(std::size_t i) const noexcept { return profiles_[i]; }
+    [[nodiscard]] const float* at(std::size_t band, int first, int count) const noexcept;
+    [[nodiscard]] std::span<const float> band(std::size_t i) const noexcept { return profiles_[i]; }
     [[nodiscard]] std::size_t bands() const noexcept { return profiles_.size(); }
     [[nodiscard]] int first() const noexcept { return first_; }
     [[nodiscard]] double middle_across() const noexcept { return 0.5 * (across0_ + across1_ - 1); }
     /// Standard deviation of a band's mean, from the differences of neighbouring rows: bars are uniform along
-    /// their length, and variation there is noise (or dirt, which only increases the error).
-    [[nodiscard]] double noise(const ImageView& image) const;
+    /// their length, and variation there is noise (or dirt, which only increases the error). Measured in
+    /// every eighth picture.
+    double noise(const ImageView& image);
 
 private:
     Axis axis_ = Axis::x;
     int across0_ = 0, across1_ = 0, first_ = 0;
-    std::vector<std::vector<double>> profiles_;
+    std::vector<std::vector<float>> profiles_;
+    double noise_ = 0;
+    int noise_age_ = 0;  // pictures
+
+    [[nodiscard]] double noise_in(const ImageView& image) const;
 };
 
 /// A part of a strip in one picture, compared with frame 0.
