@@ -8,7 +8,7 @@ namespace shaker::tracking {
 
 namespace {
 
-constexpr int most_rows = 24;
+constexpr int fewest_rows = 6, most_rows = 24, most_pixels = 8000;  // that are looked at
 
 // A code that ends a range: at least eight ones, and only zeros below them.
 bool ends_a_range(unsigned code) {
@@ -39,7 +39,8 @@ double clipped_share(const ImageView& image, const Box& box) {
     const int x0 = std::max(box.x0, 0), x1 = std::min(box.x1, image.width);
     const int y0 = std::max(box.y0, 0), y1 = std::min(box.y1, image.height);
     if (x0 >= x1 || y0 >= y1) return 0;
-    const int step = (y1 - y0 + most_rows - 1) / most_rows;
+    const int rows = std::clamp(most_pixels / (x1 - x0), fewest_rows, most_rows);
+    const int step = (y1 - y0 + rows - 1) / rows;
     return with_pixels(image, [&](auto pixels) {
         unsigned largest = 0;
         for (int y = y0; y < y1; y += step) {
