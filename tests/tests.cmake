@@ -9,7 +9,7 @@ if(SHAKER_SANITIZE)
 endif()
 file(GLOB_RECURSE support CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/tests/support/*.cpp)
 add_library(test_support STATIC ${support})
-target_link_libraries(test_support PUBLIC daemon_command_line drivers_mock GTest::gtest shaker_opencv
+target_link_libraries(test_support PUBLIC daemon_command_line drivers_mock GTest::gtest shaker_opencv opencv_video
                       shaker_hdf5 Eigen3::Eigen nlohmann_json::nlohmann_json spdlog::spdlog shaker_asio PRIVATE PkgConfig::seccomp)
 compile_fast(test_support LIBRARIES spdlog::spdlog nlohmann_json::nlohmann_json)
 target_compile_definitions(test_support PUBLIC SHAKER_SANITIZED=${sanitized})
@@ -249,7 +249,7 @@ foreach(source ${benches})
   add_dependencies(on_demand bench_${name})
   target_link_libraries(bench_${name} PRIVATE bench_table test_support benchmark::benchmark)
   if(name STREQUAL "tracking")
-    target_link_libraries(bench_${name} PRIVATE opencv_videoio opencv_video)
+    target_link_libraries(bench_${name} PRIVATE opencv_videoio)
   endif()
   if(name MATCHES "intrusions|kills|power_cuts|disk_faults|remote|campaigns")  # of the whole program
     add_dependencies(bench_${name} shakerd)

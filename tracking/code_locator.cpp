@@ -14,7 +14,7 @@ constexpr int phases = 32;  // per pixel
 constexpr std::size_t edges_per_segment = 4, fewest_edges = 8;
 constexpr int enough_parts = 50;  // more do not show better where the strip is hidden
 constexpr double narrowest_px = 3;
-constexpr int margin = 4;                 // px read beside the strip: more than reach()
+constexpr int beside = 4;                 // px read beside the strip: more than reach()
 constexpr double least_likeness = 0.85;   // correlation of a visible segment with frame 0
 constexpr double sharp_likeness = 0.988;  // of all of them, unless the blur is twice that of frame 0
 constexpr double blurred_sd = 0.04;       // px, of places in pictures that are so blurred
@@ -159,13 +159,13 @@ bool CodeLocator::measure(const ImageView& image, double shift, Start start, Can
     constexpr int most_passes = 8;
     const Segment& end = segments_.back();
     const int middle = static_cast<int>(std::lround(shift));
-    profiles_.load(image, segments_.front().first + middle - margin, end.first + end.count + middle + margin);
+    profiles_.load(image, segments_.front().first + middle - beside, end.first + end.count + middle + beside);
     if (profiles_.band(0).empty()) return false;
     const double noise = profiles_.noise(image), total = static_cast<double>(parts_.size());
     int at = 0;
     StripMean mean;
     for (int pass = 0;; ++pass) {
-        if (pass == most_passes || std::abs(shift - middle) > margin - 0.5) return false;
+        if (pass == most_passes || std::abs(shift - middle) > beside - 0.5) return false;
         at = static_cast<int>(std::lround(phases * shift));
         const double tabulated = at / static_cast<double>(phases),
                      off = apply(at, pass == 0 ? 1 : profiles_.bands());
