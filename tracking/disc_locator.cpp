@@ -10,7 +10,6 @@ namespace {
 
 constexpr double rim = 4.5;              // px on either side of the edge that are fitted
 constexpr double least_rim_seen = 0.15;  // mean over the rim, below which a fit would find nothing
-constexpr double wrong_size = 0.04;      // share by which a given diameter may be wrong
 constexpr double most_misfit = 0.3;      // share of the rim in the region, in frame 0
 constexpr double size_step = 3;          // px of radius
 constexpr double cut_roughness = 1.2;    // times the residuals of frame 0

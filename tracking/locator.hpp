@@ -10,6 +10,9 @@
 
 namespace shaker::tracking {
 
+/// Share by which a length in the settings may be wrong: it is measured then.
+inline constexpr double wrong_size = 0.04;
+
 /// A possible position of a target. Candidates that do not resemble the target in frame 0 are not reported.
 struct Candidate {
     Point at;

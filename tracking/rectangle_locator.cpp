@@ -12,8 +12,7 @@ constexpr int groups = 8;
 constexpr int reserve = 4;  // px more in the strip, for the error of a prediction
 constexpr int strip_half = window + reserve, strip_side = 2 * strip_half + 1;
 constexpr double wide_share = 0.02;         // of the width
-constexpr double wrong_size = 0.04;         // share by which a told width may be wrong
-constexpr double size_step = 2;             // px of half the width
+constexpr double width_step = 2;            // px of half the width
 constexpr int plateau = 5;                  // px on either side of an edge that the coarse search compares
 constexpr double sizes_off = 5;             // standard deviations of the size's prior
 constexpr double one_edge_roughness = 1.5;  // times the residuals of frame 0
@@ -66,11 +65,11 @@ void RectangleLocator::find_edges(const Box& box, double given) {
     reference_.contrast = *high - *low;
     if (given > 0) {
         // The told width may be wrong by a little; an edge is found within the plateaus beside it.
-        const int steps = static_cast<int>(std::ceil(wrong_size * 0.5 * given / size_step));
+        const int steps = static_cast<int>(std::ceil(wrong_size * 0.5 * given / width_step));
         Outline found;
         double best = 0.25;
         for (int k = 0; k <= 2 * steps; ++k) {
-            learned_.size = 0.5 * given + (k % 2 == 0 ? -1 : 1) * size_step * ((k + 1) / 2);
+            learned_.size = 0.5 * given + (k % 2 == 0 ? -1 : 1) * width_step * ((k + 1) / 2);
             for (int c = 2 * first; c < 2 * last; ++c) {
                 const double score = pair_score(0.5 * c);
                 if (score > best) best = score, found = learned_, found.x = 0.5 * c;
