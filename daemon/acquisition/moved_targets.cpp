@@ -21,7 +21,7 @@ Entry& named(std::vector<Entry>& entries, std::string Entry::*name, const std::s
     std::vector<std::string> names;
     for (const Entry& e : entries) names.push_back(e.*name);
     throw InputError{
-        fmt::format("{} \"{}\": there is none; expected \"{}\"", what, wanted, fmt::join(names, "\", \""))};
+        fmt::format("{} \"{}\" does not exist; expected \"{}\"", what, wanted, fmt::join(names, "\", \""))};
 }
 
 }  // namespace

@@ -302,8 +302,8 @@ void add_bits(bench::Table& table) {
     }
 }
 
-// Spread of the distances between neighbouring dots of a beam, px, less a parabola in the beam's place: the
-// lens.
+// Spread of the distances between neighbouring dots of a beam, px, less a parabola in the beam's place, which
+// the lens causes.
 double spread(const std::vector<test::DotPlaces>& places) {
     const auto frames_seen = static_cast<Eigen::Index>(places.size());
     Eigen::MatrixX3d powers(frames_seen, 3);

@@ -75,7 +75,10 @@ TEST_P(EveryKindTest, StandardDeviationMatchesScatter) {
     EXPECT_GT(ratio, 0.7);
     EXPECT_LT(ratio, 1.2);
     if (std::isfinite(bound)) {
-        EXPECT_LT(rms_about_mean(errors), 2 * bound);
+        // The slope of the light over a dot is learned from earlier frames; without that a row of dots is
+        // at 1.31.
+        const bool dots = scene_.name.starts_with("dot");
+        EXPECT_LT(rms_about_mean(errors), (dots ? 1.2 : 2) * bound);
     }
 }
 

@@ -41,12 +41,12 @@ struct EdgeFitResult {
     double trimmed = 0;   // share of samples excluded as outliers
 };
 
-/// Slope of the ground of a block, learned from earlier frames: the light changes slowly. It counts as much
-/// as `frames` frames, unless this frame's own slope differs from it.
+/// Slope of the ground of a block over its contrast, which light that flickers does not change, learned from
+/// earlier frames. It counts as much as `frames` frames, unless this frame's own slope differs from it.
 struct KnownSlope {
     static constexpr double most_frames = 4;
     static constexpr double errors = 3;  // standard errors of this frame's own slope
-    std::array<double, 2> slope{};       // grey levels per px
+    std::array<double, 2> slope{};       // along u and v, 1/px
     double frames = 0;
 
     /// own: of one frame alone.

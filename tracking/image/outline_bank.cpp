@@ -218,7 +218,7 @@ void OutlineBank::see(std::size_t b, std::size_t place) {
     }
     const Eigen::Vector4d ground = block.ground * sums;
     seen.gain = ground[1];
-    seen.slope = {ground[2], ground[3]};
+    seen.slope = {ground[2] / seen.gain, ground[3] / seen.gain};
     seen.variance = std::max(total(squares) + known - sums.dot(ground), 0.0) / seen.freedom;
     seen.score *= seen.gain;
     seen.used = true;
@@ -234,8 +234,7 @@ std::array<double, 2> OutlineBank::own_slope(std::size_t b, std::size_t place,
         const auto k = static_cast<std::size_t>(i);
         const double per_slope = KnownSlope::most_frames * block.squares.at(k),
                      known = slopes_[b].slope.at(k);
-        const double with_known =
-            seen.slope.at(k) / seen.gain - block.by_slope.row(i).dot(change) / per_slope;
+        const double with_known = seen.slope.at(k) - block.by_slope.row(i).dot(change) / per_slope;
         own.at(k) = known + (1 + KnownSlope::most_frames) * (with_known - known);
     }
     return own;

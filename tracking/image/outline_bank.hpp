@@ -78,7 +78,8 @@ private:
         bool used = false;
         double off = 0;  // px, of its outline outwards from the common one
         double habit = 0, habit_frames = 0;
-        std::array<double, 2> slope{};  // of the ground, grey levels per px, as if the place were right
+        // Slope of the ground over the contrast, 1/px; after tilted() that of this picture alone.
+        std::array<double, 2> slope{};
     };
 
     void learn(std::size_t place, std::size_t block, Point offset);
