@@ -24,7 +24,7 @@ public:
     [[nodiscard]] double extent() const noexcept override { return learned_.size; }
     [[nodiscard]] std::optional<Correction> correction() const override {
         return correction_of("diameter_mm", subject_.target.diameter_mm,
-                             subject_.target.diameter_mm / subject_.mm_per_px, 2 * learned_.size);
+                             subject_.target.diameter_mm / subject_.mm_per_px, disc_diameter(learned_));
     }
     [[nodiscard]] bool interchangeable() const noexcept override { return true; }
 

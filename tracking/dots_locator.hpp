@@ -23,7 +23,7 @@ public:
     [[nodiscard]] double pitch() const noexcept override { return pitch_; }
     [[nodiscard]] std::optional<Correction> correction() const override {
         return correction_of("diameter_mm", subject_.target.diameter_mm,
-                             subject_.target.diameter_mm / subject_.mm_per_px, 2 * learned_.size);
+                             subject_.target.diameter_mm / subject_.mm_per_px, disc_diameter(learned_));
     }
     [[nodiscard]] bool interchangeable() const noexcept override { return false; }
 

@@ -23,6 +23,10 @@ struct Outline {
     double blur = 1;  // standard deviation of the edge, px; includes the pixel's own box
 };
 
+/// Diameter of a disc with this outline, px. Blur moves the half level of a curved edge inwards by
+/// blur^2 / (2 radius).
+inline double disc_diameter(const Outline& o) { return 2 * o.size + o.blur * o.blur / o.size; }
+
 /// Prior: standard deviations about the starting outline, px; 0 fixes a quantity.
 struct EdgePrior {
     double x = 1e6, y = 1e6, size = 1e6, blur = 1e6;
