@@ -22,6 +22,7 @@ struct TrackedFrame {
     FramePtr frame;
     std::vector<tracking::Fix> fixes;
     std::uint64_t learned = 0;  // CameraInput::learned of the tracker that found them
+    std::string not_found{};    // why the tracker could not learn its targets yet; empty: it follows them
 };
 
 /// Counters of data that found a full ring. Writers never wait.

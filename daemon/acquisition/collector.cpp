@@ -34,6 +34,11 @@ void Collector::record(StreamSink* sink) {
     for (const DriveChange& c : streams_.changes) sink_->add(c);
 }
 
+void Collector::settle_live() noexcept {
+    settles_live_ = true;
+    for (CameraInput& input : camera_inputs_) input.patient = true;
+}
+
 std::optional<std::array<int, 4>> Collector::region_now(std::size_t camera, std::size_t target) const {
     const Learned& learned = learned_[camera];
     const TrackedFrame& newest = newest_[camera];
@@ -149,8 +154,9 @@ bool Collector::collect_frames() {
             any = true;
             // Unless settles_live_, this time is provisional and settle_times() computes the final one.
             const MasterTime time = add_stamps(streams_, camera, *tracked->frame, settles_live_);
-            const bool counts = tracked->learned == learned_[camera].wanted;
-            note_learned(camera, *tracked);
+            const bool found = tracked->not_found.empty();
+            const bool counts = found && tracked->learned == learned_[camera].wanted;
+            if (found) note_learned(camera, *tracked);
             if (counts) add_fixes(streams_, camera, *tracked->frame, tracked->fixes, time, settles_live_);
             if (counts && sink_ != nullptr)
                 sink_->add(camera, *tracked->frame, newest_tracks(camera),

@@ -48,8 +48,9 @@ public:
     /// Sends all following data also to `sink`; null: stops that. The streams start again. Reduction thread.
     void record(StreamSink* sink);
     /// From now on the time of each frame is final when it arrives, and is recorded. For a daemon that runs
-    /// for weeks and does not keep all stamps.
-    void settle_live() noexcept { settles_live_ = true; }
+    /// for weeks and does not keep all stamps. Frames in which the targets are not found yet are counted in
+    /// no stream; newest() has the reason.
+    void settle_live() noexcept;
     /// From now on copies of the newest frames are kept for the recording of a trip.
     void keep_tails();
     /// Leaves the tails unchanged until the trip is released, so that another thread can read them.

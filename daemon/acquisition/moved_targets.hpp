@@ -14,6 +14,10 @@ struct MovedTarget {
     std::array<double, 4> roi_px{};  // x, y, width, height in the camera's picture, as a client gave them
 };
 
+/// What to do while a target is not found at the start.
+inline constexpr const char* way_to_targets =
+    "move its region onto it (page: \"Move targets\"; \"shakerctl targets\"), or put it into its region";
+
 /// 'camera "top", target "walker", roi_px = [40, 20, 180, 170]'.
 std::string text(const MovedTarget& moved);
 

@@ -13,6 +13,8 @@ namespace shaker::acquisition {
 
 namespace {
 
+constexpr std::uint64_t frames_per_search = 50;
+
 std::span<const tracking::Fix> update(tracking::ViewTracker& tracker, const Frame& frame) {
     return frame.sightings.empty() ? tracker.update(frame.view(), frame.tick)
                                    : tracker.update(frame.sightings);
@@ -23,21 +25,39 @@ void tell_corrections(const tracking::ViewTracker& tracker) {
     for (const std::string& correction : tracker.corrections()) spdlog::warn("{}", correction);
 }
 
-std::span<const tracking::Fix> found_in(const Frame& frame, CameraInput& camera_input, Counters& lost) {
-    if (const auto fresh = camera_input.fresh.pop()) {
-        ++camera_input.learned;
+std::span<const tracking::Fix> first_found_in(const Frame& frame, CameraInput& input) {
+    const auto fixes = update(input.tracker, frame);
+    tell_corrections(input.tracker);
+    input.begun = true;
+    return fixes;
+}
+
+// Learning takes many times longer than following.
+std::span<const tracking::Fix> searched_in(const Frame& frame, CameraInput& input) {
+    if (input.unfound++ % frames_per_search != 0) return {};
+    try {
+        return first_found_in(frame, input);
+    } catch (const InputError& e) {
+        input.not_found = e.what();
+        return {};
+    }
+}
+
+std::span<const tracking::Fix> found_in(const Frame& frame, CameraInput& input, Counters& lost) {
+    if (const auto fresh = input.fresh.pop()) {
+        ++input.learned;
         try {
             const auto fixes = update(**fresh, frame);
             tell_corrections(**fresh);
-            camera_input.tracker = std::move(**fresh);
+            input.tracker = std::move(**fresh);
+            input.begun = true;
             return fixes;
         } catch (const InputError&) {
             ++lost.not_learned;
         }
     }
-    const auto fixes = update(camera_input.tracker, frame);
-    if (!camera_input.begun) tell_corrections(camera_input.tracker);
-    return fixes;
+    if (input.begun) return update(input.tracker, frame);
+    return input.patient ? searched_in(frame, input) : first_found_in(frame, input);
 }
 
 }  // namespace
@@ -77,11 +97,12 @@ bool camera_step(Camera& device, CameraInput& camera_input, std::chrono::millise
         return true;
     }
     const auto before = std::chrono::steady_clock::now();
+    const bool follows = camera_input.begun;  // the first picture teaches the tracker, which takes longer
     const auto fixes = found_in(*frame, camera_input, lost);
-    // The first picture teaches the tracker, which takes longer once.
-    if (std::exchange(camera_input.begun, true) && frame->sightings.empty())
+    if (follows && frame->sightings.empty())
         tracking.add(std::chrono::duration<double>{std::chrono::steady_clock::now() - before}.count());
-    static_cast<void>(out.push({std::move(frame), {fixes.begin(), fixes.end()}, camera_input.learned}));
+    static_cast<void>(out.push({std::move(frame), {fixes.begin(), fixes.end()}, camera_input.learned,
+                                camera_input.begun ? std::string{} : camera_input.not_found}));
     return true;
 }
 

@@ -28,6 +28,9 @@ struct CameraInput {
     Ring<std::shared_ptr<tracking::ViewTracker>> fresh{2};
     std::uint64_t learned = 0;  // fresh trackers that were tried
     bool begun = false;         // a picture has been tracked
+    bool patient = false;       // a tracker that does not find its targets at the start searches again
+    std::string not_found;      // why it has not found them
+    std::uint64_t unfound = 0;  // frames without them
 };
 
 /// Checks the next block and passes it on. False when no block arrived within `wait`. Real-time except for
@@ -37,7 +40,8 @@ bool accelerometer_step(AccelerometerInput& input, Accelerometer& device, std::c
 
 /// Takes a frame, finds its targets while it is in the cache, and passes both on. False when no frame arrived
 /// within `wait`. A frame that finds a full ring is counted as lost. A fresh tracker that does not find its
-/// targets is counted, and the previous one continues. tracking: how long it took in pictures.
+/// targets is counted, and the previous one continues. The first tracker throws InputError then; a patient
+/// input passes the frame on without positions. tracking: how long it took in pictures.
 bool camera_step(Camera& device, CameraInput& camera_input, std::chrono::milliseconds wait,
                  Ring<TrackedFrame>& out, Counters& lost, TimeHistogram& tracking);
 

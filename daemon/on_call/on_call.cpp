@@ -107,6 +107,9 @@ void OnCall::may_drive(const run::RunOptions& run, const char* what,
     require_possible(run.drive, limits_);
     runner_.require_commissioned();
     runner_.require_real_time();
+    for (std::size_t i = 0; i < bench_.rig.cameras.size(); ++i)
+        if (const std::string& why = collector_.newest(i).not_found; !why.empty())
+            throw InputError{fmt::format("{} cannot start: {}; {}", what, why, acquisition::way_to_targets)};
     sequence_.require_idle(what, channels);
 }
 

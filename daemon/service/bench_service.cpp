@@ -69,6 +69,7 @@ bool BenchService::step(const acquisition::Streams& streams, acquisition::Channe
         log("note",
             "a camera's targets were not at their last positions at the start of the recording; a replay "
             "that tracks its pictures starts from other positions");
+    log_not_found();
     log_warnings(channels);
     const bool waits = record_.preparing();
     on_call_.follow(run_, channels);
@@ -227,6 +228,18 @@ void BenchService::log_finished(const run::FinishedRun& run) {
     if (state_ == run::RunState::tripped) trip_file_ = run.file.filename().string();
     if (run.whole) return log("note", "recorded: " + run.file.string());
     log("note", fmt::format("last {} s of the stopped run: {}", acquisition::tail_s, run.file.string()));
+}
+
+// Logs once that a camera's targets are not found at the start, and once that they are.
+void BenchService::log_not_found() {
+    not_found_.resize(bench_.rig.cameras.size());
+    for (std::size_t i = 0; i < not_found_.size(); ++i) {
+        const std::string& why = collector_.newest(i).not_found;
+        if (why.empty() == not_found_[i].empty()) continue;
+        not_found_[i] = why;
+        const std::string found = "camera \"" + collector_.views()[i].camera + "\": its targets are found";
+        why.empty() ? log("note", found) : log("warning", why + "; " + acquisition::way_to_targets);
+    }
 }
 
 // Logs each cause once per run, as soon as it occurs.

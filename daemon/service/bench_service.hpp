@@ -87,6 +87,7 @@ private:
     void predict();
     void go_away(acquisition::Channels& channels);
     void log_finished(const run::FinishedRun& run);
+    void log_not_found();
     void log_warnings(const acquisition::Channels& channels);
     void log(const std::string& kind, const std::string& text, std::string key = {});
     void publish();
@@ -115,6 +116,7 @@ private:
     std::array<std::uint64_t, safety::causes> warnings_{};  // counts at the last step
     std::set<std::string> warned_;                          // causes that were logged in this run
     std::uint64_t not_learned_ = 0;                         // count that was logged
+    std::vector<std::string> not_found_;                    // of each camera, as logged
     std::shared_ptr<const reduction::Reduction> result_;
     ResultOrigin origin_;           // of result_; its number continues when a new run removes the result
     std::string not_reduced_;       // reason; empty when the newest measurement was reduced

@@ -151,6 +151,7 @@ struct PictureState {
     std::vector<Target> targets;
     /// The region of each target moved with it, x, y, width, height in px; empty: the target is lost.
     std::vector<std::optional<std::array<int, 4>>> regions_now{};
+    std::string not_found{};  // why its targets are not followed yet; empty: they are
 };
 
 /// Acceleration of the base over two periods at equidistant phases, m/s^2.

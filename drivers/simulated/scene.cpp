@@ -34,7 +34,7 @@ void place_regions(Scene& scene) {
             const int y0 = std::max(0, static_cast<int>(l.walker_y - half_h));
             const int x1 = std::min(c.width, static_cast<int>(x + half_w) + 1);
             const int y1 = std::min(c.height, static_cast<int>(l.walker_y + half_h) + 1);
-            t.roi_px = {x0, y0, x1 - x0, y1 - y0};
+            t.roi_px = {std::max(0, x0 + c.region_off_px), y0, x1 - x0, y1 - y0};
         }
     }
 }
@@ -81,6 +81,7 @@ void visit_camera(Visitor&& v, CameraTruth& c) {
     v("clock_ppm", c.clock_ppm, {-20000, 20000});
     v("positions", c.positions, {0, 1});
     v.unusual("code_seed", c.code_seed, {0, 1e9}, 0);
+    v.unusual("region_off_px", c.region_off_px, {-4096, 4096}, 0);
     v.unusual("true_mm_per_px", c.optics.mm_per_px, {0, 100}, 0);
     v.unusual("true_distance_mm", c.optics.distance_mm, {0, 1e5}, 0);
     v.unusual("true_k1", c.optics.k1, {-10, 10}, 0);

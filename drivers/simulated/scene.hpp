@@ -78,6 +78,7 @@ struct CameraTruth {
     View view;                    // geometry and targets (regions are for the resting scene)
     int width = 0, height = 0;    // px
     int code_seed = 0;            // of the base's bars of irregular width; 0: regular bars or dots
+    int region_off_px = 0;        // error of the walker's region along the picture's width
     double psf_px = 0.7;          // Gaussian sigma of the lens
     double noise_dn = 2;          // rms, grey levels of 255
     double light_gradient = 0.1;  // relative change of brightness from left to right, +-

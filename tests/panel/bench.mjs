@@ -176,7 +176,7 @@ export class Bench {
                 { stream: "camera:top", got: Math.floor(this.time * 1000), lost: 3 },
                 { stream: "camera:side", got: Math.floor(this.time * 1000), lost: 0 }],
             cameras: [["top", 320], ["side", 240]].map(([name, height_px]) => ({
-                name, width_px: 1280, height_px, origin_px: [0, 40], mm_per_px: 0.078125, along: [1, 0], exposure_s: 2e-4, clipped: 0.002, edge_px: 2.4,
+                name, width_px: 1280, height_px, origin_px: [0, 40], mm_per_px: 0.078125, along: [1, 0], exposure_s: 2e-4, clipped: 0.002, edge_px: 2.4, not_found: this.not_found?.[name] ?? null,
                 targets: [{ name: "walker", region_px: this.regions[name], proposed_px: this.walker_lost ? null : [this.regions[name][0] + 300, ...this.regions[name].slice(1)] }],
             })),
             disk: { free_bytes: 1.12e11, room_bytes: 1.11e11, backlog: 0.042 },

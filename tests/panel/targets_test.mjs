@@ -18,6 +18,7 @@ beforeEach(async () => {
     server.refuse = null;
     server.bench.regions = { top: [170, 30, 120, 110], side: [170, 20, 120, 90] };
     server.bench.walker_lost = false;
+    server.bench.not_found = null;
     await idle(stage);
     server.requests.length = 0;
 });
@@ -73,6 +74,15 @@ test("Arrow keys move the focused box in the picture, with Shift they change its
     await press(page, "Cancel");
     await box(page).waitFor({ state: "detached" });
     assert.equal(server.requests.length, 0);
+});
+
+test("A target that was not found since the start is told below its picture", async () => {
+    server.bench.not_found = { top: "camera top, target walker, roi_px [170, 30, 120, 110]: found no bright disc of 50 px" };
+    const { page, troubles } = await openPage(stage, { viewport: wide });
+    await page.locator("#cameras-card").scrollIntoViewIfNeeded();
+    await page.getByText('found no bright disc of 50 px; press "Move targets"').waitFor();
+    await open(page);
+    assert.deepEqual(troubles, []);
 });
 
 test("A refusal stays beside the buttons, and the boxes stay open", async () => {

@@ -110,12 +110,15 @@ void targets(const Values& values) {
     if (given > 0)
         throw InputError{"targets: --camera, --target and --region belong together; one is missing"};
     const json state = link.get_json("/api/state");
-    for (const json& camera : state.at("cameras"))
+    for (const json& camera : state.at("cameras")) {
         for (const json& target : camera.at("targets"))
             print(printable(fmt::format("{} {} region {} proposed {}\n", camera.at("name").get<std::string>(),
                                         target.at("name").get<std::string>(), target.at("region_px").dump(),
                                         target.at("proposed_px").dump()),
                             true));
+        if (const json& why = camera.at("not_found"); why.is_string())
+            print(printable(why.get<std::string>() + "\n", true));
+    }
 }
 
 // Exit status 1 when a point does not fit.

@@ -203,10 +203,12 @@ json proposed(const service::BenchState& s, std::size_t camera, std::size_t targ
 
 // Each camera's geometry and targets, exposure and focus.
 json cameras(const service::BenchState& s) {
+    const service::PictureState none;
     json list = json::array();
     for (std::size_t i = 0; s.facts && i < s.facts->views.size(); ++i) {
         const View& v = s.facts->views[i];
-        const FramePtr frame = i < s.pictures_now.size() ? s.pictures_now[i].frame : nullptr;
+        const service::PictureState& picture = i < s.pictures_now.size() ? s.pictures_now[i] : none;
+        const FramePtr& frame = picture.frame;
         const PictureFigures seen = frame ? figures_of(*frame) : PictureFigures{NAN, NAN};
         json targets = json::array();
         for (std::size_t k = 0; k < v.targets.size(); ++k)
@@ -222,6 +224,7 @@ json cameras(const service::BenchState& s) {
                         {"exposure_s", number(v.exposure_s)},
                         {"clipped", number(seen.clipped)},
                         {"edge_px", number(seen.edge_px)},
+                        {"not_found", picture.not_found.empty() ? json(nullptr) : json(picture.not_found)},
                         {"targets", targets}});
     }
     return list;

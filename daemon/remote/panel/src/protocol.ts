@@ -144,6 +144,7 @@ export interface Point {
  * `width_px`: of the whole picture, of which the page shows a smaller copy. `along`: direction of +x in the picture.
  * `clipped`: share of pixels at the end of the sensor's range. `edge_px`: width of the steepest edges; 2 px when sharp.
  * `region_px`: where the target is searched first. `proposed_px`: that region moved with the target; null: it is lost.
+ * `not_found`: why the targets were not found since the start; null: they are followed.
  * `origin_px`: of a cropped picture in the whole one, which the rig file means.
  */
 export interface Camera {
@@ -156,6 +157,7 @@ export interface Camera {
     exposure_s: Known;
     clipped: Known;
     edge_px: Known;
+    not_found: string | null;
     targets: { name: string; region_px: Region; proposed_px: Region | null }[];
 }
 /** x, y, width, height in px. */

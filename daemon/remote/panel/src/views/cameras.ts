@@ -69,7 +69,8 @@ export class CameraView {
         });
         if (camera) drawScale(ctx, camera, { width: across, height: down });
         const figures = camera ? figureWords(camera) : "";
-        setText(this.caption, `${this.name}, ${fixed(frame.t0, 1)} s: ${targetWords(frame)}${figures ? `; ${figures}` : ""}`);
+        const targets = camera?.not_found ? `⚠ ${camera.not_found}; press "Move targets"` : targetWords(frame);
+        setText(this.caption, `${this.name}, ${fixed(frame.t0, 1)} s: ${targets}${figures ? `; ${figures}` : ""}`);
     }
 }
 
