@@ -27,9 +27,9 @@ Subject subject_of(const View& view, const Target& target) {
 }
 
 std::optional<Correction> correction_of(std::string key, double told_mm, double told_px, double measured_px) {
-    constexpr double right = 0.01;
+    constexpr double right = 0.01, right_px = 0.25;
     const double ratio = measured_px / told_px;
-    if (!(told_px > 0) || std::abs(ratio - 1) <= right) return {};
+    if (!(told_px > 0) || std::abs(measured_px - told_px) <= std::max(right * told_px, right_px)) return {};
     return Correction{std::move(key), told_mm, told_mm * ratio};
 }
 
