@@ -12,10 +12,12 @@ namespace shaker::tracking {
 namespace {
 
 constexpr double least_spread = 0.02;  // of E within a block, as in EdgeFit
+constexpr double least_variance = 1e-4;
 constexpr double farthest_step = 1.5;  // px
 constexpr double farthest = 3;         // px from the start
 constexpr std::size_t few_of = 4;      // one block of so many leads a first step
 constexpr std::size_t many = 16;       // blocks, that it takes
+constexpr int sites_ahead = 500;  // at least, whose weights are computed in a picture before they are needed
 
 using Lanes [[gnu::vector_size(16)]] = float;
 
@@ -84,6 +86,7 @@ void OutlineBank::shape(const Shape& shape, std::vector<Site> sites, const std::
         longest = std::max(longest, r.padded);
     }
     blocks_.assign(phases * phases * ranges_.size(), {});
+    ahead_ = 0;
     weights_ = std::make_unique_for_overwrite<float[]>(phases * phases * weights_a_place_);
     values_.assign(static_cast<std::size_t>(longest), 0);
     level_ = static_cast<float>(std::lround(shape_.level));
@@ -98,70 +101,88 @@ void OutlineBank::shape(const Shape& shape, std::vector<Site> sites, const std::
     }
     seen_.assign(ranges_.size(), {});
     sorted_.reserve(ranges_.size());
-    columns_.resize(sites_.size());
+    columns_.setOnes(longest, 7);
 }
 
 void OutlineBank::resize(double size, double blur) noexcept {
     shape_.size = size;
     shape_.blur = blur;
     for (Block& b : blocks_) b.known = false;
+    ahead_ = 0;
 }
 
-void OutlineBank::learn(std::size_t place, std::size_t b, Point offset) {
-    const int nuisances = plane() ? 4 : 2;
+Point OutlineBank::offset_at(std::size_t place) noexcept {
+    return {(static_cast<double>(place % phases) + 0.5) / phases - 0.5,
+            (static_cast<double>(place / phases) + 0.5) / phases - 0.5};
+}
+
+bool OutlineBank::learn(std::size_t place, std::size_t b) {
+    if (block_at(place, b).known) return false;
+    plane() ? learn<4>(place, b) : learn<2>(place, b);
+    return true;
+}
+
+template <int nuisances>
+void OutlineBank::learn(std::size_t place, std::size_t b) {
+    const Point offset = offset_at(place);
     const Range& range = ranges_[b];
-    float* const weights = weights_of(place, b);
-    Eigen::Matrix4d ground = Eigen::Matrix4d::Zero();
-    Eigen::Matrix<double, 4, 3> cross = Eigen::Matrix<double, 4, 3>::Zero();
+    const Eigen::Index count = range.end - range.begin;
     Block& block = blocks_[place * ranges_.size() + b];
     block.known = true;
-    block.outline = 0;
-    block.ground.setZero();
     block.normal.setZero();
-    for (int i = range.begin; i < range.end; ++i) {
-        const Site& s = sites_[static_cast<std::size_t>(i)];
-        const double du = s.x - range.shift.x - offset.x,
-                     dv = shape_.straight ? 0 : s.y - range.shift.y - offset.y;
-        const double r = std::sqrt(du * du + dv * dv);
-        const auto [e, slope] = EdgeProfile::at((shape_.size - r) / shape_.blur);
-        const double g = slope / shape_.blur, per_r = r > 1e-9 ? g / r : 0;
-        auto& c = columns_[static_cast<std::size_t>(i)];
-        c = {1, e, static_cast<double>(s.x), static_cast<double>(s.y), du * per_r, dv * per_r, g, 0};
-        for (int j = 0; j < nuisances; ++j) {
-            for (int k = 0; k < nuisances; ++k)
-                ground(j, k) += c[static_cast<std::size_t>(j)] * c[static_cast<std::size_t>(k)];
-            for (int k = 0; k < 3; ++k)
-                cross(j, k) += c[static_cast<std::size_t>(j)] * c[static_cast<std::size_t>(4 + k)];
-        }
-        block.outline += g;
+    const double px = range.shift.x + offset.x, py = range.shift.y + offset.y, per_blur = 1 / shape_.blur;
+    for (Eigen::Index i = 0; i < count; ++i) {
+        const Site& s = sites_[static_cast<std::size_t>(range.begin + i)];
+        const double du = s.x - px, dv = shape_.straight ? 0 : s.y - py, r = std::sqrt(du * du + dv * dv);
+        const auto [e, slope] = EdgeProfile::at((shape_.size - r) * per_blur);
+        const double g = slope * per_blur, per_r = r > 1e-9 ? g / r : 0;
+        columns_(i, 1) = e;
+        columns_(i, 2) = s.x;
+        columns_(i, 3) = s.y;
+        columns_(i, 4) = du * per_r;
+        columns_(i, 5) = dv * per_r;
+        columns_(i, 6) = g;
     }
+    // lazyProduct() allocates nothing.
+    const auto unknown = columns_.topRows(count).leftCols<nuisances>();
+    const auto outline = columns_.topRows(count).middleCols<3>(4);
+    using Ground = Eigen::Matrix<double, nuisances, nuisances>;
+    Ground ground = unknown.transpose().lazyProduct(unknown);
+    const Eigen::Matrix<double, nuisances, 3> cross = unknown.transpose().lazyProduct(outline);
+    block.outline = cross(0, 2);
     for (int j = 2; j < nuisances; ++j) {
-        block.squares[static_cast<std::size_t>(j - 2)] = ground(j, j);
+        block.squares.at(static_cast<std::size_t>(j - 2)) = ground(j, j);
         ground(j, j) *= 1 + KnownSlope::most_frames;
     }
     const double n = ground(0, 0), spread = ground(1, 1) - ground(0, 1) * ground(0, 1) / std::max(n, 1.0);
     if (!(spread > least_spread * n) || n < nuisances + 3) return;  // not used: no information
-    block.ground.topLeftCorner(nuisances, nuisances) = ground.topLeftCorner(nuisances, nuisances).inverse();
-    const Eigen::Matrix<double, 4, 3> explained = block.ground * cross;
-    for (int k = 0; k < 2; ++k)
-        block.by_slope.row(k) =
-            KnownSlope::most_frames * block.squares.at(static_cast<std::size_t>(k)) * explained.row(2 + k);
-    std::fill_n(weights, 4 * range.padded, 0.0f);
-    for (int i = range.begin; i < range.end; ++i) {
-        const auto& c = columns_[static_cast<std::size_t>(i)];
-        Eigen::Vector3d own{c[4], c[5], c[6]};
-        for (int j = 0; j < nuisances; ++j)
-            own -= explained.row(j).transpose() * c[static_cast<std::size_t>(j)];
-        block.normal += Eigen::Vector3d{c[4], c[5], c[6]} * own.transpose();
-        float* const w = weights + (i - range.begin);
-        w[0] = static_cast<float>(c[1]);
-        for (int k = 0; k < 3; ++k) w[(k + 1) * range.padded] = static_cast<float>(own[k]);
+    const Ground inverse = ground.inverse();
+    const Eigen::Matrix<double, nuisances, 3> explained = inverse * cross;
+    block.ground.setZero();
+    block.ground.topLeftCorner<nuisances, nuisances>() = inverse;
+    for (int k = 2; k < nuisances; ++k)
+        block.by_slope.row(k - 2) =
+            KnownSlope::most_frames * block.squares.at(static_cast<std::size_t>(k - 2)) * explained.row(k);
+    const Eigen::Matrix3d all = outline.transpose().lazyProduct(outline);
+    block.normal = all - cross.transpose() * explained;
+    Eigen::Map<Eigen::MatrixX4f> weights{weights_of(place, b), range.padded, 4};
+    weights.bottomRows(range.padded - count).setZero();
+    weights.col(0).head(count) = unknown.col(1).template cast<float>();
+    weights.topRows(count).rightCols<3>() = (outline - unknown.lazyProduct(explained)).template cast<float>();
+}
+
+// A picture in which all weights were missing would take several times as long as others.
+void OutlineBank::learn_ahead() {
+    if (ahead_ == 0) first_ahead_ = place_ / phases * phases;
+    for (int sites = 0; ahead_ < blocks_.size() && sites < sites_ahead; ++ahead_) {
+        const std::size_t b = ahead_ % ranges_.size();
+        const std::size_t place = (first_ahead_ + ahead_ / ranges_.size()) % (phases * phases);
+        if (learn(place, b)) sites += ranges_[b].end - ranges_[b].begin;
     }
 }
 
 template <class T>
-void OutlineBank::look(const Pixels<T>& pixels, std::size_t place, Point offset, int x, int y, Box whole,
-                       bool thinned) {
+void OutlineBank::look(const Pixels<T>& pixels, std::size_t place, int x, int y, Box whole, bool thinned) {
     for (std::size_t b = 0; b < ranges_.size(); ++b) {
         const Range& range = ranges_[b];
         seen_[b].used = false;
@@ -169,7 +190,7 @@ void OutlineBank::look(const Pixels<T>& pixels, std::size_t place, Point offset,
                              y + range.y0 >= whole.y0 && y + range.y1 < whole.y1;
         if (!in_view || (thinned && b % few_of != 0)) continue;
         if (plane() && !(b < slopes_.size() && slopes_[b].frames >= KnownSlope::most_frames)) continue;
-        if (!block_at(place, b).known) learn(place, b, offset);
+        learn(place, b);
         if (block_at(place, b).normal(2, 2) == 0) continue;
         float* to = values_.data();
         for (int k = range.first_run; k < range.last_run; ++k) {
@@ -296,6 +317,7 @@ void OutlineBank::accept(std::span<KnownSlope> slopes) {
         s.habit_frames = std::min(s.habit_frames + 1, EdgeFit::longest_memory);
         s.habit += (s.off - s.habit) / s.habit_frames;
     }
+    learn_ahead();
 }
 
 EdgeFitResult OutlineBank::fit(const ImageView& image, Point start, std::span<const KnownSlope> slopes) {
@@ -309,23 +331,23 @@ EdgeFitResult OutlineBank::fit(const ImageView& image, Point start, std::span<co
             return std::clamp(static_cast<int>((off + 0.5) * phases), 0, phases - 1);
         };
         const int i = phase(at.x - x), j = phase(at.y - y);
-        const Point offset{(i + 0.5) / phases - 0.5, (j + 0.5) / phases - 0.5};
-        const auto place = static_cast<std::size_t>(j * phases + i);
+        const auto place = place_ = static_cast<std::size_t>(j * phases + i);
+        const Point offset = offset_at(place);
         const bool thinned = step == 0 && ranges_.size() >= many;
-        const auto look_at = [&](auto pixels) { look(pixels, place, offset, x, y, whole(image), thinned); };
+        const auto look_at = [&](auto pixels) { look(pixels, place, x, y, whole(image), thinned); };
         image.bytes_per_pixel == 4 ? look_at(Pixels<float>{image}) : with_pixels(image, look_at);
         const auto looked = static_cast<double>(std::ranges::count_if(seen_, &Seen::used));
         choose_blocks();
         Eigen::Matrix3d normal = Eigen::Matrix3d::Zero();
         Eigen::Vector3d score = Eigen::Vector3d::Zero();
-        double freedom = 0, variance = 0, outline = 0, used = 0;
+        double freedom = 0, squares = 0, outline = 0, used = 0;
         for (std::size_t b = 0; b < seen_.size(); ++b) {
             const Seen& s = seen_[b];
             if (!s.used) continue;
             normal += s.gain * s.gain * block_at(place, b).normal;
             score += s.score;
             freedom += s.freedom;
-            variance += s.variance * s.freedom;
+            squares += s.variance * s.freedom;
             outline += block_at(place, b).outline;
             used += 1;
         }
@@ -333,13 +355,14 @@ EdgeFitResult OutlineBank::fit(const ImageView& image, Point start, std::span<co
             if (thinned) continue;
             return result;
         }
-        variance = std::max(variance / freedom, 1e-4);
-        normal /= variance;
-        score /= variance;
-        normal(2, 2) += 1 / (shape_.size_sd * shape_.size_sd);
-        if (shape_.straight) normal(1, 1) += 1;
-        const Eigen::Matrix3d inverse = normal.inverse();
-        const Eigen::Vector3d change = inverse * score;
+        const auto certain = [&](double variance) {
+            Eigen::Matrix3d all = normal / variance;
+            all(2, 2) += 1 / (shape_.size_sd * shape_.size_sd);
+            if (shape_.straight) all(1, 1) += 1;
+            return all;
+        };
+        double variance = std::max(squares / freedom, least_variance);
+        const Eigen::Vector3d change = certain(variance).inverse() * score / variance;
         if (!change.allFinite()) return result;
         const Point found{x + offset.x + change[0], shape_.straight ? start.y : y + offset.y + change[1]};
         size = shape_.size + change[2];
@@ -347,9 +370,13 @@ EdgeFitResult OutlineBank::fit(const ImageView& image, Point start, std::span<co
             !thinned && std::abs(change[0]) <= 0.75 / phases && std::abs(change[1]) <= 0.75 / phases;
         if (settled) {
             if (plane() && tilted(place, change)) return result;
+            // What the place on the grid leaves is no noise. With known slopes it stands for their error.
+            if (!plane()) squares -= change.dot(2 * score - normal * change);
+            variance = std::max(squares / freedom, least_variance);
             result.converged = true;
             result.outline = {found.x, found.y, size, shape_.blur};
-            result.covariance = disagreement(place, change, variance) * inverse.topLeftCorner<2, 2>();
+            result.covariance =
+                disagreement(place, change, variance) * certain(variance).inverse().topLeftCorner<2, 2>();
             result.contrast = contrast_;
             result.freedom = freedom;
             result.noise = std::sqrt(variance);

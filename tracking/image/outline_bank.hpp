@@ -18,7 +18,7 @@ namespace shaker::tracking {
 /// as weights of raw pixels. A step is four sums of products over the pixels. A step with a quarter of many
 /// blocks leads from a prediction near the place, one with all of them to it. Between places of the grid the
 /// linear model errs by less than 4e-5 px for a blur of 0.76 px. Weights of a block are computed when it is
-/// first seen at a place; nothing is allocated after shape().
+/// first seen at a place, and a few more in each accepted picture; nothing is allocated after shape().
 class OutlineBank {
 public:
     /// A pixel by its whole-numbered place about the pixel nearest the centre, and its block's shift.
@@ -82,10 +82,13 @@ private:
         std::array<double, 2> slope{};
     };
 
-    void learn(std::size_t place, std::size_t block, Point offset);
+    [[nodiscard]] static Point offset_at(std::size_t place) noexcept;  // from the nearest whole pixel
+    bool learn(std::size_t place, std::size_t block);                  // false: known already
+    template <int nuisances>
+    void learn(std::size_t place, std::size_t block);
+    void learn_ahead();
     template <class T>
-    void look(const Pixels<T>& pixels, std::size_t place, Point offset, int x, int y, Box whole,
-              bool thinned);
+    void look(const Pixels<T>& pixels, std::size_t place, int x, int y, Box whole, bool thinned);
     void see(std::size_t block, std::size_t place);
     [[nodiscard]] bool plane() const noexcept { return shape_.ground == EdgeFit::Ground::plane; }
     [[nodiscard]] std::array<double, 2> own_slope(std::size_t block, std::size_t place,
@@ -116,8 +119,11 @@ private:
     std::vector<Seen> seen_;
     std::span<const KnownSlope> slopes_;  // during fit()
     std::vector<double> sorted_;
-    std::vector<std::array<double, 8>> columns_;  // of a block, while its weights are computed
+    // Of a block while its weights are computed, one row a site: 1, E, u, v, dE/dx, dE/dy, dE/dsize.
+    Eigen::Matrix<double, Eigen::Dynamic, 7> columns_;
     double contrast_ = 0;
+    std::size_t place_ = 0;                    // of the newest step
+    std::size_t ahead_ = 0, first_ahead_ = 0;  // blocks that learn_ahead() has passed, from this place on
 };
 
 }  // namespace shaker::tracking
