@@ -168,3 +168,21 @@ test("The real daemon takes a region that holds its target, and refuses another 
     if (folder) await page.screenshot({ path: join(folder, "targets-refused.png") });
     assert.deepEqual(await region(), asked);
 });
+
+test("A real daemon that does not find its walker at the start drives once its region is moved", { timeout: 120_000 }, async () => {
+    const daemon = await startDaemon(1.75, "[top]\nregion_off_px = 90\n");
+    after(() => daemon.end());
+    const { page } = await openPage({ server: { port: daemon.port }, browser: stage.browser }, { hash: "", viewport: wide });
+    await page.getByText('press "Move targets"').waitFor();
+    await page.getByRole("button", { name: "Start", exact: true }).click();
+    await page.getByText("a run cannot start: camera top, target walker, roi_px").first().waitFor();
+    await open(page);
+    if (folder) await page.screenshot({ path: join(folder, "targets-not-found.png") });
+    await box(page).focus();
+    for (let k = 0; k < 90; k++) await page.keyboard.press("ArrowLeft");
+    await press(page, "Use these regions");
+    await until(() => daemon.said().includes('camera "top": its targets are found'), "the log tells that they are found");
+    await page.getByRole("button", { name: "Start", exact: true }).click();
+    const state = async () => (await (await page.request.get(`http://127.0.0.1:${daemon.port}/api/state`)).json()).session.state;
+    await until(async () => (await state()) === "running", "the bench is running");
+});
