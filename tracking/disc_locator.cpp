@@ -10,7 +10,7 @@ namespace {
 
 constexpr double rim = 4.5;              // px on either side of the edge that are fitted
 constexpr double least_rim_seen = 0.15;  // mean over the rim, below which a fit would find nothing
-constexpr double most_misfit = 0.3;      // share of the rim in the region, in frame 0
+constexpr double most_rim_misfit = 0.3;  // share of the rim in the region, in frame 0
 constexpr double size_step = 3;          // px of radius
 constexpr double cut_roughness = 1.2;    // times the residuals of frame 0
 constexpr int searched_pixels = 1500;    // of the rim, with which a peak of a search is tried
@@ -111,7 +111,7 @@ bool DiscLocator::find(const ImageView& image, const Box& box, double size, doub
         const Point at{fit.outline.x, fit.outline.y};
         return fit.converged && sign_ * fit.contrast > 0.25 * contrast &&
                fit.noise < 0.5 * std::abs(fit.contrast) &&
-               (fit.trimmed < most_misfit || misfit_in(image, box, fit) < most_misfit) &&
+               (fit.trimmed < most_rim_misfit || misfit_in(image, box, fit) < most_rim_misfit) &&
                std::abs(fit.outline.size / size - 1) < 0.2 && length(at - start) < 6 &&
                box.contains(static_cast<int>(std::lround(at.x)), static_cast<int>(std::lround(at.y)));
     });
