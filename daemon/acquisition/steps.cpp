@@ -101,7 +101,9 @@ bool camera_step(Camera& device, CameraInput& camera_input, std::chrono::millise
     const auto fixes = found_in(*frame, camera_input, lost);
     if (follows && frame->sightings.empty())
         tracking.add(std::chrono::duration<double>{std::chrono::steady_clock::now() - before}.count());
-    static_cast<void>(out.push({std::move(frame), {fixes.begin(), fixes.end()}, camera_input.learned,
+    static_cast<void>(out.push({std::move(frame),
+                                {fixes.begin(), fixes.end()},
+                                camera_input.learned,
                                 camera_input.begun ? std::string{} : camera_input.not_found}));
     return true;
 }

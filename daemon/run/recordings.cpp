@@ -51,7 +51,7 @@ recording::RecordedRate rate_of(const std::filesystem::path& file, double lasted
     double pictures = 0;
     for (const auto& part : std::filesystem::directory_iterator{recorded::pictures_folder(file), failed})
         pictures += static_cast<double>(part.file_size(failed));
-    return {bytes / lasted_s, pictures / lasted_s, kept};
+    return {bytes / lasted_s, pictures / lasted_s, kept, lasted_s};
 }
 
 }  // namespace

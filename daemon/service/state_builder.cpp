@@ -200,8 +200,8 @@ void StateBuilder::fill(BenchState& state) const {
     for (std::size_t i = 0; i < bench_.rig.cameras.size(); ++i) {
         const acquisition::TrackedFrame& newest = collector_.newest(i);
         const View& view = collector_.views()[i];
-        PictureState picture{view.camera,  state.now_s, newest.frame, 1 / view.mm_per_px, newest.fixes,
-                             view.targets, {},           newest.not_found};
+        PictureState picture{view.camera,  state.now_s,  newest.frame, 1 / view.mm_per_px,
+                             newest.fixes, view.targets, {},           newest.not_found};
         for (std::size_t k = 0; k < view.targets.size(); ++k)
             picture.regions_now.push_back(collector_.region_now(i, k));
         state.pictures_now.push_back(std::move(picture));

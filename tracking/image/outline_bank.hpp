@@ -119,7 +119,7 @@ private:
     std::vector<Seen> seen_;
     std::span<const KnownSlope> slopes_;  // during fit()
     std::vector<double> sorted_;
-    // Of a block while its weights are computed, one row a site: 1, E, u, v, dE/dx, dE/dy, dE/dsize.
+    // Columns of a block while its weights are computed, one row a site: 1, E, u, v, dE/dx, dE/dy, dE/dsize.
     Eigen::Matrix<double, Eigen::Dynamic, 7> columns_;
     double contrast_ = 0;
     std::size_t place_ = 0;                    // of the newest step

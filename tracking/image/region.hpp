@@ -25,7 +25,8 @@ struct Correction {
     double told_mm = 0, measured_mm = 0;
 };
 
-/// Empty when no length is told, or when it is right to 1 % or a quarter of a pixel. told_px, measured_px: the same length.
+/// Empty when the settings have no length, or when it is right to 1 % or a quarter of a pixel. told_px,
+/// measured_px: the same length.
 std::optional<Correction> correction_of(std::string key, double told_mm, double told_px, double measured_px);
 
 /// The target's region, clipped to the image. Throws InputError if it is smaller than 4 px or less than half

@@ -120,6 +120,23 @@ TEST_F(RecoverTest, DamagedPictureIsReportedAndRemoved) {
     EXPECT_EQ(shakerd("replay run.nxs", folder_).status, 0);
 }
 
+// Pictures of the first second only: the others are no loss, and the file replays from its tracks.
+TEST_F(RecoverTest, PicturesThatWereNotKeptAreNotMissed) {
+    ASSERT_EQ(
+        shakerd("run --no-identify --scene slow.toml --gamma 1.2g --periods 4 -o first.nxs", folder_).status,
+        0);
+    std::filesystem::rename(folder_ / "first.nxs", folder_ / "first.nxs.part");
+    const Outcome o = shakerd("recover first.nxs", folder_);
+    ASSERT_EQ(o.status, 0) << o.err;
+    expect_in(o.out, {"400 pictures, 0 pictures lost"});
+    const recorded::RecordingReader back{folder_ / "first.nxs"};
+    EXPECT_EQ(back.damage(), std::vector<std::string>{});
+    EXPECT_EQ(back.header().pictures, recorded::KeptPictures::first_second);
+    EXPECT_EQ(back.scalar("pictures/top/stored"), 200);
+    expect_in(shakerd("recover first.nxs", folder_).out, {"finished recording, intact"});
+    expect_in(shakerd("replay first.nxs", folder_).out, {"identical"});
+}
+
 TEST_F(RecoverTest, ChangedFinishedFileIsReportedNotModified) {
     damage("raw/drive/play_heard", 7);
     std::filesystem::rename(folder_ / "run.nxs.part", folder_ / "run.nxs");

@@ -100,6 +100,9 @@ TEST(OutlookTest, RateIsThatOfNewestRecordingAndReserveIsNoRoom) {
     EXPECT_EQ(size(KeptPictures::first_second).bytes_per_s, 0.8e6) << "no recording yet";
     s.recording.rate = {.bytes_per_s = 1.5e6, .pictures_per_s = 3e7, .pictures = KeptPictures::region};
     EXPECT_EQ(size(KeptPictures::off).bytes_per_s, 1.5e6);
+    s.recording.rate.lasted_s = 8;
+    EXPECT_EQ(size(KeptPictures::off).bytes_per_s, 0.8e6) << "a short recording is mostly fixed parts";
+    s.recording.rate.lasted_s = 80;
     EXPECT_EQ(size(KeptPictures::first_second).bytes_per_s, 1.5e6) << "pictures of one second only";
     EXPECT_EQ(size(KeptPictures::region).bytes_per_s, 3.15e7);
     EXPECT_TRUE(std::isnan(size(KeptPictures::full).bytes_per_s)) << "the cameras give regions";
