@@ -1,5 +1,7 @@
 #include "tracking/bars_locator.hpp"
 
+#include <spdlog/fmt/fmt.h>
+
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -116,8 +118,9 @@ Point BarsLocator::learn(const ImageView& image) {
     const double given = pitch_;
     if (!(pitch_ > 0)) pitch_ = strongest_pitch(middle);
     if (!(pitch_ >= 3.5) || (periods_per_window + 0.25) * pitch_ > span) {
-        throw InputError{subject_.label + ": pitch is " + std::to_string(pitch_) +
-                         " px; must be at least 3.5 px, and 3.25 pitches must fit into the region"};
+        throw InputError{fmt::format(
+            "{}: pitch is {:.4g} px; must be at least 3.5 px, and 3.25 pitches must fit into the region",
+            subject_.label, pitch_)};
     }
     pitch_ = refine_pitch(middle, pitch_, std::min(0.05, 0.5 * pitch_ / span));
     const double half = 0.5 * periods_per_window * pitch_;
@@ -145,8 +148,8 @@ Point BarsLocator::learn(const ImageView& image) {
     parts_.assign(windows_.size(), {});
     const double amplitude = 4 * std::abs(sum) / (static_cast<double>(windows_.size()) * 2 * half);
     if (!(amplitude > 0.15 * (levels.high - levels.low))) {
-        throw InputError{subject_.label + ": found no bars of " + std::to_string(given > 0 ? given : pitch_) +
-                         " px pitch; check the region and pitch_mm"};
+        throw InputError{fmt::format("{}: found no bars of {:.4g} px pitch; check the region and pitch_mm",
+                                     subject_.label, given > 0 ? given : pitch_)};
     }
     const double sign = subject_.target.polarity == Polarity::bright ? 0 : std::numbers::pi;
     const double along = middle + pitch_ / tau * std::remainder(-std::arg(sum) + sign, tau);

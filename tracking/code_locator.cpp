@@ -81,6 +81,9 @@ Point CodeLocator::learn(const ImageView& image) {
 
 void CodeLocator::tabulate(const BarModel& model) {
     const Eigen::Index all = segments_.back().from + segments_.back().count;
+    line_.resize(all);
+    for (const Segment& s : segments_)
+        line_.segment(s.from, s.count) = Eigen::VectorXf::LinSpaced(s.count, -1, 1).normalized();
     banks_.resize(phases);
     for (int q = 0; q < phases; ++q) {
         Bank& bank = banks_[static_cast<std::size_t>(q)];
@@ -147,9 +150,8 @@ CodeLocator::Resemblance CodeLocator::resemblance(std::size_t part, int at, doub
     if (profile == nullptr) return {1, 0};
     const Eigen::Map<const Eigen::ArrayXf> seen{profile, count};
     const float mean = seen.mean();
-    const auto x = Eigen::ArrayXf::LinSpaced(count, -1, 1);
-    const double squared = count * (count + 1) / (3.0 * (count - 1)), slope = (seen * x).sum();
-    const double energy = (seen - mean).square().sum() - slope * slope / squared;
+    const double slope = seen.matrix().dot(line_.segment(from, count));
+    const double energy = (seen - mean).square().sum() - slope * slope;
     const double likeness =
         std::max(0.0F, seen.matrix().dot(bank.pixels.col(2).segment(from, count))) / bank.norms(s, 2);
     return {std::max(energy - count * noise * noise, 0.0), likeness * likeness};

@@ -62,6 +62,7 @@ private:
     Point learned_;
     std::vector<Segment> segments_;
     std::vector<Bank> banks_;       // one per fraction
+    Eigen::VectorXf line_;          // of each segment, of unit energy
     std::vector<StripPart> parts_;  // segments of band 0, then of band 1, ...
     StripProfiles profiles_, all_rows_;
     std::vector<double> scratch_;

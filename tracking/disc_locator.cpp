@@ -1,5 +1,7 @@
 #include "tracking/disc_locator.hpp"
 
+#include <spdlog/fmt/fmt.h>
+
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -64,8 +66,8 @@ Point DiscLocator::learn(const ImageView& image) {
     const double given = 0.5 * subject_.target.diameter_mm / subject_.mm_per_px;
     const double expected = given > 0 ? given : radius_by_threshold(image, box, levels);
     if (expected < 1.5) {
-        throw InputError{subject_.label + ": diameter is " + std::to_string(2 * expected) +
-                         " px; must be at least 3 px"};
+        throw InputError{
+            fmt::format("{}: diameter is {:.4g} px; must be at least 3 px", subject_.label, 2 * expected)};
     }
     // A fit reaches sizes that are wrong by less than the rim's width.
     const int steps = given > 0 ? static_cast<int>(wrong_size * given / size_step) : 0;
@@ -91,9 +93,9 @@ Point DiscLocator::learn(const ImageView& image) {
         tries_ = static_cast<std::size_t>(std::max(2, 2 * searched_pixels / pixels));
         return {learned_.x, learned_.y};
     }
-    throw InputError{subject_.label + ": found no " + (sign_ > 0 ? "bright" : "dark") + " disc of " +
-                     std::to_string(2 * expected) +
-                     " px diameter; check the region, polarity and diameter_mm"};
+    throw InputError{
+        fmt::format("{}: found no {} disc of {:.4g} px diameter; check the region, polarity and diameter_mm",
+                    subject_.label, sign_ > 0 ? "bright" : "dark", 2 * expected)};
 }
 
 // A disc of about this radius with its centre in the region.

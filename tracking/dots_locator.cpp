@@ -1,5 +1,7 @@
 #include "tracking/dots_locator.hpp"
 
+#include <spdlog/fmt/fmt.h>
+
 #include <algorithm>
 #include <cmath>
 
@@ -15,12 +17,13 @@ DotsLocator::DotsLocator(Subject subject)
       ring_{0.5 * subject_.target.diameter_mm / subject_.mm_per_px, 1, sign_} {
     learned_ = {0, 0, 0.5 * subject_.target.diameter_mm / subject_.mm_per_px, 1};
     if (!(learned_.size >= 1.5)) {
-        throw InputError{subject_.label + ": diameter_mm = " + std::to_string(subject_.target.diameter_mm) +
-                         "; dots with a pitch require a diameter of at least 3 px"};
+        throw InputError{
+            fmt::format("{}: diameter_mm = {}; dots with a pitch require a diameter of at least 3 px",
+                        subject_.label, subject_.target.diameter_mm)};
     }
     if (!(pitch_ > 2 * learned_.size)) {
-        throw InputError{subject_.label + ": pitch_mm = " + std::to_string(subject_.target.pitch_mm) +
-                         "; must exceed the dots' diameter"};
+        throw InputError{fmt::format("{}: pitch_mm = {}; must exceed the dots' diameter", subject_.label,
+                                     subject_.target.pitch_mm)};
     }
 }
 
@@ -44,9 +47,9 @@ void DotsLocator::find_dots(const ImageView& image, const Box& box, double contr
         if (good && std::none_of(dots.begin(), dots.end(), same)) dots.push_back(fit);
     }
     if (dots.empty()) {
-        throw InputError{subject_.label + ": found no " + (sign_ > 0 ? "bright" : "dark") + " dots of " +
-                         std::to_string(2 * expected) +
-                         " px diameter; check the region, polarity and diameter_mm"};
+        throw InputError{fmt::format(
+            "{}: found no {} dots of {:.4g} px diameter; check the region, polarity and diameter_mm",
+            subject_.label, sign_ > 0 ? "bright" : "dark", 2 * expected)};
     }
     std::sort(dots.begin(), dots.end(), [](const EdgeFitResult& a, const EdgeFitResult& b) {
         return a.outline.x + a.outline.y < b.outline.x + b.outline.y;
@@ -79,8 +82,8 @@ void DotsLocator::check_pitch() const {
     const double gap = gaps[gaps.size() / 2];
     if (std::abs(gap / pitch_ - 1) > 0.2) {
         throw InputError{
-            subject_.label + ": the dots' distance is " + std::to_string(gap * subject_.mm_per_px) +
-            " mm; pitch_mm = " + std::to_string(subject_.target.pitch_mm) + " differs by more than 20 %"};
+            fmt::format("{}: the dots' distance is {:.4g} mm; pitch_mm = {} differs by more than 20 %",
+                        subject_.label, gap * subject_.mm_per_px, subject_.target.pitch_mm)};
     }
 }
 

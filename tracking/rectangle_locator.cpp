@@ -1,5 +1,7 @@
 #include "tracking/rectangle_locator.hpp"
 
+#include <spdlog/fmt/fmt.h>
+
 #include <algorithm>
 #include <cmath>
 #include <numeric>
@@ -90,10 +92,9 @@ void RectangleLocator::find_edges(const Box& box, double given) {
         learned_.size = 0.5 * longest;
         if (longest >= 6) return;
     }
-    throw InputError{subject_.label + ": found no two edges of a " +
-                     (reference_.sign > 0 ? "bright" : "dark") + " rectangle" +
-                     (given > 0 ? " " + std::to_string(given) + " px wide" : "") +
-                     "; check the region, polarity and width_mm"};
+    throw InputError{fmt::format(
+        "{}: found no two edges of a {} rectangle{}; check the region, polarity and width_mm", subject_.label,
+        reference_.sign > 0 ? "bright" : "dark", given > 0 ? fmt::format(" {:.4g} px wide", given) : "")};
 }
 
 // The rows that show both edges, without a few at the silhouette's top and bottom if those are in the image.
@@ -141,8 +142,8 @@ Point RectangleLocator::learn(const ImageView& image) {
                       std::abs(fit.outline.x - learned_.x) < 6 &&
                       std::abs(fit.outline.size / expected - 1) < 0.15;
     if (!good) {
-        throw InputError{subject_.label + ": the two edges found, " + std::to_string(2 * expected) +
-                         " px apart, do not fit a rectangle"};
+        throw InputError{fmt::format("{}: the two edges found, {:.4g} px apart, do not fit a rectangle",
+                                     subject_.label, 2 * expected)};
     }
     learned_ = fit.outline;
     size_ = learned_.size;
