@@ -89,7 +89,7 @@ public:
         if (stop_.stop_requested()) return;
         if (last(i)) hooks_.begun(grants_);
         while (!stop_.stop_requested()) {
-            if (!loop.step(wait) && !loop.waits) std::this_thread::sleep_for(pause);
+            if (!loop.step(wait) && !loop.waits) std::this_thread::sleep_for(loop.pause);
             if (last(i) && done_()) stop_.request_stop();
         }
     } catch (...) {

@@ -18,6 +18,7 @@ struct Loop {
     bool waits = true;      // `step` waits for a device; false: the thread pauses after a step without work
     std::function<bool(std::chrono::milliseconds)> step;
     double fifo_share = 0.9;  // most processor time at that priority, share of each 20 ms
+    std::chrono::milliseconds pause{1};  // after a step without work
 };
 
 /// What a run does when its threads have begun and when a loop fails.

@@ -12,6 +12,8 @@ namespace {
 
 constexpr double most_lead_s =
     0.1;  // largest lead of a simulated rig's output over the reduction, with threads
+// Pauses at rest, when a wake costs more than its work. The recorder's rings hold seconds.
+constexpr std::chrono::milliseconds reduction_pause{2}, recorder_pause{4};
 constexpr double played_out_s = 0.25;  // silence after the ramp, so that a DAC has played its buffer
 
 }  // namespace
@@ -79,12 +81,19 @@ double run_loops(bench::Bench& bench, Collector& collector, DriveOutput& output,
              }});
     for (Loop& loop : collector.sensor_loops()) loops.push_back(std::move(loop));
     if (leader.recorder)
-        loops.push_back({"recorder", fifo_priority::recorder, false,
-                         [&](std::chrono::milliseconds) { return leader.recorder(); }});
-    loops.push_back({"reduction", 0, false, [&](std::chrono::milliseconds) {
-                         const bool any = collector.collect();
-                         return leader.lead(collector.streams(), channels) || any;
-                     }});
+        loops.push_back({.name = "recorder",
+                         .fifo_priority = fifo_priority::recorder,
+                         .waits = false,
+                         .step = [&](std::chrono::milliseconds) { return leader.recorder(); },
+                         .pause = recorder_pause});
+    loops.push_back({.name = "reduction",
+                     .waits = false,
+                     .step =
+                         [&](std::chrono::milliseconds) {
+                             const bool any = collector.collect();
+                             return leader.lead(collector.streams(), channels) || any;
+                         },
+                     .pause = reduction_pause});
     if (simulated)
         for (Loop& loop : loops) loop.fifo_priority = 0;
     const auto unblock = [&] {

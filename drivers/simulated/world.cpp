@@ -48,7 +48,7 @@ public:
         for (std::size_t i = 0; i < volts.size() && played.lost == 0; ++i)
             s_.play({volts[i], trigger[i] > 0.5, enabled_});
         s_.moved.notify_all();
-        if (s_.pace == World::Pace::paced) s_.moved.wait(lock, [&] { return s_.stopped || s_.all_read(); });
+        if (s_.pace == World::Pace::paced) s_.emptied.wait(lock, [&] { return s_.stopped || s_.all_read(); });
         return played;
     }
     std::int64_t take_back(std::int64_t most) noexcept override {
@@ -73,7 +73,7 @@ public:
     }
     bool read(AccelBlock& block, std::chrono::milliseconds wait) override {
         std::unique_lock lock{s_.mutex};
-        if (std::exchange(s_.block_in_hand, false)) s_.moved.notify_all();
+        if (std::exchange(s_.block_in_hand, false)) s_.notify_taken();
         s_.wait_for(lock, wait, [&] { return s_.stopped || s_.accel_ready(); });
         if (!s_.accel_ready()) return false;
         s_.block_in_hand = true;
@@ -82,7 +82,6 @@ public:
         counts_.taken += static_cast<std::uint64_t>(block.size);
         counts_.lost += static_cast<std::uint64_t>(block.first.n - next_);
         next_ = block.first.n + block.size;
-        s_.moved.notify_all();
         return true;
     }
     std::size_t read_early(std::span<std::array<std::int32_t, 3>> counts) noexcept override {
@@ -124,13 +123,15 @@ public:
         Exposure e;
         {
             std::unique_lock lock{s_.mutex};
-            if (camera_.ends.take(s_.now()) != nullptr)
+            if (camera_.ends.take(s_.now()) != nullptr) {
+                s_.notify_taken();
                 throw DeviceError{"camera \"" + camera_.truth.view.camera + "\": it does not answer"};
+            }
             s_.wait_for(lock, wait, [&] { return s_.stopped || s_.frame_ready(camera_); });
             if (!s_.frame_ready(camera_)) return nullptr;
             e = camera_.done.front();
             camera_.done.pop_front();
-            s_.moved.notify_all();
+            s_.notify_taken();
         }
         const bool positions = camera_.truth.view.positions;
         const double before = positions ? 0 : thread_time_s();

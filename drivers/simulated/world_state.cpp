@@ -62,6 +62,7 @@ void World::State::stop() noexcept {
     const std::scoped_lock lock{mutex};
     stopped = true;
     moved.notify_all();
+    emptied.notify_all();
 }
 
 void World::State::play(const PlayedOutput& out) {

@@ -69,12 +69,17 @@ struct World::State {
     bool stopped = false;
     double truth_kept_s = std::numeric_limits<double>::infinity();
     mutable std::mutex mutex{};
-    std::condition_variable moved{};
+    std::condition_variable moved{};    // there may be something to read
+    std::condition_variable emptied{};  // all of it has been read
     /// Waits until `ready`, at most so long. On virtual time nobody waits, and a look at no time costs as
     /// much as a system call.
     template <class Ready>
     void wait_for(std::unique_lock<std::mutex>& lock, std::chrono::milliseconds wait, Ready ready) {
         if (wait.count() > 0) moved.wait_for(lock, wait, ready);
+    }
+
+    void notify_taken() {
+        if (all_read()) emptied.notify_all();
     }
 
     State(const Scene& s, Pace p);
