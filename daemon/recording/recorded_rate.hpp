@@ -11,7 +11,7 @@ struct RecordedRate {
     double bytes_per_s = NAN;     // without pictures; NaN: no recording was completed yet
     double pictures_per_s = NAN;  // bytes of its pictures per second
     recorded::KeptPictures pictures{};
-    double lasted_s = NAN;  // of some seconds, a file has more fixed parts than data
+    double lasted_s = NAN;  // its length; NaN: not known
 };
 
 }  // namespace shaker::recording

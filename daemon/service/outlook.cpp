@@ -11,7 +11,7 @@ namespace {
 
 // Periods that the parts of a run usually take; with a steady walker, settling ends after about this many.
 constexpr int identifies = 110, checks = 16, settles = 45, follows = 3;
-constexpr double telling_s = 60;       // least length of a recording that tells the rate of others
+constexpr double shortest_s = 60;      // a shorter recording is mostly fixed parts: its rate is of no use
 constexpr double bytes_per_s = 0.8e6;  // of a recording without pictures: measured on the simulated bench
 
 /// Expected periods of a state before the first measurement.
@@ -52,8 +52,8 @@ double pictures_per_s(const BenchState& s) {
 
 OutlookState::Size size_of(recorded::KeptPictures kept, const BenchState& s) {
     const recording::RecordedRate& last = s.recording.rate;
-    const bool tells = std::isfinite(last.bytes_per_s) && !(last.lasted_s < telling_s);
-    OutlookState::Size size{tells ? last.bytes_per_s : bytes_per_s, 0};
+    const bool known = std::isfinite(last.bytes_per_s) && !(last.lasted_s < shortest_s);
+    OutlookState::Size size{known ? last.bytes_per_s : bytes_per_s, 0};
     if (kept == recorded::KeptPictures::first_second) size.first_bytes = pictures_per_s(s);
     if (recorded::keeps_all(kept))
         size.bytes_per_s += last.pictures == kept && std::isfinite(last.pictures_per_s) ? last.pictures_per_s

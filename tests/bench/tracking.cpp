@@ -244,8 +244,8 @@ bench::Row pair_row() {
     Costs costs;
     std::array<std::vector<double>, 4> errors;
     std::int64_t tick = 0;
-    constexpr int first_round = 10,
-                  rounds = 80;  // a second of pictures, in which filters are computed, is left out
+    // A second of pictures, in which filters are computed, is left out.
+    constexpr int first_round = 10, rounds = 80;
     for (int round = 0; round < rounds; ++round) {
         for (std::size_t n = 0; n < above.shots.size(); ++n) {
             const std::size_t i = round % 2 == 0 ? n : above.shots.size() - 1 - n;  // without jumps

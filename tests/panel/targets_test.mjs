@@ -76,7 +76,7 @@ test("Arrow keys move the focused box in the picture, with Shift they change its
     assert.equal(server.requests.length, 0);
 });
 
-test("A target that was not found since the start is told below its picture", async () => {
+test("The page prints below a picture why its target was not found", async () => {
     server.bench.not_found = { top: "camera top, target walker, roi_px [170, 30, 120, 110]: found no bright disc of 50 px" };
     const { page, troubles } = await openPage(stage, { viewport: wide });
     await page.locator("#cameras-card").scrollIntoViewIfNeeded();
