@@ -184,5 +184,5 @@ test("A real daemon that does not find its walker at the start drives once its r
     await until(() => daemon.said().includes('camera "top": its targets are found'), "the log tells that they are found");
     await page.getByRole("button", { name: "Start", exact: true }).click();
     const state = async () => (await (await page.request.get(`http://127.0.0.1:${daemon.port}/api/state`)).json()).session.state;
-    await until(async () => (await state()) === "running", "the bench is running");
+    await until(async () => (await state()) === "running", "the bench is running", 30_000);  // after identification and ramp
 });
