@@ -22,14 +22,19 @@ constexpr double agreement_across = 4;
 
 void OutlineFollower::begin(const OutlineBank::Shape& shape, Sites sites, const std::vector<Point>& shifts) {
     bank_.shape(shape, std::move(sites), shifts);
-    trusted_ = false;
+    trusted_ = followed_ = false;
+    picture_ = shape.straight ? watched_every / 2 : 0;
 }
+
+bool OutlineFollower::due() const noexcept { return followed_ && picture_ % watched_every == 0; }
 
 bool OutlineFollower::follow(const ImageView& image, Point predicted, const OutlineReference& reference,
                              const std::array<double, 2>& along, std::span<KnownSlope> slopes,
                              Candidate& out) {
+    ++picture_;
     own_ = bank_.fit(image, predicted, slopes);
     start_ = own_.converged ? Point{own_.outline.x, own_.outline.y} : predicted;
+    followed_ = false;
     if (!trusted_) return false;
     EdgeFitResult fit = own_;
     const double misfit = fit.trimmed - own_misfit_;
@@ -37,13 +42,10 @@ bool OutlineFollower::follow(const ImageView& image, Point predicted, const Outl
     fit.coverage *= coverage_ratio_;
     // Both, the watched roughness and this one, are known to 1 / sqrt(2 freedom).
     const double roughest = 1 + excess + errors / std::sqrt(fit.freedom);
-    const bool as_before = judge(fit, reference, along, out) && !out.degraded && misfit < more_misfit &&
-                           fit.noise < std::hypot(roughest * roughness_, rounding) * std::abs(fit.contrast);
-    if (as_before) {
-        bank_.accept(slopes);
-        --until_watched_;
-    }
-    return as_before;
+    followed_ = judge(fit, reference, along, out) && !out.degraded && misfit < more_misfit &&
+                fit.noise < std::hypot(roughest * roughness_, rounding) * std::abs(fit.contrast);
+    if (followed_) bank_.accept(slopes);
+    return followed_;
 }
 
 void OutlineFollower::watch(const ImageView& image, const EdgeFitResult& fit,
@@ -60,12 +62,10 @@ void OutlineFollower::watch(const ImageView& image, const EdgeFitResult& fit,
     const auto in_errors = [&](const Eigen::Vector2d& direction) {
         return std::abs(direction.dot(apart)) / std::sqrt(direction.dot(fit.covariance * direction));
     };
-    const bool followed = due();
     trusted_ = fit.converged && own_.converged && own_.trimmed < fit.trimmed + other_misfit &&
                in_errors(axis) < agreement && in_errors(side) < agreement_across;
     if (!trusted_) return;
-    until_watched_ = watched_every;
-    if (!followed) bank_.accept(slopes);
+    if (!followed_) bank_.accept(slopes);
     roughness_ = own_.noise / std::abs(own_.contrast);
     own_misfit_ = own_.trimmed;
     watched_misfit_ = fit.trimmed;

@@ -18,7 +18,8 @@ inline double followed_blur(double blur, double fitted) noexcept {
 }
 
 /// A target that is hidden in part, blurred, faded or farther away than predicted is left to the careful fit.
-/// Every 16th picture is given to it too; it may be thinned then.
+/// Every 16th picture is given to it too; it may be thinned then. Straight and round outlines take turns: one
+/// pair of pictures from above and from the side does not pay for both.
 class OutlineFollower {
 public:
     using Sites = std::vector<OutlineBank::Site>;
@@ -30,10 +31,10 @@ public:
     bool follow(const ImageView& image, Point predicted, const OutlineReference& reference,
                 const std::array<double, 2>& along, std::span<KnownSlope> slopes, Candidate& out);
     /// The careful fit shall watch this picture, which follow() has measured.
-    [[nodiscard]] bool due() const noexcept { return trusted_ && until_watched_ <= 0; }
+    [[nodiscard]] bool due() const noexcept;
     [[nodiscard]] Point start() const noexcept { return start_; }
     /// Instead of follow(), in a picture that does not show the outline at the predicted place.
-    void pass_over() noexcept { own_.converged = false; }
+    void pass_over() noexcept { own_.converged = followed_ = false; }
     /// The careful fit of a picture that follow() left to it, or that was due. Where the filters disagree
     /// with it, it decides the next picture.
     /// size, blur: as they are now, px.
@@ -44,9 +45,9 @@ private:
     OutlineBank bank_;
     EdgeFitResult own_;  // of the newest picture
     Point start_;
-    bool trusted_ = false;
-    int until_watched_ = 0;
-    double roughness_ = 0;  // noise / contrast, watched
+    bool trusted_ = false, followed_ = false;  // followed_: the newest picture, by follow()
+    int picture_ = 0;                          // number of pictures, from the turn of this shape of outline
+    double roughness_ = 0;                     // noise / contrast, watched
     // Share that does not fit, by the filters and by the careful fit; outline in use, careful fit over
     // filters.
     double own_misfit_ = 0, watched_misfit_ = 0, coverage_ratio_ = 1;

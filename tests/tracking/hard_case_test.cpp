@@ -102,6 +102,23 @@ TEST_P(HardCaseTest, IsDegradedUnderHighlightOrQuarterHidden) {
     }
 }
 
+// Light that falls on a target from one side moves it by what its slope leaves unfitted. Where the light goes
+// back, so does the target, within as many pictures as its slope is learned from, and a few more.
+TEST_P(HardCaseTest, LightThatIsEvenAgainMovesItNoMore) {
+    Follower follow{scene_.view};
+    constexpr int even = 30, tilted = 30, settling = 16;
+    double before = 0, after = 0, sd = 0;
+    for (int i = 0; i < 2 * even + tilted + settling; ++i) {
+        TestPicture picture = scene_.picture({0, 0});
+        if (i >= even && i < even + tilted) picture.light(1, 0.4);
+        const Fix fix = follow(shot(picture));
+        ASSERT_TRUE(found(fix.state)) << "picture " << i;
+        if (i < even) before += fix.x_px / even;
+        if (i >= even + tilted + settling) after += fix.x_px / even, sd = fix.sd_px;
+    }
+    EXPECT_NEAR(after, before, 3.5 * sd * std::sqrt(2.0 / even));
+}
+
 TEST_P(HardCaseTest, RefusesRegionOutsideTheImage) {
     View view = scene_.view;
     view.targets.front().roi_px = {scene_.width - 10, 0, 40, 30};

@@ -95,8 +95,8 @@ void OutlineBank::shape(const Shape& shape, std::vector<Site> sites, const std::
     for (const Range& r : ranges_) {
         for (int i = r.begin; i < r.end; ++i) {
             const auto at = static_cast<std::size_t>(r.weights / 4 + i - r.begin);
-            along_[at] = static_cast<float>(sites_[static_cast<std::size_t>(i)].x);
-            across_[at] = static_cast<float>(sites_[static_cast<std::size_t>(i)].y);
+            along_[at] = static_cast<float>(sites_[static_cast<std::size_t>(i)].x - r.shift.x);
+            across_[at] = static_cast<float>(sites_[static_cast<std::size_t>(i)].y - r.shift.y);
         }
     }
     seen_.assign(ranges_.size(), {});
@@ -137,8 +137,8 @@ void OutlineBank::learn(std::size_t place, std::size_t b) {
         const auto [e, slope] = EdgeProfile::at((shape_.size - r) * per_blur);
         const double g = slope * per_blur, per_r = r > 1e-9 ? g / r : 0;
         columns_(i, 1) = e;
-        columns_(i, 2) = s.x;
-        columns_(i, 3) = s.y;
+        columns_(i, 2) = s.x - range.shift.x;  // a slope turns about the block
+        columns_(i, 3) = s.y - range.shift.y;
         columns_(i, 4) = du * per_r;
         columns_(i, 5) = dv * per_r;
         columns_(i, 6) = g;
