@@ -3,8 +3,9 @@
 #include <Eigen/Core>
 
 #include "tracking/image/region.hpp"
-#include "tracking/image/texture.hpp"
+#include "tracking/image/texture_bank.hpp"
 #include "tracking/locator.hpp"
+#include "tracking/texture_search.hpp"
 
 namespace shaker::tracking {
 
@@ -23,32 +24,34 @@ public:
     [[nodiscard]] bool interchangeable() const noexcept override { return true; }
 
 private:
-    struct Sums;
     struct Solution {
         Point shift;
         double gain = 0, variance = 0, likeness = 0, share = 0;
         Eigen::Matrix2d covariance = Eigen::Matrix2d::Zero();  // divided by the variance
         bool converged = false;
     };
-    Solution measure(const ImageView& image, Point shift);
-    template <class P>
-    void accumulate(const P& pixels, const Box& cut, int x0, int y0, Sums& sums) const;
-    template <class P>
-    double weigh_blocks(const P& pixels, const Box& cut, int x0, int y0, double gain, double offset);
-    [[nodiscard]] std::size_t block_of(int x, int y) const noexcept;
+    /// Gain, offset and step of the sums at one place; false when they do not say.
+    bool solve(const TextureBank::Sums& sums, Solution& s, double& offset, Eigen::Vector2d& step) const;
+    Solution measure(const ImageView& image, Point start);
     void find_direction();
     void find_noise(const ImageView& image);
     bool judge(const Solution& solution, Candidate& out) const;
-    bool best_match(const ImageView& image, Point around, Point& shift) const;
+    /// Appends what resembles the texture at shifts in a box; tries at most so many places.
+    void try_peaks(const ImageView& image, const Box& shifts, std::size_t tries, std::vector<Candidate>& out);
+    [[nodiscard]] Box around(Point shift) const noexcept;
 
     Subject subject_;
-    Texture texture_;
+    TextureBank bank_;
+    TextureSearch search_;
+    std::vector<TexturePeak> peaks_;
+    std::vector<Candidate> near_;
     Point learned_;
-    std::vector<double> block_weight_, block_residual_, block_size_, sorted_;
-    int block_columns_ = 0;
+    int climbed_ = 1;  // one block of so many leads a climb
     bool one_direction_ = false;
     double least_variance_ = 0;  // of the noise, from frame 0 alone
     Eigen::Vector2d direction_{1, 0};
+    std::size_t turn_ = 0;
+    int next_tile_ = 0;  // progress of a search that takes several pictures
 };
 
 }  // namespace shaker::tracking

@@ -7,9 +7,12 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <functional>
 #include <limits>
 #include <opencv2/core/utility.hpp>
+#include <string>
 #include <string_view>
+#include <utility>
 
 #include "tests/bench/table.hpp"
 #include "tests/support/cost.hpp"
@@ -174,46 +177,48 @@ bench::Row loss_row(const test::TrackingScene& scene) {
             {"wrong", static_cast<double>(wrong)}};
 }
 
-// A disc of 200 px in the picture of the paper.
-test::TrackingScene wide_disc() {
+// Targets in a picture of the paper's size.
+test::TrackingScene wide(const std::string& name, const Target& target,
+                         std::function<void(test::TestPicture&, tracking::Point)> draw) {
     test::TrackingScene scene = test::tracking_scene("disc");
-    scene.name = "wide disc";
+    scene.name = name;
     scene.width = 1280, scene.height = 256;
     scene.bound = [](double) { return NAN; };
-    Target& target = scene.view.targets.front();
-    target.diameter_mm = 50;
-    target.roi_px = {400, 20, 216, 216};
-    scene.draw = [](test::TestPicture& p, tracking::Point s, const test::Look&) {
-        p.disc(tracking::Point{508.3, 127.8} + s, 100, 160, 0.8);
+    scene.view.targets = {target};
+    scene.draw = [draw = std::move(draw)](test::TestPicture& p, tracking::Point s, const test::Look&) {
+        draw(p, s);
     };
     return scene;
 }
 
-test::TrackingScene wide_dot() {
-    test::TrackingScene scene = wide_disc();
-    scene.name = "wide dot";
-    Target& target = scene.view.targets.front();
-    target.diameter_mm = 3;
-    target.roi_px = {495, 115, 28, 28};
-    scene.draw = [](test::TestPicture& p, tracking::Point s, const test::Look&) {
-        p.disc(tracking::Point{508.3, 127.8} + s, 6, 160, 0.8);
-    };
-    return scene;
+test::TrackingScene wide_disc(const std::string& name, double radius) {
+    const int half = static_cast<int>(radius) + 8;
+    Target target = test::tracking_scene("disc").view.targets.front();
+    target.diameter_mm = 0.5 * radius;
+    target.roi_px = {508 - half, 128 - half, 2 * half, 2 * half};
+    return wide(name, target, [radius](test::TestPicture& p, tracking::Point s) {
+        p.disc(tracking::Point{508.3, 127.8} + s, radius, 160, 0.8);
+    });
+}
+
+// A textured plate of 160 x 112 px.
+test::TrackingScene wide_patch() {
+    Target target{"patch", TargetKind::patch};
+    target.roi_px = {444, 80, 128, 96};
+    return wide("wide patch", target, [](test::TestPicture& p, tracking::Point s) {
+        const int x = static_cast<int>(std::lround(s.x)), y = static_cast<int>(std::lround(s.y));
+        p.texture({428 + x, 72 + y, 588 + x, 184 + y}, s, 25, 11);
+    });
 }
 
 // A side view of 600 x 199 px.
 test::TrackingScene wide_rectangle() {
-    test::TrackingScene scene = wide_disc();
-    scene.name = "wide rectangle";
     Target target{"rectangle", TargetKind::rectangle};
     target.width_mm = 150;
     target.roi_px = {320, 20, 640, 220};
-    scene.view.targets = {target};
-    scene.draw = [](test::TestPicture& p, tracking::Point s, const test::Look&) {
+    return wide("wide rectangle", target, [](test::TestPicture& p, tracking::Point s) {
         p.rectangle(340.3 + s.x, 40 + s.y, 940.3 + s.x, 239 + s.y, 160, 0.8);
-    };
-    scene.bound = [](double) { return NAN; };
-    return scene;
+    });
 }
 
 // The nominal scene of one view: a walker 600 px wide above a strip of bars, which is the base.
@@ -368,8 +373,9 @@ int main(int argc, char** argv) {
     const std::string_view part = argc > 1 ? argv[1] : "";
     if (part == "--losses") {
         for (const test::TrackingScene& scene : test::tracking_scenes()) table.add(loss_row(scene));
-        table.add(loss_row(wide_disc()));
-        table.add(loss_row(wide_dot()));
+        table.add(loss_row(wide_disc("wide disc", 100)));
+        table.add(loss_row(wide_disc("wide dot", 6)));
+        table.add(loss_row(wide_patch()));
     } else if (part == "--pair") {
         table.add(pair_row());
     } else if (part == "--share") {
@@ -379,7 +385,7 @@ int main(int argc, char** argv) {
         add_footage(table);
     } else {
         std::vector<test::TrackingScene> scenes = test::tracking_scenes();
-        scenes.push_back(wide_disc());
+        scenes.push_back(wide_disc("wide disc", 100));
         scenes.push_back(wide_rectangle());
         for (const test::TrackingScene& scene : scenes) {
             const Movie movie = movie_of(scene);

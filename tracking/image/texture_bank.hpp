@@ -1,0 +1,81 @@
+#pragma once
+// TextureBank: compares raw pixels with a texture at tabulated shifts, block by block.
+#include <Eigen/Core>
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+#include "tracking/image/pixels.hpp"
+#include "tracking/image/texture.hpp"
+
+namespace shaker::tracking {
+
+/// Tables are filled when a shift first occurs. Not thread-safe.
+class TextureBank {
+public:
+    static constexpr int steps = 8;  // places a px, in x and in y
+    /// A shift of the texture, in 1/steps px.
+    struct Place {
+        int x = 0, y = 0;
+        [[nodiscard]] Point shift() const noexcept { return {double(x) / steps, double(y) / steps}; }
+        bool operator==(const Place&) const = default;
+    };
+    /// Sums over pixels of products of the texture T, its derivatives, its smooth derivatives and the picture
+    /// I. Grey levels count from the mean of T.
+    struct Sums {
+        Eigen::Matrix<double, 6, 6> own;      // 1, T, dT/dx, dT/dy, the smooth derivatives with themselves
+        Eigen::Matrix<double, 5, 1> picture;  // I with 1, T, the smooth derivatives and I
+        /// Correlation of texture and picture.
+        [[nodiscard]] double likeness() const noexcept;
+    };
+
+    TextureBank() = default;
+    explicit TextureBank(Texture texture);
+    [[nodiscard]] const Texture& texture() const noexcept { return texture_; }
+    [[nodiscard]] int blocks() const noexcept { return static_cast<int>(blocks_.size()); }
+    [[nodiscard]] static Place nearest(Point shift) noexcept;
+    /// Fills the tables of all places along an axis, a step to either side of it too.
+    void learn(Axis axis);
+    /// Compares the blocks that are wholly in the picture, one of `every`. False when there are none.
+    bool compare(const ImageView& image, Place place, int every = 1);
+    /// Sums over the blocks in use.
+    [[nodiscard]] Sums sums() const noexcept;
+    void use_all() noexcept;
+    /// Uses the blocks that I = offset + gain T fits about as well as half of them. Returns the share of the
+    /// texture in use.
+    double weigh(double gain, double offset) noexcept;
+    /// The whole-pixel place near `start` with the best correlation of one block of `every`. step: px, of the
+    /// first attempt.
+    [[nodiscard]] Point climb(const ImageView& image, Point start, int step, int every);
+
+private:
+    static constexpr int side = 8;                          // px, of a block
+    static constexpr std::size_t texels = 3 * side * side;  // numbers of a block in a table
+    struct Block {
+        int x = 0, y = 0, columns = 0, rows = 0;
+    };
+    // One place, all blocks.
+    struct Table {
+        float* values = nullptr;  // T and its smooth derivatives, row by row of each block
+        Sums* sums = nullptr;     // the picture's are those of the newest one
+        bool known = false;
+    };
+    struct Use {
+        bool compared = false, used = false;
+        double misfit = 0;
+    };
+    Table& table_at(Place place);  // fills it
+    void learn(Table& table, Point shift);
+
+    Texture texture_;
+    float level_ = 0;
+    std::vector<Block> blocks_;
+    std::vector<Table> tables_;
+    std::unique_ptr<float[]> values_;  // memory of all tables; a part is used when its place occurs
+    std::unique_ptr<Sums[]> sums_;
+    std::vector<Use> use_;
+    std::vector<double> sorted_;
+    Table* now_ = nullptr;  // of the newest comparison
+};
+
+}  // namespace shaker::tracking
