@@ -244,7 +244,7 @@ void Recorder::write(const Entry& entry) {
     ++count.produced;
     std::uint64_t picture = 0;
     if (entry.picture) {
-        picture = stores_[entry.camera]->add(*entry.picture, !ring_->empty());
+        picture = stores_[entry.camera]->add(*entry.picture, !settings_.live || !ring_->empty());
         ++count.stored;
     } else {
         ++(entry.wanted ? count.dropped : count.not_kept);
@@ -354,11 +354,7 @@ void Recorder::complete(const acquisition::Streams& streams, const Known& known)
         recording::write(file, header_.views[c].camera, counts_[c]);
     if (!header_.started.empty())
         file.text("end_time", time_text_after(header_.started, now_s_ - settings_.started_s));
-    for (const auto* stores : {&stores_, &tails_})
-        for (const auto& store : *stores) {
-            store->finish();
-            settings_.progress();
-        }
+    for (const auto* stores : {&stores_, &tails_}) pictures::finish(*stores, settings_.progress);
     file.close();
     closed_ = true;
     give_name();

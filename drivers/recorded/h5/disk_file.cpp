@@ -156,6 +156,17 @@ void DiskFile::rename(const std::filesystem::path& to, Existing existing) {
     sync_folder(to.parent_path());
 }
 
+void release(const std::filesystem::path& file, std::uint64_t from) {
+    const Descriptor fd{::open(file.c_str(), O_WRONLY | O_CLOEXEC)};
+    if (fd < 0) throw DeviceError{file.string() + ": cannot be opened: " + own_words(errno)};
+    const off_t at = static_cast<off_t>(whole_pages(from)), end = ::lseek(fd, 0, SEEK_END);
+    if (end <= at) return;
+    if (uninterrupted(
+            [&] { return ::fallocate(fd, FALLOC_FL_PUNCH_HOLE | FALLOC_FL_KEEP_SIZE, at, end - at); }) < 0 &&
+        errno != EOPNOTSUPP)
+        throw DeviceError{file.string() + ": its unused space cannot be released: " + own_words(errno)};
+}
+
 void sync_folder(const std::filesystem::path& folder) {
     const std::filesystem::path name = folder.empty() ? "." : folder;
     const Descriptor fd{

@@ -62,6 +62,10 @@ private:
 /// Returns when the directory entries of a folder are on the disk.
 void sync_folder(const std::filesystem::path& folder);
 
+/// Gives the disk back what a file holds from byte `from` on, which reads as zeros afterwards; the length
+/// stays. Does nothing where the file system cannot.
+void release(const std::filesystem::path& file, std::uint64_t from);
+
 /// Replaces a file by a complete new one: a reader sees the old or the new one.
 void replace_file(const std::filesystem::path& file, std::span<const std::byte> bytes);
 

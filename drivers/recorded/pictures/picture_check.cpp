@@ -47,10 +47,15 @@ void cut(const FoundSegment& found, std::uint64_t places) {
     PictureSegment shorter{name, info};
     try {
         const OpenedSegment segment{found};
-        std::vector<std::byte> pixels(info.shape.bytes());
+        const std::size_t bytes = info.shape.bytes();
+        std::vector<std::byte> block(PictureSegment::large_block * bytes);
         for (std::uint64_t place = 0; place < places; ++place) {
-            segment.read(place, pixels);
-            shorter.add(segment.records()[place], pixels);
+            const std::uint64_t in_block = place % PictureSegment::large_block;
+            const auto pixels = std::span{block}.subspan(in_block * bytes, bytes);
+            if (in_block == 0)
+                segment.read(place, std::span{block}.first(
+                                        std::min(PictureSegment::large_block, places - place) * bytes));
+            shorter.add(segment.records()[place], pixels, true);
         }
         shorter.sync();
         shorter.replace(found.file);
@@ -59,6 +64,11 @@ void cut(const FoundSegment& found, std::uint64_t places) {
         std::filesystem::remove(name, ignored);
         throw;
     }
+}
+
+// A copy takes longer than the space of a few unused places is worth.
+bool stays(const FoundSegment& segment, std::uint64_t places) {
+    return 4 * places >= 3 * segment.info.places && OpenedSegment{segment}.used() <= places;
 }
 
 void remove_file(const std::filesystem::path& file) {
@@ -92,6 +102,8 @@ void end_frames(const std::filesystem::path& folder, const std::string& camera, 
         const std::uint64_t places = last + 1 - std::min(s.info.first, last + 1);
         if (ends_before(s)) {
             remove_file(s.file);
+        } else if (places < s.info.places && stays(s, places)) {
+            h5::release(s.file, s.plan.frames_at + places * s.info.shape.bytes());
         } else if (places < s.info.places) {
             cut(s, places);
             s.info.places = places;

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <stdexcept>
 #include <utility>
+#include <vector>
 
 #include "drivers/errors.hpp"
 #include "drivers/recorded/pictures/picture_check.hpp"
@@ -141,6 +142,16 @@ void PictureStore::finish() {
 
 std::uint64_t PictureStore::stored() const noexcept {
     return segment_ ? segment_->info().first - 1 + segment_->written() : 0;
+}
+
+void finish(std::span<const std::unique_ptr<PictureStore>> stores, const std::function<void()>& progress) {
+    std::vector<std::future<void>> ends;
+    for (const auto& store : stores)
+        ends.push_back(std::async(std::launch::async, [&store] { store->finish(); }));
+    for (std::future<void>& end : ends) {
+        end.get();
+        progress();
+    }
 }
 
 }  // namespace shaker::pictures

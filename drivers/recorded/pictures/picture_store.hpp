@@ -3,8 +3,11 @@
 // allocated ahead: a full disk is noticed early, and adding a picture waits only for the disk's speed.
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <future>
+#include <memory>
 #include <optional>
+#include <span>
 #include <string>
 
 #include "drivers/recorded/h5/file_lock.hpp"
@@ -39,8 +42,9 @@ public:
     std::uint64_t add(const Frame& frame, bool more = false);
     /// Returns when all pictures stored so far are on the disk. DeviceError as in add().
     void sync();
-    /// sync(), then ends the recording: cuts the last segment to its pictures, removes the spare one and
-    /// links all in <folder>/<camera>.h5. After an error, a second call ends the pictures stored before it.
+    /// sync(), then ends the recording: cuts the last segment to its pictures (one that is nearly full keeps
+    /// its length, and the disk gets the space), removes the spare one and links all in <folder>/<camera>.h5.
+    /// After an error, a second call ends the pictures stored before it.
     void finish();
     /// Number of pictures that a crash of the program would not lose. After an error there are no others.
     [[nodiscard]] std::uint64_t stored() const noexcept;
@@ -63,5 +67,8 @@ private:
     std::future<PictureSegment> spare_;  // the next one
     std::future<void> closing_;          // the previous one, being synchronised to the disk
 };
+
+/// finish() of all stores at once; the last segments are copied meanwhile. progress: called after each.
+void finish(std::span<const std::unique_ptr<PictureStore>> stores, const std::function<void()>& progress);
 
 }  // namespace shaker::pictures

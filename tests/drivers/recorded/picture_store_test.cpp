@@ -2,6 +2,7 @@
 #include "drivers/recorded/pictures/picture_store.hpp"
 
 #include <gtest/gtest.h>
+#include <sys/stat.h>
 
 #include <array>
 #include <cstdio>
@@ -82,6 +83,27 @@ TEST_F(PictureStoreTest, CutsLastSegmentToItsPictures) {
     }
     store(shape, 16, 8);
     EXPECT_EQ(names_in(frames_), (std::set<std::string>{"top.h5", "top-0000.h5", "top-0001.h5"}));
+}
+
+// 7 of 8 places: not worth a copy. The disk gets the space of the eighth.
+TEST_F(PictureStoreTest, LeavesALastSegmentThatIsNearlyFull) {
+    const pictures::PictureShape shape{512, 256, 1};
+    const auto blocks_of = [&] {
+        struct stat status {};
+        EXPECT_EQ(::stat((frames_ / "top-0000.h5").c_str(), &status), 0);
+        return static_cast<double>(status.st_blocks) * 512;
+    };
+    store(shape, 56, 64);
+    expect_pictures(frames_, shape, 56);
+    EXPECT_EQ(pictures::find_segment(frames_ / "top-0000.h5", "top").info.places, 64);
+    const auto bytes = static_cast<double>(shape.bytes());
+    EXPECT_NEAR(blocks_of(), 56 * bytes, bytes);
+    const pictures::PictureCheck check = pictures::finish_frames(frames_, "top");
+    EXPECT_EQ(check.last, 56);
+    EXPECT_TRUE(check.bad.empty());
+    expect_pictures(frames_, shape, 56);
+    store(shape, 32, 64);
+    EXPECT_EQ(pictures::find_segment(frames_ / "top-0000.h5", "top").info.places, 32);
 }
 
 TEST_F(PictureStoreTest, SegmentHasQuarterGigabyteOrSixtyFourPictures) {
