@@ -74,7 +74,10 @@ TEST(CtlTroubleTest, SilentDaemonTimesOutAfter5sAbortAfter2s) {
         const Outcome left = ctl_at(silent.port(), command);
         EXPECT_EQ(left.status, exit_not_reached) << command;
         EXPECT_NE(left.err.find("no answer in time"), std::string::npos) << left.err;
-        return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+        const std::chrono::duration<double> lasted = std::chrono::steady_clock::now() - begin;
+        std::printf("%s: %.2f s, of which %.2f s on a processor\n", command.c_str(), lasted.count(),
+                    left.cpu_s);
+        return lasted.count();
     };
     EXPECT_NEAR(taken("status"), 5, 1);
     EXPECT_NEAR(taken("watch"), 5, 1);
