@@ -13,7 +13,7 @@ constexpr double enough_coarse = 0.35;  // the same, of reduced pictures
 constexpr int most_passes = 8;
 constexpr double near_place = 0.75 / TextureBank::steps;  // px; the texture is straight so far from a place
 constexpr double settled = 2e-3;                          // px, of a pass
-constexpr double farthest_step = 1.5, new_blocks_from = 0.5;  // px
+constexpr double longest_step = 1.5, new_blocks_from = 0.5;  // px
 constexpr int climbed_blocks = 16;                            // lead a climb
 constexpr std::size_t tries_of_a_share = 2, tries_of_all = 24;
 
@@ -71,7 +71,7 @@ PatchLocator::Solution PatchLocator::measure(const ImageView& image, Point start
         double offset = 0;
         Eigen::Vector2d step;
         if (!solve(bank_.sums(), s, offset, step)) return s;
-        step *= std::min(1.0, farthest_step / std::max(step.norm(), 1e-12));
+        step *= std::min(1.0, longest_step / std::max(step.norm(), 1e-12));
         Point shift = place + Point{step[0], step[1]};
         if (one_direction_) {
             const Eigen::Vector2d moved{shift.x - start.x, shift.y - start.y};

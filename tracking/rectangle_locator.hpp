@@ -50,7 +50,7 @@ private:
 
     Subject subject_;
     Axis axis_;
-    EdgeFit fit_;
+    EdgeFit fit_{true};
     OutlineReference reference_;
     Outline learned_;
     double size_ = 0, blur_ = 0;  // now, px

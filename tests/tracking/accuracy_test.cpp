@@ -44,6 +44,24 @@ TEST_P(EveryKindTest, DoesNotLockToPixels) {
     EXPECT_LT(locking, scene_.name == "patch" ? 0.002 : 0.001);
 }
 
+// A lens whose points are smaller than a pixel, at 64 places of a pixel: each place is wrong by another
+// amount, which the stated error covers.
+TEST_P(EveryKindTest, StatesItsErrorBehindASharpLens) {
+    Follower follow{scene_.view};
+    std::vector<double> errors;
+    double variance = 0;
+    for (int i = 0; i < 192; ++i) {
+        const double shift = i / 32.0 - 3;
+        const Fix fix = follow(scene_.picture({shift, 0}, {.blur = 0.3}).expose({.noise = 3}, random_));
+        ASSERT_TRUE(found(fix.state)) << "frame " << i;
+        errors.push_back(fix.x_px - shift);
+        variance += fix.sd_px * fix.sd_px / 192;
+    }
+    const double rms = rms_about_mean(errors) / std::sqrt(variance);
+    std::printf("%s: rms %.2f standard deviations behind a sharp lens\n", scene_.name.c_str(), rms);
+    EXPECT_LT(rms, 2);
+}
+
 // 200 frames of 3 grey levels of noise: the share beyond 2.2 standard deviations is 2.8 % for a true
 // Gaussian; 5 % is 1.9 of its own standard deviations above that. The rms ratio is known to 5 %.
 TEST_P(EveryKindTest, StandardDeviationMatchesScatter) {

@@ -43,7 +43,6 @@ void EdgeFit::accumulate(const Outline& at, bool trim) {
         b.gram.setZero();
         b.weight = b.trimmed = b.coverage = 0;
     }
-    const double per_blur = 1 / at.blur;
     // No lens draws a Gaussian edge better than this: without noise, its tails must not become outliers.
     const double perfect = 2e-3 * contrast_;
     const double certainty = 1 / std::max(scale_, 1.0 / 12 + perfect * perfect);
@@ -58,9 +57,9 @@ void EdgeFit::accumulate(const Outline& at, bool trim) {
             const Block& b = blocks_[static_cast<std::size_t>(s.block)];
             const double du = s.u - at.x, dv = s.v - at.y;
             const double r = std::sqrt(du * du + dv * dv);
-            const double t = (at.size - r) * per_blur;
-            const auto [e, slope] = EdgeProfile::at(t);
-            const double g = slope * per_blur, per_r = g / std::max(r, 1e-9);
+            const auto [e, g, by_blur] = upright_ ? EdgeProfile::upright(at.size - r, at.blur)
+                                                  : EdgeProfile::round(at.size - r, at.blur);
+            const double per_r = g / std::max(r, 1e-9);
             Row& c = rows[i];
             c[0] = 1;
             c[1] = e;
@@ -73,7 +72,7 @@ void EdgeFit::accumulate(const Outline& at, bool trim) {
             c[nuisances] = du * per_r;
             c[nuisances + 1] = dv * per_r;
             c[nuisances + 2] = g;
-            c[nuisances + 3] = -g * t;
+            c[nuisances + 3] = by_blur;
             c[value_column] = s.value;
             c[value_column + 1] = 0;
             weights[i] = trim ? biweight((s.value - ground) * (s.value - ground), certainty) : 1;

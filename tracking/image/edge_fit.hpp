@@ -78,6 +78,8 @@ public:
     enum class Ground { flat, plane };
     static constexpr double longest_memory = 32;  // frames over which a block's habit is averaged
 
+    /// upright: the outline lies along rows or columns of pixels.
+    explicit EdgeFit(bool upright = false) noexcept : upright_{upright} {}
     std::vector<EdgeSample>& samples() noexcept { return samples_; }
     /// Stops when a step is shorter than `enough` px (the error is then far smaller) or after `passes`
     /// passes.
@@ -119,6 +121,7 @@ private:
     void choose_blocks();
     void summarise(EdgeFitResult& result) const;
 
+    bool upright_;
     std::vector<EdgeSample> samples_;
     std::vector<Block> blocks_;
     std::vector<KnownSlope> slopes_;

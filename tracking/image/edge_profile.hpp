@@ -1,11 +1,16 @@
 #pragma once
-// The Gaussian edge, tabulated.
+// Blurred edges as pixels show them, from a table.
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <numbers>
 
 namespace shaker::tracking {
+
+/// An edge at one pixel: the share of the bright side, and its derivatives by the distance and by the blur.
+struct EdgeAt {
+    double step, slope, by_blur;
+};
 
 /// Phi(t), the Gaussian distribution function, and its density phi(t), interpolated from a table. Error below
 /// 2e-6.
@@ -24,6 +29,26 @@ public:
         const double rise = b.step - a.step, from = a.slope / per_unit - rise, to = rise - b.slope / per_unit;
         return {a.step + f * rise + f * (1 - f) * ((1 - f) * from + f * to),
                 a.slope + f * (b.slope - a.slope)};
+    }
+
+    /// A pixel `distance` px inside an edge of this standard deviation, px, which includes the pixel's own
+    /// width. An edge that crosses pixels at all angles, as the rim of a disc does.
+    static EdgeAt round(double distance, double blur) noexcept {
+        const double t = distance / blur;
+        const auto [step, slope] = at(t);
+        return {step, slope / blur, -slope / blur * t};
+    }
+    /// The same for an edge along a row or column of pixels: the mean over a pixel of an edge that the lens
+    /// has blurred. A sharp one is straight across its pixel and not Gaussian.
+    static EdgeAt upright(double distance, double blur) noexcept {
+        constexpr double pixel = 1.0 / 12, sharpest = 0.05;  // variance of a pixel's width; px
+        const double lens = std::sqrt(std::max(blur * blur - pixel, sharpest * sharpest));
+        const double upper = (distance + 0.5) / lens, lower = (distance - 0.5) / lens;
+        const auto [step_up, density_up] = at(upper);
+        const auto [step_low, density_low] = at(lower);
+        const double change = density_up - density_low;
+        return {lens * (upper * step_up - lower * step_low + change), step_up - step_low,
+                change * blur / lens};
     }
 
 private:

@@ -130,12 +130,13 @@ void OutlineBank::learn(std::size_t place, std::size_t b) {
     Block& block = blocks_[place * ranges_.size() + b];
     block.known = true;
     block.normal.setZero();
-    const double px = range.shift.x + offset.x, py = range.shift.y + offset.y, per_blur = 1 / shape_.blur;
+    const double px = range.shift.x + offset.x, py = range.shift.y + offset.y;
     for (Eigen::Index i = 0; i < count; ++i) {
         const Site& s = sites_[static_cast<std::size_t>(range.begin + i)];
         const double du = s.x - px, dv = shape_.straight ? 0 : s.y - py, r = std::sqrt(du * du + dv * dv);
-        const auto [e, slope] = EdgeProfile::at((shape_.size - r) * per_blur);
-        const double g = slope * per_blur, per_r = r > 1e-9 ? g / r : 0;
+        const auto [e, g, by_blur] = shape_.straight ? EdgeProfile::upright(shape_.size - r, shape_.blur)
+                                                     : EdgeProfile::round(shape_.size - r, shape_.blur);
+        const double per_r = r > 1e-9 ? g / r : 0;
         columns_(i, 1) = e;
         columns_(i, 2) = s.x - range.shift.x;  // a slope turns about the block
         columns_(i, 3) = s.y - range.shift.y;

@@ -8,25 +8,25 @@
 namespace shaker::tracking {
 namespace {
 
-constexpr double misfit_of_half = 6;  // times the median of the blocks, above which a block is not used
-constexpr int most_moves = 4;         // of a climb, with each step
-constexpr double rounding = 0.5;      // of grey levels, squared
+constexpr double misfit_of_half = 6;      // times the median of the blocks, above which a block is not used
+constexpr int most_moves = 4;             // of a climb, with each step
+constexpr double rounding_squared = 0.5;  // of grey levels
 
-using Lanes [[gnu::vector_size(32)]] = float;
+using Eight [[gnu::vector_size(32)]] = float;
 
 // Eight values, of which `count` are there; the others are 0.
 template <class T>
-void load(const T* from, int count, Lanes& to) noexcept {
+void take(const T* from, int count, Eight& to) noexcept {
     using Narrow [[gnu::vector_size(8 * sizeof(T))]] = T;
     Narrow all{};
     if (count == 8)
         std::memcpy(&all, from, sizeof all);
     else
         std::memcpy(&all, from, static_cast<std::size_t>(count) * sizeof(T));
-    to = __builtin_convertvector(all, Lanes);
+    to = __builtin_convertvector(all, Eight);
 }
 
-double total(const Lanes& v) noexcept {
+double sum_of(const Eight& v) noexcept {
     double sum = 0;
     for (int i = 0; i < 8; ++i) sum += static_cast<double>(v[i]);
     return sum;
@@ -114,16 +114,16 @@ bool TextureBank::compare(const ImageView& image, Place place, int every) {
             if (x < 0 || y < 0 || x + block.columns > image.width || y + block.rows > image.height) continue;
             use_[b].compared = any = true;
             // Pixels that are missing in a row count as the level, and the table is zero there.
-            Lanes level{};
+            Eight level{};
             for (int i = 0; i < block.columns; ++i) level[i] = level_;
-            Lanes one{}, t{}, px{}, py{}, own{};
+            Eight one{}, t{}, px{}, py{}, own{};
             const float* at = now_->values + texels * b;
             for (int j = 0; j < block.rows; ++j, at += 3 * side) {
-                Lanes v, texture, slope_x, slope_y;
-                load(pixels.row(y + j) + x, block.columns, v);
-                load(at, side, texture);
-                load(at + side, side, slope_x);
-                load(at + 2 * side, side, slope_y);
+                Eight v, texture, slope_x, slope_y;
+                take(pixels.row(y + j) + x, block.columns, v);
+                take(at, side, texture);
+                take(at + side, side, slope_x);
+                take(at + 2 * side, side, slope_y);
                 v -= level;
                 one += v;
                 t += v * texture;
@@ -131,7 +131,7 @@ bool TextureBank::compare(const ImageView& image, Place place, int every) {
                 py += v * slope_y;
                 own += v * v;
             }
-            now_->sums[b].picture << total(one), total(t), total(px), total(py), total(own);
+            now_->sums[b].picture << sum_of(one), sum_of(t), sum_of(px), sum_of(py), sum_of(own);
         }
     });
     return any;
@@ -166,7 +166,7 @@ double TextureBank::weigh(double gain, double offset) noexcept {
     std::nth_element(sorted_.begin(), middle, sorted_.end());
     double kept = 0;
     for (std::size_t b = 0; b < blocks_.size(); ++b) {
-        use_[b].used = use_[b].compared && use_[b].misfit <= misfit_of_half * *middle + rounding;
+        use_[b].used = use_[b].compared && use_[b].misfit <= misfit_of_half * *middle + rounding_squared;
         if (use_[b].used) kept += now_->sums[b].own(0, 0);
     }
     return kept / (1.0 * texture_.width() * texture_.height());
