@@ -1,6 +1,8 @@
 #pragma once
 // Locator for bars of irregular width: matched filters on parts of the strip.
 #include <Eigen/Core>
+#include <algorithm>
+#include <cmath>
 
 #include "tracking/image/region.hpp"
 #include "tracking/image/strip.hpp"
@@ -43,6 +45,8 @@ private:
         [[nodiscard]] bool above(double correlation) const noexcept {
             return bars > correlation * correlation * all;
         }
+        /// 1 less the correlation.
+        [[nodiscard]] double lack() const noexcept { return 1 - std::sqrt(std::min(bars / all, 1.0)); }
     };
     /// How a place was come by: near the last one, or anywhere in the picture.
     enum class Start { followed, searched };
