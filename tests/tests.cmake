@@ -187,7 +187,7 @@ target_link_libraries(orders PUBLIC test_support)
 compile_fast(orders LIBRARIES spdlog::spdlog nlohmann_json::nlohmann_json)
 also_links(orders_tests orders)
 
-# What is put between a program and its disk by LD_PRELOAD: tests/preload/<name>.cpp.
+# What is put between a program and its system by LD_PRELOAD: tests/preload/<name>.cpp.
 file(GLOB preloads CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/tests/preload/*.cpp)
 foreach(source ${preloads})
   get_filename_component(name ${source} NAME_WE)

@@ -2,8 +2,10 @@
 
 #include <spdlog/fmt/fmt.h>
 
+#include <future>
 #include <nlohmann/json.hpp>
 #include <random>
+#include <thread>
 #include <utility>
 
 #include "daemon/remote/ctl/trouble.hpp"
@@ -53,11 +55,31 @@ void finish(const Link& link, asio::io_context& io, Start start) {
     require(link, result);
 }
 
-void connect(const Link& link, asio::io_context& io, beast::tcp_stream& stream) {
-    error_code unknown;
-    asio::ip::tcp::resolver resolver{io};
-    const auto places = resolver.resolve(link.at.host, link.at.port, unknown);
+using Places = asio::ip::tcp::resolver::results_type;
+
+// The system looks up a name without a time limit: in a thread that is left behind when it takes too long.
+Places places_of(const Link& link, std::chrono::milliseconds within) {
+    std::promise<std::pair<Places, error_code>> promise;
+    auto future = promise.get_future();
+    std::thread{[at = link.at, promise = std::move(promise)]() mutable {
+        asio::io_context io;
+        error_code unknown;
+        Places found = asio::ip::tcp::resolver{io}.resolve(at.host, at.port, unknown);
+        promise.set_value({std::move(found), unknown});
+    }}.detach();
+    if (future.wait_for(within) != std::future_status::ready)
+        not_reached(link, fmt::format("nobody says in time which computer has the name \"{}\"; an address in "
+                                      "numbers is not looked up",
+                                      link.at.host));
+    const auto [places, unknown] = future.get();
     require(link, unknown);
+    return places;
+}
+
+// within: for the name; the stream has its own limit.
+void connect(const Link& link, asio::io_context& io, beast::tcp_stream& stream,
+             std::chrono::milliseconds within) {
+    const Places places = places_of(link, within);
     finish(link, io, [&](auto done) { stream.async_connect(places, done); });
 }
 
@@ -80,7 +102,7 @@ std::string exchange(const Link& link, Request request, std::chrono::millisecond
     asio::io_context io{1};
     beast::tcp_stream stream{io};
     stream.expires_after(within);
-    connect(link, io, stream);
+    connect(link, io, stream, within);
     request.set(http::field::host, link.at.text());
     sign(link, request);
     request.keep_alive(false);
@@ -135,7 +157,7 @@ LiveMessages::LiveMessages(const Link& link) : socket_{new Socket{.link = link}}
     auto& stream = socket_->stream;
     beast::tcp_stream& tcp = beast::get_lowest_layer(stream);
     tcp.expires_after(patience);
-    connect(link, socket_->io, tcp);
+    connect(link, socket_->io, tcp, patience);
     stream.read_message_max(most_message);
     stream.set_option(beast::websocket::stream_base::decorator(
         [&link](beast::websocket::request_type& request) { sign(link, request); }));

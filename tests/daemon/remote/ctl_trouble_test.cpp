@@ -10,6 +10,7 @@
 #include "daemon/remote/server.hpp"
 #include "drivers/errors.hpp"
 #include "tests/support/environment.hpp"
+#include "tests/support/paths.hpp"
 #include "tests/support/program.hpp"
 #include "tests/support/remote/canned_daemon.hpp"
 #include "tests/support/remote/played_bench.hpp"
@@ -82,6 +83,17 @@ TEST(CtlTroubleTest, SilentDaemonTimesOutAfter5sAbortAfter2s) {
     EXPECT_NEAR(taken("status"), 5, 1);
     EXPECT_NEAR(taken("watch"), 5, 1);
     EXPECT_NEAR(taken("abort"), 2, 1);
+}
+
+// Its user must know at once that the shaker is not stopped.
+TEST(CtlTroubleTest, NameServerThatIsSilentDoesNotDelayAnAbort) {
+    const Environment slow{{{"LD_PRELOAD", test::build_dir() + "/preload_slow_names.so"}}};
+    const auto begin = std::chrono::steady_clock::now();
+    const Outcome left = ctl("--at silent.test:1 abort");
+    const std::chrono::duration<double> lasted = std::chrono::steady_clock::now() - begin;
+    EXPECT_EQ(left.status, exit_not_reached);
+    EXPECT_NE(left.err.find("which computer has the name \"silent.test\""), std::string::npos) << left.err;
+    EXPECT_NEAR(lasted.count(), 2, 1);
 }
 
 TEST(CtlTroubleTest, OtherServerIsReported) {
