@@ -1,4 +1,4 @@
-// Tracking: cost and error of each kind against its bound, after 700 pictures, beside other methods on the
+// Tracking: cost and error of each kind against its bound, after 3000 pictures, beside other methods on the
 // same frames; with --losses the cost of pictures in which a target is learned, lost and found again, with
 // --pair that of walker and base in both views of the nominal scene, with --share cost and error with fewer
 // rows and other bits, with --footage the spread of distances between dots of real footage
@@ -24,7 +24,7 @@
 namespace shaker {
 namespace {
 
-constexpr int frames = 100, first_pictures = 700;
+constexpr int frames = 100, first_pictures = 3000;
 constexpr double noise = 3;
 
 struct Result {
