@@ -26,12 +26,12 @@ void OutlineFollower::begin(const OutlineBank::Shape& shape, Sites sites, const 
     picture_ = shape.straight ? watched_every / 2 : 0;
 }
 
-bool OutlineFollower::due() const noexcept { return followed_ && picture_ % watched_every == 0; }
+bool OutlineFollower::due() const noexcept { return followed_ && picture_ == 0; }
 
 bool OutlineFollower::follow(const ImageView& image, Point predicted, const OutlineReference& reference,
                              const std::array<double, 2>& along, std::span<KnownSlope> slopes,
                              Candidate& out) {
-    ++picture_;
+    picture_ = (picture_ + 1) % watched_every;
     own_ = bank_.fit(image, predicted, slopes);
     start_ = own_.converged ? Point{own_.outline.x, own_.outline.y} : predicted;
     followed_ = false;

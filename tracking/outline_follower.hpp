@@ -46,8 +46,8 @@ private:
     EdgeFitResult own_;  // of the newest picture
     Point start_;
     bool trusted_ = false, followed_ = false;  // followed_: the newest picture, by follow()
-    int picture_ = 0;                          // number of pictures, from the turn of this shape of outline
-    double roughness_ = 0;                     // noise / contrast, watched
+    int picture_ = 0;       // of 16; 0 is watched. Round and straight outlines do not begin at the same one
+    double roughness_ = 0;  // noise / contrast, watched
     // Share that does not fit, by the filters and by the careful fit; outline in use, careful fit over
     // filters.
     double own_misfit_ = 0, watched_misfit_ = 0, coverage_ratio_ = 1;
