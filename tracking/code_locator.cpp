@@ -18,11 +18,13 @@ constexpr int beside = 4;                 // px read beside the strip: more than
 constexpr double least_likeness = 0.85;   // correlation of a visible segment with frame 0
 constexpr double sharp_likeness = 0.988;  // of all of them, unless the blur is twice that of frame 0
 constexpr double blurred_sd = 0.04;       // px, of places in pictures that are so blurred
-constexpr double sd_per_likeness = 1.2;   // px, of those that lack less, for what they lack; measured
-constexpr double most_repeat = 0.75;      // correlation of a strip with itself elsewhere
-constexpr double least_visible = 0.2;     // share of a strip
-constexpr double stretch = 0.005;         // of a moved picture of the strip, by lens and perspective
-constexpr int per_step = 2;               // px; the search compares profiles in such steps
+// Error of a place, px, over 1 less the correlation: 3.5 just out of focus, 1.9 at the worst that counts as
+// sharp.
+constexpr double sd_per_lack = 3;
+constexpr double most_repeat = 0.75;   // correlation of a strip with itself elsewhere
+constexpr double least_visible = 0.2;  // share of a strip
+constexpr double stretch = 0.005;      // of a moved picture of the strip, by lens and perspective
+constexpr int per_step = 2;            // px; the search compares profiles in such steps
 
 // The whole pixels below a number of fractions.
 int whole_px(int at) { return at >= 0 ? at / phases : (at - phases + 1) / phases; }
@@ -211,7 +213,7 @@ bool CodeLocator::measure(const ImageView& image, double shift, Start start, Can
     for (std::size_t i = 0; i < segments_.size(); ++i)
         if (parts_[i].used) all.add(resemblance(i, at, noise));
     const bool blurred = !all.above(sharp_likeness);
-    out.sd = std::hypot(out.sd, blurred ? blurred_sd : sd_per_likeness * all.lack());
+    out.sd = std::hypot(out.sd, blurred ? blurred_sd : sd_per_lack * all.lack());
     out.degraded = used < 0.75 * total || blurred;
     return out.sd < 0.05 * narrowest_;
 }

@@ -37,6 +37,28 @@ TEST_P(CodeTest, LocksByLessThanATenThousandthOfAPixel) {
     EXPECT_LT(scatter_of(errors), 1e-4);
 }
 
+// The lens goes out of focus while the strip is followed, up to where the picture counts as degraded.
+TEST_P(CodeTest, StatesItsErrorOutOfFocus) {
+    for (const double blur : {0.9, 1.0, 1.1, 1.2, 1.3, 1.4, 1.6, 1.8}) {
+        test::Follower follow{scene_.view};
+        constexpr int sharp = 24, blurred = 64;
+        double origin = 0, squares = 0, ok = 0;
+        for (int i = 0; i < sharp + blurred; ++i) {
+            const double shift = 2 * std::sin(0.4 * i);
+            const test::Look look{.blur = i < sharp ? 0.8 : blur};
+            const Fix fix = follow(scene_.picture({shift, 0}, look).expose({.noise = 3}, random_));
+            const double off = fix.x_px - shift - origin;
+            if (i < sharp) origin += off / (i + 1);
+            if (i < sharp || fix.state != TrackState::ok) continue;
+            ok += 1;
+            squares += off * off / (fix.sd_px * fix.sd_px);
+        }
+        EXPECT_LE(squares, 4 * ok) << "blur " << blur << " px, " << ok << " pictures ok";
+        std::printf("%s, blur %.1f px: %g pictures ok, rms %.2f stated errors\n", scene_.name.c_str(), blur,
+                    ok, std::sqrt(squares / std::max(ok, 1.0)));
+    }
+}
+
 TEST_P(CodeTest, ErrorIsNearTheCramerRaoBound) {
     test::Follower follow{scene_.view};
     std::uniform_real_distribution<double> step{-0.4, 0.4};
