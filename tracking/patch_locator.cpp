@@ -14,7 +14,7 @@ constexpr int most_passes = 8;
 constexpr double near_place = 0.75 / TextureBank::steps;  // px; the texture is straight so far from a place
 constexpr double settled = 2e-3;                          // px, of a pass
 constexpr double longest_step = 1.5, new_blocks_from = 0.5;  // px
-constexpr int climbed_blocks = 16;                            // lead a climb
+constexpr int climbed_blocks = 16;                           // lead a climb
 constexpr std::size_t tries_of_a_share = 2, tries_of_all = 24;
 
 }  // namespace

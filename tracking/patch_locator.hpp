@@ -30,7 +30,8 @@ private:
         Eigen::Matrix2d covariance = Eigen::Matrix2d::Zero();  // divided by the variance
         bool converged = false;
     };
-    /// Gain, offset and step of the sums at one place; false when they do not say.
+    /// Finds gain, offset and step from the sums at one place. Returns false when these do not determine
+    /// them.
     bool solve(const TextureBank::Sums& sums, Solution& s, double& offset, Eigen::Vector2d& step) const;
     Solution measure(const ImageView& image, Point start);
     void find_direction();
@@ -50,8 +51,9 @@ private:
     bool one_direction_ = false;
     double least_variance_ = 0;  // of the noise, from frame 0 alone
     Eigen::Vector2d direction_{1, 0};
+    // Progress of a search that takes several pictures.
     std::size_t turn_ = 0;
-    int next_tile_ = 0;  // progress of a search that takes several pictures
+    int next_tile_ = 0;
 };
 
 }  // namespace shaker::tracking

@@ -59,6 +59,7 @@ TextureSearch::TextureSearch(const ImageView& image, const Box& box) {
     }
 }
 
+// A tile of t cells reads (t + columns) (t + rows) cells of the picture.
 int TextureSearch::tile() const noexcept {
     const double columns = texture_.cols, rows = texture_.rows, off = columns - rows;
     return std::max(

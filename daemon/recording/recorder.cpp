@@ -244,6 +244,7 @@ void Recorder::write(const Entry& entry) {
     ++count.produced;
     std::uint64_t picture = 0;
     if (entry.picture) {
+        // A simulated run can be made again: a crash may lose a large block of its pictures.
         picture = stores_[entry.camera]->add(*entry.picture, !settings_.live || !ring_->empty());
         ++count.stored;
     } else {

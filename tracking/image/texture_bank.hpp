@@ -18,7 +18,6 @@ public:
     struct Place {
         int x = 0, y = 0;
         [[nodiscard]] Point shift() const noexcept { return {double(x) / steps, double(y) / steps}; }
-        bool operator==(const Place&) const = default;
     };
     /// Sums over pixels of products of the texture T, its derivatives, its smooth derivatives and the picture
     /// I. Grey levels count from the mean of T.
@@ -34,18 +33,20 @@ public:
     [[nodiscard]] const Texture& texture() const noexcept { return texture_; }
     [[nodiscard]] int blocks() const noexcept { return static_cast<int>(blocks_.size()); }
     [[nodiscard]] static Place nearest(Point shift) noexcept;
-    /// Fills the tables of all places along an axis, a step to either side of it too.
+    /// Fills the tables of all places along an axis, and of those one step beside it.
     void learn(Axis axis);
-    /// Compares the blocks that are wholly in the picture, one of `every`. False when there are none.
+    /// Compares the picture with the texture at a place, in one block of `every`. A block that is not wholly
+    /// in the picture does not count. Returns false when no block counts.
     bool compare(const ImageView& image, Place place, int every = 1);
-    /// Sums over the blocks in use.
+    /// Sums over the compared blocks that are in use.
     [[nodiscard]] Sums sums() const noexcept;
+    /// Puts all blocks in use.
     void use_all() noexcept;
     /// Uses the blocks that I = offset + gain T fits about as well as half of them. Returns the share of the
     /// texture in use.
     double weigh(double gain, double offset) noexcept;
-    /// The whole-pixel place near `start` with the best correlation of one block of `every`. step: px, of the
-    /// first attempt.
+    /// The shift of whole pixels near `start` at which one block of `every` correlates best. step: px, by
+    /// which the first shifts differ; it is halved down to 1.
     [[nodiscard]] Point climb(const ImageView& image, Point start, int step, int every);
 
 private:

@@ -68,9 +68,9 @@ Places places_of(const Link& link, std::chrono::milliseconds within) {
         promise.set_value({std::move(found), unknown});
     }}.detach();
     if (future.wait_for(within) != std::future_status::ready)
-        not_reached(link, fmt::format("nobody says in time which computer has the name \"{}\"; an address in "
-                                      "numbers is not looked up",
-                                      link.at.host));
+        not_reached(link,
+                    fmt::format("the address of \"{}\" was not found in time; use the address in numbers",
+                                link.at.host));
     const auto [places, unknown] = future.get();
     require(link, unknown);
     return places;

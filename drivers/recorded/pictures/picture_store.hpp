@@ -68,7 +68,7 @@ private:
     std::future<void> closing_;          // the previous one, being synchronised to the disk
 };
 
-/// finish() of all stores at once; the last segments are copied meanwhile. progress: called after each.
+/// Calls finish() of all stores at the same time, since each may copy a segment. progress: called after each.
 void finish(std::span<const std::unique_ptr<PictureStore>> stores, const std::function<void()>& progress);
 
 }  // namespace shaker::pictures
