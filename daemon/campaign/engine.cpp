@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <utility>
 
-#include "drivers/simulated/walker/no_stick.hpp"
+#include "drivers/walker/no_stick.hpp"
 
 namespace shaker::campaign {
 
@@ -353,7 +353,7 @@ int Engine::missing_periods() const {
 }
 
 run::PredictedWalk Engine::walk(const Drive& drive) {
-    return {{walks_.walk(drive).v_D, unknown_share * simulated::v_rms(harmonics(drive), drive.frequency)},
+    return {{walks_.walk(drive).v_D, unknown_share * walker::v_rms(harmonics(drive), drive.frequency)},
             fmt::format("Coulomb's law with mu {:.4g}", walks_.value())};
 }
 

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "drivers/simulated/walker/no_stick.hpp"
+#include "drivers/walker/no_stick.hpp"
 
 namespace shaker::campaign {
 
@@ -38,8 +38,8 @@ void LearnedMu::count(const Measured& point) {
     const Walk& above = above_.at(point.drive);
     if (!here.why.empty() || !above.why.empty()) return;
     const double slope = (above.v_D - here.v_D) / (difference * mu_);
-    const double error = std::hypot(
-        point.v_D.sigma, law_share * simulated::v_rms(harmonics(point.drive), point.drive.frequency));
+    const double error =
+        std::hypot(point.v_D.sigma, law_share * walker::v_rms(harmonics(point.drive), point.drive.frequency));
     information_ += slope * slope / (error * error);
     pull_ += slope * (point.v_D.value - here.v_D) / (error * error);
 }

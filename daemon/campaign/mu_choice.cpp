@@ -2,7 +2,6 @@
 
 #include <spdlog/fmt/fmt.h>
 
-#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <utility>
@@ -15,8 +14,6 @@ namespace {
 
 constexpr double share_of_plan = 0.2;  // error of the mu of the plan
 constexpr double level = 5e-3;         // rad, error of a tilt that is not measured
-
-double variance_of_mu(const Eigen::Matrix2d& information) { return information.inverse()(0, 0); }
 
 std::size_t index_of(const std::vector<Point>& points, int id) {
     return static_cast<std::size_t>(std::ranges::find(points, id, &Point::id) - points.begin());
@@ -37,30 +34,36 @@ void MuChoice::forget(int point) {
     changed_ |= std::erase_if(passes_, [&](const law::Point& p) { return p.number == point; }) > 0;
 }
 
-Eigen::Vector2d MuChoice::slopes(const Drive& drive) const try {
+void MuChoice::Information::add(const law::LawPoint& slopes, double variance) noexcept {
+    mu += slopes.by_mu * slopes.by_mu / variance;
+    tilt += slopes.by_tilt * slopes.by_tilt / variance;
+    both += slopes.by_mu * slopes.by_tilt / variance;
+}
+
+// The law at a drive; no slopes where the motion does not settle.
+law::LawPoint MuChoice::at(const Drive& drive) const try {
     law::Point point;
     point.base = harmonics(drive);
     point.frequency = drive.frequency;
-    const law::LawPoint at = law_point(point, law_);
-    return {at.by_mu, at.by_tilt};
-} catch (const InputError&) {  // no settled motion
-    return Eigen::Vector2d::Zero();
+    return law_point(point, law_);
+} catch (const InputError&) {
+    return {};
 }
 
-Eigen::Matrix2d MuChoice::information(const Point& point) const {
+// What measuring the point will add.
+void MuChoice::add_expected(const Point& point, Information& to) const {
     const PointSettings& asked = point.asked;
     const int periods = asked.precision > 0 ? asked.most_periods : asked.plan.periods;
     const double sigma = std::hypot(noise_ / std::sqrt(std::max(periods, 1)),
                                     base_share_ * asked.drive.gamma / (two_pi * asked.drive.frequency));
-    const Eigen::Vector2d by = slopes(asked.drive);
-    return by * by.transpose() / (sigma * sigma);
+    to.add(at(asked.drive), sigma * sigma);
 }
 
 // mu, tilt and what the passes have shown of the errors.
 void MuChoice::fit(bool partners) {
     if (!std::exchange(changed_, false)) return;
     const double mu_error = share_of_plan * planned_;
-    known_ = Eigen::Vector2d{1 / (mu_error * mu_error), 1 / (level * level)}.asDiagonal();
+    known_ = {.mu = 1 / (mu_error * mu_error), .tilt = 1 / (level * level)};
     reached_ = false;
     const law::CoulombFit found =
         law::fit_coulomb(passes_, {.g = law_.g, .start_mu = std::isfinite(mu_error_) ? law_.mu : NAN});
@@ -68,11 +71,9 @@ void MuChoice::fit(bool partners) {
     double noise = 0, base = 0;
     for (std::size_t i = 0; i < passes_.size(); ++i) {
         const law::Point& p = passes_[i];
-        const law::LawPoint at = found.known() ? found.points[i] : law::LawPoint{};
-        const Eigen::Vector2d by = found.known() ? Eigen::Vector2d{at.by_mu, at.by_tilt} : slopes(p.asked);
-        const double base_error = found.known() ? at.base_error : 0;
+        const double base_error = found.known() ? found.points[i].base_error : 0;
         const double variance = p.v_D.sigma * p.v_D.sigma + base_error * base_error;
-        known_ += by * by.transpose() / variance;
+        known_.add(found.known() ? found.points[i] : at(p.asked), variance);
         noise += p.v_D.sigma * p.v_D.sigma * std::max(p.periods, 1) / static_cast<double>(passes_.size());
         base += std::pow(base_error / velocity_scale(p), 2) / static_cast<double>(passes_.size());
     }
@@ -100,10 +101,10 @@ std::size_t MuChoice::next(const std::vector<Point>& points, const std::vector<b
         if (over[i]) continue;
         std::vector<const Point*> together{&points[i]};
         if (points[i].partner != 0) together.push_back(&points[index_of(points, points[i].partner)]);
-        Eigen::Matrix2d then = known_;
-        for (const Point* p : together) then += information(*p);
+        Information then = known_;
+        for (const Point* p : together) add_expected(*p, then);
         // One that cannot be measured fails by name when its turn comes: at the end.
-        const double gain = std::log(variance_of_mu(known_) / variance_of_mu(then)) / cost(together);
+        const double gain = std::log(known_.variance_of_mu() / then.variance_of_mu()) / cost(together);
         if (gain > most) most = gain, best = i;
     }
     return best;

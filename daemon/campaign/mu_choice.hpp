@@ -1,6 +1,5 @@
 #pragma once
 // The shortest way to a friction coefficient: which set-point of a plan comes next, and when mu is known.
-#include <Eigen/Core>
 #include <functional>
 #include <span>
 #include <string>
@@ -37,15 +36,25 @@ public:
     [[nodiscard]] std::string sentence() const;
 
 private:
+    /// Information on mu and tilt: the inverse of their covariance. `both` is its element off the diagonal.
+    struct Information {
+        double mu = 0, tilt = 0, both = 0;
+        /// A measurement with this variance, whose result changes by these slopes with mu and tilt.
+        void add(const law::LawPoint& slopes, double variance) noexcept;
+        [[nodiscard]] double variance_of_mu() const noexcept {
+            return tilt * (1 / (mu * tilt - both * both));
+        }
+    };
+
     void fit(bool partners);
-    [[nodiscard]] Eigen::Vector2d slopes(const Drive& drive) const;
-    [[nodiscard]] Eigen::Matrix2d information(const Point& point) const;
+    [[nodiscard]] law::LawPoint at(const Drive& drive) const;
+    void add_expected(const Point& point, Information& to) const;
 
     double target_, planned_;
     law::Coulomb law_;                // the newest
     double mu_error_ = NAN;           // standard error, widened by chi^2 where that is more than expected
     std::vector<law::Point> passes_;  // measured
-    Eigen::Matrix2d known_;           // information on mu and tilt so far
+    Information known_;               // so far
     double noise_ = 1e-5;             // error of v_D of one period, m/s sqrt(period)
     double base_share_ = 0;           // error of the law by the measured base, of gamma/omega
     bool changed_ = true, reached_ = false;

@@ -7,7 +7,7 @@
 #include <numbers>
 
 #include "drivers/errors.hpp"
-#include "drivers/simulated/walker/steady_state.hpp"
+#include "drivers/walker/steady_state.hpp"
 
 namespace shaker::campaign {
 
@@ -20,19 +20,19 @@ constexpr double least_return_gamma = paper_g;  // m/s^2; below it a walker may 
 constexpr int steady_periods = 7;  // with this D that it needs: six values, each from two periods
 
 Walk exact_walk(const Drive& drive, double mu, double g, int settle_at_most) {
-    simulated::WalkerSetting setting;
+    walker::WalkerSetting setting;
     setting.frequency = drive.frequency;
     setting.base = harmonics(drive);
     setting.g = g;
     setting.friction = {mu, mu, 0};
     Walk walk;
     try {
-        const simulated::WalkerLaw law{setting};
-        const simulated::SteadyState cycle = settle(law);
+        const walker::WalkerLaw law{setting};
+        const walker::SteadyState cycle = settle(law);
         walk.v_D = cycle.v_D;
         const double allowed = steady * law.velocity_scale() * law.period();
         walk.settling = steady_periods;
-        for (simulated::Walker walker{law};
+        for (walker::Walker walker{law};
              walk.settling < settle_at_most && std::abs(walker.advance_period() - cycle.D) > allowed;)
             ++walk.settling;
     } catch (const InputError& error) {

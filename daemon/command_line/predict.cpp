@@ -7,7 +7,7 @@
 #include "daemon/command_line/rows.hpp"
 #include "daemon/manual/drive_arguments.hpp"
 #include "drivers/errors.hpp"
-#include "drivers/simulated/walker/friction.hpp"
+#include "drivers/walker/friction.hpp"
 
 namespace shaker::command_line {
 
@@ -35,7 +35,7 @@ constexpr std::array law_arguments{
     Argument{.name = "--law",
              .help = "Law of friction",
              .kind = Kind::word,
-             .words = simulated::friction_laws,
+             .words = walker::friction_laws,
              .standard = "coulomb"},
     Argument{.name = "--mu-backward",
              .value = "MU",
@@ -131,8 +131,8 @@ constexpr auto arguments = manual::joined(
                  .bare = true}},
     law_arguments);
 
-simulated::Friction friction_of(const manual::Values& values) {
-    simulated::Friction f;
+walker::Friction friction_of(const manual::Values& values) {
+    walker::Friction f;
     f.mu_k = values.number("--mu");
     f.mu_s = values.has("--mu-s")
                  ? parse_quantity("--mu-s", values.text("--mu-s"), Dimension::ratio, {f.mu_k, frictions.max})
@@ -145,8 +145,8 @@ simulated::Friction friction_of(const manual::Values& values) {
                      f.mu_k;
     }
     const std::string law = values.text("--law");
-    f.law = static_cast<simulated::FrictionLaw>(std::ranges::find(simulated::friction_laws, law) -
-                                                simulated::friction_laws.begin());
+    f.law = static_cast<walker::FrictionLaw>(std::ranges::find(walker::friction_laws, law) -
+                                             walker::friction_laws.begin());
     f.log_share = values.number("--log-share");
     f.log_velocity = values.number("--log-velocity");
     f.presliding = values.number("--presliding");

@@ -8,9 +8,9 @@
 #include <vector>
 
 #include "drivers/errors.hpp"
-#include "drivers/simulated/walker/changing_walker.hpp"
-#include "drivers/simulated/walker/no_stick.hpp"
-#include "drivers/simulated/walker/steady_state.hpp"
+#include "drivers/walker/changing_walker.hpp"
+#include "drivers/walker/no_stick.hpp"
+#include "drivers/walker/steady_state.hpp"
 
 namespace shaker::commands {
 
@@ -19,18 +19,18 @@ namespace {
 constexpr int skipped_periods = 200;  // before a mean
 
 struct Prediction {
-    simulated::WalkerSetting setting;
+    walker::WalkerSetting setting;
     double v_D = 0, D = 0;
     double v_D_error = 0;  // NaN for a settled motion
-    std::optional<simulated::SteadyState> settled;
+    std::optional<walker::SteadyState> settled;
     std::vector<std::string> not_computed;
     double v_rms = 0;
-    double efficiency = 0;      // NaN for a base at rest
-    simulated::NoStick closed;  // its reason includes effects that the closed form does not contain
-    double theta_coulomb = 0;   // NaN when not applicable
+    double efficiency = 0;     // NaN for a base at rest
+    walker::NoStick closed;    // its reason includes effects that the closed form does not contain
+    double theta_coulomb = 0;  // NaN when not applicable
 };
 
-simulated::WalkerSetting setting_of(const PredictOptions& o) {
+walker::WalkerSetting setting_of(const PredictOptions& o) {
     return {.frequency = o.drive.frequency,
             .base = o.base.value_or(harmonics(o.drive)),
             .vertical = o.vertical,
@@ -43,12 +43,12 @@ simulated::WalkerSetting setting_of(const PredictOptions& o) {
 Drive shown_drive(const PredictOptions& o) { return o.base ? drive_of(*o.base, o.drive.frequency) : o.drive; }
 
 /// The walker's effect that the closed form does not contain; empty without one.
-std::string beyond_closed_form(const simulated::WalkerSetting& s, const simulated::NoStick& closed) {
-    const simulated::Friction& f = s.friction;
+std::string beyond_closed_form(const walker::WalkerSetting& s, const walker::NoStick& closed) {
+    const walker::Friction& f = s.friction;
     if (s.tilt != 0) return "only for a level base";
     if (s.vertical.order() != 0) return "only without vertical motion";
     if (!f.change.none() || f.roughness.share != 0) return "only for a constant mu";
-    if (f.law != simulated::FrictionLaw::coulomb || f.viscous != 0) return "only for dry friction";
+    if (f.law != walker::FrictionLaw::coulomb || f.viscous != 0) return "only for dry friction";
     if (f.backward != 1) return "only for the same mu in both directions";
     if (f.mu_s == f.mu_k) return {};  // a walker that never sticks does not age either
     const double hold = f.mu_s * s.g, start = two_pi * closed.t0;
@@ -57,8 +57,8 @@ std::string beyond_closed_form(const simulated::WalkerSetting& s, const simulate
 }
 
 /// True for Coulomb's law in the setting for which coulomb_theta() is known.
-bool has_coulomb_theta(const simulated::WalkerSetting& s) {
-    const simulated::Friction& f = s.friction;
+bool has_coulomb_theta(const walker::WalkerSetting& s) {
+    const walker::Friction& f = s.friction;
     const bool biharmonic =
         s.base.order() == 2 &&
         std::abs(std::abs(s.base.at(1)) - std::abs(s.base.at(2))) <= 1e-12 * std::abs(s.base.at(1));
@@ -67,7 +67,7 @@ bool has_coulomb_theta(const simulated::WalkerSetting& s) {
 }
 
 void walk(Prediction& p, const PredictOptions& o) {
-    const simulated::Friction& f = p.setting.friction;
+    const walker::Friction& f = p.setting.friction;
     if (f.change.none() && f.roughness.share == 0) {
         p.settled = settle(p.setting, o.v_start);
         p.v_D = p.settled->v_D;
@@ -76,10 +76,10 @@ void walk(Prediction& p, const PredictOptions& o) {
         if (!f.sticks())
             p.not_computed.push_back(
                 fmt::format("stick: law {} has no exact stick; its events are the zeros of v_R",
-                            simulated::friction_laws[static_cast<std::size_t>(f.law)]));
+                            walker::friction_laws[static_cast<std::size_t>(f.law)]));
         return;
     }
-    const simulated::MeanWalk mean = mean_walk(p.setting, o.v_start, skipped_periods, o.periods);
+    const walker::MeanWalk mean = mean_walk(p.setting, o.v_start, skipped_periods, o.periods);
     p.v_D = mean.v_D;
     p.D = mean.v_D / o.drive.frequency;
     p.v_D_error = mean.v_D_error;
@@ -93,24 +93,24 @@ Prediction predicted(const PredictOptions& o) {
     Prediction p;
     p.setting = setting_of(o);
     walk(p, o);
-    p.v_rms = simulated::v_rms(p.setting.base, p.setting.frequency);
+    p.v_rms = walker::v_rms(p.setting.base, p.setting.frequency);
     p.efficiency = std::abs(p.v_D) / p.v_rms;
-    p.closed = simulated::no_stick(p.setting.base, p.setting.frequency, o.friction.mu_k, o.g);
+    p.closed = walker::no_stick(p.setting.base, p.setting.frequency, o.friction.mu_k, o.g);
     if (p.closed.valid) {
         p.closed.reason = beyond_closed_form(p.setting, p.closed);
         p.closed.valid = p.closed.reason.empty();
     }
     p.theta_coulomb = has_coulomb_theta(p.setting)
-                          ? simulated::coulomb_theta(shown_drive(o).gamma / (o.friction.mu_k * o.g))
+                          ? walker::coulomb_theta(shown_drive(o).gamma / (o.friction.mu_k * o.g))
                           : std::nan("");
     return p;
 }
 
 nlohmann::ordered_json number(double x) { return std::isfinite(x) ? nlohmann::ordered_json(x) : nullptr; }
 
-nlohmann::ordered_json events_json(const simulated::SteadyState& s) {
+nlohmann::ordered_json events_json(const walker::SteadyState& s) {
     auto list = nlohmann::ordered_json::array();
-    for (const simulated::WalkerEvent& e : s.events) {
+    for (const walker::WalkerEvent& e : s.events) {
         list.push_back({e.phase, static_cast<int>(e.from), static_cast<int>(e.to)});
     }
     return list;
@@ -123,9 +123,9 @@ nlohmann::ordered_json harmonics_json(const Harmonics<Acceleration>& h) {
     return list;
 }
 
-void add_cycle(nlohmann::ordered_json& j, const simulated::SteadyState& s) {
+void add_cycle(nlohmann::ordered_json& j, const walker::SteadyState& s) {
     auto stick = nlohmann::ordered_json::array();
-    for (const simulated::RestInterval& r : s.rest) stick.push_back({r.from, r.to});
+    for (const walker::RestInterval& r : s.rest) stick.push_back({r.from, r.to});
     j["v0_mps"] = s.v0;
     j["stick"] = stick;
     j["events"] = events_json(s);
@@ -145,7 +145,7 @@ std::string as_json(const PredictOptions& o, const Prediction& p) {
     j["phi_rad"] = drive.phi;
     j["harmonics"] = harmonics_json(p.setting.base);
     j["vertical_harmonics"] = harmonics_json(p.setting.vertical);
-    j["law"] = simulated::friction_laws[static_cast<std::size_t>(o.friction.law)];
+    j["law"] = walker::friction_laws[static_cast<std::size_t>(o.friction.law)];
     j["efficiency"] = number(p.efficiency);
     j["v_rms_mps"] = p.v_rms;
     if (p.settled)
@@ -164,13 +164,13 @@ std::string as_json(const PredictOptions& o, const Prediction& p) {
     return j.dump(1) + "\n";
 }
 
-const char* name_of(simulated::Contact contact) {
+const char* name_of(walker::Contact contact) {
     switch (contact) {
-        case simulated::Contact::backward:
+        case walker::Contact::backward:
             return "slips backward";
-        case simulated::Contact::forward:
+        case walker::Contact::forward:
             return "slips forward";
-        case simulated::Contact::stick:
+        case walker::Contact::stick:
             break;
     }
     return "sticks";
@@ -221,8 +221,8 @@ std::string drive_text(const PredictOptions& o) {
     return text;
 }
 
-std::string friction_text(const simulated::Friction& f) {
-    using simulated::FrictionLaw;
+std::string friction_text(const walker::Friction& f) {
+    using walker::FrictionLaw;
     std::string text;
     if (f.backward != 1) text += fmt::format(", backward mu_k {:.4g}", f.mu_k * f.backward);
     if (f.law == FrictionLaw::logarithmic)
@@ -238,22 +238,22 @@ std::string friction_text(const simulated::Friction& f) {
         text += fmt::format(", jitter {:.4g} with memory {:.4g}", f.change.jitter, f.change.memory);
     if (f.change.relaxation != 0)
         text += fmt::format(", relaxation {:.4g} in {:.4g} s", f.change.relaxation, f.change.relaxation_s);
-    return fmt::format("law               {}{}\n", simulated::friction_laws[static_cast<std::size_t>(f.law)],
+    return fmt::format("law               {}{}\n", walker::friction_laws[static_cast<std::size_t>(f.law)],
                        text);
 }
 
-std::string cycle_text(const simulated::SteadyState& s, bool sticks) {
+std::string cycle_text(const walker::SteadyState& s, bool sticks) {
     std::string text =
         fmt::format("settled after     {} periods; an error of v is scaled by {:.4g} a period\n", s.periods,
                     s.contraction);
     if (sticks) {
         text += fmt::format("sticks for        {:.4f} of the period", s.rest_fraction);
-        for (const simulated::RestInterval& r : s.rest)
+        for (const walker::RestInterval& r : s.rest)
             text += fmt::format(", {:.6f} to {:.6f} T", r.from, r.to);
         text += "\n";
     }
     text += fmt::format("at t = 0          {}, v = {:.6g} mm/s\n", name_of(s.contact0), 1e3 * s.v0);
-    for (const simulated::WalkerEvent& e : s.events)
+    for (const walker::WalkerEvent& e : s.events)
         text += fmt::format("  {:.9f} T     {}\n", e.phase, name_of(e.to));
     return text;
 }

@@ -5,7 +5,7 @@
 #include <optional>
 #include <string>
 
-#include "drivers/simulated/walker/walker_setting.hpp"
+#include "drivers/walker/walker_setting.hpp"
 
 namespace shaker::commands {
 
@@ -13,7 +13,7 @@ struct PredictOptions {
     Drive drive{};
     std::optional<Harmonics<Acceleration>> base{};  // in place of the harmonics of `drive`
     Harmonics<Acceleration> vertical{};             // a_z
-    simulated::Friction friction{};
+    walker::Friction friction{};
     double tilt = 0;  // rad
     double g = paper_g;
     double v_start = 0;  // velocity at phase 0, m/s; with mu_s > mu_k the settled motion may depend on it

@@ -9,8 +9,8 @@
 
 #include "daemon/commands/predict.hpp"
 #include "drivers/errors.hpp"
-#include "drivers/simulated/walker/no_stick.hpp"
-#include "drivers/simulated/walker/steady_state.hpp"
+#include "drivers/walker/no_stick.hpp"
+#include "drivers/walker/steady_state.hpp"
 
 namespace shaker::commands {
 
@@ -86,9 +86,9 @@ Harmonics<Acceleration> harmonics_at(const Place& params, const char* key) {
     return h;
 }
 
-simulated::WalkerSetting setting_at(const Place& params) {
+walker::WalkerSetting setting_at(const Place& params) {
     params.allow_only({"f_hz", "g", "mu_k", "mu_s", "tilt_deg", "base_accel", "vertical_accel", "v_start"});
-    simulated::WalkerSetting s;
+    walker::WalkerSetting s;
     s.frequency = params.number("f_hz", 1e-3, 1e5);
     s.g = params.number("g", 1e-3, 1e3);
     s.friction.mu_k = params.number("mu_k", 0, 100);
@@ -114,17 +114,17 @@ auto naming(const Place& params, const char* keys, Compute compute) {
 }
 
 Json answer(const Place& params) {
-    const simulated::WalkerSetting setting = setting_at(params);
+    const walker::WalkerSetting setting = setting_at(params);
     const double v_start = params.has("v_start") ? params.number("v_start", -1e4, 1e4) : 0;
-    const simulated::WalkerLaw law =
-        naming(params, "vertical_accel", [&] { return simulated::WalkerLaw{setting}; });
-    const simulated::SteadyState s = naming(params, "tilt_deg, mu_k", [&] { return settle(law, v_start); });
-    const double eta = std::abs(s.v_D) / simulated::v_rms(setting.base, setting.frequency);
+    const walker::WalkerLaw law =
+        naming(params, "vertical_accel", [&] { return walker::WalkerLaw{setting}; });
+    const walker::SteadyState s = naming(params, "tilt_deg, mu_k", [&] { return settle(law, v_start); });
+    const double eta = std::abs(s.v_D) / walker::v_rms(setting.base, setting.frequency);
     Json events = Json::array(), startup = Json::array();
-    for (const simulated::WalkerEvent& e : s.events) {
+    for (const walker::WalkerEvent& e : s.events) {
         events.push_back({e.phase, static_cast<int>(e.from), static_cast<int>(e.to)});
     }
-    simulated::Walker walker{law, v_start};
+    walker::Walker walker{law, v_start};
     for (int k = 0; k < 5; ++k) startup.push_back(walker.advance_period());
     return {{"v_D", s.v_D},
             {"D", s.D},

@@ -14,7 +14,7 @@
 #include "daemon/report/results.hpp"
 #include "daemon/run/runner.hpp"
 #include "drivers/errors.hpp"
-#include "drivers/simulated/walker/steady_state.hpp"
+#include "drivers/walker/steady_state.hpp"
 
 namespace shaker::commands {
 
@@ -29,13 +29,13 @@ Harmonics<Acceleration> measured_base(const reduction::Reduction& r) {
 
 // Drift velocity for a motion of the base with exact Coulomb friction and the scene's coefficients, m/s.
 double coulomb_drift(const Harmonics<Acceleration>& base, double frequency, const simulated::Scene& scene) {
-    simulated::WalkerSetting setting;
+    walker::WalkerSetting setting;
     setting.frequency = frequency;
     setting.base = base;
     setting.tilt = scene.tilt_deg * std::numbers::pi / 180;
     setting.g = scene.gravity;
     setting.friction = {scene.walker.mu_k, scene.walker.mu_s, 0};
-    return settle(simulated::WalkerLaw{setting}).v_D;
+    return settle(walker::WalkerLaw{setting}).v_D;
 }
 
 struct Speed {

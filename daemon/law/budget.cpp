@@ -28,7 +28,7 @@ Budget coulomb_budget(std::span<const Point> points, const CoulombFit& fit, cons
     if (!fit.known()) return {.of = fit.mu.name};
     double statistics = 0, harmonics = 0, gain = 0, scale = 0, tilt = 0, gravity = 0, push = 0;
     for (std::size_t i = 0; i < points.size(); ++i) {
-        const double w = fit.gain(0, static_cast<Eigen::Index>(i));
+        const double w = fit.gain[i];
         const LawPoint& at = fit.points[i];
         statistics = std::hypot(statistics, w * points[i].v_D.sigma);
         harmonics = std::hypot(harmonics, w * at.base_error);

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <map>
 
+#include "daemon/law/least_squares.hpp"
 #include "drivers/errors.hpp"
 
 namespace shaker::law {
@@ -156,7 +157,7 @@ private:
 
     CoulombFit finished() {
         const Linear last = linear();
-        fit_.gain = last.gain;
+        fit_.gain.assign(last.gain.row(0).begin(), last.gain.row(0).end());
         fit_.mu = {.name = "mu_ac",
                    .value = fit_.law.mu,
                    .error = std::sqrt(last.covariance(0, 0)),

@@ -31,7 +31,7 @@ struct CoulombFit {
     Coulomb law;            // with the fitted values
     Covariance covariance;  // of mu and tilt
     std::vector<LawPoint> points;    // in the order of the input
-    Eigen::MatrixXd gain;            // row 0: change of mu for a change of each point's v_D, row 1: of tilt
+    std::vector<double> gain;        // change of mu for a change of each point's v_D, s/m
     int beyond_3 = 0;                // points with |z| > 3
     double chi2_without_push = NAN;  // of the same law when the push is left out
     int beyond_3_without_push = 0;

@@ -1,6 +1,5 @@
 #pragma once
-// Fit: one fitted quantity, and the least squares behind it.
-#include <Eigen/Core>
+// Fit: one fitted quantity.
 #include <cmath>
 #include <string>
 #include <vector>
@@ -30,24 +29,6 @@ struct Covariance {
     std::vector<std::string> names;
     std::vector<double> values;
 };
-
-/// y = A x with independent errors.
-struct Linear {
-    Eigen::VectorXd x;
-    Eigen::MatrixXd gain;        // x = gain y
-    Eigen::MatrixXd covariance;  // from sigma
-    Eigen::VectorXd residuals;   // y - A x
-    double chi2 = 0;
-    int freedom = 0;
-};
-
-enum class Weights { by_error, equal };
-
-/// Least squares. equal: every row has the same weight, for a model that does not fit to within the errors,
-/// where the most exact points would decide alone; covariance and chi^2 are those of the given sigma anyway.
-/// The matrix must have full column rank.
-Linear least_squares(const Eigen::MatrixXd& A, const Eigen::VectorXd& y, const Eigen::VectorXd& sigma,
-                     Weights weights);
 
 /// "chi^2 is 25 times its degrees of freedom: WHAT" when chi^2 exceeds its expectation by more than five of
 /// its own standard deviations; empty otherwise.

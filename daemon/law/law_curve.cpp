@@ -6,7 +6,7 @@
 
 #include "daemon/law/pushed_walker.hpp"
 #include "drivers/errors.hpp"
-#include "drivers/simulated/walker/no_stick.hpp"
+#include "drivers/walker/no_stick.hpp"
 
 namespace shaker::law {
 
@@ -22,7 +22,7 @@ double exact(const Drive& drive, double mu, double g) {
 }
 
 double closed_form(const Drive& drive, double mu, double g) {
-    return simulated::no_stick(harmonics(drive), drive.frequency, mu, g).v_D;
+    return walker::no_stick(harmonics(drive), drive.frequency, mu, g).v_D;
 }
 
 template <class Law>

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "daemon/law/slope_mu.hpp"
-#include "drivers/simulated/walker/no_stick.hpp"
+#include "drivers/walker/no_stick.hpp"
 
 namespace shaker::law {
 
@@ -24,7 +24,7 @@ struct Solved {
 // Gauss-Newton for Eq. (8), equal weights.
 Solved solve(const Curve& c, double g) {
     Solved out;
-    out.mu = simulated::mu_from_no_stick_theta(c.theta.back(), c.gamma.back(), 0.5, g);
+    out.mu = walker::mu_from_no_stick_theta(c.theta.back(), c.gamma.back(), 0.5, g);
     for (int round = 0; round < 50; ++round) {
         double top = 0, weight = 0, squares = 0;
         out.gain.clear();
@@ -56,7 +56,7 @@ Fit fit_no_stick(std::span<const Fit> nulls, double mu_ac, double g) {
     for (const Fit& null : nulls) {
         measured.gamma.push_back(null.gamma);
         measured.theta.push_back(null.value - std::numbers::pi / 2);
-        const double theta = simulated::coulomb_theta(null.gamma / (mu_ac * g));
+        const double theta = walker::coulomb_theta(null.gamma / (mu_ac * g));
         if (std::isfinite(theta)) {
             expected.gamma.push_back(null.gamma);
             expected.theta.push_back(theta);
@@ -72,7 +72,7 @@ Fit fit_no_stick(std::span<const Fit> nulls, double mu_ac, double g) {
     fit.points = static_cast<int>(nulls.size());
     fit.freedom = fit.points - 1;
     for (const Fit& null : nulls) {
-        const double theta = simulated::no_stick_theta(null.gamma, fit.value, 0.5, g);
+        const double theta = walker::no_stick_theta(null.gamma, fit.value, 0.5, g);
         chi2 += std::pow((null.value - std::numbers::pi / 2 - theta) / null.error, 2);
     }
     if (fit.freedom > 0) fit.chi2 = chi2;

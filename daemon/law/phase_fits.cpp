@@ -9,6 +9,7 @@
 #include <optional>
 
 #include "daemon/law/groups.hpp"
+#include "daemon/law/least_squares.hpp"
 
 namespace shaker::law {
 

@@ -3,25 +3,24 @@
 #include <algorithm>
 #include <cmath>
 
-#include "drivers/simulated/walker/steady_state.hpp"
+#include "drivers/walker/steady_state.hpp"
 
 namespace shaker::law {
 
 namespace {
 
-using simulated::Contact;
-using simulated::Walker;
-using simulated::WalkerEvent;
-using simulated::WalkerLaw;
+using walker::Contact;
+using walker::Walker;
+using walker::WalkerEvent;
+using walker::WalkerLaw;
 
 constexpr double settled = 1e-12;   // gamma/omega, change of v from period to period
 constexpr int most_steps = 60;      // of Newton's method on v at phase 0
 constexpr double same_base = 1e-8;  // of gamma, change of Q
 constexpr int most_rounds = 40;
 
-simulated::WalkerSetting setting_of(const Harmonics<Acceleration>& free, double frequency,
-                                    const Coulomb& law) {
-    simulated::WalkerSetting s;
+walker::WalkerSetting setting_of(const Harmonics<Acceleration>& free, double frequency, const Coulomb& law) {
+    walker::WalkerSetting s;
     s.frequency = frequency;
     s.base = free;
     s.tilt = law.tilt;
@@ -58,7 +57,7 @@ Settled settle_from(const WalkerLaw& law, double v) {
         const double left = contraction(law, walker.events());
         v += change / (1 - std::clamp(left, 0.0, 0.999));
     }
-    const simulated::SteadyState state = simulated::settle(law, v);
+    const walker::SteadyState state = walker::settle(law, v);
     return {state.D, state.v0, state.contact0, state.events};
 }
 

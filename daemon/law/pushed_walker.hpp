@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "daemon/law/point.hpp"
-#include "drivers/simulated/walker/walker.hpp"
+#include "drivers/walker/walker.hpp"
 
 namespace shaker::law {
 
@@ -15,7 +15,7 @@ using Amplitudes = std::array<std::complex<double>, max_harmonics>;
 /// Slip or stick between two events of the cycle, phases in rad; `to` may exceed 2 pi.
 struct Segment {
     double from = 0, to = 0;
-    simulated::Contact contact = simulated::Contact::stick;
+    walker::Contact contact = walker::Contact::stick;
 };
 
 /// The settled cycle of one point.

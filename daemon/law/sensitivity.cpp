@@ -6,7 +6,7 @@ namespace shaker::law {
 
 namespace {
 
-using simulated::Contact;
+using walker::Contact;
 constexpr int last_of_tail = 96;       // the terms fall as q^-3
 constexpr int push_rounds = 12;        // at most; the push of a push falls by three to ten each time
 constexpr double push_settled = 1e-5;  // of the result

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <optional>
 
+#include "daemon/law/least_squares.hpp"
+
 namespace shaker::law {
 
 namespace {

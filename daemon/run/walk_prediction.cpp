@@ -8,8 +8,8 @@
 #include <ranges>
 
 #include "drivers/errors.hpp"
-#include "drivers/simulated/walker/no_stick.hpp"
-#include "drivers/simulated/walker/steady_state.hpp"
+#include "drivers/walker/no_stick.hpp"
+#include "drivers/walker/steady_state.hpp"
 
 namespace shaker::run {
 
@@ -25,12 +25,12 @@ bool alike(const Drive& a, const Drive& b, double phi) {
 }
 
 double settled_drift(const Drive& drive, double mu, double g) {
-    simulated::WalkerSetting setting;
+    walker::WalkerSetting setting;
     setting.frequency = drive.frequency;
     setting.base = harmonics(drive);
     setting.g = g;
     setting.friction = {mu, mu, 0};
-    return settle(simulated::WalkerLaw{setting}).v_D;
+    return settle(walker::WalkerLaw{setting}).v_D;
 }
 
 }  // namespace
@@ -38,7 +38,7 @@ double settled_drift(const Drive& drive, double mu, double g) {
 std::optional<PredictedWalk> predict_walk(const Drive& drive,
                                           const std::vector<reduction::DrivenPoint>& points,
                                           const calibration::Estimate& mu, double g) {
-    const double unknown = unknown_share * simulated::v_rms(harmonics(drive), drive.frequency);
+    const double unknown = unknown_share * walker::v_rms(harmonics(drive), drive.frequency);
     for (const reduction::DrivenPoint& p : points | std::views::reverse)
         for (const bool mirror : {false, true})
             if (alike(drive, p.asked, mirror ? std::numbers::pi : 0))
@@ -58,7 +58,7 @@ std::optional<PredictedWalk> predict_walk(const Drive& drive,
 }
 
 std::optional<PredictedWalk> walk_at_usual_friction(const Drive& drive, double g) {
-    PredictedWalk weakest{{INFINITY, unknown_share * simulated::v_rms(harmonics(drive), drive.frequency)},
+    PredictedWalk weakest{{INFINITY, unknown_share * walker::v_rms(harmonics(drive), drive.frequency)},
                           "Coulomb's law with any mu from 0.05 to 0.2"};
     try {
         double sum = 0, sizes = 0;

@@ -14,7 +14,7 @@
 #include "daemon/service/outlook.hpp"
 #include "daemon/service/state_builder.hpp"
 #include "drivers/errors.hpp"
-#include "drivers/simulated/walker/no_stick.hpp"
+#include "drivers/walker/no_stick.hpp"
 
 namespace shaker::service {
 
@@ -136,7 +136,7 @@ void BenchService::compare_points() {
         measured.phi = p.phi.value;
         closed_form_.push_back(
             std::isfinite(mu_.value)
-                ? simulated::no_stick(harmonics(measured), measured.frequency, mu_.value, bench_.gravity).v_D
+                ? walker::no_stick(harmonics(measured), measured.frequency, mu_.value, bench_.gravity).v_D
                 : NAN);
     }
 }

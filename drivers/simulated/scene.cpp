@@ -97,7 +97,9 @@ void visit_camera(Visitor&& v, CameraTruth& c) {
 template <class Part>
 void visit_friction(Part& w, WalkerTruth& t) {
     const WalkerTruth usual;
-    w.unusual_choice("law", t.law, {friction_laws[0], friction_laws[1], friction_laws[2]}, usual.law);
+    w.unusual_choice("law", t.law,
+                     {walker::friction_laws[0], walker::friction_laws[1], walker::friction_laws[2]},
+                     usual.law);
     const auto visit = [&](const char* key, double WalkerTruth::*x, Range r) {
         w.unusual(key, t.*x, r, usual.*x);
     };
@@ -223,7 +225,7 @@ Scene read_scene(SettingsTable& root, const Scene& standard) {
                                 "as kinetic",
                                 s.walker.mu_s, s.walker.mu_k));
     s.walker.mu_s = std::max(s.walker.mu_s, s.walker.mu_k);
-    if (s.walker.law == FrictionLaw::dahl && s.walker.ageing > 0)
+    if (s.walker.law == walker::FrictionLaw::dahl && s.walker.ageing > 0)
         root.table("walker").fail("ageing",
                                   "is allowed only with a law that sticks, not with law = \"dahl\"");
     for (const std::string& name : words_of(s.accelerometer.attitudes))
@@ -250,9 +252,10 @@ Scene read_scene(SettingsTable& root, const Scene& standard) {
     return s;
 }
 
-Friction friction_of(const Scene& scene) {
+walker::Friction friction_of(const Scene& scene) {
     const WalkerTruth& t = scene.walker;
-    Friction f{.mu_k = t.mu_k, .mu_s = t.mu_s, .viscous = t.viscous_per_s, .backward = t.backward_ratio};
+    walker::Friction f{
+        .mu_k = t.mu_k, .mu_s = t.mu_s, .viscous = t.viscous_per_s, .backward = t.backward_ratio};
     f.law = t.law;
     f.log_share = t.log_share;
     f.log_velocity = t.log_velocity_mps;

@@ -8,8 +8,8 @@
 
 #include "drivers/simulated/faults.hpp"
 #include "drivers/simulated/shaker_truth.hpp"
-#include "drivers/simulated/walker/friction.hpp"
 #include "drivers/view.hpp"
+#include "drivers/walker/friction.hpp"
 
 namespace shaker::simulated {
 
@@ -21,7 +21,7 @@ struct WalkerTruth {
     double mu_s = 0.113;
     double start_mm = -40;  // initial position on the shaker's axis; 0 is the middle of the base
     // Beyond dry friction; Friction has the equations. The defaults have no effect.
-    FrictionLaw law = FrictionLaw::coulomb;  // not lugre
+    walker::FrictionLaw law = walker::FrictionLaw::coulomb;  // not lugre
     double viscous_per_s = 0;
     double backward_ratio = 1;  // mu of backward slip over mu of forward slip
     double log_share = 0.1;     // law logarithmic
@@ -116,7 +116,7 @@ enum class Detail { pixels, positions };
 Scene paper_scene(Detail detail = Detail::pixels);
 
 /// Friction of the scene's walker in SI units; its random numbers come from the scene's seed.
-Friction friction_of(const Scene& scene);
+walker::Friction friction_of(const Scene& scene);
 
 /// Reads a TOML file: paper_scene() with the changes of the file. Unknown keys, wrong types and values out of
 /// range throw InputError with file, line, key, value and range.

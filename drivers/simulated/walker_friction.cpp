@@ -25,9 +25,9 @@ double WalkerFriction::zeta_after(double way) const noexcept {
 }
 
 Grip WalkerFriction::grip_of(const RelativeMotion& middle, double mu_factor, double aged) const noexcept {
-    const Friction& f = friction_;
+    const walker::Friction& f = friction_;
     const double kinetic = mu_factor * kinetic_, hold = mu_factor * aged * hold_;
-    if (f.law == FrictionLaw::dahl) {
+    if (f.law == walker::FrictionLaw::dahl) {
         const double grip = kinetic * zeta_after(middle.x - x_) + f.viscous * middle.v;
         return {grip, grip, 0, 0};
     }
@@ -35,14 +35,15 @@ Grip WalkerFriction::grip_of(const RelativeMotion& middle, double mu_factor, dou
     if (middle.slip == 0) return grip;
     const double speed = std::max(0.0, middle.slip * middle.v);
     double& against = middle.slip > 0 ? grip.forward : grip.backward;
-    if (f.law == FrictionLaw::logarithmic) against *= 1 + f.log_share * std::log1p(speed / f.log_velocity);
+    if (f.law == walker::FrictionLaw::logarithmic)
+        against *= 1 + f.log_share * std::log1p(speed / f.log_velocity);
     against += f.viscous * speed;
     return grip;
 }
 
 Grip WalkerFriction::next(const RelativeMotion& m) {
     if (samples_++ % samples_per_step_ == 0) mu_factor_ = history_.next();
-    if (friction_.law == FrictionLaw::dahl) zeta_ = zeta_after(m.x - x_);
+    if (friction_.law == walker::FrictionLaw::dahl) zeta_ = zeta_after(m.x - x_);
     x_ = m.x;
     rest_s_ = m.slip == 0 ? rest_s_ + sample_ : 0;
     RelativeMotion middle = m;

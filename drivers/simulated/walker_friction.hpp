@@ -2,8 +2,8 @@
 // WalkerFriction: the grip of the scene's walker, sample by sample.
 #include "drivers/simulated/grip.hpp"
 #include "drivers/simulated/scene.hpp"
-#include "drivers/simulated/walker/mu_history.hpp"
-#include "drivers/simulated/walker/rough_surface.hpp"
+#include "drivers/walker/mu_history.hpp"
+#include "drivers/walker/rough_surface.hpp"
 
 namespace shaker::simulated {
 
@@ -34,12 +34,12 @@ private:
     [[nodiscard]] Grip grip_of(const RelativeMotion& middle, double mu_factor, double aged) const noexcept;
     [[nodiscard]] double zeta_after(double way) const noexcept;
 
-    Friction friction_;
+    walker::Friction friction_;
     double kinetic_, hold_;  // mu_k and mu_s times g cos(tilt), m/s^2
     double sample_;          // s
     bool varies_;
-    MuHistory history_;
-    RoughSurface surface_;
+    walker::MuHistory history_;
+    walker::RoughSurface surface_;
     long samples_per_step_;
     long samples_ = 0;
     double mu_factor_ = 1;  // of the present step

@@ -10,8 +10,8 @@
 #include <vector>
 
 #include "daemon/reduction/reduction.hpp"
-#include "drivers/simulated/walker/changing_walker.hpp"
-#include "drivers/simulated/walker/steady_state.hpp"
+#include "drivers/walker/changing_walker.hpp"
+#include "drivers/walker/steady_state.hpp"
 #include "tests/bench/option.hpp"
 #include "tests/bench/table.hpp"
 #include "tests/support/cost.hpp"
@@ -57,8 +57,8 @@ std::vector<Scene> scenes() {
 constexpr double frequency = 20, late_s = 0.0031, ppm = 20, third = 0.02;  // third harmonic: share of gamma
 constexpr double accel_rate_hz = 2000, accel_noise = 1.1e-3;
 
-simulated::WalkerSetting setting_of(const Scene& s) {
-    simulated::WalkerSetting out;
+walker::WalkerSetting setting_of(const Scene& s) {
+    walker::WalkerSetting out;
     out.base = harmonics(Drive{.frequency = frequency, .gamma = s.gamma * paper_g, .phi = s.phi});
     out.base.at(3) = third * s.gamma * paper_g;
     out.friction.change = {.jitter = s.jitter, .memory = s.memory};
@@ -67,17 +67,17 @@ simulated::WalkerSetting setting_of(const Scene& s) {
 
 /// Mean of an endless record. With jitter: of 60 000 periods, corrected for the mean of their mu.
 double true_v_D(const Scene& s) {
-    simulated::WalkerSetting setting = setting_of(s);
+    walker::WalkerSetting setting = setting_of(s);
     const auto at = [&](double factor) {
-        simulated::WalkerSetting constant = setting;
+        walker::WalkerSetting constant = setting;
         constant.friction.change = {};
         constant.friction.mu_k *= factor;
         constant.friction.mu_s *= factor;
-        return simulated::settle(constant).v_D;
+        return walker::settle(constant).v_D;
     };
     if (s.jitter == 0) return at(1);
     setting.friction.change.seed = 99;
-    const simulated::MeanWalk walk = simulated::mean_walk(setting, 0, 1000, 60000);
+    const walker::MeanWalk walk = walker::mean_walk(setting, 0, 1000, 60000);
     constexpr double small = 1e-3;
     return walk.v_D - (at(1 + small) - at(1 - small)) / (2 * small) * (walk.mu_factor - 1);
 }
@@ -86,21 +86,21 @@ double true_v_D(const Scene& s) {
 class Walk {
 public:
     Walk(const Scene& s, std::uint64_t seed) {
-        simulated::WalkerSetting setting = setting_of(s), constant = setting;
+        walker::WalkerSetting setting = setting_of(s), constant = setting;
         setting.friction.change.seed = seed;
-        simulated::MuHistory history{setting.friction.change, 1 / frequency};
+        walker::MuHistory history{setting.friction.change, 1 / frequency};
         constant.friction.change = {};
         double v = 0, x = 0;
         for (int k = -settling; k < s.periods + 2; ++k) {
             const double factor = history.next();
-            simulated::WalkerSetting now = constant;
+            walker::WalkerSetting now = constant;
             now.friction.mu_k *= factor;
             now.friction.mu_s *= factor;
-            const simulated::WalkerLaw law{now};
-            simulated::Walker walker{law, v};
+            const walker::WalkerLaw law{now};
+            walker::Walker walker{law, v};
             if (k >= 0)
                 for (int i = 0; i < steps; ++i) {
-                    const simulated::WalkerPoint p = walker.advance_to(static_cast<double>(i) / steps);
+                    const walker::WalkerPoint p = walker.advance_to(static_cast<double>(i) / steps);
                     x_.push_back(x + p.x);
                     v_.push_back(p.v);
                 }

@@ -1,5 +1,5 @@
 // Walker: event-driven stepping, Moreau time-stepping and all laws of friction: cost and error per period
-#include "drivers/simulated/walker/walker.hpp"
+#include "drivers/walker/walker.hpp"
 
 #include <time.h>
 
@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "drivers/simulated/walker/changing_walker.hpp"
+#include "drivers/walker/changing_walker.hpp"
 #include "tests/bench/table.hpp"
 #include "tests/support/walker/fine_walker.hpp"
 #include "tests/support/walker/walker_settings.hpp"
@@ -45,8 +45,8 @@ double median_ns(int count, Work work) {
 /// Moreau's time-stepping: a whole step sticks if friction can hold it, otherwise it slips. First order.
 class Moreau {
 public:
-    Moreau(const simulated::WalkerLaw& law, int steps) : h_{law.period() / steps} {
-        const simulated::Friction& friction = law.setting().friction;
+    Moreau(const walker::WalkerLaw& law, int steps) : h_{law.period() / steps} {
+        const walker::Friction& friction = law.setting().friction;
         most_change_ = friction.mu_k * law.setting().g * h_;
         for (int i = 1; i <= steps; ++i) v_base_.push_back(law.v_base(two_pi * i / steps));
     }
@@ -70,12 +70,12 @@ private:
 
 struct BenchDrive {
     std::string name;
-    simulated::WalkerSetting setting;
+    walker::WalkerSetting setting;
 };
 
-simulated::WalkerSetting sixteen_harmonics() {
+walker::WalkerSetting sixteen_harmonics() {
     std::mt19937_64 random{16};
-    simulated::WalkerSetting s;
+    walker::WalkerSetting s;
     s.base = random_harmonics(random, 16, 2 * paper_g);
     return s;
 }
@@ -93,33 +93,33 @@ struct Measured {
     double error;  // of x after error_periods, m
 };
 
-double exact_distance(const simulated::WalkerSetting& setting) {
+double exact_distance(const walker::WalkerSetting& setting) {
     FineWalker fine{setting};
     long double x = 0;
     for (int k = 0; k < error_periods; ++k) x += fine.advance_period();
     return static_cast<double>(x);
 }
 
-Measured event_driven(const simulated::WalkerLaw& law, double exact) {
-    simulated::Walker walker{law};
+Measured event_driven(const walker::WalkerLaw& law, double exact) {
+    walker::Walker walker{law};
     for (int k = 0; k < error_periods; ++k) walker.advance_period();
     const double error = std::abs(walker.now().x - exact);
     return {median_ns(20000, [&] { return walker.advance_period(); }), error};
 }
 
-double sampled_ns(const simulated::WalkerLaw& law) {
-    simulated::Walker walker{law};
+double sampled_ns(const walker::WalkerLaw& law) {
+    walker::Walker walker{law};
     return median_ns(2000, [&] {
         double sum = 0;
         for (int i = 0; i < 50; ++i) {
-            const simulated::WalkerPoint point = walker.advance_to(i / 50.0);
+            const walker::WalkerPoint point = walker.advance_to(i / 50.0);
             sum += point.x + point.v;
         }
         return sum + walker.advance_period();
     });
 }
 
-Measured moreau(const simulated::WalkerLaw& law, int steps, double exact) {
+Measured moreau(const walker::WalkerLaw& law, int steps, double exact) {
     Moreau walker{law, steps};
     double x = 0;
     for (int k = 0; k < error_periods; ++k) x += walker.advance_period();
@@ -138,7 +138,7 @@ bench::Row row(const std::string& drive, const std::string& method, double ns, d
 
 /// Rows of one drive. Errors of x after 20 periods from rest, per period, against a long double walker.
 void add_drive(bench::Table& table, const BenchDrive& drive, double sincos) {
-    const simulated::WalkerLaw law{drive.setting};
+    const walker::WalkerLaw law{drive.setting};
     const double scale = error_periods * law.velocity_scale() * law.period();
     const double exact = exact_distance(drive.setting);
     const Measured events = event_driven(law, exact);
@@ -147,7 +147,7 @@ void add_drive(bench::Table& table, const BenchDrive& drive, double sincos) {
     table.add(row(drive.name, "event-driven, sampled", sampled_ns(law), events.error / scale,
                   "and x, v at 50 instants a period"));
     table.add(row(drive.name, "setting up its tables",
-                  median_ns(200, [&] { return simulated::WalkerLaw{drive.setting}.v_base_at_0(); }), NAN,
+                  median_ns(200, [&] { return walker::WalkerLaw{drive.setting}.v_base_at_0(); }), NAN,
                   "once a drive"));
     std::vector<double> log_steps, log_error;
     double moreau_1000_ns = NAN;
@@ -170,11 +170,11 @@ void add_drive(bench::Table& table, const BenchDrive& drive, double sincos) {
 
 struct BenchLaw {
     std::string name;
-    simulated::Friction friction;
+    walker::Friction friction;
 };
 
 std::vector<BenchLaw> bench_laws() {
-    using simulated::FrictionLaw;
+    using walker::FrictionLaw;
     std::vector<BenchLaw> laws{{"coulomb", {}},
                                {"coulomb, viscous 3.5/s", {}},
                                {"coulomb, backward 0.8", {}},
@@ -196,9 +196,9 @@ std::vector<BenchLaw> bench_laws() {
     return laws;
 }
 
-double integrated_distance(const simulated::WalkerSetting& setting, double tolerance) {
-    simulated::IntegratedWalker walker{setting, 0, tolerance};
-    simulated::MuHistory history{setting.friction.change, 1 / setting.frequency};
+double integrated_distance(const walker::WalkerSetting& setting, double tolerance) {
+    walker::IntegratedWalker walker{setting, 0, tolerance};
+    walker::MuHistory history{setting.friction.change, 1 / setting.frequency};
     for (int k = 0; k < error_periods; ++k) {
         walker.set_mu_factor(history.next());
         walker.advance_period();
@@ -209,19 +209,19 @@ double integrated_distance(const simulated::WalkerSetting& setting, double toler
 /// Rows of one law at 2 g, phi pi/2, where the walker sticks. Errors as above, against the integrator at its
 /// smallest tolerance.
 void add_law(bench::Table& table, const BenchLaw& law) {
-    simulated::WalkerSetting setting = paper_setting(2, std::numbers::pi / 2);
+    walker::WalkerSetting setting = paper_setting(2, std::numbers::pi / 2);
     setting.friction = law.friction;
     const double scale = error_periods * 2 * paper_g / two_pi / setting.frequency / setting.frequency;
     const double right = integrated_distance(setting, 1e-13);
     if (law.friction.closed_form()) {
-        simulated::ChangingWalker walker{setting};
+        walker::ChangingWalker walker{setting};
         for (int k = 0; k < error_periods; ++k) walker.advance_period();
         const double error = std::abs(walker.now().x - right);
         table.add(row(law.name, "event-driven", median_ns(2000, [&] { return walker.advance_period(); }),
                       error / scale, "with a start for each period"));
     }
     for (const double tolerance : {1e-4, 1e-6, 1e-8, 1e-10}) {
-        simulated::IntegratedWalker walker{setting, 0, tolerance};
+        walker::IntegratedWalker walker{setting, 0, tolerance};
         for (int k = 0; k < error_periods; ++k) walker.advance_period();
         const double ns = median_ns(50, [&] { return walker.advance_period(); });
         table.add(row(law.name, "odeint", ns,

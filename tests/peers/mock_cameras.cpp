@@ -7,7 +7,7 @@
 #include <string>
 #include <thread>
 
-#include "drivers/mock/gige_camera.hpp"
+#include "tests/mock/gige_camera.hpp"
 #include "tests/support/command.hpp"
 
 namespace {

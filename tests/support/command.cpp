@@ -8,7 +8,7 @@
 #include <exception>
 #include <iostream>
 
-#include "drivers/mock/loopback.hpp"
+#include "tests/mock/loopback.hpp"
 
 namespace shaker::test {
 namespace {

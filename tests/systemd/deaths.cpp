@@ -22,8 +22,8 @@
 #include <thread>
 #include <vector>
 
-#include "drivers/mock/mock_bench.hpp"
 #include "tests/bench/table.hpp"
+#include "tests/mock/mock_bench.hpp"
 #include "tests/support/nightly.hpp"
 #include "tests/support/remote/tcp_client.hpp"
 

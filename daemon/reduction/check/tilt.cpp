@@ -7,7 +7,7 @@
 #include "calibration/accelerometer/transverse.hpp"
 #include "drivers/drive.hpp"
 #include "drivers/errors.hpp"
-#include "drivers/simulated/walker/steady_state.hpp"
+#include "drivers/walker/steady_state.hpp"
 
 namespace shaker::reduction {
 namespace {
@@ -71,7 +71,7 @@ double friction_in_slip(std::span<const double> phase, std::span<const double> v
 
 void set_share(Tilt& tilt, const calibration::HarmonicFit& acceleration, double mu, double v_D) try {
     if (!std::isfinite(mu) || !std::isfinite(tilt.angle.value)) return;
-    simulated::WalkerSetting setting{.frequency = acceleration.frequency_hz};
+    walker::WalkerSetting setting{.frequency = acceleration.frequency_hz};
     setting.friction.mu_k = setting.friction.mu_s = mu;
     double gamma = 0;
     for (int q = 1; q <= std::min(acceleration.order(), max_harmonics); ++q)
@@ -79,7 +79,7 @@ void set_share(Tilt& tilt, const calibration::HarmonicFit& acceleration, double 
     for (int q = 1; q <= std::min(acceleration.order(), 2); ++q) gamma += std::abs(acceleration.at(q));
     const auto drift = [&](double angle) {
         setting.tilt = angle;
-        return settle(simulated::WalkerLaw{setting}).v_D;
+        return settle(walker::WalkerLaw{setting}).v_D;
     };
     const double angle = tilt.angle.value, here = drift(angle);
     if (!(std::abs(here - v_D) * two_pi * acceleration.frequency_hz < farthest_from_law * gamma)) return;

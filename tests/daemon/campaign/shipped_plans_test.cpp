@@ -14,7 +14,7 @@
 
 #include "daemon/campaign/plan.hpp"
 #include "daemon/campaign/plan_file.hpp"
-#include "drivers/simulated/walker/no_stick.hpp"
+#include "drivers/walker/no_stick.hpp"
 #include "tests/support/paths.hpp"
 
 namespace shaker::campaign {
@@ -69,7 +69,7 @@ TEST(ShippedPlansTest, NullPhasesLieWithinTheirSixPhases) {
                 phases[p.asked.drive.gamma].push_back(p.asked.drive.phi);
         EXPECT_EQ(phases.size(), plan == std::string{"mu"} ? 3U : 8U);
         for (const auto& [gamma, list] : phases) {
-            const double null = std::numbers::pi / 2 + simulated::coulomb_theta(gamma / (0.113 * paper_g));
+            const double null = std::numbers::pi / 2 + walker::coulomb_theta(gamma / (0.113 * paper_g));
             EXPECT_NEAR(list.front(), null - 0.3, 0.006);
             EXPECT_NEAR(list.back(), null + 0.3, 0.006);
         }

@@ -10,7 +10,7 @@
 #include "daemon/commands/predict.hpp"
 #include "daemon/manual/parser.hpp"
 #include "drivers/errors.hpp"
-#include "drivers/simulated/walker/no_stick.hpp"
+#include "drivers/walker/no_stick.hpp"
 
 namespace shaker::commands {
 namespace {
@@ -116,10 +116,10 @@ TEST(PredictLawsTest, ItPrintsWhatItCannotCompute) {
 }
 
 TEST(PredictLawsTest, DefaultsOfOptionsAreThoseOfFriction) {
-    EXPECT_EQ(printed({"--law", "dahl"}), predict({.friction = {.law = simulated::FrictionLaw::dahl}}));
-    EXPECT_EQ(printed({"--law", "lugre"}), predict({.friction = {.law = simulated::FrictionLaw::lugre}}));
+    EXPECT_EQ(printed({"--law", "dahl"}), predict({.friction = {.law = walker::FrictionLaw::dahl}}));
+    EXPECT_EQ(printed({"--law", "lugre"}), predict({.friction = {.law = walker::FrictionLaw::lugre}}));
     EXPECT_EQ(printed({"--law", "logarithmic"}),
-              predict({.friction = {.law = simulated::FrictionLaw::logarithmic}}));
+              predict({.friction = {.law = walker::FrictionLaw::logarithmic}}));
     EXPECT_EQ(printed({}), predict({}));
 }
 

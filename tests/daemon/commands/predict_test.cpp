@@ -9,7 +9,7 @@
 #include <set>
 
 #include "drivers/errors.hpp"
-#include "drivers/simulated/walker/no_stick.hpp"
+#include "drivers/walker/no_stick.hpp"
 #include "tests/support/paths.hpp"
 
 namespace shaker::commands {
@@ -190,7 +190,7 @@ TEST(PredictTest, JsonHasExactMotionAndClosedForm) {
     EXPECT_TRUE(closed.at("valid").get<bool>());
     EXPECT_NEAR(closed.at("v_D_mps"), 0.01458239344603039, 1e-13);
     EXPECT_NEAR(closed.at("theta_rad"), 2 * std::asin(std::numbers::pi * 0.113), 1e-12);
-    EXPECT_EQ(closed.at("theta_coulomb_rad"), simulated::coulomb_theta(1 / 0.113));
+    EXPECT_EQ(closed.at("theta_coulomb_rad"), walker::coulomb_theta(1 / 0.113));
 }
 
 TEST(PredictTest, ClosedFormIsMarkedExactOnlyWhenValid) {

@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "daemon/law/budget.hpp"
-#include "drivers/simulated/walker/steady_state.hpp"
+#include "drivers/walker/steady_state.hpp"
 #include "tests/support/law/synthetic_points.hpp"
 
 namespace shaker::law {
@@ -61,10 +61,10 @@ TEST(CoulombFitTest, TooFewPointsThatMoveAreRefused) {
 TEST(CoulombFitTest, OtherFrictionIsStatedAsMisfit) {
     std::vector<Point> points = exact_points({.mu = 0.113});
     for (Point& p : points) {
-        simulated::WalkerSetting s;
+        walker::WalkerSetting s;
         s.base = p.base;
         s.friction = {0.113, 0.113, 3.5};
-        p.v_D.value = simulated::settle(s).v_D;
+        p.v_D.value = walker::settle(s).v_D;
     }
     const CoulombFit fit = fit_coulomb(points);
     EXPECT_NE(fit.mu.note.find("does not describe the points"), std::string::npos);

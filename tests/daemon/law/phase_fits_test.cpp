@@ -6,7 +6,7 @@
 #include <numbers>
 
 #include "daemon/law/slope_mu.hpp"
-#include "drivers/simulated/walker/no_stick.hpp"
+#include "drivers/walker/no_stick.hpp"
 #include "tests/support/law/synthetic_points.hpp"
 
 namespace shaker::law {
@@ -69,7 +69,7 @@ TEST(CosineFitTest, PhasesOfOneSideAreNotEnough) { EXPECT_TRUE(cosine_fits(aroun
 
 TEST(NullPhaseTest, IsThatOfTheExactWalker) {
     for (const double gamma : {0.68, 1.0, 2.0, 3.0}) {
-        const double theta = simulated::coulomb_theta(gamma / 0.113);
+        const double theta = walker::coulomb_theta(gamma / 0.113);
         const auto fits = null_phases(around(gamma, theta + pi / 2 + 0.02, level));
         ASSERT_EQ(fits.size(), 1U);
         EXPECT_NEAR(fits[0].value - pi / 2, theta, 2e-4) << gamma;
@@ -127,7 +127,7 @@ TEST(ThresholdTest, LiesBetweenRestAndMotion) {
 TEST(NoStickFitTest, BiasOfExactNullsIsTheOneStated) {
     std::vector<Fit> nulls;
     for (const double gamma : {0.5, 0.68, 1.0, 1.5, 2.0, 3.0})
-        nulls.push_back({.value = pi / 2 + simulated::coulomb_theta(gamma / 0.113),
+        nulls.push_back({.value = pi / 2 + walker::coulomb_theta(gamma / 0.113),
                          .error = 1e-4,
                          .gamma = gamma * paper_g});
     const Fit fit = fit_no_stick(nulls, 0.113);
@@ -140,7 +140,7 @@ TEST(NoStickFitTest, BiasOfExactNullsIsTheOneStated) {
 TEST(NoStickFitTest, RecoversItsOwnLaw) {
     std::vector<Fit> nulls;
     for (const double gamma : {0.5, 1.0, 3.0})
-        nulls.push_back({.value = pi / 2 + simulated::no_stick_theta(gamma * paper_g, 0.113),
+        nulls.push_back({.value = pi / 2 + walker::no_stick_theta(gamma * paper_g, 0.113),
                          .error = 1e-4,
                          .gamma = gamma * paper_g});
     EXPECT_NEAR(fit_no_stick(nulls, NAN).value, 0.113, 1e-9);

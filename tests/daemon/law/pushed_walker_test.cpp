@@ -7,7 +7,7 @@
 #include "daemon/law/sensitivity.hpp"
 #include "drivers/simulated/scene.hpp"
 #include "drivers/simulated/shaker_plant.hpp"
-#include "drivers/simulated/walker/steady_state.hpp"
+#include "drivers/walker/steady_state.hpp"
 #include "tests/support/law/synthetic_points.hpp"
 
 namespace shaker::law {
@@ -26,11 +26,11 @@ TEST(PushedWalkerTest, WithoutPushIsTheExactWalker) {
     for (const double phi : {0.0, 1.57, 2.36, 4.0})
         for (const double gamma : {0.2, 0.5, 1.0, 3.0, 20.0}) {
             const Drive d = drive_at(gamma, phi);
-            simulated::WalkerSetting s;
+            walker::WalkerSetting s;
             s.base = harmonics(d);
             s.tilt = 2e-3;
             s.friction = {0.113, 0.113};
-            EXPECT_NEAR(drift(d, {.mu = 0.113, .tilt = 2e-3}), simulated::settle(s).v_D,
+            EXPECT_NEAR(drift(d, {.mu = 0.113, .tilt = 2e-3}), walker::settle(s).v_D,
                         1e-10 * d.gamma / (two_pi * d.frequency))
                 << gamma << " g, " << phi;
         }
@@ -80,10 +80,10 @@ TEST(PushedWalkerTest, SegmentHarmonicsAreThoseOfTheSignal) {
         for (const Segment& s : cycle.segments)
             for (const double theta : {at, at + two_pi})
                 if (theta >= s.from && theta < s.to)
-                    sum += std::complex<double>{0, 2.0 / n} * std::polar(1.0, -3 * at) *
-                           (s.contact == simulated::Contact::stick
-                                ? value_at(cycle.free, at)
-                                : slip[s.contact == simulated::Contact::forward]);
+                    sum +=
+                        std::complex<double>{0, 2.0 / n} * std::polar(1.0, -3 * at) *
+                        (s.contact == walker::Contact::stick ? value_at(cycle.free, at)
+                                                             : slip[s.contact == walker::Contact::forward]);
     }
     EXPECT_LT(std::abs(sum - segment_harmonics(cycle.segments, slip, cycle.free, 40)[2]), 1e-4);
     EXPECT_LT(std::abs(sum - segment_harmonics(cycle.segments, slip, cycle.free)[2]), 1e-4);

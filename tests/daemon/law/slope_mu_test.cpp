@@ -5,27 +5,27 @@
 #include <cmath>
 #include <random>
 
-#include "drivers/simulated/walker/steady_state.hpp"
+#include "drivers/walker/steady_state.hpp"
 #include "tests/support/law/synthetic_points.hpp"
 
 namespace shaker::law {
 namespace {
 
 // A point with the exact cycle at 100 phases of a camera with 50 frames a period.
-Point with_cycle(double gamma_in_g, double phi, const simulated::Friction& friction, double tilt) {
+Point with_cycle(double gamma_in_g, double phi, const walker::Friction& friction, double tilt) {
     const Drive drive = test::drive_at(gamma_in_g, phi);
-    simulated::WalkerSetting setting;
+    walker::WalkerSetting setting;
     setting.base = harmonics(drive);
     setting.tilt = tilt;
     setting.friction = friction;
-    const simulated::WalkerLaw law{setting};
-    const simulated::SteadyState steady = simulated::settle(law);
+    const walker::WalkerLaw law{setting};
+    const walker::SteadyState steady = walker::settle(law);
     Point p = test::exact_point(drive, {.mu = 0.113});
     p.v_D.value = steady.v_D;
     p.phases_per_period = 50;
-    simulated::Walker walker{law, steady.v0};
+    walker::Walker walker{law, steady.v0};
     for (int i = 0; i < 100; ++i) {
-        const simulated::WalkerPoint at = walker.advance_to(i / 100.0);
+        const walker::WalkerPoint at = walker.advance_to(i / 100.0);
         p.cycle.phase.push_back(i / 100.0);
         p.cycle.x_m.push_back(at.x);
         p.cycle.x_sd_m.push_back(3e-7);
@@ -37,7 +37,7 @@ Point with_cycle(double gamma_in_g, double phi, const simulated::Friction& frict
     return p;
 }
 
-std::vector<Point> cycles(const simulated::Friction& friction, double tilt = 0) {
+std::vector<Point> cycles(const walker::Friction& friction, double tilt = 0) {
     std::vector<Point> points;
     for (const auto& [gamma, phi] : {std::pair{0.5, 0.0}, {1.0, 0.0}, {2.0, 1.57}, {1.0, 2.2}, {3.0, 4.0}})
         points.push_back(with_cycle(gamma, phi, friction, tilt));

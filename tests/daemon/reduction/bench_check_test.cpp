@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "daemon/reduction/reduction.hpp"
-#include "drivers/simulated/walker/steady_state.hpp"
+#include "drivers/walker/steady_state.hpp"
 #include "tests/support/run/synthetic_run.hpp"
 
 namespace shaker::reduction {
@@ -121,10 +121,10 @@ TEST(BenchCheckTest, TiltAndItsShareAreReported) {
     EXPECT_NEAR(r.tilt.angle.sigma, 1e-3 / 9.8, 0.3e-4);
     EXPECT_NEAR(r.tilt.angle.value, slope, 4 * r.tilt.noise);
     EXPECT_NEAR(r.tilt.mu, 0.113, 0.006);
-    simulated::WalkerSetting law{.frequency = run.drive.frequency, .base = harmonics(run.drive)};
-    const double level = settle(simulated::WalkerLaw{law}).v_D;
+    walker::WalkerSetting law{.frequency = run.drive.frequency, .base = harmonics(run.drive)};
+    const double level = settle(walker::WalkerLaw{law}).v_D;
     law.tilt = slope;
-    const double share = settle(simulated::WalkerLaw{law}).v_D - level;
+    const double share = settle(walker::WalkerLaw{law}).v_D - level;
     EXPECT_NEAR(r.tilt.v_D.value, share, 0.1 * share);
     EXPECT_LT(std::abs(r.tilt.v_D.value - share), 2 * r.tilt.v_D.sigma);
     EXPECT_EQ(notes_with(r, "gravity shows a tilt of +3.4"), 1U);

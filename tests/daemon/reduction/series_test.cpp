@@ -6,7 +6,7 @@
 #include <numbers>
 #include <random>
 
-#include "drivers/simulated/walker/no_stick.hpp"
+#include "drivers/walker/no_stick.hpp"
 
 namespace shaker::reduction {
 namespace {
@@ -39,7 +39,7 @@ double law(double phi, double phi0, double bent) {
 }
 
 TEST(NullPhaseTest, LiesBetweenThePoints) {
-    const double mu = 0.113, phi0 = pi / 2 + simulated::coulomb_theta(1 / mu);
+    const double mu = 0.113, phi0 = pi / 2 + walker::coulomb_theta(1 / mu);
     for (const double bent : {0.0, 0.05, -0.05}) {
         const std::vector points{point(phi0 - 0.11, law(-0.11, 0, bent)),
                                  point(phi0 + 0.06, law(0.06, 0, bent))};
@@ -51,7 +51,7 @@ TEST(NullPhaseTest, LiesBetweenThePoints) {
 }
 
 TEST(NullPhaseTest, StatedIntervalCoversTheTruth) {
-    const double mu = 0.113, phi0 = pi / 2 + simulated::coulomb_theta(1 / mu), sigma = 2e-5;
+    const double mu = 0.113, phi0 = pi / 2 + walker::coulomb_theta(1 / mu), sigma = 2e-5;
     std::mt19937 random{7};
     std::normal_distribution<double> noise;
     int within = 0;

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "drivers/simulated/walker/no_stick.hpp"
+#include "drivers/walker/no_stick.hpp"
 
 namespace shaker::run {
 namespace {

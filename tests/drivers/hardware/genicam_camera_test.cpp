@@ -16,8 +16,8 @@
 
 #include "drivers/errors.hpp"
 #include "drivers/hardware/genicam/devices.hpp"
-#include "drivers/mock/gige_camera.hpp"
 #include "drivers/realtime.hpp"
+#include "tests/mock/gige_camera.hpp"
 #include "tests/support/devices/mock_cameras.hpp"
 #include "tests/support/in_real_time.hpp"
 

@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "drivers/errors.hpp"
-#include "drivers/simulated/walker/steady_state.hpp"
+#include "drivers/walker/steady_state.hpp"
 #include "tests/support/control/bench_drive.hpp"
 
 namespace shaker::simulated {

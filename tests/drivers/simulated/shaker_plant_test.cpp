@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include "drivers/simulated/walker/steady_state.hpp"
+#include "drivers/walker/steady_state.hpp"
 #include "tests/support/control/bench_drive.hpp"
 
 namespace shaker::simulated {

@@ -6,7 +6,7 @@
 #include <cstdint>
 #include <thread>
 
-#include "drivers/mock/iiod.hpp"
+#include "tests/mock/iiod.hpp"
 
 namespace shaker::test {
 

@@ -2,7 +2,7 @@
 
 #include <array>
 
-#include "drivers/mock/loopback.hpp"
+#include "tests/mock/loopback.hpp"
 
 namespace shaker::test {
 

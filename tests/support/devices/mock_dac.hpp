@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "drivers/hardware/alsa/settings.hpp"
-#include "drivers/mock/converter.hpp"
 #include "drivers/time.hpp"
+#include "tests/mock/converter.hpp"
 
 namespace shaker::test {
 

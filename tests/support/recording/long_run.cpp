@@ -7,14 +7,14 @@
 #include "daemon/recording/tables/places.hpp"
 #include "drivers/errors.hpp"
 #include "drivers/simulated/sensor.hpp"
-#include "drivers/simulated/walker/steady_state.hpp"
 #include "drivers/trigger_train.hpp"
+#include "drivers/walker/steady_state.hpp"
 
 namespace shaker::test {
 namespace {
 
-simulated::WalkerSetting setting_of(const LongRun& run, const simulated::Scene& scene) {
-    simulated::WalkerSetting s;
+walker::WalkerSetting setting_of(const LongRun& run, const simulated::Scene& scene) {
+    walker::WalkerSetting s;
     s.frequency = run.drive.frequency;
     s.base = harmonics(run.drive);
     s.g = scene.gravity;
@@ -28,13 +28,12 @@ tracking::Fix fix_at(const View& view, const Target& target, double x_m, double 
     return {view.along[0] * px, view.along[1] * px, sd_m / m_per_px, tracking::TrackState::ok};
 }
 
-void see(LongStreams& out, const LongRun& run, const simulated::WalkerLaw& law, double v0,
-         std::size_t camera) {
+void see(LongStreams& out, const LongRun& run, const walker::WalkerLaw& law, double v0, std::size_t camera) {
     const View view = out.streams.cameras[camera].view;
     std::mt19937_64 random{run.seed * 104729 + camera};
     std::normal_distribution<double> noise{0, run.position_noise_m};
     std::bernoulli_distribution lost{run.lost};
-    simulated::Walker walker{law, v0};
+    walker::Walker walker{law, v0};
     const auto frames = static_cast<std::int64_t>(run.seconds * view.frame_rate_hz);
     for (std::size_t i = 0; i < view.targets.size(); ++i)
         out.streams.tracks[out.streams.cameras[camera].first_track + i].tracks.reserve(
@@ -120,8 +119,8 @@ LongStreams make_long_streams(const LongRun& run) {
             out.streams.tracks.push_back({camera.view.camera, target, {}});
     }
     out.streams.timebase = empty_timebase(out.streams);
-    const simulated::WalkerLaw law{setting_of(run, scene)};
-    const simulated::SteadyState settled = settle(law);
+    const walker::WalkerLaw law{setting_of(run, scene)};
+    const walker::SteadyState settled = settle(law);
     out.v_D = settled.v_D;
     out.to_s = run.seconds;
     h.groups = recording::recording_places(h, true);

@@ -5,7 +5,7 @@
 #include <nlohmann/json_fwd.hpp>
 #include <string>
 
-#include "drivers/mock/mock_bench.hpp"
+#include "tests/mock/mock_bench.hpp"
 #include "tests/support/program.hpp"
 
 namespace shaker::test {

@@ -24,7 +24,7 @@ int sign_of(long double x) { return x > 0 ? 1 : -1; }
 
 }  // namespace
 
-FineWalker::FineWalker(const simulated::WalkerSetting& setting, long double v, int steps)
+FineWalker::FineWalker(const walker::WalkerSetting& setting, long double v, int steps)
     : setting_{setting}, omega_{turn_ld * setting.frequency}, steps_{steps}, v_{v} {
     for (int q = 1; q <= max_harmonics; ++q) {
         const std::complex<long double> b = setting.base.at(q), z = setting.vertical.at(q);

@@ -2,7 +2,7 @@
 // An independent walker for tests: long double, no tables; roots by bisection after a fine scan.
 #include <vector>
 
-#include "drivers/simulated/walker/walker.hpp"
+#include "drivers/walker/walker.hpp"
 
 namespace shaker {
 
@@ -11,7 +11,7 @@ namespace shaker {
 /// squared.
 class FineWalker {
 public:
-    explicit FineWalker(const simulated::WalkerSetting& setting, long double v = 0, int steps = 2000);
+    explicit FineWalker(const walker::WalkerSetting& setting, long double v = 0, int steps = 2000);
     /// D of the next period, m.
     long double advance_period();
     [[nodiscard]] long double v() const noexcept { return v_; }
@@ -43,7 +43,7 @@ private:
     void meet_base(long double theta);
     void release(long double theta);
 
-    simulated::WalkerSetting setting_;
+    walker::WalkerSetting setting_;
     std::vector<Term> base_, vertical_;
     long double omega_;
     int steps_;

@@ -8,16 +8,16 @@ namespace shaker::scenes {
 
 /// 400 periods (20 s) after a start at rest v is still 3.4e-4 gamma/omega from its cycle: "has it settled?"
 /// must be measured.
-inline simulated::WalkerSetting slow_settling() { return paper_setting(40, 0); }
+inline walker::WalkerSetting slow_settling() { return paper_setting(40, 0); }
 
 /// Sticks for 25/4000 of each period.
-inline simulated::WalkerSetting brief_stick() { return paper_setting(2, 3 * std::numbers::pi / 4); }
+inline walker::WalkerSetting brief_stick() { return paper_setting(2, 3 * std::numbers::pi / 4); }
 
 /// Just above the onset of drift: sticks for 20 % of the period, and the no-stick formula has the wrong sign.
-inline simulated::WalkerSetting threshold() { return paper_setting(0.5, 0); }
+inline walker::WalkerSetting threshold() { return paper_setting(0.5, 0); }
 
 /// At this phase the drift changes sign between 0.68 g and 1 g.
-inline simulated::WalkerSetting sign_flip(double gamma_in_g) {
+inline walker::WalkerSetting sign_flip(double gamma_in_g) {
     return paper_setting(gamma_in_g, 3 * std::numbers::pi / 4);
 }
 

@@ -2,13 +2,13 @@
 // Settings of walkers for tests: the drives of the paper, and random drives.
 #include <random>
 
-#include "drivers/simulated/walker/walker_law.hpp"
+#include "drivers/walker/walker_law.hpp"
 
 namespace shaker {
 
 /// The paper's walker (mu = 0.113, 20 Hz) on a biharmonic drive; gamma in units of g.
-inline simulated::WalkerSetting paper_setting(double gamma_in_g, double phi, double rho = 0.5) {
-    simulated::WalkerSetting s;
+inline walker::WalkerSetting paper_setting(double gamma_in_g, double phi, double rho = 0.5) {
+    walker::WalkerSetting s;
     s.base = harmonics(Drive{.gamma = gamma_in_g * paper_g, .rho = rho, .phi = phi});
     return s;
 }

@@ -1,0 +1,46 @@
+#include "drivers/walker/friction.hpp"
+
+#include <sstream>
+
+#include "drivers/walker/allowed.hpp"
+
+namespace shaker::walker {
+
+namespace {
+
+constexpr double most_damping = 100;  // c T; e^{c t} over a period must not overflow
+
+void within(const char* what, double value, double low, double high) {
+    std::ostringstream allowed;
+    allowed << low << " to " << high;
+    require(value >= low && value <= high, what, value, allowed.str());
+}
+
+}  // namespace
+
+void check(const Friction& mu, double frequency) {
+    require(mu.mu_k >= 0 && mu.mu_k <= 100, "mu_k", mu.mu_k, "0 to 100");
+    require(mu.mu_s >= mu.mu_k && mu.mu_s <= 100, "mu_s", mu.mu_s, "mu_k to 100");
+    require(mu.viscous >= 0 && mu.viscous / frequency <= most_damping, "viscous friction (1/s)", mu.viscous,
+            "0 to 100 times the frequency");
+    within("mu of backward slip over mu of forward slip", mu.backward, 0.1, 10);
+    within("logarithmic strengthening", mu.log_share, 0, 10);
+    within("velocity of logarithmic strengthening (m/s)", mu.log_velocity, 1e-6, 10);
+    within("presliding length (m)", mu.presliding, 1e-8, 1e-3);
+    within("Stribeck velocity (m/s)", mu.stribeck, 1e-5, 10);
+    within("bristle time (s)", mu.bristle_time, 0, 1);
+    within("ageing of mu_s", mu.ageing, 0, 1);
+    within("ageing time (s)", mu.ageing_s, 1e-6, 1e3);
+    within("roughness", mu.roughness.share, 0, 0.2);
+    within("roughness length (m)", mu.roughness.length, 1e-5, 10);
+    within("jitter of mu", mu.change.jitter, 0, 0.3);
+    within("memory of mu", mu.change.memory, 0, 0.9999);
+    within("relaxation of mu", mu.change.relaxation, -0.9, 10);
+    within("relaxation time (s)", mu.change.relaxation_s, 1e-3, 1e6);
+    require(mu.law != FrictionLaw::lugre || mu.presliding >= 1e-7, "presliding length (m)", mu.presliding,
+            "1e-7 or more with law lugre, whose cost grows as its inverse");
+    require(mu.sticks() || mu.mu_k > 0, "mu_k", mu.mu_k, "above 0 with law dahl or lugre");
+    require(mu.sticks() || mu.ageing == 0, "ageing of mu_s", mu.ageing, "0 with law dahl or lugre");
+}
+
+}  // namespace shaker::walker

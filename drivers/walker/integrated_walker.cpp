@@ -1,0 +1,190 @@
+#include "drivers/walker/integrated_walker.hpp"
+
+#include <algorithm>
+#include <boost/math/tools/toms748_solve.hpp>
+#include <boost/numeric/odeint/stepper/generation.hpp>
+#include <boost/numeric/odeint/stepper/runge_kutta_dopri5.hpp>
+#include <cmath>
+#include <tuple>
+
+#include "drivers/walker/allowed.hpp"
+
+namespace shaker::walker {
+
+namespace {
+
+namespace odeint = boost::numeric::odeint;
+
+constexpr int steps_per_harmonic = 24, instants_per_harmonic = 64;
+constexpr double first_step = 1e-3;   // rad, after an event
+constexpr double root_width = 1e-14;  // rad
+
+/// The first zero of `value` between a with value > 0 and b with value <= 0.
+template <class Value>
+double zero_between(const Value& value, double a, double b) {
+    std::uintmax_t iterations = 60;
+    const auto narrow = [](double low, double high) { return high - low < root_width; };
+    return boost::math::tools::toms748_solve(value, a, b, narrow, iterations).second;
+}
+
+/// The first zero of a function that is positive after a, or infinity. A function that is zero at a has just
+/// left it.
+template <class Value>
+double first_zero(const Value& value, double a, double b) {
+    constexpr int pieces = 4;
+    double positive = a;
+    for (int i = 1; i <= pieces; ++i) {
+        const double at = a + (b - a) * i / pieces;
+        if (value(at) > 0) {
+            positive = at;
+        } else if (positive > a || value(a) > 0) {
+            return zero_between(value, positive, at);
+        } else if (i == pieces) {
+            return b;  // it did not leave zero: the next step decides
+        }
+    }
+    return HUGE_VAL;
+}
+
+WalkerSetting checked_tolerance(const WalkerSetting& setting, double tolerance) {
+    require(tolerance >= 1e-13 && tolerance <= 1e-2, "tolerance of the integrator", tolerance,
+            "1e-13 to 1e-2");
+    return checked(setting);
+}
+
+}  // namespace
+
+IntegratedWalker::IntegratedWalker(const WalkerSetting& setting, double v, double tolerance)
+    : equation_{checked_tolerance(setting, tolerance)},
+      v_base_{base_velocity(setting)},
+      scale_{equation_.unit_velocity() - setting.g / equation_.omega()},
+      tolerance_{tolerance} {
+    const double v_R = v - v_base_(0.0);
+    w_ = std::abs(v_R) > 1e-15 * equation_.unit_velocity() ? v_R / equation_.unit_velocity() : 0;
+    if (w_ != 0) {
+        contact_ = w_ > 0 ? Contact::forward : Contact::backward;
+        start_.sign = w_ > 0 ? 1 : -1;
+    } else {
+        choose_contact(0);
+    }
+    events_.clear();
+    now_ = {0, v, contact_};
+}
+
+// Contact after v_R = 0 at the present phase.
+void IntegratedWalker::choose_contact(double rest_s) {
+    w_ = 0;
+    if (equation_.setting().friction.sticks()) {
+        const double needed = equation_.needed(theta_);
+        const bool holds = std::abs(needed) <= equation_.holds(theta_, u_, rest_s);
+        return turn_to(holds ? Contact::stick : needed > 0 ? Contact::backward : Contact::forward);
+    }
+    const int before = contact_ == Contact::backward ? -1 : 1;
+    const double rate = equation_.setting().friction.law == FrictionLaw::dahl
+                            ? equation_.rates(theta_, 0, u_, {before, u_, zeta_})[0]
+                            : equation_.bristle_rates(theta_, {0, u_, zeta_}, before)[0];
+    turn_to((rate == 0 ? before > 0 : rate > 0) ? Contact::forward : Contact::backward);
+}
+
+void IntegratedWalker::turn_to(Contact contact) {
+    if (contact != contact_) events_.push_back({theta_ / two_pi, contact_, contact});
+    if (contact == Contact::stick) {
+        if (contact_ != Contact::stick) rest_from_ = theta_;
+    } else {
+        start_ = {static_cast<int>(contact), u_, zeta_};
+        step_ = std::min(step_, first_step);
+    }
+    contact_ = contact;
+}
+
+double IntegratedWalker::release_after(double theta) const {
+    const auto margin = [&](double at) {
+        return equation_.holds(at, u_, (at - rest_from_) / equation_.omega()) -
+               std::abs(equation_.needed(at));
+    };
+    const double apart = two_pi / (instants_per_harmonic * equation_.order());
+    for (double from = theta; from < two_pi;) {
+        const double to = std::min(two_pi, (std::floor(from / apart + 1e-9) + 1) * apart);
+        if (margin(to) < 0) return margin(from) > 0 ? zero_between(margin, from, to) : from;
+        from = to;
+    }
+    return HUGE_VAL;
+}
+
+void IntegratedWalker::stick() {
+    theta_ = release_after(theta_);
+    if (theta_ > two_pi) {
+        theta_ = two_pi;
+        return;
+    }
+    turn_to(equation_.needed(theta_) > 0 ? Contact::backward : Contact::forward);
+}
+
+// Integrates to the end of the slip or of the period. State: w, u and, for law lugre, zeta.
+template <class Stepper, class System, class State>
+void IntegratedWalker::slip_with(Stepper stepper, System system, State state) {
+    const int sign = start_.sign;
+    stepper.initialize(state, theta_, step_);
+    State inside = state;
+    const auto speed = [&](double at) {
+        stepper.calc_state(at, inside);
+        return sign * inside[0];
+    };
+    while (true) {
+        const auto [from, past] = stepper.do_step(system);
+        const double to = std::min(past, two_pi), zero = first_zero(speed, from, to);
+        step_ = past - from;
+        if (zero > to && past < two_pi) continue;
+        theta_ = std::min(zero, to);
+        stepper.calc_state(theta_, inside);
+        w_ = inside[0];
+        u_ = inside[1];
+        if constexpr (std::tuple_size_v<State> == 3) zeta_ = inside[2];
+        if (equation_.setting().friction.law == FrictionLaw::dahl) zeta_ = equation_.dahl_zeta(u_, start_);
+        if (zero <= to) choose_contact(0);
+        return;
+    }
+}
+
+void IntegratedWalker::slip() {
+    const double longest = two_pi / (steps_per_harmonic * equation_.order());
+    step_ = std::min(step_, longest);
+    const auto integrate = [&](auto state, auto rates) {
+        using State = decltype(state);
+        const auto stepper =
+            odeint::make_dense_output(tolerance_, tolerance_, longest, odeint::runge_kutta_dopri5<State>{});
+        slip_with(
+            stepper, [&](const State& y, State& rate, double theta) { rate = rates(y, theta); }, state);
+    };
+    if (equation_.setting().friction.law == FrictionLaw::lugre) {
+        return integrate(SlipEquation::Triple{w_, u_, zeta_}, [&](const SlipEquation::Triple& y, double at) {
+            return equation_.bristle_rates(at, y, start_.sign);
+        });
+    }
+    integrate(SlipEquation::Pair{w_, u_}, [&](const SlipEquation::Pair& y, double at) {
+        return equation_.rates(at, y[0], y[1], start_);
+    });
+}
+
+double IntegratedWalker::advance_period() {
+    events_.clear();
+    while (theta_ < two_pi) {
+        if (contact_ == Contact::stick)
+            stick();
+        else
+            slip();
+    }
+    const double walked = equation_.metres(u_);
+    x_before_ += walked;
+    place_ += walked;
+    equation_.set_place(place_);
+    theta_ = 0;
+    rest_from_ -= two_pi;
+    start_.u -= u_;
+    u_ = 0;
+    ++period_;
+    now_ = {x_before_, w_ * equation_.unit_velocity() + v_base_(0.0), contact_};
+    return walked;
+}
+
+}  // namespace shaker::walker
