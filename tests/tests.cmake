@@ -112,10 +112,8 @@ function(list_tests program file)
     ENVIRONMENT_MODIFICATION "${lsan}")
 endfunction()
 
-# As in CMakeLists.txt: their names have another meaning in another file, or only some programs have the library they need.
-set_source_files_properties(tests/support/safety/guard_bench.cpp tests/support/run/bench_run.cpp
-  tests/support/devices/mock_dac.cpp tests/support/recording/kills.cpp tests/support/tracking/grey_movie.cpp
-  tests/fuzz/replay.cpp PROPERTIES SKIP_UNITY_BUILD_INCLUSION ON)
+# Only programs that link OpenCV's movies use this object of the library.
+set_source_files_properties(tests/support/tracking/grey_movie.cpp PROPERTIES SKIP_UNITY_BUILD_INCLUSION ON)
 
 if(SHAKER_SANITIZE)  # Eigen's intrinsics need it
   set_source_files_properties(tests/tracking/building_swing_test.cpp tests/calibration/harmonic_sums_test.cpp
@@ -226,6 +224,7 @@ if(NOT SHAKER_SANITIZE MATCHES thread)
     add_executable(fuzz_replay_${name} tests/fuzz/${name}.cpp tests/fuzz/replay.cpp)
     target_link_libraries(fuzz_replay_${name} PRIVATE test_support)
     compile_fast(fuzz_replay_${name})
+    set_target_properties(fuzz_replay_${name} PROPERTIES UNITY_BUILD OFF)
     if(NOT SHAKER_SANITIZE)
       target_compile_options(fuzz_replay_${name} PRIVATE -O1)
     endif()
