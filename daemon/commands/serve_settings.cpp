@@ -56,7 +56,7 @@ std::filesystem::path socket_at(SettingsTable& table, const std::filesystem::pat
 }
 
 std::filesystem::path page_at(SettingsTable& table) {
-    const std::filesystem::path folder = path_at(table, "page", {});
+    std::filesystem::path folder = path_at(table, "page", {});
     std::error_code ignored;
     if (folder.empty() || std::filesystem::is_directory(folder, ignored)) return folder;
     if (folder != page_of_old_packages)
