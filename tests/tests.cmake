@@ -326,7 +326,7 @@ add_test(NAME archive COMMAND ${behind} ${PROJECT_SOURCE_DIR}/tests/daemon/archi
 set_tests_properties(archive PROPERTIES ENVIRONMENT SHAKER_BUILD=${PROJECT_BINARY_DIR} TIMEOUT 600 COST 20 LABELS virtual)
 
 # The operator's page in a real browser.
-set(panel_parts pure page looks results control targets memory daemon soak)
+set(panel_parts bundle pure page looks results control targets memory daemon soak)
 if(SHAKER_NIGHTLY)
   list(APPEND panel_parts newcomer)
 endif()

@@ -39,7 +39,7 @@ constexpr std::array arguments{
              .value = "FOLDER",
              .help = "Folder of the page's files",
              .kind = Kind::folder,
-             .otherwise = "as in the settings",
+             .otherwise = "as in the settings, else the program's own page",
              .must_exist = true},
     Argument{.name = "--recordings",
              .value = "FOLDER",
@@ -67,7 +67,7 @@ manual::Command serve_row() {
             .summary = "Run the daemon: a bench on call with page and remote control",
             .details = "The daemon runs until SIGTERM or SIGINT. SIGHUP reads the settings again.",
             .arguments = arguments,
-            .example = "shakerd serve --rig sim: --page build/panel",
+            .example = "shakerd serve --rig sim:",
             .exit_statuses = {manual::exit_device},
             .act = act};
 }

@@ -15,6 +15,7 @@
 #include "daemon/remote/scpi_port.hpp"
 #include "daemon/remote/troubles.hpp"
 #include "daemon/remote/web/live_frames.hpp"
+#include "daemon/remote/web/page_files.hpp"
 #include "daemon/remote/web/web_client.hpp"
 #include "drivers/errors.hpp"
 #include "drivers/lent_priority.hpp"

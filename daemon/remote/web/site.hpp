@@ -9,14 +9,9 @@
 #include "daemon/remote/web/guests.hpp"
 #include "daemon/remote/web/law_answer.hpp"
 #include "daemon/remote/web/metrics.hpp"
+#include "daemon/remote/web/page_files.hpp"
 
 namespace shaker::web {
-
-/// A file of the page.
-struct PageFile {
-    std::string type;  // "text/html; charset=utf-8"
-    std::string content;
-};
 
 /// One thread.
 struct Site {
