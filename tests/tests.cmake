@@ -321,6 +321,10 @@ add_test(NAME python COMMAND ${judged} --plain --name python ${PROJECT_SOURCE_DI
 set_tests_properties(python PROPERTIES ENVIRONMENT SHAKER_BUILD=${PROJECT_BINARY_DIR} TIMEOUT 600
                      RESOURCE_LOCK realtime COST 1000 LABELS realtime)
 
+# README's commands, the lines that it shows of their output, and its picture.
+add_test(NAME readme COMMAND ${behind} ${PROJECT_SOURCE_DIR}/tests/daemon/report/readme_test.py)
+set_tests_properties(readme PROPERTIES ENVIRONMENT SHAKER_BUILD=${PROJECT_BINARY_DIR} TIMEOUT 600 COST 20 LABELS virtual)
+
 # An archive's jobs and table, on local cores.
 add_test(NAME archive COMMAND ${behind} ${PROJECT_SOURCE_DIR}/tests/daemon/archive/archive_test.py)
 set_tests_properties(archive PROPERTIES ENVIRONMENT SHAKER_BUILD=${PROJECT_BINARY_DIR} TIMEOUT 600 COST 20 LABELS virtual)
