@@ -7,7 +7,7 @@
 #include <span>
 #include <vector>
 
-#include "calibration/accelerometer/held_finder.hpp"
+#include "calibration/accelerometer/attitudes.hpp"
 #include "calibration/accelerometer/sensor_file.hpp"
 #include "daemon/bench/bench.hpp"
 #include "daemon/commands/stop_signals.hpp"
