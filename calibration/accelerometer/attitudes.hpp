@@ -8,7 +8,7 @@
 #include <string_view>
 #include <vector>
 
-#include "drivers/attitude/attitude.hpp"
+#include "drivers/attitude.hpp"
 
 namespace shaker::calibration {
 
@@ -46,8 +46,9 @@ std::string_view nearest_attitude(const Vector& direction) noexcept;
 /// Standard attitudes that none of these directions is near.
 std::vector<std::string_view> missing_attitudes(std::span<const Vector> directions);
 
-/// An attitude is found when the sensor was at rest (motion_in()) for the hold time, farther than
-/// same_attitude from the one found before. The one at the start does not count: it is where the sensor lay.
+/// Finds in a stream of samples the attitudes in which a sensor is held at rest. An attitude is found when
+/// the sensor was at rest (motion_in()) for the hold time, farther than same_attitude from the one found
+/// before. The one at the start does not count: it is where the sensor lay.
 class HeldFinder {
 public:
     /// nominal: m/s^2 per count of each axis.

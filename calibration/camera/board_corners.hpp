@@ -1,5 +1,5 @@
 #pragma once
-// The corners of a board in a picture.
+// A grey picture whose pixels are read as numbers, and the corners of a board in it.
 #include <filesystem>
 #include <string>
 #include <vector>

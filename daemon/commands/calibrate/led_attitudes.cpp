@@ -12,7 +12,7 @@
 #include "daemon/bench/bench.hpp"
 #include "daemon/commands/stop_signals.hpp"
 #include "drivers/errors.hpp"
-#include "drivers/ticks.hpp"
+#include "drivers/time.hpp"
 
 namespace shaker::commands {
 
