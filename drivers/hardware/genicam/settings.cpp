@@ -74,10 +74,10 @@ std::array<int, 4> read_region(SettingsTable& table) {
 std::string read_pixel_format(SettingsTable& table, const std::string& otherwise) {
     std::string name = table.text("pixel_format", otherwise);
     if (find_pixel_format(name) != nullptr) return name;
-    std::string known;
+    std::string allowed;
     for (const PixelFormat& format : pixel_formats())
-        known += (known.empty() ? "\"" : ", \"") + std::string{format.name} + "\"";
-    table.fail("pixel_format", "\"" + name + "\" is not supported; expected one of " + known);
+        allowed += (allowed.empty() ? "\"" : ", \"") + std::string{format.name} + "\"";
+    table.fail("pixel_format", "\"" + name + "\" is not supported; expected one of " + allowed);
 }
 
 }  // namespace
