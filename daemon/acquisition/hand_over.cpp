@@ -4,7 +4,7 @@
 #include <iterator>
 #include <utility>
 
-#include "drivers/ticks.hpp"
+#include "drivers/time.hpp"
 
 namespace shaker::acquisition {
 

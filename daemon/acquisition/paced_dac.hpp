@@ -6,7 +6,7 @@
 
 #include "daemon/acquisition/executors.hpp"
 #include "drivers/devices.hpp"
-#include "drivers/ticks.hpp"
+#include "drivers/time.hpp"
 
 namespace shaker::acquisition {
 

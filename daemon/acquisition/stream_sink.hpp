@@ -5,7 +5,7 @@
 
 #include "drivers/data.hpp"
 #include "drivers/synthesiser.hpp"
-#include "tracking/track.hpp"
+#include "tracking/tracker.hpp"
 
 namespace shaker::acquisition {
 

@@ -10,7 +10,7 @@
 #include "daemon/safety/trip.hpp"
 #include "drivers/devices.hpp"
 #include "drivers/synthesiser.hpp"
-#include "tracking/track.hpp"
+#include "tracking/tracker.hpp"
 
 namespace shaker::acquisition {
 

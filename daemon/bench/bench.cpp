@@ -11,7 +11,7 @@
 #include <optional>
 #include <utility>
 
-#include "calibration/accelerometer/calibrated_accelerometer.hpp"
+#include "calibration/accelerometer/sensor_file.hpp"
 #include "calibration/camera/camera_file.hpp"
 #include "daemon/bench/changed_settings.hpp"
 #include "drivers/commissioned/record.hpp"

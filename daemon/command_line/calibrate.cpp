@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <charconv>
 
-#include "calibration/accelerometer/normal_gravity.hpp"
+#include "calibration/accelerometer/tumble.hpp"
 #include "daemon/command_line/rows.hpp"
 #include "daemon/commands/calibrate/calibrate_command.hpp"
 #include "daemon/commands/calibrate/camera_command.hpp"

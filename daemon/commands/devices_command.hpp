@@ -1,6 +1,6 @@
 #pragma once
 // shakerd devices: the connected devices.
-#include "drivers/hardware/kinds.hpp"
+#include "drivers/hardware/hardware_rig.hpp"
 
 namespace shaker::commands {
 

@@ -24,7 +24,7 @@
 #include "drivers/errors.hpp"
 #include "drivers/recorded/h5/file_lock.hpp"
 #include "drivers/recorded/pictures/picture_check.hpp"
-#include "drivers/ticks.hpp"
+#include "drivers/time.hpp"
 
 namespace shaker::commands {
 

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "drivers/ticks.hpp"
+#include "drivers/time.hpp"
 
 namespace shaker::control {
 

@@ -7,7 +7,7 @@
 #include <map>
 
 #include "daemon/recording/tables/process_table.hpp"
-#include "drivers/drive_limits.hpp"
+#include "drivers/drive.hpp"
 #include "drivers/errors.hpp"
 #include "drivers/quantity.hpp"
 

@@ -5,7 +5,7 @@
 #include <cstdint>
 
 #include "drivers/synthesiser.hpp"
-#include "drivers/ticks.hpp"
+#include "drivers/time.hpp"
 
 namespace shaker::run {
 

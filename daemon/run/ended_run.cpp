@@ -13,7 +13,7 @@
 #include "daemon/recording/tables/process_table.hpp"
 #include "daemon/recording/tables/truth_table.hpp"
 #include "drivers/errors.hpp"
-#include "drivers/ticks.hpp"
+#include "drivers/time.hpp"
 
 namespace shaker::run {
 

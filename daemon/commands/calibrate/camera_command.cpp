@@ -7,8 +7,8 @@
 #include <cstdio>
 #include <nlohmann/json.hpp>
 
-#include "calibration/camera/board_pdf.hpp"
 #include "calibration/camera/camera_file.hpp"
+#include "calibration/camera/printed_targets.hpp"
 #include "daemon/commands/calibrate/new_file.hpp"
 #include "daemon/recording/time_text.hpp"
 #include "daemon/report/printing.hpp"

@@ -7,12 +7,12 @@
 #include <span>
 #include <vector>
 
-#include "calibration/accelerometer/held_finder.hpp"
+#include "calibration/accelerometer/attitudes.hpp"
 #include "calibration/accelerometer/sensor_file.hpp"
 #include "daemon/bench/bench.hpp"
 #include "daemon/commands/stop_signals.hpp"
 #include "drivers/errors.hpp"
-#include "drivers/ticks.hpp"
+#include "drivers/time.hpp"
 
 namespace shaker::commands {
 

@@ -2,7 +2,7 @@
 
 #include <spdlog/fmt/fmt.h>
 
-#include "calibration/camera/strip_pdf.hpp"
+#include "calibration/camera/printed_targets.hpp"
 #include "daemon/commands/calibrate/new_file.hpp"
 #include "daemon/report/printing.hpp"
 

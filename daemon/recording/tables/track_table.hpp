@@ -2,7 +2,7 @@
 // Tables of the tracked targets: tracks/<camera>/<target>.
 #include "daemon/acquisition/streams.hpp"
 #include "daemon/recording/tables/columns.hpp"
-#include "tracking/track.hpp"
+#include "tracking/tracker.hpp"
 
 namespace shaker::recording {
 

@@ -3,7 +3,7 @@
 #include <vector>
 
 #include "daemon/recording/tables/columns.hpp"
-#include "drivers/simulated/truth.hpp"
+#include "drivers/simulated/world.hpp"
 
 namespace shaker::recording {
 

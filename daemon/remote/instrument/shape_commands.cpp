@@ -5,7 +5,7 @@
 
 #include "daemon/remote/instrument/commands.hpp"
 #include "daemon/remote/scpi/data/error.hpp"
-#include "drivers/drive_limits.hpp"
+#include "drivers/drive.hpp"
 
 namespace shaker::instrument {
 

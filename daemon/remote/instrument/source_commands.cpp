@@ -5,7 +5,7 @@
 #include "daemon/remote/scpi/data/error.hpp"
 #include "daemon/remote/scpi/data/reply.hpp"
 #include "daemon/remote/scpi/session.hpp"
-#include "drivers/drive_limits.hpp"
+#include "drivers/drive.hpp"
 
 namespace shaker::instrument {
 
