@@ -1,6 +1,7 @@
 #pragma once
 // Weighted linear least squares, for the sources of this room: the header brings Eigen.
 #include <Eigen/Core>
+#include <string>
 
 namespace shaker::law {
 
@@ -21,5 +22,9 @@ enum class Weights { by_error, equal };
 /// The matrix must have full column rank.
 Linear least_squares(const Eigen::MatrixXd& A, const Eigen::VectorXd& y, const Eigen::VectorXd& sigma,
                      Weights weights);
+
+/// "chi^2 is 25 times its degrees of freedom: WHAT" when chi^2 exceeds its expectation by more than five of
+/// its own standard deviations; empty otherwise.
+std::string misfit(double chi2, int freedom, const std::string& what);
 
 }  // namespace shaker::law

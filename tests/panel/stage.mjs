@@ -1,7 +1,6 @@
 // A browser, the simulated daemon, and pages that collect all errors.
 import assert from "node:assert/strict";
 import { existsSync } from "node:fs";
-import { join } from "node:path";
 import { isDeepStrictEqual } from "node:util";
 import { startServer } from "./server.mjs";
 import { bundle, chromium } from "./sources.mjs";
