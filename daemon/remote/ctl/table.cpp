@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cstdlib>
 
-#include "daemon/manual/drive_arguments.hpp"
+#include "daemon/manual/shared_arguments.hpp"
 #include "daemon/manual/manual_page.hpp"
 #include "daemon/remote/ctl/manual_sections.hpp"
 #include "daemon/remote/ctl/orders.hpp"

@@ -8,7 +8,7 @@
 #include "daemon/campaign/campaign_folder.hpp"
 #include "daemon/campaign/law_points.hpp"
 #include "daemon/campaign/points_table.hpp"
-#include "daemon/commands/campaign/campaign_command.hpp"
+#include "daemon/commands/campaign.hpp"
 #include "drivers/errors.hpp"
 #include "tests/support/program.hpp"
 
