@@ -10,11 +10,10 @@
 #include <utility>
 
 #include "daemon/campaign/campaign_folder.hpp"
-#include "daemon/campaign/lead/plan_on_bench.hpp"
+#include "daemon/campaign/lead/plans.hpp"
 #include "daemon/campaign/lead/session.hpp"
 #include "daemon/campaign/plan.hpp"
 #include "daemon/campaign/plan_check.hpp"
-#include "daemon/campaign/plan_file.hpp"
 #include "daemon/campaign/point_results.hpp"
 #include "daemon/commands/operator_dialogue.hpp"
 #include "daemon/commands/recover.hpp"

@@ -10,7 +10,7 @@
 #include <cmath>
 #include <cstdio>
 
-#include "daemon/campaign/lead/event_text.hpp"
+#include "daemon/campaign/lead/campaign.hpp"
 #include "daemon/report/printing.hpp"
 
 namespace shaker::commands {

@@ -15,7 +15,6 @@
 #include "daemon/service/bench_service.hpp"
 #include "daemon/service/bounded_log.hpp"
 #include "daemon/service/heartbeats.hpp"
-#include "daemon/service/systemd_notify.hpp"
 #include "drivers/errors.hpp"
 #include "drivers/realtime.hpp"
 

@@ -7,7 +7,6 @@
 #include <string>
 #include <utility>
 
-#include "daemon/remote/access/aborts.hpp"
 #include "daemon/remote/access/access.hpp"
 #include "daemon/remote/access/server_clock.hpp"
 #include "daemon/remote/instrument/commands.hpp"

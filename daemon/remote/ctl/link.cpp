@@ -8,7 +8,7 @@
 #include <thread>
 #include <utility>
 
-#include "daemon/remote/ctl/trouble.hpp"
+#include "daemon/remote/ctl/outcome.hpp"
 
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/ip/tcp.hpp>

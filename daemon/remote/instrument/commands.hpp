@@ -5,7 +5,7 @@
 
 #include "daemon/remote/instrument/instrument.hpp"
 #include "daemon/remote/scpi/command.hpp"
-#include "daemon/remote/scpi/data/reply.hpp"
+#include "daemon/remote/scpi/reply.hpp"
 
 namespace shaker::instrument {
 

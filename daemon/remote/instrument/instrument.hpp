@@ -5,9 +5,9 @@
 #include <optional>
 #include <string>
 
-#include "daemon/remote/access/aborts.hpp"
-#include "daemon/remote/scpi/instrument.hpp"
-#include "daemon/remote/scpi/status/device_status.hpp"
+#include "daemon/remote/access/access.hpp"
+#include "daemon/remote/scpi/session.hpp"
+#include "daemon/remote/scpi/status_model.hpp"
 #include "daemon/service/pending_orders.hpp"
 
 namespace shaker::instrument {

@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "daemon/remote/instrument/commands.hpp"
-#include "daemon/remote/scpi/data/error.hpp"
+#include "daemon/remote/scpi/error.hpp"
 #include "drivers/drive_limits.hpp"
 
 namespace shaker::instrument {

@@ -2,8 +2,8 @@
 #include <cctype>
 
 #include "daemon/remote/instrument/commands.hpp"
-#include "daemon/remote/scpi/data/error.hpp"
-#include "daemon/remote/scpi/data/reply.hpp"
+#include "daemon/remote/scpi/error.hpp"
+#include "daemon/remote/scpi/reply.hpp"
 #include "daemon/remote/scpi/session.hpp"
 #include "drivers/drive_limits.hpp"
 

@@ -6,7 +6,7 @@
 #include <thread>
 
 #include "daemon/remote/ctl/address.hpp"
-#include "daemon/remote/ctl/trouble.hpp"
+#include "daemon/remote/ctl/outcome.hpp"
 #include "daemon/remote/server.hpp"
 #include "drivers/errors.hpp"
 #include "tests/support/environment.hpp"
