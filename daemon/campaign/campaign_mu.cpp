@@ -18,8 +18,7 @@ constexpr double law_share = 0.005;    // of the base's rms velocity, by which a
 constexpr double difference = 0.01;    // of mu, for the derivative
 constexpr double least_change = 0.01;  // of mu
 constexpr double most_change = 0.3;    // of mu, in one step: the law is not linear
-
-constexpr double level = 5e-3;  // rad, error of a tilt that is not measured
+constexpr double level = 5e-3;         // rad, error of a tilt that is not measured
 
 std::size_t index_of(const std::vector<Point>& points, int id) {
     return static_cast<std::size_t>(std::ranges::find(points, id, &Point::id) - points.begin());

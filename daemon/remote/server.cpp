@@ -33,10 +33,13 @@
 
 namespace shaker::remote {
 
+namespace asio = boost::asio;
+using asio::use_awaitable;
+using asio::ip::tcp;
+
 namespace {
 
-// A sign of life of one thread for others.
-/// Thread safety: one thread beats, any thread reads.
+// A sign of life of one thread for others. Thread safety: one thread beats, any thread reads.
 class Heartbeat {
     using Clock = std::chrono::steady_clock;
 
@@ -62,8 +65,7 @@ std::string words_of(const std::exception_ptr& exception) {
 }
 
 // Exceptions that reached the end of a task of the server's thread. The task ended or begins again; the
-// thread goes on.
-/// Used on the server's thread.
+// thread goes on. Used on the server's thread.
 class Troubles {
 public:
     explicit Troubles(service::BenchPort& bench_port) : bench_port_{bench_port} {}
@@ -86,14 +88,6 @@ void Troubles::note(std::string_view where, const std::exception_ptr& exception)
     } catch (...) {  // no memory left: the count remains
     }
 }
-
-}  // namespace
-
-namespace asio = boost::asio;
-using asio::use_awaitable;
-using asio::ip::tcp;
-
-namespace {
 
 constexpr std::chrono::milliseconds update_every{5}, beat_every{100};
 constexpr std::chrono::seconds lease{10};  // a page keeps control for this time after its last socket closed

@@ -11,6 +11,7 @@
 
 namespace shaker::access {
 
+/// Access rules of the HTTP side: allowed host names, origins of pages, token for other machines.
 struct Access {
     std::vector<std::string>
         hosts;          // host names of the daemon, without a port; include "localhost" and "127.0.0.1"
@@ -54,7 +55,8 @@ private:
     std::string owner_;
 };
 
-/// Used on the thread that serves the clients; no function waits.
+/// Gives the aborts of all clients to the output and watches that the output obeys them. Used on the thread
+/// that serves the clients; no function waits.
 class Aborts {
 public:
     enum class Answer : std::uint8_t {

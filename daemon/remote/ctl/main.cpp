@@ -11,7 +11,6 @@
 #include "drivers/text/printable.hpp"
 
 namespace shaker::ctl {
-
 namespace {
 
 int report(const std::exception& e, int status) {
@@ -40,7 +39,6 @@ int command_line(int argc, const char* const* argv) try {
 }
 
 }  // namespace
-
 }  // namespace shaker::ctl
 
 int main(int argc, char** argv) try {

@@ -12,6 +12,7 @@
 
 namespace shaker::scpi {
 
+/// A part of a header of the table of commands: "[SOURce:]" or "HARMonic<1..16>".
 struct HeaderNode {
     Keyword keyword;
     std::string written;  // "HARMonic"

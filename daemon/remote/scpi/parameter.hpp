@@ -11,6 +11,7 @@
 
 namespace shaker::scpi {
 
+/// One data element of a message; its first character determines the kind.
 struct Element {
     enum class Form { number, word, string, block };
 

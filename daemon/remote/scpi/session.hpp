@@ -19,7 +19,8 @@ namespace shaker::scpi {
 
 class Session;
 
-/// Called from the thread that runs the sessions; no function waits.
+/// What the common commands require of the bench. Called from the thread that runs the sessions; no function
+/// waits.
 class Instrument {
 public:
     virtual ~Instrument() = default;

@@ -67,6 +67,7 @@ struct DeviceStatus {
     void set(Questionable bit, bool on) noexcept { questionable.set(static_cast<std::uint8_t>(bit), on); }
 };
 
+/// One session's view of a condition register, with filters for events and a mask for the summary.
 class StatusRegister {
 public:
     static constexpr std::uint16_t usable = 0x7fff;  // SCPI keeps bit 15 at 0
@@ -100,7 +101,8 @@ private:
     std::uint16_t event_ = 0, enabled_ = 0, rising_ = usable, falling_ = 0;
 };
 
-/// Bounded: when full, its newest entry becomes -350 and later errors are lost.
+/// Errors of one session, oldest first, until the client reads them. Bounded: when full, its newest entry
+/// becomes -350 and later errors are lost.
 class ErrorQueue {
 public:
     static constexpr std::size_t capacity = 32;
@@ -133,6 +135,7 @@ namespace esr {
 inline constexpr std::uint8_t operation_complete = 1U << 0, power_on = 1U << 7;
 }
 
+/// Status of one session.
 class StatusModel {
 public:
     explicit StatusModel(const DeviceStatus& device)

@@ -16,6 +16,7 @@
 
 namespace shaker::web {
 
+/// Connections that can be closed to admit a new one, so that one client with many connections blocks nobody.
 /// In order of the last complete request, or of arrival.
 class Guests {
     struct Guest {
