@@ -149,19 +149,21 @@ std::string view_text(const View& view) {
     const auto number = [&](const char* key, double x) {
         if (x != 0) text += key + (" = " + to_text(x)) + "\n";
     };
+    const auto pair = [&](const char* key, const std::array<double, 2>& x) {
+        text += key;
+        text += " = [" + to_text(x[0]) + ", " + to_text(x[1]) + "]\n";
+    };
     text += "name = \"" + view.camera + "\"\n";
     number("frame_rate_hz", view.frame_rate_hz);
     number("exposure_s", view.exposure_s);
     number("mm_per_px", view.mm_per_px);
     number("scale_error", view.scale_error);
     number("distance_mm", view.distance_mm);
-    text += "along = [" + to_text(view.along[0]) + ", " + to_text(view.along[1]) + "]\n";
-    const auto pair = [](const std::array<double, 2>& x) {
-        return "[" + to_text(x[0]) + ", " + to_text(x[1]) + "]\n";
-    };
+    pair("along", view.along);
     if (view.lens.focal_px > 0) {
-        text += "tilt_deg = " + pair(view.tilt_deg);
-        text += "[camera.lens]\ncentre_px = " + pair(view.lens.centre_px);
+        pair("tilt_deg", view.tilt_deg);
+        text += "[camera.lens]\n";
+        pair("centre_px", view.lens.centre_px);
         number("focal_px", view.lens.focal_px);
         number("k1", view.lens.k1);
         number("k2", view.lens.k2);

@@ -112,10 +112,8 @@ function(list_tests program file)
     ENVIRONMENT_MODIFICATION "${lsan}")
 endfunction()
 
-# As in CMakeLists.txt: their names have another meaning in another file, or only some programs have the library they need.
-set_source_files_properties(tests/support/safety/guard_bench.cpp tests/support/run/bench_run.cpp
-  tests/support/devices/mock_dac.cpp tests/support/recording/kills.cpp tests/support/tracking/grey_movie.cpp
-  tests/fuzz/replay.cpp PROPERTIES SKIP_UNITY_BUILD_INCLUSION ON)
+# Only programs that link OpenCV's movies use this object of the library.
+set_source_files_properties(tests/support/tracking/grey_movie.cpp PROPERTIES SKIP_UNITY_BUILD_INCLUSION ON)
 
 if(SHAKER_SANITIZE)  # Eigen's intrinsics need it
   set_source_files_properties(tests/tracking/building_swing_test.cpp tests/calibration/harmonic_sums_test.cpp
@@ -195,6 +193,11 @@ if(played)
   also_links(daemon_remote_tests daemon_remote_ctl)
   add_dependencies(daemon_remote_tests shakerctl pages)
 endif()
+plays(golden/help_test played)
+if(played)
+  also_links(golden_tests daemon_remote_ctl)
+  add_dependencies(golden_tests shakerctl)
+endif()
 plays(daemon/commands/messages_test played)
 if(played)
   add_dependencies(daemon_commands_tests shakerctl)
@@ -226,6 +229,7 @@ if(NOT SHAKER_SANITIZE MATCHES thread)
     add_executable(fuzz_replay_${name} tests/fuzz/${name}.cpp tests/fuzz/replay.cpp)
     target_link_libraries(fuzz_replay_${name} PRIVATE test_support)
     compile_fast(fuzz_replay_${name})
+    set_target_properties(fuzz_replay_${name} PROPERTIES UNITY_BUILD OFF)
     if(NOT SHAKER_SANITIZE)
       target_compile_options(fuzz_replay_${name} PRIVATE -O1)
     endif()
@@ -317,12 +321,16 @@ add_test(NAME python COMMAND ${judged} --plain --name python ${PROJECT_SOURCE_DI
 set_tests_properties(python PROPERTIES ENVIRONMENT SHAKER_BUILD=${PROJECT_BINARY_DIR} TIMEOUT 600
                      RESOURCE_LOCK realtime COST 1000 LABELS realtime)
 
+# README's commands, the lines that it shows of their output, and its picture.
+add_test(NAME readme COMMAND ${behind} ${PROJECT_SOURCE_DIR}/tests/daemon/report/readme_test.py)
+set_tests_properties(readme PROPERTIES ENVIRONMENT SHAKER_BUILD=${PROJECT_BINARY_DIR} TIMEOUT 600 COST 20 LABELS virtual)
+
 # An archive's jobs and table, on local cores.
 add_test(NAME archive COMMAND ${behind} ${PROJECT_SOURCE_DIR}/tests/daemon/archive/archive_test.py)
 set_tests_properties(archive PROPERTIES ENVIRONMENT SHAKER_BUILD=${PROJECT_BINARY_DIR} TIMEOUT 600 COST 20 LABELS virtual)
 
 # The operator's page in a real browser.
-set(panel_parts pure page looks results control targets memory daemon soak)
+set(panel_parts bundle pure page looks results control targets memory daemon soak)
 if(SHAKER_NIGHTLY)
   list(APPEND panel_parts newcomer)
 endif()

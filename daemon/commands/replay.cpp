@@ -153,7 +153,7 @@ bool print_differences(const recorded::RecordingReader& file, const Recomputed& 
     for (const std::string& text : moved) tell("replay: track moved, " + text);
     tell(fmt::format(
         "replay: the streams are {}; {} results differ, because this program {} otherwise than the "
-        "one that recorded the file (FORMAT.md, versions):",
+        "one that recorded the file (daemon/recording/FORMAT.md, versions):",
         moved.empty() ? "identical to the bit" : "followed again", results.size(),
         moved.empty() ? "reduces" : "follows targets"));
     for (const std::string& text : results) tell("  " + text);

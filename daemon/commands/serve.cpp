@@ -56,7 +56,7 @@ constexpr std::array serve_arguments{
              .value = "FOLDER",
              .help = "Folder of the page's files",
              .kind = Kind::folder,
-             .otherwise = "as in the settings",
+             .otherwise = "as in the settings, else the program's own page",
              .must_exist = true},
     Argument{.name = "--recordings",
              .value = "FOLDER",
@@ -263,7 +263,7 @@ manual::Command serve_row() {
             .summary = "Run the daemon: a bench on call with page and remote control",
             .details = "The daemon runs until SIGTERM or SIGINT. SIGHUP reads the settings again.",
             .arguments = serve_arguments,
-            .example = "shakerd serve --rig sim: --page build/panel",
+            .example = "shakerd serve --rig sim:",
             .exit_statuses = {manual::exit_device},
             .act = act_on_serve};
 }

@@ -1,11 +1,12 @@
 #include "daemon/commands/serve_settings.hpp"
 
-#include <spdlog/fmt/fmt.h>
+#include <spdlog/spdlog.h>
 #include <sys/stat.h>
 
 #include <cstdlib>
 #include <fstream>
 #include <string>
+#include <system_error>
 
 #include "daemon/report/installed.hpp"
 #include "daemon/run/run_settings.hpp"
@@ -18,6 +19,8 @@ namespace {
 
 constexpr int most_port = 65535;
 constexpr std::size_t shortest_token = 22;  // 128 bits as base 64
+// Settings of older packages name this folder of theirs; without it they mean the program's own page.
+constexpr const char* page_of_old_packages = "/usr/share/shakerd/panel";
 
 bool own_machine_only(const std::string& address) { return address.starts_with("127.") || address == "::1"; }
 
@@ -52,6 +55,16 @@ std::filesystem::path socket_at(SettingsTable& table, const std::filesystem::pat
     return name.empty() ? std::filesystem::path{} : table.folder() / name;
 }
 
+std::filesystem::path page_at(SettingsTable& table) {
+    std::filesystem::path folder = path_at(table, "page", {});
+    std::error_code ignored;
+    if (folder.empty() || std::filesystem::is_directory(folder, ignored)) return folder;
+    if (folder != page_of_old_packages)
+        table.fail("page", "\"" + folder.string() + "\": there is no such folder");
+    spdlog::info("page {}: there is no such folder; the program's own page is served", folder.string());
+    return {};
+}
+
 void read_serve_table(SettingsTable table, ServeSettings& s) {
     remote::ServerSettings& server = s.server;
     server.address = table.text("address", server.address);
@@ -59,7 +72,7 @@ void read_serve_table(SettingsTable table, ServeSettings& s) {
     server.scpi_port = table.integer("scpi_port", 0, most_port, server.scpi_port);
     server.scpi_socket = socket_at(table, server.scpi_socket);
     if (table.has("host")) server.hosts.push_back(table.text("host"));
-    server.page = path_at(table, "page", server.page);
+    server.page = page_at(table);
     s.recordings = path_at(table, "recordings", s.recordings);
     s.plans = path_at(table, "plans", s.plans);
     s.longest_recording_s = table.number("longest_recording_s", {1, 86400}, s.longest_recording_s);

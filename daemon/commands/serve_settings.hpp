@@ -26,7 +26,8 @@ struct ServeSettings {
 
 /// The built-in settings, changed by the file (if given), changed by the command line. [serve]: address,
 /// http_port, scpi_port, scpi_socket (RUNTIME_DIRECTORY/scpi as a service, else none), host (its name in a
-/// network), token_file, page, recordings, plans (folders; plans: else those installed with the program).
+/// network), token_file, page, recordings, plans (folders; page: else the program's own; plans: else those
+/// installed with the program).
 /// Relative paths start at the folder of the file. InputError with file, line, key, value and range; also for
 /// an address that other machines reach without a token, and for a token file that other users may read.
 ServeSettings serve_settings(const ServeOptions& options);

@@ -17,6 +17,8 @@ using Item = std::array<std::string_view, 2>;  // a term and its meaning
 constexpr std::array file_items{
     Item{"/etc/shakerd/shakerd.toml", "Settings of the daemon as a service."},
     Item{"/var/lib/shakerd", "Recordings of the daemon as a service."},
+    Item{"/usr/share/doc/shakerd",
+         "README.md and the pages that messages and settings name, such as daemon/safety/LIMITS.md."},
     Item{"RUN.nxs",
          "A recording (HDF5, NeXus). Until it is finished, its name is RUN.nxs.part, with RUN.nxs.journal "
          "beside it; the "

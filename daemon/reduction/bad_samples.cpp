@@ -191,10 +191,11 @@ void note(const BadSamples& bad, std::vector<std::string>& notes) {
     }
     notes.push_back(counts + "; they are excluded");
     if (!bad.degrade()) return;
-    notes.push_back(bad.same_phase ? "the result is degraded: bad accelerometer samples come at the same "
-                                     "phase of the period"
-                                   : "the result is degraded: more than 1 % of the accelerometer's samples "
-                                     "are bad");
+    notes.emplace_back(bad.same_phase
+                           ? "the result is degraded: bad accelerometer samples come at the same "
+                             "phase of the period"
+                           : "the result is degraded: more than 1 % of the accelerometer's samples "
+                             "are bad");
 }
 
 }  // namespace

@@ -17,6 +17,7 @@
 #include "daemon/remote/doors.hpp"
 #include "daemon/remote/scpi_port.hpp"
 #include "daemon/remote/web/live_frames.hpp"
+#include "daemon/remote/web/page_files.hpp"
 #include "daemon/remote/web/web_client.hpp"
 #include "daemon/service/bench_port.hpp"
 #include "drivers/errors.hpp"

@@ -19,7 +19,7 @@ struct ServerSettings {
     std::filesystem::path scpi_socket{};  // Unix socket for scripts on this computer; empty: none
     std::vector<std::string> hosts{};     // host names of the daemon, besides its address and localhost
     std::string token{};                  // required from clients of both ports; empty: no token
-    std::filesystem::path page{};         // folder of the page's files; empty: no page
+    std::filesystem::path page{};         // folder of the page's files; empty: the program's own
     int fifo_priority = 0;                // SCHED_FIFO priority of its thread, see LentPriority; 0: ordinary
     std::chrono::milliseconds silence{60'000};  // of a SCPI session that may be closed for a new one
 };

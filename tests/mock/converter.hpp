@@ -12,6 +12,9 @@
 
 namespace shaker::mock {
 
+/// The clock that the mock devices share with the drivers.
+inline HostTime host_now() { return HostTime{std::chrono::steady_clock::now().time_since_epoch()}; }
+
 struct ConverterCounts {
     std::uint64_t frames = 0;     // played from a stream (silence written by a client included)
     std::uint64_t streams = 0;    // started

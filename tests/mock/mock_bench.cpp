@@ -34,8 +34,6 @@ constexpr std::chrono::milliseconds patience{20};
 constexpr std::int64_t most_samples = 960;  // largest step of the world
 constexpr double camera_epoch_s = 1000;     // camera clock at the start of the bench
 
-HostTime now() { return HostTime{std::chrono::steady_clock::now().time_since_epoch()}; }
-
 IiodDescription describe(const simulated::Scene& scene, const AccelerometerInfo& info) {
     IiodDescription d;
     d.rate_hz = scene.accelerometer.rate_hz;
@@ -171,7 +169,7 @@ void MockBench::State::play(const std::stop_token& stop) {
     std::vector<double> first, second;
     while (!stop.stop_requested()) {
         std::this_thread::sleep_for(pause);
-        for (std::int64_t due = converter.due(now()) - converter.taken(); due > 0; due -= most_samples) {
+        for (std::int64_t due = converter.due(host_now()) - converter.taken(); due > 0; due -= most_samples) {
             const auto n = static_cast<std::size_t>(std::min(due, most_samples));
             first.resize(n);
             second.resize(n);

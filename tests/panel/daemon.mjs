@@ -20,7 +20,7 @@ export async function startDaemon(phi, scene = "") {
     writeFileSync(settings, `[run]\nphi_rad = ${phi}\nperiods = 20\n`);
     const scenes = scene ? ["--scene", join(recordings, "scene.toml")] : [];
     if (scene) writeFileSync(scenes[1], scene);
-    const child = spawn(program, ["serve", "--settings", settings, "--http-port", "0", "--scpi-port", "0", "--page", join(project, "build/panel"),
+    const child = spawn(program, ["serve", "--settings", settings, "--http-port", "0", "--scpi-port", "0",
         "--recordings", recordings, ...scenes], { stdio: ["ignore", "inherit", "pipe"] });
     let said = "";
     child.stderr.on("data", (bytes) => { said += bytes; });

@@ -5,6 +5,7 @@ import { join } from "node:path";
 import { Bench } from "./bench.mjs";
 import { samples, picture } from "./frames.mjs";
 import { makePictures, places, views, walkerBox } from "./pictures.mjs";
+import { bundle } from "./sources.mjs";
 import { accept } from "./websocket.mjs";
 
 const types = { "/": ["index.html", "text/html; charset=utf-8"], "/panel.js": ["panel.js", "text/javascript"], "/panel.css": ["panel.css", "text/css"] };
@@ -127,6 +128,6 @@ export async function startServer(folder, port = 0) {
 }
 
 if (process.argv[1]?.endsWith("/tests/panel/server.mjs")) {
-    const { port } = await startServer(process.argv[2] ?? "build/panel", Number(process.argv[3] ?? 8080));
+    const { port } = await startServer(process.argv[2] ?? bundle, Number(process.argv[3] ?? 8080));
     console.log(`http://127.0.0.1:${port}/`);
 }

@@ -4,7 +4,8 @@ import { join, resolve } from "node:path";
 import { fileURLToPath, pathToFileURL } from "node:url";
 
 export const project = fileURLToPath(new URL("../../", import.meta.url));
-const panel = join(project, "daemon/remote/panel");
+export const panel = join(project, "daemon/remote/panel");
+export const bundle = join(panel, "bundle");
 const require = createRequire(join(panel, "package.json"));
 
 export const { chromium } = require("playwright-core");

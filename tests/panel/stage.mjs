@@ -1,9 +1,8 @@
 // A browser, the simulated daemon, and pages that collect all errors.
 import assert from "node:assert/strict";
 import { existsSync } from "node:fs";
-import { join } from "node:path";
 import { startServer } from "./server.mjs";
-import { chromium, project } from "./sources.mjs";
+import { bundle, chromium } from "./sources.mjs";
 
 export const laptop = { width: 1366, height: 768 };
 export const phone = { width: 390, height: 844 };
@@ -16,7 +15,7 @@ export async function openBrowser() {
 }
 
 export async function setStage() {
-    const server = await startServer(join(project, "build/panel"));
+    const server = await startServer(bundle);
     const browser = await openBrowser();
     const closePages = () => Promise.all(browser.contexts().map((context) => context.close()));
     return { server, browser, closePages, clear: async () => { await browser.close(); server.close(); } };

@@ -18,13 +18,6 @@ namespace shaker::test {
 
 namespace {
 
-std::string content(const std::filesystem::path& file) {
-    std::ifstream in{file, std::ios::binary};
-    std::ostringstream text;
-    text << in.rdbuf();
-    return text.str();
-}
-
 // In memory where the system has such a folder: a program that is timed does not wait for a busy disk.
 std::filesystem::path temporary() {
     const std::filesystem::path memory = "/dev/shm";
@@ -40,6 +33,13 @@ double seconds_of(const timeval& t) {
 }
 
 }  // namespace
+
+std::string content_of(const std::filesystem::path& file) {
+    std::ifstream in{file, std::ios::binary};
+    std::ostringstream text;
+    text << in.rdbuf();
+    return text.str();
+}
 
 Program::Program(const std::string& name, const std::string& arguments, const std::filesystem::path& folder,
                  const std::string& input)
@@ -64,12 +64,21 @@ bool Program::collect(int options) {
     int status = 0;
     rusage usage{};
     if (wait4(pid_, &status, options, &usage) != pid_) return false;
-    outcome_ = Outcome{WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status), content(out_),
-                       content(err_), seconds_of(usage.ru_utime) + seconds_of(usage.ru_stime)};
+    outcome_ = Outcome{WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status), content_of(out_),
+                       content_of(err_), seconds_of(usage.ru_utime) + seconds_of(usage.ru_stime)};
     return true;
 }
 
 bool Program::ended() { return collect(WNOHANG); }
+
+bool Program::waits_for_content(const std::filesystem::path& file) {
+    std::error_code ignored;
+    while (!ended()) {
+        if (std::filesystem::file_size(file, ignored) > 0 && !ignored) return true;
+        std::this_thread::sleep_for(std::chrono::milliseconds{1});
+    }
+    return false;
+}
 
 Outcome Program::wait(double limit_s) {
     using Clock = std::chrono::steady_clock;

@@ -31,6 +31,8 @@ public:
     /// The file with its standard error.
     [[nodiscard]] const std::filesystem::path& said() const noexcept { return err_; }
     [[nodiscard]] bool ended();
+    /// Waits until `file` has content; false when the program ended before.
+    bool waits_for_content(const std::filesystem::path& file);
     /// Waits for its end; kills it after `limit_s`.
     Outcome wait(double limit_s = 600);
 
@@ -41,6 +43,9 @@ private:
     pid_t pid_ = -1;
     std::optional<Outcome> outcome_;
 };
+
+/// All bytes of a file; empty when it cannot be read.
+std::string content_of(const std::filesystem::path& file);
 
 /// Runs shakerd with these arguments in `folder` and waits for its end.
 Outcome shakerd(const std::string& arguments, const std::filesystem::path& folder);

@@ -78,9 +78,7 @@ void wait_for(const std::string& what, double limit_s, Condition condition) {
 class Output {
 public:
     explicit Output(mock::Converter& converter) : converter_{converter} {}
-    [[nodiscard]] std::int64_t now() const {
-        return converter_.due(HostTime{std::chrono::steady_clock::now().time_since_epoch()});
-    }
+    [[nodiscard]] std::int64_t now() const { return converter_.due(mock::host_now()); }
     /// The drive, shares of full scale, of the timeline samples [from, to).
     [[nodiscard]] std::vector<double> drive(std::int64_t from, std::int64_t to) const {
         wait_for("the output is taken", 10,

@@ -1,11 +1,12 @@
-// Makes index.html, panel.js and panel.css: node build.mjs [FOLDER], build/panel of the project by default.
+// Makes index.html, panel.js and panel.css: node build.mjs [FOLDER]. Without a folder it writes bundle/, which CMake puts into
+// shakerd.
 import { build } from "esbuild";
 import { copyFile, mkdir, readFile } from "node:fs/promises";
 import { dirname, join, resolve } from "node:path";
 import { fileURLToPath } from "node:url";
 
 const here = dirname(fileURLToPath(import.meta.url));
-const out = resolve(process.argv[2] ?? join(here, "../../../build/panel"));
+const out = resolve(process.argv[2] ?? join(here, "bundle"));
 const licence = await readFile(join(here, "node_modules/uplot/LICENSE"), "utf8");
 
 await mkdir(out, { recursive: true });

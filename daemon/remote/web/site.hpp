@@ -13,6 +13,7 @@
 #include "daemon/remote/web/actions.hpp"
 #include "daemon/remote/web/law_answer.hpp"
 #include "daemon/remote/web/metrics.hpp"
+#include "daemon/remote/web/page_files.hpp"
 
 namespace shaker::web {
 
@@ -51,12 +52,6 @@ public:
 
 private:
     std::list<Guest> list_;
-};
-
-/// A file of the page.
-struct PageFile {
-    std::string type;  // "text/html; charset=utf-8"
-    std::string content;
 };
 
 /// One thread.

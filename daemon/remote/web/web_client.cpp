@@ -5,8 +5,6 @@
 
 #include <algorithm>
 #include <chrono>
-#include <fstream>
-#include <iterator>
 #include <optional>
 #include <utility>
 
@@ -219,19 +217,6 @@ asio::awaitable<void> attend(asio::ip::tcp::socket socket, const std::shared_ptr
 }
 
 }  // namespace
-
-std::map<std::string, PageFile> read_page(const std::filesystem::path& folder) {
-    std::map<std::string, PageFile> page;
-    const auto add = [&](const char* path, const char* name, const char* type) {
-        std::ifstream in{folder / name, std::ios::binary};
-        if (!in) return;
-        page[path] = {type, std::string{std::istreambuf_iterator<char>{in}, {}}};
-    };
-    add("/", "index.html", "text/html; charset=utf-8");
-    add("/panel.js", "panel.js", "text/javascript; charset=utf-8");
-    add("/panel.css", "panel.css", "text/css; charset=utf-8");
-    return page;
-}
 
 // A client that disconnects, is slow or sends invalid data ends its own connection only.
 asio::awaitable<void> serve(asio::ip::tcp::socket socket, std::shared_ptr<Site> site) {

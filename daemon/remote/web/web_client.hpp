@@ -1,9 +1,6 @@
 #pragma once
 // One connection of a browser or a script: requests one after the other, or a socket with live streams.
-#include <filesystem>
-#include <map>
 #include <memory>
-#include <string>
 #include <utility>
 
 #include "daemon/remote/web/site.hpp"
@@ -12,9 +9,6 @@
 #include <boost/asio/ip/tcp.hpp>
 
 namespace shaker::web {
-
-/// The existing files of a page in a folder: index.html, panel.js, panel.css.
-std::map<std::string, PageFile> read_page(const std::filesystem::path& folder);
 
 /// Serves a connection until it closes. Never throws.
 boost::asio::awaitable<void> serve(boost::asio::ip::tcp::socket socket, std::shared_ptr<Site> site);

@@ -5,7 +5,7 @@
 
 FOLDER_OR_FILE  folder of a campaign, or its campaign.nxs; several are compared. Or recordings, without campaigns
 -o OUT          folder, made when it is missing: report.html and each figure as SVG, PDF and PNG
---fits FILE     output of "shakerd mu --json"; for several campaigns a list of theirs, see README.md
+--fits FILE     output of "shakerd mu --json"; for several campaigns a list of theirs: daemon/report/campaign/README.md
 --label NAME    name in the legends, in the order of the files; default: name of the folder or the recording
 
 Needs python3-h5py and python3-matplotlib. Exit status: 0 done; 1 output not written; 2 input refused, nothing was written.

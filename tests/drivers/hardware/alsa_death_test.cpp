@@ -66,8 +66,7 @@ std::function<void()> drives(const alsa::AlsaSettings& settings, std::size_t blo
 }
 
 std::size_t due_now(const MockDac& mock) {
-    return static_cast<std::size_t>(
-        mock.converter.due(HostTime{std::chrono::steady_clock::now().time_since_epoch()}));
+    return static_cast<std::size_t>(mock.converter.due(mock::host_now()));
 }
 
 void expect_silence_after(MockDac& mock, std::size_t end) {

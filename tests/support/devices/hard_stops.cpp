@@ -20,8 +20,6 @@ constexpr double amplitude_V = 0.4;  // of each harmonic
 constexpr double lowest_hz = 50, highest_hz = 150;
 constexpr double lead_s = 0.03;  // from the start of a drive until the operator may abort
 
-HostTime now() { return HostTime{std::chrono::steady_clock::now().time_since_epoch()}; }
-
 /// Aborts once after each wish, at a random time within 20 ms.
 class Operator {
 public:
@@ -35,7 +33,7 @@ public:
                   }
                   ++answered;
                   std::this_thread::sleep_for(std::chrono::microseconds{random() % 20000});
-                  at_ = now().time_since_epoch().count();
+                  at_ = mock::host_now().time_since_epoch().count();
                   ++channels.aborts;
               }
           }} {}

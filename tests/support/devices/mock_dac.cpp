@@ -17,8 +17,6 @@ namespace {
 
 constexpr double rate_hz = 48000, full_scale = 2147483648.0;
 
-HostTime now() { return HostTime{std::chrono::steady_clock::now().time_since_epoch()}; }
-
 std::filesystem::path memory_folder() {
     const bool shm = std::filesystem::is_directory("/dev/shm");
     std::string name =
@@ -46,7 +44,7 @@ MockDac::~MockDac() {
 }
 
 void MockDac::listen() {
-    const auto due = static_cast<std::size_t>(converter.due(now()) - converter.taken());
+    const auto due = static_cast<std::size_t>(converter.due(mock::host_now()) - converter.taken());
     std::vector<double> a(due), b(due), c(due);
     converter.take(a, b, c);
     const auto code = [](double share) { return std::llround(share * full_scale); };
@@ -56,8 +54,8 @@ void MockDac::listen() {
 }
 
 void MockDac::listen_for(Seconds duration) {
-    const HostTime until = now() + std::chrono::duration_cast<std::chrono::nanoseconds>(duration);
-    while (now() < until) {
+    const HostTime until = mock::host_now() + std::chrono::duration_cast<std::chrono::nanoseconds>(duration);
+    while (mock::host_now() < until) {
         std::this_thread::sleep_for(std::chrono::milliseconds{5});
         listen();
     }

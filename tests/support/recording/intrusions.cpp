@@ -36,15 +36,6 @@ std::string text_of(const std::filesystem::path& file) {
     return {std::istreambuf_iterator<char>{in}, {}};
 }
 
-bool wait_for_begin(Program& program, const std::filesystem::path& journal) {
-    std::error_code ignored;
-    while (!program.ended()) {
-        if (std::filesystem::file_size(journal, ignored) > 0 && !ignored) return true;
-        std::this_thread::sleep_for(std::chrono::milliseconds{1});
-    }
-    return false;
-}
-
 void expect_refused(const Outcome& outcome, const std::string& reason, Intrusion& found) {
     if (outcome.status != manual::exit_input || outcome.err.find(reason) == std::string::npos)
         found.wrong.push_back(
@@ -95,7 +86,7 @@ const char* name(Intruder intruder) noexcept {
 Intrusion intrude(Intruder intruder, double at_s, const std::filesystem::path& folder) {
     Intrusion found{.intruder = intruder, .at_s = at_s, .wrong = {}};
     Program program{"shakerd", run_words(), folder};
-    if (!wait_for_begin(program, folder / "run.nxs.journal")) {
+    if (!program.waits_for_content(folder / "run.nxs.journal")) {
         found.wrong.push_back("it did not begin: " + program.wait().err);
         return found;
     }

@@ -31,16 +31,6 @@ std::string bytes_of(const std::filesystem::path& file) {
 }
 
 // Time of the first line in the journal: the start of the run.
-bool wait_for_begin(Program& program, const std::filesystem::path& journal) {
-    std::error_code ignored;
-    while (!program.ended()) {
-        if (std::filesystem::exists(journal, ignored) && std::filesystem::file_size(journal, ignored) > 0)
-            return true;
-        std::this_thread::sleep_for(std::chrono::milliseconds{1});
-    }
-    return false;
-}
-
 void look_at_losses(const RecordedContent& content, Kill& kill) {
     kill.wrong.insert(kill.wrong.end(), content.wrong.begin(), content.wrong.end());
     // The wait for the journal may end late; the pictures give a lower bound for the progress of the run.
@@ -70,7 +60,7 @@ Kill kill_run(const KilledRun& run, double at_s, const std::filesystem::path& fo
                 "-o run.nxs",
                 scene, run.periods),
             folder};
-        if (!wait_for_begin(program, folder / "run.nxs.journal")) {
+        if (!program.waits_for_content(folder / "run.nxs.journal")) {
             kill.wrong.push_back("it did not begin: " + program.wait().err);
             return kill;
         }

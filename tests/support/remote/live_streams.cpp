@@ -10,6 +10,7 @@
 #include "daemon/recording/tables/places.hpp"
 #include "daemon/recording/time_text.hpp"
 #include "drivers/errors.hpp"
+#include "tests/mock/converter.hpp"
 
 namespace shaker::test {
 
@@ -18,7 +19,6 @@ namespace {
 using Clock = std::chrono::steady_clock;
 
 double seconds_of(Clock::duration d) { return std::chrono::duration<double>(d).count(); }
-HostTime host_now() { return HostTime{Clock::now().time_since_epoch()}; }
 
 double thread_cpu_s() {
     timespec now{};
@@ -55,7 +55,7 @@ public:
         : recording_{recording}, streams_{streams} {}
     void feed(double until_s) {
         while (static_cast<double>(tick_) < until_s * streams_.dac_rate_hz) {
-            recording_.add(PlayTime{{tick_}, host_now()});
+            recording_.add(PlayTime{{tick_}, mock::host_now()});
             if (tick_ % (8 * static_cast<std::int64_t>(streams_.dac_block)) ==
                 0) {  // changes of the drive, 25 per second
                 DriveChange change;
@@ -66,7 +66,7 @@ public:
         }
         while (static_cast<double>(sample_ + AccelBlock::capacity) <=
                until_s * streams_.accelerometer_rate_hz) {
-            AccelBlock block{.first = {sample_}, .arrived = host_now()};
+            AccelBlock block{.first = {sample_}, .arrived = mock::host_now()};
             for (auto& c : block.counts) c = {static_cast<std::int32_t>(sample_ % 977), 2, 3};
             recording_.add(block);
             sample_ += block.size;
@@ -75,7 +75,7 @@ public:
             for (std::size_t camera = 0; camera < 2; ++camera) {
                 Frame frame;
                 frame.tick = {frame_};
-                frame.arrived = host_now();
+                frame.arrived = mock::host_now();
                 tracking::Track track;
                 track.tick = frame.tick;
                 track.time = master_time(static_cast<double>(frame_) / streams_.frame_rate_hz);

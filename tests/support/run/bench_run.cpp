@@ -10,22 +10,18 @@
 #include "drivers/commissioned/record.hpp"
 #include "tests/support/devices/mock_cameras.hpp"
 #include "tests/support/paths.hpp"
+#include "tests/support/program.hpp"
 
 namespace shaker::test {
 
 namespace {
-
-std::string content(const std::filesystem::path& file) {
-    std::ifstream in{file};
-    return {std::istreambuf_iterator<char>{in}, {}};
-}
 
 mock::MockBenchSettings settings_for(const std::filesystem::path& folder, double dac_ppm,
                                      const std::string& changes) {
     if (const std::string refused = private_network(); !refused.empty()) throw std::runtime_error{refused};
     mock::MockBenchSettings s;
     s.scene = simulated::parse_scene(
-        content(test::source_dir() + "/tests/support/slow_cameras.toml") + changes, "test");
+        test::content_of(test::source_dir() + "/tests/support/slow_cameras.toml") + changes, "test");
     s.folder = folder;
     s.plugin = test::build_dir() + "/shaker_mock_pcm.so";
     s.dac_ppm = dac_ppm;
@@ -45,7 +41,7 @@ BenchRun::~BenchRun() {
 }
 
 void BenchRun::rig(const std::string& key, const std::string& value) {
-    std::string text = content(bench.rig_file());
+    std::string text = test::content_of(bench.rig_file());
     const auto at = text.find("\n" + key + " = ");
     ASSERT_NE(at, std::string::npos) << key;
     const auto from = at + key.size() + 4;

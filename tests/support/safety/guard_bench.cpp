@@ -5,7 +5,7 @@ namespace shaker::test {
 namespace {
 constexpr double start_s = 0.0017;  // of the sensor's tick 0
 constexpr double gravity = 9.8;
-constexpr std::size_t block = 40;
+constexpr std::size_t guarded_block = 40;
 }  // namespace
 
 safety::Limits bench_limits() {
@@ -88,7 +88,7 @@ void GuardBench::convert(double t_s, double a) {
 }
 
 void GuardBench::run(double s) {
-    std::array<double, block> volts;
+    std::array<double, guarded_block> volts;
     const std::int64_t end = synth.tick().n + std::llround(s * p_.dac_rate_hz);
     while (synth.tick().n < end) {
         std::int64_t n = synth.tick().n;

@@ -1,4 +1,5 @@
-// Recordings by the first version of the program can be opened, replayed to the bit, exported and recovered.
+// Recordings by earlier programs can be opened, replayed to the bit, exported and recovered: three of layout
+// 1, and one of layout 6 with its pictures.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -14,6 +15,7 @@
 #include "drivers/recorded/recording_file.hpp"
 #include "tests/support/paths.hpp"
 #include "tests/support/program.hpp"
+#include "tests/support/recording/recorded_content.hpp"
 
 namespace shaker::commands {
 namespace {
@@ -24,9 +26,12 @@ using test::shakerd;
 
 const std::string golden = test::source_dir() + "/tests/golden/recordings/";
 
-// The name of a kept recording, unpacked in `folder`.
+// The name of a kept recording, unpacked in `folder`, with its pictures if it has some.
 std::string unpacked(const std::string& name, const std::filesystem::path& folder) {
-    const std::string command = "gzip -dc '" + golden + name + ".gz' > '" + (folder / name).string() + "'";
+    const bool pictures = name == "walk.nxs";
+    const std::string command =
+        pictures ? "tar -xzf '" + golden + "walk.tar.gz' -C '" + folder.string() + "'"
+                 : "gzip -dc '" + golden + name + ".gz' > '" + (folder / name).string() + "'";
     EXPECT_EQ(std::system(command.c_str()), 0) << command;
     return name;
 }
@@ -50,24 +55,24 @@ std::set<std::string> moved(const std::string& out) {
     return found;
 }
 
-class FirstVersionTest : public testing::TestWithParam<const char*> {
+class KeptRecordingTest : public testing::TestWithParam<const char*> {
 protected:
     std::filesystem::path folder_ = test::fresh_folder();
 };
-INSTANTIATE_TEST_SUITE_P(Recordings, FirstVersionTest,
-                         testing::Values("run.nxs", "tripped.nxs", "footage.nxs"),
+INSTANTIATE_TEST_SUITE_P(Recordings, KeptRecordingTest,
+                         testing::Values("run.nxs", "tripped.nxs", "footage.nxs", "walk.nxs"),
                          [](const auto& name) { return std::filesystem::path{name.param}.stem().string(); });
 
-TEST_P(FirstVersionTest, Opens) {
+TEST_P(KeptRecordingTest, Opens) {
     const recorded::RecordingReader file{folder_ / unpacked(GetParam(), folder_)};
-    EXPECT_EQ(file.header().schema, 1);
+    EXPECT_EQ(file.header().schema, std::string{GetParam()} == "walk.nxs" ? 6 : 1);
     EXPECT_EQ(file.header().views.size(), 2U);
     EXPECT_EQ(file.damage(), std::vector<std::string>{});
     EXPECT_TRUE(recording::read_finished(file).empty());
     EXPECT_NO_THROW(recording::require_known_schema(file));
 }
 
-TEST_P(FirstVersionTest, ReplaysToTheBit) {
+TEST_P(KeptRecordingTest, ReplaysToTheBit) {
     const Outcome o = shakerd("replay " + unpacked(GetParam(), folder_), folder_);
     EXPECT_EQ(o.status, 0) << o.err;
     EXPECT_TRUE(std::ranges::includes(may_move, moved(o.out))) << o.out;
@@ -76,7 +81,7 @@ TEST_P(FirstVersionTest, ReplaysToTheBit) {
     EXPECT_NE(o.out.find("v_D"), std::string::npos) << o.out;
 }
 
-TEST_P(FirstVersionTest, ExportsAllItsTables) {
+TEST_P(KeptRecordingTest, ExportsAllItsTables) {
     const std::string name = unpacked(GetParam(), folder_);
     const Outcome o = shakerd("export --json -o out " + name, folder_);
     ASSERT_EQ(o.status, 0) << o.err;
@@ -84,14 +89,14 @@ TEST_P(FirstVersionTest, ExportsAllItsTables) {
     std::map<std::string, std::size_t> rows;
     const json exported = json::parse(o.out);
     for (const json& t : exported["tables"]) rows[t["table"]] = t["rows"].get<std::size_t>();
-    const bool session = file.header().kind == "session";
+    const bool session = file.header().kind == "session", first = file.header().schema == 1;
     for (const char* table :
          {"accelerometer", "clocks", "cycle", "events", "frames/top", "gaps", "harmonics", "identification",
           "measurements", "periods", "pictures/side", "process", "results", "results/notes", "stick",
           "tracks/top/walker", "transverse", "trips"})
         EXPECT_TRUE(rows.contains(table)) << table;
     for (const char* table : {"changes", "plays"}) EXPECT_EQ(rows.contains(table), !session) << table;
-    EXPECT_FALSE(rows.contains("measured"));
+    EXPECT_EQ(rows.contains("measured"), !first);
     EXPECT_EQ(rows["results"], 1U);
     EXPECT_EQ(rows["frames/top"], file.frames("top").size());
     EXPECT_EQ(rows["tracks/top/walker"], file.frames("top").size());
@@ -99,13 +104,23 @@ TEST_P(FirstVersionTest, ExportsAllItsTables) {
     EXPECT_EQ(rows["trips"], file.texts("trips/cause").size());
 }
 
-TEST_P(FirstVersionTest, IsIntact) {
+TEST_P(KeptRecordingTest, IsIntact) {
     const Outcome o = shakerd("recover " + unpacked(GetParam(), folder_), folder_);
     EXPECT_EQ(o.status, 0) << o.err;
     EXPECT_NE(o.out.find("finished recording, intact"), std::string::npos) << o.out;
 }
 
-TEST(FirstVersionCrashTest, UnfinishedRecordingIsRecovered) {
+// The pictures are tracked again.
+TEST(KeptPicturesTest, GiveTheRecordedTracksToTheBit) {
+    const auto folder = test::fresh_folder();
+    unpacked("walk.nxs", folder);
+    EXPECT_EQ(test::content_of(folder / "walk.nxs").wrong, std::vector<std::string>{});
+    const Outcome o = shakerd("replay --from raw walk.nxs", folder);
+    EXPECT_EQ(o.status, 0) << o.err;
+    EXPECT_NE(o.out.find("replay: identical ("), std::string::npos) << o.out;
+}
+
+TEST(KeptRecordingCrashTest, UnfinishedRecordingIsRecovered) {
     const auto folder = test::fresh_folder();
     unpacked("killed.nxs.part", folder);
     std::filesystem::copy_file(golden + "killed.nxs.journal", folder / "killed.nxs.journal");

@@ -1,0 +1,98 @@
+#include "tests/support/golden.hpp"
+
+#include <gtest/gtest.h>
+#include <sys/wait.h>
+
+#include <algorithm>
+#include <array>
+#include <cstdlib>
+#include <fstream>
+#include <iterator>
+#include <regex>
+#include <sstream>
+#include <utility>
+
+#include "tests/support/paths.hpp"
+
+namespace shaker::test {
+
+namespace {
+
+std::string content(const std::filesystem::path& file) {
+    std::ifstream in{file, std::ios::binary};
+    return {std::istreambuf_iterator<char>{in}, {}};
+}
+
+std::filesystem::path kept(const std::string& name) { return source_dir() + "/tests/golden/texts/" + name; }
+
+/// The first line in which two texts differ, from both.
+std::string first_difference(const std::string& expected, const std::string& got) {
+    std::istringstream a{expected}, b{got};
+    std::string x, y;
+    for (int line = 1;; ++line) {
+        const bool more_a = !std::getline(a, x).fail(), more_b = !std::getline(b, y).fail();
+        if (more_a && more_b && x == y) continue;
+        return "line " + std::to_string(line) + "\n  expected: " + (more_a ? x : "(the end)") +
+               "\n  got:      " + (more_b ? y : "(the end)");
+    }
+}
+
+void replace_all(std::string& text, const std::string& what, const std::string& by) {
+    if (what.empty()) return;
+    for (auto at = text.find(what); at != std::string::npos; at = text.find(what, at + by.size()))
+        text.replace(at, what.size(), by);
+}
+
+}  // namespace
+
+void expect_golden(const std::string& name, const std::string& got) {
+    const std::filesystem::path written = std::filesystem::path{build_dir()} / "golden" / name;
+    std::filesystem::remove(written);
+    const std::string expected = content(kept(name));
+    if (got == expected) return;
+    std::filesystem::create_directories(written.parent_path());
+    std::ofstream{written, std::ios::binary} << got;
+    ADD_FAILURE() << "tests/golden/texts/" << name << ", " << first_difference(expected, got)
+                  << "\n  the new text: " << written.string();
+}
+
+std::vector<std::string> golden_inputs(const std::string& name, std::initializer_list<const char*> marks) {
+    std::istringstream lines{content(kept(name))};
+    std::vector<std::string> inputs;
+    for (std::string line; std::getline(lines, line);)
+        if (std::ranges::any_of(marks, [&](const char* mark) { return line.starts_with(mark); }))
+            inputs.push_back(line);
+    EXPECT_FALSE(inputs.empty()) << kept(name) << " has no line for the test";
+    return inputs;
+}
+
+std::string without_place_and_time(std::string text, const std::filesystem::path& folder) {
+    replace_all(text, folder.string(), "FOLDER");
+    replace_all(text, build_dir(), "BUILD");
+    replace_all(text, source_dir(), "SOURCE");
+    static const std::array<std::pair<std::regex, const char*>, 2> volatile_parts{
+        {{std::regex{R"(\b)" SHAKER_VERSION R"(\b)"}, "VERSION"},
+         {std::regex{R"(\b2\d{3}-\d\d-\d\d[T ]\d\d:\d\d:\d\d(\.\d+)?(Z|[+-]\d\d:\d\d)?)"}, "DATE"}}};
+    for (const auto& [what, by] : volatile_parts) text = std::regex_replace(text, what, by);
+    return text;
+}
+
+std::string by_keys(const std::string& json) {
+    std::string text = json;
+    replace_all(text, ",\"", ",\n\"");
+    return text + '\n';
+}
+
+std::string printed_by(const std::string& command, const std::filesystem::path& folder) {
+    std::ofstream{folder / ".command"} << command << '\n';
+    const std::string line = "cd '" + folder.string() + "' && SOURCE='" + source_dir() + "' PATH='" +
+                             build_dir() + "':$PATH sh .command >.out 2>.err </dev/null";
+    const int status = std::system(line.c_str());
+    std::string text = "$ " + command + '\n' + content(folder / ".out");
+    std::istringstream lines{content(folder / ".err")};
+    for (std::string e; std::getline(lines, e);) text += "! " + e + '\n';
+    if (status != 0) text += "exit " + std::to_string(WEXITSTATUS(status)) + '\n';
+    return text;
+}
+
+}  // namespace shaker::test
