@@ -7,8 +7,8 @@
 #include <iterator>
 #include <utility>
 
-#include "daemon/acquisition/hand_over.hpp"
 #include "daemon/acquisition/run_loops.hpp"
+#include "daemon/acquisition/streams.hpp"
 #include "daemon/report/results.hpp"
 #include "daemon/run/run_setup.hpp"
 #include "drivers/errors.hpp"

@@ -7,8 +7,8 @@
 #include <iterator>
 #include <utility>
 
-#include "daemon/acquisition/paced_dac.hpp"
-#include "daemon/acquisition/stream_memory.hpp"
+#include "daemon/acquisition/executors.hpp"
+#include "daemon/acquisition/streams.hpp"
 #include "daemon/bench/region_camera.hpp"
 #include "daemon/run/run_setup.hpp"
 #include "daemon/safety/preflight.hpp"

@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "daemon/acquisition/real_time_grant.hpp"
+#include "daemon/acquisition/executors.hpp"
 #include "daemon/acquisition/time_histogram.hpp"
 #include "daemon/control/identification.hpp"
 #include "daemon/law/fit.hpp"
