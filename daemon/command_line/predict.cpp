@@ -5,7 +5,7 @@
 
 #include "daemon/command_line/harmonics_argument.hpp"
 #include "daemon/command_line/rows.hpp"
-#include "daemon/manual/drive_arguments.hpp"
+#include "daemon/manual/values.hpp"
 #include "drivers/errors.hpp"
 #include "drivers/walker/friction.hpp"
 

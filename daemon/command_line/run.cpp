@@ -2,7 +2,7 @@
 
 #include "daemon/command_line/rows.hpp"
 #include "daemon/commands/run_command.hpp"
-#include "daemon/manual/drive_arguments.hpp"
+#include "daemon/manual/values.hpp"
 
 namespace shaker::command_line {
 

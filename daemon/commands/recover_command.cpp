@@ -11,11 +11,11 @@
 #include <set>
 
 #include "daemon/recording/journal.hpp"
-#include "daemon/recording/replayed_streams.hpp"
+#include "daemon/recording/replay.hpp"
 #include "daemon/recording/tables/measured_tables.hpp"
 #include "daemon/recording/tables/places.hpp"
-#include "daemon/recording/tables/process_table.hpp"
 #include "daemon/recording/tables/reduction_tables.hpp"
+#include "daemon/recording/tables/run_tables.hpp"
 #include "daemon/recording/tables/stream_tables.hpp"
 #include "daemon/recording/tables/track_table.hpp"
 #include "daemon/recording/tables/trip_table.hpp"

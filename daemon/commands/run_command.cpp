@@ -9,7 +9,6 @@
 #include <numbers>
 
 #include "daemon/commands/stop_signals.hpp"
-#include "daemon/report/difference.hpp"
 #include "daemon/report/printing.hpp"
 #include "daemon/report/results.hpp"
 #include "daemon/run/runner.hpp"

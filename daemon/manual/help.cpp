@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "daemon/manual/page.hpp"
+#include "daemon/manual/manual_page.hpp"
 
 namespace shaker::manual {
 

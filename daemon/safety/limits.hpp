@@ -128,6 +128,11 @@ Limits with_changes(Limits now, const Limits& was, const Limits& is);
 /// TOML from which read_limits() returns the same limits (except `detectors`).
 std::string limits_text(const Limits& limits);
 
+/// Share of the expected motion; a sensor that sees less is open.
+inline constexpr double least_seen = 0.02;
+/// Largest gain of a response over the data sheet's; the least is its inverse.
+inline constexpr double most_sheet_gain = 4;
+
 inline constexpr double most_gravity_off =
     0.4;  // largest relative error of gravity with which a bench may drive
 

@@ -14,7 +14,7 @@ add_library(fuzzed_language STATIC ${language})
 add_library(fuzzed_web STATIC daemon/remote/web/actions.cpp daemon/remote/web/metrics.cpp
             daemon/remote/web/picture_figures.cpp daemon/remote/web/requests.cpp daemon/remote/web/state_json.cpp
             daemon/remote/web/subscription.cpp tracking/clipping.cpp
-            daemon/report/results.cpp daemon/reduction/no_stick.cpp daemon/recording/tables/recorded_trip.cpp)
+            daemon/report/results.cpp daemon/reduction/no_stick.cpp)
 foreach(library fuzzed_drivers fuzzed_port fuzzed_language fuzzed_web)
   target_include_directories(${library} PUBLIC ${PROJECT_SOURCE_DIR})
   target_link_libraries(${library} PUBLIC shaker_hdf5 Boost::headers nlohmann_json::nlohmann_json spdlog::spdlog

@@ -6,7 +6,7 @@
 #include <nlohmann/json.hpp>
 #include <thread>
 
-#include "daemon/manual/drive_arguments.hpp"
+#include "daemon/manual/values.hpp"
 #include "daemon/remote/ctl/queries.hpp"
 #include "daemon/remote/ctl/state_text.hpp"
 #include "daemon/remote/ctl/terminal.hpp"

@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <cstdlib>
 
-#include "daemon/manual/drive_arguments.hpp"
 #include "daemon/manual/manual_page.hpp"
+#include "daemon/manual/values.hpp"
 #include "daemon/remote/ctl/manual_sections.hpp"
 #include "daemon/remote/ctl/orders.hpp"
 #include "daemon/remote/ctl/queries.hpp"

@@ -3,7 +3,7 @@
 #include <array>
 #include <stdexcept>
 
-#include "daemon/manual/exit_status.hpp"
+#include "daemon/manual/command.hpp"
 
 namespace shaker::ctl {
 

@@ -15,7 +15,7 @@
 
 #include "daemon/commands/replay_command.hpp"
 #include "daemon/commands/run_command.hpp"
-#include "daemon/manual/exit_status.hpp"
+#include "daemon/manual/command.hpp"
 #include "daemon/sandbox/confined.hpp"
 
 namespace shaker::test {
