@@ -2,7 +2,7 @@
 
 #include "daemon/command_line/rows.hpp"
 #include "daemon/command_line/table.hpp"
-#include "daemon/manual/manual_page.hpp"
+#include "daemon/manual/help.hpp"
 
 namespace shaker::command_line {
 

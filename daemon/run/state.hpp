@@ -57,10 +57,6 @@ constexpr const char* name(RunState state) noexcept { return row_of(state).word;
 /// True when the shaker is driven: identify, loop_check, ramp, run, ramp_down.
 constexpr bool driving(RunState state) noexcept { return row_of(state).driving; }
 
-/// Whether a run in `from` may go to `to`. Any state may trip. From there idle follows, or init while the
-/// self-test has not been passed.
-bool may_follow(RunState from, RunState to) noexcept;
-
 struct Init {
     double from_s = 0;  // master time since which the output has been silent
 };

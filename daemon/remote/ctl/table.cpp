@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cstdlib>
 
-#include "daemon/manual/manual_page.hpp"
+#include "daemon/manual/help.hpp"
 #include "daemon/manual/values.hpp"
 #include "daemon/remote/ctl/manual_sections.hpp"
 #include "daemon/remote/ctl/orders.hpp"

@@ -4,7 +4,6 @@
 
 #include "daemon/command_line/rows.hpp"
 #include "daemon/manual/help.hpp"
-#include "daemon/manual/manual_page.hpp"
 #include "daemon/manual/parser.hpp"
 #include "drivers/errors.hpp"
 #include "tests/support/paths.hpp"
