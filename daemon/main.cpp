@@ -3,7 +3,7 @@
 #include <spdlog/spdlog.h>
 
 #include "daemon/commands/table.hpp"
-#include "daemon/manual/exit_status.hpp"
+#include "daemon/manual/command.hpp"
 #include "daemon/report/printing.hpp"
 
 int main(int argc, char** argv) {

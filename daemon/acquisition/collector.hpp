@@ -15,7 +15,6 @@
 #include "daemon/acquisition/moved_targets.hpp"
 #include "daemon/acquisition/recent_frames.hpp"
 #include "daemon/acquisition/steps.hpp"
-#include "daemon/acquisition/stream_sink.hpp"
 #include "daemon/acquisition/streams.hpp"
 #include "drivers/devices.hpp"
 #include "tracking/tracker.hpp"

@@ -14,8 +14,6 @@ namespace shaker::acquisition {
 
 namespace {
 
-constexpr double allowance_s = 1;
-
 /// The elements in the part. Searches from the end, where the part of a live run is. Elements without a time
 /// (NaN) are treated like their neighbours.
 template <class T, class Time>
@@ -70,89 +68,11 @@ reduction::AccelSeries accelerations_of(const Streams& streams, const ReadPart& 
     return s;
 }
 
+}  // namespace
+
 std::size_t blocks_with(std::span<const AccelBlock> blocks, Quality flag) {
     return static_cast<std::size_t>(
         std::ranges::count_if(blocks, [&](const AccelBlock& b) { return has(b.quality, flag); }));
-}
-
-// Removing the front moves the rest, so it is done only when the rest is shorter than the front.
-template <class T>
-bool worth_dropping(const std::vector<T>& list, typename std::vector<T>::const_iterator keep) {
-    return keep - list.begin() > list.end() - keep;
-}
-template <class T>
-std::size_t drop_front(std::vector<T>& list, typename std::vector<T>::iterator keep) {
-    const auto n = keep - list.begin();
-    if (!worth_dropping<T>(list, keep)) return 0;
-    list.erase(list.begin(), keep);
-    return static_cast<std::size_t>(n);
-}
-
-void drop_blocks(Streams& streams, std::vector<AccelBlock>::iterator keep) {
-    if (!worth_dropping<AccelBlock>(streams.blocks, keep)) return;
-    const std::span<const AccelBlock> front{streams.blocks.begin(), keep};
-    streams.dropped.clipped += blocks_with(front, Quality::clipped);
-    streams.dropped.after_gap += blocks_with(front, Quality::gap);
-    streams.dropped.late += blocks_with(front, Quality::late);
-    streams.dropped.blocks += drop_front(streams.blocks, keep);
-}
-
-}  // namespace
-
-void drop_before(Streams& streams, double from_s) {
-    if (streams.played.empty()) return;
-    const double from_tick = from_s * streams.dac_rate_hz;
-    const double age_s = counted_s(streams.played.back().tick, streams.dac_rate_hz) - from_s;
-    streams.dropped.played += drop_front(
-        streams.played, std::ranges::lower_bound(streams.played, from_tick, {}, [](const PlayTime& p) {
-            return static_cast<double>(p.tick.n);
-        }));
-    const auto in_force = static_cast<std::ptrdiff_t>(in_force_at(streams.changes, from_tick));
-    streams.dropped.changes += drop_front(streams.changes, streams.changes.begin() + in_force);
-    if (!streams.blocks.empty()) {
-        // Uses the sensor's own count, because its clock may not be known.
-        const double newest = static_cast<double>(streams.blocks.back().first.n);
-        const double oldest = newest - (age_s + allowance_s) * streams.accelerometer.rate_hz;
-        drop_blocks(streams, std::ranges::lower_bound(streams.blocks, oldest, {}, [](const AccelBlock& b) {
-                        return static_cast<double>(b.first.n);
-                    }));
-    }
-    std::vector<std::size_t> dropped;  // by track; equal for the targets of a camera
-    for (TargetTrack& t : streams.tracks) {
-        dropped.push_back(drop_front(
-            t.tracks, std::ranges::lower_bound(t.tracks, from_s - allowance_s, {},
-                                               [](const tracking::Track& k) { return seconds(k.time); })));
-        t.dropped += dropped.back();
-    }
-    for (CameraStream& c : streams.cameras)
-        if (!c.view.targets.empty()) c.dropped += dropped.at(c.first_track);
-}
-
-void drop_stamps(Streams& streams) {
-    for (CameraStream& c : streams.cameras) {
-        const std::size_t n = std::min(c.dropped - c.stamps_dropped, c.untimed.size());
-        c.stamps_dropped += drop_front(c.untimed, c.untimed.begin() + static_cast<std::ptrdiff_t>(n));
-    }
-}
-
-void forget(Streams& streams) {
-    const auto drop = [](auto& list, std::size_t keep) {
-        const std::size_t n = list.size() - std::min(list.size(), keep);
-        list.erase(list.begin(), list.begin() + static_cast<std::ptrdiff_t>(n));
-        return n;
-    };
-    const double tick = streams.played.empty() ? 0 : static_cast<double>(streams.played.back().tick.n);
-    streams.dropped.changes +=
-        drop(streams.changes, streams.changes.size() - in_force_at(streams.changes, tick));
-    streams.dropped.played += drop(streams.played, 0);
-    streams.dropped.blocks += drop(streams.blocks, 0);
-    streams.dropped.clipped = streams.dropped.after_gap = streams.dropped.late = 0;
-    for (TargetTrack& t : streams.tracks) t.dropped += drop(t.tracks, 0);
-    for (CameraStream& c : streams.cameras) {
-        c.untimed.clear();
-        c.dropped = c.stamps_dropped = 0;
-    }
-    streams.timebase.begin_recording();
 }
 
 TargetTrack track_of(const View& view, const Target& target) {

@@ -1,6 +1,7 @@
 #pragma once
 // All measured data of a run, unchanged, and their conversion to the input of a reduction.
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -8,6 +9,7 @@
 #include "calibration/clocks/timebase.hpp"
 #include "daemon/reduction/measurement.hpp"
 #include "daemon/safety/trip.hpp"
+#include "drivers/data.hpp"
 #include "drivers/devices.hpp"
 #include "drivers/synthesiser.hpp"
 #include "tracking/track.hpp"
@@ -98,6 +100,9 @@ void scale(tracking::Track& track, const View& view, const Target& target);
 /// stamps. Adds a note for a camera whose stamps jumped.
 void settle_times(Streams& streams, std::vector<std::string>& notes);
 
+/// Number of blocks of this quality.
+std::size_t blocks_with(std::span<const AccelBlock> blocks, Quality flag);
+
 /// Notes on the data for the operator: clipped and late blocks, blocks after a gap, lost data, with removed
 /// blocks. One sentence each.
 std::vector<std::string> notes_on(const Streams& streams);
@@ -116,5 +121,35 @@ ReadPart part_read(const Streams& streams, double frequency_hz, double from_s, d
 /// cost does not grow with the length of the streams.
 reduction::Measurement measurement_of(const Streams& streams, double frequency_hz, double from_s,
                                       double to_s);
+
+/// The receiver of a run's streams: a recording, or a test.
+/// Receives each piece of data once, in the order in which the collector gathers it. All calls come from the
+/// reduction thread and must not wait for a disk when the run is live.
+class StreamSink {
+public:
+    StreamSink() = default;
+    StreamSink(const StreamSink&) = delete;
+    StreamSink& operator=(const StreamSink&) = delete;
+    virtual ~StreamSink() = default;
+    virtual void add(const PlayTime& played) = 0;
+    virtual void add(const DriveChange& change) = 0;
+    virtual void add(const AccelBlock& block) = 0;
+    /// A frame and the positions of its targets. `time`: the final mid-exposure time of a frame that does not
+    /// carry one; empty while it may still change.
+    virtual void add(std::size_t camera, const Frame& frame, std::span<const tracking::Track> tracks,
+                     const std::optional<MasterTime>& time) = 0;
+};
+
+/// Bytes that a measurement of this length (s) takes with its reduction, which copies the streams.
+double memory_of(const Rig& rig, double measured_s);
+/// InputError when a measurement of this length (s) does not fit into the available memory, with the longest
+/// one that does. A system that does not report its memory allows all.
+void require_memory(const Rig& rig, double measured_s);
+
+/// Hands the streams of a finished run to the thread that completes its recording.
+/// Moves all gathered data out of `streams` without copying; an hour of streams is a gigabyte. `streams`
+/// keeps copies of the data since master time `keep_from_s`, of the drive in force at that time and of all
+/// trips, and the time base of the bench. The result has the time base of its own stamps.
+Streams hand_over(Streams& streams, double keep_from_s);
 
 }  // namespace shaker::acquisition

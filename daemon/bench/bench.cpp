@@ -1,6 +1,7 @@
 #include "daemon/bench/bench.hpp"
 
 #include <spdlog/fmt/fmt.h>
+#include <toml++/toml.h>
 
 #include <cerrno>
 #include <cmath>
@@ -9,11 +10,12 @@
 #include <iterator>
 #include <numbers>
 #include <optional>
+#include <set>
+#include <sstream>
 #include <utility>
 
 #include "calibration/accelerometer/calibrated_accelerometer.hpp"
 #include "calibration/camera/camera_file.hpp"
-#include "daemon/bench/changed_settings.hpp"
 #include "drivers/commissioned/record.hpp"
 #include "drivers/errors.hpp"
 #include "drivers/hardware/hardware_rig.hpp"
@@ -157,6 +159,13 @@ Bench open_file(const std::filesystem::path& file) {
     return open;
 }
 
+std::string text_of(const toml::node& node) {
+    std::ostringstream out;
+    out.imbue(std::locale::classic());
+    node.visit([&](const auto& value) { out << value; });
+    return out.str();
+}
+
 }  // namespace
 
 NewLimits limits_now(const Bench& bench, const std::string& name, const std::filesystem::path& scene) {
@@ -182,6 +191,19 @@ Bench open_bench(const std::string& name, const std::filesystem::path& scene, si
         throw InputError{"--scene \"" + scene.string() +
                          "\": only the simulated bench (--rig sim:) has a scene"};
     return open_file(name);
+}
+
+std::vector<std::string> changed_settings(std::string_view before, std::string_view after) try {
+    const toml::table then = toml::parse(before), now = toml::parse(after);
+    std::set<std::string> changed;
+    for (const auto& [from, to] : {std::pair{&then, &now}, {&now, &then}})
+        for (const auto& [key, node] : *from) {
+            const toml::node* other = to->get(key);
+            if (other == nullptr || text_of(node) != text_of(*other)) changed.emplace(key.str());
+        }
+    return {changed.begin(), changed.end()};
+} catch (const toml::parse_error& e) {
+    throw InputError{std::string{e.description()}};
 }
 
 }  // namespace shaker::bench

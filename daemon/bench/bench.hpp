@@ -5,6 +5,7 @@
 #include <functional>
 #include <memory>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "daemon/safety/limits.hpp"
@@ -47,5 +48,9 @@ struct NewLimits {
 /// Reads the file again; the devices are not touched. InputError for its content, and for a rig file that the
 /// record of the commissioning does not cover.
 NewLimits limits_now(const Bench& bench, const std::string& name, const std::filesystem::path& scene);
+
+/// Keys and tables of the top level that the texts do not both have with the same values, sorted. InputError
+/// for a text that is not TOML.
+std::vector<std::string> changed_settings(std::string_view before, std::string_view after);
 
 }  // namespace shaker::bench

@@ -9,7 +9,7 @@
 #include <system_error>
 #include <utility>
 
-#include "daemon/recording/folder_lock.hpp"
+#include "daemon/recording/folder.hpp"
 #include "daemon/recording/time_text.hpp"
 #include "drivers/errors.hpp"
 #include "drivers/recorded/h5/disk_file.hpp"

@@ -7,7 +7,7 @@
 #include <utility>
 
 #include "daemon/campaign/combined_passes.hpp"
-#include "daemon/recording/replayed_streams.hpp"
+#include "daemon/recording/replay.hpp"
 #include "daemon/recording/tables/measured_tables.hpp"
 #include "daemon/recording/tables/places.hpp"
 

@@ -7,7 +7,7 @@
 
 #include "daemon/catalogue/row_text.hpp"
 #include "daemon/recording/tables/places.hpp"
-#include "daemon/recording/tables/process_table.hpp"
+#include "daemon/recording/tables/run_tables.hpp"
 #include "daemon/recording/tables/trip_table.hpp"
 #include "daemon/recording/time_text.hpp"
 #include "drivers/errors.hpp"

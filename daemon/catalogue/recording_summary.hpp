@@ -3,7 +3,7 @@
 #include <string>
 #include <vector>
 
-#include "daemon/catalogue/result_row.hpp"
+#include "daemon/catalogue/results_table.hpp"
 #include "drivers/recorded/recording_file.hpp"
 
 namespace shaker::catalogue {

@@ -1,10 +1,11 @@
 #pragma once
-// Rows of the table of results as JSON (SI units in the keys, null: not known) and as CSV.
+// Rows of the table of results as JSON (SI units in the keys, null: not known) and as CSV; the lists of
+// recordings and campaigns as JSON.
 #include <nlohmann/json_fwd.hpp>
 #include <span>
 #include <string>
 
-#include "daemon/catalogue/result_row.hpp"
+#include "daemon/catalogue/catalogue.hpp"
 #include "daemon/catalogue/results_table.hpp"
 
 namespace shaker::catalogue {
@@ -26,5 +27,10 @@ nlohmann::json number_json(double x);
 std::string results_json(std::span<const NumberedRow> rows);
 /// A heading `name [unit]` per column, then a line per row with 17 significant digits.
 std::string results_csv(std::span<const NumberedRow> rows);
+
+/// {"recordings":[{"name":...,"bytes":...,"changed":...,"title":...,"outcome":...,"set_points":[...],...}]}.
+/// Members of a recording that was not read yet are null; "trouble" has the reason when it cannot be read.
+/// "campaigns" is the list of their folders.
+std::string list_json(std::span<const ListedRecording> recordings, std::span<const ListedCampaign> campaigns);
 
 }  // namespace shaker::catalogue

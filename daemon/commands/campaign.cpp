@@ -19,7 +19,7 @@
 #include "daemon/commands/recover.hpp"
 #include "daemon/commands/run.hpp"
 #include "daemon/commands/table.hpp"
-#include "daemon/manual/shared_arguments.hpp"
+#include "daemon/manual/values.hpp"
 #include "daemon/report/printing.hpp"
 #include "daemon/run/run_setup.hpp"
 #include "daemon/run/stop_signals.hpp"

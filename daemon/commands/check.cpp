@@ -8,7 +8,7 @@
 
 #include "daemon/commands/table.hpp"
 #include "daemon/commissioning/commission.hpp"
-#include "daemon/manual/shared_arguments.hpp"
+#include "daemon/manual/values.hpp"
 #include "daemon/report/printing.hpp"
 #include "daemon/run/runner.hpp"
 #include "daemon/run/stop_signals.hpp"

@@ -3,7 +3,7 @@
 #include <nlohmann/json.hpp>
 
 #include "daemon/commands/table.hpp"
-#include "daemon/manual/shared_arguments.hpp"
+#include "daemon/manual/values.hpp"
 #include "daemon/report/printing.hpp"
 #include "drivers/hardware/kinds.hpp"
 

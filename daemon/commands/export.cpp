@@ -12,7 +12,7 @@
 #include "daemon/commands/table.hpp"
 #include "daemon/export/files.hpp"
 #include "daemon/export/tables.hpp"
-#include "daemon/manual/shared_arguments.hpp"
+#include "daemon/manual/values.hpp"
 #include "daemon/recording/tables/places.hpp"
 #include "daemon/report/printing.hpp"
 #include "daemon/sandbox/confined.hpp"

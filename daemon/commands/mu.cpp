@@ -7,7 +7,7 @@
 #include "daemon/campaign/campaign_folder.hpp"
 #include "daemon/campaign/law_points.hpp"
 #include "daemon/commands/table.hpp"
-#include "daemon/manual/shared_arguments.hpp"
+#include "daemon/manual/values.hpp"
 #include "daemon/report/printing.hpp"
 #include "drivers/errors.hpp"
 

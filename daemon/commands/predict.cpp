@@ -5,7 +5,7 @@
 #include <string>
 
 #include "daemon/commands/table.hpp"
-#include "daemon/manual/shared_arguments.hpp"
+#include "daemon/manual/values.hpp"
 #include "drivers/errors.hpp"
 #include "drivers/quantity.hpp"
 #include "drivers/walker/friction.hpp"

@@ -9,7 +9,7 @@
 #include "daemon/acquisition/collector.hpp"
 #include "daemon/bench/region_camera.hpp"
 #include "daemon/commands/table.hpp"
-#include "daemon/manual/shared_arguments.hpp"
+#include "daemon/manual/values.hpp"
 #include "daemon/recording/recorder.hpp"
 #include "daemon/recording/tables/places.hpp"
 #include "daemon/report/printing.hpp"

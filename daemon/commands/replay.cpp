@@ -9,15 +9,13 @@
 #include <iterator>
 
 #include "daemon/commands/table.hpp"
-#include "daemon/manual/shared_arguments.hpp"
-#include "daemon/recording/replay_overrides.hpp"
-#include "daemon/recording/replayed_streams.hpp"
+#include "daemon/manual/values.hpp"
+#include "daemon/recording/replay.hpp"
 #include "daemon/recording/tables/differences.hpp"
 #include "daemon/recording/tables/measured_tables.hpp"
 #include "daemon/recording/tables/places.hpp"
-#include "daemon/recording/tables/process_table.hpp"
 #include "daemon/recording/tables/reduction_tables.hpp"
-#include "daemon/recording/tables/track_changes.hpp"
+#include "daemon/recording/tables/run_tables.hpp"
 #include "daemon/recording/tables/track_table.hpp"
 #include "daemon/recording/tables/trip_table.hpp"
 #include "daemon/report/results.hpp"

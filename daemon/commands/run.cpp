@@ -9,8 +9,7 @@
 #include <numbers>
 
 #include "daemon/commands/table.hpp"
-#include "daemon/manual/shared_arguments.hpp"
-#include "daemon/report/difference.hpp"
+#include "daemon/manual/values.hpp"
 #include "daemon/report/printing.hpp"
 #include "daemon/report/results.hpp"
 #include "daemon/run/runner.hpp"

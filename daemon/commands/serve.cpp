@@ -9,7 +9,7 @@
 #include "daemon/catalogue/catalogue.hpp"
 #include "daemon/commands/serve_settings.hpp"
 #include "daemon/commands/table.hpp"
-#include "daemon/manual/shared_arguments.hpp"
+#include "daemon/manual/values.hpp"
 #include "daemon/remote/server.hpp"
 #include "daemon/run/runner.hpp"
 #include "daemon/service/bench_service.hpp"

@@ -4,7 +4,7 @@
 #include <cstdio>
 
 #include "daemon/commands/calibrate/calibrate.hpp"
-#include "daemon/manual/manual_page.hpp"
+#include "daemon/manual/help.hpp"
 #include "daemon/manual/parser.hpp"
 
 namespace shaker::commands {

@@ -12,7 +12,7 @@
 
 #include "daemon/acquisition/collector.hpp"
 #include "daemon/commands/table.hpp"
-#include "daemon/manual/shared_arguments.hpp"
+#include "daemon/manual/values.hpp"
 #include "daemon/report/printing.hpp"
 #include "daemon/sandbox/new_files.hpp"
 #include "daemon/sandbox/session_rights.hpp"

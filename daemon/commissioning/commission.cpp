@@ -5,22 +5,169 @@
 
 #include <array>
 #include <cmath>
+#include <cstdint>
+#include <filesystem>
+#include <istream>
 #include <numbers>
+#include <string>
+#include <utility>
+#include <vector>
 
-#include "daemon/commissioning/doors.hpp"
-#include "daemon/commissioning/results.hpp"
 #include "daemon/commissioning/session.hpp"
-#include "daemon/commissioning/switches.hpp"
 #include "daemon/recording/time_text.hpp"
 #include "drivers/commissioned/record.hpp"
+#include "drivers/drive.hpp"
 #include "drivers/errors.hpp"
 
+#include <boost/asio/connect.hpp>
+#include <boost/asio/io_context.hpp>
+#include <boost/asio/ip/tcp.hpp>
+#include <boost/asio/local/stream_protocol.hpp>
+#include <boost/asio/read_until.hpp>
+#include <boost/asio/streambuf.hpp>
+#include <boost/asio/write.hpp>
+
 namespace shaker::commissioning {
+
+namespace asio = boost::asio;
 
 namespace {
 
 using commissioned::Item;
 using safety::Cause;
+
+// Results of the tests so far, and the operator to whom they are shown.
+class Results {
+public:
+    /// person: outlives this object. before: results that the operator has seen.
+    Results(const Operator& person, std::vector<Item> before) : person_{person}, items_{std::move(before)} {}
+
+    void add(const std::string& name, const std::string& result);
+    /// Adds a stop by `what`. DeviceError when it took too long.
+    void add_stop(const std::string& name, const std::string& what, const SeenStop& stop,
+                  const std::string& more = {});
+    /// Asks the operator and adds the confirmation. False, with the reason shown, when it is denied.
+    bool agreed(const std::string& name, const std::string& question);
+    void show(const std::string& text) const { person_.show(text); }
+    [[nodiscard]] const std::vector<Item>& items() const noexcept { return items_; }
+
+private:
+    const Operator& person_;
+    std::vector<Item> items_;
+};
+
+constexpr double longest_stop_s = 1;
+
+void Results::add(const std::string& name, const std::string& result) {
+    person_.show(fmt::format("ok   {}: {}\n", name, result));
+    items_.push_back({name, result});
+}
+
+void Results::add_stop(const std::string& name, const std::string& what, const SeenStop& stop,
+                       const std::string& more) {
+    const std::string seen = fmt::format("stopped {:.0f} ms after {}, ramp of {:.1f} ms", 1e3 * stop.after_s,
+                                         what, 1e3 * stop.ramp_s);
+    if (stop.after_s > longest_stop_s) throw DeviceError{name + ": " + seen};
+    add(name, seen + more);
+}
+
+bool Results::agreed(const std::string& name, const std::string& question) {
+    const std::string answer = person_.ask(question + " [y/n] ");
+    person_.rethrow();
+    if (answer == "y") {
+        add(name, "confirmed by the operator");
+        return true;
+    }
+    person_.show(fmt::format("BAD  {}: not confirmed; no record was written\n", name));
+    return false;
+}
+
+// The operator confirms that the amplifier is off at rest, switches on before the drive and off after it.
+// False when the operator denies it; true without a test when the rig has no enable output. Leaves the bench
+// idle.
+bool enable_output(Session& session, const Drive& drive, Results& results) {
+    const Rig& rig = session.bench().rig;
+    if (rig.dac->info().enable_before_s <= 0) return true;
+    if (!results.agreed("enable output, at rest",
+                        "The drive is off, and so is the enable output. Is the amplifier switched off?"))
+        return false;
+    results.show("Watch the amplifier: the drive starts now and stops after some seconds.\n");
+    session.drive(drive);
+    session.end();
+    return results.agreed("enable output, with the drive",
+                          "The drive has stopped. Did the amplifier switch on before the base moved, and off "
+                          "after the base came to rest?");
+}
+
+// The operator opens the contact while the bench drives. The stop is timed from the reading of the open
+// contact. Checks that a clear is refused while the contact is open and that closing it clears nothing.
+// DeviceError otherwise. Without a test when the rig has no abort input. Leaves the bench idle.
+void abort_input(Session& session, const Drive& drive, Results& results) {
+    if (!session.bench().rig.abort_input) return;
+    const std::string name = "abort input";
+    session.drive(drive);
+    const SeenStop stop = session.stopped_by_contact([&] {
+        results.show(
+            "The drive is on. Open the contact of the abort input within a minute, and keep it open.\n");
+    });
+    if (stop.trip.cause != Cause::abort_input)
+        throw DeviceError{name + ": the drive stopped for another cause: " + text(stop.trip)};
+    const std::string refused = session.refused_clear();
+    if (!session.contact_open())
+        throw DeviceError{name +
+                          ": the contact closed before a clear was tried; commission the bench again and "
+                          "keep the contact open"};
+    if (refused.empty()) throw DeviceError{name + ": a clear was accepted while the contact was open"};
+    results.show("Close the contact within a minute.\n");
+    if (!session.stays_tripped_when_closed())
+        throw DeviceError{name + ": the trip was cleared by the contact that closed"};
+    results.add_stop(name, "the contact opened", stop, "; a clear was refused: " + refused);
+    session.clear();
+}
+
+// The first line of the answer.
+template <class Socket>
+std::string ask(Socket& socket, const std::string& request) {
+    asio::write(socket, asio::buffer(request));
+    asio::streambuf answer;
+    asio::read_until(socket, answer, '\n');
+    std::istream in{&answer};
+    std::string line;
+    std::getline(in, line);
+    return line;
+}
+
+void require(const std::string& answer, const std::string& wanted) {
+    if (answer.find(wanted) == std::string::npos)
+        throw DeviceError{"an abort was answered by \"" + answer + "\", not by " + wanted};
+}
+
+asio::ip::tcp::socket connected(asio::io_context& io, int port) {
+    asio::ip::tcp::socket socket{io};
+    socket.connect({asio::ip::address_v4::loopback(), static_cast<std::uint16_t>(port)});
+    return socket;
+}
+
+// Each function aborts over a new connection to this computer and returns when the daemon has acknowledged
+// that the output obeys. DeviceError when it does not.
+void abort_by_scpi(int port) {
+    asio::io_context io;
+    asio::ip::tcp::socket socket = connected(io, port);
+    require(ask(socket, "ABOR?\n"), "1");
+}
+
+void abort_by_socket(const std::filesystem::path& path) {
+    asio::io_context io;
+    asio::local::stream_protocol::socket socket{io};
+    socket.connect(asio::local::stream_protocol::endpoint{path.string()});
+    require(ask(socket, "ABOR?\n"), "1");
+}
+
+void abort_by_http(int port) {
+    asio::io_context io;
+    asio::ip::tcp::socket socket = connected(io, port);
+    require(ask(socket, "POST /api/abort HTTP/1.1\r\nHost: localhost\r\nContent-Length: 0\r\n\r\n"), "200");
+}
 
 // The friction of the walker changes the load and adds harmonics to the peak of the drive.
 constexpr double step_tolerance = 0.2;

@@ -1,13 +1,97 @@
 #include "daemon/control/period_windows.hpp"
 
 #include <algorithm>
+#include <cmath>
+#include <numbers>
 
 #include "drivers/ticks.hpp"
 
 namespace shaker::control {
 
 namespace {
+
+constexpr std::size_t kept = 512;
+
+// Integral of the ramp's weight (raised cosine, 0 before, 1 after) from its start to `t`; `length` in s.
+double risen(double t, double length) {
+    if (t <= 0) return 0;
+    if (t >= length) return t - 0.5 * length;
+    return 0.5 * t - 0.5 * length / std::numbers::pi * std::sin(std::numbers::pi * t / length);
+}
+
 constexpr double most_samples = 1.2;  // times the nominal number of samples per window
+
+}  // namespace
+
+DriveHistory::DriveHistory(double rate_hz, double frequency) : rate_hz_{rate_hz} {
+    changes_.push_back({.volts = {}, .frequency = frequency});
+}
+
+void DriveHistory::add(const DriveChange& change) {
+    if (change.taken_back > 0)
+        while (changes_.size() > 1 && changes_.back().begin_s >= counted_s(change.first, rate_hz_))
+            changes_.pop_back();
+    const Change before = changes_.back();
+    Change c{.volts = change.command.volts,
+             .frequency = change.command.frequency,
+             .sequence = change.command.sequence,
+             .begin_s = counted_s(change.first, rate_hz_),
+             .end_s = counted_s(DacTick{change.first.n + change.ramp}, rate_hz_)};
+    if (change.stop > 0) {  // the phase continues during the stop
+        c.volts = {};
+        c.frequency = before.frequency;
+        c.end_s = counted_s(DacTick{change.first.n + change.stop}, rate_hz_);
+        c.begin_turns = turns(c.begin_s);
+        c.end_turns = turns(c.end_s);
+        append(c);
+        return;
+    }
+    // A change begins at the first sample of a turn; its phase is the fraction of the turn at that
+    // sample.
+    const double expected = turns(c.begin_s);
+    const double part = static_cast<double>(static_cast<long double>(change.phase) * 0x1p-128L);
+    c.begin_turns = std::round(expected - part) + part;
+    const double length = c.end_s - c.begin_s, step = c.frequency - before.frequency;
+    // Each sample uses the step at its beginning: half a step of the rise less than the integral.
+    c.end_turns = c.begin_turns + before.frequency * length + step * risen(length, length) -
+                  (length > 0 ? 0.5 * step / rate_hz_ : 0);
+    append(c);
+}
+
+void DriveHistory::append(const Change& c) {
+    changes_.push_back(c);
+    if (changes_.size() > kept) changes_.pop_front();
+}
+
+double DriveHistory::turns(double at_s) const {
+    auto c = changes_.rbegin();
+    while (std::next(c) != changes_.rend() && at_s < c->begin_s) ++c;
+    if (at_s >= c->end_s || std::next(c) == changes_.rend())
+        return c->end_turns + c->frequency * (at_s - c->end_s);
+    const Change& before = *std::next(c);
+    const double t = at_s - c->begin_s;
+    return c->begin_turns + before.frequency * t +
+           (c->frequency - before.frequency) * risen(t, c->end_s - c->begin_s);
+}
+
+Harmonics<Voltage> DriveHistory::mean(double from_s, double to_s) const {
+    Harmonics<Voltage> sum = changes_.front().volts;
+    for (std::size_t i = 1; i < changes_.size(); ++i) {
+        const Change& c = changes_[i];
+        if (c.begin_s >= to_s) break;
+        const double length = c.end_s - c.begin_s;
+        const double weight =
+            (risen(to_s - c.begin_s, length) - risen(from_s - c.begin_s, length)) / (to_s - from_s);
+        for (std::size_t q = 0; q < max_harmonics; ++q)
+            sum.a[q] += weight * (c.volts.a[q] - changes_[i - 1].volts.a[q]);
+    }
+    return sum;
+}
+
+bool DriveHistory::steady(double from_s, double to_s) const {
+    const double sample = 1 / rate_hz_;  // resolution of the times of samples
+    return std::ranges::none_of(
+        changes_, [&](const Change& c) { return c.begin_s < to_s - sample && c.end_s > from_s + sample; });
 }
 
 PeriodWindows::PeriodWindows(double dac_rate_hz, const AccelerometerInfo& accelerometer, double frequency,

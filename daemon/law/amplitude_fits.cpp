@@ -5,8 +5,8 @@
 #include <cmath>
 #include <numbers>
 
-#include "daemon/law/groups.hpp"
 #include "daemon/law/phase_fits.hpp"
+#include "daemon/law/point.hpp"
 #include "daemon/law/pushed_walker.hpp"
 #include "drivers/trig_polynomial.hpp"
 

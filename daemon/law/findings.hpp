@@ -1,14 +1,66 @@
 #pragma once
-// All fits of one or several campaigns, as text and as JSON.
+// All fits of one or several campaigns, as text and as JSON; error budgets of mu, and v_D on the asked drive.
 #include <span>
 #include <string>
 #include <vector>
 
-#include "daemon/law/asked_drive.hpp"
-#include "daemon/law/budget.hpp"
+#include "daemon/law/coulomb_fit.hpp"
 #include "daemon/law/phase_fits.hpp"
+#include "daemon/law/slope_mu.hpp"
 
 namespace shaker::law {
+
+/// Standard uncertainties of the inputs that no scatter shows. The defaults are estimates for a bench as in
+/// WIRING.md, not measurements: replace them by those of the bench's calibration.
+struct InputErrors {
+    double gain =
+        1e-3;  // accelerometer's scale along the axis, relative: tumble calibration of a MEMS sensor
+    double scale = 5e-4;    // camera's scale, relative: a printed board
+    double tilt = 5e-4;     // rad, where the tilt is not fitted: a machinist's level
+    double clock = 2e-5;    // rate of master time, relative: a quartz
+    double gravity = 2e-4;  // local g, relative: 9.8 m/s^2 from latitude and height to 2 mm/s^2
+};
+
+struct Share {
+    std::string source;  // statistics, gain, scale, tilt, harmonics, clock, local g
+    double share = 0;    // relative standard uncertainty of mu by this source
+    std::string input;   // uncertainty behind it, for people
+};
+
+struct Budget {
+    std::string of;               // name of the fit
+    std::vector<Share> shares{};  // largest first
+    double value = NAN;           // mu
+    double total = 0;             // root of the sum of squares, relative
+};
+
+/// mu_ac: by the weights of the fit. statistics: errors of v_D. harmonics: errors of the measured harmonics
+/// and of the push. tilt: what the fitted tilt adds, or tilt's own error where it is not fitted. An error of
+/// the clock acts on v_D and on the frequency.
+Budget coulomb_budget(std::span<const Point> points, const CoulombFit& fit, const InputErrors& errors);
+/// mu_k = a/g of slips: proportional to the camera's scale, to 1/T^2 and to 1/g; free of the accelerometer.
+Budget slope_budget(const SlopeFit& fit, const InputErrors& errors);
+/// mu_ns: proportional to gamma/g at given nulls; free of the camera's scale and of the clock. nulls: those
+/// of the fit.
+Budget no_stick_budget(const Fit& fit, std::span<const Fit> nulls, const InputErrors& errors);
+
+/// v_D on the asked drive: the measured v_D, corrected by the law for what the base did else.
+/// v_D = measured + law(asked, level, no push) - law(measured base, with all harmonics, push and tilt). It
+/// stands beside the plain value, never instead; no fit and no guard uses it.
+struct AskedDrive {
+    calibration::Estimate v_D{};  // m/s; NaN: not given
+    double correction = NAN;      // m/s, also when it is refused
+    double model_error = NAN;     // part of v_D's error: of the law by mu, tilt and measured harmonics, m/s
+    std::string reason{};         // not given; empty when given
+};
+
+/// Largest correction, as a share of gamma/omega, and largest distance of the measured v_D from the law at
+/// the measured base, in errors of both.
+inline constexpr double largest_correction = 0.05, farthest_from_law = 4;
+
+/// Not given where mu is not known, where the correction is larger than 5 % of gamma/omega, or where the law
+/// misses the measured v_D by more than four errors. at: of the point, from the fit.
+AskedDrive on_asked_drive(const Point& point, const LawPoint& at, const CoulombFit& fit);
 
 struct Findings {
     std::vector<Point> points;

@@ -30,8 +30,4 @@ struct Covariance {
     std::vector<double> values;
 };
 
-/// "chi^2 is 25 times its degrees of freedom: WHAT" when chi^2 exceeds its expectation by more than five of
-/// its own standard deviations; empty otherwise.
-std::string misfit(double chi2, int freedom, const std::string& what);
-
 }  // namespace shaker::law

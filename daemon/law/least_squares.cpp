@@ -1,8 +1,15 @@
 #include "daemon/law/least_squares.hpp"
 
+#include <spdlog/fmt/fmt.h>
+
 #include <Eigen/QR>
 
 namespace shaker::law {
+
+std::string misfit(double chi2, int freedom, const std::string& what) {
+    if (freedom < 1 || !(chi2 > freedom + 5 * std::sqrt(2.0 * freedom))) return {};
+    return fmt::format("chi^2 is {:.3g} times its degrees of freedom: {}", chi2 / freedom, what);
+}
 
 Linear least_squares(const Eigen::MatrixXd& A, const Eigen::VectorXd& y, const Eigen::VectorXd& sigma,
                      Weights weights) {

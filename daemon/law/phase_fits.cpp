@@ -8,8 +8,8 @@
 #include <numbers>
 #include <optional>
 
-#include "daemon/law/groups.hpp"
 #include "daemon/law/least_squares.hpp"
+#include "daemon/law/point.hpp"
 
 namespace shaker::law {
 

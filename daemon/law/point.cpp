@@ -1,6 +1,37 @@
 #include "daemon/law/point.hpp"
 
+#include <spdlog/fmt/fmt.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "daemon/law/phase_fits.hpp"
+
 namespace shaker::law {
+
+namespace {
+
+using std::numbers::pi;
+
+// Biharmonic at rho = 1/2, at the frequency with most of these points.
+std::vector<const Point*> as_in_the_paper(std::span<const Point> points) {
+    std::map<double, std::vector<const Point*>> at;
+    for (const Point& p : points)
+        if (p.asked.biharmonic() && p.asked.rho == 0.5) at[p.asked.frequency].push_back(&p);
+    if (at.empty()) return {};
+    return std::ranges::max_element(at, {}, [](const auto& f) { return f.second.size(); })->second;
+}
+
+double rounded(double x) { return std::round(x * 1e9) / 1e9; }
+
+// phi modulo pi, in [0, pi), and whether it was folded an odd number of times.
+std::pair<double, bool> folded(double phi) {
+    const double turns = std::floor(phi / pi);
+    return {phi - turns * pi, static_cast<long>(turns) % 2 != 0};
+}
+
+}  // namespace
 
 Point point_of(const reduction::Reduction& result, const Drive& asked) {
     Point p;
@@ -20,5 +51,30 @@ Point point_of(const reduction::Reduction& result, const Drive& asked) {
     }
     return p;
 }
+
+std::map<double, std::vector<Folded>> by_gamma(std::span<const Point> points) {
+    std::map<double, std::vector<Folded>> groups;
+    for (const Point* p : as_in_the_paper(points)) {
+        const auto [x, mirrored] = folded(p->phi.value);
+        groups[rounded(p->asked.gamma)].push_back(
+            {p, x, mirrored ? -p->v_D.value : p->v_D.value, p->v_D.sigma, phi_error(*p)});
+    }
+    for (auto& [gamma, group] : groups) std::ranges::sort(group, {}, &Folded::x);
+    return groups;
+}
+
+std::map<double, std::vector<Folded>> by_phi(std::span<const Point> points) {
+    std::map<double, std::vector<Folded>> groups;
+    for (const Point* p : as_in_the_paper(points)) {
+        auto [x, mirrored] = folded(p->asked.phi);
+        if (pi - x < 1e-6) x -= pi, mirrored = !mirrored;  // 180 deg is 0
+        groups[std::abs(std::round(x * 1e6) / 1e6)].push_back(
+            {p, p->gamma.value, mirrored ? -p->v_D.value : p->v_D.value, p->v_D.sigma, p->gamma.sigma});
+    }
+    for (auto& [phi, group] : groups) std::ranges::sort(group, {}, &Folded::x);
+    return groups;
+}
+
+std::string in_g(double gamma) { return fmt::format("{:.4g} g", gamma / paper_g); }
 
 }  // namespace shaker::law

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "daemon/on_call/way_back.hpp"
-#include "daemon/run/task.hpp"
+#include "daemon/run/sequence.hpp"
 #include "daemon/run/walk_prediction.hpp"
 #include "daemon/run/walker_monitor.hpp"
 #include "drivers/drive.hpp"

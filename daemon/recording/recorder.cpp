@@ -6,9 +6,9 @@
 #include <cmath>
 #include <utility>
 
-#include "daemon/recording/disk_space.hpp"
-#include "daemon/recording/tables/process_table.hpp"
+#include "daemon/recording/folder.hpp"
 #include "daemon/recording/tables/reduction_tables.hpp"
+#include "daemon/recording/tables/run_tables.hpp"
 #include "daemon/recording/tables/track_table.hpp"
 #include "daemon/recording/time_text.hpp"
 #include "drivers/errors.hpp"

@@ -11,7 +11,7 @@
 #include <variant>
 #include <vector>
 
-#include "daemon/acquisition/stream_sink.hpp"
+#include "daemon/acquisition/streams.hpp"
 #include "daemon/recording/journal.hpp"
 #include "daemon/recording/recorded_parts.hpp"
 #include "daemon/recording/tables/measured_tables.hpp"

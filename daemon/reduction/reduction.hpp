@@ -7,8 +7,7 @@
 
 #include "calibration/accelerometer/transverse.hpp"
 #include "calibration/estimate.hpp"
-#include "daemon/reduction/check/gain_ratio.hpp"
-#include "daemon/reduction/check/tilt.hpp"
+#include "daemon/reduction/check/bench_check.hpp"
 #include "daemon/reduction/measurement.hpp"
 
 namespace shaker::reduction {

@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "calibration/estimate.hpp"
 #include "daemon/recording/tables/trip_table.hpp"
 #include "daemon/reduction/reduction.hpp"
 #include "drivers/device_report.hpp"
@@ -34,5 +35,9 @@ std::string no_stick_text(double shortest_visible);
 
 /// "14.58 +- 0.03": the error determines the number of digits.
 std::string with_error(double value, double sigma);
+
+/// "+3.012 um/s = +0.020 %": measured minus expected, both given in m/s. The share is left out where the
+/// expected value is not larger than the measured one's error, 0 for example: it would say nothing.
+std::string speed_difference(const calibration::Estimate& measured, double expected, int digits);
 
 }  // namespace shaker::report

@@ -10,8 +10,8 @@
 
 #include "daemon/recording/tables/identification_table.hpp"
 #include "daemon/recording/tables/places.hpp"
-#include "daemon/recording/tables/process_table.hpp"
-#include "daemon/recording/tables/truth_table.hpp"
+#include "daemon/recording/tables/run_tables.hpp"
+#include "daemon/recording/tables/track_table.hpp"
 #include "drivers/errors.hpp"
 #include "drivers/ticks.hpp"
 

@@ -1,8 +1,5 @@
 #include "daemon/run/recording_monitor.hpp"
 
-#include <boost/uuid/random_generator.hpp>
-#include <boost/uuid/uuid_io.hpp>
-
 #include "drivers/ticks.hpp"
 
 namespace shaker::run {
@@ -48,7 +45,5 @@ void RecordingMonitor::omit_before(const Sequence& sequence) {
     omitted_ = static_cast<int>(finished_);
     notes_ = sequence.notes().size();
 }
-
-std::string new_identifier() { return to_string(boost::uuids::random_generator{}()); }
 
 }  // namespace shaker::run

@@ -1,6 +1,5 @@
 #pragma once
 // Writes states and events of a run to its recording, and stops the run when the recording fails.
-#include <string>
 
 #include "daemon/recording/recorder.hpp"
 #include "daemon/run/sequence.hpp"
@@ -26,8 +25,5 @@ private:
     recording::MeasuredPart measured_;
     double well_s_ = 0;  // master time of the last update without trouble
 };
-
-/// A new UUID.
-std::string new_identifier();
 
 }  // namespace shaker::run

@@ -7,8 +7,8 @@
 #include <iterator>
 #include <utility>
 
-#include "daemon/acquisition/hand_over.hpp"
 #include "daemon/acquisition/run_loops.hpp"
+#include "daemon/acquisition/streams.hpp"
 #include "daemon/report/results.hpp"
 #include "daemon/run/run_setup.hpp"
 #include "drivers/errors.hpp"
@@ -17,7 +17,6 @@ namespace shaker::run {
 
 namespace {
 
-constexpr double kept_s = 12;  // streams kept for the guards and for a stop just after the recording
 constexpr std::chrono::milliseconds space_every{500};
 
 std::string stem_now() {
@@ -280,7 +279,7 @@ void Recordings::finish(const Sequence& sequence) {
     }
     // Copying an hour of streams would block this thread too long, so the streams are moved.
     const double keep_from_s =
-        std::min(sequence.now_s() - kept_s, sequence.measuring() ? sequence.from_s() - 1 : INFINITY);
+        std::min(sequence.now_s() - kept_streams_s, sequence.measuring() ? sequence.from_s() - 1 : INFINITY);
     run.streams = !settings_.on_call || on()
                       ? hand_over(collector_.streams(), settings_.on_call ? keep_from_s : INFINITY)
                       : collector_.streams();

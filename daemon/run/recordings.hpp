@@ -16,8 +16,7 @@
 
 #include "daemon/acquisition/collector.hpp"
 #include "daemon/bench/bench.hpp"
-#include "daemon/recording/folder_lock.hpp"
-#include "daemon/recording/recorded_rate.hpp"
+#include "daemon/recording/folder.hpp"
 #include "daemon/run/ended_run.hpp"
 #include "daemon/run/recording_monitor.hpp"
 #include "daemon/run/run_settings.hpp"
@@ -25,6 +24,9 @@
 #include "drivers/device_report.hpp"
 
 namespace shaker::run {
+
+/// Streams kept for the guards, and for a stop just after a recording.
+inline constexpr double kept_streams_s = 12;
 
 struct RecordingsSettings {
     std::filesystem::path folder;  // for named recordings and for the last seconds of stopped runs

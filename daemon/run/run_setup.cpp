@@ -2,12 +2,13 @@
 
 #include <spdlog/fmt/fmt.h>
 
+#include <boost/uuid/random_generator.hpp>
+#include <boost/uuid/uuid_io.hpp>
 #include <cmath>
 
 #include "daemon/control/harmonic_estimator.hpp"
 #include "daemon/recording/tables/places.hpp"
 #include "daemon/recording/time_text.hpp"
-#include "daemon/run/recording_monitor.hpp"
 #include "daemon/run/run_settings.hpp"
 #include "drivers/errors.hpp"
 #include "drivers/synthesiser.hpp"
@@ -29,7 +30,7 @@ recorded::RecordingHeader run_header(const bench::Bench& bench, const std::vecto
     header.accelerometer = rig.accelerometer->info();
     header.pictures = run.pictures;
     header.started = live ? recording::local_time_text() : recording::epoch_text;
-    if (live) header.identifier = new_identifier();
+    if (live) header.identifier = to_string(boost::uuids::random_generator{}());
     header.views = views;
     recording::lay_out(header, with_truth);
     return header;

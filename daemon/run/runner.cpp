@@ -7,8 +7,8 @@
 #include <iterator>
 #include <utility>
 
-#include "daemon/acquisition/paced_dac.hpp"
-#include "daemon/acquisition/stream_memory.hpp"
+#include "daemon/acquisition/executors.hpp"
+#include "daemon/acquisition/streams.hpp"
 #include "daemon/bench/region_camera.hpp"
 #include "daemon/run/run_setup.hpp"
 #include "daemon/safety/preflight.hpp"
@@ -18,8 +18,6 @@
 namespace shaker::run {
 
 namespace {
-
-constexpr double kept_s = 12;  // streams kept for a stop
 
 // Why the run has half the limits of its bench; empty: it has the full ones.
 std::string half_limits(const bench::Bench& bench, const RunOptions& run) {
@@ -134,12 +132,13 @@ void Runner::obey_stop_requests(acquisition::Channels& channels) {
 // all frames and, of a simulated walker, its whole way.
 void Runner::tidy() {
     const bool measuring = sequence_.to_s() > sequence_.from_s();
-    if (bench_.world && !recordings_.on()) bench_.world->keep_truth_for(measuring ? INFINITY : kept_s);
+    if (bench_.world && !recordings_.on())
+        bench_.world->keep_truth_for(measuring ? INFINITY : kept_streams_s);
     if (measuring) return;
     acquisition::Streams& streams = collector_.streams();
     const double f = settings_.run.drive.frequency, now_s = sequence_.now_s();
     const auto read = acquisition::part_read(streams, f, now_s, now_s + settings_.run.plan.periods / f);
-    acquisition::drop_before(streams, std::min(now_s - kept_s, read.from_s));
+    acquisition::drop_before(streams, std::min(now_s - kept_streams_s, read.from_s));
     if (!recordings_.on()) acquisition::drop_stamps(streams);
 }
 

@@ -12,7 +12,7 @@
 #include "daemon/reduction/selection.hpp"
 #include "daemon/report/results.hpp"
 #include "daemon/run/self_test.hpp"
-#include "daemon/safety/gravity.hpp"
+#include "daemon/safety/limits.hpp"
 
 namespace shaker::run {
 

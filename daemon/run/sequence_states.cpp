@@ -2,6 +2,7 @@
 #include <spdlog/fmt/fmt.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <utility>
 
@@ -10,6 +11,23 @@
 namespace shaker::run {
 
 namespace {
+
+// Whether a run in `from` may go to `to`. Any state may trip. From there idle follows, or init while the
+// self-test has not been passed.
+bool may_follow(RunState from, RunState to) noexcept {
+    using enum RunState;
+    // A loop check starts again when the DAC runs empty again.
+    constexpr std::array ways{
+        std::pair{init, self_test},   std::pair{self_test, idle},     std::pair{idle, armed},
+        std::pair{armed, idle},       std::pair{armed, identify},     std::pair{armed, ramp},
+        std::pair{identify, ramp},    std::pair{identify, ramp_down}, std::pair{ramp, run},
+        std::pair{ramp, ramp_down},   std::pair{run, ramp},           std::pair{run, ramp_down},
+        std::pair{armed, loop_check}, std::pair{loop_check, ramp},    std::pair{loop_check, ramp_down},
+        std::pair{ramp, loop_check},  std::pair{run, loop_check},     std::pair{loop_check, loop_check},
+        std::pair{ramp_down, idle},   std::pair{tripped, idle},       std::pair{tripped, init}};
+    return (to == tripped && from != tripped) || std::ranges::find(ways, std::pair{from, to}) != ways.end();
+}
+
 constexpr double accelerometer_patience_s = 8;  // longer than the time-out of its driver
 constexpr double camera_patience_s = 2;
 constexpr int check_ramp = 2;         // periods to the level of the loop check

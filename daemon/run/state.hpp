@@ -1,7 +1,11 @@
 #pragma once
-// The states of a run: what is true in each, and the allowed transitions.
+// The states of a run: what is true in each, the allowed transitions, and the data that only one state needs.
 #include <array>
+#include <cmath>
 #include <cstddef>
+#include <variant>
+
+#include "daemon/safety/loop_check.hpp"
 
 namespace shaker::run {
 
@@ -53,8 +57,45 @@ constexpr const char* name(RunState state) noexcept { return row_of(state).word;
 /// True when the shaker is driven: identify, loop_check, ramp, run, ramp_down.
 constexpr bool driving(RunState state) noexcept { return row_of(state).driving; }
 
-/// Whether a run in `from` may go to `to`. Any state may trip. From there idle follows, or init while the
-/// self-test has not been passed.
-bool may_follow(RunState from, RunState to) noexcept;
+struct Init {
+    double from_s = 0;  // master time since which the output has been silent
+};
+struct Quiet {
+    double from_s = 0;    // as of Init; windows from before it do not count
+    bool judged = false;  // the newest window was, without a finding
+};
+struct Idle {
+    bool ended = false;  // the one run is over
+};
+struct Armed {};
+struct Identify {};
+struct LoopCheck {
+    safety::LoopCheck loop;
+    bool over = false;     // all windows are taken
+    bool resumes = false;  // the DAC ran empty; the equaliser goes on where it was
+};
+struct Ramp {};
+/// The drive is kept at its target: it settles, then measurements follow.
+struct Run {
+    double from_s = 0;               // master time of the set-point
+    double kept_from_s = -INFINITY;  // master time since which the drive has been at its target
+    bool measuring = false;
+    int left = 0;  // measurements until the drive is only kept; negative: no end
+};
+struct RampDown {};
+struct Tripped {
+    enum class Phase {
+        latched,   // data from before the trip are still arriving
+        silent,    // waits for clear()
+        clearing,  // cleared; waits until the output has released its stop
+    };
+    double at_s = 0;  // master time
+    Phase phase = Phase::latched;
+};
+
+using State = std::variant<Init, Quiet, Idle, Armed, Identify, LoopCheck, Ramp, Run, RampDown, Tripped>;
+
+/// The name of a state.
+inline RunState named(const State& state) noexcept { return static_cast<RunState>(state.index()); }
 
 }  // namespace shaker::run

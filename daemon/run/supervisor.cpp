@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "daemon/safety/gravity.hpp"
+#include "daemon/safety/limits.hpp"
 
 namespace shaker::run {
 

@@ -8,7 +8,6 @@
 #include "daemon/control/period_windows.hpp"
 #include "daemon/run/state.hpp"
 #include "daemon/run/walker_monitor.hpp"
-#include "daemon/safety/clock_guard.hpp"
 #include "daemon/safety/period_guard.hpp"
 
 namespace shaker::run {

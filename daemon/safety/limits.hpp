@@ -2,6 +2,7 @@
 // Limits: warning and abort levels of the motion, ramps of the stops, times of the watchdogs.
 #include <array>
 #include <bitset>
+#include <cmath>
 #include <limits>
 #include <string>
 
@@ -126,5 +127,20 @@ Limits with_changes(Limits now, const Limits& was, const Limits& is);
 
 /// TOML from which read_limits() returns the same limits (except `detectors`).
 std::string limits_text(const Limits& limits);
+
+/// Share of the expected motion; a sensor that sees less is open.
+inline constexpr double least_seen = 0.02;
+/// Largest gain of a response over the data sheet's; the least is its inverse.
+inline constexpr double most_sheet_gain = 4;
+
+inline constexpr double most_gravity_off =
+    0.4;  // largest relative error of gravity with which a bench may drive
+
+/// True when a sensor at rest that measures `seen` has not the gain of its rig file: not the gravity of the
+/// place, m/s^2. A smaller mean is the offset of a sensor that does not measure gravity.
+inline bool gravity_wrong(double seen, double gravity) noexcept {
+    constexpr double least_gravity = 0.5;  // m/s^2
+    return seen >= least_gravity && std::abs(seen / gravity - 1) >= most_gravity_off;
+}
 
 }  // namespace shaker::safety

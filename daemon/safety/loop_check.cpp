@@ -6,20 +6,19 @@
 #include <cmath>
 
 #include "daemon/control/equaliser.hpp"
+#include "daemon/safety/limits.hpp"
 
 namespace shaker::safety {
 
 namespace {
 
-constexpr double share = 0.05;        // of the target
-constexpr double clear = 10;          // times the noise
-constexpr double most_mps2 = 0.5;     // peak; the walker begins to slip at mu g
-constexpr double free_share = 0.5;    // of the response at the highest level; below it the base sticks
-constexpr double least_share = 0.02;  // of the expected motion
-constexpr double sure = 3;            // errors
-constexpr double most_error = 0.2;    // of the expected motion
+constexpr double share = 0.05;      // of the target
+constexpr double clear = 10;        // times the noise
+constexpr double most_mps2 = 0.5;   // peak; the walker begins to slip at mu g
+constexpr double free_share = 0.5;  // of the response at the highest level; below it the base sticks
+constexpr double sure = 3;          // errors
+constexpr double most_error = 0.2;  // of the expected motion
 constexpr double least_gain = 0.6, most_gain = 1.6;  // of an identified response
-constexpr double most_sheet_gain = 4;
 
 double peak_of(const Harmonics<Acceleration>& a) {
     double largest = 0;
@@ -102,7 +101,7 @@ double LoopCheck::error() const {
 
 LoopCheck::Verdict LoopCheck::verdict() const {
     const double gain = std::abs(ratio()), doubt = error();
-    if (!(gain >= std::max(least_share, sure * doubt)) || doubt > most_error) return Verdict::noise;
+    if (!(gain >= std::max(least_seen, sure * doubt)) || doubt > most_error) return Verdict::noise;
     if (direction_known_ && ratio().real() < 0) return Verdict::polarity;
     return gain < least_gain_ || gain > most_gain_ ? Verdict::gain : Verdict::agrees;
 }
@@ -114,7 +113,7 @@ std::optional<Trip> LoopCheck::trip() const {
     };
     switch (verdict()) {
         case Verdict::noise:
-            return soft(Cause::sensor_open, gain, std::max(least_share, sure * error()));
+            return soft(Cause::sensor_open, gain, std::max(least_seen, sure * error()));
         case Verdict::polarity:
             return soft(Cause::polarity, ratio().real(), 0);
         case Verdict::gain:

@@ -6,7 +6,6 @@
 namespace shaker::safety {
 
 namespace {
-constexpr double least_share = 0.02;    // of the expected motion
 constexpr double equal_samples = 1e-9;  // m/s^2, sd: a working sensor has more noise
 constexpr double clear_of_noise = 30;   // sd; a smaller motion is not checked
 constexpr double most_drive = 4;        // times the drive that the response requires
@@ -15,7 +14,6 @@ constexpr double band_db = 3, band_warn_db = 1;
 constexpr int off_windows = 2;
 constexpr double least_harmonic = 0.1;  // of the target; smaller harmonics may be off by more without harm
 constexpr double least_coherence = 0.5;
-constexpr double most_gain = 4;  // of the identified response against the data sheet's, or the inverse
 
 double across(const control::PeriodEstimate& e, int q) {
     return std::sqrt(std::norm(e.across[0].at(q)) + std::norm(e.across[1].at(q)));
@@ -53,13 +51,13 @@ std::optional<Trip> PeriodGuard::check(const JudgedWindow& w, Warnings& warnings
                  seen = control::norm(w.motion.measured, max_harmonics);
     const double floor = clear_of_noise * w.noise * std::sqrt(2.0 * max_harmonics);
     const bool equal = w.motion.sd < equal_samples;
-    if (expected > floor && (w.noise > 0 || equal) && seen < least_share * expected) {
+    if (expected > floor && (w.noise > 0 || equal) && seen < least_seen * expected) {
         if (equal && on(Cause::sensor_frozen)) {
             const double period = static_cast<double>(w.estimate.samples) / w.estimate.periods;
             return trip(Cause::sensor_frozen, StopKind::soft, w.estimate.samples, 0.25 * period);
         }
         if (!equal && on(Cause::sensor_open))
-            return trip(Cause::sensor_open, StopKind::soft, seen / expected, least_share);
+            return trip(Cause::sensor_open, StopKind::soft, seen / expected, least_seen);
     }
     for (int q = 1; q <= 2; ++q) {
         const double along = std::abs(w.motion.measured.at(q)), beside = across(w.estimate, q);
@@ -121,8 +119,8 @@ std::optional<Trip> PeriodGuard::check(const control::IdentifiedResponse& r, boo
         *std::max_element(r.coherence.begin(), r.coherence.begin() + std::max(r.harmonics, 1));
     if (!(best >= least_coherence) && on(Cause::sensor_open))
         return trip(Cause::sensor_open, best, least_coherence);
-    if ((r.gain > most_gain || (ended && r.gain < 1 / most_gain)) && on(Cause::gain_limit))
-        return trip(Cause::gain_limit, r.gain, r.gain > 1 ? most_gain : 1 / most_gain);
+    if ((r.gain > most_sheet_gain || (ended && r.gain < 1 / most_sheet_gain)) && on(Cause::gain_limit))
+        return trip(Cause::gain_limit, r.gain, r.gain > 1 ? most_sheet_gain : 1 / most_sheet_gain);
     if (axis_known && r.polarity_doubtful() && on(Cause::polarity))
         return trip(Cause::polarity, std::cos(r.turn), 0);
     return std::nullopt;

@@ -24,9 +24,9 @@
 #include <stdexcept>
 #include <utility>
 
-#include "daemon/manual/exit_status.hpp"
+#include "daemon/manual/command.hpp"
 #include "daemon/sandbox/relay.hpp"
-#include "daemon/sandbox/syscall_filter.hpp"
+#include "daemon/sandbox/rights.hpp"
 #include "drivers/errors.hpp"
 #include "drivers/recorded/recording_file.hpp"
 

@@ -12,9 +12,9 @@
 #include <cstdio>
 #include <cstring>
 
-#include "daemon/manual/exit_status.hpp"
+#include "daemon/manual/command.hpp"
 #include "daemon/sandbox/relay.hpp"
-#include "daemon/sandbox/syscall_filter.hpp"
+#include "daemon/sandbox/rights.hpp"
 #include "drivers/errors.hpp"
 
 namespace shaker::sandbox {

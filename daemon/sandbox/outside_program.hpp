@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "daemon/sandbox/file_rights.hpp"
+#include "daemon/sandbox/rights.hpp"
 
 namespace shaker::sandbox {
 

@@ -5,7 +5,7 @@
 #include <string_view>
 #include <vector>
 
-#include "daemon/manual/exit_status.hpp"
+#include "daemon/manual/command.hpp"
 #include "drivers/footage/lab_session.hpp"
 #include "drivers/footage/media.hpp"
 

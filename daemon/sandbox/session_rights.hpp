@@ -2,7 +2,7 @@
 // Sessions of footage that shakerd did not record, for "shakerd reduce" and "shakerd track".
 #include <filesystem>
 
-#include "daemon/manual/exit_status.hpp"
+#include "daemon/manual/command.hpp"
 #include "daemon/sandbox/confined.hpp"
 
 namespace shaker::sandbox {

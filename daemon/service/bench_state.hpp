@@ -9,12 +9,12 @@
 #include <string>
 #include <vector>
 
-#include "daemon/acquisition/real_time_grant.hpp"
+#include "daemon/acquisition/executors.hpp"
 #include "daemon/acquisition/time_histogram.hpp"
 #include "daemon/control/identification.hpp"
 #include "daemon/law/fit.hpp"
+#include "daemon/recording/folder.hpp"
 #include "daemon/recording/journal.hpp"
-#include "daemon/recording/recorded_rate.hpp"
 #include "daemon/reduction/reduction.hpp"
 #include "daemon/reduction/series.hpp"
 #include "daemon/report/results.hpp"

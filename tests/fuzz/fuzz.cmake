@@ -7,14 +7,14 @@ endif()
 file(GLOB language CONFIGURE_DEPENDS daemon/remote/access/*.cpp daemon/remote/scpi/*.cpp daemon/remote/instrument/*.cpp)
 file(GLOB drivers CONFIGURE_DEPENDS drivers/*.cpp)  # what all others stand on; the linker takes what is asked for
 set(port daemon/service/bench_port.cpp daemon/service/event_log.cpp daemon/service/live_feed.cpp daemon/service/pending_orders.cpp
-    daemon/run/state.cpp daemon/safety/trip.cpp tests/support/remote/played_port.cpp)
+    daemon/safety/trip.cpp tests/support/remote/played_port.cpp)
 add_library(fuzzed_drivers STATIC ${drivers})
 add_library(fuzzed_port STATIC ${port})
 add_library(fuzzed_language STATIC ${language})
 add_library(fuzzed_web STATIC daemon/remote/web/actions.cpp daemon/remote/web/metrics.cpp
             daemon/remote/web/picture_figures.cpp daemon/remote/web/requests.cpp daemon/remote/web/state_json.cpp
             daemon/remote/web/subscription.cpp tracking/clipping.cpp
-            daemon/report/results.cpp daemon/reduction/no_stick.cpp daemon/recording/tables/recorded_trip.cpp)
+            daemon/report/results.cpp)
 foreach(library fuzzed_drivers fuzzed_port fuzzed_language fuzzed_web)
   target_include_directories(${library} PUBLIC ${PROJECT_SOURCE_DIR})
   target_link_libraries(${library} PUBLIC shaker_hdf5 Boost::headers nlohmann_json::nlohmann_json spdlog::spdlog

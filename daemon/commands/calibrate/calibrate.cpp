@@ -5,7 +5,7 @@
 #include <cstdint>
 
 #include "calibration/camera/strip_pdf.hpp"
-#include "daemon/manual/shared_arguments.hpp"
+#include "daemon/manual/values.hpp"
 #include "daemon/report/printing.hpp"
 #include "drivers/optics/bar_code.hpp"
 

@@ -1,9 +1,11 @@
 #pragma once
-// Comparison of a recording with values that were computed again.
+// Comparison of a recording with values and tracks that were computed again.
 #include <string>
 #include <vector>
 
+#include "daemon/acquisition/streams.hpp"
 #include "daemon/recording/tables/columns.hpp"
+#include "drivers/recorded/recording_file.hpp"
 
 namespace shaker::recording {
 
@@ -12,5 +14,9 @@ namespace shaker::recording {
 std::vector<std::string> differences(const recorded::RecordingReader& file,
                                      const std::vector<RecordedNumber>& numbers,
                                      const std::vector<RecordedTable>& tables);
+
+/// One sentence for each target whose places differ from the recorded ones.
+std::vector<std::string> track_changes(const recorded::RecordingReader& file,
+                                       const acquisition::Streams& now);
 
 }  // namespace shaker::recording

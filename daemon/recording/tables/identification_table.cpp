@@ -72,7 +72,7 @@ constexpr auto peak_drive(const char* name) {
                                of_level<Level, &IdentifiedLevel::peak_V>};
 }
 template <std::size_t Axis>
-constexpr auto shaker_axis(const char* name) {
+constexpr auto axis_column(const char* name) {
     return NumberColumn<Facts>{name, "1", "unit vector of the shaker's axis in sensor axes",
                                [](const Facts& f) { return f.response.axis[Axis]; }};
 }
@@ -92,9 +92,9 @@ constexpr std::array fact_numbers{
                         [](const Facts& f) { return f.response.turn; }},
     NumberColumn<Facts>{"gain", "1", "rms of the response / rms of the data sheet's response",
                         [](const Facts& f) { return f.response.gain; }},
-    shaker_axis<0>("shaker_axis_x"),
-    shaker_axis<1>("shaker_axis_y"),
-    shaker_axis<2>("shaker_axis_z")};
+    axis_column<0>("shaker_axis_x"),
+    axis_column<1>("shaker_axis_y"),
+    axis_column<2>("shaker_axis_z")};
 constexpr Table<Facts> fact_columns{
     group, "response of the base to the drive; empty without an identification", fact_numbers};
 

@@ -46,11 +46,12 @@ struct MeasuredNote {
     int measurement = 0;
     std::string text;
 };
-constexpr std::array note_numbers{number<&MeasuredNote::measurement>(measurement_column, "1", of_which)};
-constexpr std::array note_texts{text<&MeasuredNote::text>(
+constexpr std::array measured_note_numbers{
+    number<&MeasuredNote::measurement>(measurement_column, "1", of_which)};
+constexpr std::array measured_note_texts{text<&MeasuredNote::text>(
     "text", sentence_bytes, "one sentence on the results, or the reason why there are no results")};
-constexpr Table<MeasuredNote> measured_note_columns{"measured/notes", "remarks on the results", note_numbers,
-                                                    note_texts};
+constexpr Table<MeasuredNote> measured_note_columns{"measured/notes", "remarks on the results",
+                                                    measured_note_numbers, measured_note_texts};
 
 constexpr int first_overtone = 3;
 

@@ -7,13 +7,11 @@
 
 #include "daemon/recording/tables/identification_table.hpp"
 #include "daemon/recording/tables/measured_tables.hpp"
-#include "daemon/recording/tables/process_table.hpp"
 #include "daemon/recording/tables/reduction_tables.hpp"
 #include "daemon/recording/tables/run_tables.hpp"
 #include "daemon/recording/tables/stream_tables.hpp"
 #include "daemon/recording/tables/track_table.hpp"
 #include "daemon/recording/tables/trip_table.hpp"
-#include "daemon/recording/tables/truth_table.hpp"
 #include "drivers/errors.hpp"
 
 namespace shaker::recording {

@@ -2,7 +2,7 @@
 
 #include <span>
 
-#include "daemon/recording/tables/process_table.hpp"
+#include "daemon/recording/tables/run_tables.hpp"
 
 namespace shaker::recording {
 

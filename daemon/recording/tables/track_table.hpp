@@ -1,7 +1,11 @@
 #pragma once
-// Tables of the tracked targets: tracks/<camera>/<target>.
+// Tables of the tracked targets, tracks/<camera>/<target>, and of the true motion in a simulated rig, truth
+// and truth/<camera>.
+#include <vector>
+
 #include "daemon/acquisition/streams.hpp"
 #include "daemon/recording/tables/columns.hpp"
+#include "drivers/simulated/truth.hpp"
 #include "tracking/track.hpp"
 
 namespace shaker::recording {
@@ -19,5 +23,13 @@ void write_times(recorded::RecordingWriter& file, const acquisition::Streams& st
 /// the recording's own header.
 void read_tracks(const recorded::RecordingReader& file, const recorded::RecordingHeader& header,
                  acquisition::Streams& streams);
+
+/// Places for cameras with these names and frame rates.
+std::vector<recorded::GroupLayout> truth_places(const std::vector<View>& views);
+/// v_D: true mean velocity of the walker over the measured part, m/s.
+void write_true_drift(recorded::RecordingWriter& file, double v_D);
+/// True positions of base and walker in the middle of each exposure.
+void write_truth(recorded::RecordingWriter& file, const std::string& camera,
+                 const std::vector<simulated::PoseTruth>& poses);
 
 }  // namespace shaker::recording

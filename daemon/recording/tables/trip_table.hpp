@@ -1,14 +1,31 @@
 #pragma once
-// The table "trips", and selection of the last seconds of a stopped run.
+// A trip in a recording and in the results, the table "trips", and selection of the last seconds of a stopped
+// run.
+#include <spdlog/fmt/fmt.h>
+
+#include <cmath>
 #include <string>
 #include <vector>
 
 #include "daemon/acquisition/streams.hpp"
-#include "daemon/recording/tables/recorded_trip.hpp"
 #include "daemon/recording/tables/run_tables.hpp"
+#include "daemon/safety/trip.hpp"
 #include "drivers/recorded/recording_file.hpp"
 
 namespace shaker::recording {
+
+/// A trip with its time and the state of the run.
+struct RecordedTrip {
+    safety::Trip trip;
+    std::string state;  // of the run: "identify"
+    double at_s = 0;    // master time of the sample that violated the limit; NaN: clock not known yet
+};
+
+/// "at 3.021 s in state run: peak acceleration of the base 61 m/s^2 exceeds the limit of 60 m/s^2; ..."
+inline std::string text(const RecordedTrip& trip) {
+    const std::string when = std::isfinite(trip.at_s) ? fmt::format("at {:.3f} s ", trip.at_s) : "";
+    return fmt::format("{}in state {}: {}", when, trip.state, text(trip.trip));
+}
 
 /// Places of the table "trips".
 std::vector<recorded::GroupLayout> trip_places();

@@ -4,7 +4,7 @@
 #include <stdexcept>
 #include <string_view>
 
-#include "daemon/manual/exit_status.hpp"
+#include "daemon/manual/command.hpp"
 
 namespace shaker::ctl {
 

@@ -4,8 +4,8 @@
 #include <array>
 #include <cstdlib>
 
-#include "daemon/manual/manual_page.hpp"
-#include "daemon/manual/shared_arguments.hpp"
+#include "daemon/manual/help.hpp"
+#include "daemon/manual/values.hpp"
 #include "daemon/remote/ctl/outcome.hpp"
 #include "daemon/remote/ctl/state_text.hpp"
 

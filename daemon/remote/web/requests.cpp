@@ -4,7 +4,6 @@
 #include <string_view>
 #include <utility>
 
-#include "daemon/catalogue/list_text.hpp"
 #include "daemon/catalogue/row_text.hpp"
 #include "daemon/remote/web/live_frames.hpp"
 #include "daemon/remote/web/state_json.hpp"

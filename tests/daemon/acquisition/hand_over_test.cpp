@@ -1,6 +1,6 @@
-#include "daemon/acquisition/hand_over.hpp"
-
 #include <gtest/gtest.h>
+
+#include "daemon/acquisition/streams.hpp"
 
 namespace shaker::acquisition {
 namespace {

@@ -1,8 +1,7 @@
 // A DAC that keeps to real time fills up at once what was taken back.
-#include "daemon/acquisition/paced_dac.hpp"
-
 #include <gtest/gtest.h>
 
+#include "daemon/acquisition/executors.hpp"
 #include "tests/support/devices/queued_dac.hpp"
 
 namespace shaker::acquisition {

@@ -3,7 +3,7 @@
 
 #include <cmath>
 
-#include "daemon/acquisition/hand_over.hpp"
+#include "daemon/acquisition/streams.hpp"
 
 namespace shaker::acquisition {
 namespace {

@@ -1,7 +1,6 @@
-#include "daemon/bench/changed_settings.hpp"
-
 #include <gtest/gtest.h>
 
+#include "daemon/bench/bench.hpp"
 #include "drivers/errors.hpp"
 
 namespace shaker::bench {

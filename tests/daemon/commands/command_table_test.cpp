@@ -3,7 +3,6 @@
 #include "daemon/commands/run.hpp"
 #include "daemon/commands/table.hpp"
 #include "daemon/manual/help.hpp"
-#include "daemon/manual/manual_page.hpp"
 #include "daemon/manual/parser.hpp"
 #include "drivers/errors.hpp"
 #include "tests/support/paths.hpp"

@@ -1,8 +1,8 @@
-#include "daemon/control/drive_history.hpp"
-
 #include <gtest/gtest.h>
 
 #include <vector>
+
+#include "daemon/control/period_windows.hpp"
 
 namespace shaker::control {
 namespace {

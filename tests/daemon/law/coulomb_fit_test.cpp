@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-#include "daemon/law/budget.hpp"
+#include "daemon/law/findings.hpp"
 #include "drivers/walker/steady_state.hpp"
 #include "tests/support/law/synthetic_points.hpp"
 

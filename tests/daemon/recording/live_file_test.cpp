@@ -4,7 +4,7 @@
 
 #include <fstream>
 
-#include "daemon/recording/folder_lock.hpp"
+#include "daemon/recording/folder.hpp"
 #include "daemon/recording/recorder.hpp"
 #include "daemon/recording/tables/places.hpp"
 #include "drivers/recorded/pictures/segment_layout.hpp"

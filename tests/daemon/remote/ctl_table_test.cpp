@@ -7,7 +7,6 @@
 #include <sstream>
 
 #include "daemon/manual/help.hpp"
-#include "daemon/manual/manual_page.hpp"
 #include "daemon/remote/ctl/outcome.hpp"
 #include "daemon/remote/ctl/state_text.hpp"
 #include "daemon/remote/ctl/table.hpp"

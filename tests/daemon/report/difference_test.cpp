@@ -1,4 +1,3 @@
-#include "daemon/report/difference.hpp"
 
 #include <gtest/gtest.h>
 

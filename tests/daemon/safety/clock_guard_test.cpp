@@ -1,6 +1,6 @@
-#include "daemon/safety/clock_guard.hpp"
-
 #include <gtest/gtest.h>
+
+#include "daemon/safety/period_guard.hpp"
 
 namespace shaker::safety {
 namespace {

@@ -26,7 +26,7 @@
 #include <thread>
 #include <vector>
 
-#include "daemon/manual/exit_status.hpp"
+#include "daemon/manual/command.hpp"
 #include "drivers/errors.hpp"
 #include "tests/support/missing_calls.hpp"
 #include "tests/support/program.hpp"

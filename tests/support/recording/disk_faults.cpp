@@ -4,7 +4,7 @@
 
 #include <cerrno>
 
-#include "daemon/manual/exit_status.hpp"
+#include "daemon/manual/command.hpp"
 #include "daemon/recording/journal.hpp"
 #include "tests/support/environment.hpp"
 #include "tests/support/paths.hpp"

@@ -10,7 +10,7 @@
 #include <random>
 #include <thread>
 
-#include "daemon/manual/exit_status.hpp"
+#include "daemon/manual/command.hpp"
 #include "tests/support/in_parallel.hpp"
 #include "tests/support/paths.hpp"
 #include "tests/support/program.hpp"

@@ -15,7 +15,7 @@
 
 #include "daemon/commands/replay.hpp"
 #include "daemon/commands/run.hpp"
-#include "daemon/manual/exit_status.hpp"
+#include "daemon/manual/command.hpp"
 #include "daemon/sandbox/confined.hpp"
 #include "tests/support/program.hpp"
 

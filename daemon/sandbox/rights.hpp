@@ -1,5 +1,6 @@
 #pragma once
-// Files that a confined process may open, by Landlock (Linux 5.13 and later).
+// What a process may do that reads files of unknown origin: the files that it may open, by Landlock
+// (Linux 5.13 and later), and the system calls.
 #include <filesystem>
 #include <string>
 #include <vector>
@@ -21,5 +22,16 @@ struct FileRights {
 /// send no signal to, and reach no abstract socket of, other processes (6.12). Needs PR_SET_NO_NEW_PRIVS.
 /// Returns an empty text, or the reason for which the system does not support this.
 std::string restrict_files(const FileRights& allowed);
+
+/// From now on, this thread and those it starts may read and, if `writes_files`, write files, use memory,
+/// start threads, and ask for the time and their own state. Every other system call kills the process
+/// (SIGSYS): also all that are newer than this list, of 32 bits or of x32. Opening a file for writing without
+/// `writes_files` is refused (EACCES). Open files stay open. Returns an empty text, or the reason for which
+/// the system does not support this.
+std::string filter_syscalls(bool writes_files);
+
+/// From now on, this thread and those it starts, also in other programs, have no sockets and cannot look into
+/// other processes: these calls answer EACCES. Needs PR_SET_NO_NEW_PRIVS. Returns as filter_syscalls().
+std::string deny_network();
 
 }  // namespace shaker::sandbox
