@@ -5,7 +5,7 @@
 #include <algorithm>
 
 #include "daemon/campaign/campaign_folder.hpp"
-#include "daemon/campaign/law_points.hpp"
+#include "daemon/campaign/point_results.hpp"
 #include "daemon/commands/table.hpp"
 #include "daemon/manual/values.hpp"
 #include "daemon/report/printing.hpp"

@@ -9,7 +9,7 @@
 #include <string>
 
 #include "daemon/remote/access/access.hpp"
-#include "daemon/remote/instrument/commands.hpp"
+#include "daemon/remote/instrument/instrument.hpp"
 #include "daemon/remote/scpi/session.hpp"
 #include "daemon/remote/web/actions.hpp"
 #include "daemon/service/pending_orders.hpp"

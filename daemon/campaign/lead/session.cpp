@@ -8,7 +8,6 @@
 #include <iterator>
 #include <utility>
 
-#include "daemon/campaign/law_points.hpp"
 #include "daemon/campaign/plan.hpp"
 #include "daemon/campaign/plan_check.hpp"
 #include "daemon/campaign/point_results.hpp"

@@ -5,7 +5,7 @@
 #include <limits>
 #include <vector>
 
-#include "daemon/remote/instrument/commands.hpp"
+#include "daemon/remote/instrument/instrument.hpp"
 #include "daemon/remote/scpi/error.hpp"
 #include "daemon/remote/scpi/reply.hpp"
 #include "daemon/remote/scpi/session.hpp"

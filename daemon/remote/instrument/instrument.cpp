@@ -4,7 +4,6 @@
 
 #include <utility>
 
-#include "daemon/remote/instrument/commands.hpp"
 #include "daemon/remote/scpi/error.hpp"
 #include "daemon/remote/scpi/session.hpp"
 #include "daemon/remote/scpi/standard_commands.hpp"

@@ -1,6 +1,6 @@
 #include <limits>
 
-#include "daemon/remote/instrument/commands.hpp"
+#include "daemon/remote/instrument/instrument.hpp"
 #include "daemon/remote/scpi/error.hpp"
 #include "daemon/remote/scpi/reply.hpp"
 #include "daemon/remote/scpi/session.hpp"

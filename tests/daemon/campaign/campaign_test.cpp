@@ -6,7 +6,7 @@
 #include <fstream>
 
 #include "daemon/campaign/campaign_folder.hpp"
-#include "daemon/campaign/law_points.hpp"
+#include "daemon/campaign/point_results.hpp"
 #include "daemon/campaign/points_table.hpp"
 #include "daemon/commands/campaign.hpp"
 #include "drivers/errors.hpp"

@@ -3,7 +3,7 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
-#include "daemon/campaign/law_points.hpp"
+#include "daemon/campaign/point_results.hpp"
 #include "daemon/campaign/points_table.hpp"
 #include "drivers/errors.hpp"
 #include "tests/support/law/synthetic_points.hpp"

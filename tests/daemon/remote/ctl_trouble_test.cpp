@@ -5,7 +5,7 @@
 #include <nlohmann/json.hpp>
 #include <thread>
 
-#include "daemon/remote/ctl/address.hpp"
+#include "daemon/remote/ctl/link.hpp"
 #include "daemon/remote/ctl/outcome.hpp"
 #include "daemon/remote/server.hpp"
 #include "drivers/errors.hpp"
