@@ -204,7 +204,7 @@ void calibrate_accelerometer(const manual::Values& values) {
         const auto keep = [&](const std::string& rows) { records.append(rows); };
         held = LeadAttitudes{values, gravity.value, show, keep}.run();
     } else {
-        held = read_held(std::vector<std::filesystem::path>{from.begin(), from.end()});
+        held = read_held(std::vector<std::filesystem::path>(from.begin(), from.end()));
     }
     const bool known = held.nominal_mps2_per_count != Vector{};
     const Vector nominal =
