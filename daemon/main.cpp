@@ -2,7 +2,7 @@
 #include <spdlog/sinks/stdout_color_sinks.h>
 #include <spdlog/spdlog.h>
 
-#include "daemon/command_line/table.hpp"
+#include "daemon/commands/table.hpp"
 #include "daemon/manual/command.hpp"
 #include "daemon/report/printing.hpp"
 
@@ -10,6 +10,6 @@ int main(int argc, char** argv) {
     return shaker::manual::exit_status_of([&] {
         spdlog::set_default_logger(spdlog::stderr_color_mt("shakerd"));
         spdlog::set_formatter(shaker::report::log_format());
-        return shaker::command_line::run_command_line(argc, argv);
+        return shaker::commands::run_command_line(argc, argv);
     });
 }

@@ -9,7 +9,7 @@ if(SHAKER_SANITIZE)
 endif()
 file(GLOB_RECURSE support CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/tests/support/*.cpp)
 add_library(test_support STATIC)
-set(libraries PUBLIC daemon_command_line tests_mock GTest::gtest shaker_opencv opencv_video shaker_hdf5 Eigen3::Eigen
+set(libraries PUBLIC daemon_commands tests_mock GTest::gtest shaker_opencv opencv_video shaker_hdf5 Eigen3::Eigen
   nlohmann_json::nlohmann_json spdlog::spdlog shaker_asio PRIVATE PkgConfig::seccomp)
 target_link_libraries(test_support ${libraries})
 add_sources(test_support "${support}" "${libraries}")

@@ -11,9 +11,8 @@
 #include <variant>
 #include <vector>
 
+#include "daemon/campaign/campaign_mu.hpp"
 #include "daemon/campaign/journal.hpp"
-#include "daemon/campaign/learned_mu.hpp"
-#include "daemon/campaign/mu_choice.hpp"
 #include "daemon/campaign/plan.hpp"
 #include "daemon/campaign/travel.hpp"
 #include "daemon/on_call/on_call.hpp"

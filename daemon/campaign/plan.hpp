@@ -1,8 +1,11 @@
 #pragma once
 // Plan: which set-points a campaign measures, as its file states them. Point: one of them, in the order of
 // measurement.
+// daemon/campaign/README.md describes the file's format.
 #include <cstdint>
+#include <filesystem>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "drivers/point_fields.hpp"
@@ -63,5 +66,14 @@ Drive mirror_partner(const Drive& drive);
 /// last point to the second, with x mod i of successive numbers x of std::mt19937_64 {seed}. InputError for
 /// more than most_points.
 std::vector<Point> schedule(const Plan& plan);
+
+inline constexpr int most_steps = 10'000;    // of a range
+inline constexpr int most_repeats = 10'000;  // of a series
+
+/// InputError with file, line, key, value and what is allowed: for unknown keys, values out of range or given
+/// twice, empty lists, a number of periods beside a precision, a range without steps, and a list of order
+/// mirror that has a mirror partner.
+Plan read_plan(const std::filesystem::path& file);
+Plan parse_plan(std::string_view text, const std::string& file_name);
 
 }  // namespace shaker::campaign

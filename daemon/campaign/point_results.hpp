@@ -1,5 +1,6 @@
 #pragma once
-// The points table of a campaign from its journal and its recordings.
+// The points table of a campaign from its journal and its recordings; and its measured points for the fits to
+// the law of friction.
 #include <filesystem>
 #include <span>
 #include <string>
@@ -8,6 +9,7 @@
 #include "daemon/campaign/plan.hpp"
 #include "daemon/campaign/points_table.hpp"
 #include "daemon/campaign/progress.hpp"
+#include "daemon/law/point.hpp"
 
 namespace shaker::campaign {
 
@@ -34,5 +36,8 @@ std::vector<PointRow> asked_rows(std::span<const Point> points);
 /// program.
 PointResults point_results(const std::filesystem::path& folder, std::span<const PointRow> asked,
                            const Progress& progress, Source source);
+
+/// The measured points with a finite v_D and base; others are left out. campaign: its index among several.
+std::vector<law::Point> law_points(const PointsTable& table, int campaign = 0);
 
 }  // namespace shaker::campaign

@@ -1,299 +1,238 @@
-#include "daemon/commands/predict.hpp"
+#include <algorithm>
+#include <charconv>
+#include <complex>
+#include <cstdio>
+#include <string>
 
-#include <spdlog/fmt/fmt.h>
-
-#include <cmath>
-#include <nlohmann/json.hpp>
-#include <numbers>
-#include <vector>
-
+#include "daemon/commands/table.hpp"
+#include "daemon/manual/values.hpp"
 #include "drivers/errors.hpp"
-#include "drivers/walker/changing_walker.hpp"
-#include "drivers/walker/no_stick.hpp"
-#include "drivers/walker/steady_state.hpp"
+#include "drivers/quantity.hpp"
+#include "drivers/walker/friction.hpp"
 
 namespace shaker::commands {
 
 namespace {
 
-constexpr int skipped_periods = 200;  // before a mean
+using manual::Argument;
+using manual::Kind;
 
-struct Prediction {
-    walker::WalkerSetting setting;
-    double v_D = 0, D = 0;
-    double v_D_error = 0;  // NaN for a settled motion
-    std::optional<walker::SteadyState> settled;
-    std::vector<std::string> not_computed;
-    double v_rms = 0;
-    double efficiency = 0;     // NaN for a base at rest
-    walker::NoStick closed;    // its reason includes effects that the closed form does not contain
-    double theta_coulomb = 0;  // NaN when not applicable
-};
+constexpr Range allowed_mu{0, 100};
 
-walker::WalkerSetting setting_of(const PredictOptions& o) {
-    return {.frequency = o.drive.frequency,
-            .base = o.base.value_or(harmonics(o.drive)),
-            .vertical = o.vertical,
-            .tilt = o.tilt,
-            .g = o.g,
-            .friction = o.friction};
+constexpr Argument a_number(std::string_view name, std::string_view help, Range allowed,
+                            std::string_view standard, Dimension dimension = Dimension::ratio) {
+    return {.name = name,
+            .value = dimension == Dimension::time       ? "TIME"
+                     : dimension == Dimension::velocity ? "VELOCITY"
+                                                        : "X",
+            .help = help,
+            .kind = Kind::quantity,
+            .dimension = dimension,
+            .allowed = allowed,
+            .standard = standard};
 }
 
-/// gamma, rho and phi as asked, or of harmonics 1 and 2.
-Drive shown_drive(const PredictOptions& o) { return o.base ? drive_of(*o.base, o.drive.frequency) : o.drive; }
+constexpr std::array friction_law_arguments{
+    Argument{.name = "--law",
+             .help = "Law of friction",
+             .kind = Kind::word,
+             .words = walker::friction_laws,
+             .standard = "coulomb"},
+    Argument{.name = "--mu-backward",
+             .value = "MU",
+             .help = "Kinetic friction coefficient of backward slip; static friction has the same ratio",
+             .kind = Kind::quantity,
+             .dimension = Dimension::ratio,
+             .allowed = allowed_mu,
+             .otherwise = "--mu"},
+    a_number("--log-share", "Law logarithmic: growth of mu per factor e of the slip velocity", {0, 10},
+             "0.1"),
+    a_number("--log-velocity", "Law logarithmic: velocity at which the growth begins", {1e-6, 10}, "1mm/s",
+             Dimension::velocity),
+    a_number("--presliding", "Laws dahl and lugre: elastic length of the contact, m", {1e-8, 1e-3}, "7.2e-6"),
+    a_number("--stribeck", "Law lugre: velocity over which mu falls from --mu-s to --mu", {1e-5, 10}, "5mm/s",
+             Dimension::velocity),
+    a_number("--bristle-time", "Law lugre: damping over stiffness of the contact", {0, 1}, "0.1ms",
+             Dimension::time),
+    a_number("--ageing", "Growth of the static friction per factor e of the time at rest", {0, 1}, "0"),
+    a_number("--ageing-time", "Time at rest at which the growth begins", {1e-6, 1e3}, "1ms", Dimension::time),
+    a_number("--roughness", "Scatter of mu along the base, rms", {0, 0.2}, "0"),
+    a_number("--roughness-length", "Wavelength of that scatter, m", {1e-5, 10}, "0.005"),
+    a_number("--jitter", "Scatter of mu from period to period, rms", {0, 0.3}, "0"),
+    a_number("--memory", "Correlation of mu between successive periods", {0, 0.9999}, "0"),
+    a_number("--relaxation", "Excess of mu at the start", {-0.9, 10}, "0"),
+    a_number("--relaxation-time", "Time constant of that excess", {1e-3, 1e6}, "10s", Dimension::time),
+    Argument{.name = "--seed",
+             .value = "N",
+             .help = "Seed of --jitter and --roughness",
+             .kind = Kind::whole,
+             .allowed = {0, 2147483647},
+             .standard = "1"},
+    Argument{.name = "--periods",
+             .value = "N",
+             .help = "Periods to average where mu changes",
+             .kind = Kind::whole,
+             .allowed = {16, 1000000},
+             .standard = "1000"}};
 
-/// The walker's effect that the closed form does not contain; empty without one.
-std::string beyond_closed_form(const walker::WalkerSetting& s, const walker::NoStick& closed) {
-    const walker::Friction& f = s.friction;
-    if (s.tilt != 0) return "only for a level base";
-    if (s.vertical.order() != 0) return "only without vertical motion";
-    if (!f.change.none() || f.roughness.share != 0) return "only for a constant mu";
-    if (f.law != walker::FrictionLaw::coulomb || f.viscous != 0) return "only for dry friction";
-    if (f.backward != 1) return "only for the same mu in both directions";
-    if (f.mu_s == f.mu_k) return {};  // a walker that never sticks does not age either
-    const double hold = f.mu_s * s.g, start = two_pi * closed.t0;
-    const bool passes = value_at(s.base, start) > hold && value_at(s.base, start + std::numbers::pi) < -hold;
-    return passes ? "" : "with this mu_s the walker sticks at t0 or t0 + T/2";
-}
+constexpr auto predict_arguments = manual::joined(
+    manual::drive_arguments(true),
+    std::array{
+        Argument{.name = "--harmonics",
+                 .value = "LIST",
+                 .help = "Harmonics of the base's acceleration in place of --gamma, --rho and --phi, e.g. "
+                         "1:0.5g@0,2:0.5g@35deg,3:0.1m/s^2@90deg",
+                 .kind = Kind::text},
+        Argument{.name = "--vertical",
+                 .value = "LIST",
+                 .help = "Harmonics of the base's vertical acceleration",
+                 .kind = Kind::text},
+        Argument{.name = "--mu",
+                 .value = "MU",
+                 .help = "Kinetic friction coefficient",
+                 .kind = Kind::quantity,
+                 .dimension = Dimension::ratio,
+                 .allowed = allowed_mu,
+                 .standard = "0.113"},
+        Argument{.name = "--mu-s",
+                 .value = "MU",
+                 .help = "Static friction coefficient, at least --mu",
+                 .kind = Kind::quantity,
+                 .dimension = Dimension::ratio,
+                 .allowed = allowed_mu,
+                 .otherwise = "--mu"},
+        Argument{.name = "--viscous",
+                 .value = "C",
+                 .help = "Velocity strengthening of the friction, 1/s",
+                 .kind = Kind::quantity,
+                 .dimension = Dimension::ratio,
+                 .allowed = {0, 1e4},
+                 .standard = "0"},
+        Argument{.name = "--tilt",
+                 .value = "ANGLE",
+                 .help = "Tilt of the base, downhill towards +x, e.g. 0.1deg",
+                 .kind = Kind::quantity,
+                 .dimension = Dimension::angle,
+                 .allowed = {-1.5, 1.5},
+                 .standard = "0deg"},
+        Argument{.name = "--start",
+                 .value = "VELOCITY",
+                 .help = "Velocity of the walker at phase 0, e.g. 20mm/s; with --mu-s above --mu the settled "
+                         "motion may "
+                         "depend on it",
+                 .kind = Kind::quantity,
+                 .dimension = Dimension::velocity,
+                 .allowed = {-100, 100},
+                 .standard = "0mm/s"},
+        Argument{.name = "--json",
+                 .value = "CASES",
+                 .help = "Print JSON. With a file: for each case in the file (format: "
+                         "tests/golden/physics_reference.json)",
+                 .kind = Kind::file,
+                 .bare = true}},
+    friction_law_arguments);
 
-/// True for Coulomb's law in the setting for which coulomb_theta() is known.
-bool has_coulomb_theta(const walker::WalkerSetting& s) {
-    const walker::Friction& f = s.friction;
-    const bool biharmonic =
-        s.base.order() == 2 &&
-        std::abs(std::abs(s.base.at(1)) - std::abs(s.base.at(2))) <= 1e-12 * std::abs(s.base.at(1));
-    return biharmonic && s.tilt == 0 && s.vertical.order() == 0 && f.closed_form() && f.change.none() &&
-           f.viscous == 0 && f.backward == 1 && f.mu_s == f.mu_k && f.mu_k > 0;
-}
+constexpr Range allowed_amplitudes{0, 1e6}, allowed_phases{-100, 100};
 
-void walk(Prediction& p, const PredictOptions& o) {
-    const walker::Friction& f = p.setting.friction;
-    if (f.change.none() && f.roughness.share == 0) {
-        p.settled = settle(p.setting, o.v_start);
-        p.v_D = p.settled->v_D;
-        p.D = p.settled->D;
-        p.v_D_error = std::nan("");
-        if (!f.sticks())
-            p.not_computed.push_back(
-                fmt::format("stick: law {} has no exact stick; its events are the zeros of v_R",
-                            walker::friction_laws[static_cast<std::size_t>(f.law)]));
-        return;
-    }
-    const walker::MeanWalk mean = mean_walk(p.setting, o.v_start, skipped_periods, o.periods);
-    p.v_D = mean.v_D;
-    p.D = mean.v_D / o.drive.frequency;
-    p.v_D_error = mean.v_D_error;
-    p.not_computed.push_back(
-        fmt::format("cycle, stick and events: no two periods are equal, as mu changes; v_D is the mean of {} "
-                    "periods after {}",
-                    o.periods, skipped_periods));
-}
-
-Prediction predicted(const PredictOptions& o) {
-    Prediction p;
-    p.setting = setting_of(o);
-    walk(p, o);
-    p.v_rms = walker::v_rms(p.setting.base, p.setting.frequency);
-    p.efficiency = std::abs(p.v_D) / p.v_rms;
-    p.closed = walker::no_stick(p.setting.base, p.setting.frequency, o.friction.mu_k, o.g);
-    if (p.closed.valid) {
-        p.closed.reason = beyond_closed_form(p.setting, p.closed);
-        p.closed.valid = p.closed.reason.empty();
-    }
-    p.theta_coulomb = has_coulomb_theta(p.setting)
-                          ? walker::coulomb_theta(shown_drive(o).gamma / (o.friction.mu_k * o.g))
-                          : std::nan("");
-    return p;
-}
-
-nlohmann::ordered_json number(double x) { return std::isfinite(x) ? nlohmann::ordered_json(x) : nullptr; }
-
-nlohmann::ordered_json events_json(const walker::SteadyState& s) {
-    auto list = nlohmann::ordered_json::array();
-    for (const walker::WalkerEvent& e : s.events) {
-        list.push_back({e.phase, static_cast<int>(e.from), static_cast<int>(e.to)});
-    }
-    return list;
-}
-
-nlohmann::ordered_json harmonics_json(const Harmonics<Acceleration>& h) {
-    auto list = nlohmann::ordered_json::array();
-    for (int q = 1; q <= h.order(); ++q)
-        if (h.at(q) != 0.0) list.push_back({q, std::abs(h.at(q)), std::arg(h.at(q))});
-    return list;
-}
-
-void add_cycle(nlohmann::ordered_json& j, const walker::SteadyState& s) {
-    auto stick = nlohmann::ordered_json::array();
-    for (const walker::RestInterval& r : s.rest) stick.push_back({r.from, r.to});
-    j["v0_mps"] = s.v0;
-    j["stick"] = stick;
-    j["events"] = events_json(s);
-    j["periods_to_settle"] = s.periods;
-    j["contraction"] = s.contraction;
-}
-
-std::string as_json(const PredictOptions& o, const Prediction& p) {
-    const Drive drive = shown_drive(o);
-    nlohmann::ordered_json j;
-    j["v_D_mps"] = p.v_D;
-    j["v_D_se_mps"] = number(p.v_D_error);
-    j["D_m"] = p.D;
-    j["frequency_hz"] = drive.frequency;
-    j["gamma_mps2"] = drive.gamma;
-    j["rho"] = drive.rho;
-    j["phi_rad"] = drive.phi;
-    j["harmonics"] = harmonics_json(p.setting.base);
-    j["vertical_harmonics"] = harmonics_json(p.setting.vertical);
-    j["law"] = walker::friction_laws[static_cast<std::size_t>(o.friction.law)];
-    j["efficiency"] = number(p.efficiency);
-    j["v_rms_mps"] = p.v_rms;
-    if (p.settled)
-        add_cycle(j, *p.settled);
-    else
-        for (const char* key : {"v0_mps", "stick", "events", "periods_to_settle", "contraction"})
-            j[key] = nullptr;
-    j["not_computed"] = p.not_computed;
-    j["closed_form"] = {{"valid", p.closed.valid},
-                        {"reason", p.closed.reason},
-                        {"v_D_mps", number(p.closed.v_D)},
-                        {"efficiency", number(p.closed.efficiency)},
-                        {"t0", number(p.closed.t0)},
-                        {"theta_rad", number(p.closed.theta)},
-                        {"theta_coulomb_rad", number(p.theta_coulomb)}};
-    return j.dump(1) + "\n";
-}
-
-const char* name_of(walker::Contact contact) {
-    switch (contact) {
-        case walker::Contact::backward:
-            return "slips backward";
-        case walker::Contact::forward:
-            return "slips forward";
-        case walker::Contact::stick:
-            break;
-    }
-    return "sticks";
-}
-
-std::string angle(double rad) {
-    return std::isnan(rad) ? "does not apply"
-                           : fmt::format("{:.5f} rad ({:.3f} deg)", rad, rad * 360 / two_pi);
-}
-
-std::string closed_form_text(const Prediction& p) {
-    std::string text = "closed form without stick (an approximation to the above)\n";
-    if (std::isnan(p.closed.v_D)) {
-        text += "  v_D             none\n";
-    } else {
-        text += fmt::format("  v_D             {:.6g} mm/s, efficiency {:.4f}\n", 1e3 * p.closed.v_D,
-                            p.closed.efficiency);
-        text += fmt::format("  t0              {:.6f} T\n", p.closed.t0);
-    }
-    text += p.closed.valid ? "  exact here      yes: two slips of T/2\n"
-                           : fmt::format("  exact here      no: {}\n", p.closed.reason);
-    text += fmt::format("  Theta           {}\n", angle(p.closed.theta));
-    return text +
-           fmt::format("  Theta, exact    {} (null phase of Coulomb friction with stick, less 90 deg)\n",
-                       angle(p.theta_coulomb));
-}
-
-std::string harmonics_text(const Harmonics<Acceleration>& h) {
-    std::string text;
-    for (int q = 1; q <= h.order(); ++q)
-        if (h.at(q) != 0.0)
-            text += fmt::format("{}{}: {:.6g} m/s^2 at {:.6g} rad", text.empty() ? "" : ", ", q,
-                                std::abs(h.at(q)), std::arg(h.at(q)));
-    return text.empty() ? "none" : text;
-}
-
-std::string drive_text(const PredictOptions& o) {
-    std::string text;
-    if (o.base)
-        text = fmt::format("drive             {:.6g} Hz, harmonics {}\n", o.drive.frequency,
-                           harmonics_text(*o.base));
-    else
-        text = fmt::format(
-            "drive             {:.6g} Hz, gamma {:.6g} m/s^2 ({:.4g} g), rho {:.4g}, phi {:.6g} rad\n",
-            o.drive.frequency, o.drive.gamma, o.drive.gamma / o.g, o.drive.rho, o.drive.phi);
-    if (o.vertical.order() > 0)
-        text += fmt::format("vertical motion   harmonics {}\n", harmonics_text(o.vertical));
-    return text;
-}
-
-std::string friction_text(const walker::Friction& f) {
-    using walker::FrictionLaw;
-    std::string text;
-    if (f.backward != 1) text += fmt::format(", backward mu_k {:.4g}", f.mu_k * f.backward);
-    if (f.law == FrictionLaw::logarithmic)
-        text += fmt::format(", strengthening {:.4g} above {:.4g} m/s", f.log_share, f.log_velocity);
-    if (!f.sticks()) text += fmt::format(", presliding {:.4g} m", f.presliding);
-    if (f.law == FrictionLaw::lugre)
-        text +=
-            fmt::format(", Stribeck velocity {:.4g} m/s, bristle time {:.4g} s", f.stribeck, f.bristle_time);
-    if (f.ageing != 0) text += fmt::format(", ageing {:.4g} with {:.4g} s", f.ageing, f.ageing_s);
-    if (f.roughness.share != 0)
-        text += fmt::format(", roughness {:.4g} over {:.4g} m", f.roughness.share, f.roughness.length);
-    if (f.change.jitter != 0)
-        text += fmt::format(", jitter {:.4g} with memory {:.4g}", f.change.jitter, f.change.memory);
-    if (f.change.relaxation != 0)
-        text += fmt::format(", relaxation {:.4g} in {:.4g} s", f.change.relaxation, f.change.relaxation_s);
-    return fmt::format("law               {}{}\n", walker::friction_laws[static_cast<std::size_t>(f.law)],
-                       text);
-}
-
-std::string cycle_text(const walker::SteadyState& s, bool sticks) {
-    std::string text =
-        fmt::format("settled after     {} periods; an error of v is scaled by {:.4g} a period\n", s.periods,
-                    s.contraction);
-    if (sticks) {
-        text += fmt::format("sticks for        {:.4f} of the period", s.rest_fraction);
-        for (const walker::RestInterval& r : s.rest)
-            text += fmt::format(", {:.6f} to {:.6f} T", r.from, r.to);
-        text += "\n";
-    }
-    text += fmt::format("at t = 0          {}, v = {:.6g} mm/s\n", name_of(s.contact0), 1e3 * s.v0);
-    for (const walker::WalkerEvent& e : s.events)
-        text += fmt::format("  {:.9f} T     {}\n", e.phase, name_of(e.to));
-    return text;
-}
-
-std::string as_text(const PredictOptions& o, const Prediction& p) {
-    std::string text = drive_text(o);
-    text += fmt::format(
-        "walker            mu_k {:.4g}, mu_s {:.4g}, viscous {:.4g} /s, tilt {:.4g} rad, starts at {:.4g} "
-        "m/s\n",
-        o.friction.mu_k, o.friction.mu_s, o.friction.viscous, o.tilt, o.v_start);
-    text += friction_text(o.friction);
-    text += p.settled
-                ? fmt::format("v_D               {:.6g} mm/s\n", 1e3 * p.v_D)
-                : fmt::format("v_D               {:.6g} +- {:.2g} mm/s\n", 1e3 * p.v_D, 1e3 * p.v_D_error);
-    text += fmt::format("D                 {:.6g} um a period\n", 1e6 * p.D);
-    text += std::isnan(p.efficiency) ? "efficiency        none, the base is at rest\n"
-                                     : fmt::format("efficiency        {:.4f} of V_RMS = {:.6g} mm/s\n",
-                                                   p.efficiency, 1e3 * p.v_rms);
-    if (p.settled) text += cycle_text(*p.settled, o.friction.sticks());
-    for (const std::string& what : p.not_computed) text += fmt::format("not computed      {}\n", what);
-    return text + closed_form_text(p);
+int order_of(std::string_view option, std::string_view item, std::string_view text) {
+    int q = 0;
+    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), q);
+    if (error == std::errc{} && end == text.data() + text.size() && q >= 1 && q <= max_harmonics) return q;
+    throw InputError{std::string{option} + " \"" + std::string{item} +
+                     "\": the order of a harmonic is 1 to " + std::to_string(max_harmonics) +
+                     "; expected ORDER:AMPLITUDE@PHASE, e.g. 2:4.9m/s^2@35deg"};
 }
 
 }  // namespace
 
-std::string predict(const PredictOptions& options) {
-    if (!(options.drive.rho >= 0 && options.drive.rho <= 1)) {
-        throw InputError{fmt::format("rho is {}; allowed is 0 to 1", options.drive.rho)};
+Harmonics<Acceleration> parse_harmonics(std::string_view option, std::string_view text) {
+    Harmonics<Acceleration> h;
+    while (!text.empty()) {
+        const std::string_view item = text.substr(0, text.find(','));
+        text.remove_prefix(std::min(text.size(), item.size() + 1));
+        const std::size_t colon = std::min(item.find(':'), item.size());
+        const int q = order_of(option, item, item.substr(0, colon));
+        const std::string_view value = item.substr(std::min(colon + 1, item.size()));
+        const std::size_t at = std::min(value.find('@'), value.size());
+        const double amplitude =
+            parse_quantity(option, value.substr(0, at), Dimension::acceleration, allowed_amplitudes);
+        const double phase = at == value.size() ? 0
+                                                : parse_quantity(option, value.substr(at + 1),
+                                                                 Dimension::angle, allowed_phases);
+        if (h.at(q) != 0.0)
+            throw InputError{std::string{option} + ": harmonic " + std::to_string(q) + " is given twice"};
+        h.at(q) = std::polar(amplitude, phase);
     }
-    if (!(options.drive.gamma >= 0)) {
-        throw InputError{fmt::format("gamma is {} m/s^2; allowed is 0 or more", options.drive.gamma)};
+    return h;
+}
+
+namespace {
+
+walker::Friction friction_of(const manual::Values& values) {
+    walker::Friction f;
+    f.mu_k = values.number("--mu");
+    f.mu_s = values.has("--mu-s")
+                 ? parse_quantity("--mu-s", values.text("--mu-s"), Dimension::ratio, {f.mu_k, allowed_mu.max})
+                 : f.mu_k;
+    f.viscous = values.number("--viscous");
+    if (values.has("--mu-backward")) {
+        if (f.mu_k == 0) throw InputError{"--mu-backward needs a --mu above 0"};
+        f.backward = parse_quantity("--mu-backward", values.text("--mu-backward"), Dimension::ratio,
+                                    {0.1 * f.mu_k, 10 * f.mu_k}) /
+                     f.mu_k;
     }
-    if (!(std::abs(options.v_start) <= 1e4)) {
-        throw InputError{
-            fmt::format("start velocity is {} m/s; allowed is -10000 to 10000", options.v_start)};
+    const std::string law = values.text("--law");
+    f.law = static_cast<walker::FrictionLaw>(std::ranges::find(walker::friction_laws, law) -
+                                             walker::friction_laws.begin());
+    f.log_share = values.number("--log-share");
+    f.log_velocity = values.number("--log-velocity");
+    f.presliding = values.number("--presliding");
+    f.stribeck = values.number("--stribeck");
+    f.bristle_time = values.number("--bristle-time");
+    f.ageing = values.number("--ageing");
+    f.ageing_s = values.number("--ageing-time");
+    const auto seed = static_cast<std::uint64_t>(values.whole("--seed"));
+    f.roughness = {values.number("--roughness"), values.number("--roughness-length"), seed};
+    f.change = {values.number("--jitter"), values.number("--memory"), values.number("--relaxation"),
+                values.number("--relaxation-time"), seed};
+    return f;
+}
+
+/// Harmonics in place of the drive's, which must not be given beside them.
+std::optional<Harmonics<Acceleration>> given_base(const manual::Values& values) {
+    if (!values.has("--harmonics")) return std::nullopt;
+    for (const char* option : {"--gamma", "--rho", "--phi"})
+        if (values.has(option))
+            throw InputError{std::string{option} +
+                             " and --harmonics both describe the drive; use one of them"};
+    return parse_harmonics("--harmonics", values.text("--harmonics"));
+}
+
+int act_on_predict(const manual::Values& values) {
+    if (const std::string cases = values.text("--json"); !cases.empty()) {
+        std::fputs(predict_cases(cases).c_str(), stdout);
+        return manual::exit_ok;
     }
-    if (options.periods < 16)
-        throw InputError{fmt::format("periods is {}; allowed is 16 or more", options.periods)};
-    const Prediction p = predicted(options);
-    return options.json ? as_json(options, p) : as_text(options, p);
+    PredictOptions o{.drive = changed_drive(values, {})};
+    o.base = given_base(values);
+    o.vertical = parse_harmonics("--vertical", values.text("--vertical"));
+    o.friction = friction_of(values);
+    o.periods = values.whole("--periods");
+    o.tilt = values.number("--tilt");
+    o.v_start = values.number("--start");
+    o.json = values.has("--json");
+    std::fputs(predict(o).c_str(), stdout);
+    return manual::exit_ok;
+}
+
+}  // namespace
+
+manual::Command predict_row() {
+    return {.name = "predict",
+            .summary = "Predict the walker's motion: any law of friction, and closed form",
+            .arguments = predict_arguments,
+            .example = "shakerd predict --gamma 1.5g --phi 35deg --mu 0.113",
+            .act = act_on_predict};
 }
 
 }  // namespace shaker::commands

@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <optional>
 #include <string>
+#include <string_view>
 
 #include "drivers/walker/walker_setting.hpp"
 
@@ -35,5 +36,10 @@ std::string predict(const PredictOptions& options);
 /// from, to]], ...}} and a newline. Numbers carry all the digits of a double. Throws InputError naming file,
 /// case and key.
 std::string predict_cases(const std::filesystem::path& file);
+
+/// Harmonics of an acceleration as typed by a person, "1:4.9@0,2:0.5g@35deg": order, amplitude and phase
+/// against sin(q w t) of each; without @ the phase is 0. Throws InputError that names the option, the item
+/// and what is allowed.
+Harmonics<Acceleration> parse_harmonics(std::string_view option, std::string_view text);
 
 }  // namespace shaker::commands

@@ -1,12 +1,19 @@
 #pragma once
 // The settings of the daemon: one TOML file with the tables [serve] and [run].
 #include <filesystem>
+#include <string>
 
-#include "daemon/commands/serve_command.hpp"
 #include "daemon/remote/server.hpp"
 #include "daemon/run/run_settings.hpp"
 
 namespace shaker::commands {
+
+struct ServeOptions {
+    std::filesystem::path settings;  // empty: the built-in settings
+    std::string rig;                 // empty: the rig of the settings
+    std::filesystem::path scene, page, recordings;
+    int http_port = -1, scpi_port = -1;  // negative: the ports of the settings
+};
 
 struct ServeSettings {
     run::RunOptions run;

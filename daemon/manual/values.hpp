@@ -1,6 +1,6 @@
 #pragma once
-// The values of a command line, checked against the command's table; and the options that describe a drive,
-// for every command that takes one.
+// The values of a command line, checked against the command's table; and the arguments that several commands
+// have.
 #include <array>
 #include <map>
 #include <string>
@@ -40,6 +40,19 @@ private:
     const Command* command_ = nullptr;
     std::map<std::string, std::vector<std::string>, std::less<>> given_;
 };
+
+inline constexpr Argument json_argument{.name = "--json",
+                                        .help = "Print one JSON object; key names carry the SI units"};
+inline constexpr Argument scene_argument{.name = "--scene",
+                                         .value = "FILE",
+                                         .help = "TOML file that changes the simulated bench",
+                                         .kind = Kind::file};
+inline constexpr Argument rig_argument{
+    .name = "--rig",
+    .value = "RIG",
+    .help = "Rig file (TOML) that names the devices, or sim: for the simulated bench",
+    .kind = Kind::file,
+    .standard = "sim:"};
 
 /// The option of a parameter. defaults: help shows the value that is used when it is not given.
 constexpr Argument argument_of(const PointField& field, bool defaults) {

@@ -7,10 +7,9 @@
 #include <string>
 #include <utility>
 
-#include "daemon/remote/access/aborts.hpp"
 #include "daemon/remote/access/access.hpp"
 #include "daemon/remote/access/server_clock.hpp"
-#include "daemon/remote/instrument/commands.hpp"
+#include "daemon/remote/instrument/instrument.hpp"
 #include "daemon/remote/scpi/session.hpp"
 
 #include <boost/asio/awaitable.hpp>

@@ -2,21 +2,24 @@
 
 #include <spdlog/fmt/fmt.h>
 
+#include <atomic>
 #include <chrono>
+#include <cstdint>
+#include <exception>
 #include <functional>
 #include <mutex>
 #include <optional>
+#include <string_view>
 #include <thread>
 #include <utility>
 
 #include "daemon/remote/access/server_clock.hpp"
 #include "daemon/remote/doors.hpp"
-#include "daemon/remote/heartbeat.hpp"
 #include "daemon/remote/scpi_port.hpp"
-#include "daemon/remote/troubles.hpp"
 #include "daemon/remote/web/live_frames.hpp"
 #include "daemon/remote/web/page_files.hpp"
 #include "daemon/remote/web/web_client.hpp"
+#include "daemon/service/bench_port.hpp"
 #include "drivers/errors.hpp"
 #include "drivers/lent_priority.hpp"
 #include "drivers/realtime.hpp"
@@ -36,6 +39,56 @@ using asio::use_awaitable;
 using asio::ip::tcp;
 
 namespace {
+
+// A sign of life of one thread for others. Thread safety: one thread beats, any thread reads.
+class Heartbeat {
+    using Clock = std::chrono::steady_clock;
+
+public:
+    void beat() noexcept { newest_ = Clock::now().time_since_epoch().count(); }
+    /// Time since the newest beat, or since the start.
+    [[nodiscard]] std::chrono::nanoseconds age() const noexcept {
+        return Clock::now().time_since_epoch() - Clock::duration{newest_.load()};
+    }
+
+private:
+    std::atomic<Clock::rep> newest_{Clock::now().time_since_epoch().count()};
+};
+
+std::string words_of(const std::exception_ptr& exception) {
+    try {
+        std::rethrow_exception(exception);
+    } catch (const std::exception& e) {
+        return e.what();
+    } catch (...) {
+        return "unknown exception";
+    }
+}
+
+// Exceptions that reached the end of a task of the server's thread. The task ended or begins again; the
+// thread goes on. Used on the server's thread.
+class Troubles {
+public:
+    explicit Troubles(service::BenchPort& bench_port) : bench_port_{bench_port} {}
+    /// Counts the exception and writes it to the log. where: the task, "accepting of SCPI connections".
+    void note(std::string_view where, const std::exception_ptr& exception) noexcept;
+    [[nodiscard]] std::uint64_t count() const noexcept { return count_; }
+
+private:
+    service::BenchPort& bench_port_;
+    std::uint64_t count_ = 0;
+};
+
+void Troubles::note(std::string_view where, const std::exception_ptr& exception) noexcept {
+    ++count_;
+    try {
+        const auto now = bench_port_.state();
+        bench_port_.log(
+            now ? now->now_s : 0, "warning",
+            fmt::format("internal error in the remote control, {}: {}", where, words_of(exception)));
+    } catch (...) {  // no memory left: the count remains
+    }
+}
 
 constexpr std::chrono::milliseconds update_every{5}, beat_every{100};
 constexpr std::chrono::seconds lease{10};  // a page keeps control for this time after its last socket closed

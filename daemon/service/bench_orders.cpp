@@ -9,8 +9,8 @@
 #include "daemon/recording/recorder.hpp"
 #include "daemon/run/run_setup.hpp"
 #include "daemon/service/bench_service.hpp"
-#include "daemon/service/order_texts.hpp"
 #include "daemon/service/outlook.hpp"
+#include "daemon/service/pending_orders.hpp"
 #include "daemon/service/state_builder.hpp"
 #include "drivers/errors.hpp"
 

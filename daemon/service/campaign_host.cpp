@@ -7,10 +7,9 @@
 #include <exception>
 #include <utility>
 
-#include "daemon/campaign/lead/event_text.hpp"
-#include "daemon/campaign/lead/plan_on_bench.hpp"
+#include "daemon/campaign/lead/campaign.hpp"
 #include "daemon/campaign/lead/plans.hpp"
-#include "daemon/campaign/plan_file.hpp"
+#include "daemon/campaign/plan.hpp"
 #include "drivers/errors.hpp"
 
 namespace shaker::service {

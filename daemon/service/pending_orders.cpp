@@ -1,11 +1,88 @@
 #include "daemon/service/pending_orders.hpp"
 
+#include <spdlog/fmt/fmt.h>
+
 #include <utility>
 
-#include "daemon/service/order_texts.hpp"
+#include "daemon/catalogue/catalogue.hpp"
 #include "drivers/errors.hpp"
+#include "drivers/text/printable.hpp"
 
 namespace shaker::service {
+
+namespace {
+
+constexpr std::size_t longest_name = 64;
+
+/// "3 x 20 periods", "40 periods, until stopped".
+std::string plan_words(const MeasurementPlan& plan) {
+    return plan.measurements == 0 ? fmt::format("{} periods, until stopped", plan.periods)
+                                  : fmt::format("{} x {} periods", plan.measurements, plan.periods);
+}
+
+/// One function for each order. Remarks, mu and settings files are logged by the bench.
+struct InWords {
+    OrderText operator()(const SetDrive& order) const {
+        const Drive& d = order.drive;
+        return {"setting", "",
+                fmt::format("set-point {:.6g} Hz, gamma {:.4g} g, rho {:.4g}, phi {:.4g} deg{}", d.frequency,
+                            d.gamma / paper_g, d.rho, d.phi * 360 / two_pi,
+                            d.biharmonic() ? "" : ", with overtones")};
+    }
+    OrderText operator()(const Begin& order) const {
+        return {"order", "start", "start (" + plan_words(order.plan) + ")"};
+    }
+    OrderText operator()(const Identify&) const { return {"order", "identification"}; }
+    OrderText operator()(const BringToMiddle&) const { return {"order", "return to the middle"}; }
+    OrderText operator()(const PutWalkerBack&) const { return {"order", "walker put back"}; }
+    OrderText operator()(const MeasurePlan& order) const {
+        return {"order", "campaign", "campaign " + order.name};
+    }
+    OrderText operator()(const CheckPlan& order) const { return {"order", "check of plan " + order.name}; }
+    OrderText operator()(const TellCampaign& order) const {
+        const std::string word{campaign::word_names.at(static_cast<std::size_t>(order.word))};
+        return {"order", "campaign " + word};
+    }
+    OrderText operator()(const End&) const { return {"order", "stop"}; }
+    OrderText operator()(const ClearTrip&) const { return {"order", "clear"}; }
+    OrderText operator()(const Record& order) const {
+        const std::string name = order.name.empty() ? "" : " as " + order.name;
+        return {"setting", "recording", order.on ? "recording on" + name : "recording off"};
+    }
+    OrderText operator()(const CloseLoop& order) const {
+        return {"setting", "loop", order.on ? "loop closed" : "loop open"};
+    }
+    OrderText operator()(const LowerLimit& order) const {
+        return {"setting", "limit", fmt::format("limit lowered to {:.6g}", order.value)};
+    }
+    OrderText operator()(const MoveTargets& order) const {
+        std::string regions;
+        for (const acquisition::MovedTarget& m : order.targets)
+            regions += (regions.empty() ? "" : "; ") + acquisition::text(m);
+        return {"setting", "targets", "targets moved until the daemon ends: " + regions};
+    }
+    OrderText operator()(const auto&) const { return {"setting", ""}; }
+};
+
+}  // namespace
+
+OrderText words_of(const OrderWhat& what) { return std::visit(InWords{}, what); }
+
+void require_name(const std::string& what, const std::string& name) {
+    if (name.size() <= longest_name && catalogue::listed_name(name + ".nxs")) return;
+    throw InputError{
+        fmt::format("{} \"{}\": expected 1 to {} letters, digits, dots, hyphens and underscores, without "
+                    "a dot in front",
+                    what, name.substr(0, longest_name), longest_name)};
+}
+
+void require_remark(const std::string& text) {
+    if (!text.empty() && text.size() <= Remark::longest && printable(text) == text) return;
+    throw InputError{
+        fmt::format("remark of {} bytes: 1 to {} bytes of UTF-8 without control characters are "
+                    "allowed",
+                    text.size(), Remark::longest)};
+}
 
 PendingOrders::Settings PendingOrders::settings() const {
     if (under_way_ > 0) return ordered_;

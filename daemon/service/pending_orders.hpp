@@ -1,13 +1,30 @@
 #pragma once
-// The state that the bench will have after all orders under way. Used on the thread that serves the clients.
+// Orders of clients: in words, and the state that the bench will have after all that are under way.
 #include <functional>
 #include <memory>
 #include <string>
 
-#include "daemon/service/order_texts.hpp"
+#include "daemon/service/bench_port.hpp"
 
 namespace shaker::service {
 
+/// A recording's name: 1 to 64 letters, digits, dots, hyphens and underscores, no dot in front. InputError
+/// with the name otherwise.
+void require_name(const std::string& what, const std::string& name);
+/// A remark: 1 to 400 bytes of UTF-8 without control characters. InputError otherwise.
+void require_remark(const std::string& text);
+
+/// An order in words for the log: "set-point 20 Hz, gamma 1.5 g, rho 0.5, phi 35 deg". kind: "order" switches
+/// the drive, "setting" does not. Orders of one kind and key are alike. An empty text is not logged: the
+/// bench logs it itself.
+struct OrderText {
+    const char* kind = "order";
+    std::string key{};
+    std::string text = key;
+};
+OrderText words_of(const OrderWhat& what);
+
+/// The state that the bench will have after all orders under way. Used on the thread that serves the clients.
 class PendingOrders {
 public:
     /// later: passes a function from any thread to this one. Copies of `later` outlive this object; after its

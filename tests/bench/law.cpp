@@ -4,7 +4,7 @@
 #include <cstdlib>
 
 #include "daemon/campaign/campaign_folder.hpp"
-#include "daemon/campaign/law_points.hpp"
+#include "daemon/campaign/point_results.hpp"
 #include "daemon/law/findings.hpp"
 #include "tests/bench/option.hpp"
 #include "tests/bench/table.hpp"

@@ -21,7 +21,6 @@
 
 #include "daemon/service/bench_service.hpp"
 #include "daemon/service/heartbeats.hpp"
-#include "daemon/service/systemd_notify.hpp"
 #include "tests/bench/option.hpp"
 #include "tests/bench/table.hpp"
 #include "tests/support/stall_probe.hpp"

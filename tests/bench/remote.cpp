@@ -11,7 +11,7 @@
 #include <thread>
 #include <vector>
 
-#include "daemon/acquisition/period_jitter.hpp"
+#include "daemon/acquisition/time_histogram.hpp"
 #include "tests/bench/option.hpp"
 #include "tests/bench/table.hpp"
 #include "tests/support/remote/served_bench.hpp"

@@ -11,7 +11,7 @@
 #include <functional>
 #include <iostream>
 
-#include "daemon/commands/replay_command.hpp"
+#include "daemon/commands/replay.hpp"
 #include "daemon/recording/recorder.hpp"
 #include "daemon/reduction/reduction.hpp"
 #include "tests/bench/table.hpp"

@@ -4,9 +4,9 @@ if(NOT CMAKE_CXX_COMPILER_ID MATCHES Clang)
   message(FATAL_ERROR "libFuzzer comes with clang: cmake --preset fuzz")
 endif()
 
-file(GLOB language CONFIGURE_DEPENDS daemon/remote/access/*.cpp daemon/remote/scpi/*.cpp daemon/remote/scpi/*/*.cpp daemon/remote/instrument/*.cpp)
+file(GLOB language CONFIGURE_DEPENDS daemon/remote/access/*.cpp daemon/remote/scpi/*.cpp daemon/remote/instrument/*.cpp)
 file(GLOB drivers CONFIGURE_DEPENDS drivers/*.cpp)  # what all others stand on; the linker takes what is asked for
-set(port daemon/service/bench_port.cpp daemon/service/event_log.cpp daemon/service/live_feed.cpp daemon/service/pending_orders.cpp
+set(port daemon/service/bench_port.cpp daemon/service/event_log.cpp daemon/service/pending_orders.cpp
     daemon/safety/trip.cpp tests/support/remote/played_port.cpp)
 add_library(fuzzed_drivers STATIC ${drivers})
 add_library(fuzzed_port STATIC ${port})

@@ -6,8 +6,7 @@
 #include <iostream>
 #include <utility>
 
-#include "daemon/remote/access/aborts.hpp"
-#include "daemon/remote/access/control_lock.hpp"
+#include "daemon/remote/access/access.hpp"
 #include "daemon/service/pending_orders.hpp"
 #include "tests/support/remote/played_port.hpp"
 

@@ -4,8 +4,8 @@
 #include <string>
 #include <string_view>
 
+#include "daemon/remote/web/live_socket.hpp"
 #include "daemon/remote/web/requests.hpp"
-#include "daemon/remote/web/socket_limits.hpp"
 #include "daemon/remote/web/subscription.hpp"
 #include "tests/fuzz/inline_bench.hpp"
 

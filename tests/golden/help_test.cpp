@@ -3,7 +3,7 @@
 
 #include <string>
 
-#include "daemon/command_line/table.hpp"
+#include "daemon/commands/table.hpp"
 #include "daemon/remote/ctl/table.hpp"
 #include "tests/support/golden.hpp"
 #include "tests/support/program.hpp"
@@ -21,7 +21,7 @@ void expect_help(const manual::Program& program) {
     test::expect_golden("help/" + name + ".txt", test::without_place_and_time(all, folder));
 }
 
-TEST(GoldenHelpTest, EveryCommandOfShakerd) { expect_help(command_line::program()); }
+TEST(GoldenHelpTest, EveryCommandOfShakerd) { expect_help(commands::program()); }
 
 TEST(GoldenHelpTest, EveryCommandOfShakerctl) { expect_help(ctl::program()); }
 

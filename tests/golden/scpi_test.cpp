@@ -6,7 +6,7 @@
 #include <optional>
 #include <string>
 
-#include "daemon/remote/instrument/commands.hpp"
+#include "daemon/remote/instrument/instrument.hpp"
 #include "daemon/remote/scpi/session.hpp"
 #include "tests/fuzz/inline_bench.hpp"
 #include "tests/support/golden.hpp"

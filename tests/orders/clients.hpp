@@ -8,9 +8,8 @@
 #include <memory>
 #include <string>
 
-#include "daemon/remote/access/aborts.hpp"
-#include "daemon/remote/access/control_lock.hpp"
-#include "daemon/remote/instrument/commands.hpp"
+#include "daemon/remote/access/access.hpp"
+#include "daemon/remote/instrument/instrument.hpp"
 #include "daemon/remote/scpi/session.hpp"
 #include "daemon/remote/web/actions.hpp"
 #include "daemon/service/pending_orders.hpp"

@@ -7,8 +7,8 @@
 
 #include <cstdio>
 
-#include "daemon/commands/recover_command.hpp"
-#include "daemon/commands/replay_command.hpp"
+#include "daemon/commands/recover.hpp"
+#include "daemon/commands/replay.hpp"
 #include "daemon/recording/journal.hpp"
 #include "daemon/recording/tables/run_tables.hpp"
 #include "daemon/sandbox/new_files.hpp"

@@ -7,7 +7,7 @@
 #include <sstream>
 
 #include "daemon/run/sequence.hpp"
-#include "daemon/service/systemd_notify.hpp"
+#include "daemon/service/heartbeats.hpp"
 #include "drivers/realtime.hpp"
 #include "tests/support/paths.hpp"
 

@@ -1,8 +1,9 @@
 #pragma once
-// Campaign: leads a runner on call through a plan.
+// Campaign: leads a runner on call through a plan. And its events in words, for the terminal and the log.
 #include <filesystem>
 #include <functional>
 #include <string>
+#include <vector>
 
 #include "daemon/campaign/engine.hpp"
 #include "daemon/on_call/on_call.hpp"
@@ -67,5 +68,11 @@ private:
     BenchTime time_;
     double timed_to_s_ = 0;
 };
+
+/// Series and drive of a point: "pair 20 Hz gamma 9.8 m/s^2 rho 0.5 phi 35.0 deg".
+std::string place(const Point& point);
+/// The event as one sentence; empty for one that a person need not read. points: of the engine, in their
+/// order.
+std::string text(const Event& event, const Engine& engine, const std::vector<Point>& points);
 
 }  // namespace shaker::campaign

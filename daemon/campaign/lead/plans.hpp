@@ -1,9 +1,12 @@
 #pragma once
-// Plans that clients order by name, and plans of a few numbers.
+// Plans that clients order by name, plans of a few numbers, and what the check of a plan needs to know of a
+// bench.
 #include <filesystem>
 #include <string>
 #include <vector>
 
+#include "daemon/bench/bench.hpp"
+#include "daemon/campaign/plan_check.hpp"
 #include "drivers/drive.hpp"
 
 namespace shaker::campaign {
@@ -26,5 +29,9 @@ struct Scan {
 };
 /// The plan of a scan. Its parser checks the ranges.
 std::string text_of(const Scan& scan);
+
+/// Walker, limits and swing of the base at each drive of the points. Does not refer to the bench afterwards.
+/// The caller adds the length of the view, and the walker's place where it is known.
+CheckSettings check_settings(const Plan& plan, const std::vector<Point>& points, const bench::Bench& bench);
 
 }  // namespace shaker::campaign

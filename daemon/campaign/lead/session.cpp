@@ -8,9 +8,8 @@
 #include <iterator>
 #include <utility>
 
-#include "daemon/campaign/law_points.hpp"
+#include "daemon/campaign/plan.hpp"
 #include "daemon/campaign/plan_check.hpp"
-#include "daemon/campaign/plan_file.hpp"
 #include "daemon/campaign/point_results.hpp"
 #include "daemon/run/run_setup.hpp"
 #include "drivers/errors.hpp"

@@ -10,7 +10,7 @@
 #include <utility>
 
 #include "daemon/bench/bench.hpp"
-#include "daemon/commands/stop_signals.hpp"
+#include "daemon/run/stop_signals.hpp"
 #include "drivers/errors.hpp"
 #include "drivers/time.hpp"
 #include "drivers/trigger_train.hpp"
@@ -70,31 +70,35 @@ private:
 
 class LeadBoard {
 public:
-    LeadBoard(const BoardLead& lead, const BoardOptions& options,
+    LeadBoard(const manual::Values& values, const BoardOptions& options,
               const std::function<void(const std::string&)>& show)
-        : lead_{lead},
+        : name_{values.text("--camera")},
+          on_base_{values.whole("--pictures")},
+          raised_{std::max(1, on_base_ / 3)},
+          hold_s_{values.number("--hold")},
           options_{options},
           show_{show},
-          bench_{bench::open_bench(lead.rig, lead.scene, simulated::World::Pace::lockstep)},
+          bench_{bench::open_bench(values.text("--rig"), values.text("--scene"),
+                                   simulated::World::Pace::lockstep)},
           camera_{find()},
           drive_{bench_, camera_.view().dac_triggered} {
         if (camera_.view().positions)
-            throw InputError{fmt::format("camera \"{}\": gives positions and no pictures", lead.camera)};
+            throw InputError{fmt::format("camera \"{}\": gives positions and no pictures", name_)};
     }
 
     BoardPictures run() {
-        const int all = lead_.pictures + (options_.raised_mm > 0 ? lead_.raised_pictures : 0);
+        const int all = on_base_ + (options_.raised_mm > 0 ? raised_ : 0);
         show_(fmt::format("lay the board on the base; {} pictures, each in another place and turned\n",
-                          lead_.pictures));
+                          on_base_));
         while (static_cast<int>(taken_.boards.size()) < all) {
-            StopSignals::rethrow();
+            run::StopSignals::rethrow();
             const FramePtr frame = newest();
             if (frame == nullptr) {
-                if (camera_.ended()) throw DeviceError{fmt::format("camera \"{}\": has ended", lead_.camera)};
+                if (camera_.ended()) throw DeviceError{fmt::format("camera \"{}\": has ended", name_)};
                 if (waited_s_ > board_patience_s)
                     throw InputError{
-                        fmt::format("camera \"{}\": no picture of a board at rest within {:.0f} s: {}",
-                                    lead_.camera, board_patience_s, why_not_)};
+                        fmt::format("camera \"{}\": no picture of a board at rest within {:.0f} s: {}", name_,
+                                    board_patience_s, why_not_)};
                 continue;
             }
             look(*frame);
@@ -107,10 +111,10 @@ private:
     Camera& find() {
         std::string names;
         for (const auto& camera : bench_.rig.cameras) {
-            if (camera->view().camera == lead_.camera) return *camera;
+            if (camera->view().camera == name_) return *camera;
             names += (names.empty() ? "" : ", ") + camera->view().camera;
         }
-        throw InputError{fmt::format("--camera {}: no such camera; the rig has {}", lead_.camera, names)};
+        throw InputError{fmt::format("--camera {}: no such camera; the rig has {}", name_, names)};
     }
 
     // The last picture that has arrived; others are not needed.
@@ -158,23 +162,25 @@ private:
             why_not_ = "the board was not moved since the last picture";
             return;
         }
-        if (time_s_ - rest_s_ < lead_.hold_s) return;
+        if (time_s_ - rest_s_ < hold_s_) return;
         take(std::move(seen));
     }
 
     void take(SeenBoard seen) {
-        const bool raised = static_cast<int>(taken_.boards.size()) >= lead_.pictures;
+        const bool raised = static_cast<int>(taken_.boards.size()) >= on_base_;
         show_(fmt::format("{}{}: {} corners, blur {:.2f} px\n", seen.name, raised ? " (raised)" : "",
                           seen.corners.size(), seen.blur));
         taken_.boards.push_back({std::move(seen), options_.thickness_mm + (raised ? options_.raised_mm : 0)});
         waited_s_ = 0;
         resting_.reset();
-        if (options_.raised_mm > 0 && static_cast<int>(taken_.boards.size()) == lead_.pictures)
-            show_(fmt::format("now raise the board by {:.4g} mm; {} pictures\n", options_.raised_mm,
-                              lead_.raised_pictures));
+        if (options_.raised_mm > 0 && static_cast<int>(taken_.boards.size()) == on_base_)
+            show_(
+                fmt::format("now raise the board by {:.4g} mm; {} pictures\n", options_.raised_mm, raised_));
     }
 
-    BoardLead lead_;
+    std::string name_;      // of the camera
+    int on_base_, raised_;  // pictures; raised_ after them, if the board is raised
+    double hold_s_;
     BoardOptions options_;
     const std::function<void(const std::string&)>& show_;
     bench::Bench bench_;
@@ -188,20 +194,19 @@ private:
 
 }  // namespace
 
-std::vector<PlacedBoard> boards_in(const std::vector<std::filesystem::path>& files,
-                                   const BoardOptions& options, double offset_mm) {
+std::vector<PlacedBoard> boards_in(const std::vector<std::string>& files, const BoardOptions& options,
+                                   double offset_mm) {
     std::vector<PlacedBoard> found;
-    for (const std::filesystem::path& file : files)
-        found.push_back(
-            {calibration::find_board(calibration::read_picture(file), options.board, file.string()),
-             options.thickness_mm + offset_mm});
+    for (const std::string& file : files)
+        found.push_back({calibration::find_board(calibration::read_picture(file), options.board, file),
+                         options.thickness_mm + offset_mm});
     return found;
 }
 
-BoardPictures lead_board(const BoardLead& lead, const BoardOptions& options,
+BoardPictures lead_board(const manual::Values& values, const BoardOptions& options,
                          const std::function<void(const std::string&)>& show) {
-    const StopSignals signals;
-    return LeadBoard{lead, options, show}.run();
+    const run::StopSignals signals;
+    return LeadBoard{values, options, show}.run();
 }
 
 }  // namespace shaker::commands

@@ -1,11 +1,11 @@
 #pragma once
 // Pictures of a board: from files, or from a live camera while an operator moves the board.
-#include <filesystem>
 #include <functional>
 #include <string>
 #include <vector>
 
 #include "calibration/camera/plane_fit.hpp"
+#include "daemon/manual/values.hpp"
 
 namespace shaker::commands {
 
@@ -21,21 +21,13 @@ struct BoardPictures {
 };
 
 /// Finds the board in image files. InputError names the file.
-std::vector<calibration::PlacedBoard> boards_in(const std::vector<std::filesystem::path>& files,
+std::vector<calibration::PlacedBoard> boards_in(const std::vector<std::string>& files,
                                                 const BoardOptions& options, double offset_mm);
 
-struct BoardLead {
-    std::string rig = "sim:";
-    std::filesystem::path scene{};
-    std::string camera = "top";
-    int pictures = 9;         // on the base
-    int raised_pictures = 3;  // after them, if the board is raised
-    double hold_s = 2;
-};
-
-/// Opens the rig; nothing is driven. A picture is taken when the board has been moved since the last one and
-/// has been at rest for hold_s; `show` receives a line. InputError when none was taken for 5 min.
-BoardPictures lead_board(const BoardLead& lead, const BoardOptions& options,
+/// Opens the rig (--rig, --scene, --camera, --pictures); nothing is driven. A picture is taken when the board
+/// has been moved since the last one and has been at rest for --hold; `show` receives a line. InputError when
+/// none was taken for 5 min.
+BoardPictures lead_board(const manual::Values& values, const BoardOptions& options,
                          const std::function<void(const std::string&)>& show);
 
 }  // namespace shaker::commands

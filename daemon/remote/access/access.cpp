@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cctype>
 
+#include "daemon/remote/access/server_clock.hpp"
+
 namespace shaker::access {
 
 namespace {
@@ -39,6 +41,15 @@ bool Access::token_allowed(std::string_view given) const noexcept {
         differ |= static_cast<unsigned>(static_cast<unsigned char>(c) ^ static_cast<unsigned char>(token[i]));
     }
     return differ == 0;
+}
+
+Aborts::Receipt Aborts::give(const std::string& by) {
+    const std::uint64_t number = output_.stop(by);
+    if (given_) given_(by);
+    return [obeyed = output_.obeyed, number, given = ServerClock::now()] {
+        if (obeyed() >= number) return Answer::obeyed;
+        return ServerClock::now() - given < patience ? Answer::none : Answer::silent;
+    };
 }
 
 }  // namespace shaker::access

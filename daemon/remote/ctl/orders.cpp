@@ -1,5 +1,3 @@
-#include "daemon/remote/ctl/orders.hpp"
-
 #include <spdlog/fmt/fmt.h>
 
 #include <cstdio>
@@ -7,10 +5,9 @@
 #include <thread>
 
 #include "daemon/manual/values.hpp"
-#include "daemon/remote/ctl/queries.hpp"
+#include "daemon/remote/ctl/outcome.hpp"
 #include "daemon/remote/ctl/state_text.hpp"
-#include "daemon/remote/ctl/terminal.hpp"
-#include "daemon/remote/ctl/trouble.hpp"
+#include "daemon/remote/ctl/table.hpp"
 #include "drivers/errors.hpp"
 #include "drivers/text/printable.hpp"
 

@@ -1,5 +1,3 @@
-#include "daemon/remote/ctl/queries.hpp"
-
 #include <spdlog/fmt/chrono.h>
 #include <spdlog/fmt/fmt.h>
 
@@ -7,9 +5,9 @@
 #include <nlohmann/json.hpp>
 #include <thread>
 
+#include "daemon/remote/ctl/outcome.hpp"
 #include "daemon/remote/ctl/state_text.hpp"
-#include "daemon/remote/ctl/terminal.hpp"
-#include "daemon/remote/ctl/trouble.hpp"
+#include "daemon/remote/ctl/table.hpp"
 #include "drivers/text/printable.hpp"
 
 namespace shaker::ctl {

@@ -1,5 +1,5 @@
 // Campaigns: the points of a plan, one after the other.
-#include "daemon/remote/instrument/commands.hpp"
+#include "daemon/remote/instrument/instrument.hpp"
 #include "daemon/remote/scpi/session.hpp"
 
 namespace shaker::instrument {

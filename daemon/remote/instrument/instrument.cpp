@@ -4,8 +4,9 @@
 
 #include <utility>
 
-#include "daemon/remote/scpi/data/error.hpp"
+#include "daemon/remote/scpi/error.hpp"
 #include "daemon/remote/scpi/session.hpp"
+#include "daemon/remote/scpi/standard_commands.hpp"
 
 namespace shaker::instrument {
 
@@ -90,6 +91,15 @@ void show(const service::BenchState& s, scpi::DeviceStatus& status) {
     const service::LostState& l = s.lost;
     status.set(scpi::Questionable::data_loss,
                l.plays + l.changes + l.blocks + l.frames + l.trips + s.recording.pieces_lost > 0);
+}
+
+std::vector<scpi::Command> command_table(BenchInstrument& bench) {
+    std::vector<scpi::Command> rows;
+    for (auto* part : {&source_commands, &shape_commands, &output_commands, &control_commands, &read_commands,
+                       &fetch_commands, &campaign_commands, &record_commands, &sense_commands,
+                       &published_commands, &bench_commands})
+        for (scpi::Command& row : part(bench)) rows.push_back(std::move(row));
+    return scpi::with_standard_commands(std::move(rows));
 }
 
 }  // namespace shaker::instrument

@@ -1,8 +1,8 @@
 #include <array>
 
-#include "daemon/remote/instrument/commands.hpp"
-#include "daemon/remote/scpi/data/error.hpp"
-#include "daemon/remote/scpi/data/reply.hpp"
+#include "daemon/remote/instrument/instrument.hpp"
+#include "daemon/remote/scpi/error.hpp"
+#include "daemon/remote/scpi/reply.hpp"
 #include "daemon/remote/scpi/session.hpp"
 
 namespace shaker::instrument {

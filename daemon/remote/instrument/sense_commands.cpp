@@ -2,9 +2,9 @@
 
 #include <string>
 
-#include "daemon/remote/instrument/commands.hpp"
-#include "daemon/remote/scpi/data/error.hpp"
-#include "daemon/remote/scpi/data/reply.hpp"
+#include "daemon/remote/instrument/instrument.hpp"
+#include "daemon/remote/scpi/error.hpp"
+#include "daemon/remote/scpi/reply.hpp"
 
 namespace shaker::instrument {
 

@@ -1,5 +1,5 @@
 #pragma once
-// One row of the table of commands.
+// One row of the table of commands, and the values after its header.
 #include <array>
 #include <cstdint>
 #include <functional>
@@ -8,8 +8,9 @@
 #include <string>
 #include <vector>
 
-#include "daemon/remote/scpi/data/parameter.hpp"
-#include "daemon/remote/scpi/data/reply.hpp"
+#include "daemon/remote/scpi/parameter.hpp"
+#include "daemon/remote/scpi/reply.hpp"
+#include "daemon/remote/scpi/text.hpp"
 
 namespace shaker::scpi {
 
@@ -57,5 +58,14 @@ struct Command {
 };
 
 inline constexpr std::size_t most_parameters = 8;
+
+using Arguments = std::array<Argument, most_parameters>;
+
+/// Reads the values up to the end of the unit; omitted optional values are set to their DEFault. Throws Error
+/// without the command's name in its detail: -103 -108 -109, and those of read_element and to_argument.
+std::span<const Argument> read_arguments(Text& text, std::span<const Parameter> parameters, Arguments& into);
+
+/// Reads MIN, MAX or DEF after the query of a number; false without such a word.
+bool read_bound(Text& text, Bound& bound);
 
 }  // namespace shaker::scpi

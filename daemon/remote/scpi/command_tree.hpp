@@ -4,13 +4,28 @@
 #include <cstdint>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "daemon/remote/scpi/command.hpp"
-#include "daemon/remote/scpi/data/text.hpp"
-#include "daemon/remote/scpi/header_pattern.hpp"
+#include "daemon/remote/scpi/text.hpp"
 
 namespace shaker::scpi {
+
+/// A part of a header of the table of commands: "[SOURce:]" or "HARMonic<1..16>".
+struct HeaderNode {
+    Keyword keyword;
+    std::string written;  // "HARMonic"
+    bool optional = false;
+    bool before = false;  // optional and written "[SOURce:]": shown in messages; "[:STATe]" is not
+    int slot = -1;        // index of the number after it in the header; -1: none
+    std::uint16_t first = 1, last = 1;  // range of that number
+};
+
+using HeaderPattern = std::vector<HeaderNode>;
+
+/// Throws InputError with the header if it is not in the notation of Command.
+HeaderPattern read_pattern(const std::string& header);
 
 inline constexpr std::size_t deepest = 8;  // mnemonics in a header
 

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <array>
 
-#include "daemon/remote/scpi/data/text.hpp"
+#include "daemon/remote/scpi/text.hpp"
 
 namespace shaker::scpi {
 namespace {
@@ -11,10 +11,6 @@ namespace {
 // Fields without a hyphen that a browser sends. No mnemonic contains a hyphen.
 constexpr std::array<std::string_view, 6> fields{"HOST",   "ORIGIN", "REFERER",
                                                  "COOKIE", "ACCEPT", "CONNECTION"};
-
-bool same(std::string_view text, std::string_view capitals) noexcept {
-    return std::ranges::equal(text, capitals, [](char a, char b) { return upper(a) == b; });
-}
 
 bool is_field(std::string_view name) noexcept {
     if (name.find('-') != std::string_view::npos) return true;

@@ -5,7 +5,7 @@
 #include <string>
 #include <string_view>
 
-#include "daemon/remote/scpi/data/text.hpp"
+#include "daemon/remote/scpi/text.hpp"
 
 namespace shaker::scpi {
 

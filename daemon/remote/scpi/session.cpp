@@ -8,6 +8,7 @@
 #include "drivers/errors.hpp"
 
 namespace shaker::scpi {
+
 namespace {
 
 constexpr std::size_t cost_of_a_message = 64;  // bytes, in addition to its text

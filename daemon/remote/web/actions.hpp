@@ -4,8 +4,7 @@
 #include <list>
 #include <string>
 
-#include "daemon/remote/access/aborts.hpp"
-#include "daemon/remote/access/control_lock.hpp"
+#include "daemon/remote/access/access.hpp"
 #include "daemon/service/pending_orders.hpp"
 
 namespace shaker::web {

@@ -5,8 +5,8 @@
 #include <string>
 #include <vector>
 
+#include "daemon/service/bench_port.hpp"
 #include "daemon/service/bench_state.hpp"
-#include "daemon/service/live_feed.hpp"
 
 namespace shaker::web {
 

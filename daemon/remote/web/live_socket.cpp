@@ -9,7 +9,6 @@
 #include "daemon/remote/access/server_clock.hpp"
 #include "daemon/remote/web/live_frames.hpp"
 #include "daemon/remote/web/site.hpp"
-#include "daemon/remote/web/socket_limits.hpp"
 #include "daemon/remote/web/state_json.hpp"
 #include "daemon/remote/web/subscription.hpp"
 
@@ -32,7 +31,7 @@ using Socket = beast::websocket::stream<beast::tcp_stream>;
 using Clock = access::ServerClock;
 
 constexpr std::chrono::milliseconds turn{33}, state_every{100};
-constexpr std::chrono::seconds patience{10};  // for the client to receive one message
+constexpr std::chrono::seconds message_patience{10};  // for the client to receive one message
 
 struct Stream {
     Subscription wish;
@@ -196,7 +195,7 @@ asio::awaitable<void> take_turns(std::shared_ptr<Live> live) {
         if (!live->sending) {
             live->sending = true;
             asio::co_spawn(live->socket.get_executor(), write(live), asio::detached);
-        } else if (Clock::now() - live->begun < patience) {
+        } else if (Clock::now() - live->begun < message_patience) {
             drop_due(*live);
         } else {
             break;

@@ -7,7 +7,6 @@
 
 #include "daemon/campaign/lead/campaign.hpp"
 #include "daemon/campaign/plan.hpp"
-#include "daemon/campaign/plan_file.hpp"
 #include "daemon/run/runner.hpp"
 #include "tests/support/program.hpp"
 

@@ -6,9 +6,9 @@
 #include <fstream>
 
 #include "daemon/campaign/campaign_folder.hpp"
-#include "daemon/campaign/law_points.hpp"
+#include "daemon/campaign/point_results.hpp"
 #include "daemon/campaign/points_table.hpp"
-#include "daemon/commands/campaign/campaign_command.hpp"
+#include "daemon/commands/campaign.hpp"
 #include "drivers/errors.hpp"
 #include "tests/support/program.hpp"
 

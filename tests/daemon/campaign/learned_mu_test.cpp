@@ -1,9 +1,9 @@
 // The mu of the predictions starts with that of the plan and follows the points.
-#include "daemon/campaign/learned_mu.hpp"
-
 #include <gtest/gtest.h>
 
 #include <numbers>
+
+#include "daemon/campaign/campaign_mu.hpp"
 
 namespace shaker::campaign {
 namespace {

@@ -1,11 +1,10 @@
 // The next point for mu: what it adds for its time, pairs, and when mu is known.
-#include "daemon/campaign/mu_choice.hpp"
-
 #include <gtest/gtest.h>
 
 #include <numbers>
 #include <random>
 
+#include "daemon/campaign/campaign_mu.hpp"
 #include "daemon/campaign/plan.hpp"
 
 namespace shaker::campaign {

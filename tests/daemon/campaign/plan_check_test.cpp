@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
-#include "daemon/campaign/plan_file.hpp"
+#include "daemon/campaign/plan.hpp"
 #include "drivers/errors.hpp"
 #include "tests/support/paths.hpp"
 

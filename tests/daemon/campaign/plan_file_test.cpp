@@ -1,9 +1,8 @@
-#include "daemon/campaign/plan_file.hpp"
-
 #include <gtest/gtest.h>
 
 #include <numbers>
 
+#include "daemon/campaign/plan.hpp"
 #include "drivers/errors.hpp"
 
 namespace shaker::campaign {

@@ -6,7 +6,6 @@
 #include <numbers>
 
 #include "daemon/campaign/plan.hpp"
-#include "daemon/campaign/plan_file.hpp"
 #include "drivers/errors.hpp"
 
 namespace shaker::campaign {

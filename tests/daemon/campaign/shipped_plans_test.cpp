@@ -13,7 +13,6 @@
 #include <sstream>
 
 #include "daemon/campaign/plan.hpp"
-#include "daemon/campaign/plan_file.hpp"
 #include "drivers/walker/no_stick.hpp"
 #include "tests/support/paths.hpp"
 

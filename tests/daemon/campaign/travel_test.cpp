@@ -9,7 +9,6 @@
 #include <numbers>
 
 #include "daemon/campaign/plan.hpp"
-#include "daemon/campaign/plan_file.hpp"
 #include "tests/support/paths.hpp"
 
 namespace shaker::campaign {

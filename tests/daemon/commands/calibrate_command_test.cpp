@@ -1,5 +1,3 @@
-#include "daemon/commands/calibrate/calibrate_command.hpp"
-
 #include <gtest/gtest.h>
 
 #include <cmath>

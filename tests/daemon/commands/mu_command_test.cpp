@@ -1,11 +1,10 @@
-#include "daemon/commands/mu/mu_command.hpp"
-
 #include <gtest/gtest.h>
 
 #include <fstream>
 #include <nlohmann/json.hpp>
 
-#include "daemon/campaign/law_points.hpp"
+#include "daemon/campaign/point_results.hpp"
+#include "daemon/campaign/points_table.hpp"
 #include "drivers/errors.hpp"
 #include "tests/support/law/synthetic_points.hpp"
 #include "tests/support/program.hpp"

@@ -5,9 +5,8 @@
 #include <nlohmann/json.hpp>
 #include <numbers>
 
-#include "daemon/command_line/harmonics_argument.hpp"
-#include "daemon/command_line/table.hpp"
 #include "daemon/commands/predict.hpp"
+#include "daemon/commands/table.hpp"
 #include "daemon/manual/parser.hpp"
 #include "drivers/errors.hpp"
 #include "drivers/walker/no_stick.hpp"
@@ -16,16 +15,16 @@ namespace shaker::commands {
 namespace {
 
 using Json = nlohmann::json;
-using command_line::parse_harmonics;
+using commands::parse_harmonics;
 
 /// Standard output of "shakerd predict" with these options.
 std::string printed(std::vector<const char*> words) {
     words.insert(words.begin(), {"shakerd", "predict"});
     const manual::ParsedLine line =
-        manual::parse(command_line::program(), static_cast<int>(words.size()), words.data());
+        manual::parse(commands::program(), static_cast<int>(words.size()), words.data());
     testing::internal::CaptureStdout();
     try {
-        manual::find(command_line::program(), "predict")->act(line.values);
+        manual::find(commands::program(), "predict")->act(line.values);
     } catch (...) {
         testing::internal::GetCapturedStdout();
         throw;

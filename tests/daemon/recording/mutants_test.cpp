@@ -5,7 +5,7 @@
 
 #include <map>
 
-#include "daemon/commands/replay_command.hpp"
+#include "daemon/commands/replay.hpp"
 #include "tests/support/nightly.hpp"
 #include "tests/support/program.hpp"
 

@@ -6,7 +6,7 @@
 #include <sstream>
 #include <thread>
 
-#include "daemon/remote/ctl/trouble.hpp"
+#include "daemon/remote/ctl/outcome.hpp"
 #include "daemon/remote/server.hpp"
 #include "tests/support/program.hpp"
 #include "tests/support/remote/played_bench.hpp"

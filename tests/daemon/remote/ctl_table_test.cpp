@@ -7,9 +7,9 @@
 #include <sstream>
 
 #include "daemon/manual/help.hpp"
+#include "daemon/remote/ctl/outcome.hpp"
 #include "daemon/remote/ctl/state_text.hpp"
 #include "daemon/remote/ctl/table.hpp"
-#include "daemon/remote/ctl/trouble.hpp"
 #include "daemon/remote/web/state_json.hpp"
 #include "tests/support/paths.hpp"
 #include "tests/support/program.hpp"

@@ -5,8 +5,8 @@
 #include <nlohmann/json.hpp>
 #include <thread>
 
-#include "daemon/remote/ctl/address.hpp"
-#include "daemon/remote/ctl/trouble.hpp"
+#include "daemon/remote/ctl/link.hpp"
+#include "daemon/remote/ctl/outcome.hpp"
 #include "daemon/remote/server.hpp"
 #include "drivers/errors.hpp"
 #include "tests/support/environment.hpp"

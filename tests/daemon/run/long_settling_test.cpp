@@ -8,7 +8,7 @@
 #include <memory>
 #include <vector>
 
-#include "daemon/commands/replay_command.hpp"
+#include "daemon/commands/replay.hpp"
 #include "daemon/run/runner.hpp"
 #include "drivers/time.hpp"
 #include "tests/support/program.hpp"

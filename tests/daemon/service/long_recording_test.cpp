@@ -2,7 +2,7 @@
 #include <gtest/gtest.h>
 #include <malloc.h>
 
-#include "daemon/commands/replay_command.hpp"
+#include "daemon/commands/replay.hpp"
 #include "daemon/recording/tables/measured_tables.hpp"
 #include "tests/support/program.hpp"
 #include "tests/support/run/bench_on_call.hpp"

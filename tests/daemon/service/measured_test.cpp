@@ -1,7 +1,7 @@
 // A recording by the daemon has every finished measurement of its run and no interrupted one.
 #include <gtest/gtest.h>
 
-#include "daemon/commands/replay_command.hpp"
+#include "daemon/commands/replay.hpp"
 #include "daemon/recording/tables/measured_tables.hpp"
 #include "daemon/recording/tables/trip_table.hpp"
 #include "drivers/recorded/h5/h5.hpp"

@@ -3,7 +3,7 @@
 
 #include <algorithm>
 
-#include "daemon/commands/replay_command.hpp"
+#include "daemon/commands/replay.hpp"
 #include "drivers/recorded/recording_file.hpp"
 #include "tests/support/run/bench_on_call.hpp"
 

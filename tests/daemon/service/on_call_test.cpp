@@ -4,7 +4,7 @@
 #include <filesystem>
 #include <fstream>
 
-#include "daemon/commands/replay_command.hpp"
+#include "daemon/commands/replay.hpp"
 #include "daemon/recording/journal.hpp"
 #include "drivers/errors.hpp"
 #include "drivers/recorded/pictures/picture_check.hpp"

@@ -13,8 +13,8 @@
 #include <iterator>
 #include <stdexcept>
 
-#include "daemon/commands/replay_command.hpp"
-#include "daemon/commands/run_command.hpp"
+#include "daemon/commands/replay.hpp"
+#include "daemon/commands/run.hpp"
 #include "daemon/manual/command.hpp"
 #include "daemon/sandbox/confined.hpp"
 #include "tests/support/program.hpp"

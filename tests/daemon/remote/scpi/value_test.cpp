@@ -7,8 +7,8 @@
 #include <string>
 #include <vector>
 
-#include "daemon/remote/scpi/data/error.hpp"
-#include "daemon/remote/scpi/data/parameter.hpp"
+#include "daemon/remote/scpi/error.hpp"
+#include "daemon/remote/scpi/parameter.hpp"
 
 namespace shaker::scpi {
 namespace {

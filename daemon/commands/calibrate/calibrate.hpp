@@ -1,0 +1,49 @@
+#pragma once
+// shakerd calibrate: one function a device, and the files that they write.
+#include <array>
+#include <cerrno>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <string>
+#include <string_view>
+#include <utility>
+
+#include "daemon/manual/values.hpp"
+#include "drivers/errors.hpp"
+
+namespace shaker::commands {
+
+manual::Command calibrate_row();
+
+/// shakerd calibrate accelerometer: gain matrix and offsets from attitudes at rest. Fits (fit_tumble()),
+/// writes the calibration file and prints the results. Files are not overwritten. InputError as from its
+/// parts.
+void calibrate_accelerometer(const manual::Values& values);
+
+/// shakerd calibrate camera: scale, tilt and lens from pictures of a board (fit_plane()), or the scale from a
+/// known length. Writes and prints as above.
+void calibrate_camera(const manual::Values& values);
+
+/// Words of --axis, in the order of calibration::AxisFrom.
+inline constexpr std::array<std::string_view, 3> axis_words{"settings", "board", "slid"};
+
+/// A file that must not exist before; every write reaches the disk's cache at once. InputError, DeviceError.
+class NewFile {
+public:
+    explicit NewFile(std::filesystem::path file) : file_{std::move(file)} {
+        if (std::filesystem::exists(file_))
+            throw InputError{file_.string() + ": exists and is not overwritten; give another --output"};
+    }
+    void append(const std::string& text) {
+        std::ofstream out{file_, std::ios::binary | std::ios::app};
+        out << text << std::flush;
+        if (!out) throw DeviceError{file_.string() + ": cannot be written: " + std::strerror(errno)};
+    }
+    [[nodiscard]] std::string name() const { return file_.string(); }
+
+private:
+    std::filesystem::path file_;
+};
+
+}  // namespace shaker::commands

@@ -1,0 +1,367 @@
+#include "daemon/commands/campaign.hpp"
+
+#include <spdlog/fmt/fmt.h>
+#include <spdlog/spdlog.h>
+
+#include <algorithm>
+#include <cmath>
+#include <fstream>
+#include <iterator>
+#include <utility>
+
+#include "daemon/campaign/campaign_folder.hpp"
+#include "daemon/campaign/lead/plans.hpp"
+#include "daemon/campaign/lead/session.hpp"
+#include "daemon/campaign/plan.hpp"
+#include "daemon/campaign/plan_check.hpp"
+#include "daemon/campaign/point_results.hpp"
+#include "daemon/commands/operator_dialogue.hpp"
+#include "daemon/commands/recover.hpp"
+#include "daemon/commands/run.hpp"
+#include "daemon/commands/table.hpp"
+#include "daemon/manual/values.hpp"
+#include "daemon/report/printing.hpp"
+#include "daemon/run/run_setup.hpp"
+#include "daemon/run/stop_signals.hpp"
+#include "daemon/sandbox/confined.hpp"
+#include "daemon/sandbox/new_files.hpp"
+#include "drivers/errors.hpp"
+#include "drivers/recorded/h5/file_lock.hpp"
+
+namespace shaker::commands {
+
+namespace {
+
+using manual::Argument;
+using manual::Kind;
+
+constexpr std::array<std::string_view, 2> camera_details{"positions", "pixels"};
+
+constexpr std::array campaign_arguments{
+    Argument{.name = "PLAN",
+             .help = "Plan of the campaign (TOML); with --continue or --reduce: the campaign's folder",
+             .kind = Kind::file},
+    manual::rig_argument,
+    manual::scene_argument,
+    Argument{
+        .name = "--detail",
+        .help =
+            "Cameras of the simulated bench: positions of the targets, in a view of 640 px, or pictures of "
+            "320 px, which take a hundred times as long",
+        .kind = Kind::word,
+        .words = camera_details,
+        .standard = "positions"},
+    Argument{.name = "--output",
+             .letter = 'o',
+             .value = "FOLDER",
+             .help = "New folder for journal, recordings and the points table campaign.nxs",
+             .kind = Kind::folder,
+             .otherwise = "the plan's name without its ending"},
+    Argument{.name = "--check",
+             .help = "Print points, order, predicted travel, bench time and bytes; nothing moves"},
+    Argument{.name = "--view",
+             .value = "MM",
+             .help = "With --check: length of the view along the shaker's axis in mm",
+             .kind = Kind::whole,
+             .allowed = {10, 10000},
+             .otherwise = "that of the simulated bench"},
+    Argument{.name = "--continue",
+             .help = "Measure the points that an interrupted campaign has not measured"},
+    Argument{.name = "--reduce",
+             .help = "Make the points table again from the recordings and compare it with the stored one"},
+    frames_argument,
+    Argument{.name = "--threads",
+             .help = "Run each loop in its own thread, as on hardware, instead of in lockstep"},
+    Argument{.name = "--real-time", .help = "With --threads: run a simulated rig in real time"},
+    Argument{.name = "--json", .help = "With --check: print one JSON object; key names carry the SI units"}};
+
+std::string plan_text_of(const std::filesystem::path& file) {
+    std::ifstream in{file};
+    if (!in) throw InputError{fmt::format("{}: no such file; expected a plan (TOML)", file.string())};
+    return {std::istreambuf_iterator<char>{in}, {}};
+}
+
+run::RunnerSettings runner_settings(const CampaignOptions& options,
+                                    const std::vector<campaign::Point>& points) {
+    run::RunnerSettings settings{
+        .run = options.run, .on_call = true, .recordings = options.folder, .longest_recording_s = 7200};
+    settings.run.drive = points.front().asked.drive;
+    return settings;
+}
+
+void obey(campaign::Campaign& campaign, const std::string& word, acquisition::Channels& channels,
+          CampaignLines& lines) try {
+    campaign.obey(word, channels);
+} catch (const InputError& e) {
+    lines.say(e.what());
+}
+
+const Keys keys{{'p', "pause"}, {'r', "resume"}, {'s', "skip"}, {'m', "repeat"},
+                {'e', "stop"},  {'a', "abort"},  {'c', "clear"}};
+constexpr const char* keys_help =
+    "keys: p pause, r resume, s skip this point, m measure the last point again, e end after this point, "
+    "a abort, c clear a trip";
+
+/// The check of a plan on this bench. view_m: NaN on a real bench whose view is not known.
+campaign::PlanCheck plan_check(const campaign::Plan& plan, const bench::Bench& bench, double view_m) {
+    campaign::CheckSettings settings = campaign::check_settings(plan, campaign::schedule(plan), bench);
+    settings.way.view = view_m;
+    if (bench.world) settings.start = 1e-3 * bench.scene.walker.start_mm;
+    return campaign::check_plan(plan, settings);
+}
+
+double view_of(const CampaignOptions& options, const bench::Bench& bench) {
+    if (std::isfinite(options.view_m) || !bench.world) return options.view_m;
+    return 1e-3 * bench.rig.cameras.front()->view().mm_per_px * bench.scene.cameras.front().width;
+}
+
+/// The walker of a simulated bench starts where the first drive wants it, unless the scene says where.
+void place_walker(run::RunOptions& run, const campaign::Plan& plan, const campaign::Point& first) {
+    simulated::Scene& scene = run.standard;
+    const simulated::CameraTruth& top = scene.cameras.front();
+    if (!top.view.positions) return;
+    campaign::WalkPredictor walks{plan.mu, scene.gravity};
+    const campaign::FreeWay way{.view = 1e-3 * top.view.mm_per_px * top.width,
+                                .walker = 1e-3 * scene.walker.diameter_mm,
+                                .margin = 1e-3 * plan.edge_margin_mm};
+    const campaign::Travel travel =
+        campaign::travel(first.asked, walks.at(first.asked.drive), {}, way.length());
+    scene.walker.start_mm = 1e3 * campaign::best_start(travel);
+}
+
+/// Bench time of each point, s; the view of a real bench without --view counts as wide.
+std::vector<double> predicted_s(const campaign::Plan& plan, const bench::Bench& bench,
+                                const CampaignOptions& options) {
+    const double view_m = view_of(options, bench);
+    std::vector<double> bench_s;
+    for (const campaign::CheckedPoint& p : plan_check(plan, bench, std::isfinite(view_m) ? view_m : 1).points)
+        bench_s.push_back(p.stage.bench_s());
+    return bench_s;
+}
+
+/// The command leads a bench whose runner it owns.
+class LedCampaign {
+public:
+    LedCampaign(run::Runner& runner, const campaign::SessionSettings& settings,
+                const CampaignOptions& options)
+        : runner_{runner},
+          live_{settings.beside},
+          run_{settings.run},
+          on_call_{runner, live_},
+          session_{runner, on_call_, settings,
+                   [this](const campaign::Event& event, double now_s) { lines_.event(event, now_s); }},
+          lines_{session_.engine(), session_.points(),
+                 predicted_s(session_.plan(), runner.bench(), options)} {}
+
+    /// Leads the bench through the points that are left, and writes their table.
+    void run() {
+        const run::StopSignals signals{runner_};
+        OperatorInput input{keys};
+        if (input.keys()) lines_.say(keys_help);
+        runner_.lead([&](const acquisition::Streams& streams,
+                         acquisition::Channels& channels) { return step(streams, channels, input); },
+                     [&] { return session_.campaign().done() || nobody_; });
+        using What = campaign::CampaignChange::What;
+        const campaign::PointsTable table = session_.finish(
+            {.what = nobody_ || runner_.stop_requests() > 0 ? What::paused : What::ended,
+             .reason = nobody_ ? "nobody is there to resume it" : session_.engine().known_mu()});
+        if (session_.plan().mu_target > 0) lines_.say(session_.engine().known_mu());
+        lines_.say(campaign_summary(table, session_.campaign().time(), session_.returns(), runner_.wall_s()) +
+                   fmt::format("points table: {}", (session_.folder() / campaign::table_name).string()));
+    }
+    /// It is paused, and standard input has ended.
+    [[nodiscard]] bool nobody() const noexcept { return nobody_; }
+
+private:
+    bool step(const acquisition::Streams& streams, acquisition::Channels& channels, OperatorInput& input) {
+        runner_.require_real_time();
+        campaign::Campaign& campaign = session_.campaign();
+        const bool any = on_call_.take(streams, channels);
+        while (const auto measured = on_call_.measured()) campaign.take(*measured);
+        session_.order(channels);
+        on_call_.follow(run_, channels);
+        while (const auto run = on_call_.finished()) campaign.take(*run);
+        campaign.follow();
+        lines_.status(campaign.time().sum() - campaign.time().checking);
+        // A bench on virtual time waits in a pause for the operator; a real one goes on playing silence. What
+        // a word has begun goes on before the next one is read.
+        const bool waits = campaign.waits_for_a_person();
+        if (const auto word = input.next(waits && !live_)) obey(campaign, *word, channels, lines_);
+        nobody_ = input.closed() && campaign.waits_for_a_person();
+        if (const int asked = runner_.stop_requests(); asked > std::exchange(stops_, asked)) {
+            if (asked > 1) ++channels.aborts;
+            session_.engine().leave();
+        }
+        return any;
+    }
+
+    run::Runner& runner_;
+    bool live_, nobody_ = false;
+    run::RunOptions run_;
+    on_call::OnCall on_call_;
+    campaign::Session session_;
+    CampaignLines lines_;
+    int stops_ = 0;  // requests that were obeyed
+};
+
+}  // namespace
+
+void check_plan(const CampaignOptions& options) {
+    const campaign::Plan plan = campaign::read_plan(options.plan);
+    const std::vector<campaign::Point> points = campaign::schedule(plan);
+    run::RunnerSettings settings = runner_settings(options, points);
+    place_walker(settings.run, plan, points.front());
+    const bench::Bench bench = bench::open_bench(settings.run.rig, settings.run.scene,
+                                                 simulated::World::Pace::lockstep, settings.run.standard);
+    campaign::require_possible(plan, points, bench);
+    const double view_m = view_of(options, bench);
+    if (!std::isfinite(view_m))
+        throw InputError{
+            "--view is missing: the length of the view is not known before a camera of real devices sends "
+            "pictures"};
+    const campaign::PlanCheck check = plan_check(plan, bench, view_m);
+    report::say(options.json ? campaign::check_json(check) + "\n" : campaign::check_text(check));
+}
+
+void measure_campaign(const CampaignOptions& options) {
+    const bool continues = options.plan.empty();
+    const std::filesystem::path file = continues ? options.folder / campaign::plan_name : options.plan;
+    const std::string plan_text = plan_text_of(file);
+    const campaign::Plan plan = campaign::parse_plan(plan_text, file.string());
+    const std::vector<campaign::Point> points = campaign::schedule(plan);
+    if (!continues) campaign::prepare_folder(options.folder);
+    run::RunnerSettings settings = runner_settings(options, points);
+    place_walker(settings.run, plan, points.front());
+    run::Runner runner{settings};
+    for (const std::string& granted : runner.bench().granted) spdlog::info("{}", granted);
+    LedCampaign lead{runner,
+                     {.folder = options.folder,
+                      .plan = plan_text,
+                      .plan_file = file.string(),
+                      .continues = continues,
+                      .run = settings.run,
+                      .beside = !runner.bench().world || settings.run.threads},
+                     options};
+    lead.run();
+    run::StopSignals::rethrow();
+    if (lead.nobody())
+        throw TripError{
+            fmt::format("the campaign is paused; clear the cause, then \"shakerd campaign {} --continue\"",
+                        options.folder.string())};
+}
+
+bool reduce_campaign(const std::filesystem::path& folder, const std::filesystem::path& working) {
+    const campaign::StoredCampaign stored = campaign::read_campaign(folder);
+    const std::string name = (folder / campaign::plan_name).string();
+    const campaign::Plan plan = campaign::parse_plan(stored.plan, name);
+    const std::vector<campaign::PointRow> asked = campaign::asked_rows(campaign::schedule(plan));
+    const campaign::PointResults now =
+        campaign::point_results(folder, asked, stored.progress, campaign::Source::raw);
+    for (const std::string& remark : now.remarks) report::say(remark + "\n");
+    if (!working.empty()) {
+        campaign::write_points(working, plan.title, stored.plan, now.table);
+        return true;
+    }
+    const std::vector<std::string> differences =
+        campaign::differences(campaign::read_points(folder / campaign::table_name), now.table);
+    for (const std::string& difference : differences) report::say(difference + "\n");
+    if (differences.empty())
+        report::say(fmt::format("reduce: identical ({} points, to the bit)\n", now.table.points.size()));
+    return differences.empty();
+}
+
+namespace {
+
+/// Completes the recordings that an interruption has left. One that has nothing to recover stays as it is:
+/// the journal counts none of its measurements.
+void complete_recordings(const std::filesystem::path& folder) {
+    if (!std::filesystem::is_directory(folder)) return;  // refused later, with its reason
+    for (const auto& entry : std::filesystem::directory_iterator{folder}) {
+        const std::filesystem::path part = entry.path();
+        if (!part.string().ends_with(".nxs.part") ||
+            std::filesystem::exists(std::filesystem::path{part}.replace_extension()))
+            continue;
+        if (recover_confined({.file = part}) != manual::exit_ok)
+            spdlog::warn("{}: cannot be recovered; its points are measured again", part.string());
+    }
+}
+
+/// InputError while a process measures into the folder.
+void require_at_rest(const std::filesystem::path& folder) {
+    if (const auto process = h5::locked_by(folder / campaign::journal_name))
+        throw InputError{fmt::format("{}: process {} measures into this folder; wait until it ends",
+                                     folder.string(), *process)};
+}
+
+/// Needs what its largest recording does.
+int reduce_campaign_confined(const std::filesystem::path& folder) {
+    require_at_rest(folder);
+    const std::filesystem::path table = folder / campaign::table_name;
+    std::filesystem::path largest = table;
+    std::uintmax_t most = 0;
+    std::error_code none;
+    for (const auto& entry : std::filesystem::directory_iterator{folder, none})
+        if (entry.path().extension() == ".nxs" && entry.file_size() > most)
+            most = entry.file_size(), largest = entry.path();
+    sandbox::Confinement allowed = sandbox::confinement_for(largest);
+    allowed.files = {.lists = {folder}, .reads = {folder}};
+    const auto reduced = [&](const std::filesystem::path& working) {
+        return sandbox::confined(folder.string(), allowed, [&] {
+            return reduce_campaign(folder, working) ? manual::exit_ok : manual::exit_not_identical;
+        });
+    };
+    if (std::filesystem::exists(table) || !std::filesystem::exists(folder / campaign::plan_name))
+        return reduced({});
+    sandbox::NewRecording fresh{table};
+    allowed.files.writes = {fresh.folder()};
+    const int status = reduced(fresh.working());
+    if (status == manual::exit_ok) fresh.keep();
+    return status;
+}
+
+int act_on_campaign(const manual::Values& values) {
+    const std::filesystem::path plan = values.text("PLAN");
+    if (values.has("--reduce")) return reduce_campaign_confined(plan);
+    const bool continues = values.has("--continue");
+    if (continues) {
+        require_at_rest(plan);
+        complete_recordings(plan);
+    }
+    CampaignOptions options{.plan = continues ? std::filesystem::path{} : plan,
+                            .folder = continues ? plan : std::filesystem::path{values.text("--output")},
+                            .run = {},
+                            .json = values.has("--json")};
+    options.run.rig = values.text("--rig");
+    options.run.scene = values.text("--scene");
+    if (values.has("--view")) options.view_m = 1e-3 * values.whole("--view");
+    if (options.folder.empty()) options.folder = plan.stem();
+    const bool positions = values.text("--detail") == "positions";
+    options.run.standard =
+        simulated::paper_scene(positions ? simulated::Detail::positions : simulated::Detail::pixels);
+    options.run.pictures =
+        positions ? recorded::KeptPictures::off
+                  : recorded::kept_pictures_named(values.text("--frames")).value_or(options.run.pictures);
+    options.run.threads = values.has("--threads");
+    options.run.real_time = values.has("--real-time");
+    (values.has("--check") ? check_plan : measure_campaign)(options);
+    return manual::exit_ok;
+}
+
+}  // namespace
+
+manual::Command campaign_row() {
+    return {
+        .name = "campaign",
+        .summary = "Measure many set-points by a plan, unattended",
+        .details =
+            "The walker is led from point to point and kept in view. A trip pauses the campaign: words on "
+            "standard input are pause, resume, skip, repeat (the last point), stop (after this point), "
+            "abort, clear; on a terminal they are keys.",
+        .arguments = campaign_arguments,
+        .example = "shakerd campaign fig3.toml --rig sim: -o fig3",
+        .exit_statuses = {manual::exit_device, manual::exit_not_identical, manual::exit_tripped,
+                          manual::exit_signal},
+        .act = act_on_campaign};
+}
+
+}  // namespace shaker::commands

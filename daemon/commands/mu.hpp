@@ -1,0 +1,25 @@
+#pragma once
+// The points of campaigns, which "shakerd mu" fits, and "shakerd report" too.
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "daemon/law/findings.hpp"
+#include "daemon/sandbox/confined.hpp"
+
+namespace shaker::commands {
+
+/// The points table of a campaign: FOLDER/campaign.nxs, or the file itself. InputError when it does not
+/// exist.
+std::filesystem::path points_file(const std::filesystem::path& campaign);
+
+/// Rights of a child that reads these points tables.
+sandbox::Confinement confinement_for_points(const std::vector<std::filesystem::path>& files);
+
+/// Reads the points of all campaigns (folders, or their points tables) and fits them together: the fits,
+/// budgets and remarks as text or JSON. InputError that names the file for one that is not a points table,
+/// for a damaged one, and for one without a measured point.
+std::string mu_text(const std::vector<std::filesystem::path>& campaigns, const law::CoulombOptions& coulomb,
+                    bool json);
+
+}  // namespace shaker::commands
