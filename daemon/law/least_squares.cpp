@@ -3,6 +3,7 @@
 #include <spdlog/fmt/fmt.h>
 
 #include <Eigen/QR>
+#include <cmath>
 
 namespace shaker::law {
 

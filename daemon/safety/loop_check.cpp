@@ -38,15 +38,15 @@ std::complex<double> relative(const control::IdentifiedLevel& level, const contr
 }
 
 /// Drive and response of the check relative to the target's drive and the response in use.
-struct Level {
+struct LowLevel {
     double drive = 0;
     std::complex<double> response = 1;
 };
 
-Level low_level(const LoopCheckPlan& plan, double full_V) {
+LowLevel low_level(const LoopCheckPlan& plan, double full_V) {
     const double full = peak_of(plan.target);
     const double wanted = std::min(std::max(share * full, clear * plan.noise), most_mps2);
-    Level low{std::min(1.0, full > 0 ? wanted / full : 0)};
+    LowLevel low{std::min(1.0, full > 0 ? wanted / full : 0)};
     if (plan.identified == nullptr) return low;
     for (const control::IdentifiedLevel& level : plan.identified->levels) {
         const std::complex<double> response = relative(level, *plan.identified);
@@ -67,7 +67,7 @@ LoopCheck::LoopCheck(const LoopCheckPlan& plan)
       direction_known_{plan.direction_known} {
     for (std::size_t q = 0; q < max_harmonics; ++q)
         if (plan.target.a[q] != 0.0) volts_.a[q] = plan.target.a[q] / plan.response[q];
-    const Level low = low_level(plan, control::peak(volts_));
+    const LowLevel low = low_level(plan, control::peak(volts_));
     for (std::size_t q = 0; q < max_harmonics; ++q) {
         volts_.a[q] *= low.drive;
         expected_.a[q] = low.drive * low.response * plan.target.a[q];
