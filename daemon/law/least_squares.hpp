@@ -1,6 +1,7 @@
 #pragma once
 // Weighted linear least squares, for the sources of this room: the header brings Eigen.
 #include <Eigen/Core>
+#include <string>
 
 namespace shaker::law {
 
