@@ -164,4 +164,22 @@ struct Rig {
     std::unique_ptr<AbortInput> abort_input{};  // null: none
 };
 
+/// Sample counts of a device at the end of a run.
+struct DeviceReport {
+    std::string device;  // the device's name
+    std::string what;    // unit of the counts: "samples", "frames"
+    DeviceCounts counts;
+};
+
+/// Counts of DAC, accelerometer and cameras, in this order. Missing devices have no entry.
+inline std::vector<DeviceReport> device_reports(const Rig& rig) {
+    std::vector<DeviceReport> reports;
+    if (rig.dac) reports.push_back({rig.dac->info().name, "samples", rig.dac->counts()});
+    if (rig.accelerometer)
+        reports.push_back({rig.accelerometer->info().name, "samples", rig.accelerometer->counts()});
+    for (const auto& camera : rig.cameras)
+        reports.push_back({"camera \"" + camera->view().camera + "\"", "frames", camera->counts()});
+    return reports;
+}
+
 }  // namespace shaker

@@ -5,6 +5,8 @@
 #include <complex>
 #include <numbers>
 
+#include "drivers/quantity.hpp"
+
 namespace shaker {
 
 inline constexpr double two_pi = 2 * std::numbers::pi;
@@ -76,5 +78,19 @@ inline Drive drive_of(const Harmonics<Acceleration>& h, double frequency) {
     const double phi = std::remainder(std::arg(h.at(2)) - 2 * std::arg(h.at(1)), two_pi);
     return {frequency, a1 + a2, a1 + a2 > 0 ? a1 / (a1 + a2) : 0.0, phi, {}};
 }
+
+/// Allowed ranges of a requested run, SI units; both ends included. Command line, settings, SCPI and web page
+/// share them.
+struct DriveLimits {
+    Range frequency{1, 1000};
+    Range gamma{0.01, 100 * paper_g};
+    Range rho{0, 1};
+    Range phi{-2 * two_pi, 2 * two_pi};
+    Range share{0, 1};  // amplitude of an overtone, as a share of gamma
+    Range mains{0, 1000};
+};
+inline constexpr DriveLimits drive_limits{};
+/// Friction coefficient that an operator gives.
+inline constexpr Range allowed_friction{0.005, 3};
 
 }  // namespace shaker

@@ -3,6 +3,7 @@
 // allowed.
 #include <stdexcept>
 #include <string>
+#include <system_error>
 
 namespace shaker {
 
@@ -27,5 +28,8 @@ struct Interrupted : std::runtime_error {
     Interrupted(int number, const std::string& what) : std::runtime_error{what}, signal{number} {}
     int signal;
 };
+
+/// The system's text for an errno.
+inline std::string system_text(int error) { return std::generic_category().message(error); }
 
 }  // namespace shaker

@@ -7,7 +7,7 @@
 #include <string_view>
 #include <variant>
 
-#include "drivers/drive_limits.hpp"
+#include "drivers/drive.hpp"
 
 namespace shaker {
 

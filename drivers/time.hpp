@@ -1,5 +1,6 @@
 #pragma once
-// Times and ticks typed by clock: ticks of different devices and host time do not mix.
+// Times and ticks typed by clock: ticks of different devices and host time do not mix. Only the functions
+// below and calibration/clocks divide a count of ticks by a rate (tests/tick_times).
 #include <chrono>
 #include <compare>
 #include <cstdint>
@@ -43,5 +44,21 @@ using DacTick = Tick<struct DacClock>;              // one per sample the shaker
 using AccelTick = Tick<struct AccelerometerClock>;  // one per accelerometer sample
 using CameraTick = Tick<struct CameraClock>;        // one per exposure, counting missed ones
 using CameraStamp = Tick<struct CameraStampClock>;  // nanosecond of a camera's own clock
+
+/// Duration of `ticks` ticks of a device at `rate_hz`, s.
+constexpr double duration_s(std::int64_t ticks, double rate_hz) noexcept {
+    return static_cast<double>(ticks) / rate_hz;
+}
+
+/// Time of a tick by the device's own count at `rate_hz`: seconds since its tick 0.
+template <class Clock>
+constexpr double counted_s(Tick<Clock> tick, double rate_hz) noexcept {
+    return duration_s(tick.n, rate_hz);
+}
+
+/// Master time of a DAC sample: exact, because the DAC's count is the master clock.
+constexpr MasterTime master_time(DacTick tick, double dac_rate_hz) noexcept {
+    return master_time(counted_s(tick, dac_rate_hz));
+}
 
 }  // namespace shaker

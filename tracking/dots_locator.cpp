@@ -1,14 +1,58 @@
-#include "tracking/dots_locator.hpp"
-
+// Locator for several dots of one pitch that move as one rigid body.
 #include <spdlog/fmt/fmt.h>
 
 #include <algorithm>
 #include <cmath>
 
+#include "tracking/image/edge_fit.hpp"
+#include "tracking/image/region.hpp"
+#include "tracking/image/ring_search.hpp"
+#include "tracking/locator.hpp"
+#include "tracking/outline_follower.hpp"
+
 namespace shaker::tracking {
+
 namespace {
-constexpr double rim = 3;  // px around a dot that are fitted; there is little space between dots
-}
+
+/// The position is the mean of the dots that were in the region in frame 0; it does not change when some of
+/// them leave the view. The row is periodic: after a loss the search covers half a pitch around the last
+/// position.
+class DotsLocator final : public Locator {
+public:
+    explicit DotsLocator(Subject subject);
+    Point learn(const ImageView& image) override;
+    bool locate(const ImageView& image, Point predicted, Candidate& out) override;
+    void search(const ImageView& image, Point last, Sweep sweep, std::vector<Candidate>& out) override;
+    [[nodiscard]] double reach() const noexcept override { return 0.4 * pitch_; }
+    [[nodiscard]] double extent() const noexcept override { return 0.5 * pitch_; }
+    [[nodiscard]] double pitch() const noexcept override { return pitch_; }
+    [[nodiscard]] std::optional<Correction> correction() const override {
+        return correction_of("diameter_mm", subject_.target.diameter_mm,
+                             subject_.target.diameter_mm / subject_.mm_per_px, disc_diameter(learned_));
+    }
+    [[nodiscard]] bool interchangeable() const noexcept override { return false; }
+
+private:
+    void gather(const ImageView& image, Point centre);
+    [[nodiscard]] OutlineFollower::Sites sites() const;
+    void find_dots(const ImageView& image, const Box& box, double contrast);
+    void check_pitch() const;
+    EdgeFitResult measure(const ImageView& image, Point start);
+    void watch(const ImageView& image, const EdgeFitResult& fit);
+
+    Subject subject_;
+    double sign_, pitch_;
+    EdgeFit fit_;
+    OutlineFollower follower_;
+    RingSearch ring_;
+    std::vector<Point> offsets_;
+    Outline learned_;
+    EdgePrior prior_;
+    OutlineReference reference_;
+    double blur_ = 1;
+};
+
+constexpr double rim_of_dot = 3;  // px around a dot that are fitted; there is little space between dots
 
 DotsLocator::DotsLocator(Subject subject)
     : subject_{std::move(subject)},
@@ -110,7 +154,7 @@ Point DotsLocator::learn(const ImageView& image) {
 
 OutlineFollower::Sites DotsLocator::sites() const {
     OutlineFollower::Sites all;
-    const double outer = learned_.size + rim;
+    const double outer = learned_.size + rim_of_dot;
     for (std::size_t k = 0; k < offsets_.size(); ++k) {
         const auto [dot_x, dot_y] = offsets_[k];
         for (int y = static_cast<int>(std::ceil(dot_y - outer)); y <= dot_y + outer; ++y)
@@ -123,7 +167,7 @@ OutlineFollower::Sites DotsLocator::sites() const {
 void DotsLocator::gather(const ImageView& image, Point centre) {
     auto& samples = fit_.samples();
     samples.clear();
-    const double outer = learned_.size + rim;
+    const double outer = learned_.size + rim_of_dot;
     for (std::size_t k = 0; k < offsets_.size(); ++k) {
         const Point dot = centre + offsets_[k];
         const int x0 = static_cast<int>(std::ceil(dot.x - outer)),
@@ -155,7 +199,7 @@ EdgeFitResult DotsLocator::measure(const ImageView& image, Point start) {
         const Point found{fit.outline.x, fit.outline.y};
         const double moved = length(found - centre);
         if (fit.converged && moved < 1) return fit;
-        if (!(moved < 2 * rim) || !(fit.noise < prior_.roughest * sign_ * fit.contrast)) return {};
+        if (!(moved < 2 * rim_of_dot) || !(fit.noise < prior_.roughest * sign_ * fit.contrast)) return {};
         centre = found;
     }
     return {};
@@ -198,6 +242,12 @@ void DotsLocator::search(const ImageView& image, Point last, Sweep, std::vector<
         if (any) look(at + near);
     Candidate candidate;
     if (any && locate(image, at, candidate)) out.push_back(candidate);
+}
+
+}  // namespace
+
+std::unique_ptr<Locator> make_dots_locator(Subject subject) {
+    return std::make_unique<DotsLocator>(std::move(subject));
 }
 
 }  // namespace shaker::tracking

@@ -48,6 +48,14 @@ public:
     [[nodiscard]] virtual bool interchangeable() const noexcept = 0;
 };
 
+/// The locators of the kinds, each in its file. Throw InputError as make_locator().
+std::unique_ptr<Locator> make_bars_locator(Subject subject);
+std::unique_ptr<Locator> make_code_locator(Subject subject);
+std::unique_ptr<Locator> make_disc_locator(Subject subject);
+std::unique_ptr<Locator> make_dots_locator(Subject subject);
+std::unique_ptr<Locator> make_patch_locator(Subject subject);
+std::unique_ptr<Locator> make_rectangle_locator(Subject subject);
+
 /// The locator for view.targets[index]. Throws InputError if a length or direction that the kind requires is
 /// missing.
 std::unique_ptr<Locator> make_locator(const View& view, std::size_t index);

@@ -1,12 +1,125 @@
-#include "tracking/patch_locator.hpp"
-
+// Locator for any texture: the region of frame 0, shifted until it fits.
+#include <Eigen/Core>
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <opencv2/core.hpp>
+#include <opencv2/imgproc.hpp>
+#include <vector>
+
+#include "tracking/image/pixels.hpp"
+#include "tracking/image/region.hpp"
+#include "tracking/image/texture_bank.hpp"
+#include "tracking/locator.hpp"
 
 namespace shaker::tracking {
+
 namespace {
+
+/// Possible shift of a texture, to about half a cell. score: correlation, 1 at most.
+struct TexturePeak {
+    Point shift;
+    double score = 0;
+};
+
+/// Pixels of the reduced pictures are means of cells, as large as the texture's detail allows.
+class TextureSearch {
+public:
+    TextureSearch() = default;
+    /// The texture in a box of frame 0.
+    TextureSearch(const ImageView& image, const Box& box);
+    /// Replaces `out` by the local maxima of at least `least`, best first, at most 24, for shifts in a box; a
+    /// texture that would not be whole in the picture is not looked for.
+    void scan(const ImageView& image, const Box& shifts, double least, std::vector<TexturePeak>& out) const;
+    /// px, side of a cell.
+    [[nodiscard]] int cell() const noexcept { return cell_; }
+    /// px, side of a box of shifts that scan() covers in about 0.1 ms.
+    [[nodiscard]] int tile() const noexcept;
+
+private:
+    Box box_;  // of the texture that is compared, in frame 0
+    int cell_ = 1;
+    cv::Mat1f texture_;  // reduced
+};
+
+/// Least squares of shift, gain and offset between raw pixels and the shifted texture T of frame 0: I(p) =
+/// offset + gain T(p - shift). Blocks of 8 x 8 px that do not fit (hidden, reflecting) are excluded. A
+/// texture that varies in one direction only is measured along it; the other coordinate stays at its value in
+/// frame 0.
+class PatchLocator final : public Locator {
+public:
+    explicit PatchLocator(Subject subject) : subject_{std::move(subject)} {}
+    Point learn(const ImageView& image) override;
+    bool locate(const ImageView& image, Point predicted, Candidate& out) override;
+    void search(const ImageView& image, Point last, Sweep sweep, std::vector<Candidate>& out) override;
+    [[nodiscard]] double reach() const noexcept override { return 8; }
+    [[nodiscard]] double extent() const noexcept override;
+    [[nodiscard]] bool interchangeable() const noexcept override { return true; }
+
+private:
+    struct Solution {
+        Point shift;
+        double gain = 0, variance = 0, likeness = 0, share = 0;
+        Eigen::Matrix2d covariance = Eigen::Matrix2d::Zero();  // divided by the variance
+        bool converged = false;
+    };
+    /// Finds gain, offset and step from the sums at one place. Returns false when these do not determine
+    /// them.
+    bool solve(const TextureBank::Sums& sums, Solution& s, double& offset, Eigen::Vector2d& step) const;
+    Solution measure(const ImageView& image, Point start);
+    void find_direction();
+    void find_noise(const ImageView& image);
+    bool judge(const Solution& solution, Candidate& out) const;
+    /// Appends what resembles the texture at shifts in a box; tries at most so many places.
+    void try_peaks(const ImageView& image, const Box& shifts, std::size_t tries, std::vector<Candidate>& out);
+    [[nodiscard]] Box around(Point shift) const noexcept;
+
+    Subject subject_;
+    TextureBank bank_;
+    TextureSearch search_;
+    std::vector<TexturePeak> peaks_;
+    std::vector<Candidate> near_;
+    Point learned_;
+    int climbed_ = 1;  // one block of so many leads a climb
+    bool one_direction_ = false;
+    double least_variance_ = 0;  // of the noise, from frame 0 alone
+    Eigen::Vector2d direction_{1, 0};
+    // Progress of a search that takes several pictures.
+    std::size_t turn_ = 0;
+    int next_tile_ = 0;
+};
+
+constexpr int largest_cell = 16, fewest_cells = 8;  // fewest_cells: along the shorter side
+constexpr double detail_kept = 0.6;                 // of the contrast, from one size of cell to twice that
+constexpr double most_cells = 600;                  // of the texture; a larger one is compared in its middle
+constexpr std::size_t most_peaks = 24;
+constexpr double cells_at_a_time = 4500;  // of the picture, about 0.1 ms
+
+// Means of the cells of a box whose sides are multiples of a cell.
+cv::Mat1f reduced(const ImageView& image, const Box& box, int cell) {
+    const cv::Mat whole_image{image.height, image.width, image.bytes_per_pixel == 2 ? CV_16UC1 : CV_8UC1,
+                              const_cast<std::byte*>(image.pixels), static_cast<std::size_t>(image.stride)};
+    const cv::Mat part = whole_image(cv::Rect{box.x0, box.y0, box.x1 - box.x0, box.y1 - box.y0});
+    cv::Mat small;
+    cv::resize(part, small, {part.cols / cell, part.rows / cell}, 0, 0, cv::INTER_AREA);
+    cv::Mat1f out;
+    small.convertTo(out, CV_32F);
+    return out;
+}
+
+// The middle of a range, of a length that is a multiple of a cell.
+void trim(int& first, int& last, int cell, int most) {
+    const int length = std::min((last - first) / cell, most) * cell;
+    first += (last - first - length) / 2;
+    last = first + length;
+}
+
+double contrast_of(const cv::Mat1f& levels) {
+    cv::Scalar mean, sd;
+    cv::meanStdDev(levels, mean, sd);
+    return sd[0];
+}
 
 constexpr double enough_match = 0.6;    // correlation; below it a position does not resemble the texture
 constexpr double enough_coarse = 0.35;  // the same, of reduced pictures
@@ -17,7 +130,55 @@ constexpr double longest_step = 1.5, new_blocks_from = 0.5;  // px
 constexpr int climbed_blocks = 16;                           // lead a climb
 constexpr std::size_t tries_of_a_share = 2, tries_of_all = 24;
 
-}  // namespace
+TextureSearch::TextureSearch(const ImageView& image, const Box& box) {
+    for (int cell = 1; cell <= largest_cell; cell *= 2) {
+        Box part = box;
+        const double width = part.x1 - part.x0, height = part.y1 - part.y0;
+        const double too_large = std::sqrt(std::max(1.0, width * height / (cell * cell * most_cells)));
+        const auto most = [&](double side) {
+            return std::max(fewest_cells, static_cast<int>(side / cell / too_large));
+        };
+        trim(part.x0, part.x1, cell, most(width));
+        trim(part.y0, part.y1, cell, most(height));
+        if (cell > 1 && std::min(part.x1 - part.x0, part.y1 - part.y0) < fewest_cells * cell) return;
+        cv::Mat1f texture = reduced(image, part, cell);
+        if (cell > 1 && contrast_of(texture) < detail_kept * contrast_of(texture_)) return;
+        texture_ = std::move(texture);
+        box_ = part;
+        cell_ = cell;
+    }
+}
+
+// A tile of t cells reads (t + columns) (t + rows) cells of the picture.
+int TextureSearch::tile() const noexcept {
+    const double columns = texture_.cols, rows = texture_.rows, off = columns - rows;
+    return std::max(
+               4, static_cast<int>(std::sqrt(cells_at_a_time + 0.25 * off * off) - 0.5 * (columns + rows))) *
+           cell_;
+}
+
+void TextureSearch::scan(const ImageView& image, const Box& shifts, double least,
+                         std::vector<TexturePeak>& out) const {
+    out.clear();
+    Box area{std::max(0, box_.x0 + shifts.x0), std::max(0, box_.y0 + shifts.y0),
+             std::min(image.width, box_.x1 + shifts.x1), std::min(image.height, box_.y1 + shifts.y1)};
+    area.x1 = area.x0 + (area.x1 - area.x0) / cell_ * cell_;
+    area.y1 = area.y0 + (area.y1 - area.y0) / cell_ * cell_;
+    if (area.x1 - area.x0 < texture_.cols * cell_ || area.y1 - area.y0 < texture_.rows * cell_) return;
+    cv::Mat1f score;
+    cv::matchTemplate(reduced(image, area, cell_), texture_, score, cv::TM_CCOEFF_NORMED);
+    while (out.size() < most_peaks) {
+        double best = 0;
+        cv::Point at;
+        cv::minMaxLoc(score, nullptr, &best, nullptr, &at);
+        if (!(best > least)) break;
+        out.push_back(
+            {{1.0 * area.x0 + at.x * cell_ - box_.x0, 1.0 * area.y0 + at.y * cell_ - box_.y0}, best});
+        const int r = std::max(1, std::min(texture_.cols, texture_.rows) / 2);
+        score(cv::Rect{at.x - r, at.y - r, 2 * r + 1, 2 * r + 1} & cv::Rect{0, 0, score.cols, score.rows})
+            .setTo(0);
+    }
+}
 
 bool PatchLocator::solve(const TextureBank::Sums& sums, Solution& s, double& offset,
                          Eigen::Vector2d& step) const {
@@ -197,6 +358,12 @@ void PatchLocator::search(const ImageView& image, Point last, Sweep sweep, std::
         try_peaks(image, all, sweep == Sweep::share ? tries_of_a_share : tries_of_all, out);
     }
     std::ranges::stable_sort(out, std::ranges::greater{}, &Candidate::likeness);
+}
+
+}  // namespace
+
+std::unique_ptr<Locator> make_patch_locator(Subject subject) {
+    return std::make_unique<PatchLocator>(std::move(subject));
 }
 
 }  // namespace shaker::tracking

@@ -1,13 +1,76 @@
-#include "tracking/rectangle_locator.hpp"
-
+// Locator for a silhouette: its two edges across the shaker's axis.
 #include <spdlog/fmt/fmt.h>
 
 #include <algorithm>
 #include <cmath>
 #include <numeric>
+#include <optional>
+
+#include "tracking/image/edge_fit.hpp"
+#include "tracking/image/profile.hpp"
+#include "tracking/image/region.hpp"
+#include "tracking/locator.hpp"
+#include "tracking/outline_follower.hpp"
 
 namespace shaker::tracking {
+
 namespace {
+
+/// Rows between the edges are averaged in groups; each group and edge has its own gain and offset. A
+/// silhouette that looks as it did is followed by filters of the means about its edges. Measures along the
+/// image axis nearest to the shaker's; the other coordinate is the middle of the rows in use. The width is
+/// measured when it is not given.
+class RectangleLocator final : public Locator {
+public:
+    explicit RectangleLocator(Subject subject) : subject_{std::move(subject)}, axis_{axis_of(subject_)} {
+        reference_.sign = subject_.target.polarity == Polarity::bright ? 1.0 : -1.0;
+    }
+    Point learn(const ImageView& image) override;
+    bool locate(const ImageView& image, Point predicted, Candidate& out) override;
+    void search(const ImageView& image, Point last, Sweep sweep, std::vector<Candidate>& out) override;
+    [[nodiscard]] double reach() const noexcept override { return 10; }
+    [[nodiscard]] double extent() const noexcept override { return learned_.size; }
+    [[nodiscard]] std::optional<Correction> correction() const override {
+        return correction_of("width_mm", subject_.target.width_mm,
+                             crossing_px(subject_, subject_.target.width_mm), 2 * learned_.size);
+    }
+    [[nodiscard]] bool interchangeable() const noexcept override { return true; }
+
+private:
+    void find_edges(const Box& box, double given);
+    void find_rows(const ImageView& image, int first, int last, double centre);
+    void gather(const ImageView& image, double centre);
+    EdgeFitResult measure(const ImageView& image, double start, const EdgePrior& prior);
+    [[nodiscard]] double pair_score(double centre) const;
+    void doubt_size(double size, Candidate& out) const;
+    void load_profile(const ImageView& image) {
+        profile_.resize(static_cast<std::size_t>(length_along(image, axis_)));
+        mean_profile(image, axis_, 0, row0_, row1_, profile_);
+    }
+    [[nodiscard]] OutlineFollower::Sites sites() const;
+    void begin(const Levels& levels);
+    bool load_strip(const ImageView& image, double start);
+    [[nodiscard]] ImageView strip() const noexcept;
+    [[nodiscard]] double along(Point at) const noexcept { return axis_ == Axis::x ? at.x : at.y; }
+    [[nodiscard]] Point place(double along) const noexcept;
+    void watch(EdgeFitResult fit);
+    std::optional<EdgeFitResult> fit_near(const ImageView& image, double at, Candidate& out);
+    bool locate_with_care(const ImageView& image, double start, Candidate& out);
+    bool accept(const EdgeFitResult& fit, Candidate& out) const;
+
+    Subject subject_;
+    Axis axis_;
+    EdgeFit fit_{true};
+    OutlineReference reference_;
+    Outline learned_;
+    double size_ = 0, blur_ = 0;  // now, px
+    EdgePrior prior_;
+    int row0_ = 0, row1_ = 0;
+    std::vector<double> profile_, line_;
+    OutlineFollower follower_;
+    std::vector<float> strip_;  // means of each group of rows about the left edge, then about the right one
+    int strip_origin_ = 0;      // column of the picture minus that of the strip, for the middle
+};
 
 constexpr int window = 8;  // px on either side of an edge that are fitted
 constexpr int groups = 8;
@@ -22,17 +85,6 @@ constexpr double most_growth = 0.03;        // px a picture
 
 double mean_of(const std::vector<double>& line, int first, int last) {
     return std::accumulate(line.begin() + first, line.begin() + last, 0.0) / (last - first);
-}
-
-}  // namespace
-
-RectangleLocator::RectangleLocator(Subject subject) : subject_{std::move(subject)}, axis_{axis_of(subject_)} {
-    reference_.sign = subject_.target.polarity == Polarity::bright ? 1.0 : -1.0;
-}
-
-void RectangleLocator::load_profile(const ImageView& image) {
-    profile_.resize(static_cast<std::size_t>(length_along(image, axis_)));
-    mean_profile(image, axis_, 0, row0_, row1_, profile_);
 }
 
 // Score of two edges of the right polarity at centre -+ size; 1 for the contrast of frame 0.
@@ -335,6 +387,12 @@ void RectangleLocator::search(const ImageView& image, Point, Sweep, std::vector<
         here = after;
     }
     std::stable_sort(out.begin(), out.end(), [](auto& a, auto& b) { return a.likeness > b.likeness; });
+}
+
+}  // namespace
+
+std::unique_ptr<Locator> make_rectangle_locator(Subject subject) {
+    return std::make_unique<RectangleLocator>(std::move(subject));
 }
 
 }  // namespace shaker::tracking

@@ -1,7 +1,9 @@
 #pragma once
 // The calibration file of an accelerometer: TOML with a checksum, named by rig files and kept by recordings.
 #include <filesystem>
+#include <memory>
 #include <string>
+#include <vector>
 
 #include "calibration/accelerometer/tumble.hpp"
 #include "drivers/devices.hpp"
@@ -32,5 +34,10 @@ CalibrationFile read_calibration(const std::filesystem::path& file);
 /// How the sensor with this `info` is to be read. InputError when its scales are not those that it had when
 /// it was calibrated: its range was changed since.
 AccelerometerInfo calibrated(AccelerometerInfo info, const CalibrationFile& by);
+
+/// The same device with the gains and offsets of a calibration file in its info(). `notes` receives one
+/// sentence: the file, its date and the errors of its gains. InputError as from calibrated().
+std::unique_ptr<Accelerometer> with_calibration(std::unique_ptr<Accelerometer> device,
+                                                const CalibrationFile& by, std::vector<std::string>& notes);
 
 }  // namespace shaker::calibration

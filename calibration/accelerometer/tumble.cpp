@@ -7,13 +7,85 @@
 #include <boost/math/distributions/chi_squared.hpp>
 #include <cmath>
 #include <limits>
+#include <numbers>
+#include <span>
+#include <string>
+#include <vector>
 
-#include "calibration/accelerometer/axis_order.hpp"
 #include "drivers/errors.hpp"
 
 namespace shaker::calibration {
 
 namespace {
+
+/// A signed permutation: the sensor's axis i is the counts' axis from[i] times sign[i].
+struct AxisOrder {
+    std::array<std::size_t, 3> from{0, 1, 2};
+    std::array<double, 3> sign{1, 1, 1};
+    [[nodiscard]] Vector operator()(const Vector& of_counts) const noexcept {
+        return {sign[0] * of_counts[from[0]], sign[1] * of_counts[from[1]], sign[2] * of_counts[from[2]]};
+    }
+    /// "axes x and y are exchanged", "axis z is reversed", ...; empty for the identity.
+    [[nodiscard]] std::string sentence() const;
+};
+
+constexpr double clearly_better = 0.5;  // in the sum of cosines of all attitudes
+constexpr std::ptrdiff_t fewest_names = 6;
+
+double cosine(const Vector& a, const Vector& b) noexcept { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
+
+// Sum of the cosines between names and directions in this order.
+double agreement(const AxisOrder& order, std::span<const Attitude> attitudes,
+                 std::span<const Vector> directions) {
+    double sum = 0;
+    for (std::size_t i = 0; i < attitudes.size(); ++i)
+        if (const auto up = direction_of(attitudes[i].name)) sum += cosine(*up, order(directions[i]));
+    return sum;
+}
+
+std::string AxisOrder::sentence() const {
+    std::vector<std::string> moved, reversed;
+    for (std::size_t i = 0; i < 3; ++i) {
+        if (from[i] != i) moved.emplace_back(1, "xyz"[i]);
+        if (sign[i] < 0) reversed.emplace_back(1, "xyz"[i]);
+    }
+    std::string text;
+    if (moved.size() == 2) text = fmt::format("axes {} and {} are swapped", moved[0], moved[1]);
+    if (moved.size() == 3)
+        text = fmt::format("all axes are swapped: x, y, z arrive as {}, {}, {}", "xyz"[from[0]],
+                           "xyz"[from[1]], "xyz"[from[2]]);
+    if (!reversed.empty())
+        text +=
+            fmt::format("{}ax{} {} {} flipped", text.empty() ? "" : "; ", reversed.size() == 1 ? "is" : "es",
+                        fmt::join(reversed, ", "), reversed.size() == 1 ? "is" : "are");
+    if (text.empty()) return text;
+    return text + " against the names of the attitudes; the gain matrix corrects it";
+}
+
+/// The order that fits the names best; the identity if fewer than six attitudes have one. directions: of up,
+/// in the counts' axes. InputError names an attitude farther than same_attitude from its name.
+AxisOrder axis_order(std::span<const Attitude> attitudes, std::span<const Vector> directions) {
+    AxisOrder best, order;
+    const auto named = std::ranges::count_if(attitudes, [](const Attitude& a) { return !a.name.empty(); });
+    double most = agreement(best, attitudes, directions) + clearly_better;
+    do {
+        for (int signs = 0; signs < 8 && named >= fewest_names; ++signs) {
+            for (std::size_t k = 0; k < 3; ++k) order.sign[k] = (signs >> k & 1) != 0 ? -1 : 1;
+            const double sum = agreement(order, attitudes, directions);
+            if (sum > most) most = sum, best = order;
+        }
+    } while (std::ranges::next_permutation(order.from).found);
+    for (std::size_t i = 0; i < attitudes.size(); ++i) {
+        const auto up = direction_of(attitudes[i].name);
+        if (!up || cosine(*up, best(directions[i])) > std::cos(same_attitude)) continue;
+        throw InputError{fmt::format(
+            "{}: the sensor was held {:.0f} deg away from it, near {}; hold it again or correct its name",
+            label_of(i, attitudes[i]),
+            std::acos(std::clamp(cosine(*up, best(directions[i])), -1.0, 1.0)) * 180 / std::numbers::pi,
+            nearest_attitude(best(directions[i])))};
+    }
+    return best;
+}
 
 using Parameters = Eigen::Matrix<double, 9, 1>;
 using Normal = Eigen::Matrix<double, 9, 9>;
@@ -248,6 +320,17 @@ Tumble fit_tumble(std::span<const Attitude> attitudes, const Vector& nominal, co
     if (const std::string exchanged = order.sentence(); !exchanged.empty()) fit.findings.push_back(exchanged);
     if (fit.degrees_of_freedom > 0) judge(fit, e, attitudes);
     return fit;
+}
+
+Estimate normal_gravity(double latitude, double height) noexcept {
+    // WGS 84 (NIMA TR8350.2): equatorial gravity, Somigliana's constant, eccentricity^2, semi-major axis,
+    // flattening, and m = omega^2 a^2 b / GM.
+    constexpr double at_equator = 9.7803253359, k = 0.00193185265241, e2 = 0.00669437999013, a = 6378137,
+                     f = 1 / 298.257223563, m = 0.00344978650684, anomaly = 3e-4;
+    const double s2 = std::pow(std::sin(latitude), 2);
+    const double on_ellipsoid = at_equator * (1 + k * s2) / std::sqrt(1 - e2 * s2);
+    const double h = height / a;
+    return {on_ellipsoid * (1 - 2 * (1 + f + m - 2 * f * s2) * h + 3 * h * h), anomaly};
 }
 
 }  // namespace shaker::calibration

@@ -1,12 +1,29 @@
 #pragma once
-// The corners of a board in a picture.
+// A grey picture whose pixels are read as numbers, and the corners of a board in it.
+#include <filesystem>
 #include <string>
 #include <vector>
 
-#include "calibration/camera/grey_picture.hpp"
+#include "drivers/data.hpp"
 #include "drivers/optics/board.hpp"
 
 namespace shaker::calibration {
+
+/// Grey levels by rows; pixel centres are at whole numbers.
+struct GreyPicture {
+    int width = 0, height = 0;
+    std::vector<float> grey{};
+    [[nodiscard]] double at(int x, int y) const noexcept {
+        return grey[static_cast<std::size_t>(y) * static_cast<std::size_t>(width) +
+                    static_cast<std::size_t>(x)];
+    }
+};
+
+/// 8 bits as they are; 16 bits scaled so that the lightest pixel is 255.
+GreyPicture grey_picture(const ImageView& image);
+
+/// An image file; colours by their luminance. InputError for one that cannot be read.
+GreyPicture read_picture(const std::filesystem::path& file);
 
 struct SeenCorner {
     int number = 0;  // Board::corner()

@@ -6,7 +6,7 @@
 
 #include "calibration/camera/board_corners.hpp"
 #include "calibration/estimate.hpp"
-#include "drivers/optics/board_picture.hpp"
+#include "drivers/optics/board.hpp"
 
 namespace shaker::calibration {
 

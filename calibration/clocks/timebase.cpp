@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-#include "drivers/ticks.hpp"
+#include "drivers/time.hpp"
 
 namespace shaker::calibration {
 

@@ -7,7 +7,7 @@
 #include "calibration/clocks/clock_tracker.hpp"
 #include "calibration/clocks/exposure_clock.hpp"
 #include "drivers/data.hpp"
-#include "drivers/ticks.hpp"
+#include "drivers/time.hpp"
 #include "drivers/view.hpp"
 
 namespace shaker::calibration {

@@ -13,7 +13,7 @@
 #include "drivers/devices.hpp"
 #include "drivers/handover.hpp"
 #include "drivers/synthesiser.hpp"
-#include "tracking/track.hpp"
+#include "tracking/tracker.hpp"
 
 namespace shaker::acquisition {
 

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "drivers/ticks.hpp"
+#include "drivers/time.hpp"
 
 namespace shaker::acquisition {
 

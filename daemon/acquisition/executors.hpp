@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "drivers/devices.hpp"
-#include "drivers/ticks.hpp"
+#include "drivers/time.hpp"
 
 namespace shaker::acquisition {
 

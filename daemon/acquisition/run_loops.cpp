@@ -4,7 +4,7 @@
 
 #include "drivers/errors.hpp"
 #include "drivers/realtime.hpp"
-#include "drivers/ticks.hpp"
+#include "drivers/time.hpp"
 
 namespace shaker::acquisition {
 

@@ -11,7 +11,7 @@
 
 #include "daemon/acquisition/streams.hpp"
 #include "drivers/errors.hpp"
-#include "drivers/ticks.hpp"
+#include "drivers/time.hpp"
 
 namespace shaker::acquisition {
 

@@ -8,7 +8,7 @@
 #include "calibration/accelerometer/sensor_file.hpp"
 #include "calibration/camera/camera_scale.hpp"
 #include "drivers/errors.hpp"
-#include "drivers/ticks.hpp"
+#include "drivers/time.hpp"
 
 namespace shaker::acquisition {
 

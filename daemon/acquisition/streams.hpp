@@ -12,7 +12,7 @@
 #include "drivers/data.hpp"
 #include "drivers/devices.hpp"
 #include "drivers/synthesiser.hpp"
-#include "tracking/track.hpp"
+#include "tracking/tracker.hpp"
 
 namespace shaker::acquisition {
 

@@ -184,11 +184,12 @@ def known_rows(journal, names):
 
 
 def make_rows(job, out):
-    """All rows of a job. Each is kept in a journal as soon as it is known."""
+    """All rows of a job. Each is kept in a journal as soon as it is known, until the table is made: after a crash Snakemake
+    repeats a job whose end it had not noted, and removes its rows first."""
     with open(job, encoding="ascii") as file:
         content = json.load(file)
     names = [name for name, *_ in content["items"]]
-    journal = f"{os.path.splitext(job)[0]}.journal"
+    journal = pathlib.Path(job).with_suffix(".journal")
     rows = known_rows(journal, names)
     with open(journal, "a", encoding="ascii") as kept:
         kept.write("\n")  # ends a line that a crash cut
@@ -202,14 +203,16 @@ def make_rows(job, out):
         file.flush()
         os.fsync(file.fileno())
     os.replace(file.name, out)
-    pathlib.Path(journal).unlink(missing_ok=True)
+
+
+def row_files(index):
+    return pathlib.Path(index).read_text(encoding="ascii").splitlines()
 
 
 def rows_of(index):
-    with open(index, encoding="ascii") as paths:
-        for path in paths:
-            with open(path.rstrip("\n"), encoding="ascii") as rows:
-                yield from map(json.loads, rows)
+    for path in row_files(index):
+        with open(path, encoding="ascii") as rows:
+            yield from map(json.loads, rows)
 
 
 def make_table(out, index):
@@ -220,6 +223,8 @@ def make_table(out, index):
         table.writeheader()
         table.writerows(rows_of(index))
     os.replace(file.name, out)
+    for path in row_files(index):  # Snakemake knows that these jobs have ended
+        pathlib.Path(index).with_name(pathlib.Path(path).stem).with_suffix(".journal").unlink(missing_ok=True)
 
 
 if __name__ == "__main__":

@@ -14,7 +14,7 @@
 #include <sstream>
 #include <utility>
 
-#include "calibration/accelerometer/calibrated_accelerometer.hpp"
+#include "calibration/accelerometer/sensor_file.hpp"
 #include "calibration/camera/camera_file.hpp"
 #include "drivers/commissioned/record.hpp"
 #include "drivers/errors.hpp"

@@ -5,7 +5,7 @@
 #include "daemon/commands/table.hpp"
 #include "daemon/manual/values.hpp"
 #include "daemon/report/printing.hpp"
-#include "drivers/hardware/kinds.hpp"
+#include "drivers/hardware/hardware_rig.hpp"
 
 namespace shaker::commands {
 

@@ -16,7 +16,7 @@
 #include "drivers/simulated/shaker_plant.hpp"
 #include "drivers/simulated/world.hpp"
 #include "drivers/synthesiser.hpp"
-#include "drivers/ticks.hpp"
+#include "drivers/time.hpp"
 #include "drivers/trigger_train.hpp"
 #include "drivers/view_settings.hpp"
 

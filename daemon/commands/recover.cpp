@@ -29,7 +29,7 @@
 #include "drivers/recorded/h5/file_lock.hpp"
 #include "drivers/recorded/pictures/picture_check.hpp"
 #include "drivers/recorded/recording_file.hpp"
-#include "drivers/ticks.hpp"
+#include "drivers/time.hpp"
 
 namespace shaker::commands {
 

@@ -5,7 +5,7 @@
 #include <future>
 
 #include "drivers/errors.hpp"
-#include "drivers/ticks.hpp"
+#include "drivers/time.hpp"
 
 namespace shaker::commissioning {
 

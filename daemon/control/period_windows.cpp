@@ -4,7 +4,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "drivers/ticks.hpp"
+#include "drivers/time.hpp"
 
 namespace shaker::control {
 

@@ -18,7 +18,7 @@
 #include "drivers/errors.hpp"
 #include "drivers/recorded/played_drive.hpp"
 #include "drivers/recorded/raw_columns.hpp"
-#include "drivers/ticks.hpp"
+#include "drivers/time.hpp"
 
 namespace shaker::exporting {
 

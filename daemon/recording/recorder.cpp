@@ -16,7 +16,7 @@
 #include "drivers/recorded/h5/disk_file.hpp"
 #include "drivers/recorded/h5/file_lock.hpp"
 #include "drivers/recorded/pictures/picture_store.hpp"
-#include "drivers/ticks.hpp"
+#include "drivers/time.hpp"
 
 namespace shaker::recording {
 

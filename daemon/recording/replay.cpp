@@ -10,7 +10,7 @@
 #include "daemon/acquisition/collector.hpp"
 #include "daemon/recording/tables/run_tables.hpp"
 #include "daemon/recording/tables/track_table.hpp"
-#include "drivers/drive_limits.hpp"
+#include "drivers/drive.hpp"
 #include "drivers/errors.hpp"
 #include "drivers/quantity.hpp"
 

@@ -7,7 +7,7 @@
 #include "calibration/estimate.hpp"
 #include "daemon/recording/tables/trip_table.hpp"
 #include "daemon/reduction/reduction.hpp"
-#include "drivers/device_report.hpp"
+#include "drivers/devices.hpp"
 
 namespace shaker::report {
 

@@ -13,7 +13,7 @@
 #include "daemon/recording/tables/run_tables.hpp"
 #include "daemon/recording/tables/track_table.hpp"
 #include "drivers/errors.hpp"
-#include "drivers/ticks.hpp"
+#include "drivers/time.hpp"
 
 namespace shaker::run {
 

@@ -1,6 +1,6 @@
 #include "daemon/run/recording_monitor.hpp"
 
-#include "drivers/ticks.hpp"
+#include "drivers/time.hpp"
 
 namespace shaker::run {
 

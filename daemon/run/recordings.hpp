@@ -21,7 +21,7 @@
 #include "daemon/run/recording_monitor.hpp"
 #include "daemon/run/run_settings.hpp"
 #include "daemon/run/sequence.hpp"
-#include "drivers/device_report.hpp"
+#include "drivers/devices.hpp"
 
 namespace shaker::run {
 

@@ -13,7 +13,7 @@
 #include "daemon/run/run_setup.hpp"
 #include "daemon/safety/preflight.hpp"
 #include "drivers/errors.hpp"
-#include "drivers/ticks.hpp"
+#include "drivers/time.hpp"
 
 namespace shaker::run {
 

@@ -7,7 +7,7 @@
 
 #include "daemon/run/sequence.hpp"
 #include "drivers/errors.hpp"
-#include "drivers/ticks.hpp"
+#include "drivers/time.hpp"
 
 namespace shaker::run {
 

@@ -8,7 +8,7 @@
 #include <utility>
 
 #include "drivers/errors.hpp"
-#include "drivers/ticks.hpp"
+#include "drivers/time.hpp"
 
 namespace shaker::run {
 

@@ -20,7 +20,7 @@
 #include "daemon/safety/edge_permit.hpp"
 #include "drivers/point_fields.hpp"
 #include "drivers/synthesiser.hpp"
-#include "drivers/ticks.hpp"
+#include "drivers/time.hpp"
 
 namespace shaker::run {
 

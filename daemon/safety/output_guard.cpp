@@ -5,7 +5,7 @@
 #include <utility>
 
 #include "drivers/data.hpp"
-#include "drivers/ticks.hpp"
+#include "drivers/time.hpp"
 
 namespace shaker::safety {
 

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <cstdlib>
 
-#include "drivers/ticks.hpp"
+#include "drivers/time.hpp"
 
 namespace shaker::safety {
 

@@ -25,7 +25,7 @@
 #include "drivers/devices.hpp"
 #include "drivers/drive.hpp"
 #include "drivers/point_fields.hpp"
-#include "tracking/track.hpp"
+#include "tracking/tracker.hpp"
 
 namespace shaker::service {
 

@@ -4,7 +4,6 @@
 
 #include <filesystem>
 
-#include "drivers/codecs/functions.hpp"
 #include "drivers/errors.hpp"
 
 namespace shaker::codecs {

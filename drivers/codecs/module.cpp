@@ -4,7 +4,7 @@
 #include <opencv2/videoio.hpp>
 #include <opencv2/videoio/registry.hpp>
 
-#include "drivers/codecs/functions.hpp"
+#include "drivers/codecs/codecs.hpp"
 
 namespace shaker::codecs {
 namespace {

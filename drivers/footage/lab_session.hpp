@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "drivers/devices.hpp"
-#include "drivers/footage/csv_accelerometer.hpp"
+#include "drivers/footage/csv.hpp"
 #include "drivers/view.hpp"
 
 namespace shaker::footage {

@@ -7,17 +7,12 @@
 #include <map>
 
 #include "drivers/errors.hpp"
+#include "drivers/footage/csv.hpp"
 #include "drivers/footage/media.hpp"
 #include "drivers/quantity.hpp"
 
 namespace shaker::footage {
 namespace {
-
-std::string trimmed(std::string_view text) {
-    const auto first = text.find_first_not_of(" \t\r");
-    if (first == std::string_view::npos) return {};
-    return std::string{text.substr(first, text.find_last_not_of(" \t\r") - first + 1)};
-}
 
 /// The "key : value" lines up to the first END; later lines repeat them for older saves of the same
 /// recording.
@@ -29,7 +24,7 @@ public:
         for (std::string line; std::getline(in, line) && trimmed(line) != "END";) {
             const auto colon = line.find(':');
             if (colon == std::string::npos) continue;
-            values_.try_emplace(trimmed(std::string_view{line}.substr(0, colon)),
+            values_.try_emplace(std::string{trimmed(std::string_view{line}.substr(0, colon))},
                                 trimmed(std::string_view{line}.substr(colon + 1)));
         }
     }

@@ -47,6 +47,17 @@ std::optional<gpio::AbortSettings> read_contact(SettingsTable& root) {
 
 }  // namespace
 
+std::vector<ListedKind> list_devices(const Search& search, const Kinds& kinds) {
+    std::vector<ListedKind> all;
+    const auto add = [&](const auto& table) {
+        for (const auto& kind : table) all.push_back({kind.heading, kind.key, kind.list(search)});
+    };
+    add(kinds.dacs);
+    add(kinds.accelerometers);
+    add(kinds.cameras);
+    return all;
+}
+
 HardwareRig open_hardware_rig(SettingsTable& root, const Kinds& kinds) {
     SettingsTable dac_table = root.table("dac");
     const DacKind& dac_kind = read_kind(dac_table, kinds.dacs, true);

@@ -1,7 +1,9 @@
 #pragma once
-// ChArUco board: a chess board with a marker in each light square.
+// ChArUco board: a chess board with a marker in each light square, and its pictures as a camera sees them,
+// with exact sub-pixel edges.
 #include <array>
 #include <cstdint>
+#include <vector>
 
 #include "drivers/optics/plane.hpp"
 
@@ -35,5 +37,26 @@ inline constexpr int cells_of_square = 8;
 double cell_edge(const Board& board, int cell) noexcept;
 /// Whether a cell is dark; cells are counted over the whole board.
 bool dark_cell(const Board& board, int x, int y) noexcept;
+
+/// Where a board lies in a plane: the place of its origin, and the angle from a to its x, towards b.
+struct BoardPose {
+    Point origin_mm{};
+    double turn_rad = 0;
+    double offset_mm = 0;  // of its printed face from the reference plane, towards the camera
+    [[nodiscard]] Point place_of(const Point& on_board_mm) const noexcept;
+    [[nodiscard]] Point on_board(const Point& place_mm) const noexcept;
+};
+
+struct BoardLight {
+    double dark = 30, light = 200, ground = 60;  // grey levels of 255
+    double psf_px = 0.7;                         // Gaussian sigma of the lens
+    double noise_dn = 2;                         // rms
+    double gradient = 0;                         // relative change of brightness from left to right, +-
+};
+
+/// Picture of 8 bits, by rows. Each pixel is the mean over its area and the lens's blur, exact to second
+/// order in the change of scale over a pixel.
+std::vector<std::uint8_t> board_picture(const Board& board, const View& view, const BoardPose& pose,
+                                        int width, int height, const BoardLight& light, std::uint64_t seed);
 
 }  // namespace shaker::optics

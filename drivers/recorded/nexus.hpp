@@ -2,7 +2,7 @@
 // Items that readers of NeXus files expect: application definition, default plot, and sensors for settings
 // and results.
 #include "drivers/recorded/h5/h5.hpp"
-#include "drivers/recorded/recording_layout.hpp"
+#include "drivers/recorded/recording_file.hpp"
 
 namespace shaker::recorded {
 

@@ -7,7 +7,6 @@
 #include "drivers/errors.hpp"
 #include "drivers/recorded/h5/seals.hpp"
 #include "drivers/recorded/opened_recording.hpp"
-#include "drivers/recorded/raw_rows.hpp"
 #include "drivers/recorded/recording_describe.hpp"
 
 namespace shaker::recorded {

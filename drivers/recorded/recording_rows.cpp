@@ -3,7 +3,7 @@
 
 #include "drivers/errors.hpp"
 #include "drivers/recorded/h5/written_file.hpp"
-#include "drivers/recorded/raw_rows.hpp"
+#include "drivers/recorded/opened_recording.hpp"
 #include "drivers/recorded/recording_streams.hpp"
 
 namespace shaker::recorded {

@@ -3,7 +3,6 @@
 #include "drivers/errors.hpp"
 #include "drivers/recorded/opened_recording.hpp"
 #include "drivers/recorded/pictures/picture_reader.hpp"
-#include "drivers/recorded/raw_rows.hpp"
 
 namespace shaker::recorded {
 

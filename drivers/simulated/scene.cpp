@@ -4,12 +4,12 @@
 #include <cmath>
 #include <list>
 
-#include "drivers/attitude/attitude.hpp"
+#include "drivers/attitude.hpp"
 #include "drivers/settings_table.hpp"
 #include "drivers/simulated/renderer.hpp"
+#include "drivers/simulated/sensor.hpp"
 #include "drivers/simulated/settings_parts.hpp"
 #include "drivers/simulated/true_view.hpp"
-#include "drivers/simulated/turned_sensor.hpp"
 
 namespace shaker::simulated {
 

@@ -1,13 +1,33 @@
 #pragma once
 // AccelerometerModel: low-pass, clock, noise, quantisation and blocks of the simulated accelerometer.
+#include <array>
 #include <optional>
 #include <random>
+#include <string>
+#include <vector>
 
 #include "drivers/devices.hpp"
 #include "drivers/simulated/scene.hpp"
-#include "drivers/simulated/turned_sensor.hpp"
 
 namespace shaker::simulated {
+
+/// The words of a text.
+std::vector<std::string> words_of(const std::string& text);
+
+/// An accelerometer off the base that is held in one attitude after the other. Lies with z up for hold_s,
+/// then is turned for turn_s and held for hold_s in each attitude of the scene; stays in the last one.
+class TurnedSensor {
+public:
+    explicit TurnedSensor(const Scene& scene);
+    /// True if the scene has attitudes.
+    [[nodiscard]] bool turned() const noexcept { return up_.size() > 1; }
+    /// Specific force in the sensor's axes at true time t, m/s^2.
+    [[nodiscard]] std::array<double, 3> force(double t) const noexcept;
+
+private:
+    double hold_s_, turn_s_, gravity_;
+    std::vector<std::array<double, 3>> up_;  // unit vectors, with the errors of the hand
+};
 
 /// Reading: specific force, gravity included. Frame: z up, x along the shaker's axis rotated by -yaw about z.
 /// On a base tilted by b: u (a_B - g sin b) + z g cos b, with u = (cos yaw, -sin yaw, 0) and +x downhill for

@@ -5,8 +5,8 @@
 #include <cstddef>
 #include <limits>
 
-#include "drivers/simulated/grip.hpp"
 #include "drivers/simulated/scene.hpp"
+#include "drivers/simulated/walker_friction.hpp"
 
 namespace shaker::simulated {
 

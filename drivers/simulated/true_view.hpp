@@ -1,9 +1,14 @@
 #pragma once
-// What a simulated camera really sees, where that differs from what its view tells.
+// What a simulated camera really sees, where that differs from what its view tells, and what a camera that
+// gives positions reports: true places on its picture, with noise.
+#include <cstdint>
+#include <span>
 #include <string>
 #include <vector>
 
-#include "drivers/optics/board_picture.hpp"
+#include "drivers/data.hpp"
+#include "drivers/optics/board.hpp"
+#include "drivers/simulated/renderer.hpp"
 #include "drivers/simulated/scene.hpp"
 
 namespace shaker::simulated {
@@ -32,5 +37,15 @@ private:
 /// Poses of a text: four numbers each, the place of the board's middle from the picture's middle (a, b, mm),
 /// its turn in degrees and the height of its face in mm. Empty also when the text is not such numbers.
 std::vector<std::array<double, 4>> board_places(const std::string& text);
+
+/// Standard deviation of a reported position, px: that of the tracker on the paper's bench, rounded up.
+inline constexpr double sighting_sd_px = 0.01;
+
+/// Sightings of the targets of `camera`, in their order: means over `poses`, which sample the exposure. NaN
+/// for the walker when it is not visible, or when its middle is outside the picture. Deterministic: the noise
+/// depends only on seed, tick and target.
+std::vector<Sighting> sightings(const CameraTruth& camera, const PictureLayout& layout,
+                                std::span<const Pose> poses, CameraTick tick, bool walker,
+                                std::uint64_t seed);
 
 }  // namespace shaker::simulated

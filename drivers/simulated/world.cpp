@@ -3,20 +3,29 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <iterator>
 #include <optional>
 #include <utility>
 
 #include "drivers/errors.hpp"
 #include "drivers/frame_pool.hpp"
 #include "drivers/realtime.hpp"
-#include "drivers/simulated/sightings.hpp"
 #include "drivers/simulated/true_view.hpp"
 #include "drivers/simulated/world_state.hpp"
-#include "drivers/ticks.hpp"
+#include "drivers/time.hpp"
 
 namespace shaker::simulated {
 
 namespace {
+
+double walker_at(const std::vector<PoseTruth>& poses, double t) {
+    const auto after =
+        std::ranges::lower_bound(poses, t, {}, [](const PoseTruth& p) { return seconds(p.time); });
+    if (after == poses.end() || after == poses.begin()) return NAN;
+    const auto before = std::prev(after);
+    const double u = (t - seconds(before->time)) / (seconds(after->time) - seconds(before->time));
+    return std::lerp(before->walker, after->walker, u);
+}
 
 constexpr int pool_frames = 256;         // per camera
 constexpr double camera_epoch_s = 1000;  // a camera's clock when the DAC begins
@@ -222,6 +231,10 @@ private:
 };
 
 }  // namespace
+
+double drift_velocity(const std::vector<PoseTruth>& poses, double from_s, double to_s) {
+    return (walker_at(poses, to_s) - walker_at(poses, from_s)) / (to_s - from_s);
+}
 
 World::World(const Scene& scene, Pace pace) : state_{std::make_unique<State>(scene, pace)} {}
 World::~World() = default;

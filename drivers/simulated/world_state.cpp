@@ -4,7 +4,7 @@
 #include <cmath>
 #include <utility>
 
-#include "drivers/ticks.hpp"
+#include "drivers/time.hpp"
 
 namespace shaker::simulated {
 

@@ -13,7 +13,7 @@
 #include "drivers/simulated/sensor.hpp"
 #include "drivers/simulated/shaker_plant.hpp"
 #include "drivers/simulated/world.hpp"
-#include "drivers/ticks.hpp"
+#include "drivers/time.hpp"
 
 namespace shaker::simulated {
 

@@ -2,8 +2,8 @@
 // ChangingWalker: a walker under any law of friction whose mu changes from period to period.
 #include <optional>
 
+#include "drivers/walker/friction.hpp"
 #include "drivers/walker/integrated_walker.hpp"
-#include "drivers/walker/mu_history.hpp"
 
 namespace shaker::walker {
 

@@ -1,8 +1,12 @@
 #include "drivers/walker/friction.hpp"
 
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <random>
 #include <sstream>
 
-#include "drivers/walker/allowed.hpp"
+#include "drivers/errors.hpp"
 
 namespace shaker::walker {
 
@@ -41,6 +45,47 @@ void check(const Friction& mu, double frequency) {
             "1e-7 or more with law lugre, whose cost grows as its inverse");
     require(mu.sticks() || mu.mu_k > 0, "mu_k", mu.mu_k, "above 0 with law dahl or lugre");
     require(mu.sticks() || mu.ageing == 0, "ageing of mu_s", mu.ageing, "0 with law dahl or lugre");
+}
+
+void require(bool good, const char* what, double value, const std::string& allowed) {
+    if (good) return;
+    std::ostringstream message;
+    message << what << " is " << value << "; must be " << allowed;
+    throw InputError{message.str()};
+}
+
+RoughSurface::RoughSurface(const Roughness& roughness)
+    : amplitude_{roughness.share * std::sqrt(2.0 / waves)} {
+    std::mt19937_64 random{roughness.seed};
+    for (std::size_t i = 0; i < waves; ++i) {
+        const double octave = 2 * static_cast<double>(i) / (waves - 1.0) - 1;  // -1..1
+        waves_[i].number = 2 * std::numbers::pi * std::exp2(octave) / roughness.length;
+        waves_[i].phase = 2 * std::numbers::pi * static_cast<double>(random() >> 11) * 0x1p-53;
+    }
+}
+
+double RoughSurface::factor(double place) const noexcept {
+    if (amplitude_ == 0) return 1;
+    double sum = 0;
+    for (const Wave& w : waves_) sum += std::cos(w.number * place + w.phase);
+    return 1 + amplitude_ * sum;
+}
+
+MuHistory::MuHistory(const MuChange& change, double period)
+    : change_{change},
+      period_{period},
+      renewal_{std::sqrt((1 - change.memory) * (1 + change.memory))},
+      random_{change.seed} {}
+
+double MuHistory::next() {
+    if (change_.none()) return 1;
+    if (change_.jitter > 0) {
+        const double n = normal_(random_);
+        z_ = k_ == 0 ? n : change_.memory * z_ + renewal_ * n;
+    }
+    const double relaxed = 1 + change_.relaxation * std::exp(-k_ * period_ / change_.relaxation_s);
+    k_ += 1;
+    return relaxed * std::max(0.1, 1 + change_.jitter * z_);
 }
 
 }  // namespace shaker::walker

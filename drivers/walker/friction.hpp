@@ -1,7 +1,10 @@
 #pragma once
 // Friction: the laws of friction between walker and base, with their parameters.
 #include <array>
+#include <cstddef>
 #include <cstdint>
+#include <random>
+#include <string>
 #include <string_view>
 
 namespace shaker::walker {
@@ -70,5 +73,44 @@ struct Friction {
 
 /// Throws InputError that names a parameter out of its range. frequency: of the drive, Hz.
 void check(const Friction& friction, double frequency);
+
+/// Throws InputError "WHAT is VALUE; must be ALLOWED" unless good.
+void require(bool good, const char* what, double value, const std::string& allowed);
+
+/// 1 + R(x) of Roughness. Immutable.
+class RoughSurface {
+public:
+    explicit RoughSurface(const Roughness& roughness);
+    /// Factor of mu at a place on the base, m.
+    [[nodiscard]] double factor(double place) const noexcept;
+
+private:
+    struct Wave {
+        double number;  // rad/m
+        double phase;   // rad
+    };
+    static constexpr std::size_t waves = 8;
+    double amplitude_;  // of each wave
+    std::array<Wave, waves> waves_{};
+};
+
+/// Factors of mu_k and mu_s in successive periods, as MuChange defines them. Equal settings give equal
+/// factors.
+class MuHistory {
+public:
+    /// period: time between two factors, s.
+    MuHistory(const MuChange& change, double period);
+    /// The factor of the next period; the first call gives that of period 0.
+    double next();
+
+private:
+    MuChange change_;
+    double period_;
+    double renewal_;  // sqrt(1 - memory^2)
+    std::mt19937_64 random_;
+    std::normal_distribution<double> normal_;
+    double z_ = 0;
+    double k_ = 0;  // periods so far
+};
 
 }  // namespace shaker::walker

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "drivers/errors.hpp"
-#include "drivers/walker/allowed.hpp"
+#include "drivers/walker/friction.hpp"
 
 namespace shaker::walker {
 

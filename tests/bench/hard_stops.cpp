@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "drivers/hardware/alsa/alsa_dac.hpp"
-#include "drivers/hardware/alsa/pcm_codec.hpp"
+#include "drivers/hardware/alsa/output_frames.hpp"
 #include "tests/bench/option.hpp"
 #include "tests/bench/table.hpp"
 #include "tests/support/devices/mock_dac.hpp"

@@ -1,8 +1,8 @@
-#include "calibration/clocks/clock_map.hpp"
-
 #include <gtest/gtest.h>
 
 #include <cstdint>
+
+#include "calibration/clocks/clock_tracker.hpp"
 
 namespace shaker::calibration {
 namespace {

@@ -1,7 +1,6 @@
-#include "calibration/accelerometer/held_finder.hpp"
-
 #include <gtest/gtest.h>
 
+#include "calibration/accelerometer/attitudes.hpp"
 #include "tests/support/calibration/tumbled_sensor.hpp"
 
 namespace shaker::calibration {

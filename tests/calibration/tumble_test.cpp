@@ -1,3 +1,4 @@
+
 #include "calibration/accelerometer/tumble.hpp"
 
 #include <gtest/gtest.h>
@@ -8,7 +9,6 @@
 #include <cstdio>
 #include <utility>
 
-#include "calibration/accelerometer/normal_gravity.hpp"
 #include "drivers/errors.hpp"
 #include "tests/support/calibration/tumbled_sensor.hpp"
 #include "tests/support/nightly.hpp"

@@ -1,9 +1,9 @@
-#include "drivers/turns.hpp"
-
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <random>
+
+#include "drivers/synthesiser.hpp"
 
 namespace shaker {
 namespace {

@@ -15,7 +15,7 @@ using boost::system::error_code;
 
 namespace {
 constexpr std::size_t longest_line = 1024, longest_value = 65536;  // bytes
-constexpr std::size_t most_samples = 1 << 20;
+constexpr std::size_t most_buffer_samples = 1 << 20;
 }  // namespace
 
 IiodConnection::IiodConnection(asio::ip::tcp::socket socket, IiodShared& shared)
@@ -105,7 +105,7 @@ void IiodConnection::open(const IiodCommand& command) {
     Buffer buffer;
     if (buffer_) return reply(-EBUSY);
     if (!decode_iiod_mask(command.mask, buffer.mask) || (buffer.mask & ~IiodDevice::all_channels) != 0 ||
-        buffer.mask == 0 || command.number < 1 || command.number > most_samples)
+        buffer.mask == 0 || command.number < 1 || command.number > most_buffer_samples)
         return reply(-EINVAL);
     buffer.samples = command.number;
     buffer.capacity =

@@ -22,7 +22,7 @@
 #include "drivers/commissioned/record.hpp"
 #include "drivers/errors.hpp"
 #include "drivers/simulated/world.hpp"
-#include "drivers/ticks.hpp"
+#include "drivers/time.hpp"
 #include "drivers/view_settings.hpp"
 
 namespace shaker::mock {
@@ -31,7 +31,7 @@ namespace {
 
 constexpr std::chrono::milliseconds pause{2};  // between polls of the converter
 constexpr std::chrono::milliseconds patience{20};
-constexpr std::int64_t most_samples = 960;  // largest step of the world
+constexpr std::int64_t largest_step = 960;  // samples, of the world
 constexpr double camera_epoch_s = 1000;     // camera clock at the start of the bench
 
 IiodDescription describe(const simulated::Scene& scene, const AccelerometerInfo& info) {
@@ -169,8 +169,8 @@ void MockBench::State::play(const std::stop_token& stop) {
     std::vector<double> first, second;
     while (!stop.stop_requested()) {
         std::this_thread::sleep_for(pause);
-        for (std::int64_t due = converter.due(host_now()) - converter.taken(); due > 0; due -= most_samples) {
-            const auto n = static_cast<std::size_t>(std::min(due, most_samples));
+        for (std::int64_t due = converter.due(host_now()) - converter.taken(); due > 0; due -= largest_step) {
+            const auto n = static_cast<std::size_t>(std::min(due, largest_step));
             first.resize(n);
             second.resize(n);
             converter.take(first, second);

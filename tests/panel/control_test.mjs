@@ -2,7 +2,7 @@
 import assert from "node:assert/strict";
 import { join } from "node:path";
 import test, { after, afterEach, before, beforeEach } from "node:test";
-import { idle, openPage, phone, running, setStage, until } from "./stage.mjs";
+import { idle, openPage, phone, running, setStage, still, until } from "./stage.mjs";
 
 const folder = process.env.PANEL_SCREENSHOTS;
 let stage, server;
@@ -51,12 +51,12 @@ test("The drive form sends edited fields in SI units with the token", async () =
 test("An edited field keeps its value until it is sent or reverted", async () => {
     const { page } = await openPage(stage);
     await page.fill("#drive-frequency", "33");
-    server.bench.act("drive", { frequency_hz: 25 });
-    await page.waitForTimeout(400);
+    server.bench.act("drive", { frequency_hz: 25, gamma_mps2: 14.7 });
+    await until(async () => (await page.inputValue("#drive-gamma")) === "1.5", "the other field follows the drive");
     assert.equal(await page.inputValue("#drive-frequency"), "33");
     await press(page, "Revert");
     assert.equal(await page.inputValue("#drive-frequency"), "25");
-    server.bench.act("drive", { frequency_hz: 20 });
+    server.bench.act("drive", { frequency_hz: 20, gamma_mps2: 9.8 });
     await until(async () => (await page.inputValue("#drive-frequency")) === "20", "it follows again");
 });
 
@@ -187,7 +187,7 @@ test("ABORT by click stops the drive, is confirmed, and needs no control; the tr
     assert.equal(last().body, null);
     await isTripped(page);
     await until(() => server.bench.level === 0, "silent");
-    assert.match(await page.locator("#abort-status").textContent(), /^ABORT received, \d+ ms$/);
+    await page.locator("#abort-status").getByText(/^ABORT received, \d+ ms$/).waitFor();
     assert.match(await page.locator("#trip-text").textContent(), /stopped by the operator/);
     server.bench.control = true;
     if (folder) await page.screenshot({ path: join(folder, "trip.png") });
@@ -267,10 +267,10 @@ test("A lost connection is shown with its time, old values are grey, and the pag
     server.silent = false;
     await page.waitForFunction(() => document.getElementById("link").hidden && !document.body.classList.contains("stale"), null, { timeout: 10_000 });
     await page.locator("#log").scrollIntoViewIfNeeded();
-    await page.waitForTimeout(500);
-    assert.ok(Math.abs((await page.locator("#log li").count()) - server.bench.events.length) <= 1, "the log is not doubled");
-    assert.ok(events <= server.bench.events.length);
     await until(() => server.subscribed().includes("waveform"), "streams are asked for again");
+    const lines = await still(() => page.locator("#log li").count(), "the log");
+    assert.ok(Math.abs(lines - server.bench.events.length) <= 1, "the log is not doubled");
+    assert.ok(events <= server.bench.events.length);
 });
 
 test("An open but silent socket counts as lost", async () => {

@@ -5,7 +5,7 @@ import { connect } from "node:net";
 import { join } from "node:path";
 import test, { after, before } from "node:test";
 import { startDaemon } from "./daemon.mjs";
-import { openBrowser, openPage } from "./stage.mjs";
+import { openBrowser, openPage, until } from "./stage.mjs";
 
 const folder = process.env.PANEL_SCREENSHOTS;
 let daemon, stage;
@@ -113,7 +113,7 @@ test("A page of another site starts nothing, by no door", { timeout: 60_000 }, a
     assert.deepEqual([...new Set(tried)], ["failed"], "the instrument port answers no browser");
     await page.waitForTimeout(500);
     assert.equal(await scpi("SYST:STAT?;:OUTP?;:OUTP:PROT:TRIP?\n"), '"idle";0;0\n');
-    assert.match(daemon.said(), /SCPI connection of 127\.0\.0\.1:\d+ was closed: it spoke HTTP/);
+    await until(() => /SCPI connection of 127\.0\.0\.1:\d+ was closed: it spoke HTTP/.test(daemon.said()), "the log tells why");
     assert.doesNotMatch(daemon.said().slice(before), /order: /);
     await page.context().close();
 });

@@ -5,7 +5,7 @@ import { mkdirSync } from "node:fs";
 import { join } from "node:path";
 import test, { after, afterEach, before } from "node:test";
 import { project } from "./sources.mjs";
-import { idle, openPage, phone, running, setStage, until } from "./stage.mjs";
+import { idle, openPage, phone, pictured, running, setStage, still, until } from "./stage.mjs";
 
 const axe = createRequire(join(project, "daemon/remote/panel/package.json")).resolve("axe-core/axe.min.js");
 const folder = process.env.PANEL_SCREENSHOTS;
@@ -85,11 +85,10 @@ test("From rest to a trip nothing moves under the pointer", async () => {
     const { bench } = stage.server;
     await idle(stage);
     const { page } = await openPage(stage, { viewport: wide });
-    await until(async () => (await page.getByText("no picture yet").count()) === 0, "the pictures");
-    await page.waitForTimeout(800);
+    await pictured(page);
     const places = () => page.locator("header button, .controls button, .controls input, .controls select, main > section").evaluateAll((all) => Object.fromEntries(all
         .map((e, i) => [`${i} ${e.id || e.getAttribute("aria-labelledby") || e.textContent}`, e.getBoundingClientRect()]).filter(([, r]) => r.width && r.y < innerHeight).map(([name, r]) => [name.replace(/Take control|Release control/, "control"), [r.x, r.y].map(Math.round).join()])));
-    const first = await places();
+    const first = await still(places, "the page");
     assert.ok(Object.keys(first).length > 20);
     bench.record_next = true;
     bench.record_name = "a name";
@@ -118,13 +117,13 @@ test("An answer to an order moves no button, and a refusal below one lets presse
         for (const at of ["idle", "tripped"]) {
             await states[at]();
             const { page } = await openPage(stage, { viewport });
-            await page.waitForTimeout(800);
+            await pictured(page);
             const places = () => page.locator("button").evaluateAll((all) => all.filter((e) => e.getClientRects().length)
                 .map((e) => { const r = e.getBoundingClientRect(); return [e.id || e.textContent, r.x + scrollX, r.y + scrollY, r.width].join(); }));
             const shown = at === "idle" ? "form[data-action]:not(.banner *)" : ".banner form";
             const ids = await page.locator(shown).evaluateAll((all) => all.filter((e) => e.getClientRects().length && e.querySelector("output")).map((e) => e.dataset.action));
             assert.ok(ids.length > (at === "idle" ? 9 : 0), ids.join());
-            const first = await places();
+            const first = await still(places, "the page");
             server.refuse = refused;
             for (const id of ids) {
                 const form = page.locator(`form[data-action="${id}"]`).filter({ visible: true }).first(), answer = form.locator("output");

@@ -3,7 +3,7 @@ import assert from "node:assert/strict";
 import { mkdirSync } from "node:fs";
 import { join } from "node:path";
 import test, { after, afterEach, before } from "node:test";
-import { idle, laptop, openPage, phone, running, setStage, until } from "./stage.mjs";
+import { idle, laptop, openPage, phone, running, setStage, still, until } from "./stage.mjs";
 
 const folder = process.env.PANEL_SCREENSHOTS;
 let stage;
@@ -188,10 +188,7 @@ test("A new point appears in the plots of the points", async () => {
     const canvas = page.locator("#points-gamma canvas");
     await page.locator("#gamma-card").scrollIntoViewIfNeeded();  // it is drawn in view
     await canvas.scrollIntoViewIfNeeded();
-    await page.waitForTimeout(1500);
-    const before = await canvas.screenshot();
-    await page.waitForTimeout(1200);
-    assert.ok(before.equals(await canvas.screenshot()), "it stands still without a new point");
+    const before = await still(() => canvas.screenshot(), "the plot without a new point", 1200);
     stage.server.bench.points.push({ gamma_mps2: 14.7, phi_rad: 0, v_D_mps: -0.02, sigma_mps: 1e-3, closed_form_mps: null });
     await until(async () => !before.equals(await canvas.screenshot()), "the point is drawn");
 });
@@ -313,9 +310,7 @@ test("A hidden page requests and draws nothing until it is visible again", async
     }, hidden);
     await hide(true);
     await until(() => stage.server.subscribed().length === 0, "unsubscribed");
-    const canvas = page.locator("#waveform canvas"), before = await canvas.screenshot();
-    await page.waitForTimeout(500);
-    assert.ok(before.equals(await canvas.screenshot()));
+    const canvas = page.locator("#waveform canvas"), before = await still(() => canvas.screenshot(), "the hidden plot", 500);
     await hide(false);
     await until(() => stage.server.subscribed().includes("waveform"), "subscribed again");
     await until(async () => !before.equals(await canvas.screenshot()), "drawn again");

@@ -3,7 +3,7 @@ import assert from "node:assert/strict";
 import { readFile } from "node:fs/promises";
 import { join } from "node:path";
 import test, { after, afterEach, before } from "node:test";
-import { idle, openPage, phone, setStage, until } from "./stage.mjs";
+import { idle, openPage, phone, setStage, still, until } from "./stage.mjs";
 
 const folder = process.env.PANEL_SCREENSHOTS;
 let stage;
@@ -56,7 +56,7 @@ test("A click on a point of a plot takes its set-point; the plot is saved as a p
     const { page, troubles } = await openPage(stage, { viewport: { width: 1440, height: 1000 } });
     await page.locator("#phi-card").scrollIntoViewIfNeeded();
     await until(async () => await page.locator("#points-phi .u-over").count() === 1, "the plot");
-    await page.waitForTimeout(700);
+    await still(() => page.locator("#points-phi canvas").screenshot(), "the plot", 700);
     const area = await page.locator("#points-phi .u-over").boundingBox();
     // Two repeats at phi 0 in the middle of an axis of 90 degrees, v_D 6.6 mm/s near the upper end.
     const top = area.height * (1 - (6.6 + 0.07 * 6.6) / (1.14 * 6.6));
@@ -86,13 +86,12 @@ test("From the first point on, a plot has the exact law and the closed form with
         await page.locator(`#${axis}-card`).scrollIntoViewIfNeeded();
         const canvas = page.locator(`#points-${axis} canvas`), key = page.locator(`#key-${axis}`);
         await until(async () => !/law|closed/.test(await key.textContent()), "no law without mu");
-        await page.waitForTimeout(1200);
-        const before = await canvas.screenshot();
+        const before = await still(() => canvas.screenshot(), "the plot", 1200);
         bench.law_mu = { value: 0.113, sigma: 0.005 };
         bench.act("drive", { frequency_hz: 20.5 });  // a new set-point is a new law
         await until(async () => other.test(await key.textContent()), `the law in the key: ${await key.textContent()}`);
         assert.match(await key.textContent(), /closed form/);
-        assert.ok(!before.equals(await canvas.screenshot()), "the law is drawn");
+        await until(async () => !before.equals(await canvas.screenshot()), "the law is drawn");
         if (folder) await page.locator(`#${axis}-card`).screenshot({ path: join(folder, `law-${axis}.png`) });
         const saved = page.waitForEvent("download");
         await page.locator(`#${axis}-card button[data-save=CSV]`).click();

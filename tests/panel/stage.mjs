@@ -1,6 +1,7 @@
 // A browser, the simulated daemon, and pages that collect all errors.
 import assert from "node:assert/strict";
 import { existsSync } from "node:fs";
+import { isDeepStrictEqual } from "node:util";
 import { startServer } from "./server.mjs";
 import { bundle, chromium } from "./sources.mjs";
 
@@ -66,6 +67,25 @@ export async function until(condition, what, patience = 8000) {
         await new Promise((resume) => setTimeout(resume, 20));
     }
 }
+
+/** What `look` sees once it sees the same twice, so many ms apart. */
+export async function still(look, what, apart = 300) {
+    let seen = await look();
+    await until(async () => {
+        await new Promise((resume) => setTimeout(resume, apart));
+        const before = seen;
+        seen = await look();
+        return isDeepStrictEqual(before, seen);
+    }, `${what} stands still`);
+    return seen;
+}
+
+/** The cameras' pictures are there, if their card is in view. */
+export const pictured = (page) => page.waitForFunction(() => {
+    const figures = [...document.querySelectorAll("#cameras figure")];
+    const shown = figures.length > 0 && figures.every((e) => !e.textContent.includes("no picture yet"));
+    return shown || document.getElementById("cameras-card").getBoundingClientRect().top > innerHeight;
+});
 
 /** Memory of a page after garbage collection. */
 export async function heapOf(page) {

@@ -107,9 +107,10 @@ test("A proposal is dashed until it is used; a lost target has none", async () =
     assert.deepEqual((await sent()).map(({ camera, region_px }) => [camera, region_px[0]]), [["top", 470], ["side", 470]]);
     server.bench.walker_lost = true;
     await open(page);
-    await page.waitForTimeout(300);
-    await press(page, "Propose");
-    assert.match(await page.locator("#targets-note").textContent(), /^Not found in the picture: walker of camera top, walker of camera side\./);
+    await until(async () => {
+        await press(page, "Propose");
+        return /^Not found in the picture: walker of camera top, walker of camera side\./.test(await page.locator("#targets-note").textContent());
+    }, "the page knows that it is lost");
 });
 
 test("Targets are moved at rest only, and a start closes the boxes", async () => {

@@ -16,7 +16,7 @@
 
 #include "drivers/errors.hpp"
 #include "drivers/hardware/alsa/alsa_dac.hpp"
-#include "drivers/hardware/alsa/pcm_codec.hpp"
+#include "drivers/hardware/alsa/output_frames.hpp"
 #include "tests/support/remote/player.hpp"
 
 namespace shaker {

@@ -12,7 +12,7 @@
 #include "daemon/bench/bench.hpp"
 #include "daemon/run/stop_signals.hpp"
 #include "drivers/errors.hpp"
-#include "drivers/ticks.hpp"
+#include "drivers/time.hpp"
 #include "drivers/trigger_train.hpp"
 
 namespace shaker::commands {

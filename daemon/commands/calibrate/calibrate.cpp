@@ -4,7 +4,7 @@
 
 #include <cstdint>
 
-#include "calibration/camera/strip_pdf.hpp"
+#include "calibration/camera/printed_targets.hpp"
 #include "daemon/manual/values.hpp"
 #include "daemon/report/printing.hpp"
 #include "drivers/optics/bar_code.hpp"

@@ -10,9 +10,9 @@
 #include <string>
 #include <vector>
 
-#include "calibration/accelerometer/held_finder.hpp"
-#include "calibration/accelerometer/normal_gravity.hpp"
+#include "calibration/accelerometer/attitudes.hpp"
 #include "calibration/accelerometer/sensor_file.hpp"
+#include "calibration/accelerometer/tumble.hpp"
 #include "daemon/bench/bench.hpp"
 #include "daemon/commands/calibrate/calibrate.hpp"
 #include "daemon/commands/calibrate/held_records.hpp"
@@ -20,7 +20,7 @@
 #include "daemon/report/printing.hpp"
 #include "daemon/run/stop_signals.hpp"
 #include "drivers/errors.hpp"
-#include "drivers/ticks.hpp"
+#include "drivers/time.hpp"
 
 namespace shaker::commands {
 

@@ -12,8 +12,8 @@
 #include <string_view>
 #include <vector>
 
-#include "calibration/camera/board_pdf.hpp"
 #include "calibration/camera/camera_file.hpp"
+#include "calibration/camera/printed_targets.hpp"
 #include "daemon/commands/calibrate/board_pictures.hpp"
 #include "daemon/commands/calibrate/calibrate.hpp"
 #include "daemon/recording/time_text.hpp"

@@ -5,8 +5,8 @@
 
 #include "daemon/acquisition/streams.hpp"
 #include "daemon/recording/tables/columns.hpp"
-#include "drivers/simulated/truth.hpp"
-#include "tracking/track.hpp"
+#include "drivers/simulated/world.hpp"
+#include "tracking/tracker.hpp"
 
 namespace shaker::recording {
 

@@ -9,7 +9,7 @@
 #include "daemon/remote/scpi/error.hpp"
 #include "daemon/remote/scpi/reply.hpp"
 #include "daemon/remote/scpi/session.hpp"
-#include "drivers/drive_limits.hpp"
+#include "drivers/drive.hpp"
 
 namespace shaker::instrument {
 

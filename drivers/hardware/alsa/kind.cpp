@@ -1,16 +1,85 @@
 #include "drivers/hardware/alsa/kind.hpp"
 
+#include <alsa/asoundlib.h>
 #include <spdlog/fmt/fmt.h>
 #include <spdlog/fmt/ranges.h>
 
+#include <array>
+#include <memory>
 #include <nlohmann/json.hpp>
+#include <utility>
 
+#include "drivers/errors.hpp"
 #include "drivers/hardware/alsa/alsa_dac.hpp"
-#include "drivers/hardware/alsa/devices.hpp"
+#include "drivers/hardware/alsa/config.hpp"
 
 namespace shaker::alsa {
 
 namespace {
+
+constexpr std::array usual_rates_hz{44100, 48000, 88200, 96000, 176400, 192000, 384000, 768000};
+
+template <class T, void (*release)(T*)>
+struct ReleasedBy {
+    void operator()(T* object) const noexcept { release(object); }
+};
+template <class T, void (*release)(T*)>
+using Owned = std::unique_ptr<T, ReleasedBy<T, release>>;
+
+void ask(snd_pcm_t* pcm, AlsaDevice& device) {
+    snd_pcm_hw_params_t* raw = nullptr;
+    if (snd_pcm_hw_params_malloc(&raw) < 0) throw std::bad_alloc{};
+    const Owned<snd_pcm_hw_params_t, snd_pcm_hw_params_free> owned{raw};
+    if (const int error = snd_pcm_hw_params_any(pcm, raw); error < 0)
+        throw DeviceError{
+            fmt::format("ALSA device {}: has no configuration: {}", device.pcm, snd_strerror(error))};
+    constexpr std::array formats{SND_PCM_FORMAT_S32_LE, SND_PCM_FORMAT_S24_LE, SND_PCM_FORMAT_S24_3LE,
+                                 SND_PCM_FORMAT_S16_LE};
+    for (std::size_t i = 0; i < formats.size(); ++i)
+        if (snd_pcm_hw_params_test_format(pcm, raw, formats.at(i)) == 0)
+            device.formats.push_back(static_cast<SampleFormat>(i));
+    for (const int rate : usual_rates_hz)
+        if (snd_pcm_hw_params_test_rate(pcm, raw, static_cast<unsigned>(rate), 0) == 0)
+            device.rates_hz.push_back(rate);
+    const auto frames = [raw](auto get_least, auto get_most, auto... direction) {
+        snd_pcm_uframes_t least = 0, most = 0;
+        get_least(raw, &least, direction...);
+        get_most(raw, &most, direction...);
+        return AlsaDevice::Between{static_cast<unsigned>(least), static_cast<unsigned>(most)};
+    };
+    int* no_direction = nullptr;
+    device.period_frames =
+        frames(snd_pcm_hw_params_get_period_size_min, snd_pcm_hw_params_get_period_size_max, no_direction);
+    device.buffer_frames =
+        frames(snd_pcm_hw_params_get_buffer_size_min, snd_pcm_hw_params_get_buffer_size_max);
+    snd_pcm_hw_params_get_channels_min(raw, &device.channels.least);
+    snd_pcm_hw_params_get_channels_max(raw, &device.channels.most);
+}
+
+/// Adds the card's playback devices with their stable names.
+void add_devices_of(int card, std::vector<AlsaDevice>& devices) {
+    snd_ctl_t* raw = nullptr;
+    if (snd_ctl_open(&raw, fmt::format("hw:{}", card).c_str(), 0) < 0) return;  // removed since it was listed
+    const std::unique_ptr<snd_ctl_t, int (*)(snd_ctl_t*)> control{raw, snd_ctl_close};
+    snd_ctl_card_info_t* card_raw = nullptr;
+    snd_pcm_info_t* pcm_raw = nullptr;
+    if (snd_ctl_card_info_malloc(&card_raw) < 0) throw std::bad_alloc{};
+    const Owned<snd_ctl_card_info_t, snd_ctl_card_info_free> card_info{card_raw};
+    if (snd_pcm_info_malloc(&pcm_raw) < 0) throw std::bad_alloc{};
+    const Owned<snd_pcm_info_t, snd_pcm_info_free> info{pcm_raw};
+    if (snd_ctl_card_info(raw, card_raw) < 0) return;
+    for (int number = -1; snd_ctl_pcm_next_device(raw, &number) == 0 && number >= 0;) {
+        snd_pcm_info_set_device(pcm_raw, static_cast<unsigned>(number));
+        snd_pcm_info_set_subdevice(pcm_raw, 0);
+        snd_pcm_info_set_stream(pcm_raw, SND_PCM_STREAM_PLAYBACK);
+        if (snd_ctl_pcm_info(raw, pcm_raw) < 0) continue;  // capture only
+        AlsaDevice device = describe_alsa_device(
+            fmt::format("hw:CARD={},DEV={}", snd_ctl_card_info_get_id(card_raw), number), {});
+        device.name =
+            fmt::format("{}, {}", snd_ctl_card_info_get_name(card_raw), snd_pcm_info_get_name(pcm_raw));
+        devices.push_back(std::move(device));
+    }
+}
 
 using Json = nlohmann::ordered_json;
 
@@ -40,6 +109,36 @@ std::string first(const hardware::Search& search, std::string_view name) {
 }
 
 }  // namespace
+
+std::string AlsaDevice::text() const {
+    const std::string head = name.empty() ? pcm : fmt::format("{} ({})", pcm, name);
+    if (!error.empty()) return fmt::format("{}: {}", head, error);
+    std::vector<std::string_view> names;
+    for (const SampleFormat format : formats) names.push_back(to_text(format));
+    return fmt::format(
+        "{}: formats {}; {} Hz; {} to {} channels; periods {} to {}, buffer {} to {} samples", head,
+        names.empty() ? "none supported by shakerd" : fmt::format("{}", fmt::join(names, ", ")),
+        fmt::join(rates_hz, ", "), channels.least, channels.most, period_frames.least, period_frames.most,
+        buffer_frames.least, buffer_frames.most);
+}
+
+std::vector<AlsaDevice> list_alsa_devices() {
+    std::vector<AlsaDevice> devices;
+    for (int card = -1; snd_card_next(&card) == 0 && card >= 0;) add_devices_of(card, devices);
+    return devices;
+}
+
+AlsaDevice describe_alsa_device(const std::string& pcm, const std::filesystem::path& config) {
+    AlsaDevice device;
+    device.pcm = pcm;
+    try {
+        const AlsaHandle handle = open_alsa_playback(pcm, config);
+        ask(static_cast<snd_pcm_t*>(handle.get()), device);
+    } catch (const DeviceError& e) {
+        device.error = e.what();
+    }
+    return device;
+}
 
 hardware::OpenDac read_kind(SettingsTable& table) {
     return [settings = read_alsa_settings(table)](hardware::Notes& notes) {

@@ -9,7 +9,7 @@ namespace {
 
 constexpr double learn_s = 0.25;
 constexpr std::size_t learn_least = 32, learn_most = 16384;  // samples
-constexpr double rate_tolerance = 0.15;
+constexpr double largest_rate_error = 0.15;
 constexpr double clear_ns = 50e6, far_clear_ns = 400e6;
 constexpr std::size_t clear_samples = 16;
 constexpr double far_ns = 20e6;
@@ -78,7 +78,7 @@ void SampleGrid::learn_rate() noexcept {
     for (std::size_t k = 0; k + apart < lows_.size(); ++k) lows_[k] = lows_[k + apart] - lows_[k];
     std::nth_element(lows_.begin(), lows_.begin() + middle, lows_.end() - apart);
     const double excess = lows_[middle] / static_cast<double>(apart * stretch);
-    if (std::abs(excess / nominal_ns_) <= rate_tolerance) step_ns_ += excess;
+    if (std::abs(excess / nominal_ns_) <= largest_rate_error) step_ns_ += excess;
     double lowest = 0;
     for (std::size_t i = 0; i < learn_least; ++i) lowest = std::min(lowest, above_line(i));
     if (lowest > -far_ns) due_ns_ = lowest;
@@ -183,8 +183,8 @@ void SampleGrid::follow(double above_ns, double lag_ns) noexcept {
     if (on_line_ > 0) {
         due_ns_ += place_gain * lowest_ns_;
         const double excess = std::clamp(lowest_ns_, -most_excess * step_ns_, most_excess * step_ns_);
-        step_ns_ = std::clamp(step_ns_ + rate_gain * excess / window, nominal_ns_ * (1 - rate_tolerance),
-                              nominal_ns_ * (1 + rate_tolerance));
+        step_ns_ = std::clamp(step_ns_ + rate_gain * excess / window, nominal_ns_ * (1 - largest_rate_error),
+                              nominal_ns_ * (1 + largest_rate_error));
     }
     window_ = on_line_ = 0;
 }

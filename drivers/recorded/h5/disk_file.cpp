@@ -8,7 +8,6 @@
 
 #include <algorithm>
 #include <cerrno>
-#include <system_error>
 #include <utility>
 
 #include "drivers/errors.hpp"
@@ -17,8 +16,6 @@
 namespace shaker::h5 {
 
 namespace {
-
-std::string own_words(int error) { return std::generic_category().message(error); }
 
 /// Result of a system call, repeated after EINTR.
 template <class Call>
@@ -42,7 +39,7 @@ DiskFile::DiskFile(std::filesystem::path path, int flags) : path_{std::move(path
 
 DiskFile DiskFile::create(const std::filesystem::path& file) {
     if (::unlink(file.c_str()) < 0 && errno != ENOENT)
-        throw DeviceError{file.string() + ": cannot be replaced: " + own_words(errno)};
+        throw DeviceError{file.string() + ": cannot be replaced: " + system_text(errno)};
     DiskFile made{file, O_RDWR | O_CREAT | O_EXCL};
     const auto again = [&](int flags) {
         return Descriptor{
@@ -58,7 +55,7 @@ DiskFile DiskFile::create(const std::filesystem::path& file) {
 DiskFile DiskFile::open(const std::filesystem::path& file) { return {file, O_RDONLY}; }
 
 void DiskFile::fail(const std::string& what, int error) const {
-    throw DeviceError{path_.string() + ": " + what + ": " + own_words(error)};
+    throw DeviceError{path_.string() + ": " + what + ": " + system_text(error)};
 }
 
 std::uint64_t DiskFile::size() const {
@@ -78,7 +75,7 @@ void DiskFile::reserve(std::uint64_t bytes) {
     if (error == ENOSPC)
         throw DeviceError{fmt::format("{}: no space for {}: {:.1f} MB required, {:.1f} MB free: {}",
                                       path_.parent_path().string(), path_.filename().string(),
-                                      megabytes(bytes), megabytes(free), own_words(error))};
+                                      megabytes(bytes), megabytes(free), system_text(error))};
     if (error != 0) fail(fmt::format("{:.1f} MB cannot be reserved", megabytes(bytes)), error);
 }
 
@@ -158,13 +155,13 @@ void DiskFile::rename(const std::filesystem::path& to, Existing existing) {
 
 void release(const std::filesystem::path& file, std::uint64_t from) {
     const Descriptor fd{::open(file.c_str(), O_WRONLY | O_CLOEXEC)};
-    if (fd < 0) throw DeviceError{file.string() + ": cannot be opened: " + own_words(errno)};
+    if (fd < 0) throw DeviceError{file.string() + ": cannot be opened: " + system_text(errno)};
     const off_t at = static_cast<off_t>(whole_pages(from)), end = ::lseek(fd, 0, SEEK_END);
     if (end <= at) return;
     if (uninterrupted(
             [&] { return ::fallocate(fd, FALLOC_FL_PUNCH_HOLE | FALLOC_FL_KEEP_SIZE, at, end - at); }) < 0 &&
         errno != EOPNOTSUPP)
-        throw DeviceError{file.string() + ": its unused space cannot be released: " + own_words(errno)};
+        throw DeviceError{file.string() + ": its unused space cannot be released: " + system_text(errno)};
 }
 
 void sync_folder(const std::filesystem::path& folder) {
@@ -173,7 +170,7 @@ void sync_folder(const std::filesystem::path& folder) {
         uninterrupted([&] { return ::open(name.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC); })};
     const int error = fd < 0 || uninterrupted([&] { return ::fsync(fd); }) < 0 ? errno : 0;
     if (error != 0)
-        throw DeviceError{name.string() + ": cannot be synchronised to the disk: " + own_words(error)};
+        throw DeviceError{name.string() + ": cannot be synchronised to the disk: " + system_text(error)};
 }
 
 void replace_file(const std::filesystem::path& file, std::span<const std::byte> bytes) {

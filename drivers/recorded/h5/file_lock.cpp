@@ -19,8 +19,6 @@ namespace {
 // A lock of an open file does not have the number of its process, so its length does: this plus the number.
 constexpr off_t least_length = off_t{1} << 40;
 
-std::string own_words(int error) { return std::generic_category().message(error); }
-
 struct flock whole_file(short type) {
     struct flock lock {};
     lock.l_type = type;
@@ -48,7 +46,7 @@ Locked lock(int fd, const std::filesystem::path& file) {
     const int error = errno;
     if (error == EAGAIN || error == EACCES) return Locked::by_another;
     if (error == ENOLCK || error == EINVAL || error == EOPNOTSUPP || error == ENOSYS) return Locked::no;
-    throw DeviceError{file.string() + ": cannot be locked: " + own_words(error)};
+    throw DeviceError{file.string() + ": cannot be locked: " + system_text(error)};
 }
 
 // For a file system that cannot do it in one step. A folder takes the place of an empty one, which no other
@@ -75,7 +73,7 @@ FileLock FileLock::of_new(const std::filesystem::path& file) {
     FileLock made;
     made.fd_ = descriptor_of(file, O_RDWR | O_CREAT | O_EXCL);
     if (made.fd_ < 0 && errno == EEXIST) refuse_existing(file);
-    if (made.fd_ < 0) throw DeviceError{file.string() + ": cannot be created: " + own_words(errno)};
+    if (made.fd_ < 0) throw DeviceError{file.string() + ": cannot be created: " + system_text(errno)};
     const Locked locked = lock(made.fd_, file);
     if (locked == Locked::by_another)
         throw DeviceError{file.string() + ": was locked by another process as soon as it was created"};
@@ -89,7 +87,7 @@ std::optional<FileLock> FileLock::take(const std::filesystem::path& file, bool m
     if (taken.fd_ < 0 && (errno == EACCES || errno == EROFS || errno == EPERM))
         taken.fd_ = descriptor_of(file, O_RDONLY);
     if (taken.fd_ < 0 && errno == ENOENT && !make) throw InputError{file.string() + ": no such file"};
-    if (taken.fd_ < 0) throw DeviceError{file.string() + ": cannot be opened: " + own_words(errno)};
+    if (taken.fd_ < 0) throw DeviceError{file.string() + ": cannot be opened: " + system_text(errno)};
     const Locked locked = lock(taken.fd_, file);
     if (locked == Locked::by_another) return std::nullopt;
     taken.held_ = locked == Locked::yes;
@@ -102,7 +100,7 @@ std::optional<FileLock> FileLock::take_folder(const std::filesystem::path& folde
     taken.fd_ = descriptor_of(folder, O_RDONLY | O_DIRECTORY | O_NOFOLLOW);
     if (taken.fd_ < 0 && (errno == ENOTDIR || errno == ELOOP || errno == ENOENT))
         throw InputError{folder.string() + ": is a link or not a folder; a folder was expected"};
-    if (taken.fd_ < 0) throw DeviceError{folder.string() + ": cannot be opened: " + own_words(errno)};
+    if (taken.fd_ < 0) throw DeviceError{folder.string() + ": cannot be opened: " + system_text(errno)};
     const int how = sharing == Sharing::alone ? LOCK_EX : LOCK_SH;
     taken.held_ = ::flock(taken.fd_, how | LOCK_NB) == 0;
     if (!taken.held_ && errno == EWOULDBLOCK) return std::nullopt;
@@ -138,7 +136,7 @@ void rename_new(const std::filesystem::path& from, const std::filesystem::path& 
     if (error == EEXIST)
         throw InputError{from.string() + " cannot be renamed to " + to.string() +
                          ": another file has this name; nothing is overwritten"};
-    throw DeviceError{from.string() + ": cannot be renamed to " + to.string() + ": " + own_words(error)};
+    throw DeviceError{from.string() + ": cannot be renamed to " + to.string() + ": " + system_text(error)};
 }
 
 }  // namespace shaker::h5

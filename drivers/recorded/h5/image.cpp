@@ -5,7 +5,6 @@
 
 #include <cerrno>
 #include <string>
-#include <system_error>
 
 #include "drivers/errors.hpp"
 
@@ -17,7 +16,7 @@ const std::string what = "HDF5 file in memory";
 
 int memory_file() {
     const int fd = ::memfd_create("h5", MFD_CLOEXEC);
-    if (fd < 0) throw DeviceError{what + ": " + std::generic_category().message(errno)};
+    if (fd < 0) throw DeviceError{what + ": " + system_text(errno)};
     return fd;
 }
 
@@ -52,7 +51,7 @@ std::vector<std::byte> Image::head(std::uint64_t bytes) const {
     while (done < copy.size()) {
         const ssize_t n = ::pread(memory_, copy.data() + done, copy.size() - done, static_cast<off_t>(done));
         if (n < 0 && errno == EINTR) continue;
-        if (n <= 0) throw DeviceError{what + ": " + std::generic_category().message(n < 0 ? errno : EIO)};
+        if (n <= 0) throw DeviceError{what + ": " + system_text(n < 0 ? errno : EIO)};
         done += static_cast<std::size_t>(n);
     }
     return copy;

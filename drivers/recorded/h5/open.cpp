@@ -5,9 +5,9 @@
 #include <fstream>
 
 #include "drivers/errors.hpp"
-#include "drivers/recorded/h5/bounded.hpp"
+#include "drivers/recorded/h5/file_driver.hpp"
 #include "drivers/recorded/h5/file_lock.hpp"
-#include "drivers/recorded/h5/refusal.hpp"
+#include "drivers/recorded/h5/h5.hpp"
 #include "drivers/recorded/h5/written_file.hpp"
 
 namespace shaker::h5 {

@@ -3,7 +3,7 @@
 #include <optional>
 
 #include "drivers/errors.hpp"
-#include "drivers/recorded/h5/refusal.hpp"
+#include "drivers/recorded/h5/h5.hpp"
 
 namespace shaker::h5 {
 

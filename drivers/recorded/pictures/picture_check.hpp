@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "drivers/recorded/pictures/opened_segment.hpp"
+#include "drivers/recorded/pictures/picture_reader.hpp"
 
 namespace shaker::pictures {
 

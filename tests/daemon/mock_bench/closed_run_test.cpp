@@ -4,7 +4,7 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
-#include "drivers/hardware/alsa/pcm_codec.hpp"
+#include "drivers/hardware/alsa/output_frames.hpp"
 #include "drivers/recorded/recording_file.hpp"
 #include "drivers/synthesiser.hpp"
 #include "tests/support/in_real_time.hpp"

@@ -141,7 +141,7 @@ class PythonTest(unittest.TestCase):
             bench.wait("running", timeout=60)
             bench.abort()
             with self.assertRaisesRegex(shakerd.BenchError, "stopped by the operator"):
-                bench.wait("idle", timeout=5)
+                bench.wait("idle")
             bench.clear()
             bench.wait("idle")
         finally:

@@ -7,7 +7,7 @@
 #include "daemon/recording/folder.hpp"
 #include "daemon/recording/recorder.hpp"
 #include "daemon/recording/tables/places.hpp"
-#include "drivers/recorded/pictures/segment_layout.hpp"
+#include "drivers/recorded/pictures/segment.hpp"
 #include "tests/support/program.hpp"
 #include "tests/support/recording/many_pictures.hpp"
 

@@ -10,7 +10,7 @@
 
 #include "daemon/commands/replay.hpp"
 #include "daemon/run/runner.hpp"
-#include "drivers/ticks.hpp"
+#include "drivers/time.hpp"
 #include "tests/support/program.hpp"
 
 namespace shaker::run {

@@ -1,7 +1,6 @@
-#include "drivers/footage/csv_accelerometer.hpp"
-
 #include <cmath>
 
+#include "drivers/footage/csv.hpp"
 #include "drivers/quantity.hpp"
 #include "tests/support/recording/recording_folder.hpp"
 

@@ -6,7 +6,7 @@
 #include <cstdio>
 
 #include "calibration/clocks/clock_tracker.hpp"
-#include "drivers/hardware/alsa/pcm_codec.hpp"
+#include "drivers/hardware/alsa/output_frames.hpp"
 #include "tests/support/devices/mock_dac.hpp"
 #include "tests/support/in_real_time.hpp"
 #include "tests/support/no_alloc.hpp"

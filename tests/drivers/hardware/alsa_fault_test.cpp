@@ -6,7 +6,7 @@
 
 #include "drivers/errors.hpp"
 #include "drivers/hardware/alsa/alsa_dac.hpp"
-#include "drivers/hardware/alsa/pcm_codec.hpp"
+#include "drivers/hardware/alsa/output_frames.hpp"
 #include "tests/support/devices/mock_dac.hpp"
 #include "tests/support/in_real_time.hpp"
 #include "tests/support/remote/player.hpp"

@@ -3,7 +3,7 @@
 
 #include "drivers/errors.hpp"
 #include "drivers/hardware/alsa/alsa_dac.hpp"
-#include "drivers/hardware/alsa/devices.hpp"
+#include "drivers/hardware/alsa/kind.hpp"
 #include "drivers/hardware/alsa/settings.hpp"
 #include "tests/support/devices/mock_dac.hpp"
 

@@ -10,7 +10,7 @@
 #include <utility>
 
 #include "drivers/hardware/alsa/alsa_dac.hpp"
-#include "drivers/hardware/alsa/pcm_codec.hpp"
+#include "drivers/hardware/alsa/output_frames.hpp"
 #include "tests/support/devices/hard_stops.hpp"
 #include "tests/support/devices/mock_dac.hpp"
 #include "tests/support/in_real_time.hpp"

@@ -15,7 +15,7 @@
 #include <thread>
 
 #include "drivers/errors.hpp"
-#include "drivers/hardware/genicam/devices.hpp"
+#include "drivers/hardware/genicam/kind.hpp"
 #include "drivers/realtime.hpp"
 #include "tests/mock/gige_camera.hpp"
 #include "tests/support/devices/mock_cameras.hpp"

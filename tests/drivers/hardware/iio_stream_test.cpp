@@ -1,7 +1,7 @@
 #include <gtest/gtest.h>
 
 #include "drivers/errors.hpp"
-#include "drivers/hardware/iio/devices.hpp"
+#include "drivers/hardware/iio/kind.hpp"
 #include "drivers/hardware/iio/stream.hpp"
 #include "tests/drivers/hardware/iio_bench.hpp"
 #include "tests/support/no_alloc.hpp"

@@ -1,6 +1,4 @@
 // A kind of device that exists only in this test, in a separate table of kinds.
-#include "drivers/hardware/kinds.hpp"
-
 #include <gtest/gtest.h>
 
 #include "drivers/errors.hpp"

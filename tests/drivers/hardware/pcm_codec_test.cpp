@@ -1,10 +1,10 @@
-#include "drivers/hardware/alsa/pcm_codec.hpp"
-
 #include <gtest/gtest.h>
 
 #include <array>
 #include <cmath>
 #include <limits>
+
+#include "drivers/hardware/alsa/output_frames.hpp"
 
 namespace shaker::hardware {
 namespace {

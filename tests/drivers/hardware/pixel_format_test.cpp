@@ -1,11 +1,10 @@
-#include "drivers/hardware/genicam/pixel_format.hpp"
-
 #include <gtest/gtest.h>
 
 #include <cstring>
 #include <initializer_list>
 #include <vector>
 
+#include "drivers/hardware/genicam/settings.hpp"
 #include "tests/support/no_alloc.hpp"
 
 namespace shaker::hardware {

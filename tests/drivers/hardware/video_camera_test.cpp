@@ -9,7 +9,7 @@
 #include <thread>
 
 #include "drivers/errors.hpp"
-#include "drivers/hardware/video/devices.hpp"
+#include "drivers/hardware/video/kind.hpp"
 #include "tests/support/program.hpp"
 #include "tests/support/tracking/grey_movie.hpp"
 

@@ -6,7 +6,7 @@
 #include "drivers/recorded/pictures/picture_check.hpp"
 #include "drivers/recorded/pictures/picture_reader.hpp"
 #include "drivers/recorded/pictures/picture_store.hpp"
-#include "drivers/recorded/pictures/segment_types.hpp"
+#include "drivers/recorded/pictures/segment.hpp"
 #include "tests/support/recording/many_pictures.hpp"
 #include "tests/support/recording/mutants_of_file.hpp"
 #include "tests/support/recording/without_checksums.hpp"

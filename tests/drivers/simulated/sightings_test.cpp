@@ -1,7 +1,7 @@
 // A camera that gives positions reports the truth with its stated noise.
-#include "drivers/simulated/sightings.hpp"
-
 #include <gtest/gtest.h>
+
+#include "drivers/simulated/true_view.hpp"
 
 namespace shaker::simulated {
 namespace {

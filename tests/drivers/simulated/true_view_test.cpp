@@ -1,3 +1,4 @@
+
 #include "drivers/simulated/true_view.hpp"
 
 #include <gtest/gtest.h>
@@ -5,7 +6,6 @@
 #include <numbers>
 
 #include "drivers/errors.hpp"
-#include "drivers/simulated/sightings.hpp"
 
 namespace shaker::simulated {
 namespace {

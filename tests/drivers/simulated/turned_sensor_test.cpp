@@ -1,8 +1,8 @@
-#include "drivers/simulated/turned_sensor.hpp"
-
 #include <gtest/gtest.h>
 
 #include <cmath>
+
+#include "drivers/simulated/sensor.hpp"
 
 namespace shaker::simulated {
 namespace {

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "drivers/recorded/recording_layout.hpp"
+#include "drivers/recorded/recording_file.hpp"
 
 namespace shaker::test {
 
