@@ -11,6 +11,7 @@
 
 #include "calibration/camera/camera_scale.hpp"
 #include "daemon/commands/table.hpp"
+#include "daemon/manual/values.hpp"
 #include "drivers/errors.hpp"
 #include "drivers/footage/movie_writer.hpp"
 #include "drivers/simulated/shaker_plant.hpp"

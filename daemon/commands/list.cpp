@@ -6,6 +6,7 @@
 
 #include "daemon/catalogue/recording_summary.hpp"
 #include "daemon/commands/table.hpp"
+#include "daemon/manual/values.hpp"
 #include "daemon/report/printing.hpp"
 #include "daemon/report/results.hpp"
 #include "daemon/sandbox/confined.hpp"

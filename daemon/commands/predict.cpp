@@ -1,3 +1,5 @@
+#include "daemon/commands/predict.hpp"
+
 #include <algorithm>
 #include <charconv>
 #include <complex>

@@ -6,6 +6,7 @@
 #include "daemon/campaign/campaign_folder.hpp"
 #include "daemon/commands/mu.hpp"
 #include "daemon/commands/table.hpp"
+#include "daemon/manual/values.hpp"
 #include "daemon/report/installed.hpp"
 #include "daemon/sandbox/outside_program.hpp"
 #include "drivers/errors.hpp"
