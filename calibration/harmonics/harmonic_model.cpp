@@ -71,10 +71,6 @@ private:
 
 constexpr std::size_t block = Phasors::size;
 
-std::complex<double> dot_with(const Phasors& a, const BlockColumn& b) noexcept {
-    return {dot(a.re, b), dot(a.im, b)};
-}
-
 /// Sum of products in a fixed order, independent of the compiler.
 double dot(const BlockColumn& a, const BlockColumn& b) noexcept {
     using Channels = Eigen::Array<double, 8, 1>;
@@ -82,6 +78,10 @@ double dot(const BlockColumn& a, const BlockColumn& b) noexcept {
     for (std::size_t i = 0; i < block; i += 8)
         sum += Eigen::Map<const Channels>(a.data() + i) * Eigen::Map<const Channels>(b.data() + i);
     return sum.sum();
+}
+
+std::complex<double> dot_with(const Phasors& a, const BlockColumn& b) noexcept {
+    return {dot(a.re, b), dot(a.im, b)};
 }
 
 Blocks::Blocks(const HarmonicModel& model, std::span<const double> t, std::span<const double> sd,

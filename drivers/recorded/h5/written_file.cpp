@@ -70,7 +70,7 @@ void WrittenFile::sync() noexcept {
 void WrittenFile::leave() noexcept { fail(ECANCELED); }
 
 void WrittenFile::require_whole(const std::string& name) const {
-    if (error_ != 0) throw DeviceError{name + ": " + text_of(error_)};
+    if (error_ != 0) throw DeviceError{name + ": " + system_text(error_)};
 }
 
 }  // namespace shaker::h5
