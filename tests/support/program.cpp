@@ -34,7 +34,7 @@ double seconds_of(const timeval& t) {
 
 }  // namespace
 
-std::string content_of(const std::filesystem::path& file) {
+std::string file_text(const std::filesystem::path& file) {
     std::ifstream in{file, std::ios::binary};
     std::ostringstream text;
     text << in.rdbuf();
@@ -64,8 +64,8 @@ bool Program::collect(int options) {
     int status = 0;
     rusage usage{};
     if (wait4(pid_, &status, options, &usage) != pid_) return false;
-    outcome_ = Outcome{WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status), content_of(out_),
-                       content_of(err_), seconds_of(usage.ru_utime) + seconds_of(usage.ru_stime)};
+    outcome_ = Outcome{WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status), file_text(out_),
+                       file_text(err_), seconds_of(usage.ru_utime) + seconds_of(usage.ru_stime)};
     return true;
 }
 

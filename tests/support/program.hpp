@@ -45,7 +45,7 @@ private:
 };
 
 /// All bytes of a file; empty when it cannot be read.
-std::string content_of(const std::filesystem::path& file);
+std::string file_text(const std::filesystem::path& file);
 
 /// Runs shakerd with these arguments in `folder` and waits for its end.
 Outcome shakerd(const std::string& arguments, const std::filesystem::path& folder);

@@ -5,6 +5,7 @@
 
 #include "daemon/campaign/point_results.hpp"
 #include "daemon/campaign/points_table.hpp"
+#include "daemon/commands/mu.hpp"
 #include "drivers/errors.hpp"
 #include "tests/support/law/synthetic_points.hpp"
 #include "tests/support/program.hpp"
@@ -76,14 +77,14 @@ TEST_F(MuCommandTest, OtherFilesAreRefusedByName) {
         EXPECT_EQ(o.status, 2) << name;
         EXPECT_NE(o.err.find(name), std::string::npos) << o.err;
     }
-    EXPECT_THROW(print_mu({.campaigns = {folder_ / "notes.nxs"}}), InputError);
+    EXPECT_THROW(mu_text({folder_ / "notes.nxs"}, {}, false), InputError);
 }
 
 TEST_F(MuCommandTest, CampaignWithoutMeasuredPointsIsRefused) {
     campaign::PointsTable t = table_of(test::exact_points({.mu = 0.113}));
     for (auto& row : t.points) row.outcome = "failed";
     campaign::write_points(folder_ / "failed.nxs", "law", "", t);
-    EXPECT_THROW(print_mu({.campaigns = {folder_ / "failed.nxs"}}), InputError);
+    EXPECT_THROW(mu_text({folder_ / "failed.nxs"}, {}, false), InputError);
 }
 
 }  // namespace

@@ -15,7 +15,9 @@ namespace {
 std::filesystem::path page_with(const std::string& serve) {
     const auto file = test::fresh_folder() / "shakerd.toml";
     std::ofstream{file} << "[serve]\nrecordings = \".\"\n" << serve;
-    return serve_settings({.settings = file}).server.page;
+    ServeOptions options;
+    options.settings = file;
+    return serve_settings(options).server.page;
 }
 
 TEST(ServeSettingsTest, PageIsTheProgramsOwnOrAFolder) {

@@ -10,6 +10,7 @@
 
 #include "daemon/acquisition/drive_output.hpp"
 #include "drivers/recorded/played_drive.hpp"
+#include "tests/mock/converter.hpp"
 #include "tests/support/stall_probe.hpp"
 
 namespace shaker::test {

@@ -54,7 +54,7 @@ Said run_quietly(const fs::path& file, const sandbox::Confinement& allowed,
         return work();
     };
     Said said{.end = run_confined(file.string(), with_memory, quiet), .words = {}};
-    said.words = content_of(fmt::format("/proc/self/fd/{}", memory));
+    said.words = file_text(fmt::format("/proc/self/fd/{}", memory));
     close(memory);
     return said;
 }
@@ -127,8 +127,8 @@ MutantTrials::MutantTrials(const fs::path& folder, bool pictures) : folder_{fold
     if (const Said whole = replay_quietly(file); fate_of(whole) != Fate::identical)
         throw std::runtime_error{"the undamaged recording does not replay: " + whole.words};
     for (const auto& entry : fs::recursive_directory_iterator{folder_})
-        if (entry.is_regular_file() && content_of(entry.path()).starts_with("\x89HDF"))
-            files_.push_back({entry.path(), content_of(entry.path()), structure_of(entry.path())});
+        if (entry.is_regular_file() && file_text(entry.path()).starts_with("\x89HDF"))
+            files_.push_back({entry.path(), file_text(entry.path()), structure_of(entry.path())});
     std::ranges::sort(files_, {}, &File::path);
 }
 
@@ -159,7 +159,7 @@ Trial MutantTrials::attempt(std::uint64_t seed, const fs::path& keep) {
     put(file.path, mutant.bytes);
     Trial trial = replayed();
     for (const File& other : files_)
-        if (content_of(other.path) != (&other == &file ? mutant.bytes : other.bytes))
+        if (file_text(other.path) != (&other == &file ? mutant.bytes : other.bytes))
             trial.parent_harm += "; " + other.path.string() + " was changed";
     if (!keep.empty() &&
         (trial.fate == Fate::died || trial.fate == Fate::timed_out || trial.fate == Fate::unclear))

@@ -21,7 +21,7 @@ mock::MockBenchSettings settings_for(const std::filesystem::path& folder, double
     if (const std::string refused = private_network(); !refused.empty()) throw std::runtime_error{refused};
     mock::MockBenchSettings s;
     s.scene = simulated::parse_scene(
-        test::content_of(test::source_dir() + "/tests/support/slow_cameras.toml") + changes, "test");
+        test::file_text(test::source_dir() + "/tests/support/slow_cameras.toml") + changes, "test");
     s.folder = folder;
     s.plugin = test::build_dir() + "/shaker_mock_pcm.so";
     s.dac_ppm = dac_ppm;
@@ -41,7 +41,7 @@ BenchRun::~BenchRun() {
 }
 
 void BenchRun::rig(const std::string& key, const std::string& value) {
-    std::string text = test::content_of(bench.rig_file());
+    std::string text = test::file_text(bench.rig_file());
     const auto at = text.find("\n" + key + " = ");
     ASSERT_NE(at, std::string::npos) << key;
     const auto from = at + key.size() + 4;
