@@ -33,7 +33,7 @@ TEST(GoldenRecordingTest, EveryByteOfARunWithPictures) {
     const auto folder = test::fresh_folder();
     const test::Outcome made =
         test::shakerd("run --scene '" + test::source_dir() +
-                          "/tests/golden/recordings/walk.toml' --no-identify --settle 0 "
+                          "/tests/golden/recordings/walk.toml' --no-identify --open-loop --settle 4 "
                           "--periods 4 --frames region -o walk.nxs",
                       folder);
     ASSERT_EQ(made.status, 0) << made.err;
