@@ -37,10 +37,11 @@ TEST(PlantFrictionTest, MasslessWalkerObeysEachLaw) {
           "law = \"dahl\"\ndahl_um = 7.2\nviscous_per_s = 4.2", "ageing = 0.05"})
         for (const Drive& drive_ : {Drive{.gamma = 9.8}, Drive{.gamma = 4.9, .phi = 0.4}}) {
             const Scene scene = scene_of(keys);
-            WalkerSetting setting;
+            walker::WalkerSetting setting;
             setting.base = harmonics(drive_);
             setting.friction = friction_of(scene);
-            EXPECT_NEAR(drift(scene, drive_, 120), settle(setting).v_D, 5e-6 * drive_.gamma / (two_pi * 20))
+            EXPECT_NEAR(drift(scene, drive_, 120), walker::settle(setting).v_D,
+                        5e-6 * drive_.gamma / (two_pi * 20))
                 << keys << ", gamma " << drive_.gamma;
         }
 }
@@ -50,7 +51,7 @@ TEST(PlantFrictionTest, ErrorFallsWithSquareOfSample) {
     const auto error = [&](double rate) {
         Scene s = scene_of("law = \"dahl\"");
         s.dac_rate_hz = rate;
-        WalkerSetting setting;
+        walker::WalkerSetting setting;
         setting.base = harmonics(asked);
         setting.friction = friction_of(s);
         ShakerPlant plant{s};
@@ -62,7 +63,7 @@ TEST(PlantFrictionTest, ErrorFallsWithSquareOfSample) {
             if (i == static_cast<std::size_t>(120 * samples)) from = plant.state().walker_x;
             plant.step(volts[i]);
         }
-        return std::abs((plant.state().walker_x - from) * 20 - settle(setting).v_D);
+        return std::abs((plant.state().walker_x - from) * 20 - walker::settle(setting).v_D);
     };
     EXPECT_LT(error(96000), error(24000) / 16);
 }
@@ -165,7 +166,7 @@ TEST(PlantFrictionTest, TextOfSceneKeepsItsFriction) {
     const std::string text = scene_text(s);
     const Scene back = parse_scene(text, "y");
     EXPECT_EQ(scene_text(back), text);
-    EXPECT_EQ(back.walker.law, FrictionLaw::dahl);
+    EXPECT_EQ(back.walker.law, walker::FrictionLaw::dahl);
     EXPECT_EQ(back.walker.dahl_um, 3.3);
     EXPECT_EQ(back.walker.mu_memory, 0.9);
     EXPECT_EQ(scene_text(paper_scene()).find("law ="), std::string::npos);

@@ -66,9 +66,9 @@ TEST(ShakerPlantTest, FollowsTransferFunctionWithoutWalker) {
 TEST(ShakerPlantTest, MasslessWalkerMatchesExactWalker) {
     for (const Drive& drive :
          {Drive{.gamma = 9.8}, Drive{.gamma = 4.9}, Drive{.gamma = 19.6, .phi = 1.5707963}}) {
-        WalkerSetting setting;
+        walker::WalkerSetting setting;
         setting.base = harmonics(drive);
-        const SteadyState exact = settle(WalkerLaw{setting});
+        const walker::SteadyState exact = walker::settle(walker::WalkerLaw{setting});
         const Played p = play(light_walker(), drive, 120);
         // The remainder is the plant's own approach to its cycle; contact changes lie exactly inside the
         // samples.
