@@ -68,7 +68,7 @@ TEST_P(KeptRecordingTest, Opens) {
     EXPECT_EQ(file.header().schema, std::string{GetParam()} == "walk.nxs" ? 6 : 1);
     EXPECT_EQ(file.header().views.size(), 2U);
     EXPECT_EQ(file.damage(), std::vector<std::string>{});
-    EXPECT_TRUE(recording::read_finished(file).empty());
+    EXPECT_EQ(recording::read_finished(file).empty(), file.header().schema == 1);
     EXPECT_NO_THROW(recording::require_known_schema(file));
 }
 

@@ -32,7 +32,7 @@ TEST(ServeSettingsTest, PageNeedsItsFolder) {
         page_with("page = \"/no/such\"\n");
         FAIL();
     } catch (const InputError& e) {
-        EXPECT_NE(std::string{e.what()}.find("shakerd.toml:3: page: \"/no/such\": there is no such folder"),
+        EXPECT_NE(std::string{e.what()}.find("shakerd.toml:3: serve.page: \"/no/such\": there is no such folder"),
                   std::string::npos)
             << e.what();
     }
