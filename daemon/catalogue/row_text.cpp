@@ -207,10 +207,11 @@ std::string results_csv(std::span<const NumberedRow> rows) {
         const Drive& asked = row.asked ? *row.asked : none;
         all += row.time;
         for (const double x : {asked.frequency, asked.gamma, asked.rho, asked.phi})
-            all += "," + number_text(x);
-        all += "," + quoted(overtones_text(asked)) + "," + number_text(row.periods);
+            all += fmt::format(",{}", number_text(x));
+        all += fmt::format(",{},{}", quoted(overtones_text(asked)), number_text(row.periods));
         for (const EstimateKey& e : estimates)
-            all += "," + number_text((row.*e.member).value) + "," + number_text((row.*e.member).sigma);
+            all +=
+                fmt::format(",{},{}", number_text((row.*e.member).value), number_text((row.*e.member).sigma));
         all += fmt::format(",{},{},{},{}\r\n", row.steady ? 1 : 0, quoted(row.ended), quoted(row.notes),
                            quoted(row.recording));
     }

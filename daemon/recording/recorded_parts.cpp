@@ -11,7 +11,7 @@ namespace {
 constexpr std::size_t slice_blocks = 64, slice_tracks = 1024;
 
 // Slices from `from` to `to`, not included.
-struct Range {
+struct SliceRange {
     std::size_t from = 0, to = 0;
 };
 
@@ -19,8 +19,8 @@ struct Range {
 // part.to_s. Times need not increase, so the least time of each slice decides. An unknown time is not after
 // to_s.
 template <class Least, class Unknown>
-Range slices_of(std::size_t slices, const acquisition::ReadPart& part, Least least_s, Unknown unknown) {
-    Range range{0, slices};
+SliceRange slices_of(std::size_t slices, const acquisition::ReadPart& part, Least least_s, Unknown unknown) {
+    SliceRange range{0, slices};
     while (range.to > 0 && least_s(range.to - 1) > part.to_s && !unknown(range.to - 1)) --range.to;
     range.from = range.to;
     while (range.from > 0 && !(least_s(range.from - 1) < part.from_s)) --range.from;
@@ -57,7 +57,7 @@ std::vector<AccelBlock> RecordedParts::blocks(const acquisition::ReadPart& part,
                                               const calibration::Timebase& timebase,
                                               recorded::RecordingWriter& file) const {
     if (!timebase.ready()) return {};
-    const Range range = slices_of(
+    const SliceRange range = slices_of(
         blocks_.size(), part,
         [&](std::size_t i) { return seconds(timebase.at(AccelTick{blocks_[i].least_tick})); },
         [](std::size_t) { return false; });
@@ -69,7 +69,7 @@ std::vector<AccelBlock> RecordedParts::blocks(const acquisition::ReadPart& part,
 
 std::vector<tracking::Track> RecordedParts::tracks(const Tracks& of, const acquisition::ReadPart& part,
                                                    recorded::RecordingWriter& file) const {
-    const Range range = slices_of(
+    const SliceRange range = slices_of(
         of.slices.size(), part, [&](std::size_t i) { return of.slices[i].least_s; },
         [&](std::size_t i) { return of.slices[i].unknown; });
     const std::size_t first = range.from * slice_tracks;
