@@ -97,7 +97,7 @@ TEST(GoldenHttpTest, AnswersOfEveryRoute) {
 
 class GoldenStateTest : public test::OnCallBench {
 protected:
-    /// Keeps state and metrics of this moment, then acts.
+    /// Keeps the state of this moment, of the first with a result also the result and the metrics, then acts.
     std::function<void(service::BenchPort&)> kept(const char* moment,
                                                   std::function<void(service::BenchPort&)> act) {
         return [this, moment, act = std::move(act)](service::BenchPort& port) {
@@ -105,8 +105,10 @@ protected:
             service::BenchState state = *port.state();
             state.recording.free_bytes = state.recording.room_bytes = 1e9;  // of this computer's disk
             states += title + test::by_keys(state_json(state, {"a page", true, false}));
-            if (state.result) results += title + test::by_keys(result_json(state));
-            metrics += title + metrics_text(&state, {});
+            if (state.result && results.empty()) {
+                results = title + test::by_keys(result_json(state));
+                metrics = title + metrics_text(&state, {});
+            }
             act(port);
         };
     }

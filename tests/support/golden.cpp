@@ -71,8 +71,10 @@ std::string without_place_and_time(std::string text, const std::filesystem::path
     replace_all(text, build_dir(), "BUILD");
     replace_all(text, source_dir(), "SOURCE");
     static const std::array<std::pair<std::regex, const char*>, 3> volatile_parts{
-        {{std::regex{R"(\b)" SHAKER_VERSION R"(\b)"}, "VERSION"},
-         {std::regex{R"(\b2\d{3}-\d\d-\d\d[T ]\d\d:\d\d:\d\d(\.\d+)?(Z|[+-]\d\d:\d\d)?)"}, "DATE"},
+        {{std::regex{R"(\b)" + std::regex_replace(std::string{SHAKER_VERSION}, std::regex{R"(\.)"}, R"(\.)") +
+                     R"(\b)"},
+          "VERSION"},
+         {std::regex{R"(\b2\d{3}-?\d\d-?\d\d[T ]\d\d:?\d\d:?\d\d(\.\d+)?(Z|[+-]\d\d:\d\d)?)"}, "DATE"},
          {std::regex{R"(in \S+ s, \S+ times real time; rendering of pictures took \S+ s \(\d+ %\))"},
           "in TIME"}}};
     for (const auto& [what, by] : volatile_parts) text = std::regex_replace(text, what, by);
