@@ -25,15 +25,24 @@ std::string content(const std::filesystem::path& file) {
 
 std::filesystem::path kept(const std::string& name) { return source_dir() + "/tests/golden/texts/" + name; }
 
+/// At most 160 bytes of a line, around one of them.
+std::string part_of(const std::string& line, std::size_t at) {
+    constexpr std::size_t before = 60, most = 160;
+    return line.size() <= most ? line : "..." + line.substr(at > before ? at - before : 0, most) + "...";
+}
+
 /// The first line in which two texts differ, from both.
 std::string first_difference(const std::string& expected, const std::string& got) {
     std::istringstream a{expected}, b{got};
     std::string x, y;
     for (int line = 1;; ++line) {
-        const bool more_a = !std::getline(a, x).fail(), more_b = !std::getline(b, y).fail();
-        if (more_a && more_b && x == y) continue;
-        return "line " + std::to_string(line) + "\n  expected: " + (more_a ? x : "(the end)") +
-               "\n  got:      " + (more_b ? y : "(the end)");
+        const bool ended = !std::getline(a, x);
+        if (ended) x = "(the end)";
+        if (!std::getline(b, y)) y = "(the end)";
+        if (x == y && !ended) continue;
+        const auto at = static_cast<std::size_t>(std::ranges::mismatch(x, y).in1 - x.begin());
+        return "line " + std::to_string(line) + "\n  expected: " + part_of(x, at) +
+               "\n  got:      " + part_of(y, at);
     }
 }
 
