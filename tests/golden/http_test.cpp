@@ -37,7 +37,7 @@ public:
         request.set(http::field::host, "localhost");
         for (const auto& [field, value] : fields) {
             request.set(field, value);
-            all += "+ " + field + ": " + value + '\n';
+            all.append("+ ").append(field).append(": ").append(value) += '\n';
         }
         request.body() = body;
         request.prepare_payload();

@@ -38,7 +38,7 @@ private:
             instrument::show(*bench_.pending_orders.now(), status_);
             client_.poll();
         }
-        const std::string replies{client_.output()};
+        std::string replies{client_.output()};
         client_.sent(replies.size());
         return replies;
     }
