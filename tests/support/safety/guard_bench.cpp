@@ -4,7 +4,7 @@ namespace shaker::test {
 
 namespace {
 constexpr double start_s = 0.0017;  // of the sensor's tick 0
-constexpr double gravity = 9.8;
+constexpr double bench_gravity = 9.8;
 constexpr std::size_t guarded_block = 40;
 }  // namespace
 
@@ -65,7 +65,7 @@ safety::Expectation GuardBench::expectation(double frequency) const {
 
 void GuardBench::convert(double t_s, double a) {
     if (disturbance) a += disturbance(t_s);
-    const std::array<double, 3> truth{a * p_.axis[0], a * p_.axis[1], a * p_.axis[2] + gravity};
+    const std::array<double, 3> truth{a * p_.axis[0], a * p_.axis[1], a * p_.axis[2] + bench_gravity};
     const double top = std::floor(p_.range_mps2 / p_.lsb_mps2);
     Counts counts;
     for (std::size_t k = 0; k < 3; ++k) {
