@@ -1,6 +1,6 @@
 #pragma once
-// What a simulated camera really sees, where that differs from what its view tells, and what a camera that
-// gives positions reports: true places on its picture, with noise.
+// The true view of a simulated camera, where it differs from the view in its settings; and the report of a
+// camera that gives positions: true places on its picture, with noise.
 #include <cstdint>
 #include <span>
 #include <string>
