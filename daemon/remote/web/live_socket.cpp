@@ -150,8 +150,8 @@ asio::awaitable<void> send_due(Live& live) {
         const bool knows_points = live.pointed == state->result;
         live.pointed = state->result;
         const std::string owner = site.lock.owner();
-        const std::string text = state_json(*state, {owner, owner == live.who, knows_points});
-        co_await send(live, true, text);
+        const auto text = site.state_texts.of(state, {owner, owner == live.who, knows_points});
+        co_await send(live, true, *text);
     }
     for (auto it = live.streams.begin(); it != live.streams.end(); ++it) {
         Stream& stream = it->second;

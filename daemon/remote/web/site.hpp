@@ -14,6 +14,7 @@
 #include "daemon/remote/web/law_answer.hpp"
 #include "daemon/remote/web/metrics.hpp"
 #include "daemon/remote/web/page_files.hpp"
+#include "daemon/remote/web/state_json.hpp"
 
 namespace shaker::web {
 
@@ -64,6 +65,7 @@ struct Site {
     catalogue::Catalogue* recordings = nullptr;  // null: none is served
     ServedCounts served{};
     LawAnswer law{};
+    StateTexts state_texts{};
     std::map<std::string, int> sockets{};  // number of sockets of each client that may hold control
     Guests guests{};                       // connections without a socket
     int downloads = 0;                     // of recordings, at most most_downloads

@@ -303,6 +303,20 @@ std::string state_json(const service::BenchState& s, const Viewer& viewer) {
     return all.dump(-1, ' ', false, json::error_handler_t::replace);
 }
 
+std::shared_ptr<const std::string> StateTexts::of(const std::shared_ptr<const service::BenchState>& state,
+                                                  const Viewer& viewer) {
+    constexpr std::chrono::milliseconds fresh{33};
+    Made& made = made_[(viewer.controls ? 2U : 0U) + (viewer.knows_points ? 1U : 0U)];
+    const auto now = access::ServerClock::now();
+    const bool same = made.of == state || (made.of && now - made.at < fresh && made.of->state == state->state &&
+                                           made.of->result == state->result &&
+                                           made.of->answered == state->answered);
+    if (!same || made.controller != viewer.controller)
+        made = {state, viewer.controller, now,
+                std::make_shared<const std::string>(state_json(*state, viewer))};
+    return made.text;
+}
+
 std::string result_json(const service::BenchState& s) {
     const reduction::Reduction& r = *s.result;
     json all = json::parse(report::results_json(r));

@@ -1,7 +1,10 @@
 #pragma once
 // State of the bench for the page and scripts: JSON, SI units in the keys, null for unknown values.
+#include <array>
+#include <memory>
 #include <string>
 
+#include "daemon/remote/access/server_clock.hpp"
 #include "daemon/service/bench_port.hpp"
 #include "daemon/service/bench_state.hpp"
 
@@ -17,6 +20,24 @@ struct Viewer {
 /// {"type":"state","session":...,"drive":...,"measured":...,"result":...,"walker":...,"points":...,"clocks":...,
 /// "losses":...,"disk":...,"limits":...}
 std::string state_json(const service::BenchState& state, const Viewer& viewer);
+/// Texts of the state that all sockets share: with many pages the server's thread makes as few as with two.
+class StateTexts {
+public:
+    /// state_json() of this state, or of one that is at most 33 ms older and has the same run state, result and
+    /// answered orders.
+    std::shared_ptr<const std::string> of(const std::shared_ptr<const service::BenchState>& state,
+                                          const Viewer& viewer);
+
+private:
+    struct Made {
+        std::shared_ptr<const service::BenchState> of;
+        std::string controller;
+        access::ServerClock::time_point at{};
+        std::shared_ptr<const std::string> text;
+    };
+    std::array<Made, 4> made_;  // by Viewer::controls and Viewer::knows_points
+};
+
 /// results_json() of the newest measurement, which must exist, with its origin
 /// {"measurement":{"number":...,"from_s":...,"to_s":...,"drive":{...},"current":...}} and its averaged period
 /// {"cycle":{"phase":[...],"x_m":[...],...}}.

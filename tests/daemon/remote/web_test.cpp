@@ -10,6 +10,7 @@
 
 #include "daemon/remote/server.hpp"
 #include "daemon/remote/web/metrics.hpp"
+#include "daemon/remote/access/server_clock.hpp"
 #include "daemon/remote/web/state_json.hpp"
 #include "daemon/service/published.hpp"
 #include "tests/support/program.hpp"
@@ -268,6 +269,27 @@ TEST(StateJsonTest, ResultHasItsMeasurement) {
     const json fetched = json::parse(web::result_json(state))["measurement"];
     EXPECT_EQ(fetched["number"], 7);
     EXPECT_EQ(fetched["current"], false);
+}
+
+TEST(StateTextsTest, SocketsShareATextUntilItsStateIsOld) {
+    web::StateTexts texts;
+    service::BenchState state;
+    const auto text = [&](const web::Viewer& viewer) {
+        return texts.of(std::make_shared<const service::BenchState>(state), viewer);
+    };
+    const auto first = text({"tab1"});
+    for (int page = 0; page < 24; ++page) EXPECT_EQ(text({"tab1"}), first) << "made once for all pages";
+    EXPECT_EQ(*first, web::state_json(state, {"tab1"}));
+    EXPECT_NE(*text({"tab1", true}), *first) << "the holder has a text of its own";
+    EXPECT_NE(*text({"tab2"}), *first) << "control went to another";
+    const auto at_rest = text({"tab2"});
+    ++state.answered;
+    EXPECT_NE(text({"tab2"}), at_rest) << "an answered order is shown at once";
+    const auto answered = text({"tab2"});
+    state.now_s = 7;
+    EXPECT_EQ(text({"tab2"}), answered);
+    access::ServerClock::advance(std::chrono::milliseconds{40});
+    EXPECT_NE(text({"tab2"}), answered) << "a state is shown after 33 ms at the latest";
 }
 
 TEST(StateJsonTest, WalkerHasTheEndsOfItsPicture) {
