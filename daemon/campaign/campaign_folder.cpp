@@ -1,6 +1,6 @@
 #include "daemon/campaign/campaign_folder.hpp"
 
-#include <spdlog/fmt/fmt.h>
+#include <spdlog/spdlog.h>
 
 #include <algorithm>
 #include <fstream>
@@ -78,7 +78,9 @@ CampaignFolder::CampaignFolder(fs::path path, h5::FileLock lock, StoredCampaign 
     : path_{std::move(path)},
       lock_{std::move(lock)},
       stored_{std::move(stored)},
-      journal_{path_ / journal_name} {}
+      journal_{path_ / journal_name} {
+    for (const JournalEntry& entry : stored_.entries) follower_(entry);
+}
 
 CampaignFolder CampaignFolder::begin(const fs::path& folder, const std::string& plan) {
     prepare_folder(folder);
@@ -109,7 +111,18 @@ CampaignFolder CampaignFolder::continued(const fs::path& folder, const std::opti
 }
 
 void CampaignFolder::add(decltype(JournalEntry::what) what) {
-    journal_.add({recording::local_time_text(), std::move(what)});
+    const JournalEntry entry{recording::local_time_text(), std::move(what)};
+    Follower reader = follower_;
+    try {
+        reader(entry);
+    } catch (const InputError& e) {
+        spdlog::error("{}: {}; it is not written", (path_ / journal_name).string(), e.what());
+        return;
+    }
+    journal_.add(entry);
+    for (std::size_t i = follower_.progress().remarks.size(); i < reader.progress().remarks.size(); ++i)
+        spdlog::warn("{}, {}", (path_ / journal_name).string(), reader.progress().remarks[i]);
+    follower_ = std::move(reader);
 }
 
 }  // namespace shaker::campaign

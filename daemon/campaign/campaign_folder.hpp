@@ -43,7 +43,7 @@ public:
                                     const std::optional<std::string>& plan = std::nullopt);
 
     /// Adds an entry with the present time; returns when it is on the disk. DeviceError when it cannot be
-    /// written.
+    /// written. What a reader would remark is logged; what it would refuse is logged and not written.
     void add(decltype(JournalEntry::what) what);
 
     [[nodiscard]] const std::filesystem::path& path() const noexcept { return path_; }
@@ -56,6 +56,7 @@ private:
     std::filesystem::path path_;
     h5::FileLock lock_;
     StoredCampaign stored_;
+    Follower follower_;  // of all entries in the file
     Journal journal_;
 };
 

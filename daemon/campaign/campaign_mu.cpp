@@ -20,7 +20,10 @@ constexpr double least_change = 0.01;  // of mu
 constexpr double most_change = 0.3;    // of mu, in one step: the law is not linear
 constexpr double level = 5e-3;         // rad, error of a tilt that is not measured
 
+// The numbers of a schedule are those of its order.
 std::size_t index_of(const std::vector<Point>& points, int id) {
+    const auto i = static_cast<std::size_t>(id - 1);
+    if (i < points.size() && points[i].id == id) return i;
     return static_cast<std::size_t>(std::ranges::find(points, id, &Point::id) - points.begin());
 }
 

@@ -33,6 +33,7 @@ Engine::Engine(std::vector<Point> points, const EngineSettings& settings, const 
                const std::vector<law::Point>& known)
     : points_{std::move(points)},
       over_(points_.size(), false),
+      returns_by_{points_},
       settings_{settings},
       walks_{settings.mu, settings.g, settings.timing.settle_at_most} {
     for (const int id : ended) {
@@ -62,7 +63,7 @@ double Engine::cost_s(std::span<const Point* const> points) {
     for (const Point* p : points) {
         const double frequency = p->asked.drive.frequency;
         const Walk& walk = walks_.walk(p->asked.drive);
-        const Walk& back = walks_.walk(return_drive(points_, walk.v_D < 0 ? 1 : -1, frequency));
+        const Walk& back = walks_.walk(returns_by_.at(walk.v_D < 0 ? 1 : -1, frequency));
         const double free_way = way_[0] + way_[1] - kept_way(walk, back, settings_.timing, frequency);
         const Travel t = travel(p->asked, walk, settings_.timing, free_way);
         if (!t.fits()) return INFINITY;
@@ -102,24 +103,28 @@ Action Engine::next(const Seen& seen) {
     if (way_back_.left()) way_back_.follow(seen.way.at(way_back_.ahead()));
     if (seen.state == run::RunState::tripped) {
         if (!std::exchange(tripped_, true)) {
-            if (begun_) lose_pass("the drive tripped: " + seen.trip);
+            if (begun_) lost_ = "the drive tripped: " + seen.trip;
             pause("the drive has tripped: " + seen.trip + "; look at it, clear the trip, then resume");
         }
-        done_ = leaving_;
+        if (!seen.pending) {
+            take_loss();
+            done_ = leaving_;
+        }
         return {};
     }
     if (seen.state == run::RunState::idle) {
         tripped_ = false;
         if (phase_ != Phase::between && std::exchange(under_way_, false))
-            lose_pass("the drive ended before the pass was complete");
+            lost_ = "the drive ended before the pass was complete";
         if (seen.pending) return {};
+        take_loss();
         if (leaving_ || (stop_ && !begun_) || at_ == points_.size()) done_ = true;
         return paused_ || done_ ? Action{} : choose(seen);
     }
+    if (!run::driving(seen.state) || seen.state == run::RunState::ramp_down) return {};
+    if (leaving_ || paused_) return halt(leaving_ ? "interrupted" : "paused");
     if (seen.state != run::RunState::run) return {};
     under_way_ = true;
-    if (leaving_) return halt("interrupted");
-    if (paused_) return halt("paused");
     switch (phase_) {
         case Phase::measuring:
             return watch_pass(seen);
@@ -162,7 +167,7 @@ Action Engine::choose(const Seen& seen) {
         }
         const Walk& walk = walks_.walk(p.asked.drive);
         const double frequency = p.asked.drive.frequency;
-        const Walk& back = walks_.walk(return_drive(points_, walk.v_D < 0 ? 1 : -1, frequency));
+        const Walk& back = walks_.walk(returns_by_.at(walk.v_D < 0 ? 1 : -1, frequency));
         const double kept = kept_way(walk, Walk{}, settings_.timing, frequency);
         const double ahead = seen.way[side(walk.v_D)] - kept;
         // A return ends a period of its own walk before the other edge.
@@ -173,9 +178,9 @@ Action Engine::choose(const Seen& seen) {
             end_point(Outcome::failed, best.why);
             continue;
         }
-        if (!idle &&
-            (p.asked.drive.frequency != frequency_ || seen.recorded_s > settings_.longest_recording_s))
-            return halt({});
+        const bool full = seen.recorded_s > settings_.timing.recording_s / 2 ||
+                          seen.recorded_s + here.drive_s() > settings_.timing.recording_s;
+        if (!idle && (p.asked.drive.frequency != frequency_ || full)) return halt({});
         frequency_ = p.asked.drive.frequency;
         if (!seen.identified && !idle) return halt({});  // the identification starts from rest
         if (!seen.identified && near_edge(seen) && !std::exchange(centred_, true))
@@ -194,7 +199,9 @@ Action Engine::choose(const Seen& seen) {
         early_.clear();
         taken_ = false;
         ++pass_;
+        ordered_s_ = seen.now_s;
         x_from_m_ = seen.x_m;
+        asked_periods_ = here.periods;
         return go(idle, p.asked.drive, {.plan = {here.periods, p.asked.plan.settle, 1}});
     }
     if (idle) {
@@ -219,7 +226,7 @@ void Engine::begin_point(const Point& point) {
 
 // The walker has to have `target` of way ahead of it (m), in the direction of v_D.
 Action Engine::lead_back(const Seen& seen, double v_D, double target) {
-    const Drive back = return_drive(points_, v_D < 0 ? 1 : -1, frequency_);
+    const Drive back = returns_by_.at(v_D < 0 ? 1 : -1, frequency_);
     const Walk& walk = walks_.walk(back);
     if (!walk.why.empty() || walk.v_D * v_D >= 0) {
         fail("no drive is known that leads the walker back");
@@ -275,16 +282,21 @@ Action Engine::watch_pass(const Seen& seen) {
 
 // A measurement that a skipped point had under way belongs to no point.
 void Engine::take(const on_call::Measured& measured) {
-    if (!begun_ || numbers_of(measured.measurement.asked) != numbers_of(points_[at_].asked.drive)) return;
+    const bool of_pass = begun_ && measured.measurement.part.from_s >= ordered_s_ &&
+                         std::ranges::find(told_passes_, pass_) == told_passes_.end() &&
+                         numbers_of(measured.measurement.asked) == numbers_of(points_[at_].asked.drive);
+    if (!of_pass) return;
     taken_ = true;
     if (!measured.reduction) {
         end_pass(measured, PassEnded::How::failed, measured.not_reduced);
         return fail(measured.not_reduced);
     }
+    const recording::MeasuredPart& part = measured.measurement.part;
+    const int periods = static_cast<int>(std::lround((part.to_s - part.from_s) * frequency_));
+    if (early_.empty() && periods < asked_periods_) early_ = lost_.empty() ? "the drive ended" : lost_;
     end_pass(measured, early_.empty() ? PassEnded::How::complete : PassEnded::How::early, early_);
     returns_ = 0;
-    const recording::MeasuredPart& part = measured.measurement.part;
-    measured_ += static_cast<int>(std::lround((part.to_s - part.from_s) * frequency_));
+    measured_ += periods;
     const calibration::Estimate& v_D = measured.reduction->v_D;
     if (choice_) {
         law::Point pass = law::point_of(*measured.reduction, points_[at_].asked.drive);
@@ -321,6 +333,16 @@ void Engine::end_pass(const on_call::Measured& measured, PassEnded::How how, std
                                    .true_v_D = measured.true_v_D,
                                    .how = how,
                                    .reason = std::move(reason)});
+}
+
+// The drive of the pass, or of the return, is over, and all that it measured is reduced.
+void Engine::take_loss() {
+    const std::string reason = std::exchange(lost_, {});
+    if (reason.empty()) return;
+    if (phase_ == Phase::measuring && taken_)
+        phase_ = Phase::between;
+    else
+        lose_pass(reason);
 }
 
 // The pass under way has given no measurement.
@@ -380,8 +402,7 @@ void Engine::fail(const std::string& reason) {
 // Empty: the disk has room for the point.
 std::string Engine::disk_is_short(const Seen& seen, const Travel& travel) const {
     const double passes_s = std::max(travel.passes, 1) * most_around_s;
-    const double needed =
-        settings_.bytes_per_s * (passes_s + travel.measured() * travel.period_s) + kept_bytes;
+    const double needed = seen.bytes_per_s * (passes_s + travel.measured() * travel.period_s) + kept_bytes;
     if (!(seen.free_bytes < needed)) return {};
     return fmt::format("the disk has {:.0f} MB left and point {} may need {:.0f} MB: make room, then resume",
                        1e-6 * seen.free_bytes, points_[at_].id, 1e-6 * needed);

@@ -31,6 +31,7 @@ struct Seen {
     bool pending = false;                       // a finished measurement is not reduced yet
     double recorded_s = 0;                      // length of the open recording
     double free_bytes = INFINITY;               // of the disk; NaN: not known
+    double bytes_per_s = 0.5e6;                 // of a recording
     double x_m = unknown;                       // newest position of the walker
     /// How far the walker's middle may go towards -x and +x, m; infinite on a bench that does not see it.
     std::array<double, 2> way{INFINITY, INFINITY};
@@ -60,11 +61,9 @@ enum class Word { pause, resume, skip, repeat, stop };
 inline constexpr std::array<std::string_view, 5> word_names{"pause", "resume", "skip", "repeat", "stop"};
 
 struct EngineSettings {
-    double mu = 0.113;                  // friction coefficient by which walks are predicted at first
-    double mu_target = 0;               // relative standard error of mu at which it ends; 0: all points
-    double g = paper_g;                 // m/s^2
-    double longest_recording_s = 3600;  // then the next point starts a new one
-    double bytes_per_s = 0.5e6;         // of a recording
+    double mu = 0.113;     // friction coefficient by which walks are predicted at first
+    double mu_target = 0;  // relative standard error of mu at which it ends; 0: all points
+    double g = paper_g;    // m/s^2
     Timing timing{};
 };
 
@@ -73,8 +72,8 @@ struct EngineSettings {
 /// A point is measured in one go if the walker's way allows it, else in passes. Before a pass that does not
 /// fit into what is left, the walker returns: a move at a drive of its own. A point that fails is tried again
 /// once, then left out. A trip, a refused start, a full disk pause the campaign until `resume`; the engine
-/// never clears a trip. With a target for mu, the next point is the one that helps most (MuChoice), and the
-/// campaign ends at the target.
+/// never clears a trip. A pause stops a drive in whatever state it is. With a target for mu, the next point
+/// is the one that helps most (MuChoice), and the campaign ends at the target.
 class Engine {
 public:
     /// ended: numbers of the points that need no further measurement. known: measured points, for mu_target.
@@ -132,6 +131,7 @@ private:
     [[nodiscard]] double cost_s(std::span<const Point* const> points);
     void begin_point(const Point& point);
     void end_pass(const on_call::Measured& measured, PassEnded::How how, std::string reason);
+    void take_loss();
     void lose_pass(const std::string& reason);
     void end_point(Outcome outcome, std::string reason);
     void fail(const std::string& reason);
@@ -139,6 +139,7 @@ private:
 
     std::vector<Point> points_;
     std::vector<bool> over_;  // one for each point
+    ReturnDrives returns_by_;
     EngineSettings settings_;
     LearnedMu walks_;
     std::optional<MuChoice> choice_;  // empty: the points come in their order
@@ -148,9 +149,11 @@ private:
     bool begun_ = false;
     int tries_ = 0;  // that failed
     int pass_ = 0;
+    double ordered_s_ = 0;                       // master time of the order of the pass
     double x_from_m_ = unknown, x_m_ = unknown;  // of the walker: at the order of the pass, now
     std::array<double, 2> way_{INFINITY, INFINITY};
-    int measured_ = 0;             // periods
+    int asked_periods_ = 0;        // of the pass
+    int measured_ = 0;             // periods, of the point
     double sum_ = 0, weight_ = 0;  // v_D / sigma^2 and 1 / sigma^2 of its passes
     int returns_ = 0;              // without a pass between them
     Phase phase_ = Phase::between;
@@ -158,6 +161,7 @@ private:
     double frequency_ = 0;    // of the drive, Hz
     bool under_way_ = false;  // the bench was seen in state run since the last order from idle
     std::string early_;       // why the pass ended early
+    std::string lost_;        // why the drive under way has ended, which a measurement may still follow
     bool taken_ = false;      // the pass has given a measurement
     on_call::WayBack way_back_;
     std::vector<int> told_passes_;  // of this point that the journal has

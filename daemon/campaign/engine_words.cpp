@@ -38,6 +38,7 @@ void Engine::repeat() {
     const auto i = static_cast<std::size_t>(p - points_.begin());
     static const std::string reason = "repeated by the operator";
     for (const int pass : last_.passes) events_.emplace_back(PassLost{last_.point, pass, reason});
+    if (last_.passes.empty()) events_.emplace_back(PointBegun{.point = last_.point});
     results_.erase(last_.point);
     if (choice_) choice_->forget(last_.point);
     last_ = {};

@@ -193,12 +193,13 @@ void append(const Series& s, std::vector<Point>& points) {
     }
 }
 
+// Or more than most_stored_points.
 std::size_t count(const Series& s) {
     std::size_t n = static_cast<std::size_t>(s.repeats);
     if (s.order == Order::mirror || s.order == Order::up_down) n *= 2;
     for (const std::size_t values :
          {s.frequency.size(), s.overtones.size(), s.rho.size(), s.gamma.size(), s.phi.size()})
-        n = values > most_points || n > most_points ? most_points + 1 : n * values;
+        n = std::max(values, n) > most_stored_points ? most_stored_points + 1 : n * values;
     return n;
 }
 
@@ -220,14 +221,14 @@ Drive mirror_partner(const Drive& drive) {
     return partner;
 }
 
-std::vector<Point> schedule(const Plan& plan) {
+std::vector<Point> schedule(const Plan& plan, std::size_t most) {
     std::size_t total = 0;
     for (const Series& s : plan.series) {
         total += count(s);
-        if (total > most_points)
+        if (total > most)
             throw InputError{
                 fmt::format("{}:{}: series \"{}\": the plan has more than {} points; allowed are {}",
-                            plan.file, s.line, s.name, most_points, most_points)};
+                            plan.file, s.line, s.name, most, most)};
     }
     std::vector<Point> points;
     points.reserve(total);

@@ -54,7 +54,9 @@ struct Point {
     int partner = 0;  // id of the mirror partner in this repeat; 0: none
 };
 
-inline constexpr std::size_t most_points = 100'000;
+inline constexpr std::size_t most_points = 10'000;  // of a new plan: work at its start grows with them
+inline constexpr std::size_t most_stored_points =
+    100'000;  // of a folder, which an earlier version may have begun
 
 /// The drive whose drift is the opposite for any friction that is the same in both directions, on a level
 /// base: half a period later it is the mirror image. phi differs by pi, the harmonics 4, 6 and 8 by their
@@ -64,8 +66,8 @@ Drive mirror_partner(const Drive& drive);
 /// Series after series, each as its order says, `repeats` times; an up_down series goes up and down in each
 /// repeat. Equal plans give equal points on any machine: order random is Fisher and Yates' shuffle from the
 /// last point to the second, with x mod i of successive numbers x of std::mt19937_64 {seed}. InputError for
-/// more than most_points.
-std::vector<Point> schedule(const Plan& plan);
+/// more than `most`.
+std::vector<Point> schedule(const Plan& plan, std::size_t most = most_points);
 
 inline constexpr int most_steps = 10'000;    // of a range
 inline constexpr int most_repeats = 10'000;  // of a series

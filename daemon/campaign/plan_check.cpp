@@ -59,17 +59,19 @@ nlohmann::ordered_json json_row(const CheckedPoint& c) {
 
 }  // namespace
 
-PlanCheck check_plan(const Plan& plan, const CheckSettings& settings) {
+PlanCheck check_plan(const Plan& plan, std::vector<Point> points, const CheckSettings& settings,
+                     const std::stop_token& stop) {
     PlanCheck check{
         .title = plan.title, .mu = plan.mu, .mu_target = plan.mu_target, .free_way = settings.way.length()};
     WalkPredictor predictor{plan.mu, settings.gravity, settings.timing.settle_at_most};
     double place = settings.start, frequency = 0;
-    std::vector<Point> points = schedule(plan);
-    const std::vector<Point> all = points;
+    const ReturnDrives returns{points};
+    check.points.reserve(points.size());
     for (Point& point : points) {
+        if (stop.stop_requested()) throw InputError{"the check of the plan was stopped"};
         const Drive& drive = point.asked.drive;
         const Walk& walk = predictor.at(drive);
-        const Walk& back = predictor.at(return_drive(all, walk.v_D < 0 ? 1 : -1, drive.frequency));
+        const Walk& back = predictor.at(returns.at(walk.v_D < 0 ? 1 : -1, drive.frequency));
         const double free_way = check.free_way - kept_way(walk, back, settings.timing, drive.frequency) -
                                 (settings.swing ? 2 * settings.swing(drive) : 0);
         const Travel t = travel(point.asked, walk, settings.timing, free_way);

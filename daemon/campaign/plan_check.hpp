@@ -2,6 +2,7 @@
 // The check of a plan before anything moves: points in their order, predicted travel, bench time, bytes.
 #include <cmath>
 #include <functional>
+#include <stop_token>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -43,7 +44,9 @@ struct PlanCheck {
     }
 };
 
-PlanCheck check_plan(const Plan& plan, const CheckSettings& settings);
+/// points: of the plan. InputError when `stop` asks for the end.
+PlanCheck check_plan(const Plan& plan, std::vector<Point> points, const CheckSettings& settings,
+                     const std::stop_token& stop = {});
 
 /// Number of points, bench time and size of the recording, with `between` between the three.
 std::string sums_text(const PlanCheck& check, std::string_view between);

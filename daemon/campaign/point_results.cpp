@@ -7,6 +7,7 @@
 #include <map>
 #include <utility>
 
+#include "daemon/campaign/campaign_folder.hpp"
 #include "daemon/campaign/combined_passes.hpp"
 #include "daemon/recording/replay.hpp"
 #include "daemon/recording/tables/measured_tables.hpp"
@@ -243,6 +244,8 @@ std::vector<PointRow> asked_rows(std::span<const Point> points) {
 PointResults point_results(const std::filesystem::path& folder, std::span<const PointRow> asked,
                            const Progress& progress, Source source) {
     PointResults out;
+    for (const std::string& remark : progress.remarks)
+        out.remarks.push_back(fmt::format("{}, {}", journal_name, remark));
     const std::map<std::string, Recorded> recordings = recordings_of(folder, progress, source, out.remarks);
     for (PointRow row : asked) {
         std::vector<FoundPass> passes;

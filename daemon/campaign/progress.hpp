@@ -3,6 +3,8 @@
 #include <map>
 #include <optional>
 #include <span>
+#include <string>
+#include <vector>
 
 #include "daemon/campaign/journal.hpp"
 
@@ -19,13 +21,31 @@ struct Progress {
     std::map<int, PointProgress> points;     // those that were begun or left out, by number
     std::optional<CampaignChange> campaign;  // the newest change
     std::string plan;                        // SHA-256 of the text of the plan; empty: not begun
+    /// One sentence for each doubled or late entry, with its number. Usually empty.
+    std::vector<std::string> remarks;
     /// True when the point needs no further measurement: it was measured, failed for good, or was left out.
     [[nodiscard]] bool done(int point) const;
 };
 
-/// Follows the entries. InputError, with the number of the entry, for an entry that cannot follow those
-/// before it: a pass of a point that is not in progress, a pass or a measurement that was counted already, a
-/// point that is begun although it was measured.
+/// Follows the entries of a journal, one by one.
+///
+/// Hours of recordings must not depend on one line: an entry that cannot follow those before it is a remark,
+/// and the last word counts. Of two entries for a pass, or for a measurement, one counts: the later one that
+/// has a measurement. An entry for a point that is not in progress changes nothing but an outcome: a point is
+/// measured only while it has a measurement. Refused is only what makes it the journal of another campaign.
+class Follower {
+public:
+    /// InputError, with the number of the entry: the campaign has not begun, or begins again.
+    void operator()(const JournalEntry& entry);
+    [[nodiscard]] const Progress& progress() const noexcept { return out_; }
+
+private:
+    struct Count;  // what one kind of entry says
+    Progress out_;
+    std::size_t number_ = 0;
+};
+
+/// Follows all entries. InputError as Follower.
 Progress progress_of(std::span<const JournalEntry> entries);
 
 }  // namespace shaker::campaign

@@ -59,11 +59,19 @@ const Walk& WalkPredictor::at(const Drive& drive) {
     return known->second;
 }
 
-Drive return_drive(const std::vector<Point>& points, int direction, double frequency) {
-    double gamma = least_return_gamma;
-    for (const Point& p : points)
-        if (p.asked.drive.frequency == frequency) gamma = std::max(gamma, p.asked.drive.gamma);
-    return {.frequency = frequency, .gamma = gamma, .rho = 0.5, .phi = direction > 0 ? 0 : std::numbers::pi};
+ReturnDrives::ReturnDrives(const std::vector<Point>& points) {
+    for (const Point& p : points) {
+        double& gamma = gamma_.try_emplace(p.asked.drive.frequency, least_return_gamma).first->second;
+        gamma = std::max(gamma, p.asked.drive.gamma);
+    }
+}
+
+Drive ReturnDrives::at(int direction, double frequency) const {
+    const auto known = gamma_.find(frequency);
+    return {.frequency = frequency,
+            .gamma = known == gamma_.end() ? least_return_gamma : known->second,
+            .rho = 0.5,
+            .phi = direction > 0 ? 0 : std::numbers::pi};
 }
 
 double kept_way(const Walk& walk, const Walk& back, const Timing& timing, double frequency) {
@@ -82,7 +90,7 @@ Travel travel(const PointSettings& point, const Walk& walk, const Timing& timing
     if (!t.why.empty()) return t;
     const double step = std::abs(walk.v_D) / frequency;  // way of a period, m
     const double before = step * (t.settling + 2 * timing.ramp);
-    const double most = step > 0 ? std::floor((free_way - before) / step + rounding) : asked;
+    double most = step > 0 ? std::floor((free_way - before) / step + rounding) : asked;
     if (free_way <= 0 || (most < least_pass_periods && most < asked)) {
         t.periods = 0;
         t.why = fmt::format(
@@ -92,6 +100,18 @@ Travel travel(const PointSettings& point, const Walk& walk, const Timing& timing
             least_pass_periods, 1e3 * (before + least_pass_periods * step), 1e3 * std::max(free_way, 0.0));
         return t;
     }
+    const double held =
+        (timing.recording_s - timing.start_s) * frequency - timing.starts - t.settling - 2 * timing.ramp;
+    if (held < least_pass_periods && held < asked) {
+        t.periods = 0;
+        t.why = fmt::format(
+            "start, settling and {} periods need {:.0f} s, a recording is ended after {:.0f} s: raise "
+            "longest_recording_s",
+            least_pass_periods, timing.recording_s + (least_pass_periods - held) / frequency,
+            timing.recording_s);
+        return t;
+    }
+    most = std::min(most, std::floor(held));
     const int in_a_pass = most < asked ? static_cast<int>(most) : asked;
     t.passes = (asked + in_a_pass - 1) / in_a_pass;
     t.periods = std::max((asked + t.passes - 1) / t.passes, std::min(least_pass_periods, asked));

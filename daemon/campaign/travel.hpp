@@ -22,15 +22,18 @@ struct FreeWay {
 
 /// What the runner needs around a measurement. Periods of the drive where not stated.
 struct Timing {
-    int ramp = 1;               // of a change of the set-point; one at each end of a pass
-    int drive_settles = 25;     // from the end of the ramp until the drive has been found at its target
-    int settle_at_most = 400;   // then the measurement starts anyway
-    double result_s = 0.35;     // from the last period to the next set-point
-    double runs_on = 3;         // from the order of another drive until it is in force
-    double kept = 5;            // of way at the edge, that no pass is planned to use
-    double least = 4;           // of way that is left: the pass ends. runs_on, and a period for the place
-    double return_mps = 0.035;  // velocity of a return
-    double return_s = 1.0;      // ramps and settling of a return
+    int ramp = 1;                   // of a change of the set-point; one at each end of a pass
+    int drive_settles = 25;         // from the end of the ramp until the drive has been found at its target
+    int settle_at_most = 400;       // then the measurement starts anyway
+    double result_s = 0.35;         // from the last period to the next set-point
+    double runs_on = 3;             // from the order of another drive until it is in force
+    double kept = 5;                // of way at the edge, that no pass is planned to use
+    double least = 4;               // of way that is left: the pass ends. runs_on, and a period for the place
+    double return_mps = 0.035;      // velocity of a return
+    double return_s = 1.0;          // ramps and settling of a return
+    double recording_s = INFINITY;  // that one recording can hold; a pass is measured in one
+    int starts = 150;               // from rest to the set-point: identification, loop check, soft start
+    double start_s = 3;             // besides
 };
 
 /// All parameters of a drive. Drives with equal numbers are equal.
@@ -66,21 +69,31 @@ struct Travel {
     double way = 0;        // of a pass, m, positive: ramps, settling, measuring
     std::string why{};     // it does not fit and what would help; empty when it fits
     [[nodiscard]] bool fits() const noexcept { return passes > 0; }
+    /// Longest pass with its ramps and settling, s.
+    [[nodiscard]] double drive_s() const noexcept { return (settling + 2 + periods) * period_s; }
     /// In all passes.
     [[nodiscard]] int measured() const noexcept { return fits() ? (passes - 1) * periods + last_periods : 0; }
 };
 
-/// The drive that leads the walker back: phi 0 or pi, the largest gamma of the points of this frequency and
-/// at least 1 g. direction: of the walk, +1 or -1.
-Drive return_drive(const std::vector<Point>& points, int direction, double frequency);
+/// The drives that lead the walker back: phi 0 or pi, the largest gamma of the points of this frequency and
+/// at least 1 g.
+class ReturnDrives {
+public:
+    explicit ReturnDrives(const std::vector<Point>& points);
+    /// direction: of the walk, +1 or -1.
+    [[nodiscard]] Drive at(int direction, double frequency) const;
+
+private:
+    std::map<double, double> gamma_;  // m/s^2, by the frequency
+};
 
 /// What no pass of this walk is planned to use, m: a reserve at the edge, and a period of the way back, whose
 /// walk is `back`.
 double kept_way(const Walk& walk, const Walk& back, const Timing& timing, double frequency);
 
 /// The rule: a point does not fit when the free way is less than |v_D| (settling + 5 T) + ramps. With less
-/// than it needs for all periods it is measured in passes of equal length, at least 5 periods each. With a
-/// precision: the most periods. free_way in m.
+/// than it needs for all periods, or with less than it needs left of a recording, it is measured in passes of
+/// equal length, at least 5 periods each. With a precision: the most periods. free_way in m.
 Travel travel(const PointSettings& point, const Walk& walk, const Timing& timing, double free_way);
 
 /// One predicted point of a campaign: the walker's places (m from the middle of the view) and the bench's

@@ -81,10 +81,14 @@ std::string plan_text_of(const std::filesystem::path& file) {
     return {std::istreambuf_iterator<char>{in}, {}};
 }
 
+constexpr double recording_s = 7200;  // longest recording
+
 run::RunnerSettings runner_settings(const CampaignOptions& options,
                                     const std::vector<campaign::Point>& points) {
-    run::RunnerSettings settings{
-        .run = options.run, .on_call = true, .recordings = options.folder, .longest_recording_s = 7200};
+    run::RunnerSettings settings{.run = options.run,
+                                 .on_call = true,
+                                 .recordings = options.folder,
+                                 .longest_recording_s = recording_s};
     settings.run.drive = points.front().asked.drive;
     return settings;
 }
@@ -103,11 +107,13 @@ constexpr const char* keys_help =
     "a abort, c clear a trip";
 
 /// The check of a plan on this bench. view_m: NaN on a real bench whose view is not known.
-campaign::PlanCheck plan_check(const campaign::Plan& plan, const bench::Bench& bench, double view_m) {
-    campaign::CheckSettings settings = campaign::check_settings(plan, campaign::schedule(plan), bench);
+campaign::PlanCheck plan_check(const campaign::Plan& plan, const std::vector<campaign::Point>& points,
+                               const bench::Bench& bench, double view_m) {
+    campaign::CheckSettings settings = campaign::check_settings(plan, points, bench);
+    settings.timing.recording_s = recording_s;
     settings.way.view = view_m;
     if (bench.world) settings.start = 1e-3 * bench.scene.walker.start_mm;
-    return campaign::check_plan(plan, settings);
+    return campaign::check_plan(plan, points, settings);
 }
 
 double view_of(const CampaignOptions& options, const bench::Bench& bench) {
@@ -130,11 +136,12 @@ void place_walker(run::RunOptions& run, const campaign::Plan& plan, const campai
 }
 
 /// Bench time of each point, s; the view of a real bench without --view counts as wide.
-std::vector<double> predicted_s(const campaign::Plan& plan, const bench::Bench& bench,
-                                const CampaignOptions& options) {
+std::vector<double> predicted_s(const campaign::Plan& plan, const std::vector<campaign::Point>& points,
+                                const bench::Bench& bench, const CampaignOptions& options) {
     const double view_m = view_of(options, bench);
     std::vector<double> bench_s;
-    for (const campaign::CheckedPoint& p : plan_check(plan, bench, std::isfinite(view_m) ? view_m : 1).points)
+    for (const campaign::CheckedPoint& p :
+         plan_check(plan, points, bench, std::isfinite(view_m) ? view_m : 1).points)
         bench_s.push_back(p.stage.bench_s());
     return bench_s;
 }
@@ -151,7 +158,7 @@ public:
           session_{runner, on_call_, settings,
                    [this](const campaign::Event& event, double now_s) { lines_.event(event, now_s); }},
           lines_{session_.engine(), session_.points(),
-                 predicted_s(session_.plan(), runner.bench(), options)} {}
+                 predicted_s(session_.plan(), session_.points(), runner.bench(), options)} {}
 
     /// Leads the bench through the points that are left, and writes their table.
     void run() {
@@ -219,7 +226,7 @@ void check_plan(const CampaignOptions& options) {
         throw InputError{
             "--view is missing: the length of the view is not known before a camera of real devices sends "
             "pictures"};
-    const campaign::PlanCheck check = plan_check(plan, bench, view_m);
+    const campaign::PlanCheck check = plan_check(plan, points, bench, view_m);
     report::say(options.json ? campaign::check_json(check) + "\n" : campaign::check_text(check));
 }
 
@@ -228,7 +235,8 @@ void measure_campaign(const CampaignOptions& options) {
     const std::filesystem::path file = continues ? options.folder / campaign::plan_name : options.plan;
     const std::string plan_text = plan_text_of(file);
     const campaign::Plan plan = campaign::parse_plan(plan_text, file.string());
-    const std::vector<campaign::Point> points = campaign::schedule(plan);
+    const std::vector<campaign::Point> points =
+        campaign::schedule(plan, continues ? campaign::most_stored_points : campaign::most_points);
     if (!continues) campaign::prepare_folder(options.folder);
     run::RunnerSettings settings = runner_settings(options, points);
     place_walker(settings.run, plan, points.front());
@@ -254,7 +262,8 @@ bool reduce_campaign(const std::filesystem::path& folder, const std::filesystem:
     const campaign::StoredCampaign stored = campaign::read_campaign(folder);
     const std::string name = (folder / campaign::plan_name).string();
     const campaign::Plan plan = campaign::parse_plan(stored.plan, name);
-    const std::vector<campaign::PointRow> asked = campaign::asked_rows(campaign::schedule(plan));
+    const std::vector<campaign::PointRow> asked =
+        campaign::asked_rows(campaign::schedule(plan, campaign::most_stored_points));
     const campaign::PointResults now =
         campaign::point_results(folder, asked, stored.progress, campaign::Source::raw);
     for (const std::string& remark : now.remarks) report::say(remark + "\n");

@@ -3,7 +3,6 @@
 #include <spdlog/fmt/fmt.h>
 
 #include <algorithm>
-#include <chrono>
 #include <exception>
 #include <iterator>
 #include <utility>
@@ -26,9 +25,10 @@ OnCall::OnCall(run::Runner& runner, bool beside)
       collector_{runner.collector()},
       sequence_{runner.sequence()},
       record_{runner.recordings()},
-      beside_{beside},
+      reducer_{"reduction", beside},
       limits_{runner.limits()},
       frequency_{runner.options().drive.frequency} {
+    reducer_.grant();
     if (bench_.world) bench_.world->keep_truth_for(kept_s);
 }
 
@@ -72,15 +72,14 @@ void OnCall::reduce_finished(const acquisition::Streams& streams) {
         m.measurement = all[reduced_];
         if (record_.on()) m.recording = record_.name();
         if (bench_.world) m.true_v_D = drift_velocity(bench_.world->truth(0), part.from_s, part.to_s);
-        const auto policy = beside_ ? std::launch::async : std::launch::deferred;
-        pending_.push_back({std::move(m), std::async(policy, std::move(work))});
+        pending_.push_back({std::move(m), reducer_.run(std::move(work))});
     }
 }
 
 std::optional<Measured> OnCall::measured() {
     if (pending_.empty()) return std::nullopt;
     Pending& first = pending_.front();
-    if (first.outcome.wait_for(std::chrono::seconds{0}) == std::future_status::timeout) return std::nullopt;
+    if (!is_ready(first.outcome)) return std::nullopt;
     Measured m = std::move(first.measured);
     const Outcome outcome = first.outcome.get();
     if (const auto* why = std::get_if<std::string>(&outcome))

@@ -13,6 +13,7 @@
 
 #include "daemon/run/runner.hpp"
 #include "daemon/run/walk_prediction.hpp"
+#include "drivers/beside.hpp"
 
 namespace shaker::on_call {
 
@@ -28,7 +29,7 @@ struct Measured {
 /// Thread safety: one thread. The runner (on call) must outlive this object.
 class OnCall {
 public:
-    /// beside: measurements are reduced in a separate thread.
+    /// beside: measurements are reduced in a separate thread. DeviceError when the system grants none.
     OnCall(run::Runner& runner, bool beside);
     OnCall(const OnCall&) = delete;
     OnCall& operator=(const OnCall&) = delete;
@@ -101,7 +102,7 @@ private:
     acquisition::Collector& collector_;
     run::Sequence& sequence_;
     run::Recordings& record_;
-    bool beside_;
+    Beside reducer_;  // one thread for the life of the bench
     safety::Limits limits_;
     double frequency_;     // of the drive, Hz
     bool active_ = false;  // a run is not finished

@@ -229,6 +229,7 @@ void BenchService::obey(const Remark& order, acquisition::Channels& /*channels*/
 }
 
 void BenchService::obey(const CloseLoop& order, acquisition::Channels& /*channels*/) {
+    campaign_.require_none("the loop cannot be switched");
     sequence_.close_loop(order.on);
     run_.closed_loop = order.on;
 }

@@ -3,7 +3,6 @@
 #include <spdlog/fmt/fmt.h>
 
 #include <algorithm>
-#include <chrono>
 #include <exception>
 #include <utility>
 
@@ -18,6 +17,13 @@ namespace {
 
 using What = campaign::CampaignChange::What;
 
+std::string not_written(const campaign::Session& session, const std::string& why) {
+    return fmt::format(
+        "the points table of {} could not be written: {}; \"shakerd campaign {} --reduce\" "
+        "makes it from the recordings",
+        session.folder().string(), why, session.folder().string());
+}
+
 std::string finish(campaign::Session& session, const campaign::CampaignChange& last) try {
     const campaign::PointsTable table = session.finish(last);
     const auto measured =
@@ -25,10 +31,7 @@ std::string finish(campaign::Session& session, const campaign::CampaignChange& l
     return fmt::format("{}: {} of {} points measured; points table: {}", last.reason, measured,
                        table.points.size(), (session.folder() / campaign::table_name).string());
 } catch (const std::exception& e) {
-    return fmt::format(
-        "the points table of {} could not be written: {}; \"shakerd campaign {} --reduce\" "
-        "makes it from the recordings",
-        session.folder().string(), e.what(), session.folder().string());
+    return not_written(session, e.what());
 }
 
 PlanCheckState in_short(const std::string& name, const campaign::PlanCheck& check) {
@@ -55,13 +58,14 @@ void CampaignHost::check(const std::string& name, std::string text, const View& 
     const std::vector<campaign::Point> points = campaign::schedule(plan);
     campaign::require_possible(plan, points, runner_.bench());
     campaign::CheckSettings settings = campaign::check_settings(plan, points, runner_.bench());
+    settings.timing.recording_s = runner_.recordings().most_s();
     settings.way.view = view.view_m;
     settings.start = view.place_m;
     if (std::isfinite(view.bytes_per_s)) settings.bytes_per_s = view.bytes_per_s;
     checked_ = PlanCheckState{.name = name, .under_way = true};
-    const auto policy = beside_ ? std::launch::async : std::launch::deferred;
-    checking_ = std::async(
-        policy, [name, plan, settings] { return in_short(name, campaign::check_plan(plan, settings)); });
+    checking_ = checker_.run([name, plan, points, settings](const std::stop_token& stop) {
+        return in_short(name, campaign::check_plan(plan, points, settings, stop));
+    });
     if (!beside_) take_check();
 }
 
@@ -128,10 +132,8 @@ void CampaignHost::take(const run::FinishedRun& run) {
 }
 
 void CampaignHost::follow(bool leaving) {
-    if (finishing_.valid() && finishing_.wait_for(std::chrono::seconds{0}) != std::future_status::timeout)
-        log_(finishing_.get());
-    if (checking_.valid() && checking_.wait_for(std::chrono::seconds{0}) == std::future_status::ready)
-        take_check();
+    if (is_ready(finishing_)) log_(finishing_.get());
+    if (is_ready(checking_)) take_check();
     if (!session_) return;
     session_->campaign().follow();
     if (leaving && !std::exchange(leaving_, true)) session_->engine().leave();
@@ -148,9 +150,12 @@ void CampaignHost::end(bool leaving) {
                                                   : state_.known_mu.empty() ? "complete"
                                                                             : state_.known_mu};
     state_.paused = false;
-    const auto policy = beside_ ? std::launch::async : std::launch::deferred;
-    finishing_ = std::async(
-        policy, [session = std::exchange(session_, nullptr), last] { return finish(*session, last); });
+    try {
+        finishing_ = desk_.run([session = session_, last] { return finish(*session, last); });
+    } catch (const DeviceError& e) {
+        log_(not_written(*session_, e.what()));
+    }
+    session_.reset();
     if (!beside_) log_(finishing_.get());
 }
 

@@ -10,6 +10,7 @@
 
 #include "daemon/campaign/lead/session.hpp"
 #include "daemon/service/bench_state.hpp"
+#include "drivers/beside.hpp"
 
 namespace shaker::service {
 
@@ -26,7 +27,9 @@ public:
           on_call_{on_call},
           beside_{beside},
           plans_{std::move(plans)},
-          log_{std::move(log)} {}
+          log_{std::move(log)},
+          checker_{"plan check", beside},
+          desk_{"campaign", beside} {}
 
     /// Begins the campaign of a plan in a new folder beside the recordings, NAME-<time>. text: of the plan;
     /// empty: that of the plan with this name. InputError while another one is under way, for a plan that
@@ -81,6 +84,7 @@ private:
     std::optional<PlanCheckState> checked_;
     std::future<PlanCheckState> checking_;
     CampaignState state_;
+    Beside checker_, desk_;  // the last members: their work ends first
 };
 
 }  // namespace shaker::service

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "daemon/reduction/series.hpp"
+#include "drivers/errors.hpp"
 
 namespace shaker::service {
 
@@ -32,13 +33,17 @@ void LiveMu::add(const reduction::Reduction& result, const Drive& asked) {
 bool LiveMu::follow() {
     if (newer_ && !fit_.valid()) {
         newer_ = false;
-        fit_ = std::async(beside_ ? std::launch::async : std::launch::deferred,
-                          [points = points_, options = law::CoulombOptions{.g = g_, .start_mu = mu_.value}] {
-                              return law::fit_coulomb(points, options);
-                          });
+        try {
+            fit_ = fitter_.run(
+                [points = points_, options = law::CoulombOptions{.g = g_, .start_mu = mu_.value}] {
+                    return law::fit_coulomb(points, options);
+                });
+        } catch (const DeviceError& e) {
+            mu_ = {.note = e.what()};
+            return true;
+        }
     }
-    if (!fit_.valid() || (beside_ && fit_.wait_for(std::chrono::seconds{0}) != std::future_status::ready))
-        return false;
+    if (!is_ready(fit_)) return false;
     mu_ = fit_.get().mu;
     return true;
 }

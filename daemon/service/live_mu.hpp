@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "daemon/law/coulomb_fit.hpp"
+#include "drivers/beside.hpp"
 
 namespace shaker::service {
 
@@ -11,7 +12,7 @@ namespace shaker::service {
 class LiveMu {
 public:
     /// g in m/s^2. beside: fits are made in a separate thread.
-    LiveMu(double g, bool beside) : g_{g}, beside_{beside} {}
+    LiveMu(double g, bool beside) : g_{g}, fitter_{"mu", beside} {}
 
     /// A measurement at the asked drive.
     void add(const reduction::Reduction& result, const Drive& asked);
@@ -22,11 +23,11 @@ public:
 
 private:
     double g_;
-    bool beside_;
     std::vector<law::Point> points_;
     law::Fit mu_;
     bool newer_ = false;  // points_ are newer than the fit
     std::future<law::CoulombFit> fit_;
+    Beside fitter_;
 };
 
 }  // namespace shaker::service

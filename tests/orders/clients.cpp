@@ -126,8 +126,9 @@ void Clients::post(const std::string& name, const std::string& body, Action acti
     requests_.push_back({name, laws_.now_s()});
     const auto request = std::prev(requests_.end());
     const std::string remark = action == Action::remark ? json::parse(body)["text"].get<std::string>() : "";
-    actions_.act(name, body, "page", [this, request, remark](const web::Answer& answer) {
+    actions_.act(name, body, "page", [this, request, remark, action](const web::Answer& answer) {
         if (answer.status == 200 && !remark.empty()) remarks_.emplace_back(laws_.now_s(), remark);
+        if (answer.status == 200 && action == Action::stop) laws_.ended();
         requests_.erase(request);
     });
 }
@@ -204,6 +205,15 @@ void Clients::say(int client, Action action, double value) {
         case Action::nonsense:
             if (http) return post("nonsense", "{\"a\":", action);
             return send(static_cast<std::size_t>(client), nonsense_for(value));
+        case Action::campaign:
+            return post("campaign",
+                        json{{"scan", "phi"}, {"from", 0}, {"to", 2}, {"steps", 3}, {"periods", 5}}.dump(),
+                        action);
+        case Action::word: {
+            const auto which = static_cast<std::size_t>(value * campaign::word_names.size());
+            const std::string word{campaign::word_names.at(which)};
+            return order(("campaign/" + word).c_str(), nullptr, "CAMP:" + word);
+        }
         case Action::reload:
         case Action::recover:
         case Action::same_name:

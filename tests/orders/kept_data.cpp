@@ -7,6 +7,7 @@
 
 #include <cstdio>
 
+#include "daemon/campaign/campaign_folder.hpp"
 #include "daemon/commands/recover.hpp"
 #include "daemon/commands/replay.hpp"
 #include "daemon/recording/journal.hpp"
@@ -85,6 +86,24 @@ std::vector<std::string> faults_of(const std::filesystem::path& file) try {
     return {fmt::format("{}: {}", file.filename().string(), e.what())};
 }
 
+std::vector<std::string> faults_of_campaigns(const std::filesystem::path& folder, bool made) {
+    std::vector<std::string> faults;
+    for (const auto& entry : std::filesystem::directory_iterator{folder}) {
+        if (!std::filesystem::exists(entry.path() / campaign::plan_name)) continue;
+        const std::string name = entry.path().filename().string();
+        try {
+            const campaign::StoredCampaign stored = campaign::read_campaign(entry.path());
+            for (const std::string& remark : stored.progress.remarks)
+                faults.push_back(fmt::format("{}: {}", name, remark));
+        } catch (const std::exception& e) {
+            faults.push_back(fmt::format("{}: {}", name, e.what()));
+        }
+        if (made && !std::filesystem::exists(entry.path() / campaign::table_name))
+            faults.push_back(fmt::format("{}: has no table of points", name));
+    }
+    return faults;
+}
+
 std::size_t left_open() noexcept {
     h5::be_quiet();
     return static_cast<std::size_t>(std::max<ssize_t>(0, H5Fget_obj_count(H5F_OBJ_ALL, H5F_OBJ_ALL)));
@@ -102,7 +121,7 @@ std::vector<std::string> lost_after_kill(const std::filesystem::path& folder,
     std::vector<std::string> lost, kept;  // kept: the logs of all recordings
     std::vector<double> begun_s;          // of each that was recovered
     std::vector<std::filesystem::path> parts;
-    for (const auto& entry : std::filesystem::directory_iterator{folder}) {
+    for (const auto& entry : std::filesystem::recursive_directory_iterator{folder}) {
         if (entry.path().extension() == ".nxs") try {
                 add_log(entry.path(), kept);
             } catch (const InputError&) {  // a file of another program

@@ -11,6 +11,10 @@ namespace shaker::orders {
 /// Damage of a finished recording, and whether its replay differs; one sentence each.
 std::vector<std::string> faults_of(const std::filesystem::path& file);
 
+/// What the reader of journals says of the campaigns in a folder, one sentence each. made: each must have its
+/// table of points.
+std::vector<std::string> faults_of_campaigns(const std::filesystem::path& folder, bool made);
+
 /// Number of files and of their parts that the daemon's library of files still has open in this process.
 std::size_t left_open() noexcept;
 

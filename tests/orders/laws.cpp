@@ -197,6 +197,28 @@ void Laws::check_left(std::span<const double> volts) {
     rests_ = rests_ || !driven;
 }
 
+// An order to stop begins with the next block, in every state: the envelope never grows from then on.
+void Laws::check_ended(std::span<const double> volts) {
+    if (!ended_) return;
+    constexpr const char* law = "stop means stop";
+    constexpr double fading = 1.02;  // a window begins at any phase of the drive
+    const double since_s = static_cast<double>(next_ - ended_->at) / rate_hz_;
+    double peak = 0;
+    for (const double volt : volts) peak = std::max(peak, std::abs(volt));
+    if (peak <= silence_V) return ended_.reset();
+    ended_->now_V = std::max(ended_->now_V, peak);
+    if (ended_->now_V > fading * ended_->before_V)
+        broken(law, fmt::format("{:.6f} V {:.3f} s after it, {:.6f} V before", ended_->now_V, since_s,
+                                ended_->before_V));
+    else if (since_s > run::longest_soft_stop_s + shown_s)
+        broken(law, fmt::format("{:.6f} V {:.3f} s after it", peak, since_s));
+    else if (next_ < ended_->window + samples(period_s_))
+        return;
+    else
+        return void(ended_ = Ended{ended_->at, next_, ended_->now_V, 0});
+    ended_.reset();
+}
+
 // The newest picture of any camera may be as old as the limits say, but for silences of the DAC; two blocks
 // and a soft stop follow, also after the thread that judges it stood still.
 void Laws::check_view(double volt, std::int64_t tick) {
@@ -259,6 +281,7 @@ void Laws::played(std::span<const double> volts, std::int64_t lost) {
             abort_at_.reset();
     }
     check_left(volts);
+    check_ended(volts);
     next_ += static_cast<std::int64_t>(volts.size()) + lost;
     if (lost == 0) return;
     checked_ = false;

@@ -2,6 +2,7 @@
 // Laws: what must hold at every sample that leaves the DAC, whatever clients, devices and disk do.
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstdint>
 #include <functional>
 #include <optional>
@@ -44,6 +45,8 @@ public:
     void limit_named(double value) { named_.insert(value); }
     /// The bench has obeyed the order to end the program.
     void left() { left_at_ = next_; }
+    /// The bench has accepted an order to stop.
+    void ended() { ended_ = Ended{next_, next_, INFINITY, 0}; }
     /// The state of the bench, as published by a step that was just made.
     void state(run::RunState now);
     /// Reads the trips of the streams. Call it before clients act.
@@ -101,6 +104,7 @@ private:
     void check(double volt, std::int64_t tick);
     void check_age(double volt, std::int64_t tick);
     void check_left(std::span<const double> volts);
+    void check_ended(std::span<const double> volts);
     void check_latched(const safety::Trip& trip);
     void check_limit(double was, double is);
     void check_view(double volt, std::int64_t tick);
@@ -125,9 +129,15 @@ private:
     std::uint64_t tripped_ = 0;             // event of the newest trip
     std::optional<safety::Trip> newest_{};  // that trip
     run::RunState state_ = run::RunState::init;
-    std::set<double> named_{};              // values of limits that are not in force yet
-    std::optional<std::int64_t> left_at_;   // tick of the order to end the program
-    bool rests_ = false;                    // a block without drive came after that order
+    std::set<double> named_{};             // values of limits that are not in force yet
+    std::optional<std::int64_t> left_at_;  // tick of the order to end the program
+    bool rests_ = false;                   // a block without drive came after that order
+    /// After an order to stop: the largest volts of each window as long as the longest period.
+    struct Ended {
+        std::int64_t at = 0, window = 0;  // ticks of the order, and of the present window
+        double before_V = 0, now_V = 0;   // of the last window and of the present one
+    };
+    std::optional<Ended> ended_;            // until the output is silent
     std::optional<std::int64_t> abort_at_;  // tick of the newest abort, until the output is silent
     std::vector<Silence> silences_{};
     bool self_tested_ = false;

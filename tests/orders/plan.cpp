@@ -26,8 +26,8 @@ constexpr std::array fault_names{
 static_assert(fault_names.size() == troubles);
 
 // How often a client does what, in the order of Action.
-constexpr std::array<double, actions> weights{8, 16, 5, 7, 5, 12, 4, 6, 3, 3, 3,
-                                              3, 4,  3, 3, 3, 4,  2, 2, 5, 1};
+constexpr std::array<double, actions> weights{8, 16, 5, 7, 5, 12, 4, 6, 3, 3, 3, 3,
+                                              4, 3,  3, 3, 4, 2,  2, 5, 1, 0, 0};
 constexpr double init_s = 0.1;  // the devices have delivered by then
 
 double settled_s(const Plan& plan) { return 1.2 + plan.buffer_s; }
@@ -118,6 +118,27 @@ void add_chatter(Plan& plan, std::mt19937_64& random) {
     }
 }
 
+// Some clients measure a campaign, and speak to it at any moment.
+void add_campaign(Plan& plan, std::mt19937_64& random) {
+    constexpr double length_s = 40;
+    std::uniform_real_distribution<double> share{0, 1};
+    if (share(random) > 0.15) return;
+    plan.length_s = length_s;
+    plan.frequency_hz = 10 + 40 * share(random);
+    std::erase_if(plan.moves, [&](const Move&) { return share(random) < 0.7; });
+    std::erase_if(plan.faults, [&](const Fault&) { return share(random) < 0.7; });
+    std::exponential_distribution<double> wait{0.4};
+    double at_s = settled_s(plan) + share(random);
+    plan.moves.push_back({at_s, 2, Action::campaign, share(random)});
+    for (at_s += wait(random); at_s < plan.length_s; at_s += wait(random)) {
+        const int client = static_cast<int>(3 * share(random));
+        constexpr std::array any{Action::word,  Action::word,  Action::word,    Action::stop,
+                                 Action::clear, Action::abort, Action::campaign};
+        const Action what = any.at(static_cast<std::size_t>(share(random) * any.size()));
+        plan.moves.push_back({at_s, client, what, share(random)});
+    }
+}
+
 // The first kill stays: a program is killed once in a plan.
 void keep_one_kill(Plan& plan) {
     std::ranges::stable_sort(plan.faults, {}, &Fault::at_s);
@@ -184,6 +205,7 @@ Plan plan_of(std::uint64_t seed) {
     add_while_stopping(plan, random);
     add_while_leaving(plan, random);
     add_chatter(plan, random);
+    add_campaign(plan, random);
     keep_one_kill(plan);
     std::ranges::stable_sort(plan.moves, {}, &Move::at_s);
     return plan;

@@ -32,11 +32,13 @@ enum class Action : std::uint8_t {
     same_name,  // another program makes a file of the name that the open recording will get
     middle,     // brings the walker to the middle of the picture
     mu,         // gives the friction coefficient, also a wrong one
+    campaign,   // starts one of three points
+    word,       // pauses, resumes, skips, repeats or ends it
 };
 inline constexpr std::array action_names{
-    "drive",      "start",    "identify", "stop",        "abort",        "clear",  "remark",
-    "record",     "unrecord", "loop",     "lower_drive", "lower_motion", "reload", "read",
-    "disconnect", "nonsense", "ask",      "recover",     "same_name",    "middle", "mu"};
+    "drive",    "start",   "identify",    "stop",         "abort",  "clear",    "remark",     "record",
+    "unrecord", "loop",    "lower_drive", "lower_motion", "reload", "read",     "disconnect", "nonsense",
+    "ask",      "recover", "same_name",   "middle",       "mu",     "campaign", "word"};
 inline constexpr std::size_t actions = action_names.size();
 
 /// Faults of disk and computer. Their numbers follow those of a scene's faults.
@@ -83,7 +85,8 @@ struct Plan {
     bool operator==(const Plan&) const = default;
 };
 
-/// The plan of a seed. Every hundredth seed is a minute long, the others 10 to 14 s.
+/// The plan of a seed. Every hundredth seed is a minute long, one with a campaign 40 s, the others 10 to 14
+/// s.
 Plan plan_of(std::uint64_t seed);
 /// The scene of a plan, from `from_s` on: cameras give positions, devices fail as planned.
 std::string scene_of(const Plan& plan, double from_s);

@@ -92,6 +92,7 @@ public:
         take_counts();
         check_taken_names();
         if (!killed) check_events();
+        check_campaigns(killed);
         return killed;
     }
     [[nodiscard]] const Clients& clients() const noexcept { return clients_; }
@@ -239,6 +240,15 @@ private:
             for (const std::string& why : faults_of(file)) laws_.broken("what was recorded is kept", why);
             outcome_.replayed += 1;
         }
+    }
+
+    void check_campaigns(bool killed) {
+        const bool disk_works = std::ranges::none_of(plan_.faults, [](const Fault& f) {
+            return f.trouble == static_cast<std::size_t>(Trouble::disk_full) ||
+                   f.trouble == static_cast<std::size_t>(Trouble::disk_error);
+        });
+        for (const std::string& why : faults_of_campaigns(folder_, !killed && disk_works))
+            laws_.broken("what a campaign writes is read", why);
     }
 
     void take_counts() {

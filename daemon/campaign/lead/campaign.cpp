@@ -15,6 +15,8 @@ namespace shaker::campaign {
 
 namespace {
 
+constexpr double track_bytes_per_s = 0.5e6;  // of a recording without pictures
+
 std::string why_of(const std::exception_ptr& failure) try {
     std::rethrow_exception(failure);
 } catch (const std::exception& e) {
@@ -89,6 +91,7 @@ Seen Campaign::seen(const acquisition::Channels& channels) const {
            .pending = on_call_.pending(),
            .recorded_s = sequence.now_s() - recording_from_s_,
            .free_bytes = runner_.recordings().free_bytes(),
+           .bytes_per_s = track_bytes_per_s + pictures_per_s(),
            .x_m = sequence.walker().x_m().value_or(unknown)};
     const std::array<double, 2> ways_mm = sequence.walker().mean_ways_mm();
     const Point* point = engine_.point();
@@ -97,6 +100,16 @@ Seen Campaign::seen(const acquisition::Channels& channels) const {
         on_call_.limits().edge_mm + settings_.edge_margin_mm + on_call_.oscillation_mm(point->asked.drive);
     for (std::size_t i = 0; i < 2; ++i) s.way.at(i) = 1e-3 * (ways_mm.at(i) - inside_mm);
     return s;
+}
+
+double Campaign::pictures_per_s() const {
+    if (!recorded::keeps_all(settings_.run.pictures)) return 0;
+    const auto& cameras = runner_.bench().rig.cameras;
+    double bytes = 0;
+    for (std::size_t i = 0; i < cameras.size(); ++i)
+        if (const FramePtr& frame = runner_.collector().newest(i).frame)
+            bytes += cameras[i]->view().frame_rate_hz * static_cast<double>(frame->pixels.size());
+    return bytes;
 }
 
 void Campaign::carry_out(const Action& action, acquisition::Channels& channels) {

@@ -55,6 +55,7 @@ public:
 
 private:
     [[nodiscard]] Seen seen(const acquisition::Channels& channels) const;
+    [[nodiscard]] double pictures_per_s() const;  // bytes/s that the cameras add to a recording
     void count_time();
     void carry_out(const Action& action, acquisition::Channels& channels);
 

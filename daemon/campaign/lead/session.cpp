@@ -27,22 +27,24 @@ int recordings_in(const std::filesystem::path& folder) {
     return newest;
 }
 
-Plan checked_plan(const std::string& text, const std::string& file, const bench::Bench& bench) {
-    Plan plan = parse_plan(text, file);
-    require_possible(plan, schedule(plan), bench);
-    return plan;
-}
-
 std::string text_in(const std::filesystem::path& file) {
     std::ifstream in{file};
     if (!in) throw InputError{file.string() + ": no such file; expected the plan of a campaign"};
     return {std::istreambuf_iterator<char>{in}, {}};
 }
 
+std::vector<Point> possible_points(const Plan& plan, bool continues, const bench::Bench& bench) {
+    std::vector<Point> points = schedule(plan, continues ? most_stored_points : most_points);
+    require_possible(plan, points, bench);
+    return points;
+}
+
 CampaignFolder opened(const SessionSettings& settings, const std::string& plan) {
     CampaignFolder folder = settings.continues ? CampaignFolder::continued(settings.folder)
                                                : CampaignFolder::begin(settings.folder, plan);
-    if (!folder.stored().remark.empty()) spdlog::warn("{}", folder.stored().remark);
+    const StoredCampaign& stored = folder.stored();
+    if (!stored.remark.empty()) spdlog::warn("{}", stored.remark);
+    for (const std::string& remark : stored.progress.remarks) spdlog::warn("{}, {}", journal_name, remark);
     return folder;
 }
 
@@ -59,12 +61,11 @@ Engine engine_of(CampaignFolder& folder, const Plan& plan, const std::vector<Poi
         if (progress.done(p.id)) ended.push_back(p.id);
     std::vector<law::Point> measured = law_points(stored.table);
     std::erase_if(measured, [&](const law::Point& p) { return !progress.done(p.number); });
-    // A point may go on for as long again before the recording is ended.
     return {points,
             {.mu = plan.mu,
              .mu_target = plan.mu_target,
              .g = runner.bench().gravity,
-             .longest_recording_s = runner.recordings().most_s() / 2},
+             .timing = {.recording_s = runner.recordings().most_s()}},
             ended,
             measured};
 }
@@ -81,8 +82,8 @@ void require_possible(const Plan& plan, const std::vector<Point>& points, const 
 Session::Session(run::Runner& runner, on_call::OnCall& on_call, const SessionSettings& settings,
                  const Campaign::Listener& listener)
     : plan_text_{settings.continues ? text_in(settings.folder / plan_name) : settings.plan},
-      plan_{checked_plan(plan_text_, settings.plan_file, runner.bench())},
-      points_{schedule(plan_)},
+      plan_{parse_plan(plan_text_, settings.plan_file)},
+      points_{possible_points(plan_, settings.continues, runner.bench())},
       folder_{opened(settings, plan_text_)},
       engine_{engine_of(folder_, plan_, points_, runner)},
       journal_{folder_, settings.beside},

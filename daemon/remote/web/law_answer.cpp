@@ -1,12 +1,10 @@
 #include "daemon/remote/web/law_answer.hpp"
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <nlohmann/json.hpp>
 
 #include "daemon/law/law_curve.hpp"
-#include "drivers/realtime.hpp"
 
 namespace shaker::web {
 
@@ -49,7 +47,6 @@ LawAnswer::Asked LawAnswer::asked_of(const service::BenchState& state) {
 }
 
 std::string LawAnswer::computed(const Asked& asked) {
-    use_ordinary_priority();  // the thread has that of the server, which started it
     const law::LawCurve gamma = law::against_gamma(asked.drive, asked.to, gammas, asked.mu, asked.g);
     const law::LawCurve phi = law::against_phi(asked.drive, phis, asked.mu, asked.g);
     return json{{"mu", asked.mu.value},
@@ -64,14 +61,14 @@ std::string LawAnswer::computed(const Asked& asked) {
 std::optional<std::string> LawAnswer::of(const service::BenchState& state) {
     if (!std::isfinite(state.mu.value)) return R"({"mu":null})";
     if (under_way_.valid()) {
-        if (under_way_.wait_for(std::chrono::seconds{0}) != std::future_status::ready) return std::nullopt;
+        if (!is_ready(under_way_)) return std::nullopt;
         text_ = under_way_.get();
     }
     const Asked asked = asked_of(state);
     if (!text_.empty() && asked.same(asked_)) return text_;
     asked_ = asked;
     text_.clear();
-    under_way_ = std::async(std::launch::async, [asked] { return computed(asked); });
+    under_way_ = beside_->run([asked] { return computed(asked); });
     return std::nullopt;
 }
 

@@ -1,10 +1,12 @@
 #pragma once
 // The law against gamma and phi at the set-point, as JSON. It is computed beside the server's thread.
 #include <future>
+#include <memory>
 #include <optional>
 #include <string>
 
 #include "daemon/service/bench_state.hpp"
+#include "drivers/beside.hpp"
 
 namespace shaker::web {
 
@@ -28,6 +30,7 @@ private:
     Asked asked_{};  // of text_ or of under_way_
     std::string text_;
     std::future<std::string> under_way_;
+    std::unique_ptr<Beside> beside_ = std::make_unique<Beside>("law", true);  // a Site is moved into place
 };
 
 }  // namespace shaker::web

@@ -89,9 +89,19 @@ TEST_F(CampaignFolderTest, OtherPlanIsRefused) {
     expect_in(refused_to_continue(), {"plan.toml", "was changed", "restore"});
 }
 
-TEST_F(CampaignFolderTest, ImpossibleEntryIsRefusedWithItsFile) {
+// A folder that an earlier version spoiled is continued, and what it says twice is told.
+TEST_F(CampaignFolderTest, LateEntryIsARemark) {
     CampaignFolder::begin(path_, plan).add(PassEnded{.point = 4});
-    expect_in(refused_to_continue(), {"journal.jsonl, entry 2", "point 4 is not in progress"});
+    const CampaignFolder again = CampaignFolder::continued(path_);
+    ASSERT_EQ(again.stored().progress.remarks.size(), 1U);
+    expect_in(again.stored().progress.remarks.front(), {"entry 2", "point 4 is not in progress"});
+}
+
+TEST_F(CampaignFolderTest, WhatTheReaderRefusesIsNotWritten) {
+    CampaignFolder made = CampaignFolder::begin(path_, plan);
+    made.add(CampaignChange{CampaignChange::What::begun, {}, "another"});
+    made.add(PointBegun{.point = 1});
+    EXPECT_EQ(read_campaign(path_).entries.size(), 2U);
 }
 
 TEST_F(CampaignFolderTest, ContinuesAfterDeathWhileItWasMade) {

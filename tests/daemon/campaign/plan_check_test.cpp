@@ -16,8 +16,12 @@ namespace {
 // 640 px of the paper's bench.
 const CheckSettings wide{.way = {.view = 0.256, .walker = 0.03}, .start = -0.05};
 
+PlanCheck checked(const Plan& plan, const CheckSettings& settings) {
+    return check_plan(plan, schedule(plan), settings);
+}
+
 PlanCheck paper(const CheckSettings& settings) {
-    return check_plan(read_plan(test::source_dir() + "/daemon/campaign/plans/paper.toml"), settings);
+    return checked(read_plan(test::source_dir() + "/daemon/campaign/plans/paper.toml"), settings);
 }
 
 TEST(PlanCheckTest, PaperFitsIn18MinutesOfBench) {
@@ -41,7 +45,7 @@ TEST(PlanCheckTest, NarrowViewFailsFastPointsByName) {
 }
 
 TEST(PlanCheckTest, TextHasARowForEachPointAndTheSums) {
-    const PlanCheck check = check_plan(
+    const PlanCheck check = checked(
         parse_plan("title = \"Two\"\n[[series]]\nname = \"a\"\nphi = [0, \"90deg\"]\n", "p.toml"), wide);
     EXPECT_EQ(check_text(check), R"(Two
 predicted with mu 0.113; free way 212.0 mm

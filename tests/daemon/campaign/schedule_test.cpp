@@ -106,7 +106,7 @@ TEST(ScheduleTest, TooManyPointsAreRefusedWithTheSeries) {
         FAIL() << "accepted";
     } catch (const InputError& error) {
         EXPECT_TRUE(std::string{error.what()}.starts_with(
-            "p.toml:3: series \"large\": the plan has more than 100000 points"))
+            "p.toml:3: series \"large\": the plan has more than 10000 points"))
             << error.what();
     }
 }
