@@ -151,7 +151,7 @@ void Synthesiser::set(const DriveCommand& command) noexcept {
     if (stopping_ && tick_.n == stop_first_.n + stop_samples_) end_stop();
     if (command.stop_s > 0) reported_.reset();  // a refused stop is not reported
     if (command.stop_s > 0 && !stopped_ && std::isfinite(command.stop_s)) {
-        begin_stop(std::llround(command.stop_s * rate_hz_), command.sequence);
+        begin_stop(std::llround(command.stop_s * rate_hz_), command.sequence, false);
     } else if (!stopped_ && !stopping_ && finite(command.volts) && command.ramp_periods >= 1 &&
                playable(command.frequency, command.volts.order(), rate_hz_)) {
         pending_ = command;
@@ -207,13 +207,22 @@ void Synthesiser::silence(std::int64_t samples) noexcept {
     reported_ = change_;
 }
 
-void Synthesiser::stop(std::int64_t samples) noexcept {
+void Synthesiser::stop(std::int64_t samples, bool ramp_goes_on) noexcept {
     reported_.reset();
-    if (!stopped_ || stopping_) begin_stop(samples, 0);
+    if (!stopped_ || stopping_) begin_stop(samples, 0, ramp_goes_on);
     stopped_ = true;
 }
 
-void Synthesiser::begin_stop(std::int64_t samples, std::uint64_t sequence) noexcept {
+// The volts of this moment are those of both ends of the ramp.
+void Synthesiser::hold_ramp() noexcept {
+    Channels weight;
+    ramp_weights(tick_.n - change_.first.n, change_.ramp, weight);
+    for (std::size_t q = 0; q < max_harmonics; ++q)
+        volts_.a[q] += weight[0] * (change_.command.volts.a[q] - volts_.a[q]);
+    change_.command.volts = volts_;
+}
+
+void Synthesiser::begin_stop(std::int64_t samples, std::uint64_t sequence, bool ramp_goes_on) noexcept {
     samples = std::max<std::int64_t>(samples, 1);
     pending_.reset();
     const bool earlier = stopping_ && tick_.n + samples < stop_first_.n + stop_samples_;
@@ -227,9 +236,11 @@ void Synthesiser::begin_stop(std::int64_t samples, std::uint64_t sequence) noexc
     stopping_ = true;
     stop_first_ = tick_;
     stop_samples_ = samples;
+    const bool holds = ramping_ && !ramp_goes_on;
+    if (holds) hold_ramp();
     reported_ = {{.volts = {}, .frequency = change_.command.frequency, .sequence = sequence},
                  tick_,
-                 0,
+                 holds ? samples : 0,
                  phase_,
                  ramping_ ? change_.step : step_,
                  samples};

@@ -54,14 +54,16 @@ struct DriveCommand {
 /// A command as it was applied. With the previous one it is enough to regenerate every sample.
 struct DriveChange {
     DriveCommand command;
-    DacTick first;          // first sample of the ramp, at the start of a period
-    std::int64_t ramp = 0;  // samples
-    Turns phase = 0;        // at `first`
-    Turns step = 0;         // phase per sample after the ramp
-    /// Samples, >= 0. Above 0: a stop, not a command. The signal that was playing, ramps included, is
-    /// multiplied by a weight that falls from 1 at `first` to 0 at first + stop, followed by silence;
-    /// `command` has no volts and `ramp` is 0. A stop during another stop continues from the present
-    /// weight. A soft stop has the sequence of its command, a trip's stop has 0.
+    DacTick first;  // first sample of the ramp, at the start of a period
+    /// Samples. Of a stop: above 0, the ramp that was under way stands still from `first` on; 0: no ramp was
+    /// under way, or, in a recording of before, it went on.
+    std::int64_t ramp = 0;
+    Turns phase = 0;  // at `first`
+    Turns step = 0;   // phase per sample after the ramp
+    /// Samples, >= 0. Above 0: a stop, not a command. The signal that was playing is multiplied by a weight
+    /// that falls from 1 at `first` to 0 at first + stop, followed by silence; `command` has no volts. A stop
+    /// during another stop continues from the present weight. A soft stop has the sequence of its command, a
+    /// trip's stop has 0.
     std::int64_t stop = 0;
     /// Samples, >= 0. Above 0: before this stop, the samples from `first` to first + taken_back were taken
     /// back from the DAC; they were never played.
@@ -115,11 +117,13 @@ public:
     /// For an underrun of `samples` samples: advances as skip() does, is silent from there on, and
     /// drops a waiting command. change() reports a change to no volts with a ramp of 0 samples.
     void silence(std::int64_t samples) noexcept;
-    /// From the next sample on, multiplies the signal, ramps included, by a raised cosine from 1 to 0
-    /// over `samples` (at least 1); then silence. Drops a waiting command; commands are refused until
-    /// release(). A second stop, also one after a soft stop, that would end earlier makes the rest of the
-    /// weight steeper, without a step; a later end is ignored. change() reports the stop at once.
-    void stop(std::int64_t samples) noexcept;
+    /// From the next sample on, multiplies the signal by a raised cosine from 1 to 0 over `samples` (at least
+    /// 1); then silence. A ramp of the volts stands still, so that the envelope never grows; ramp_goes_on: it
+    /// does not, as in recordings of before. A ramp of the frequency goes on. Drops a waiting command;
+    /// commands are refused until release(). A second stop, also one after a soft stop, that would end
+    /// earlier makes the rest of the weight steeper, without a step; a later end is ignored. change() reports
+    /// the stop at once.
+    void stop(std::int64_t samples, bool ramp_goes_on = false) noexcept;
     /// Goes back to an earlier copy of this synthesiser and fills `volts` from there. Counters and the newest
     /// limit stay.
     void go_back(const Synthesiser& earlier, std::span<double> volts) noexcept;
@@ -157,7 +161,8 @@ private:
     void fill_ramp(std::span<double> volts) noexcept;
     void skip_ramp(std::int64_t samples) noexcept;
     void end_ramp() noexcept;
-    void begin_stop(std::int64_t samples, std::uint64_t sequence) noexcept;
+    void begin_stop(std::int64_t samples, std::uint64_t sequence, bool ramp_goes_on) noexcept;
+    void hold_ramp() noexcept;
     void end_stop() noexcept;
     void put(std::span<const double> block, std::span<double> volts) noexcept;
 

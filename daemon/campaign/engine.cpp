@@ -16,8 +16,6 @@ constexpr int most_returns = 3;              // without a pass between them
 constexpr double unknown_share = 0.05;       // of the base's rms velocity, error of a predicted walk
 constexpr double identification_way = 0.01;  // m, that a walker may walk while the response is identified
 constexpr double near_share = 0.4;           // of the whole way, in a narrow view
-constexpr double kept_bytes = 100e6;         // of the disk, for the end of the recording and the journal
-constexpr double most_around_s = 60;         // of a pass, besides measuring
 
 std::size_t side(double v) { return v < 0 ? 0 : 1; }
 
@@ -77,20 +75,6 @@ const Point* Engine::point() const noexcept { return at_ < points_.size() ? &poi
 
 std::vector<Event> Engine::events() { return std::exchange(events_, {}); }
 
-std::string Engine::doing() const {
-    if (done_) return "ended";
-    if (paused_) return "paused";
-    switch (phase_) {
-        case Phase::measuring:
-            return "measuring";
-        case Phase::returning:
-            return "returning";
-        case Phase::between:
-            break;
-    }
-    return "changing";
-}
-
 calibration::Estimate Engine::result(int point) const {
     const auto found = results_.find(point);
     return found == results_.end() ? calibration::Estimate{NAN, NAN} : found->second;
@@ -121,7 +105,8 @@ Action Engine::next(const Seen& seen) {
         if (leaving_ || (stop_ && !begun_) || at_ == points_.size()) done_ = true;
         return paused_ || done_ ? Action{} : choose(seen);
     }
-    if (!run::driving(seen.state) || seen.state == run::RunState::ramp_down) return {};
+    const bool comes = run::driving(seen.state) || seen.state == run::RunState::armed;
+    if (!comes || seen.state == run::RunState::ramp_down) return {};
     if (leaving_ || paused_) return halt(leaving_ ? "interrupted" : "paused");
     if (seen.state != run::RunState::run) return {};
     under_way_ = true;
@@ -397,15 +382,6 @@ void Engine::fail(const std::string& reason) {
     if (++tries_ < most_tries) return;
     end_point(Outcome::failed, reason);
     to_next();
-}
-
-// Empty: the disk has room for the point.
-std::string Engine::disk_is_short(const Seen& seen, const Travel& travel) const {
-    const double passes_s = std::max(travel.passes, 1) * most_around_s;
-    const double needed = seen.bytes_per_s * (passes_s + travel.measured() * travel.period_s) + kept_bytes;
-    if (!(seen.free_bytes < needed)) return {};
-    return fmt::format("the disk has {:.0f} MB left and point {} may need {:.0f} MB: make room, then resume",
-                       1e-6 * seen.free_bytes, points_[at_].id, 1e-6 * needed);
 }
 
 }  // namespace shaker::campaign

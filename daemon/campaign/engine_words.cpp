@@ -1,4 +1,6 @@
-// What a person may say to a campaign, and its pauses.
+// What a person may say to a campaign, what it says, and its pauses.
+#include <spdlog/fmt/fmt.h>
+
 #include <algorithm>
 #include <utility>
 
@@ -6,6 +8,25 @@
 #include "drivers/errors.hpp"
 
 namespace shaker::campaign {
+
+namespace {
+constexpr double kept_bytes = 100e6;  // of the disk, for the end of the recording and the journal
+constexpr double most_around_s = 60;  // of a pass, besides measuring
+}  // namespace
+
+std::string Engine::doing() const {
+    if (done_) return "ended";
+    if (paused_) return "paused";
+    switch (phase_) {
+        case Phase::measuring:
+            return "measuring";
+        case Phase::returning:
+            return "returning";
+        case Phase::between:
+            break;
+    }
+    return "changing";
+}
 
 void Engine::obey(Word word) {
     if (done_) throw InputError{"the campaign has ended"};
@@ -57,6 +78,15 @@ void Engine::pause(std::string reason) {
     if (!std::exchange(paused_, true))
         events_.emplace_back(
             CampaignChange{.what = CampaignChange::What::paused, .reason = std::move(reason)});
+}
+
+// Empty: the disk has room for the point.
+std::string Engine::disk_is_short(const Seen& seen, const Travel& travel) const {
+    const double passes_s = std::max(travel.passes, 1) * most_around_s;
+    const double needed = seen.bytes_per_s * (passes_s + travel.measured() * travel.period_s) + kept_bytes;
+    if (!(seen.free_bytes < needed)) return {};
+    return fmt::format("the disk has {:.0f} MB left and point {} may need {:.0f} MB: make room, then resume",
+                       1e-6 * seen.free_bytes, points_[at_].id, 1e-6 * needed);
 }
 
 }  // namespace shaker::campaign

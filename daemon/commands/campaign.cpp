@@ -155,7 +155,8 @@ public:
           live_{settings.beside},
           run_{settings.run},
           on_call_{runner, live_},
-          session_{runner, on_call_, settings,
+          session_{runner, on_call_,
+                   campaign::prepare(settings, runner.bench(), runner.recordings().most_s()),
                    [this](const campaign::Event& event, double now_s) { lines_.event(event, now_s); }},
           lines_{session_.engine(), session_.points(),
                  predicted_s(session_.plan(), session_.points(), runner.bench(), options)} {}

@@ -34,6 +34,7 @@ OnCall::OnCall(run::Runner& runner, bool beside)
 
 bool OnCall::take(const acquisition::Streams& streams, acquisition::Channels& channels) {
     const bool any = sequence_.step(streams, channels);
+    go_on_with_start(channels);
     reduce_finished(streams);  // before an order changes the set-point
     return any;
 }
@@ -112,33 +113,82 @@ void OnCall::may_drive(const run::RunOptions& run, const char* what,
     sequence_.require_idle(what, channels);
 }
 
-void OnCall::begun(const Drive& drive) {
+void OnCall::require_idle(const char* what, const acquisition::Channels& channels) const {
+    if (start_ && !start_->over)
+        throw InputError{
+            fmt::format("{} cannot start while the recording of another run is being opened; wait until it "
+                        "is, or stop it",
+                        what)};
+    sequence_.require_idle(what, channels);
+}
+
+void OnCall::note_drive(const Drive& drive) {
     frequency_ = drive.frequency;
     active_ = true;
     ++runs_;
     reduced_ = 0;
 }
 
-std::string OnCall::begin(const run::RunOptions& run, const run::Task& task,
-                          const std::filesystem::path& file, const std::optional<run::PredictedWalk>& walk,
-                          acquisition::Channels& channels) {
+void OnCall::begin(const run::RunOptions& run, const run::Task& task, const std::filesystem::path& file,
+                   const std::optional<run::PredictedWalk>& walk, acquisition::Channels& channels) {
+    require_idle("a run", channels);
     may_drive(run, "a run", channels);
-    const auto permit = walk_from_the_edge(run.drive, walk);
-    record_.begin(run, file, sequence_.now_s());
-    begun(run.drive);
-    std::string fits;
-    if (walk) fits = run::what_fits(*walk, sequence_.walker(), limits_.edge_mm, run.drive.frequency);
+    static_cast<void>(walk_from_the_edge(run.drive, walk));
+    if (!file.empty()) record_.prepare(run, file, sequence_.now_s(), run::Recordings::For::start);
+    start_ = Start{run, task, walk, !file.empty(), channels.aborts};
+    go_on_with_start(channels);
+}
+
+void OnCall::go_on_with_start(acquisition::Channels& channels) {
+    if (!start_ || start_->over || (start_->recorded && record_.opening())) return;
+    start_->over = true;
+    try {
+        drive(*start_, channels);
+    } catch (...) {
+        start_->failure = std::current_exception();
+        if (record_.preparing()) record_.discard();
+    }
+}
+
+// The bench may have changed while the file was opened.
+void OnCall::drive(Start& start, acquisition::Channels& channels) {
+    const run::RunOptions& run = start.run;
+    may_drive(run, "a run", channels);
+    if (channels.aborts != start.aborts)
+        throw InputError{"an abort came before the drive began; start again if it is still wanted"};
+    const auto permit = walk_from_the_edge(run.drive, start.walk);
+    if (start.recorded)
+        record_.begin_prepared();
+    else
+        record_.begin(run, {}, sequence_.now_s());
+    note_drive(run.drive);
+    if (start.walk)
+        start.fits = run::what_fits(*start.walk, sequence_.walker(), limits_.edge_mm, run.drive.frequency);
     // Throws after an abort in this moment; its trip then ends the recording.
-    sequence_.begin(run.drive, task, channels, permit);
-    return fits;
+    sequence_.begin(run.drive, start.task, channels, permit);
+}
+
+std::optional<std::string> OnCall::begun() {
+    if (!start_ || !start_->over) return std::nullopt;
+    const Start start = *std::exchange(start_, std::nullopt);
+    if (start.failure) std::rethrow_exception(start.failure);
+    return start.fits;
+}
+
+void OnCall::end(acquisition::Channels& channels) {
+    if (!start_ || start_->over) return sequence_.end(channels);
+    start_->over = true;
+    start_->failure = std::make_exception_ptr(InputError{"the run was stopped before its drive began"});
+    record_.discard();
 }
 
 void OnCall::identify(const run::RunOptions& run, acquisition::Channels& channels) {
+    require_idle("identification", channels);
     may_drive(run, "identification", channels);
     if (const auto edge_mm = sequence_.walker().mean_edge_mm())
         require_inside(*edge_mm, "bring it to the middle first");
     record_.begin(run, {}, sequence_.now_s());
-    begun(run.drive);
+    note_drive(run.drive);
     sequence_.identify(run.drive, channels);
 }
 
@@ -157,7 +207,7 @@ void OnCall::record(const run::RunOptions& run, const std::filesystem::path& fil
                         "\"first-second\" or \"off\", "
                         "or stop the drive first",
                         name(run.pictures))};
-    record_.prepare(run, file, sequence_.now_s());
+    record_.prepare(run, file, sequence_.now_s(), run::Recordings::For::run_under_way);
 }
 
 void OnCall::end_recording() {
@@ -168,7 +218,7 @@ void OnCall::end_recording() {
 
 // The drive settles again at its set-point, so that no measurement begins before the recording.
 void OnCall::join_recording(acquisition::Channels& channels) {
-    if (!record_.preparing()) return;
+    if (!record_.preparing() || (start_ && !start_->over)) return;
     const run::RunState state = sequence_.state();
     if (!run::driving(state) || state == run::RunState::ramp_down) return record_.discard();
     if (!record_.prepared() || !sequence_.may_set() || sequence_.holding()) return;
@@ -197,6 +247,7 @@ void OnCall::hold_to(const safety::Limits& limits, acquisition::Channels& channe
 
 // A run that has just ended is in the recorder's hands before its state counts as idle.
 run::RunState OnCall::state() const {
+    if (start_ && !start_->over) return run::RunState::armed;
     const run::RunState state = sequence_.state();
     const bool busy = record_.finishing() || (active_ && record_.on());
     return state == run::RunState::idle && busy ? run::RunState::finishing : state;
@@ -204,7 +255,7 @@ run::RunState OnCall::state() const {
 
 bool OnCall::at_rest() const {
     const run::RunState state = sequence_.state();
-    return !record_.finishing() && !run::driving(state) &&
+    return !record_.finishing() && !(start_ && !start_->over) && !run::driving(state) &&
            (state != run::RunState::tripped || recorded_stop_ == sequence_.cause()) &&
            state != run::RunState::armed;
 }

@@ -3,6 +3,7 @@
 // gives the orders.
 #include <cmath>
 #include <deque>
+#include <exception>
 #include <filesystem>
 #include <future>
 #include <memory>
@@ -43,11 +44,17 @@ public:
 
     /// InputError unless the drive is in the range of the drives and within these limits.
     void require_possible(const Drive& drive, const safety::Limits& limits) const;
-    /// Starts a drive, recorded in `file` (empty: not recorded). walk: the walker's expected way; a walker
-    /// beyond the edge limit may start if it certainly leads inwards. Answers with a remark on how far the
-    /// walker can go; empty without one. InputError or DeviceError when it must not start.
-    std::string begin(const run::RunOptions& run, const run::Task& task, const std::filesystem::path& file,
-                      const std::optional<run::PredictedWalk>& walk, acquisition::Channels& channels);
+    /// InputError, which names `what`, unless a drive may start now.
+    void require_idle(const char* what, const acquisition::Channels& channels) const;
+    /// Starts a drive, recorded in `file` (empty: not recorded), as soon as the recorder's thread has opened
+    /// it; until then the state is `armed`. walk: the walker's expected way; a walker beyond the edge limit
+    /// may start if it certainly leads inwards. InputError when it must not start.
+    void begin(const run::RunOptions& run, const run::Task& task, const std::filesystem::path& file,
+               const std::optional<run::PredictedWalk>& walk, acquisition::Channels& channels);
+    /// What became of begin(), once: empty while the file is being opened; then a remark on how far the
+    /// walker can go, which is usually empty. Throws InputError or DeviceError when the drive could not
+    /// start.
+    std::optional<std::string> begun();
     /// Identifies the response for this drive, then silence.
     void identify(const run::RunOptions& run, acquisition::Channels& channels);
     /// A new set-point of a drive that runs. InputError for a new frequency while a recording is open.
@@ -57,8 +64,8 @@ public:
     void record(const run::RunOptions& run, const std::filesystem::path& file);
     /// Ends the recording of the run under way, which goes on.
     void end_recording();
-    /// A soft stop; a measurement under way keeps its whole periods.
-    void end(acquisition::Channels& channels) { sequence_.end(channels); }
+    /// A soft stop; a measurement under way keeps its whole periods. A drive that has not started does not.
+    void end(acquisition::Channels& channels);
     /// Clears the trips that were shown. aborts: as run::Sequence::clear(). InputError while the recording of
     /// the stopped run is not finished, and for a trip that came later.
     void clear(std::size_t shown, std::uint64_t aborts, acquisition::Channels& channels);
@@ -66,7 +73,8 @@ public:
     void hold_to(const safety::Limits& limits, acquisition::Channels& channels);
 
     [[nodiscard]] const safety::Limits& limits() const noexcept { return limits_; }
-    /// The sequence's state; `finishing` while it is idle and a recording is not complete.
+    /// The sequence's state; `finishing` while it is idle and a recording is not complete, `armed` while the
+    /// file of a start is being opened.
     [[nodiscard]] run::RunState state() const;
     [[nodiscard]] bool may_clear() const { return sequence_.may_clear() && !record_.finishing(); }
     /// Drives and identifications that were begun, also those that a stop ended at once.
@@ -89,7 +97,20 @@ private:
         std::future<Outcome> outcome;
     };
     void may_drive(const run::RunOptions& run, const char* what, const acquisition::Channels& channels) const;
-    void begun(const Drive& drive);
+    /// A start whose recording is being opened, or whose outcome nobody has asked for.
+    struct Start {
+        run::RunOptions run;
+        run::Task task;
+        std::optional<run::PredictedWalk> walk;
+        bool recorded = false;
+        std::uint64_t aborts = 0;  // Channels::aborts at begin()
+        bool over = false;
+        std::string fits{};
+        std::exception_ptr failure{};
+    };
+    void go_on_with_start(acquisition::Channels& channels);
+    void drive(Start& start, acquisition::Channels& channels);
+    void note_drive(const Drive& drive);
     [[nodiscard]] std::optional<safety::EdgePermit> walk_from_the_edge(
         const Drive& drive, const std::optional<run::PredictedWalk>& walk) const;
     void require_inside(double edge_mm, const std::string& way_back) const;
@@ -106,6 +127,7 @@ private:
     safety::Limits limits_;
     double frequency_;     // of the drive, Hz
     bool active_ = false;  // a run is not finished
+    std::optional<Start> start_;
     std::uint64_t runs_ = 0;
     std::optional<std::size_t> recorded_stop_;  // Sequence::cause() of the newest trip that was recorded
     run::RunState state_ = run::RunState::init;

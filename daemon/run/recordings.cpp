@@ -19,11 +19,6 @@ namespace {
 
 constexpr std::chrono::milliseconds space_every{500};
 
-std::string stem_now() {
-    const auto now = std::chrono::system_clock::to_time_t(std::chrono::system_clock::now());
-    return fmt::format("run-{:%Y%m%dT%H%M%SZ}", fmt::gmtime(now));
-}
-
 // Counts since the start of the run; the devices count from the start of the program.
 std::vector<DeviceReport> lost_since(const std::vector<DeviceReport>& before, std::vector<DeviceReport> now) {
     for (std::size_t i = 0; i < now.size() && i < before.size(); ++i) {
@@ -55,6 +50,11 @@ recording::RecordedRate rate_of(const std::filesystem::path& file, double lasted
 
 }  // namespace
 
+std::string stem_now() {
+    const auto now = std::chrono::system_clock::to_time_t(std::chrono::system_clock::now());
+    return fmt::format("run-{:%Y%m%dT%H%M%SZ}", fmt::gmtime(now));
+}
+
 Recordings::Recordings(bench::Bench& bench, acquisition::Collector& collector,
                        const RecordingsSettings& settings)
     : bench_{bench}, collector_{collector}, settings_{settings} {
@@ -63,11 +63,13 @@ Recordings::Recordings(bench::Bench& bench, acquisition::Collector& collector,
 }
 
 std::filesystem::path Recordings::file_named(const std::string& name) const {
-    if (!name.empty()) return settings_.folder / (name + ".nxs");
+    return settings_.folder / (name.empty() ? name : name + ".nxs");
+}
+
+std::filesystem::path Recordings::free_name() const {
     const std::string now = stem_now();
-    std::filesystem::path file = settings_.folder / (now + ".nxs");
-    for (int k = 2; std::filesystem::exists(file); ++k)
-        file = settings_.folder / fmt::format("{}-{}.nxs", now, k);
+    std::filesystem::path file = file_named(now);
+    for (int k = 2; std::filesystem::exists(file); ++k) file = file_named(fmt::format("{}-{}", now, k));
     return file;
 }
 
@@ -126,16 +128,42 @@ void Recordings::start(const std::filesystem::path& file, std::shared_ptr<record
     ended_long_ = false;
 }
 
-void Recordings::prepare(const RunOptions& run, const std::filesystem::path& file, double now_s) {
+void Recordings::prepare(const RunOptions& run, const std::filesystem::path& file, double now_s, For what) {
     require_free();
+    auto p = std::make_shared<Prepared>(
+        Prepared{.file = file,
+                 .header = run_header(bench_, collector_.views(), run, settings_.live, false),
+                 .started_s = now_s,
+                 .what = what,
+                 .learns = what == For::start && recorded::keeps_all(run.pictures)});
+    if (p->learns) p->header.views = collector_.views_now();
     {
         const std::scoped_lock lock{mutex_};
-        prepared_ = std::make_shared<Prepared>(
-            Prepared{.file = file,
-                     .header = run_header(bench_, collector_.views(), run, settings_.live, false),
-                     .started_s = now_s});
+        prepared_ = std::move(p);
     }
     if (!settings_.live) open_prepared();
+}
+
+bool Recordings::opening() const {
+    const std::scoped_lock lock{mutex_};
+    return prepared_ && !prepared_->recording && !prepared_->failure;
+}
+
+std::shared_ptr<Recordings::Prepared> Recordings::take_prepared() {
+    const std::scoped_lock lock{mutex_};
+    return std::exchange(prepared_, nullptr);
+}
+
+void Recordings::begin_prepared() {
+    const std::shared_ptr<Prepared> p = take_prepared();
+    if (p->failure) std::rethrow_exception(p->failure);
+    header_ = p->header;
+    started_s_ = p->started_s;
+    notes_before_ = 0;
+    count_from_now();
+    p->recording->keep_unfinished();
+    start(p->file, std::move(p->recording));
+    if (p->learns) collector_.relearn(header_.views);
 }
 
 bool Recordings::preparing() const {
@@ -149,11 +177,7 @@ bool Recordings::prepared() const {
 }
 
 void Recordings::join(const Sequence& sequence) {
-    std::shared_ptr<Prepared> p;
-    {
-        const std::scoped_lock lock{mutex_};
-        p = std::exchange(prepared_, nullptr);
-    }
+    const std::shared_ptr<Prepared> p = take_prepared();
     header_ = p->header;
     started_s_ = sequence.now_s();
     notes_before_ = sequence.notes().size();
@@ -176,7 +200,8 @@ bool Recordings::open_prepared() {
     std::shared_ptr<Prepared> p;  // the last reference to an unwanted one: its end removes the file
     {
         const std::scoped_lock lock{mutex_};
-        if (!prepared_ || (prepared_->recording && !prepared_->unwanted)) return false;
+        const bool known = prepared_ && (prepared_->recording || prepared_->failure);
+        if (!prepared_ || (known && !prepared_->unwanted)) return false;
         p = prepared_;
         if (p->unwanted) {
             prepared_ = nullptr;
@@ -186,16 +211,20 @@ bool Recordings::open_prepared() {
     FinishedRun failed;
     std::shared_ptr<recording::Recorder> recording;
     try {
+        if (!p->file.has_filename()) p->file = free_name();
         recording::RecorderSettings settings = settings_for(p->started_s);
         settings.unfinished = recording::Unfinished::discard;
         recording = std::make_shared<recording::Recorder>(p->file, p->header, settings);
     } catch (const std::exception&) {
         failed.file = p->file;
         failed.failure = std::current_exception();
+        failed.data = std::filesystem::exists(p->file.string() + ".part");
     }
     const std::scoped_lock lock{mutex_};
     p->recording = std::move(recording);
-    if (failed.failure) {
+    if (failed.failure && p->what == For::start) {
+        p->failure = failed.failure;
+    } else if (failed.failure) {
         prepared_ = nullptr;
         finished_.push_back(std::move(failed));
     }
@@ -322,6 +351,7 @@ bool Recordings::step() {
     }
     if (job == nullptr) return recording != nullptr && recording->step();
     conclude(*job);
+    job->run.data = job->run.failure && std::filesystem::exists(job->run.file.string() + ".part");
     {
         const std::scoped_lock lock{mutex_};
         finished_.push_back(std::move(job->run));

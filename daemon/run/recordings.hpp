@@ -35,6 +35,9 @@ struct RecordingsSettings {
     bool on_call = false;          // runs follow each other on endless streams
 };
 
+/// A name from the time: "run-20260427T101500Z".
+std::string stem_now();
+
 /// A finished run with its results and its file.
 struct FinishedRun {
     EndedRun run;  // its streams are empty on call
@@ -43,24 +46,31 @@ struct FinishedRun {
     bool whole = false;          // true: the file holds the whole run; false: its last seconds
     std::exception_ptr failure;  // reason for an incomplete file; null: complete
     bool abandoned = false;      // true: a device failed (failure); the recording stays FILE.part
+    bool data = false;           // after a failure: FILE.part exists
     std::optional<std::string> recorder_failure;  // reason why the recorder stopped during the run
 };
 
 /// Thread safety: the recorder's thread calls step(), the thread that leads the run calls everything else.
-/// Only begin() and file_named() wait for the disk. begin() is called while nothing is driven.
+/// Only begin() waits for the disk. It is called while nothing is driven.
 class Recordings {
 public:
     /// Bench and collector must outlive this object. On call it locks the folder: InputError when another
     /// daemon has it, DeviceError when it cannot be written.
     Recordings(bench::Bench& bench, acquisition::Collector& collector, const RecordingsSettings& settings);
 
-    /// Path of a recording in the folder. name: without folder and ending; empty: a new name from the time.
+    /// Path of a recording in the folder. name: without folder and ending; empty: the path ends with "/", and
+    /// the file gets its name from the time at which it is opened.
     [[nodiscard]] std::filesystem::path file_named(const std::string& name) const;
     /// Prepares the run's header and opens its file (empty path: no file). now_s: master time, s. InputError
     /// when the file exists, and while the previous recording is being finished.
     void begin(const RunOptions& run, const std::filesystem::path& file, double now_s);
-    /// On call: opens a file on the recorder's thread, for the run under way. InputError as begin().
-    void prepare(const RunOptions& run, const std::filesystem::path& file, double now_s);
+    /// On call: opens a file on the recorder's thread. InputError as begin().
+    enum class For { run_under_way, start };
+    void prepare(const RunOptions& run, const std::filesystem::path& file, double now_s, For what);
+    /// The file is being opened; then it is open, or cannot be.
+    [[nodiscard]] bool opening() const;
+    /// For a start: the run begins, and its data go to the prepared file. Throws why it could not be opened.
+    void begin_prepared();
     /// A file was prepared and no run has joined it. Any thread.
     [[nodiscard]] bool preparing() const;
     /// The prepared file is open.
@@ -112,6 +122,9 @@ private:
         std::filesystem::path file;
         recorded::RecordingHeader header;
         double started_s = 0;
+        For what = For::run_under_way;
+        bool learns = false;                               // the targets' places in its pictures
+        std::exception_ptr failure{};                      // of a start: why the file cannot be opened
         std::shared_ptr<recording::Recorder> recording{};  // null: not open yet
         bool unwanted = false;
     };
@@ -122,6 +135,8 @@ private:
     [[nodiscard]] recording::RecorderSettings settings_for(double started_s);
     void start(const std::filesystem::path& file, std::shared_ptr<recording::Recorder> recording);
     bool open_prepared();
+    [[nodiscard]] std::shared_ptr<Prepared> take_prepared();
+    [[nodiscard]] std::filesystem::path free_name() const;
     [[nodiscard]] EndedRun ended(const Sequence& sequence) const;
     void conclude(Job& job);
     void ask_for_space();

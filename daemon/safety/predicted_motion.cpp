@@ -48,6 +48,7 @@ void PredictedMotion::begin(const DriveChange& change) noexcept {
         if (change.command.sequence == 0) stopped_ = true;
         if (fade_ > 0) return;  // the drive is fading or silent already
         fade_first_ = static_cast<double>(change.first.n);
+        if (change.ramp > 0) held_ = fade_first_ - first_;
         fade_ = static_cast<double>(change.stop);
         return;
     }
@@ -60,7 +61,7 @@ void PredictedMotion::begin(const DriveChange& change) noexcept {
            .frequency = change.command.frequency,
            .step = 0x1p-64 * static_cast<double>(high_word(change.step))};
     first_ = static_cast<double>(change.first.n);
-    ramp_ = static_cast<double>(change.ramp);
+    ramp_ = held_ = static_cast<double>(change.ramp);
     phase_ = 0x1p-64 * static_cast<double>(high_word(change.phase));
     frequency_ = to_.frequency;
     predict(from_);
@@ -130,15 +131,17 @@ std::optional<PredictedMotion::Sample> PredictedMotion::at(AccelTick tick) noexc
         first_waiting_ = (first_waiting_ + 1) % most_waiting;
         --waiting_count_;
     }
-    if (stopped_ || !to_.known || (!from_.known && *now < first_ + ramp_)) return std::nullopt;
+    if (stopped_ || !to_.known || (!from_.known && std::min(*now - first_, held_) < ramp_))
+        return std::nullopt;
 
     // Phase under a raised-cosine ramp of the frequency, in closed form.
     const double x = *now - first_;
     const double in_ramp = std::min(x, ramp_);
-    double weight = 1, turns = phase_ + from_.step * in_ramp;
+    const double raised = std::min(x, held_);
+    const double weight = raised < ramp_ ? 0.5 - 0.5 * std::cos(std::numbers::pi * raised / ramp_) : 1;
+    double turns = phase_ + from_.step * in_ramp;
     if (x < ramp_) {
         const double angle = std::numbers::pi * x / ramp_;
-        weight = 0.5 - 0.5 * std::cos(angle);
         turns += (to_.step - from_.step) * 0.5 * (x - ramp_ / std::numbers::pi * std::sin(angle));
     } else {
         turns += (to_.step - from_.step) * 0.5 * ramp_ + to_.step * (x - ramp_);

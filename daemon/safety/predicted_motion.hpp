@@ -95,7 +95,8 @@ private:
     std::array<DriveChange, most_waiting> waiting_{};
     std::size_t first_waiting_ = 0, waiting_count_ = 0;
     End from_, to_;
-    double first_ = 0, ramp_ = 0;       // DAC samples
+    double first_ = 0, ramp_ = 0;  // DAC samples
+    double held_ = 0;              // DAC samples after first_ from which the volts of the ramp stand still
     double fade_first_ = 0, fade_ = 0;  // DAC samples: the soft stop of this drive; fade_ 0: none
     double map_from_ = 0;               // DAC sample; clock maps from before it are invalid
     double phase_ = 0;                  // turns at first_

@@ -4,6 +4,9 @@
 #include <algorithm>
 #include <cmath>
 #include <exception>
+#include <future>
+#include <iterator>
+#include <memory>
 #include <numbers>
 
 #include "daemon/recording/recorder.hpp"
@@ -29,14 +32,18 @@ std::string allowed_pictures(recorded::KeptPictures opened) {
     return words + " are";
 }
 
+bool starts_drive(const Order& order) {
+    return std::holds_alternative<Begin>(order.what) || std::holds_alternative<Identify>(order.what) ||
+           std::holds_alternative<BringToMiddle>(order.what) ||
+           std::holds_alternative<MeasurePlan>(order.what);
+}
+
 }  // namespace
 
 // A program that ends starts, changes and clears nothing.
 void BenchService::require_staying(const Order& order) const {
-    const bool drives =
-        std::holds_alternative<SetDrive>(order.what) || std::holds_alternative<Begin>(order.what) ||
-        std::holds_alternative<Identify>(order.what) || std::holds_alternative<ClearTrip>(order.what) ||
-        std::holds_alternative<BringToMiddle>(order.what) || std::holds_alternative<MeasurePlan>(order.what);
+    const bool drives = starts_drive(order) || std::holds_alternative<SetDrive>(order.what) ||
+                        std::holds_alternative<ClearTrip>(order.what);
     if (leaving_ && drives) throw InputError{"the program is ending; give the order after its next start"};
 }
 
@@ -48,11 +55,29 @@ void BenchService::require_newer_than_abort(const Order& order) const {
     throw InputError{"an abort came after this order; give it again if it is still wanted"};
 }
 
+// Orders are carried out in their order. A stop and a lower limit do not wait for the disk.
+std::optional<Order> BenchService::next_order() {
+    if (waiting_.empty() && !held_.empty()) {
+        std::optional<Order> first{std::move(held_.front())};
+        held_.pop_front();
+        return first;
+    }
+    while (held_.size() < most_orders) {
+        auto order = bench_port_.next();
+        const bool waits = order && !waiting_.empty() && !std::holds_alternative<End>(order->what) &&
+                           !std::holds_alternative<LowerLimit>(order->what);
+        if (!waits) return order;
+        held_.push_back(std::move(*order));
+    }
+    return std::nullopt;
+}
+
 // A flood of orders must not keep the control from its data.
 void BenchService::answer(acquisition::Channels& channels) {
-    std::vector<std::pair<Order, std::string>> answers;
+    Answers answers;
+    go_on(answers, channels);
     while (answers.size() < most_orders) {
-        auto order = bench_port_.next();
+        auto order = next_order();
         if (!order) break;
         std::string refused;
         try {
@@ -61,9 +86,18 @@ void BenchService::answer(acquisition::Channels& channels) {
             require_staying(*order);
             std::visit([&](const auto& what) { obey(what, channels); }, order->what);
         } catch (const std::exception& e) {
+            rest_ = {};
             refused = e.what();
         }
-        answers.emplace_back(std::move(*order), std::move(refused));
+        if (rest_) {
+            waiting_.emplace_back(std::move(*order), std::exchange(rest_, {}));
+            go_on(answers, channels);  // in lockstep it is carried out now
+        } else {
+            answers.emplace_back(std::move(*order), std::move(refused));
+        }
+        for (Order& voided : voided_)
+            answers.emplace_back(std::move(voided), "a stop came after this order, before its drive began");
+        voided_.clear();
     }
     if (answers.empty()) return;
     answered_ += answers.size();
@@ -72,17 +106,33 @@ void BenchService::answer(acquisition::Channels& channels) {
         if (order.answer) order.answer(refused);
 }
 
+void BenchService::go_on(Answers& answers, acquisition::Channels& channels) {
+    for (auto w = waiting_.begin(); w != waiting_.end();) {
+        std::string refused;
+        try {
+            if (!w->second(channels)) {
+                ++w;
+                continue;
+            }
+        } catch (const std::exception& e) {
+            refused = e.what();
+        }
+        answers.emplace_back(std::move(w->first), std::move(refused));
+        w = waiting_.erase(w);
+    }
+}
+
 void BenchService::obey(const SetDrive& order, acquisition::Channels& channels) {
     campaign_.require_none("the set-point cannot be changed");
     on_call_.require_possible(order.drive, on_call_.limits());
-    const run::RunState state = sequence_.state();
+    const run::RunState state = on_call_.state();
     if (to_middle_.active())
         throw InputError{
             "the walker is being brought to the middle; wait until the bench is idle, or stop it, then "
             "set the drive"};
     if (state == run::RunState::run)
         on_call_.set(order.drive, sequence_.plan().task, channels);
-    else if (driving(state))
+    else if (driving(state) || state == run::RunState::armed)
         throw InputError{fmt::format(
             "the drive cannot be changed while the bench is {}; wait until it is running, or stop it",
             row_of(state).shown)};
@@ -92,20 +142,30 @@ void BenchService::obey(const SetDrive& order, acquisition::Channels& channels) 
     armed_ = !driving(state);
 }
 
+void BenchService::forget_last_run() {
+    warned_.clear();
+    logged_notes_ = 0;
+}
+
 // An abort in this moment refuses a run that has begun; its trip then ends the recording.
-void BenchService::begin_run(const std::function<void()>& begin) {
+void BenchService::begin_run(const run::RunOptions& run, const run::Task& task,
+                             const std::filesystem::path& file, const std::optional<run::PredictedWalk>& walk,
+                             acquisition::Channels& channels,
+                             std::function<void(const std::string& fits)> then) {
     const std::uint64_t before = on_call_.runs();
-    const auto forget_last = [&] {
-        warned_.clear();
-        logged_notes_ = 0;
+    on_call_.begin(run, task, file, walk, channels);
+    rest_ = [this, before, then = std::move(then)](acquisition::Channels& /*channels*/) {
+        try {
+            const std::optional<std::string> fits = on_call_.begun();
+            if (!fits) return false;
+            forget_last_run();
+            then(*fits);
+            return true;
+        } catch (const std::exception&) {
+            if (on_call_.runs() != before) forget_last_run();
+            throw;
+        }
     };
-    try {
-        begin();
-    } catch (const std::exception&) {
-        if (on_call_.runs() != before) forget_last();
-        throw;
-    }
-    forget_last();
 }
 
 void BenchService::obey(const Begin& order, acquisition::Channels& channels) {
@@ -121,33 +181,41 @@ void BenchService::obey(const Begin& order, acquisition::Channels& channels) {
     }
     const auto file = recorded_ ? record_.file_named(name_) : std::filesystem::path{};
     const auto walk = run::predict_walk(run_.drive, points_, mu_, bench_.gravity);
-    std::string fits;
-    begin_run([&] { fits = on_call_.begin(run, {.plan = order.plan}, file, walk, channels); });
-    run_ = run;
-    name_.clear();
-    result_.reset();
-    not_reduced_.clear();
-    if (!fits.empty()) log("note", fits);
+    begin_run(run, {.plan = order.plan}, file, walk, channels, [this, run](const std::string& fits) {
+        run_.plan = run.plan;
+        name_.clear();
+        result_.reset();
+        not_reduced_.clear();
+        if (!fits.empty()) log("note", fits);
+    });
 }
 
 void BenchService::obey(const Identify& /*order*/, acquisition::Channels& channels) {
     campaign_.require_none("the response cannot be identified");
-    begin_run([&] { on_call_.identify(run_, channels); });
+    const std::uint64_t before = on_call_.runs();
+    try {
+        on_call_.identify(run_, channels);
+    } catch (const std::exception&) {
+        if (on_call_.runs() != before) forget_last_run();
+        throw;
+    }
+    forget_last_run();
 }
 
 void BenchService::obey(const BringToMiddle& /*order*/, acquisition::Channels& channels) {
     campaign_.require_none("the walker cannot be brought to the middle");
-    sequence_.require_idle("bringing the walker to the middle", channels);
+    on_call_.require_idle("bringing the walker to the middle", channels);
     const on_call::ToMiddle::Way way = on_call::ToMiddle::way(
         sequence_.walker(), on_call_.limits().edge_mm, run_.drive.frequency, points_, mu_, bench_.gravity,
         [this](const Drive& drive) { on_call_.require_possible(drive, on_call_.limits()); });
     run::RunOptions run = run_;
     run.drive = way.drive;
-    begin_run([&] { on_call_.begin(run, way.task, {}, way.walk, channels); });
-    to_middle_.begin(way);
-    log("note",
-        fmt::format("the walker is brought to the middle at gamma {:.3g} g, phi {:.0f} deg; {}",
-                    way.drive.gamma / paper_g, way.drive.phi * 180 / std::numbers::pi, text(way.walk)));
+    begin_run(run, way.task, {}, way.walk, channels, [this, way](const std::string& /*fits*/) {
+        to_middle_.begin(way);
+        log("note",
+            fmt::format("the walker is brought to the middle at gamma {:.3g} g, phi {:.0f} deg; {}",
+                        way.drive.gamma / paper_g, way.drive.phi * 180 / std::numbers::pi, text(way.walk)));
+    });
 }
 
 // A walker that has left the pictures can be put back, too.
@@ -166,9 +234,12 @@ void BenchService::obey(const PutWalkerBack& /*order*/, acquisition::Channels& c
 }
 
 void BenchService::obey(const MeasurePlan& order, acquisition::Channels& channels) {
-    sequence_.require_idle("a campaign", channels);
+    on_call_.require_idle("a campaign", channels);
     require_name("plan", order.name);
-    campaign_.begin(order.name, order.text, run_);
+    campaign_.prepare(order.name, order.text, run_);
+    rest_ = [this](acquisition::Channels& now) {
+        return campaign_.begin([&] { on_call_.require_idle("a campaign", now); });
+    };
 }
 
 void BenchService::obey(const CheckPlan& order, acquisition::Channels& /*channels*/) {
@@ -182,6 +253,7 @@ void BenchService::obey(const CheckPlan& order, acquisition::Channels& /*channel
         {.view_m = std::abs(walker.right_m - walker.left_m),
          .place_m = walker.x_m - 0.5 * (walker.left_m + walker.right_m),
          .bytes_per_s = state->outlook.sizes.at(static_cast<std::size_t>(run_.pictures)).bytes_per_s});
+    rest_ = [this](acquisition::Channels& /*channels*/) { return campaign_.read(); };
 }
 
 void BenchService::obey(const TellCampaign& order, acquisition::Channels& /*channels*/) {
@@ -189,8 +261,15 @@ void BenchService::obey(const TellCampaign& order, acquisition::Channels& /*chan
 }
 
 void BenchService::obey(const End& /*order*/, acquisition::Channels& channels) {
+    const auto drives = std::stable_partition(held_.begin(), held_.end(),
+                                              [](const Order& held) { return !starts_drive(held); });
+    const bool voids = drives != held_.end();
+    std::move(drives, held_.end(), std::back_inserter(voided_));
+    held_.erase(drives, held_.end());
     if (campaign_.active()) return campaign_.obey(campaign::Word::pause);
-    sequence_.end(channels);
+    if (voids && on_call_.state() == run::RunState::idle && !campaign_.prepares()) return;
+    if (campaign_.prepares()) return campaign_.cancel();
+    on_call_.end(channels);
 }
 
 void BenchService::obey(const ClearTrip& order, acquisition::Channels& channels) {
@@ -205,14 +284,25 @@ void BenchService::obey(const Record& order, acquisition::Channels& /*channels*/
     const std::string stem =
         order.name.ends_with(".nxs") ? order.name.substr(0, order.name.size() - 4) : order.name;
     if (!stem.empty()) require_name("recording", stem);
-    const bool driven = driving(sequence_.state());
-    if (order.on && driven && record_.on())
+    if (order.on && driving(sequence_.state()) && record_.on())
         throw InputError{
             fmt::format("the run is being recorded in {}; end that recording first", record_.name())};
-    if (order.on && !stem.empty()) recording::require_new(record_.file_named(stem));
     if (!recordable(order.pictures, opened_))
         throw InputError{fmt::format("pictures \"{}\": the cameras are open for \"{}\"; {} allowed",
                                      name(order.pictures), name(opened_), allowed_pictures(opened_))};
+    if (!order.on || stem.empty()) return record(order, stem);
+    auto is_new = std::make_shared<std::future<void>>(
+        disk_.run([file = record_.file_named(stem)] { recording::require_new(file); }));
+    rest_ = [this, order, stem, is_new](acquisition::Channels& /*channels*/) {
+        if (!is_ready(*is_new)) return false;
+        is_new->get();
+        record(order, stem);
+        return true;
+    };
+}
+
+void BenchService::record(const Record& order, const std::string& stem) {
+    const bool driven = driving(sequence_.state());
     run::RunOptions run = run_;
     run.pictures = order.pictures;
     if (driven && order.on) on_call_.record(run, record_.file_named(stem));
@@ -266,8 +356,8 @@ void BenchService::obey(const MoveTargets& order, acquisition::Channels& /*chann
 
 void BenchService::obey(const Adopt& order, acquisition::Channels& channels) {
     campaign_.require_none("the settings cannot change");
-    const run::RunState state = sequence_.state();
-    if (driving(state))
+    const run::RunState state = on_call_.state();
+    if (driving(state) || state == run::RunState::armed)
         throw InputError{fmt::format("the settings cannot change while the bench is {}; stop the drive first",
                                      row_of(state).shown)};
     const safety::Limits limits =

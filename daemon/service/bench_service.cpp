@@ -39,7 +39,9 @@ BenchService::BenchService(run::Runner& runner, const BenchServiceSettings& sett
       report_{std::make_unique<StateBuilder>(bench_, collector_, sequence_, bench_port.feed())},
       live_mu_{bench_.gravity, settings.beside},
       campaign_{runner, on_call_, settings.beside, settings.plans,
-                [this](const std::string& text) { log("campaign", text); }} {
+                [this](const std::string& text) { log("campaign", text); }},
+      disk_{"disk", settings.beside} {
+    disk_.grant();
     BenchFacts facts{.rig = bench_.rig.name,
                      .dac = bench_.rig.dac->info(),
                      .accelerometer = bench_.rig.accelerometer->info(),
@@ -218,12 +220,12 @@ void BenchService::log_finished(const run::FinishedRun& run) {
     if (run.failure) try {
             std::rethrow_exception(run.failure);
         } catch (const std::exception& e) {
-            const bool data = std::filesystem::exists(run.file.string() + ".part");
-            return log("note", fmt::format("{0} could not be finished: {1}; {2}", run.file.string(), e.what(),
-                                           data ? fmt::format("\"shakerd recover {}\" saves the data that "
-                                                              "were written",
-                                                              run.file.string())
-                                                : "nothing was written"));
+            return log("note",
+                       fmt::format("{0} could not be finished: {1}; {2}", run.file.string(), e.what(),
+                                   run.data ? fmt::format("\"shakerd recover {}\" saves the data that "
+                                                          "were written",
+                                                          run.file.string())
+                                            : "nothing was written"));
         }
     if (state_ == run::RunState::tripped) trip_file_ = run.file.filename().string();
     if (run.whole) return log("note", "recorded: " + run.file.string());
@@ -256,9 +258,9 @@ void BenchService::log_warnings(const acquisition::Channels& channels) {
 }
 
 void BenchService::go_away(acquisition::Channels& channels) {
-    const run::RunState state = sequence_.state();
-    if (driving(state) && state != run::RunState::ramp_down)
-        sequence_.end(channels);
+    const run::RunState state = on_call_.state();
+    if (state == run::RunState::armed || (driving(state) && state != run::RunState::ramp_down))
+        on_call_.end(channels);
     else
         done_ = on_call_.at_rest() && campaign_.at_rest();
 }

@@ -4,6 +4,7 @@
 #include <array>
 #include <atomic>
 #include <cmath>
+#include <deque>
 #include <functional>
 #include <memory>
 #include <optional>
@@ -19,6 +20,7 @@
 #include "daemon/service/bench_port.hpp"
 #include "daemon/service/campaign_host.hpp"
 #include "daemon/service/live_mu.hpp"
+#include "drivers/beside.hpp"
 
 namespace shaker::service {
 
@@ -55,7 +57,13 @@ public:
     [[nodiscard]] bool done() const noexcept { return done_; }
 
 private:
+    using Answers = std::vector<std::pair<Order, std::string>>;  // with the reason of a refusal
+    /// The rest of an order whose files are opened, or whose text is read, beside this thread: true when it
+    /// is carried out. Throws to refuse it.
+    using Rest = std::function<bool(acquisition::Channels&)>;
     void answer(acquisition::Channels& channels);
+    std::optional<Order> next_order();
+    void go_on(Answers& answers, acquisition::Channels& channels);
     void require_newer_than_abort(const Order& order) const;
     void require_staying(const Order& order) const;
     void obey(const SetDrive& order, acquisition::Channels& channels);
@@ -75,7 +83,11 @@ private:
     void obey(const GiveMu& order, acquisition::Channels& channels);
     void obey(const MoveTargets& order, acquisition::Channels& channels);
     void obey(const Adopt& order, acquisition::Channels& channels);
-    void begin_run(const std::function<void()>& begin);
+    void begin_run(const run::RunOptions& run, const run::Task& task, const std::filesystem::path& file,
+                   const std::optional<run::PredictedWalk>& walk, acquisition::Channels& channels,
+                   std::function<void(const std::string& fits)> then);
+    void forget_last_run();
+    void record(const Record& order, const std::string& stem);
     void take_limits(const safety::Limits& limits, acquisition::Channels& channels);
     void take_outcome();
     void add_row(catalogue::ResultRow row, double ended_s, const std::string& file);
@@ -136,9 +148,14 @@ private:
     std::shared_ptr<const control::IdentifiedResponse> response_;
     std::atomic<bool> leaving_{false};
     bool done_ = false, changed_ = true;
+    Rest rest_;                                    // of the order that is obeyed now; empty: none
+    std::vector<std::pair<Order, Rest>> waiting_;  // in their order
+    std::deque<Order> held_;                       // given after an order that waits
+    std::vector<Order> voided_;                    // by an order to stop, which came after them
     double published_s_ = 0, trip_s_ = 0;
     std::string trip_file_;  // see BenchState
     std::vector<PictureState> trip_pictures_;
+    Beside disk_;  // the last member: its work ends first
 };
 
 }  // namespace shaker::service

@@ -4,6 +4,8 @@
 
 #include <algorithm>
 #include <exception>
+#include <future>
+#include <memory>
 #include <utility>
 
 #include "daemon/campaign/lead/campaign.hpp"
@@ -49,27 +51,52 @@ PlanCheckState in_short(const std::string& name, const campaign::PlanCheck& chec
 
 }  // namespace
 
-void CampaignHost::check(const std::string& name, std::string text, const View& view) {
+void CampaignHost::check(const std::string& name, const std::string& text, const View& view) {
     if (checking_.valid())
         throw InputError{
             fmt::format("plan \"{}\" is being checked; give the order again in a moment", checked_->name)};
-    if (text.empty()) text = campaign::plan_text(plans_, name);
-    const campaign::Plan plan = campaign::parse_plan(text, name);
-    const std::vector<campaign::Point> points = campaign::schedule(plan);
-    campaign::require_possible(plan, points, runner_.bench());
-    campaign::CheckSettings settings = campaign::check_settings(plan, points, runner_.bench());
-    settings.timing.recording_s = runner_.recordings().most_s();
-    settings.way.view = view.view_m;
-    settings.start = view.place_m;
-    if (std::isfinite(view.bytes_per_s)) settings.bytes_per_s = view.bytes_per_s;
-    checked_ = PlanCheckState{.name = name, .under_way = true};
-    checking_ = checker_.run([name, plan, points, settings](const std::stop_token& stop) {
+    auto is_read = std::make_shared<std::promise<void>>();
+    reading_ = is_read->get_future();
+    const bench::Bench& bench = runner_.bench();
+    const double recording_s = runner_.recordings().most_s();
+    checking_ = checker_.run([=, this, &bench](const std::stop_token& stop) {
+        campaign::Plan plan;
+        std::vector<campaign::Point> points;
+        campaign::CheckSettings settings;
+        try {
+            plan = campaign::parse_plan(text.empty() ? campaign::plan_text(plans_, name) : text, name);
+            points = campaign::schedule(plan);
+            campaign::require_possible(plan, points, bench);
+            settings = campaign::check_settings(plan, points, bench);
+        } catch (...) {
+            is_read->set_exception(std::current_exception());
+            throw;
+        }
+        is_read->set_value();
+        settings.timing.recording_s = recording_s;
+        settings.way.view = view.view_m;
+        settings.start = view.place_m;
+        if (std::isfinite(view.bytes_per_s)) settings.bytes_per_s = view.bytes_per_s;
         return in_short(name, campaign::check_plan(plan, points, settings, stop));
     });
+    checked_before_ = std::exchange(checked_, PlanCheckState{.name = name, .under_way = true});
+}
+
+bool CampaignHost::read() {
+    if (!is_ready(reading_)) return false;
+    try {
+        reading_.get();
+    } catch (...) {
+        checking_ = {};
+        checked_ = checked_before_;
+        throw;
+    }
     if (!beside_) take_check();
+    return true;
 }
 
 void CampaignHost::take_check() {
+    if (reading_.valid()) return;  // whoever asked for it is told first
     checked_ = checking_.get();
     log_(fmt::format("plan {}: {}", checked_->name, checked_->summary));
 }
@@ -77,38 +104,57 @@ void CampaignHost::take_check() {
 void CampaignHost::require_none(const std::string& what) const {
     if (active())
         throw InputError{what + " while a campaign is measured; end the campaign first (campaign stop)"};
+    if (prepares())
+        throw InputError{fmt::format("{} while the folder of campaign {} is being made; wait, or stop it",
+                                     what, preparing_name_)};
 }
 
 const std::vector<std::string>& CampaignHost::plans(double now_s) {
     constexpr double fresh_s = 5;
-    if (on_call_.at_rest() && now_s >= known_s_ + fresh_s) {
-        known_ = campaign::plans_in(plans_);
+    if (on_call_.at_rest() && now_s >= known_s_ + fresh_s && !listing_.valid()) {
+        listing_ = desk_.run([folder = plans_] { return campaign::plans_in(folder); });
         known_s_ = now_s;
     }
+    if (is_ready(listing_)) known_ = listing_.get();
     return known_;
 }
 
-void CampaignHost::begin(const std::string& name, std::string text, const run::RunOptions& run) {
+void CampaignHost::prepare(const std::string& name, const std::string& text, const run::RunOptions& run) {
     require_none("no other campaign can begin");
     if (finishing_.valid())
         throw InputError{"the table of the last campaign is being written; give the order again in a moment"};
-    if (text.empty()) text = campaign::plan_text(plans_, name);
-    run::Recordings& recordings = runner_.recordings();
-    const std::filesystem::path folder =
-        recordings.folder() / fmt::format("{}-{}", name, recordings.file_named({}).stem().string());
+    const bench::Bench& bench = runner_.bench();
+    const double recording_s = runner_.recordings().most_s();
+    preparing_ = desk_.run([=, this, &bench, folder = runner_.recordings().folder()] {
+        return campaign::prepare({.folder = folder / fmt::format("{}-{}", name, run::stem_now()),
+                                  .plan = text.empty() ? campaign::plan_text(plans_, name) : text,
+                                  .plan_file = name,
+                                  .run = run,
+                                  .beside = beside_},
+                                 bench, recording_s);
+    });
+    preparing_name_ = name;
+    cancelled_ = false;
+}
+
+bool CampaignHost::begin(const std::function<void()>& may) {
+    if (!is_ready(preparing_)) return false;
+    campaign::PreparedSession prepared = preparing_.get();
+    if (cancelled_) throw InputError{"the campaign was stopped before it began"};
+    may();
     session_ = std::make_shared<campaign::Session>(
-        runner_, on_call_,
-        campaign::SessionSettings{
-            .folder = folder, .plan = std::move(text), .plan_file = name, .run = run, .beside = beside_},
-        [this](const campaign::Event& event, double /*now_s*/) {
+        runner_, on_call_, std::move(prepared), [this](const campaign::Event& event, double /*now_s*/) {
             const std::string words = campaign::text(event, session_->engine(), session_->points());
             if (words.empty()) return;
             state_.newest = words;
             log_(words);
         });
     leaving_ = false;
-    state_ = {.name = name, .title = session_->plan().title, .folder = folder.filename().string()};
-    log_(fmt::format("{} begins: {} points, folder {}", name, session_->points().size(), folder.string()));
+    const std::filesystem::path folder = session_->folder();
+    state_ = {.name = preparing_name_, .title = session_->plan().title, .folder = folder.filename().string()};
+    log_(fmt::format("{} begins: {} points, folder {}", state_.name, session_->points().size(),
+                     folder.string()));
+    return true;
 }
 
 void CampaignHost::obey(campaign::Word word) {

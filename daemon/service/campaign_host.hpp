@@ -31,19 +31,27 @@ public:
           checker_{"plan check", beside},
           desk_{"campaign", beside} {}
 
-    /// Begins the campaign of a plan in a new folder beside the recordings, NAME-<time>. text: of the plan;
-    /// empty: that of the plan with this name. InputError while another one is under way, for a plan that
-    /// cannot be read or is beyond the limits; DeviceError when the disk fails.
-    void begin(const std::string& name, std::string text, const run::RunOptions& run);
+    /// Reads a plan and makes its folder beside the recordings, NAME-<time>, in a thread of its own. text: of
+    /// the plan; empty: that of the plan with this name. InputError while another campaign is under way.
+    void prepare(const std::string& name, const std::string& text, const run::RunOptions& run);
+    /// Begins the campaign that was prepared; false while it is being prepared. may: throws when it may not
+    /// begin now. InputError for a plan that cannot be read or is beyond the limits, and after cancel();
+    /// DeviceError when the disk fails.
+    bool begin(const std::function<void()>& may);
+    [[nodiscard]] bool prepares() const noexcept { return preparing_.valid(); }
+    void cancel() noexcept { cancelled_ = true; }
     /// What the check of a plan needs from the cameras and the disk.
     struct View {
         double view_m = 0;         // length along the shaker's axis
         double place_m = 0;        // of the walker, from the middle of the view
         double bytes_per_s = NAN;  // of a recording; NaN: as on the simulated bench
     };
-    /// Checks a plan in a thread of its own; checked() then has the result. text: as in begin(). InputError
-    /// for a plan that cannot be read or is beyond the limits, and while another one is being checked.
-    void check(const std::string& name, std::string text, const View& view);
+    /// Checks a plan in a thread of its own; checked() then has the result. text: as in prepare(). InputError
+    /// while another one is being checked.
+    void check(const std::string& name, const std::string& text, const View& view);
+    /// The plan of check() is read; false while it is not. InputError for a plan that cannot be read or is
+    /// beyond the limits.
+    bool read();
     [[nodiscard]] const std::optional<PlanCheckState>& checked() const noexcept { return checked_; }
     /// Names of the plans, as far as is known: the folder is read again at rest, every 5 s.
     const std::vector<std::string>& plans(double now_s);
@@ -66,7 +74,9 @@ public:
     /// State of the campaign under way, or of the last one; nothing before the first.
     [[nodiscard]] std::optional<CampaignState> state();
     /// Nothing is left to be written.
-    [[nodiscard]] bool at_rest() const noexcept { return !session_ && !finishing_.valid(); }
+    [[nodiscard]] bool at_rest() const noexcept {
+        return !session_ && !finishing_.valid() && !preparing_.valid();
+    }
 
 private:
     void end(bool leaving);
@@ -80,8 +90,13 @@ private:
     double known_s_ = -INFINITY;  // master time at which they were read
     Log log_;
     std::shared_ptr<campaign::Session> session_;
-    std::future<std::string> finishing_;  // sentence for the log
-    std::optional<PlanCheckState> checked_;
+    std::string preparing_name_;
+    bool cancelled_ = false;
+    std::future<campaign::PreparedSession> preparing_;
+    std::future<std::vector<std::string>> listing_;  // of the plans
+    std::future<std::string> finishing_;             // sentence for the log
+    std::optional<PlanCheckState> checked_, checked_before_;
+    std::future<void> reading_;  // of the plan that is checked
     std::future<PlanCheckState> checking_;
     CampaignState state_;
     Beside checker_, desk_;  // the last members: their work ends first

@@ -60,7 +60,7 @@ void PlayedDrive::apply(const DriveChange& change, std::int64_t lost) {
         silent_ = lost;
         synthesiser_.silence(lost);
     } else if (change.stop > 0) {
-        synthesiser_.stop(change.stop);
+        synthesiser_.stop(change.stop, change.ramp == 0);
     } else {
         synthesiser_.set(change.command);
         due_ = true;

@@ -223,8 +223,10 @@ constexpr auto harmonics(const char* name, const char* meaning) {
 inline constexpr RawColumnOf<DriveChange>
     first_tick =
         column<&DriveChange::first>(changes, "first_tick", "1", "DAC sample at which the change starts"),
-    ramp_samples = column<&DriveChange::ramp>(changes, "ramp_samples", "1",
-                                              "length of the ramp from the previous drive"),
+    ramp_samples =
+        column<&DriveChange::ramp>(changes, "ramp_samples", "1",
+                                   "length of the ramp from the previous drive; of a stop: above 0, a ramp "
+                                   "under way stands still"),
     stop_samples = column<&DriveChange::stop>(changes, "stop_samples", "1",
                                               "length of a stop's ramp to zero; 0: not a stop", not_negative),
     taken_back = column<&DriveChange::taken_back>(

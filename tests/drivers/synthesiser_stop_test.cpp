@@ -42,8 +42,8 @@ struct Pair {
 // The angle of the weight's cosine is kept to 2^-64 turn a sample, the cosine to 2e-16.
 constexpr double rounding = 1e-14;
 
-void expect_weighted(Pair& pair, std::int64_t samples) {
-    pair.stopped.stop(samples);
+void expect_weighted(Pair& pair, std::int64_t samples, bool ramp_goes_on = false) {
+    pair.stopped.stop(samples, ramp_goes_on);
     const std::vector<double> got = play(pair.stopped, samples + 3000);
     const std::vector<double> want = play(pair.goes_on, samples + 3000);
     for (std::int64_t i = 0; i < std::ssize(got); ++i) {
@@ -65,30 +65,69 @@ TEST(SynthesiserStopTest, StopFallsByRaisedCosineToSilence) {
     }
 }
 
-TEST(SynthesiserStopTest, StopDuringRampWeightsTheRamp) {
+// As recordings of before have it.
+TEST(SynthesiserStopTest, RampThatGoesOnIsWeighted) {
     Pair pair;
     DriveCommand c = test::biharmonic(0.9, 1, f);
     c.ramp_periods = 4;
     pair.set(c);
     pair.skip(5000);
-    expect_weighted(pair, 2400);  // ends before the ramp would
+    expect_weighted(pair, 2400, true);  // ends before the ramp would
     Pair later;
     later.set(c);
     later.skip(4 * period - 100);
-    expect_weighted(later, 2400);  // the ramp ends on the way
+    expect_weighted(later, 2400, true);  // the ramp ends on the way
+}
+
+// Wherever in a ramp the stop comes, and a second one in it, no period has a larger peak than the one before.
+TEST(SynthesiserStopTest, EnvelopeNeverGrowsAfterAStop) {
+    constexpr int ramp_periods = 10;
+    for (std::int64_t at = 100; at < ramp_periods * period; at += 1237)
+        for (const std::int64_t second : {std::int64_t{0}, 3 * period}) {
+            Synthesiser synth{rate, f, 1};
+            DriveCommand c = test::biharmonic(0.9, 1, f);
+            c.ramp_periods = ramp_periods;
+            synth.set(c);
+            const std::vector<double> before = play(synth, at);
+            synth.stop(ramp_periods * period);
+            ASSERT_NE(synth.change(), nullptr);
+            EXPECT_EQ(synth.change()->ramp, synth.change()->stop);
+            std::vector<double> after = play(synth, second > 0 ? second : ramp_periods * period);
+            if (second > 0) {
+                synth.stop(period / 2);
+                for (const double v : play(synth, period)) after.push_back(v);
+            }
+            EXPECT_NEAR(after.back(), 0, 1e-6);
+            double last = INFINITY;
+            for (std::size_t from = 0; from + period <= after.size(); from += period) {
+                double peak = 0;
+                for (std::size_t i = from; i < from + period; ++i) peak = std::max(peak, std::abs(after[i]));
+                EXPECT_LE(peak, last) << "stop at " << at << ", period " << from / period;
+                last = peak;
+            }
+            const double step = std::abs(after.front() - before.back());
+            EXPECT_LT(step, 0.9 * 8 * two_pi * f / rate) << "no step at " << at;
+        }
 }
 
 TEST(SynthesiserStopTest, StopDuringFrequencyRampKeepsPhase) {
-    Pair pair;
-    pair.set(test::biharmonic(0.9, 1, f));
-    pair.skip(2 * period);
-    DriveCommand faster = test::biharmonic(0.5, 2, 31.7);
-    faster.ramp_periods = 3;
-    pair.set(faster);
-    pair.skip(period);
-    expect_weighted(pair, 1200);
-    pair.skip(4 * period);
-    EXPECT_TRUE(pair.stopped.phase() == pair.goes_on.phase()) << "also behind the end of the ramp";
+    for (const bool ramp_goes_on : {false, true}) {
+        Pair pair;
+        pair.set(test::biharmonic(0.9, 1, f));
+        pair.skip(2 * period);
+        DriveCommand faster = test::biharmonic(0.5, 2, 31.7);
+        faster.ramp_periods = 3;
+        pair.set(faster);
+        pair.skip(period);
+        if (ramp_goes_on) {
+            expect_weighted(pair, 1200, true);
+        } else {
+            pair.stopped.stop(1200);
+            pair.skip(4200);
+        }
+        pair.skip(4 * period);
+        EXPECT_TRUE(pair.stopped.phase() == pair.goes_on.phase()) << "also behind the end of the ramp";
+    }
 }
 
 TEST(SynthesiserStopTest, StopDropsAndRefusesCommandsUntilRelease) {
@@ -233,7 +272,7 @@ TEST(SynthesiserStopTest, ReplayingTheChangesGivesIdenticalSamples) {
         for (const double v : play(again, change.first.n - again.tick().n)) got.push_back(v);
         ASSERT_TRUE(again.phase() == change.phase);
         if (change.stop > 0) {
-            again.stop(change.stop);
+            again.stop(change.stop, change.ramp == 0);
         } else {
             ASSERT_TRUE(again.release());
             again.set(change.command);

@@ -37,10 +37,18 @@ Campaign::Campaign(run::Runner& runner, on_call::OnCall& on_call, Engine& engine
 
 void Campaign::order(acquisition::Channels& channels) {
     try {
+        finish_start();
         carry_out(engine_.next(seen(channels)), channels);
     } catch (const std::exception& e) {
-        engine_.refused(e.what());
+        starts_ = false;
+        if (!engine_.paused()) engine_.refused(e.what());
     }
+}
+
+void Campaign::finish_start() {
+    if (!starts_ || !on_call_.begun()) return;
+    starts_ = false;
+    recording_from_s_ = runner_.sequence().now_s();
 }
 
 void Campaign::take(const run::FinishedRun& run) {
@@ -119,12 +127,13 @@ void Campaign::carry_out(const Action& action, acquisition::Channels& channels) 
         run.plan.periods = std::max(start->task.plan.periods, 2);
         const auto file = settings_.folder / fmt::format("r{:03}.nxs", ++settings_.recordings);
         on_call_.begin(run, start->task, file, engine_.walk(start->drive), channels);
-        recording_from_s_ = runner_.sequence().now_s();
+        starts_ = true;
+        finish_start();
     } else if (const auto* change = std::get_if<Change>(&action)) {
         on_call_.set(change->drive, change->task, channels);
         drive_ = change->drive;
     } else if (std::holds_alternative<Stop>(action)) {
-        runner_.sequence().end(channels);
+        on_call_.end(channels);
     }
 }
 

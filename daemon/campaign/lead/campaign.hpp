@@ -57,6 +57,7 @@ private:
     [[nodiscard]] Seen seen(const acquisition::Channels& channels) const;
     [[nodiscard]] double pictures_per_s() const;  // bytes/s that the cameras add to a recording
     void count_time();
+    void finish_start();
     void carry_out(const Action& action, acquisition::Channels& channels);
 
     run::Runner& runner_;
@@ -65,6 +66,7 @@ private:
     Listener listener_;
     on_call::OnCall& on_call_;
     Drive drive_;
+    bool starts_ = false;          // the recording of a start is being opened
     double recording_from_s_ = 0;  // master time of the newest start
     BenchTime time_;
     double timed_to_s_ = 0;

@@ -50,8 +50,8 @@ CampaignFolder opened(const SessionSettings& settings, const std::string& plan) 
 
 /// An engine for what the folder does not have yet. A pass that its recordings do not have must be measured
 /// again.
-Engine engine_of(CampaignFolder& folder, const Plan& plan, const std::vector<Point>& points,
-                 run::Runner& runner) {
+Engine engine_of(CampaignFolder& folder, const Plan& plan, const std::vector<Point>& points, double gravity,
+                 double longest_recording_s) {
     const PointResults stored =
         point_results(folder.path(), asked_rows(points), folder.stored().progress, Source::stored);
     for (const PassLost& lost : stored.lost) folder.add(lost);
@@ -64,8 +64,8 @@ Engine engine_of(CampaignFolder& folder, const Plan& plan, const std::vector<Poi
     return {points,
             {.mu = plan.mu,
              .mu_target = plan.mu_target,
-             .g = runner.bench().gravity,
-             .timing = {.recording_s = runner.recordings().most_s()}},
+             .g = gravity,
+             .timing = {.recording_s = longest_recording_s}},
             ended,
             measured};
 }
@@ -79,20 +79,32 @@ void require_possible(const Plan& plan, const std::vector<Point>& points, const 
     });
 }
 
-Session::Session(run::Runner& runner, on_call::OnCall& on_call, const SessionSettings& settings,
+PreparedSession prepare(const SessionSettings& settings, const bench::Bench& bench,
+                        double longest_recording_s) {
+    std::string text = settings.continues ? text_in(settings.folder / plan_name) : settings.plan;
+    Plan plan = parse_plan(text, settings.plan_file);
+    std::vector<Point> points = possible_points(plan, settings.continues, bench);
+    CampaignFolder folder = opened(settings, text);
+    Engine engine = engine_of(folder, plan, points, bench.gravity, longest_recording_s);
+    const int recordings = recordings_in(folder.path());
+    return {settings,          std::move(text),   std::move(plan), std::move(points),
+            std::move(folder), std::move(engine), recordings};
+}
+
+Session::Session(run::Runner& runner, on_call::OnCall& on_call, PreparedSession prepared,
                  const Campaign::Listener& listener)
-    : plan_text_{settings.continues ? text_in(settings.folder / plan_name) : settings.plan},
-      plan_{parse_plan(plan_text_, settings.plan_file)},
-      points_{possible_points(plan_, settings.continues, runner.bench())},
-      folder_{opened(settings, plan_text_)},
-      engine_{engine_of(folder_, plan_, points_, runner)},
-      journal_{folder_, settings.beside},
+    : plan_text_{std::move(prepared.plan_text)},
+      plan_{std::move(prepared.plan)},
+      points_{std::move(prepared.points)},
+      folder_{std::move(prepared.folder)},
+      engine_{std::move(prepared.engine)},
+      journal_{folder_, prepared.settings.beside},
       campaign_{runner,
                 on_call,
                 engine_,
-                {.run = settings.run,
+                {.run = prepared.settings.run,
                  .folder = folder_.path(),
-                 .recordings = recordings_in(folder_.path()),
+                 .recordings = prepared.recordings,
                  .edge_margin_mm = plan_.edge_margin_mm},
                 [this, listener](const Event& event, double now_s) {
                     journal_.add(event);

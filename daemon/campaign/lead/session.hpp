@@ -23,13 +23,27 @@ struct SessionSettings {
 /// InputError for a set-point beyond the limits of the bench, with the line of the plan.
 void require_possible(const Plan& plan, const std::vector<Point>& points, const bench::Bench& bench);
 
+/// What a session needs of the disk.
+struct PreparedSession {
+    SessionSettings settings;
+    std::string plan_text;
+    Plan plan;
+    std::vector<Point> points;
+    CampaignFolder folder;
+    Engine engine;
+    int recordings = 0;  // that are in the folder already
+};
+/// Reads the plan, and creates or opens the folder. longest_recording_s: of the bench. InputError for a plan
+/// that cannot be read or is beyond the limits, and for a folder in use; DeviceError when the disk fails. Any
+/// thread.
+PreparedSession prepare(const SessionSettings& settings, const bench::Bench& bench,
+                        double longest_recording_s);
+
 /// Thread safety: one thread, but finish(): any thread, as the last call. Runner and bench on call must
 /// outlive this object.
 class Session {
 public:
-    /// Reads the plan, and creates or opens the folder. InputError for a plan that cannot be read or is
-    /// beyond the limits, and for a folder in use; DeviceError when the disk fails.
-    Session(run::Runner& runner, on_call::OnCall& on_call, const SessionSettings& settings,
+    Session(run::Runner& runner, on_call::OnCall& on_call, PreparedSession prepared,
             const Campaign::Listener& listener);
     Session(const Session&) = delete;
     Session& operator=(const Session&) = delete;

@@ -53,6 +53,8 @@ PictureStore::PictureStore(std::filesystem::path folder, std::string camera, std
     if (const auto files = segment_files(folder_, camera_); !files.empty())
         throw InputError{
             fmt::format("{}: already exists; pictures are never overwritten", files[0].string())};
+    maker_.grant();  // before the drive
+    closer_.grant();
 }
 
 PictureStore::~PictureStore() = default;
@@ -81,10 +83,9 @@ void PictureStore::prepare(const PictureShape& shape) {
 void PictureStore::begin_spare() {
     PictureSegmentInfo info = segment_->info();
     info.first = info.end();
-    spare_ = std::async(std::launch::async,
-                        [file = segment_file(folder_, camera_, (info.first - 1) / segment_frames_), info] {
-                            return PictureSegment{file, info};
-                        });
+    spare_ = maker_.run([file = segment_file(folder_, camera_, (info.first - 1) / segment_frames_), info] {
+        return PictureSegment{file, info};
+    });
 }
 
 void PictureStore::go_on() {
@@ -92,7 +93,7 @@ void PictureStore::go_on() {
     PictureSegment next = spare_.get();
     next.follow(*segment_);
     if (closing_.valid()) closing_.get();
-    closing_ = std::async(std::launch::async, [full = std::move(*segment_)]() mutable { full.sync(); });
+    closing_ = closer_.run([full = std::move(*segment_)]() mutable { full.sync(); });
     segment_ = std::move(next);
 }
 
@@ -140,14 +141,17 @@ void PictureStore::finish() {
     end_frames(folder_, camera_, stored());
 }
 
+std::future<void> PictureStore::finish_beside() {
+    return closer_.run([this] { finish(); });
+}
+
 std::uint64_t PictureStore::stored() const noexcept {
     return segment_ ? segment_->info().first - 1 + segment_->written() : 0;
 }
 
 void finish(std::span<const std::unique_ptr<PictureStore>> stores, const std::function<void()>& progress) {
     std::vector<std::future<void>> ends;
-    for (const auto& store : stores)
-        ends.push_back(std::async(std::launch::async, [&store] { store->finish(); }));
+    for (const auto& store : stores) ends.push_back(store->finish_beside());
     for (std::future<void>& end : ends) {
         end.get();
         progress();

@@ -10,6 +10,7 @@
 #include <span>
 #include <string>
 
+#include "drivers/beside.hpp"
 #include "drivers/recorded/h5/file_lock.hpp"
 #include "drivers/recorded/pictures/segment.hpp"
 
@@ -46,6 +47,8 @@ public:
     /// its length, and the disk gets the space), removes the spare one and links all in <folder>/<camera>.h5.
     /// After an error, a second call ends the pictures stored before it.
     void finish();
+    /// finish() in a thread of the store.
+    std::future<void> finish_beside();
     /// Number of pictures that a crash of the program would not lose. After an error there are no others.
     [[nodiscard]] std::uint64_t stored() const noexcept;
     /// False if pictures go through the page cache.
@@ -66,6 +69,8 @@ private:
     std::optional<PictureSegment> segment_;
     std::future<PictureSegment> spare_;  // the next one
     std::future<void> closing_;          // the previous one, being synchronised to the disk
+    Beside maker_{"spare pictures", true},
+        closer_{"full pictures", true};  // the last members: they end first
 };
 
 /// Calls finish() of all stores at the same time, since each may copy a segment. progress: called after each.

@@ -22,83 +22,12 @@
 #include "tests/support/environment.hpp"
 #include "tests/support/paths.hpp"
 #include "tests/support/remote/served_bench.hpp"
+#include "tests/support/remote/service_manager.hpp"
 
 namespace shaker::test {
 namespace {
 
 using Clock = std::chrono::steady_clock;
-
-/// Receives the daemon's messages to the service manager.
-class Manager {
-public:
-    /// watchdog_us: watchdog time of the daemon, microseconds; it sends eight signs of life in that time.
-    explicit Manager(const char* watchdog_us = "1000000")
-        : path_{(std::filesystem::temp_directory_path() / ("notify-" + std::to_string(getpid()))).string()} {
-        sockaddr_un address{};
-        address.sun_family = AF_UNIX;
-        std::strncpy(address.sun_path, path_.c_str(), sizeof address.sun_path - 1);
-        if (bind(socket_, reinterpret_cast<const sockaddr*>(&address), sizeof address) != 0) std::abort();
-        setenv("NOTIFY_SOCKET", path_.c_str(), 1);
-        setenv("WATCHDOG_USEC", watchdog_us, 1);
-    }
-    ~Manager() {
-        ear_.request_stop();
-        ear_.join();
-        close(socket_);
-        unlink(path_.c_str());
-        unsetenv("NOTIFY_SOCKET");
-        unsetenv("WATCHDOG_USEC");
-    }
-    Manager(const Manager&) = delete;
-    Manager& operator=(const Manager&) = delete;
-
-    /// True if this message arrives within the time, s; forgotten messages do not count.
-    bool hears(const std::string& words, double limit_s) {
-        const auto end = Clock::now() + std::chrono::duration<double>{limit_s};
-        while (Clock::now() < end) {
-            {
-                const std::scoped_lock lock{mutex_};
-                if (heard_.find(words) != std::string::npos) return true;
-            }
-            std::this_thread::sleep_for(std::chrono::milliseconds{10});
-        }
-        return false;
-    }
-    /// The longest time without a sign of life since forget(), s.
-    double longest_silence_s() {
-        const std::scoped_lock lock{mutex_};
-        return std::chrono::duration<double>(std::max(longest_, Clock::now() - fed_)).count();
-    }
-    /// Forgets the messages received until now.
-    void forget() {
-        const std::scoped_lock lock{mutex_};
-        heard_.clear();
-        longest_ = {};
-        fed_ = Clock::now();
-    }
-
-private:
-    std::string path_;
-    int socket_ = socket(AF_UNIX, SOCK_DGRAM | SOCK_CLOEXEC, 0);
-    std::mutex mutex_;
-    std::string heard_;
-    Clock::time_point fed_ = Clock::now();
-    Clock::duration longest_{};
-    // Reads all the time, because the sender waits while too many messages are unread.
-    std::jthread ear_{[this](const std::stop_token& stop) {
-        while (!stop.stop_requested()) {
-            pollfd ready{socket_, POLLIN, 0};
-            if (poll(&ready, 1, 50) != 1) continue;
-            char bytes[4096];
-            const ssize_t n = recv(socket_, bytes, sizeof bytes, 0);
-            const std::scoped_lock lock{mutex_};
-            if (n <= 0) continue;
-            heard_.append(bytes, static_cast<std::size_t>(n)).push_back('\n');
-            if (std::string_view{bytes, static_cast<std::size_t>(n)} != "WATCHDOG=1") continue;
-            longest_ = std::max(longest_, Clock::now() - std::exchange(fed_, Clock::now()));
-        }
-    }};
-};
 
 pid_t thread_named(pid_t process, const std::string& name) {
     for (const auto& entry :
@@ -118,7 +47,7 @@ void run_recorded(ServedBench& bench, const std::string& name) {
 }
 
 TEST(ServeTest, SigtermStopsSoftlyAndFinishesRecording) {
-    Manager manager;
+    ServiceManager manager;
     ServedBench bench;
     EXPECT_TRUE(manager.hears("READY=1", 5));
     run_recorded(bench, "ended");
@@ -132,7 +61,7 @@ TEST(ServeTest, SigtermStopsSoftlyAndFinishesRecording) {
 }
 
 TEST(ServeTest, ManagerWaitsWhileStoppingDaemonLives) {
-    Manager manager;
+    ServiceManager manager;
     ServedBench bench;
     run_recorded(bench, "waited");
     EXPECT_FALSE(manager.hears("EXTEND_TIMEOUT_USEC", 0.3)) << "before the stop";
@@ -184,7 +113,7 @@ TEST(ServeTest, PausesOfComputerDoNotStopSimulatedRun) {
 }
 
 TEST(ServeTest, WatchdogNeedsRunningOutputLoop) {
-    Manager manager;
+    ServiceManager manager;
     ServedBench bench;
     EXPECT_TRUE(manager.hears("WATCHDOG=1", 5));
     manager.forget();
@@ -225,7 +154,8 @@ std::string got(const ServedBench& bench, const std::string& path) {
 }
 
 /// The state as each door shows it.
-void expect_finishing_at_every_door(const ServedBench& bench, Manager& manager, const std::string& file) {
+void expect_finishing_at_every_door(const ServedBench& bench, ServiceManager& manager,
+                                    const std::string& file) {
     EXPECT_NE(got(bench, "/api/state").find("\"state\":\"finishing\""), std::string::npos);
     EXPECT_NE(got(bench, "/metrics").find("shakerd_state{state=\"finishing\"} 1\n"), std::string::npos);
     const std::string at = "--at 127.0.0.1:" + std::to_string(bench.http_port());
@@ -237,7 +167,7 @@ void expect_finishing_at_every_door(const ServedBench& bench, Manager& manager, 
 TEST(ServeTest, AnswersAndFeedsWatchdogWhileFinishing) {
     if (SHAKER_SANITIZED) GTEST_SKIP() << "a sanitiser cannot be loaded behind another library";
     const auto folder = fresh_folder();
-    Manager manager{"2000000"};
+    ServiceManager manager{"2000000"};
     const Environment environment{slow_disk("sync", ".nxs.part", 7, 13, folder)};
     const auto began = Clock::now();
     ServedBench bench{quick_run, folder};
@@ -290,7 +220,7 @@ TEST(ServeTest, ObeysAbortAtOnceWhileFinishing) {
 TEST(ServeTest, DrivesOnWhileDiskQueryHangs) {
     if (SHAKER_SANITIZED) GTEST_SKIP() << "a sanitiser cannot be loaded behind another library";
     const auto folder = fresh_folder();
-    Manager manager{"2000000"};
+    ServiceManager manager{"2000000"};
     const Environment environment{slow_disk("space", "*", 7, 11, folder)};
     const auto began = Clock::now();
     ServedBench bench{quick_run, folder};
@@ -306,7 +236,7 @@ TEST(ServeTest, DrivesOnWhileDiskQueryHangs) {
 TEST(ServeTest, DrivesAndStopsWhileRecorderHangs) {
     if (SHAKER_SANITIZED) GTEST_SKIP() << "a sanitiser cannot be loaded behind another library";
     const auto folder = fresh_folder();
-    Manager manager{"2000000"};
+    ServiceManager manager{"2000000"};
     const Environment environment{slow_disk("any", "*", 7, 13, folder)};
     const auto began = Clock::now();
     ServedBench bench{quick_run, folder};
