@@ -55,7 +55,7 @@ struct DriveCommand {
 struct DriveChange {
     DriveCommand command;
     DacTick first;  // first sample of the ramp, at the start of a period
-    /// Samples. Of a stop: above 0, the ramp that was under way stands still from `first` on; 0: no ramp was
+    /// Samples. For a stop: above 0, the ramp that was under way stands still from `first` on; 0: no ramp was
     /// under way, or, in a recording of before, it went on.
     std::int64_t ramp = 0;
     Turns phase = 0;  // at `first`

@@ -53,7 +53,7 @@ struct Follower::Count {
         if (p == nullptr) return;
         const auto twin = std::ranges::find(p->passes, e.pass, &PassEnded::pass);
         if (twin != p->passes.end()) {
-            remark(fmt::format("pass {} of point {} is told twice", e.pass, e.point));
+            remark(fmt::format("pass {} of point {} is reported twice", e.pass, e.point));
             if (measured(*twin) && !measured(e)) return;
             p->passes.erase(twin);
         }

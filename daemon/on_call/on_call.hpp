@@ -51,7 +51,7 @@ public:
     /// may start if it certainly leads inwards. InputError when it must not start.
     void begin(const run::RunOptions& run, const run::Task& task, const std::filesystem::path& file,
                const std::optional<run::PredictedWalk>& walk, acquisition::Channels& channels);
-    /// What became of begin(), once: empty while the file is being opened; then a remark on how far the
+    /// The outcome of begin(), once: empty while the file is being opened; then a remark on how far the
     /// walker can go, which is usually empty. Throws InputError or DeviceError when the drive could not
     /// start.
     std::optional<std::string> begun();

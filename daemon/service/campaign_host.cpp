@@ -96,7 +96,7 @@ bool CampaignHost::read() {
 }
 
 void CampaignHost::take_check() {
-    if (reading_.valid()) return;  // whoever asked for it is told first
+    if (reading_.valid()) return;  // the order is answered first
     checked_ = checking_.get();
     log_(fmt::format("plan {}: {}", checked_->name, checked_->summary));
 }

@@ -89,7 +89,7 @@ TEST_F(CampaignFolderTest, OtherPlanIsRefused) {
     expect_in(refused_to_continue(), {"plan.toml", "was changed", "restore"});
 }
 
-// A folder that an earlier version spoiled is continued, and what it says twice is told.
+// A folder that an earlier version spoiled is continued, with a remark on what it says twice.
 TEST_F(CampaignFolderTest, LateEntryIsARemark) {
     CampaignFolder::begin(path_, plan).add(PassEnded{.point = 4});
     const CampaignFolder again = CampaignFolder::continued(path_);

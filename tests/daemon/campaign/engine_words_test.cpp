@@ -46,7 +46,7 @@ TEST(EngineWordsTest, SkipOfARepeatedPointIsReadBack) {
     EXPECT_TRUE(engine.done());
 }
 
-// A trip between the end of a measurement and its reduction: the pass is told once, and counts.
+// A trip between the end of a measurement and its reduction: the pass is reported once, and counts.
 TEST(EngineWordsTest, TripBeforeTheReductionLosesNothing) {
     for (double trip_s = 2.5; trip_s < 5; trip_s += dt_s) {
         Engine engine{three_points(), {}};

@@ -27,7 +27,7 @@ Progress after(const std::vector<What>& what) {
     return progress_of(entries);
 }
 
-// The remarks of a journal that can be read all the same.
+// The remarks of a journal that can be read.
 std::string remarked(const std::vector<What>& what) {
     return fmt::format("{}", fmt::join(after(what).remarks, "; "));
 }
