@@ -6,6 +6,7 @@
 
 #include "daemon/catalogue/row_text.hpp"
 #include "daemon/remote/web/live_frames.hpp"
+#include "daemon/remote/web/order_fields.hpp"
 #include "daemon/remote/web/state_json.hpp"
 #include "drivers/errors.hpp"
 
@@ -123,9 +124,14 @@ std::optional<catalogue::WantedFile> file_of(const std::string& path, std::strin
 }
 
 // POST /api/recordings/NAME/replay, /api/campaigns/NAME/report: checks a recording, makes a report.
-Answer request_work(const std::string& path, Site& site, const std::string& who) {
+Answer request_work(const std::string& path, const std::string& body, Site& site, const std::string& who) {
     const auto file = file_of(path, replay_word);
     if (site.recordings == nullptr || !file) return refusal(404, "not found: " + path);
+    try {
+        require_no_fields(body);
+    } catch (const InputError& e) {
+        return refusal(400, e.what());
+    }
     if (!site.lock.allows(who)) return refusal(409, access::held_text(site.lock.owner()));
     try {
         site.recordings->request(*file);
@@ -259,7 +265,7 @@ void answer(const Request& request, Site& site, const std::string& who,
     }
     if (request.method() != http::verb::post || !path.starts_with("/api/"))
         return done(reply(manner, refusal(405, needs_token(path) ? "expected GET or POST" : "expected GET")));
-    if (of_catalogue(path)) return done(reply(manner, request_work(path, site, who)));
+    if (of_catalogue(path)) return done(reply(manner, request_work(path, request.body(), site, who)));
     site.actions.act(path.substr(5), request.body(), who,
                      [manner, done](const Answer& a) { done(reply(manner, a)); });
 }

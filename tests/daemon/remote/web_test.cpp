@@ -205,6 +205,42 @@ TEST_F(WebTest, ActionsAreOrdersAndRefusalsHaveReasons) {
     EXPECT_EQ(post("start", "").status, 409);
 }
 
+TEST_F(WebTest, UnknownKeysAreRefusedWithTheKnownOnes) {
+    const auto refused = [&](const std::string& action, const std::string& body, const std::string& words) {
+        const Got got = post(action, body);
+        EXPECT_EQ(got.status, 400) << action << body;
+        EXPECT_EQ(json::parse(got.body)["error"], words);
+    };
+    refused("drive", R"({"gama_mps2": 3})",
+            "gama_mps2: unknown key; expected frequency_hz, gamma_mps2, rho, phi_rad");
+    refused("start", R"({"period": 20})",
+            "period: unknown key; expected periods, settle_periods, measurements");
+    refused("campaign", R"({"scan": "phi", "fro": 0})",
+            "fro: unknown key; expected plan, scan, from, to, steps, periods, repeats");
+    refused("campaign", R"({"plan": "fig3", "repeats": 2})", "repeats: unknown key; expected plan");
+    refused("campaign/check", R"({"plam": "fig3"})",
+            "plam: unknown key; expected plan, scan, from, to, steps, periods, repeats");
+    refused("mu", R"({"mu": 0.1, "error": 0.01})", "error: unknown key; expected mu, sigma");
+    refused("remark", R"({"text": "a", "at": 3})", "at: unknown key; expected text");
+    refused("loop", R"({"close": true})", "close: unknown key; expected closed");
+    refused("record", R"({"nam": "walk"})", "nam: unknown key; expected on, name, frames");
+    refused("targets", R"({"target": []})", "target: unknown key; expected targets");
+    refused("targets", R"({"targets": [{"camera": "top", "target": "walker", "region": [1, 2, 3, 4]}]})",
+            "region: unknown key; expected camera, target, region_px");
+    for (const char* action : {"stop", "identify", "middle", "reset-walker", "clear", "campaign/pause",
+                               "campaign/stop", "control/request", "control/release"})
+        refused(action, R"({"now": true})", "now: unknown key; expected none");
+    EXPECT_TRUE(bench.ordered().empty());
+    EXPECT_EQ(post("drive", R"({"gamma_mps2": 3, "rho": null})").status, 200);
+    EXPECT_EQ(post("record", R"({"name": null})").status, 200);
+}
+
+TEST_F(WebTest, AbortActsWithAnyBody) {
+    for (const char* body : {"", "{}", R"({"now": true})", "{", "[1]", "abort"})
+        EXPECT_EQ(post("abort", body).status, 200) << body;
+    EXPECT_EQ(bench.aborts, 6);
+}
+
 TEST_F(WebTest, OnlyHolderIsObeyedButAnyClientMayAbort) {
     EXPECT_EQ(post("control/request", "", "one").status, 200);
     EXPECT_EQ(post("control/request", "", "two").status, 409);
