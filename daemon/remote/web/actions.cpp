@@ -41,13 +41,17 @@ constexpr std::array<std::string_view, 1> remark_keys{"text"};
 constexpr std::array<std::string_view, 1> loop_keys{"closed"};
 constexpr std::array<std::string_view, 3> record_keys{"on", "name", "frames"};
 
-OrderWhat drive_of(const json& body, const PendingOrders& pending_orders) {
-    Drive d = pending_orders.drive();
-    d.frequency = number_at(body, "frequency_hz", d.frequency);
-    d.gamma = number_at(body, "gamma_mps2", d.gamma);
-    d.rho = number_at(body, "rho", d.rho);
-    d.phi = number_at(body, "phi_rad", d.phi);
-    return service::SetDrive{d};
+Drive drive_of(const json& body, const Drive& otherwise) {
+    PointSettings point{.drive = otherwise};
+    for (const std::string_view key : drive_keys) {
+        const PointField& field = *std::ranges::find(point_fields, key, &PointField::key);
+        field.set(point, quantity_at(body, key, field.dimension, field.allowed, field.in(point)));
+    }
+    return point.drive;
+}
+
+OrderWhat set_drive_of(const json& body, const PendingOrders& pending_orders) {
+    return service::SetDrive{drive_of(body, pending_orders.drive())};
 }
 
 OrderWhat begin_of(const json& body, const PendingOrders& pending_orders) {
@@ -59,7 +63,8 @@ OrderWhat begin_of(const json& body, const PendingOrders& pending_orders) {
 
 OrderWhat mu_of(const json& body, const PendingOrders& /*pending_orders*/) {
     if (!body.contains("mu")) throw InputError{"mu: missing; expected the friction coefficient as a number"};
-    return service::GiveMu{{number_at(body, "mu", NAN), number_at(body, "sigma", 0)}};
+    const double mu = quantity_at(body, "mu", Dimension::ratio, allowed_friction, NAN);
+    return service::GiveMu{{mu, quantity_at(body, "sigma", Dimension::ratio, {0, mu}, 0)}};
 }
 
 /// {"targets": [{"camera", "target", "region_px": [x, y, width, height]}, ...]}
@@ -128,10 +133,12 @@ service::MeasurePlan plan_of(const json& body, const PendingOrders& pending_orde
     campaign::Scan scan{.phi = of == "phi", .rest = pending_orders.drive()};
     if (!scan.phi && of != "gamma")
         throw InputError{fmt::format("scan: {}; expected \"phi\" or \"gamma\"", body["scan"].dump())};
+    const PointField& field = point_field(of);
     for (const auto& [key, value] : {std::pair{"from", &scan.from}, {"to", &scan.to}}) {
-        *value = number_at(body, key, NAN);
+        *value = quantity_at(body, key, field.dimension, field.allowed, NAN);
         if (std::isnan(*value))
-            throw InputError{fmt::format("{}: missing; expected a number in SI units", key)};
+            throw InputError{
+                fmt::format("{}: missing; expected a number in SI units, or a text with a unit", key)};
     }
     scan.steps = whole_at(body, "steps", 0, {1, 1000});
     scan.periods = whole_at(body, "periods", pending_orders.settings().run.plan.periods,
@@ -167,7 +174,7 @@ struct Action {
 };
 
 constexpr std::array<Action, 19> actions{{
-    {"drive", drive_keys, drive_of},
+    {"drive", drive_keys, set_drive_of},
     {"start", start_keys, begin_of},
     {"stop", {}, plain<service::End>},
     {"identify", {}, plain<service::Identify>},
@@ -225,8 +232,7 @@ void Actions::act(const std::string& name, const std::string& body, const std::s
             return done(well);
         }
         const auto* action = std::ranges::find(actions, name, &Action::name);
-        if (action == actions.end())
-            return done(refusal(not_found, "there is no action \"" + name + "\""));
+        if (action == actions.end()) return done(refusal(not_found, "there is no action \"" + name + "\""));
         const OrderWhat order = action->order(fields_of(body, action->keys), pending_orders_);
         if (!lock_.allows(who)) return done(held());
         pending_orders_.order(order, who, [done](const std::string& refused) {

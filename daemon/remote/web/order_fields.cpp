@@ -3,8 +3,10 @@
 #include <spdlog/fmt/fmt.h>
 
 #include <algorithm>
+#include <charconv>
 #include <cmath>
 #include <nlohmann/json.hpp>
+#include <system_error>
 
 #include "drivers/errors.hpp"
 
@@ -38,18 +40,30 @@ json fields_of(const std::string& body, Keys known) {
 
 void require_no_fields(const std::string& body) { static_cast<void>(fields_of(body, {})); }
 
-double number_at(const json& fields, std::string_view key, double otherwise) {
+double quantity_at(const json& fields, std::string_view key, Dimension dimension, Range allowed,
+                   double otherwise) {
     if (!fields.contains(key) || fields[key].is_null()) return otherwise;
-    if (!fields[key].is_number())
-        throw InputError{fmt::format("{}: expected a number, got {}", key, fields[key].dump())};
-    return fields[key].get<double>();
+    const json& value = fields[key];
+    if (!value.is_number() && !value.is_string())
+        throw InputError{fmt::format("{}: expected a number in SI units, or a text such as \"0.7 g\"; got {}",
+                                     key, value.dump())};
+    return parse_quantity(key, value.is_string() ? value.get<std::string>() : to_text(value.get<double>()),
+                          dimension, allowed);
 }
 
 int whole_at(const json& fields, std::string_view key, int otherwise, Range allowed) {
-    const double number = number_at(fields, key, otherwise);
+    if (!fields.contains(key) || fields[key].is_null()) return otherwise;
+    const json& value = fields[key];
+    double number = NAN;
+    if (value.is_number()) number = value.get<double>();
+    if (value.is_string()) {
+        const auto& text = value.get_ref<const std::string&>();
+        const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
+        if (error != std::errc{} || end != text.data() + text.size()) number = NAN;
+    }
     if (!(number >= allowed.min && number <= allowed.max) || number != std::floor(number))
-        throw InputError{fmt::format("{}: {} is out of range; expected an integer from {} to {}", key, number,
-                                     allowed.min, allowed.max)};
+        throw InputError{fmt::format("{}: {} is out of range; expected an integer from {} to {}", key,
+                                     value.dump(), allowed.min, allowed.max)};
     return static_cast<int>(number);
 }
 

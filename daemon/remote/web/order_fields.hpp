@@ -20,9 +20,11 @@ nlohmann::json fields_of(const std::string& body, Keys known);
 /// Refuses a body that has keys.
 void require_no_fields(const std::string& body);
 
-/// A number; `otherwise` for a missing key or null.
-double number_at(const nlohmann::json& fields, std::string_view key, double otherwise);
-/// A whole number; `otherwise` for a missing key or null.
+/// A quantity: a number in SI, or a text as parse_quantity() reads it ("0.7 g"), which also checks the range.
+/// `otherwise` for a missing key or null.
+double quantity_at(const nlohmann::json& fields, std::string_view key, Dimension dimension, Range allowed,
+                   double otherwise);
+/// A whole number, or its digits as a text; `otherwise` for a missing key or null.
 int whole_at(const nlohmann::json& fields, std::string_view key, int otherwise, Range allowed);
 /// A string; none for a missing key.
 std::optional<std::string> text_at(const nlohmann::json& fields, std::string_view key);

@@ -5,12 +5,13 @@
 #include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
+#include <numbers>
 #include <stdexcept>
 #include <thread>
 
+#include "daemon/remote/access/server_clock.hpp"
 #include "daemon/remote/server.hpp"
 #include "daemon/remote/web/metrics.hpp"
-#include "daemon/remote/access/server_clock.hpp"
 #include "daemon/remote/web/state_json.hpp"
 #include "daemon/service/published.hpp"
 #include "tests/support/program.hpp"
@@ -203,6 +204,54 @@ TEST_F(WebTest, ActionsAreOrdersAndRefusalsHaveReasons) {
     EXPECT_EQ(post("dance", "").status, 404);
     EXPECT_EQ(post("start", "").status, 200);
     EXPECT_EQ(post("start", "").status, 409);
+}
+
+TEST_F(WebTest, NumbersMayBeTextsWithUnits) {
+    EXPECT_EQ(post("drive", R"({"gamma_mps2": "0.7 g", "phi_rad": "35 deg", "rho": "40 %",
+                                "frequency_hz": "0.02 kHz"})")
+                  .status,
+              200);
+    const Drive drive = std::get<service::SetDrive>(bench.ordered().back()).drive;
+    EXPECT_EQ(drive.gamma, 0.7 * paper_g);
+    EXPECT_EQ(drive.phi, 35 * std::numbers::pi / 180);
+    EXPECT_EQ(drive.rho, 0.4);
+    EXPECT_EQ(drive.frequency, 20);
+    EXPECT_EQ(post("drive", R"({"gamma_mps2": "9.5"})").status, 200);
+    EXPECT_EQ(std::get<service::SetDrive>(bench.ordered().back()).drive.gamma, 9.5) << "a plain text is SI";
+    EXPECT_EQ(post("mu", R"({"mu": "11.3 %", "sigma": "0.001"})").status, 200);
+    EXPECT_EQ(std::get<service::GiveMu>(bench.ordered().back()).mu.value, 11.3 / 100);
+    EXPECT_EQ(std::get<service::GiveMu>(bench.ordered().back()).mu.sigma, 0.001);
+    EXPECT_EQ(post("campaign", R"({"scan": "gamma", "from": "0.5g", "to": "1.5 g", "steps": "2",
+                                   "periods": "12"})")
+                  .status,
+              200);
+    const std::string text = std::get<service::MeasurePlan>(bench.ordered().back()).text;
+    EXPECT_NE(text.find("gamma = {from = 4.9, to = 14.7"), std::string::npos) << text;
+    EXPECT_NE(text.find("steps = 2}"), std::string::npos) << text;
+    EXPECT_EQ(post("start", R"({"periods": "20", "measurements": "2"})").status, 200);
+    EXPECT_EQ(std::get<service::Begin>(bench.ordered().back()).plan.periods, 20);
+    EXPECT_EQ(std::get<service::Begin>(bench.ordered().back()).plan.measurements, 2);
+}
+
+TEST_F(WebTest, RefusedTextsNameValueUnitAndRange) {
+    const auto refused = [&](const std::string& action, const std::string& body, const std::string& words) {
+        const Got got = post(action, body);
+        EXPECT_EQ(got.status, 400) << action << body;
+        EXPECT_NE(json::parse(got.body)["error"].get<std::string>().find(words), std::string::npos)
+            << got.body;
+    };
+    refused("drive", R"({"gamma_mps2": "200 g"})", "gamma_mps2 \"200 g\": out of range");
+    refused("drive", R"({"gamma_mps2": "200 g"})", "allowed: 0.00102041 to 100 g");
+    refused("drive", R"({"phi_rad": "800 deg"})", "allowed: -720 to 720 deg");
+    refused("drive", R"({"phi_rad": "3 g"})", "unknown unit \"g\"");
+    refused("drive", R"({"rho": 5})", "rho \"5\": out of range");
+    refused("drive", R"({"rho": [5]})", "rho: expected a number in SI units");
+    refused("mu", R"({"mu": "500 %"})", "allowed: 0.5 to 300 %");
+    refused("campaign", R"({"scan": "phi", "from": 0, "to": "900 deg", "steps": 6})",
+            "to \"900 deg\": out of range");
+    refused("start", R"({"periods": "2.5"})", "periods: \"2.5\" is out of range; expected an integer from 2");
+    refused("start", R"({"periods": "20 Hz"})", "periods: \"20 Hz\" is out of range");
+    EXPECT_TRUE(bench.ordered().empty());
 }
 
 TEST_F(WebTest, UnknownKeysAreRefusedWithTheKnownOnes) {
