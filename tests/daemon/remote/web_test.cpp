@@ -216,6 +216,8 @@ TEST_F(WebTest, NumbersMayBeTextsWithUnits) {
     EXPECT_EQ(drive.phi, 35 * std::numbers::pi / 180);
     EXPECT_EQ(drive.rho, 0.4);
     EXPECT_EQ(drive.frequency, 20);
+    EXPECT_EQ(post("drive", R"({"gamma_mps2": "0,5 g"})").status, 200);
+    EXPECT_EQ(std::get<service::SetDrive>(bench.ordered().back()).drive.gamma, 0.5 * paper_g);
     EXPECT_EQ(post("drive", R"({"gamma_mps2": "9.5"})").status, 200);
     EXPECT_EQ(std::get<service::SetDrive>(bench.ordered().back()).drive.gamma, 9.5) << "a plain text is SI";
     EXPECT_EQ(post("mu", R"({"mu": "11.3 %", "sigma": "0.001"})").status, 200);
