@@ -61,9 +61,10 @@ struct LiveFeed {
 struct SetDrive {
     Drive drive;
 };
-/// Starts a run.
+/// Starts a run. drive: also a new set-point, which is not set when the run is refused.
 struct Begin {
     MeasurementPlan plan;
+    std::optional<Drive> drive{};
 };
 /// Identifies the response, then silence.
 struct Identify {};

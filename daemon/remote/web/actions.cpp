@@ -27,8 +27,9 @@ const Answer well{200, R"({"ok":true})"};
 constexpr std::array<std::string_view, drive_fields> drive_keys{"frequency_hz", "gamma_mps2", "rho",
                                                                 "phi_rad"};
 constexpr auto start_keys = [] {
-    std::array<std::string_view, measurement_fields.size()> keys{};
-    std::ranges::transform(measurement_fields, keys.begin(), &MeasurementField::key);
+    std::array<std::string_view, measurement_fields.size() + drive_fields> keys{};
+    const auto end = std::ranges::transform(measurement_fields, keys.begin(), &MeasurementField::key).out;
+    std::ranges::copy(drive_keys, end);
     return keys;
 }();
 constexpr std::array<std::string_view, 1> plan_keys{"plan"};
@@ -58,7 +59,10 @@ OrderWhat begin_of(const json& body, const PendingOrders& pending_orders) {
     MeasurementPlan plan = pending_orders.settings().run.plan;
     for (const MeasurementField& field : measurement_fields)
         plan.*field.member = whole_at(body, field.key, field.lasts ? plan.*field.member : 0, field.allowed);
-    return service::Begin{plan};
+    service::Begin begin{plan};
+    if (std::ranges::any_of(drive_keys, [&](std::string_view key) { return body.contains(key); }))
+        begin.drive = drive_of(body, pending_orders.drive());
+    return begin;
 }
 
 OrderWhat mu_of(const json& body, const PendingOrders& /*pending_orders*/) {
