@@ -1,7 +1,10 @@
 #include "daemon/remote/access/access.hpp"
 
+#include <spdlog/fmt/fmt.h>
+
 #include <algorithm>
 #include <cctype>
+#include <random>
 
 #include "daemon/remote/access/server_clock.hpp"
 
@@ -17,6 +20,11 @@ std::string_view name_of(std::string_view host) {
 }
 
 }  // namespace
+
+std::string random_identity() {
+    std::random_device chance;
+    return fmt::format("{:08x}{:08x}", chance(), chance());
+}
 
 bool Access::host_allowed(std::string_view host) const {
     const std::string_view name = name_of(host);

@@ -167,7 +167,7 @@ Response answer_get(Manner manner, const std::string& path, Site& site, const st
     if (path == "/api/state") {
         if (!state) return reply(manner, refusal(503, "the bench has not reported its state yet"));
         return reply(manner, 200, "application/json",
-                     state_json(*state, {site.lock.owner(), site.lock.owner() == who}));
+                     state_json(*state, {site.lock.owner(), site.lock.owner() == who, false, site.daemon}));
     }
     if (path == "/api/result") {
         if (state && state->result) return reply(manner, 200, "application/json", result_json(*state));
@@ -208,6 +208,13 @@ std::optional<Answer> refused(const Request& request, const access::Access& acce
     if (needs_token(path_of(request)) && !token_right(request, access))
         return refusal(401, "a token is required in the header X-Shaker-Token");
     return std::nullopt;
+}
+
+// A page names in a repeated abort the daemon for which it was pressed. Another one, started since, is at
+// rest and leaves it alone; one that may drive obeys. An abort without a name always acts.
+bool for_another(const Request& request, const Site& site) {
+    const std::string_view daemon = view(request["X-Shaker-Daemon"]);
+    return !daemon.empty() && daemon != site.daemon && site.pending_orders.bench_port().at_rest();
 }
 
 bool is_upgrade(const Request& request) {
@@ -266,6 +273,10 @@ void answer(const Request& request, Site& site, const std::string& who,
     if (request.method() != http::verb::post || !path.starts_with("/api/"))
         return done(reply(manner, refusal(405, needs_token(path) ? "expected GET or POST" : "expected GET")));
     if (of_catalogue(path)) return done(reply(manner, request_work(path, request.body(), site, who)));
+    if (path == "/api/abort" && for_another(request, site))
+        return done(reply(manner, refusal(409,
+                                          "the abort was for a daemon that has ended; this one was started "
+                                          "since, is at rest and did nothing")));
     site.actions.act(path.substr(5), request.body(), who,
                      [manner, done](const Answer& a) { done(reply(manner, a)); });
 }

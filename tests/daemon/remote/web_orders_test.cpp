@@ -161,6 +161,38 @@ TEST_F(WebOrdersTest, StartTakesTheKeysOfTheDriveToo) {
     EXPECT_FALSE(std::get<service::Begin>(bench.ordered().back()).drive);
 }
 
+TEST_F(WebOrdersTest, AnAbortForAnotherDaemonLeavesThisOneAtRest) {
+    const std::string daemon = json::parse(request("GET /api/state").body)["session"]["daemon"];
+    EXPECT_EQ(daemon.size(), 16U);
+    EXPECT_EQ(daemon.find_first_not_of("0123456789abcdef"), std::string::npos);
+    const std::string other = "X-Shaker-Daemon: 0123456789abcdef\r\n";
+    const Got refused = request("POST /api/abort", {}, other);
+    EXPECT_EQ(refused.status, 409);
+    EXPECT_NE(refused.body.find("the abort was for a daemon that has ended"), std::string::npos)
+        << refused.body;
+    EXPECT_EQ(bench.aborts, 0);
+    EXPECT_EQ(request("GET /healthz").status, 200) << "it stays clear";
+    EXPECT_EQ(post("start", "").status, 200);
+    EXPECT_EQ(request("POST /api/abort", {}, other).status, 200) << "one that drives obeys";
+    EXPECT_EQ(bench.aborts, 1);
+    EXPECT_EQ(request("POST /api/abort", {}, other).status, 409) << "tripped, at rest";
+    EXPECT_EQ(request("POST /api/abort", {}, "X-Shaker-Daemon: " + daemon + "\r\n").status, 200);
+    EXPECT_EQ(request("POST /api/abort", {}, "X-Shaker-Daemon: \r\n").status, 200);
+    EXPECT_EQ(post("abort", "").status, 200) << "without an identity it always acts";
+    EXPECT_EQ(bench.aborts, 4);
+}
+
+TEST_F(WebOrdersTest, AnAbortForAnotherDaemonIsObeyedWhileOrdersWait) {
+    bench.deaf = true;
+    TcpClient waits{server.http_port()};
+    waits.send_bytes("POST /api/start HTTP/1.1\r\nHost: localhost\r\nContent-Length: 0\r\n\r\n");
+    for (int i = 0; i < 200 && bench.bench_port.at_rest(); ++i)
+        std::this_thread::sleep_for(std::chrono::milliseconds{5});
+    EXPECT_EQ(request("POST /api/abort", {}, "X-Shaker-Daemon: 0123456789abcdef\r\n").status, 200);
+    EXPECT_EQ(bench.aborts, 1);
+    bench.deaf = false;
+}
+
 TEST_F(WebOrdersTest, AbortActsWithAnyBody) {
     for (const char* body : {"", "{}", R"({"now": true})", "{", "[1]", "abort"})
         EXPECT_EQ(post("abort", body).status, 200) << body;
