@@ -29,7 +29,7 @@ const press = (page, name) => page.getByRole("button", { name, exact: true }).cl
 const isTripped = (page) => page.waitForFunction(() => document.getElementById("state").textContent.includes("tripped"));
 const refusal = /Failed to load resource/;
 
-test("The drive form sends edited fields in SI units with the token", async () => {
+test("The drive form sends edited fields as typed, with their units, and with the token", async () => {
     const { page, troubles } = await openPage(stage);
     await until(async () => (await page.inputValue("#drive-gamma")) === "1", "the field follows the drive");
     await page.fill("#drive-gamma", "1.5");
@@ -37,15 +37,57 @@ test("The drive form sends edited fields in SI units with the token", async () =
     await press(page, "Set and arm");
     const body = await sent("drive");
     assert.deepEqual(Object.keys(body), ["gamma_mps2", "phi_rad"]);
-    assert.ok(Math.abs(body.gamma_mps2 - 14.7) < 1e-9 && Math.abs(body.phi_rad - (35 * Math.PI) / 180) < 1e-9);
+    assert.deepEqual(body, { gamma_mps2: "1.5 g", phi_rad: "35 deg" });
     assert.equal(last().token, "opensesame");
     await page.waitForFunction(() => document.getElementById("state").textContent.includes("armed"));
-    await page.selectOption("#drive-gamma-unit", "mps2");
+    await page.selectOption("#drive-gamma-unit", "m/s^2");
     assert.equal(await page.inputValue("#drive-gamma"), "14.7");
     await page.fill("#drive-rho", "0.4");
     await page.press("#drive-rho", "Enter");
-    assert.deepEqual(await sent("drive").then(() => until(() => last().body.rho, "rho")).then(() => last().body), { rho: 0.4 });
+    assert.deepEqual(await sent("drive").then(() => until(() => last().body.rho, "rho")).then(() => last().body), { rho: "0.4" });
     assert.deepEqual(troubles, []);
+});
+
+test("A decimal comma is sent as typed and stands in words beside the form", async () => {
+    const { page, troubles } = await openPage(stage);
+    await page.fill("#drive-gamma", "0,5");
+    await page.fill("#drive-phi", "0,61 rad");
+    await page.locator("#drive-note").getByText("will be sent: 0.5 g, 0.61 rad").waitFor();
+    if (folder) await page.screenshot({ path: join(folder, "comma.png") });
+    await press(page, "Set and arm");
+    assert.deepEqual(await sent("drive"), { gamma_mps2: "0,5 g", phi_rad: "0,61 rad" });
+    await until(() => Math.abs(server.bench.drive.gamma_mps2 - 4.9) < 1e-9, "half a g");
+    await until(async () => (await page.inputValue("#drive-gamma")) === "0.5", "the field follows");
+    await page.fill("#mu-value", "0,113");
+    await page.locator("#give-mu .will").getByText("will be sent: 0.113").waitFor();
+    await page.press("#mu-value", "Enter");
+    assert.deepEqual(await sent("mu"), { mu: "0,113" });
+    await page.fill("#scan-to", "3,5");
+    await page.locator("#scan .will").getByText("will be sent: 0 deg to 3.5 deg").waitFor();
+    assert.deepEqual(troubles, []);
+});
+
+test("Start sends the edited drive with the run, or neither is done", async () => {
+    const { page } = await openPage(stage);
+    await page.fill("#drive-gamma", "0.8");
+    await page.fill("#drive-phi", "180");
+    await page.locator("#start .will").getByText("will be sent first: 0.8 g, 180 deg").waitFor();
+    assert.ok(await page.locator("#start-button").evaluate((e) => e.classList.contains("primary")));
+    if (folder) await page.screenshot({ path: join(folder, "unsent.png") });
+    await press(page, "Start");
+    assert.deepEqual(await sent("start"), { gamma_mps2: "0.8 g", phi_rad: "180 deg", measurements: 3 });
+    await until(() => Math.abs(server.bench.drive.gamma_mps2 - 7.84) < 1e-9 && server.bench.state !== "idle", "driven as typed");
+    await until(async () => !(await page.locator("#drive-gamma").evaluate((e) => e.classList.contains("edited"))), "sent");
+    assert.equal(await page.locator("#start .will").textContent(), "");
+    await idle(stage);
+    await page.fill("#drive-gamma", "50");
+    await press(page, "Start");
+    await page.locator("#start .answer").getByText("gamma_mps2 = 490").waitFor();
+    assert.equal(server.bench.state, "idle");
+    assert.ok(await page.locator("#drive-gamma").evaluate((e) => e.classList.contains("edited")), "kept");
+    await page.fill("#drive-gamma", "0.9");
+    await page.fill("#measurements", "2");
+    assert.equal(await page.locator("#start .answer").textContent(), "", "typing clears the refusal");
 });
 
 test("An edited field keeps its value until it is sent or reverted", async () => {
@@ -141,10 +183,10 @@ test("A refusal is shown below its button until the next press elsewhere", async
     assert.equal(await page.locator("#start output").textContent(), "");
     if (folder) await page.screenshot({ path: join(folder, "refusal.png") });
     await press(page, "Start");
-    await until(async () => /must be armed/.test(await page.locator("#start output").textContent()), "the other form");
+    await until(async () => /frequency_hz = 500/.test(await page.locator("#start output").textContent()), "the other form");
     assert.equal(await answer.textContent(), "", "gone");
     await page.click("#start label");
-    assert.match(await page.locator("#start output").textContent(), /must be armed/, "a press in its form keeps it");
+    assert.match(await page.locator("#start output").textContent(), /frequency_hz = 500/, "a press in its form keeps it");
     await page.fill("#drive-frequency", "21");
     await press(page, "Set and arm");
     await until(async () => server.bench.drive.frequency_hz === 21, "the corrected frequency");
@@ -163,16 +205,23 @@ test("A run until stopped is ordered at once after that choice, before the page 
 
 test("Invalid numbers are refused without a request to the daemon", async () => {
     const { page } = await openPage(stage);
+    const set = page.locator("#drive-set"), start = page.locator("#start-button");
     await page.fill("#drive-rho", "");
-    await press(page, "Set and arm");
-    await page.getByText("rho: a number is needed").waitFor();
+    await page.locator("#drive-note").getByText("rho: a number is needed").waitFor();
+    assert.deepEqual([await set.isDisabled(), await start.isDisabled()], [true, true]);
+    await page.fill("#drive-rho", "1,234,567");
+    await page.locator("#drive-note").getByText('rho: "1,234,567" is not a number').waitFor();
+    await page.press("#drive-rho", "Enter");
+    await press(page, "Revert");
+    assert.deepEqual([await set.isDisabled(), await start.isDisabled()], [false, false]);
     await page.fill("#periods", "2.5");
-    await press(page, "Start");
-    await page.getByText("periods: a whole number from 2").waitFor();
+    await page.locator("#start .will").getByText("periods: a whole number from 2").waitFor();
+    assert.ok(await start.isDisabled());
     await page.fill("#periods", "");
     await page.fill("#measurements", "0");
-    await press(page, "Start");
-    await page.getByText("measurements: a whole number from 1").waitFor();
+    await page.locator("#start .will").getByText("measurements: a whole number from 1").waitFor();
+    await page.fill("#measurements", "3");
+    assert.equal(await start.isDisabled(), false);
     await press(page, "Record");
     await page.getByText("name: needed").waitFor();
     assert.deepEqual(server.requests, []);
@@ -255,6 +304,62 @@ test("ABORT works without the socket and is repeated until it is confirmed", asy
     assert.equal(aborts(), count, "no more of them once it was received");
 });
 
+test("1.5 s after an ABORT without an answer a bar over the full width asks for the hardware stop", async () => {
+    await running(stage);
+    for (const viewport of [{ width: 1366, height: 768 }, phone]) {
+        const { page } = await openPage(stage, { viewport });
+        server.silent = true;
+        server.dropAll();
+        await page.locator("#log").scrollIntoViewIfNeeded();
+        const bar = page.locator("#hardware-stop");
+        const begun = Date.now();
+        await page.keyboard.press("Escape");
+        await bar.getByText("No answer from the daemon: press the hardware stop NOW").waitFor();
+        assert.ok(Date.now() - begun > 1400 && Date.now() - begun < 4000, `${Date.now() - begun} ms`);
+        assert.equal(await bar.getAttribute("role"), "alert");
+        for (const seen of [bar, page.locator("#link"), page.locator("#abort")]) {
+            const box = await seen.boundingBox();
+            assert.ok(box.y >= 0 && box.y + box.height <= viewport.height, "seen when scrolled");
+        }
+        assert.equal((await bar.boundingBox()).width, viewport.width);
+        await page.locator("#abort").click({ trial: true });  // not covered
+        if (folder) await page.screenshot({ path: join(folder, `hardware-stop-${viewport.width}.png`) });
+        server.silent = false;
+        await bar.waitFor({ state: "hidden" });
+        server.bench.trip = null;
+        server.bench.become("running");
+        await page.context().close();
+    }
+});
+
+test("A repeated ABORT names the daemon of its press; another one at rest is told and stays clear", async () => {
+    await running(stage);
+    const { page } = await openPage(stage);
+    server.silent = true;
+    server.dropAll();
+    await page.keyboard.press("Escape");
+    const names = () => server.requests.filter(({ name }) => name === "abort").map(({ daemon }) => daemon);
+    await until(() => names().at(-1) !== null, "repeated");
+    assert.deepEqual([names()[0], names().at(-1)], [null, server.bench.daemon]);
+    await idle(stage);
+    server.bench.daemon = "fedcba9876543210";  // another start of the daemon
+    server.silent = false;
+    await page.locator("#abort-status").getByText(/^ABORT not done: the abort was for a daemon that has ended/).waitFor();
+    assert.equal(server.bench.state, "idle");
+    assert.ok(await page.locator("#hardware-stop").isHidden());
+    await page.keyboard.press("Escape");
+    await until(() => server.bench.state === "tripped", "a new press always acts");
+    await page.locator("#link").waitFor({ state: "hidden" });
+    server.silent = true;
+    await idle(stage);
+    await page.keyboard.press("Escape");
+    await until(() => names().at(-1) === server.bench.daemon, "repeated");
+    server.bench.daemon = "0123456789abcdef";
+    server.silent = false;
+    await page.keyboard.press("Escape");
+    await until(() => server.bench.state === "tripped", "also one while another is repeated");
+});
+
 test("A lost connection is shown with its time, old values are grey, and the page reconnects", async () => {
     const { page } = await openPage(stage, { viewport: phone });
     const events = await page.locator("#log li").count();
@@ -313,7 +418,7 @@ test("Everything can be reached and read by keyboard and screen reader", async (
     assert.deepEqual(wanted.filter((id) => !reached.has(id)), []);
     for (const [id, live] of [["state", "polite"], ["abort-status", "assertive"]])
         assert.equal(await page.locator(`#${id}`).getAttribute("aria-live"), live);
-    for (const id of ["trip", "link"]) assert.equal(await page.locator(`#${id}`).getAttribute("role"), "alert");
+    for (const id of ["trip", "link", "hardware-stop"]) assert.equal(await page.locator(`#${id}`).getAttribute("role"), "alert");
 });
 
 /** Counts tones and notifications instead of playing and showing them. */
