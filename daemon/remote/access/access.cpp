@@ -1,7 +1,5 @@
 #include "daemon/remote/access/access.hpp"
 
-#include <spdlog/fmt/fmt.h>
-
 #include <algorithm>
 #include <cctype>
 #include <random>
@@ -22,8 +20,12 @@ std::string_view name_of(std::string_view host) {
 }  // namespace
 
 std::string random_identity() {
+    constexpr std::string_view digits = "0123456789abcdef";
     std::random_device chance;
-    return fmt::format("{:08x}{:08x}", chance(), chance());
+    std::uniform_int_distribution<std::size_t> place{0, digits.size() - 1};
+    std::string identity;
+    while (identity.size() < 16) identity += digits[place(chance)];
+    return identity;
 }
 
 bool Access::host_allowed(std::string_view host) const {

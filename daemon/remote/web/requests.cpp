@@ -8,6 +8,7 @@
 #include "daemon/remote/web/live_frames.hpp"
 #include "daemon/remote/web/order_fields.hpp"
 #include "daemon/remote/web/state_json.hpp"
+#include "daemon/run/state.hpp"
 #include "drivers/errors.hpp"
 
 #include <boost/beast/websocket/rfc6455.hpp>

@@ -5,7 +5,7 @@ const number = /^([+-]?(?:\d+(?:[.,]\d+)?|\d+\.|\.\d+)(?:e[+-]?\d+)?)\s*([^\s\d.
 /** `text`: as typed, with a unit. `value`: the number in that unit. `words`: both, with a decimal point. */
 export interface Typed { text: string; value: number; unit: string; words: string }
 
-/** A typed number; a text without a unit has the chosen one. Else why it is no number. name: of the field. */
+/** A typed number; a text without a unit has the chosen one. Otherwise the reason of a refusal. name: of the field. */
 export function typed(name: string, text: string, chosen: string): Typed | { refused: string } {
     const given = text.trim();
     if (given === "") return { refused: `${name}: a number is needed` };
@@ -16,7 +16,7 @@ export function typed(name: string, text: string, chosen: string): Typed | { ref
     return { text: own === undefined && chosen !== "" ? `${given} ${chosen}` : given, value, unit, words: `${value} ${unit}`.trim() };
 }
 
-/** A whole number from `least`, else why it is none. */
+/** A whole number from `least`, or the reason of a refusal. */
 export function whole(name: string, text: string, least: number): number | { refused: string } {
     const given = text.trim(), count = Number(given);
     return /^\d+$/.test(given) && count >= least ? count : { refused: `${name}: a whole number from ${least}` };

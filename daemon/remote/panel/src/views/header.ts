@@ -57,7 +57,7 @@ function showLink(link: HTMLElement, connection: Connection): void {
     setText(link, `Not connected since ${since}. ${what} Reconnecting; ABORT is still sent.`);
 }
 
-/** What stands over the full width while an abort is not answered; empty: nothing. now: performance.now(). */
+/** The text of the bar below the head while an abort is not answered; empty: no bar. now: performance.now(). */
 export function hardwareStopWords(status: AbortStatus, now: number, lost: boolean): string {
     const waits = status.state === "sending" && now - status.since > answerPatience;
     if (!waits && !(status.state === "failed" && lost)) return "";
