@@ -2,6 +2,8 @@
 
 const number = /^([+-]?(?:\d+(?:[.,]\d+)?|\d+\.|\.\d+)(?:e[+-]?\d+)?)\s*([^\s\d.,].*)?$/i;
 
+const longestShown = 12;  // letters of a refused text
+
 /** `text`: as typed, with a unit. `value`: the number in that unit. `words`: both, with a decimal point. */
 export interface Typed { text: string; value: number; unit: string; words: string }
 
@@ -10,7 +12,7 @@ export function typed(name: string, text: string, chosen: string): Typed | { ref
     const given = text.trim();
     if (given === "") return { refused: `${name}: a number is needed` };
     const [, figures, own] = number.exec(given) ?? [];
-    if (figures === undefined) return { refused: `${name}: "${given}" is not a number; expected for example 0.5 or 0,5, with or without a unit` };
+    if (figures === undefined) return { refused: `${name}: "${given.slice(0, longestShown)}" is not a number such as 0.5 or 0,5 g` };
     const value = Number(figures.replace(",", ".")), unit = own ?? chosen;
     if (!Number.isFinite(value)) return { refused: `${name}: "${given}" is too large` };
     return { text: own === undefined && chosen !== "" ? `${given} ${chosen}` : given, value, unit, words: `${value} ${unit}`.trim() };
