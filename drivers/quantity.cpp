@@ -2,6 +2,7 @@
 
 #include <spdlog/fmt/fmt.h>
 
+#include <algorithm>
 #include <array>
 #include <charconv>
 #include <cmath>
@@ -22,7 +23,7 @@ struct Unit {
 };
 
 constexpr std::array acceleration_units{Unit{"m/s^2", 1, 1}, Unit{"mm/s^2", 1, 1e3}, Unit{"g", paper_g, 1},
-                                        Unit{"m/s2", 1, 1}, Unit{"m/s²", 1, 1}};
+                                        Unit{"m/s2", 1, 1},  Unit{"m/s²", 1, 1},     Unit{"G", paper_g, 1}};
 constexpr std::array angle_units{Unit{"rad", 1, 1}, Unit{"mrad", 1, 1e3}, Unit{"deg", std::numbers::pi, 180},
                                  Unit{"°", std::numbers::pi, 180}};
 constexpr std::array frequency_units{Unit{"Hz", 1, 1}, Unit{"kHz", 1e3, 1}, Unit{"mHz", 1, 1e3}};
@@ -76,6 +77,24 @@ std::string understood(Dimension dimension, Range allowed, const Unit* in) {
     return " (units understood: " + list + "; allowed: " + to_text(allowed) + si + ")";
 }
 
+/// The commas in the mantissa at the start of `text`; a sign in front is allowed.
+struct Separators {
+    std::size_t commas, first;  // first: place of the first comma
+    bool decimal;               // one comma between digits, no point
+};
+Separators separators(std::string_view text) {
+    const auto from = std::min(text.find_first_not_of('-'), text.size());
+    const std::string_view mantissa = text.substr(0, text.find_first_not_of("0123456789.,", from));
+    const auto digit = [&](std::size_t i) {
+        return i < mantissa.size() && mantissa[i] >= '0' && mantissa[i] <= '9';
+    };
+    const auto commas = static_cast<std::size_t>(std::ranges::count(mantissa, ','));
+    const auto first = mantissa.find(',');
+    const bool decimal = commas == 1 && first > 0 && digit(first - 1) && digit(first + 1) &&
+                         mantissa.find('.') == std::string_view::npos;
+    return {commas, first, decimal};
+}
+
 std::string_view trimmed(std::string_view text) {
     constexpr std::string_view blank = " \t\r\n";
     const auto first = text.find_first_not_of(blank);
@@ -114,8 +133,15 @@ double parse_quantity(std::string_view what, std::string_view text, Dimension di
         return InputError{std::string{what} + " \"" + std::string{text} + "\": " + why +
                           understood(dimension, allowed, in)};
     };
-    std::string_view rest = trimmed(text);
-    if (rest.starts_with('+') && !rest.starts_with("+-")) rest.remove_prefix(1);
+    std::string with_point{trimmed(text)};
+    if (with_point.starts_with('+') && !with_point.starts_with("+-")) with_point.erase(0, 1);
+    if (const Separators found = separators(with_point); found.decimal)
+        with_point[found.first] = '.';
+    else if (found.commas > 0)
+        throw refuse(
+            "a comma is the decimal comma, once and between digits as in 1,5; digits have no other "
+            "separator");
+    const std::string_view rest = with_point;
     double value = 0;
     const auto [end, error] = std::from_chars(rest.data(), rest.data() + rest.size(), value);
     if (error == std::errc::result_out_of_range) throw refuse("the number is too large or too small");

@@ -24,8 +24,8 @@ std::string to_text(Range range);
 void require_allowed(std::string_view what, double value, Range allowed, std::string_view unit = "",
                      double size = 1);
 
-/// The value in SI units. A number without a unit is in SI. Throws InputError that names `what`, the
-/// text, the known units and the allowed range (SI, both ends included). NaN and infinity are refused.
+/// The value in SI units. A number without a unit is in SI; the comma of "1,5g" is a decimal point. Throws
+/// InputError with `what`, the text, the units and the allowed range (both ends included); also for NaN.
 double parse_quantity(std::string_view what, std::string_view text, Dimension dimension, Range allowed);
 
 }  // namespace shaker

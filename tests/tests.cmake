@@ -334,7 +334,7 @@ set_tests_properties(archive PROPERTIES ENVIRONMENT SHAKER_BUILD=${PROJECT_BINAR
                      LABELS "virtual;starved")
 
 # The operator's page in a real browser.
-set(panel_parts bundle pure page looks results control targets memory daemon soak)
+set(panel_parts bundle pure page looks results control abort targets memory daemon soak)
 if(SHAKER_NIGHTLY)
   list(APPEND panel_parts newcomer)
 endif()

@@ -88,7 +88,7 @@ std::string doubtful_gamma(const Values& values) {
     if (!values.has("--gamma")) return {};
     const std::string text = values.text("--gamma");
     const double gamma = values.number("--gamma");
-    if (gamma >= doubtful || text.find_first_not_of("+.0123456789e-") != std::string::npos) return {};
+    if (gamma >= doubtful || text.find_first_not_of("+.,0123456789e-") != std::string::npos) return {};
     return fmt::format(
         "gamma {0} m/s^2 is {1:.3g} g; few walkers move at so little. A number without a unit is in m/s^2; "
         "for {0} g give --gamma {0}g",

@@ -153,7 +153,7 @@ struct Server::State {
                          [box = letterbox](std::function<void()> later) { box->post(std::move(later)); }},
           site{std::make_shared<web::Site>(web::Site{pending_orders, lock,
                                                      web::Actions{pending_orders, lock, aborts}, access_of(s),
-                                                     web::read_page(s.page)})},
+                                                     access::random_identity(), web::read_page(s.page)})},
           scpi{{pending_orders, lock, aborts, site->access}, s.silence},
           web_door{listen_at(io, s.address, s.http_port)},
           scpi_door{listen_at(io, s.address, s.scpi_port)} {

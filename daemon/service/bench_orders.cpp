@@ -171,18 +171,25 @@ void BenchService::begin_run(const run::RunOptions& run, const run::Task& task,
 void BenchService::obey(const Begin& order, acquisition::Channels& channels) {
     campaign_.require_none("the bench cannot be started");
     run::RunOptions run = run_;
+    run.drive = order.drive.value_or(run_.drive);
     for (const MeasurementField& field : measurement_fields) {
         const int value = order.plan.*field.member;
         Range allowed = field.allowed;
         if (field.member == &MeasurementPlan::periods)
-            allowed.max = std::floor(longest_measurement_s * run_.drive.frequency);
+            allowed.max = std::floor(longest_measurement_s * run.drive.frequency);
         require_allowed(field.key, value, allowed);
         run.plan.*field.member = field.lasts ? value : 0;
     }
     const auto file = recorded_ ? record_.file_named(name_) : std::filesystem::path{};
-    const auto walk = run::predict_walk(run_.drive, points_, mu_, bench_.gravity);
-    begin_run(run, {.plan = order.plan}, file, walk, channels, [this, run](const std::string& fits) {
+    const auto walk = run::predict_walk(run.drive, points_, mu_, bench_.gravity);
+    const bool moves = order.drive.has_value();
+    begin_run(run, {.plan = order.plan}, file, walk, channels, [this, run, moves](const std::string& fits) {
         run_.plan = run.plan;
+        if (moves) {
+            run_.drive = run.drive;
+            predicted_ = run::run_demands(bench_, run_.drive, on_call_.limits());
+            predict();
+        }
         name_.clear();
         result_.reset();
         not_reduced_.clear();

@@ -48,6 +48,7 @@ void BenchPort::order(Order order) {
         const std::scoped_lock lock{mutex_};
         if (orders_.size() < most_orders) {
             ++ordered_;
+            at_rest_ = false;
             order.aborts = aborted_;
             if (auto* clear = std::get_if<ClearTrip>(&order.what))
                 clear->shown = std::min(clear->shown, state_ ? state_->trips : 0);
@@ -85,6 +86,9 @@ std::optional<Order> BenchPort::next() {
 void BenchPort::publish(std::shared_ptr<const BenchState> state) {
     const std::scoped_lock lock{mutex_};
     state_ = std::move(state);
+    const bool measures = state_->campaign && state_->campaign->active && !state_->campaign->paused;
+    const bool comes = state_->orders_wait || state_->state == run::RunState::armed;
+    at_rest_ = orders_.empty() && !measures && !comes && !driving(state_->state);
     events_.show_counts(state_->now_s);
 }
 

@@ -61,9 +61,10 @@ struct LiveFeed {
 struct SetDrive {
     Drive drive;
 };
-/// Starts a run.
+/// Starts a run. drive: also a new set-point, which is not set when the run is refused.
 struct Begin {
     MeasurementPlan plan;
+    std::optional<Drive> drive{};
 };
 /// Identifies the response, then silence.
 struct Identify {};
@@ -151,6 +152,8 @@ public:
     [[nodiscard]] std::uint64_t obeyed() const { return obeyed_(); }
     /// Calls of abort(). BenchState::aborts reaches this number when the bench has carried them out.
     [[nodiscard]] std::uint64_t aborted() const noexcept { return aborted_; }
+    /// False while the shaker may be driven, or an order or a campaign may drive it soon. Needs no lock.
+    [[nodiscard]] bool at_rest() const noexcept { return at_rest_; }
     /// Never waits. An order that can drive the shaker is refused if an abort comes before it is carried out.
     /// An order that finds most_orders waiting orders is refused at once.
     void order(Order order);
@@ -181,6 +184,7 @@ public:
 private:
     mutable std::mutex mutex_;
     std::atomic<std::uint64_t> aborted_{0};
+    std::atomic<bool> at_rest_{true};
     std::function<std::uint64_t()> stop_, obeyed_;
     std::deque<Order> orders_;
     std::uint64_t ordered_ = 0;

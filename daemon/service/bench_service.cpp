@@ -276,6 +276,7 @@ void BenchService::publish() {
     state->state = on_call_.state();
     state->since_s = std::max(state->since_s, finished_s_);
     state->answered = answered_;
+    state->orders_wait = !waiting_.empty();
     state->armed = armed_ && state->state == run::RunState::idle;
     state->facts = facts_;
     state->predicted = predicted_;

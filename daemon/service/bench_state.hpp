@@ -193,6 +193,7 @@ struct PlanCheckState {
 
 struct BenchState {
     std::uint64_t answered = 0;  // orders since the start
+    bool orders_wait = false;    // for the disk: they may start a drive
     run::RunState state{};
     double now_s = 0, since_s = 0;  // master time; start of the present state
     std::shared_ptr<const BenchFacts> facts;

@@ -20,17 +20,20 @@ std::string plan_words(const MeasurementPlan& plan) {
                                   : fmt::format("{} x {} periods", plan.measurements, plan.periods);
 }
 
+std::string drive_words(const Drive& d) {
+    return fmt::format("{:.6g} Hz, gamma {:.4g} g, rho {:.4g}, phi {:.4g} deg{}", d.frequency,
+                       d.gamma / paper_g, d.rho, d.phi * 360 / two_pi,
+                       d.biharmonic() ? "" : ", with overtones");
+}
+
 /// One function for each order. Remarks, mu and settings files are logged by the bench.
 struct InWords {
     OrderText operator()(const SetDrive& order) const {
-        const Drive& d = order.drive;
-        return {"setting", "",
-                fmt::format("set-point {:.6g} Hz, gamma {:.4g} g, rho {:.4g}, phi {:.4g} deg{}", d.frequency,
-                            d.gamma / paper_g, d.rho, d.phi * 360 / two_pi,
-                            d.biharmonic() ? "" : ", with overtones")};
+        return {"setting", "", "set-point " + drive_words(order.drive)};
     }
     OrderText operator()(const Begin& order) const {
-        return {"order", "start", "start (" + plan_words(order.plan) + ")"};
+        const std::string at = order.drive ? " at the new set-point " + drive_words(*order.drive) : "";
+        return {"order", "start", "start (" + plan_words(order.plan) + ")" + at};
     }
     OrderText operator()(const Identify&) const { return {"order", "identification"}; }
     OrderText operator()(const BringToMiddle&) const { return {"order", "return to the middle"}; }
@@ -113,7 +116,10 @@ void PendingOrders::order(OrderWhat what, const std::string& by, Answered answer
         } catch (const InputError&) {  // the bench will refuse it, too
         }
     if (const auto* record = std::get_if<Record>(&what)) ordered_.record = *record;
-    if (const auto* run = std::get_if<Begin>(&what)) ordered_.run = *run;
+    if (const auto* run = std::get_if<Begin>(&what)) {
+        ordered_.run = {run->plan};
+        ordered_.drive = run->drive.value_or(ordered_.drive);
+    }
     if (const auto* loop = std::get_if<CloseLoop>(&what)) ordered_.closed_loop = loop->on;
     ++under_way_;
     // The port may answer after the end of this object; `later` then drops the function.

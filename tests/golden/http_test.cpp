@@ -66,6 +66,7 @@ private:
                .lock = bench_.lock,
                .actions = Actions{bench_.pending_orders, bench_.lock, bench_.aborts},
                .access = {.hosts = {"localhost"}, .token = token_},
+               .daemon = "0123456789abcdef",
                .page = {{"/", {"text/html; charset=utf-8", "the page\n"}}}};
 };
 
@@ -104,7 +105,7 @@ protected:
             const auto title = std::string{"== "} + moment + '\n';
             service::BenchState state = *port.state();
             state.recording.free_bytes = state.recording.room_bytes = 1e9;  // of this computer's disk
-            states += title + test::by_keys(state_json(state, {"a page", true, false}));
+            states += title + test::by_keys(state_json(state, {"a page", true, false, "0123456789abcdef"}));
             if (state.result && results.empty()) {
                 results = title + test::by_keys(result_json(state));
                 metrics = title + metrics_text(&state, {});

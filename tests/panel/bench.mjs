@@ -20,7 +20,18 @@ export function chance(seed) {
 const next = { identifying: ["armed", 2], ramping: ["settling", 1], settling: ["running", 2], stopping: ["idle", 0.5] };
 const ranges = { frequency_hz: [1, 200], gamma_mps2: [0, 40], rho: [0, 1], phi_rad: [-7, 7] };
 
+const driven = ["identifying", "ramping", "settling", "running", "stopping"];
+const units = { "": 1, g, "m/s^2": 1, deg: Math.PI / 180, rad: 1, Hz: 1 };
+
+/** As the daemon reads a number of an order: SI, or a text with a unit and perhaps a decimal comma. */
+function quantity(value) {
+    if (typeof value !== "string") return value;
+    const [, figures, unit] = /^(\S+?)\s*([a-z][a-z/^2]*)?$/i.exec(value);
+    return Number(figures.replace(",", ".")) * units[unit ?? ""];
+}
+
 export class Bench {
+    daemon = "0123456789abcdef";
     time = 0;
     state = "idle";
     since = 0;
@@ -151,7 +162,7 @@ export class Bench {
                 state: this.state, since_s: this.time - this.since, rig: "sim:", recording: this.recording, finishing: false, may_clear: true, record_next: this.record_next, frames: "first-second", record_name: this.record_name,
                 controller: this.control ? "this page" : null, you_control: this.control, simulated: true, to_middle: this.to_middle,
                 trip: this.trip && { value: 0, limit: 0, recording: null, pictures: 2, age_s: this.time - this.trip.t_s, ...this.trip },
-                program: "shakerd", version: "0.1.0",
+                program: "shakerd", version: "0.1.0", daemon: this.daemon,
             },
             drive: { ...this.drive, locked: this.level === 1 },
             measured: {
@@ -216,8 +227,9 @@ export class Bench {
     }
 
     /** Carries out an action: null, or the reason of its refusal. */
-    act(name, body) {
+    act(name, body, daemon = null) {
         if (name === "abort") {
+            if (daemon !== null && daemon !== this.daemon && !driven.includes(this.state)) return "the abort was for a daemon that has ended; this one was started since, is at rest and did nothing";
             this.trip = { cause: "operator_stop", finding: "stopped by the operator", advice: "", t_s: this.time };
             this.become("tripped");
             return null;
@@ -229,11 +241,11 @@ export class Bench {
             case "clear": this.trip = null; this.become("idle"); return null;
             case "drive": return this.set(body);
             case "identify": this.become("identifying"); return null;
-            case "start": this.asked = body.measurements; return this.start();
+            case "start": return this.start(body);
             case "middle": return this.bring();
             case "reset-walker": this.x = 0; this.log("note", "the simulated walker is put back"); return null;
             case "targets": return this.move(body.targets);
-            case "mu": this.given_mu = body.mu; return null;
+            case "mu": return this.take(body.mu);
             case "stop": this.become("stopping"); return null;
             case "campaigns/scan-1/report": this.campaigns[0].report = "made"; return null;
             case "recordings/series.nxs/replay": this.recordings[0].replay = "identical"; return null;
@@ -247,6 +259,13 @@ export class Bench {
         for (const { camera, target, region_px: [x, y, width, height] } of targets)
             if (width < 40) return `camera "${camera}", target "${target}", roi_px [${x}, ${y}, ${width}, ${height}]: not found`;
         for (const { camera, region_px } of targets) this.regions[camera] = region_px;
+        return null;
+    }
+
+    take(typed) {
+        const mu = quantity(typed);
+        if (!(mu >= 0.005 && mu <= 3)) return `mu "${typed}": out of range (units understood: none, %; allowed: 0.005 to 3)`;
+        this.given_mu = mu;
         return null;
     }
 
@@ -267,16 +286,22 @@ export class Bench {
         return null;
     }
 
-    start() {
+    start({ measurements, periods, ...drive }) {
+        if (Object.keys(drive).length > 0) {
+            const refused = this.set(drive);
+            if (refused) return refused;
+        }
         if (this.state !== "armed") return `start: the state is ${this.state}, it must be armed`;
+        this.asked = measurements;
         this.become("ramping");
         this.held = null;
         if (this.record_next) this.recording = `${this.record_name}.nxs`;
         return null;
     }
 
-    set(body) {
+    set(typed) {
         if (this.state === "tripped") return "drive: tripped; clear the trip first";
+        const body = Object.fromEntries(Object.entries(typed).map(([key, value]) => [key, quantity(value)]));
         for (const [key, value] of Object.entries(body)) {
             const [low, high] = ranges[key] ?? [];
             if (!(value >= low && value <= high)) return `${key} = ${value}: allowed ${low} to ${high}`;

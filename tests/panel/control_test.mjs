@@ -2,7 +2,7 @@
 import assert from "node:assert/strict";
 import { join } from "node:path";
 import test, { after, afterEach, before, beforeEach } from "node:test";
-import { idle, openPage, phone, running, setStage, still, until } from "./stage.mjs";
+import { idle, openPage, running, setStage, until } from "./stage.mjs";
 
 const folder = process.env.PANEL_SCREENSHOTS;
 let stage, server;
@@ -24,12 +24,11 @@ const sent = async (name) => {
     await until(() => last()?.name === name, `POST ${name}`);
     return last().body;
 };
-const aborts = () => server.requests.filter(({ name }) => name === "abort").length;
 const press = (page, name) => page.getByRole("button", { name, exact: true }).click();
 const isTripped = (page) => page.waitForFunction(() => document.getElementById("state").textContent.includes("tripped"));
 const refusal = /Failed to load resource/;
 
-test("The drive form sends edited fields in SI units with the token", async () => {
+test("The drive form sends edited fields as typed, with their units, and with the token", async () => {
     const { page, troubles } = await openPage(stage);
     await until(async () => (await page.inputValue("#drive-gamma")) === "1", "the field follows the drive");
     await page.fill("#drive-gamma", "1.5");
@@ -37,15 +36,57 @@ test("The drive form sends edited fields in SI units with the token", async () =
     await press(page, "Set and arm");
     const body = await sent("drive");
     assert.deepEqual(Object.keys(body), ["gamma_mps2", "phi_rad"]);
-    assert.ok(Math.abs(body.gamma_mps2 - 14.7) < 1e-9 && Math.abs(body.phi_rad - (35 * Math.PI) / 180) < 1e-9);
+    assert.deepEqual(body, { gamma_mps2: "1.5 g", phi_rad: "35 deg" });
     assert.equal(last().token, "opensesame");
     await page.waitForFunction(() => document.getElementById("state").textContent.includes("armed"));
-    await page.selectOption("#drive-gamma-unit", "mps2");
+    await page.selectOption("#drive-gamma-unit", "m/s^2");
     assert.equal(await page.inputValue("#drive-gamma"), "14.7");
     await page.fill("#drive-rho", "0.4");
     await page.press("#drive-rho", "Enter");
-    assert.deepEqual(await sent("drive").then(() => until(() => last().body.rho, "rho")).then(() => last().body), { rho: 0.4 });
+    assert.deepEqual(await sent("drive").then(() => until(() => last().body.rho, "rho")).then(() => last().body), { rho: "0.4" });
     assert.deepEqual(troubles, []);
+});
+
+test("A decimal comma is sent as typed and stands in words beside the form", async () => {
+    const { page, troubles } = await openPage(stage);
+    await page.fill("#drive-gamma", "0,5");
+    await page.fill("#drive-phi", "0,61 rad");
+    await page.locator("#drive-note").getByText("will be sent: 0.5 g, 0.61 rad").waitFor();
+    if (folder) await page.screenshot({ path: join(folder, "comma.png") });
+    await press(page, "Set and arm");
+    assert.deepEqual(await sent("drive"), { gamma_mps2: "0,5 g", phi_rad: "0,61 rad" });
+    await until(() => Math.abs(server.bench.drive.gamma_mps2 - 4.9) < 1e-9, "half a g");
+    await until(async () => (await page.inputValue("#drive-gamma")) === "0.5", "the field follows");
+    await page.fill("#mu-value", "0,113");
+    await page.locator("#give-mu .will").getByText("will be sent: 0.113").waitFor();
+    await page.press("#mu-value", "Enter");
+    assert.deepEqual(await sent("mu"), { mu: "0,113" });
+    await page.fill("#scan-to", "3,5");
+    await page.locator("#scan .will").getByText("will be sent: 0 deg to 3.5 deg").waitFor();
+    assert.deepEqual(troubles, []);
+});
+
+test("Start sends the edited drive with the run, or neither is done", async () => {
+    const { page } = await openPage(stage);
+    await page.fill("#drive-gamma", "0.8");
+    await page.fill("#drive-phi", "180");
+    await page.locator("#start .will").getByText("will be sent first: 0.8 g, 180 deg").waitFor();
+    assert.ok(await page.locator("#start-button").evaluate((e) => e.classList.contains("primary")));
+    if (folder) await page.screenshot({ path: join(folder, "unsent.png") });
+    await press(page, "Start");
+    assert.deepEqual(await sent("start"), { gamma_mps2: "0.8 g", phi_rad: "180 deg", measurements: 3 });
+    await until(() => Math.abs(server.bench.drive.gamma_mps2 - 7.84) < 1e-9 && server.bench.state !== "idle", "driven as typed");
+    await until(async () => !(await page.locator("#drive-gamma").evaluate((e) => e.classList.contains("edited"))), "sent");
+    assert.equal(await page.locator("#start .will").textContent(), "");
+    await idle(stage);
+    await page.fill("#drive-gamma", "50");
+    await press(page, "Start");
+    await page.locator("#start .answer").getByText("gamma_mps2 = 490").waitFor();
+    assert.equal(server.bench.state, "idle");
+    assert.ok(await page.locator("#drive-gamma").evaluate((e) => e.classList.contains("edited")), "kept");
+    await page.fill("#drive-gamma", "0.9");
+    await page.fill("#measurements", "2");
+    assert.equal(await page.locator("#start .answer").textContent(), "", "typing clears the refusal");
 });
 
 test("An edited field keeps its value until it is sent or reverted", async () => {
@@ -141,10 +182,10 @@ test("A refusal is shown below its button until the next press elsewhere", async
     assert.equal(await page.locator("#start output").textContent(), "");
     if (folder) await page.screenshot({ path: join(folder, "refusal.png") });
     await press(page, "Start");
-    await until(async () => /must be armed/.test(await page.locator("#start output").textContent()), "the other form");
+    await until(async () => /frequency_hz = 500/.test(await page.locator("#start output").textContent()), "the other form");
     assert.equal(await answer.textContent(), "", "gone");
     await page.click("#start label");
-    assert.match(await page.locator("#start output").textContent(), /must be armed/, "a press in its form keeps it");
+    assert.match(await page.locator("#start output").textContent(), /frequency_hz = 500/, "a press in its form keeps it");
     await page.fill("#drive-frequency", "21");
     await press(page, "Set and arm");
     await until(async () => server.bench.drive.frequency_hz === 21, "the corrected frequency");
@@ -163,125 +204,26 @@ test("A run until stopped is ordered at once after that choice, before the page 
 
 test("Invalid numbers are refused without a request to the daemon", async () => {
     const { page } = await openPage(stage);
+    const set = page.locator("#drive-set"), start = page.locator("#start-button");
     await page.fill("#drive-rho", "");
-    await press(page, "Set and arm");
-    await page.getByText("rho: a number is needed").waitFor();
+    await page.locator("#drive-note").getByText("rho: a number is needed").waitFor();
+    assert.deepEqual([await set.isDisabled(), await start.isDisabled()], [true, true]);
+    await page.fill("#drive-rho", "1,234,567");
+    await page.locator("#drive-note").getByText('rho: "1,234,567" is not a number').waitFor();
+    await page.press("#drive-rho", "Enter");
+    await press(page, "Revert");
+    assert.deepEqual([await set.isDisabled(), await start.isDisabled()], [false, false]);
     await page.fill("#periods", "2.5");
-    await press(page, "Start");
-    await page.getByText("periods: a whole number from 2").waitFor();
+    await page.locator("#start .will").getByText("periods: a whole number from 2").waitFor();
+    assert.ok(await start.isDisabled());
     await page.fill("#periods", "");
     await page.fill("#measurements", "0");
-    await press(page, "Start");
-    await page.getByText("measurements: a whole number from 1").waitFor();
+    await page.locator("#start .will").getByText("measurements: a whole number from 1").waitFor();
+    await page.fill("#measurements", "3");
+    assert.equal(await start.isDisabled(), false);
     await press(page, "Record");
     await page.getByText("name: needed").waitFor();
     assert.deepEqual(server.requests, []);
-});
-
-test("ABORT by click stops the drive, is confirmed, and needs no control; the trip can be cleared", async () => {
-    await running(stage);
-    server.bench.control = false;
-    const { page, troubles } = await openPage(stage);
-    await page.click("#abort");
-    await sent("abort");
-    assert.equal(last().body, null);
-    await isTripped(page);
-    await until(() => server.bench.level === 0, "silent");
-    await page.locator("#abort-status").getByText(/^ABORT received, \d+ ms$/).waitFor();
-    assert.match(await page.locator("#trip-text").textContent(), /stopped by the operator/);
-    server.bench.control = true;
-    if (folder) await page.screenshot({ path: join(folder, "trip.png") });
-    await press(page, "Clear the trip");
-    await sent("clear");
-    await page.waitForFunction(() => document.getElementById("trip").hidden);
-    assert.deepEqual(troubles, []);
-});
-
-test("ABORT by Escape works everywhere, also in a field", async () => {
-    const { page } = await openPage(stage);
-    await page.keyboard.press("Escape");
-    await until(() => aborts() === 1, "one");
-    await page.focus("#record-name");
-    await page.keyboard.press("Escape");
-    await until(() => aborts() === 2, "two");
-    await isTripped(page);
-});
-
-test("Space aborts, even on another button, but not in a text field", async () => {
-    const { page } = await openPage(stage);
-    await page.focus("#record-name");
-    await page.keyboard.type("a b");
-    await page.waitForTimeout(200);
-    assert.equal(aborts(), 0);
-    assert.equal(await page.inputValue("#record-name"), "a b");
-    await page.focus("#start button");
-    await page.keyboard.press("Space");
-    await until(() => aborts() === 1, "abort");
-    await page.waitForTimeout(200);
-    assert.deepEqual(server.requests.map(({ name }) => name), ["abort"]);
-    await page.focus("#abort");
-    await page.keyboard.press("Space");
-    await until(() => aborts() === 2, "abort on its own button");
-    await page.waitForTimeout(200);
-    assert.equal(aborts(), 2);
-});
-
-test("An output that does not obey ABORT is told until it obeys", async () => {
-    await running(stage);
-    const { page } = await openPage(stage);
-    server.refuse = "the output does not answer: cut the amplifier";
-    await page.keyboard.press("Escape");
-    await page.waitForFunction(() => /not confirmed: .*cut the amplifier/.test(document.getElementById("abort-status").textContent));
-    server.refuse = null;
-    await page.waitForFunction(() => /received/.test(document.getElementById("abort-status").textContent));
-});
-
-test("ABORT works without the socket and is repeated until it is confirmed", async () => {
-    await running(stage);
-    const { page } = await openPage(stage);
-    server.silent = true;
-    server.dropAll();
-    await page.waitForFunction(() => document.body.classList.contains("stale"));
-    await page.keyboard.press("Escape");
-    await until(() => aborts() >= 3, "repeated");
-    await page.waitForFunction(() => /not confirmed.*attempt \d/.test(document.getElementById("abort-status").textContent));
-    if (folder) await page.screenshot({ path: join(folder, "lost.png") });
-    assert.equal(server.bench.state, "running");
-    server.silent = false;
-    await until(() => server.bench.state === "tripped", "aborted");
-    await page.waitForFunction(() => /received/.test(document.getElementById("abort-status").textContent));
-    const count = aborts();
-    await page.waitForTimeout(1500);
-    assert.equal(aborts(), count, "no more of them once it was received");
-});
-
-test("A lost connection is shown with its time, old values are grey, and the page reconnects", async () => {
-    const { page } = await openPage(stage, { viewport: phone });
-    const events = await page.locator("#log li").count();
-    server.silent = true;
-    server.dropAll();
-    await page.getByText(/Not connected since \d/).waitFor();
-    assert.ok(Number(await page.evaluate(() => getComputedStyle(document.querySelector(".big")).opacity)) < 0.5);
-    assert.equal(await page.evaluate(() => document.documentElement.scrollWidth), 390);
-    await page.waitForTimeout(1000);
-    server.silent = false;
-    await page.waitForFunction(() => document.getElementById("link").hidden && !document.body.classList.contains("stale"), null, { timeout: 10_000 });
-    await page.locator("#log").scrollIntoViewIfNeeded();
-    await until(() => server.subscribed().includes("waveform"), "streams are asked for again");
-    const lines = await still(() => page.locator("#log li").count(), "the log");
-    assert.ok(Math.abs(lines - server.bench.events.length) <= 1, "the log is not doubled");
-    assert.ok(events <= server.bench.events.length);
-});
-
-test("An open but silent socket counts as lost", async () => {
-    const { page } = await openPage(stage);
-    server.mute = true;
-    await page.getByText(/Not connected since/).waitFor({ timeout: 6000 });
-    const since = await page.locator("#link").textContent();
-    await page.waitForTimeout(4000);
-    assert.equal(await page.locator("#link").textContent(), since, "it stays so while the daemon says nothing");
-    server.mute = false;
-    await page.waitForFunction(() => document.getElementById("link").hidden, null, { timeout: 8000 });
 });
 
 test("A failing part of the page does not affect state, trip and ABORT", async () => {
@@ -313,7 +255,7 @@ test("Everything can be reached and read by keyboard and screen reader", async (
     assert.deepEqual(wanted.filter((id) => !reached.has(id)), []);
     for (const [id, live] of [["state", "polite"], ["abort-status", "assertive"]])
         assert.equal(await page.locator(`#${id}`).getAttribute("aria-live"), live);
-    for (const id of ["trip", "link"]) assert.equal(await page.locator(`#${id}`).getAttribute("role"), "alert");
+    for (const id of ["trip", "link", "hardware-stop"]) assert.equal(await page.locator(`#${id}`).getAttribute("role"), "alert");
 });
 
 /** Counts tones and notifications instead of playing and showing them. */

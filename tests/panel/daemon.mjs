@@ -13,14 +13,14 @@ async function end(child) {
     await gone;
 }
 
-/** The real daemon on the simulated bench, on free ports, which it prints on standard error. phi in rad; `scene`: TOML. */
-export async function startDaemon(phi, scene = "") {
+/** The real daemon on the simulated bench, on free ports, which it prints on standard error. phi in rad; `scene`: TOML; port: of HTTP, 0: a free one. */
+export async function startDaemon(phi, scene = "", port = 0) {
     const recordings = mkdtempSync(join(tmpdir(), "shakerd-page-"));
     const settings = join(recordings, "settings.toml");
     writeFileSync(settings, `[run]\nphi_rad = ${phi}\nperiods = 20\n`);
     const scenes = scene ? ["--scene", join(recordings, "scene.toml")] : [];
     if (scene) writeFileSync(scenes[1], scene);
-    const child = spawn(program, ["serve", "--settings", settings, "--http-port", "0", "--scpi-port", "0",
+    const child = spawn(program, ["serve", "--settings", settings, "--http-port", String(port), "--scpi-port", "0",
         "--recordings", recordings, ...scenes], { stdio: ["ignore", "inherit", "pipe"] });
     let said = "";
     child.stderr.on("data", (bytes) => { said += bytes; });

@@ -79,6 +79,56 @@ test("A scan from the page is measured without a person, paused and resumed", { 
     assert.deepEqual(troubles, []);
 });
 
+test("A typed comma and an edit that was not sent are driven as shown", { timeout: 240_000 }, async () => {
+    const own = await startDaemon(1.75);
+    const { page, troubles } = await openPage({ server: { port: own.port }, browser: stage.browser }, { hash: "", viewport: { width: 1366, height: 1800 } });
+    try {
+        await stateIs(page, "idle");
+        await page.fill("#drive-gamma", "200");
+        await press(page, "Start");
+        await page.locator("#start .answer").getByText("allowed: 0.00102041 to 100 g").waitFor();
+        assert.equal(troubles.splice(0).length, 1, "the browser reports the refusal");
+        await page.fill("#drive-gamma", "0,5");
+        await page.locator("#drive-note").getByText("will be sent: 0.5 g").waitFor();
+        await page.selectOption("#how-long", "open");
+        await press(page, "Start");
+        await stateIs(page, "settling", 60_000);
+        const { drive } = await (await page.request.get(new URL("/api/state", page.url()).href)).json();
+        assert.ok(Math.abs(drive.gamma_mps2 - 4.9) < 1e-12, String(drive.gamma_mps2));
+        await press(page, "Stop");
+        await stateIs(page, "idle");
+        assert.deepEqual(troubles, []);
+    } finally {
+        await page.context().close();
+        await own.end();
+    }
+});
+
+test("An ABORT for a killed daemon leaves the next one clear; a new press stops it", { timeout: 240_000 }, async () => {
+    const first = await startDaemon(1.75);
+    const own = { server: { port: first.port }, browser: stage.browser };
+    const { page } = await openPage(own, { hash: "" });
+    await page.locator("#log").scrollIntoViewIfNeeded();
+    const gone = new Promise((resume) => first.child.on("exit", resume));
+    first.child.kill("SIGKILL");
+    await gone;
+    await page.keyboard.press("Escape");
+    await page.locator("#hardware-stop").getByText("No answer from the daemon: press the hardware stop NOW").waitFor();
+    if (folder) await page.screenshot({ path: join(folder, "daemon-killed.png") });
+    const second = await startDaemon(1.75, "", first.port);
+    try {
+        await page.locator("#abort-status").getByText(/^ABORT not done: the abort was for a daemon that has ended/).waitFor();
+        assert.ok(await page.locator("#hardware-stop").isHidden());
+        await stateIs(page, "idle");
+        assert.doesNotMatch(second.said(), /abort/);
+        await page.keyboard.press("Escape");
+        await stateIs(page, "tripped");
+    } finally {
+        await page.context().close();
+        await second.end();
+    }
+});
+
 /** Answers of the instrument port to lines. */
 function scpi(lines) {
     return new Promise((resume, fail) => {

@@ -134,9 +134,12 @@ test("Friction is given from the page, and nonsense is not sent", async () => {
     const { bench } = stage.server;
     await idle(stage);
     const { page } = await openPage(stage);
+    await page.fill("#mu-value", "little");
+    await page.press("#mu-value", "Enter");
+    await until(async () => /friction: "little" is not a number/.test(await text(page, "give-mu")), "the reason");
     await page.fill("#mu-value", "-1");
     await page.press("#mu-value", "Enter");
-    await until(async () => /a number above 0/.test(await text(page, "give-mu")), "the refusal");
+    await until(async () => /mu "-1": out of range/.test(await text(page, "give-mu")), "the refusal");
     assert.equal(bench.given_mu, null);
     await page.fill("#mu-value", "0.12");
     await page.press("#mu-value", "Enter");

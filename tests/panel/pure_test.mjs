@@ -14,6 +14,8 @@ const { resized, rigLines, shifted } = await source("views/target_regions");
 const { trackingWords } = await source("views/health");
 const { stickWords } = await source("views/numbers");
 const { parseMessage } = await source("messages");
+const { typed, whole } = await source("quantity");
+const { hardwareStopWords } = await source("views/header");
 const { Rolling } = await source("rolling");
 const { padded } = await source("views/points");
 const { newestFirst, pointsOf, repeats, weightedMean } = await source("results");
@@ -69,12 +71,41 @@ test("A campaign is told in words, and a scan is an order in SI units or a refus
     assert.equal(campaignWords({ ...campaign, point: "", left_s: null }), "measuring: 3 of 12 points have ended");
     assert.match(campaignWords({ ...campaign, active: false }), /^ended: 3 of 12 points; .* are in scan-x$/);
     const fields = { from: "0", to: "180", steps: "6", periods: "20" };
-    const phi = scanOrder("phi", fields);
-    assert.ok(Math.abs(phi.to - Math.PI) < 1e-12 && phi.scan === "phi" && phi.steps === 6 && phi.periods === 20);
-    assert.ok(Math.abs(scanOrder("gamma", { ...fields, to: "1.5" }).to - 14.7) < 1e-12);
-    assert.equal(scanOrder("phi", { ...fields, from: "" }).refused, "from: a number in degrees is needed");
+    assert.deepEqual(scanOrder("phi", fields), { body: { scan: "phi", from: "0 deg", to: "180 deg", steps: 6, periods: 20 }, words: "0 deg to 180 deg" });
+    assert.equal(scanOrder("gamma", { ...fields, to: "1,5" }).body.to, "1,5 g");
+    assert.equal(scanOrder("phi", { ...fields, to: "3 rad" }).words, "0 deg to 3 rad");
+    assert.equal(scanOrder("phi", { ...fields, from: "" }).refused, "from: a number is needed");
     assert.equal(scanOrder("gamma", { ...fields, steps: "1.5" }).refused, "steps: a whole number from 1");
     assert.equal(scanOrder("gamma", { ...fields, periods: "1" }).refused, "periods: a whole number from 2");
+});
+
+test("A typed number has one decimal sign and perhaps a unit; without one it has the chosen unit", () => {
+    const like = (text, sent, value, words) => assert.deepEqual(typed("gamma", text, "g"), { text: sent, value, unit: words.split(" ")[1], words });
+    like("0.5", "0.5 g", 0.5, "0.5 g");
+    like(" 0,5 ", "0,5 g", 0.5, "0.5 g");
+    like("1,5m/s^2", "1,5m/s^2", 1.5, "1.5 m/s^2");
+    like("-3.5e1 deg", "-3.5e1 deg", -35, "-35 deg");
+    like(".5", ".5 g", 0.5, "0.5 g");
+    assert.deepEqual(typed("rho", "50 %", ""), { text: "50 %", value: 50, unit: "%", words: "50 %" });
+    assert.deepEqual(typed("rho", "0,5", ""), { text: "0,5", value: 0.5, unit: "", words: "0.5" });
+    for (const wrong of ["1,234,567", "1,5.2", "1.5,2", ",5", "1,", "1,g", "g", "--1", "1..2", "0,5 0", "1e999"])
+        assert.match(typed("gamma", wrong, "g").refused, /^gamma: "/, wrong);
+    assert.equal(typed("gamma", " ", "g").refused, "gamma: a number is needed");
+    assert.equal(whole("periods", " 20 ", 2), 20);
+    for (const wrong of ["", "1", "2.5", "2,5", "-3", "1e3"]) assert.equal(whole("periods", wrong, 2).refused, "periods: a whole number from 2", wrong);
+});
+
+test("The bar asks for the hardware stop 1.5 s after an ABORT without an answer", () => {
+    const sending = { state: "sending", attempt: 3, error: "no answer from the daemon", since: 1000 };
+    const stop = "No answer from the daemon: press the hardware stop NOW";
+    assert.equal(hardwareStopWords(sending, 2400, true), "");
+    assert.equal(hardwareStopWords(sending, 2600, true), stop);
+    assert.equal(hardwareStopWords({ ...sending, error: null }, 2600, false), stop);
+    assert.match(hardwareStopWords({ ...sending, error: "cut the amplifier" }, 2600, false), /^The daemon did not stop the drive \(cut the amplifier\): press/);
+    assert.equal(hardwareStopWords({ state: "failed", error: "no answer from the daemon" }, 9e4, true), stop);
+    assert.equal(hardwareStopWords({ state: "failed", error: "no answer from the daemon" }, 9e4, false), "", "connected again");
+    assert.equal(hardwareStopWords({ state: "done", took_ms: 3000 }, 9e4, true), "");
+    assert.equal(hardwareStopWords({ state: "other", error: "x" }, 9e4, true), "");
 });
 
 test("Numbers, prefixes, durations and levels have their usual form", () => {

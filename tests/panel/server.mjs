@@ -45,10 +45,11 @@ export async function startServer(folder, port = 0) {
         let text = "";
         for await (const chunk of request) text += chunk;
         const name = request.url.replace("/api/", ""), body = text ? JSON.parse(text) : null;
-        played.requests.push({ name, body, token: request.headers["x-shaker-token"] ?? null });
+        const daemon = request.headers["x-shaker-daemon"] ?? null;
+        played.requests.push({ name, body, token: request.headers["x-shaker-token"] ?? null, daemon });
         if (played.silent) return request.socket.destroy();
-        const error = played.refuse ?? bench.act(name, body);
-        response.writeHead(error ? 409 : 200, { "Content-Type": "application/json" }).end(JSON.stringify(error ? { error } : { ok: true }));
+        const error = played.refuse ?? bench.act(name, body, daemon);
+        response.writeHead(!error ? 200 : name === "abort" && played.refuse ? 504 : 409, { "Content-Type": "application/json" }).end(JSON.stringify(error ? { error } : { ok: true }));
         if (!error) for (const client of clients) client.text(stateFor(client));
     }
 

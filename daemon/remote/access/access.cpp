@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cctype>
+#include <random>
 
 #include "daemon/remote/access/server_clock.hpp"
 
@@ -17,6 +18,15 @@ std::string_view name_of(std::string_view host) {
 }
 
 }  // namespace
+
+std::string random_identity() {
+    constexpr std::string_view digits = "0123456789abcdef";
+    std::random_device chance;
+    std::uniform_int_distribution<std::size_t> place{0, digits.size() - 1};
+    std::string identity;
+    while (identity.size() < 16) identity += digits[place(chance)];
+    return identity;
+}
 
 bool Access::host_allowed(std::string_view host) const {
     const std::string_view name = name_of(host);

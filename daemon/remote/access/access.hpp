@@ -26,6 +26,9 @@ struct Access {
     [[nodiscard]] bool token_allowed(std::string_view given) const noexcept;
 };
 
+/// 16 random hexadecimal digits, which tell one start of the daemon from another.
+std::string random_identity();
+
 /// Refusal of an order while `owner` holds the lock.
 inline std::string held_text(const std::string& owner) {
     return "control is held by " + owner +

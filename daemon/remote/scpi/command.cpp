@@ -22,6 +22,12 @@ bool skip_separator(Text& text) {
     return true;
 }
 
+/// "1,5": a number, a comma and a digit without a blank.
+bool before_decimal_comma(const Element& element, const Text& text) noexcept {
+    return element.form == Element::Form::number && element.suffix.empty() && text.size() > 1 &&
+           text.peek() == ',' && is_digit(text.at[1]);
+}
+
 std::string values(std::size_t count) { return std::to_string(count) + (count == 1 ? " value" : " values"); }
 
 }  // namespace
@@ -33,6 +39,10 @@ std::span<const Argument> read_arguments(Text& text, std::span<const Parameter> 
         const Element element = read_element(text);
         if (count == parameters.size())
             throw Error{Code::parameter_not_allowed, "takes at most " + values(count)};
+        if (count + 1 == parameters.size() && before_decimal_comma(element, text))
+            throw Error{Code::parameter_not_allowed,
+                        "takes at most " + values(parameters.size()) +
+                            ": a comma separates values; the decimal sign is a point"};
         into[count] = to_argument(element, parameters[count]);
         ++count;
     }

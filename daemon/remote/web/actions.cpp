@@ -6,59 +6,73 @@
 #include <array>
 #include <cmath>
 #include <nlohmann/json.hpp>
-#include <optional>
 #include <string_view>
+#include <utility>
 
 #include "daemon/campaign/lead/plans.hpp"
-#include "daemon/run/run_settings.hpp"
+#include "daemon/remote/web/order_fields.hpp"
 #include "drivers/errors.hpp"
+#include "drivers/point_fields.hpp"
 
 namespace shaker::web {
 
 namespace {
 
 using nlohmann::json;
+using service::OrderWhat, service::PendingOrders;
 
 constexpr int bad_request = 400, not_found = 404, conflict = 409, gateway_timeout = 504;
 const Answer well{200, R"({"ok":true})"};
 
-double number_at(const json& body, std::string_view key, double otherwise) {
-    if (!body.contains(key) || body[key].is_null()) return otherwise;
-    if (!body[key].is_number())
-        throw InputError{fmt::format("{}: expected a number, got {}", key, body[key].dump())};
-    return body[key].get<double>();
+constexpr std::array<std::string_view, drive_fields> drive_keys{"frequency_hz", "gamma_mps2", "rho",
+                                                                "phi_rad"};
+constexpr auto start_keys = [] {
+    std::array<std::string_view, measurement_fields.size() + drive_fields> keys{};
+    const auto end = std::ranges::transform(measurement_fields, keys.begin(), &MeasurementField::key).out;
+    std::ranges::copy(drive_keys, end);
+    return keys;
+}();
+constexpr std::array<std::string_view, 1> plan_keys{"plan"};
+constexpr std::array<std::string_view, 7> campaign_keys{"plan",  "scan",    "from",   "to",
+                                                        "steps", "periods", "repeats"};
+constexpr std::array<std::string_view, 2> mu_keys{"mu", "sigma"};
+constexpr std::array<std::string_view, 1> targets_keys{"targets"};
+constexpr std::array<std::string_view, 3> target_keys{"camera", "target", "region_px"};
+constexpr std::array<std::string_view, 1> remark_keys{"text"};
+constexpr std::array<std::string_view, 1> loop_keys{"closed"};
+constexpr std::array<std::string_view, 3> record_keys{"on", "name", "frames"};
+
+Drive drive_of(const json& body, const Drive& otherwise) {
+    PointSettings point{.drive = otherwise};
+    for (const std::string_view key : drive_keys) {
+        const PointField& field = *std::ranges::find(point_fields, key, &PointField::key);
+        field.set(point, quantity_at(body, key, field.dimension, field.allowed, field.in(point)));
+    }
+    return point.drive;
 }
 
-service::OrderWhat drive_of(const json& body, Drive d) {
-    d.frequency = number_at(body, "frequency_hz", d.frequency);
-    d.gamma = number_at(body, "gamma_mps2", d.gamma);
-    d.rho = number_at(body, "rho", d.rho);
-    d.phi = number_at(body, "phi_rad", d.phi);
-    return service::SetDrive{d};
+OrderWhat set_drive_of(const json& body, const PendingOrders& pending_orders) {
+    return service::SetDrive{drive_of(body, pending_orders.drive())};
 }
 
-int whole_at(const json& body, std::string_view key, int otherwise, Range allowed) {
-    const double number = number_at(body, key, otherwise);
-    if (!(number >= allowed.min && number <= allowed.max) || number != std::floor(number))
-        throw InputError{fmt::format("{}: {} is out of range; expected an integer from {} to {}", key, number,
-                                     allowed.min, allowed.max)};
-    return static_cast<int>(number);
-}
-
-service::OrderWhat begin_of(const json& body, const service::PendingOrders& pending_orders) {
+OrderWhat begin_of(const json& body, const PendingOrders& pending_orders) {
     MeasurementPlan plan = pending_orders.settings().run.plan;
     for (const MeasurementField& field : measurement_fields)
         plan.*field.member = whole_at(body, field.key, field.lasts ? plan.*field.member : 0, field.allowed);
-    return service::Begin{plan};
+    service::Begin begin{plan};
+    if (std::ranges::any_of(drive_keys, [&](std::string_view key) { return body.contains(key); }))
+        begin.drive = drive_of(body, pending_orders.drive());
+    return begin;
 }
 
-service::OrderWhat mu_of(const json& body) {
+OrderWhat mu_of(const json& body, const PendingOrders& /*pending_orders*/) {
     if (!body.contains("mu")) throw InputError{"mu: missing; expected the friction coefficient as a number"};
-    return service::GiveMu{{number_at(body, "mu", NAN), number_at(body, "sigma", 0)}};
+    const double mu = quantity_at(body, "mu", Dimension::ratio, allowed_friction, NAN);
+    return service::GiveMu{{mu, quantity_at(body, "sigma", Dimension::ratio, {0, mu}, 0)}};
 }
 
 /// {"targets": [{"camera", "target", "region_px": [x, y, width, height]}, ...]}
-service::OrderWhat targets_of(const json& body) {
+OrderWhat targets_of(const json& body, const PendingOrders& /*pending_orders*/) {
     if (!body.contains("targets") || !body["targets"].is_array())
         throw InputError{"targets: expected a list of objects with camera, target and region_px"};
     service::MoveTargets order;
@@ -68,6 +82,7 @@ service::OrderWhat targets_of(const json& body) {
         if (!named)
             throw InputError{fmt::format(
                 "targets: expected an object with the names camera and target, got {}", given.dump())};
+        require_known(given, target_keys);
         const json region = given.value("region_px", json{});
         if (!region.is_array() || region.size() != 4 ||
             !std::ranges::all_of(region, [](const json& x) { return x.is_number(); }))
@@ -79,32 +94,24 @@ service::OrderWhat targets_of(const json& body) {
     return order;
 }
 
-service::OrderWhat remark_of(const json& body) {
+OrderWhat remark_of(const json& body, const PendingOrders& /*pending_orders*/) {
     if (!body.contains("text") || !body["text"].is_string())
         throw InputError{"text: expected the remark as a string"};
     return service::Remark{body["text"].get<std::string>()};
 }
 
-service::OrderWhat loop_of(const json& body) {
+OrderWhat loop_of(const json& body, const PendingOrders& /*pending_orders*/) {
     if (!body.contains("closed") || !body["closed"].is_boolean())
         throw InputError{"closed: expected true or false"};
     return service::CloseLoop{body["closed"].get<bool>()};
 }
 
-service::OrderWhat record_of(const json& body, recorded::KeptPictures pictures) {
-    service::Record record{.on = true, .name = {}, .pictures = pictures};
-    if (body.contains("on")) {
-        if (!body["on"].is_boolean())
-            throw InputError{fmt::format("on: expected true or false, got {}", body["on"].dump())};
-        record.on = body["on"].get<bool>();
-    }
-    if (body.contains("name") && !body["name"].is_null()) {
-        if (!body["name"].is_string())
-            throw InputError{fmt::format("name: expected a string, got {}", body["name"].dump())};
-        record.name = body["name"].get<std::string>();
-    } else if (body.contains("name") && !body.contains("on")) {
-        record.on = false;  // {"name": null} ends it
-    }
+/// {"name": null} alone ends the recording.
+OrderWhat record_of(const json& body, const PendingOrders& pending_orders) {
+    const bool no_name = body.contains("name") && body["name"].is_null();
+    service::Record record{.on = flag_at(body, "on").value_or(!no_name),
+                           .name = no_name ? "" : text_at(body, "name").value_or(""),
+                           .pictures = pending_orders.settings().record.pictures};
     if (body.contains("frames")) {
         const auto kept = recorded::kept_pictures_named(
             body["frames"].is_string() ? body["frames"].get<std::string>() : std::string{});
@@ -119,22 +126,23 @@ service::OrderWhat record_of(const json& body, recorded::KeptPictures pictures) 
 
 /// {"plan": NAME}, or a scan: {"scan": "phi" or "gamma", "from", "to", "steps", "periods", "repeats"}, where
 /// the set-point gives the other parameters.
-service::MeasurePlan campaign_of(const json& body, const service::PendingOrders& pending_orders) {
-    const auto text = [&](const char* key) {
-        if (!body[key].is_string())
-            throw InputError{fmt::format("{}: expected a string, got {}", key, body[key].dump())};
-        return body[key].get<std::string>();
-    };
+service::MeasurePlan plan_of(const json& body, const PendingOrders& pending_orders) {
     if (body.contains("plan") == body.contains("scan"))
         throw InputError{"campaign: expected either plan, the name of a plan, or scan, \"phi\" or \"gamma\""};
-    if (body.contains("plan")) return service::MeasurePlan{text("plan")};
-    campaign::Scan scan{.phi = text("scan") == "phi", .rest = pending_orders.drive()};
-    if (!scan.phi && text("scan") != "gamma")
+    if (body.contains("plan")) {
+        require_known(body, plan_keys);
+        return service::MeasurePlan{*text_at(body, "plan")};
+    }
+    const std::string of = *text_at(body, "scan");
+    campaign::Scan scan{.phi = of == "phi", .rest = pending_orders.drive()};
+    if (!scan.phi && of != "gamma")
         throw InputError{fmt::format("scan: {}; expected \"phi\" or \"gamma\"", body["scan"].dump())};
+    const PointField& field = point_field(of);
     for (const auto& [key, value] : {std::pair{"from", &scan.from}, {"to", &scan.to}}) {
-        *value = number_at(body, key, NAN);
+        *value = quantity_at(body, key, field.dimension, field.allowed, NAN);
         if (std::isnan(*value))
-            throw InputError{fmt::format("{}: missing; expected a number in SI units", key)};
+            throw InputError{
+                fmt::format("{}: missing; expected a number in SI units, or a text with a unit", key)};
     }
     scan.steps = whole_at(body, "steps", 0, {1, 1000});
     scan.periods = whole_at(body, "periods", pending_orders.settings().run.plan.periods,
@@ -143,35 +151,53 @@ service::MeasurePlan campaign_of(const json& body, const service::PendingOrders&
     return service::MeasurePlan{"scan", campaign::text_of(scan)};
 }
 
-std::optional<service::OrderWhat> campaign_word(std::string_view name) {
-    const auto word = std::ranges::find(campaign::word_names, name);
-    if (word == campaign::word_names.end()) return std::nullopt;
-    return service::TellCampaign{static_cast<campaign::Word>(word - campaign::word_names.begin())};
+OrderWhat campaign_of(const json& body, const PendingOrders& pending_orders) {
+    return plan_of(body, pending_orders);
 }
 
-std::optional<service::OrderWhat> order_of(const std::string& name, const json& body,
-                                           const service::PendingOrders& pending_orders) {
-    if (name == "drive") return drive_of(body, pending_orders.drive());
-    if (name == "start") return begin_of(body, pending_orders);
-    if (name == "stop") return service::End{};
-    if (name == "identify") return service::Identify{};
-    if (name == "middle") return service::BringToMiddle{};
-    if (name == "reset-walker") return service::PutWalkerBack{};
-    if (name == "campaign") return campaign_of(body, pending_orders);
-    if (name == "campaign/check") {
-        const service::MeasurePlan asked = campaign_of(body, pending_orders);
-        return service::CheckPlan{asked.name, asked.text};
-    }
-    if (constexpr std::string_view word = "campaign/"; name.starts_with(word))
-        return campaign_word(std::string_view{name}.substr(word.size()));
-    if (name == "mu") return mu_of(body);
-    if (name == "targets") return targets_of(body);
-    if (name == "clear") return service::ClearTrip{};
-    if (name == "remark") return remark_of(body);
-    if (name == "loop") return loop_of(body);
-    if (name == "record") return record_of(body, pending_orders.settings().record.pictures);
-    return std::nullopt;
+OrderWhat check_of(const json& body, const PendingOrders& pending_orders) {
+    const service::MeasurePlan asked = plan_of(body, pending_orders);
+    return service::CheckPlan{asked.name, asked.text};
 }
+
+template <class Order>
+OrderWhat plain(const json& /*body*/, const PendingOrders& /*pending_orders*/) {
+    return Order{};
+}
+
+template <campaign::Word word>
+OrderWhat tell(const json& /*body*/, const PendingOrders& /*pending_orders*/) {
+    return service::TellCampaign{word};
+}
+
+/// An action that gives an order. All others are in Actions::act().
+struct Action {
+    std::string_view name;
+    Keys keys;  // of its body
+    OrderWhat (*order)(const json& body, const PendingOrders& pending_orders);
+};
+
+constexpr std::array<Action, 19> actions{{
+    {"drive", drive_keys, set_drive_of},
+    {"start", start_keys, begin_of},
+    {"stop", {}, plain<service::End>},
+    {"identify", {}, plain<service::Identify>},
+    {"middle", {}, plain<service::BringToMiddle>},
+    {"reset-walker", {}, plain<service::PutWalkerBack>},
+    {"clear", {}, plain<service::ClearTrip>},
+    {"campaign", campaign_keys, campaign_of},
+    {"campaign/check", campaign_keys, check_of},
+    {"campaign/pause", {}, tell<campaign::Word::pause>},
+    {"campaign/resume", {}, tell<campaign::Word::resume>},
+    {"campaign/skip", {}, tell<campaign::Word::skip>},
+    {"campaign/repeat", {}, tell<campaign::Word::repeat>},
+    {"campaign/stop", {}, tell<campaign::Word::stop>},
+    {"mu", mu_keys, mu_of},
+    {"targets", targets_keys, targets_of},
+    {"remark", remark_keys, remark_of},
+    {"loop", loop_keys, loop_of},
+    {"record", record_keys, record_of},
+}};
 
 }  // namespace
 
@@ -201,23 +227,21 @@ void Actions::update() {
 void Actions::act(const std::string& name, const std::string& body, const std::string& who,
                   const Done& done) {
     if (name == "abort") return abort(who, done);
-    if (name == "control/release") {
-        lock_.release(who);
-        return done(well);
-    }
     const auto held = [&] { return refusal(conflict, access::held_text(lock_.owner())); };
-    if (name == "control/request") return done(lock_.request(who) ? well : held());
     try {
-        const json fields = body.empty() ? json::object() : json::parse(body);
-        if (!fields.is_object()) throw InputError{"expected a JSON object of settings"};
-        const auto order = order_of(name, fields, pending_orders_);
-        if (!order) return done(refusal(not_found, "there is no action \"" + name + "\""));
+        if (name == "control/release" || name == "control/request") {
+            require_no_fields(body);
+            if (name == "control/request") return done(lock_.request(who) ? well : held());
+            lock_.release(who);
+            return done(well);
+        }
+        const auto* action = std::ranges::find(actions, name, &Action::name);
+        if (action == actions.end()) return done(refusal(not_found, "there is no action \"" + name + "\""));
+        const OrderWhat order = action->order(fields_of(body, action->keys), pending_orders_);
         if (!lock_.allows(who)) return done(held());
-        pending_orders_.order(*order, who, [done](const std::string& refused) {
+        pending_orders_.order(order, who, [done](const std::string& refused) {
             done(refused.empty() ? well : refusal(conflict, refused));
         });
-    } catch (const json::exception& e) {
-        done(refusal(bad_request, std::string{"not JSON: "} + e.what()));
     } catch (const InputError& e) {
         done(refusal(bad_request, e.what()));
     }

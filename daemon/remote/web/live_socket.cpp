@@ -150,7 +150,7 @@ asio::awaitable<void> send_due(Live& live) {
         const bool knows_points = live.pointed == state->result;
         live.pointed = state->result;
         const std::string owner = site.lock.owner();
-        const auto text = site.state_texts.of(state, {owner, owner == live.who, knows_points});
+        const auto text = site.state_texts.of(state, {owner, owner == live.who, knows_points, site.daemon});
         co_await send(live, true, *text);
     }
     for (auto it = live.streams.begin(); it != live.streams.end(); ++it) {

@@ -6,7 +6,9 @@
 
 #include "daemon/catalogue/row_text.hpp"
 #include "daemon/remote/web/live_frames.hpp"
+#include "daemon/remote/web/order_fields.hpp"
 #include "daemon/remote/web/state_json.hpp"
+#include "daemon/run/state.hpp"
 #include "drivers/errors.hpp"
 
 #include <boost/beast/websocket/rfc6455.hpp>
@@ -123,9 +125,14 @@ std::optional<catalogue::WantedFile> file_of(const std::string& path, std::strin
 }
 
 // POST /api/recordings/NAME/replay, /api/campaigns/NAME/report: checks a recording, makes a report.
-Answer request_work(const std::string& path, Site& site, const std::string& who) {
+Answer request_work(const std::string& path, const std::string& body, Site& site, const std::string& who) {
     const auto file = file_of(path, replay_word);
     if (site.recordings == nullptr || !file) return refusal(404, "not found: " + path);
+    try {
+        require_no_fields(body);
+    } catch (const InputError& e) {
+        return refusal(400, e.what());
+    }
     if (!site.lock.allows(who)) return refusal(409, access::held_text(site.lock.owner()));
     try {
         site.recordings->request(*file);
@@ -161,7 +168,7 @@ Response answer_get(Manner manner, const std::string& path, Site& site, const st
     if (path == "/api/state") {
         if (!state) return reply(manner, refusal(503, "the bench has not reported its state yet"));
         return reply(manner, 200, "application/json",
-                     state_json(*state, {site.lock.owner(), site.lock.owner() == who}));
+                     state_json(*state, {site.lock.owner(), site.lock.owner() == who, false, site.daemon}));
     }
     if (path == "/api/result") {
         if (state && state->result) return reply(manner, 200, "application/json", result_json(*state));
@@ -202,6 +209,13 @@ std::optional<Answer> refused(const Request& request, const access::Access& acce
     if (needs_token(path_of(request)) && !token_right(request, access))
         return refusal(401, "a token is required in the header X-Shaker-Token");
     return std::nullopt;
+}
+
+// A page names in a repeated abort the daemon for which it was pressed. Another one, started since, is at
+// rest and leaves it alone; one that may drive obeys. An abort without a name always acts.
+bool for_another(const Request& request, const Site& site) {
+    const std::string_view daemon = view(request["X-Shaker-Daemon"]);
+    return !daemon.empty() && daemon != site.daemon && site.pending_orders.bench_port().at_rest();
 }
 
 bool is_upgrade(const Request& request) {
@@ -259,7 +273,11 @@ void answer(const Request& request, Site& site, const std::string& who,
     }
     if (request.method() != http::verb::post || !path.starts_with("/api/"))
         return done(reply(manner, refusal(405, needs_token(path) ? "expected GET or POST" : "expected GET")));
-    if (of_catalogue(path)) return done(reply(manner, request_work(path, site, who)));
+    if (of_catalogue(path)) return done(reply(manner, request_work(path, request.body(), site, who)));
+    if (path == "/api/abort" && for_another(request, site))
+        return done(reply(manner, refusal(409,
+                                          "the abort was for a daemon that has ended; this one was started "
+                                          "since, is at rest and did nothing")));
     site.actions.act(path.substr(5), request.body(), who,
                      [manner, done](const Answer& a) { done(reply(manner, a)); });
 }

@@ -61,6 +61,7 @@ struct Site {
     access::ControlLock& lock;
     Actions actions;
     access::Access access;
+    std::string daemon{};                        // identity of this start of the daemon
     std::map<std::string, PageFile> page;        // by path: "/"
     catalogue::Catalogue* recordings = nullptr;  // null: none is served
     ServedCounts served{};

@@ -58,7 +58,8 @@ json session(const service::BenchState& s, const Viewer& viewer) {
             {"you_control", viewer.controls},
             {"trip", trip},
             {"program", "shakerd"},
-            {"version", SHAKER_VERSION}};
+            {"version", SHAKER_VERSION},
+            {"daemon", viewer.daemon}};
 }
 
 json harmonics(const service::BenchState& s) {
@@ -308,9 +309,9 @@ std::shared_ptr<const std::string> StateTexts::of(const std::shared_ptr<const se
     constexpr std::chrono::milliseconds fresh{33};
     Made& made = made_[(viewer.controls ? 2U : 0U) + (viewer.knows_points ? 1U : 0U)];
     const auto now = access::ServerClock::now();
-    const bool same = made.of == state || (made.of && now - made.at < fresh && made.of->state == state->state &&
-                                           made.of->result == state->result &&
-                                           made.of->answered == state->answered);
+    const bool same =
+        made.of == state || (made.of && now - made.at < fresh && made.of->state == state->state &&
+                             made.of->result == state->result && made.of->answered == state->answered);
     if (!same || made.controller != viewer.controller)
         made = {state, viewer.controller, now,
                 std::make_shared<const std::string>(state_json(*state, viewer))};

@@ -15,6 +15,7 @@ struct Viewer {
     std::string controller;     // empty: nobody
     bool controls = false;      // the viewer is the controller
     bool knows_points = false;  // "points" is omitted
+    std::string daemon{};       // Site::daemon
 };
 
 /// {"type":"state","session":...,"drive":...,"measured":...,"result":...,"walker":...,"points":...,"clocks":...,
@@ -23,8 +24,8 @@ std::string state_json(const service::BenchState& state, const Viewer& viewer);
 /// Texts of the state that all sockets share: with many pages the server's thread makes as few as with two.
 class StateTexts {
 public:
-    /// state_json() of this state, or of one that is at most 33 ms older and has the same run state, result and
-    /// answered orders.
+    /// state_json() of this state, or of one that is at most 33 ms older and has the same run state, result
+    /// and answered orders.
     std::shared_ptr<const std::string> of(const std::shared_ptr<const service::BenchState>& state,
                                           const Viewer& viewer);
 

@@ -8,56 +8,26 @@
 #include <stdexcept>
 #include <thread>
 
+#include "daemon/remote/access/server_clock.hpp"
 #include "daemon/remote/server.hpp"
 #include "daemon/remote/web/metrics.hpp"
-#include "daemon/remote/access/server_clock.hpp"
 #include "daemon/remote/web/state_json.hpp"
 #include "daemon/service/published.hpp"
 #include "tests/support/program.hpp"
 #include "tests/support/remote/played_bench.hpp"
 #include "tests/support/remote/socket_client.hpp"
 #include "tests/support/remote/tcp_client.hpp"
+#include "tests/support/remote/web_bench.hpp"
 
 namespace shaker::remote {
 namespace {
 
 using nlohmann::json;
+using test::Got;
 using test::PlayedBench;
 using test::TcpClient;
 
-struct Got {
-    int status = 0;
-    std::string head, body;
-};
-
-ServerSettings settings_with_page() {
-    const auto folder = test::fresh_folder();
-    std::ofstream{folder / "index.html"} << "<!doctype html>the page";
-    return {.http_port = 0, .scpi_port = 0, .page = folder};
-}
-
-struct WebTest : testing::Test {
-    PlayedBench bench;
-    Server server{bench.bench_port, settings_with_page()};
-
-    Got request(const std::string& first, const std::string& body = {}, const std::string& more = {},
-                const std::string& host = "localhost") {
-        TcpClient client{server.http_port()};
-        client.send_bytes(first + " HTTP/1.1\r\nHost: " + host + "\r\nConnection: close\r\n" + more +
-                          "Content-Length: " + std::to_string(body.size()) + "\r\n\r\n" + body);
-        const std::string all = client.rest();
-        Got got;
-        const std::size_t end = all.find("\r\n\r\n");
-        if (end == std::string::npos) return got;
-        got.head = all.substr(0, end);
-        got.body = all.substr(end + 4);
-        got.status = std::stoi(all.substr(9, 3));
-        return got;
-    }
-    Got post(const std::string& action, const std::string& body, const std::string& client = "tab1") {
-        return request("POST /api/" + action, body, "X-Shaker-Client: " + client + "\r\n");
-    }
-};
+class WebTest : public test::WebBench {};
 
 TEST_F(WebTest, PageHasStrictContentPolicy) {
     const Got got = request("GET /");
@@ -66,36 +36,6 @@ TEST_F(WebTest, PageHasStrictContentPolicy) {
     EXPECT_NE(got.head.find("Content-Security-Policy: default-src 'self'"), std::string::npos) << got.head;
     EXPECT_EQ(request("GET /../../etc/passwd").status, 404);
     EXPECT_EQ(request("GET /favicon.ico").status, 204);
-}
-
-TEST_F(WebTest, ACampaignIsAPlanOrAScan) {
-    EXPECT_EQ(post("campaign", R"({"plan": "fig3"})").status, 200);
-    EXPECT_EQ(post("campaign", R"({"scan": "phi", "from": 0, "to": 3, "steps": 6, "periods": 12})").status,
-              200);
-    const auto scan = std::get<service::MeasurePlan>(bench.ordered().back());
-    EXPECT_EQ(scan.name, "scan");
-    for (const char* part : {"phi = {from = 0, to = 3, steps = 6}", "gamma = 9.8", "periods = 12"})
-        EXPECT_NE(scan.text.find(part), std::string::npos) << scan.text;
-    EXPECT_EQ(post("campaign/skip", "").status, 200);
-    EXPECT_EQ(std::get<service::TellCampaign>(bench.ordered().back()).word, campaign::Word::skip);
-    EXPECT_EQ(post("campaign/go", "").status, 404);
-    EXPECT_EQ(post("campaign/check", R"({"scan": "gamma", "from": 5, "to": 9, "steps": 2})").status, 200);
-    EXPECT_EQ(std::get<service::CheckPlan>(bench.ordered().back()).name, "scan");
-    EXPECT_EQ(post("campaign/check", "{}").status, 400);
-    const json check = json::parse(request("GET /api/state").body).at("plan_check");
-    EXPECT_EQ(check.at("fit"), 11);
-    EXPECT_EQ(check.at("misfits").size(), 1U);
-    const auto refused = [&](const std::string& body, const char* words) {
-        const Got got = post("campaign", body);
-        EXPECT_EQ(got.status, 400) << body;
-        EXPECT_NE(got.body.find(words), std::string::npos) << got.body;
-    };
-    refused("{}", "either plan");
-    refused(R"({"plan": "fig3", "scan": "phi"})", "either plan");
-    refused(R"({"scan": "rho"})", "expected");
-    refused(R"({"scan": "phi", "to": 3, "steps": 6})", "from: missing");
-    refused(R"({"scan": "phi", "from": 0, "to": 3, "steps": 0})", "steps: 0 is out of range");
-    refused(R"({"plan": 7})", "plan: expected a string, got 7");
 }
 
 TEST_F(WebTest, MetricsAndHealthReportState) {
@@ -188,46 +128,6 @@ TEST_F(WebTest, ResultsAreServedAndPushedOnce) {
     const json added = next_rows();
     ASSERT_EQ(added.size(), 1U) << "only the new one";
     EXPECT_EQ(added[0]["id"], 2);
-}
-
-TEST_F(WebTest, ActionsAreOrdersAndRefusalsHaveReasons) {
-    EXPECT_EQ(post("drive", R"({"gamma_mps2": 12, "phi_rad": 0.5})").status, 200);
-    const json state = json::parse(request("GET /api/state").body);
-    EXPECT_EQ(state["drive"]["gamma_mps2"], 12);
-    EXPECT_EQ(state["drive"]["frequency_hz"], 20);
-    const Got beyond = post("drive", R"({"gamma_mps2": 120})");
-    EXPECT_EQ(beyond.status, 409);
-    EXPECT_NE(json::parse(beyond.body)["error"].get<std::string>().find("120"), std::string::npos);
-    EXPECT_EQ(post("drive", R"({"gamma_mps2": "much"})").status, 400);
-    EXPECT_EQ(post("drive", "{").status, 400);
-    EXPECT_EQ(post("dance", "").status, 404);
-    EXPECT_EQ(post("start", "").status, 200);
-    EXPECT_EQ(post("start", "").status, 409);
-}
-
-TEST_F(WebTest, OnlyHolderIsObeyedButAnyClientMayAbort) {
-    EXPECT_EQ(post("control/request", "", "one").status, 200);
-    EXPECT_EQ(post("control/request", "", "two").status, 409);
-    EXPECT_EQ(post("drive", R"({"gamma_mps2": 5})", "two").status, 409);
-    EXPECT_EQ(post("drive", R"({"gamma_mps2": 5})", "one").status, 200);
-    EXPECT_EQ(post("abort", "", "two").status, 200);
-    EXPECT_EQ(bench.aborts, 1);
-    EXPECT_EQ(post("control/release", "", "one").status, 200);
-    EXPECT_EQ(post("control/request", "", "two").status, 200);
-}
-
-TEST_F(WebTest, AbortIsDoneWhileOrdersWait) {
-    bench.deaf = true;
-    TcpClient waits{server.http_port()};
-    waits.send_bytes("POST /api/start HTTP/1.1\r\nHost: localhost\r\nContent-Length: 0\r\n\r\n");
-    std::this_thread::sleep_for(std::chrono::milliseconds{20});
-    const auto begin = std::chrono::steady_clock::now();
-    EXPECT_EQ(post("abort", "").status, 200);
-    EXPECT_LT(std::chrono::steady_clock::now() - begin, std::chrono::milliseconds{500});
-    EXPECT_EQ(bench.aborts, 1);
-    bench.deaf = false;
-    EXPECT_NE(waits.until("\r\n\r\n").find("409 Conflict"), std::string::npos)
-        << "an order that was waiting at the abort is refused";
 }
 
 TEST_F(WebTest, OtherSitesAndNamesAreRefused) {

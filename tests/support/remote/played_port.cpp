@@ -79,9 +79,12 @@ std::string PlayedPort::obey(const service::OrderWhat& what) {
     } else if (std::holds_alternative<service::Begin>(what)) {
         if (state_.state != run::RunState::idle)
             return "a run cannot start in state " + std::string{name(state_.state)};
+        const auto& begin = std::get<service::Begin>(what);
+        if (begin.drive && begin.drive->gamma > 100) return "acceleration 120 m/s^2: at most 50 is allowed";
+        state_.wanted = begin.drive.value_or(state_.wanted);
         state_.state = run::RunState::run;
         state_.measuring = true;
-        state_.plan = std::get<service::Begin>(what).plan;
+        state_.plan = begin.plan;
         state_.plan.measurements = 0;
         state_.result = some_result();
         state_.result_origin = {state_.result_origin.number + 1, state_.wanted, state_.now_s, state_.now_s};

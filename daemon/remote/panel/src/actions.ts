@@ -1,7 +1,10 @@
 // HTTP actions. They do not use the socket, so an abort needs only one successful request.
 
-export type Answer = { ok: true } | { ok: false; error: string };
-export type Actions = (name: string, body?: Record<string, unknown>, patience?: number) => Promise<Answer>;
+/** `status`: of HTTP; missing without an answer. */
+export type Answer = { ok: true } | { ok: false; error: string; status?: number };
+/** daemon: the only one at rest that shall carry out the order. */
+export type Actions = (name: string, body?: Record<string, unknown>, patience?: number, daemon?: string) => Promise<Answer>;
+export const noAnswer = "no answer from the daemon";
 
 const tokenKey = "shakerd-token", clientKey = "shakerd-client";
 
@@ -51,7 +54,7 @@ export function makeReader(token: string | null): Reader {
                 saveBlob(await response.blob(), name);
                 return "";
             } catch {
-                return "no answer from the daemon";
+                return noAnswer;
             }
         },
         json: async (path) => {
@@ -77,20 +80,20 @@ export function saveBlob(blob: Blob, name: string): void {
 export function makeActions(token: string | null, client: string): Actions {
     const headers: Record<string, string> = { "Content-Type": "application/json", "X-Shaker-Client": client };
     if (token) headers["X-Shaker-Token"] = token;
-    return async (name, body, patience = 10_000) => {
+    return async (name, body, patience = 10_000, daemon = "") => {
         const limit = new AbortController();
         const timer = setTimeout(() => limit.abort(), patience);  // ms
         try {
             const response = await fetch(`/api/${name}`, {
                 method: "POST",
-                headers,
+                headers: daemon ? { ...headers, "X-Shaker-Daemon": daemon } : headers,
                 body: body ? JSON.stringify(body) : null,
                 signal: limit.signal,
                 keepalive: true,  // an abort is sent even when the page is closed directly after it
             });
-            return response.ok ? { ok: true } : { ok: false, error: await errorOf(response) };
+            return response.ok ? { ok: true } : { ok: false, error: await errorOf(response), status: response.status };
         } catch {
-            return { ok: false, error: "no answer from the daemon" };
+            return { ok: false, error: noAnswer };
         } finally {
             clearTimeout(timer);
         }

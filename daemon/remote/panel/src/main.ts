@@ -30,10 +30,10 @@ import { makeWaveform } from "./views/waveform";
 const token = takeToken(), client = clientName();
 const act = makeActions(token, client);
 const reader = makeReader(token);
-const abort = new Abort(act);
+const store = new Store();
+const abort = new Abort(act, () => store.state?.session.daemon ?? "");
 listenForAbort(abort);
 
-const store = new Store();
 const law = new LawReader(store, reader);
 const socketUrl = `${location.protocol === "https:" ? "wss" : "ws"}://${location.host}/ws?client=${client}${token ? `&token=${encodeURIComponent(token)}` : ""}`;
 const connection = new Connection(store, socketUrl);

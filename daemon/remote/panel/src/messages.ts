@@ -8,7 +8,7 @@ export const maxPoints = 2000;
 
 const session: Session = {
     state: "idle", since_s: null, rig: "", recording: null, finishing: false, record_next: false, frames: null, record_name: null, controller: null, you_control: false,
-    trip: null, simulated: false, to_middle: false, may_clear: true, program: "shakerd", version: "",
+    trip: null, simulated: false, to_middle: false, may_clear: true, program: "shakerd", version: "", daemon: "",
 };
 const drive: Drive = { frequency_hz: null, gamma_mps2: null, rho: null, phi_rad: null, locked: false };
 const measured: Measured = { gamma_mps2: null, phi_rad: null, harmonics: [], rms_mps2: null, volts_peak: null };

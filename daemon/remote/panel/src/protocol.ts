@@ -41,6 +41,7 @@ export interface Session {
     may_clear: boolean;  // the drive is silent and the end of the stopped run is recorded
     program: string;
     version: string;
+    daemon: string;  // identity of the process, another one after each start
 }
 
 export interface SetPoint { frequency_hz: Known; gamma_mps2: Known; rho: Known; phi_rad: Known }

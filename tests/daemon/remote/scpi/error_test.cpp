@@ -30,7 +30,13 @@ const std::vector<Case> wrong_messages{
     {"APPL:BIH 1 2,3",
      "-103,\"Invalid separator;SOURce:APPLy:BIHarmonic 2 where a comma or semicolon was expected\""},
     {"OUTP MAYBE", "-104,\"Data type error;OUTPut MAYBE, allowed ON, OFF or a number\""},
-    {"FREQ 3,4", "-108,\"Parameter not allowed;SOURce:FREQuency takes at most 1 value\""},
+    {"FREQ 3, 4", "-108,\"Parameter not allowed;SOURce:FREQuency takes at most 1 value\""},
+    {"FREQ 3,4",
+     "-108,\"Parameter not allowed;SOURce:FREQuency takes at most 1 value: a comma separates values; the "
+     "decimal sign is a point\""},
+    {"FREQ 0,5",
+     "-108,\"Parameter not allowed;SOURce:FREQuency takes at most 1 value: a comma separates values; the "
+     "decimal sign is a point\""},
     {"FREQ? MIN,4", "-108,\"Parameter not allowed;SOURce:FREQuency? takes at most 1 value\""},
     {"FREQ? 4", "-108,\"Parameter not allowed;SOURce:FREQuency? 4, allowed MIN, MAX or DEF\""},
     {"*RST 1", "-108,\"Parameter not allowed;*RST takes at most 0 values\""},

@@ -3,10 +3,9 @@ import type { Actions, Reader } from "../actions";
 import { byId, make, setHidden, setText } from "../dom";
 import { duration } from "../format";
 import type { Campaign, CampaignFolder, PlanCheck, State } from "../protocol";
+import { typed, whole } from "../quantity";
 import type { Store } from "../store";
-import { wire } from "./form";
-
-const g = 9.8, degree = Math.PI / 180;
+import { watchForm, wire, type Refused } from "./form";
 
 /** "measuring point 4 of 12: ...; about 3 min 10 s left". */
 export function campaignWords(campaign: Campaign): string {
@@ -27,36 +26,42 @@ export function checkWords(check: PlanCheck): string {
     return `Check of ${check.plan}: ${words.join("; ")}`;
 }
 
-/** The order for a scan, or why it is not one. The fields are in degrees or g. */
-export function scanOrder(of: string, fields: Record<"from" | "to" | "steps" | "periods", string>): Record<string, unknown> | { refused: string } {
-    const scale = of === "phi" ? degree : g, unit = of === "phi" ? "degrees" : "g";
-    const order: Record<string, unknown> = { scan: of };
-    for (const key of ["from", "to"] as const) {
-        const value = Number(fields[key]);
-        if (fields[key].trim() === "" || !Number.isFinite(value)) return { refused: `${key}: a number in ${unit} is needed` };
-        order[key] = scale * value;
-    }
-    for (const [key, least] of [["steps", 1], ["periods", 2]] as const) {
-        const value = Number(fields[key]);
-        if (!Number.isInteger(value) || value < least) return { refused: `${key}: a whole number from ${least}` };
-        order[key] = value;
-    }
-    return order;
+const scanUnits: Record<string, string> = { phi: "deg", gamma: "g" };
+type ScanFields = Record<"from" | "to" | "steps" | "periods", string>;
+
+/** The order for a scan, or why it is not one. A field without a unit is in degrees or g. `words`: what it scans. */
+export function scanOrder(of: string, fields: ScanFields): { body: Record<string, unknown>; words: string } | Refused {
+    const from = typed("from", fields.from, scanUnits[of]!), to = typed("to", fields.to, scanUnits[of]!);
+    const steps = whole("steps", fields.steps, 1), periods = whole("periods", fields.periods, 2);
+    if ("refused" in from) return from;
+    if ("refused" in to) return to;
+    if (typeof steps !== "number") return steps;
+    if (typeof periods !== "number") return periods;
+    return { body: { scan: of, from: from.text, to: to.text, steps, periods }, words: `${from.words} to ${to.words}` };
 }
 
 function input(id: string): HTMLInputElement { return byId(id, HTMLInputElement); }
 
 function wireScan(act: Actions): void {
-    const of = byId("scan-of", HTMLSelectElement), unit = byId("scan-unit", HTMLElement);
+    const of = byId("scan-of", HTMLSelectElement), unit = byId("scan-unit", HTMLElement), scan = byId("scan", HTMLFormElement);
+    const order = (): ReturnType<typeof scanOrder> => scanOrder(of.value, {
+        from: input("scan-from").value, to: input("scan-to").value, steps: input("scan-steps").value, periods: input("scan-periods").value,
+    });
+    const show = watchForm(scan, () => {
+        const asked = order();
+        return "refused" in asked ? asked : `will be sent: ${asked.words}`;
+    });
     of.addEventListener("change", () => {
         const phi = of.value === "phi";
         input("scan-from").value = phi ? "0" : "0.5";
         input("scan-to").value = phi ? "180" : "1.5";
-        setText(unit, phi ? "deg" : "g");
+        setText(unit, scanUnits[of.value]!);
+        show();
     });
-    wire(byId("scan", HTMLFormElement), act, () => scanOrder(of.value, {
-        from: input("scan-from").value, to: input("scan-to").value, steps: input("scan-steps").value, periods: input("scan-periods").value,
-    }));
+    wire(scan, act, () => {
+        const asked = order();
+        return "refused" in asked ? asked : asked.body;
+    });
 }
 
 function showPlans(select: HTMLSelectElement, names: string[]): void {

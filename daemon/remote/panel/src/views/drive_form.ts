@@ -1,35 +1,34 @@
 // The form with the four numbers of the drive. A field shows the daemon's value until it is edited; only edited fields
-// are sent.
+// are sent, by this form or by the start of a run.
 import type { Actions } from "../actions";
 import { byId, setText } from "../dom";
 import { paperG } from "../groups";
 import type { Drive, SetPoint, State } from "../protocol";
+import { typed, type Typed } from "../quantity";
 import type { Store } from "../store";
-import { wire } from "./form";
+import { showSent, wire, type Refused } from "./form";
 
 type Key = "frequency_hz" | "gamma_mps2" | "rho" | "phi_rad";
+type Body = Record<string, unknown>;
 
-const units: Record<string, number> = { g: paperG, mps2: 1, deg: Math.PI / 180, rad: 1 };
+const units: Record<string, number> = { g: paperG, "m/s^2": 1, deg: Math.PI / 180, rad: 1 };
 
 class Field {
     readonly input: HTMLInputElement;
-    private readonly unit: HTMLSelectElement | null;
+    private readonly select: HTMLSelectElement | null;
     private inUnit: string;
     edited = false;
 
-    constructor(readonly key: Key, readonly name: string) {
+    /** unit: of a field without a choice of units. */
+    constructor(readonly key: Key, readonly name: string, unit: string) {
         this.input = byId(`drive-${name}`, HTMLInputElement);
-        const unit = document.getElementById(`drive-${name}-unit`);
-        this.unit = unit instanceof HTMLSelectElement ? unit : null;
-        this.inUnit = this.unit?.value ?? "";
-        this.unit?.addEventListener("change", () => this.convert());
+        const select = document.getElementById(`drive-${name}-unit`);
+        this.select = select instanceof HTMLSelectElement ? select : null;
+        this.inUnit = this.select?.value ?? unit;
+        this.select?.addEventListener("change", () => this.convert());
     }
 
-    /** SI; null when it is not a number. */
-    get value(): number | null {
-        const { value } = this.input;
-        return value.trim() === "" || !Number.isFinite(Number(value)) ? null : Number(value) * this.factor;
-    }
+    get typed(): Typed | Refused { return typed(this.name, this.input.value, this.inUnit); }
 
     set value(si: number | null) {
         const text = si === null ? "" : String(Number((si / this.factor).toPrecision(9)));
@@ -43,10 +42,11 @@ class Field {
 
     private get factor(): number { return units[this.inUnit] ?? 1; }
 
+    /** A text with a unit of its own stays. */
     private convert(): void {
-        const si = this.value;
-        this.inUnit = this.unit!.value;
-        this.value = si;
+        const before = this.typed, factor = this.factor;
+        this.inUnit = this.select!.value;
+        if ("value" in before && before.text !== this.input.value.trim()) this.value = before.value * factor;
     }
 }
 
@@ -55,34 +55,63 @@ export function offerSetPoint(setPoint: SetPoint): void {
     byId("drive", HTMLFormElement).dispatchEvent(new CustomEvent<SetPoint>("set-point", { detail: setPoint }));
 }
 
-function note(state: State, edited: boolean): string {
-    if (edited) return "Edited fields have a thick border and are not sent yet.";
-    if (["idle", "tripped", "finishing"].includes(state.session.state)) return "";
+const silent = ["idle", "tripped", "finishing"];
+
+function note(state: State): string {
+    if (silent.includes(state.session.state)) return "";
     return state.drive.locked ? "✓ The base follows the drive." : "… The base does not follow the drive yet.";
 }
 
-/** Returns what shows a state, and then whether a field is edited. */
-export function makeDriveForm(act: Actions, store: Store): (state: State) => boolean {
+/** The edited fields, as they are sent and in words: "0.5 g, 180 deg". */
+export interface Edits { body: Body; words: string }
+
+export interface DriveForm {
+    show(state: State): void;
+    edits(): Edits | Refused;
+    /** The edits have been accepted. */
+    accepted(): void;
+    /** `changed` is called after each edit. */
+    onEdit(changed: () => void): void;
+}
+
+export function makeDriveForm(act: Actions, store: Store): DriveForm {
     const form = byId("drive", HTMLFormElement), revert = byId("drive-revert", HTMLButtonElement);
     const noteLine = byId("drive-note", HTMLElement), set = byId("drive-set", HTMLButtonElement);
     const fields = [
-        new Field("frequency_hz", "frequency"), new Field("gamma_mps2", "gamma"), new Field("rho", "rho"),
-        new Field("phi_rad", "phi"),
+        new Field("frequency_hz", "frequency", "Hz"), new Field("gamma_mps2", "gamma", ""), new Field("rho", "rho", ""),
+        new Field("phi_rad", "phi", ""),
     ];
-    const edited = (): boolean => fields.some((field) => field.edited);
+    let changed = (): void => undefined;
+    const edited = (): Field[] => fields.filter((field) => field.edited);
+    const edits = (): Edits | Refused => {
+        const body: Body = {}, words: string[] = [];
+        for (const { key, typed } of edited()) {
+            if ("refused" in typed) return typed;
+            body[key] = typed.text;
+            words.push(typed.words);
+        }
+        return { body, words: words.join(", ") };
+    };
+    const showNote = (): void => {
+        const sent = edits(), calm = store.state ? note(store.state) : "";
+        showSent(form, noteLine, "refused" in sent ? sent : sent.words ? `will be sent: ${sent.words}` : calm);
+        revert.disabled = edited().length === 0;
+        changed();
+    };
     const follow = (drive: Drive): void => {
         for (const field of fields) if (!field.edited) field.value = drive[field.key];
-        revert.disabled = !edited();
     };
     const forget = (): void => {
         for (const field of fields) field.mark(false);
         if (store.state) follow(store.state.drive);
+        showNote();
     };
     for (const field of fields)
         field.input.addEventListener("input", () => {
             field.mark(true);
-            revert.disabled = false;
+            showNote();
         });
+    form.addEventListener("change", showNote);  // of a unit
     revert.addEventListener("click", forget);
     form.addEventListener("set-point", (event) => {
         const offered = (event as CustomEvent<SetPoint>).detail;
@@ -91,20 +120,25 @@ export function makeDriveForm(act: Actions, store: Store): (state: State) => boo
             field.mark(offered[field.key] !== null);
         }
         if (store.state) follow(store.state.drive);
+        showNote();
         form.scrollIntoView({ block: "nearest" });
     });
-    const body = (): Record<string, unknown> | { refused: string } => {
-        const wrong = fields.find((field) => field.edited && field.value === null);
-        if (wrong) return { refused: `${wrong.name}: a number is needed` };
-        // Unchanged, the whole drive is asked for: that is how one arms at what is shown.
-        const sent = edited() ? fields.filter((field) => field.edited) : fields.filter((field) => field.value !== null);
-        return Object.fromEntries(sent.map((field) => [field.key, field.value]));
+    // Unchanged, the whole drive is asked for: that is how one arms at what is shown.
+    const shown = (): Body => Object.fromEntries(fields.flatMap(({ key }) => (store.state && store.state.drive[key] !== null ? [[key, store.state.drive[key]]] : [])));
+    const accepted = (): void => { for (const field of fields) field.mark(false); };
+    const body = (): Body | Refused => {
+        const sent = edits();
+        return "refused" in sent ? sent : sent.words ? sent.body : shown();
     };
-    wire(form, act, body, () => { for (const field of fields) field.mark(false); });
-    return (state) => {
-        follow(state.drive);
-        setText(set, ["idle", "tripped", "finishing"].includes(state.session.state) ? "Set and arm" : "Set the drive");
-        setText(noteLine, note(state, edited()));
-        return edited();
+    wire(form, act, body, accepted);
+    return {
+        show: (state) => {
+            follow(state.drive);
+            setText(set, silent.includes(state.session.state) ? "Set and arm" : "Set the drive");
+            showNote();
+        },
+        edits,
+        accepted,
+        onEdit: (told) => { changed = told; },
     };
 }

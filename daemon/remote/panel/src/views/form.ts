@@ -1,9 +1,10 @@
 // One form: it sends one action and shows the answer beside the button that was pressed. A refusal lies over what is
-// below, until the next press elsewhere or the next answer.
+// below, until the next press elsewhere, the next letter in a field, or the next answer.
 import type { Actions } from "../actions";
-import { setData, setText } from "../dom";
+import { make, setData, setText } from "../dom";
 
-type Body = () => Record<string, unknown> | { refused: string };
+export type Refused = { refused: string };
+type Body = () => Record<string, unknown> | Refused;
 
 /** A button may have an action of its own. Connects a form: `body` returns the order or the reason for not sending it; `sent` is called after acceptance. */
 export function wire(form: HTMLFormElement, act: Actions, body: Body, sent: () => void = () => undefined): void {
@@ -16,6 +17,7 @@ export function wire(form: HTMLFormElement, act: Actions, body: Body, sent: () =
     document.addEventListener("pointerdown", ({ target }) => {
         if (answer.dataset["kind"] === "error" && !(target instanceof Node && form.contains(target))) say("", "");
     });
+    form.addEventListener("input", () => { if (answer.dataset["kind"] === "error") say("", ""); });
     let number = 0;
     form.addEventListener("submit", (event) => {
         event.preventDefault();
@@ -35,4 +37,23 @@ export function wire(form: HTMLFormElement, act: Actions, body: Body, sent: () =
             sent();
         });
     });
+}
+
+/** Shows in a line what a form will send. While its texts cannot be sent, the line has the reason and its buttons are disabled. */
+export function showSent(form: HTMLFormElement, line: HTMLElement, look: string | Refused): void {
+    const refused = typeof look !== "string";
+    setText(line, refused ? look.refused : look);
+    setData(line, "kind", refused ? "error" : "");
+    for (const button of form.querySelectorAll<HTMLButtonElement>("button:not([type=button])")) button.disabled = refused;
+}
+
+/** Adds such a line to the end of a form. Returns what shows `look` again; typing does so, too. */
+export function watchForm(form: HTMLFormElement, look: () => string | Refused): () => void {
+    const line = make("p", "note will");
+    line.setAttribute("role", "status");
+    form.append(line);
+    const show = (): void => showSent(form, line, look());
+    form.addEventListener("input", show);
+    show();
+    return show;
 }

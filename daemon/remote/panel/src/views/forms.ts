@@ -3,10 +3,11 @@ import type { Actions } from "../actions";
 import { byId, setHidden, setText } from "../dom";
 import { duration, fixed, number } from "../format";
 import { driving, type Known, type RecordedSize, type Session, type State } from "../protocol";
+import { typed, whole, type Typed } from "../quantity";
 import type { Store } from "../store";
-import { makeDriveForm } from "./drive_form";
-import { wire } from "./form";
-import { outlookOf, type Asked } from "./outlook";
+import { makeDriveForm, type DriveForm } from "./drive_form";
+import { watchForm, wire, type Refused } from "./form";
+import { outlookOf } from "./outlook";
 
 const nearEdge = 1e-3;  // m, inside the limit
 
@@ -14,45 +15,58 @@ function form(id: string): HTMLFormElement { return byId(id, HTMLFormElement); }
 
 function untilStopped(): boolean { return byId("how-long", HTMLSelectElement).value === "open"; }
 
-/** The run as typed; a field that is not a whole number from its least is null. */
-function askedRun(state: State | null): Asked {
-    const whole = (id: string, least: number, otherwise: number | null): number | null => {
-        const { value } = byId(id, HTMLInputElement), count = Number(value);
-        if (value.trim() === "") return otherwise;
-        return Number.isInteger(count) && count >= least ? count : null;
-    };
-    return { periods: whole("periods", 2, state?.result.periods ?? null), measurements: untilStopped() ? null : whole("measurements", 1, 1) };
+/** The run as typed; null: the field is empty. */
+function askedRun(): { periods: number | null; measurements: number | null } | Refused {
+    const { value } = byId("periods", HTMLInputElement);
+    const periods = value.trim() === "" ? null : whole("periods", value, 2);
+    if (periods !== null && typeof periods !== "number") return periods;
+    const measurements = untilStopped() ? null : whole("measurements", byId("measurements", HTMLInputElement).value, 1);
+    return measurements !== null && typeof measurements !== "number" ? measurements : { periods, measurements };
 }
 
 /** Empty while something is driven or the numbers are incomplete. */
 function showOutlook(state: State): void {
-    const line = byId("outlook", HTMLElement), asked = askedRun(state);
-    const shown = !driving.has(state.session.state) && edgeWords(state) === "";
-    const { text, trouble } = shown ? outlookOf(state, asked) : { text: "", trouble: false };
+    const line = byId("outlook", HTMLElement), run = askedRun();
+    const shown = !("refused" in run) && !driving.has(state.session.state) && edgeWords(state) === "";
+    const { text, trouble } = shown ? outlookOf(state, { ...run, periods: run.periods ?? state.result.periods }) : { text: "", trouble: false };
     setText(line, text);
     setHidden(line, text === "");
     line.classList.toggle("warn", trouble);
     byId("measurements", HTMLInputElement).disabled = untilStopped();
 }
 
-function wireStart(act: Actions): void {
-    const periods = byId("periods", HTMLInputElement), measurements = byId("measurements", HTMLInputElement);
-    wire(form("start"), act, () => {
-        if (periods.validity.badInput) return { refused: "periods: expected a whole number or an empty field" };
-        const asked = askedRun(null);
-        if (periods.value !== "" && asked.periods === null) return { refused: "periods: a whole number from 2" };
-        if (!untilStopped() && (measurements.value === "" || asked.measurements === null))
-            return { refused: "measurements: a whole number from 1" };
-        return { ...(asked.periods === null ? {} : { periods: asked.periods }), measurements: asked.measurements ?? 0 };
+/** Start sends the edited fields of the drive with it: the daemon sets the drive and begins the run, or does neither. */
+function wireStart(act: Actions, drive: DriveForm): void {
+    const body = (): Record<string, unknown> | Refused => {
+        const run = askedRun(), edits = drive.edits();
+        if ("refused" in edits) return edits;
+        if ("refused" in run) return run;
+        return { ...edits.body, ...(run.periods === null ? {} : { periods: run.periods }), measurements: run.measurements ?? 0 };
+    };
+    const show = watchForm(form("start"), () => {
+        const order = body(), edits = drive.edits();
+        if ("refused" in order) return order as Refused;
+        return "words" in edits && edits.words ? `will be sent first: ${edits.words}` : "";
     });
+    wire(form("start"), act, body, drive.accepted);
+    drive.onEdit(show);
 }
 
 function wireMu(act: Actions): void {
     const value = byId("mu-value", HTMLInputElement);
+    const mu = (): Typed | Refused => typed("friction", value.value, "");
+    const show = watchForm(form("give-mu"), () => {
+        const given = mu();
+        if (value.value.trim() === "") return "";
+        return "refused" in given ? given : `will be sent: ${given.words}`;
+    });
     wire(form("give-mu"), act, () => {
-        const mu = Number(value.value);
-        return value.value.trim() !== "" && mu > 0 ? { mu } : { refused: "friction: a number above 0 is needed, for example 0.113" };
-    }, () => { value.value = ""; });
+        const given = mu();
+        return "refused" in given ? given : { mu: given.text };
+    }, () => {
+        value.value = "";
+        show();
+    });
 }
 
 /** A walker beyond the limit at the edge, or so near that hardly a drive may start: what leads out. */
@@ -71,16 +85,16 @@ function showMiddle(state: State): void {
     byId("mu-value", HTMLInputElement).placeholder = mu === null ? "not known" : number(mu);
 }
 
-const primaries = ["clear-button", "stop-button", "resume-button", "middle-button", "drive-set", "start-button"] as const;
+const primaries = ["clear-button", "stop-button", "resume-button", "middle-button", "start-button"] as const;
 
 /** The one button that stands out: the order that comes next in this state. Null: none. */
-export function nextOrder(state: State, edited: boolean): (typeof primaries)[number] | null {
+export function nextOrder(state: State): (typeof primaries)[number] | null {
     const { session, campaign } = state;
     if (session.state === "tripped") return "clear-button";
     if (driving.has(session.state)) return "stop-button";
     if (session.state !== "idle" && session.state !== "armed") return null;
     if (campaign?.active) return campaign.paused ? "resume-button" : null;
-    return edgeWords(state) !== "" ? "middle-button" : edited ? "drive-set" : "start-button";
+    return edgeWords(state) !== "" ? "middle-button" : "start-button";
 }
 
 function asked(session: Session): boolean { return session.recording !== null || session.record_next; }
@@ -143,13 +157,13 @@ export function makeForms(act: Actions, store: Store): () => void {
     for (const simple of document.querySelectorAll<HTMLFormElement>("form:not([id])")) wire(simple, act, () => ({}));
     wire(form("take"), act, () => ({}));
     wire(form("release"), act, () => ({}));
-    wireStart(act);
+    const drive = makeDriveForm(act, store);
+    wireStart(act, drive);
     wireRemark(act);
     wire(form("middle"), act, () => ({}));
     wire(form("reset-walker"), act, () => ({}));
     wireMu(act);
     const showRecord = wireRecord(act, store);
-    const showDrive = makeDriveForm(act, store);
     const holder = byId("holder", HTMLElement), clear = byId("clear-button", HTMLButtonElement);
     let seen = -1;
     return () => {
@@ -163,7 +177,8 @@ export function makeForms(act: Actions, store: Store): () => void {
         setHidden(form("release"), !session.you_control);
         setHidden(form("reset-walker"), !session.simulated);
         showRecord(state);
-        const next = nextOrder(state, showDrive(state));
+        drive.show(state);
+        const next = nextOrder(state);
         for (const id of primaries) byId(id, HTMLButtonElement).classList.toggle("primary", id === next);
         showMiddle(state);
         showOutlook(state);

@@ -1,10 +1,13 @@
 // State, recording, connection, and progress of an abort.
 import type { Abort, AbortStatus } from "../abort";
+import { noAnswer } from "../actions";
 import type { Connection } from "../connection";
 import { byId, setData, setHidden, setText } from "../dom";
 import { clockTime, duration, fixed } from "../format";
 import { driving, type RunState, type Session } from "../protocol";
 import type { Store } from "../store";
+
+const answerPatience = 1500;  // ms after a press of ABORT
 
 /** Each state has a sign beside its word, so that states differ without colours. */
 const words: Record<RunState, string> = {
@@ -17,6 +20,7 @@ export function makeHeader(store: Store, connection: Connection, abort: Abort): 
     const state = byId("state", HTMLElement), more = byId("state-more", HTMLElement);
     const recording = byId("recording", HTMLElement);
     const link = byId("link", HTMLElement), status = byId("abort-status", HTMLElement);
+    const hardwareStop = byId("hardware-stop", HTMLElement);
     byId("abort", HTMLButtonElement).addEventListener("click", () => void abort.send());
 
     const showSession = (session: Session): void => {
@@ -35,7 +39,8 @@ export function makeHeader(store: Store, connection: Connection, abort: Abort): 
         if (session) showSession(session);
         showLink(link, connection);
         setText(status, abortWords(abort.status));
-        setData(status, "kind", ["sending", "failed"].includes(abort.status.state) ? "trouble" : "calm");
+        showHardwareStop(hardwareStop, hardwareStopWords(abort.status, performance.now(), connection.lostAt !== null));
+        setData(status, "kind", ["sending", "other", "failed"].includes(abort.status.state) ? "trouble" : "calm");
         const words = pageTitle(session, connection);
         if (document.title !== words) document.title = words;
     };
@@ -50,6 +55,19 @@ function showLink(link: HTMLElement, connection: Connection): void {
     const since = clockTime((performance.now() - lostAt) / 1e3);
     const what = connection.heard ? "The values shown are old." : "Nothing was received yet.";
     setText(link, `Not connected since ${since}. ${what} Reconnecting; ABORT is still sent.`);
+}
+
+/** The text of the bar below the head while an abort is not answered; empty: no bar. now: performance.now(). */
+export function hardwareStopWords(status: AbortStatus, now: number, lost: boolean): string {
+    const waits = status.state === "sending" && now - status.since > answerPatience;
+    if (!waits && !(status.state === "failed" && lost)) return "";
+    if (status.error === null || status.error === noAnswer) return "No answer from the daemon: press the hardware stop NOW";
+    return `The daemon did not stop the drive (${status.error}): press the hardware stop NOW`;
+}
+
+function showHardwareStop(bar: HTMLElement, words: string): void {
+    setHidden(bar, words === "");
+    setText(bar, words);
 }
 
 function recordingWords({ recording, finishing, record_next, record_name }: Session): string {
@@ -70,6 +88,7 @@ function abortWords(status: AbortStatus): string {
         case "sending":
             return status.error ? `ABORT not confirmed: ${status.error}; attempt ${status.attempt}` : "ABORT sent…";
         case "done": return `ABORT received, ${fixed(status.took_ms, 0)} ms`;
+        case "other": return `ABORT not done: ${status.error}`;
         case "failed": return `ABORT failed: ${status.error}. Use the hardware stop!`;
     }
 }
