@@ -67,14 +67,13 @@ double rounded(double value) {
 /// `in`: unit of the given value; null: SI.
 std::string understood(Dimension dimension, Range allowed, const Unit* in) {
     const bool ratio = dimension == Dimension::ratio;
-    std::string si = ratio ? "" : " " + std::string{units_of(dimension).front().name};
-    if (in != nullptr) {
-        si = " " + std::string{in->name};
-        for (double* end : {&allowed.min, &allowed.max}) *end = rounded(*end * in->over / in->times);
-    }
+    const Unit si = ratio ? Unit{"", 1, 1} : units_of(dimension).front();
+    const Unit& shown = in != nullptr ? *in : si;
+    const std::string name = shown.name.empty() ? "" : " " + std::string{shown.name};
+    for (double* end : {&allowed.min, &allowed.max}) *end = rounded(*end * shown.over / shown.times);
     std::string list = ratio ? "none" : "";
     for (const Unit& unit : units_of(dimension)) list += (list.empty() ? "" : ", ") + std::string{unit.name};
-    return " (units understood: " + list + "; allowed: " + to_text(allowed) + si + ")";
+    return " (units understood: " + list + "; allowed: " + to_text(allowed) + name + ")";
 }
 
 /// The commas in the mantissa at the start of `text`; a sign in front is allowed.

@@ -81,7 +81,8 @@ def checked(config):
 
 
 def stamp(path):
-    state = os.stat(path)
+    """Size and time of change; of the link itself where it leads nowhere."""
+    state = os.stat(path) if os.path.exists(path) else os.lstat(path)
     return [state.st_size, state.st_mtime_ns]
 
 
@@ -153,6 +154,8 @@ def row_of(name, settings):
     file = os.path.join(settings["archive"], name)
     status, reason, output = 0, "", ""
     try:
+        if not os.path.isfile(file):  # a pipe would be waited for
+            raise ValueError("is a link that leads nowhere" if os.path.islink(file) else "is not a file")
         for arguments in KINDS[settings["do"]].commands(file, settings | {"name": name}):
             done = subprocess.run([settings["program"], *arguments], capture_output=True, stdin=subprocess.DEVNULL,
                                   text=True, errors="replace", check=False)
@@ -215,13 +218,18 @@ def rows_of(index):
             yield from map(json.loads, rows)
 
 
+def shown(name):
+    """A name that no spreadsheet takes for a formula; as a path it is the same file."""
+    return f"./{name}" if name.startswith(("=", "+", "-", "@", "\t", "\r")) else name
+
+
 def make_table(out, index):
     """One table in the order of the names. A column stands where the first row has it, so jobs leave no trace."""
     columns = dict.fromkeys(column for row in rows_of(index) for column in row)
     with open(f"{out}.{os.getpid()}", "w", encoding="utf-8", errors="surrogateescape", newline="") as file:
         table = csv.DictWriter(file, list(columns), restval="", lineterminator="\n")
         table.writeheader()
-        table.writerows(rows_of(index))
+        table.writerows(row | {"file": shown(row["file"])} for row in rows_of(index))
     os.replace(file.name, out)
     for path in row_files(index):  # Snakemake knows that these jobs have ended
         pathlib.Path(index).with_name(pathlib.Path(path).stem).with_suffix(".journal").unlink(missing_ok=True)

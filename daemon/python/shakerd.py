@@ -83,10 +83,14 @@ class Table(Mapping[str, Any]):
         self._groups = groups
         items = [item for group in reversed(groups) for item in group.items()]
         self._data = {name: item for name, item in items if isinstance(item, h5py.Dataset)}
+        self._group = {name: group for group in reversed(groups) for name in group}
         self._rows = slice(None) if rows is None else rows
 
     def _read(self, name: str) -> Any:
-        data = self._data[name]
+        data, link = self._data[name], self._group[name].get(name, getlink=True)
+        if isinstance(link, h5py.ExternalLink) or data.external or data.is_virtual:
+            raise FileError(f"{self._groups[0].file.filename}: {self._groups[0].name}/{name} is stored in another file; "
+                            "a column is read from its own file only")
         return data[()] if data.shape == () else data[...][self._rows]
 
     def __getitem__(self, name: str) -> Any:

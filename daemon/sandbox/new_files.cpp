@@ -50,12 +50,17 @@ NewFile::~NewFile() {
 
 NewRecording::NewRecording(std::filesystem::path file)
     : file_{std::move(file)}, folder_{beside(file_, ".unfinished")} {
-    if (::mkdir(folder_.c_str(), S_IRWXU) == 0) return;
-    throw InputError{errno == EEXIST
-                         ? folder_.string() +
-                               ": exists; another program writes this recording, or one was killed and "
-                               "the folder can be removed"
-                         : folder_.string() + ": cannot be created: " + std::strerror(errno)};
+    const bool made = ::mkdir(folder_.c_str(), S_IRWXU) == 0;
+    if (!made && errno != EEXIST)
+        throw InputError{folder_.string() + ": cannot be created: " + std::strerror(errno)};
+    if (std::filesystem::is_symlink(folder_))
+        throw InputError{folder_.string() + ": exists and is a link; remove it"};
+    auto lock = h5::FileLock::take_folder(folder_, h5::Sharing::alone);
+    if (!lock) throw InputError{folder_.string() + ": exists; another program writes this recording"};
+    lock_ = std::move(*lock);
+    if (made) return;
+    for (const auto& left : std::filesystem::directory_iterator{folder_})  // by a killed program
+        std::filesystem::remove_all(left.path());
 }
 
 NewRecording::~NewRecording() {

@@ -3,6 +3,7 @@
 #include <filesystem>
 
 #include "drivers/descriptor.hpp"
+#include "drivers/recorded/h5/file_lock.hpp"
 
 namespace shaker::sandbox {
 
@@ -38,7 +39,8 @@ private:
 /// A recording that is written in a folder of its own beside its name, FILE.unfinished.
 class NewRecording {
 public:
-    /// Creates the folder, for this user only. Throws InputError when it exists or cannot be created.
+    /// Creates the folder, for this user only, and locks it. A folder that a killed program has left is made
+    /// anew. Throws InputError when another program has locked it, or it cannot be created.
     explicit NewRecording(std::filesystem::path file);
     /// Removes the folder, unless keep() was called.
     ~NewRecording();
@@ -54,6 +56,7 @@ public:
 
 private:
     std::filesystem::path file_, folder_;
+    h5::FileLock lock_;
     bool complete_ = false;
 };
 

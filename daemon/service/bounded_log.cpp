@@ -1,16 +1,22 @@
 #include "daemon/service/bounded_log.hpp"
 
+#include <poll.h>
 #include <spdlog/async.h>
 #include <spdlog/fmt/fmt.h>
 #include <spdlog/sinks/base_sink.h>
-#include <spdlog/sinks/stdout_sinks.h>
 #include <spdlog/sinks/systemd_sink.h>
 #include <spdlog/spdlog.h>
+#include <unistd.h>
 
 #include <algorithm>
+#include <atomic>
+#include <cerrno>
+#include <chrono>
+#include <climits>
 #include <cstdlib>
 #include <mutex>
 #include <string>
+#include <string_view>
 #include <utility>
 
 #include "daemon/report/printing.hpp"
@@ -60,6 +66,38 @@ private:
 
 }  // namespace
 
+/// Standard error. A pipe that nobody reads is waited for, but at the end of the program only for a moment.
+class StandardError final : public spdlog::sinks::base_sink<std::mutex> {
+    using Clock = std::chrono::steady_clock;
+
+public:
+    void end() noexcept { until_ = Clock::now() + std::chrono::seconds{1}; }
+
+protected:
+    void sink_it_(const spdlog::details::log_msg& message) override {
+        constexpr int turn_ms = 100;
+        spdlog::memory_buf_t text;
+        formatter_->format(message, text);
+        for (std::string_view rest{text.data(), text.size()}; !rest.empty();) {
+            pollfd ready{.fd = STDERR_FILENO, .events = POLLOUT, .revents = 0};
+            if (::poll(&ready, 1, turn_ms) == 0) {
+                if (Clock::now() > until_.load()) return;
+                continue;
+            }
+            // So much fits into a pipe that is ready.
+            const ssize_t n =
+                ::write(STDERR_FILENO, rest.data(), std::min<std::size_t>(rest.size(), PIPE_BUF));
+            if (n < 0 && errno == EINTR) continue;
+            if (n <= 0) return;
+            rest.remove_prefix(static_cast<std::size_t>(n));
+        }
+    }
+    void flush_() override {}
+
+private:
+    std::atomic<Clock::time_point> until_{Clock::time_point::max()};
+};
+
 std::shared_ptr<spdlog::sinks::sink> bounded_sink(std::shared_ptr<spdlog::sinks::sink> inner, LogRate rate) {
     return std::make_shared<BoundedSink>(std::move(inner), rate);
 }
@@ -69,7 +107,7 @@ BoundedLog::BoundedLog() {
     if (std::getenv("JOURNAL_STREAM") != nullptr)
         sink = std::make_shared<spdlog::sinks::systemd_sink_mt>("shakerd");
     else
-        sink = std::make_shared<spdlog::sinks::stderr_sink_mt>();
+        sink = standard_error_ = std::make_shared<StandardError>();
     spdlog::init_thread_pool(most_waiting, 1);
     auto logger = std::make_shared<spdlog::async_logger>("daemon", bounded_sink(std::move(sink), {}),
                                                          spdlog::thread_pool(),
@@ -81,8 +119,9 @@ BoundedLog::BoundedLog() {
 
 // Later messages go directly to standard error again.
 BoundedLog::~BoundedLog() {
-    auto last =
-        std::make_shared<spdlog::logger>("shakerd", std::make_shared<spdlog::sinks::stderr_sink_mt>());
+    if (!standard_error_) standard_error_ = std::make_shared<StandardError>();
+    standard_error_->end();
+    auto last = std::make_shared<spdlog::logger>("shakerd", standard_error_);
     last->set_formatter(report::log_format());
     spdlog::set_default_logger(std::move(last));
     spdlog::details::registry::instance().set_tp(nullptr);

@@ -16,6 +16,8 @@ struct LogRate {
 /// passes reports how many were left out. Errors always pass.
 std::shared_ptr<spdlog::sinks::sink> bounded_sink(std::shared_ptr<spdlog::sinks::sink> inner, LogRate rate);
 
+class StandardError;
+
 /// While it exists, spdlog's default logger is asynchronous. It writes to the journal if systemd started this
 /// process, otherwise to standard error. A full queue drops its oldest message.
 class BoundedLog {
@@ -23,8 +25,12 @@ public:
     BoundedLog();
     BoundedLog(const BoundedLog&) = delete;
     BoundedLog& operator=(const BoundedLog&) = delete;
-    /// Writes all messages in the queue.
+    /// Writes all messages in the queue. When nobody reads standard error, those that it does not take within
+    /// a second are lost.
     ~BoundedLog();
+
+private:
+    std::shared_ptr<StandardError> standard_error_;  // null: the journal
 };
 
 }  // namespace shaker::service

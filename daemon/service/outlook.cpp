@@ -96,15 +96,16 @@ double room_bytes(double free_bytes) noexcept {
 
 ProgressState progress_of(const BenchState& s, const run::Sequence& sequence) {
     const double f = s.wanted.frequency;
+    const MeasurementPlan& plan = sequence.plan().task.plan;  // of the point, in a campaign
     const int measured = static_cast<int>(sequence.measured().size()), left = sequence.left();
-    const int asked = sequence.plan().task.plan.measurements;
+    const int asked = plan.measurements;
     ProgressState p;
     p.measurement = measured + 1;
     p.measurements = asked == 0 ? 0 : (s.state == run::RunState::run ? measured + left : asked);
     p.waits_for = sequence.waits_for();
-    double rest = (p.measurements == 0 ? 1 : p.measurements - measured) * s.plan.periods;
+    double rest = (p.measurements == 0 ? 1 : p.measurements - measured) * plan.periods;
     if (sequence.measuring()) {
-        p.periods_done = std::clamp((s.now_s - sequence.from_s()) * f, 0.0, 1.0 * s.plan.periods);
+        p.periods_done = std::clamp((s.now_s - sequence.from_s()) * f, 0.0, 1.0 * plan.periods);
         rest -= p.periods_done;
     } else if (s.state != run::RunState::run || measured == 0) {
         const double gone = std::min((s.now_s - s.since_s) * f, 1.0 * lasts(s.state, s));

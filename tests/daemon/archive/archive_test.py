@@ -137,6 +137,31 @@ class ArchiveTest(unittest.TestCase):
         self.assertRegex(cut["reason"], r"^shakerd: .*/night/cut\.nxs: cannot be opened: truncated file")
         self.assertEqual({(rows[name]["status"], rows[name]["reason"]) for name in GOOD}, {("0", "")})
 
+    def test_each_bad_item_is_a_row(self):
+        """As many rows as items, and no name that a spreadsheet would compute."""
+        bad = self.folder / "bad"
+        bad.mkdir()
+        (bad / "gone.nxs").symlink_to("nowhere.nxs")
+        os.mkfifo(bad / "pipe.nxs")
+        (bad / "folder.nxs").mkdir()
+        (bad / "empty.nxs").touch()
+        (bad / "text.nxs").write_text("no recording")
+        formulas = ["=1+1.nxs", "+a.nxs", "-b.nxs", "@c.nxs"]
+        odd = ["two\nlines.nxs", "quote'\".nxs", "$(id).nxs", os.fsdecode(b"\xff\xfe.nxs")]
+        for name in [*formulas, *odd]:
+            (bad / name).write_text("no recording")
+        shutil.copy(self.folder / "archive" / GOOD[0], bad / "good.nxs")
+        with open(os.devnull, "w", encoding="ascii") as nothing, contextlib.redirect_stdout(nothing):
+            table = self.sequential(archive=str(bad))
+        rows = {row["file"]: row for row in csv.DictReader(table.decode(errors="surrogateescape").splitlines(True))}
+        self.assertEqual(len(rows), 6 + len(formulas) + len(odd))
+        self.assertEqual({name for name, row in rows.items() if row["status"] == "0"}, {"good.nxs"})
+        self.assertEqual({f"./{name}" for name in formulas} - set(rows), set())
+        self.assertEqual(rows["gone.nxs"]["reason"], "is a link that leads nowhere")
+        for name in "pipe.nxs", "folder.nxs":
+            self.assertEqual(rows[name]["reason"], "is not a file")
+        self.assertTrue(all(row["reason"] for name, row in rows.items() if name != "good.nxs"))
+
     def test_goes_on_after_a_kill_of_all_processes(self):
         self.snakemake(fatal=5, status=-signal.SIGKILL, per_job=3)  # the job of the fifth call has made a row
         self.assertFalse(os.path.exists("replay.csv"))

@@ -10,6 +10,7 @@
 #include <sstream>
 #include <thread>
 
+#include "drivers/recorded/h5/file_lock.hpp"
 #include "tests/support/environment.hpp"
 #include "tests/support/missing_calls.hpp"
 #include "tests/support/paths.hpp"
@@ -169,10 +170,22 @@ TEST_F(ConfinedCommandsTest, TracksReplaceNoFileAndFollowNoLink) {
 TEST_F(ConfinedCommandsTest, RecordingThatIsBeingReducedIsKept) {
     const fs::path here = fresh_inputs("twice");
     fs::create_directories(here / "new.nxs.unfinished");
+    const auto other = h5::FileLock::take_folder(here / "new.nxs.unfinished", h5::Sharing::alone);
     const Outcome o = shakerd("reduce lab/session.toml -o new.nxs", here);
     EXPECT_EQ(o.status, 2);
     EXPECT_NE(o.err.find("new.nxs.unfinished: exists"), std::string::npos) << o.err;
     EXPECT_TRUE(fs::exists(here / "new.nxs.unfinished"));
+}
+
+// A killed program has left the folder: nobody is needed to remove it.
+TEST_F(ConfinedCommandsTest, RecordingThatAKilledProgramLeftIsMadeAgain) {
+    const fs::path here = fresh_inputs("left");
+    fs::create_directories(here / "new.nxs.unfinished" / "new.frames");
+    std::ofstream{here / "new.nxs.unfinished" / "new.nxs"} << "half";
+    const Outcome o = shakerd("reduce lab/session.toml -o new.nxs", here);
+    EXPECT_EQ(o.status, 0) << o.err;
+    EXPECT_TRUE(fs::exists(here / "new.nxs"));
+    EXPECT_FALSE(fs::exists(here / "new.nxs.unfinished"));
 }
 
 TEST_F(ConfinedCommandsTest, SessionMayNameImagesElsewhere) {

@@ -1,9 +1,16 @@
 #include "daemon/service/bounded_log.hpp"
 
+#include <fcntl.h>
 #include <gtest/gtest.h>
 #include <spdlog/sinks/ostream_sink.h>
 #include <spdlog/spdlog.h>
+#include <unistd.h>
 
+#include <algorithm>
+#include <array>
+#include <chrono>
+#include <cstdlib>
+#include <memory>
 #include <sstream>
 #include <string>
 #include <thread>
@@ -45,6 +52,35 @@ TEST_F(BoundedLogTest, ErrorsAlwaysPass) {
     const auto log = logger({.burst = 1, .per_s = 0});
     for (int i = 0; i < 10; ++i) log->error("broken");
     EXPECT_EQ(lines(), 10U);
+}
+
+// A program whose standard error nobody reads ends nevertheless.
+TEST(StandardErrorTest, PipeThatNobodyReadsHoldsUpTheEndForASecond) {
+    std::array<int, 2> pipe{};
+    ASSERT_EQ(::pipe(pipe.data()), 0);
+    ::fcntl(pipe[1], F_SETPIPE_SZ, 4096);
+    const int before = ::dup(STDERR_FILENO);
+    const char* journal = std::getenv("JOURNAL_STREAM");
+    const std::string stream = journal == nullptr ? "" : journal;
+    ::unsetenv("JOURNAL_STREAM");
+    ::dup2(pipe[1], STDERR_FILENO);
+    const auto begin = std::chrono::steady_clock::now();
+    {
+        const BoundedLog log;
+        for (int i = 0; i < 50; ++i) spdlog::info("{} {}", i, std::string(200, 'x'));
+    }
+    const auto took = std::chrono::steady_clock::now() - begin;
+    ::dup2(before, STDERR_FILENO);
+    spdlog::set_default_logger(std::make_shared<spdlog::logger>("after"));
+    if (!stream.empty()) ::setenv("JOURNAL_STREAM", stream.c_str(), 1);
+    std::string got(8192, '\0');
+    ::close(pipe[1]);
+    got.resize(static_cast<std::size_t>(std::max<ssize_t>(0, ::read(pipe[0], got.data(), got.size()))));
+    ::close(pipe[0]);
+    ::close(before);
+    EXPECT_LT(took, std::chrono::seconds{3});
+    EXPECT_EQ(got.substr(0, 4), "0 xx") << "what it took is there";
+    EXPECT_GT(got.size(), 3000U);
 }
 
 }  // namespace
