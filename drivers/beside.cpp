@@ -30,8 +30,10 @@ void Beside::give(std::function<void(const std::stop_token&)> work) {
 }
 
 void Beside::serve(const std::stop_token& stop) {
-    static_cast<void>(name_thread(name_));
-    use_ordinary_priority();  // the thread that asked for it may have another
+    if (!name_.empty()) {
+        static_cast<void>(name_thread(name_));
+        use_ordinary_priority();  // the thread that asked for it may have another
+    }
     for (;;) {
         std::function<void(const std::stop_token&)> work;
         {

@@ -19,7 +19,9 @@ namespace shaker {
 /// a system that grants none then ends what asked, in the middle of a drive. Thread safety: one thread calls.
 class Beside {
 public:
-    /// name: of the thread, at most 15 characters. threaded: false in lockstep; run() then does the work.
+    /// name: of the thread, at most 15 characters, whose priority is ordinary; empty: it keeps name and
+    /// priority of the thread that asks for it, as a confined program must. threaded: false in lockstep;
+    /// run() then does the work.
     Beside(std::string name, bool threaded) : name_{std::move(name)}, threaded_{threaded} {}
     /// Work under way is asked to stop and waited for; what waits is dropped.
     ~Beside() = default;

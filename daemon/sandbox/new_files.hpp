@@ -39,8 +39,8 @@ private:
 /// A recording that is written in a folder of its own beside its name, FILE.unfinished.
 class NewRecording {
 public:
-    /// Creates the folder, for this user only, and locks it. A folder that a killed program has left is made
-    /// anew. Throws InputError when another program has locked it, or it cannot be created.
+    /// Creates the folder, for this user only, and locks it. A folder that a killed program has left is
+    /// emptied. Throws InputError when another program has locked it, or it cannot be created.
     explicit NewRecording(std::filesystem::path file);
     /// Removes the folder, unless keep() was called.
     ~NewRecording();

@@ -67,10 +67,9 @@ private:
     h5::FileLock lock_;    // of the folder: nobody else removes pictures
     bool closed_ = false;  // by an error or by finish(): nothing more is stored
     std::optional<PictureSegment> segment_;
-    std::future<PictureSegment> spare_;  // the next one
-    std::future<void> closing_;          // the previous one, being synchronised to the disk
-    Beside maker_{"spare pictures", true},
-        closer_{"full pictures", true};  // the last members: they end first
+    std::future<PictureSegment> spare_;          // the next one
+    std::future<void> closing_;                  // the previous one, being synchronised to the disk
+    Beside maker_{"", true}, closer_{"", true};  // the last members: they end first
 };
 
 /// Calls finish() of all stores at the same time, since each may copy a segment. progress: called after each.

@@ -7,6 +7,7 @@
 #include <fstream>
 #include <functional>
 #include <map>
+#include <set>
 #include <sstream>
 #include <thread>
 
@@ -69,11 +70,13 @@ protected:
             const Outcome o = shakerd(command, here);
             std::string& seen = all[command];
             seen = std::to_string(o.status) + "\n" + o.out + o.err;
-            for (const auto& entry : fs::recursive_directory_iterator{here})
-                if (entry.path().extension() == ".csv")
-                    seen += entry.path().filename().string() + content(entry.path());
+            std::set<fs::path> files;  // a folder lists them in the order in which threads made them
+            for (const auto& entry : fs::recursive_directory_iterator{here}) files.insert(entry.path());
+            for (const fs::path& file : files)
+                if (file.extension() == ".csv")
+                    seen += file.filename().string() + content(file);
                 else
-                    seen += fs::relative(entry.path(), here).string() + "\n";
+                    seen += fs::relative(file, here).string() + "\n";
             fs::remove_all(here);
         }
         return all;
