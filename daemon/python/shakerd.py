@@ -43,10 +43,9 @@ class Quantity:
     """Values with their unit and, where the file has one, their standard error.
 
     >>> v = Quantity(np.array([0.0145]), np.array([7e-7]), "m/s")
-    >>> print(v), print(v.to("mm/s", 1e3))
+    >>> _ = print(v), print(v.to("mm/s", 1e3))
     [0.0145] +- [7.e-07] m/s
     [14.5] +- [0.0007] mm/s
-    (None, None)
     >>> np.asarray(v).tolist()
     [0.0145]
     """
@@ -81,16 +80,15 @@ class Table(Mapping[str, Any]):
 
     def __init__(self, *groups: h5py.Group, rows: Any = None) -> None:
         self._groups = groups
-        items = [item for group in reversed(groups) for item in group.items()]
-        self._data = {name: item for name, item in items if isinstance(item, h5py.Dataset)}
         self._group = {name: group for group in reversed(groups) for name in group}
+        items = ((name, group.get(name)) for name, group in self._group.items())
+        self._data = {name: item for name, item in items if isinstance(item, h5py.Dataset)}
         self._rows = slice(None) if rows is None else rows
 
     def _read(self, name: str) -> Any:
         data, link = self._data[name], self._group[name].get(name, getlink=True)
         if isinstance(link, h5py.ExternalLink) or data.external or data.is_virtual:
-            raise FileError(f"{self._groups[0].file.filename}: {self._groups[0].name}/{name} is stored in another file; "
-                            "a column is read from its own file only")
+            raise FileError(f"{self._groups[0].file.filename}: {self._groups[0].name}/{name} is stored in another file")
         return data[()] if data.shape == () else data[...][self._rows]
 
     def __getitem__(self, name: str) -> Any:
@@ -150,10 +148,8 @@ class _File:
         self.schema = int(self.entry["process"].attrs.get("schema", 1))
         if self.schema > newest:
             self.close()
-            raise FileError(
-                f"{self.path}: is of version {self.schema}, this shakerd.py reads up to {newest}; "
-                "take the shakerd.py of the program that wrote it"
-            )
+            raise FileError(f"{self.path}: is of version {self.schema}, this shakerd.py reads up to {newest}; "
+                            "take the shakerd.py of the program that wrote it")
 
     @property
     def settings(self) -> str:
