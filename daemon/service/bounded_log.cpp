@@ -80,8 +80,9 @@ protected:
         formatter_->format(message, text);
         for (std::string_view rest{text.data(), text.size()}; !rest.empty();) {
             pollfd ready{.fd = STDERR_FILENO, .events = POLLOUT, .revents = 0};
-            if (::poll(&ready, 1, turn_ms) == 0) {
-                if (Clock::now() > until_.load()) return;
+            const bool over = Clock::now() > until_.load();
+            if (::poll(&ready, 1, over ? 0 : turn_ms) == 0) {
+                if (over) return;
                 continue;
             }
             // So much fits into a pipe that is ready.
