@@ -114,7 +114,7 @@ void OnCall::may_drive(const run::RunOptions& run, const char* what,
 }
 
 void OnCall::require_idle(const char* what, const acquisition::Channels& channels) const {
-    if (start_ && !start_->over)
+    if (opening())
         throw InputError{
             fmt::format("{} cannot start while the recording of another run is being opened; wait until it "
                         "is, or stop it",
@@ -140,7 +140,9 @@ void OnCall::begin(const run::RunOptions& run, const run::Task& task, const std:
 }
 
 void OnCall::go_on_with_start(acquisition::Channels& channels) {
-    if (!start_ || start_->over || (start_->recorded && record_.opening())) return;
+    if (!opening()) return;
+    const bool aborted = channels.aborts != start_->aborts;  // then nobody waits for the disk
+    if (start_->recorded && record_.opening() && !aborted) return;
     start_->over = true;
     try {
         drive(*start_, channels);
@@ -176,7 +178,7 @@ std::optional<std::string> OnCall::begun() {
 }
 
 void OnCall::end(acquisition::Channels& channels) {
-    if (!start_ || start_->over) return sequence_.end(channels);
+    if (!opening()) return sequence_.end(channels);
     start_->over = true;
     start_->failure = std::make_exception_ptr(InputError{"the run was stopped before its drive began"});
     record_.discard();
@@ -218,7 +220,7 @@ void OnCall::end_recording() {
 
 // The drive settles again at its set-point, so that no measurement begins before the recording.
 void OnCall::join_recording(acquisition::Channels& channels) {
-    if (!record_.preparing() || (start_ && !start_->over)) return;
+    if (!record_.preparing() || opening()) return;
     const run::RunState state = sequence_.state();
     if (!run::driving(state) || state == run::RunState::ramp_down) return record_.discard();
     if (!record_.prepared() || !sequence_.may_set() || sequence_.holding()) return;
@@ -247,15 +249,15 @@ void OnCall::hold_to(const safety::Limits& limits, acquisition::Channels& channe
 
 // A run that has just ended is in the recorder's hands before its state counts as idle.
 run::RunState OnCall::state() const {
-    if (start_ && !start_->over) return run::RunState::armed;
     const run::RunState state = sequence_.state();
+    if (opening() && state == run::RunState::idle) return run::RunState::armed;
     const bool busy = record_.finishing() || (active_ && record_.on());
     return state == run::RunState::idle && busy ? run::RunState::finishing : state;
 }
 
 bool OnCall::at_rest() const {
     const run::RunState state = sequence_.state();
-    return !record_.finishing() && !(start_ && !start_->over) && !run::driving(state) &&
+    return !record_.finishing() && !opening() && !run::driving(state) &&
            (state != run::RunState::tripped || recorded_stop_ == sequence_.cause()) &&
            state != run::RunState::armed;
 }

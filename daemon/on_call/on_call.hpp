@@ -108,6 +108,8 @@ private:
         std::string fits{};
         std::exception_ptr failure{};
     };
+    /// The recording of a start is being opened.
+    [[nodiscard]] bool opening() const noexcept { return start_ && !start_->over; }
     void go_on_with_start(acquisition::Channels& channels);
     void drive(Start& start, acquisition::Channels& channels);
     void note_drive(const Drive& drive);

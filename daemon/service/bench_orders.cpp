@@ -23,6 +23,7 @@ namespace {
 
 constexpr int longest_measurement_s = 100;
 constexpr std::size_t most_orders = 16;  // in a step
+constexpr std::size_t most_held = 64;    // behind an order that waits; a stop behind them is still read
 
 std::string allowed_pictures(recorded::KeptPictures opened) {
     std::string words;
@@ -62,14 +63,18 @@ std::optional<Order> BenchService::next_order() {
         held_.pop_front();
         return first;
     }
-    while (held_.size() < most_orders) {
+    for (;;) {
         auto order = bench_port_.next();
         const bool waits = order && !waiting_.empty() && !std::holds_alternative<End>(order->what) &&
                            !std::holds_alternative<LowerLimit>(order->what);
         if (!waits) return order;
-        held_.push_back(std::move(*order));
+        if (held_.size() < most_held) {
+            held_.push_back(std::move(*order));
+            continue;
+        }
+        ++answered_;
+        if (order->answer) order->answer("too many orders wait for the disk; give it again in a moment");
     }
-    return std::nullopt;
 }
 
 // A flood of orders must not keep the control from its data.

@@ -26,7 +26,7 @@ struct Access {
     [[nodiscard]] bool token_allowed(std::string_view given) const noexcept;
 };
 
-/// 16 random hexadecimal digits, which tell one start of the daemon from another.
+/// 16 random hexadecimal digits, different at each start of the daemon.
 std::string random_identity();
 
 /// Refusal of an order while `owner` holds the lock.

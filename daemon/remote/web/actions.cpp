@@ -166,7 +166,7 @@ OrderWhat plain(const json& /*body*/, const PendingOrders& /*pending_orders*/) {
 }
 
 template <campaign::Word word>
-OrderWhat tell(const json& /*body*/, const PendingOrders& /*pending_orders*/) {
+OrderWhat campaign_word(const json& /*body*/, const PendingOrders& /*pending_orders*/) {
     return service::TellCampaign{word};
 }
 
@@ -187,11 +187,11 @@ constexpr std::array<Action, 19> actions{{
     {"clear", {}, plain<service::ClearTrip>},
     {"campaign", campaign_keys, campaign_of},
     {"campaign/check", campaign_keys, check_of},
-    {"campaign/pause", {}, tell<campaign::Word::pause>},
-    {"campaign/resume", {}, tell<campaign::Word::resume>},
-    {"campaign/skip", {}, tell<campaign::Word::skip>},
-    {"campaign/repeat", {}, tell<campaign::Word::repeat>},
-    {"campaign/stop", {}, tell<campaign::Word::stop>},
+    {"campaign/pause", {}, campaign_word<campaign::Word::pause>},
+    {"campaign/resume", {}, campaign_word<campaign::Word::resume>},
+    {"campaign/skip", {}, campaign_word<campaign::Word::skip>},
+    {"campaign/repeat", {}, campaign_word<campaign::Word::repeat>},
+    {"campaign/stop", {}, campaign_word<campaign::Word::stop>},
     {"mu", mu_keys, mu_of},
     {"targets", targets_keys, targets_of},
     {"remark", remark_keys, remark_of},

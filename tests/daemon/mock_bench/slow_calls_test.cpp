@@ -113,6 +113,16 @@ TEST_F(SlowCallsTest, StopBeforeTheFileIsOpenStartsNothing) {
     EXPECT_TRUE(bench_->becomes("idle", 1));
 }
 
+TEST_F(SlowCallsTest, AbortBeforeTheFileIsOpenIsShownAtOnce) {
+    serve("3");
+    begin_trouble();
+    client_->send("REC ON,\"never\";:OUTP ON");
+    ASSERT_TRUE(until(armed, 5)) << bench_->log();
+    EXPECT_NE(posted("abort", json::object()).find("200 OK"), std::string::npos);
+    EXPECT_TRUE(until([](const json& s) { return s["session"]["state"] == "tripped"; }, 1)) << bench_->log();
+    EXPECT_EQ(bench_->log().find("loop_check"), std::string::npos) << bench_->log();
+}
+
 TEST_F(SlowCallsTest, NoThreadEndsNoRun) {
     serve("0");
     client_->send("REC ON,\"poor\";:TRIG:COUN 2;:OUTP ON");
