@@ -146,7 +146,9 @@ void Judge::noise(const std::string& name, const std::array<std::vector<double>,
                     sd(0), sd(1), sd(2), density * sd(0), density * sd(1), density * sd(2)));
     const double off = mean.norm() / test_.plan().gravity - 1;
     const bool fits = std::abs(off) < most_gravity;
-    const bool wrong = safety::gravity_wrong(mean.norm(), test_.plan().gravity);
+    const bool wrong =
+        safety::gravity_wrong(mean.norm(), test_.plan().gravity,
+                              safety::most_gravity_off(!rig_.accelerometer->info().calibration.empty()));
     add(fits    ? Verdict::good
         : wrong ? Verdict::bad
                 : Verdict::warning,

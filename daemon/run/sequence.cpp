@@ -70,11 +70,18 @@ void Sequence::watch(const acquisition::Streams& streams, acquisition::Channels&
     const std::string followed = walker_.camera();
     walker_.add(streams, now_s_, plan_.limits.camera_missing_s);
     if (!driving(state())) return;
+    if (const auto far = base_.watch(streams, frequency_, plan_.limits.displacement.abort))
+        take(*far, channels);
     guard_.check_view(walker_, now_s_, channels);
     if (followed.empty() || followed == walker_.camera() || std::exchange(order_.view_noted, true)) return;
     note(fmt::format(
         "camera \"{}\" sends no pictures of the walker; camera \"{}\" is followed from {:.3f} s on", followed,
         walker_.camera(), now_s_));
+}
+
+void Sequence::take(const BaseFinding& finding, acquisition::Channels& channels) {
+    const bool first = !guard_.ordered();
+    if (!finding.trip || (guard_.stop(*finding.trip, now_s_, channels) && first)) note(finding.note);
 }
 
 void Sequence::check_walker(acquisition::Channels& channels) {
@@ -145,14 +152,14 @@ void Sequence::take_accelerations(const acquisition::Streams& streams, acquisiti
         last_tick_ = {block.first.n + block.size - 1};
         for (const control::PeriodWindows::Window& window : windows_.add(block, streams.timebase)) {
             newest_ = window;
-            window_done(window, streams.timebase, channels);
+            window_done(window, streams, channels);
         }
     }
 }
 
 // The only feedback path: the harmonics measured in a window correct the drive.
-void Sequence::window_done(const control::PeriodWindows::Window& window,
-                           const calibration::Timebase& timebase, acquisition::Channels& channels) {
+void Sequence::window_done(const control::PeriodWindows::Window& window, const acquisition::Streams& streams,
+                           acquisition::Channels& channels) {
     const RunState now = state();
     if (auto* quiet = std::get_if<Quiet>(&state_); quiet != nullptr && window.from_s >= quiet->from_s) {
         controller_.quiet(window.estimate);
@@ -166,7 +173,11 @@ void Sequence::window_done(const control::PeriodWindows::Window& window,
     // A window from before the last change of target belongs to the previous target and frequency.
     const bool current = now == RunState::identify || window.from_s >= drive_.target_from_s();
     const bool followed = current && now == RunState::run && plan_.controller.equalise;
-    guard_.check(window, controller_, {current, followed}, timebase, last_tick_, channels);
+    guard_.check(window, controller_, {current, followed}, streams.timebase, last_tick_, channels);
+    if (window.motion.steady)
+        for (const BaseFinding& finding :
+             base_.judge(streams, window, windows_.history(), now == RunState::run))
+            take(finding, channels);
     switch (outcome) {
         case control::DriveController::Outcome::nothing:
             break;
@@ -208,6 +219,7 @@ void Sequence::report(const control::PeriodWindows::Window& window) {
 
 void Sequence::arm(acquisition::Channels& channels) {
     go(Armed{}, channels);
+    base_.begin();
     if (!walker_.has_target() && !std::exchange(no_target_noted_, true))
         note("no camera has a target \"walker\": nothing stops the drive when the walker leaves the base");
     const bool identifies = plan_.task.identifies || order_.only_identify;

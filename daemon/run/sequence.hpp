@@ -13,6 +13,7 @@
 #include "daemon/control/drive_controller.hpp"
 #include "daemon/control/period_windows.hpp"
 #include "daemon/recording/tables/measured_tables.hpp"
+#include "daemon/run/base_monitor.hpp"
 #include "daemon/run/state.hpp"
 #include "daemon/run/supervisor.hpp"
 #include "daemon/run/walk_prediction.hpp"
@@ -213,8 +214,9 @@ private:
     void start_again(std::int64_t lost, acquisition::Channels& channels);
     void arm(acquisition::Channels& channels);
     void take_accelerations(const acquisition::Streams& streams, acquisition::Channels& channels);
-    void window_done(const control::PeriodWindows::Window& window, const calibration::Timebase& timebase,
+    void window_done(const control::PeriodWindows::Window& window, const acquisition::Streams& streams,
                      acquisition::Channels& channels);
+    void take(const BaseFinding& finding, acquisition::Channels& channels);
     void identified(acquisition::Channels& channels);
     void report(const control::PeriodWindows::Window& window);
     void check_loop(bool resumes, acquisition::Channels& channels);
@@ -256,6 +258,7 @@ private:
     control::PeriodWindows windows_;
     control::DriveController controller_;
     WalkerMonitor walker_;
+    BaseMonitor base_;
     std::optional<safety::EdgePermit> permit_;  // of the present drive
     std::optional<double> edge_trip_mm_;
     Supervisor guard_;

@@ -42,12 +42,13 @@ bool Supervisor::check_at_rest(const control::PeriodWindows::Window& window,
                                acquisition::Channels& channels) {
     const auto& g = window.estimate.mean;
     const double seen = std::hypot(g[0], g[1], g[2]);
-    if (!safety::gravity_wrong(seen, gravity_)) return true;
+    const double most = safety::most_gravity_off(!accelerometer_.calibration.empty());
+    if (!safety::gravity_wrong(seen, gravity_, most)) return true;
     if (!limits_.detectors[static_cast<std::size_t>(safety::Cause::gravity)]) return true;
     order({.cause = safety::Cause::gravity,
            .on_dac_clock = true,
            .value = seen / gravity_,
-           .limit = 1 + safety::most_gravity_off,
+           .limit = 1 + most,
            .tick = tick_at(window.to_s)},
           channels);
     return false;
@@ -125,26 +126,33 @@ void Supervisor::check(const control::IdentifiedResponse& response, bool ended, 
     if (const auto trip = loop_.check(response, axis_known, ended, tick_at(now_s))) order(*trip, channels);
 }
 
-bool Supervisor::found(safety::Cause cause, double value, double limit, double now_s,
-                       acquisition::Channels& channels) {
-    if (!limits_.detectors[static_cast<std::size_t>(cause)]) return false;
-    order({.cause = cause, .on_dac_clock = true, .value = value, .limit = limit, .tick = tick_at(now_s)},
-          channels);
+bool Supervisor::stop(safety::Trip trip, double now_s, acquisition::Channels& channels) {
+    if (!limits_.detectors[static_cast<std::size_t>(trip.cause)]) return false;
+    trip.on_dac_clock = true;
+    trip.tick = tick_at(now_s);
+    order(trip, channels);
     return true;
 }
 
 void Supervisor::check(const WalkerMonitor& walker, double now_s, acquisition::Channels& channels) {
     if (walker.lost() >= limits_.tracking_lost_frames)
-        found(safety::Cause::tracking_lost, walker.lost(), limits_.tracking_lost_frames, now_s, channels);
+        stop({.cause = safety::Cause::tracking_lost,
+              .value = static_cast<double>(walker.lost()),
+              .limit = static_cast<double>(limits_.tracking_lost_frames)},
+             now_s, channels);
     if (walker.edge_mm() && *walker.edge_mm() < limits_.edge_mm)
-        found(safety::Cause::walker_edge, *walker.edge_mm(), limits_.edge_mm, now_s, channels);
+        stop({.cause = safety::Cause::walker_edge, .value = *walker.edge_mm(), .limit = limits_.edge_mm},
+             now_s, channels);
 }
 
 bool Supervisor::check_view(const WalkerMonitor& walker, double now_s, acquisition::Channels& channels) {
     if (walker.blind())
-        return !found(safety::Cause::camera_missing, now_s - walker.until_s(), 0, now_s, channels);
+        return !stop({.cause = safety::Cause::camera_missing, .value = now_s - walker.until_s()}, now_s,
+                     channels);
     if (!walker.watches() || walker.age_s() <= walker.most_age_s()) return true;
-    return !found(safety::Cause::camera_missing, walker.age_s(), walker.most_age_s(), now_s, channels);
+    return !stop(
+        {.cause = safety::Cause::camera_missing, .value = walker.age_s(), .limit = walker.most_age_s()},
+        now_s, channels);
 }
 
 }  // namespace shaker::run

@@ -45,9 +45,9 @@ public:
     /// Checks that a camera sends pictures of the walker. False: none does, and a stop is ordered.
     bool check_view(const WalkerMonitor& walker, double now_s, acquisition::Channels& channels);
     /// Orders this stop; false when the detector of its cause is off.
-    bool stop(const safety::Trip& trip, double now_s, acquisition::Channels& channels) {
-        return found(trip.cause, trip.value, trip.limit, now_s, channels);
-    }
+    bool stop(safety::Trip trip, double now_s, acquisition::Channels& channels);
+    /// A stop is ordered and not excused.
+    [[nodiscard]] bool ordered() const noexcept { return ordered_; }
     /// Call it when another target or a restart of the drive was ordered.
     void settling() noexcept { loop_.settling(); }
     /// Call it before another target. Widens the expectation's tolerance, because the response at the
@@ -68,8 +68,6 @@ public:
 
 private:
     void order(const safety::Trip& trip, acquisition::Channels& channels);
-    bool found(safety::Cause cause, double value, double limit, double now_s,
-               acquisition::Channels& channels);
     [[nodiscard]] std::int64_t tick_at(double now_s) const {
         return static_cast<std::int64_t>(now_s * dac_rate_hz_);
     }

@@ -133,14 +133,15 @@ inline constexpr double least_seen = 0.02;
 /// Largest gain of a response over the data sheet's; the least is its inverse.
 inline constexpr double most_sheet_gain = 4;
 
-inline constexpr double most_gravity_off =
-    0.4;  // largest relative error of gravity with which a bench may drive
+/// Largest relative error of gravity with which a bench may drive. `calibrated`: the sensor's gains come from
+/// its calibration, which gravity has made.
+constexpr double most_gravity_off(bool calibrated) noexcept { return calibrated ? 0.05 : 0.4; }
 
 /// True when a sensor at rest that measures `seen` has not the gain of its rig file: not the gravity of the
-/// place, m/s^2. A smaller mean is the offset of a sensor that does not measure gravity.
-inline bool gravity_wrong(double seen, double gravity) noexcept {
+/// place, m/s^2, to within `most`. A smaller mean is the offset of a sensor that does not measure gravity.
+inline bool gravity_wrong(double seen, double gravity, double most) noexcept {
     constexpr double least_gravity = 0.5;  // m/s^2
-    return seen >= least_gravity && std::abs(seen / gravity - 1) >= most_gravity_off;
+    return seen >= least_gravity && std::abs(seen / gravity - 1) >= most;
 }
 
 }  // namespace shaker::safety

@@ -39,8 +39,9 @@ enum class Cause : std::uint8_t {
     coil_heat,          // A, rms current of the coil, over its thermal time constant
     operator_stop,      // requested by the operator
     abort_input,        // the contact of the abort input is not closed, or cannot be read
+    base_motion,        // the base's motion by a camera / by the accelerometer
 };
-inline constexpr std::size_t causes = 27;
+inline constexpr std::size_t causes = 28;
 
 /// Soft: the measurement is no longer valid (ramp of Limits::soft_stop_s). Hard: the motion itself is
 /// wrong (ramp of Limits::hard_stop_s).

@@ -22,9 +22,9 @@ struct Scenario {
     std::set<Cause> instead{};  // detectors that trip later, if this detector is off
 };
 
-// Causes other than drive and sensors, tested by RunTest and ClockGuardTest.
+// Causes other than drive and sensors, tested by RunTest, OneLiarTest and ClockGuardTest.
 const std::set<Cause> of_cameras_and_clocks{Cause::tracking_lost, Cause::walker_edge, Cause::camera_missing,
-                                            Cause::clock};
+                                            Cause::clock, Cause::base_motion};
 
 const std::string bench = "[accelerometer]\naxis_told = 1\nblock_samples = 10\n";
 // A run with the data sheet's response is in state run from 2 s on and at its target from 5 s on.
