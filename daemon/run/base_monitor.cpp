@@ -55,7 +55,7 @@ double attenuation(double turns) {
     return x > 0 ? std::sin(x) / x : 1;
 }
 
-// Half of the positions or more stay for the residuals. Their few may be small by chance: the noise is at
+// Half of the positions or more stay for the residuals. Their few may be small in one window: the noise is at
 // least that of the tracker.
 std::optional<calibration::HarmonicFit> fit_of(const Positions& p, double frequency) try {
     const auto n = static_cast<int>(p.t_s.size());

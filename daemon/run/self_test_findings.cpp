@@ -19,7 +19,9 @@ namespace shaker::run {
 namespace {
 
 using Complex = std::complex<double>;
-constexpr double most_ppm = 200;         // largest rate error of a crystal
+constexpr double most_ppm = 200;                           // largest rate error of a crystal
+constexpr double few_pictures = 0.02, most_missing = 0.2;  // share of the pictures that are missing
+constexpr double on_the_way_s = 0.2;                       // the newest pictures may come later
 constexpr double most_gravity = 0.05;    // largest relative error of gravity at rest without a warning
 constexpr double most_core_share = 0.6;  // of a camera's tracking; acquisition bounds it to this
 constexpr double deg = 180 / std::numbers::pi;
@@ -76,6 +78,7 @@ private:
     void accelerometer();
     void noise(const std::string& name, const std::array<std::vector<double>, 3>& quiet);
     void camera(std::size_t index);
+    void missing_pictures(const std::string& name, std::size_t index);
     void pace(const std::string& name, std::size_t index, double rate_hz);
     void motion();
     [[nodiscard]] std::optional<Motion> by_accelerometer();
@@ -167,6 +170,7 @@ void Judge::camera(std::size_t index) {
     const DeviceAdvice advice =
         index < rig_.advice.cameras.size() ? rig_.advice.cameras[index] : DeviceAdvice{};
     losses(name, "frames", device.counts());
+    missing_pictures(name, index);
     for (std::size_t i = 0; i < view.targets.size(); ++i) {
         const std::vector<tracking::Track>& tracks = streams_.tracks[taken.first_track + i].tracks;
         if (tracks.empty()) {
@@ -183,6 +187,29 @@ void Judge::camera(std::size_t index) {
     pace(name, index, view.frame_rate_hz);
     if (const auto own = streams_.timebase.camera_stamps(index))
         clock(name, advice, view.frame_rate_hz, *own);
+}
+
+// By their numbers, and by the time from the first to the end: a camera that misses triggers counts nothing.
+void Judge::missing_pictures(const std::string& name, std::size_t index) {
+    const acquisition::CameraStream& stream = streams_.cameras[index];
+    std::vector<double> t;
+    for (const tracking::Track& track : streams_.tracks.at(stream.first_track).tracks)
+        if (std::isfinite(seconds(track.time))) t.push_back(seconds(track.time));
+    const DeviceCounts counts = rig_.cameras[index]->counts();
+    const auto taken = static_cast<double>(counts.taken), lost = static_cast<double>(counts.lost);
+    double share = taken > 0 ? lost / (taken + lost) : 0;
+    if (t.size() > 1 && !streams_.played.empty()) {
+        const double played_s = seconds(streams_.timebase.at(streams_.played.back().tick));
+        const double to_s = std::max(t.back(), played_s - on_the_way_s);
+        const double due = stream.view.frame_rate_hz * (to_s - t.front());
+        share = std::max(share, 1 - static_cast<double>(t.size() - 1) / due);
+    }
+    if (share > few_pictures)
+        add(share > most_missing ? Verdict::bad : Verdict::warning, name,
+            fmt::format(
+                "{:.1f} % of the pictures are missing (look from {:.0f} %, not fit from {:.0f} %): check "
+                "cable, bandwidth, exposure_s and the rate that the camera reaches when triggered",
+                100 * share, 100 * few_pictures, 100 * most_missing));
 }
 
 // Whether this computer tracks pictures as fast as they come.

@@ -202,5 +202,20 @@ TEST(SequenceTest, ImpossibleTransitionStopsTheDrive) {
     EXPECT_NE(sequence.notes()[0].find("cannot go from state init to run"), std::string::npos);
 }
 
+TEST(RunnerTest, CheckJudgesMissingPictures) {
+    const auto checked = [](const char* for_s) {
+        return shakerd("check --scene scene.toml",
+                       bench("[[fault]]\nwhat = \"camera_stall\"\ncamera = \"side\"\nat_s = 2\nfor_s = " +
+                             std::string{for_s} + "\n"));
+    };
+    const Outcome few = checked("0.2"), many = checked("3");
+    EXPECT_EQ(few.status, 0) << few.out;
+    EXPECT_NE(few.out.find("% of the pictures are missing"), std::string::npos) << few.out;
+    EXPECT_NE(many.status, 0) << many.out;
+    EXPECT_NE(many.out.find("not fit from 20 %"), std::string::npos) << many.out;
+    const Outcome none = shakerd("check --scene scene.toml", bench());
+    EXPECT_EQ(none.out.find("pictures are missing"), std::string::npos) << none.out;
+}
+
 }  // namespace
 }  // namespace shaker::run
