@@ -25,6 +25,9 @@ std::array<double, N> numbers(SettingsTable& table, std::string_view key) {
     return all;
 }
 
+// Without the address, which changes with the socket.
+std::string device_of(const std::string& name) { return toml_string(name.substr(0, name.rfind(" at "))); }
+
 // A full scale seen through the new gains: where the first axis of the counts ends.
 double range_of(const AccelerometerInfo& device, const Tumble& fit) {
     double range = device.range_mps2;
@@ -107,6 +110,10 @@ CalibrationFile read_calibration(const std::filesystem::path& file) {
 
 AccelerometerInfo calibrated(AccelerometerInfo info, const CalibrationFile& by) {
     const SensorCalibration& c = by.content;
+    if (device_of(c.sensor) != device_of(info.name))
+        throw InputError{
+            fmt::format("{}: was made of \"{}\"; the rig's accelerometer is \"{}\": calibrate it",
+                        by.file.string(), c.sensor, info.name)};
     for (std::size_t k = 0; k < 3; ++k) {
         const double then = c.nominal_mps2_per_count[k], now = info.mps2_per_count[k];
         if (then == 0 || std::abs(now / then - 1) < same_scale) continue;
@@ -133,7 +140,6 @@ std::unique_ptr<Accelerometer> with_calibration(std::unique_ptr<Accelerometer> d
         fmt::format("{}: calibration of {} ({}), errors of the gain along x, y, z {:.2g}, {:.2g}, {:.2g} %",
                     info.name, c.date, by.file.string(), 100 * c.fit.gain_error({1, 0, 0}),
                     100 * c.fit.gain_error({0, 1, 0}), 100 * c.fit.gain_error({0, 0, 1})));
-    if (c.sensor != info.name) notes.back() += fmt::format("; it was made of \"{}\"", c.sensor);
     return std::make_unique<CalibratedAccelerometer>(std::move(device), std::move(info));
 }
 

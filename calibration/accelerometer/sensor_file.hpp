@@ -31,8 +31,8 @@ struct CalibrationFile {
 /// InputError as from parse_calibration(), and for a file that cannot be read.
 CalibrationFile read_calibration(const std::filesystem::path& file);
 
-/// How the sensor with this `info` is to be read. InputError when its scales are not those that it had when
-/// it was calibrated: its range was changed since.
+/// How the sensor with this `info` is to be read. InputError for a file of another sensor, and when its
+/// scales are not those that it had when it was calibrated: its range was changed since.
 AccelerometerInfo calibrated(AccelerometerInfo info, const CalibrationFile& by);
 
 /// The same device with the gains and offsets of a calibration file in its info(). `notes` receives one

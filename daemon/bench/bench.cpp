@@ -127,6 +127,20 @@ void require_data(SettingsTable& shaker) {
                             fmt::join(needed, ", ")));
 }
 
+// The record of the commissioning covers them.
+std::vector<commissioned::Named> named_files(SettingsTable& root, const Rig& rig) {
+    std::vector<commissioned::Named> all;
+    SettingsTable dac = root.table("dac");
+    if (const std::string name = dac.text("alsa_config", ""); !name.empty())
+        all.push_back({"alsa_config", content(dac.folder() / name)});
+    if (const std::string& text = rig.accelerometer->info().calibration; !text.empty())
+        all.push_back({"calibration of accelerometer", text});
+    for (const auto& camera : rig.cameras)
+        if (const View& view = camera->view(); !view.calibration.empty())
+            all.push_back({"calibration of camera " + view.camera, view.calibration});
+    return all;
+}
+
 Bench open_file(const std::filesystem::path& file) {
     if (!std::filesystem::is_regular_file(file))
         throw InputError{"--rig \"" + file.string() +
@@ -150,10 +164,11 @@ Bench open_file(const std::filesystem::path& file) {
     hardware::HardwareRig bench = hardware::open_hardware_rig(root);
     open.rig = std::move(bench.rig);
     open.rig.name = file.string();
-    open.not_commissioned = commissioned::missing_record(file, open.rig_text);
     open.granted = std::move(bench.granted);
     if (by) calibrate(open, *by);
     calibrate(open, cameras);
+    open.files = named_files(root, open.rig);
+    open.not_commissioned = commissioned::missing_record(file, open.rig_text, open.files);
     open.response = predicted_response(sheet);
     open.limits = limits_for(open.shaker, 0, open.rig, std::move(limits));
     return open;
@@ -173,7 +188,7 @@ NewLimits limits_now(const Bench& bench, const std::string& name, const std::fil
     if (file.empty()) return {bench.limits, {}};
     const std::string text = content(file);
     if (!bench.world)
-        if (const std::string why = commissioned::missing_record(file, text); !why.empty())
+        if (const std::string why = commissioned::missing_record(file, text, bench.files); !why.empty())
             throw InputError{why};
     SettingsTable root = SettingsTable::from_text(text, file.string()), limits = root.table("limits");
     const std::string seen = bench.world ? scene_text(simulated::read_scene(root)) : text;

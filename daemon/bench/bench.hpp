@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "daemon/safety/limits.hpp"
+#include "drivers/commissioned/record.hpp"
 #include "drivers/drive.hpp"
 #include "drivers/simulated/world.hpp"
 
@@ -18,11 +19,12 @@ namespace shaker::bench {
 struct Bench {
     std::unique_ptr<simulated::World> world;  // simulated rig only; outlives `rig`
     Rig rig;
-    simulated::Scene scene;            // simulated rig only
-    simulated::ShakerTruth shaker;     // data sheet of shaker and amplifier
-    double gravity = paper_g;          // m/s^2 at the place
-    safety::Limits limits;             // in force for every run
-    std::string rig_text;              // TOML: the rig file, or the scene of a simulated rig
+    simulated::Scene scene;                  // simulated rig only
+    simulated::ShakerTruth shaker;           // data sheet of shaker and amplifier
+    double gravity = paper_g;                // m/s^2 at the place
+    safety::Limits limits;                   // in force for every run
+    std::string rig_text;                    // TOML: the rig file, or the scene of a simulated rig
+    std::vector<commissioned::Named> files;  // that the rig file names
     bool real_time_required = false;   // nothing is driven without real-time scheduling and locked memory
     std::string not_commissioned;      // reason why it may not be driven; empty: it may
     std::vector<std::string> granted;  // requested and granted settings of the devices, one sentence each

@@ -3,6 +3,7 @@
 #include <spdlog/fmt/fmt.h>
 #include <stdlib.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdint>
@@ -13,6 +14,7 @@
 #include <utility>
 #include <vector>
 
+#include "calibration/accelerometer/sensor_file.hpp"
 #include "daemon/commissioning/session.hpp"
 #include "daemon/recording/time_text.hpp"
 #include "drivers/commissioned/record.hpp"
@@ -48,6 +50,8 @@ public:
                   const std::string& more = {});
     /// Asks the operator and adds the confirmation. False, with the reason shown, when it is denied.
     bool agreed(const std::string& name, const std::string& question);
+    /// Adds a result of an earlier day, unless there is a new one of this name.
+    void keep(const Item& item);
     void show(const std::string& text) const { person_.show(text); }
     [[nodiscard]] const std::vector<Item>& items() const noexcept { return items_; }
 
@@ -61,6 +65,10 @@ constexpr double longest_stop_s = 1;
 void Results::add(const std::string& name, const std::string& result) {
     person_.show(fmt::format("ok   {}: {}\n", name, result));
     items_.push_back({name, result});
+}
+
+void Results::keep(const Item& item) {
+    if (std::ranges::find(items_, item.name, &Item::name) == items_.end()) items_.push_back(item);
 }
 
 void Results::add_stop(const std::string& name, const std::string& what, const SeenStop& stop,
@@ -211,7 +219,18 @@ public:
         abort_input(session_, full_, results_);
         return gain() && limits() && aborts() && emergency_stop();
     }
-    [[nodiscard]] const std::vector<Item>& items() const { return results_.items(); }
+    /// Only what a new calibration of the same sensor can change; the other items are those of `before`.
+    void lead_again(const std::vector<Item>& before, const std::string& change) {
+        results_.add("accelerometer calibrated again", change);
+        step();
+        for (const Item& item : before) results_.keep(item);
+    }
+    [[nodiscard]] commissioned::Record record() {
+        return {.date = recording::local_time_text(),
+                .rig_sha256 = commissioned::rig_hash(rig_text()),
+                .files = session_.bench().files,
+                .items = results_.items()};
+    }
     /// The rig file as it was opened.
     [[nodiscard]] const std::string& rig_text() { return session_.bench().rig_text; }
 
@@ -223,8 +242,17 @@ private:
             "picture, and along `shaker_axis` of the accelerometer?");
     }
 
-    // A step of the drive to twice its level.
     bool gain() {
+        const double peak_V = step();
+        return results_.agreed(
+            "voltage at the output",
+            fmt::format("The drive is on. A true-RMS meter at output 1 must show {:.4g} V, within 5 %. "
+                        "Does it?",
+                        peak_V / std::numbers::sqrt2));
+    }
+
+    // A step of the drive to twice its level. Returns the peak of the higher one, V.
+    double step() {
         Drive half = full_;
         half.gamma /= 2;
         const service::BaseState low = *session_.drive(half)->base;
@@ -238,11 +266,7 @@ private:
             throw DeviceError{"gain by a known step: " + seen +
                               "; check full_scale_V, the gain of the amplifier and the masses"};
         results_.add("gain by a known step", seen);
-        return results_.agreed(
-            "voltage at the output",
-            fmt::format("The drive is on. A true-RMS meter at output 1 must show {:.4g} V, within 5 %. "
-                        "Does it?",
-                        high.volts_peak / std::numbers::sqrt2));
+        return high.volts_peak;
     }
 
     // Each limit is lowered to half of what the base does.
@@ -298,6 +322,34 @@ private:
     Results results_;
 };
 
+constexpr double least_change = 0.05;  // of a gain, that needs the whole day again
+
+/// What has changed when only the accelerometer was calibrated again and its gains moved less than 5 %; else
+/// empty.
+std::string recalibrated(const commissioned::Record& before, const commissioned::Record& now) try {
+    if (before.rig_sha256 != now.rig_sha256 || before.files.size() != now.files.size()) return {};
+    std::string change;
+    for (std::size_t i = 0; i < now.files.size(); ++i) {
+        const commissioned::Named &a = before.files[i], &b = now.files[i];
+        if (a == b) continue;
+        if (a.what != "calibration of accelerometer" || b.what != a.what) return {};
+        const auto then = calibration::parse_calibration(a.text, "record"),
+                   since = calibration::parse_calibration(b.text, "calibration");
+        if (then.sensor != since.sensor) return {};
+        double largest = 0, moved = 0;
+        for (std::size_t k = 0; k < 3; ++k)
+            for (std::size_t m = 0; m < 3; ++m) {
+                largest = std::max(largest, std::abs(then.fit.gain[k][m]));
+                moved = std::max(moved, std::abs(since.fit.gain[k][m] - then.fit.gain[k][m]));
+            }
+        if (!(moved < least_change * largest)) return {};
+        change = fmt::format("gains moved by {:.2f} % at most since {}", 100 * moved / largest, then.date);
+    }
+    return change;
+} catch (const InputError&) {
+    return {};  // a calibration of the record that cannot be read
+}
+
 }  // namespace
 
 bool commission(const Settings& settings, const Operator& person) {
@@ -307,8 +359,13 @@ bool commission(const Settings& settings, const Operator& person) {
     Day day{settings, person};
     if (!settings.tested_text.empty() && day.rig_text() != settings.tested_text)
         throw InputError{settings.rig + " has changed since its self-test; start the commissioning again"};
-    if (!day.lead()) return false;
-    commissioned::write_record(settings.rig, day.rig_text(), recording::local_time_text(), day.items());
+    const auto before = commissioned::read_record(settings.rig);
+    const std::string change = before ? recalibrated(*before, day.record()) : "";
+    if (!change.empty())
+        day.lead_again(before->items, change);
+    else if (!day.lead())
+        return false;
+    commissioned::write_record(settings.rig, day.record());
     person.show("commissioned: " + commissioned::record_of(settings.rig).string() + "\n");
     return true;
 }

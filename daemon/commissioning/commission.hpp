@@ -28,9 +28,11 @@ struct Operator {
 /// Leads through the tests: polarity by hand, enable output and abort input where the rig has them, gain by a
 /// known step, limits crossed on purpose, the ramp seen, an abort from each door timed, the emergency stop.
 /// Writes the record of the rig file as it was opened when all passed, and
-/// returns true. False, with the reason shown, when the operator denies one. InputError for a simulated rig
-/// and a rig file that has changed since its self-test; after an interruption the drive stops softly, then
-/// rethrow() throws from here. DeviceError when the bench does not do what a test demands.
+/// returns true. When a record of this rig file exists and only the accelerometer was calibrated again, with
+/// gains that moved less than 5 %, only the gain is tested. False, with the reason shown, when the operator
+/// denies one. InputError for a simulated rig and a rig file that has changed since its self-test; after an
+/// interruption the drive stops softly, then rethrow() throws from here. DeviceError when the bench does not
+/// do what a test demands.
 bool commission(const Settings& settings, const Operator& person);
 
 }  // namespace shaker::commissioning

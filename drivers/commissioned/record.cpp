@@ -1,5 +1,7 @@
 #include "drivers/commissioned/record.hpp"
 
+#include <toml++/toml.h>
+
 #include <algorithm>
 #include <cerrno>
 #include <cstring>
@@ -11,41 +13,60 @@
 
 namespace shaker::commissioned {
 
-namespace {
-
-// A TOML string. Names of devices have no quotes and no control characters worth keeping.
-std::string quoted(std::string text) {
-    std::ranges::replace_if(
-        text, [](unsigned char c) { return c < ' ' || c == '"' || c == '\\'; }, ' ');
-    return '"' + text + '"';
-}
-
-}  // namespace
+std::string rig_hash(const std::string& rig_text) { return text::sha256(rig_text); }
 
 std::filesystem::path record_of(const std::filesystem::path& rig) { return rig.string() + ".commissioned"; }
 
-void write_record(const std::filesystem::path& rig, const std::string& rig_text, const std::string& date,
-                  const std::vector<Item>& items) {
+void write_record(const std::filesystem::path& rig, const Record& record) {
+    toml::array files, items;
+    for (const Named& file : record.files)
+        files.push_back(toml::table{{"what", file.what}, {"text", file.text}});
+    for (const Item& item : record.items)
+        items.push_back(toml::table{{"name", item.name}, {"result", item.result}});
     std::ofstream out{record_of(rig)};
-    out << "# Commissioning of " << rig.filename().string() << ", valid while that file is unchanged.\n"
-        << "date = " << quoted(date) << "\nrig_sha256 = " << quoted(text::sha256(rig_text)) << "\n";
-    for (const Item& item : items)
-        out << "\n[[item]]\nname = " << quoted(item.name) << "\nresult = " << quoted(item.result) << "\n";
+    out << "# Commissioning of " << rig.filename().string()
+        << ", valid while that file and the files that it names are unchanged.\n"
+        << toml::table{{"date", record.date},
+                       {"rig_sha256", record.rig_sha256},
+                       {"file", files},
+                       {"item", items}}
+        << "\n";
     out.close();
     if (!out) throw DeviceError{record_of(rig).string() + ": " + std::strerror(errno)};
 }
 
-std::string missing_record(const std::filesystem::path& rig, const std::string& rig_text) {
+std::optional<Record> read_record(const std::filesystem::path& rig) {
+    if (!std::filesystem::exists(record_of(rig))) return std::nullopt;
+    SettingsTable table = SettingsTable::from_file(record_of(rig));
+    Record record{.date = table.text("date"), .rig_sha256 = table.text("rig_sha256")};
+    for (SettingsTable& file : table.tables("file"))
+        record.files.push_back({file.text("what"), file.text("text")});
+    for (SettingsTable& item : table.tables("item"))
+        record.items.push_back({item.text("name"), item.text("result")});
+    return record;
+}
+
+std::string missing_record(const std::filesystem::path& rig, const std::string& rig_text,
+                           const std::vector<Named>& files) {
     const std::string remedy = "; run: shakerd check --commission --rig " + rig.string();
-    const std::filesystem::path file = record_of(rig);
-    if (!std::filesystem::exists(file))
-        return "this bench has not been commissioned: there is no " + file.string() + remedy;
+    std::optional<Record> record;
     try {
-        if (SettingsTable::from_file(file).text("rig_sha256") == text::sha256(rig_text)) return {};
+        record = read_record(rig);
     } catch (const InputError& e) {
         return e.what() + remedy;
     }
-    return rig.string() + " has changed since the bench was commissioned" + remedy;
+    if (!record)
+        return "this bench has not been commissioned: there is no " + record_of(rig).string() + remedy;
+    if (record->rig_sha256 != rig_hash(rig_text))
+        return rig.string() + " has changed since the bench was commissioned" + remedy;
+    for (const Named& now : files) {
+        const auto then = std::ranges::find(record->files, now.what, &Named::what);
+        if (then == record->files.end())
+            return "the record of the commissioning does not cover its " + now.what +
+                   ", as those of earlier versions: commission the bench once more" + remedy;
+        if (*then != now) return "its " + now.what + " has changed since the bench was commissioned" + remedy;
+    }
+    return {};
 }
 
 }  // namespace shaker::commissioned

@@ -1,6 +1,8 @@
 #pragma once
-// The record of a bench's commissioning: a file beside its rig file, valid while that file is unchanged.
+// The record of a bench's commissioning: a file beside its rig file, valid while that file and the files that
+// it names are unchanged.
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -11,16 +13,34 @@ struct Item {
     std::string name, result;
 };
 
+/// A file that the rig file names, as the bench was opened with it.
+struct Named {
+    std::string what;  // "calibration of accelerometer", "calibration of camera top", "alsa_config"
+    std::string text;  // its content
+    bool operator==(const Named&) const = default;
+};
+
+struct Record {
+    std::string date{};          // ISO 8601
+    std::string rig_sha256{};    // of the rig file
+    std::vector<Named> files{};  // that it names
+    std::vector<Item> items{};
+};
+
+/// Record::rig_sha256 of this content of a rig file.
+std::string rig_hash(const std::string& rig_text);
+
 /// "bench.toml" has its record in "bench.toml.commissioned".
 std::filesystem::path record_of(const std::filesystem::path& rig);
 
-/// Writes the record for this content of the rig file, as TOML: date (ISO 8601), rig_sha256, [[item]] name,
-/// result. DeviceError when the record cannot be written.
-void write_record(const std::filesystem::path& rig, const std::string& rig_text, const std::string& date,
-                  const std::vector<Item>& items);
+/// Writes the record of this rig file, as TOML. DeviceError when it cannot be written.
+void write_record(const std::filesystem::path& rig, const Record& record);
+/// Empty: there is none. InputError for a file that is not a record.
+std::optional<Record> read_record(const std::filesystem::path& rig);
 
-/// The reason why a rig file with this content counts as not commissioned, with the remedy; empty: its record
-/// is valid.
-std::string missing_record(const std::filesystem::path& rig, const std::string& rig_text);
+/// The reason why a bench with this content of the rig file and of the files that it names counts as not
+/// commissioned, with the remedy; empty: its record is valid.
+std::string missing_record(const std::filesystem::path& rig, const std::string& rig_text,
+                           const std::vector<Named>& files);
 
 }  // namespace shaker::commissioned

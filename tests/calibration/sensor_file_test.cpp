@@ -18,7 +18,7 @@ struct SensorFileTest : testing::Test {
             fit_tumble(sensor.attitudes(standard_attitudes), sensor.nominal(), {sensor.gravity, 3e-4});
     }
     [[nodiscard]] AccelerometerInfo device(double scale = 1) const {
-        AccelerometerInfo info{.name = "sensor", .range_mps2 = 78.5};
+        AccelerometerInfo info{.name = name, .range_mps2 = 78.5};
         for (double& x : info.mps2_per_count) x = scale * sensor.mps2_per_count;
         return info;
     }
@@ -32,6 +32,7 @@ struct SensorFileTest : testing::Test {
         return "accepted";
     }
     TumbledSensor sensor{};
+    std::string name = "ADXL \"355\"";
     SensorCalibration written{.date = "2026-11-26T20:00:00+00:00",
                               .sensor = "ADXL \"355\"",
                               .nominal_mps2_per_count = sensor.nominal()};
@@ -50,6 +51,14 @@ TEST_F(SensorFileTest, ReadsBackExactly) {
     EXPECT_EQ(read.fit.chi2, written.fit.chi2);
     EXPECT_EQ(read.fit.attitudes, 18);
     EXPECT_EQ(calibration_text(read), calibration_text(parse_calibration(calibration_text(read), "x")));
+}
+
+TEST_F(SensorFileTest, RefusesAFileOfAnotherSensor) {
+    name = "ADXL \"355\" at usb:1.7.5";
+    EXPECT_EQ(refusal(calibration_text(written)), "accepted") << "another socket";
+    name = "adxl357";
+    EXPECT_EQ(refusal(calibration_text(written)),
+              "cal.toml: was made of \"ADXL  355 \"; the rig's accelerometer is \"adxl357\": calibrate it");
 }
 
 TEST_F(SensorFileTest, RefusesAFileThatWasChanged) {

@@ -155,9 +155,15 @@ MockBench::State::State(const MockBenchSettings& s)
              .clock = 1 + 1e-6 * s.camera_ppm.at(i)});
     }
     rig_file = write_bench_files(s, iiod.port());
-    if (std::ifstream text{rig_file}; s.commissioned)
-        commissioned::write_record(rig_file, {std::istreambuf_iterator<char>{text}, {}},
-                                   "1970-01-01T00:00:00+00:00", {{"mock bench", "nothing can be harmed"}});
+    const auto content = [](const std::filesystem::path& file) {
+        std::ifstream in{file};
+        return std::string{std::istreambuf_iterator<char>{in}, {}};
+    };
+    if (s.commissioned)
+        commissioned::write_record(rig_file, {.date = "1970-01-01T00:00:00+00:00",
+                                              .rig_sha256 = commissioned::rig_hash(content(rig_file)),
+                                              .files = {{"alsa_config", content(s.folder / "asound.conf")}},
+                                              .items = {{"mock bench", "nothing can be harmed"}}});
     for (MockCamera& camera : cameras)
         camera.thread =
             std::jthread{[this, &camera](const std::stop_token& stop) { send_pictures(stop, camera); }};

@@ -83,7 +83,7 @@ TEST_F(OneLiarTest, CalibrationThatMissesGravityStopsTheSelfTest) {
     constexpr double nominal = 2 * 78.5 / (1 << 20);
     for (const double size : {0.62, 0.94, 0.97, 1.03, 1.06}) {
         SensorCalibration written{.date = "2026-11-28",
-                                  .sensor = "simulated",
+                                  .sensor = "simulated accelerometer",
                                   .nominal_mps2_per_count = {nominal, nominal, nominal}};
         written.fit.gravity = {9.8, 1e-3};
         written.fit.attitudes = 12;

@@ -47,8 +47,10 @@ void BenchRun::rig(const std::string& key, const std::string& value) {
     const auto from = at + key.size() + 4;
     text.replace(from, text.find('\n', from) - from, value);
     std::ofstream{bench.rig_file()} << text;
-    if (std::filesystem::exists(commissioned::record_of(bench.rig_file())))
-        commissioned::write_record(bench.rig_file(), text, "1970-01-01T00:00:00+00:00", {});
+    if (auto record = commissioned::read_record(bench.rig_file())) {
+        record->rig_sha256 = commissioned::rig_hash(text);
+        commissioned::write_record(bench.rig_file(), *record);
+    }
 }
 
 void BenchRun::start(const std::string& options) {
