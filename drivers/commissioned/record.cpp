@@ -23,14 +23,16 @@ void write_record(const std::filesystem::path& rig, const Record& record) {
         files.push_back(toml::table{{"what", file.what}, {"text", file.text}});
     for (const Item& item : record.items)
         items.push_back(toml::table{{"name", item.name}, {"result", item.result}});
+    const toml::table table{
+        {"date", record.date}, {"rig_sha256", record.rig_sha256}, {"file", files}, {"item", items}};
+    // Strings of several lines are not written as they are read back: all are escaped.
+    constexpr toml::format_flags plain =
+        toml::toml_formatter::default_flags &
+        ~(toml::format_flags::allow_literal_strings | toml::format_flags::allow_multi_line_strings);
     std::ofstream out{record_of(rig)};
     out << "# Commissioning of " << rig.filename().string()
         << ", valid while that file and the files that it names are unchanged.\n"
-        << toml::table{{"date", record.date},
-                       {"rig_sha256", record.rig_sha256},
-                       {"file", files},
-                       {"item", items}}
-        << "\n";
+        << toml::toml_formatter{table, plain} << "\n";
     out.close();
     if (!out) throw DeviceError{record_of(rig).string() + ": " + std::strerror(errno)};
 }

@@ -18,7 +18,7 @@ struct SensorFileTest : testing::Test {
             fit_tumble(sensor.attitudes(standard_attitudes), sensor.nominal(), {sensor.gravity, 3e-4});
     }
     [[nodiscard]] AccelerometerInfo device(double scale = 1) const {
-        AccelerometerInfo info{.name = name, .range_mps2 = 78.5};
+        AccelerometerInfo info{.name = device_name, .range_mps2 = 78.5};
         for (double& x : info.mps2_per_count) x = scale * sensor.mps2_per_count;
         return info;
     }
@@ -32,7 +32,7 @@ struct SensorFileTest : testing::Test {
         return "accepted";
     }
     TumbledSensor sensor{};
-    std::string name = "ADXL \"355\"";
+    std::string device_name = "ADXL \"355\"";
     SensorCalibration written{.date = "2026-11-26T20:00:00+00:00",
                               .sensor = "ADXL \"355\"",
                               .nominal_mps2_per_count = sensor.nominal()};
@@ -54,9 +54,9 @@ TEST_F(SensorFileTest, ReadsBackExactly) {
 }
 
 TEST_F(SensorFileTest, RefusesAFileOfAnotherSensor) {
-    name = "ADXL \"355\" at usb:1.7.5";
+    device_name = "ADXL \"355\" at usb:1.7.5";
     EXPECT_EQ(refusal(calibration_text(written)), "accepted") << "another socket";
-    name = "adxl357";
+    device_name = "adxl357";
     EXPECT_EQ(refusal(calibration_text(written)),
               "cal.toml: was made of \"ADXL  355 \"; the rig's accelerometer is \"adxl357\": calibrate it");
 }
