@@ -10,6 +10,7 @@
 #include <filesystem>
 #include <istream>
 #include <numbers>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -324,7 +325,14 @@ private:
 
 constexpr double least_change = 0.05;  // of a gain, that needs the whole day again
 
-/// What has changed when only the accelerometer was calibrated again and its gains moved less than 5 %; else
+/// The record of an earlier day; empty when there is none or it cannot be read: the whole day replaces it.
+std::optional<commissioned::Record> earlier(const std::string& rig) try {
+    return commissioned::read_record(rig);
+} catch (const InputError&) {
+    return std::nullopt;
+}
+
+/// The change, when only the accelerometer was calibrated again and its gains moved less than 5 %; else
 /// empty.
 std::string recalibrated(const commissioned::Record& before, const commissioned::Record& now) try {
     if (before.rig_sha256 != now.rig_sha256 || before.files.size() != now.files.size()) return {};
@@ -359,7 +367,7 @@ bool commission(const Settings& settings, const Operator& person) {
     Day day{settings, person};
     if (!settings.tested_text.empty() && day.rig_text() != settings.tested_text)
         throw InputError{settings.rig + " has changed since its self-test; start the commissioning again"};
-    const auto before = commissioned::read_record(settings.rig);
+    const auto before = earlier(settings.rig);
     const std::string change = before ? recalibrated(*before, day.record()) : "";
     if (!change.empty())
         day.lead_again(before->items, change);

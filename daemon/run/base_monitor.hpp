@@ -22,7 +22,7 @@ struct BaseComparison {
 BaseComparison compare(const acquisition::TargetTrack& base, const control::PeriodWindows::Window& window,
                        const control::DriveHistory& drive);
 
-/// What to tell the operator, and the stop that it requires.
+/// A sentence for the operator, and the stop to order, if one is needed.
 struct BaseFinding {
     std::string note;
     std::optional<safety::Trip> trip{};
@@ -39,7 +39,7 @@ public:
     /// Compares a window of steady motion with each camera that has no verdict yet. base_motion: the ratio is
     /// outside 0.8 to 1.25 by more than three of its errors. polarity: the turn is beyond a right angle by
     /// more than three errors. Both in two windows in a row. An error above 10 % is no verdict; after 20
-    /// windows at the level (`counts`) a note tells it.
+    /// windows at the level (`counts`) a note names the error.
     std::vector<BaseFinding> judge(const acquisition::Streams& streams,
                                    const control::PeriodWindows::Window& window,
                                    const control::DriveHistory& drive, bool counts);

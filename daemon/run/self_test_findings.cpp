@@ -206,10 +206,10 @@ void Judge::missing_pictures(const std::string& name, std::size_t index) {
     }
     if (share > few_pictures)
         add(share > most_missing ? Verdict::bad : Verdict::warning, name,
-            fmt::format(
-                "{:.1f} % of the pictures are missing (look from {:.0f} %, not fit from {:.0f} %): check "
-                "cable, bandwidth, exposure_s and the rate that the camera reaches when triggered",
-                100 * share, 100 * few_pictures, 100 * most_missing));
+            fmt::format("{:.1f} % of the pictures are missing (a warning above {:.0f} %, not fit above "
+                        "{:.0f} %): check "
+                        "cable, bandwidth, exposure_s and the rate that the camera reaches when triggered",
+                        100 * share, 100 * few_pictures, 100 * most_missing));
 }
 
 // Whether this computer tracks pictures as fast as they come.

@@ -52,7 +52,7 @@ constexpr std::array<Words, causes> words{{
      "the base moves against the predicted direction: {0} of the prediction (at least {1})",
      "check the wiring of the amplifier and the sensor's direction"},
     {"gravity", "", 100, "%",
-     "gravity reads {0} of its reference value (allowed {1} at most, and as much less)",
+     "gravity reads {0} of its reference value (at most {1}, and as far below 100 %)",
      "check the sensor's mounting, its axes, its power and its scale"},
     {"walker_edge", "mm", 1, "mm", "the walker is {0} from the edge of the picture (at least {1})",
      "clear the trip, then bring it back to the middle"},
@@ -77,7 +77,7 @@ constexpr std::array<Words, causes> words{{
      "close it (its button, its cable), then clear the trip"},
     {"base_motion", "", 1, "",
      "a camera sees the base move {0} times as far as the accelerometer says (limit {1})",
-     "one of both is wrong: check mm_per_px of the camera and the sensor's scale, and calibrate them"},
+     "one of the two is wrong: check mm_per_px of the camera and the sensor's scale, and calibrate them"},
 }};
 
 const Words& of(Cause cause) noexcept { return words[static_cast<std::size_t>(cause) % causes]; }

@@ -35,7 +35,7 @@ std::filesystem::path record_of(const std::filesystem::path& rig);
 
 /// Writes the record of this rig file, as TOML. DeviceError when it cannot be written.
 void write_record(const std::filesystem::path& rig, const Record& record);
-/// Empty: there is none. InputError for a file that is not a record.
+/// The record of this rig file; empty when none exists. InputError for a file that is not a record.
 std::optional<Record> read_record(const std::filesystem::path& rig);
 
 /// The reason why a bench with this content of the rig file and of the files that it names counts as not

@@ -218,6 +218,8 @@ TEST_F(CommissionTest, RecalibratedSensorAsksForTheGainOnly) {
     EXPECT_EQ(commissioned::missing_record(rig, content(rig), now), "");
     calibrated(0.96);  // by 6 %: the whole day, whose first question is not answered
     EXPECT_EQ(commission("").status, 3);
+    std::ofstream{record} << "date = ";  // a record that cannot be read asks for the whole day, too
+    EXPECT_EQ(commission("").status, 3);
 }
 
 TEST_F(CommissionTest, RunNeedsARecordOrHalfTheLimits) {

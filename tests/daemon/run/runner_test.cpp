@@ -212,7 +212,7 @@ TEST(RunnerTest, CheckJudgesMissingPictures) {
     EXPECT_EQ(few.status, 0) << few.out;
     EXPECT_NE(few.out.find("% of the pictures are missing"), std::string::npos) << few.out;
     EXPECT_NE(many.status, 0) << many.out;
-    EXPECT_NE(many.out.find("not fit from 20 %"), std::string::npos) << many.out;
+    EXPECT_NE(many.out.find("not fit above 20 %"), std::string::npos) << many.out;
     const Outcome none = shakerd("check --scene scene.toml", bench());
     EXPECT_EQ(none.out.find("pictures are missing"), std::string::npos) << none.out;
 }

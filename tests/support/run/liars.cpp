@@ -74,8 +74,8 @@ std::vector<Liar> liars() {
     for (const auto& instrument : instruments)
         for (const double size : {0.25, 0.4, 0.62, 0.75, 0.9, 1.1, 1.4, 2.0, 4.0})
             all.push_back(instrument(size));
-    all.push_back({"sensor's sign, axis fitted", sensor("gain_x = -1\n"), -1});
-    all.push_back({"sensor's sign, axis told", sensor("gain_x = -1\naxis_told = 1\n"), -1});
+    all.push_back({"sensor's sign, its axis fitted", sensor("gain_x = -1\n"), -1});
+    all.push_back({"sensor's sign, its axis given", sensor("gain_x = -1\naxis_told = 1\n"), -1});
     all.push_back({"sensor's axis across", sensor("gain_x = 0.02\ncross_yx = 1\naxis_told = 1\n"), 0.02});
     return all;
 }
