@@ -9,6 +9,7 @@
 #include <system_error>
 #include <utility>
 
+#include "daemon/campaign/plan.hpp"
 #include "daemon/recording/folder.hpp"
 #include "daemon/recording/time_text.hpp"
 #include "drivers/errors.hpp"
@@ -37,6 +38,31 @@ void create(const fs::path& folder) {
 }
 
 }  // namespace
+
+std::optional<InterruptedCampaign> newest_interrupted(const fs::path& recordings) try {
+    fs::path newest;
+    fs::file_time_type newest_time;
+    for (const fs::directory_entry& entry : fs::directory_iterator{recordings}) {
+        std::error_code missing;
+        const fs::file_time_type time = fs::last_write_time(entry.path() / journal_name, missing);
+        if (missing || (!newest.empty() && time <= newest_time)) continue;
+        newest = entry.path();
+        newest_time = time;
+    }
+    if (newest.empty() || h5::locked_by(newest / journal_name)) return std::nullopt;
+    const StoredCampaign stored = read_campaign(newest);
+    const auto& change = stored.progress.campaign;
+    if (!change || change->what == CampaignChange::What::ended) return std::nullopt;
+    const Plan plan = parse_plan(stored.plan, (newest / plan_name).string());
+    InterruptedCampaign found{.folder = newest, .title = plan.title};
+    for (const Point& point : schedule(plan, most_stored_points)) {
+        ++found.points;
+        if (stored.progress.done(point.id)) ++found.ended;
+    }
+    return found;
+} catch (const std::exception&) {
+    return std::nullopt;
+}
 
 void prepare_folder(const fs::path& folder) {
     create(folder);

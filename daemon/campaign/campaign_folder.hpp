@@ -26,6 +26,16 @@ struct StoredCampaign {
 /// begun, and an error in the journal.
 StoredCampaign read_campaign(const std::filesystem::path& folder);
 
+/// A campaign that stopped before its end: the program or the machine ended in it.
+struct InterruptedCampaign {
+    std::filesystem::path folder;
+    std::string title;                  // of the plan
+    std::size_t points = 0, ended = 0;  // of the plan; that need no further measurement
+};
+/// The newest campaign in the folders of `recordings`, if it has not ended and no process leads it. A
+/// campaign that cannot be read does not count: its own error is reported where it is opened.
+std::optional<InterruptedCampaign> newest_interrupted(const std::filesystem::path& recordings);
+
 /// Creates the folder if it is missing. InputError for a folder that has anything in it but the lock of a
 /// daemon's recordings.
 void prepare_folder(const std::filesystem::path& folder);

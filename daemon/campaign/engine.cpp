@@ -31,7 +31,7 @@ Engine::Engine(std::vector<Point> points, const EngineSettings& settings, const 
                const std::vector<law::Point>& known)
     : points_{std::move(points)},
       over_(points_.size(), false),
-      returns_by_{points_},
+      returns_by_{points_, settings.timing},
       settings_{settings},
       walks_{settings.mu, settings.g, settings.timing.settle_at_most} {
     for (const int id : ended) {

@@ -65,7 +65,7 @@ PlanCheck check_plan(const Plan& plan, std::vector<Point> points, const CheckSet
         .title = plan.title, .mu = plan.mu, .mu_target = plan.mu_target, .free_way = settings.way.length()};
     WalkPredictor predictor{plan.mu, settings.gravity, settings.timing.settle_at_most};
     double place = settings.start, frequency = 0;
-    const ReturnDrives returns{points};
+    const ReturnDrives returns{points, settings.timing};
     check.points.reserve(points.size());
     for (Point& point : points) {
         if (stop.stop_requested()) throw InputError{"the check of the plan was stopped"};

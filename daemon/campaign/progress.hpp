@@ -31,8 +31,9 @@ struct Progress {
 ///
 /// Hours of recordings must not depend on one line: an entry that cannot follow those before it is a remark,
 /// and the last word counts. When two entries are for one pass, or for one measurement, the later one with a
-/// measurement counts. An entry for a point that is not in progress changes nothing but an outcome: a point is
-/// measured only while it has a measurement. Only what makes it the journal of another campaign is refused.
+/// measurement counts. An entry for a point that is not in progress changes nothing but an outcome: a point
+/// is measured only while it has a measurement. Only what makes it the journal of another campaign is
+/// refused.
 class Follower {
 public:
     /// InputError, with the number of the entry: the campaign has not begun, or begins again.

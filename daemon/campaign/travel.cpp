@@ -59,11 +59,14 @@ const Walk& WalkPredictor::at(const Drive& drive) {
     return known->second;
 }
 
-ReturnDrives::ReturnDrives(const std::vector<Point>& points) {
+ReturnDrives::ReturnDrives(const std::vector<Point>& points, const Timing& timing) {
     for (const Point& p : points) {
         double& gamma = gamma_.try_emplace(p.asked.drive.frequency, least_return_gamma).first->second;
         gamma = std::max(gamma, p.asked.drive.gamma);
     }
+    for (const auto& [frequency, most] : timing.most_return_gamma)
+        if (const auto known = gamma_.find(frequency); known != gamma_.end())
+            known->second = std::min(known->second, most);
 }
 
 Drive ReturnDrives::at(int direction, double frequency) const {

@@ -34,6 +34,9 @@ struct Timing {
     double recording_s = INFINITY;  // that one recording can hold; a pass is measured in one
     int starts = 150;               // from rest to the set-point: identification, loop check, soft start
     double start_s = 3;             // besides
+    /// m/s^2, by the frequency: what the limits of the bench allow the drives of a return. One that is
+    /// missing is not limited.
+    std::map<double, double> most_return_gamma{};
 };
 
 /// All parameters of a drive. Drives with equal numbers are equal.
@@ -76,10 +79,10 @@ struct Travel {
 };
 
 /// The drives that lead the walker back: phi 0 or pi, the largest gamma of the points of this frequency and
-/// at least 1 g.
+/// at least 1 g, as far as the limits of the bench allow.
 class ReturnDrives {
 public:
-    explicit ReturnDrives(const std::vector<Point>& points);
+    ReturnDrives(const std::vector<Point>& points, const Timing& timing);
     /// direction: of the walk, +1 or -1.
     [[nodiscard]] Drive at(int direction, double frequency) const;
 

@@ -275,7 +275,12 @@ bool recover(const RecoverOptions& options) {
     const std::filesystem::path folder = recorded::pictures_folder(file);
     const std::optional<h5::FileLock> locked = lock_of_pictures(folder);
     std::filesystem::copy_file(part, working);
-    recorded::RecordingWriter::mend(working).close();
+    try {
+        recorded::RecordingWriter::mend(working).close();
+    } catch (const InputError& e) {
+        throw InputError{fmt::format("{}: nothing can be recovered, no data were complete yet: {}",
+                                     part.string(), e.what())};
+    }
     Recovered found;
     recorded::RecordingHeader header;
     {

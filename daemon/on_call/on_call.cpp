@@ -164,8 +164,7 @@ void OnCall::drive(Start& start, acquisition::Channels& channels) {
     else
         record_.begin(run, {}, sequence_.now_s());
     note_drive(run.drive);
-    if (start.walk)
-        start.fits = run::what_fits(*start.walk, sequence_.walker(), limits_.edge_mm, run.drive.frequency);
+    if (start.walk) start.fits = run::what_fits(*start.walk, sequence_.walker(), limits_.edge_mm, run.drive);
     // Throws after an abort in this moment; its trip then ends the recording.
     sequence_.begin(run.drive, start.task, channels, permit);
 }
@@ -268,9 +267,30 @@ void OnCall::require_inside(double edge_mm, const std::string& way_back) const {
                                  edge_mm, limits_.edge_mm, way_back)};
 }
 
+std::string OnCall::way_ends() const {
+    const MeasurementPlan& plan = sequence_.plan().task.plan;
+    const run::WalkerMonitor& walker = sequence_.walker();
+    const auto drift_m = walker.drift_m();
+    if (sequence_.left() <= 0 || !sequence_.may_set() || !drift_m) return {};
+    const double left = run::periods_to_edge(walker.ways_m(limits_.edge_mm), *drift_m, walker.swing_m());
+    const double unseen = (sequence_.now_s() - walker.until_s()) * frequency_;
+    // The mean place is half a period old. A soft stop takes half of its length at the full speed.
+    const double stopping = unseen + 1 + run::soft_stop_s(sequence_.plan(), frequency_) * frequency_ / 2;
+    const std::size_t whole = sequence_.measured().size();
+    const std::string to_do = "bring the walker to the middle, or try phi + 180 deg";
+    if (left < stopping && sequence_.measuring())
+        return fmt::format(
+            "stopped in measurement {} of {}, which keeps its whole periods: the walker is "
+            "near the edge limit; {}",
+            whole + 1, plan.measurements, to_do);
+    const bool next = !sequence_.measuring() && whole > 0;
+    if (left >= stopping + (next ? plan.periods + run::margin_periods : 0)) return {};
+    return fmt::format("stopped after {} of {}: the next measurement would reach the edge limit; {}", whole,
+                       plan.measurements, to_do);
+}
+
 double OnCall::oscillation_mm(const Drive& drive) const {
-    const std::vector<safety::Demand> predicted = run::run_demands(bench_, drive, limits_);
-    return std::ranges::find(predicted, "displacement", &safety::Demand::quantity)->value;
+    return 1e3 * safety::largest_displacement(harmonics(drive), drive.frequency);
 }
 
 // A walker beyond the edge limit, or so near to it that its oscillation would cross it, may start if it will

@@ -83,6 +83,9 @@ public:
     [[nodiscard]] bool at_rest() const;
     /// A finished measurement waits for its reduction.
     [[nodiscard]] bool pending() const noexcept { return !pending_.empty(); }
+    /// Why a run of N measurements ends now: on its present walk the walker would reach the edge limit before
+    /// the next whole measurement, or before this one, is over. Empty: it fits, or is not known.
+    [[nodiscard]] std::string way_ends() const;
     /// Predicted peak of the base's displacement from its middle, mm.
     [[nodiscard]] double oscillation_mm(const Drive& drive) const;
     /// The next measurement whose reduction is finished.

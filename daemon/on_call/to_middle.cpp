@@ -19,19 +19,13 @@ constexpr double wrong_way_m = 1e-3;           // from its start
 constexpr double identification_way_m = 0.01;  // that a walker may walk while the response is identified
 constexpr double near_share = 0.4;             // of the whole way, in a narrow view
 
-/// How far the walker's middle may go towards -x and +x, m; negative beyond the limit at the edge.
-std::array<double, 2> ways_m(const run::WalkerMonitor& walker, double edge_mm) {
-    const std::array<double, 2> ways = walker.mean_ways_mm();
-    return {1e-3 * (ways[0] - edge_mm), 1e-3 * (ways[1] - edge_mm)};
-}
-
 }  // namespace
 
 ToMiddle::Way ToMiddle::way(const run::WalkerMonitor& walker, double edge_mm, double frequency,
                             const std::vector<reduction::DrivenPoint>& points,
                             const calibration::Estimate& mu, double g,
                             const RequirePossible& require_possible) {
-    const std::array<double, 2> ways = ways_m(walker, edge_mm);
+    const std::array<double, 2> ways = walker.ways_m(edge_mm);
     if (!std::isfinite(ways[0]))
         throw InputError{
             "the walker is in no picture, so that it cannot be brought to the middle; check the light, the "
@@ -68,7 +62,7 @@ ToMiddle::Way ToMiddle::way(const run::WalkerMonitor& walker, double edge_mm, do
 }
 
 bool ToMiddle::over(double now_s, const run::WalkerMonitor& walker, double edge_mm) {
-    const std::array<double, 2> ways = ways_m(walker, edge_mm);
+    const std::array<double, 2> ways = walker.ways_m(edge_mm);
     if (state_ == State::stops || !std::isfinite(ways[0])) return false;
     const std::size_t ahead = way_.walk.v_D.value > 0 ? 0 : 1;  // the side whose way grows
     const double way_m = ways.at(ahead);
@@ -91,7 +85,7 @@ bool ToMiddle::over(double now_s, const run::WalkerMonitor& walker, double edge_
 }
 
 std::string ToMiddle::end(const run::WalkerMonitor& walker, double edge_mm) {
-    const std::array<double, 2> ways = ways_m(walker, edge_mm);
+    const std::array<double, 2> ways = walker.ways_m(edge_mm);
     state_ = State::none;
     if (way_back_.left() && std::isfinite(ways[0])) {
         way_back_.follow(ways.at(way_back_.ahead()));

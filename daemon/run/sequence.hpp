@@ -76,6 +76,7 @@ private:
 };
 
 inline constexpr double longest_soft_stop_s = 2;
+inline constexpr double margin_periods = 2;   // driven after a measurement
 inline constexpr double usable_drive = 0.95;  // share of the drive's limit; the rest is for corrections
 
 struct RunPlan {
@@ -93,6 +94,11 @@ struct RunPlan {
     std::optional<PredictedWalk> walk{};  // not on call: noted before the drive starts
     std::vector<std::string> notes{};     // the first notes of the run; not on call
 };
+
+/// Length of a soft stop, s; frequency in Hz.
+inline double soft_stop_s(const RunPlan& plan, double frequency) noexcept {
+    return std::min(plan.soft_start / frequency, longest_soft_stop_s);
+}
 
 /// State machine over the gathered streams. It reads streams, posts drive commands and has no other effect.
 /// Thread safety: one thread.

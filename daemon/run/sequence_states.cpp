@@ -33,8 +33,7 @@ constexpr double camera_patience_s = 2;
 constexpr int check_ramp = 2;         // periods to the level of the loop check
 constexpr double check_periods = 60;  // longest loop check: this and check_patience_s
 constexpr double check_patience_s = 2;
-constexpr double margin_periods = 2;  // driven after a measurement
-constexpr int least_held = 2;         // windows of a held drive: the walker follows its last change
+constexpr int least_held = 2;  // windows of a held drive: the walker follows its last change
 }  // namespace
 
 void Sequence::go(const State& next, acquisition::Channels& channels) {
@@ -71,7 +70,8 @@ void Sequence::advance(Quiet& quiet, acquisition::Channels& channels) {
     go(Idle{}, channels);
     if (plan_.on_call) return;
     if (plan_.walk)
-        if (const std::string fits = what_fits(*plan_.walk, walker_, plan_.limits.edge_mm, frequency_);
+        if (const std::string fits =
+                what_fits(*plan_.walk, walker_, plan_.limits.edge_mm, controller_.drive());
             !fits.empty())
             note(fits);
     arm(channels);
@@ -246,9 +246,7 @@ bool Sequence::walker_settled() const {
 void Sequence::come_down(acquisition::Channels& channels) {
     go(RampDown{}, channels);
     say_("soft stop");
-    channels.drive.post({.volts = {},
-                         .sequence = drive_.next(),
-                         .stop_s = std::min(plan_.soft_start / frequency_, longest_soft_stop_s)});
+    channels.drive.post({.volts = {}, .sequence = drive_.next(), .stop_s = soft_stop_s(plan_, frequency_)});
     drive_.await();
 }
 

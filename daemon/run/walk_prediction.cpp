@@ -7,6 +7,7 @@
 #include <numbers>
 #include <ranges>
 
+#include "daemon/safety/preflight.hpp"
 #include "drivers/errors.hpp"
 #include "drivers/walker/no_stick.hpp"
 #include "drivers/walker/steady_state.hpp"
@@ -81,16 +82,11 @@ std::string text(const PredictedWalk& walk) {
 }
 
 std::string what_fits(const PredictedWalk& walk, const WalkerMonitor& walker, double edge_mm,
-                      double frequency) {
-    if (!walker.mean_edge_mm() || walk.v_D.value == 0) return {};
-    const auto [first_m, last_m] = walker.ends_m();
-    const double left_mm = 1e3 * (*walker.x_m() - std::min(first_m, last_m)),
-                 right_mm = 1e3 * (std::max(first_m, last_m) - *walker.x_m());
-    // The walker's outline ends this far before its middle.
-    const double half_mm = std::min(left_mm, right_mm) - *walker.mean_edge_mm();
-    const double way_mm = (walk.v_D.value > 0 ? right_mm : left_mm) - half_mm - edge_mm;
-    const double periods = way_mm / (1e3 * std::abs(walk.v_D.value)) * frequency;
-    return fmt::format("{}: about {:.0f} periods until the edge limit", text(walk), std::max(periods, 0.0));
+                      const Drive& drive) {
+    const double periods = periods_to_edge(walker.ways_m(edge_mm), walk.v_D.value / drive.frequency,
+                                           safety::largest_displacement(harmonics(drive), drive.frequency));
+    if (!std::isfinite(periods)) return {};
+    return fmt::format("{}: about {:.0f} periods until the edge limit", text(walk), std::floor(periods));
 }
 
 bool leads_towards(const PredictedWalk& walk, int direction) noexcept {

@@ -31,9 +31,8 @@ std::optional<PredictedWalk> walk_at_usual_friction(const Drive& drive, double g
 std::string text(const PredictedWalk& walk);
 /// The walk, and how long the walker stays inside the edge limit: "...: about 119 periods until the edge
 /// limit". Empty before the walker was found, and for a walk that leads nowhere. edge_mm: of the limits.
-/// frequency: of the drive, Hz.
 std::string what_fits(const PredictedWalk& walk, const WalkerMonitor& walker, double edge_mm,
-                      double frequency);
+                      const Drive& drive);
 /// True if the walk leads towards `direction` (+1 or -1 along x) by more than three times its error.
 bool leads_towards(const PredictedWalk& walk, int direction) noexcept;
 

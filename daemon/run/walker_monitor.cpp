@@ -143,13 +143,20 @@ std::optional<double> WalkerMonitor::mean_edge_mm() const noexcept {
     return sum / static_cast<double>(edges_.size());
 }
 
-std::array<double, 2> WalkerMonitor::mean_ways_mm() const noexcept {
+std::array<double, 2> WalkerMonitor::ways_m(double edge_mm) const noexcept {
     if (edges_.empty() || !std::isfinite(ends_m_[0])) return {NAN, NAN};
     double sum_m = 0;
     for (const Edge& e : edges_) sum_m += e.x_m;
     const double x_m = sum_m / static_cast<double>(edges_.size());
     const auto [low_m, high_m] = std::minmax(ends_m_[0], ends_m_[1]);
-    return {1e3 * (x_m - low_m) - half_mm_, 1e3 * (high_m - x_m) - half_mm_};
+    const double inside_m = 1e-3 * (half_mm_ + edge_mm);
+    return {x_m - low_m - inside_m, high_m - x_m - inside_m};
+}
+
+double WalkerMonitor::swing_m() const noexcept {
+    if (edges_.empty()) return 0;
+    const auto [least, most] = std::ranges::minmax(edges_, {}, &Edge::x_m);
+    return (most.x_m - least.x_m) / 2;
 }
 
 int WalkerMonitor::inwards() const noexcept {
@@ -177,6 +184,11 @@ bool WalkerMonitor::settled_since(double from_s, double gamma) const {
         sigma = std::max(sigma, p.drift.sigma);
     }
     return reduction::settled(since, sigma);
+}
+
+double periods_to_edge(const std::array<double, 2>& ways_m, double walk_m, double swing_m) noexcept {
+    const double way_m = ways_m.at(walk_m < 0 ? 0 : 1) - swing_m;
+    return way_m <= 0 ? 0 : way_m / std::abs(walk_m);
 }
 
 }  // namespace shaker::run

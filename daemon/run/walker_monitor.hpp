@@ -51,9 +51,13 @@ public:
     [[nodiscard]] std::optional<double> edge_mm() const noexcept { return edge_mm_; }
     /// The same, mean over the last period of the drive: without the walker's oscillation.
     [[nodiscard]] std::optional<double> mean_edge_mm() const noexcept;
-    /// Distances of the outline from the lower and the upper end of the picture in x, mm, mean over the last
-    /// period of the drive; NaN before the walker was found.
-    [[nodiscard]] std::array<double, 2> mean_ways_mm() const noexcept;
+    /// How far the walker may go towards -x and towards +x until its outline is `edge_mm` (mm) from the end
+    /// of the picture, m: mean over the last period of the drive, negative beyond. NaN before the walker was
+    /// found.
+    [[nodiscard]] std::array<double, 2> ways_m(double edge_mm) const noexcept;
+    /// Amplitude of the walker's oscillation in the last period of the drive, m. A walker at rest: 0 and the
+    /// noise of positions.
+    [[nodiscard]] double swing_m() const noexcept;
     /// Direction along x from the nearer end of the picture to the middle, +1 or -1; 0 before the walker was
     /// found.
     [[nodiscard]] int inwards() const noexcept;
@@ -95,5 +99,10 @@ private:
     double half_mm_ = 0;  // of the outline's extent
     int lost_ = 0;
 };
+
+/// Periods of the drive until the outline of a walker crosses the edge limit. ways_m: as
+/// WalkerMonitor::ways_m(). walk_m: its way in a period, with the sign of x. swing_m: amplitude of its
+/// oscillation. Not negative; infinite for a walker that stays where it is; NaN when the ways are not known.
+double periods_to_edge(const std::array<double, 2>& ways_m, double walk_m, double swing_m) noexcept;
 
 }  // namespace shaker::run

@@ -26,14 +26,22 @@ double rounded_down(double value, double step) { return step * std::floor(value 
 
 }  // namespace
 
+double largest_displacement(const Harmonics<Acceleration>& motion, double frequency) {
+    Amplitudes displacement{};
+    for (std::size_t k = 0; k < max_harmonics; ++k) {
+        const double w = two_pi * frequency * static_cast<double>(k + 1);
+        displacement[k] = -motion.a[k] / (w * w);
+    }
+    return largest(displacement);
+}
+
 std::vector<Demand> demands(const PlannedMotion& motion, const Limits& limits) {
-    Amplitudes velocity{}, displacement{}, volts{};
+    Amplitudes velocity{}, volts{};
     for (std::size_t k = 0; k < max_harmonics; ++k) {
         const std::complex<double> a = motion.target.a[k];
         if (a == 0.0) continue;
         const std::complex<double> jw{0, two_pi * motion.frequency * static_cast<double>(k + 1)};
         velocity[k] = a / jw;
-        displacement[k] = velocity[k] / jw;
         volts[k] = a / motion.response[k];
         if (!std::isfinite(std::abs(volts[k])))
             throw InputError{fmt::format("the shaker's response at harmonic {}, {:.6g} Hz, is unknown", k + 1,
@@ -42,7 +50,8 @@ std::vector<Demand> demands(const PlannedMotion& motion, const Limits& limits) {
     const double acceleration = largest(motion.target.a);
     return {{"acceleration", acceleration, limits.acceleration.abort, "m/s^2"},
             {"velocity", largest(velocity), limits.velocity.abort, "m/s"},
-            {"displacement", 1e3 * largest(displacement), 1e3 * limits.displacement.abort, "mm"},
+            {"displacement", 1e3 * largest_displacement(motion.target, motion.frequency),
+             1e3 * limits.displacement.abort, "mm"},
             {"force", motion.moving_kg * acceleration, limits.force_n, "N"},
             {"drive", largest(volts), limits.drive.abort, "V"}};
 }

@@ -28,6 +28,9 @@ struct Demand {
     [[nodiscard]] bool beyond() const noexcept { return !(value <= limit); }
 };
 
+/// Peak of the displacement of a motion with these harmonics of `frequency` (Hz), without a constant part, m.
+double largest_displacement(const Harmonics<Acceleration>& motion, double frequency);
+
 /// Peaks of the requested waveform (not sums of amplitudes): acceleration (m/s^2), velocity (m/s) and
 /// displacement (mm) without a constant part, force (N, moved mass times acceleration), drive (V at the
 /// DAC).

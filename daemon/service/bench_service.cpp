@@ -176,12 +176,13 @@ void BenchService::follow_states() {
 
 void BenchService::predict() { walk_ = run::predict_walk(run_.drive, points_, mu_, bench_.gravity); }
 
-// The drive is silent again after the measurements that were asked for.
+// The drive is silent again after the measurements that were asked for, or that fit.
 void BenchService::follow_task(acquisition::Channels& channels) {
-    if (to_middle_.active() || campaign_.active() || !sequence_.holding() ||
-        sequence_.plan().task.plan.measurements == 0)
-        return;
-    log("note", fmt::format("{} measurements are complete", sequence_.measured().size()));
+    if (to_middle_.active() || campaign_.active() || sequence_.plan().task.plan.measurements == 0) return;
+    std::string end = on_call_.way_ends();
+    if (sequence_.holding()) end = fmt::format("{} measurements are complete", sequence_.measured().size());
+    if (end.empty()) return;
+    log("note", end);
     sequence_.end(channels);
 }
 
@@ -272,7 +273,7 @@ void BenchService::log(const std::string& kind, const std::string& text, std::st
 
 void BenchService::publish() {
     auto state = std::make_shared<BenchState>();
-    report_->fill(*state);
+    report_->fill(*state, on_call_.limits());
     state->state = on_call_.state();
     state->since_s = std::max(state->since_s, finished_s_);
     state->answered = answered_;
@@ -315,7 +316,6 @@ void BenchService::publish() {
     state->real_time = runner_.real_time();
     state->real_time.insert(state->real_time.end(), grants_.begin(), grants_.end());
     state->may_clear = on_call_.may_clear();
-    state->limits = on_call_.limits();
     state->gauges = report_->gauges(predicted_, state->limits);
     state->outlook = outlook(*state, walk_, opened_);
     if (driving(state->state) && !state->to_middle) state->progress = progress_of(*state, sequence_);

@@ -50,7 +50,7 @@ struct WalkerState {
     double edge_m = 0;  // distance of its outline from the nearer end of the picture
     /// x at the picture's left and right end (upper and lower, if x runs along the height); NaN: not known.
     double left_m = NAN, right_m = NAN;
-    /// Distances of its outline from the lower and the upper end of the picture in x, mean over a period, m.
+    /// How far it may go towards -x and +x until its outline is at the edge limit, mean over a period, m.
     std::array<double, 2> ways_m{NAN, NAN};
     std::optional<double> drift_m;  // of a period, newest periods
     int lost = 0;                   // consecutive frames without the walker
@@ -74,7 +74,7 @@ struct OutlookState {
     int before = 0;   // expected, from the order until the first measurement
     int walking = 0;  // of these, with a walker that goes; and after the last measurement
     std::optional<run::PredictedWalk> walk;  // empty: not known
-    double way_m = NAN;  // to the limit at the edge in the direction of the walk; NaN: not known
+    double way_m = NAN;  // to the limit at the edge in the direction of the walk, less its oscillation
     struct Size {
         double bytes_per_s = NAN;  // NaN: the cameras are not open for these pictures
         double first_bytes = 0;    // of the pictures of the first second
@@ -171,7 +171,7 @@ struct CampaignState {
     std::string title{};   // of the plan
     std::string folder{};  // beside the recordings, without path
     bool active = false;   // false: it has ended, and its table is written
-    std::string doing{};   // "measuring", "returning", "changing", "paused", "ended"
+    std::string doing{};   // "measuring", "returning", "changing", "paused", "ended", "interrupted"
     bool paused = false;
     std::size_t points = 0, ended = 0;
     std::string point{};     // in progress or next, in words; empty at the end

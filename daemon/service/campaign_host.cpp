@@ -112,11 +112,33 @@ void CampaignHost::require_none(const std::string& what) const {
 const std::vector<std::string>& CampaignHost::plans(double now_s) {
     constexpr double fresh_s = 5;
     if (on_call_.at_rest() && now_s >= known_s_ + fresh_s && !listing_.valid()) {
-        listing_ = desk_.run([folder = plans_] { return campaign::plans_in(folder); });
+        const bool first = std::isinf(known_s_);
+        listing_ = desk_.run([plans = plans_, first, recordings = runner_.recordings().folder()] {
+            return Listed{campaign::plans_in(plans),
+                          first ? campaign::newest_interrupted(recordings) : std::nullopt};
+        });
         known_s_ = now_s;
     }
-    if (is_ready(listing_)) known_ = listing_.get();
+    if (is_ready(listing_)) take(listing_.get());
     return known_;
+}
+
+void CampaignHost::take(Listed&& listed) {
+    known_ = std::move(listed.plans);
+    if (!listed.interrupted || !state_.name.empty()) return;
+    const campaign::InterruptedCampaign& found = *listed.interrupted;
+    const std::string name = found.folder.filename().string();
+    state_ = {
+        .name = name,
+        .title = found.title,
+        .folder = name,
+        .doing = "interrupted",
+        .points = found.points,
+        .ended = found.ended,
+        .newest = fmt::format("campaign {} stopped before its end: {} of {} points have ended; when this "
+                              "daemon has ended, \"shakerd campaign {} --continue\" measures the rest",
+                              name, found.ended, found.points, found.folder.string())};
+    log_(state_.newest);
 }
 
 void CampaignHost::prepare(const std::string& name, const std::string& text, const run::RunOptions& run) {

@@ -71,7 +71,8 @@ public:
     /// Ends the campaign when it is done. leaving: the program ends; the campaign can be continued later.
     void follow(bool leaving);
 
-    /// State of the campaign under way, or of the last one; nothing before the first.
+    /// State of the campaign under way, or of the last one; before the first, of one that the daemon before
+    /// left unfinished in the folder of the recordings.
     [[nodiscard]] std::optional<CampaignState> state();
     /// Nothing is left to be written.
     [[nodiscard]] bool at_rest() const noexcept {
@@ -86,6 +87,11 @@ private:
     on_call::OnCall& on_call_;
     bool beside_, leaving_ = false;
     std::filesystem::path plans_;
+    struct Listed {
+        std::vector<std::string> plans;
+        std::optional<campaign::InterruptedCampaign> interrupted;  // at the start of the daemon
+    };
+    void take(Listed&& listed);
     std::vector<std::string> known_;
     double known_s_ = -INFINITY;  // master time at which they were read
     Log log_;
@@ -93,8 +99,8 @@ private:
     std::string preparing_name_;
     bool cancelled_ = false;
     std::future<campaign::PreparedSession> preparing_;
-    std::future<std::vector<std::string>> listing_;  // of the plans
-    std::future<std::string> finishing_;             // sentence for the log
+    std::future<Listed> listing_;
+    std::future<std::string> finishing_;  // sentence for the log
     std::optional<PlanCheckState> checked_, checked_before_;
     std::future<void> reading_;  // of the plan that is checked
     std::future<PlanCheckState> checking_;

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "daemon/recording/recorder.hpp"
+#include "daemon/safety/preflight.hpp"
 
 namespace shaker::service {
 
@@ -61,10 +62,6 @@ OutlookState::Size size_of(recorded::KeptPictures kept, const BenchState& s) {
     return size;
 }
 
-double way_m(const WalkerState& walker, double v, const safety::Limits& limits) {
-    return walker.ways_m.at(v < 0 ? 0 : 1) - 1e-3 * limits.edge_mm;
-}
-
 }  // namespace
 
 OutlookState outlook(const BenchState& s, const std::optional<run::PredictedWalk>& walk,
@@ -74,7 +71,10 @@ OutlookState outlook(const BenchState& s, const std::optional<run::PredictedWalk
     const int ramp = lasts(run::RunState::ramp, s);
     o.walking = ramp + lasts(run::RunState::run, s) + follows;  // half of each of two ramps
     o.walk = walk;
-    if (walk && s.walker) o.way_m = std::max(0.0, way_m(*s.walker, walk->v_D.value, s.limits));
+    if (walk && s.walker) {
+        const double swing_m = safety::largest_displacement(harmonics(s.wanted), s.wanted.frequency);
+        o.way_m = std::max(0.0, s.walker->ways_m.at(walk->v_D.value < 0 ? 0 : 1) - swing_m);
+    }
     for (std::size_t i = 0; i < o.sizes.size(); ++i)
         if (const auto kept = static_cast<recorded::KeptPictures>(i); recordable(kept, opened))
             o.sizes.at(i) = size_of(kept, s);
@@ -114,8 +114,9 @@ ProgressState progress_of(const BenchState& s, const run::Sequence& sequence) {
     if (s.state != run::RunState::ramp_down) p.left_s = std::max(0.0, rest / f);
     if (!s.walker || !s.walker->drift_m || s.state != run::RunState::run) return p;
     p.walk_mps = *s.walker->drift_m * f;
-    const double periods = way_m(*s.walker, p.walk_mps, s.limits) / std::abs(*s.walker->drift_m);
-    if (periods < 1e6) p.periods_left = std::max(0.0, periods);
+    const double periods =
+        run::periods_to_edge(s.walker->ways_m, *s.walker->drift_m, sequence.walker().swing_m());
+    if (periods < 1e6) p.periods_left = periods;
     return p;
 }
 

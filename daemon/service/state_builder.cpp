@@ -159,7 +159,8 @@ std::optional<TrackingState> StateBuilder::tracking() const {
     return any ? std::optional{all} : std::nullopt;
 }
 
-void StateBuilder::fill(BenchState& state) const {
+void StateBuilder::fill(BenchState& state, const safety::Limits& limits) const {
+    state.limits = limits;
     state.state = sequence_.state();
     state.now_s = sequence_.now_s();
     state.since_s = sequence_.since_s();
@@ -174,14 +175,13 @@ void StateBuilder::fill(BenchState& state) const {
         state.waveform = waveform();
     }
     if (const run::WalkerMonitor& walker = sequence_.walker(); walker.x_m())
-        state.walker =
-            WalkerState{.x_m = *walker.x_m(),
-                        .edge_m = 1e-3 * walker.edge_mm().value_or(NAN),
-                        .left_m = walker.ends_m()[0],
-                        .right_m = walker.ends_m()[1],
-                        .ways_m = {1e-3 * walker.mean_ways_mm()[0], 1e-3 * walker.mean_ways_mm()[1]},
-                        .drift_m = walker.drift_m(),
-                        .lost = walker.lost()};
+        state.walker = WalkerState{.x_m = *walker.x_m(),
+                                   .edge_m = 1e-3 * walker.edge_mm().value_or(NAN),
+                                   .left_m = walker.ends_m()[0],
+                                   .right_m = walker.ends_m()[1],
+                                   .ways_m = walker.ways_m(limits.edge_mm),
+                                   .drift_m = walker.drift_m(),
+                                   .lost = walker.lost()};
     const calibration::Timebase& timebase = collector_.streams().timebase;
     state.clocks = {clock_state("dac", timebase.dac()),
                     clock_state("accelerometer", timebase.accelerometer())};

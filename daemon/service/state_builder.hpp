@@ -17,7 +17,7 @@ public:
     /// Adds the data that arrived since the last call to the feed.
     void feed(const acquisition::Streams& streams);
     /// Fills in the values of sequence, acquisition and devices.
-    void fill(BenchState& state) const;
+    void fill(BenchState& state, const safety::Limits& limits) const;
 
     /// Largest values in a period against their limits; predicted: at the set-point.
     [[nodiscard]] std::vector<GaugeState> gauges(const std::vector<safety::Demand>& predicted,

@@ -53,7 +53,6 @@ test("Three measurements at the first set-point, then the drive stops by itself"
     await stateIs("idle");
     await look("idle");
     await press("Take control");
-    await page.fill("#periods", "20");
     await press("Start");
     await stateIs("running");
     await look("running");

@@ -1,12 +1,15 @@
 // Logs all changes that a program makes to the files of a folder, in the order of their effect.
 // SHAKER_DISK_FOLDER names the folder, SHAKER_DISK_LOG the log. A write is logged before the program
-// continues, so writes are made one by one.
+// continues, so writes are made one by one. After SHAKER_DISK_KILL entries SIGKILL ends the program. The
+// calls of its child processes are not logged.
 #include "tests/support/recording/disk_log.hpp"
 
 #include <fcntl.h>
 #include <sys/uio.h>
 
+#include <csignal>
 #include <cstdarg>
+#include <cstdlib>
 #include <mutex>
 
 #include "tests/preload/interposed.hpp"
@@ -33,6 +36,18 @@ int log_file() {
 
 std::uint64_t entries = 0;
 
+// A confined child process has no log.
+const pid_t program = ::getpid();
+
+// 0: no kill.
+std::uint64_t last_entry() {
+    static const std::uint64_t last = [] {
+        const char* set = std::getenv("SHAKER_DISK_KILL");
+        return set == nullptr ? 0 : std::strtoull(set, nullptr, 10);
+    }();
+    return last;
+}
+
 std::uint64_t inode_of(int descriptor) {
     struct stat status {};
     return ::fstat(descriptor, &status) == 0 ? status.st_ino : 0;
@@ -41,6 +56,7 @@ std::uint64_t inode_of(int descriptor) {
 // The caller holds in_order().
 void tell(DiskEntry entry, const std::string& name = {}, const std::string& second = {},
           const void* data = nullptr) {
+    if (::getpid() != program) return;
     const int before = errno;
     entry.name_bytes = static_cast<std::uint32_t>(name.size());
     entry.second_bytes = static_cast<std::uint32_t>(second.size());
@@ -49,7 +65,7 @@ void tell(DiskEntry entry, const std::string& name = {}, const std::string& seco
                            part(second.data(), second.size()), part(data, entry.bytes)};
     const auto whole = static_cast<ssize_t>(sizeof entry + name.size() + second.size() + entry.bytes);
     if (::writev(log_file(), parts.data(), static_cast<int>(parts.size())) != whole) std::abort();
-    ++entries;
+    if (++entries == last_entry()) ::kill(::getpid(), SIGKILL);
     errno = before;
 }
 

@@ -101,12 +101,11 @@ Seen Campaign::seen(const acquisition::Channels& channels) const {
            .free_bytes = runner_.recordings().free_bytes(),
            .bytes_per_s = track_bytes_per_s + pictures_per_s(),
            .x_m = sequence.walker().x_m().value_or(unknown)};
-    const std::array<double, 2> ways_mm = sequence.walker().mean_ways_mm();
     const Point* point = engine_.point();
-    if (!sequence.walker().watches() || point == nullptr || !std::isfinite(ways_mm[0])) return s;
+    if (!sequence.walker().watches() || point == nullptr) return s;
     const double inside_mm =
         on_call_.limits().edge_mm + settings_.edge_margin_mm + on_call_.oscillation_mm(point->asked.drive);
-    for (std::size_t i = 0; i < 2; ++i) s.way.at(i) = 1e-3 * (ways_mm.at(i) - inside_mm);
+    if (const auto ways_m = sequence.walker().ways_m(inside_mm); std::isfinite(ways_m[0])) s.way = ways_m;
     return s;
 }
 

@@ -4,12 +4,14 @@
 #include <spdlog/fmt/ranges.h>
 
 #include <algorithm>
+#include <cmath>
 #include <fstream>
 #include <iterator>
 #include <map>
 #include <system_error>
 
 #include "daemon/run/run_setup.hpp"
+#include "daemon/run/sequence.hpp"
 #include "drivers/errors.hpp"
 
 namespace shaker::campaign {
@@ -69,18 +71,29 @@ std::string text_of(const Scan& s) {
         s.phi ? range : fmt::to_string(s.rest.phi), s.rest.rho, s.rest.frequency, s.periods, s.repeats);
 }
 
+std::map<double, double> most_return_gamma(const std::vector<Point>& points, const bench::Bench& bench) {
+    std::map<double, double> most;
+    for (const Point& p : points) {
+        const double frequency = p.asked.drive.frequency;
+        if (most.contains(frequency)) continue;
+        Drive back = ReturnDrives{{}, {}}.at(1, frequency);
+        back.gamma = 1;
+        double& gamma = most.try_emplace(frequency, INFINITY).first->second;
+        for (const safety::Demand& d : run::run_demands(bench, back, run::limits_of_run(bench.limits)))
+            gamma = std::min(gamma, run::usable_drive * d.limit / d.value);
+    }
+    return most;
+}
+
 CheckSettings check_settings(const Plan& plan, const std::vector<Point>& points, const bench::Bench& bench) {
     std::map<std::vector<double>, double> swings;  // m, by drive
-    for (const Point& p : points) {
-        const Drive& drive = p.asked.drive;
-        const auto demands = run::run_demands(bench, drive, bench.limits);
-        swings.try_emplace(
-            numbers_of(drive),
-            1e-3 * std::ranges::find(demands, "displacement", &safety::Demand::quantity)->value);
-    }
+    for (const Point& p : points)
+        swings.try_emplace(numbers_of(p.asked.drive),
+                           safety::largest_displacement(harmonics(p.asked.drive), p.asked.drive.frequency));
     return {.way = {.walker = walker_m(bench.rig.cameras.front()->view()),
                     .edge = 1e-3 * bench.limits.edge_mm,
                     .margin = 1e-3 * plan.edge_margin_mm},
+            .timing = {.most_return_gamma = most_return_gamma(points, bench)},
             .gravity = bench.gravity,
             .swing = [swings](const Drive& drive) { return swings.at(numbers_of(drive)); }};
 }

@@ -2,6 +2,7 @@
 // Plans that clients order by name, plans of a few numbers, and what the check of a plan needs to know of a
 // bench.
 #include <filesystem>
+#include <map>
 #include <string>
 #include <vector>
 
@@ -29,6 +30,9 @@ struct Scan {
 };
 /// The plan of a scan. Its parser checks the ranges.
 std::string text_of(const Scan& scan);
+
+/// Largest gamma of a return at each frequency of the points that the limits of the bench allow, m/s^2.
+std::map<double, double> most_return_gamma(const std::vector<Point>& points, const bench::Bench& bench);
 
 /// Walker, limits and swing of the base at each drive of the points. Does not refer to the bench afterwards.
 /// The caller adds the length of the view, and the walker's place where it is known.

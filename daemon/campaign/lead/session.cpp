@@ -8,6 +8,7 @@
 #include <iterator>
 #include <utility>
 
+#include "daemon/campaign/lead/plans.hpp"
 #include "daemon/campaign/plan.hpp"
 #include "daemon/campaign/plan_check.hpp"
 #include "daemon/campaign/point_results.hpp"
@@ -50,8 +51,8 @@ CampaignFolder opened(const SessionSettings& settings, const std::string& plan) 
 
 /// An engine for what the folder does not have yet. A pass that its recordings do not have must be measured
 /// again.
-Engine engine_of(CampaignFolder& folder, const Plan& plan, const std::vector<Point>& points, double gravity,
-                 double longest_recording_s) {
+Engine engine_of(CampaignFolder& folder, const Plan& plan, const std::vector<Point>& points,
+                 const bench::Bench& bench, double longest_recording_s) {
     const PointResults stored =
         point_results(folder.path(), asked_rows(points), folder.stored().progress, Source::stored);
     for (const PassLost& lost : stored.lost) folder.add(lost);
@@ -64,8 +65,9 @@ Engine engine_of(CampaignFolder& folder, const Plan& plan, const std::vector<Poi
     return {points,
             {.mu = plan.mu,
              .mu_target = plan.mu_target,
-             .g = gravity,
-             .timing = {.recording_s = longest_recording_s}},
+             .g = bench.gravity,
+             .timing = {.recording_s = longest_recording_s,
+                        .most_return_gamma = most_return_gamma(points, bench)}},
             ended,
             measured};
 }
@@ -85,7 +87,7 @@ PreparedSession prepare(const SessionSettings& settings, const bench::Bench& ben
     Plan plan = parse_plan(text, settings.plan_file);
     std::vector<Point> points = possible_points(plan, settings.continues, bench);
     CampaignFolder folder = opened(settings, text);
-    Engine engine = engine_of(folder, plan, points, bench.gravity, longest_recording_s);
+    Engine engine = engine_of(folder, plan, points, bench, longest_recording_s);
     const int recordings = recordings_in(folder.path());
     return {settings,          std::move(text),   std::move(plan), std::move(points),
             std::move(folder), std::move(engine), recordings};

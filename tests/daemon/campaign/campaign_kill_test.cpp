@@ -3,8 +3,10 @@
 #include <gtest/gtest.h>
 
 #include <fstream>
+#include <random>
 
 #include "tests/support/campaign/killed_campaign.hpp"
+#include "tests/support/nightly.hpp"
 #include "tests/support/program.hpp"
 
 namespace shaker::test {
@@ -31,6 +33,35 @@ TEST(CampaignKillTest, ContinuesAsIfItHadNotBeenKilled) {
     }
     EXPECT_GE(killed, 2);
     EXPECT_GE(in_the_middle, 1);
+}
+
+// A kill between any two calls that create, write, synchronise, rename or remove, and one in the
+// continuation: nobody has to repair anything.
+TEST(CampaignKillTest, AtEachCallItIsRecoveredAndContinued) {
+    if (SHAKER_SANITIZED) GTEST_SKIP() << "sanitisers do not allow a preloaded library";
+    const std::filesystem::path folder = fresh_folder();
+    std::ofstream{folder / "plan.toml"}
+        << "[point]\nperiods = 10\n[[series]]\ngamma = [\"0.7g\", \"1g\", \"1.5g\"]\n";
+    const KilledCampaigns campaigns{folder / "plan.toml", folder / "runs", KilledCampaigns::Whole::logged};
+    ASSERT_GE(campaigns.calls(), 200U);
+    std::mt19937_64 draw{seed_of_day(1)};
+    const auto recovered = static_cast<std::size_t>(plays(25, static_cast<int>(campaigns.calls())));
+    for (std::size_t i = 0; i < recovered; ++i) {
+        const std::size_t call = (i * campaigns.calls() + draw() % campaigns.calls()) / recovered;
+        for (const std::string& finding : campaigns.recover_at(call))
+            ADD_FAILURE() << call << ": " << finding;
+    }
+    int killed_again = 0;
+    for (int i = 0; i < plays(5, 50); ++i) {
+        const std::size_t call = 1 + draw() % campaigns.calls(),
+                          again = draw() % 2 == 0 ? 1 + draw() % 30 : 1 + draw() % campaigns.calls();
+        const Killed one = campaigns.kill_at(call, again);
+        killed_again += one.killed_again ? 1 : 0;
+        for (const std::string& finding : one.findings)
+            ADD_FAILURE() << "call " << call << ", then " << again << ": " << finding;
+    }
+    EXPECT_GE(killed_again, 1);
+    std::printf("%zu calls, %zu recovered, %d killed again\n", campaigns.calls(), recovered, killed_again);
 }
 
 }  // namespace

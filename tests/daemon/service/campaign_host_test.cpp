@@ -1,7 +1,9 @@
 // Campaigns that a client orders from a bench on call.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
+#include <fstream>
 #include <numbers>
 
 #include "daemon/campaign/campaign_folder.hpp"
@@ -114,6 +116,21 @@ TEST_F(CampaignHostTest, AStopPausesItAndResumeGoesOn) {
         })) << test::log_of(r);
 }
 
+// At 5 Hz the usual 1 g of a return is beyond the limits of the bench.
+TEST_F(CampaignHostTest, ReturnsKeepWithinTheLimits) {
+    std::string scene = test::slow;
+    scene += "[walker]\nstart_mm = 35\n";
+    const std::string plan =
+        "[point]\nperiods = 10\nfrequency = 5\n[[series]]\ngamma = 3.5\nphi = [0, 0.3]\n";
+    const auto r = play(scene, {{in(RunState::idle), give(MeasurePlan{"low", plan})}, until(ended)}, 300,
+                        {0.113, 0.001});
+    EXPECT_EQ(answers, Answers(1, "")) << test::log_of(r);
+    EXPECT_EQ(r.last.campaign->ended, 2U) << test::log_of(r);
+    EXPECT_EQ(r.last.trips, 0U);
+    const campaign::PointsTable table = campaign::read_points(of(r) / campaign::table_name);
+    for (const campaign::PointRow& row : table.points) EXPECT_EQ(row.outcome, "measured") << row.reason;
+}
+
 // The folder can be continued by "shakerd campaign --continue".
 TEST_F(CampaignHostTest, AnAbortPausesItAndItCanBeEndedThere) {
     const auto r = play(test::slow,
@@ -136,6 +153,35 @@ TEST_F(CampaignHostTest, TheEndOfTheProgramLeavesItToBeContinued) {
     const campaign::StoredCampaign stored = campaign::read_campaign(of(r));
     EXPECT_EQ(stored.progress.campaign->what, campaign::CampaignChange::What::paused);
     EXPECT_TRUE(std::filesystem::exists(of(r) / campaign::table_name));
+}
+
+// A kill leaves no word in the journal: its first lines are what a daemon of that moment has written.
+TEST_F(CampaignHostTest, TheNextDaemonTellsOfACampaignThatWasInterrupted) {
+    const auto r = play(test::slow, {scan(), until(ended)}, 120);
+    EXPECT_FALSE(play(test::slow, {until(in(RunState::idle))}, 20).last.campaign) << "it has ended";
+    const std::filesystem::path journal = of(r) / campaign::journal_name;
+    std::vector<std::string> lines;
+    std::ifstream in{journal};
+    for (std::string line; std::getline(in, line);) lines.push_back(line);
+    for (std::size_t kept = 1; kept < lines.size(); ++kept) {
+        std::ofstream out{journal};
+        for (std::size_t i = 0; i < kept; ++i) out << lines[i] << '\n';
+        out.close();
+        const auto next =
+            play(test::slow, {until([](const BenchState& s) { return s.campaign.has_value(); })}, 20);
+        ASSERT_TRUE(next.last.campaign) << kept;
+        const CampaignState& told = *next.last.campaign;
+        EXPECT_EQ(told.doing, "interrupted");
+        EXPECT_EQ(told.folder, r.last.campaign->folder);
+        EXPECT_EQ(told.points, 3U);
+        EXPECT_EQ(told.ended,
+                  static_cast<std::size_t>(std::count_if(
+                      lines.begin(), lines.begin() + static_cast<long>(kept),
+                      [](const std::string& l) { return l.find("point ended") != std::string::npos; })));
+        EXPECT_TRUE(std::ranges::any_of(next.events, [&](const BenchEvent& e) {
+            return e.text == told.newest && e.text.find("--continue") != std::string::npos;
+        })) << test::log_of(next);
+    }
 }
 
 TEST_F(CampaignHostTest, WrongPlansAreRefusedAndNothingIsLeft) {

@@ -1,11 +1,15 @@
 // Runs that end after a number of measurements; the expected duration and walk of a run, and its progress.
 #include <gtest/gtest.h>
+#include <spdlog/fmt/fmt.h>
 
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <random>
 
+#include "daemon/safety/preflight.hpp"
 #include "daemon/service/outlook.hpp"
+#include "tests/support/nightly.hpp"
 #include "tests/support/run/bench_on_call.hpp"
 
 namespace shaker::service {
@@ -74,7 +78,8 @@ TEST_F(CountedRunTest, OutlookAndProgressAgreeWithTheRun) {
     EXPECT_EQ(answers, Answers(1, ""));
     ASSERT_TRUE(before.outlook.walk);
     EXPECT_NEAR(1e3 * before.outlook.walk->v_D.value, 14.6, 0.3);
-    EXPECT_NEAR(1e3 * before.outlook.way_m, 1e3 * before.walker->ways_m[1] - 5, 0.1);
+    const double swing_m = safety::largest_displacement(harmonics(before.wanted), before.wanted.frequency);
+    EXPECT_NEAR(1e3 * before.outlook.way_m, 1e3 * (before.walker->ways_m[1] - swing_m), 0.1);
     EXPECT_FALSE(before.progress);
     ASSERT_TRUE(settles.progress);
     EXPECT_FALSE(settles.progress->waits_for.empty());
@@ -84,11 +89,55 @@ TEST_F(CountedRunTest, OutlookAndProgressAgreeWithTheRun) {
     EXPECT_EQ(under_way.progress->waits_for, "");
     EXPECT_NEAR(under_way.progress->left_s, (20 - under_way.progress->periods_done) / 20, 0.06);
     EXPECT_NEAR(1e3 * under_way.progress->walk_mps, 14.6, 0.3);
-    EXPECT_NEAR(under_way.progress->periods_left, 1e3 * (under_way.walker->ways_m[1]) / 0.73 - 5 / 0.73, 3);
+    EXPECT_NEAR(under_way.progress->periods_left, 1e3 * under_way.walker->ways_m[1] / 0.73, 3);
     const double run_s = test::entered(r, RunState::ramp_down).front() - before.now_s;
     EXPECT_NEAR((before.outlook.before + 40) / 20.0, run_s, 0.35 * run_s) << "expected before the start";
     const double gone_mm = 1e3 * (r.last.walker->x_m - before.walker->x_m);
     EXPECT_NEAR(14.6 * (before.outlook.walking + 40) / 20.0, gone_mm, 0.35 * gone_mm);
+}
+
+// N measurements end softly where the way to the edge ends: no trip, from any place, at any length. The first
+// one keeps its whole periods when the way ends in it.
+TEST_F(CountedRunTest, EndsSoftlyWhereTheWayEnds) {
+    std::mt19937_64 draw{test::seed_of_day(5)};
+    const auto between = [&](int least, int most) {
+        return std::uniform_int_distribution{least, most}(draw);
+    };
+    int in_one = 0, before_next = 0, all = 0;
+    const int runs = test::plays(8, 100);
+    for (int i = 0; i < runs; ++i) {
+        const int times = between(1, 5), periods = between(10, 80), start_mm = between(-40, 40);
+        options.drive.gamma = paper_g * (0.7 + 0.1 * between(0, 8));
+        options.drive.phi = between(0, 1) * std::numbers::pi;
+        std::string scene = test::slow;
+        scene += fmt::format("[walker]\nstart_mm = {}\n", start_mm);
+        const std::string what = fmt::format("{} x {} periods from {} mm, gamma {:.3g}, phi {:.3g}", times,
+                                             periods, start_mm, options.drive.gamma, options.drive.phi);
+        const auto r = play(
+            scene, {start_counted(times, periods), until(in(RunState::ramp_down)), until(in(RunState::idle))},
+            60, {0.113, 0.001});
+        ASSERT_EQ(answers, Answers(1, "")) << what;
+        EXPECT_EQ(r.last.trips, 0U) << what << "\n" << test::log_of(r);
+        const int measured = static_cast<int>(r.last.points.size());
+        const auto logged = [&](const std::string& begin) {
+            return std::ranges::any_of(r.events,
+                                       [&](const BenchEvent& e) { return e.text.starts_with(begin); });
+        };
+        if (logged(fmt::format("{} measurements are complete", times))) {
+            EXPECT_EQ(measured, times) << what;
+            ++all;
+        } else if (logged(fmt::format("stopped after {} of {}: the next", measured, times))) {
+            ++before_next;
+        } else {
+            EXPECT_TRUE(logged("stopped in measurement ") || logged("stopped after 0 of "))
+                << what << "\n"
+                << test::log_of(r);
+            ++in_one;
+        }
+    }
+    EXPECT_GT(in_one, 0);
+    EXPECT_GT(before_next, 0);
+    EXPECT_GT(all, 0);
 }
 
 TEST(OutlookTest, RateIsThatOfNewestRecordingAndReserveIsNoRoom) {

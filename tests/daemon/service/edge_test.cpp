@@ -61,7 +61,7 @@ TEST_F(EdgeTest, DriveInwardsLeavesTheEdge) {
     EXPECT_EQ(answers[2], "");
     EXPECT_EQ(r.last.trips, 1U) << "the one at the edge";
     EXPECT_TRUE(std::ranges::any_of(r.events, [](const BenchEvent& e) {
-        return e.text.find("about 119 periods until the edge limit") != std::string::npos;
+        return e.text.find("about 118 periods until the edge limit") != std::string::npos;
     }));
 }
 

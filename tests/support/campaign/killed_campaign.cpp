@@ -10,6 +10,8 @@
 #include <thread>
 
 #include "daemon/campaign/campaign_folder.hpp"
+#include "tests/support/environment.hpp"
+#include "tests/support/paths.hpp"
 #include "tests/support/program.hpp"
 
 namespace shaker::test {
@@ -37,15 +39,33 @@ void compare(const campaign::PointRow& was, const campaign::PointRow& is, bool e
         findings.push_back(fmt::format("point {}: v_D {} was {}", is.point, is.v_D.value, was.v_D.value));
 }
 
+// The program that starts while this exists logs its calls, and dies after `last` of them (0: does not).
+Environment calls_of(const std::filesystem::path& folder, const std::filesystem::path& log,
+                     std::size_t last = 0) {
+    return Environment{{{"LD_PRELOAD", build_dir() + "/preload_disk_log.so"},
+                        {"SHAKER_DISK_FOLDER", folder.string()},
+                        {"SHAKER_DISK_LOG", log.string()},
+                        {"SHAKER_DISK_KILL", std::to_string(last)}}};
+}
+
 }  // namespace
 
-KilledCampaigns::KilledCampaigns(std::filesystem::path plan, std::filesystem::path folder)
+KilledCampaigns::KilledCampaigns(std::filesystem::path plan, std::filesystem::path folder, Whole whole)
     : plan_{std::move(plan)}, folder_{std::move(folder)} {
     std::filesystem::create_directories(folder_);
+    folder_ = std::filesystem::canonical(folder_);
+    const std::string command = fmt::format("campaign {} -o whole", plan_.string());
     const auto began = std::chrono::steady_clock::now();
-    const Outcome outcome = shakerd(fmt::format("campaign {} -o whole", plan_.string()), folder_);
+    Outcome outcome;
+    if (whole == Whole::logged) {
+        const Environment logged = calls_of(folder_ / "whole", folder_ / "log");
+        outcome = shakerd(command, folder_);
+    } else {
+        outcome = shakerd(command, folder_);
+    }
     lasts_s_ = std::chrono::duration<double>(std::chrono::steady_clock::now() - began).count();
     if (outcome.status != 0) throw std::runtime_error{outcome.out + outcome.err};
+    if (whole == Whole::logged) images_ = std::make_unique<DiskImages>(folder_ / "log", folder_ / "whole");
     whole_ = campaign::read_points(folder_ / "whole" / campaign::table_name);
 }
 
@@ -58,15 +78,60 @@ Killed KilledCampaigns::kill(double after_s, int number) const {
         ::kill(program.pid(), SIGKILL);
         result.killed = program.wait().status == 128 + SIGKILL;
     }
+    go_on(name, 0, result);
+    return result;
+}
+
+Killed KilledCampaigns::kill_at(std::size_t call, std::size_t again) const {
+    Killed result{.killed = call < images_->size()};
+    go_on(image(call).filename().string(), again, result);
+    return result;
+}
+
+std::filesystem::path KilledCampaigns::image(std::size_t call) const {
+    const std::filesystem::path folder = folder_ / "image";
+    std::filesystem::remove_all(folder);
+    std::filesystem::create_directories(folder);
+    images_->build(folder, call, Surviving::all, 0);
+    return folder;
+}
+
+std::vector<std::string> KilledCampaigns::recover_at(std::size_t call) const {
+    const std::filesystem::path folder = image(call);
+    std::vector<std::string> findings, parts;
+    for (const auto& entry : std::filesystem::directory_iterator{folder})
+        if (entry.path().string().ends_with(".nxs.part")) parts.push_back(entry.path().filename().string());
+    for (const std::string& part : parts) {
+        const std::vector<std::size_t> syncs = images_->syncs(part);
+        const bool synced = !syncs.empty() && syncs.front() <= call;
+        for (const char* time : {"once", "again"}) {
+            const Outcome outcome = shakerd("recover " + part, folder);
+            const bool nothing = !synced && outcome.status == 2 &&
+                                 outcome.err.find("nothing can be recovered") != std::string::npos;
+            if (outcome.status != 0 && !nothing)
+                findings.push_back(fmt::format("{} recovered {}: status {}: {}{}", part, time, outcome.status,
+                                               outcome.out, outcome.err));
+        }
+    }
+    return findings;
+}
+
+void KilledCampaigns::go_on(const std::string& name, std::size_t again, Killed& result) const {
     const std::filesystem::path folder = folder_ / name;
-    if (!std::filesystem::exists(folder / campaign::journal_name)) return result;  // it had hardly begun
+    if (!std::filesystem::exists(folder / campaign::journal_name)) return;  // it had hardly begun
     std::set<int> before = ended_in(folder);
     result.ended_before = static_cast<int>(before.size());
-    if (!result.killed) return result;
-    const Outcome outcome = shakerd(fmt::format("campaign {} --continue", name), folder_);
+    if (!result.killed) return;
+    const std::string command = fmt::format("campaign {} --continue", name);
+    if (again > 0) {
+        const Environment killed = calls_of(folder, folder_ / "log-again", again);
+        result.killed_again = shakerd(command, folder_).status == 128 + SIGKILL;
+        before.merge(ended_in(folder));
+    }
+    const Outcome outcome = shakerd(command, folder_);
     if (outcome.status != 0) {
         result.findings.push_back(fmt::format("status {}: {}{}", outcome.status, outcome.out, outcome.err));
-        return result;
+        return;
     }
     // The recording may lack the measurement of the last half second although the journal has it. Then the
     // pass is lost by name, and its point is measured again.
@@ -80,7 +145,6 @@ Killed KilledCampaigns::kill(double after_s, int number) const {
         if (pass.measurement > 0 && !counted.emplace(pass.recording, pass.measurement).second)
             result.findings.push_back(
                 fmt::format("measurement {} of {} counts twice", pass.measurement, pass.recording));
-    return result;
 }
 
 }  // namespace shaker::test

@@ -111,7 +111,7 @@ export interface Campaign {
     folder: string;  // beside the recordings
     active: boolean;  // it has the bench
     paused: boolean;
-    doing: string;  // "measuring", "returning", "changing", "paused", "ended"
+    doing: string;  // "measuring", "returning", "changing", "paused", "ended", "interrupted" (before this daemon)
     point: string;  // in progress or next, in words
     points: number;
     ended: number;

@@ -10,6 +10,7 @@ import { watchForm, wire, type Refused } from "./form";
 /** "measuring point 4 of 12: ...; about 3 min 10 s left". */
 export function campaignWords(campaign: Campaign): string {
     const { points, ended, doing } = campaign;
+    if (doing === "interrupted") return `interrupted: ${ended} of ${points} points have ended`;
     if (!campaign.active) return `ended: ${ended} of ${points} points; recordings and campaign.nxs are in ${campaign.folder}`;
     const words = [`${doing}: ${ended} of ${points} points have ended`];
     if (campaign.point) words.push(`now ${campaign.point}`);

@@ -76,7 +76,6 @@ export function makeProgress(store: Store): () => void {
         items.forEach((item, i) => setData(item, "kind", i === now ? "now" : now > i ? "past" : "to come"));
         const { progress } = state;
         setText(words, progressWords(progress, state.result.periods));
-        if (words.title !== words.textContent) words.title = words.textContent ?? "";  // its end may be cut
         setData(words, "kind", leavesTooEarly(state) ? "trouble" : "calm");
         if (views.length !== state.gauges.length) {
             views = state.gauges.map(() => new GaugeView());
