@@ -223,6 +223,12 @@ foreach(source ${preloads})
   add_dependencies(test_support preload_${name})
 endforeach()
 
+# Sessions whose files mean something else than they say.
+if(NOT SHAKER_SANITIZE)
+  add_test(NAME fuzz/meaning COMMAND ${PROJECT_SOURCE_DIR}/tests/fuzz/meaning $<TARGET_FILE:shakerd> --count 24)
+  set_tests_properties(fuzz/meaning PROPERTIES TIMEOUT 300 SKIP_RETURN_CODE 77 LABELS virtual)
+endif()
+
 # What the fuzzers read (tests/fuzz) and mutations of it, without libFuzzer.
 if(NOT SHAKER_SANITIZE MATCHES thread)
   foreach(name scpi http websocket)

@@ -236,7 +236,7 @@ GreyPicture grey_picture(const ImageView& image) {
 
 GreyPicture read_picture(const std::filesystem::path& file) {
     constexpr std::array<float, 3> weights{0.114F, 0.587F, 0.299F};  // blue, green, red
-    const cv::Mat image = codecs::read_image(file.string());
+    const cv::Mat image = codecs::read_pages(file.string(), 0, 1).front();
     const int channels = image.channels();
     const bool wide = image.depth() == CV_16U;
     GreyPicture picture{.width = image.cols, .height = image.rows};

@@ -113,11 +113,15 @@ std::vector<StreamSpan> make_usable(std::vector<MotionSeries>& views, const std:
     return streams;
 }
 
-void require_two_periods(double from, double to, double f, const std::string& streams) {
+std::string words(const Span& s) { return number(s.from_s) + " to " + number(s.to_s) + " s"; }
+
+/// why: what may be wrong when there is nothing in common.
+void require_two_periods(double from, double to, double f, const std::string& streams,
+                         const std::string& why = {}) {
     const double periods = std::max(0.0, (to - from) * f);
     if (periods < 2) {
         throw InputError(streams + " have " + number(std::round(periods * 100) / 100) + " drive periods of " +
-                         number(f) + " Hz in common; at least 2 are required");
+                         number(f) + " Hz in common; at least 2 are required" + (periods > 0 ? "" : why));
     }
 }
 
@@ -171,7 +175,10 @@ Measurement usable_part(Measurement m) {
     require_two_periods(from - rounding, to + rounding, f, "walker and base");
     const double half = calibration::median_step(accel.t_s) / 2, reach = accel.clock_uncertainty_s + rounding;
     require_two_periods(std::max(from, accel.t_s.front() - half - reach),
-                        std::min(to, accel.t_s.back() + half + reach), f, "cameras and accelerometer");
+                        std::min(to, accel.t_s.back() + half + reach), f, "cameras and accelerometer",
+                        ": the accelerations run from " + words({accel.t_s.front(), accel.t_s.back()}) +
+                            ", the pictures from " + words({from, to}) +
+                            "; is one of them in another unit (ms, ns), or does it count from another zero?");
     for (const StreamSpan& s : streams) {
         require_two_periods(std::max(s.from_s, accel.t_s.front() - half - reach),
                             std::min(s.to_s, accel.t_s.back() + half + reach), f,

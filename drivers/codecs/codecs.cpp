@@ -52,17 +52,24 @@ bool wait_for_picture(const cv::VideoCapture& device, std::chrono::nanoseconds w
     return functions().wait_for_picture(device, wait);
 }
 
-cv::Mat read_image(const std::string& file) {
-    cv::Mat image;
+MovieStamps movie_stamps(const std::string& file) { return functions().movie_stamps(file); }
+
+std::int64_t image_pages(const std::string& file) { return functions().image_pages(file); }
+
+std::vector<cv::Mat> read_pages(const std::string& file, std::int64_t first, std::int64_t count) {
+    std::vector<cv::Mat> pages;
     try {
-        image = functions().read_image(file);
+        pages = functions().read_pages(file, first, count);
     } catch (const cv::Exception& error) {
         throw InputError{file + ": is not an image that can be read: " + error.err};
     }
-    if (image.empty()) throw InputError{file + ": is not an image that can be read"};
-    if (image.depth() != CV_8U && image.depth() != CV_16U)
-        throw InputError{file + ": its pixels are not integers of 8 or 16 bits"};
-    return image;
+    if (std::ssize(pages) != count) throw InputError{file + ": is not an image that can be read"};
+    for (const cv::Mat& page : pages) {
+        if (page.empty()) throw InputError{file + ": is not an image that can be read"};
+        if (page.depth() != CV_8U && page.depth() != CV_16U)
+            throw InputError{file + ": its pixels are not integers of 8 or 16 bits"};
+    }
+    return pages;
 }
 
 std::vector<unsigned char> jpeg_of(const cv::Mat& grey, int quality) {

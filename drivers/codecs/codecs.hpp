@@ -10,6 +10,8 @@
 #include <string>
 #include <vector>
 
+#include "drivers/codecs/movie_stamps.hpp"
+
 namespace shaker::codecs {
 
 /// Loads the module now, so that a program that lives through an upgrade keeps its own version.
@@ -38,9 +40,16 @@ bool has_ffmpeg();
 /// when the device is gone.
 bool wait_for_picture(const cv::VideoCapture& device, std::chrono::nanoseconds wait);
 
-/// An image file with its own channels, of 8 or 16 bits. InputError when it cannot be decoded, or has other
-/// pixels.
-cv::Mat read_image(const std::string& file);
+/// What a movie's container states of its pictures.
+MovieStamps movie_stamps(const std::string& file);
+
+/// Pages of an image file; 1 but for TIFF. InputError for more than a million pages, and for one of more than
+/// 2^28 pixels. No pixel is read.
+std::int64_t image_pages(const std::string& file);
+
+/// Pages of an image file from `first` on, with their own channels, of 8 or 16 bits. InputError when one
+/// cannot be decoded, or has other pixels.
+std::vector<cv::Mat> read_pages(const std::string& file, std::int64_t first, std::int64_t count);
 
 /// A grey picture of 8 bits as a JPEG file of this quality (0 to 100); empty when it cannot be encoded.
 std::vector<unsigned char> jpeg_of(const cv::Mat& grey, int quality);
@@ -52,7 +61,9 @@ struct Functions {
     std::unique_ptr<cv::VideoWriter> (*open_ffv1)(const std::string&, double, cv::Size);
     bool (*has_ffmpeg)();
     bool (*wait_for_picture)(const cv::VideoCapture&, std::chrono::nanoseconds);
-    cv::Mat (*read_image)(const std::string&);
+    MovieStamps (*movie_stamps)(const std::string&);
+    std::int64_t (*image_pages)(const std::string&);
+    std::vector<cv::Mat> (*read_pages)(const std::string&, std::int64_t, std::int64_t);
     std::vector<unsigned char> (*jpeg_of)(const cv::Mat&, int);
 };
 

@@ -27,7 +27,14 @@ bool wait_for_picture(const cv::VideoCapture& device, std::chrono::nanoseconds w
     return cv::VideoCapture::waitAny({device}, which, wait.count());
 }
 
-cv::Mat read_image(const std::string& file) { return cv::imread(file, cv::IMREAD_UNCHANGED); }
+std::vector<cv::Mat> read_pages(const std::string& file, std::int64_t first, std::int64_t count) {
+    std::vector<cv::Mat> pages;
+    if (first == 0 && count == 1)
+        pages.push_back(cv::imread(file, cv::IMREAD_UNCHANGED));
+    else
+        cv::imreadmulti(file, pages, static_cast<int>(first), static_cast<int>(count), cv::IMREAD_UNCHANGED);
+    return pages;
+}
 
 std::vector<unsigned char> jpeg_of(const cv::Mat& grey, int quality) {
     std::vector<unsigned char> jpeg;
@@ -55,8 +62,8 @@ std::vector<Marker> find_markers(const std::vector<unsigned char>& grey, int wid
     return found;
 }
 
-constexpr Functions functions{find_markers,     new_capture, open_ffv1, has_ffmpeg,
-                              wait_for_picture, read_image,  jpeg_of};
+constexpr Functions functions{find_markers, new_capture, open_ffv1,  has_ffmpeg, wait_for_picture,
+                              movie_stamps, image_pages, read_pages, jpeg_of};
 
 }  // namespace
 }  // namespace shaker::codecs

@@ -12,6 +12,7 @@
 #include "drivers/errors.hpp"
 #include "drivers/footage/csv.hpp"
 #include "drivers/footage/media.hpp"
+#include "drivers/footage/picture_clock.hpp"
 #include "drivers/quantity.hpp"
 #include "drivers/settings_table.hpp"
 #include "drivers/time.hpp"
@@ -21,26 +22,6 @@ namespace shaker::footage {
 
 namespace {
 
-struct OpenCamera {
-    std::unique_ptr<Camera> camera;  // keeps one picture in memory besides those it has returned
-    std::string note;                // properties of the file that the user should know; may be empty
-};
-
-std::vector<double> read_times(const std::filesystem::path& file) {
-    const std::array<std::string, 1> column{"t_s"};
-    const CsvColumns table = read_csv(file, column);
-    require_increasing(table);
-    return table.values.front();
-}
-
-double median_step(const std::vector<double>& t) {
-    std::vector<double> steps;
-    for (std::size_t i = 1; i < t.size(); ++i) steps.push_back(t[i] - t[i - 1]);
-    const auto middle = steps.begin() + static_cast<std::ptrdiff_t>(steps.size() / 2);
-    std::nth_element(steps.begin(), middle, steps.end());
-    return *middle;
-}
-
 std::string counted(const std::filesystem::path& times, std::size_t rows, const std::filesystem::path& media,
                     std::int64_t frames) {
     return times.string() + ": has " + std::to_string(rows) + " rows, but " + media.string() + " has " +
@@ -49,13 +30,15 @@ std::string counted(const std::filesystem::path& times, std::size_t rows, const 
 
 class MediaCamera final : public Camera {
 public:
-    MediaCamera(const LabCamera& description, std::unique_ptr<Media> media)
-        : description_{description}, view_{description.view}, media_{std::move(media)} {
-        if (description_.times) times_ = read_times(*description_.times);
+    MediaCamera(const LabCamera& description, std::unique_ptr<Media> media, PictureClock clock)
+        : description_{description},
+          view_{description.view},
+          media_{std::move(media)},
+          clock_{std::move(clock)} {
+        view_.frame_rate_hz = clock_.rate_hz();
         const auto count = media_->count();
-        if (description_.times && count && *count != static_cast<std::int64_t>(times_.size()))
-            wrong_count(*count);
-        find_rate();
+        if (clock_.rows() > 0 && count && *count != rows()) wrong_count(*count);
+        require_exposure();
         more_ = media_->next(ahead_);
         if (!more_) throw InputError{description_.file.string() + ": has no pictures"};
     }
@@ -66,10 +49,15 @@ public:
 
     FramePtr read(std::chrono::milliseconds) override {
         if (ended()) return {};
+        if (has_table() && given_ == rows()) wrong_count(given_ + remaining());
         auto frame = std::make_shared<Frame>();
-        const MasterTime time = stamp(*frame);
+        const PictureClock::Exposure exposure = clock_.exposure(ahead_.number, given_);
+        const MasterTime time = master_time(exposure.t_s);
+        frame->tick = CameraTick{exposure.tick};
+        frame->quality = exposure.tick > last_tick_ + 1 ? Quality::gap : Quality::good;
         frame->mid_exposure = time;
         frame->arrived = HostTime{std::chrono::nanoseconds{std::llround(1e9 * seconds(time))}};
+        last_tick_ = exposure.tick;
         const PictureFormat format = media_->format();
         frame->width = format.width;
         frame->height = format.height;
@@ -78,50 +66,26 @@ public:
         ahead_ = {};
         ++given_;
         more_ = media_->next(ahead_);
-        if (!more_ && description_.times && given_ != times_.size())
-            wrong_count(static_cast<std::int64_t>(given_));
+        if (!more_ && has_table() && given_ != rows()) wrong_count(given_);
         return frame;
     }
 
 private:
+    [[nodiscard]] bool has_table() const noexcept { return clock_.rows() > 0; }
+    [[nodiscard]] std::int64_t rows() const noexcept { return static_cast<std::int64_t>(clock_.rows()); }
+
     [[noreturn]] void wrong_count(std::int64_t frames) const {
-        throw InputError{counted(*description_.times, times_.size(), description_.file, frames)};
+        throw InputError{counted(*description_.times, clock_.rows(), description_.file, frames)};
     }
 
-    void find_rate() {
-        if (view_.frame_rate_hz <= 0 && times_.size() > 1) view_.frame_rate_hz = 1 / median_step(times_);
-        if (view_.frame_rate_hz <= 0) view_.frame_rate_hz = media_->rate_hz().value_or(0);
-        const std::string camera = "camera \"" + view_.camera + "\": ";
-        if (view_.frame_rate_hz <= 0)
-            throw InputError{camera + description_.file.string() +
-                             " does not state its frame rate; set frame_rate_hz or "
-                             "times"};
-        // The median step of `times` may already be the longest possible exposure: only a clearly longer one
-        // is an error.
-        const double most_s = (description_.times ? 1.01 : 1 + 1e-9) / view_.frame_rate_hz;
+    // The median step of times may already be the longest possible exposure: only a clearly longer one is an
+    // error.
+    void require_exposure() const {
+        const double most_s = (clock_.has_times() ? 1.01 : 1 + 1e-9) / view_.frame_rate_hz;
         if (view_.exposure_s > most_s)
-            throw InputError{camera + "exposure_s = " + to_text(view_.exposure_s) +
+            throw InputError{"camera \"" + view_.camera + "\": exposure_s = " + to_text(view_.exposure_s) +
                              " is longer than the time between frames, " + to_text(1 / view_.frame_rate_hz) +
                              " s"};
-    }
-
-    /// Tick, quality and time of the next frame.
-    MasterTime stamp(Frame& frame) {
-        if (!description_.times) {
-            tick_ += 1 + ahead_.missed;
-            frame.quality = ahead_.missed > 0 ? Quality::gap : Quality::good;
-            frame.tick = CameraTick{tick_};
-            return master_time(description_.first_exposure_s + duration_s(tick_, view_.frame_rate_hz));
-        }
-        if (given_ == times_.size()) wrong_count(static_cast<std::int64_t>(given_) + remaining());
-        const double t = times_[given_];
-        const double since_last = given_ > 0 ? t - times_[given_ - 1] : 0;
-        const double steps =
-            given_ > 0 ? std::clamp(std::round(since_last * view_.frame_rate_hz), 1.0, 1e15) : 1.0;
-        tick_ += static_cast<std::int64_t>(steps);
-        frame.quality = steps > 1 ? Quality::gap : Quality::good;
-        frame.tick = CameraTick{tick_};
-        return master_time(t);
     }
 
     /// Number of pictures from the next one to the end of the file.
@@ -134,22 +98,12 @@ private:
     LabCamera description_;
     View view_;
     std::unique_ptr<Media> media_;
-    std::vector<double> times_;
+    PictureClock clock_;
     Picture ahead_;
     bool more_ = false;
-    std::size_t given_ = 0;
-    std::int64_t tick_ = -1;
+    std::int64_t given_ = 0, last_tick_ = -1;
     std::atomic<bool> stopped_ = false;
 };
-
-/// Opens a camera's file and times. view().frame_rate_hz: from the description, else from `times` (median
-/// step), else from the file. Throws InputError with the file; see open_lab_session.
-OpenCamera open_media_camera(const LabCamera& description) {
-    auto media =
-        open_media(description.file, description.times ? MissingNumbers::left_out : MissingNumbers::refused);
-    const std::string note = media->note();
-    return {std::make_unique<MediaCamera>(description, std::move(media)), note};
-}
 
 constexpr double two_turns = 2 * two_pi;
 
@@ -178,10 +132,26 @@ AskedDrive read_drive(SettingsTable table) {
     return drive;
 }
 
+std::string unit_at(SettingsTable& table, std::string_view key, bool of_time) {
+    std::string word = table.text(key, "");
+    const CsvUnit* unit = unit_in(word);
+    if (!word.empty() && (unit == nullptr || unit->of_time != of_time))
+        table.fail(key, "\"" + word + "\" is not allowed: expected " +
+                            (of_time ? "s, ms, us or ns" : "mps2, m/s^2, mm/s^2, g or mg"));
+    return word;
+}
+
 CsvAccelerometerFile read_accelerometer(SettingsTable table) {
     CsvAccelerometerFile accelerometer;
     accelerometer.file = path_at(table, "file");
-    accelerometer.time = table.text("time");
+    accelerometer.rate_hz = optional_number(table, "rate_hz", {0.1, 1e7});
+    if (accelerometer.rate_hz) {
+        accelerometer.first_sample_s = table.number("first_sample_s", {-1e6, 1e6}, 0);
+    } else {
+        accelerometer.time = table.text("time");
+        accelerometer.time_unit = unit_at(table, "time_unit", true);
+    }
+    accelerometer.unit = unit_at(table, "unit", false);
     const std::vector<std::string> axes = table.texts("axes", 3);
     std::copy(axes.begin(), axes.end(), accelerometer.axes.begin());
     accelerometer.clock_uncertainty_s = table.number("clock_uncertainty_s", {0, 3600}, 0.02);
@@ -254,13 +224,20 @@ OpenLabSession open_lab_session(const std::filesystem::path& file) {
     OpenLabSession open;
     open.description = read_lab_session(file);
     open.rig.name = file.string();
-    if (open.description.accelerometer)
-        open.rig.accelerometer = open_csv_accelerometer(*open.description.accelerometer);
+    if (open.description.accelerometer) {
+        OpenCsvAccelerometer opened = open_csv_accelerometer(*open.description.accelerometer);
+        open.rig.accelerometer = std::move(opened.accelerometer);
+        open.notes = std::move(opened.notes);
+    }
     for (const LabCamera& camera : open.description.cameras) {
-        OpenCamera opened = open_media_camera(camera);
-        open.rig.cameras.push_back(std::move(opened.camera));
-        if (!opened.note.empty())
-            open.notes.push_back("camera \"" + camera.view.camera + "\": " + opened.note);
+        auto media =
+            open_media(camera.file, camera.times ? MissingNumbers::left_out : MissingNumbers::refused);
+        PictureClock clock{camera, *media};
+        for (const auto& notes : {media->notes(), clock.notes()})
+            for (const std::string& note : notes)
+                open.notes.push_back("camera \"" + camera.view.camera + "\": " + note);
+        // It keeps one picture in memory besides those it has returned.
+        open.rig.cameras.push_back(std::make_unique<MediaCamera>(camera, std::move(media), std::move(clock)));
     }
     return open;
 }

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "drivers/devices.hpp"
-#include "drivers/footage/csv.hpp"
+#include "drivers/footage/csv_accelerometer.hpp"
 #include "drivers/view.hpp"
 
 namespace shaker::footage {
@@ -24,7 +24,7 @@ struct LabCamera {
     std::filesystem::path file;
     std::optional<std::filesystem::path>
         times;  // table with a column t_s, one row per frame: middle of its exposure
-    std::optional<double> frame_rate_hz;  // of the exposures; empty: as stated in the file
+    std::optional<double> frame_rate_hz;  // of the exposures; empty: by the stamps or the header of the file
     double first_exposure_s = 0;          // middle of frame 0's exposure; ignored if there is a table `times`
     View view;
 };

@@ -15,7 +15,7 @@ namespace shaker::footage {
 /// A 12-bit file gives 0 to 4095, unless its maker stored the values shifted to the left.
 struct Picture {
     std::vector<std::byte> pixels;  // top row first, without padding
-    int missed = 0;                 // number of exposures missing in the file just before this one
+    std::int64_t number = 0;        // of the file's pictures, from 0; one that cannot be decoded is left out
 };
 
 struct PictureFormat {
@@ -25,6 +25,12 @@ struct PictureFormat {
     bool operator==(const PictureFormat&) const = default;
 };
 
+/// Times of the pictures by a clock of the file, s, in the order of their numbers. The zero is not known.
+struct Stamps {
+    std::vector<double> at_s;
+    double resolution_s = 0;  // unit of the stamps
+};
+
 /// One stream of pictures of one format. One thread.
 class Media {
 public:
@@ -32,10 +38,12 @@ public:
     [[nodiscard]] virtual PictureFormat format() const = 0;
     /// Exposures per second as stated in the file; empty if not stated.
     [[nodiscard]] virtual std::optional<double> rate_hz() const = 0;
+    /// Times of all pictures as stated in the file; none if not stated.
+    [[nodiscard]] virtual Stamps stamps() { return {}; }
     /// Number of pictures, if the file states it reliably.
     [[nodiscard]] virtual std::optional<std::int64_t> count() const = 0;
-    /// Properties of this file that the user should know; may be empty.
-    [[nodiscard]] virtual std::string note() const { return {}; }
+    /// Properties of this file that the user should know, one sentence each.
+    [[nodiscard]] virtual std::vector<std::string> notes() const { return {}; }
     /// The next picture; false at the end. Throws InputError with the file (and picture) when the file ends
     /// early, cannot be decoded or changes its format.
     virtual bool next(Picture& picture) = 0;
@@ -46,13 +54,17 @@ public:
 enum class MissingNumbers { refused, left_out };
 
 /// Opens by kind: a folder (all images in natural order of their names), a printf pattern of images
-/// ("img_%05d.png"), .cih (Photron, beside its .mraw), .cine (Phantom), else a movie. Throws InputError with
-/// the file when it is missing, truncated, compressed, or in colour where only grey is supported.
+/// ("img_%05d.png"), an image (TIFF: all pages), .cih (Photron, beside its .mraw), .cine (Phantom), else a
+/// movie. Throws InputError with the file when it is missing, truncated, compressed, or in colour where only
+/// grey is supported.
 std::unique_ptr<Media> open_media(const std::filesystem::path& file, MissingNumbers missing);
 
 /// Files that open_media() may open for `file`: itself, its raw pictures, or the images of a folder or
 /// pattern, whose folder comes first. Only names are read.
 std::vector<std::filesystem::path> media_files(const std::filesystem::path& file);
+
+/// In small letters.
+std::string lower(std::string text);
 
 /// Loads what decodes movies and images, if it is installed; otherwise the first use reports that.
 void load_decoders() noexcept;
@@ -75,7 +87,14 @@ void unpack_pixels(const std::vector<std::byte>& packed, unsigned bits, std::vec
 /// Movies (8 bits per pixel through OpenCV; colour becomes grey).
 std::unique_ptr<Media> open_movie(const std::filesystem::path& file);
 
-/// A folder or a printf pattern of 8 or 16-bit images.
+/// True for a folder, a pattern of names, and an image.
+bool are_images(const std::filesystem::path& file);
+
+/// The images of a folder in natural order of their names, of a pattern by their numbers, or the one that is
+/// named. Hidden files are left out. InputError when there is none.
+std::vector<std::filesystem::path> image_files(const std::filesystem::path& file, MissingNumbers missing);
+
+/// 8 or 16-bit images as of image_files(); each page of an image is a picture.
 std::unique_ptr<Media> open_images(const std::filesystem::path& file, MissingNumbers missing);
 
 }  // namespace shaker::footage

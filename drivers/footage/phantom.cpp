@@ -20,7 +20,13 @@ constexpr std::uint64_t file_header_bytes = 44;
 constexpr std::uint64_t bitmap_header_bytes = 40;
 constexpr std::uint64_t setup_mark_at = 140;
 constexpr std::uint16_t setup_mark = 0x5453;  // "ST"
+constexpr std::uint64_t setup_length_at = 142;
 constexpr std::uint64_t setup_rate_at = 768;
+// Tagged blocks lie between the setup and the pictures: size with this head, kind, reserved.
+constexpr std::uint64_t block_head_bytes = 8;
+constexpr std::uint16_t time_block = 1002;  // of each picture: fraction of a second in 2^-32 s, then seconds
+constexpr double fraction_s = 1.0 / 4294967296.0;
+constexpr double time_unit_s = 4 * fraction_s;  // the last two bits are flags
 constexpr Range rate_allowed{1e-3, 1e8};
 
 /// Grey pictures of a .cine file, unpacked or packed. Every value of its headers is checked against the
@@ -41,10 +47,12 @@ public:
         offsets_ = at<std::uint32_t>(32, "file header");
         if (count_ == 0) fail("has no pictures");
         need(offsets_, std::uint64_t{count_} * 8, "table of " + std::to_string(count_) + " picture offsets");
+        read_stamps();
     }
     [[nodiscard]] PictureFormat format() const override { return format_; }
     [[nodiscard]] std::optional<double> rate_hz() const override { return rate_hz_; }
     [[nodiscard]] std::optional<std::int64_t> count() const override { return count_; }
+    [[nodiscard]] Stamps stamps() override { return {stamps_s_, time_unit_s}; }
 
     bool next(Picture& picture) override {
         if (next_ == count_) return false;
@@ -60,7 +68,7 @@ public:
         const auto row =
             static_cast<std::size_t>(format_.width) * static_cast<std::size_t>(format_.bytes_per_pixel);
         const auto height = static_cast<std::size_t>(format_.height);
-        picture.missed = 0;
+        picture.number = next_;
         picture.pixels.resize(row * height);
         if (packed_bits_ > 0) {
             unpack_pixels(stored_, packed_bits_, picture.pixels);
@@ -136,6 +144,28 @@ private:
             fail("its camera setup does not have the mark \"ST\"");
         const double rate = at<std::uint32_t>(start + setup_rate_at, what);
         if (rate >= rate_allowed.min && rate <= rate_allowed.max) rate_hz_ = rate;
+        blocks_ = start + at<std::uint16_t>(start + setup_length_at, what);
+    }
+
+    /// Times since the first picture. Blocks that are not as described are not read further.
+    void read_stamps() {
+        for (std::uint64_t start = blocks_; start + block_head_bytes <= offsets_;) {
+            const auto bytes = at<std::uint32_t>(start, "tagged block");
+            const auto kind = at<std::uint16_t>(start + 4, "tagged block");
+            if (bytes < block_head_bytes || start + bytes > offsets_) return;
+            if (kind == time_block && (bytes - block_head_bytes) / 8 >= count_) {
+                const std::uint64_t first = start + block_head_bytes;
+                const auto second = at<std::uint32_t>(first + 4, "times");
+                for (std::uint64_t i = 0; i < count_; ++i) {
+                    const auto fraction = at<std::uint32_t>(first + 8 * i, "times") & ~3U;
+                    const auto seconds =
+                        static_cast<std::int64_t>(at<std::uint32_t>(first + 8 * i + 4, "times")) - second;
+                    stamps_s_.push_back(static_cast<double>(seconds) + fraction_s * fraction);
+                }
+                return;
+            }
+            start += bytes;
+        }
     }
 
     std::filesystem::path file_;
@@ -148,6 +178,8 @@ private:
     std::vector<std::byte> stored_;  // one picture as in the file
     PictureFormat format_;
     std::optional<double> rate_hz_;
+    std::uint64_t blocks_ = 0;  // where the tagged blocks begin
+    std::vector<double> stamps_s_;
 };
 
 }  // namespace

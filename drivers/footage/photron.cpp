@@ -28,6 +28,8 @@ public:
                                 trimmed(std::string_view{line}.substr(colon + 1)));
         }
     }
+    [[nodiscard]] const std::map<std::string, std::string>& values() const noexcept { return values_; }
+    [[nodiscard]] bool has(const std::string& key) const { return values_.contains(key); }
     [[nodiscard]] std::string text(const std::string& key) const {
         const auto found = values_.find(key);
         if (found == values_.end()) throw InputError{file_ + ": \"" + key + "\" is missing in this header"};
@@ -62,6 +64,15 @@ private:
     std::map<std::string, std::string> values_;
 };
 
+bool may_change_rate(const std::string& key) {
+    constexpr std::array read{"Record Rate(fps)", "Save Step"};
+    constexpr std::array words{"step", "skip", "rate"};
+    const std::string name = lower(key);
+    const auto has = [&](const char* word) { return name.find(word) != std::string::npos; };
+    return std::find(read.begin(), read.end(), key) == read.end() &&
+           std::any_of(words.begin(), words.end(), has);
+}
+
 class Photron final : public Media {
 public:
     explicit Photron(const std::filesystem::path& cih) {
@@ -72,6 +83,18 @@ public:
         format_.height = static_cast<int>(header.integer("Image Height", {1, 65536}));
         count_ = header.integer("Total Frame", {1, 1e9});
         rate_hz_ = header.number("Record Rate(fps)", {1e-3, 1e8});
+        if (header.has("Save Step")) {
+            const std::int64_t step = header.integer("Save Step", {1, 1e9});
+            rate_hz_ /= static_cast<double>(step);
+            if (step > 1)
+                notes_.push_back(cih.string() + ": \"Save Step : " + std::to_string(step) + "\": of " +
+                                 std::to_string(step) + " exposures one was saved, so that there are " +
+                                 to_text(rate_hz_) + " pictures/s");
+        }
+        for (const auto& [key, value] : header.values())
+            if (may_change_rate(key) && value != "0" && value != "1")
+                notes_.push_back(cih.string() + ": \"" + key + " : " + value +
+                                 "\" may change the rate of the pictures and is not read");
         bits_ = static_cast<unsigned>(header.integer("Color Bit", {8, 16}));
         if (bits_ != 8 && bits_ != 10 && bits_ != 12 && bits_ != 16)
             throw InputError{cih.string() + ": \"Color Bit : " + std::to_string(bits_) +
@@ -82,9 +105,10 @@ public:
     [[nodiscard]] PictureFormat format() const override { return format_; }
     [[nodiscard]] std::optional<double> rate_hz() const override { return rate_hz_; }
     [[nodiscard]] std::optional<std::int64_t> count() const override { return count_; }
+    [[nodiscard]] std::vector<std::string> notes() const override { return notes_; }
     bool next(Picture& picture) override {
         if (next_ == count_) return false;
-        picture.missed = 0;
+        picture.number = next_;
         picture.pixels.resize(pixels() * static_cast<std::size_t>(format_.bytes_per_pixel));
         auto& raw = packed() ? packed_ : picture.pixels;
         in_.read(reinterpret_cast<char*>(raw.data()), static_cast<std::streamsize>(raw.size()));
@@ -128,6 +152,7 @@ private:
     unsigned bits_ = 8;
     std::int64_t count_ = 0, next_ = 0;
     double rate_hz_ = 0;
+    std::vector<std::string> notes_;
     std::filesystem::path mraw_;
     std::ifstream in_;
     std::vector<std::byte> packed_;

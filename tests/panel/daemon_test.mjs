@@ -1,6 +1,6 @@
 // The page with the real daemon on the simulated bench: actions of an operator in a real browser.
 import assert from "node:assert/strict";
-import { createServer } from "node:http";
+import { createServer, request as forward } from "node:http";
 import { connect } from "node:net";
 import { join } from "node:path";
 import test, { after, before } from "node:test";
@@ -137,6 +137,37 @@ function scpi(lines) {
         socket.once("error", fail);
     });
 }
+
+test("Behind a proxy with a path the page is whole: files, orders, live data", { timeout: 60_000 }, async () => {
+    const inner = (url) => url.replace(/^\/lab\/shaker/, "");
+    const proxy = createServer((request, answer) => {
+        if (!request.url.startsWith("/lab/shaker/")) return answer.writeHead(404).end();
+        request.pipe(forward({ host: "127.0.0.1", port: daemon.port, path: inner(request.url), method: request.method, headers: request.headers },
+            (got) => got.pipe(answer.writeHead(got.statusCode, got.headers))));
+    });
+    proxy.on("upgrade", (request, socket) => {
+        const to = connect(daemon.port, "127.0.0.1", () => {
+            const lines = Object.entries(request.headers).map(([key, value]) => `${key}: ${value}\r\n`);
+            to.write(`GET ${inner(request.url)} HTTP/1.1\r\n${lines.join("")}\r\n`);
+            socket.pipe(to).pipe(socket);
+        });
+        for (const end of [socket, to]) end.on("error", () => { socket.destroy(); to.destroy(); });
+    });
+    after(() => { proxy.closeAllConnections(); proxy.close(); });
+    await new Promise((resume) => proxy.listen(0, "127.0.0.1", resume));
+    const page = await (await stage.browser.newContext()).newPage();
+    const missed = [];
+    page.on("response", (answer) => { if (answer.status() >= 400) missed.push(answer.url()); });
+    await page.goto(`http://127.0.0.1:${proxy.address().port}/lab/shaker/`);
+    await stateIs(page, "idle");
+    await press(page, "Take control");
+    await page.fill("#drive-gamma", "0.6");
+    await press(page, "Set and arm");
+    await stateIs(page, "armed");
+    assert.deepEqual(missed, []);
+    await press(page, "Release control");
+    await page.context().close();
+});
 
 test("A page of another site starts nothing, by no door", { timeout: 60_000 }, async () => {
     const before = daemon.said().length;

@@ -4,6 +4,33 @@
 
 namespace shaker::scpi {
 
+std::string_view TelnetGreeting::rest(std::string_view bytes) noexcept {
+    constexpr unsigned char escape = 255, will = 251, begins_list = 250, ends_list = 240;
+    for (; !bytes.empty() && state_ != State::over; bytes.remove_prefix(1)) {
+        const auto byte = static_cast<unsigned char>(bytes.front());
+        switch (state_) {
+            case State::between:
+                state_ = byte == escape ? State::command : State::over;
+                if (state_ == State::over) return bytes;
+                break;
+            case State::command:
+                state_ = byte == begins_list ? State::list : byte >= will ? State::option : State::between;
+                break;
+            case State::list:
+                if (byte == escape) state_ = State::list_end;
+                break;
+            case State::list_end:
+                state_ = byte == ends_list ? State::between : State::list;
+                break;
+            case State::option:
+            case State::over:
+                state_ = State::between;
+                break;
+        }
+    }
+    return bytes;
+}
+
 bool Scanner::plain(char c) noexcept {
     if (c == '"' || c == '\'') {
         state_ = State::quoted;

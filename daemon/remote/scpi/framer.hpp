@@ -9,6 +9,18 @@
 
 namespace shaker::scpi {
 
+/// What a telnet client sends before its first command (RFC 854): requests for options, which are not
+/// answered.
+class TelnetGreeting {
+public:
+    /// The bytes behind the greeting; none while it may go on.
+    std::string_view rest(std::string_view bytes) noexcept;
+
+private:
+    enum class State : std::uint8_t { between, command, option, list, list_end, over };
+    State state_ = State::between;
+};
+
 /// Recognises strings and blocks, in which separators are data. A # starts a block only after a blank or
 /// comma. A string ends with its line at the latest, closed or not.
 class Scanner {

@@ -28,6 +28,7 @@ Session::Session(Shared shared, std::string name, Admission admission)
 Session::~Session() { shared_.lock.release(name_); }
 
 void Session::feed(std::string_view bytes) {
+    bytes = greeting_.rest(bytes);
     if (!begun_ && !bytes.empty()) {
         begun_ = true;
         if (is_binary(bytes.front())) end("it began like a binary protocol");

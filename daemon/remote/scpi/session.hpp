@@ -168,6 +168,7 @@ private:
     std::deque<access::Aborts::Receipt> owed_{};  // of ABORt? during a wait
     StatusModel status_;
     Format format_;
+    TelnetGreeting greeting_;
     Framer framer_{input_limit};
     Path path_;
     std::string response_;  // of the message being executed

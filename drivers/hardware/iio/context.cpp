@@ -1,11 +1,15 @@
 #include "drivers/hardware/iio/context.hpp"
 
 #include <iio.h>
+#include <netdb.h>
+#include <sys/socket.h>
 
+#include <algorithm>
 #include <array>
 #include <cerrno>
 #include <charconv>
 #include <csignal>
+#include <filesystem>
 
 #include "drivers/errors.hpp"
 
@@ -23,7 +27,29 @@ std::string iio_words(int rc) {
     return words.data();
 }
 
+namespace {
+
+/// libiio prints lines of its own about a name that it cannot resolve, and its error tells another cause.
+void require_known_host(const std::string& uri) {
+    constexpr std::string_view network{"ip:"};
+    if (!uri.starts_with(network)) return;
+    std::string host = uri.substr(network.size());
+    if (host.empty()) throw DeviceError{uri + ": a host is missing; expected ip:host or ip:host:port"};
+    if (std::ranges::count(host, ':') == 1) host.erase(host.find(':'));
+    addrinfo* found = nullptr;
+    const int error = ::getaddrinfo(host.c_str(), nullptr, nullptr, &found);
+    if (error == 0) return ::freeaddrinfo(found);
+    const bool local = host.ends_with(".local");
+    if (local && std::filesystem::exists("/run/avahi-daemon/socket")) return;  // libiio asks it
+    throw DeviceError{
+        uri + ": the name " + host + " is not known on this computer (" + ::gai_strerror(error) + ")" +
+        (local ? "; names in .local need mDNS (package libnss-mdns)" : "") + "; give the address instead"};
+}
+
+}  // namespace
+
 IioContextHandle open_iio_context(const std::string& uri) {
+    require_known_host(uri);
     // libiio writes to sockets without MSG_NOSIGNAL: a closed connection would end the process.
     if (struct sigaction action{}; sigaction(SIGPIPE, nullptr, &action) == 0 && action.sa_handler == SIG_DFL)
         std::signal(SIGPIPE, SIG_IGN);

@@ -20,6 +20,14 @@ int memory_file() {
     return fd;
 }
 
+// A limit of the file size (ulimit -f) holds for memory, too.
+void flush(hid_t file) {
+    errno = 0;
+    if (H5Fflush(file, H5F_SCOPE_GLOBAL) >= 0) return;
+    const int error = errno;
+    throw DeviceError{what + ": " + own_words() + (error != 0 ? ": " + system_text(error) : std::string{})};
+}
+
 }  // namespace
 
 Image::Image(hsize_t alignment) : memory_{memory_file()} {
@@ -39,13 +47,13 @@ Image::Image(hsize_t alignment) : memory_{memory_file()} {
 
 std::uint64_t Image::size() const {
     hsize_t bytes = 0;
-    check(H5Fflush(file_.get(), H5F_SCOPE_GLOBAL), what);
+    flush(file_.get());
     check(H5Fget_filesize(file_.get(), &bytes), what);
     return bytes;
 }
 
 std::vector<std::byte> Image::head(std::uint64_t bytes) const {
-    check(H5Fflush(file_.get(), H5F_SCOPE_GLOBAL), what);
+    flush(file_.get());
     std::vector<std::byte> copy(bytes);
     std::size_t done = 0;
     while (done < copy.size()) {

@@ -2,6 +2,7 @@
 #include "tests/support/recording/disk_faults.hpp"
 
 #include <gtest/gtest.h>
+#include <sys/resource.h>
 
 #include <algorithm>
 
@@ -31,6 +32,20 @@ TEST(EveryDiskFaultTest, RunEndsCorrectlyAndRecordedDataAreIntact) {
         EXPECT_TRUE(after.wrong.empty()) << after.wrong.front() << "\n" << after.words;
         std::filesystem::remove_all(folder);
     }
+}
+
+// ulimit -f, or the limit of a batch system.
+TEST(FileSizeLimitTest, IsAFailureOfTheDiskThatNamesTheFile) {
+    const auto folder = test::fresh_folder();
+    rlimit before{};
+    ASSERT_EQ(getrlimit(RLIMIT_FSIZE, &before), 0);
+    const rlimit small{20'480'000, before.rlim_max};
+    ASSERT_EQ(setrlimit(RLIMIT_FSIZE, &small), 0);
+    const test::Outcome o = test::shakerd("run --phi 2.17 --periods 200 -o limited.nxs", folder);
+    setrlimit(RLIMIT_FSIZE, &before);
+    EXPECT_EQ(o.status, 3) << o.out << o.err;
+    EXPECT_NE(o.err.find("limited.nxs"), std::string::npos) << o.err;
+    EXPECT_NE(o.err.find("File too large"), std::string::npos) << o.err;
 }
 
 INSTANTIATE_TEST_SUITE_P(OfAFewSeconds, DiskFaultsTest,

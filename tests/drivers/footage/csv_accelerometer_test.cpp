@@ -1,6 +1,7 @@
+#include "drivers/footage/csv_accelerometer.hpp"
+
 #include <cmath>
 
-#include "drivers/footage/csv.hpp"
 #include "drivers/quantity.hpp"
 #include "tests/support/recording/recording_folder.hpp"
 
@@ -35,7 +36,7 @@ std::string table_of(const std::vector<Row>& rows) {
 }
 
 std::unique_ptr<Accelerometer> open(const SessionFolder& folder, const std::vector<Row>& rows) {
-    return open_csv_accelerometer(described(folder.write("accel.csv", table_of(rows))));
+    return open_csv_accelerometer(described(folder.write("accel.csv", table_of(rows)))).accelerometer;
 }
 
 std::vector<AccelBlock> all_blocks(Accelerometer& accelerometer) {

@@ -116,7 +116,7 @@ TEST(AlsaGrantedTest, RefusesUnsupportedSettingsWithRange) {
     s = mock.settings;
     s.enable_channel = 4;
     expect_says(refusal<DeviceError>([&] { alsa::AlsaDac{s}; }),
-                "enable_channel 4 is not possible: it has 2 to 3 channels");
+                "enable_channel 4 is not possible; the channel counts it has are 2, 3");
     s = mock.settings;
     s.pcm = "not_there";
     const std::string said = refusal<DeviceError>([&] { alsa::AlsaDac{s}; });

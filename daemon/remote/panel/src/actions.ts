@@ -84,7 +84,7 @@ export function makeActions(token: string | null, client: string): Actions {
         const limit = new AbortController();
         const timer = setTimeout(() => limit.abort(), patience);  // ms
         try {
-            const response = await fetch(`/api/${name}`, {
+            const response = await fetch(`api/${name}`, {
                 method: "POST",
                 headers: daemon ? { ...headers, "X-Shaker-Daemon": daemon } : headers,
                 body: body ? JSON.stringify(body) : null,

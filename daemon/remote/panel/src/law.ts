@@ -30,7 +30,7 @@ export class LawReader {
         const wanted = JSON.stringify([frequency_hz, gamma_mps2, rho, phi_rad, state.result.mu, state.points.length]);
         if (wanted === this.known) return;
         this.asking = true;
-        void this.reader.json("/api/law").then((answer) => {
+        void this.reader.json("api/law").then((answer) => {
             this.asking = false;
             if (answer === null || (answer as { pending?: boolean }).pending) return;
             this.law = lawOf(answer);

@@ -35,7 +35,8 @@ const abort = new Abort(act, () => store.state?.session.daemon ?? "");
 listenForAbort(abort);
 
 const law = new LawReader(store, reader);
-const socketUrl = `${location.protocol === "https:" ? "wss" : "ws"}://${location.host}/ws?client=${client}${token ? `&token=${encodeURIComponent(token)}` : ""}`;
+// Relative, as all addresses of the page: a proxy may keep the daemon behind a path.
+const socketUrl = new URL(`ws?client=${client}${token ? `&token=${encodeURIComponent(token)}` : ""}`, location.href.replace(/#.*$/, "").replace(/^http/, "ws")).href;
 const connection = new Connection(store, socketUrl);
 const themes = new Themes(byId("theme", HTMLButtonElement));
 const loop = new Loop();

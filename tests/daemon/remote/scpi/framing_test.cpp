@@ -37,6 +37,20 @@ TEST(ScpiFramingTest, SplitMessagesGiveSameReplies) {
     EXPECT_EQ(client.read(), expected);
 }
 
+// PuTTY's greeting: requests for options, and a list of window sizes, in any pieces.
+TEST(ScpiFramingTest, FirstCommandAfterATelnetGreetingIsAnswered) {
+    const std::string greeting = "\xFF\xFB\x1F\xFF\xFB\x20\xFF\xFB\x18\xFF\xFD\x03\xFF\xFA\x1F" +
+                                 std::string{"\0\x50\0\x18", 4} + "\xFF\xF0";
+    const std::string bytes = greeting + "*IDN?\r\nFREK\n:SYST:ERR?\n";
+    for (std::size_t cut = 0; cut <= bytes.size(); ++cut) {
+        test::ScpiBench bench;
+        test::ScpiClient client{bench};
+        client.session.feed(std::string_view{bytes}.substr(0, cut));
+        client.session.feed(std::string_view{bytes}.substr(cut));
+        EXPECT_EQ(client.read(), "maker,model,1,0.1\n-113,\"Undefined header;FREK\"\n") << cut;
+    }
+}
+
 TEST(ScpiFramingTest, BlockKeepsItsBytes) {
     test::ScpiBench bench;
     test::ScpiClient client{bench};

@@ -79,14 +79,14 @@ async function showReport(folder: string, act: Actions, reader: Reader): Promise
     const place = byId("campaign-report", HTMLElement);
     setText(place, "The report is being made…");
     for (let asked = false; ; await new Promise((resolve) => setTimeout(resolve, askedEvery))) {
-        const answer = (await reader.json("/api/recordings")) as { campaigns: CampaignFolder[] } | null;
+        const answer = (await reader.json("api/recordings")) as { campaigns: CampaignFolder[] } | null;
         const found = answer?.campaigns.find(({ name }) => name === folder);
         if (!found) continue;
         asked ||= (await act(`campaigns/${folder}/report`)).ok;
         if (found.report === "failed") return setText(place, `⚠ The report was not made: ${found.report_text ?? ""}`);
         if (found.report !== "made") continue;
         const link = make("a", "", "Open the report");
-        link.href = reader.address(`/api/campaigns/${folder}/report`);
+        link.href = reader.address(`api/campaigns/${folder}/report`);
         link.target = "_blank";
         return place.replaceChildren(link);
     }

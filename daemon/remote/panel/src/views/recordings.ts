@@ -25,7 +25,7 @@ export function outcomeWords({ outcome, trouble }: Recording): string {
 /** A link that the browser follows by itself, so that a recording need not fit into the page's memory. */
 function nameCell(recording: Recording, address: (path: string) => string): HTMLElement {
     const link = make("a", "", recording.name);
-    link.href = address(`/api/recordings/${recording.name}`);
+    link.href = address(`api/recordings/${recording.name}`);
     link.download = recording.name;
     return link;
 }
@@ -68,7 +68,7 @@ export function campaignRowOf(folder: CampaignFolder, address: (path: string) =>
     const work = make("span");
     if (report === "made") {
         const link = make("a", "", "report");
-        link.href = address(`/api/campaigns/${name}/report`);
+        link.href = address(`api/campaigns/${name}/report`);
         link.target = "_blank";
         link.setAttribute("aria-label", `Report of ${name}`);
         work.append(link, " ");
@@ -108,7 +108,7 @@ export function makeRecordings(act: Actions, reader: Reader): () => void {
         if (asking || performance.now() < due) return;
         asking = true;
         due = performance.now() + every;
-        void reader.json("/api/recordings").then((answer) => {
+        void reader.json("api/recordings").then((answer) => {
             asking = false;
             if (answer !== null) show(answer as { recordings: Recording[]; campaigns: CampaignFolder[] });
         });

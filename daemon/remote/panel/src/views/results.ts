@@ -82,7 +82,7 @@ export function makeResults(store: Store, { save }: Reader): () => void {
     const head = byId("results-head", HTMLTableRowElement), body = byId("results-rows", HTMLTableSectionElement);
     const averaged = byId("results-averaged", HTMLInputElement), count = byId("results-count", HTMLElement);
     const csv = byId("results-csv", HTMLButtonElement), trouble = byId("results-trouble", HTMLElement);
-    csv.addEventListener("click", () => void save("/api/results.csv", "results.csv").then((why) => {
+    csv.addEventListener("click", () => void save("api/results.csv", "results.csv").then((why) => {
         setText(trouble, why);
         setHidden(trouble, why === "");
     }));

@@ -43,7 +43,7 @@ export function limitLines(state: Pick<State, "walker">, trip: Trip): number[] {
 
 /** The cameras' pictures at the trip, which the daemon keeps until it is cleared. */
 async function showPictures(list: HTMLElement, store: Store, reader: Reader, count: number): Promise<void> {
-    const names = cameraNames(store), found = await Promise.all(Array.from({ length: count }, (_, k) => reader.bytes(`/api/trip/pictures/${k}`)));
+    const names = cameraNames(store), found = await Promise.all(Array.from({ length: count }, (_, k) => reader.bytes(`api/trip/pictures/${k}`)));
     const shown = found.flatMap((bytes, k) => {
         const frame = bytes && decodeFrame(bytes);
         return frame?.what === "picture" ? [{ frame, k, view: new CameraView(names[k] ?? `camera ${k + 1}`) }] : [];
