@@ -34,7 +34,7 @@ struct CsvColumns {
 };
 
 /// Reads the columns `names`, in this order. The heading is the first line that has them all; the lines above
-/// it tell of the recording and are left out, as are lines that begin with '#'. The fields are separated by
+/// it describe the recording and are left out, as are lines that begin with '#'. The fields are separated by
 /// commas, semicolons or tabs, as the heading is; numbers may have a decimal comma where that is no
 /// separator. Quotes as in RFC 4180, but no line ends in them. UTF-8 and UTF-16 with their marks; lines end
 /// with CR, LF or both; blank lines at the end are left out. Throws InputError with file, line and column

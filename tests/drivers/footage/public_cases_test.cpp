@@ -1,5 +1,5 @@
-// Files as cameras, loggers and other programs write them: the cases of public bug reports, made for this test. Each
-// has its right value, or the sentence of its refusal.
+// Files as cameras, loggers and other programs write them: the cases of public bug reports, made for this
+// test. Each has its right value, or the sentence of its refusal.
 #include <gtest/gtest.h>
 
 #include <array>
