@@ -58,8 +58,12 @@ MovieStamps movie_stamps(const std::string& file) {
     stamps.resolution_s = unit_s;
     const double rate_hz = av_q2d(video.r_frame_rate);
     if (rate_hz > 0 && rate_hz < most_movie_hz) stamps.rate_hz = rate_hz;
+    stamps.alone = opened->nb_streams == 1;
+    const double start_s =
+        video.start_time == AV_NOPTS_VALUE ? 0 : static_cast<double>(video.start_time) * unit_s;
+    // Some programs count the length from the first picture, others from 0: the shorter one is certain.
     if (opened->duration != AV_NOPTS_VALUE)
-        stamps.states_s = static_cast<double>(opened->duration) / AV_TIME_BASE;
+        stamps.states_s = static_cast<double>(opened->duration) / AV_TIME_BASE - std::max(start_s, 0.0);
     std::int64_t hidden = 0;
     const std::unique_ptr<AVPacket, FreePacket> packet{av_packet_alloc()};
     for (; av_read_frame(opened, packet.get()) >= 0; av_packet_unref(packet.get())) {
@@ -76,8 +80,6 @@ MovieStamps movie_stamps(const std::string& file) {
         stamps.at_s.push_back(static_cast<double>(packet->pts) * unit_s);
     }
     std::sort(stamps.at_s.begin(), stamps.at_s.end());
-    const double start_s =
-        video.start_time == AV_NOPTS_VALUE ? 0 : static_cast<double>(video.start_time) * unit_s;
     for (double& at_s : stamps.at_s) at_s -= start_s;
     if (counts_pictures(*opened->iformat) && video.nb_frames > 0) stamps.promised = video.nb_frames - hidden;
     return stamps;

@@ -17,7 +17,8 @@ struct MovieStamps {
     double resolution_s = 0;               // unit of the stamps
     std::optional<double> rate_hz;         // stated for all pictures
     std::optional<std::int64_t> promised;  // number of pictures in the index, where there is a true one
-    std::optional<double> states_s;        // stated length of the longest stream, s
+    std::optional<double> states_s;        // stated end of the longest stream, s, from the first picture
+    bool alone = false;                    // there is no other stream than the pictures
     bool interlaced = false;               // a picture has two times, one for every second row
 };
 

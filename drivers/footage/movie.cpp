@@ -51,11 +51,10 @@ public:
             all.push_back(file_ +
                           " is interlaced: every second row of a picture was exposed half a step later; "
                           "motion along a row is measured at the mean of the two times");
-        const double end_s = stated_.at_s.empty() ? 0 : stated_.at_s.back(),
-                     states_s = stated_.states_s.value_or(0);
-        if (!stated_.promised && end_s > 0 && states_s > end_s + std::max(0.5, 0.1 * end_s))
-            all.push_back(file_ + ": its pictures end at " + to_text(end_s) + " s, its header states " +
-                          to_text(states_s) + " s: sound that is longer, or a file that is cut short");
+        if (!stated_.promised && !stated_.alone && lacks_s() > 0)
+            all.push_back(file_ + ": its pictures end at " + to_text(stated_.at_s.back()) +
+                          " s, its header states " + to_text(*stated_.states_s) +
+                          " s: sound that is longer, or a file that is cut short");
         return all;
     }
 
@@ -86,14 +85,26 @@ private:
     }
 
     void require_end() const {
-        const auto last = static_cast<std::int64_t>(stated_.at_s.size()) - 1;
+        const std::vector<double>& at_s = stated_.at_s;
+        const auto last = static_cast<std::int64_t>(at_s.size()) - 1;
         if (last < 0) return;
-        const std::int64_t promised = std::max(stated_.promised.value_or(0), last + 1);
-        if (number_ + 1 >= promised) return;
+        std::string promises;
+        if (const std::int64_t count = std::max(stated_.promised.value_or(0), last + 1); number_ + 1 < count)
+            promises = std::to_string(count) + " pictures";
+        else if (stated_.alone && !stated_.promised && lacks_s() > 0)
+            promises = std::to_string(*stated_.states_s) + " s";
+        if (promises.empty()) return;
         throw InputError{file_ + ": is cut short: picture " + std::to_string(number_) + " at " +
-                         std::to_string(stated_.at_s.at(static_cast<std::size_t>(std::min(number_, last)))) +
-                         " s is the last that can be decoded, the file promises " + std::to_string(promised) +
-                         " pictures"};
+                         std::to_string(at_s.at(static_cast<std::size_t>(std::min(number_, last)))) +
+                         " s is the last that can be decoded, the file promises " + promises};
+    }
+
+    /// Time from the last picture to the stated end, beyond a few steps, s; not positive when they agree.
+    [[nodiscard]] double lacks_s() const {
+        const std::vector<double>& at_s = stated_.at_s;
+        if (at_s.size() < 2 || !stated_.states_s) return 0;
+        constexpr double few = 3.5;
+        return *stated_.states_s - at_s.back() - few * at_s.back() / static_cast<double>(at_s.size() - 1);
     }
 
     std::string file_;

@@ -14,10 +14,12 @@ namespace shaker::footage {
 
 namespace {
 
-constexpr double rounded = 0.6;    // of the unit of the stamps: as far as rounding moves a stamp
-constexpr double jitter = 0.02;    // of a step, which a grid may have besides
-constexpr double near_rate = 0.1;  // a stated rate and uneven stamps describe the same pictures
-constexpr double clear_gap = 1.8;  // usual steps; less is jitter
+constexpr double rounded = 0.6;      // of the unit of the stamps: as far as rounding moves a stamp
+constexpr double jitter = 0.02;      // of a step, which a grid may have besides
+constexpr double near_rate = 0.1;    // a stated rate and uneven stamps describe the same pictures
+constexpr double longest_gap = 1e6;  // steps; no recording goes on after it
+constexpr double most_coarse = 0.5;  // of a step: the unit of stamps that tell pictures apart
+constexpr double clear_gap = 1.8;    // usual steps; less is jitter
 
 std::string rounded_text(double value) { return to_text(std::round(1e3 * value) / 1e3); }
 
@@ -42,6 +44,10 @@ double usual_step_near(const std::vector<double>& t, std::size_t i) {
     const std::size_t from = i > each_side ? i - each_side : 0, to = std::min(i + each_side, t.size());
     return median_step(
         {t.begin() + static_cast<std::ptrdiff_t>(from), t.begin() + static_cast<std::ptrdiff_t>(to)});
+}
+
+bool repeats(const std::vector<double>& at_s) {
+    return std::adjacent_find(at_s.begin(), at_s.end()) != at_s.end();
 }
 
 void require_forward(const std::string& file, const std::vector<double>& at_s) {
@@ -92,10 +98,7 @@ PictureClock::PictureClock(const LabCamera& camera, Media& media)
         const Stamps stamps = media.stamps();
         const double header_hz = media.rate_hz().value_or(0);
         rate_hz_ = stated_hz_ > 0 ? stated_hz_ : header_hz;
-        if (stamps.at_s.size() > 1) {
-            require_forward(file_, stamps.at_s);
-            if (!take_grid(stamps, header_hz)) take_uneven(stamps);
-        }
+        if (stamps.at_s.size() > 1) take(stamps, header_hz);
     }
     if (rate_hz_ > 0) return;
     throw InputError{"camera \"" + camera.view.camera + "\": " + file_ +
@@ -110,6 +113,28 @@ void PictureClock::take_times(std::vector<double> times_s) {
         const double steps = std::clamp(std::round((times_s_[i] - times_s_[i - 1]) * rate_hz_), 1.0, 1e15);
         ticks_.push_back(ticks_.back() + static_cast<std::int64_t>(steps));
     }
+}
+
+// Stamps in ms cannot tell pictures of 2000/s apart, and a header that is made from them is wrong.
+void PictureClock::take(const Stamps& stamps, double header_hz) {
+    const std::vector<double>& at_s = stamps.at_s;
+    const double steps = static_cast<double>(at_s.size() - 1), span_s = at_s.back() - at_s.front();
+    const bool coarse = stamps.resolution_s * std::max(rate_hz_, steps / span_s) > most_coarse;
+    if (coarse && repeats(at_s)) {
+        if (stated_hz_ > 0 || std::abs(steps / header_hz - span_s) <= 2 * stamps.resolution_s) return;
+        throw InputError{file_ + ": the unit of its stamps, " + rounded_text(1e3 * stamps.resolution_s) +
+                         " ms, is too coarse to tell the rate of its pictures; set frame_rate_hz or times"};
+    }
+    Stamps believed = stamps;
+    if (const double step_s = at_s.size() > 2 ? median_step(at_s) : 0;
+        step_s > 0 && at_s.back() - at_s[at_s.size() - 2] > longest_gap * step_s) {
+        believed.at_s.back() = at_s[at_s.size() - 2] + step_s;
+        notes_.push_back(file_ + ": the stamp of its last picture, " +
+                         rounded_text(at_s.back() - at_s[at_s.size() - 2]) +
+                         " s after the one before, is not believed");
+    }
+    require_forward(file_, believed.at_s);
+    if (!take_grid(believed, header_hz) && !coarse) take_uneven(believed);
 }
 
 // Stated rates first: with stamps as coarse as the steps, only they tell a gap from rounding.

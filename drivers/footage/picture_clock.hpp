@@ -14,7 +14,7 @@ namespace shaker::footage {
 /// - the table `times` of the description: one row a picture;
 /// - stamps of the file that lie on a grid with whole gaps: the pictures are numbered by it, and the rate is
 ///   the stated one, else that of the grid;
-/// - uneven stamps of the file: they are the times;
+/// - uneven stamps of the file: they are the times, unless their unit is more than half a step;
 /// - the stated rate, else that of the file's header.
 /// The rate of a header is never combined with gaps: a mean rate contains them already.
 class PictureClock {
@@ -40,9 +40,9 @@ public:
 
 private:
     void take_times(std::vector<double> times_s);
+    void take(const Stamps& stamps, double header_hz);
     bool take_grid(const Stamps& stamps, double header_hz);
     void take_uneven(const Stamps& stamps);
-    [[nodiscard]] std::string stated_rate() const;
 
     std::string file_;
     double stated_hz_ = 0, first_s_ = 0;  // of the description; 0: not stated

@@ -4,6 +4,7 @@
 // that the walker stays in the picture.
 import assert from "node:assert/strict";
 import { readdirSync, readFileSync } from "node:fs";
+import { connect } from "node:net";
 import test from "node:test";
 import { startDaemon } from "./daemon.mjs";
 import { heapOf, openBrowser, openPage } from "./stage.mjs";
@@ -98,6 +99,67 @@ test(`After ${minutes} min with a measurement a second, daemon and pages are as 
     } finally {
         poller?.end();
         await stage.browser.close();
+        await daemon.end();
+    }
+});
+
+const cycleMinutes = minutes / 4;
+
+// Every way a drive ends, again and again: a stop, an abort by HTTP, an abort by SCPI; every seventh run is recorded.
+test(`After ${cycleMinutes} min of starts, stops, aborts and clears the daemon is as at the beginning`, async () => {
+    const daemon = await startDaemon(nullPhase, "[top]\npositions = 1\nframe_rate_hz = 200\n[side]\npositions = 1\nframe_rate_hz = 200\n");
+    const { pid } = daemon.child;
+    let poller = null;
+    try {
+        const state = async () => (await (await fetch(`http://127.0.0.1:${daemon.port}/api/state`)).json());
+        const order = async (name, body = {}) => {
+            const answer = await fetch(`http://127.0.0.1:${daemon.port}/api/${name}`, { method: "POST", body: JSON.stringify(body) });
+            assert.equal(answer.status, 200, `${name}: ${await answer.text()}`);
+        };
+        const until = async (...words) => {
+            for (const late = Date.now() + 20_000; ; await pause(0.02)) {
+                const now = await state();
+                if (words.includes(now.session?.state) && !(words[0] === "tripped" && !now.session.may_clear)) return;
+                assert.ok(Date.now() < late, `${now.session?.state}, not ${words}`);
+            }
+        };
+        const abortByScpi = () => new Promise((resume, fail) => {
+            const socket = connect(daemon.scpi, "127.0.0.1", () => socket.write("ABOR?\n"));
+            socket.once("data", (answer) => { socket.destroy(); String(answer).trim() === "1" ? resume() : fail(new Error(`ABOR? answered ${answer}`)); });
+            socket.once("error", fail);
+        });
+        await until("idle");
+        poller = startPoller(daemon.port);
+        const aborts = [], looks = [], look = () => ({ resident: residentOf(pid), descriptors: descriptorsOf(pid) });
+        let cycles = 0;
+        for (const begin = Date.now(); Date.now() < begin + 6e4 * cycleMinutes || cycles < 8; cycles++) {
+            await order("drive", { gamma_mps2: 5 + (cycles % 3) });
+            if (cycles % 7 === 0) await order("record", { on: true, name: `cycle${cycles}`, frames: "off" });
+            await order("start", { periods: 10 });
+            await until("identifying", "checking", "ramping", "settling", "running");
+            await pause(0.1 + 0.5 * (cycles % 5));
+            if (cycles % 3 === 0) {
+                await order("stop");
+            } else {
+                const asked = performance.now();
+                await (cycles % 3 === 1 ? order("abort") : abortByScpi());
+                aborts.push(performance.now() - asked);
+                await until("tripped");
+                await order("clear");
+            }
+            await until("idle");
+            if (cycles >= 4) looks.push(look());
+        }
+        aborts.sort((a, b) => a - b);
+        const [early, late] = [looks[Math.floor(looks.length / 2)], looks.at(-1)];
+        console.log(`# ${cycles} cycles; ${aborts.length} aborts, ms: median ${aborts[aborts.length >> 1].toFixed(1)}, largest ${aborts.at(-1).toFixed(1)}; ${poller.answered} states`);
+        console.log(`# half: ${JSON.stringify(early)}, end: ${JSON.stringify(late)}`);
+        assert.ok(aborts[Math.floor(0.99 * aborts.length)] < 250, `aborts took ${aborts.slice(-3)} ms`);
+        assert.ok(late.resident < 1.05 * early.resident, "memory");
+        assert.ok(late.descriptors <= early.descriptors + 3, "descriptors");
+        assert.deepEqual(poller.failures, []);
+    } finally {
+        poller?.end();
         await daemon.end();
     }
 });
