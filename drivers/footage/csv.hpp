@@ -27,7 +27,7 @@ struct CsvColumns {
     std::filesystem::path file;
     std::vector<std::string> names;
     std::vector<std::vector<double>> values;  // values[column][row]
-    std::vector<std::string> units;           // of a row of units below the heading; empty: there is none
+    std::vector<std::string> units;           // texts of the row of units; empty: no such row
     std::size_t first_line = 2;               // of the first row, from 1
     /// "file:line", for messages.
     [[nodiscard]] std::string where(std::size_t row) const;

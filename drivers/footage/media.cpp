@@ -4,7 +4,6 @@
 #include <array>
 #include <cctype>
 #include <cstring>
-#include <fstream>
 #include <utility>
 
 #include "drivers/codecs/codecs.hpp"

@@ -91,7 +91,7 @@ std::unique_ptr<Media> open_movie(const std::filesystem::path& file);
 bool are_images(const std::filesystem::path& file);
 
 /// The images of a folder in natural order of their names, of a pattern by their numbers, or the one that is
-/// named. Hidden files are left out. InputError when there is none.
+/// named. Hidden files are left out. InputError when no image is found.
 std::vector<std::filesystem::path> image_files(const std::filesystem::path& file, MissingNumbers missing);
 
 /// 8 or 16-bit images as of image_files(); each page of an image is a picture.

@@ -18,7 +18,7 @@ constexpr double rounded = 0.6;      // of the unit of the stamps: as far as rou
 constexpr double jitter = 0.02;      // of a step, which a grid may have besides
 constexpr double near_rate = 0.1;    // a stated rate and uneven stamps describe the same pictures
 constexpr double longest_gap = 1e6;  // steps; no recording goes on after it
-constexpr double most_coarse = 0.5;  // of a step: the unit of stamps that tell pictures apart
+constexpr double most_coarse = 0.5;  // of a step: a coarser unit cannot separate two pictures
 constexpr double clear_gap = 1.8;    // usual steps; less is jitter
 
 std::string rounded_text(double value) { return to_text(std::round(1e3 * value) / 1e3); }
@@ -115,15 +115,17 @@ void PictureClock::take_times(std::vector<double> times_s) {
     }
 }
 
-// Stamps in ms cannot tell pictures of 2000/s apart, and a header that is made from them is wrong.
+// With a unit of 1 ms two pictures of 2000/s have the same stamp, and a rate computed from such stamps is
+// wrong.
 void PictureClock::take(const Stamps& stamps, double header_hz) {
     const std::vector<double>& at_s = stamps.at_s;
     const double steps = static_cast<double>(at_s.size() - 1), span_s = at_s.back() - at_s.front();
     const bool coarse = stamps.resolution_s * std::max(rate_hz_, steps / span_s) > most_coarse;
     if (coarse && repeats(at_s)) {
         if (stated_hz_ > 0 || std::abs(steps / header_hz - span_s) <= 2 * stamps.resolution_s) return;
-        throw InputError{file_ + ": the unit of its stamps, " + rounded_text(1e3 * stamps.resolution_s) +
-                         " ms, is too coarse to tell the rate of its pictures; set frame_rate_hz or times"};
+        throw InputError{
+            file_ + ": the unit of its stamps, " + rounded_text(1e3 * stamps.resolution_s) +
+            " ms, is too coarse, so that the rate of its pictures is not known; set frame_rate_hz or times"};
     }
     Stamps believed = stamps;
     if (const double step_s = at_s.size() > 2 ? median_step(at_s) : 0;
@@ -137,7 +139,8 @@ void PictureClock::take(const Stamps& stamps, double header_hz) {
     if (!take_grid(believed, header_hz) && !coarse) take_uneven(believed);
 }
 
-// Stated rates first: with stamps as coarse as the steps, only they tell a gap from rounding.
+// Stated rates are tried first: when the unit of the stamps is as long as a step, only a stated rate
+// separates a gap from rounding.
 bool PictureClock::take_grid(const Stamps& stamps, double header_hz) {
     const std::vector<double>& at_s = stamps.at_s;
     const double mean_hz = static_cast<double>(at_s.size() - 1) / (at_s.back() - at_s.front());

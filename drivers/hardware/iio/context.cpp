@@ -29,7 +29,7 @@ std::string iio_words(int rc) {
 
 namespace {
 
-/// libiio prints lines of its own about a name that it cannot resolve, and its error tells another cause.
+/// For a name that it cannot resolve, libiio prints lines of its own and returns the error of another cause.
 void require_known_host(const std::string& uri) {
     constexpr std::string_view network{"ip:"};
     if (!uri.starts_with(network)) return;
