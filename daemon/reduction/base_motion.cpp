@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <complex>
+#include <numeric>
 
 #include "calibration/harmonics/phasors.hpp"
 #include "drivers/drive.hpp"
@@ -87,6 +88,19 @@ BaseMotion drive_measured(const calibration::HarmonicFit& fit) {
         out.rho = {1, 0};
     }
     return out;
+}
+
+int times_too_low(const calibration::HarmonicFit& fit) {
+    constexpr double moves = 0.1;  // of the largest harmonic; distortion of a single one is less
+    double largest = 0;
+    for (int q = 1; q <= fit.order(); ++q) largest = std::max(largest, std::abs(fit.at(q)));
+    int divisor = 0, count = 0;
+    for (int q = 1; q <= fit.order(); ++q) {
+        if (!fit.stands_out(q) || std::abs(fit.at(q)) < moves * largest) continue;
+        divisor = std::gcd(divisor, q);
+        ++count;
+    }
+    return count > 1 ? divisor : 1;
 }
 
 std::vector<PeriodResult> drive_by_period(const calibration::HarmonicFit& fit, std::span<const double> t_s,

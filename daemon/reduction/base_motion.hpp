@@ -20,6 +20,10 @@ struct BaseMotion {
 /// A2 = 0 and phi is NaN.
 BaseMotion drive_measured(const calibration::HarmonicFit& acceleration);
 
+/// The drive's frequency over the fit's, where two or more harmonics move the base and their orders have a
+/// common divisor: 2 for a drive of 20 and 40 Hz that is called one of 10 Hz. Else 1.
+int times_too_low(const calibration::HarmonicFit& acceleration);
+
 /// gamma and phi of each period from t0 on that has at least 90 % of the usual number of samples. Least
 /// squares of harmonics 1 and 2 on the residuals of the whole run's fit. k counts from t0; drift and frames
 /// are not set.

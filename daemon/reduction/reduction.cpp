@@ -12,6 +12,7 @@
 #include "daemon/reduction/aligner.hpp"
 #include "daemon/reduction/bad_samples.hpp"
 #include "daemon/reduction/base_motion.hpp"
+#include "daemon/reduction/check/unseen_motion.hpp"
 #include "daemon/reduction/cycle.hpp"
 #include "daemon/reduction/drift.hpp"
 #include "daemon/reduction/selection.hpp"
@@ -123,6 +124,26 @@ void note_tilt(const Reduction& r, std::vector<std::string>& notes) {
               : "calibrate the accelerometer (\"shakerd calibrate accelerometer\") or level the base"));
 }
 
+/// Tells a drive that does not have the frequency of the fit.
+void doubt_frequency(const calibration::HarmonicFit& acceleration, Reduction& out) {
+    constexpr double explained = 0.3;  // residuals over gamma; the noise of a usable sensor is far less
+    const double f = acceleration.frequency_hz, rest = acceleration.rms / out.gamma.value;
+    std::string why;
+    if (const int times = times_too_low(acceleration); times > 1)
+        why = fmt::format("the base moves at multiples of {:.4g} Hz only", times * f);
+    else if (rest > explained)
+        why = fmt::format(
+            "{:.4g} Hz and its multiples leave residuals of {:.0f} % of gamma in the accelerations", f,
+            100 * rest);
+    else
+        return;
+    out.notes.push_back(
+        fmt::format("{}: is {:.4g} Hz the drive's frequency? gamma, rho and phi may be those of "
+                    "the wrong harmonics; the result is degraded",
+                    why, f));
+    out.degraded = true;
+}
+
 /// Gain of the cameras over the accelerometer, tilt, and the shares of the calibrations in the errors.
 void check_bench(const Measurement& m, const Alignment& drive, Reduction& out) {
     const double f = drive.frequency.value;
@@ -130,19 +151,23 @@ void check_bench(const Measurement& m, const Alignment& drive, Reduction& out) {
     const double gain_error = sensor ? sensor->gain_error(drive.shaker_axis) : 0;
     std::vector<SeenBase> views;
     for (const MotionSeries& v : m.bases) {
+        const calibration::HarmonicSamples samples{v.t_s, v.x_m, v.sd_m};
         if (m.bases.size() == 1) {  // fitted already
-            views.push_back({v.view, drive.base, v.exposure_s, v.scale_error});
+            views.push_back({v.view, drive.base, samples, v.exposure_s, v.scale_error});
             break;
         }
-        const calibration::HarmonicSamples samples{v.t_s, v.x_m, v.sd_m};
         const int order =
             std::min(drive.base.order(), calibration::order_for(frames_per_period({&v, 1}, f), 12));
         if (v.t_s.size() > static_cast<std::size_t>(3 * order))
             views.push_back({v.view, fit_harmonics({&samples, 1}, f, order, calibration::Slope::none),
-                             v.exposure_s, v.scale_error});
+                             samples, v.exposure_s, v.scale_error});
     }
     out.gain_ratio = gain_ratio(drive.acceleration, views, gain_error);
     note_gain(out.gain_ratio, drive.acceleration, views, gain_error, out.notes);
+    if (std::string unseen = unseen_motion(drive.acceleration, views); !unseen.empty()) {
+        out.notes.push_back(std::move(unseen));
+        out.degraded = true;
+    }
 
     out.tilt = tilt_of({&drive.acceleration,
                         {&drive.across[0], &drive.across[1]},
@@ -205,6 +230,7 @@ Reduction reduce(Measurement measurement) {
     out.v_rms = {asked.v_rms.value,
                  std::hypot(asked.v_rms.sigma, asked.v_rms.value * out.frequency.sigma / f)};
     out.harmonics = asked.harmonics;
+    doubt_frequency(drive.acceleration, out);
     measure_across(drive, out.harmonics);
 
     auto periods = drive_by_period(drive.acceleration, drive.t_s, drive.along_mps2, out.t0_s);

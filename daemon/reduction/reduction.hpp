@@ -81,7 +81,8 @@ struct Reduction {
     Cycle cycle;
     int samples = 0;                 // accelerometer samples in the time of the cameras
     int samples_bad = 0;             // those that were excluded (bad_samples.hpp)
-    bool degraded = false;           // too many of them, or at one phase: do not rely on the result
+    bool degraded = false;           // too many of them, or at one phase, or a view does not show the base's
+                                     // motion (unseen_motion.hpp): do not rely on the result
     std::vector<std::string> notes;  // for the operator, one sentence each
 };
 

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <boost/math/special_functions/sinc.hpp>
 #include <cmath>
 #include <numbers>
 #include <utility>
@@ -48,11 +49,6 @@ Positions positions(const acquisition::TargetTrack& base, double from_s, double 
     std::ranges::reverse(p.x_m);
     std::ranges::reverse(p.sd_m);
     return p;
-}
-
-double attenuation(double turns) {
-    const double x = std::numbers::pi * turns;
-    return x > 0 ? std::sin(x) / x : 1;
 }
 
 // Half of the positions or more stay for the residuals. Their few may be small in one window: the noise is at
@@ -107,7 +103,7 @@ BaseComparison compare(const acquisition::TargetTrack& base, const control::Peri
         const double qw = q * two_pi * f;
         const std::complex<double> a = window.estimate.along.at(q);
         r[i] = -qw * qw * fit->at(q) * std::polar(1.0, -two_pi * q * std::fmod(turns, 1)) /
-               (a * attenuation(q * f * base.exposure_s));
+               (a * boost::math::sinc_pi(std::numbers::pi * q * f * base.exposure_s));
         const double of_camera = fit->amplitude_sd(q) / std::abs(fit->at(q)),
                      of_sensor = window.estimate.sd / std::abs(a),
                      sigma = std::abs(r[i]) * std::hypot(of_camera, of_sensor);

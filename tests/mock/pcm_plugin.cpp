@@ -296,10 +296,10 @@ int constrain(snd_pcm_ioplug_t* io, double rate_hz) {
     const unsigned access[] = {SND_PCM_ACCESS_RW_INTERLEAVED};
     const unsigned formats[] = {SND_PCM_FORMAT_S16_LE, SND_PCM_FORMAT_S24_LE, SND_PCM_FORMAT_S24_3LE,
                                 SND_PCM_FORMAT_S32_LE};
-    const auto rate = static_cast<unsigned>(rate_hz);
+    const unsigned rate = static_cast<unsigned>(rate_hz), channels[] = {2, 3, 8};
     int error = snd_pcm_ioplug_set_param_list(io, SND_PCM_IOPLUG_HW_ACCESS, 1, access);
     if (error == 0) error = snd_pcm_ioplug_set_param_list(io, SND_PCM_IOPLUG_HW_FORMAT, 4, formats);
-    if (error == 0) error = snd_pcm_ioplug_set_param_minmax(io, SND_PCM_IOPLUG_HW_CHANNELS, 2, 3);
+    if (error == 0) error = snd_pcm_ioplug_set_param_list(io, SND_PCM_IOPLUG_HW_CHANNELS, 3, channels);
     if (error == 0) error = snd_pcm_ioplug_set_param_list(io, SND_PCM_IOPLUG_HW_RATE, 1, &rate);
     constexpr unsigned least_bytes = 64, most_bytes = 1U << 20U, most_periods = 1024;
     if (error == 0)

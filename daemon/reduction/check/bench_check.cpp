@@ -4,6 +4,7 @@
 
 #include <Eigen/Dense>
 #include <algorithm>
+#include <boost/math/special_functions/sinc.hpp>
 #include <cmath>
 #include <numbers>
 #include <vector>
@@ -51,11 +52,6 @@ calibration::Estimate exponential(const calibration::Estimate& e) {
     return {std::exp(e.value), std::exp(e.value) * e.sigma};
 }
 
-double attenuation(double turns) {
-    const double x = std::numbers::pi * turns;
-    return x > 0 ? std::sin(x) / x : 1;
-}
-
 Logs compare(const calibration::HarmonicFit& acceleration, std::span<const SeenBase> views, GainRatio& out) {
     const double w = two_pi * acceleration.frequency_hz;
     std::vector<double> y;
@@ -66,7 +62,7 @@ Logs compare(const calibration::HarmonicFit& acceleration, std::span<const SeenB
             const double qw = q * w;
             const auto turn = std::polar(1.0, qw * (acceleration.origin_s - position.origin_s));
             const auto r = -qw * qw * position.at(q) * turn / acceleration.at(q) /
-                           attenuation(q * acceleration.frequency_hz * views[v].exposure_s);
+                           boost::math::sinc_pi(w / 2 * q * views[v].exposure_s);
             const double relative =
                 std::sqrt(log_covariance(position, q, q) + log_covariance(acceleration, q, q));
             out.at.push_back(

@@ -16,7 +16,8 @@ namespace shaker::reduction {
 /// The base in one view.
 struct SeenBase {
     std::string view;
-    calibration::HarmonicFit position;  // m, on master time
+    calibration::HarmonicFit position;   // m, on master time
+    calibration::HarmonicSamples track;  // of that fit
     double exposure_s = 0;
     double scale_error = 0;  // relative standard error of the view's scale, systematic; 0: not known
 };

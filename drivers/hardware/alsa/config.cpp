@@ -2,6 +2,7 @@
 
 #include <alsa/asoundlib.h>
 
+#include <array>
 #include <cerrno>
 #include <chrono>
 #include <thread>
@@ -59,6 +60,26 @@ AlsaHandle open_alsa_playback(const std::string& name, const std::filesystem::pa
     }
     check(error, "ALSA device " + name + ": cannot be opened");
     return {pcm, [](void* opened) { snd_pcm_close(static_cast<snd_pcm_t*>(opened)); }};
+}
+
+std::vector<int> possible_rates_hz(void* pcm, void* hw) {
+    constexpr std::array usual{8000,  16000,  22050,  32000,  44100,  48000,  88200,
+                               96000, 176400, 192000, 352800, 384000, 705600, 768000};
+    std::vector<int> has;
+    for (const int rate : usual)
+        if (snd_pcm_hw_params_test_rate(static_cast<snd_pcm_t*>(pcm), static_cast<snd_pcm_hw_params_t*>(hw),
+                                        static_cast<unsigned>(rate), 0) == 0)
+            has.push_back(rate);
+    return has;
+}
+
+std::vector<int> possible_channels(void* pcm, void* hw) {
+    std::vector<int> has;
+    for (unsigned n = 1; n <= 32; ++n)
+        if (snd_pcm_hw_params_test_channels(static_cast<snd_pcm_t*>(pcm),
+                                            static_cast<snd_pcm_hw_params_t*>(hw), n) == 0)
+            has.push_back(static_cast<int>(n));
+    return has;
 }
 
 }  // namespace shaker::alsa

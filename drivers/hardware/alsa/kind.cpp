@@ -17,8 +17,6 @@ namespace shaker::alsa {
 
 namespace {
 
-constexpr std::array usual_rates_hz{44100, 48000, 88200, 96000, 176400, 192000, 384000, 768000};
-
 template <class T, void (*release)(T*)>
 struct ReleasedBy {
     void operator()(T* object) const noexcept { release(object); }
@@ -38,9 +36,8 @@ void ask(snd_pcm_t* pcm, AlsaDevice& device) {
     for (std::size_t i = 0; i < formats.size(); ++i)
         if (snd_pcm_hw_params_test_format(pcm, raw, formats.at(i)) == 0)
             device.formats.push_back(static_cast<SampleFormat>(i));
-    for (const int rate : usual_rates_hz)
-        if (snd_pcm_hw_params_test_rate(pcm, raw, static_cast<unsigned>(rate), 0) == 0)
-            device.rates_hz.push_back(rate);
+    device.rates_hz = possible_rates_hz(pcm, raw);
+    device.channels = possible_channels(pcm, raw);
     const auto frames = [raw](auto get_least, auto get_most, auto... direction) {
         snd_pcm_uframes_t least = 0, most = 0;
         get_least(raw, &least, direction...);
@@ -52,8 +49,6 @@ void ask(snd_pcm_t* pcm, AlsaDevice& device) {
         frames(snd_pcm_hw_params_get_period_size_min, snd_pcm_hw_params_get_period_size_max, no_direction);
     device.buffer_frames =
         frames(snd_pcm_hw_params_get_buffer_size_min, snd_pcm_hw_params_get_buffer_size_max);
-    snd_pcm_hw_params_get_channels_min(raw, &device.channels.least);
-    snd_pcm_hw_params_get_channels_max(raw, &device.channels.most);
 }
 
 /// Adds the card's playback devices with their stable names.
@@ -94,7 +89,7 @@ Json json_of(const AlsaDevice& d) {
     j["formats"] = Json::array();
     for (const SampleFormat f : d.formats) j["formats"].push_back(to_text(f));
     j["rates_hz"] = d.rates_hz;
-    j["channels"] = range(d.channels);
+    j["channels"] = d.channels;
     j["period_frames"] = range(d.period_frames);
     j["buffer_frames"] = range(d.buffer_frames);
     return j;
@@ -116,9 +111,9 @@ std::string AlsaDevice::text() const {
     std::vector<std::string_view> names;
     for (const SampleFormat format : formats) names.push_back(to_text(format));
     return fmt::format(
-        "{}: formats {}; {} Hz; {} to {} channels; periods {} to {}, buffer {} to {} samples", head,
+        "{}: formats {}; {} Hz; {} channels; periods {} to {}, buffer {} to {} samples", head,
         names.empty() ? "none supported by shakerd" : fmt::format("{}", fmt::join(names, ", ")),
-        fmt::join(rates_hz, ", "), channels.least, channels.most, period_frames.least, period_frames.most,
+        fmt::join(rates_hz, ", "), fmt::join(channels, ", "), period_frames.least, period_frames.most,
         buffer_frames.least, buffer_frames.most);
 }
 

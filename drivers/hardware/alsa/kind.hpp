@@ -19,8 +19,8 @@ struct AlsaDevice {
     std::string name;  // as shown to people
     std::string error;  // why it could not be queried; empty: the fields below are valid
     std::vector<SampleFormat> formats;
-    std::vector<int> rates_hz;  // supported ones of the usual rates
-    Between channels, period_frames, buffer_frames;
+    std::vector<int> rates_hz, channels;  // as possible_rates_hz() and possible_channels()
+    Between period_frames, buffer_frames;
 
     /// One line for an operator.
     [[nodiscard]] std::string text() const;

@@ -42,29 +42,14 @@ std::string allowed_formats(snd_pcm_t* pcm, snd_pcm_hw_params_t* hw) {
     return list.empty() ? "none supported by shakerd" : list;
 }
 
-// The usual rates that a card has, or its range when it has all of them.
+// The usual rates that a card has, or its range when it has none of them.
 std::string allowed_rates(snd_pcm_t* pcm, snd_pcm_hw_params_t* hw) {
-    constexpr std::array usual{8000U,  16000U, 22050U,  32000U,  44100U,  48000U,
-                               88200U, 96000U, 176400U, 192000U, 352800U, 384000U};
+    const std::vector<int> has = possible_rates_hz(pcm, hw);
+    if (!has.empty()) return fmt::format("it has {}", fmt::join(has, ", "));
     unsigned least = 0, most = 0;
     snd_pcm_hw_params_get_rate_min(hw, &least, nullptr);
     snd_pcm_hw_params_get_rate_max(hw, &most, nullptr);
-    std::vector<unsigned> has;
-    long within = 0;
-    for (const unsigned rate : usual) {
-        within += rate >= least && rate <= most ? 1 : 0;
-        if (snd_pcm_hw_params_test_rate(pcm, hw, rate, 0) == 0) has.push_back(rate);
-    }
-    if (has.empty() || std::ssize(has) == within) return fmt::format("must be {} to {}", least, most);
-    return fmt::format("it has {}", fmt::join(has, ", "));
-}
-
-std::vector<unsigned> possible_channels(snd_pcm_t* pcm, snd_pcm_hw_params_t* hw) {
-    constexpr unsigned most_tried = 32;
-    std::vector<unsigned> counts;
-    for (unsigned n = 1; n <= most_tried; ++n)
-        if (snd_pcm_hw_params_test_channels(pcm, hw, n) == 0) counts.push_back(n);
-    return counts;
+    return fmt::format("must be {} to {}", least, most);
 }
 
 }  // namespace
@@ -123,10 +108,10 @@ void AlsaPcm::State::agree(const AlsaSettings& settings) {
             fmt::format("format {} is not possible: {}", to_text(settings.format), allowed_formats(pcm, hw)));
     if (snd_pcm_hw_params_set_rate(pcm, hw, rate, 0) < 0)
         refuse(fmt::format("rate_hz {} is not possible: {}", rate, allowed_rates(pcm, hw)));
-    const std::vector<unsigned> counts = possible_channels(pcm, hw);
-    const auto needed = std::max(2U, static_cast<unsigned>(settings.enable_channel));
+    const std::vector<int> counts = possible_channels(pcm, hw);
+    const int needed = std::max(2, settings.enable_channel);
     const auto enough = std::ranges::lower_bound(counts, needed);  // the others are silent
-    const unsigned channels = enough == counts.end() ? needed : *enough;
+    const auto channels = static_cast<unsigned>(enough == counts.end() ? needed : *enough);
     if (snd_pcm_hw_params_set_channels(pcm, hw, channels) < 0)
         refuse(fmt::format("{}; the channel counts it has are {}",
                            settings.enable_channel > 0

@@ -73,6 +73,7 @@ std::string text_of(const GenicamDevice& d) {
 }  // namespace
 
 std::vector<GenicamDevice> list_genicam_devices() {
+    log_lines_of_glib();
     arv_update_device_list();
     std::vector<GenicamDevice> devices;
     for (unsigned i = 0; i < arv_get_n_devices(); ++i) {

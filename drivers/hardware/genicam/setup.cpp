@@ -1,6 +1,7 @@
 #include "drivers/hardware/genicam/setup.hpp"
 
 #include <arv.h>
+#include <spdlog/spdlog.h>
 
 #include <algorithm>
 #include <cmath>
@@ -258,9 +259,18 @@ GenicamPicture Setup::run() {
 
 void UnrefCamera::operator()(ArvCamera* camera) const noexcept { g_object_unref(camera); }
 
+void log_lines_of_glib() {
+    g_log_set_default_handler(
+        [](const gchar* domain, GLogLevelFlags, const gchar* line, gpointer) {
+            spdlog::debug("{}: {}", domain != nullptr ? domain : "aravis", line);
+        },
+        nullptr);
+}
+
 CameraHandle open_genicam(const GenicamSettings& settings, const std::string& name, GenicamPicture& picture,
                           std::vector<std::string>& granted) {
     const std::string who = "camera \"" + name + "\" (" + settings.id + ")";
+    log_lines_of_glib();
     GError* error = nullptr;
     CameraHandle camera{arv_camera_new(settings.id.c_str(), &error)};
     if (camera == nullptr) {

@@ -28,6 +28,10 @@ struct GenicamPicture {
     bool operator==(const GenicamPicture&) const = default;
 };
 
+/// From now on, lines of GLib and Aravis go to the log's debug level instead of the terminal: a camera's
+/// faulty description causes dozens. Errors reach the caller as DeviceError.
+void log_lines_of_glib();
+
 /// Opens and configures the camera called `name` in messages, without starting it. Appends lines like
 /// "exposure 0.0005 s (requested 0.0005)" to `granted`. Throws DeviceError: not found, in use, or a refused
 /// value with its allowed range.

@@ -2,6 +2,9 @@
 
 #include "drivers/errors.hpp"
 #include "drivers/hardware/genicam/settings.hpp"
+#include "drivers/hardware/genicam/setup.hpp"
+
+extern "C" void arv_enable_interface(const char* interface_id);  // of Aravis; warns of an unknown one
 
 namespace shaker::hardware {
 namespace {
@@ -73,6 +76,13 @@ TEST(GenicamSettingsTest, NamesErrorsWithLine) {
     names("trigger = 'sometimes'\n", "\"software\"");
     names("exposure_s = 0.02\nframe_rate_hz = 200\n", "0.005 s");
     names("packet_bytes = -1\n", "0 to 65000");
+}
+
+TEST(GenicamSettingsTest, LinesOfAravisDoNotReachTheTerminal) {
+    genicam::log_lines_of_glib();
+    testing::internal::CaptureStderr();
+    arv_enable_interface("Carrier pigeon");
+    EXPECT_EQ(testing::internal::GetCapturedStderr(), "");
 }
 
 }  // namespace
