@@ -147,7 +147,7 @@ Action Engine::choose(const Seen& seen) {
         rest.precision = 0;
         rest.plan.periods = missing_periods();
         if (rest.plan.periods == 0) {
-            end_point(Outcome::measured, {});
+            end_point(Outcome::measured, missed_precision());
             continue;
         }
         const Walk& walk = walks_.walk(p.asked.drive);
@@ -205,7 +205,7 @@ Action Engine::go(bool idle, const Drive& drive, const run::Task& task) {
 void Engine::begin_point(const Point& point) {
     tries_ = measured_ = returns_ = pass_ = 0;
     told_passes_.clear();
-    sum_ = weight_ = 0;
+    passes_.clear();
     events_.push_back(PointBegun{.point = point.id});
 }
 
@@ -282,15 +282,13 @@ void Engine::take(const on_call::Measured& measured) {
     end_pass(measured, early_.empty() ? PassEnded::How::complete : PassEnded::How::early, early_);
     returns_ = 0;
     measured_ += periods;
-    const calibration::Estimate& v_D = measured.reduction->v_D;
     if (choice_) {
         law::Point pass = law::point_of(*measured.reduction, points_[at_].asked.drive);
         pass.number = points_[at_].id;
         pass.partner = points_[at_].partner;
         choice_->add(std::move(pass));
     }
-    sum_ += v_D.value / (v_D.sigma * v_D.sigma);
-    weight_ += 1 / (v_D.sigma * v_D.sigma);
+    passes_.push_back({measured.reduction->v_D, periods});
 }
 
 void Engine::note_return() {
@@ -353,10 +351,19 @@ int Engine::missing_periods() const {
         if (measured_ > 0)
             wanted = static_cast<int>(
                 std::min(1.0 * asked.most_periods,
-                         std::ceil(measured_ / (weight_ * asked.precision * asked.precision))));
+                         std::ceil(measured_ * std::pow(combined(passes_).v_D.sigma / asked.precision, 2))));
     }
     if (measured_ >= wanted) return 0;
     return std::max(wanted - measured_, std::min(least_pass_periods, wanted));
+}
+
+std::string Engine::missed_precision() const {
+    const double asked = points_[at_].asked.precision, reached = combined(passes_).v_D.sigma;
+    if (asked == 0 || reached <= asked) return {};
+    return fmt::format(
+        "the error of v_D is {:.3g} mm/s after {} periods, the most that the plan allows; {:.3g} mm/s "
+        "was asked",
+        1e3 * reached, measured_, 1e3 * asked);
 }
 
 run::PredictedWalk Engine::walk(const Drive& drive) {
@@ -367,7 +374,7 @@ run::PredictedWalk Engine::walk(const Drive& drive) {
 void Engine::end_point(Outcome outcome, std::string reason) {
     const int id = points_[at_].id;
     if (outcome == Outcome::measured) {
-        results_[id] = {sum_ / weight_, 1 / std::sqrt(weight_)};
+        results_[id] = combined(passes_).v_D;
         walks_.add(points_[at_].asked.drive, results_[id]);
     }
     last_ = {id, std::exchange(told_passes_, {})};

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "daemon/campaign/campaign_mu.hpp"
+#include "daemon/campaign/combined_passes.hpp"
 #include "daemon/campaign/journal.hpp"
 #include "daemon/campaign/plan.hpp"
 #include "daemon/campaign/travel.hpp"
@@ -124,6 +125,7 @@ private:
     Action watch_pass(const Seen& seen);
     Action watch_return(const Seen& seen);
     [[nodiscard]] int missing_periods() const;
+    [[nodiscard]] std::string missed_precision() const;
     [[nodiscard]] std::string disk_is_short(const Seen& seen, const Travel& travel) const;
     void note_return();
     void repeat();
@@ -152,10 +154,10 @@ private:
     double ordered_s_ = 0;                       // master time of the order of the pass
     double x_from_m_ = unknown, x_m_ = unknown;  // of the walker: at the order of the pass, now
     std::array<double, 2> way_{INFINITY, INFINITY};
-    int asked_periods_ = 0;        // of the pass
-    int measured_ = 0;             // periods, of the point
-    double sum_ = 0, weight_ = 0;  // v_D / sigma^2 and 1 / sigma^2 of its passes
-    int returns_ = 0;              // without a pass between them
+    int asked_periods_ = 0;          // of the pass
+    int measured_ = 0;               // periods, of the point
+    std::vector<PassDrift> passes_;  // of the point
+    int returns_ = 0;                // without a pass between them
     Phase phase_ = Phase::between;
     bool centred_ = false;    // led to the middle before the response was identified
     double frequency_ = 0;    // of the drive, Hz

@@ -79,8 +79,12 @@ std::map<double, double> most_return_gamma(const std::vector<Point>& points, con
         Drive back = ReturnDrives{{}, {}}.at(1, frequency);
         back.gamma = 1;
         double& gamma = most.try_emplace(frequency, INFINITY).first->second;
-        for (const safety::Demand& d : run::run_demands(bench, back, run::limits_of_run(bench.limits)))
-            gamma = std::min(gamma, run::usable_drive * d.limit / d.value);
+        try {
+            for (const safety::Demand& d : run::run_demands(bench, back, run::limits_of_run(bench.limits)))
+                gamma = std::min(gamma, run::usable_drive * d.limit / d.value);
+        } catch (const InputError&) {
+            // The data sheet ends below the second harmonic. A plan of one harmonic needs no return.
+        }
     }
     return most;
 }

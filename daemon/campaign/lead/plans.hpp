@@ -31,7 +31,8 @@ struct Scan {
 /// The plan of a scan. Its parser checks the ranges.
 std::string text_of(const Scan& scan);
 
-/// Largest gamma of a return at each frequency of the points that the limits of the bench allow, m/s^2.
+/// Largest gamma of a return at each frequency of the points that the limits of the bench allow, m/s^2;
+/// infinite where the data sheet has no response at the second harmonic.
 std::map<double, double> most_return_gamma(const std::vector<Point>& points, const bench::Bench& bench);
 
 /// Walker, limits and swing of the base at each drive of the points. Does not refer to the bench afterwards.

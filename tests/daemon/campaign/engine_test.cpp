@@ -8,8 +8,10 @@
 #include <random>
 
 #include "daemon/campaign/progress.hpp"
+#include "daemon/reduction/drift_spread.hpp"
 #include "drivers/errors.hpp"
 #include "tests/support/campaign/engine_bench.hpp"
+#include "tests/support/nightly.hpp"
 
 namespace shaker::campaign {
 namespace {
@@ -80,6 +82,49 @@ TEST(EngineTest, PrecisionDecidesThePeriods) {
     int sum = 0;
     for (const PassEnded& pass : all<PassEnded>(bench.events)) sum += periods(pass);
     EXPECT_NEAR(sum, 100, 5);
+}
+
+// What the points table computes from the recordings must keep what the engine stopped for.
+TEST(EngineTest, CombinedErrorIsAtMostThePrecisionOrThePointTellsWhy) {
+    constexpr int points = 200;
+    std::mt19937_64 draw(test::seed_of_day(1));
+    std::normal_distribution<double> normal;
+    std::vector<Point> asked;
+    for (int id = 1; id <= points; ++id) {
+        Point& p = asked.emplace_back(point(id, 0.7, 1));
+        p.asked.precision = std::exp(std::uniform_real_distribution(-1.0, 1.0)(draw)) * 2e-5;
+        p.asked.least_periods = 10;
+        p.asked.most_periods = 100;
+    }
+    Engine engine{asked, {}};
+    EngineBench bench{0.15, 0};
+    std::vector<calibration::Estimate> given;
+    bench.result = [&](double v_D, int periods) {
+        const double sigma = 1e-4 / std::sqrt(periods);
+        double squares = 0;
+        for (int i = 1; i < periods; ++i) squares += std::pow(normal(draw), 2) / (periods - 1);
+        return given.emplace_back(
+            calibration::Estimate{v_D + sigma * normal(draw),
+                                  sigma * std::sqrt(squares) * reduction::few_periods_factor(periods - 1)});
+    };
+    bench.play(engine);
+    std::map<int, std::vector<PassDrift>> passes;
+    for (const PassEnded& pass : all<PassEnded>(bench.events))
+        passes[pass.point].push_back(
+            {given.at(static_cast<std::size_t>(pass.measurement - 1)), periods(pass)});
+    int within = 0, told = 0;
+    for (const PointEnded& end : all<PointEnded>(bench.events)) {
+        const double error = combined(passes[end.point]).v_D.sigma,
+                     precision = asked[static_cast<std::size_t>(end.point - 1)].asked.precision;
+        within += error <= precision;
+        told += end.reason.find("the most that the plan allows") != std::string::npos;
+        EXPECT_NE(error <= precision, end.reason.find("was asked") != std::string::npos)
+            << "point " << end.point << ": " << error << " for " << precision << "; " << end.reason;
+    }
+    std::printf("%d points: %d within their precision, %d name the largest number of periods\n", points,
+                within, told);
+    EXPECT_EQ(within + told, points);
+    EXPECT_GT(told, 0);
 }
 
 TEST(EngineTest, FailedPointIsTriedAgainOnceThenLeftOut) {

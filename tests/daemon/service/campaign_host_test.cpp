@@ -117,6 +117,17 @@ TEST_F(CampaignHostTest, AStopPausesItAndResumeGoesOn) {
 }
 
 // At 5 Hz the usual 1 g of a return is beyond the limits of the bench.
+TEST_F(CampaignHostTest, APlanOfOneHarmonicIsNotLimitedByAReturn) {
+    bench::Bench bench = bench::open_bench("sim:", {}, simulated::World::Pace::lockstep);
+    bench.response = [](double hz) { return hz > 300 ? std::complex{NAN, NAN} : std::complex{10.0, 0.0}; };
+    campaign::Point low, high;
+    low.asked.drive.frequency = 100;
+    high.asked.drive.frequency = 200;
+    const std::map<double, double> most = campaign::most_return_gamma({low, high}, bench);
+    EXPECT_LT(most.at(100), 1000);
+    EXPECT_EQ(most.at(200), INFINITY);
+}
+
 TEST_F(CampaignHostTest, ReturnsKeepWithinTheLimits) {
     std::string scene = test::slow;
     scene += "[walker]\nstart_mm = 35\n";

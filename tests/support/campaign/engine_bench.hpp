@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <deque>
+#include <functional>
 #include <memory>
 #include <utility>
 #include <vector>
@@ -57,6 +58,10 @@ public:
     int edges = 0;  // times that the walker was beyond the limit at the edge
     int starts = 0;
     bool fails = false;  // no measurement can be reduced
+    /// Of a measurement, by the true v_D and the number of periods.
+    std::function<calibration::Estimate(double, int)> result = [](double v_D, int periods) {
+        return calibration::Estimate{v_D, 1e-4 / std::sqrt(periods)};
+    };
     double free_bytes = INFINITY;
     double start_s = 0, stop_s = 0;  // from an order at rest to state run; of a soft stop
     double reduction_s = 0;          // from the end of a measurement to its result
@@ -139,7 +144,7 @@ private:
             m.not_reduced = "no walker";
         } else {
             auto r = std::make_shared<reduction::Reduction>();
-            r->v_D = {walks_.at(drive_).v_D, 1e-4 / std::sqrt(whole)};
+            r->v_D = result(walks_.at(drive_).v_D, whole);
             m.reduction = r;
         }
         if (reduction_s > 0)
