@@ -351,14 +351,15 @@ int Engine::missing_periods() const {
         if (measured_ > 0)
             wanted = static_cast<int>(
                 std::min(1.0 * asked.most_periods,
-                         std::ceil(measured_ * std::pow(combined(passes_).v_D.sigma / asked.precision, 2))));
+                         std::ceil(measured_ *
+                                   std::pow(reduction::combined(passes_).v_D.sigma / asked.precision, 2))));
     }
     if (measured_ >= wanted) return 0;
     return std::max(wanted - measured_, std::min(least_pass_periods, wanted));
 }
 
 std::string Engine::missed_precision() const {
-    const double asked = points_[at_].asked.precision, reached = combined(passes_).v_D.sigma;
+    const double asked = points_[at_].asked.precision, reached = reduction::combined(passes_).v_D.sigma;
     if (asked == 0 || reached <= asked) return {};
     return fmt::format(
         "the error of v_D is {:.3g} mm/s after {} periods, the most that the plan allows; {:.3g} mm/s "
@@ -374,7 +375,7 @@ run::PredictedWalk Engine::walk(const Drive& drive) {
 void Engine::end_point(Outcome outcome, std::string reason) {
     const int id = points_[at_].id;
     if (outcome == Outcome::measured) {
-        results_[id] = combined(passes_).v_D;
+        results_[id] = reduction::combined(passes_).v_D;
         walks_.add(points_[at_].asked.drive, results_[id]);
     }
     last_ = {id, std::exchange(told_passes_, {})};

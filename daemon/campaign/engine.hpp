@@ -12,12 +12,12 @@
 #include <vector>
 
 #include "daemon/campaign/campaign_mu.hpp"
-#include "daemon/campaign/combined_passes.hpp"
 #include "daemon/campaign/journal.hpp"
 #include "daemon/campaign/plan.hpp"
 #include "daemon/campaign/travel.hpp"
 #include "daemon/on_call/on_call.hpp"
 #include "daemon/on_call/way_back.hpp"
+#include "daemon/reduction/combined_drift.hpp"
 
 namespace shaker::campaign {
 
@@ -154,10 +154,10 @@ private:
     double ordered_s_ = 0;                       // master time of the order of the pass
     double x_from_m_ = unknown, x_m_ = unknown;  // of the walker: at the order of the pass, now
     std::array<double, 2> way_{INFINITY, INFINITY};
-    int asked_periods_ = 0;          // of the pass
-    int measured_ = 0;               // periods, of the point
-    std::vector<PassDrift> passes_;  // of the point
-    int returns_ = 0;                // without a pass between them
+    int asked_periods_ = 0;                     // of the pass
+    int measured_ = 0;                          // periods, of the point
+    std::vector<reduction::PassDrift> passes_;  // of the point
+    int returns_ = 0;                           // without a pass between them
     Phase phase_ = Phase::between;
     bool centred_ = false;    // led to the middle before the response was identified
     double frequency_ = 0;    // of the drive, Hz

@@ -119,7 +119,7 @@ private:
     }
 
     void combine(const std::vector<FoundPass>& passes) {
-        std::vector<PassDrift> drifts;
+        std::vector<reduction::PassDrift> drifts;
         row_.true_v_D = row_.travel_m = 0;
         for (const FoundPass& p : passes) {
             reductions_.push_back(&*p.result->reduction);
@@ -129,7 +129,7 @@ private:
             row_.frames_lost += reductions_.back()->frames_lost;
             row_.travel_m += p.ended->x_to_m - p.ended->x_from_m;
         }
-        const CombinedDrift drift = combined(drifts);
+        const reduction::CombinedDrift drift = reduction::combined(drifts);
         weights_ = drift.weights;
         row_.v_D = drift.v_D;
         row_.chi2 = drift.chi2;
@@ -147,9 +147,10 @@ private:
                                        {&PointRow::rho, &Reduction::rho},
                                        {&PointRow::v_rms, &Reduction::v_rms},
                                        {&PointRow::efficiency, &Reduction::efficiency}})
-            row_.*to =
-                weighted(of_each(reductions_, [from](const Reduction& r) { return r.*from; }), weights_);
-        row_.phi = weighted_angle(of_each(reductions_, [](const Reduction& r) { return r.phi; }), weights_);
+            row_.*to = reduction::weighted(
+                of_each(reductions_, [from](const Reduction& r) { return r.*from; }), weights_);
+        row_.phi = reduction::weighted_angle(of_each(reductions_, [](const Reduction& r) { return r.phi; }),
+                                             weights_);
     }
 
     void add_harmonics() {

@@ -196,6 +196,20 @@ std::string results_json(std::span<const NumberedRow> rows) {
     return json{{"type", "results"}, {"results", list}}.dump(-1, ' ', false, json::error_handler_t::replace);
 }
 
+std::string repeats_json(std::span<const Repeats> all) {
+    json list = json::array();
+    for (const Repeats& r : all)
+        list.push_back({{"asked", asked_json(r.asked)},
+                        {"newest", or_null(r.newest)},
+                        {"count", r.count},
+                        {"v_D_mps", estimate_json(r.v_D)},
+                        {"D_m", estimate_json(r.D)},
+                        {"efficiency", estimate_json(r.efficiency)},
+                        {"stated_mps", number_json(r.stated)},
+                        {"scatter_mps", number_json(r.scatter)}});
+    return json{{"repeats", list}}.dump();
+}
+
 std::string results_csv(std::span<const NumberedRow> rows) {
     std::string all =
         "time [UTC],asked_frequency [Hz],asked_gamma [m/s^2],asked_rho [1],asked_phi [rad],asked_overtones,"

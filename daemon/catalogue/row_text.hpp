@@ -6,6 +6,7 @@
 #include <string>
 
 #include "daemon/catalogue/catalogue.hpp"
+#include "daemon/catalogue/repeats.hpp"
 #include "daemon/catalogue/results_table.hpp"
 
 namespace shaker::catalogue {
@@ -25,6 +26,9 @@ nlohmann::json number_json(double x);
 
 /// {"results":[...]}, each row with its number as "id".
 std::string results_json(std::span<const NumberedRow> rows);
+/// {"repeats":[{"asked":...,"newest":...,"count":...,"v_D_mps":{...},"D_m":{...},"efficiency":{...},
+/// "stated_mps":...,"scatter_mps":...}]}
+std::string repeats_json(std::span<const Repeats> all);
 /// A heading `name [unit]` per column, then a line per row with 17 significant digits.
 std::string results_csv(std::span<const NumberedRow> rows);
 

@@ -52,6 +52,7 @@ export class Bench {
     recordings = [];
     campaigns = [];
     rows = [];  // of the table of results
+    repeats = [];  // as the daemon combines them
     random = chance(7);
     unfinished = false;  // no measurement becomes complete
     edge = 0.005;  // m, limit

@@ -18,7 +18,7 @@ const { typed, whole } = await source("quantity");
 const { hardwareStopWords } = await source("views/header");
 const { Rolling } = await source("rolling");
 const { padded } = await source("views/points");
-const { newestFirst, pointsOf, repeats, weightedMean } = await source("results");
+const { newestFirst, pointsOf } = await source("results");
 const { curves, axes, degrees, maxCurves } = await source("groups");
 
 const arrayBuffer = (buffers) => new Uint8Array(Buffer.concat(buffers)).buffer;
@@ -271,18 +271,9 @@ const rowAt = (id, second, v, sigma, more = {}) => ({
     v_D_mps: { value: v, sigma }, D_m: null, efficiency: null, ...more,
 });
 
-test("Repeats are averaged by their errors, with their scatter", () => {
-    const mean = weightedMean([{ value: 1, sigma: 0.1 }, { value: 2, sigma: 0.2 }, null, { value: 9, sigma: null }]);
-    assert.ok(Math.abs(mean.mean.value - 1.2) < 1e-12);
-    assert.ok(Math.abs(mean.mean.sigma - 0.1 * Math.sqrt(0.8)) < 1e-12);
-    assert.ok(Math.abs(mean.stated - Math.sqrt(0.025)) < 1e-12);
-    assert.ok(Math.abs(mean.scatter - Math.SQRT1_2) < 1e-12);
-    assert.equal(weightedMean([{ value: 1, sigma: 0.1 }]).scatter, null);
-    assert.equal(weightedMean([null]), null);
-    const other = { ...rowAt(4, 4, 3, 1).asked, phi_rad: 2 };
-    const rows = [rowAt(1, 1, 1, 1), rowAt(4, 4, 3, 1, { asked: other }), rowAt(2, 2, 2, 1), rowAt(3, 3, 0, 1, { v_D_mps: null }), rowAt(5, 0, 7, 1, { asked: null })];
-    assert.deepEqual(newestFirst(rows).map((row) => row.id), [4, 3, 2, 1, 5]);
-    assert.deepEqual(repeats(rows).map(({ asked, count, v_D_mps, newest }) => [asked.phi_rad, count, v_D_mps.mean.value, newest.id]), [[2, 1, 3, 4], [1, 2, 1.5, 2]]);
+test("Rows are the newest first, those without a time last", () => {
+    const rows = [rowAt(1, 1, 1, 1), rowAt(4, 4, 3, 1), rowAt(5, 0, 7, 1, { time: null })];
+    assert.deepEqual(newestFirst(rows).map((row) => row.id), [4, 1, 5]);
 });
 
 test("Points have the set-points of their rows; rows of before the daemon's start are points, too", () => {

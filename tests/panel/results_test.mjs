@@ -31,6 +31,10 @@ test("Results are a row a measurement, the newest first; repeats are averaged", 
         ["γ 1 g, φ 0°, ρ 0.5, 20 Hz", "6.6004 ± 0.0010", "0.330020 ± 0.000050", "1.00030 ± 0.00010", "✓ steady", "complete", "series.nxs"]);
     assert.deepEqual((await cells(page, 0)).slice(2), ["–", "–", "–", "–", "–", "–", "", "walker 4.9 mm from the edge", "not recorded"]);
     if (folder) await page.screenshot({ path: join(folder, "results.png"), fullPage: true });
+    bench.repeats = [{
+        asked: { gamma_mps2: 9.8, phi_rad: 0, rho: 0.5, frequency_hz: 20 }, newest: bench.rows[0].time, count: 2, v_D_mps: { value: 6.5999e-3, sigma: 7.1e-7 },
+        D_m: { value: 3.3e-4, sigma: 4e-8 }, efficiency: null, stated_mps: 1e-6, scatter_mps: 7.1e-7,
+    }];
     await page.check("#results-averaged");
     await until(async () => await rows(page).count() === 1, "one set-point");
     assert.deepEqual((await cells(page, 0)).slice(1, 6), ["γ 1 g, φ 0°, ρ 0.5, 20 Hz", "2", "6.59990 ± 0.00071", "0.00071", "0.00100"]);
@@ -132,7 +136,7 @@ test("Recordings are listed with their outcome, can be saved, and are checked on
     assert.match(time, /^2[456] Nov \d\d:\d\d$/);
     assert.deepEqual(rest, ["5.20 MB", "γ 1 g, φ 0°, ρ 0.5, 20 Hz and 1 more", "2 measurements", "new paper", "replay"]);
     assert.deepEqual((await line(1)).slice(3), ["", "⚠ not readable: not an HDF5 file", "", ""]);
-    assert.equal(await page.getByRole("link", { name: "series.nxs" }).getAttribute("href"), "/api/recordings/series.nxs?token=opensesame");
+    assert.equal(await page.getByRole("link", { name: "series.nxs" }).getAttribute("href"), "api/recordings/series.nxs?token=opensesame");
     bench.control = true;
     await page.getByRole("button", { name: "Replay series.nxs" }).click();
     await until(async () => (await line(0))[6] === "✓ identical again", "its verdict");

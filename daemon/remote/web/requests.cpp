@@ -184,6 +184,8 @@ Response answer_get(Manner manner, const std::string& path, Site& site, const st
                      list_json(site.recordings->list(), site.recordings->campaigns()));
     if (of_catalogue(path)) return refused_download(manner, site);
     if (path == "/api/results") return reply(manner, 200, "application/json", results_json(rows_of(site)));
+    if (path == "/api/repeats")
+        return reply(manner, 200, "application/json", repeats_json(catalogue::repeats_of(rows_of(site))));
     if (path == "/api/results.csv")
         return reply(manner, 200, "text/csv; charset=utf-8", results_csv(rows_of(site)));
     return reply(manner, refusal(404, "not found: " + path));

@@ -25,8 +25,9 @@ TEST(CampaignKillTest, ContinuesAsIfItHadNotBeenKilled) {
     std::ofstream{folder / "plan.toml"} << plan;
     const KilledCampaigns campaigns{folder / "plan.toml", folder / "runs"};
     int killed = 0, in_the_middle = 0;
-    for (int i = 1; i <= 4; ++i) {
-        const Killed one = campaigns.kill(campaigns.lasts_s() * i / 5, i);
+    // A busy machine moves the kills to the ends: then there are more.
+    for (int i = 1; i <= 4 || (in_the_middle == 0 && i <= 12); ++i) {
+        const Killed one = campaigns.kill(campaigns.lasts_s() * ((i - 1) % 4 + 1) / 5, i);
         killed += one.killed ? 1 : 0;
         in_the_middle += one.ended_before > 0 && one.ended_before < 12 ? 1 : 0;
         for (const std::string& finding : one.findings) ADD_FAILURE() << finding;

@@ -16,12 +16,12 @@ using calibration::Estimate;
 using reduction::few_periods_factor;
 
 TEST(CombinedPassesTest, OnePassKeepsItsNumbers) {
-    const PassDrift one{{0.1234567890123, 4.5e-5}, 12};
-    const CombinedDrift c = combined(std::span{&one, 1});
+    const reduction::PassDrift one{{0.1234567890123, 4.5e-5}, 12};
+    const reduction::CombinedDrift c = reduction::combined(std::span{&one, 1});
     EXPECT_EQ(c.v_D.value, one.v_D.value);
     EXPECT_EQ(c.v_D.sigma, one.v_D.sigma);
     EXPECT_TRUE(std::isnan(c.chi2));
-    EXPECT_TRUE(std::isnan(combined({}).v_D.value));
+    EXPECT_TRUE(std::isnan(reduction::combined({}).v_D.value));
 }
 
 struct Simulated {
@@ -41,7 +41,7 @@ Simulated simulate(const std::vector<int>& periods, double p, double between = 0
     std::map<int, double> widening;
     for (const int n : periods) widening[n] = few_periods_factor(n - 1);
     for (int i = 0; i < times; ++i) {
-        std::vector<PassDrift> passes;
+        std::vector<reduction::PassDrift> passes;
         for (const int n : periods) {
             const double sigma = std::pow(n, -p / 2);
             std::chi_squared_distribution<double> chi2{n - 1.0};
@@ -49,7 +49,7 @@ Simulated simulate(const std::vector<int>& periods, double p, double between = 0
             passes.push_back(
                 {{scatter * normal(random), sigma * std::sqrt(chi2(random) / (n - 1)) * widening[n]}, n});
         }
-        const Estimate v = combined(passes).v_D;
+        const Estimate v = reduction::combined(passes).v_D;
         covered += std::abs(v.value) < 2 * v.sigma ? 1 : 0;
         squares += v.value * v.value;
     }
@@ -79,19 +79,19 @@ TEST(CombinedPassesTest, ErrorGrowsWhenPassesScatter) {
 }
 
 TEST(CombinedPassesTest, PassWithLargeErrorCountsLess) {
-    const std::vector<PassDrift> passes{{{1.0, 0.01}, 10}, {{1.0, 0.01}, 10}, {{2.0, 0.5}, 10}};
-    const CombinedDrift c = combined(passes);
+    const std::vector<reduction::PassDrift> passes{{{1.0, 0.01}, 10}, {{1.0, 0.01}, 10}, {{2.0, 0.5}, 10}};
+    const reduction::CombinedDrift c = reduction::combined(passes);
     EXPECT_LT(c.weights[2], 0.1);
-    const std::vector<PassDrift> endless{{{1.0, 0.01}, 10},
-                                         {{9.0, std::numeric_limits<double>::infinity()}, 2}};
-    EXPECT_EQ(combined(endless).v_D.value, 1.0) << "an error that is not finite does not count";
-    EXPECT_EQ(combined(endless).weights, (std::vector<double>{1, 0}));
+    const std::vector<reduction::PassDrift> endless{{{1.0, 0.01}, 10},
+                                                    {{9.0, std::numeric_limits<double>::infinity()}, 2}};
+    EXPECT_EQ(reduction::combined(endless).v_D.value, 1.0) << "an error that is not finite does not count";
+    EXPECT_EQ(reduction::combined(endless).weights, (std::vector<double>{1, 0}));
 }
 
 TEST(CombinedPassesTest, AnglesAreAveragedAcrossPi) {
     const double pi = std::numbers::pi;
     const std::vector<Estimate> angles{{pi - 0.01, 0.02}, {-pi + 0.03, 0.02}};
-    const Estimate mean = weighted_angle(angles, std::vector<double>{0.5, 0.5});
+    const Estimate mean = reduction::weighted_angle(angles, std::vector<double>{0.5, 0.5});
     EXPECT_NEAR(mean.value, -pi + 0.01, 1e-12);
     EXPECT_NEAR(mean.sigma, std::sqrt(2) * std::hypot(0.02, 0.02) / 2, 1e-12) << "chi2 is 2";
 }

@@ -85,7 +85,7 @@ TEST(EngineTest, PrecisionDecidesThePeriods) {
 }
 
 // What the points table computes from the recordings must keep what the engine stopped for.
-TEST(EngineTest, CombinedErrorIsAtMostThePrecisionOrThePointTellsWhy) {
+TEST(EngineTest, CombinedErrorKeepsThePrecisionOrThePointTellsWhy) {
     constexpr int points = 200;
     std::mt19937_64 draw(test::seed_of_day(1));
     std::normal_distribution<double> normal;
@@ -108,13 +108,13 @@ TEST(EngineTest, CombinedErrorIsAtMostThePrecisionOrThePointTellsWhy) {
                                   sigma * std::sqrt(squares) * reduction::few_periods_factor(periods - 1)});
     };
     bench.play(engine);
-    std::map<int, std::vector<PassDrift>> passes;
+    std::map<int, std::vector<reduction::PassDrift>> passes;
     for (const PassEnded& pass : all<PassEnded>(bench.events))
         passes[pass.point].push_back(
             {given.at(static_cast<std::size_t>(pass.measurement - 1)), periods(pass)});
     int within = 0, told = 0;
     for (const PointEnded& end : all<PointEnded>(bench.events)) {
-        const double error = combined(passes[end.point]).v_D.sigma,
+        const double error = reduction::combined(passes[end.point]).v_D.sigma,
                      precision = asked[static_cast<std::size_t>(end.point - 1)].asked.precision;
         within += error <= precision;
         told += end.reason.find("the most that the plan allows") != std::string::npos;

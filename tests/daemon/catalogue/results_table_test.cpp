@@ -2,12 +2,15 @@
 #include "daemon/catalogue/results_table.hpp"
 
 #include <gtest/gtest.h>
+#include <spdlog/fmt/fmt.h>
 
+#include <cmath>
 #include <nlohmann/json.hpp>
 
 #include "daemon/catalogue/recording_summary.hpp"
 #include "daemon/catalogue/row_text.hpp"
 #include "daemon/recording/time_text.hpp"
+#include "daemon/reduction/combined_drift.hpp"
 #include "drivers/errors.hpp"
 
 namespace shaker::catalogue {
@@ -110,6 +113,43 @@ TEST(ResultsTableTest, ShortMeasurementIsNotComplete) {
 TEST(ResultsTableTest, TimesAreInUtc) {
     EXPECT_EQ(recording::utc_text("2026-11-26T01:30:00+02:00"), "2026-11-25T23:30:00Z");
     EXPECT_EQ(recording::utc_text("yesterday"), "");
+}
+
+TEST(RepeatsTest, SteadyRowsOfOneSetPointAreCombinedAsPasses) {
+    std::vector<NumberedRow> rows;
+    std::vector<reduction::PassDrift> passes;
+    for (const double v : {1.0, 1.2, 1.1}) {
+        ResultRow row = row_at(fmt::format("2026-11-26T10:00:0{}Z", rows.size()));
+        row.v_D = {v, 0.05};
+        row.D = {v / 20, 0.05 / 20};
+        passes.push_back({row.v_D, 20});
+        rows.push_back({rows.size() + 1, row});
+    }
+    ResultRow unsteady = row_at("2026-11-26T11:00:00Z"), other = unsteady, unknown = unsteady,
+              none = unsteady;
+    unsteady.v_D.value = 7;
+    unsteady.steady = false;
+    other.asked->overtones[0] = 0;
+    unknown.asked.reset();
+    none.v_D = {};
+    for (const ResultRow& row : {unsteady, other, unknown, none}) rows.push_back({rows.size() + 1, row});
+    const std::vector<Repeats> all = repeats_of(rows);
+    ASSERT_EQ(all.size(), 2U);
+    EXPECT_EQ(all[0].asked, *other.asked) << "the newest first";
+    EXPECT_EQ(all[0].count, 1);
+    EXPECT_TRUE(std::isnan(all[0].scatter));
+    const Repeats& three = all[1];
+    EXPECT_EQ(three.count, 3);
+    EXPECT_EQ(three.newest, "2026-11-26T10:00:02Z");
+    const calibration::Estimate mean = reduction::combined(passes).v_D;
+    EXPECT_EQ(three.v_D.value, mean.value);
+    EXPECT_EQ(three.v_D.sigma, mean.sigma);
+    EXPECT_NEAR(three.D.value, mean.value / 20, 1e-12);
+    EXPECT_NEAR(three.stated, 0.05, 1e-12);
+    EXPECT_NEAR(three.scatter, 0.1, 1e-12);
+    const json text = json::parse(repeats_json(all))["repeats"];
+    EXPECT_TRUE(text[0]["scatter_mps"].is_null());
+    EXPECT_EQ(text[1]["v_D_mps"]["sigma"], mean.sigma);
 }
 
 }  // namespace

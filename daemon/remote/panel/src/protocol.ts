@@ -225,6 +225,18 @@ export interface ResultRow {
     recording: string | null;
 }
 
+/** Steady measurements of one set-point, combined by the daemon. stated, scatter: of v_D of one measurement. */
+export interface Repeats {
+    asked: SetPoint;
+    newest: string | null;
+    count: number;
+    v_D_mps: Estimate | null;
+    D_m: Estimate | null;
+    efficiency: Estimate | null;
+    stated_mps: number | null;
+    scatter_mps: number | null;
+}
+
 /** A file of the daemon's folder. Null: not read yet, or not readable because of `trouble`. replay: state or verdict of a check. */
 export interface Recording {
     name: string;

@@ -3,8 +3,8 @@ import type { Reader } from "../actions";
 import { byId, make, setHidden, setText } from "../dom";
 import { decimalsFor, fixed, unknown, withError } from "../format";
 import { degrees, paperG } from "../groups";
-import type { Estimate, ResultRow, SetPoint } from "../protocol";
-import { newestFirst, repeats, setPointWords, type Mean } from "../results";
+import type { Estimate, Repeats, ResultRow, SetPoint } from "../protocol";
+import { newestFirst, setPointWords } from "../results";
 import type { Store } from "../store";
 import { offerSetPoint } from "./drive_form";
 
@@ -38,7 +38,8 @@ function eachCells(row: ResultRow): string[] {
 }
 
 /** Scatter and stated error of one measurement with the decimals of the smaller one. */
-function errorCells({ scatter, stated }: Mean): [string, string] {
+function errorCells({ scatter_mps: scatter, stated_mps: stated }: Repeats): [string, string] {
+    if (stated === null) return [unknown, unknown];
     const decimals = decimalsFor(1e3 * Math.min(stated, scatter || stated), 2);
     return [scatter === null ? unknown : fixed(1e3 * scatter, decimals), fixed(1e3 * stated, decimals)];
 }
@@ -49,13 +50,13 @@ function eachLines(store: Store): Line[] {
     return newestFirst(store.results.values()).slice(0, mostRows).map((row) => ({ cells: eachCells(row), asked: row.asked, title: row.notes }));
 }
 
-function meanLines(store: Store): Line[] {
-    return repeats(store.results.values()).slice(0, mostRows).map(({ newest, asked, count, v_D_mps, D_m, efficiency }) => ({
+function meanLines(repeats: readonly Repeats[]): Line[] {
+    return repeats.slice(0, mostRows).map((r) => ({
         cells: [
-            rowTime(newest.time), setPointWords(asked), String(count), withError(v_D_mps.mean, 1e3), ...errorCells(v_D_mps),
-            withError(D_m?.mean, 1e3), withError(efficiency?.mean, 100),
+            rowTime(r.newest), setPointWords(r.asked), String(r.count), withError(r.v_D_mps, 1e3), ...errorCells(r), withError(r.D_m, 1e3),
+            withError(r.efficiency, 100),
         ],
-        asked, title: "",
+        asked: r.asked, title: "",
     }));
 }
 
@@ -78,7 +79,7 @@ function rowOf({ cells, asked, title }: Line): HTMLTableRowElement {
     return row;
 }
 
-export function makeResults(store: Store, { save }: Reader): () => void {
+export function makeResults(store: Store, { save, json }: Reader): () => void {
     const head = byId("results-head", HTMLTableRowElement), body = byId("results-rows", HTMLTableSectionElement);
     const averaged = byId("results-averaged", HTMLInputElement), count = byId("results-count", HTMLElement);
     const csv = byId("results-csv", HTMLButtonElement), trouble = byId("results-trouble", HTMLElement);
@@ -87,11 +88,7 @@ export function makeResults(store: Store, { save }: Reader): () => void {
         setHidden(trouble, why === "");
     }));
     let shown = "";
-    return () => {
-        const now = `${store.resultsVersion} ${averaged.checked}`;
-        if (now === shown) return;
-        shown = now;
-        const lines = averaged.checked ? meanLines(store) : eachLines(store);
+    const show = (lines: Line[]): void => {
         head.replaceChildren(...(averaged.checked ? meanHeads : eachHeads).map((text) => {
             const cell = make("th", "", text);
             cell.setAttribute("scope", "col");
@@ -101,6 +98,15 @@ export function makeResults(store: Store, { save }: Reader): () => void {
         csv.disabled = averaged.disabled = store.results.size === 0;
         setHidden(byId("results-scroll", HTMLElement), lines.length === 0);
         setText(count, countWords(store.results.size, lines.length, averaged.checked));
+    };
+    return () => {
+        const now = `${store.resultsVersion} ${averaged.checked}`;
+        if (now === shown) return;
+        shown = now;
+        if (!averaged.checked) return show(eachLines(store));
+        void json("api/repeats").then((answer) => {
+            if (now === shown) show(meanLines((answer as { repeats: Repeats[] } | null)?.repeats ?? []));
+        });
     };
 }
 
