@@ -344,12 +344,17 @@ set(panel_parts bundle pure page looks results control abort targets memory daem
 if(SHAKER_NIGHTLY)
   list(APPEND panel_parts newcomer)
 endif()
+set(claims_time abort memory daemon soak newcomer)
 set(labels_soak realtime)  # it measures shares of a core
 foreach(part ${panel_parts})
   if(NOT DEFINED labels_${part})
     set(labels_${part} realtime starved)
   endif()
-  add_test(NAME panel_${part} COMMAND ${judged} --plain --name panel_${part} ${PROJECT_SOURCE_DIR}/tests/panel/run --only ${part})
+  set(same --same)
+  if(part IN_LIST claims_time)
+    unset(same)
+  endif()
+  add_test(NAME panel_${part} COMMAND ${judged} --plain ${same} --name panel_${part} ${PROJECT_SOURCE_DIR}/tests/panel/run --only ${part})
   set_tests_properties(panel_${part} PROPERTIES ENVIRONMENT SHAKERD=$<TARGET_FILE:shakerd>
                        SKIP_RETURN_CODE 77 TIMEOUT 2400 RESOURCE_LOCK realtime COST 1000 LABELS "${labels_${part}}")
 endforeach()

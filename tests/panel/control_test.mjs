@@ -74,7 +74,7 @@ test("Start sends the edited drive with the run, or neither is done", async () =
     assert.ok(await page.locator("#start-button").evaluate((e) => e.classList.contains("primary")));
     if (folder) await page.screenshot({ path: join(folder, "unsent.png") });
     await press(page, "Start");
-    assert.deepEqual(await sent("start"), { gamma_mps2: "0.8 g", phi_rad: "180 deg", measurements: 3 });
+    assert.deepEqual(await sent("start"), { gamma_mps2: "0.8 g", phi_rad: "180 deg", measurements: 3, periods: 20 });
     await until(() => Math.abs(server.bench.drive.gamma_mps2 - 7.84) < 1e-9 && server.bench.state !== "idle", "driven as typed");
     await until(async () => !(await page.locator("#drive-gamma").evaluate((e) => e.classList.contains("edited"))), "sent");
     assert.equal(await page.locator("#start .will").textContent(), "");
