@@ -135,7 +135,8 @@ inline constexpr std::array<PointField, 9> point_fields{{
      {1e-8, 1},
      "",
      "VELOCITY",
-     "Standard error of v_D that ends the measurement, instead of a number of periods"},
+     "Standard error of v_D, of all passes combined, that ends the measurement, instead of a number of "
+     "periods"},
     {"least_periods",
      "",
      "",

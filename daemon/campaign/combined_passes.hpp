@@ -1,10 +1,10 @@
 #pragma once
-// Harmonics and cycle from the passes of a point, with the weights of their drift (combined_drift.hpp).
+// Harmonics and cycle from the passes of a point, with the weights of their drift (reduction/series.hpp).
 #include <span>
 #include <vector>
 
-#include "daemon/reduction/combined_drift.hpp"
 #include "daemon/reduction/reduction.hpp"
+#include "daemon/reduction/series.hpp"
 
 namespace shaker::campaign {
 

@@ -17,7 +17,7 @@
 #include "daemon/campaign/travel.hpp"
 #include "daemon/on_call/on_call.hpp"
 #include "daemon/on_call/way_back.hpp"
-#include "daemon/reduction/combined_drift.hpp"
+#include "daemon/reduction/series.hpp"
 
 namespace shaker::campaign {
 

@@ -30,7 +30,7 @@ std::string word_of(T value, const std::string_view (&words)[N]) {
 // Writes the members of an entry.
 struct Put {
     json& j;
-    void operator()(const char* key, double v) const { j[key] = std::isfinite(v) ? json(v) : json(); }
+    void operator()(const char* key, double v) const { j[key] = v; }
     void operator()(const char* key, int v) const { j[key] = v; }
     void operator()(const char* key, bool v) const { j[key] = v; }
     void operator()(const char* key, const std::string& v) const { j[key] = v; }

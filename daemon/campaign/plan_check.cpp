@@ -27,10 +27,6 @@ std::string duration(double s) {
     return s < 120 ? fmt::format("{:.1f} s", s) : fmt::format("{:.1f} min", s / 60);
 }
 
-nlohmann::ordered_json number_or_null(double x) {
-    return std::isfinite(x) ? nlohmann::ordered_json(x) : nullptr;
-}
-
 nlohmann::ordered_json json_row(const CheckedPoint& c) {
     const Drive& d = c.point.asked.drive;
     nlohmann::ordered_json j{{"id", c.point.id}, {"series", c.point.series}, {"repeat", c.point.repeat}};
@@ -43,7 +39,7 @@ nlohmann::ordered_json json_row(const CheckedPoint& c) {
         if (d.overtones.at(i) != 0.0)
             overtones.push_back({i + 3, std::abs(d.overtones.at(i)), std::arg(d.overtones.at(i))});
     j["overtones"] = overtones;
-    j["v_D_mps"] = number_or_null(c.travel.v_D);
+    j["v_D_mps"] = c.travel.v_D;
     j["fits"] = c.travel.fits();
     j["why"] = c.travel.why;
     j["settling_periods"] = c.travel.settling;

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "daemon/reduction/combined_drift.hpp"
+#include "daemon/reduction/series.hpp"
 
 namespace shaker::catalogue {
 namespace {

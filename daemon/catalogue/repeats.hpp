@@ -9,7 +9,7 @@
 
 namespace shaker::catalogue {
 
-/// The steady rows of equal set-points, combined as the passes of a campaign's point (combined_drift.hpp).
+/// The steady rows of equal set-points, combined as the passes of a campaign's point (reduction/series.hpp).
 struct Repeats {
     Drive asked;
     std::string newest;         // time of the newest row

@@ -31,11 +31,6 @@ constexpr EstimateKey estimates[] = {{"gamma_mps2", &ResultRow::gamma, "gamma", 
                                      {"efficiency", &ResultRow::efficiency, "efficiency", "1"},
                                      {"bench_check", &ResultRow::ratio, "bench_check", "1"}};
 
-json estimate_json(const Estimate& e) {
-    if (!std::isfinite(e.value)) return nullptr;
-    return {{"value", e.value}, {"sigma", number_json(e.sigma)}};
-}
-
 Estimate estimate_from(const json& row, const char* key) {
     const auto found = row.find(key);
     if (found == row.end() || !found->is_object()) return {};
@@ -134,16 +129,21 @@ json json_of(const ListedCampaign& c) {
 
 }  // namespace
 
-json asked_json(const std::optional<Drive>& drive) {
-    if (!drive) return nullptr;
-    return {{"frequency_hz", number_json(drive->frequency)},
-            {"gamma_mps2", number_json(drive->gamma)},
-            {"rho", number_json(drive->rho)},
-            {"phi_rad", number_json(drive->phi)},
-            {"overtones", overtones_json(*drive)}};
+json json_of(const Estimate& e, double systematic) {
+    if (!std::isfinite(e.value)) return nullptr;
+    json all{{"value", e.value}, {"sigma", e.sigma}};
+    if (std::isfinite(systematic)) all["systematic"] = systematic;
+    return all;
 }
 
-json number_json(double x) { return std::isfinite(x) ? json(x) : json(nullptr); }
+json asked_json(const std::optional<Drive>& drive) {
+    if (!drive) return nullptr;
+    return {{"frequency_hz", drive->frequency},
+            {"gamma_mps2", drive->gamma},
+            {"rho", drive->rho},
+            {"phi_rad", drive->phi},
+            {"overtones", overtones_json(*drive)}};
+}
 
 double number_from(const json& object, const char* key) {
     const auto found = object.is_object() ? object.find(key) : object.end();
@@ -162,12 +162,12 @@ std::string text_from(const json& object, const char* key) {
 json json_of(const ResultRow& row) {
     json all{{"time", row.time.empty() ? json(nullptr) : json(row.time)},
              {"asked", asked_json(row.asked)},
-             {"periods", number_json(row.periods)},
+             {"periods", row.periods},
              {"steady", row.steady},
              {"notes", row.notes},
              {"ended", row.ended},
              {"recording", row.recording.empty() ? json(nullptr) : json(row.recording)}};
-    for (const EstimateKey& e : estimates) all[e.key] = estimate_json(row.*e.member);
+    for (const EstimateKey& e : estimates) all[e.key] = json_of(row.*e.member);
     return all;
 }
 
@@ -202,11 +202,11 @@ std::string repeats_json(std::span<const Repeats> all) {
         list.push_back({{"asked", asked_json(r.asked)},
                         {"newest", or_null(r.newest)},
                         {"count", r.count},
-                        {"v_D_mps", estimate_json(r.v_D)},
-                        {"D_m", estimate_json(r.D)},
-                        {"efficiency", estimate_json(r.efficiency)},
-                        {"stated_mps", number_json(r.stated)},
-                        {"scatter_mps", number_json(r.scatter)}});
+                        {"v_D_mps", json_of(r.v_D)},
+                        {"D_m", json_of(r.D)},
+                        {"efficiency", json_of(r.efficiency)},
+                        {"stated_mps", r.stated},
+                        {"scatter_mps", r.scatter}});
     return json{{"repeats", list}}.dump();
 }
 

@@ -19,11 +19,11 @@ ResultRow row_from(const nlohmann::json& json);
 /// Member `key` as a number (otherwise NaN) and as such a text (otherwise empty).
 double number_from(const nlohmann::json& json, const char* key);
 std::string text_from(const nlohmann::json& json, const char* key);
+/// {"value":...,"sigma":...}, with "systematic" where it is known; null for a value that is not known. A
+/// number that is not finite becomes null in the text of each JSON value.
+nlohmann::json json_of(const calibration::Estimate& estimate, double systematic = NAN);
 /// {"frequency_hz":...,"gamma_mps2":...,"rho":...,"phi_rad":...,"overtones":[...]}, or null.
 nlohmann::json asked_json(const std::optional<Drive>& drive);
-/// null for a number that is not finite.
-nlohmann::json number_json(double x);
-
 /// {"results":[...]}, each row with its number as "id".
 std::string results_json(std::span<const NumberedRow> rows);
 /// {"repeats":[{"asked":...,"newest":...,"count":...,"v_D_mps":{...},"D_m":{...},"efficiency":{...},

@@ -8,8 +8,8 @@
 #include "daemon/commands/table.hpp"
 #include "daemon/manual/values.hpp"
 #include "daemon/report/printing.hpp"
-#include "daemon/report/results.hpp"
 #include "daemon/sandbox/confined.hpp"
+#include "drivers/with_error.hpp"
 
 namespace shaker::commands {
 
@@ -31,9 +31,9 @@ std::string row_line(const catalogue::ResultRow& row) {
         line += fmt::format("  gamma {:.4g} m/s^2, phi {:.4g} rad, rho {:.4g}, {:.6g} Hz", row.asked->gamma,
                             row.asked->phi, row.asked->rho, row.asked->frequency);
     if (std::isfinite(row.v_D.value))
-        line += "  v_D " + report::with_error(1e3 * row.v_D.value, 1e3 * row.v_D.sigma) + " mm/s";
+        line += "  v_D " + with_error(1e3 * row.v_D.value, 1e3 * row.v_D.sigma) + " mm/s";
     if (std::isfinite(row.ratio.value))
-        line += "  camera/accelerometer " + report::with_error(row.ratio.value, row.ratio.sigma);
+        line += "  camera/accelerometer " + with_error(row.ratio.value, row.ratio.sigma);
     return line + "  " + row.ended + "\n";
 }
 

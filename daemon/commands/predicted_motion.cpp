@@ -105,8 +105,6 @@ Prediction predicted(const PredictOptions& o) {
     return p;
 }
 
-nlohmann::ordered_json number(double x) { return std::isfinite(x) ? nlohmann::ordered_json(x) : nullptr; }
-
 nlohmann::ordered_json events_json(const walker::SteadyState& s) {
     auto list = nlohmann::ordered_json::array();
     for (const walker::WalkerEvent& e : s.events) {
@@ -136,7 +134,7 @@ std::string as_json(const PredictOptions& o, const Prediction& p) {
     const Drive drive = shown_drive(o);
     nlohmann::ordered_json j;
     j["v_D_mps"] = p.v_D;
-    j["v_D_se_mps"] = number(p.v_D_error);
+    j["v_D_se_mps"] = p.v_D_error;
     j["D_m"] = p.D;
     j["frequency_hz"] = drive.frequency;
     j["gamma_mps2"] = drive.gamma;
@@ -145,7 +143,7 @@ std::string as_json(const PredictOptions& o, const Prediction& p) {
     j["harmonics"] = harmonics_json(p.setting.base);
     j["vertical_harmonics"] = harmonics_json(p.setting.vertical);
     j["law"] = walker::friction_laws[static_cast<std::size_t>(o.friction.law)];
-    j["efficiency"] = number(p.efficiency);
+    j["efficiency"] = p.efficiency;
     j["v_rms_mps"] = p.v_rms;
     if (p.settled)
         add_cycle(j, *p.settled);
@@ -155,11 +153,11 @@ std::string as_json(const PredictOptions& o, const Prediction& p) {
     j["not_computed"] = p.not_computed;
     j["closed_form"] = {{"valid", p.closed.valid},
                         {"reason", p.closed.reason},
-                        {"v_D_mps", number(p.closed.v_D)},
-                        {"efficiency", number(p.closed.efficiency)},
-                        {"t0", number(p.closed.t0)},
-                        {"theta_rad", number(p.closed.theta)},
-                        {"theta_coulomb_rad", number(p.theta_coulomb)}};
+                        {"v_D_mps", p.closed.v_D},
+                        {"efficiency", p.closed.efficiency},
+                        {"t0", p.closed.t0},
+                        {"theta_rad", p.closed.theta},
+                        {"theta_coulomb_rad", p.theta_coulomb}};
     return j.dump(1) + "\n";
 }
 

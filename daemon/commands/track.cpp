@@ -99,10 +99,6 @@ std::vector<double> distances(const acquisition::TargetTrack& a, const acquisiti
     return d;
 }
 
-nlohmann::json finite_number(double x) {
-    return std::isfinite(x) ? nlohmann::json(x) : nlohmann::json(nullptr);
-}
-
 // Summary of one target: losses, standard error claimed by the tracker, spread of its positions, distance to
 // the next target of its camera.
 nlohmann::json track_summary(const acquisition::TargetTrack& t, const acquisition::TargetTrack* next) {
@@ -117,20 +113,21 @@ nlohmann::json track_summary(const acquisition::TargetTrack& t, const acquisitio
                         {"target", t.target.name},
                         {"frames", t.tracks.size()},
                         {"frames_lost", t.tracks.size() - x.size()},
-                        {"mean_sd_px", finite_number(spread_of(sd).mean)},
-                        {"spread_x_px", finite_number(spread_of(x).rms)},
-                        {"spread_y_px", finite_number(spread_of(y).rms)}};
+                        {"mean_sd_px", spread_of(sd).mean},
+                        {"spread_x_px", spread_of(x).rms},
+                        {"spread_y_px", spread_of(y).rms}};
     if (next == nullptr) return j;
     const Spread d = spread_of(distances(t, *next));
     j["next"] = next->target.name;
-    j["next_distance_px"] = finite_number(d.mean);
-    j["next_distance_spread_px"] = finite_number(d.rms);
+    j["next_distance_px"] = d.mean;
+    j["next_distance_spread_px"] = d.rms;
     return j;
 }
 
 std::string line_of(const nlohmann::json& j) {
     const auto px = [&](const char* key) {
-        return j[key].is_null() ? std::string{"-"} : fmt::format("{:.4f}", j[key].get<double>());
+        const double x = j[key].get<double>();
+        return std::isfinite(x) ? fmt::format("{:.4f}", x) : "-";
     };
     std::string s =
         fmt::format("{:<10} {:<10} {:>6} frames {:>5} lost   claimed sd {} px   spread x {} y {} px",

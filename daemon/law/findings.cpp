@@ -9,6 +9,7 @@
 
 #include "daemon/law/point.hpp"
 #include "drivers/errors.hpp"
+#include "drivers/with_error.hpp"
 
 namespace shaker::law {
 
@@ -40,15 +41,10 @@ auto all_fits(Of& f) {
     return all;
 }
 
-ordered_json number(double x) { return std::isfinite(x) ? ordered_json(x) : ordered_json(nullptr); }
-
 ordered_json fit_json(const Fit& f) {
-    return {{"name", f.name},           {"value", number(f.value)},
-            {"error", number(f.error)}, {"truth", number(f.truth)},
-            {"unit", f.unit},           {"chi2", number(f.chi2)},
-            {"freedom", f.freedom},     {"points", f.points},
-            {"note", f.note},           {"gamma_mps2", number(f.gamma)},
-            {"phi_rad", number(f.phi)}, {"series", f.series}};
+    return {{"name", f.name}, {"value", f.value},      {"error", f.error},     {"truth", f.truth},
+            {"unit", f.unit}, {"chi2", f.chi2},        {"freedom", f.freedom}, {"points", f.points},
+            {"note", f.note}, {"gamma_mps2", f.gamma}, {"phi_rad", f.phi},     {"series", f.series}};
 }
 
 void add_covariance(ordered_json& list, const Covariance& c, const Fit& of) {
@@ -57,10 +53,9 @@ void add_covariance(ordered_json& list, const Covariance& c, const Fit& of) {
     const std::size_t n = c.names.size();
     for (std::size_t i = 0; i < n; ++i) {
         matrix.emplace_back(ordered_json::array());
-        for (std::size_t k = 0; k < n; ++k) matrix.back().push_back(number(c.values[i * n + k]));
+        for (std::size_t k = 0; k < n; ++k) matrix.back().push_back(c.values[i * n + k]);
     }
-    list.push_back(
-        {{"names", c.names}, {"gamma_mps2", number(of.gamma)}, {"series", of.series}, {"matrix", matrix}});
+    list.push_back({{"names", c.names}, {"gamma_mps2", of.gamma}, {"series", of.series}, {"matrix", matrix}});
 }
 
 ordered_json points_json(const Findings& f) {
@@ -70,25 +65,17 @@ ordered_json points_json(const Findings& f) {
         const bool fitted = i < f.coulomb.points.size();
         list.push_back({{"campaign", f.points[i].campaign},
                         {"point", f.points[i].number},
-                        {"v_D_mps", number(f.points[i].v_D.value)},
-                        {"law_v_D_mps", number(fitted ? f.coulomb.points[i].v_D : NAN)},
-                        {"z", number(fitted ? f.coulomb.points[i].z : NAN)},
+                        {"v_D_mps", f.points[i].v_D.value},
+                        {"law_v_D_mps", fitted ? f.coulomb.points[i].v_D : NAN},
+                        {"z", fitted ? f.coulomb.points[i].z : NAN},
                         {"asked_drive",
-                         {{"v_D_mps", number(a.v_D.value)},
-                          {"v_D_se_mps", number(a.v_D.sigma)},
-                          {"correction_mps", number(a.correction)},
-                          {"model_se_mps", number(a.model_error)},
+                         {{"v_D_mps", a.v_D.value},
+                          {"v_D_se_mps", a.v_D.sigma},
+                          {"correction_mps", a.correction},
+                          {"model_se_mps", a.model_error},
                           {"reason", a.reason}}}});
     }
     return list;
-}
-
-// Value and error with the digits that the error allows.
-std::string with_error(double value, double error) {
-    if (!std::isfinite(value)) return "-";
-    if (!(error > 0) || !std::isfinite(error)) return fmt::format("{:.6g}", value);
-    const int digits = std::max(0, 1 - static_cast<int>(std::floor(std::log10(error))));
-    return fmt::format("{:.{}f} +- {:.{}f}", value, digits, error, digits);
 }
 
 std::string where(const Fit& f) {
@@ -288,11 +275,11 @@ std::string findings_json(const Findings& f) {
     for (const Budget& b : f.budgets) {
         ordered_json& list = j["budgets"][b.of] = ordered_json::array();
         for (const Share& s : b.shares)
-            list.push_back({{"source", s.source}, {"share", number(s.share)}, {"input", s.input}});
+            list.push_back({{"source", s.source}, {"share", s.share}, {"input", s.input}});
     }
     j["law"] = {{"beyond_3", f.coulomb.beyond_3},
                 {"beyond_3_without_push", f.coulomb.beyond_3_without_push},
-                {"chi2_without_push", number(f.coulomb.chi2_without_push)}};
+                {"chi2_without_push", f.coulomb.chi2_without_push}};
     j["points"] = points_json(f);
     return j.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n";
 }

@@ -22,9 +22,7 @@ namespace {
 }
 
 std::string line_of(const LogEntry& entry) {
-    const nlohmann::json j{{"t_s", std::isfinite(entry.t_s) ? nlohmann::json(entry.t_s) : nlohmann::json()},
-                           {"state", entry.state},
-                           {"text", entry.text}};
+    const nlohmann::json j{{"t_s", entry.t_s}, {"state", entry.state}, {"text", entry.text}};
     const std::string body = j.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
     return fmt::format("{:08x} {} {}\n", h5::crc32c(std::as_bytes(std::span{body})), body.size(), body);
 }

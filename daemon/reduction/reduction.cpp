@@ -124,7 +124,7 @@ void note_tilt(const Reduction& r, std::vector<std::string>& notes) {
               : "calibrate the accelerometer (\"shakerd calibrate accelerometer\") or level the base"));
 }
 
-/// Tells a drive that does not have the frequency of the fit.
+/// Tells a drive that does not have the frequency of the fit, which somebody stated.
 void doubt_frequency(const calibration::HarmonicFit& acceleration, Reduction& out) {
     constexpr double explained = 0.3;  // residuals over gamma; the noise of a usable sensor is far less
     const double f = acceleration.frequency_hz, rest = acceleration.rms / out.gamma.value;
@@ -230,7 +230,7 @@ Reduction reduce(Measurement measurement) {
     out.v_rms = {asked.v_rms.value,
                  std::hypot(asked.v_rms.sigma, asked.v_rms.value * out.frequency.sigma / f)};
     out.harmonics = asked.harmonics;
-    doubt_frequency(drive.acceleration, out);
+    if (!m.frequency_is_exact) doubt_frequency(drive.acceleration, out);
     measure_across(drive, out.harmonics);
 
     auto periods = drive_by_period(drive.acceleration, drive.t_s, drive.along_mps2, out.t0_s);

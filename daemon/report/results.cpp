@@ -8,6 +8,7 @@
 #include <numbers>
 
 #include "daemon/report/printing.hpp"
+#include "drivers/with_error.hpp"
 
 namespace shaker::report {
 
@@ -17,20 +18,20 @@ constexpr double deg = 180 / std::numbers::pi;
 
 std::string line(const std::string& name, const calibration::Estimate& e, double scale,
                  const std::string& unit) {
-    return fmt::format("  {:<22}{:>24} {}\n", name, with_error(scale * e.value, scale * e.sigma), unit);
+    return fmt::format("  {:<22}{:>24} {}\n", name,
+                       std::isnan(e.value) ? "not determined" : with_error(scale * e.value, scale * e.sigma),
+                       unit);
 }
-
-nlohmann::json number(double x) { return std::isfinite(x) ? nlohmann::json(x) : nlohmann::json(nullptr); }
 
 nlohmann::json list_of(const std::vector<recording::RecordedTrip>& trips) {
     nlohmann::json list = nlohmann::json::array();
     for (const recording::RecordedTrip& t : trips)
         list.push_back({{"cause", name(t.trip.cause)},
-                        {"value", number(t.trip.value)},
-                        {"limit", number(t.trip.limit)},
+                        {"value", t.trip.value},
+                        {"limit", t.trip.limit},
                         {"unit", unit_of(t.trip.cause)},
                         {"harmonic", t.trip.harmonic},
-                        {"time_s", number(t.at_s)},
+                        {"time_s", t.at_s},
                         {"stop", t.trip.stop == safety::StopKind::hard ? "hard" : "soft"},
                         {"state", t.state},
                         {"words", text(t)}});
@@ -79,13 +80,6 @@ std::string across_text(const reduction::Reduction& r) {
 }
 
 }  // namespace
-
-std::string with_error(double value, double sigma) {
-    if (std::isnan(value)) return "not determined";
-    if (!(sigma > 0) || std::isinf(sigma)) return fmt::format("{:.6g}", value);
-    const int digits = std::clamp(1 - static_cast<int>(std::floor(std::log10(sigma))), 0, 12);
-    return fmt::format("{:.{}f} +- {:.{}f}", value, digits, sigma, digits);
-}
 
 std::string no_stick_text(double shortest_visible) {
     if (std::isnan(shortest_visible)) return "never";
@@ -142,26 +136,26 @@ namespace {
 
 // Systematic errors are null without a calibration.
 void put_check(const reduction::Reduction& r, nlohmann::json& j) {
-    const auto error = [](const calibration::Estimate& e) { return number(e.sigma); };
+    const auto error = [](const calibration::Estimate& e) { return e.sigma; };
     const reduction::Systematic& s = r.systematic;
-    j["v_D_systematic_mps"] = number(s.v_D);
-    j["D_systematic_m"] = number(s.D);
-    j["gamma_systematic_mps2"] = number(s.gamma);
-    j["V_RMS_systematic_mps"] = number(s.v_rms);
-    j["efficiency_systematic"] = number(s.efficiency);
+    j["v_D_systematic_mps"] = s.v_D;
+    j["D_systematic_m"] = s.D;
+    j["gamma_systematic_mps2"] = s.gamma;
+    j["V_RMS_systematic_mps"] = s.v_rms;
+    j["efficiency_systematic"] = s.efficiency;
     const reduction::GainRatio& g = r.gain_ratio;
     nlohmann::json views = nlohmann::json::array();
     for (const reduction::ViewRatio& v : g.views)
-        views.push_back({{"camera", v.view}, {"ratio", number(v.ratio.value)}, {"ratio_se", error(v.ratio)}});
-    j["bench_check"] = {{"ratio", number(g.ratio.value)},
+        views.push_back({{"camera", v.view}, {"ratio", v.ratio.value}, {"ratio_se", error(v.ratio)}});
+    j["bench_check"] = {{"ratio", g.ratio.value},
                         {"ratio_se", error(g.ratio)},
-                        {"ratio_systematic", number(g.systematic)},
-                        {"second_over_first", number(g.second_over_first.value)},
+                        {"ratio_systematic", g.systematic},
+                        {"second_over_first", g.second_over_first.value},
                         {"second_over_first_se", error(g.second_over_first)},
                         {"views", views},
-                        {"tilt_rad", number(r.tilt.angle.value)},
+                        {"tilt_rad", r.tilt.angle.value},
                         {"tilt_se_rad", error(r.tilt.angle)},
-                        {"tilt_v_D_mps", number(r.tilt.v_D.value)},
+                        {"tilt_v_D_mps", r.tilt.v_D.value},
                         {"tilt_v_D_se_mps", error(r.tilt.v_D)}};
 }
 
@@ -172,10 +166,10 @@ std::string results_json(const reduction::Reduction& r, const std::map<std::stri
                          const std::vector<recording::RecordedTrip>& trips) {
     nlohmann::json j;
     if (!trips.empty()) j["trips"] = list_of(trips);
-    for (const auto& [key, value] : more) j[key] = number(value);
+    for (const auto& [key, value] : more) j[key] = value;
     const auto put = [&](const char* key, const char* se_key, const calibration::Estimate& e) {
-        j[key] = number(e.value);
-        j[se_key] = number(e.sigma);
+        j[key] = e.value;
+        j[se_key] = e.sigma;
     };
     put("v_D_mps", "v_D_se_mps", r.v_D);
     put("v_D_settled_mps", "v_D_settled_se_mps", r.v_D_settled);
@@ -191,7 +185,7 @@ std::string results_json(const reduction::Reduction& r, const std::map<std::stri
     put("delay_s", "delay_se_s", r.delay_s);
     put_check(r, j);
     j["shaker_axis"] = r.shaker_axis;
-    j["position_residual_m"] = number(r.fit_residual_x_m.value);
+    j["position_residual_m"] = r.fit_residual_x_m.value;
     j["frames"] = r.frames;
     j["frames_lost"] = r.frames_lost;
     j["samples"] = r.samples;
@@ -200,16 +194,16 @@ std::string results_json(const reduction::Reduction& r, const std::map<std::stri
     j["harmonics"] = nlohmann::json::array();
     for (const reduction::MeasuredHarmonic& h : r.harmonics)
         j["harmonics"].push_back({{"q", h.q},
-                                  {"amplitude_mps2", number(h.amplitude.value)},
-                                  {"amplitude_se_mps2", number(h.amplitude.sigma)},
-                                  {"phase_rad", number(h.phase.value)},
-                                  {"phase_se_rad", number(h.phase.sigma)},
-                                  {"across_mps2", number(h.across.amplitude.value)},
-                                  {"across_se_mps2", number(h.across.amplitude.sigma)},
-                                  {"across", number(h.across.share.value)},
-                                  {"across_se", number(h.across.share.sigma)},
-                                  {"across_in_phase", number(h.across.in_phase)},
-                                  {"across_quadrature", number(h.across.quadrature)},
+                                  {"amplitude_mps2", h.amplitude.value},
+                                  {"amplitude_se_mps2", h.amplitude.sigma},
+                                  {"phase_rad", h.phase.value},
+                                  {"phase_se_rad", h.phase.sigma},
+                                  {"across_mps2", h.across.amplitude.value},
+                                  {"across_se_mps2", h.across.amplitude.sigma},
+                                  {"across", h.across.share.value},
+                                  {"across_se", h.across.share.sigma},
+                                  {"across_in_phase", h.across.in_phase},
+                                  {"across_quadrature", h.across.quadrature},
                                   {"across_direction", h.across.direction}});
     j["stick"] = nlohmann::json::array();
     j["stick_sd"] = nlohmann::json::array();
@@ -217,15 +211,15 @@ std::string results_json(const reduction::Reduction& r, const std::map<std::stri
         j["stick"].push_back({k.from, k.to});
         j["stick_sd"].push_back(k.sd);
     }
-    j["shortest_visible_stick"] = number(r.shortest_visible_stick);
+    j["shortest_visible_stick"] = r.shortest_visible_stick;
     j["periods"] = nlohmann::json::array();
     for (const reduction::PeriodResult& p : r.periods)
         j["periods"].push_back({{"k", p.k},
-                                {"t_s", number(p.t_s)},
-                                {"D_m", number(p.drift.value)},
-                                {"D_se_m", number(p.drift.sigma)},
-                                {"gamma_mps2", number(p.gamma.value)},
-                                {"phi_rad", number(p.phi.value)}});
+                                {"t_s", p.t_s},
+                                {"D_m", p.drift.value},
+                                {"D_se_m", p.drift.sigma},
+                                {"gamma_mps2", p.gamma.value},
+                                {"phi_rad", p.phi.value}});
     for (const auto& [device, what, c] : devices)
         j["devices"].push_back({{"device", device},
                                 {"what", what},

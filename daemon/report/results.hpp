@@ -33,9 +33,6 @@ std::vector<std::string> notes_on(const std::vector<DeviceReport>& devices);
 /// in units of the period (Reduction::shortest_visible_stick).
 std::string no_stick_text(double shortest_visible);
 
-/// "14.58 +- 0.03": the error determines the number of digits.
-std::string with_error(double value, double sigma);
-
 /// "+3.012 um/s = +0.020 %": measured minus expected, both given in m/s. The share is left out where the
 /// expected value is not larger than the measured one's error, 0 for example: it would say nothing.
 std::string speed_difference(const calibration::Estimate& measured, double expected, int digits);

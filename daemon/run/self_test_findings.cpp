@@ -10,9 +10,9 @@
 #include "calibration/clocks/timebase.hpp"
 #include "calibration/harmonics/harmonic_fit.hpp"
 #include "daemon/reduction/selection.hpp"
-#include "daemon/report/results.hpp"
 #include "daemon/run/self_test.hpp"
 #include "daemon/safety/limits.hpp"
+#include "drivers/with_error.hpp"
 
 namespace shaker::run {
 
@@ -65,7 +65,7 @@ private:
             fmt::format(
                 "{:.6g} Hz, {} ppm fast relative to the host's clock; time stamps arrive {:.3g} us later "
                 "than the earliest, on average{}",
-                nominal_hz, report::with_error(c.ppm, c.ppm_sigma), 1e6 * c.delay.count(),
+                nominal_hz, with_error(c.ppm, c.ppm_sigma), 1e6 * c.delay.count(),
                 crystal ? "" : fmt::format("; too far off for a crystal: {}", advice.rate_off)));
     }
     void losses(const std::string& device, const char* what, const DeviceCounts& c) {
@@ -301,8 +301,8 @@ void Judge::response(const Motion& m) {
         const bool fits = got > 0.5 * sheet && got < 2 * sheet;
         add(fits ? Verdict::good : Verdict::warning, "shaker",
             fmt::format("{} m/s^2 per volt at {:.4g} Hz; data sheet {:.4g}{}",
-                        report::with_error(got, m.sd[k] / volts),
-                        static_cast<double>(k + 1) * test_.plan().frequency, sheet,
+                        with_error(got, m.sd[k] / volts), static_cast<double>(k + 1) * test_.plan().frequency,
+                        sheet,
                         fits ? "" : ": check the amplifier's gain, full_scale_V and the masses in [shaker]"));
     }
 }
@@ -346,7 +346,7 @@ void Judge::motion() {
             const bool fits = std::abs(ratio - 1) < std::max(0.02, 4 * sd);
             add(fits ? Verdict::good : Verdict::warning, "cameras",
                 fmt::format("ratio of the base's acceleration, cameras to accelerometer: {}{}",
-                            report::with_error(ratio, sd),
+                            with_error(ratio, sd),
                             fits ? "" : ": check mm_per_px, offset_mm and the sensor's scale"));
         }
     } else if (c) {

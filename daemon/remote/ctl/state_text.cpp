@@ -8,6 +8,7 @@
 
 #include "drivers/drive.hpp"
 #include "drivers/text/printable.hpp"
+#include "drivers/with_error.hpp"
 
 namespace shaker::ctl {
 
@@ -33,17 +34,9 @@ std::string word(const json& message, const char* path) {
 
 bool yes(const json& message, const char* path) { return at(message, path) == json(true); }
 
-// Number of digits chosen by the error.
-std::string with_error(double value, double sigma, double times) {
-    if (!std::isfinite(value)) return "-";
-    if (!std::isfinite(sigma) || sigma <= 0) return fmt::format("{:.5g}", times * value);
-    const int digits = std::clamp(2 - static_cast<int>(std::ceil(std::log10(times * sigma))), 0, 12);
-    return fmt::format("{:.{}f} +- {:.{}f}", times * value, digits, times * sigma, digits);
-}
-
 std::string estimate(const json& state, const std::string& path, double times) {
-    return with_error(number(state, (path + "/value").c_str()), number(state, (path + "/sigma").c_str()),
-                      times);
+    return with_error(times * number(state, (path + "/value").c_str()),
+                      times * number(state, (path + "/sigma").c_str()));
 }
 
 std::string value(double x) { return std::isfinite(x) ? fmt::format("{:.5g}", x) : "-"; }

@@ -15,18 +15,10 @@ using nlohmann::json;
 constexpr std::size_t gammas = 49, phis = 73;  // values of a curve
 constexpr double least_gamma = 3 * paper_g;    // end of the curve against gamma, m/s^2
 
-json numbers(const std::vector<double>& values) {
-    json all = json::array();
-    for (const double x : values) all.push_back(std::isfinite(x) ? json(x) : json(nullptr));
-    return all;
-}
-
-json values_json(const law::LawValues& v) {
-    return {{"at_mu", numbers(v.at_mu)}, {"low", numbers(v.low)}, {"high", numbers(v.high)}};
-}
+json values_json(const law::LawValues& v) { return {{"at_mu", v.at_mu}, {"low", v.low}, {"high", v.high}}; }
 
 json curve_json(const char* x, const law::LawCurve& curve) {
-    return {{x, numbers(curve.x)},
+    return {{x, curve.x},
             {"exact_mps", values_json(curve.exact)},
             {"closed_form_mps", values_json(curve.closed_form)}};
 }
@@ -50,7 +42,7 @@ std::string LawAnswer::computed(const Asked& asked) {
     const law::LawCurve gamma = law::against_gamma(asked.drive, asked.to, gammas, asked.mu, asked.g);
     const law::LawCurve phi = law::against_phi(asked.drive, phis, asked.mu, asked.g);
     return json{{"mu", asked.mu.value},
-                {"sigma", std::isfinite(asked.mu.sigma) ? json(asked.mu.sigma) : json(nullptr)},
+                {"sigma", asked.mu.sigma},
                 {"gamma_mps2", asked.drive.gamma},
                 {"phi_rad", asked.drive.phi},
                 {"gamma", curve_json("gamma_mps2", gamma)},

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "daemon/catalogue/row_text.hpp"
 #include "daemon/remote/web/picture_figures.hpp"
 #include "daemon/service/published.hpp"
 
@@ -12,28 +13,12 @@ namespace {
 
 using nlohmann::json;
 
-json number_or_null(double x) { return std::isfinite(x) ? json(x) : json(nullptr); }
-
 constexpr auto value_of = []<class T>(T value) -> json {
     if constexpr (std::is_same_v<T, std::monostate>)
         return nullptr;
-    else if constexpr (std::is_same_v<T, double>)
-        return number_or_null(value);
     else
         return value;
 };
-
-json estimate(const calibration::Estimate& e) {
-    if (!std::isfinite(e.value)) return nullptr;
-    return {{"value", e.value}, {"sigma", number_or_null(e.sigma)}};
-}
-
-// Without a calibration the systematic part of the error is left out.
-json estimate(const calibration::Estimate& e, double systematic) {
-    json all = estimate(e);
-    if (!all.is_null() && std::isfinite(systematic)) all["systematic"] = systematic;
-    return all;
-}
 
 json session(const service::BenchState& s, const Viewer& viewer) {
     json trip = nullptr;
@@ -42,10 +27,10 @@ json session(const service::BenchState& s, const Viewer& viewer) {
                 {"text", text(*s.trip)},
                 {"finding", finding(*s.trip)},
                 {"advice", safety::advice(s.trip->cause)},
-                {"value", number_or_null(s.trip->value)},
-                {"limit", number_or_null(s.trip->limit)},
-                {"t_s", number_or_null(s.trip_s)},
-                {"age_s", number_or_null(s.now_s - s.trip_s)},
+                {"value", s.trip->value},
+                {"limit", s.trip->limit},
+                {"t_s", s.trip_s},
+                {"age_s", s.now_s - s.trip_s},
                 {"pictures", s.trip_pictures.size()},
                 {"recording", s.trip_file.empty() ? json(nullptr) : json(s.trip_file)}};
     return {{"state", word_of(s)},
@@ -71,7 +56,7 @@ json harmonics(const service::BenchState& s) {
                        {"target_mps2", std::abs(h.target)},
                        {"measured_mps2", std::abs(h.measured)},
                        {"phase_error_rad", asked ? json(std::arg(h.measured / h.target)) : json(nullptr)},
-                       {"sigma_mps2", number_or_null(h.sigma)}});
+                       {"sigma_mps2", h.sigma}});
     }
     return all;
 }
@@ -96,8 +81,8 @@ json drive(const Drive& d) {
 json origin(const service::BenchState& s) {
     const service::ResultOrigin& o = s.result_origin;
     return {{"number", o.number},
-            {"from_s", number_or_null(o.from_s)},
-            {"to_s", number_or_null(o.to_s)},
+            {"from_s", o.from_s},
+            {"to_s", o.to_s},
             {"drive", drive(o.asked)},
             {"current", service::same(o.asked, s.wanted)}};
 }
@@ -105,14 +90,14 @@ json origin(const service::BenchState& s) {
 json result(const service::BenchState& s) {
     json all = s.result ? origin(s) : json::object();
     const reduction::Reduction* r = s.result.get();
-    all["v_D_mps"] = r ? estimate(r->v_D, r->systematic.v_D) : nullptr;
-    all["D_m"] = r ? estimate(r->D, r->systematic.D) : nullptr;
-    all["efficiency"] = r ? estimate(r->efficiency, r->systematic.efficiency) : nullptr;
-    all["bench_check"] = r ? estimate(r->gain_ratio.ratio, r->gain_ratio.systematic) : nullptr;
+    all["v_D_mps"] = r ? catalogue::json_of(r->v_D, r->systematic.v_D) : nullptr;
+    all["D_m"] = r ? catalogue::json_of(r->D, r->systematic.D) : nullptr;
+    all["efficiency"] = r ? catalogue::json_of(r->efficiency, r->systematic.efficiency) : nullptr;
+    all["bench_check"] = r ? catalogue::json_of(r->gain_ratio.ratio, r->gain_ratio.systematic) : nullptr;
     all["stick"] = json::array();
     if (r)
         for (const reduction::StickInterval& k : r->stick) all["stick"].push_back({k.from, k.to});
-    all["mu"] = estimate(s.mu);
+    all["mu"] = catalogue::json_of(s.mu);
     all["steady"] = r && s.measuring;
     return all;
 }
@@ -121,11 +106,11 @@ json points(const service::BenchState& s) {
     json list = json::array();
     for (std::size_t i = 0; i < s.points.size(); ++i) {
         const reduction::DrivenPoint& p = s.points[i];
-        list.push_back({{"gamma_mps2", number_or_null(p.gamma.value)},
-                        {"phi_rad", number_or_null(p.phi.value)},
-                        {"v_D_mps", number_or_null(p.v_D.value)},
-                        {"sigma_mps", number_or_null(p.v_D.sigma)},
-                        {"closed_form_mps", number_or_null(s.closed_form.at(i))}});
+        list.push_back({{"gamma_mps2", p.gamma.value},
+                        {"phi_rad", p.phi.value},
+                        {"v_D_mps", p.v_D.value},
+                        {"sigma_mps", p.v_D.sigma},
+                        {"closed_form_mps", s.closed_form.at(i)}});
     }
     return list;
 }
@@ -135,14 +120,13 @@ json outlook(const service::BenchState& s) {
     json recorded = json::object();
     for (std::size_t i = 0; i < o.sizes.size(); ++i)
         if (const service::OutlookState::Size& size = o.sizes.at(i); std::isfinite(size.bytes_per_s))
-            recorded[std::string{recorded::kept_pictures_words.at(i)}] = {
-                {"bytes_per_s", number_or_null(size.bytes_per_s)},
-                {"first_bytes", number_or_null(size.first_bytes)}};
+            recorded[std::string{recorded::kept_pictures_words.at(i)}] = {{"bytes_per_s", size.bytes_per_s},
+                                                                          {"first_bytes", size.first_bytes}};
     return {{"before_periods", o.before},
             {"walking_periods", o.walking},
-            {"walk_mps", o.walk ? estimate(o.walk->v_D) : json(nullptr)},
+            {"walk_mps", o.walk ? catalogue::json_of(o.walk->v_D) : json(nullptr)},
             {"walk_from", o.walk ? json(o.walk->from) : json(nullptr)},
-            {"way_m", number_or_null(o.way_m)},
+            {"way_m", o.way_m},
             {"recorded", std::move(recorded)}};
 }
 
@@ -152,10 +136,10 @@ json progress(const service::BenchState& s) {
     return {{"measurement", p.measurement},
             {"measurements", p.measurements},
             {"periods_done", std::floor(p.periods_done)},
-            {"left_s", number_or_null(p.left_s)},
+            {"left_s", p.left_s},
             {"waits_for", p.waits_for.empty() ? json(nullptr) : json(p.waits_for)},
-            {"walk_mps", number_or_null(p.walk_mps)},
-            {"periods_left", number_or_null(std::floor(p.periods_left))}};
+            {"walk_mps", p.walk_mps},
+            {"periods_left", std::floor(p.periods_left)}};
 }
 
 json campaign(const service::BenchState& s) {
@@ -168,14 +152,9 @@ json campaign(const service::BenchState& s) {
 json plan_check(const service::BenchState& s) {
     if (!s.plan_check) return nullptr;
     const service::PlanCheckState& c = *s.plan_check;
-    return {{"plan", c.name},
-            {"under_way", c.under_way},
-            {"points", c.points},
-            {"fit", c.fit},
-            {"bench_s", number_or_null(c.bench_s)},
-            {"bytes", number_or_null(c.bytes)},
-            {"summary", c.summary},
-            {"misfits", c.misfits}};
+    return {{"plan", c.name},       {"under_way", c.under_way}, {"points", c.points},
+            {"fit", c.fit},         {"bench_s", c.bench_s},     {"bytes", c.bytes},
+            {"summary", c.summary}, {"misfits", c.misfits}};
 }
 
 json gauges(const service::BenchState& s) {
@@ -183,9 +162,9 @@ json gauges(const service::BenchState& s) {
     for (const service::GaugeState& g : s.gauges)
         list.push_back({{"quantity", g.quantity},
                         {"unit", g.unit},
-                        {"limit", number_or_null(g.limit)},
-                        {"set_point", number_or_null(g.set_point)},
-                        {"live", number_or_null(g.live)}});
+                        {"limit", g.limit},
+                        {"set_point", g.set_point},
+                        {"live", g.live}});
     return list;
 }
 
@@ -226,11 +205,11 @@ json cameras(const service::BenchState& s) {
                         {"width_px", frame ? json(frame->width) : json(nullptr)},
                         {"height_px", frame ? json(frame->height) : json(nullptr)},
                         {"origin_px", v.origin_px},
-                        {"mm_per_px", number_or_null(v.mm_per_px)},
+                        {"mm_per_px", v.mm_per_px},
                         {"along", v.along},
-                        {"exposure_s", number_or_null(v.exposure_s)},
-                        {"clipped", number_or_null(seen.clipped)},
-                        {"edge_px", number_or_null(seen.edge_px)},
+                        {"exposure_s", v.exposure_s},
+                        {"clipped", seen.clipped},
+                        {"edge_px", seen.edge_px},
                         {"not_found", picture.not_found.empty() ? json(nullptr) : json(picture.not_found)},
                         {"targets", targets}});
     }
@@ -249,9 +228,9 @@ json switches(const service::BenchState& s) {
 }
 
 json limits(const safety::Limits& l) {
-    json all{{"edge_m", number_or_null(1e-3 * l.edge_mm)}};
+    json all{{"edge_m", 1e-3 * l.edge_mm}};
     for (const safety::LevelRow& row : safety::level_rows)
-        all[row.key(&safety::Level::abort)] = number_or_null((l.*row.level).abort);
+        all[row.key(&safety::Level::abort)] = (l.*row.level).abort;
     return all;
 }
 
@@ -276,8 +255,7 @@ const char* word_of(const service::BenchState& state) noexcept {
 std::string state_json(const service::BenchState& s, const Viewer& viewer) {
     json clocks = json::array();
     for (const service::ClockState& c : s.clocks)
-        clocks.push_back(
-            {{"name", c.name}, {"ppm", number_or_null(c.ppm)}, {"residual_s", number_or_null(c.residual_s)}});
+        clocks.push_back({{"name", c.name}, {"ppm", c.ppm}, {"residual_s", c.residual_s}});
     json all{{"type", "state"},
              {"session", session(s, viewer)},
              {"drive", drive(s.wanted)},
@@ -329,12 +307,8 @@ std::string result_json(const service::BenchState& s) {
 }
 
 std::string event_json(const service::BenchEvent& e, double now_s) {
-    return json{{"type", "event"},
-                {"id", e.id},
-                {"t_s", number_or_null(e.t_s)},
-                {"age_s", number_or_null(now_s - e.t_s)},
-                {"kind", e.kind},
-                {"text", e.text}}
+    return json{{"type", "event"},        {"id", e.id},     {"t_s", e.t_s},
+                {"age_s", now_s - e.t_s}, {"kind", e.kind}, {"text", e.text}}
         .dump(-1, ' ', false, json::error_handler_t::replace);
 }
 
