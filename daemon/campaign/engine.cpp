@@ -362,8 +362,8 @@ std::string Engine::missed_precision() const {
     const double asked = points_[at_].asked.precision, reached = reduction::combined(passes_).v_D.sigma;
     if (asked == 0 || reached <= asked) return {};
     return fmt::format(
-        "the error of v_D is {:.3g} mm/s after {} periods, the most that the plan allows; {:.3g} mm/s "
-        "was asked",
+        "the error of v_D is {:.3g} mm/s after {} periods, the most that the plan allows; "
+        "{:.3g} mm/s was asked",
         1e3 * reached, measured_, 1e3 * asked);
 }
 

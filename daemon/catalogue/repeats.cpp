@@ -41,7 +41,8 @@ std::vector<Repeats> repeats_of(std::span<const NumberedRow> rows) {
     std::vector<std::vector<const ResultRow*>> groups;
     for (std::size_t i = rows.size(); i-- > 0;) {
         const ResultRow& row = rows[i].row;
-        if (!row.asked || !row.steady || !std::isfinite(row.v_D.value) || !std::isfinite(row.periods))
+        if (!row.asked || !row.steady || !std::isfinite(row.v_D.value) || !std::isfinite(row.v_D.sigma) ||
+            !std::isfinite(row.periods))
             continue;
         const auto found =
             std::ranges::find_if(groups, [&](const auto& g) { return *g.front()->asked == *row.asked; });

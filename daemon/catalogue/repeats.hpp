@@ -13,7 +13,7 @@ namespace shaker::catalogue {
 struct Repeats {
     Drive asked;
     std::string newest;         // time of the newest row
-    int count = 0;              // rows with a v_D
+    int count = 0;              // rows whose v_D has an error
     calibration::Estimate v_D;  // m/s
     calibration::Estimate D;    // m per period
     calibration::Estimate efficiency;

@@ -1,5 +1,5 @@
 // Time from an order to stop to silence, in virtual time, in every state of a run and of a campaign's start:
-// the drive must not rise after the order. The mock bench: tests/bench/README.md.
+// the drive must not rise after the order.
 //   --seeds N (3): the order comes at random times of the state
 #include <spdlog/fmt/fmt.h>
 

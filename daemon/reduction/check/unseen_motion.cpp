@@ -6,7 +6,6 @@
 #include <boost/math/special_functions/sinc.hpp>
 #include <cmath>
 #include <complex>
-#include <numbers>
 #include <numeric>
 
 #include "drivers/drive.hpp"
@@ -45,26 +44,23 @@ Line strongest_line(const calibration::HarmonicSamples& track, double lowest_hz)
 
 std::string unseen_motion(const calibration::HarmonicFit& acceleration, std::span<const SeenBase> views) {
     const double f = acceleration.frequency_hz;
-    const auto expected = [&](int q) { return std::abs(acceleration.at(q)) / std::pow(q * two_pi * f, 2); };
     for (const SeenBase& seen : views) {
         const calibration::HarmonicFit& position = seen.position;
         const double track_sd = position.rms / std::max(position.stream_rms.front(), 1e-9),
                      error = track_sd * std::sqrt(2 / static_cast<double>(position.samples));
         for (int q = 1; q <= std::min({position.order(), acceleration.order(), 2}); ++q) {
-            const double asked = expected(q) *
-                                 std::abs(boost::math::sinc_pi(std::numbers::pi * q * f * seen.exposure_s)),
+            const double attenuation = std::abs(boost::math::sinc_pi(two_pi / 2 * q * f * seen.exposure_s)),
+                         asked = attenuation * std::abs(acceleration.at(q)) / std::pow(q * two_pi * f, 2),
                          shown = std::abs(position.at(q));
             if (!acceleration.stands_out(q) || asked < visible * error) continue;
             if (position.stands_out(q) && shown > smallest * asked) continue;
             const Line most = strongest_line(seen.track, f / 20);
             return fmt::format(
-                "the accelerometer shows a motion of the base of {:.3g} um at {:.4g} Hz, and camera \"{}\" "
-                "shows {:.3g} "
-                "um there; it shows the largest motion, {:.3g} um, at {:.4g} Hz: its times, its target or "
-                "the accelerations belong to another motion. Check frame_rate_hz, the times of the pictures "
-                "and the "
-                "base's target; the result is degraded",
-                1e6 * asked, q * f, seen.view, 1e6 * shown, 1e6 * most.amplitude_m, most.hz);
+                "camera \"{}\" does not show the base's motion at {:.4g} Hz: {:.3g} um by the accelerometer, "
+                "{:.3g} um by the camera, whose largest motion is {:.3g} um at {:.4g} Hz. "
+                "Check frame_rate_hz, the times of the pictures and the base's target; the result is "
+                "degraded",
+                seen.view, q * f, 1e6 * asked, 1e6 * shown, 1e6 * most.amplitude_m, most.hz);
         }
     }
     return {};

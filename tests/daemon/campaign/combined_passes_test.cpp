@@ -1,4 +1,4 @@
-// Passes of a point are combined into one result whose error is right, also for few and short passes.
+// Harmonics and cycles of the passes of a point are combined with the weights of their drift.
 #include "daemon/campaign/combined_passes.hpp"
 
 #include <gtest/gtest.h>
@@ -6,95 +6,10 @@
 #include <numbers>
 #include <random>
 
-#include "daemon/reduction/drift_spread.hpp"
 #include "drivers/drive.hpp"
 
 namespace shaker::campaign {
 namespace {
-
-using calibration::Estimate;
-using reduction::few_periods_factor;
-
-TEST(CombinedPassesTest, OnePassKeepsItsNumbers) {
-    const reduction::PassDrift one{{0.1234567890123, 4.5e-5}, 12};
-    const reduction::CombinedDrift c = reduction::combined(std::span{&one, 1});
-    EXPECT_EQ(c.v_D.value, one.v_D.value);
-    EXPECT_EQ(c.v_D.sigma, one.v_D.sigma);
-    EXPECT_TRUE(std::isnan(c.chi2));
-    EXPECT_TRUE(std::isnan(reduction::combined({}).v_D.value));
-}
-
-struct Simulated {
-    double covered = 0;     // share of results within 2 sigma of the truth
-    double efficiency = 0;  // rms error of the best weights / rms error
-};
-
-// Passes whose means scatter as n^(-p/2), whose errors come from the scatter of their periods, with the
-// widening of the reduction. between: further scatter between the passes, over the mean error of a pass.
-Simulated simulate(const std::vector<int>& periods, double p, double between = 0) {
-    constexpr int times = 4000;
-    std::mt19937_64 random{7};
-    std::normal_distribution<double> normal;
-    int covered = 0;
-    double squares = 0, best = 0;
-    for (const int n : periods) best += 1 / (std::pow(n, -p) + between * between * std::pow(periods[0], -p));
-    std::map<int, double> widening;
-    for (const int n : periods) widening[n] = few_periods_factor(n - 1);
-    for (int i = 0; i < times; ++i) {
-        std::vector<reduction::PassDrift> passes;
-        for (const int n : periods) {
-            const double sigma = std::pow(n, -p / 2);
-            std::chi_squared_distribution<double> chi2{n - 1.0};
-            const double scatter = std::hypot(sigma, between * std::pow(periods[0], -p / 2));
-            passes.push_back(
-                {{scatter * normal(random), sigma * std::sqrt(chi2(random) / (n - 1)) * widening[n]}, n});
-        }
-        const Estimate v = reduction::combined(passes).v_D;
-        covered += std::abs(v.value) < 2 * v.sigma ? 1 : 0;
-        squares += v.value * v.value;
-    }
-    return {covered / double{times}, std::sqrt(times / best / squares)};
-}
-
-TEST(CombinedPassesTest, TwoErrorsCover95Percent) {
-    const std::vector<std::vector<int>> cases{{5, 5},       {5, 5, 5},      std::vector<int>(10, 5),
-                                              {10, 10},     {40, 40},       {35, 5},
-                                              {20, 10, 10}, {12, 11, 13, 4}};
-    for (const auto& periods : cases)
-        for (const double p : {1.0, 3.0}) {
-            const Simulated s = simulate(periods, p);
-            // 4000 results tell a coverage to 0.3 %. It is above 95 % because chi2 below 1 does not
-            // make the error smaller.
-            EXPECT_GT(s.covered, 0.95) << testing::PrintToString(periods) << " p " << p;
-            EXPECT_LT(s.covered, 0.98) << testing::PrintToString(periods) << " p " << p;
-            EXPECT_GT(s.efficiency, 0.95) << testing::PrintToString(periods) << " p " << p;
-        }
-}
-
-TEST(CombinedPassesTest, ErrorGrowsWhenPassesScatter) {
-    // As much scatter between the passes as within: k passes tell it only to 1/sqrt(2 (k - 1)).
-    EXPECT_GT(simulate({10, 10}, 1, 1).covered, 0.88);
-    EXPECT_GT(simulate({10, 10, 10, 10, 10}, 1, 1).covered, 0.91);
-    EXPECT_GT(simulate(std::vector<int>(20, 10), 1, 3).covered, 0.92);
-}
-
-TEST(CombinedPassesTest, PassWithLargeErrorCountsLess) {
-    const std::vector<reduction::PassDrift> passes{{{1.0, 0.01}, 10}, {{1.0, 0.01}, 10}, {{2.0, 0.5}, 10}};
-    const reduction::CombinedDrift c = reduction::combined(passes);
-    EXPECT_LT(c.weights[2], 0.1);
-    const std::vector<reduction::PassDrift> endless{{{1.0, 0.01}, 10},
-                                                    {{9.0, std::numeric_limits<double>::infinity()}, 2}};
-    EXPECT_EQ(reduction::combined(endless).v_D.value, 1.0) << "an error that is not finite does not count";
-    EXPECT_EQ(reduction::combined(endless).weights, (std::vector<double>{1, 0}));
-}
-
-TEST(CombinedPassesTest, AnglesAreAveragedAcrossPi) {
-    const double pi = std::numbers::pi;
-    const std::vector<Estimate> angles{{pi - 0.01, 0.02}, {-pi + 0.03, 0.02}};
-    const Estimate mean = reduction::weighted_angle(angles, std::vector<double>{0.5, 0.5});
-    EXPECT_NEAR(mean.value, -pi + 0.01, 1e-12);
-    EXPECT_NEAR(mean.sigma, std::sqrt(2) * std::hypot(0.02, 0.02) / 2, 1e-12) << "chi2 is 2";
-}
 
 reduction::Cycle cycle(int n, double offset, double drift) {
     reduction::Cycle c;

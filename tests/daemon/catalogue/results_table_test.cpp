@@ -127,13 +127,15 @@ TEST(RepeatsTest, SteadyRowsOfOneSetPointAreCombinedAsPasses) {
         rows.push_back({rows.size() + 1, row});
     }
     ResultRow unsteady = row_at("2026-11-26T11:00:00Z"), other = unsteady, unknown = unsteady,
-              none = unsteady;
+              none = unsteady, no_error = unsteady;
     unsteady.v_D.value = 7;
     unsteady.steady = false;
     other.asked->overtones[0] = 0;
     unknown.asked.reset();
     none.v_D = {};
-    for (const ResultRow& row : {unsteady, other, unknown, none}) rows.push_back({rows.size() + 1, row});
+    no_error.v_D.sigma = INFINITY;
+    for (const ResultRow& row : {unsteady, other, unknown, none, no_error})
+        rows.push_back({rows.size() + 1, row});
     const std::vector<Repeats> all = repeats_of(rows);
     ASSERT_EQ(all.size(), 2U);
     EXPECT_EQ(all[0].asked, *other.asked) << "the newest first";

@@ -109,6 +109,7 @@ TEST_F(WebTest, ResultsAreServedAndPushedOnce) {
     ASSERT_EQ(all["results"].size(), 1U);
     EXPECT_EQ(all["results"][0]["v_D_mps"]["value"], 0.0066);
     EXPECT_EQ(all["results"][0]["asked"], nullptr);
+    EXPECT_EQ(json::parse(request("GET /api/repeats").body)["repeats"].size(), 0U) << "no set-point is known";
     const Got csv = request("GET /api/results.csv");
     EXPECT_NE(csv.head.find("text/csv"), std::string::npos);
     EXPECT_NE(csv.body.find("\r\n2026-11-26T10:00:00Z,"), std::string::npos) << csv.body;

@@ -105,7 +105,9 @@ export function makeResults(store: Store, { save, json }: Reader): () => void {
         shown = now;
         if (!averaged.checked) return show(eachLines(store));
         void json("api/repeats").then((answer) => {
-            if (now === shown) show(meanLines((answer as { repeats: Repeats[] } | null)?.repeats ?? []));
+            if (now !== shown) return;
+            if (answer === null) shown = "";  // asked again with the next state
+            else show(meanLines((answer as { repeats: Repeats[] }).repeats));
         });
     };
 }
@@ -113,6 +115,6 @@ export function makeResults(store: Store, { save, json }: Reader): () => void {
 function countWords(all: number, shown: number, averaged: boolean): string {
     if (all === 0) return "No measurement yet.";
     const measurements = `${all} measurement${all === 1 ? "" : "s"}`;
-    if (averaged) return `${measurements} at ${shown} set-point${shown === 1 ? "" : "s"}; scatter and stated: errors of one measurement, mm/s`;
+    if (averaged) return `${measurements}; the steady ones averaged at ${shown} set-point${shown === 1 ? "" : "s"}; scatter and stated: errors of one measurement, mm/s`;
     return shown < all ? `${shown} newest of ${measurements}; the CSV has all` : measurements;
 }
