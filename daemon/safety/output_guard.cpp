@@ -88,7 +88,7 @@ std::optional<Trip> OutputGuard::find_silence(const OutputSigns& s, Warnings& wa
     if (unjudged_s >= most_s)
         return trip(Cause::sensor_missing, StopKind::soft, unjudged_s, most_s, s.tick, warnings);
     const double older_s = growth_of_age(s);
-    if (!s.silent && older_s >= most_s)
+    if (older_s >= most_s)
         return trip(Cause::sensor_missing, StopKind::soft, older_s, most_s, s.tick, warnings);
     return std::nullopt;
 }

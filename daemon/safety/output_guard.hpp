@@ -80,10 +80,10 @@ public:
     /// Call before each block. A trip is reported once until rearm(). drive: a block above the abort level,
     /// or samples cut at it. sensor_missing: no accelerometer sample was checked for missing_s or 1.25
     /// blocks, whichever is longer, once the first has arrived or the drive is on; samples whose place in
-    /// time is not known count for at most held_back_s; or, while the drive is on, the age of the newest
-    /// checked sample has grown by more than both times together. coil_heat: with the current i =
-    /// coil_A_per_V volts, the heat h follows coil_time_s dh/dt = i^2 - h from 0; its root exceeds the limit.
-    /// watchdog: checked while the drive is on.
+    /// time is not known count for at most held_back_s; or the age of the newest checked sample has grown by
+    /// more than both times together, also at rest, so that no drive starts on old samples. coil_heat: with
+    /// the current i = coil_A_per_V volts, the heat h follows coil_time_s dh/dt = i^2 - h from 0; its root
+    /// exceeds the limit. watchdog: checked while the drive is on.
     std::optional<Trip> check(const OutputSigns& signs, Warnings& warnings) noexcept;
     void rearm() noexcept { reported_.reset(); }
     /// Replaces the limits from now on.
