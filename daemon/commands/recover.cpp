@@ -10,6 +10,7 @@
 #include <optional>
 #include <set>
 
+#include "daemon/campaign/campaign_folder.hpp"
 #include "daemon/commands/table.hpp"
 #include "daemon/manual/values.hpp"
 #include "daemon/recording/journal.hpp"
@@ -267,6 +268,11 @@ bool recover(const RecoverOptions& options) {
     const auto [file, part, journal] = recovered_files(options);
     const std::filesystem::path& working = options.working;
     if (std::filesystem::exists(file)) return verify(file, options.json);
+    if (file.filename() == campaign::table_name)
+        throw InputError{fmt::format(
+            "{}: the table of a campaign's points is not recovered but made again from its recordings: give "
+            "\"shakerd campaign {} --continue\"",
+            options.file.string(), std::filesystem::absolute(file).parent_path().string())};
     if (!std::filesystem::exists(part))
         throw InputError{fmt::format("neither {} nor {} exists", file.string(), part.string())};
     const h5::FileLock lock = lock_of(part);

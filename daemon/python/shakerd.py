@@ -14,6 +14,7 @@ of them to each side. NaN: not known. Needs h5py; Bench also needs requests, and
 """
 from __future__ import annotations
 
+import contextlib
 import dataclasses
 import os
 import pathlib
@@ -117,9 +118,8 @@ class Table(Mapping[str, Any]):
 
         columns: dict[str, Any] = {}
         units: dict[str, str] = {}
-        for name in self:
-            column = self[name]
-            columns[name] = column.value if isinstance(column, Quantity) else column
+        for name, column in self.items():
+            columns[name] = getattr(column, "value", column)
             if isinstance(column, Quantity):
                 units[name] = column.unit
                 columns |= {} if column.error is None else {f"{name}_errors": column.error}
@@ -287,14 +287,13 @@ class Bench:
     def ready(self, timeout: float = 30) -> Bench:
         """Returns this bench when its daemon has started. BenchError with the reason when the time is over."""
         end = time.monotonic() + timeout
-        while True:
-            try:
+        while time.monotonic() < end:
+            with contextlib.suppress(BenchError):
                 _ = self.state
                 return self
-            except BenchError:
-                if time.monotonic() > end:
-                    raise
             time.sleep(0.1)
+        _ = self.state
+        return self
 
     @staticmethod
     def _until(found: Callable[[], Any], timeout: float, late: str) -> Any:
@@ -309,8 +308,13 @@ class Bench:
         self._session.close()
 
     def order(self, action: str, **body: Any) -> None:
-        """Any order of the HTTP API, for example order("loop", closed=False)."""
+        """Any order of `orders`, for example order("loop", closed=False)."""
         self._ask("POST", action, body)
+
+    @property
+    def orders(self) -> list[dict[str, Any]]:
+        """The daemon's orders with the keys, ranges and help of their fields."""
+        return list(self._ask("GET", "orders"))
 
     @property
     def state(self) -> dict[str, Any]:
@@ -320,10 +324,10 @@ class Bench:
     def drive(self, *, gamma: float | None = None, phi: float | None = None, rho: float | None = None,
               frequency: float | None = None) -> None:
         """Changes the set-point: m/s^2, rad, 1, Hz. What is not given stays."""
-        given = {"gamma_mps2": gamma, "phi_rad": phi, "rho": rho, "frequency_hz": frequency}
-        self.order("drive", **{key: value for key, value in given.items() if value is not None})
+        self.order("drive", gamma_mps2=gamma, phi_rad=phi, rho=rho, frequency_hz=frequency)
 
-    def start(self, periods: int = 20, settle: int = 0) -> None:
+    def start(self, periods: int | None = None, settle: int | None = None) -> None:
+        """Drives and measures until stop(). What is not given is as last."""
         self.order("start", periods=periods, settle_periods=settle)
 
     def stop(self) -> None:
@@ -350,7 +354,6 @@ class Bench:
             if session["state"] == "tripped" and "tripped" not in states:
                 raise BenchError(str((session["trip"] or {}).get("text", "tripped")))
             return str(session["state"]) if session["state"] in states else ""
-
         return str(self._until(found, timeout, f"not {' or '.join(states)}"))
 
     @property
@@ -358,7 +361,7 @@ class Bench:
         """The newest measurement: v_D, D, gamma, phi, ... BenchError before the first."""
         return _quantities(self._ask("GET", "result"))
 
-    def measure(self, periods: int = 20, timeout: float = 120) -> dict[str, Quantity]:
+    def measure(self, periods: int | None = None, timeout: float = 120) -> dict[str, Quantity]:
         """A measurement at the present set-point, begun after this call; starts the drive if it is off."""
         before = self.state["result"].get("number")
         if self.wait("idle", "armed", "settling", "running", timeout=timeout) in ("idle", "armed"):
@@ -368,7 +371,6 @@ class Bench:
             self.wait("armed", "identifying", "checking", "ramping", "settling", "running", timeout=timeout)
             newest = self.state["result"]
             return newest.get("number") not in (None, before) and bool(newest.get("current", False))
-
         self._until(found, timeout, "no measurement")
         return self.result
 
@@ -376,13 +378,11 @@ class Bench:
         """A plan, or scan="phi" or "gamma" with start, stop (SI), steps, periods. Returns the name of its folder."""
         ends = {"from": scan.pop("start"), "to": scan.pop("stop")} if scan else {"plan": plan}
         self.order("campaign", **ends, **scan)
-
         def ended() -> str:
             now = self.state["campaign"]
             if now["paused"]:
                 raise BenchError(f"the campaign is paused: {now['newest']}")
             return "" if now["active"] else str(now["folder"])
-
         return str(self._until(ended, timeout, "the campaign goes on"))
 
 

@@ -12,6 +12,7 @@
 #include "daemon/recording/recorder.hpp"
 #include "daemon/run/run_setup.hpp"
 #include "daemon/service/bench_service.hpp"
+#include "daemon/service/made_order.hpp"
 #include "daemon/service/outlook.hpp"
 #include "daemon/service/pending_orders.hpp"
 #include "daemon/service/state_builder.hpp"
@@ -33,27 +34,17 @@ std::string allowed_pictures(recorded::KeptPictures opened) {
     return words + " are";
 }
 
-bool starts_drive(const Order& order) {
-    return std::holds_alternative<Begin>(order.what) || std::holds_alternative<Identify>(order.what) ||
-           std::holds_alternative<BringToMiddle>(order.what) ||
-           std::holds_alternative<MeasurePlan>(order.what);
-}
-
 }  // namespace
 
-// A program that ends starts, changes and clears nothing.
-void BenchService::require_staying(const Order& order) const {
-    const bool drives = starts_drive(order) || std::holds_alternative<SetDrive>(order.what) ||
-                        std::holds_alternative<ClearTrip>(order.what);
-    if (leaving_ && drives) throw InputError{"the program is ending; give the order after its next start"};
-}
-
-// An abort voids the orders that were waiting. Those that cannot lead to a drive are carried out.
-void BenchService::require_newer_than_abort(const Order& order) const {
-    if (order.aborts == bench_port_.aborted() || std::holds_alternative<Remark>(order.what) ||
-        std::holds_alternative<LowerLimit>(order.what) || std::holds_alternative<End>(order.what))
-        return;
-    throw InputError{"an abort came after this order; give it again if it is still wanted"};
+// A program that ends starts, changes and clears nothing. An abort voids the orders that were waiting, but
+// those that cannot lead to a drive.
+void BenchService::require_possible(const Order& order) const {
+    const orders::When& when = row_of(order.what).when;
+    if (order.aborts != bench_port_.aborted() && !when.outlasts_abort)
+        throw InputError{"an abort came after this order; give it again if it is still wanted"};
+    if (leaving_ && when.may_drive)
+        throw InputError{"the program is ending; give the order after its next start"};
+    if (!when.not_in_campaign.empty()) campaign_.require_none(when.not_in_campaign);
 }
 
 // Orders are carried out in their order. A stop and a lower limit do not wait for the disk.
@@ -65,9 +56,7 @@ std::optional<Order> BenchService::next_order() {
     }
     for (;;) {
         auto order = bench_port_.next();
-        const bool waits = order && !waiting_.empty() && !std::holds_alternative<End>(order->what) &&
-                           !std::holds_alternative<LowerLimit>(order->what);
-        if (!waits) return order;
+        if (!order || waiting_.empty() || row_of(order->what).when.overtakes) return order;
         if (held_.size() < most_held) {
             held_.push_back(std::move(*order));
             continue;
@@ -87,8 +76,7 @@ void BenchService::answer(acquisition::Channels& channels) {
         std::string refused;
         try {
             aborts_seen_ = channels.aborts;
-            require_newer_than_abort(*order);
-            require_staying(*order);
+            require_possible(*order);
             std::visit([&](const auto& what) { obey(what, channels); }, order->what);
         } catch (const std::exception& e) {
             rest_ = {};
@@ -128,7 +116,6 @@ void BenchService::go_on(Answers& answers, acquisition::Channels& channels) {
 }
 
 void BenchService::obey(const SetDrive& order, acquisition::Channels& channels) {
-    campaign_.require_none("the set-point cannot be changed");
     on_call_.require_possible(order.drive, on_call_.limits());
     const run::RunState state = on_call_.state();
     if (to_middle_.active())
@@ -174,7 +161,6 @@ void BenchService::begin_run(const run::RunOptions& run, const run::Task& task,
 }
 
 void BenchService::obey(const Begin& order, acquisition::Channels& channels) {
-    campaign_.require_none("the bench cannot be started");
     run::RunOptions run = run_;
     run.drive = order.drive.value_or(run_.drive);
     for (const MeasurementField& field : measurement_fields) {
@@ -203,7 +189,6 @@ void BenchService::obey(const Begin& order, acquisition::Channels& channels) {
 }
 
 void BenchService::obey(const Identify& /*order*/, acquisition::Channels& channels) {
-    campaign_.require_none("the response cannot be identified");
     const std::uint64_t before = on_call_.runs();
     try {
         on_call_.identify(run_, channels);
@@ -215,7 +200,6 @@ void BenchService::obey(const Identify& /*order*/, acquisition::Channels& channe
 }
 
 void BenchService::obey(const BringToMiddle& /*order*/, acquisition::Channels& channels) {
-    campaign_.require_none("the walker cannot be brought to the middle");
     on_call_.require_idle("bringing the walker to the middle", channels);
     const on_call::ToMiddle::Way way = on_call::ToMiddle::way(
         sequence_.walker(), on_call_.limits().edge_mm, run_.drive.frequency, points_, mu_, bench_.gravity,
@@ -233,7 +217,6 @@ void BenchService::obey(const BringToMiddle& /*order*/, acquisition::Channels& c
 // A walker that has left the pictures can be put back, too.
 void BenchService::obey(const PutWalkerBack& /*order*/, acquisition::Channels& channels) {
     if (!bench_.world) throw InputError{"the walker is real: put it back by hand"};
-    campaign_.require_none("the walker cannot be put back");
     const run::RunState state = on_call_.state();
     if (state == run::RunState::tripped || channels.stopped)
         throw InputError{"the walker cannot be put back while the bench is tripped; clear the trip first"};
@@ -273,8 +256,8 @@ void BenchService::obey(const TellCampaign& order, acquisition::Channels& /*chan
 }
 
 void BenchService::obey(const End& /*order*/, acquisition::Channels& channels) {
-    const auto drives = std::stable_partition(held_.begin(), held_.end(),
-                                              [](const Order& held) { return !starts_drive(held); });
+    const auto drives = std::stable_partition(
+        held_.begin(), held_.end(), [](const Order& held) { return !row_of(held.what).when.starts; });
     const bool voids = drives != held_.end();
     std::move(drives, held_.end(), std::back_inserter(voided_));
     held_.erase(drives, held_.end());
@@ -289,7 +272,6 @@ void BenchService::obey(const ClearTrip& order, acquisition::Channels& channels)
 }
 
 void BenchService::obey(const Record& order, acquisition::Channels& /*channels*/) {
-    campaign_.require_none("recording cannot be switched");
     if (to_middle_.active())
         throw InputError{
             "the walker is being brought to the middle, which is not recorded; wait until the bench is idle"};
@@ -331,7 +313,6 @@ void BenchService::obey(const Remark& order, acquisition::Channels& /*channels*/
 }
 
 void BenchService::obey(const CloseLoop& order, acquisition::Channels& /*channels*/) {
-    campaign_.require_none("the loop cannot be switched");
     sequence_.close_loop(order.on);
     run_.closed_loop = order.on;
 }
@@ -354,7 +335,6 @@ void BenchService::obey(const GiveMu& order, acquisition::Channels& /*channels*/
 }
 
 void BenchService::obey(const MoveTargets& order, acquisition::Channels& /*channels*/) {
-    campaign_.require_none("the targets cannot be moved");
     if (const run::RunState state = on_call_.state();
         state != run::RunState::idle && state != run::RunState::tripped)
         throw InputError{fmt::format(
@@ -367,7 +347,6 @@ void BenchService::obey(const MoveTargets& order, acquisition::Channels& /*chann
 }
 
 void BenchService::obey(const Adopt& order, acquisition::Channels& channels) {
-    campaign_.require_none("the settings cannot change");
     const run::RunState state = on_call_.state();
     if (driving(state) || state == run::RunState::armed)
         throw InputError{fmt::format("the settings cannot change while the bench is {}; stop the drive first",

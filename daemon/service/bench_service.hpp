@@ -64,8 +64,7 @@ private:
     void answer(acquisition::Channels& channels);
     std::optional<Order> next_order();
     void go_on(Answers& answers, acquisition::Channels& channels);
-    void require_newer_than_abort(const Order& order) const;
-    void require_staying(const Order& order) const;
+    void require_possible(const Order& order) const;
     void obey(const SetDrive& order, acquisition::Channels& channels);
     void obey(const Begin& order, acquisition::Channels& channels);
     void obey(const Identify& order, acquisition::Channels& channels);

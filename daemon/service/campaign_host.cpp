@@ -101,9 +101,10 @@ void CampaignHost::take_check() {
     log_(fmt::format("plan {}: {}", checked_->name, checked_->summary));
 }
 
-void CampaignHost::require_none(const std::string& what) const {
+void CampaignHost::require_none(std::string_view what) const {
     if (active())
-        throw InputError{what + " while a campaign is measured; end the campaign first (campaign stop)"};
+        throw InputError{
+            fmt::format("{} while a campaign is measured; end the campaign first (campaign stop)", what)};
     if (prepares())
         throw InputError{fmt::format("{} while the folder of campaign {} is being made; wait, or stop it",
                                      what, preparing_name_)};
@@ -142,7 +143,6 @@ void CampaignHost::take(Listed&& listed) {
 }
 
 void CampaignHost::prepare(const std::string& name, const std::string& text, const run::RunOptions& run) {
-    require_none("no other campaign can begin");
     if (finishing_.valid())
         throw InputError{"the table of the last campaign is being written; give the order again in a moment"};
     const bench::Bench& bench = runner_.bench();

@@ -60,7 +60,7 @@ public:
     /// A campaign is measured: it has the bench.
     [[nodiscard]] bool active() const noexcept { return session_ != nullptr; }
     /// InputError while active(). what: "the set-point cannot be changed".
-    void require_none(const std::string& what) const;
+    void require_none(std::string_view what) const;
     /// The newest drive of the active campaign.
     [[nodiscard]] const Drive& drive() const { return session_->campaign().drive(); }
 

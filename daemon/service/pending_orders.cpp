@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "daemon/catalogue/catalogue.hpp"
+#include "daemon/service/made_order.hpp"
 #include "drivers/errors.hpp"
 #include "drivers/text/printable.hpp"
 
@@ -26,7 +27,8 @@ std::string drive_words(const Drive& d) {
                        d.biharmonic() ? "" : ", with overtones");
 }
 
-/// One function for each order. Remarks, mu and settings files are logged by the bench.
+/// Orders whose values matter; the rows have the words of the others. Remarks, mu and settings files are
+/// logged by the bench.
 struct InWords {
     OrderText operator()(const SetDrive& order) const {
         return {"setting", "", "set-point " + drive_words(order.drive)};
@@ -35,9 +37,6 @@ struct InWords {
         const std::string at = order.drive ? " at the new set-point " + drive_words(*order.drive) : "";
         return {"order", "start", "start (" + plan_words(order.plan) + ")" + at};
     }
-    OrderText operator()(const Identify&) const { return {"order", "identification"}; }
-    OrderText operator()(const BringToMiddle&) const { return {"order", "return to the middle"}; }
-    OrderText operator()(const PutWalkerBack&) const { return {"order", "walker put back"}; }
     OrderText operator()(const MeasurePlan& order) const {
         return {"order", "campaign", "campaign " + order.name};
     }
@@ -46,8 +45,6 @@ struct InWords {
         const std::string word{campaign::word_names.at(static_cast<std::size_t>(order.word))};
         return {"order", "campaign " + word};
     }
-    OrderText operator()(const End&) const { return {"order", "stop"}; }
-    OrderText operator()(const ClearTrip&) const { return {"order", "clear"}; }
     OrderText operator()(const Record& order) const {
         const std::string name = order.name.empty() ? "" : " as " + order.name;
         return {"setting", "recording", order.on ? "recording on" + name : "recording off"};
@@ -64,7 +61,10 @@ struct InWords {
             regions += (regions.empty() ? "" : "; ") + acquisition::text(m);
         return {"setting", "targets", "targets moved until the daemon ends: " + regions};
     }
-    OrderText operator()(const auto&) const { return {"setting", ""}; }
+    OrderText operator()(const auto& order) const {
+        const std::string_view log = row_of(order).log;
+        return {log.empty() ? "setting" : "order", std::string{log}};
+    }
 };
 
 }  // namespace

@@ -1,5 +1,6 @@
 #include <spdlog/fmt/fmt.h>
 
+#include <algorithm>
 #include <cstdio>
 #include <nlohmann/json.hpp>
 #include <thread>
@@ -28,31 +29,54 @@ void wait_for_rest(const Link& link) {
     });
 }
 
+json fields_of(const orders::Row& row, const Values& values) {
+    json fields = json::object();
+    for (const orders::Field& f : row.fields) {
+        if (f.option.empty() || !values.has(f.option)) continue;
+        json& to = fields[std::string{f.key}];
+        if (f.kind == orders::Kind::quantity)
+            to = values.number(f.option);
+        else if (f.kind == orders::Kind::whole)
+            to = values.whole(f.option);
+        else if (f.kind == orders::Kind::flag)
+            to = values.text(f.option) == "on";
+        else
+            to = values.text(f.option);
+    }
+    return fields;
+}
+
+void wait_for_campaign(const Link& link) {
+    const json state = *state_when(link, Clock::time_point::max(), [](const json& s) {
+        const json& campaign = s.at("campaign");
+        if (campaign.is_object() && campaign.value("paused", false))
+            throw Refused{"the campaign is paused: " + campaign.value("newest", std::string{})};
+        return !campaign.is_object() || !campaign.value("active", false);
+    });
+    const json& campaign = state.at("campaign");
+    print(fmt::format("{} of {} points have ended; folder {}\n", campaign.at("ended").get<int>(),
+                      campaign.at("points").get<int>(), campaign.at("folder").get<std::string>()));
+}
+
 }  // namespace
 
-void set_drive(const Values& values) {
-    json drive = json::object();
-    const auto add = [&](const char* option, const char* key) {
-        if (values.has(option)) drive[key] = values.number(option);
-    };
-    add("--gamma", "gamma_mps2");
-    add("--phi", "phi_rad");
-    add("--rho", "rho");
-    add("--frequency", "frequency_hz");
-    if (drive.empty()) throw InputError{"set: nothing to set; expected --gamma, --phi, --rho or --frequency"};
-    link_of(values).order("drive", drive);
-    if (const std::string doubt = manual::doubtful_gamma(values); !doubt.empty())
+void give_order(const orders::Row& row, const Values& values) {
+    link_of(values).order(std::string{row.name}, fields_of(row, values));
+    const bool drives = std::ranges::find(row.fields, "--gamma", &orders::Field::option) != row.fields.end();
+    if (const std::string doubt = drives ? manual::doubtful_gamma(values) : ""; !doubt.empty())
         fmt::print(stderr, "shakerctl: {}\n", doubt);
 }
 
-void identify(const Values& values) { link_of(values).order("identify", {}); }
+void set_drive(const Values& values) {
+    const orders::Row& row = orders::row("drive");
+    if (fields_of(row, values).empty())
+        throw InputError{"set: nothing to set; expected --gamma, --phi, --rho or --frequency"};
+    give_order(row, values);
+}
 
 void start(const Values& values) {
-    json fields = json::object();
-    for (const MeasurementField& field : measurement_fields)
-        if (values.has(field.option)) fields[std::string{field.key}] = values.whole(field.option);
     const Link link = link_of(values);
-    link.order("start", fields);
+    give_order(orders::row("start"), values);
     if (!values.has("--wait")) return;
     bool driven = false;
     const json measured = *state_when(link, Clock::time_point::max(), [&](const json& state) {
@@ -84,14 +108,6 @@ void middle(const Values& values) {
     const Link link = link_of(values);
     link.order("middle", {});
     if (values.has("--wait")) wait_for_rest(link);
-}
-
-void reset_walker(const Values& values) { link_of(values).order("reset-walker", {}); }
-
-void give_mu(const Values& values) {
-    json fields{{"mu", values.number("MU")}};
-    if (values.has("--error")) fields["sigma"] = values.number("--error");
-    link_of(values).order("mu", fields);
 }
 
 void targets(const Values& values) {
@@ -141,12 +157,6 @@ void campaign(const Values& values) {
                 ? fmt::format("campaign {}: --plan is missing; \"shakerctl campaign plans\" lists the plans",
                               what)
                 : fmt::format("campaign {}: --plan {} is of check and start only", what, plan)};
-    const auto ended = [](const json& state) {
-        const json& campaign = state.at("campaign");
-        if (campaign.is_object() && campaign.value("paused", false))
-            throw Refused{"the campaign is paused: " + campaign.value("newest", std::string{})};
-        return !campaign.is_object() || !campaign.value("active", false);
-    };
     if (what == "plans") {
         const json state = *state_when(link, Clock::time_point::max(), [](const json&) { return true; });
         for (const json& name : state.at("plans")) print(name.get<std::string>() + "\n");
@@ -157,11 +167,13 @@ void campaign(const Values& values) {
         link.order("campaign", {{"plan", plan}});
     else
         link.order("campaign/" + what, {});
-    if (!values.has("--wait")) return;
-    const json state = *state_when(link, Clock::time_point::max(), ended);
-    const json& campaign = state.at("campaign");
-    print(fmt::format("{} of {} points have ended; folder {}\n", campaign.at("ended").get<int>(),
-                      campaign.at("points").get<int>(), campaign.at("folder").get<std::string>()));
+    if (values.has("--wait")) wait_for_campaign(link);
+}
+
+void scan(const Values& values) {
+    const Link link = link_of(values);
+    link.order("campaign", fields_of(orders::row("campaign"), values));
+    if (values.has("--wait")) wait_for_campaign(link);
 }
 
 void clear(const Values& values) {
@@ -171,15 +183,6 @@ void clear(const Values& values) {
     const Clock::time_point until = Clock::now() + clear_patience;
     while (state_of(link.get_json("/api/state")) == "tripped" && Clock::now() < until)
         std::this_thread::sleep_for(state_turn);
-}
-
-void remark(const Values& values) { link_of(values).order("remark", {{"text", values.text("TEXT")}}); }
-
-void record(const Values& values) {
-    json fields{{"on", values.text("SWITCH") == "on"}};
-    if (values.has("--name")) fields["name"] = values.text("--name");
-    if (values.has("--frames")) fields["frames"] = values.text("--frames");
-    link_of(values).order("record", fields);
 }
 
 }  // namespace shaker::ctl

@@ -6,6 +6,7 @@
 
 #include "daemon/manual/help.hpp"
 #include "daemon/manual/values.hpp"
+#include "daemon/orders/rows.hpp"
 #include "daemon/remote/ctl/outcome.hpp"
 #include "daemon/remote/ctl/state_text.hpp"
 
@@ -27,8 +28,9 @@ void print_manual(const Values& /*values*/) { print(manual::manual_page(program(
 
 constexpr Range waits{0, 30 * 86400.0};  // s
 
+constexpr std::array<int, 5> asks{exit_refused, exit_not_reached};
+
 constexpr std::array<std::string_view, 2> switch_words{"on", "off"};
-constexpr std::array<std::string_view, 4> frames_words{"off", "first-second", "region", "full"};
 constexpr std::array<std::string_view, 4> fetch_words{"state", "result", "points", "metrics"};
 
 constexpr std::array common_arguments{Argument{.name = "--at",
@@ -47,40 +49,71 @@ static_assert(common_arguments[0].otherwise.ends_with(default_url));
 constexpr std::array status_arguments{
     Argument{.name = "--json", .help = "Print the daemon's state as one line of JSON"}};
 
-constexpr auto set_arguments = manual::drive_arguments(false);
-
-constexpr Argument argument_of(const MeasurementField& field) {
+constexpr Argument argument_of(const orders::Field& field) {
+    const Kind kind = field.kind == orders::Kind::quantity ? Kind::quantity
+                      : field.kind == orders::Kind::whole  ? Kind::whole
+                      : field.kind == orders::Kind::word   ? Kind::word
+                      : field.kind == orders::Kind::flag   ? Kind::word
+                                                           : Kind::text;
     return {.name = field.option,
-            .value = "N",
+            .value = field.value,
             .help = field.help,
-            .kind = Kind::whole,
+            .kind = kind,
+            .words = field.kind == orders::Kind::flag ? std::span<const std::string_view>{switch_words}
+                                                      : field.words,
+            .dimension = field.dimension,
             .allowed = field.allowed,
             .otherwise = field.otherwise};
 }
 
-constexpr auto start_arguments = [] {
-    std::array<Argument, measurement_fields.size() + 1> rows{};
-    std::ranges::transform(measurement_fields, rows.begin(), argument_of);
-    rows.back() = {.name = "--wait", .help = "Wait for the first result and print its v_D"};
-    return rows;
-}();
+constexpr std::size_t arguments_in(std::span<const orders::Field> fields) {
+    return static_cast<std::size_t>(
+        std::ranges::count_if(fields, [](const orders::Field& f) { return !f.option.empty(); }));
+}
 
-constexpr std::array stop_arguments{Argument{.name = "--wait", .help = "Wait until the bench is idle"}};
+/// The arguments of an order, from its row; then `more`.
+template <std::size_t place, std::size_t n = 0>
+constexpr auto arguments_of(const std::array<Argument, n>& more = {}) {
+    std::array<Argument, arguments_in(orders::table[place].fields) + n> all{};
+    auto to = all.begin();
+    for (const orders::Field& f : orders::table[place].fields)
+        if (!f.option.empty()) *to++ = argument_of(f);
+    std::ranges::copy(more, to);
+    return all;
+}
 
-constexpr std::array middle_arguments{Argument{.name = "--wait", .help = "Wait until the bench is idle"}};
+constexpr std::array wait_for_rest{Argument{.name = "--wait", .help = "Wait until the bench is idle"}};
+constexpr std::array wait_for_result{
+    Argument{.name = "--wait", .help = "Wait for the first result and print its v_D"}};
+constexpr std::array wait_for_campaign{
+    Argument{.name = "--wait", .help = "Wait until the campaign has ended; exit status 1 when it pauses"}};
 
-constexpr std::array mu_arguments{Argument{.name = "MU",
-                                           .help = "Coefficient of Coulomb friction",
-                                           .kind = Kind::quantity,
-                                           .dimension = Dimension::ratio,
-                                           .allowed = allowed_friction},
-                                  Argument{.name = "--error",
-                                           .value = "ERROR",
-                                           .help = "Standard error of MU",
-                                           .kind = Kind::quantity,
-                                           .dimension = Dimension::ratio,
-                                           .allowed = {0, 3},
-                                           .otherwise = "0"}};
+template <std::size_t place>
+constexpr auto plain_arguments = arguments_of<place>();
+constexpr auto start_arguments = arguments_of<orders::place_of("start")>(wait_for_result);
+constexpr auto scan_arguments = arguments_of<orders::place_of("campaign")>(wait_for_campaign);
+
+/// A command from the row of an order. name: if it is not that of the order.
+constexpr Command command_of(std::string_view order, std::span<const Argument> arguments,
+                             int (*act)(const Values&), std::string_view name = {}) {
+    const orders::Row& row = orders::table[orders::place_of(order)];
+    return {.name = name.empty() ? row.name : name,
+            .summary = row.summary,
+            .details = row.details,
+            .arguments = arguments,
+            .example = row.example,
+            .exit_statuses = asks,
+            .act = act};
+}
+
+template <std::size_t place>
+void give(const Values& values) {
+    give_order(orders::table[place], values);
+}
+/// A command that only gives the order.
+template <std::size_t place>
+constexpr Command plain_command = command_of(orders::table[place].name, plain_arguments<place>,
+                                             done<give<place>>);
 
 constexpr std::array targets_arguments{Argument{.name = "--camera",
                                                 .value = "NAME",
@@ -113,26 +146,7 @@ constexpr std::array campaign_arguments{
              .help = "Plan to check or start, one of \"campaign plans\"",
              .kind = Kind::text,
              .otherwise = "needed by check and start only"},
-    Argument{.name = "--wait", .help = "Wait until the campaign has ended; exit status 1 when it pauses"}};
-
-constexpr std::array record_arguments{
-    Argument{.name = "SWITCH", .help = "on or off", .kind = Kind::word, .words = switch_words},
-    Argument{.name = "--name",
-             .value = "NAME",
-             .help = "Name of the next recording, without folder or ending",
-             .kind = Kind::text,
-             .otherwise = "the time"},
-    Argument{.name = "--frames",
-             .value = "WHICH",
-             .help = "Pictures to record: off, first-second (those of the first second; then positions "
-                     "only), region (all, "
-                     "of the part that can contain targets) or full",
-             .kind = Kind::word,
-             .words = frames_words,
-             .otherwise = "as last"}};
-
-constexpr std::array remark_arguments{Argument{
-    .name = "TEXT", .help = "1 to 400 bytes in quotes: \"new paper under the walker\"", .kind = Kind::text}};
+    wait_for_campaign[0]};
 
 constexpr std::array watch_arguments{
     Argument{.name = "--json",
@@ -158,7 +172,6 @@ constexpr std::array wait_arguments{
              .allowed = waits,
              .otherwise = "never"}};
 
-constexpr std::array<int, 5> asks{exit_refused, exit_not_reached};
 constexpr std::array<int, 5> waits_too{exit_refused, exit_not_reached, exit_timed_out};
 
 constexpr std::array commands{
@@ -167,52 +180,13 @@ constexpr std::array commands{
             .arguments = status_arguments,
             .exit_statuses = asks,
             .act = done<status>},
-    Command{.name = "set",
-            .summary = "Change the drive",
-            .details = "Settings that are not given keep their values.",
-            .arguments = set_arguments,
-            .example = "shakerctl set --gamma 1.5g --phi 35deg",
-            .exit_statuses = asks,
-            .act = done<set_drive>},
-    Command{.name = "identify",
-            .summary = "Measure the response of the base to the drive at a low level",
-            .exit_statuses = asks,
-            .act = done<identify>},
-    Command{
-        .name = "start",
-        .summary = "Start the drive and measure",
-        .details = "The bench repeats the measurement until it is stopped, or N times with --measurements N.",
-        .arguments = start_arguments,
-        .example = "shakerctl start --periods 40 --wait",
-        .exit_statuses = asks,
-        .act = done<start>},
-    Command{.name = "stop",
-            .summary = "Ramp the drive down softly",
-            .arguments = stop_arguments,
-            .exit_statuses = asks,
-            .act = done<stop>},
-    Command{.name = "middle",
-            .summary = "Bring the walker to the middle of the picture",
-            .details =
-                "A drive of at least 1 g at phi 0 or 180 deg leads it there from rest, also from beyond "
-                "the limit at the edge; then the bench is idle. The set-point stays. The order is refused "
-                "while it is not certain that the walker goes inwards.",
-            .arguments = middle_arguments,
-            .example = "shakerctl clear && shakerctl middle --wait",
-            .exit_statuses = asks,
-            .act = done<middle>},
-    Command{.name = "reset-walker",
-            .summary = "Put the walker of a simulated bench back to the middle of its base",
-            .details = "At rest only. The log has a note. A bench with real devices refuses the order.",
-            .example = "shakerctl clear && shakerctl reset-walker",
-            .exit_statuses = asks,
-            .act = done<reset_walker>},
-    Command{.name = "mu",
-            .summary = "Give the friction coefficient of walker and base",
-            .details = "Walks are predicted by it until the measurements give a coefficient.",
-            .arguments = mu_arguments,
-            .exit_statuses = asks,
-            .act = done<give_mu>},
+    command_of("drive", plain_arguments<orders::place_of("drive")>, done<set_drive>, "set"),
+    plain_command<orders::place_of("identify")>,
+    command_of("start", start_arguments, done<start>),
+    command_of("stop", wait_for_rest, done<stop>),
+    command_of("middle", wait_for_rest, done<middle>),
+    plain_command<orders::place_of("reset-walker")>,
+    plain_command<orders::place_of("mu")>,
     Command{
         .name = "targets",
         .summary = "Print or move the regions in which the cameras' targets are searched",
@@ -240,26 +214,16 @@ constexpr std::array commands{
                 "token. If the output does not obey, a message and exit status 1 report it.",
             .exit_statuses = asks,
             .act = done<abort>},
-    Command{.name = "clear",
-            .summary = "Clear a trip or an abort, so that the drive can start again",
-            .exit_statuses = asks,
-            .act = done<clear>},
-    Command{.name = "record",
-            .summary = "Switch recording on or off, of the run under way and of the following runs",
-            .details =
-                "In a run, on starts a file as soon as the drive has settled again, without pictures or with "
-                "those of its first second; off completes the file, and the run goes on.",
-            .arguments = record_arguments,
-            .example = "shakerctl record on --name series-1",
-            .exit_statuses = asks,
-            .act = done<record>},
-    Command{.name = "remark",
-            .summary = "Add a remark to the log and to the recording",
-            .details = "Without a recording under way, the remark goes into the next one.",
-            .arguments = remark_arguments,
-            .example = "shakerctl remark \"new paper under the walker\"",
-            .exit_statuses = asks,
-            .act = done<remark>},
+    command_of("clear", {}, done<clear>),
+    plain_command<orders::place_of("record")>,
+    plain_command<orders::place_of("remark")>,
+    plain_command<orders::place_of("loop")>,
+    plain_command<orders::place_of("limit")>,
+    [] {
+        Command scanned = command_of("campaign", scan_arguments, done<scan>, "scan");
+        scanned.summary = "Measure v_D at values of one parameter, one after the other";
+        return scanned;
+    }(),
     Command{
         .name = "watch",
         .summary = "Print state and v_D once a second, and every event",

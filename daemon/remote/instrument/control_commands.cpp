@@ -55,23 +55,13 @@ void harmonics_row(BenchInstrument& bench, scpi::Call& call) {
 
 std::vector<Command> control_commands(BenchInstrument& bench) {
     std::vector<Command> rows;
-    rows.push_back({.header = "CONTrol:IDENtify[:STARt]",
-                    .set = [&bench](scpi::Call& call) { bench.order(call.session, service::Identify{}); },
-                    .guarded = true});
+    rows.push_back(command_of(bench, "identify"));
     rows.push_back({.header = "CONTrol:IDENtify:RESult",
                     .query = [&bench](scpi::Call& call) { response(bench, call); },
                     .without = scpi::nan_numbers});
-    rows.push_back({.header = "CONTrol:LOOP[:STATe]",
-                    .parameters = {scpi::boolean()},
-                    .set =
-                        [&bench](scpi::Call& call) {
-                            bench.order(call.session, service::CloseLoop{call.arguments[0].on});
-                        },
-                    .query =
-                        [&bench](scpi::Call& call) {
-                            call.reply.boolean(bench.pending_orders().settings().closed_loop);
-                        },
-                    .guarded = true});
+    rows.push_back(command_of(bench, "loop", [&bench](scpi::Call& call) {
+        call.reply.boolean(bench.pending_orders().settings().closed_loop);
+    }));
     rows.push_back({.header = "CONTrol:LOOP:TOLerance",
                     .query = [](scpi::Call& call) { call.reply.number(control::kept_within); }});
     rows.push_back({.header = "CONTrol:LOOP:ERRor",

@@ -57,6 +57,11 @@ private:
 /// Sets the condition registers from a state.
 void show(const service::BenchState& state, scpi::DeviceStatus& status);
 
+/// The command of an order, made from its row; its parameters are the fields of the row, the first
+/// of which is needed.
+scpi::Command command_of(BenchInstrument& bench, std::string_view order, scpi::Handler query = {},
+                         scpi::Placeholder without = scpi::nans<1>);
+
 // Its commands, one function per part of the SCPI tree.
 
 /// SOURce: requested motion of the base, and the predicted demands of that motion.

@@ -43,21 +43,10 @@ std::vector<Command> output_commands(BenchInstrument& bench) {
                             call.reply.boolean(driving(s) && s != run::RunState::ramp_down);
                         },
                     .guarded = true});
-    rows.push_back(
-        {.header = "OUTPut:MIDDle",
-         .set = [&bench](scpi::Call& call) { bench.order(call.session, service::BringToMiddle{}); },
-         .query = [&bench](scpi::Call& call) { call.reply.boolean(bench.state()->to_middle); },
-         .guarded = true});
-    rows.push_back(
-        {.header = "[SOURce:]WALKer:MU",
-         .parameters = {scpi::number("", allowed_friction.min, allowed_friction.max),
-                        scpi::optional(scpi::number("", 0, allowed_friction.max))},
-         .set =
-             [&bench](scpi::Call& call) {
-                 const auto a = call.arguments;
-                 bench.order(call.session, service::GiveMu{{a[0].number, a[1].given ? a[1].number : 0}});
-             },
-         .guarded = true});
+    rows.push_back(command_of(bench, "middle",
+                              [&bench](scpi::Call& call) { call.reply.boolean(bench.state()->to_middle); }));
+    rows.push_back(command_of(bench, "reset-walker"));
+    rows.push_back(command_of(bench, "mu"));
     rows.push_back({.header = "OUTPut:ENABle", .query = [&bench](scpi::Call& call) {
                         call.reply.boolean(bench.state()->enable_output.value_or(false));
                     }});

@@ -11,11 +11,6 @@ namespace {
 
 using scpi::Command;
 
-void record(BenchInstrument& bench, scpi::Call& call, bool on, std::string name) {
-    const recorded::KeptPictures pictures = bench.pending_orders().settings().record.pictures;
-    bench.order(call.session, service::Record{on, std::move(name), pictures});
-}
-
 void keep_pictures(BenchInstrument& bench, scpi::Call& call) {
     service::Record record = bench.pending_orders().settings().record;
     record.pictures = static_cast<recorded::KeptPictures>(call.arguments[0].word);
@@ -26,24 +21,10 @@ void keep_pictures(BenchInstrument& bench, scpi::Call& call) {
 
 std::vector<Command> record_commands(BenchInstrument& bench) {
     std::vector<Command> rows;
-    rows.push_back(
-        {.header = "RECord[:STATe]",
-         .parameters = {scpi::boolean(), scpi::optional(scpi::string(64))},
-         .set =
-             [&bench](scpi::Call& call) {
-                 const auto a = call.arguments;
-                 record(bench, call, a[0].on, a[1].given ? std::string{a[1].text} : std::string{});
-             },
-         .query =
-             [&bench](scpi::Call& call) { call.reply.boolean(bench.pending_orders().settings().record.on); },
-         .guarded = true});
-    rows.push_back({.header = "RECord:NOTE",
-                    .parameters = {scpi::string(service::Remark::longest)},
-                    .set =
-                        [&bench](scpi::Call& call) {
-                            bench.order(call.session, service::Remark{std::string{call.arguments[0].text}});
-                        },
-                    .guarded = true});
+    rows.push_back(command_of(bench, "record", [&bench](scpi::Call& call) {
+        call.reply.boolean(bench.pending_orders().settings().record.on);
+    }));
+    rows.push_back(command_of(bench, "remark"));
     rows.push_back({.header = "RECord:NAME",
                     .query = [&bench](scpi::Call& call) { call.reply.string(bench.state()->recording.name); },
                     .without = scpi::empty_string});

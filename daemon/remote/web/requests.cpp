@@ -170,6 +170,7 @@ Response answer_get(Manner manner, const std::string& path, Site& site, const st
         return reply(manner, 200, "application/json",
                      state_json(*state, {site.lock.owner(), site.lock.owner() == who, false, site.daemon}));
     }
+    if (path == "/api/orders") return reply(manner, 200, "application/json", orders_json());
     if (path == "/api/result") {
         if (state && state->result) return reply(manner, 200, "application/json", result_json(*state));
         return reply(manner,

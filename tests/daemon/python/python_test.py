@@ -1,10 +1,12 @@
 #!/usr/bin/python3
 """Tests of daemon/python: doc-tests on real files, examples, a bench on call.    SHAKER_BUILD=build/dev PROGRAM"""
+import contextlib
 import doctest
 import os
 import pathlib
 import re
 import shutil
+import socket
 import subprocess
 import sys
 import tempfile
@@ -20,6 +22,46 @@ import shakerd
 PROGRAM = pathlib.Path(os.environ.get("SHAKER_BUILD", ROOT / "build/dev")).resolve() / "shakerd"
 SCENE = "[top]\npositions = 1\n[side]\npositions = 1\n"
 PLAN = '[[series]]\ngamma = "1g"\nphi = {from = "0deg", to = "180deg", steps = 3}\nperiods = 10\n'
+
+
+# Order, JSON, words of shakerctl, SCPI command; None: SCPI has no such command or cannot say it.
+WRONG = (
+    ("drive", {"gamma_mps2": "200g"}, ["set", "--gamma", "200g"], "ACC 200 G"),
+    ("drive", {"gamma_mps2": "0"}, ["set", "--gamma", "0"], "ACC 0"),
+    ("drive", {"gamma_mps2": "1 Hz"}, ["set", "--gamma", "1 Hz"], "ACC 1 HZ"),
+    ("drive", {"gamma_mps2": "90g"}, ["set", "--gamma", "90g"], "ACC 882"),
+    ("drive", {"phi_rad": "800deg"}, ["set", "--phi", "800deg"], "BIH:PHAS 800 DEG"),
+    ("drive", {"rho": "2"}, ["set", "--rho", "2"], "BIH:RHO 2"),
+    ("drive", {"frequency_hz": "0.1Hz"}, ["set", "--frequency", "0.1Hz"], "FREQ 0.1"),
+    ("start", {"periods": "1"}, ["start", "--periods", "1"], "AVER:PER 1"),
+    ("start", {"periods": "2.5"}, ["start", "--periods", "2.5"], None),
+    ("start", {"periods": 1000000}, ["start", "--periods", "1000000"], "AVER:PER 1000000;:INIT"),
+    ("start", {"measurements": "-1"}, ["start", "--measurements", "-1"], "TRIG:COUN -1"),
+    ("start", {"settle_periods": "20000"}, ["start", "--settle", "20000"], "AVER:SETT 20000"),
+    ("start", {"gamma_mps2": "200g"}, ["start", "--gamma", "200g"], None),
+    ("mu", {"mu": "4"}, ["mu", "4"], "WALK:MU 4"),
+    ("mu", {"mu": 0.1, "sigma": 0.2}, ["mu", "0.1", "--error", "0.2"], "WALK:MU 0.1,0.2"),
+    ("remark", {"text": ""}, ["remark", ""], "REC:NOTE ''"),
+    ("remark", {"text": "a\tb"}, ["remark", "a\tb"], "REC:NOTE 'a\tb'"),
+    ("record", {"name": "../x"}, ["record", "on", "--name", "../x"], "REC ON,'../x'"),
+    ("record", {"frames": "all"}, ["record", "on", "--frames", "all"], "REC:RAW:CAM ALL"),
+    ("record", {"frames": "full"}, ["record", "on", "--frames", "full"], "REC:RAW:CAM FULL"),
+    ("limit", {"limit": "transverse", "value": "0.9"}, ["limit", "transverse", "0.9"], "LIM:TRAN:ABOR 0.9"),
+    ("limit", {"limit": "edge", "value": "1mm"}, ["limit", "edge", "1mm"], "LIM:WALK:EDGE 0.001"),
+    ("limit", {"limit": "speed", "value": "1"}, ["limit", "speed", "1"], None),
+    ("limit", {"limit": "velocity", "value": "1g"}, ["limit", "velocity", "1g"], None),
+    ("campaign", {"plan": "none"}, ["campaign", "start", "--plan", "none"], "CAMP:STAR 'none'"),
+    ("campaign", {"plan": "a/b"}, ["campaign", "start", "--plan", "a/b"], "CAMP:STAR 'a/b'"),
+    ("campaign", {"scan": "phi", "from": "0", "to": "900", "steps": 3},
+     ["scan", "phi", "--from", "0", "--to", "900", "--steps", "3"], "CAMP:SCAN PHI,0,900,3"),
+    ("campaign", {"scan": "rho"}, ["scan", "rho", "--from", "0", "--to", "1", "--steps", "3"], "CAMP:SCAN RHO,0,1,3"),
+    ("campaign/resume", {}, ["campaign", "resume"], "CAMP:RES"),
+    ("campaign/check", {"plan": "none"}, ["campaign", "check", "--plan", "none"], "CAMP:CHEC 'none'"),
+    ("stop", {}, ["stop"], None),
+    ("clear", {}, ["clear"], "OUTP:PROT:CLE"),
+    ("targets", {"targets": [{"camera": "x", "target": "walker", "region_px": [1, 2, 30, 40]}]},
+     ["targets", "--camera", "x", "--target", "walker", "--region", "1,2,30,40"], None),
+)
 
 
 class PythonTest(unittest.TestCase):
@@ -141,11 +183,51 @@ class PythonTest(unittest.TestCase):
         self.assertRegex(chart, r"points: mu_ac 0\.11\d+ \+- 0\.0\d+\n")
         self.assertIn("mean 0.11", chart)
 
-    def test_a_bench_is_driven(self):
+    @contextlib.contextmanager
+    def served(self):
+        """A daemon's address, and the port of its instrument language."""
         serve = subprocess.Popen([PROGRAM, "serve", "--scene", "scene.toml", "--http-port", "0", "--scpi-port", "0",
                                   "--recordings", "."], stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
         try:
-            url = re.search(r"http://\S+?:\d+", serve.stdout.readline()).group()
+            line = serve.stdout.readline()
+            yield re.search(r"http://\S+?:\d+", line).group(), int(re.search(r" port (\d+)", line).group(1))
+        finally:
+            serve.terminate()
+            serve.communicate(timeout=30)
+
+    def test_four_doors_refuse_in_the_same_words(self):
+        """HTTP, Python and shakerctl word for word behind the name of the field; SCPI where the bench refuses, and with a
+        standard number where the syntax of its values differs."""
+        same_in_scpi = 0
+        with self.served() as (url, port), socket.create_connection(("127.0.0.1", port)) as link:
+            bench, lines = shakerd.Bench(url).ready(), link.makefile("rw", newline="\n")
+            bench.wait("idle")
+            self.assertGreaterEqual(len(WRONG), 30)
+            for name, body, words, command in WRONG:
+                with self.subTest(order=name, body=body):
+                    with self.assertRaises(shakerd.BenchError) as refused:
+                        bench.order(name, **body)
+                    http = str(refused.exception)
+                    shell = subprocess.run([PROGRAM.parent / "shakerctl", *words, "--at", url], text=True, check=False,
+                                           capture_output=True)
+                    self.assertIn(shell.returncode, (1, 2))
+                    self.assertEqual(re.sub(r"^shakerctl: (--?\w+|[A-Z]+) ", "", shell.stderr).removeprefix("shakerctl: ").strip(),
+                                     re.sub(rf"^({'|'.join(body)}) ", "", http) if shell.returncode == 2 else http)
+                    if command is None:
+                        continue
+                    lines.write(f"*CLS;{command}\n*OPC?\nSYST:ERR?\n")
+                    lines.flush()
+                    lines.readline()
+                    number, told = lines.readline().strip().split(",", 1)
+                    if number in ("-220", "-221"):
+                        same_in_scpi += 1
+                        self.assertIn(http[:150], told.replace('""', '"').replace(r"\xc2\xb0", "°"))
+                    self.assertIn(number, ("-104", "-131", "-220", "-221", "-222", "-224"))
+            bench.close()
+        self.assertGreaterEqual(same_in_scpi, 12)
+
+    def test_a_bench_is_driven(self):
+        with self.served() as (url, _):
             bench = shakerd.Bench(url).ready()
             bench.wait("idle")
             with self.assertRaisesRegex(shakerd.BenchError, "no measurement"):
@@ -165,9 +247,6 @@ class PythonTest(unittest.TestCase):
                 bench.wait("idle")
             bench.clear()
             bench.wait("idle")
-        finally:
-            serve.terminate()
-            serve.communicate(timeout=30)
         with self.assertRaisesRegex(shakerd.BenchError, "no answer"):
             bench.state
         bench.close()

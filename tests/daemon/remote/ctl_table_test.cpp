@@ -1,12 +1,15 @@
 #include <gtest/gtest.h>
+#include <spdlog/fmt/fmt.h>
 
 #include <algorithm>
 #include <cstdio>
 #include <iterator>
+#include <map>
 #include <set>
 #include <sstream>
 
 #include "daemon/manual/help.hpp"
+#include "daemon/orders/row.hpp"
 #include "daemon/remote/ctl/outcome.hpp"
 #include "daemon/remote/ctl/state_text.hpp"
 #include "daemon/remote/ctl/table.hpp"
@@ -71,6 +74,29 @@ TEST(CtlTableTest, EveryExitStatusIsInHelpManualPageAndReadme) {
         EXPECT_NE(text.find(number + "  " + meaning + "\n"), std::string::npos) << number;
         EXPECT_NE(readme.find("\n| " + number + " | " + meaning), std::string::npos) << readme;
         EXPECT_NE(page.find(".TP " + number + " " + meaning), std::string::npos) << number;
+    }
+}
+
+// A line "| `name`, `name` | keys |" of the page for each order.
+TEST(CtlTableTest, EveryOrderIsInTheReadmeWithItsKeys) {
+    std::istringstream page{output_of("cat '" + test::source_dir() + "/daemon/remote/README.md'")};
+    std::map<std::string, std::string> keys;  // by name
+    for (std::string line; std::getline(page, line);) {
+        const auto middle = line.find(" | ");
+        if (!line.starts_with("| `") || middle == std::string::npos) continue;
+        std::istringstream names{line.substr(2, middle - 2)};
+        for (std::string name; names >> name;)
+            keys[name.substr(0, name.rfind('`') + 1)] = line.substr(middle);
+    }
+    for (const orders::Row& row : orders::rows()) {
+        const auto found = keys.find(fmt::format("`{}`", row.name));
+        ASSERT_NE(found, keys.end()) << row.name;
+        for (const orders::Field& field : row.fields) {
+            const bool elsewhere = found->second.find("as `campaign`") != std::string::npos ||
+                                   found->second.find("keys of `drive`") != std::string::npos;
+            EXPECT_TRUE(elsewhere || found->second.find(fmt::format("`{}`", field.key)) != std::string::npos)
+                << row.name << ' ' << field.key;
+        }
     }
 }
 

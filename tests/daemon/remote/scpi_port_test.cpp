@@ -264,6 +264,8 @@ TEST_F(ScpiPortTest, EverySettingAcceptsItsOwnAnswer) {
             value = "0.113";
         } else if (header.ends_with("CAMPaign:STARt") || header.ends_with("CAMPaign:CHECk")) {
             value = "'fig3'";
+        } else if (header.ends_with("CAMPaign:SCAN")) {
+            value = "PHI,0,1,3";
         } else if (header.ends_with("PASSword:CENable")) {
             value = "''";
         }

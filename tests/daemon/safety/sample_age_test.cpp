@@ -147,7 +147,7 @@ TEST(SampleAgeTest, LateSensorTripsAtRest) {
     sensor.guard.rearm();  // the operator clears it
     const double cleared_s = sensor.now_s();
     EXPECT_TRUE(sensor.until(50)) << "the delay is still there";
-    EXPECT_NEAR(sensor.now_s(), cleared_s, 0.011);
+    EXPECT_NEAR(sensor.now_s(), cleared_s, 0.021);
 }
 
 TEST(SampleAgeTest, DelayThatIsGoneIsAccepted) {

@@ -106,9 +106,12 @@ std::vector<std::string> KilledCampaigns::recover_at(std::size_t call) const {
         const bool synced = !syncs.empty() && syncs.front() <= call;
         for (const char* time : {"once", "again"}) {
             const Outcome outcome = shakerd("recover " + part, folder);
-            const bool nothing = !synced && outcome.status == 2 &&
-                                 outcome.err.find("nothing can be recovered") != std::string::npos;
-            if (outcome.status != 0 && !nothing)
+            const auto refused = [&](const char* words) {
+                return outcome.status == 2 && outcome.err.find(words) != std::string::npos;
+            };
+            const bool nothing = !synced && refused("nothing can be recovered");
+            const bool table = part.starts_with(campaign::table_name) && refused("--continue");
+            if (outcome.status != 0 && !nothing && !table)
                 findings.push_back(fmt::format("{} recovered {}: status {}: {}{}", part, time, outcome.status,
                                                outcome.out, outcome.err));
         }
