@@ -45,8 +45,8 @@ TEST_F(WebOrdersTest, ACampaignIsAPlanOrAScan) {
     refused(R"({"plan": "fig3", "scan": "phi"})", "either plan");
     refused(R"({"scan": "rho"})", "expected");
     refused(R"({"scan": "phi", "to": 3, "steps": 6})", "from: missing");
-    refused(R"({"scan": "phi", "from": 0, "to": 3, "steps": 0})", "steps: 0 is out of range");
-    refused(R"({"plan": 7})", "plan: expected a string, got 7");
+    refused(R"({"scan": "phi", "from": 0, "to": 3, "steps": 0})", "steps 0: expected a whole number from 1 to 1000");
+    refused(R"({"plan": 7})", "plan 7: expected a string");
 }
 
 TEST_F(WebOrdersTest, ActionsAreOrdersAndRefusalsHaveReasons) {
