@@ -51,6 +51,31 @@ test("A run from the page: drive, start, results, stop, start, abort, clear", { 
     assert.deepEqual(troubles, []);
 });
 
+test("Orders without a form of their own are made from the daemon's table", { timeout: 60_000 }, async () => {
+    const { page, troubles } = await openPage(stage, { hash: "", viewport: { width: 1366, height: 1200 } });
+    await stateIs(page, "idle");
+    await page.getByText("More orders").click();
+    const loop = page.locator("#orders form[data-action=loop]"), limit = page.locator("#orders form[data-action=limit]");
+    const said = (form, pattern) => page.waitForFunction(([name, source]) => new RegExp(source).test(
+        document.querySelector(`#orders form[data-action=${name}] output`).textContent), [form, pattern], { timeout: 10_000 });
+    await loop.locator("select").selectOption("off");
+    await loop.locator("button").click();
+    await said("loop", "^✓");
+    await limit.locator("select").first().selectOption("transverse");
+    await limit.locator("input").fill("90 %");
+    await limit.locator("button").click();
+    await said("limit", "at most the present 0.5 is allowed; only the settings file can loosen limits");
+    await limit.locator("input").fill("49 %");
+    await limit.locator("button").click();
+    await said("limit", "^✓");
+    if (folder) await page.screenshot({ path: join(folder, "daemon-orders.png"), fullPage: true });
+    await loop.locator("select").selectOption("on");
+    await loop.locator("button").click();
+    await said("loop", "^✓");
+    assert.deepEqual(await page.locator("#orders form").evaluateAll((forms) => forms.map((form) => form.dataset.action)), ["loop", "limit"]);
+    assert.deepEqual(troubles.filter((trouble) => !trouble.includes("409")), []);
+});
+
 test("A scan from the page is measured without a person, paused and resumed", { timeout: 240_000 }, async () => {
     const { page, troubles } = await openPage(stage, { hash: "", viewport: { width: 1440, height: 1000 } });
     await stateIs(page, "idle");

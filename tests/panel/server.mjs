@@ -35,6 +35,7 @@ export async function startServer(folder, port = 0) {
         const [, kept] = /^\/api\/trip\/pictures\/(\d)$/.exec(request.url) ?? [];
         if (kept && bench.trip) return response.writeHead(200, { "Content-Type": "application/octet-stream" }).end(Buffer.concat(cameraFrame(Number(kept))));
         if (request.url === "/api/law") return response.writeHead(200, { "Content-Type": "application/json" }).end(JSON.stringify(bench.law()));
+        if (request.url === "/api/orders") return response.writeHead(200, { "Content-Type": "application/json" }).end("[]");
         if (request.url === "/api/repeats") return response.writeHead(200, { "Content-Type": "application/json" }).end(JSON.stringify({ repeats: bench.repeats }));
         if (request.url === "/api/results.csv") return response.writeHead(200, { "Content-Type": "text/csv" }).end(`${request.headers["x-shaker-token"]},${bench.rows.length}`);
         const [name, type] = types[request.url] ?? [];

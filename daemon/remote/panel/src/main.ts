@@ -19,6 +19,7 @@ import { makeHealth } from "./views/health";
 import { accelerationStrip, makeLive, trackStrip } from "./views/live";
 import { makeLog } from "./views/log";
 import { makeNumbers } from "./views/numbers";
+import { makeOrders } from "./views/orders";
 import { makePoints } from "./views/points";
 import { makeProgress } from "./views/progress";
 import { makeRecordings } from "./views/recordings";
@@ -51,6 +52,7 @@ const cameras = makeCameras(box("cameras"), box("cameras-card"), store, connecti
 loop.add(makeHeader(store, connection, abort), 30);
 loop.add(makeTrip(store, reader, themes), 30);
 loop.add(makeForms(act, store), 10);
+loop.add(makeOrders(act, reader, store), 0.5);
 loop.add(makeCampaign(act, reader, store), 5, box("campaign-card"));
 loop.add(makeNumbers(store), 10, box("numbers"));
 loop.add(makeProgress(store), 10, box("numbers"));
