@@ -261,7 +261,8 @@ endif()
 foreach(name report recording_report plot)
   add_test(NAME ${name} COMMAND ${judged} --plain --once --name ${name}
     /usr/bin/python3 ${PROJECT_SOURCE_DIR}/tests/daemon/report/${name}_test.py)
-  set_tests_properties(${name} PROPERTIES TIMEOUT 300 COST 20 LABELS "unit;starved")
+  set_tests_properties(${name} PROPERTIES ENVIRONMENT SHAKER_BUILD=${PROJECT_BINARY_DIR} TIMEOUT 300 COST 20
+                       LABELS "unit;starved")
 endforeach()
 
 include(tests/vm/vm.cmake)

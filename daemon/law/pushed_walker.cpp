@@ -10,12 +10,8 @@ namespace shaker::law {
 namespace {
 
 using walker::Contact;
-using walker::Walker;
-using walker::WalkerEvent;
 using walker::WalkerLaw;
 
-constexpr double settled = 1e-12;   // gamma/omega, change of v from period to period
-constexpr int most_steps = 60;      // of Newton's method on v at phase 0
 constexpr double same_base = 1e-8;  // of gamma, change of Q
 constexpr int most_rounds = 40;
 
@@ -29,39 +25,7 @@ walker::WalkerSetting setting_of(const Harmonics<Acceleration>& free, double fre
     return s;
 }
 
-// Factor of a small error of v over one period.
-double contraction(const WalkerLaw& law, std::span<const WalkerEvent> events) {
-    double left = 1;
-    for (const WalkerEvent& e : events) {
-        if (e.from == Contact::stick || e.to == Contact::stick) return 0;
-        left *= law.slip(e.to).f(two_pi * e.phase) / law.slip(e.from).f(two_pi * e.phase);
-    }
-    return left;
-}
-
-struct Settled {
-    double D = 0, v0 = 0;
-    Contact contact0 = Contact::stick;
-    std::vector<WalkerEvent> events;
-};
-
-// Newton's method on v(T) - v(0), which falls monotonically: a few periods instead of hundreds.
-Settled settle_from(const WalkerLaw& law, double v) {
-    for (int step = 0; step < most_steps; ++step) {
-        Walker walker{law, v};
-        const Contact contact0 = walker.now().contact;
-        const double D = walker.advance_period(), change = walker.now().v - v;
-        if (std::abs(change) <= settled * law.velocity_scale())
-            return {D, v, contact0, {walker.events().begin(), walker.events().end()}};
-        if (walker.events().empty()) break;
-        const double left = contraction(law, walker.events());
-        v += change / (1 - std::clamp(left, 0.0, 0.999));
-    }
-    const walker::SteadyState state = walker::settle(law, v);
-    return {state.D, state.v0, state.contact0, state.events};
-}
-
-std::vector<Segment> segments_of(const Settled& cycle) {
+std::vector<Segment> segments_of(const walker::SteadyState& cycle) {
     if (cycle.events.empty()) return {{0, two_pi, cycle.contact0}};
     std::vector<Segment> out;
     for (std::size_t i = 0; i < cycle.events.size(); ++i) {
@@ -128,7 +92,7 @@ PushedCycle pushed_cycle(const Harmonics<Acceleration>& measured, double frequen
     }
     for (int round = 0; round < most_rounds; ++round) {
         const WalkerLaw walker{setting_of(out.free, frequency, law)};
-        const Settled cycle = settle_from(walker, out.v0);
+        const walker::SteadyState cycle = settle_quickly(walker, out.v0);
         ++out.settles;
         out.v_D = cycle.D * frequency;
         out.v0 = cycle.v0;

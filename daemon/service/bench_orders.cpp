@@ -66,39 +66,6 @@ std::optional<Order> BenchService::next_order() {
     }
 }
 
-// A flood of orders must not keep the control from its data.
-void BenchService::answer(acquisition::Channels& channels) {
-    Answers answers;
-    go_on(answers, channels);
-    while (answers.size() < most_orders) {
-        auto order = next_order();
-        if (!order) break;
-        std::string refused;
-        try {
-            aborts_seen_ = channels.aborts;
-            require_possible(*order);
-            std::visit([&](const auto& what) { obey(what, channels); }, order->what);
-        } catch (const std::exception& e) {
-            rest_ = {};
-            refused = e.what();
-        }
-        if (rest_) {
-            waiting_.emplace_back(std::move(*order), std::exchange(rest_, {}));
-            go_on(answers, channels);  // in lockstep it is carried out now
-        } else {
-            answers.emplace_back(std::move(*order), std::move(refused));
-        }
-        for (Order& voided : voided_)
-            answers.emplace_back(std::move(voided), "a stop came after this order, before its drive began");
-        voided_.clear();
-    }
-    if (answers.empty()) return;
-    answered_ += answers.size();
-    publish();
-    for (const auto& [order, refused] : answers)
-        if (order.answer) order.answer(refused);
-}
-
 void BenchService::go_on(Answers& answers, acquisition::Channels& channels) {
     for (auto w = waiting_.begin(); w != waiting_.end();) {
         std::string refused;
@@ -115,6 +82,7 @@ void BenchService::go_on(Answers& answers, acquisition::Channels& channels) {
     }
 }
 
+template <>
 void BenchService::obey(const SetDrive& order, acquisition::Channels& channels) {
     on_call_.require_possible(order.drive, on_call_.limits());
     const run::RunState state = on_call_.state();
@@ -160,6 +128,7 @@ void BenchService::begin_run(const run::RunOptions& run, const run::Task& task,
     };
 }
 
+template <>
 void BenchService::obey(const Begin& order, acquisition::Channels& channels) {
     run::RunOptions run = run_;
     run.drive = order.drive.value_or(run_.drive);
@@ -188,6 +157,7 @@ void BenchService::obey(const Begin& order, acquisition::Channels& channels) {
     });
 }
 
+template <>
 void BenchService::obey(const Identify& /*order*/, acquisition::Channels& channels) {
     const std::uint64_t before = on_call_.runs();
     try {
@@ -199,6 +169,7 @@ void BenchService::obey(const Identify& /*order*/, acquisition::Channels& channe
     forget_last_run();
 }
 
+template <>
 void BenchService::obey(const BringToMiddle& /*order*/, acquisition::Channels& channels) {
     on_call_.require_idle("bringing the walker to the middle", channels);
     const on_call::ToMiddle::Way way = on_call::ToMiddle::way(
@@ -215,6 +186,7 @@ void BenchService::obey(const BringToMiddle& /*order*/, acquisition::Channels& c
 }
 
 // A walker that has left the pictures can be put back, too.
+template <>
 void BenchService::obey(const PutWalkerBack& /*order*/, acquisition::Channels& channels) {
     if (!bench_.world) throw InputError{"the walker is real: put it back by hand"};
     const run::RunState state = on_call_.state();
@@ -228,6 +200,7 @@ void BenchService::obey(const PutWalkerBack& /*order*/, acquisition::Channels& c
     log("note", "the simulated walker is put back to the middle of its base");
 }
 
+template <>
 void BenchService::obey(const MeasurePlan& order, acquisition::Channels& channels) {
     on_call_.require_idle("a campaign", channels);
     require_name("plan", order.name);
@@ -237,6 +210,7 @@ void BenchService::obey(const MeasurePlan& order, acquisition::Channels& channel
     };
 }
 
+template <>
 void BenchService::obey(const CheckPlan& order, acquisition::Channels& /*channels*/) {
     require_name("plan", order.name);
     const auto state = bench_port_.state();
@@ -251,10 +225,12 @@ void BenchService::obey(const CheckPlan& order, acquisition::Channels& /*channel
     rest_ = [this](acquisition::Channels& /*channels*/) { return campaign_.read(); };
 }
 
+template <>
 void BenchService::obey(const TellCampaign& order, acquisition::Channels& /*channels*/) {
     campaign_.obey(order.word);
 }
 
+template <>
 void BenchService::obey(const End& /*order*/, acquisition::Channels& channels) {
     const auto drives = std::stable_partition(
         held_.begin(), held_.end(), [](const Order& held) { return !row_of(held.what).when.starts; });
@@ -267,10 +243,12 @@ void BenchService::obey(const End& /*order*/, acquisition::Channels& channels) {
     on_call_.end(channels);
 }
 
+template <>
 void BenchService::obey(const ClearTrip& order, acquisition::Channels& channels) {
     on_call_.clear(order.shown, aborts_seen_, channels);
 }
 
+template <>
 void BenchService::obey(const Record& order, acquisition::Channels& /*channels*/) {
     if (to_middle_.active())
         throw InputError{
@@ -306,23 +284,27 @@ void BenchService::record(const Record& order, const std::string& stem) {
     run_.pictures = order.pictures;
 }
 
+template <>
 void BenchService::obey(const Remark& order, acquisition::Channels& /*channels*/) {
     require_remark(order.text);
     record_.remark(order.text, sequence_);
     log("remark", order.text);
 }
 
+template <>
 void BenchService::obey(const CloseLoop& order, acquisition::Channels& /*channels*/) {
     sequence_.close_loop(order.on);
     run_.closed_loop = order.on;
 }
 
+template <>
 void BenchService::obey(const LowerLimit& order, acquisition::Channels& channels) {
     safety::Limits limits = on_call_.limits();
     safety::lower(limits, order.key, order.value);
     take_limits(limits, channels);
 }
 
+template <>
 void BenchService::obey(const GiveMu& order, acquisition::Channels& /*channels*/) {
     require_allowed("mu", order.mu.value, allowed_friction);
     require_allowed("error of mu", order.mu.sigma, {0, order.mu.value});
@@ -334,6 +316,7 @@ void BenchService::obey(const GiveMu& order, acquisition::Channels& /*channels*/
     log("note", fmt::format("mu is {:.4g} by the operator", mu_.value));
 }
 
+template <>
 void BenchService::obey(const MoveTargets& order, acquisition::Channels& /*channels*/) {
     if (const run::RunState state = on_call_.state();
         state != run::RunState::idle && state != run::RunState::tripped)
@@ -346,6 +329,7 @@ void BenchService::obey(const MoveTargets& order, acquisition::Channels& /*chann
     facts_ = std::make_shared<const BenchFacts>(std::move(facts));
 }
 
+template <>
 void BenchService::obey(const Adopt& order, acquisition::Channels& channels) {
     const run::RunState state = on_call_.state();
     if (driving(state) || state == run::RunState::armed)
@@ -365,6 +349,39 @@ void BenchService::obey(const Adopt& order, acquisition::Channels& channels) {
 void BenchService::take_limits(const safety::Limits& limits, acquisition::Channels& channels) {
     on_call_.hold_to(limits, channels);
     predicted_ = run::run_demands(bench_, run_.drive, on_call_.limits());
+}
+
+// A flood of orders must not keep the control from its data.
+void BenchService::answer(acquisition::Channels& channels) {
+    Answers answers;
+    go_on(answers, channels);
+    while (answers.size() < most_orders) {
+        auto order = next_order();
+        if (!order) break;
+        std::string refused;
+        try {
+            aborts_seen_ = channels.aborts;
+            require_possible(*order);
+            std::visit([&](const auto& what) { obey(what, channels); }, order->what);
+        } catch (const std::exception& e) {
+            rest_ = {};
+            refused = e.what();
+        }
+        if (rest_) {
+            waiting_.emplace_back(std::move(*order), std::exchange(rest_, {}));
+            go_on(answers, channels);  // in lockstep it is carried out now
+        } else {
+            answers.emplace_back(std::move(*order), std::move(refused));
+        }
+        for (Order& voided : voided_)
+            answers.emplace_back(std::move(voided), "a stop came after this order, before its drive began");
+        voided_.clear();
+    }
+    if (answers.empty()) return;
+    answered_ += answers.size();
+    publish();
+    for (const auto& [order, refused] : answers)
+        if (order.answer) order.answer(refused);
 }
 
 }  // namespace shaker::service

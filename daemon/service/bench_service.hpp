@@ -65,23 +65,9 @@ private:
     std::optional<Order> next_order();
     void go_on(Answers& answers, acquisition::Channels& channels);
     void require_possible(const Order& order) const;
-    void obey(const SetDrive& order, acquisition::Channels& channels);
-    void obey(const Begin& order, acquisition::Channels& channels);
-    void obey(const Identify& order, acquisition::Channels& channels);
-    void obey(const BringToMiddle& order, acquisition::Channels& channels);
-    void obey(const PutWalkerBack& order, acquisition::Channels& channels);
-    void obey(const MeasurePlan& order, acquisition::Channels& channels);
-    void obey(const CheckPlan& order, acquisition::Channels& channels);
-    void obey(const TellCampaign& order, acquisition::Channels& channels);
-    void obey(const End& order, acquisition::Channels& channels);
-    void obey(const ClearTrip& order, acquisition::Channels& channels);
-    void obey(const Record& order, acquisition::Channels& channels);
-    void obey(const Remark& order, acquisition::Channels& channels);
-    void obey(const CloseLoop& order, acquisition::Channels& channels);
-    void obey(const LowerLimit& order, acquisition::Channels& channels);
-    void obey(const GiveMu& order, acquisition::Channels& channels);
-    void obey(const MoveTargets& order, acquisition::Channels& channels);
-    void obey(const Adopt& order, acquisition::Channels& channels);
+    /// One specialisation for each order, in bench_orders.cpp.
+    template <class What>
+    void obey(const What& order, acquisition::Channels& channels);
     void begin_run(const run::RunOptions& run, const run::Task& task, const std::filesystem::path& file,
                    const std::optional<run::PredictedWalk>& walk, acquisition::Channels& channels,
                    std::function<void(const std::string& fits)> then);

@@ -1,5 +1,6 @@
 #include "drivers/walker/steady_state.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 #include "drivers/errors.hpp"
@@ -75,6 +76,27 @@ SteadyState settle(const WalkerLaw& law, double v_start) {
     if (state.periods < 0) state.periods = walker.period() - 1;
     describe(state, law.period(), walker.events());
     return state;
+}
+
+SteadyState settle_quickly(const WalkerLaw& law, double v_start) {
+    constexpr int most_steps = 60;
+    constexpr double repeats_quickly = 1e-12, slowest = 0.999;  // of gamma/omega; a period
+    SteadyState state;
+    state.v0 = v_start;
+    for (int step = 0; step < most_steps; ++step) {
+        Walker walker{law, state.v0};
+        state.contact0 = walker.now().contact;
+        state.D = walker.advance_period();
+        const double change = walker.now().v - state.v0;
+        state.contraction = contraction(law, walker.events(), walker.now().contact);
+        if (std::abs(change) <= repeats_quickly * law.velocity_scale()) {
+            describe(state, law.period(), walker.events());
+            return state;
+        }
+        if (walker.events().empty()) break;
+        state.v0 += change / (1 - std::clamp(state.contraction, 0.0, slowest));
+    }
+    return settle(law, state.v0);
 }
 
 SteadyState settle(IntegratedWalker& walker) {

@@ -32,6 +32,9 @@ struct SteadyState {
 /// own range of start velocities. Throws InputError when there is none: the tilt exceeds the angle of
 /// friction, or the walker needs more than 10^7 periods.
 SteadyState settle(const WalkerLaw& law, double v_start = 0);
+/// The same in a few periods instead of hundreds, to 1e-12 gamma/omega: Newton's method on v(T) - v(0), which
+/// falls monotonically. For mu_s = mu_k. Its `periods` has no meaning.
+SteadyState settle_quickly(const WalkerLaw& law, double v_start);
 /// The same by integration, for any law of friction without roughness; errors of v_D are about 100 times the
 /// walker's tolerance. The contraction is the ratio of the last changes of v from period to period.
 SteadyState settle(IntegratedWalker& walker);

@@ -150,7 +150,7 @@ def event_rows(a):
         if len(k):
             drop = relative[k[0]] - relative[k[0] + 1]
             motion = true_motion(a, row)
-            true = [e[0] for e in motion.events[0] if e[2] == -1 and 0 < e[0] < 0.4] if motion else []
+            true = [u for u, slip in motion.events[0] if slip == -1 and 0 < u < 0.4] if motion else []
             rows.append(Row("v_R = 0 at 0.5 g, phi = 0 (Fig. 2c)", "about 0.15 T", 0.15,
                             u[k[0]] + relative[k[0]] / drop * (u[1] - u[0]), error[k[0]] / drop * (u[1] - u[0]),
                             true[0] if true else np.nan, "T", "v(t) is smoothed over the flip"))

@@ -20,6 +20,7 @@ import h5py  # noqa: E402
 import numpy as np  # noqa: E402
 
 ROOT = pathlib.Path(__file__).resolve().parents[3]
+os.environ["SHAKERD"] = str(pathlib.Path(os.environ.get("SHAKER_BUILD", ROOT / "build/dev")).resolve() / "shakerd")
 SCRIPTS = ROOT / "daemon/report/campaign"
 sys.dont_write_bytecode = True
 sys.path.insert(0, str(SCRIPTS))
@@ -87,7 +88,7 @@ def write_campaign(folder, points, title="a plan", outcomes=None, noise=1e-7, sp
         put("harmonics/q", np.arange(1.0, Q + 1)), put("cycle/phase", phase)
         x = np.cumsum(v, 1) / 100 / column("frequency")[:, None]
         for name, data in dict(x=x - x[:, :1], x_errors=v * 0 + 1e-7, v=v, v_errors=v * 0 + 1e-4,
-                               v_base=drives.table("velocity")[:, :-1][:, (phase * coulomb_law.TABLE).astype(int)]).items():
+                               v_base=np.array([drives.velocity(k, phase) for k in range(n)]).reshape(n, 100)).items():
             put(f"cycle/{name}", blank(data))
         rest = [(k + 1, *i) for k in range(n) if measured[k] for i in coulomb_law.stick_intervals(motion, k)]
         for j, name in enumerate(("point", "from", "to")):

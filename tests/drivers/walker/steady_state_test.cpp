@@ -143,6 +143,26 @@ TEST(SteadyStateTest, WithOneFrictionEveryStartReachesTheSameCycle) {
     }
 }
 
+// Drives, overtones and tilts by a seed, from random velocities.
+TEST(SteadyStateTest, NewtonFindsTheCycleOfManyPeriods) {
+    std::mt19937 draw{7};
+    const auto from_to = [&](double low, double high) {
+        return std::uniform_real_distribution{low, high}(draw);
+    };
+    for (int i = 0; i < 300; ++i) {
+        WalkerSetting s = paper_setting(from_to(0.1, 4), from_to(0, two_pi));
+        if (i % 3 == 0) s.base.at(3) = std::polar(from_to(0, 0.3) * paper_g, from_to(0, two_pi));
+        if (i % 5 == 0) s.tilt = from_to(-0.02, 0.02);
+        const WalkerLaw law{s};
+        const double scale = law.velocity_scale(), start = from_to(-2, 2) * scale;
+        const SteadyState slow = settle(law, start), quick = settle_quickly(law, start);
+        const double tolerance = 1e-12 * scale / (1 - std::min(slow.contraction, 0.999));
+        EXPECT_NEAR(quick.v_D, slow.v_D, tolerance) << i;
+        EXPECT_NEAR(quick.v0, slow.v0, tolerance) << i;
+        EXPECT_EQ(quick.events.size(), slow.events.size()) << i;
+    }
+}
+
 TEST(SteadyStateTest, ContractionIsDecayOfSmallError) {
     const WalkerLaw law{paper_setting(3, 0)};
     const SteadyState s = settle(law);
