@@ -34,12 +34,6 @@ constexpr std::array<NumberKey, 10> number_keys{{{&Limits::coil_A_per_V, "coil_A
                                                  {&Limits::missing_s, "missing_s", {0.001, 10}},
                                                  {&Limits::camera_missing_s, "camera_missing_s", {0.01, 1e4}},
                                                  {&Limits::watchdog_s, "watchdog_s", {0.01, 60}}}};
-// Name in a file, and its units per SI unit.
-std::pair<std::string, double> named(LimitKey key) {
-    if (key.level == nullptr) return {"edge_mm", 1};
-    const auto row = std::ranges::find(level_rows, key.level, &LevelRow::level);
-    return {row->file_key(key.end), row->per_si};
-}
 
 constexpr double blocks_missing = 1.75;
 constexpr int most_frames = 100000;
@@ -80,7 +74,7 @@ Limits limits_of(const DataSheet& sheet, double margin) {
 }
 
 Limits read_limits(SettingsTable table, const DataSheet& sheet) {
-    Limits l = limits_of(sheet, table.number("margin", {0.1, 1}, 0.8));
+    Limits l = limits_of(sheet, table.number("margin", {0.1, 1}, standard_margin));
     for (const LevelRow& row : level_rows) {
         if (row.level == &Limits::acceleration_rms) l.acceleration_rms = rms_of_sine(l.acceleration);
         read_level(table, row, l);
@@ -91,11 +85,17 @@ Limits read_limits(SettingsTable table, const DataSheet& sheet) {
     return l;
 }
 
+std::pair<std::string, double> file_name(LimitKey key) {
+    if (key.level == nullptr) return {"edge_mm", 1};
+    const auto row = std::ranges::find(level_rows, key.level, &LevelRow::level);
+    return {row->file_key(key.end), row->per_si};
+}
+
 void lower(Limits& limits, LimitKey key, double value) {
     const bool edge = key.level == nullptr;
     double& limit = edge ? limits.edge_mm : (limits.*key.level).*key.end;
     if (!(edge ? value >= limit : value <= limit)) {
-        const auto [name, unit] = named(key);
+        const auto [name, unit] = file_name(key);
         throw InputError{fmt::format(
             "limit {} {}: at {} the present {} is allowed; only the settings file can loosen limits", name,
             to_text(unit * value), edge ? "least" : "most", to_text(unit * limit))};

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 #include <string>
+#include <utility>
 
 #include "daemon/safety/trip.hpp"
 #include "drivers/settings_table.hpp"
@@ -100,7 +101,8 @@ struct DataSheet {
 /// abort levels. Acceleration: the least of shaker, force / moved mass, and sensor; rms: of a
 /// sine of that peak. Drive: the full scale
 /// of the DAC. missing_s: 20 ms or 1.75 blocks of the accelerometer, whichever is longer.
-Limits limits_of(const DataSheet& sheet, double margin = 0.8);
+inline constexpr double standard_margin = 0.8;
+Limits limits_of(const DataSheet& sheet, double margin = standard_margin);
 
 /// Reads a table [limits]. Keys, all optional: margin (0.1..1, of the data sheet, for levels that are not
 /// given), acceleration_warn_mps2, acceleration_abort_mps2, acceleration_rms_warn_mps2,
@@ -119,6 +121,8 @@ struct LimitKey {
     Level Limits::*level = nullptr;  // null: edge_mm
     double Level::*end = &Level::abort;
 };
+/// Name of a limit in the settings files, and the units there per SI unit (of edge_mm: per mm).
+std::pair<std::string, double> file_name(LimitKey key);
 /// Lowers one limit (SI units), or raises edge_mm (mm), and keeps the others; a warning level stays at most
 /// its abort level. InputError when the limit would be looser than it is.
 void lower(Limits& limits, LimitKey key, double value);

@@ -148,7 +148,11 @@ void CampaignHost::prepare(const std::string& name, const std::string& text, con
     const bench::Bench& bench = runner_.bench();
     const double recording_s = runner_.recordings().most_s();
     preparing_ = desk_.run([=, this, &bench, folder = runner_.recordings().folder()] {
-        return campaign::prepare({.folder = folder / fmt::format("{}-{}", name, run::stem_now()),
+        const std::string stem = fmt::format("{}-{}", name, run::stem_now());
+        std::filesystem::path own = folder / stem;
+        for (int again = 2; std::filesystem::exists(own); ++again)  // two in one second
+            own = folder / fmt::format("{}-{}", stem, again);
+        return campaign::prepare({.folder = own,
                                   .plan = text.empty() ? campaign::plan_text(plans_, name) : text,
                                   .plan_file = name,
                                   .run = run,

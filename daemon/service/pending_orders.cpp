@@ -53,7 +53,8 @@ struct InWords {
         return {"setting", "loop", order.on ? "loop closed" : "loop open"};
     }
     OrderText operator()(const LowerLimit& order) const {
-        return {"setting", "limit", fmt::format("limit lowered to {:.6g}", order.value)};
+        const auto [name, per_si] = safety::file_name(order.key);
+        return {"setting", "limit", fmt::format("limit {} tightened to {:.6g}", name, per_si * order.value)};
     }
     OrderText operator()(const MoveTargets& order) const {
         std::string regions;

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <fstream>
 #include <numbers>
+#include <set>
+#include <string>
 
 #include "daemon/campaign/campaign_folder.hpp"
 #include "daemon/campaign/lead/plans.hpp"
@@ -52,6 +54,19 @@ TEST_F(CampaignHostTest, MeasuresAScanAndWritesItsTable) {
     EXPECT_EQ(r.last.campaign->ended, 3U);
     EXPECT_GE(r.last.points.size(), 3U) << "clients see each measurement";
     EXPECT_EQ(r.last.wanted.gamma, paper_g) << "the set-point is that of the campaign";
+}
+
+// A campaign takes a third of a second here, so at least two of them begin in the same one.
+TEST_F(CampaignHostTest, CampaignsOfOneSecondHaveTheirOwnFolders) {
+    std::set<std::string> folders;
+    const auto has_ended = [&](const BenchState& s) {
+        return ended(s) && folders.insert(s.campaign->folder).second;
+    };
+    const auto r =
+        play(test::slow, {scan(), until(has_ended), scan(), until(has_ended), scan(), until(has_ended)}, 240);
+    EXPECT_EQ(answers, Answers(3, "")) << test::log_of(r);
+    for (const std::string& name : folders)
+        EXPECT_EQ(campaign::read_points(folder / name / campaign::table_name).points.size(), 3U) << name;
 }
 
 // The same plan as in MeasuresAScanAndWritesItsTable, and one whose walk is longer than the view.
