@@ -4,6 +4,9 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
+#include <limits>
+#include <span>
 #include <string>
 #include <utility>
 
@@ -44,7 +47,7 @@ static_assert(std::ranges::all_of(names, [](std::string_view name) {
 }));
 static_assert(orders::of::limits.size() == safety::level_rows.size() + 1);
 static_assert(std::ranges::equal(safety::level_rows,
-                                 orders::of::limits | std::views::take(safety::level_rows.size()), {},
+                                 std::span{orders::of::limits}.first<safety::level_rows.size()>(), {},
                                  [](const safety::LevelRow& row) { return std::string_view{row.name}; }));
 static_assert(orders::of::pictures == recorded::kept_pictures_words);
 

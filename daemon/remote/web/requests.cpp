@@ -57,9 +57,9 @@ Manner manner_of(const Request& request) {
     return {request.version(), request.keep_alive(), open ? MetricsFormat::open : MetricsFormat::prometheus};
 }
 
-Response reply(Manner manner, int status, std::string type, std::string body) {
+Response reply(Manner manner, int status, const std::string& type, std::string body) {
     Response r{static_cast<http::status>(status), manner.version};
-    r.set(http::field::content_type, std::move(type));
+    r.set(http::field::content_type, type);
     r.set(http::field::cache_control, "no-store");
     r.set("X-Content-Type-Options", "nosniff");
     r.set("Content-Security-Policy",

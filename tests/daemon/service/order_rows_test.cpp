@@ -7,6 +7,8 @@
 #include <numbers>
 #include <optional>
 #include <string>
+#include <utility>
+#include <variant>
 #include <vector>
 
 #include "daemon/campaign/lead/plans.hpp"
@@ -62,7 +64,10 @@ protected:
             "[walker]\nstart_mm = 25\n");
         std::optional<std::string> told;
         before.back().act = [&](BenchPort& port) {
-            port.order({an_order(row, *port.state()), [&](const std::string& refused) { told = refused; }});
+            OrderWhat order = an_order(row, *port.state());
+            const bool a_word = std::holds_alternative<TellCampaign>(order);
+            EXPECT_EQ(row_of(order).name, a_word ? "campaign/pause" : row.name);
+            port.order({std::move(order), [&](const std::string& refused) { told = refused; }});
         };
         before.push_back(test::until([&](const BenchState&) { return told.has_value(); }));
         const std::filesystem::path own = folder / std::to_string(++played_);

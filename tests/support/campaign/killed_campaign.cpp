@@ -89,7 +89,7 @@ Killed KilledCampaigns::kill_at(std::size_t call, std::size_t again) const {
 }
 
 std::filesystem::path KilledCampaigns::image(std::size_t call) const {
-    const std::filesystem::path folder = folder_ / "image";
+    std::filesystem::path folder = folder_ / "image";
     std::filesystem::remove_all(folder);
     std::filesystem::create_directories(folder);
     images_->build(folder, call, Surviving::all, 0);

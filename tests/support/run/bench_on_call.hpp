@@ -71,7 +71,7 @@ protected:
         return orders(std::move(what), answers);
     }
     /// From idle: drives and measures ten periods repeatedly.
-    [[nodiscard]] Move start() { return {in(run::RunState::idle), give(service::Begin{10})}; }
+    [[nodiscard]] Move start() { return {in(run::RunState::idle), give(service::Begin{{.periods = 10}})}; }
     /// As play_on_call(); clears the answers first.
     OnCallResult play(const std::string& scene, std::vector<Move> moves, double limit_s = 60,
                       calibration::Estimate mu = {}) {
