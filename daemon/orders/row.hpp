@@ -15,8 +15,8 @@ enum class Kind {
     word,      // one of `words`
     flag,      // true or false; on or off in a shell and in SCPI
     text,
-    free,     // a quantity whose dimension another field decides
-    regions,  // regions of targets, read by the door
+    free,     // a quantity; another field decides its dimension
+    regions,  // regions of targets; each door reads them itself
 };
 
 /// One value of an order. `allowed` is in SI units, with both ends.
@@ -60,9 +60,9 @@ struct Row {
 
 /// All orders that a client may give, but for the abort, which no table, lock or parser may delay.
 std::span<const Row> rows();
-/// The row of that name; null if there is none.
+/// The row with this name; null when no row has it.
 const Row* find(std::string_view name);
-/// The row of that name, which must exist.
+/// The row with this name, which must exist.
 const Row& row(std::string_view name);
 
 }  // namespace shaker::orders

@@ -299,7 +299,7 @@ inline constexpr std::array<Row, 20> table{{
      .when = {.outlasts_abort = true, .overtakes = true}},
 }};
 
-/// The place of a name in the table; its size if there is none.
+/// Index of the row with this name; table.size() when no row has it.
 constexpr std::size_t place_of(std::string_view name) {
     return static_cast<std::size_t>(std::ranges::find(table, name, &Row::name) - table.begin());
 }

@@ -14,16 +14,16 @@ class Values {
 public:
     explicit Values(const Row& row) : row_{&row} {}
 
-    /// The field with this key; InputError with the known keys if there is none.
+    /// The field with this key. InputError, which lists the known keys, when the row has no such field.
     [[nodiscard]] const Field& field(std::string_view key) const;
     void add_number(std::string_view key, double number);
     void add_text(std::string_view key, const std::string& text);
     void add_flag(std::string_view key, bool on);
     /// The key was given without a value (null in JSON).
     void add_nothing(std::string_view key);
-    /// Refuses a value of another kind, as `shown`.
+    /// Throws the refusal of a value that has another kind. shown: the value as text.
     [[noreturn]] void refuse(std::string_view key, const std::string& shown) const;
-    /// Refuses values without one that is needed.
+    /// Throws InputError when a needed field has no value.
     void require_complete() const;
 
     [[nodiscard]] const Row& row() const noexcept { return *row_; }

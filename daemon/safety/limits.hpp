@@ -97,11 +97,12 @@ struct DataSheet {
     double coil_A_per_V = 0;                                        // A in the coil per V at the DAC
 };
 
+inline constexpr double standard_margin = 0.8;  // of the data sheet
+
 /// Limits from the data sheets. Abort levels: `margin` (0..1) times the data sheet; warnings: 80 % of the
 /// abort levels. Acceleration: the least of shaker, force / moved mass, and sensor; rms: of a
 /// sine of that peak. Drive: the full scale
 /// of the DAC. missing_s: 20 ms or 1.75 blocks of the accelerometer, whichever is longer.
-inline constexpr double standard_margin = 0.8;
 Limits limits_of(const DataSheet& sheet, double margin = standard_margin);
 
 /// Reads a table [limits]. Keys, all optional: margin (0.1..1, of the data sheet, for levels that are not

@@ -125,7 +125,7 @@ TEST(CombinedTest, TwoErrorsCover95Percent) {
     for (const auto& periods : cases)
         for (const double p : {1.0, 3.0}) {
             const Simulated s = simulate(periods, p);
-            // 4000 results tell a coverage to 0.3 %. It is above 95 % because chi2 below 1 does not
+            // With 4000 results a coverage is known to 0.3 %. It is above 95 % because chi2 below 1 does not
             // make the error smaller.
             EXPECT_GT(s.covered, 0.95) << testing::PrintToString(periods) << " p " << p;
             EXPECT_LT(s.covered, 0.98) << testing::PrintToString(periods) << " p " << p;
@@ -134,7 +134,8 @@ TEST(CombinedTest, TwoErrorsCover95Percent) {
 }
 
 TEST(CombinedTest, ErrorGrowsWhenPassesScatter) {
-    // As much scatter between the passes as within: k passes tell it only to 1/sqrt(2 (k - 1)).
+    // As much scatter between the passes as within: with k passes the scatter is known only to 1/sqrt(2 (k -
+    // 1)).
     EXPECT_GT(simulate({10, 10}, 1, 1).covered, 0.88);
     EXPECT_GT(simulate({10, 10, 10, 10, 10}, 1, 1).covered, 0.91);
     EXPECT_GT(simulate(std::vector<int>(20, 10), 1, 3).covered, 0.92);
