@@ -68,8 +68,8 @@ struct Frame {
     CameraTick tick;
     HostTime arrived;
     std::optional<CameraStamp> stamp;  // start of the exposure on the camera's own clock
-    std::optional<MasterTime>
-        mid_exposure;  // known on the simulated rig and in recorded sessions; else empty
+    /// Known on the simulated rig and in recorded sessions; else empty.
+    std::optional<MasterTime> mid_exposure;
     Quality quality{};
     int width = 0;
     int height = 0;

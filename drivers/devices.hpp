@@ -32,8 +32,8 @@ struct DacInfo {
     std::size_t block_frames = 240;  // samples per write(); 240 are 5 ms at 48 kHz
     std::int64_t queue_frames = 0;   // most samples of the drive that wait to be played after write()
     std::int64_t kept_frames = 0;    // of these, samples that take_back() leaves; all: none can be taken back
-    std::int64_t ramp_frames =
-        0;  // ramp to zero that is played behind the queue if write() is not called again
+    /// Ramp to zero that is played behind the queue if write() is not called again.
+    std::int64_t ramp_frames = 0;
     double enable_before_s = 0;  // time from the start of the enable tone to the drive; 0: no such tone
     [[nodiscard]] bool takes_back() const noexcept { return kept_frames < queue_frames; }
 };
@@ -69,10 +69,10 @@ struct AccelerometerInfo {
     /// [i][k]: m/s^2 on axis i per count on axis k, i != k; 0 without a calibration.
     std::array<std::array<double, 3>, 3> cross_mps2_per_count{};
     double first_sample_s = 0;  // s, sensor clock at tick 0
-    double clock_uncertainty_s =
-        0.02;  // s, largest error of the sensor's stamps against master time, either sign
-    double range_mps2 =
-        std::numeric_limits<double>::infinity();  // a sample at or beyond +-range is saturated
+    /// Largest error in s of the sensor's stamps against master time, either sign.
+    double clock_uncertainty_s = 0.02;
+    /// A sample at or beyond +-range is saturated.
+    double range_mps2 = std::numeric_limits<double>::infinity();
     double block_s = 0;                   // s, sampling time per delivered block, approximate; 0: unknown
     std::array<double, 3> shaker_axis{};  // unit vector in sensor axes; all 0: derived from the motion
     std::string calibration{};            // content of the calibration file in force; empty: none

@@ -48,7 +48,7 @@ struct DriveCommand {
     /// Above 0: a soft stop of this length, s, that begins with the next sample, also during a ramp. Volts,
     /// frequency and ramp are ignored then.
     double stop_s = 0;
-    std::uint64_t underruns = 0;  // underruns of the DAC since the start that its author has seen
+    std::uint64_t underruns = 0;  // of the DAC since the start, that the sender of the command knew of
 };
 
 /// A command as it was applied. With the previous one it is enough to regenerate every sample.
@@ -181,8 +181,8 @@ private:
     bool stopped_ = false, stopping_ = false;
     DacTick stop_first_;
     std::int64_t stop_samples_ = 0;
-    std::uint64_t stop_angle_ =
-        0;  // angle of the weight's cosine at stop_first_, 2^-64 turns; half a turn is silence
+    /// Angle of the weight's cosine at stop_first_, 2^-64 turns; half a turn is silence.
+    std::uint64_t stop_angle_ = 0;
     std::optional<DriveCommand> pending_;
     std::uint64_t clamped_ = 0;
     double largest_clamped_ = 0;

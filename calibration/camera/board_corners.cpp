@@ -158,8 +158,8 @@ std::optional<FittedCorner> fit_corner(const GreyPicture& picture, const Expecte
 }
 
 using optics::Board;
-using Corners =
-    std::array<std::array<double, 2>, 4>;  // of a marker: top left, top right, bottom right, bottom left
+// Corners of a marker: top left, top right, bottom right, bottom left.
+using Corners = std::array<std::array<double, 2>, 4>;
 
 std::map<int, Corners> markers_in(const GreyPicture& picture) {
     std::vector<unsigned char> grey(picture.grey.size());

@@ -44,7 +44,7 @@ struct Clearance {
     std::uint64_t openings = 0;  // Channels::openings when the operator cleared
 };
 
-/// The failure of a loop whose loss the run survives.
+/// Why the loop of a camera ended; the run goes on without that camera.
 struct LoopFailure {
     std::string why;  // written before `failed`
     std::atomic<bool> failed{false};

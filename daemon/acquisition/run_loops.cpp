@@ -10,8 +10,8 @@ namespace shaker::acquisition {
 
 namespace {
 
-constexpr double most_lead_s =
-    0.1;  // largest lead of a simulated rig's output over the reduction, with threads
+// Largest lead of a simulated rig's output over the reduction, with threads.
+constexpr double most_lead_s = 0.1;
 // Pauses at rest, when a wake costs more than its work. The recorder's rings hold seconds.
 constexpr std::chrono::milliseconds reduction_pause{2}, recorder_pause{4};
 constexpr double played_out_s = 0.25;  // silence after the ramp, so that a DAC has played its buffer

@@ -41,7 +41,7 @@ bool accelerometer_step(AccelerometerInput& input, Accelerometer& device, std::c
 /// Takes a frame, finds its targets while it is in the cache, and passes both on. False when no frame arrived
 /// within `wait`. A frame that finds a full ring is counted as lost. A fresh tracker that does not find its
 /// targets is counted, and the previous one continues. The first tracker throws InputError then; a patient
-/// input passes the frame on without positions. tracking: how long it took in pictures.
+/// input passes the frame on without positions. tracking: gets the time per picture.
 bool camera_step(Camera& device, CameraInput& camera_input, std::chrono::milliseconds wait,
                  Ring<TrackedFrame>& out, Counters& lost, TimeHistogram& tracking);
 

@@ -19,7 +19,7 @@ constexpr double near_share = 0.4;           // of the whole way, in a narrow vi
 
 std::size_t side(double v) { return v < 0 ? 0 : 1; }
 
-// The identification could walk the walker over the edge.
+// During the identification the walker may cross the edge limit.
 bool near_edge(const Seen& seen) {
     return std::min(seen.way[0], seen.way[1]) <
            std::min(identification_way, near_share * (seen.way[0] + seen.way[1]));

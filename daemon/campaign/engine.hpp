@@ -104,6 +104,8 @@ public:
     /// The point in progress, or the next one; null at the end.
     [[nodiscard]] const Point* point() const noexcept;
     [[nodiscard]] std::size_t ended() const noexcept { return ended_; }
+    /// Whether each point has ended.
+    [[nodiscard]] const std::vector<bool>& over() const noexcept { return over_; }
     [[nodiscard]] std::size_t points() const noexcept { return points_.size(); }
     [[nodiscard]] bool returning() const noexcept { return phase_ == Phase::returning; }
     /// "measuring", "returning", ...

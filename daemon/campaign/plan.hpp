@@ -55,8 +55,8 @@ struct Point {
 };
 
 inline constexpr std::size_t most_points = 10'000;  // of a new plan: work at its start grows with them
-inline constexpr std::size_t most_stored_points =
-    100'000;  // of a folder, which an earlier version may have begun
+// Of a folder, which an earlier version may have begun.
+inline constexpr std::size_t most_stored_points = 100'000;
 
 /// The drive whose drift is the opposite for any friction that is the same in both directions, on a level
 /// base: half a period later it is the mirror image. phi differs by pi, the harmonics 4, 6 and 8 by their

@@ -21,10 +21,10 @@ enum class Source {
 
 struct PointResults {
     PointsTable table;
-    std::vector<std::string>
-        remarks;  // source of each recording, and passes without results; one sentence each
-    std::vector<PassLost>
-        lost;  // passes with a measurement that their recordings do not have, with the reason
+    /// Source of each recording, and passes without results; one sentence each.
+    std::vector<std::string> remarks;
+    /// Passes with a measurement that their recordings do not have, with the reason.
+    std::vector<PassLost> lost;
 };
 
 /// The rows of points that are not measured yet: number, series, repeat, partner and set-point.

@@ -24,13 +24,7 @@ ResultRow row_of(const recording::FinishedMeasurement& finished, const reduction
     row.ended = reduction != nullptr ? end_of(row, periods) : "no result: " + not_reduced;
     if (reduction == nullptr) return row;
     const reduction::Reduction& r = *reduction;
-    row.gamma = r.gamma;
-    row.rho = r.rho;
-    row.phi = r.phi;
-    row.v_D = r.v_D;
-    row.D = r.D;
-    row.efficiency = r.efficiency;
-    row.ratio = r.gain_ratio.ratio;
+    for (const ListedQuantity& l : listed_quantities) row.*l.member = l.quantity.of(r);
     row.steady = !std::isfinite(r.v_D_settled.value) && !r.degraded;
     row.notes = fmt::format("{}", fmt::join(r.notes, "; "));
     return row;

@@ -1,6 +1,7 @@
 #pragma once
 // A measurement as a row of the table of results, and the newest rows of a bench: those of the present
 // daemon, and those of its recordings of before.
+#include <array>
 #include <cmath>
 #include <cstdint>
 #include <mutex>
@@ -10,6 +11,7 @@
 
 #include "calibration/estimate.hpp"
 #include "daemon/recording/tables/measured_tables.hpp"
+#include "daemon/reduction/quantities.hpp"
 #include "drivers/drive.hpp"
 
 namespace shaker::catalogue {
@@ -28,6 +30,21 @@ struct ResultRow {
     std::string ended;                      // "complete", or why it is shorter or has no result
     std::string recording;                  // file name; empty: not recorded
 };
+
+/// A quantity in the table of results.
+struct ListedQuantity {
+    const reduction::Quantity& quantity;
+    calibration::Estimate ResultRow::*member;
+};
+/// In the order of the columns.
+inline constexpr std::array listed_quantities{
+    ListedQuantity{reduction::quantity("gamma"), &ResultRow::gamma},
+    ListedQuantity{reduction::quantity("rho"), &ResultRow::rho},
+    ListedQuantity{reduction::quantity("phi"), &ResultRow::phi},
+    ListedQuantity{reduction::quantity("v_D"), &ResultRow::v_D},
+    ListedQuantity{reduction::quantity("D"), &ResultRow::D},
+    ListedQuantity{reduction::quantity("efficiency"), &ResultRow::efficiency},
+    ListedQuantity{reduction::quantity("bench_check"), &ResultRow::ratio}};
 
 /// The row of a finished measurement. reduction: null with the reason in not_reduced. periods: that were
 /// asked for; 0: not known. Time and recording stay empty.

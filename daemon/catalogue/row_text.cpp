@@ -17,21 +17,9 @@ using nlohmann::json;
 
 constexpr std::size_t longest_text = 500;  // bytes
 
-struct EstimateKey {
-    const char* key;
-    Estimate ResultRow::*member;
-    const char* name;  // heading in CSV
-    const char* unit;
-};
-constexpr EstimateKey estimates[] = {{"gamma_mps2", &ResultRow::gamma, "gamma", "m/s^2"},
-                                     {"rho", &ResultRow::rho, "rho", "1"},
-                                     {"phi_rad", &ResultRow::phi, "phi", "rad"},
-                                     {"v_D_mps", &ResultRow::v_D, "v_D", "m/s"},
-                                     {"D_m", &ResultRow::D, "D", "m"},
-                                     {"efficiency", &ResultRow::efficiency, "efficiency", "1"},
-                                     {"bench_check", &ResultRow::ratio, "bench_check", "1"}};
+std::string key_of(const ListedQuantity& l) { return std::string{l.quantity.name}.append(l.quantity.suffix); }
 
-Estimate estimate_from(const json& row, const char* key) {
+Estimate estimate_from(const json& row, const std::string& key) {
     const auto found = row.find(key);
     if (found == row.end() || !found->is_object()) return {};
     return {number_from(*found, "value"), number_from(*found, "sigma")};
@@ -167,7 +155,7 @@ json json_of(const ResultRow& row) {
              {"notes", row.notes},
              {"ended", row.ended},
              {"recording", row.recording.empty() ? json(nullptr) : json(row.recording)}};
-    for (const EstimateKey& e : estimates) all[e.key] = json_of(row.*e.member);
+    for (const ListedQuantity& l : listed_quantities) all[key_of(l)] = json_of(row.*l.member);
     return all;
 }
 
@@ -176,8 +164,8 @@ ResultRow row_from(const json& from) {
     row.time = text_from(from, "time");
     if (from.is_object()) row.asked = asked_from(from);
     row.periods = number_from(from, "periods");
-    for (const EstimateKey& e : estimates)
-        if (from.is_object()) row.*e.member = estimate_from(from, e.key);
+    for (const ListedQuantity& l : listed_quantities)
+        if (from.is_object()) row.*l.member = estimate_from(from, key_of(l));
     const auto steady = from.is_object() ? from.find("steady") : from.end();
     row.steady = steady != from.end() && steady->is_boolean() && steady->get<bool>();
     row.notes = text_from(from, "notes");
@@ -214,7 +202,8 @@ std::string results_csv(std::span<const NumberedRow> rows) {
     std::string all =
         "time [UTC],asked_frequency [Hz],asked_gamma [m/s^2],asked_rho [1],asked_phi [rad],asked_overtones,"
         "periods [1]";
-    for (const EstimateKey& e : estimates) all += fmt::format(",{0} [{1}],{0}_errors [{1}]", e.name, e.unit);
+    for (const ListedQuantity& l : listed_quantities)
+        all += fmt::format(",{0} [{1}],{0}_errors [{1}]", l.quantity.name, l.quantity.unit);
     all += ",steady [1],ended,notes,recording\r\n";
     for (const auto& [number, row] : rows) {
         const Drive none{.frequency = NAN, .gamma = NAN, .rho = NAN, .phi = NAN};
@@ -223,9 +212,9 @@ std::string results_csv(std::span<const NumberedRow> rows) {
         for (const double x : {asked.frequency, asked.gamma, asked.rho, asked.phi})
             all += fmt::format(",{}", number_text(x));
         all += fmt::format(",{},{}", quoted(overtones_text(asked)), number_text(row.periods));
-        for (const EstimateKey& e : estimates)
+        for (const ListedQuantity& l : listed_quantities)
             all +=
-                fmt::format(",{},{}", number_text((row.*e.member).value), number_text((row.*e.member).sigma));
+                fmt::format(",{},{}", number_text((row.*l.member).value), number_text((row.*l.member).sigma));
         all += fmt::format(",{},{},{},{}\r\n", row.steady ? 1 : 0, quoted(row.ended), quoted(row.notes),
                            quoted(row.recording));
     }

@@ -25,6 +25,8 @@
 #include "daemon/run/stop_signals.hpp"
 #include "daemon/sandbox/confined.hpp"
 #include "daemon/sandbox/new_files.hpp"
+#include "daemon/service/bench_port.hpp"
+#include "daemon/service/bench_service.hpp"
 #include "drivers/errors.hpp"
 #include "drivers/recorded/h5/file_lock.hpp"
 
@@ -93,11 +95,21 @@ run::RunnerSettings runner_settings(const CampaignOptions& options,
     return settings;
 }
 
-void obey(campaign::Campaign& campaign, const std::string& word, acquisition::Channels& channels,
-          CampaignLines& lines) try {
-    campaign.obey(word, channels);
-} catch (const InputError& e) {
-    lines.say(e.what());
+/// Gives a word of the operator to the bench. The answer comes in a later step.
+void obey(service::BenchPort& port, const std::string& word, CampaignLines& lines) {
+    const auto answer = [&lines](const std::string& refused) {
+        if (!refused.empty()) lines.say(refused);
+    };
+    const auto known = std::ranges::find(campaign::word_names, word);
+    if (known != campaign::word_names.end())
+        port.order({service::TellCampaign{static_cast<campaign::Word>(known - campaign::word_names.begin())},
+                    answer});
+    else if (word == "abort")
+        port.abort("operator");
+    else if (word == "clear")
+        port.order({service::ClearTrip{}, answer});
+    else
+        lines.say(fmt::format("\"{}\": expected pause, resume, skip, repeat, stop, abort or clear", word));
 }
 
 const Keys keys{{'p', "pause"}, {'r', "resume"}, {'s', "skip"}, {'m', "repeat"},
@@ -135,82 +147,38 @@ void place_walker(run::RunOptions& run, const campaign::Plan& plan, const campai
     scene.walker.start_mm = 1e3 * campaign::best_start(travel);
 }
 
-/// Bench time of each point, s; the view of a real bench without --view counts as wide.
-std::vector<double> predicted_s(const campaign::Plan& plan, const std::vector<campaign::Point>& points,
-                                const bench::Bench& bench, const CampaignOptions& options) {
-    const double view_m = view_of(options, bench);
-    std::vector<double> bench_s;
-    for (const campaign::CheckedPoint& p :
-         plan_check(plan, points, bench, std::isfinite(view_m) ? view_m : 1).points)
-        bench_s.push_back(p.stage.bench_s());
-    return bench_s;
+/// Leads the bench through the points that are left, and writes their table. False when the campaign is
+/// paused and nobody is there to resume it.
+bool lead(run::Runner& runner, campaign::PreparedSession prepared) {
+    const bool live = prepared.settings.beside;
+    service::BenchPort port;
+    service::BenchService bench{runner, {.beside = live}, port};
+    bench.measure(std::move(prepared));
+    const run::StopSignals signals{runner};
+    OperatorInput input{keys};
+    CampaignLines lines{port};
+    if (input.keys()) lines.say(keys_help);
+    int stops = 0;  // requests that were obeyed
+    bool nobody = false;
+    runner.lead(
+        [&](const acquisition::Streams& streams, acquisition::Channels& channels) {
+            runner.require_real_time();
+            const bool any = bench.step(streams, channels);
+            lines.follow();
+            const service::CampaignState campaign = port.state()->campaign.value();
+            // A bench on virtual time waits in a pause for the operator; a real one goes on playing silence.
+            // What a word has begun goes on before the next one is read.
+            if (const auto word = input.next(campaign.waits && !live)) obey(port, *word, lines);
+            nobody = input.closed() && campaign.waits;
+            const bool ends = !campaign.active || nobody;
+            if (const int asked = std::max(runner.stop_requests(), ends ? 1 : 0); asked > stops)
+                for (; stops < asked; ++stops) bench.leave();
+            return any;
+        },
+        [&] { return bench.done(); });
+    lines.say(fmt::format("the bench played {:.0f} s in {:.0f} s", runner.played_s(), runner.wall_s()));
+    return !nobody;
 }
-
-/// The command leads a bench whose runner it owns.
-class LedCampaign {
-public:
-    LedCampaign(run::Runner& runner, const campaign::SessionSettings& settings,
-                const CampaignOptions& options)
-        : runner_{runner},
-          live_{settings.beside},
-          run_{settings.run},
-          on_call_{runner, live_},
-          session_{runner, on_call_,
-                   campaign::prepare(settings, runner.bench(), runner.recordings().most_s()),
-                   [this](const campaign::Event& event, double now_s) { lines_.event(event, now_s); }},
-          lines_{session_.engine(), session_.points(),
-                 predicted_s(session_.plan(), session_.points(), runner.bench(), options)} {}
-
-    /// Leads the bench through the points that are left, and writes their table.
-    void run() {
-        const run::StopSignals signals{runner_};
-        OperatorInput input{keys};
-        if (input.keys()) lines_.say(keys_help);
-        runner_.lead([&](const acquisition::Streams& streams,
-                         acquisition::Channels& channels) { return step(streams, channels, input); },
-                     [&] { return session_.campaign().done() || nobody_; });
-        using What = campaign::CampaignChange::What;
-        const campaign::PointsTable table = session_.finish(
-            {.what = nobody_ || runner_.stop_requests() > 0 ? What::paused : What::ended,
-             .reason = nobody_ ? "nobody is there to resume it" : session_.engine().known_mu()});
-        if (session_.plan().mu_target > 0) lines_.say(session_.engine().known_mu());
-        lines_.say(campaign_summary(table, session_.campaign().time(), session_.returns(), runner_.wall_s()) +
-                   fmt::format("points table: {}", (session_.folder() / campaign::table_name).string()));
-    }
-    /// It is paused, and standard input has ended.
-    [[nodiscard]] bool nobody() const noexcept { return nobody_; }
-
-private:
-    bool step(const acquisition::Streams& streams, acquisition::Channels& channels, OperatorInput& input) {
-        runner_.require_real_time();
-        campaign::Campaign& campaign = session_.campaign();
-        const bool any = on_call_.take(streams, channels);
-        while (const auto measured = on_call_.measured()) campaign.take(*measured);
-        session_.order(channels);
-        on_call_.follow(run_, channels);
-        while (const auto run = on_call_.finished()) campaign.take(*run);
-        campaign.follow();
-        lines_.status(campaign.time().sum() - campaign.time().checking);
-        // A bench on virtual time waits in a pause for the operator; a real one goes on playing silence. What
-        // a word has begun goes on before the next one is read.
-        const bool waits = campaign.waits_for_a_person();
-        if (const auto word = input.next(waits && !live_)) obey(campaign, *word, channels, lines_);
-        nobody_ = input.closed() && campaign.waits_for_a_person();
-        if (const int asked = runner_.stop_requests(); asked > std::exchange(stops_, asked)) {
-            if (asked > 1) ++channels.aborts;
-            session_.engine().leave();
-        }
-        return any;
-    }
-
-    run::Runner& runner_;
-    bool live_, nobody_ = false;
-    run::RunOptions run_;
-    on_call::OnCall on_call_;
-    campaign::Session session_;
-    CampaignLines lines_;
-    int stops_ = 0;  // requests that were obeyed
-};
 
 }  // namespace
 
@@ -243,17 +211,17 @@ void measure_campaign(const CampaignOptions& options) {
     place_walker(settings.run, plan, points.front());
     run::Runner runner{settings};
     for (const std::string& granted : runner.bench().granted) spdlog::info("{}", granted);
-    LedCampaign lead{runner,
-                     {.folder = options.folder,
-                      .plan = plan_text,
-                      .plan_file = file.string(),
-                      .continues = continues,
-                      .run = settings.run,
-                      .beside = !runner.bench().world || settings.run.threads},
-                     options};
-    lead.run();
+    const bool anybody =
+        lead(runner, campaign::prepare({.folder = options.folder,
+                                        .plan = plan_text,
+                                        .plan_file = file.string(),
+                                        .continues = continues,
+                                        .run = settings.run,
+                                        .beside = !runner.bench().world || settings.run.threads,
+                                        .view_m = view_of(options, runner.bench())},
+                                       runner.bench(), runner.recordings().most_s()));
     run::StopSignals::rethrow();
-    if (lead.nobody())
+    if (!anybody)
         throw TripError{
             fmt::format("the campaign is paused; clear the cause, then \"shakerd campaign {} --continue\"",
                         options.folder.string())};

@@ -12,8 +12,8 @@ struct CampaignOptions {
     std::filesystem::path plan;    // empty when a campaign is continued: its folder has it
     std::filesystem::path folder;  // of the campaign
     run::RunOptions run;
-    double view_m =
-        NAN;  // length of the cameras' view, for the check of a plan; NaN: that of the simulated bench
+    /// Length of the cameras' view, for the check of a plan; NaN: that of the simulated bench.
+    double view_m = NAN;
     bool json = false;
 };
 

@@ -3,52 +3,40 @@
 // of a terminal, or lines of another standard input.
 #include <termios.h>
 
-#include <filesystem>
+#include <cstdint>
 #include <optional>
 #include <string>
 #include <utility>
 #include <vector>
 
-#include "daemon/campaign/lead/campaign.hpp"
-#include "daemon/campaign/points_table.hpp"
+#include "daemon/service/bench_port.hpp"
 
 namespace shaker::commands {
 
-/// One line for each point that ends, each pause and each problem, at once, also into a pipe. On a terminal
-/// there is a last line that is written again and again: point, what the bench does, time left, last v_D.
+/// One line for each point that ends, each pause and each problem, at once, also into a pipe; trips and
+/// warnings of the bench go to the log. On a terminal there is a last line that is written again and again:
+/// point, what the bench does, time left.
 class CampaignLines {
 public:
-    /// bench_s: predicted bench time of each point.
-    CampaignLines(const campaign::Engine& engine, const std::vector<campaign::Point>& points,
-                  std::vector<double> bench_s);
+    /// The port must outlive this object.
+    explicit CampaignLines(const service::BenchPort& port);
     ~CampaignLines();
     CampaignLines(const CampaignLines&) = delete;
     CampaignLines& operator=(const CampaignLines&) = delete;
 
-    void event(const campaign::Event& event, double now_s);
+    /// Writes what is new.
+    void follow();
     /// An answer to the operator.
     void say(const std::string& sentence);
-    /// Writes the last line again if it is old. spent_s: bench time of the points so far, without that at
-    /// rest.
-    void status(double spent_s);
-    /// Predicted time of the points that are left, corrected by the time that the ended points have taken; s.
-    [[nodiscard]] double left_s(double spent_s) const;
 
 private:
-    void print(const std::string& line);
+    void status(const service::CampaignState& campaign);
 
-    const campaign::Engine& engine_;
-    const std::vector<campaign::Point>& points_;
-    std::vector<double> bench_s_;
-    std::vector<bool> ended_ = std::vector<bool>(bench_s_.size(), false);
+    const service::BenchPort& port_;
     bool terminal_;
-    double written_s_ = -1;  // monotonic time of the last line
-    std::string last_;       // v_D of the newest point
+    std::uint64_t seen_ = 0;  // number of the newest event
+    double written_s_ = -1;   // monotonic time of the last line
 };
-
-/// Share of the points, bench time by its use, accuracy of the returns, v_D against the simulated truth.
-std::string campaign_summary(const campaign::PointsTable& table, const campaign::BenchTime& time,
-                             const std::vector<campaign::Returned>& returns, double wall_s);
 
 /// A key and the word for which it stands.
 using Keys = std::vector<std::pair<char, std::string>>;

@@ -115,8 +115,8 @@ int act_on_report(const manual::Values& values) {
         program.words.insert(program.words.end(), {"--fits", fits.string()});
         program.files.reads.push_back(fits);
     }
-    const std::string self =
-        std::filesystem::read_symlink("/proc/self/exe").string();  // for the law's curves
+    // For the law's curves.
+    const std::string self = std::filesystem::read_symlink("/proc/self/exe").string();
     program.files.runs.emplace_back(self);
     program.settings = {"PATH=/usr/bin", "LANG=C.UTF-8", "HOME=" + out.string(), "TMPDIR=" + out.string(),
                         "SHAKERD=" + self};

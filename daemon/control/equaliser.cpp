@@ -16,8 +16,8 @@ constexpr double slightly_worse = 1.1;
 constexpr int most_worse = 1;        // consecutive steps
 constexpr double near_enough = 0.3;  // of the target
 constexpr double small_step = 0.1;   // of the target
-constexpr double least_event =
-    0.01;  // of the target; less is the last of the approach, where plants are least linear
+// Of the target; less is the last of the approach, where plants are least linear.
+constexpr double least_event = 0.01;
 constexpr double least_motion = 0.05;  // of the motion expected of the drive
 constexpr double noisy = 3e-4;         // of gamma; above it the pace is halved
 constexpr double fastest = 0.25;       // share of the error corrected per window

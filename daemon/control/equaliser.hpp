@@ -67,8 +67,8 @@ public:
                               // within 0.1 % of themselves, or within three sd of the mean
         bool noise_limited = false;  // three sd of the mean exceed those 0.1 %
         bool no_motion = false;      // the base hardly moves for this drive: the drive was not changed
-        bool unreachable =
-            false;  // the plant gave no more motion; the drive returned to the last that worked
+        /// The plant gave no more motion; the drive returned to the last that worked.
+        bool unreachable = false;
         std::complex<double> gain = 1;  // common gain relative to the first response, as learned
     };
 

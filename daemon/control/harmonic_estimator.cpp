@@ -11,8 +11,8 @@ namespace shaker::control {
 namespace {
 constexpr int most_columns = 2 * max_harmonics + 3;
 constexpr double largest_gap = 0.1;  // turns
-constexpr double one_direction =
-    100;  // times the second eigenvalue: above it the direction is defined by motion, not noise
+// Times the second eigenvalue: above it the direction is defined by motion, not noise.
+constexpr double one_direction = 100;
 constexpr double same_direction = 0.95;  // cosine
 constexpr int windows_to_turn = 3;       // in a row, until another direction counts as that of the shaker
 using Eigen::Index;

@@ -21,8 +21,8 @@ struct PeriodEstimate {
     std::array<Harmonics<Acceleration>, 2> across{};  // on across_axes(axis)
     double sd = 0;                 // sd of the sine or cosine part of an amplitude, rms over q
     std::array<double, 3> axis{};  // shaker axis in sensor axes, unit vector
-    std::array<double, 3>
-        mean{};  // gravity (specific force) and offset, sensor axes; see AccelerometerInfo::acceleration
+    /// Gravity (specific force) and offset, sensor axes; see AccelerometerInfo::acceleration.
+    std::array<double, 3> mean{};
     std::complex<double> line = 0;  // amplitude of the mains line along the axis, phase at the window's start
     double residual = 0;            // rms of the residual along the axis
 

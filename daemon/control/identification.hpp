@@ -36,8 +36,8 @@ struct IdentifiedResponse {
     int harmonics = 0;
     double frequency = 0;                                 // Hz
     std::array<std::complex<double>, max_harmonics> h{};  // m/s^2 per V, at the highest level
-    std::array<double, max_harmonics>
-        sd{};  // m/s^2 per V, of the real or imaginary part of h, from the scatter of the windows
+    /// In m/s^2 per V, of the real or imaginary part of h, from the scatter of the windows.
+    std::array<double, max_harmonics> sd{};
     std::array<double, max_harmonics>
         coherence{};                            // 0..1, share of the motion's power explained by the drive
     std::array<double, max_harmonics> floor{};  // m/s^2, scatter of a window's amplitude
@@ -49,8 +49,8 @@ struct IdentifiedResponse {
     /// is reversed.
     double turn = 0;
     std::array<double, 3> axis{};  // shaker axis in sensor axes, mean over the windows of the highest level
-    std::array<calibration::Transverse, max_harmonics>
-        across{};  // motion across the axis, at the highest level
+    /// Motion across the axis, at the highest level.
+    std::array<calibration::Transverse, max_harmonics> across{};
     std::vector<IdentifiedLevel> levels;
     [[nodiscard]] bool polarity_doubtful() const { return std::abs(turn) > 0.25 * two_pi; }
 };

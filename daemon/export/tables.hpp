@@ -19,8 +19,8 @@ struct ExportColumn {
 /// A table that is read in pieces.
 struct ExportTable {
     std::string name;  // "tracks/top/walker"
-    std::vector<ExportColumn>
-        columns;  // without values; each piece has the same number of rows in all columns
+    /// Without values; each piece has the same number of rows in all columns.
+    std::vector<ExportColumn> columns;
     /// Replaces the values by those of the next rows; false at the end. InputError for errors of the file.
     std::function<bool(std::vector<ExportColumn>&)> next;
 };

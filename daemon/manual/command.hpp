@@ -19,8 +19,8 @@ struct ExitStatus {
 
 inline constexpr int exit_ok = 0;
 inline constexpr int exit_failure = 1;  // an error that should not happen
-inline constexpr int exit_input =
-    2;  // command line, settings or a file's content; or data that cannot be reduced
+// Command line, settings or a file's content; or data that cannot be reduced.
+inline constexpr int exit_input = 2;
 inline constexpr int exit_device = 3;         // a device or the disk failed
 inline constexpr int exit_tripped = 5;        // a limit stopped the drive
 inline constexpr int exit_signal = 128;       // plus the number of the signal that ended a run softly
@@ -59,8 +59,8 @@ enum class Kind {
 struct Argument {
     std::string_view name;  // "--gamma"; a positional argument has no dashes: "FILE"
     char letter = 0;        // short form: 'o' for -o; 0: none
-    std::string_view
-        value{};  // name of the value in help: "ACCELERATION"; empty: no value, or the list of words
+    /// Name of the value in help: "ACCELERATION"; empty: no value, or the list of words.
+    std::string_view value{};
     std::string_view help{};  // one line without its full stop
     Kind kind = Kind::flag;
     std::span<const std::string_view> words{};

@@ -306,7 +306,7 @@ std::optional<safety::EdgePermit> OnCall::walk_from_the_edge(
     if (inwards && *edge_mm >= outer_mm) return safety::EdgePermit{*edge_mm, inside_mm, outer_mm};
     std::string reason = *edge_mm < outer_mm ? "move it back by hand" : "bring it to the middle first";
     if (!walk)
-        reason = "its walk is not known: give mu, or " + reason;
+        reason = "its direction cannot be predicted: give mu, or " + reason;
     else if (!inwards)
         reason = fmt::format("{} does not lead inwards by three times its error; try phi + 180 deg, or {}",
                              text(*walk), reason);

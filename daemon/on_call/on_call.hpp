@@ -59,8 +59,8 @@ public:
     void identify(const run::RunOptions& run, acquisition::Channels& channels);
     /// A new set-point of a drive that runs. InputError for a new frequency while a recording is open.
     void set(const Drive& drive, const run::Task& task, acquisition::Channels& channels);
-    /// The run under way is recorded in `file` from its next settling on, which begins as soon as the file is
-    /// open and the drive is steady. Removed when the run ends before. InputError as begin().
+    /// Starts to record the present run when the file is open, the drive is steady and has settled again. If
+    /// the run ends first, the file is deleted. InputError as begin().
     void record(const run::RunOptions& run, const std::filesystem::path& file);
     /// Ends the recording of the run under way, which goes on.
     void end_recording();

@@ -53,7 +53,7 @@ ToMiddle::Way ToMiddle::way(const run::WalkerMonitor& walker, double edge_mm, do
         if (!walk) walk = run::walk_at_usual_friction(drive, g);
         if (walk && run::leads_towards(*walk, direction))
             return {drive, *walk, {.plan = {.periods = 0}, .identifies = !near}};
-        weak = walk ? run::text(*walk) : "its walk is not known";
+        weak = walk ? run::text(*walk) : "its direction cannot be predicted";
     }
     throw InputError{fmt::format(
         "no drive within the limits leads the walker to the middle for certain: {}; correct mu, or "
@@ -77,7 +77,8 @@ bool ToMiddle::over(double now_s, const run::WalkerMonitor& walker, double edge_
     if (way_m < least_way_m_)
         trouble_ = "it went away from the middle: level the base and check the camera's direction";
     else if (!arrives && way_back_.late(now_s))
-        trouble_ = "it does not come: mu is larger than expected, or something holds it";
+        trouble_ =
+            "the walker does not move to the middle: mu is larger than expected, or something holds it";
     if (!arrives && trouble_.empty()) return false;
     state_ = State::stops;
     if (trouble_.empty()) way_back_.leave(now_s, way_m);

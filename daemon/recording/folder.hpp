@@ -29,7 +29,7 @@ h5::FileLock lock_folder(const std::filesystem::path& folder);
 std::string gigabytes(std::uint64_t bytes);
 /// DeviceError when the disk does not answer.
 std::uint64_t free_bytes(const std::filesystem::path& file);
-/// InputError unless `taken` bytes fit besides those that must stay free. taken: of the first pictures.
+/// InputError if less than `stays` + `taken` bytes are free. taken: by the first pictures.
 void require_space(const std::filesystem::path& file, std::uint64_t stays, std::uint64_t taken);
 
 }  // namespace shaker::recording

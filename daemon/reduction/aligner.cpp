@@ -125,7 +125,7 @@ struct Clock {
 
 struct Lag {
     Clock clock;
-    bool compared = false;  // by the motion
+    bool compared = false;  // the clocks were compared by the motion
     calibration::Estimate frequency;
 };
 

@@ -14,9 +14,9 @@ namespace shaker::reduction {
 struct Alignment {
     calibration::Estimate frequency;  // Hz on master time
     calibration::HarmonicFit base;    // of the base's position, m
-    calibration::HarmonicFit
-        acceleration;  // of the base along the shaker's axis, m/s^2, sign as AccelerometerInfo::acceleration;
-                       // the constant is gravity and offset
+    /// Of the base along the shaker's axis, m/s^2, sign as AccelerometerInfo::acceleration; the constant is
+    /// gravity and offset.
+    calibration::HarmonicFit acceleration;
     std::array<double, 3> shaker_axis{};
     std::array<calibration::HarmonicFit, 2> across;  // of the base on the shaker axis' across_axes(), m/s^2
     calibration::Estimate late_s, ppm;               // of the straight line nearest to the clock

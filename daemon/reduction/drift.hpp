@@ -21,8 +21,8 @@ struct Drift {
     ViewsFit motion;                  // of the walker on master time
     std::vector<Residual> residuals;  // of all views, in order of time
     DriftSpread spread;
-    calibration::Estimate
-        residual_m;  // rms of the residuals; sigma: rms of the standard deviations given by the trackers
+    /// Rms of the residuals; sigma: rms of the standard deviations given by the trackers.
+    calibration::Estimate residual_m;
 };
 
 /// Fits x = c_view + v_D t + sum_{q=1..12} harmonics at the drive's frequency (fewer harmonics with few

@@ -14,8 +14,8 @@ public:
         int k = 0;  // index from the start time; gaps are skipped
         int frames = 0;
         double mean_m = 0;  // of the position, interpolated to the period's ends, for any frame times
-        calibration::Estimate
-            drift;  // D in m: mean minus that of the previous period; NaN without it or with missing frames
+        /// D in m: mean minus that of the previous period; NaN without it or with missing frames.
+        calibration::Estimate drift;
     };
 
     /// Periods begin at start_s + k period_s. Positions before start_s are ignored.

@@ -255,4 +255,19 @@ Reduction reduce(Measurement measurement) {
     return out;
 }
 
+std::vector<std::string> doubts_of(const Reduction& r) {
+    std::vector<std::string> doubts;
+    for (const std::string& note : r.notes)
+        if (note.starts_with(alarm_note) || note.find(degraded_note) != std::string::npos)
+            doubts.push_back(note);
+    return doubts;
+}
+
+void set_doubts(Reduction& r) {
+    for (const std::string& note : r.notes) {
+        r.gain_ratio.alarm = r.gain_ratio.alarm || note.starts_with(alarm_note);
+        r.degraded = r.degraded || note.find(degraded_note) != std::string::npos;
+    }
+}
+
 }  // namespace shaker::reduction

@@ -25,8 +25,8 @@ struct PeriodResult {
     int k = 0;       // index from the first whole period in the data
     double t_s = 0;  // master time of its start
     int frames = 0;  // number of walker positions
-    calibration::Estimate
-        drift;  // D in m: mean position of this period minus that of the previous one; NaN in the first
+    /// D in m: mean position of this period minus that of the previous one; NaN in the first.
+    calibration::Estimate drift;
     calibration::Estimate gamma;  // m/s^2, from the accelerometer samples of this period alone
     calibration::Estimate phi;    // rad
 };
@@ -75,8 +75,8 @@ struct Reduction {
     int frames = 0;                          // walker positions used, all views
     int frames_lost = 0;
     std::vector<StickInterval> stick;
-    double shortest_visible_stick =
-        NAN;  // units of the period, 0..1; of those that were not found (stick.hpp)
+    /// In units of the period, 0..1; of those that were not found (stick.hpp).
+    double shortest_visible_stick = NAN;
     std::vector<PeriodResult> periods;
     Cycle cycle;
     int samples = 0;                 // accelerometer samples in the time of the cameras
@@ -85,6 +85,12 @@ struct Reduction {
                                      // motion (unseen_motion.hpp): do not rely on the result
     std::vector<std::string> notes;  // for the operator, one sentence each
 };
+
+/// The notes that question a result: alarms of the bench check, and why it is degraded.
+std::vector<std::string> doubts_of(const Reduction& r);
+/// Sets `degraded` and the alarm of the bench check as the notes have it, which are all that a recording
+/// keeps.
+void set_doubts(Reduction& r);
 
 /// Reduces a run. Throws InputError when the data are insufficient: fewer than two periods in common, no
 /// walker, no base. Deterministic. Move the measurement in to avoid a copy: an hour takes 0.8 GB.

@@ -22,8 +22,8 @@ bool mirrored(const Drive& a, const Drive& b);
 /// A point and the newest earlier one with the same drive at phi + pi. By symmetry, the drift on a level
 /// bench changes its sign.
 struct MirrorPair {
-    calibration::Estimate
-        drift;  // (v(phi) - v(phi + pi)) / 2 at the newer point's phi, m/s: without the effect of tilt
+    /// (v(phi) - v(phi + pi)) / 2 at the newer point's phi, m/s: without the effect of tilt.
+    calibration::Estimate drift;
     calibration::Estimate common;  // (v(phi) + v(phi + pi)) / 2, m/s: zero on a level bench
 };
 /// For the newest point; empty until its partner (phi + pi) has been measured. Points in order of time.

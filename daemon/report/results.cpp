@@ -7,12 +7,15 @@
 #include <nlohmann/json.hpp>
 #include <numbers>
 
+#include "daemon/reduction/quantities.hpp"
 #include "daemon/report/printing.hpp"
 #include "drivers/with_error.hpp"
 
 namespace shaker::report {
 
 namespace {
+
+using reduction::Quantity;
 
 constexpr double deg = 180 / std::numbers::pi;
 
@@ -45,10 +48,17 @@ std::string with_systematic(std::string text, double error, double scale) {
     return text + fmt::format(" +- {:.2g} systematic\n", scale * error);
 }
 
+std::string line(const Quantity& q, const reduction::Reduction& r) {
+    const calibration::Estimate e = q.of(r);
+    if (q.words.empty() || (q.when_known && !std::isfinite(e.value))) return {};
+    const std::string text = line(std::string{q.words}, e, q.scale, std::string{q.shown});
+    return with_systematic(text, q.systematic ? q.systematic(r) : NAN, q.scale);
+}
+
 // Accelerometer and cameras compared, and the tilt.
 std::string check_text(const reduction::Reduction& r) {
     const reduction::GainRatio& g = r.gain_ratio;
-    std::string s = with_systematic(line("camera / accelerometer", g.ratio, 1, ""), g.systematic, 1);
+    std::string s = line(reduction::quantity("bench_check"), r);
     if (g.views.size() > 1)
         for (const reduction::ViewRatio& v : g.views)
             s += with_systematic(line("  " + v.view, v.ratio, 1, ""), v.scale_error > 0 ? v.scale_error : NAN,
@@ -90,15 +100,8 @@ std::string no_stick_text(double shortest_visible) {
 std::string results_text(const reduction::Reduction& r) {
     std::string s = r.degraded ? "degraded, do not rely on it" : "as measured";
     s += " (+- one standard error):\n";
-    s += with_systematic(line("v_D", r.v_D, 1e3, "mm/s"), r.systematic.v_D, 1e3);
-    if (std::isfinite(r.v_D_settled.value)) s += line("v_D, settled", r.v_D_settled, 1e3, "mm/s");
-    s += with_systematic(line("D", r.D, 1e3, "mm a period"), r.systematic.D, 1e3);
-    s += with_systematic(line("efficiency", r.efficiency, 1, ""), r.systematic.efficiency, 1);
-    s += line("frequency", r.frequency, 1, "Hz");
-    s += with_systematic(line("gamma", r.gamma, 1, "m/s^2"), r.systematic.gamma, 1);
-    s += line("rho", r.rho, 1, "");
-    s += line("phi", r.phi, deg, "deg");
-    s += with_systematic(line("V_RMS", r.v_rms, 1e3, "mm/s"), r.systematic.v_rms, 1e3);
+    for (const Quantity& q : reduction::quantities)
+        if (!q.checks) s += line(q, r);
     for (const reduction::MeasuredHarmonic& h : r.harmonics)
         if (h.q > 2 && h.amplitude.value > 3 * h.amplitude.sigma)
             s += line(fmt::format("harmonic {}", h.q), h.amplitude, 100 / r.gamma.value, "% of gamma");
@@ -109,8 +112,8 @@ std::string results_text(const reduction::Reduction& r) {
         deg * std::acos(std::min(1.0, std::max({std::abs(u[0]), std::abs(u[1]), std::abs(u[2])}))));
     s += across_text(r);
     s += check_text(r);
-    s += line("accelerometer late", r.delay_s, 1e3, "ms");
-    s += line("accelerometer clock", r.accelerometer_ppm, 1, "ppm");
+    s += line(reduction::quantity("delay"), r);
+    s += line(reduction::quantity("accelerometer_ppm"), r);
     s += line("position residual", {r.fit_residual_x_m.value, NAN}, 1e6, "um rms");
     s += fmt::format("  {:<22}{:>24}\n", "frames used / lost",
                      fmt::format("{} / {}", r.frames, r.frames_lost));
@@ -134,20 +137,14 @@ std::vector<std::string> notes_on(const std::vector<DeviceReport>& devices) {
 
 namespace {
 
-// Systematic errors are null without a calibration.
 void put_check(const reduction::Reduction& r, nlohmann::json& j) {
     const auto error = [](const calibration::Estimate& e) { return e.sigma; };
-    const reduction::Systematic& s = r.systematic;
-    j["v_D_systematic_mps"] = s.v_D;
-    j["D_systematic_m"] = s.D;
-    j["gamma_systematic_mps2"] = s.gamma;
-    j["V_RMS_systematic_mps"] = s.v_rms;
-    j["efficiency_systematic"] = s.efficiency;
     const reduction::GainRatio& g = r.gain_ratio;
     nlohmann::json views = nlohmann::json::array();
     for (const reduction::ViewRatio& v : g.views)
         views.push_back({{"camera", v.view}, {"ratio", v.ratio.value}, {"ratio_se", error(v.ratio)}});
-    j["bench_check"] = {{"ratio", g.ratio.value},
+    j["bench_check"] = {{"alarm", g.alarm},
+                        {"ratio", g.ratio.value},
                         {"ratio_se", error(g.ratio)},
                         {"ratio_systematic", g.systematic},
                         {"second_over_first", g.second_over_first.value},
@@ -167,22 +164,16 @@ std::string results_json(const reduction::Reduction& r, const std::map<std::stri
     nlohmann::json j;
     if (!trips.empty()) j["trips"] = list_of(trips);
     for (const auto& [key, value] : more) j[key] = value;
-    const auto put = [&](const char* key, const char* se_key, const calibration::Estimate& e) {
-        j[key] = e.value;
-        j[se_key] = e.sigma;
-    };
-    put("v_D_mps", "v_D_se_mps", r.v_D);
-    put("v_D_settled_mps", "v_D_settled_se_mps", r.v_D_settled);
-    put("D_m", "D_se_m", r.D);
-    put("frequency_hz", "frequency_se_hz", r.frequency);
-    put("gamma_mps2", "gamma_se_mps2", r.gamma);
-    put("rho", "rho_se", r.rho);
-    put("phi_rad", "phi_se_rad", r.phi);
-    put("V_RMS_mps", "V_RMS_se_mps", r.v_rms);
-    put("efficiency", "efficiency_se", r.efficiency);
-    put("accelerometer_late_s", "accelerometer_late_se_s", r.accelerometer_late_s);
-    put("accelerometer_ppm", "accelerometer_ppm_se", r.accelerometer_ppm);
-    put("delay_s", "delay_se_s", r.delay_s);
+    for (const Quantity& q : reduction::quantities) {
+        if (&q == &reduction::quantity("bench_check")) continue;  // an object, below
+        const calibration::Estimate e = q.of(r);
+        const auto put = [&](const char* part, double value) {
+            j[std::string{q.name}.append(part).append(q.suffix)] = value;
+        };
+        put("", e.value);
+        put("_se", e.sigma);
+        if (q.systematic) put("_systematic", q.systematic(r));  // null without a calibration
+    }
     put_check(r, j);
     j["shaker_axis"] = r.shaker_axis;
     j["position_residual_m"] = r.fit_residual_x_m.value;

@@ -35,8 +35,8 @@ struct Limits {
     double coil_A_per_V = 0;      // A in the coil per V at the DAC; 0: unknown, the heat is not checked
     double coil_time_s = 120;     // s, thermal time constant of the coil
     double force_n = std::numeric_limits<double>::infinity();  // N, peak; compared with predictions only
-    double sensor_range_mps2 =
-        std::numeric_limits<double>::infinity();  // m/s^2; a sample at or beyond it is saturated
+    /// In m/s^2; a sample at or beyond it is saturated.
+    double sensor_range_mps2 = std::numeric_limits<double>::infinity();
     /// mm, least distance of the walker from the edge of the picture; negative: the walker may leave it.
     double edge_mm = 5;
     int tracking_lost_frames = 20;  // consecutive frames

@@ -98,8 +98,8 @@ void PredictedMotion::weigh() noexcept {
 
 // The larger of the transients of the newest change and of those before it.
 double PredictedMotion::slack_at(double x) const noexcept {
-    const double settling =
-        newest_ ? newest_->settling_s * rate_hz_ * newest_->dac_per_tick : 0;  // DAC samples
+    // DAC samples.
+    const double settling = newest_ ? newest_->settling_s * rate_hz_ * newest_->dac_per_tick : 0;
     if (!(settling > 0)) return 0;
     double slack = 0;
     if (change_rms_ > 0) {

@@ -13,8 +13,8 @@ namespace {
 constexpr double mean_s = 4;            // time constant of the mean (gravity and offset)
 constexpr double integral_periods = 2;  // time constant of the leaky integrals
 constexpr double settled = 6;           // time constants until an integral is valid
-constexpr double peak_periods =
-    8;  // time constant of the peak along the axis, the reference of transverse motion
+// Time constant of the peak along the axis, the reference of transverse motion.
+constexpr double peak_periods = 8;
 constexpr double gravity_known_s = 0.25;     // the mean is valid after this time
 constexpr double least_gravity = 4;          // m/s^2 across the axis; a smaller one is not checked
 constexpr double most_gravity_change = 0.4;  // share of gravity across the axis

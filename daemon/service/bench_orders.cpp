@@ -26,6 +26,9 @@ constexpr int longest_measurement_s = 100;
 constexpr std::size_t most_orders = 16;  // in a step
 constexpr std::size_t most_held = 64;    // behind an order that waits; a stop behind them is still read
 
+// Length of the view along the shaker's axis; NaN: not known.
+double view_m(const WalkerState& walker) { return std::abs(walker.right_m - walker.left_m); }
+
 std::string allowed_pictures(recorded::KeptPictures opened) {
     std::string words;
     for (std::size_t i = 0; i < recorded::kept_pictures_words.size(); ++i)
@@ -204,7 +207,8 @@ template <>
 void BenchService::obey(const MeasurePlan& order, acquisition::Channels& channels) {
     on_call_.require_idle("a campaign", channels);
     require_name("plan", order.name);
-    campaign_.prepare(order.name, order.text, run_);
+    const auto state = bench_port_.state();
+    campaign_.prepare(order.name, order.text, run_, state && state->walker ? view_m(*state->walker) : NAN);
     rest_ = [this](acquisition::Channels& now) {
         return campaign_.begin([&] { on_call_.require_idle("a campaign", now); });
     };
@@ -214,12 +218,12 @@ template <>
 void BenchService::obey(const CheckPlan& order, acquisition::Channels& /*channels*/) {
     require_name("plan", order.name);
     const auto state = bench_port_.state();
-    if (!state || !state->walker || std::isnan(state->walker->right_m - state->walker->left_m))
+    if (!state || !state->walker || std::isnan(view_m(*state->walker)))
         throw InputError{"a plan cannot be checked before the cameras have shown the walker"};
     const WalkerState& walker = *state->walker;
     campaign_.check(
         order.name, order.text,
-        {.view_m = std::abs(walker.right_m - walker.left_m),
+        {.view_m = view_m(walker),
          .place_m = walker.x_m - 0.5 * (walker.left_m + walker.right_m),
          .bytes_per_s = state->outlook.sizes.at(static_cast<std::size_t>(run_.pictures)).bytes_per_s});
     rest_ = [this](acquisition::Channels& /*channels*/) { return campaign_.read(); };

@@ -29,17 +29,17 @@ BenchService::BenchService(run::Runner& runner, const BenchServiceSettings& sett
     : runner_{runner},
       bench_{runner.bench()},
       collector_{runner.collector()},
-      run_{runner.options()},
-      opened_{run_.pictures},
       bench_port_{bench_port},
       on_call_{runner, settings.beside},
-      filed_limits_{on_call_.limits()},
       sequence_{runner.sequence()},
       record_{runner.recordings()},
       report_{std::make_unique<StateBuilder>(bench_, collector_, sequence_, bench_port.feed())},
-      live_mu_{bench_.gravity, settings.beside},
       campaign_{runner, on_call_, settings.beside, settings.plans,
                 [this](const std::string& text) { log("campaign", text); }},
+      run_{runner.options()},
+      opened_{run_.pictures},
+      filed_limits_{on_call_.limits()},
+      live_mu_{bench_.gravity, settings.beside},
       disk_{"disk", settings.beside} {
     disk_.grant();
     BenchFacts facts{.rig = bench_.rig.name,
@@ -61,6 +61,10 @@ BenchService::BenchService(run::Runner& runner, const BenchServiceSettings& sett
 
 BenchService::~BenchService() = default;
 
+// The data come first, so that orders meet the state of now: an order given after a trip is refused. Outcomes
+// come before the campaign's next order, which depends on them, and all orders before OnCall::follow(), which
+// opens and ends their recordings. The states are followed last, so that the log has this step's changes, and
+// then what ends by itself: a task, the way to the middle, a campaign, the program.
 bool BenchService::step(const acquisition::Streams& streams, acquisition::Channels& channels) {
     const bool any = on_call_.take(streams, channels);
     report_->feed(streams);
@@ -103,6 +107,9 @@ void BenchService::take_outcome() {
             log("note", "a measurement could not be reduced: " + not_reduced_);
             continue;
         }
+        for (const std::string& doubt : doubts_of(*m->reduction))
+            if (warned_.insert(doubt.substr(0, doubt.find_first_of("0123456789"))).second)
+                log("warning", fmt::format("measurement from {:.3f} s: {}", part.from_s, doubt));
         result_ = m->reduction;
         origin_ = {origin_.number + 1, m->measurement.asked, part.from_s, part.to_s};
         not_reduced_.clear();

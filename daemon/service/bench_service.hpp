@@ -45,6 +45,8 @@ public:
 
     /// Processes new data, answers at most 16 orders and publishes the state. False when no data arrived.
     bool step(const acquisition::Streams& streams, acquisition::Channels& channels);
+    /// Measures a campaign without the order of a client. Before the first step.
+    void measure(campaign::PreparedSession prepared) { campaign_.begin(std::move(prepared)); }
     /// Publishes an answer to a request for real time besides those of the runner. Before the first step.
     void publish_grant(acquisition::RealTimeGrant grant) { grants_.push_back(std::move(grant)); }
     /// Requests the end: a soft stop, then recordings are finished, then done(). Orders that start, change or
@@ -89,57 +91,67 @@ private:
     void log(const std::string& kind, const std::string& text, std::string key = {});
     void publish();
 
+    // The bench.
     const run::Runner& runner_;
     bench::Bench& bench_;
     acquisition::Collector& collector_;
-    run::RunOptions run_;
-    std::vector<acquisition::RealTimeGrant> grants_;
-    recorded::KeptPictures opened_;  // pictures for which the cameras were opened
     BenchPort& bench_port_;
     on_call::OnCall on_call_;
-    safety::Limits filed_limits_;  // in the settings files when they were last read
     run::Sequence& sequence_;
     run::Recordings& record_;
     std::unique_ptr<StateBuilder> report_;
-    bool armed_ = false;     // a set-point was ordered since the last drive
-    bool recorded_ = false;  // the next run is recorded
-    std::string name_;       // of the next recording; empty: a name from the time
-    std::uint64_t answered_ = 0;
-    std::uint64_t aborts_seen_ = 0;              // Channels::aborts before the present order was checked
-    run::RunState state_ = run::RunState::init;  // of the sequence, at the last step
-    run::RunState shown_ = run::RunState::init;  // published, at the last step
-    double finished_s_ = 0;                      // master time at which the state finishing ended
-    std::size_t logged_notes_ = 0;
-    std::array<std::uint64_t, safety::causes> warnings_{};  // counts at the last step
-    std::set<std::string> warned_;                          // causes that were logged in this run
-    std::uint64_t not_learned_ = 0;                         // count that was logged
-    std::vector<std::string> not_found_;                    // of each camera, as logged
-    std::shared_ptr<const reduction::Reduction> result_;
-    ResultOrigin origin_;           // of result_; its number continues when a new run removes the result
-    std::string not_reduced_;       // reason; empty when the newest measurement was reduced
-    double measured_from_s_ = NAN;  // master time of the newest measurement, reduced or not
-    std::shared_ptr<const BenchFacts> facts_;
-    std::vector<reduction::DrivenPoint> points_;
-    std::vector<recording::MeasuredPart> parts_;
-    std::optional<reduction::MirrorPair> mirror_;
-    std::optional<reduction::NullPhase> null_;
-    std::vector<double> closed_form_;
-    LiveMu live_mu_;
     on_call::ToMiddle to_middle_;
     CampaignHost campaign_;
-    calibration::Estimate mu_;
-    std::vector<safety::Demand> predicted_;
-    std::optional<run::PredictedWalk> walk_;  // at the set-point
-    std::shared_ptr<const control::IdentifiedResponse> response_;
-    std::atomic<bool> leaving_{false};
-    bool done_ = false, changed_ = true;
+
+    // Written by orders.
+    run::RunOptions run_;                  // a campaign writes its drive, too
+    const recorded::KeptPictures opened_;  // pictures for which the cameras were opened
+    safety::Limits filed_limits_;          // in the settings files when they were last read
+    bool armed_ = false;                   // a set-point was ordered since the last drive
+    bool recorded_ = false;                // the next run is recorded
+    std::string name_;                     // of the next recording; empty: a name from the time
+    std::shared_ptr<const BenchFacts> facts_;
+    std::uint64_t answered_ = 0;
+    std::uint64_t aborts_seen_ = 0;                // Channels::aborts before the present order was checked
     Rest rest_;                                    // of the order that is obeyed now; empty: none
     std::vector<std::pair<Order, Rest>> waiting_;  // in their order
     std::deque<Order> held_;                       // given after an order that waits
     std::vector<Order> voided_;                    // by an order to stop, which came after them
+    std::atomic<bool> leaving_{false};             // by any thread
+
+    // Written by finished measurements.
+    std::shared_ptr<const reduction::Reduction> result_;
+    ResultOrigin origin_;           // of result_; its number continues when a new run removes the result
+    std::string not_reduced_;       // reason; empty when the newest measurement was reduced
+    double measured_from_s_ = NAN;  // master time of the newest measurement, reduced or not
+    std::vector<reduction::DrivenPoint> points_;
+    std::vector<recording::MeasuredPart> parts_;
+    std::optional<reduction::MirrorPair> mirror_;
+    std::optional<reduction::NullPhase> null_;
+    LiveMu live_mu_;
+    calibration::Estimate mu_;  // by an order until measurements give it
+    std::vector<double> closed_form_;
+
+    // Follow from the set-point.
+    std::vector<safety::Demand> predicted_;
+    std::optional<run::PredictedWalk> walk_;
+
+    // As seen, logged or published at the last step.
+    run::RunState state_ = run::RunState::init;  // of the sequence
+    run::RunState shown_ = run::RunState::init;
+    double finished_s_ = 0;  // master time at which the state finishing ended
+    std::shared_ptr<const control::IdentifiedResponse> response_;
+    std::size_t logged_notes_ = 0;
+    std::array<std::uint64_t, safety::causes> warnings_{};
+    std::set<std::string> warned_;        // causes and doubts that were logged in this run
+    std::uint64_t not_learned_ = 0;       // count that was logged
+    std::vector<std::string> not_found_;  // of each camera, as logged
     double published_s_ = 0, trip_s_ = 0;
     std::string trip_file_;  // see BenchState
     std::vector<PictureState> trip_pictures_;
+    std::vector<acquisition::RealTimeGrant> grants_;
+    bool done_ = false, changed_ = true;
+
     Beside disk_;  // the last member: its work ends first
 };
 

@@ -173,9 +173,11 @@ struct CampaignState {
     bool active = false;   // false: it has ended, and its table is written
     std::string doing{};   // "measuring", "returning", "changing", "paused", "ended", "interrupted"
     bool paused = false;
+    bool waits = false;  // paused, and nothing happens before a person gives a word
     std::size_t points = 0, ended = 0;
+    int number = 0;          // of the point in progress or next; 0: none
     std::string point{};     // in progress or next, in words; empty at the end
-    double left_s = NAN;     // by the mean time of the points so far; NaN: not known
+    double left_s = NAN;     // as predicted and corrected by the points so far; NaN: no campaign is measured
     std::string newest{};    // newest event in words
     std::string known_mu{};  // with a target for mu: what is known of it
 };
@@ -211,8 +213,8 @@ struct BenchState {
     bool locked = false;  // all controlled harmonics are at their targets
     bool measuring = false;
     OutlookState outlook;
-    std::optional<ProgressState>
-        progress;  // empty: nothing is driven, or the walker is brought to the middle
+    /// Empty: nothing is driven, or the walker is brought to the middle.
+    std::optional<ProgressState> progress;
     std::vector<GaugeState> gauges;
     bool to_middle = false;  // the walker is being brought to the middle of the picture
     std::shared_ptr<const control::IdentifiedResponse> response;  // null before an identification

@@ -26,14 +26,13 @@ std::string not_written(const campaign::Session& session, const std::string& why
         session.folder().string(), why, session.folder().string());
 }
 
-std::string finish(campaign::Session& session, const campaign::CampaignChange& last) try {
-    const campaign::PointsTable table = session.finish(last);
-    const auto measured =
-        std::ranges::count(table.points, campaign::outcome_words[0], &campaign::PointRow::outcome);
-    return fmt::format("{}: {} of {} points measured; points table: {}", last.reason, measured,
-                       table.points.size(), (session.folder() / campaign::table_name).string());
+std::vector<std::string> finish(campaign::Session& session, const campaign::CampaignChange& last) try {
+    std::vector<std::string> sentences = session.summary(session.finish(last));
+    sentences.front() = last.reason + ": " + sentences.front();
+    sentences.push_back("points table: " + (session.folder() / campaign::table_name).string());
+    return sentences;
 } catch (const std::exception& e) {
-    return not_written(session, e.what());
+    return {not_written(session, e.what())};
 }
 
 PlanCheckState in_short(const std::string& name, const campaign::PlanCheck& check) {
@@ -142,7 +141,8 @@ void CampaignHost::take(Listed&& listed) {
     log_(state_.newest);
 }
 
-void CampaignHost::prepare(const std::string& name, const std::string& text, const run::RunOptions& run) {
+void CampaignHost::prepare(const std::string& name, const std::string& text, const run::RunOptions& run,
+                           double view_m) {
     if (finishing_.valid())
         throw InputError{"the table of the last campaign is being written; give the order again in a moment"};
     const bench::Bench& bench = runner_.bench();
@@ -156,7 +156,8 @@ void CampaignHost::prepare(const std::string& name, const std::string& text, con
                                   .plan = text.empty() ? campaign::plan_text(plans_, name) : text,
                                   .plan_file = name,
                                   .run = run,
-                                  .beside = beside_},
+                                  .beside = beside_,
+                                  .view_m = view_m},
                                  bench, recording_s);
     });
     preparing_name_ = name;
@@ -168,6 +169,12 @@ bool CampaignHost::begin(const std::function<void()>& may) {
     campaign::PreparedSession prepared = preparing_.get();
     if (cancelled_) throw InputError{"the campaign was stopped before it began"};
     may();
+    begin(std::move(prepared));
+    return true;
+}
+
+void CampaignHost::begin(campaign::PreparedSession prepared) {
+    const std::string name = prepared.settings.plan_file;
     session_ = std::make_shared<campaign::Session>(
         runner_, on_call_, std::move(prepared), [this](const campaign::Event& event, double /*now_s*/) {
             const std::string words = campaign::text(event, session_->engine(), session_->points());
@@ -177,10 +184,9 @@ bool CampaignHost::begin(const std::function<void()>& may) {
         });
     leaving_ = false;
     const std::filesystem::path folder = session_->folder();
-    state_ = {.name = preparing_name_, .title = session_->plan().title, .folder = folder.filename().string()};
+    state_ = {.name = name, .title = session_->plan().title, .folder = folder.filename().string()};
     log_(fmt::format("{} begins: {} points, folder {}", state_.name, session_->points().size(),
                      folder.string()));
-    return true;
 }
 
 void CampaignHost::obey(campaign::Word word) {
@@ -204,7 +210,7 @@ void CampaignHost::take(const run::FinishedRun& run) {
 }
 
 void CampaignHost::follow(bool leaving) {
-    if (is_ready(finishing_)) log_(finishing_.get());
+    if (is_ready(finishing_)) log_end();
     if (is_ready(checking_)) take_check();
     if (!session_) return;
     session_->campaign().follow();
@@ -228,7 +234,11 @@ void CampaignHost::end(bool leaving) {
         log_(not_written(*session_, e.what()));
     }
     session_.reset();
-    if (!beside_) log_(finishing_.get());
+    if (!beside_) log_end();
+}
+
+void CampaignHost::log_end() {
+    for (const std::string& sentence : finishing_.get()) log_(sentence);
 }
 
 std::optional<CampaignState> CampaignHost::state() {
@@ -242,10 +252,12 @@ std::optional<CampaignState> CampaignHost::state() {
     s.doing = engine.doing();
     s.paused = engine.paused();
     s.known_mu = engine.known_mu();
-    if (const campaign::Point* p = engine.point()) s.point = campaign::place(*p);
-    const campaign::BenchTime& time = session_->campaign().time();
-    if (s.ended > 0 && s.known_mu.empty())
-        s.left_s = time.sum() / static_cast<double>(s.ended) * static_cast<double>(s.points - s.ended);
+    s.waits = session_->campaign().waits_for_a_person();
+    if (const campaign::Point* p = engine.point()) {
+        s.number = p->id;
+        s.point = campaign::place(*p);
+    }
+    s.left_s = session_->left_s();
     return s;
 }
 

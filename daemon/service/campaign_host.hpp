@@ -33,11 +33,14 @@ public:
 
     /// Reads a plan and makes its folder beside the recordings, NAME-<time>, in a thread of its own. text: of
     /// the plan; empty: that of the plan with this name. InputError while another campaign is under way.
-    void prepare(const std::string& name, const std::string& text, const run::RunOptions& run);
+    /// view_m: length of the view, for the predicted time; NaN: not known.
+    void prepare(const std::string& name, const std::string& text, const run::RunOptions& run, double view_m);
     /// Begins the campaign that was prepared; false while it is being prepared. may: throws when it may not
     /// begin now. InputError for a plan that cannot be read or is beyond the limits, and after cancel();
     /// DeviceError when the disk fails.
     bool begin(const std::function<void()>& may);
+    /// Begins a campaign at once, before the first step.
+    void begin(campaign::PreparedSession prepared);
     [[nodiscard]] bool prepares() const noexcept { return preparing_.valid(); }
     void cancel() noexcept { cancelled_ = true; }
     /// What the check of a plan needs from the cameras and the disk.
@@ -82,6 +85,7 @@ public:
 private:
     void end(bool leaving);
     void take_check();
+    void log_end();
 
     run::Runner& runner_;
     on_call::OnCall& on_call_;
@@ -100,7 +104,7 @@ private:
     bool cancelled_ = false;
     std::future<campaign::PreparedSession> preparing_;
     std::future<Listed> listing_;
-    std::future<std::string> finishing_;  // sentence for the log
+    std::future<std::vector<std::string>> finishing_;  // sentences for the log
     std::optional<PlanCheckState> checked_, checked_before_;
     std::future<void> reading_;  // of the plan that is checked
     std::future<PlanCheckState> checking_;

@@ -14,8 +14,8 @@ struct BenchEvent {
     std::uint64_t number = 0;  // counts from 1; a row that was changed has a new number
     std::uint64_t id = 0;      // its first number
     double t_s = 0;            // master time of the first event of the row
-    std::string
-        kind;  // "state", "note", "trip", "order", "setting", "campaign", "remark", "warning" or "settings"
+    /// "state", "note", "trip", "order", "setting", "campaign", "remark", "warning" or "settings".
+    std::string kind;
     std::string text;  // of the first event; then the number of further ones, with their times
 };
 
@@ -23,8 +23,8 @@ class EventLog {
 public:
     static constexpr std::size_t most_rows = 60;  // of each kind
     static constexpr std::size_t most_alike = 8;  // rows with one key
-    static constexpr double flood_s =
-        1;  // consecutive alike events at smaller distances share a row; master time
+    /// Consecutive alike events at smaller distances share a row; master time.
+    static constexpr double flood_s = 1;
 
     /// t_s: master time, s. key: events of one kind and key are alike; empty: the text. When there are more
     /// than most_alike rows of a key, the first and the newest remain, and the first has the count.

@@ -112,7 +112,7 @@ constexpr Published rows[] = {
     {"/campaign/ended", "CAMPaign:ENDed", "campaign_points_ended", "", "points that have ended",
      [](State s) { return of_campaign(s, [](const auto& c) { return std::uint64_t{c.ended}; }); }},
     {"/campaign/left_s", "CAMPaign:LEFT", "campaign_left_seconds", "s",
-     "expected time left, by the mean of the points so far",
+     "expected time left, as predicted and corrected by the points so far",
      [](State s) { return of_campaign(s, [](const auto& c) { return c.left_s; }); }},
     // recording
     {"/session/record_next", nullptr, nullptr, "", "1: the next run is recorded",

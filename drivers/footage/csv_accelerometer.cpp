@@ -74,6 +74,7 @@ public:
     }
 
     [[nodiscard]] AccelerometerInfo info() const override { return info_; }
+    [[nodiscard]] DeviceCounts counts() const noexcept override { return {.taken = taken_, .lost = lost_}; }
 
     bool read(AccelBlock& block, std::chrono::milliseconds) override {
         if (ended()) return false;
@@ -81,6 +82,7 @@ public:
         block.first = AccelTick{ticks_[next_]};
         const bool gap = next_ > 0 && ticks_[next_] != ticks_[next_ - 1] + 1;
         block.quality = gap ? Quality::gap : Quality::good;
+        if (gap) lost_ += static_cast<std::uint64_t>(ticks_[next_] - ticks_[next_ - 1] - 1);
         std::size_t size = 0;
         const auto in_a_row = [&] {
             return ticks_[next_ + size] == block.first.n + static_cast<std::int64_t>(size);
@@ -91,6 +93,7 @@ public:
         }
         block.size = static_cast<int>(size);
         next_ += size;
+        taken_ += size;
         const double last_s = info_.first_sample_s + duration_s(ticks_[next_ - 1], info_.rate_hz);
         block.arrived = HostTime{std::chrono::nanoseconds{std::llround(1e9 * last_s)}};
         return true;
@@ -104,6 +107,7 @@ private:
     std::vector<std::int64_t> ticks_;
     std::vector<std::array<std::int32_t, 3>> counts_;
     std::size_t next_ = 0;
+    std::atomic<std::uint64_t> taken_{0}, lost_{0};
     std::atomic<bool> stopped_ = false;
 };
 

@@ -44,6 +44,7 @@ public:
     }
 
     [[nodiscard]] const View& view() const override { return view_; }
+    [[nodiscard]] DeviceCounts counts() const noexcept override { return {.taken = taken_, .lost = lost_}; }
     [[nodiscard]] bool ended() const noexcept override { return stopped_ || !more_; }
     void stop() noexcept override { stopped_ = true; }
 
@@ -57,6 +58,8 @@ public:
         frame->quality = exposure.tick > last_tick_ + 1 ? Quality::gap : Quality::good;
         frame->mid_exposure = time;
         frame->arrived = HostTime{std::chrono::nanoseconds{std::llround(1e9 * seconds(time))}};
+        if (given_ > 0) lost_ += static_cast<std::uint64_t>(exposure.tick - last_tick_ - 1);
+        ++taken_;
         last_tick_ = exposure.tick;
         const PictureFormat format = media_->format();
         frame->width = format.width;
@@ -102,6 +105,7 @@ private:
     Picture ahead_;
     bool more_ = false;
     std::int64_t given_ = 0, last_tick_ = -1;
+    std::atomic<std::uint64_t> taken_{0}, lost_{0};
     std::atomic<bool> stopped_ = false;
 };
 

@@ -22,8 +22,8 @@ struct AskedDrive {
 
 struct LabCamera {
     std::filesystem::path file;
-    std::optional<std::filesystem::path>
-        times;  // table with a column t_s, one row per frame: middle of its exposure
+    /// Table with a column t_s, one row per frame: middle of its exposure.
+    std::optional<std::filesystem::path> times;
     std::optional<double> frame_rate_hz;  // of the exposures; empty: by the stamps or the header of the file
     double first_exposure_s = 0;          // middle of frame 0's exposure; ignored if there is a table `times`
     View view;

@@ -89,8 +89,8 @@ struct RecordingHeader {
     std::string kind;    // "run": by shakerd; "trip": the end of a run; "session": recorded elsewhere
     std::string config;  // settings as TOML
     std::string rig;     // TOML: a simulated scene, or the rig file of real devices
-    std::string
-        started;  // ISO 8601 with offset; simulated run: the epoch, so that equal runs give equal files
+    /// ISO 8601 with offset; simulated run: the epoch, so that equal runs give equal files.
+    std::string started;
     std::string identifier;           // unique to this recording; may be empty
     std::string user, sample;         // names, for NeXus; may be empty
     double frequency_hz = 0;          // nominal

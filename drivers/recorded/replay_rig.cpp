@@ -1,3 +1,4 @@
+#include <atomic>
 #include <optional>
 
 #include "drivers/errors.hpp"
@@ -7,6 +8,21 @@
 namespace shaker::recorded {
 
 namespace {
+
+/// Samples or pictures that were delivered, and those missing between. counts(): any thread.
+class Delivered {
+public:
+    void add(std::int64_t first, std::int64_t size) noexcept {
+        if (next_ && first > *next_) lost_ += static_cast<std::uint64_t>(first - *next_);
+        next_ = first + size;
+        taken_ += static_cast<std::uint64_t>(size);
+    }
+    [[nodiscard]] DeviceCounts counts() const noexcept { return {.taken = taken_, .lost = lost_}; }
+
+private:
+    std::optional<std::int64_t> next_;
+    std::atomic<std::uint64_t> taken_{0}, lost_{0};
+};
 
 class RecordedAccelerometer final : public Accelerometer {
 public:
@@ -21,6 +37,7 @@ public:
                              " values, its blocks have 3 x " + std::to_string(samples)};
     }
     [[nodiscard]] AccelerometerInfo info() const override { return info_; }
+    [[nodiscard]] DeviceCounts counts() const noexcept override { return read_.counts(); }
     bool read(AccelBlock& block, std::chrono::milliseconds) override {
         if (ended()) return false;
         const RawBlock& head = blocks_[next_];
@@ -30,16 +47,19 @@ public:
             for (std::size_t k = 0; k < 3; ++k) block.counts[i][k] = counts_[3 * (sample_ + i) + k];
         sample_ += n;
         ++next_;
+        read_.add(head.first.n, static_cast<std::int64_t>(n));
         return true;
     }
-    [[nodiscard]] bool ended() const noexcept override { return next_ >= blocks_.size(); }
-    void stop() noexcept override { next_ = blocks_.size(); }
+    [[nodiscard]] bool ended() const noexcept override { return stopped_ || next_ >= blocks_.size(); }
+    void stop() noexcept override { stopped_ = true; }
 
 private:
     AccelerometerInfo info_;
     std::vector<std::int32_t> counts_;
     std::vector<RawBlock> blocks_;
     std::size_t next_ = 0, sample_ = 0;
+    Delivered read_;
+    std::atomic<bool> stopped_{false};
 };
 
 class RecordedCamera final : public Camera {
@@ -53,6 +73,7 @@ public:
         if (!tick_.empty()) pictures_.emplace(pictures_folder(r.file()), view.camera);
     }
     [[nodiscard]] const View& view() const override { return view_; }
+    [[nodiscard]] DeviceCounts counts() const noexcept override { return read_.counts(); }
     FramePtr read(std::chrono::milliseconds) override {
         if (ended()) return nullptr;
         const std::string which =
@@ -65,10 +86,11 @@ public:
             throw InputError{which + " belongs to frame " + std::to_string(frame->tick.n) +
                              ", not to frame " + std::to_string(tick_[next_])};
         ++next_;
+        read_.add(frame->tick.n, 1);
         return frame;
     }
-    [[nodiscard]] bool ended() const noexcept override { return next_ >= tick_.size(); }
-    void stop() noexcept override { next_ = tick_.size(); }
+    [[nodiscard]] bool ended() const noexcept override { return stopped_ || next_ >= tick_.size(); }
+    void stop() noexcept override { stopped_ = true; }
 
 private:
     View view_;
@@ -76,6 +98,8 @@ private:
     std::vector<std::uint64_t> picture_;
     std::optional<pictures::PictureReader> pictures_;
     std::size_t next_ = 0;
+    Delivered read_;
+    std::atomic<bool> stopped_{false};
 };
 
 class RecordedPositions final : public Camera {
@@ -89,16 +113,21 @@ public:
                                  std::to_string(view.targets.size())};
     }
     [[nodiscard]] const View& view() const override { return view_; }
+    [[nodiscard]] DeviceCounts counts() const noexcept override { return read_.counts(); }
     FramePtr read(std::chrono::milliseconds) override {
-        return ended() ? nullptr : std::make_shared<const Frame>(std::move(frames_[next_++]));
+        if (ended()) return nullptr;
+        read_.add(frames_[next_].tick.n, 1);
+        return std::make_shared<const Frame>(std::move(frames_[next_++]));
     }
-    [[nodiscard]] bool ended() const noexcept override { return next_ >= frames_.size(); }
-    void stop() noexcept override { next_ = frames_.size(); }
+    [[nodiscard]] bool ended() const noexcept override { return stopped_ || next_ >= frames_.size(); }
+    void stop() noexcept override { stopped_ = true; }
 
 private:
     View view_;
     std::vector<Frame> frames_;
     std::size_t next_ = 0;
+    Delivered read_;
+    std::atomic<bool> stopped_{false};
 };
 
 std::unique_ptr<Camera> recorded_camera(const RecordingReader& reader, const View& view) {

@@ -12,8 +12,8 @@ namespace shaker::simulated {
 
 namespace {
 using std::numbers::pi;
-constexpr long most_changes =
-    20;  // per sample; more is chatter, and the contacts then stay until the end of the sample
+// Per sample; more is chatter, and the contacts then stay until the end of the sample.
+constexpr long most_changes = 20;
 }  // namespace
 
 ShakerPlant::ShakerPlant(const Scene& scene)

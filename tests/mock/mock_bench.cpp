@@ -123,9 +123,9 @@ struct MockBench::State {
     std::filesystem::path rig_file;
     double trigger_before = 0;
     bool warned_late = false;
-    const double spacing =
-        settings.scene.dac_rate_hz / settings.scene.cameras[0].view.frame_rate_hz;  // samples
-    std::int64_t last_pulse = -1;                                                   // sample of the world
+    // Samples.
+    const double spacing = settings.scene.dac_rate_hz / settings.scene.cameras[0].view.frame_rate_hz;
+    std::int64_t last_pulse = -1;  // sample of the world
     std::atomic<std::uint64_t> pulses_left_out = 0;
     mutable std::mutex pulses;
     std::map<std::uint64_t, std::int64_t> first_pulse;  // of each stream: sample of the world

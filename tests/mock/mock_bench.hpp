@@ -17,8 +17,8 @@ namespace shaker::mock {
 
 struct MockBenchSettings {
     simulated::Scene scene = simulated::paper_scene();
-    std::filesystem::path
-        folder;  // existing folder for the converter, libasound's configuration and the rig file
+    /// Existing folder for the converter, libasound's configuration and the rig file.
+    std::filesystem::path folder;
     std::filesystem::path plugin;  // shaker_mock_pcm.so
     double dac_ppm = 0;            // error of the DAC's clock against the host's; positive: fast
     std::array<double, 2> camera_ppm{-12, 23};

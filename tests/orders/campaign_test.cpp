@@ -10,7 +10,7 @@
 namespace shaker::orders {
 namespace {
 
-TEST(CampaignTest, CoverageCountsSeedsOfBeforeTheInterruption) {
+TEST(CampaignTest, ResumedSearchCountsEarlierSeeds) {
     const auto folder = test::fresh_folder();
     const auto play_seeds = [&](std::uint64_t seeds, const char* done) {
         return play({.first = 3, .seeds = seeds, .done = folder / done, .folder = folder / "work"});

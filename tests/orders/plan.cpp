@@ -44,8 +44,8 @@ void add_faults(Plan& plan, std::mt19937_64& random) {
         last_s = at_s;
         const auto what = static_cast<std::size_t>(share(random) * static_cast<double>(troubles));
         const bool of_cameras = what == static_cast<std::size_t>(FaultKind::camera_stall);
-        const double for_s =
-            (of_cameras ? 4 : 1) * 0.005 * std::pow(200.0, share(random));  // 5 ms to 1 s; 20 ms to 4 s
+        // 5 ms to 1 s; 20 ms to 4 s.
+        const double for_s = (of_cameras ? 4 : 1) * 0.005 * std::pow(200.0, share(random));
         plan.faults.push_back({at_s, what, for_s, share(random)});
     }
 }

@@ -174,7 +174,7 @@ export class Bench {
                 ...this.newest(some, {
                     v_D_mps: estimate(v, 1e-6 * error), D_m: estimate(drift, 5e-8 * error),
                     efficiency: estimate(Math.abs(v) / (scale * Math.sqrt(5 / 32)), 1e-4 * error), mu: estimate(mu, 7e-5 * error),
-                    bench_check: estimate(1.0002, 3e-4 * error),
+                    bench_check: estimate(1.0002, 3e-4 * error), bench_alarm: false,
                 }),
                 periods: Math.floor(this.periods), steady: this.periods > 20,
             },

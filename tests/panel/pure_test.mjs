@@ -69,6 +69,7 @@ test("A campaign is told in words, and a scan is an order in SI units or a refus
     const campaign = { active: true, paused: false, doing: "measuring", points: 12, ended: 3, point: "scan phi 35 deg", left_s: 190, known_mu: "", folder: "scan-x" };
     assert.equal(campaignWords(campaign), "measuring: 3 of 12 points have ended; now scan phi 35 deg; about 3 min 10 s left");
     assert.equal(campaignWords({ ...campaign, point: "", left_s: null }), "measuring: 3 of 12 points have ended");
+    assert.equal(campaignWords({ ...campaign, point: "", known_mu: "mu 0.113" }), "measuring: 3 of 12 points have ended; mu 0.113; at most 3 min 10 s left");
     assert.match(campaignWords({ ...campaign, active: false }), /^ended: 3 of 12 points; .* are in scan-x$/);
     const fields = { from: "0", to: "180", steps: "6", periods: "20" };
     assert.deepEqual(scanOrder("phi", fields), { body: { scan: "phi", from: "0 deg", to: "180 deg", steps: 6, periods: 20 }, words: "0 deg to 180 deg" });

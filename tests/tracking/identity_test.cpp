@@ -95,7 +95,7 @@ TEST(IdentityTest, KeepsNamesAfterFullCover) {
 }
 
 // Only one of the seven dots is a target: the other ones still prevent a mix-up.
-TEST(IdentityTest, SingleTargetIsNotMistakenForItsDoubles) {
+TEST(IdentityTest, LookAlikesDoNotReplaceTheTarget) {
     const Count count = swing(
         row_of_dots(3, 4), 3, [](int) { return std::vector<int>{}; }, 2);
     EXPECT_EQ(count.wrong, 0);

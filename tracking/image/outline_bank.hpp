@@ -78,7 +78,7 @@ private:
         bool used = false;
         double off = 0;  // px, of its outline outwards from the common one
         double habit = 0, habit_frames = 0;
-        // Slope of the ground over the contrast, 1/px; after tilted() that of this picture alone.
+        // Gradient of the background over the contrast, 1/px. tilted() puts this picture's own value here.
         std::array<double, 2> slope{};
     };
 

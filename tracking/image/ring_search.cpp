@@ -18,7 +18,7 @@ constexpr int full_contrast = 128;     // in the reduced picture
 constexpr double reduced_radius = 12;  // px of the reduced picture, at least
 constexpr int largest_cell = 16, most_rows_of_a_cell = 4;
 constexpr std::size_t most_peaks = 64;
-constexpr double lanes_at_a_time = 6e5;  // centres times pairs, about 0.1 ms
+constexpr double lanes_at_a_time = 6e5;  // centres x pixel pairs tested in one call, about 0.1 ms
 
 // sums[i] += inside[i] - outside[i], at most the contrast.
 void add_differences(const std::int16_t* inside, const std::int16_t* outside, int n, std::int16_t* sums) {

@@ -73,19 +73,6 @@ void Campaign::count_time() {
     use += passed_s;
 }
 
-void Campaign::obey(const std::string& word, acquisition::Channels& channels) {
-    const auto known = std::ranges::find(word_names, word);
-    if (known != word_names.end()) return engine_.obey(static_cast<Word>(known - word_names.begin()));
-    if (word == "abort") {
-        ++channels.aborts;
-    } else if (word == "clear") {
-        on_call_.clear(runner_.sequence().stops().size(), channels.aborts, channels);
-    } else {
-        throw InputError{
-            fmt::format("\"{}\": expected pause, resume, skip, repeat, stop, abort or clear", word)};
-    }
-}
-
 Seen Campaign::seen(const acquisition::Channels& channels) const {
     const run::Sequence& sequence = runner_.sequence();
     run::RunState state = on_call_.state();

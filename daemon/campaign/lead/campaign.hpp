@@ -46,9 +46,6 @@ public:
         return engine_.paused() && on_call_.at_rest() &&
                (on_call_.state() == run::RunState::idle || on_call_.may_clear());
     }
-    /// Obeys a word of the operator: pause, resume, skip, repeat, stop, abort or clear. InputError for
-    /// another word, and for one that has no meaning now.
-    void obey(const std::string& word, acquisition::Channels& channels);
     /// The newest drive that was ordered.
     [[nodiscard]] const Drive& drive() const noexcept { return drive_; }
     [[nodiscard]] const BenchTime& time() const noexcept { return time_; }

@@ -147,6 +147,9 @@ std::vector<MeasuredResult> read_results(const recorded::RecordingReader& file) 
         MeasuredResult& result = all.emplace_back(MeasuredResult{m, std::nullopt, {}});
         if (const auto found = reductions.find(m.number); found != reductions.end()) {
             result.reduction = std::move(found->second);
+            for (const MeasuredNote& note : notes)
+                if (note.measurement == m.number) result.reduction->notes.push_back(note.text);
+            set_doubts(*result.reduction);
         } else {
             const auto note = std::ranges::find(notes, m.number, &MeasuredNote::measurement);
             result.not_reduced = note == notes.end() ? "it has no results" : note->text;

@@ -195,7 +195,7 @@ Suspect suspect(const calibration::HarmonicFit& acceleration, const SeenBase& se
 
 }  // namespace
 
-void note_gain(const GainRatio& check, const calibration::HarmonicFit& acceleration,
+void note_gain(GainRatio& check, const calibration::HarmonicFit& acceleration,
                std::span<const SeenBase> views, double gain_error, std::vector<std::string>& notes) {
     const auto error_of = [&](const ViewRatio& v) {
         return std::hypot(std::hypot(v.ratio.sigma / v.ratio.value, tracker_bias), v.scale_error, gain_error);
@@ -203,6 +203,7 @@ void note_gain(const GainRatio& check, const calibration::HarmonicFit& accelerat
     const auto disagrees = [&](const ViewRatio& v) {
         return std::abs(std::log(v.ratio.value)) > alarm * error_of(v);
     };
+    const std::size_t before = notes.size();
     const bool some_agree = !std::ranges::all_of(check.views, disagrees);
     for (const ViewRatio& v : check.views) {
         if (!disagrees(v)) continue;
@@ -227,6 +228,7 @@ void note_gain(const GainRatio& check, const calibration::HarmonicFit& accelerat
             "bench check: the ratio of cameras to accelerometer at 2w is {:.5f} +- {:.5f} times that at w, "
             "which no gain explains: check exposure_s, the accelerometer's filter and its mounting",
             r.value, r.sigma));
+    check.alarm = notes.size() > before;
 }
 
 Tilt tilt_of(const SensorFits& s) {

@@ -5,6 +5,7 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "calibration/accelerometer/tumble.hpp"
@@ -47,15 +48,21 @@ struct GainRatio {
     calibration::Estimate ratio;              // all views; NaN: the base does not move enough
     calibration::Estimate second_over_first;  // ratio at 2w over that at w; free of both gains
     double systematic = NAN;  // relative standard error of `ratio` by scales and gain; NaN: no error is known
+    bool alarm = false;       // the verdict: they disagree; set by note_gain()
 };
 
 /// gain_error: relative standard error of the accelerometer's gain along the axis, systematic; 0: not known.
 GainRatio gain_ratio(const calibration::HarmonicFit& acceleration, std::span<const SeenBase> views,
                      double gain_error);
 
-/// Alarm: a note for each view whose ratio differs from 1, and one where the ratios at w and 2w differ, by
-/// more than four standard errors. The error of a view's ratio contains the systematic errors that are known.
-void note_gain(const GainRatio& check, const calibration::HarmonicFit& acceleration,
+/// Words that notes of an alarm begin with (a tilt is no alarm), and that a note on a degraded result
+/// contains.
+inline constexpr std::string_view alarm_note = "bench check: the ", degraded_note = "the result is degraded";
+
+/// The verdict. An alarm has a note for each view whose ratio differs from 1, and one where the ratios at w
+/// and 2w differ, by more than four standard errors. The error of a view's ratio contains the systematic
+/// errors that are known.
+void note_gain(GainRatio& check, const calibration::HarmonicFit& acceleration,
                std::span<const SeenBase> views, double gain_error, std::vector<std::string>& notes);
 
 /// The accelerometer's fits with the shaker's axis.

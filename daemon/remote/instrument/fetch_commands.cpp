@@ -2,6 +2,7 @@
 
 #include <variant>
 
+#include "daemon/reduction/quantities.hpp"
 #include "daemon/remote/instrument/instrument.hpp"
 #include "daemon/remote/scpi/error.hpp"
 #include "daemon/remote/scpi/reply.hpp"
@@ -17,15 +18,6 @@ using scpi::Command;
 void reply_estimate(scpi::Call& call, const calibration::Estimate& e) {
     call.reply.number(e.value);
     call.reply.number(e.sigma);
-}
-
-/// Query of one estimate of the newest measurement: value, standard error.
-Command estimate_row(BenchInstrument& bench, const char* header,
-                     calibration::Estimate reduction::Reduction::*member) {
-    return {.header = header,
-            .query = [&bench, member](
-                         scpi::Call& call) { reply_estimate(call, (*result_of(*bench.state())).*member); },
-            .without = scpi::nans<2>};
 }
 
 // Replies with pairs of mean and standard error for each bin.
@@ -104,9 +96,13 @@ std::vector<Command> fetch_commands(BenchInstrument& bench) {
                             call.reply.word("COULOMB");
                         },
                     .without = [](scpi::Reply& reply) { no_null(reply, "COULOMB"); }});
-    rows.push_back(estimate_row(bench, "FETCh:EFFiciency", &reduction::Reduction::efficiency));
-    rows.push_back(estimate_row(bench, "FETCh:ACCeleration:GAMMa", &reduction::Reduction::gamma));
-    rows.push_back(estimate_row(bench, "FETCh:ACCeleration:PHASe", &reduction::Reduction::phi));
+    for (const reduction::Quantity& q : reduction::quantities)
+        if (!q.header.empty())
+            rows.push_back(
+                {.header = std::string{q.header},
+                 .query = [&bench, of = q.of](
+                              scpi::Call& call) { reply_estimate(call, of(*result_of(*bench.state()))); },
+                 .without = scpi::nans<2>});
     rows.push_back({.header = "FETCh:VELocity:CYCLe",
                     .query =
                         [&bench](scpi::Call& call) {

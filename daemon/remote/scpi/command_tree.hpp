@@ -73,8 +73,8 @@ private:
     /// The command at a node, and the levels above that have its numbers.
     struct Leaf {
         std::uint32_t command = none;
-        std::array<int, deepest>
-            slots{};  // for each level: index of <...> in the header; -1: no number allowed
+        /// For each level: index of <...> in the header; -1: no number allowed.
+        std::array<int, deepest> slots{};
     };
 
     void add(std::uint32_t command, std::size_t i, std::uint32_t node, std::size_t level, Leaf leaf);

@@ -48,8 +48,8 @@ struct Live {
     std::map<std::string, Stream> streams{};
     std::uint64_t sent_events = 0, answered = 0;  // number of events and orders already sent
     std::uint64_t sent_rows = 0;                  // number of the newest row of the results already sent
-    std::optional<std::shared_ptr<const reduction::Reduction>>
-        pointed{};  // the result at which all points were last sent
+    // The result at which all points were last sent.
+    std::optional<std::shared_ptr<const reduction::Reduction>> pointed{};
     Clock::time_point state_due{};
     run::RunState shown{};
     bool open = true;

@@ -61,39 +61,23 @@ json harmonics(const service::BenchState& s) {
     return all;
 }
 
-json overtones(const Drive& drive) {
-    json all = json::array();
-    for (std::size_t i = 0; i < drive.overtones.size(); ++i)
-        if (const std::complex<double> share = drive.overtones[i]; share != 0.0)
-            all.push_back({{"n", i + 3}, {"share", std::abs(share)}, {"phase_rad", std::arg(share)}});
-    return all;
-}
-
-json drive(const Drive& d) {
-    return {{"frequency_hz", d.frequency},
-            {"gamma_mps2", d.gamma},
-            {"rho", d.rho},
-            {"phi_rad", d.phi},
-            {"overtones", overtones(d)}};
-}
-
 // The measurement of a result; "current": it was made at the present set-point.
 json origin(const service::BenchState& s) {
     const service::ResultOrigin& o = s.result_origin;
     return {{"number", o.number},
             {"from_s", o.from_s},
             {"to_s", o.to_s},
-            {"drive", drive(o.asked)},
+            {"drive", catalogue::asked_json(o.asked)},
             {"current", service::same(o.asked, s.wanted)}};
 }
 
 json result(const service::BenchState& s) {
     json all = s.result ? origin(s) : json::object();
     const reduction::Reduction* r = s.result.get();
-    all["v_D_mps"] = r ? catalogue::json_of(r->v_D, r->systematic.v_D) : nullptr;
-    all["D_m"] = r ? catalogue::json_of(r->D, r->systematic.D) : nullptr;
-    all["efficiency"] = r ? catalogue::json_of(r->efficiency, r->systematic.efficiency) : nullptr;
-    all["bench_check"] = r ? catalogue::json_of(r->gain_ratio.ratio, r->gain_ratio.systematic) : nullptr;
+    for (const auto& [q, member] : catalogue::listed_quantities)
+        all[std::string{q.name}.append(q.suffix)] =
+            r ? catalogue::json_of(q.of(*r), q.systematic ? q.systematic(*r) : NAN) : json(nullptr);
+    all["bench_alarm"] = r && r->gain_ratio.alarm;
     all["stick"] = json::array();
     if (r)
         for (const reduction::StickInterval& k : r->stick) all["stick"].push_back({k.from, k.to});
@@ -258,7 +242,7 @@ std::string state_json(const service::BenchState& s, const Viewer& viewer) {
         clocks.push_back({{"name", c.name}, {"ppm", c.ppm}, {"residual_s", c.residual_s}});
     json all{{"type", "state"},
              {"session", session(s, viewer)},
-             {"drive", drive(s.wanted)},
+             {"drive", catalogue::asked_json(s.wanted)},
              {"measured", {{"harmonics", harmonics(s)}}},
              {"result", result(s)},
              {"walker", s.walker ? json::object() : json(nullptr)},

@@ -87,8 +87,8 @@ struct AlsaDac::State {
     std::atomic<std::uint64_t> taken = 0, lost = 0, incidents = 0, reopened = 0;
 
     bool running = false;
-    std::int64_t buffer,
-        ramp;  // samples; ramp: queued behind the drive, 0 if frames cannot be taken back
+    // Samples; ramp: queued behind the drive, 0 if frames cannot be taken back.
+    std::int64_t buffer, ramp;
     std::int64_t margin, slip_limit;
     bool enabled = false;
     std::int64_t stuck = 0;  // samples of silence behind the ramp of a take-back that could not be taken back

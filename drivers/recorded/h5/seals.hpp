@@ -77,8 +77,8 @@ struct SealEntry {
     std::int64_t seal = 0;                     // counts from 1
     std::int64_t column = 0;                   // index into the list of columns
     std::int64_t rows = 0;  // of the column; in the last entry: number of entries of this seal before it
-    std::int64_t checksum =
-        0;  // of the added bytes (unchecked: provisional column); in the last entry: of those entries
+    /// Of the added bytes (unchecked: provisional column); in the last entry: of those entries.
+    std::int64_t checksum = 0;
     static constexpr std::int64_t unchecked = -1;
 };
 

@@ -53,14 +53,13 @@ protected:
                 while (const auto run = on_call.finished()) campaign.take(*run);
                 campaign.follow();
                 now_s_ = runner.sequence().now_s();
-                if (now_s_ > GetParam().abort_at_s && !std::exchange(aborted, true))
-                    campaign.obey("abort", channels);
+                if (now_s_ > GetParam().abort_at_s && !std::exchange(aborted, true)) ++channels.aborts;
                 if (!engine.paused()) paused_s_ = now_s_;
                 if (now_s_ < paused_s_ + looks_s || !campaign.waits_for_a_person()) return any;
                 if (on_call.may_clear()) {
-                    campaign.obey("clear", channels);
+                    on_call.clear(runner.sequence().stops().size(), channels.aborts, channels);
                 } else {
-                    campaign.obey("resume", channels);
+                    engine.obey(Word::resume);
                 }
                 return any;
             },

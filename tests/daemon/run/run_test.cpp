@@ -43,9 +43,9 @@ json run(const std::string& arguments, const std::filesystem::path& folder) {
     return json::parse(o.out);
 }
 
-void expect_true_drift(const json& r) {
+void expect_true_drift(const json& r, double errors = 3) {
     const double v = r["v_D_mps"], se = r["v_D_se_mps"], truth = r["v_D_true_mps"];
-    EXPECT_LE(std::abs(v - truth), 3 * se) << "truth " << truth;
+    EXPECT_LE(std::abs(v - truth), errors * se) << "truth " << truth;
     EXPECT_LE(std::abs(v - truth), 0.01 * std::abs(truth));
     EXPECT_GT(se, 0);
 }
@@ -134,9 +134,13 @@ TEST(RunTest, CamerasWithOwnClocksReplayToTheBit) {
     EXPECT_NE(replay.out.find("replay: identical"), std::string::npos) << replay.out;
 }
 
+// Threads begin the measurement in one of some ten periods, so each run is another draw of the noise. With
+// the seed of this scene 4 of 150 runs of ten periods were 3.2 errors off, of 60 runs of forty none more
+// than 2.8.
 TEST(RunTest, ThreadsGiveSameResultAsLockstep) {
     const auto folder = fresh_folder();
-    expect_true_drift(run("--no-identify --periods 10 --threads -o threads.nxs" + position_cameras, folder));
+    expect_true_drift(run("--no-identify --periods 40 --threads -o threads.nxs" + position_cameras, folder),
+                      4);
     EXPECT_EQ(shakerd("replay threads.nxs", folder).status,
               0);  // a recording made with threads replays in lockstep
 }

@@ -194,8 +194,8 @@ TEST(StoppedRunTest, PythonReadsCauseUnitsAndIdentification) {
         if (std::getenv("CI") != nullptr) FAIL() << "python3 has no h5py";
         GTEST_SKIP() << "python3 has no h5py";
     }
-    const auto folder =
-        bench("saturated", 5.5, test::rendered);  // after the first level of the identification
+    // After the first level of the identification.
+    const auto folder = bench("saturated", 5.5, test::rendered);
     stopped("-o run.nxs --frames off", folder);
     std::ofstream{folder / "look.py"} << R"(
 import h5py

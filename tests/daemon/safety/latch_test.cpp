@@ -127,7 +127,7 @@ TEST(LatchTest, HeldBackSamplesAreCheckedForTheirLevel) {
     EXPECT_LE(run.zero_from(), from + 1200 + 2 * block + 240) << "half a period, two blocks, the hard stop";
 }
 
-TEST(LatchTest, SamplesHeldBackForLongAreASilence) {
+TEST(LatchTest, LongHeldSamplesCountAsSilence) {
     Guarded run{limits()};
     run.base.reads_early = true;
     run.start(0.5);

@@ -70,7 +70,7 @@ TEST_F(EdgeTest, UnknownWalkIsRefused) {
     other.gamma = 5;
     after_the_edge(near_the_edge(), {{in(RunState::idle), give(SetDrive{other})}, start()}, {NAN, NAN});
     ASSERT_EQ(answers.size(), 2U);
-    EXPECT_NE(answers[1].find("its walk is not known: give mu"), std::string::npos) << answers[1];
+    EXPECT_NE(answers[1].find("its direction cannot be predicted: give mu"), std::string::npos) << answers[1];
 }
 
 void expect_trip_within_half_a_millimetre(const test::OnCallResult& r) {

@@ -128,7 +128,7 @@ TEST_F(ToMiddleTest, WalkerThatDoesNotComeIsGivenUp) {
         walker_at("30", "", "mu_k = 2\n"),
         {{in(RunState::idle), give(BringToMiddle{})}, until(on_its_way), until(back_at_rest)}, 90, not_known);
     EXPECT_EQ(inside.last.trips, 0U);
-    EXPECT_TRUE(logged(inside, "it does not come")) << test::log_of(inside);
+    EXPECT_TRUE(logged(inside, "the walker does not move to the middle")) << test::log_of(inside);
 }
 
 TEST_F(ToMiddleTest, WalkAwayFromTheMiddleStops) {
@@ -197,7 +197,7 @@ TEST_F(ToMiddleTest, GivenFrictionPredictsWalksAndIsChecked) {
                          start()},
                         10, not_known);
     ASSERT_EQ(answers.size(), 4U);
-    EXPECT_NE(answers[0].find("its walk is not known: give mu"), std::string::npos) << answers[0];
+    EXPECT_NE(answers[0].find("its direction cannot be predicted: give mu"), std::string::npos) << answers[0];
     EXPECT_NE(answers[1].find("mu 7: 0.005 to 3 is allowed"), std::string::npos) << answers[1];
     EXPECT_EQ(answers[2], "");
     EXPECT_NE(answers[3].find("does not lead inwards"), std::string::npos) << answers[3];

@@ -313,7 +313,7 @@ TEST(FaultTest, FrozenAxisRepeatsItsValueAlone) {
     }
 }
 
-TEST(FaultTest, DriftingClockSamplesEarlier) {
+TEST(FaultTest, FastClockTakesSamplesEarly) {
     const Heard plain = play(""), h = play("[accelerometer]\nclock_drift_ppm_per_min = 100\n");
     int largest = 0;
     for (const auto& [tick, counts] : h.samples)

@@ -86,8 +86,8 @@ TEST(SteadyStateTest, ATiltMovesTheWalkerEvenOnASingleHarmonic) {
 }
 
 TEST(SteadyStateTest, ThresholdSeparatesRestFromFourEvents) {
-    const double critical =
-        0.6291428490447 / 4.9;  // gamma_c in g: 2 a / g of the reference's drive over 1 - 1e-6
+    // In g, gamma_c: 2 a / g of the reference's drive over 1 - 1e-6.
+    const double critical = 0.6291428490447 / 4.9;
     const SteadyState below = settle(WalkerLaw{paper_setting(critical * (1 - 1e-6), 0)});
     EXPECT_EQ(below.D, 0);
     EXPECT_TRUE(below.events.empty());

@@ -46,8 +46,8 @@ enum ReadEnd : int { read_accepted = 20, read_refused, read_wrong };
 struct MutantFile {
     std::filesystem::path file;  // path of each mutant
     std::string bytes;           // undamaged content
-    std::size_t
-        anywhere;  // half of the changes are in the first of so many bytes, half where there is no zero
+    /// Half of the changes are in the first of so many bytes, half where there is no zero.
+    std::size_t anywhere;
     std::function<void()> read;
 };
 

@@ -13,8 +13,8 @@ namespace shaker::test {
 /// A bench with one wrong instrument, as changes to the scene.
 struct Liar {
     std::string name, scene;
-    double size =
-        1;  // sensor: reading over truth; camera: true scale over stated scale; negative: wrong sign
+    /// Sensor: reading over truth; camera: true scale over stated scale; negative: wrong sign.
+    double size = 1;
 
     /// Close enough to the truth that the run must be completed, or so far that it must not. Between both it
     /// may: the motion is near its limit, or the ratio near 0.8 or 1.25.

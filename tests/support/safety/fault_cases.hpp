@@ -19,8 +19,8 @@ struct Answer {
         never_drive,    // the drive never starts
     } kind = go_on;
     std::set<safety::Cause> causes{};
-    double silent_within_s =
-        0;  // after the fault, or the beginning of the drive where that is later; 0: before
+    /// After the fault, or the beginning of the drive where that is later; 0: before.
+    double silent_within_s = 0;
 };
 
 /// The states of a run with a duration. Idle and armed are left at once; their faults appear in identify.

@@ -73,6 +73,7 @@ export interface Result {
     D_m: Estimate | null;
     efficiency: Estimate | null;
     bench_check: Estimate | null;  // acceleration of the base by the cameras over that by the accelerometer
+    bench_alarm: boolean;  // they disagree
     mu: Estimate | null;
     stick: [number, number][];  // from and to, units of the period
     shortest_visible_stick: Known;  // shortest interval that would have been detected, units of the period

@@ -15,7 +15,7 @@ export function campaignWords(campaign: Campaign): string {
     const words = [`${doing}: ${ended} of ${points} points have ended`];
     if (campaign.point) words.push(`now ${campaign.point}`);
     if (campaign.known_mu) words.push(campaign.known_mu);
-    if (campaign.left_s !== null) words.push(`about ${duration(campaign.left_s)} left`);
+    if (campaign.left_s !== null) words.push(`${campaign.known_mu ? "at most" : "about"} ${duration(campaign.left_s)} left`);
     return words.join("; ");
 }
 

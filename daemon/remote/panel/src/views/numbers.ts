@@ -39,7 +39,7 @@ export function makeNumbers(store: Store): () => void {
         setText(at.D, withErrors(result.D_m, 1e3));
         setText(at.efficiency, withErrors(result.efficiency, 100));
         setText(at.mu, withError(result.mu));
-        setText(at.ratio, excess(result.bench_check));
+        setText(at.ratio, excess(result.bench_check) + (result.bench_alarm ? ", they disagree" : ""));
         showOrigin(result);
         setText(at.steady, steadyWords(state));
         setText(at.gamma, acceleration(measured.gamma_mps2));
