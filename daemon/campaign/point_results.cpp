@@ -12,6 +12,7 @@
 #include "daemon/recording/replay.hpp"
 #include "daemon/recording/tables/measured_tables.hpp"
 #include "daemon/recording/tables/places.hpp"
+#include "drivers/settings_table.hpp"
 
 namespace shaker::campaign {
 
@@ -37,7 +38,14 @@ std::vector<MeasuredResult> computed_again(const recorded::RecordingReader& file
 struct Recorded {
     std::vector<MeasuredResult> results;
     std::string missing;
+    double gravity = NAN;  // m/s^2; NaN: without a recording
 };
+
+/// By the rig file, or the scene of a simulated bench.
+double gravity_in(const recorded::RecordingReader& file) {
+    const std::string name = file.file().filename().string() + ": rig_text";
+    return SettingsTable::from_text(file.header().rig, name).number("gravity_mps2", {0.1, 100}, paper_g);
+}
 
 Recorded results_of(const std::filesystem::path& folder, const std::string& name, Source source,
                     std::vector<std::string>& remarks) {
@@ -50,9 +58,10 @@ Recorded results_of(const std::filesystem::path& folder, const std::string& name
                     : fmt::format("{} does not exist", file.string())};
     const recorded::RecordingReader reader{file};
     recording::require_known_schema(reader);
-    if (source == Source::stored) return {recording::read_results(reader), {}};
+    const double gravity = gravity_in(reader);
+    if (source == Source::stored) return {recording::read_results(reader), {}, gravity};
     std::string how;
-    Recorded recorded{computed_again(reader, how), {}};
+    Recorded recorded{computed_again(reader, how), {}, gravity};
     remarks.push_back(fmt::format("{}: {}", file.filename().string(), how));
     return recorded;
 }
@@ -123,6 +132,8 @@ private:
         row_.true_v_D = row_.travel_m = 0;
         for (const FoundPass& p : passes) {
             reductions_.push_back(&*p.result->reduction);
+            if (const auto doubts = doubts_of(*reductions_.back()); row_.doubt.empty() && !doubts.empty())
+                row_.doubt = doubts.front();
             drifts.push_back({reductions_.back()->v_D, static_cast<int>(periods_of(p.result->measurement))});
             row_.periods += periods_of(p.result->measurement);
             row_.frames += reductions_.back()->frames;
@@ -149,6 +160,12 @@ private:
                                        {&PointRow::efficiency, &Reduction::efficiency}})
             row_.*to = reduction::weighted(
                 of_each(reductions_, [from](const Reduction& r) { return r.*from; }), weights_);
+        // Most of its error is that of the sensor's offset, the same in all passes.
+        row_.tilt = {0, 0};
+        for (std::size_t i = 0; i < reductions_.size(); ++i) {
+            row_.tilt.value += weights_[i] * reductions_[i]->tilt.angle.value;
+            row_.tilt.sigma += weights_[i] * reductions_[i]->tilt.angle.sigma;
+        }
         row_.phi = reduction::weighted_angle(of_each(reductions_, [](const Reduction& r) { return r.phi; }),
                                              weights_);
     }
@@ -224,6 +241,8 @@ law::Point with_numbers(const PointRow& row, int campaign) {
     p.phi = row.phi;
     p.v_D = row.v_D;
     p.true_v_D = row.true_v_D;
+    p.tilt = row.tilt;
+    p.doubt = row.doubt;
     p.periods = static_cast<int>(std::lround(row.periods));
     if (row.periods > 0) p.phases_per_period = row.frames / row.periods / views;
     return p;
@@ -248,6 +267,8 @@ PointResults point_results(const std::filesystem::path& folder, std::span<const 
     for (const std::string& remark : progress.remarks)
         out.remarks.push_back(fmt::format("{}, {}", journal_name, remark));
     const std::map<std::string, Recorded> recordings = recordings_of(folder, progress, source, out.remarks);
+    for (const auto& [name, recording] : recordings)
+        if (std::isfinite(recording.gravity)) out.table.gravity = recording.gravity;
     for (PointRow row : asked) {
         std::vector<FoundPass> passes;
         if (const auto point = progress.points.find(row.point); point != progress.points.end()) {

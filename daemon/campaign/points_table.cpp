@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "daemon/campaign/combined_passes.hpp"
+#include "daemon/campaign/stored_columns.hpp"
 #include "daemon/recording/tables/reduction_tables.hpp"
 #include "drivers/errors.hpp"
 #include "drivers/recorded/h5/disk_file.hpp"
@@ -31,6 +32,7 @@ using reduction::StickInterval;
 
 constexpr int schema_version = 1;
 constexpr const char* kind = "campaign";
+constexpr const char* gravity_name = "gravity_mps2";
 constexpr const char* of_which = "number of the point";
 
 constexpr std::array point_numbers{
@@ -58,6 +60,10 @@ constexpr std::array point_numbers{
     errors<&PointRow::v_rms>("v_rms_errors", "m/s"),
     value<&PointRow::efficiency>("efficiency", "1", "|v_D| / v_rms"),
     errors<&PointRow::efficiency>("efficiency_errors", "1"),
+    value<&PointRow::tilt>("tilt", "rad",
+                           "slope of the shaker's axis by gravity, positive: +x downhill; NaN: not measured"),
+    errors<&PointRow::tilt>("tilt_errors", "rad",
+                            "standard error; NaN: the sensor's offset is not calibrated"),
     number<&PointRow::true_v_D>("true_v_D", "m/s",
                                 "true drift velocity over the same periods; NaN: not a simulated bench"),
     number<&PointRow::chi2>(
@@ -78,7 +84,9 @@ constexpr std::array point_texts{
     text<&PointRow::recording>("recording", recording::sentence_bytes,
                                "recording of the first pass, without .nxs"),
     text<&PointRow::time>("time", recording::word_bytes,
-                          "date and time of its end, ISO 8601 with offset from UTC")};
+                          "date and time of its end, ISO 8601 with offset from UTC"),
+    text<&PointRow::doubt>("doubt", recording::sentence_bytes,
+                           "first note that questions its measurements, as an alarm of the bench check")};
 constexpr Table<PointRow> point_columns{"points",
                                         "one row for each point of the plan",
                                         point_numbers,
@@ -222,34 +230,6 @@ void write_table(hid_t entry, const Table<Row>& table, const std::vector<Row>& r
     }
 }
 
-// A file whose columns are read as they are in the rows.
-class StoredColumns {
-public:
-    StoredColumns(hid_t entry, std::size_t across) : entry_{entry}, across_{across} {}
-    [[nodiscard]] std::vector<double> numbers(const std::string& path) const {
-        std::vector<double> values = h5::read<double>(entry_, path);
-        if (across_ == 0) return values;
-        const std::string group = path.substr(0, path.find('/'));
-        if (h5::description_of(entry_, path).shape.size() == 2) return values;
-        const std::size_t points = h5::description_of(entry_, group + "/point").shape.at(0);
-        const bool outer = path == group + "/point";
-        if (points == 0) return {};
-        if (!outer && values.size() != across_)
-            throw InputError{fmt::format("{} has {} values, expected {}", path, values.size(), across_)};
-        std::vector<double> all;
-        for (std::size_t i = 0; i < points * across_; ++i)
-            all.push_back(values[outer ? i / across_ : i % across_]);
-        return all;
-    }
-    [[nodiscard]] std::vector<std::string> texts(const std::string& path) const {
-        return h5::read_texts(entry_, path);
-    }
-
-private:
-    hid_t entry_;
-    std::size_t across_;
-};
-
 bool same(double a, double b) {
     return std::bit_cast<std::uint64_t>(a) == std::bit_cast<std::uint64_t>(b) ||
            (std::isnan(a) && std::isnan(b));
@@ -319,6 +299,7 @@ void write_points(const std::filesystem::path& file, const std::string& title, c
         h5::write_text(process.get(), "version", SHAKER_VERSION);
         h5::write_text(process.get(), "kind", kind);
         h5::set_attribute(process.get(), "schema", std::int64_t{schema_version});
+        h5::set_attribute(process.get(), gravity_name, table.gravity);
         each_table(table, [&](const auto& columns, const auto& rows, std::size_t across) {
             write_table(entry.get(), columns, rows, across, table);
         });
@@ -342,6 +323,11 @@ PointsTable read_points(const std::filesystem::path& file) try {
             fmt::format("layout version {} is newer than this program, which reads versions up to {}", schema,
                         schema_version)};
     PointsTable table;
+    if (h5::has_attribute(entry.get(), "process", gravity_name))  // not in tables of before
+        table.gravity = h5::read_attribute(entry.get(), "process", gravity_name);
+    if (!(table.gravity > 0 && std::isfinite(table.gravity)))
+        throw InputError{
+            fmt::format("process/{} is {}; expected m/s^2 above 0", gravity_name, table.gravity)};
     each_table(table, [&](const auto& columns, auto& rows, std::size_t across) {
         rows = recording::read_rows(StoredColumns{entry.get(), across}, columns);
     });
@@ -352,6 +338,9 @@ PointsTable read_points(const std::filesystem::path& file) try {
 
 std::vector<std::string> differences(const PointsTable& stored, const PointsTable& now) {
     std::vector<std::string> found;
+    if (!same(stored.gravity, now.gravity))
+        found.push_back(
+            fmt::format("process/{}: stored {}, now {}", gravity_name, stored.gravity, now.gravity));
     each_table(now, [&](const auto& columns, const auto& rows, std::size_t) {
         each_table(stored,
                    [&]<class Row>(const Table<Row>& same_columns, const std::vector<Row>& was, std::size_t) {

@@ -21,15 +21,17 @@ struct PointRow {
     std::string outcome = "not begun", reason{};
     // Results; NaN unless the point is measured.
     calibration::Estimate frequency{}, gamma{}, rho{}, phi{}, v_rms{}, v_D{}, D{}, efficiency{};
-    double true_v_D = NAN;  // m/s, of a simulated bench
-    double chi2 = NAN;      // of the passes, per degree of freedom
-    double periods = 0;     // measured, all passes
-    double travel_m = NAN;  // displacement of the walker, settling included
+    calibration::Estimate tilt{};  // by gravity, rad
+    double true_v_D = NAN;         // m/s, of a simulated bench
+    double chi2 = NAN;             // of the passes, per degree of freedom
+    double periods = 0;            // measured, all passes
+    double travel_m = NAN;         // displacement of the walker, settling included
     int frames = 0, frames_lost = 0;
     int passes = 0, begun = 0;
     std::string recording{};  // of the first pass
     int measurement = 0;
-    std::string time{};  // end of the last pass
+    std::string time{};   // end of the last pass
+    std::string doubt{};  // first note that questions a pass, see reduction::doubts_of(); empty: none
 };
 
 struct PointHarmonic {
@@ -59,6 +61,7 @@ struct PointPass {
 };
 
 struct PointsTable {
+    double gravity = paper_g;  // m/s^2, at the place of the bench
     std::vector<PointRow> points;
     std::vector<PointHarmonic> harmonics;  // max_harmonics rows for each point
     std::vector<PointPhase> cycle;         // cycle_phases rows for each point

@@ -23,6 +23,13 @@ constexpr std::array mu_arguments{
              .help = "Folder of a campaign, or its points table campaign.nxs; several are fitted together",
              .kind = Kind::file,
              .many = true},
+    Argument{.name = "--gravity",
+             .value = "ACCELERATION",
+             .help = "Gravity at the place, e.g. 9.83m/s^2",
+             .kind = Kind::quantity,
+             .dimension = Dimension::acceleration,
+             .allowed = {0.1, 100},
+             .otherwise = "that of the bench: gravity_mps2 in its rig file, or 9.8 m/s^2"},
     Argument{.name = "--level", .help = "Take the base as level also where mirror partners show its tilt"},
     manual::json_argument};
 
@@ -30,7 +37,10 @@ int act_on_mu(const manual::Values& values) {
     std::vector<std::filesystem::path> files;
     for (const std::string& name : values.texts("CAMPAIGN")) files.push_back(points_file(name));
     return confined(files.front().string(), confinement_for_points(files), [&] {
-        report::say(mu_text(files, {.free_tilt = !values.has("--level")}, values.has("--json")));
+        report::say(mu_text(files,
+                            {.gravity = values.has("--gravity") ? values.number("--gravity") : NAN,
+                             .free_tilt = !values.has("--level")},
+                            values.has("--json")));
         return manual::exit_ok;
     });
 }
@@ -48,21 +58,31 @@ std::filesystem::path points_file(const std::filesystem::path& campaign) {
     throw InputError{fmt::format("{}: no such file or folder", campaign.string())};
 }
 
-std::string mu_text(const std::vector<std::filesystem::path>& campaigns, const law::CoulombOptions& coulomb,
+std::string mu_text(const std::vector<std::filesystem::path>& campaigns, const MuOptions& options,
                     bool json) {
     std::vector<law::Point> points;
+    double place = NAN;  // gravity of the campaigns so far
     for (std::size_t i = 0; i < campaigns.size(); ++i) {
         const std::filesystem::path file = points_file(campaigns[i]);
         if (!campaign::has_points(file))
             throw InputError{
                 fmt::format("{}: expected the folder of a campaign or its points table campaign.nxs",
                             campaigns[i].string())};
-        std::vector<law::Point> own = campaign::law_points(campaign::read_points(file), static_cast<int>(i));
+        const campaign::PointsTable table = campaign::read_points(file);
+        if (std::isnan(options.gravity) && std::isfinite(place) && table.gravity != place)
+            throw InputError{fmt::format(
+                "{}: gravity is {} m/s^2, {} m/s^2 in the campaign before; fit them apart, or give "
+                "--gravity",
+                campaigns[i].string(), table.gravity, place)};
+        place = table.gravity;
+        std::vector<law::Point> own = campaign::law_points(table, static_cast<int>(i));
         if (own.empty())
             throw InputError{fmt::format("{}: the campaign has no measured point", campaigns[i].string())};
         points.insert(points.end(), std::make_move_iterator(own.begin()), std::make_move_iterator(own.end()));
     }
-    const law::Findings findings = law::analyse(std::move(points), coulomb, {});
+    const law::Findings findings = law::analyse(
+        std::move(points),
+        {.g = std::isnan(options.gravity) ? place : options.gravity, .free_tilt = options.free_tilt});
     return json ? findings_json(findings) : findings_text(findings);
 }
 

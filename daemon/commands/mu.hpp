@@ -1,5 +1,6 @@
 #pragma once
 // The points of campaigns, which "shakerd mu" fits, and "shakerd report" too.
+#include <cmath>
 #include <filesystem>
 #include <string>
 #include <vector>
@@ -16,10 +17,13 @@ std::filesystem::path points_file(const std::filesystem::path& campaign);
 /// Rights of a child that reads these points tables.
 sandbox::Confinement confinement_for_points(const std::vector<std::filesystem::path>& files);
 
+struct MuOptions {
+    double gravity = NAN;   // m/s^2; NaN: of the campaigns' benches, which must be the same for all
+    bool free_tilt = true;  // see CoulombOptions
+};
 /// Reads the points of all campaigns (folders, or their points tables) and fits them together: the fits,
 /// budgets and remarks as text or JSON. InputError that names the file for one that is not a points table,
-/// for a damaged one, and for one without a measured point.
-std::string mu_text(const std::vector<std::filesystem::path>& campaigns, const law::CoulombOptions& coulomb,
-                    bool json);
+/// for a damaged one, for one without a measured point, and for one at another place.
+std::string mu_text(const std::vector<std::filesystem::path>& campaigns, const MuOptions& options, bool json);
 
 }  // namespace shaker::commands

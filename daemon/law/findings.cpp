@@ -33,8 +33,9 @@ using nlohmann::ordered_json;
 /// Findings may be const.
 template <class Of>
 auto all_fits(Of& f) {
-    std::vector<decltype(&f.no_stick)> all{&f.coulomb.mu,   &f.slopes.mu,   &f.no_stick,      &f.coulomb.tilt,
-                                           &f.coulomb.push, &f.slopes.tilt, &f.slopes.viscous};
+    std::vector<decltype(&f.no_stick)> all{&f.coulomb.mu,   &f.slopes.mu,     &f.no_stick,
+                                           &f.coulomb.tilt, &f.gravity_tilt,  &f.coulomb.push,
+                                           &f.slopes.tilt,  &f.slopes.viscous};
     for (auto& c : f.cosines) all.insert(all.end(), {&c.amplitude, &c.theta});
     for (auto* list : {&f.nulls, &f.reversals, &f.thresholds})
         for (auto& fit : *list) all.push_back(&fit);
@@ -68,6 +69,7 @@ ordered_json points_json(const Findings& f) {
                         {"v_D_mps", f.points[i].v_D.value},
                         {"law_v_D_mps", fitted ? f.coulomb.points[i].v_D : NAN},
                         {"z", fitted ? f.coulomb.points[i].z : NAN},
+                        {"doubt", f.points[i].doubt},
                         {"asked_drive",
                          {{"v_D_mps", a.v_D.value},
                           {"v_D_se_mps", a.v_D.sigma},
@@ -86,12 +88,39 @@ std::string where(const Fit& f) {
     return at;
 }
 
-// The fits that need v_D only, and the law for the reversals.
-void fit_drift(Findings& f, const CoulombFit& coulomb, double g) {
-    f.cosines = cosine_fits(f.points);
+// Unequal friction of the two directions moves v_D of mirror partners as a tilt does: mu (1 -+ d/2) as g sin
+// b with d = 2 b/mu. Gravity shows the tilt alone.
+Fit tilt_by_gravity(std::span<const Point> points, const CoulombFit& coulomb) {
+    Fit fit{.name = "tilt by gravity", .unit = "rad"};
+    double sum = 0, error = 0;
+    for (const Point& p : points) {
+        if (!std::isfinite(p.tilt.value) || !std::isfinite(p.tilt.sigma)) continue;
+        ++fit.points;
+        sum += p.tilt.value;
+        error += p.tilt.sigma;
+    }
+    if (fit.points == 0) {
+        fit.note = "not known: the accelerometer's offset is not calibrated, or its reading has no gravity";
+        return fit;
+    }
+    fit.value = sum / fit.points;
+    fit.error = error / fit.points;
+    const double off = coulomb.tilt.value - fit.value;
+    if (!(std::abs(off) > farthest_from_law * std::hypot(coulomb.tilt.error, fit.error))) return fit;
+    fit.note = fmt::format(
+        "v_D of mirror partners shows a tilt of {} mrad, gravity {} mrad: friction that is {:.2g} % larger "
+        "{} "
+        "would do that on a level base, or the accelerometer's offset is off by {:.2g} m/s^2",
+        with_error(1e3 * coulomb.tilt.value, 1e3 * coulomb.tilt.error),
+        with_error(1e3 * fit.value, 1e3 * fit.error), 100 * 2 * std::abs(off) / coulomb.law.mu,
+        off > 0 ? "backwards" : "forwards", std::abs(off) * coulomb.law.g);
+    return fit;
+}
+
+// Where v_D is 0: properties of the walker and the bench, whatever fits them.
+void fit_zeros(Findings& f, const CoulombFit& coulomb) {
     f.nulls = null_phases(f.points);
     f.reversals = reversals(f.points, coulomb.known() ? &coulomb.law : nullptr);
-    f.no_stick = fit_no_stick(f.nulls, coulomb.mu.value, g);
 }
 
 bool same_quantity(const Fit& a, const Fit& b) {
@@ -99,17 +128,42 @@ bool same_quantity(const Fit& a, const Fit& b) {
     return a.name == b.name && a.series == b.series && same(a.gamma, b.gamma) && same(a.phi, b.phi);
 }
 
-void add_truth(Findings& f, double g) {
+// The cosine and Eq. (8) are not the law of any walker: their parameters have no truth.
+void add_truth(Findings& f) {
     Findings exact;
     exact.points = f.points;
     for (Point& p : exact.points) {
         if (std::isnan(p.true_v_D)) return;
         p.v_D.value = p.true_v_D;
     }
-    fit_drift(exact, f.coulomb, g);
+    fit_zeros(exact, f.coulomb);
     for (Fit* fit : all_fits(f))
         for (const Fit* other : all_fits(std::as_const(exact)))
             if (same_quantity(*fit, *other)) fit->truth = other->value;
+}
+
+// Each note once, behind the names of its fits. Notes that differ in their figures count as one.
+std::string notes_text(const Findings& f) {
+    struct Note {
+        std::string words, first, names;
+        int count = 0;
+    };
+    std::vector<Note> notes;
+    for (const Fit* fit : all_fits(f)) {
+        if (fit->note.empty()) continue;
+        std::string words = fit->note;
+        std::erase_if(words, [](char c) {
+            return std::string_view{"0123456789.+-e"}.find(c) != std::string_view::npos;
+        });
+        auto known = std::ranges::find(notes, words, &Note::words);
+        if (known == notes.end()) known = notes.insert(known, {words, fit->note, {}});
+        known->names += (known->count++ > 0 ? ", " : "") + fit->name + where(*fit);
+    }
+    std::string out;
+    for (const Note& n : notes)
+        out += fmt::format("{}: {}{}\n", n.names, n.first,
+                           n.count > 1 ? fmt::format(" ({} times; figures of the first)", n.count) : "");
+    return out;
 }
 
 }  // namespace
@@ -216,11 +270,15 @@ AskedDrive on_asked_drive(const Point& point, const LawPoint& at, const CoulombF
 Findings analyse(std::vector<Point> points, const CoulombOptions& options, const InputErrors& errors) {
     Findings f;
     f.points = std::move(points);
+    f.gravity = options.g;
     f.coulomb = fit_coulomb(f.points, options);
+    f.gravity_tilt = tilt_by_gravity(f.points, f.coulomb);
     f.slopes = fit_slopes(f.points, options.g);
-    fit_drift(f, f.coulomb, options.g);
+    f.cosines = cosine_fits(f.points);
+    fit_zeros(f, f.coulomb);
+    f.no_stick = fit_no_stick(f.nulls, f.coulomb.mu.value, options.g);
     f.thresholds = thresholds(f.points, options.g);
-    add_truth(f, options.g);
+    add_truth(f);
     f.budgets = {coulomb_budget(f.points, f.coulomb, errors), slope_budget(f.slopes, errors),
                  no_stick_budget(f.no_stick, f.nulls, errors)};
     for (std::size_t i = 0; i < f.points.size(); ++i) {
@@ -246,6 +304,11 @@ std::string findings_text(const Findings& f) {
             "\nThe law at the measured base misses {} of {} points by more than 3 errors; without the "
             "walker's push {}.\n",
             f.coulomb.beyond_3, f.points.size(), f.coulomb.beyond_3_without_push);
+    const auto questioned = [](const Point& p) { return !p.doubt.empty(); };
+    if (const auto first = std::ranges::find_if(f.points, questioned); first != f.points.end())
+        out += fmt::format(
+            "\nThe measurements of {} of {} points are in doubt, so is every fit. Point {}: {}\n",
+            std::ranges::count_if(f.points, questioned), f.points.size(), first->number, first->doubt);
     for (const Budget& b : f.budgets) {
         if (b.shares.empty()) continue;
         out += fmt::format("\nbudget of {}: {:.3g} % in total, {}\n", b.of, 100 * b.total,
@@ -257,14 +320,12 @@ std::string findings_text(const Findings& f) {
     for (const AskedDrive& a : f.asked) given += a.reason.empty();
     out += fmt::format("\nv_D on the asked drive: given for {} of {} points (--json lists them)\n", given,
                        f.asked.size());
-    out += "\n";
-    for (const Fit* fit : all_fits(f))
-        if (!fit->note.empty()) out += fmt::format("{}{}: {}\n", fit->name, where(*fit), fit->note);
-    return out;
+    return out + "\n" + notes_text(f);
 }
 
 std::string findings_json(const Findings& f) {
     ordered_json j;
+    j["gravity_mps2"] = f.gravity;
     j["fits"] = ordered_json::array();
     for (const Fit* fit : all_fits(f)) j["fits"].push_back(fit_json(*fit));
     j["covariances"] = ordered_json::array();

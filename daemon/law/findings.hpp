@@ -13,8 +13,8 @@ namespace shaker::law {
 /// Standard uncertainties of the inputs that no scatter shows. The defaults are estimates for a bench as in
 /// WIRING.md, not measurements: replace them by those of the bench's calibration.
 struct InputErrors {
-    double gain =
-        1e-3;  // accelerometer's scale along the axis, relative: tumble calibration of a MEMS sensor
+    /// Accelerometer's scale along the axis, relative: tumble calibration of a MEMS sensor.
+    double gain = 1e-3;
     double scale = 5e-4;    // camera's scale, relative: a printed board
     double tilt = 5e-4;     // rad, where the tilt is not fitted: a machinist's level
     double clock = 2e-5;    // rate of master time, relative: a quartz
@@ -64,9 +64,13 @@ AskedDrive on_asked_drive(const Point& point, const LawPoint& at, const CoulombF
 
 struct Findings {
     std::vector<Point> points;
-    CoulombFit coulomb;  // mu_ac, tilt, push
-    SlopeFit slopes;     // mu_k
-    Fit no_stick;        // mu_ns
+    double gravity = paper_g;  // m/s^2, of the fits
+    CoulombFit coulomb;        // mu_ac, tilt, push
+    /// Mean tilt of the points by gravity, rad. The note names what a disagreement with the fitted one can
+    /// be.
+    Fit gravity_tilt;
+    SlopeFit slopes;  // mu_k
+    Fit no_stick;     // mu_ns
     std::vector<CosineFit> cosines;
     std::vector<Fit> nulls, reversals, thresholds;
     std::vector<Budget> budgets;    // of mu_ac, mu_k, mu_ns
@@ -74,17 +78,18 @@ struct Findings {
 };
 
 /// Every fit. A fit that cannot be made has the reason in its note. 228 points take about 2 s. Where all
-/// points have a true v_D, mu_ns, v_D*, Theta*, null phases and reversals have their truth.
+/// points have a true v_D, null phases and reversals have their truth.
 Findings analyse(std::vector<Point> points, const CoulombOptions& options = {},
                  const InputErrors& errors = {});
 
-/// A table of the fits, the budgets and the sentences; ends with a newline.
+/// A table of the fits, the budgets and the sentences, equal ones once with their places; ends with a
+/// newline.
 std::string findings_text(const Findings& findings);
-/// {"fits": [{name, value, error, truth, unit, chi2, freedom, points, note, gamma_mps2, phi_rad, series}],
-/// "covariances": [{names, matrix}], "budgets": {"mu_ac": [{source, share, input}], ...}, "law": {beyond_3,
-/// beyond_3_without_push, chi2_without_push}, "points": [{campaign, point, v_D_mps, law_v_D_mps, z,
-/// asked_drive: {v_D_mps, v_D_se_mps, correction_mps, model_se_mps, reason}}]}. Values that do not exist are
-/// null.
+/// {"gravity_mps2": ..., "fits": [{name, value, error, truth, unit, chi2, freedom, points, note, gamma_mps2,
+/// phi_rad, series}], "covariances": [{names, matrix}], "budgets": {"mu_ac": [{source, share, input}], ...},
+/// "law": {beyond_3, beyond_3_without_push, chi2_without_push}, "points": [{campaign, point, v_D_mps,
+/// law_v_D_mps, z, doubt, asked_drive: {v_D_mps, v_D_se_mps, correction_mps, model_se_mps, reason}}]}. Values
+/// that do not exist are null.
 std::string findings_json(const Findings& findings);
 
 }  // namespace shaker::law

@@ -12,8 +12,8 @@ namespace shaker::law {
 struct Fit {
     std::string name{};
     double value = NAN;
-    double error = NAN;  // standard error, from the errors of the points; chi^2 does not widen it
-    double truth = NAN;  // the same fit to the true v_D of a simulated bench; NaN: not known
+    double error = NAN;  // standard error, from the errors of the points; a misfit widens that of a cosine
+    double truth = NAN;  // of a place where the true v_D of a simulated bench is 0; NaN: not known, or none
     std::string unit{};  // SI, UDUNITS text
     double chi2 = NAN;   // of the whole fit
     int freedom = 0;     // degrees of freedom of chi2

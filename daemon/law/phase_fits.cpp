@@ -47,7 +47,10 @@ CosineFit cosine_fit(const std::vector<Folded>& group, double gamma, const std::
     const double c = fit.x[0], s = fit.x[1], v = std::hypot(c, s);
     Eigen::Matrix2d to;  // d(v, theta) / d(c, s)
     to << c / v, s / v, -s / (v * v), c / (v * v);
-    const Eigen::Matrix2d cov = to * fit.covariance * to.transpose();
+    // What the cosine misses acts on it as another choice of the phases would.
+    const Eigen::Matrix2d missed =
+        fit.residuals.squaredNorm() / static_cast<double>(n - 2) * fit.gain * fit.gain.transpose();
+    const Eigen::Matrix2d cov = to * (fit.covariance + missed) * to.transpose();
     CosineFit out;
     out.rms = std::sqrt(fit.residuals.squaredNorm() / static_cast<double>(n));
     const std::string note =

@@ -18,8 +18,9 @@ struct CosineFit {
 
 /// One fit for each series and gamma whose phases, taken modulo pi, leave no gap above 75 deg. All points
 /// have the same weight: Coulomb's v_D(phi) is not a cosine (1 to 3 % of v_D*), so the most exact points
-/// would decide alone. Errors are those of v_D and of phi, propagated. On a level base Theta* is 0.008 to
-/// 0.01 rad below the null phase minus pi/2.
+/// would decide alone. Errors are those of v_D and of phi, propagated, and the misfit: the scatter of the
+/// residuals over n - 2, taken as independent. On a level base Theta* is 0.008 to 0.01 rad below the null
+/// phase minus pi/2.
 std::vector<CosineFit> cosine_fits(std::span<const Point> points);
 
 /// Null phases phi_0 with dv_D/dphi < 0, one fit for each gamma with rho = 1/2 and no overtones; `value` in

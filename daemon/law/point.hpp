@@ -25,7 +25,9 @@ struct Point {
     double frequency = 20;                        // Hz, measured
     calibration::Estimate gamma{}, rho{}, phi{};  // m/s^2, 1, rad, measured
     calibration::Estimate v_D{};                  // m/s
+    calibration::Estimate tilt{};                 // by gravity, rad; NaN: not known
     double true_v_D = NAN;                        // m/s; NaN: not a simulated bench
+    std::string doubt{};                          // note that questions the measurement; empty: none
     int periods = 0;                              // measured
     Harmonics<Acceleration> base{};               // measured, m/s^2
     std::array<double, max_harmonics> base_sd{};  // of each real and imaginary part, m/s^2

@@ -36,6 +36,7 @@ class Campaign:
     scene: dict           # scene of a simulated bench; empty: real bench, or no recording
     picture: pathlib.Path | None  # picture of the bench in the folder
     notes: list           # sentences about files that could not be read
+    gravity: float = G    # m/s^2, at the place
 
     @property
     def measured(self):
@@ -60,11 +61,11 @@ class Campaign:
     def drives(self, rows):
         """Motion of the base as measured, at the given points."""
         amplitude, phase = (np.nan_to_num(self.harmonics[k][rows]) for k in ("amplitude", "phase"))
-        return Drives(self.points["frequency"][rows], self.harmonics["q"], amplitude, phase)
+        return Drives(self.points["frequency"][rows], self.harmonics["q"], amplitude, phase, self.gravity)
 
     def asked_drives(self, rows):
         amplitude, phase = (np.nan_to_num(self.harmonics[k][rows]) for k in ("asked_amplitude", "asked_phase"))
-        return Drives(self.points["asked_frequency"][rows], self.harmonics["q"], amplitude, phase)
+        return Drives(self.points["asked_frequency"][rows], self.harmonics["q"], amplitude, phase, self.gravity)
 
 
 def number(value):
@@ -113,7 +114,7 @@ NEEDED = {"points": POINT_NUMBERS + ("series", "outcome", "reason"),
           "harmonics": ("q", "amplitude", "phase", "asked_amplitude", "asked_phase"),
           "cycle": ("phase", "x", "v", "v_errors", "v_base"), "stick": ("point", "from", "to", "errors"),
           "passes": ("point", "pass", "how", "reason")}
-TEXTS = ("series", "outcome", "reason", "how", "recording", "time")
+TEXTS = ("series", "outcome", "reason", "how", "recording", "time", "doubt")
 
 
 def columns_needed(name):
@@ -165,6 +166,7 @@ def read_campaign(given, label=None):
             if kind != "campaign":
                 raise InputError(f"{path}: kind of file is '{kind[:60]}'; expected 'campaign', or recordings alone")
             tables = read_tables(entry, path)
+            gravity = float(entry["process"].attrs.get("gravity_mps2", G))
             title, plan, program, version = texts(entry, path, "title", "process/config_text", "process/program",
                                                   "process/version")
     except OSError as error:
@@ -173,9 +175,12 @@ def read_campaign(given, label=None):
         raise InputError(f"{path}: damaged or not a campaign ({error}); expected campaign.nxs") from None
     folder, notes = path.resolve().parent, []
     journal = read_journal(folder / "journal.jsonl", notes)
+    doubts = [(int(n), d) for n, d in zip(tables["points"]["point"], tables["points"].get("doubt", [])) if d]
+    if doubts:
+        notes.append(f"The measurements of {len(doubts)} points are in doubt, so is every fit. Point {doubts[0][0]}: {doubts[0][1]}")
     scene = read_scene(folder, tables["points"], notes)
     return Campaign(label or folder.name, path, title, plan, f"{program} {version}".strip(), journal=journal, scene=scene,
-                    picture=find_picture(folder), notes=notes, **tables)
+                    picture=find_picture(folder), notes=notes, gravity=gravity, **tables)
 
 
 def read_journal(path, notes):

@@ -15,7 +15,7 @@ import tempfile
 
 import numpy as np
 
-G = 9.8  # m/s^2, as everywhere in shakerd
+G = 9.8  # m/s^2, the unit g; gravity at a place is that of the campaign
 
 
 @dataclasses.dataclass
@@ -25,6 +25,7 @@ class Drives:
     q: np.ndarray          # (Q,)
     amplitude: np.ndarray
     phase: np.ndarray
+    g: float = G           # m/s^2, gravity at the place
 
     def __len__(self):
         return len(self.frequency)
@@ -35,11 +36,11 @@ class Drives:
         return -np.cos(2 * np.pi * np.outer(u, self.q) + self.phase[row]) @ (self.amplitude[row] / w)
 
 
-def biharmonic(gamma, phi, rho=0.5, frequency=20.0):
+def biharmonic(gamma, phi, rho=0.5, frequency=20.0, g=G):
     """Drives a_B = gamma [rho sin(w t) + (1 - rho) sin(2 w t + phi)]; arguments are broadcast together."""
     gamma, phi, rho, frequency = (np.ravel(a).astype(float) for a in np.broadcast_arrays(gamma, phi, rho, frequency))
     amplitude = np.stack([gamma * rho, gamma * (1 - rho)], -1)
-    return Drives(frequency, np.array([1, 2]), amplitude, np.stack([0 * phi, phi], -1))
+    return Drives(frequency, np.array([1, 2]), amplitude, np.stack([0 * phi, phi], -1), g)
 
 
 @dataclasses.dataclass
@@ -55,7 +56,7 @@ def settle(drives, mu, mu_s=0.0, tilt=0.0):
     `shakerd` for all; the variable SHAKERD names another program than that of the PATH."""
     mu, mu_s, tilt = (np.broadcast_to(np.asarray(a, float), len(drives)) for a in (mu, mu_s, tilt))
     cases = [{"name": str(k), "params": {
-        "f_hz": drives.frequency[k], "g": G, "mu_k": mu[k], "mu_s": max(mu[k], mu_s[k]), "tilt_deg": np.degrees(tilt[k]),
+        "f_hz": drives.frequency[k], "g": drives.g, "mu_k": mu[k], "mu_s": max(mu[k], mu_s[k]), "tilt_deg": np.degrees(tilt[k]),
         "base_accel": [{"q": int(q), "a": a, "phase": p}
                        for q, a, p in zip(drives.q, drives.amplitude[k], drives.phase[k]) if a != 0],
         "vertical_accel": []}} for k in range(len(drives))]
@@ -80,7 +81,7 @@ def velocity_over_period(drives, motion, row, mu, u, tilt=0.0):
     v, start, T = np.empty_like(u), motion.v0[row], 1 / drives.frequency[row]
     for begin, end, s in intervals(motion, row):
         inside = (u >= begin) & ((u < end) | (end == 1.0))
-        a = G * np.sin(tilt) - s * mu * G * np.cos(tilt)
+        a = drives.g * (np.sin(tilt) - s * mu * np.cos(tilt))
         v[inside] = start + a * T * (u[inside] - begin) if s else drives.velocity(row, u[inside])
         start = start + a * T * (end - begin) if s else drives.velocity(row, [end])[0]
     return v
@@ -94,26 +95,26 @@ def stick_intervals(motion, row):
     return [(begin, end) for begin, end in found if end - begin > 1e-9]
 
 
-def closed_theta(gamma, mu, rho=0.5):
+def closed_theta(gamma, mu, rho=0.5, g=G):
     with np.errstate(divide="ignore", invalid="ignore"):
-        kappa = np.pi * mu * G / (2 * rho * np.asarray(gamma, float))
+        kappa = np.pi * mu * g / (2 * rho * np.asarray(gamma, float))
         return 2 * np.arcsin(np.where(kappa <= 1, kappa, np.nan))
 
 
-def closed_drift(gamma, phi, mu, rho=0.5, frequency=20.0):
-    return gamma * (1 - rho) / (4 * np.pi * frequency) * np.cos(phi - closed_theta(gamma, mu, rho))
+def closed_drift(gamma, phi, mu, rho=0.5, frequency=20.0, g=G):
+    return gamma * (1 - rho) / (4 * np.pi * frequency) * np.cos(phi - closed_theta(gamma, mu, rho, g))
 
 
-def coulomb_theta(gamma, mu, rho=0.5):
+def coulomb_theta(gamma, mu, rho=0.5, g=G):
     """Null phase of the exact law less pi/2, rad; NaN without one. The frequency does not matter."""
     gamma = np.ravel(gamma).astype(float)
     low, high = np.full(len(gamma), np.pi / 2 - 0.1), np.full(len(gamma), np.pi / 2 + 2.2)
-    drift = lambda phi: settle(biharmonic(gamma, phi, rho), mu).v_D
+    drift = lambda phi: settle(biharmonic(gamma, phi, rho, g=g), mu).v_D
     valid = (drift(low) > 1e-9) & (drift(high) < -1e-9)
     rows = np.arange(len(gamma))
     for _ in range(2):  # to 0.006 rad, where the curve is a line
         phases = np.linspace(low, high, 21)
-        v = settle(biharmonic(gamma, phases, rho), mu).v_D.reshape(phases.shape)
+        v = settle(biharmonic(gamma, phases, rho, g=g), mu).v_D.reshape(phases.shape)
         k = np.clip((v > 0).sum(0) - 1, 0, 19)
         low, high, above, below = phases[k, rows], phases[k + 1, rows], v[k, rows], v[k + 1, rows]
     with np.errstate(divide="ignore", invalid="ignore"):

@@ -25,7 +25,8 @@ def fig_2b(sources):
             draw_drift(axes, s, phi, colour_of(k), lambda v, rows: 1e3 * v, "v_D_errors", 1e3)
             if s.curves:
                 band(axes, gamma / G, *(1e3 * v for v in s.law(gamma, phi)), colour_of(k), s.line)
-        closed = closed_drift(gamma, phi, sources[0].analysis.mu, sources[0].setting.rho, sources[0].setting.frequency)
+        s0 = sources[0].setting
+        closed = closed_drift(gamma, phi, sources[0].analysis.mu, s0.rho, s0.frequency, s0.gravity)
         axes.plot(gamma / G, 1e3 * closed, color=colour_of(k), ls=CLOSED, lw=0.7, alpha=0.7)
     axes.axhline(0, color="0.5", lw=0.6)
     axes.set(xlabel="γ / g", ylabel="$v_D$ (mm/s)")
@@ -126,7 +127,8 @@ def fig_3b(sources):
         fit = s.analysis.fits.one("mu_ns")
         if s.curves and np.isfinite(fit.value):
             m, two = fit.value, 2 * np.nan_to_num(s.analysis.fits.total_error("mu_ns"))
-            band(axes, gamma / G, *(closed_theta(gamma, x, s.setting.rho) for x in (m, m - two, m + two)), colour_of(k), CLOSED,
+            closed = [closed_theta(gamma, x, s.setting.rho, s.setting.gravity) for x in (m, m - two, m + two)]
+            band(axes, gamma / G, *closed, colour_of(k), CLOSED,
                  f"closed form, mu_ns = {with_error(m, two / 2)}", 0.8)
     axes.set(xlabel="γ / g", ylabel="Θ = $φ_0$ − π/2 (rad)", ylim=(0, None))
     axes.legend(loc="upper right")

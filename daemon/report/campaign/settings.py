@@ -16,6 +16,7 @@ class Setting:
     rho: float
     overtones: tuple   # ((q, share of gamma, sine phase), ...) at 0 <= phi < pi; a mirror partner has even ones reversed
     rows: np.ndarray   # measured points
+    gravity: float     # m/s^2, at the place
 
     @property
     def like_the_paper(self):
@@ -28,11 +29,11 @@ class Setting:
 
     def drives(self, gamma, phi):
         """Drives as asked for; gamma and phi are broadcast together."""
-        d = biharmonic(gamma, phi, self.rho, self.frequency)
+        d = biharmonic(gamma, phi, self.rho, self.frequency, self.gravity)
         gamma = d.amplitude.sum(1)
         return Drives(d.frequency, np.array([1, 2, *(q for q, _, _ in self.overtones)]),
                       np.column_stack([d.amplitude, *(gamma * share for _, share, _ in self.overtones)]),
-                      np.column_stack([d.phase, *(0 * gamma + phase for _, _, phase in self.overtones)]))
+                      np.column_stack([d.phase, *(0 * gamma + phase for _, _, phase in self.overtones)]), self.gravity)
 
 
 def settings_of(campaign):
@@ -45,7 +46,7 @@ def settings_of(campaign):
         overtones = tuple((int(q), round(s, 5), round(np.mod(phase + np.pi * (mirror and q % 2 == 0) + 1e-6, 2 * np.pi), 4))
                           for q, s, phase in zip(h["q"], share, np.nan_to_num(h["asked_phase"][k])) if q > 2 and s > 1e-6)
         found.setdefault((round(p["asked_frequency"][k], 4), round(p["asked_rho"][k], 4), overtones), []).append(k)
-    settings = [Setting(*key, np.array(rows)) for key, rows in found.items()]
+    settings = [Setting(*key, np.array(rows), campaign.gravity) for key, rows in found.items()]
     return sorted(settings, key=lambda s: (not s.like_the_paper, -len(s.rows), s.frequency))
 
 

@@ -45,7 +45,7 @@ class Source:
 
     def null_law(self, gamma):
         """Theta of the exact law, as law(). It depends on gamma / mu only."""
-        theta = coulomb_theta(gamma, self.analysis.mu, self.setting.rho)
+        theta = coulomb_theta(gamma, self.analysis.mu, self.setting.rho, self.setting.gravity)
         change = 2 * self.analysis.mu_error / self.analysis.mu * gamma * np.gradient(theta, gamma)
         return theta, theta + change, theta - change
 

@@ -45,8 +45,11 @@ protected:
 };
 
 TEST_F(CampaignTest, MeasuresPlanAndReducesToTheBit) {
+    std::ofstream{folder_ / "scene.toml"} << "gravity_mps2 = 9.83\n";
+    options_.run.scene = folder_ / "scene.toml";
     measure_campaign(options_);
     const PointsTable points = table();
+    EXPECT_EQ(points.gravity, 9.83);
     ASSERT_EQ(points.points.size(), 3U);
     for (const PointRow& row : points.points) {
         EXPECT_EQ(row.outcome, "measured") << row.reason;
@@ -107,6 +110,22 @@ TEST_F(CampaignTest, EndsWhenMuIsKnown) {
     options_.plan.clear();
     measure_campaign(options_);
     EXPECT_EQ(std::ranges::count(table().points, "measured", &PointRow::outcome), measured);
+}
+
+// One camera states a scale that is 1 % too large: the doubt of each measurement reaches the fits of the
+// campaign.
+TEST_F(CampaignTest, AnAlarmOfTheBenchCheckReachesTheFits) {
+    std::ofstream{folder_ / "scene.toml"} << "[side]\ntrue_mm_per_px = 0.396\n";
+    options_.run.scene = folder_ / "scene.toml";
+    measure_campaign(options_);
+    for (const PointRow& row : table().points) {
+        EXPECT_EQ(row.outcome, "measured") << row.reason;
+        EXPECT_TRUE(row.doubt.starts_with("bench check: ")) << row.point << row.doubt;
+    }
+    EXPECT_TRUE(commands::reduce_campaign(options_.folder))
+        << "doubts of recordings and of raw data are equal";
+    const test::Outcome mu = test::shakerd("mu points", folder_);
+    EXPECT_NE(mu.out.find("of 3 of 3 points are in doubt"), std::string::npos) << mu.out;
 }
 
 TEST_F(CampaignTest, FolderInUseIsRefused) {

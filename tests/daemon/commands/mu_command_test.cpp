@@ -69,6 +69,39 @@ TEST_F(MuCommandTest, PrintsMuOfOneAndSeveralCampaigns) {
     EXPECT_NE(two.out.find("of 24 points"), std::string::npos) << two.out;
 }
 
+TEST_F(MuCommandTest, GravityIsThatOfTheBench) {
+    campaign::PointsTable north = table_of(test::exact_points({.mu = 0.113, .g = 9.83}));
+    north.gravity = 9.83;
+    std::filesystem::create_directory(folder_ / "north");
+    campaign::write_points(folder_ / "north" / "campaign.nxs", "law", "", north);
+    const auto fitted = [&](const std::string& options) {
+        const test::Outcome o = test::shakerd("mu north --json" + options, folder_);
+        EXPECT_EQ(o.status, 0) << o.err;
+        return nlohmann::json::parse(o.out);
+    };
+    EXPECT_EQ(fitted("").at("gravity_mps2"), 9.83);
+    EXPECT_NEAR(fitted("").at("fits").at(0).at("value").get<double>(), 0.113, 1e-6);
+    const double elsewhere = fitted(" --gravity 9.8m/s^2").at("fits").at(0).at("value");
+    EXPECT_NEAR(elsewhere / 0.113 - 1, 9.83 / 9.8 - 1, 3e-4);
+    const test::Outcome both = test::shakerd("mu . north", folder_);
+    EXPECT_EQ(both.status, 2);
+    EXPECT_NE(both.err.find("north: gravity is 9.83 m/s^2, 9.8 m/s^2 in"), std::string::npos) << both.err;
+    EXPECT_EQ(test::shakerd("mu . north --gravity 9.8m/s^2", folder_).status, 0);
+}
+
+TEST_F(MuCommandTest, ADoubtReachesTheFits) {
+    campaign::PointsTable t = table_of(test::exact_points({.mu = 0.113}));
+    t.points[4].doubt = "bench check: the cameras disagree";
+    campaign::write_points(folder_ / "doubt.nxs", "law", "", t);
+    const std::string text = mu_text({folder_ / "doubt.nxs"}, {}, false);
+    EXPECT_NE(text.find("of 1 of 12 points are in doubt, so is every fit. Point 5: bench check: the cameras"),
+              std::string::npos)
+        << text;
+    const auto j = nlohmann::json::parse(mu_text({folder_ / "doubt.nxs"}, {}, true));
+    EXPECT_EQ(j.at("points").at(4).at("doubt"), "bench check: the cameras disagree");
+    EXPECT_EQ(j.at("points").at(3).at("doubt"), "");
+}
+
 TEST_F(MuCommandTest, OtherFilesAreRefusedByName) {
     std::ofstream{folder_ / "notes.nxs"} << "text";
     std::filesystem::create_directory(folder_ / "empty");

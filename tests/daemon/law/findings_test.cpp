@@ -54,7 +54,7 @@ TEST(FindingsTest, JsonHasFitsBudgetsAndPoints) {
     EXPECT_EQ(j.at("covariances").at(0).at("names").size(), 2U);
 }
 
-TEST(FindingsTest, TruthIsTheSameFitToTheTrueDrift) {
+TEST(FindingsTest, TruthIsWhereTheTrueDriftIsZero) {
     std::vector<Point> points = test::exact_points(bench);
     const Findings without = analyse(points);
     ASSERT_FALSE(without.nulls.empty());
@@ -66,8 +66,20 @@ TEST(FindingsTest, TruthIsTheSameFitToTheTrueDrift) {
     const Findings with = analyse(points);
     EXPECT_EQ(with.nulls[0].truth, without.nulls[0].value);
     EXPECT_NE(with.nulls[0].truth, with.nulls[0].value);
-    EXPECT_EQ(with.no_stick.truth, without.no_stick.value);
+    EXPECT_TRUE(std::isnan(with.no_stick.truth)) << "Eq. (8) is not the law of a walker";
+    for (const CosineFit& c : with.cosines) EXPECT_TRUE(std::isnan(c.amplitude.truth));
     EXPECT_TRUE(std::isnan(with.slopes.mu.truth));
+}
+
+TEST(FindingsTest, TiltOfTheDriftIsComparedWithGravity) {
+    std::vector<Point> points = test::exact_points({.mu = 0.113, .tilt = 1.7e-3});
+    EXPECT_NE(analyse(points).gravity_tilt.note.find("not known"), std::string::npos);
+    for (Point& p : points) p.tilt = {1.6e-3, 3e-5};
+    EXPECT_EQ(analyse(points).gravity_tilt.note, "");
+    for (Point& p : points) p.tilt = {2e-5, 3e-5};
+    const Fit apart = analyse(points).gravity_tilt;
+    EXPECT_NEAR(apart.value, 2e-5, 1e-12);
+    EXPECT_NE(apart.note.find("friction that is 3 % larger backwards"), std::string::npos) << apart.note;
 }
 
 TEST(FindingsTest, TextHasEachMuWithItsBudget) {

@@ -2,8 +2,12 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
+#include <cstdio>
+#include <iterator>
 #include <numbers>
+#include <random>
 
 #include "daemon/law/slope_mu.hpp"
 #include "drivers/walker/no_stick.hpp"
@@ -63,6 +67,35 @@ TEST(CosineFitTest, CoulombDriftIsStatedAsMisfit) {
     ASSERT_EQ(fits.size(), 1U);
     EXPECT_NEAR(fits[0].theta.value, 0.83, 0.01);
     EXPECT_NE(fits[0].amplitude.note.find("not a cosine"), std::string::npos);
+}
+
+// Two series of one gamma differ by what the cosine misses at their phases.
+TEST(CosineFitTest, ErrorCoversTheChoiceOfPhases) {
+    std::vector<Point> around_once;
+    for (int k = 0; k < 60; ++k) around_once.push_back(exact_point(drive_at(1, k * pi / 30), level));
+    const auto whole = cosine_fits(around_once);
+    ASSERT_EQ(whole.size(), 1U);
+    std::mt19937 draw{5};
+    int fitted = 0, covered = 0;
+    double squares = 0;
+    for (int set = 0; set < 300; ++set) {
+        std::vector<Point> some;
+        std::ranges::sample(around_once, std::back_inserter(some), 12, draw);
+        const auto fits = cosine_fits(some);
+        if (fits.empty()) continue;  // a gap in the phases
+        for (const auto& [one, all] :
+             {std::pair{fits[0].amplitude, whole[0].amplitude}, std::pair{fits[0].theta, whole[0].theta}}) {
+            const double z = (one.value - all.value) / one.error;
+            ++fitted;
+            covered += std::abs(z) < 2;
+            squares += z * z;
+        }
+    }
+    std::printf("%d fits: %.1f %% within 2 errors, rms %.2f\n", fitted, 100.0 * covered / fitted,
+                std::sqrt(squares / fitted));
+    EXPECT_GT(fitted, 400);
+    EXPECT_GT(covered, 0.93 * fitted);
+    EXPECT_NEAR(std::sqrt(squares / fitted), 0.9, 0.3);
 }
 
 TEST(CosineFitTest, PhasesOfOneSideAreNotEnough) { EXPECT_TRUE(cosine_fits(around(1, 2.17, level)).empty()); }
