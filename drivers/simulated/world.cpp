@@ -53,6 +53,7 @@ public:
         // The first sample of the block while the queue is full; the same sample while it fills up again.
         const std::int64_t first = s_.n + static_cast<std::int64_t>(s_.queue);
         PlayTime played{DacTick{first}, host_time(duration_s(first, s_.scene.dac_rate_hz))};
+        if (s_.stopped) return played;  // plays nothing more, so that ended() of the sensors is final
         played.lost = s_.run_empty(static_cast<std::int64_t>(volts.size()));
         for (std::size_t i = 0; i < volts.size() && played.lost == 0; ++i)
             s_.play({volts[i], trigger[i] > 0.5, enabled_});

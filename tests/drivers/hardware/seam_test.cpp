@@ -7,10 +7,10 @@
 #include <functional>
 #include <future>
 #include <opencv2/videoio.hpp>
+#include <optional>
 #include <thread>
 
 #include "drivers/devices.hpp"
-#include "drivers/errors.hpp"
 #include "drivers/footage/csv_accelerometer.hpp"
 #include "drivers/hardware/alsa/alsa_dac.hpp"
 #include "drivers/hardware/genicam/genicam_camera.hpp"
@@ -235,6 +235,34 @@ bool stop_ends(Device& device, const std::function<void()>& wait) {
     return waited.wait_for(patience) == std::future_status::ready;
 }
 
+/// The laws of the ticks of a stream, and its counts.
+class Stream {
+public:
+    void take(std::int64_t tick, std::int64_t size, Quality quality, const DeviceCounts& now) {
+        const std::int64_t step = next_ ? tick - *next_ : 0;
+        EXPECT_GE(step, 0) << "the ticks step back at " << tick;
+        EXPECT_TRUE(!next_ || (step > 0) == has(quality, Quality::gap)) << "mark of a gap at " << tick;
+        EXPECT_GE(now.taken, counts_.taken);
+        EXPECT_GE(now.lost, counts_.lost);
+        counts_ = now;
+        gaps_ += step > 0;
+        next_ = tick + size;
+        taken_ += size;
+    }
+    void expect(bool loses) const {
+        EXPECT_EQ(gaps_ > 0, loses);
+        EXPECT_GE(counts_.taken, static_cast<std::uint64_t>(taken_));
+        EXPECT_EQ(counts_.lost > 0, loses);
+    }
+    [[nodiscard]] std::int64_t taken() const { return taken_; }
+    [[nodiscard]] std::int64_t gaps() const { return gaps_; }
+
+private:
+    std::optional<std::int64_t> next_;
+    std::int64_t gaps_ = 0, taken_ = 0;
+    DeviceCounts counts_;
+};
+
 class AccelerometerContractTest : public testing::TestWithParam<Kind<Accelerometer>> {
 protected:
     void SetUp() override {
@@ -246,31 +274,17 @@ protected:
 };
 
 TEST_P(AccelerometerContractTest, TicksNeverStepBackAndGapsAreMarked) {
-    std::int64_t next = 0, gaps = 0, samples = 0;
-    bool first = true, lost = false;
-    DeviceCounts before;
-    const bool read = read_until(
-        fed_, [&] { return samples > 4000 && gaps > 0; },
+    Stream stream;
+    bool lost = false;
+    EXPECT_TRUE(read_until(
+        fed_, [&] { return stream.taken() > 4000 && stream.gaps() > 0; },
         [&] {
-            if (samples > 600 && !std::exchange(lost, true)) fed_.lose();
+            if (stream.taken() > 600 && !std::exchange(lost, true)) fed_.lose();
             if (!fed_.device->read(block_, 50ms)) return false;
-            const std::int64_t step = block_.first.n - next;
-            EXPECT_TRUE(first || step >= 0) << step;
-            EXPECT_TRUE(first || (step > 0) == has(block_.quality, Quality::gap)) << block_.first.n;
-            if (!first && step > 0) ++gaps;
-            first = false;
-            next = block_.first.n + block_.size;
-            samples += block_.size;
-            const DeviceCounts now = fed_.device->counts();
-            EXPECT_GE(now.taken, before.taken);
-            EXPECT_GE(now.lost, before.lost);
-            before = now;
+            stream.take(block_.first.n, block_.size, block_.quality, fed_.device->counts());
             return true;
-        });
-    EXPECT_TRUE(read);
-    EXPECT_EQ(gaps > 0, fed_.loses);
-    EXPECT_GE(before.taken, static_cast<std::uint64_t>(samples));
-    EXPECT_EQ(before.lost > 0, fed_.loses);
+        }));
+    stream.expect(fed_.loses);
 }
 
 TEST_P(AccelerometerContractTest, StopUnblocksARead) {
@@ -305,31 +319,17 @@ protected:
 };
 
 TEST_P(CameraContractTest, TicksNeverStepBackAndGapsAreMarked) {
-    std::int64_t last = 0, gaps = 0, frames = 0;
-    bool first = true, lost = false;
-    DeviceCounts before;
-    const bool read = read_until(
-        fed_, [&] { return frames > 100 && gaps > 0; },
+    Stream stream;
+    bool lost = false;
+    EXPECT_TRUE(read_until(
+        fed_, [&] { return stream.taken() > 100 && stream.gaps() > 0; },
         [&] {
-            if (frames > 20 && !std::exchange(lost, true)) fed_.lose();
+            if (stream.taken() > 20 && !std::exchange(lost, true)) fed_.lose();
             const FramePtr frame = fed_.device->read(50ms);
-            if (!frame) return false;
-            EXPECT_TRUE(first || frame->tick.n > last) << frame->tick.n;
-            EXPECT_TRUE(first || (frame->tick.n > last + 1) == has(frame->quality, Quality::gap)) << last;
-            if (!first && frame->tick.n > last + 1) ++gaps;
-            first = false;
-            last = frame->tick.n;
-            ++frames;
-            const DeviceCounts now = fed_.device->counts();
-            EXPECT_GE(now.taken, before.taken);
-            EXPECT_GE(now.lost, before.lost);
-            before = now;
-            return true;
-        });
-    EXPECT_TRUE(read);
-    EXPECT_EQ(gaps > 0, fed_.loses);
-    EXPECT_GE(before.taken, static_cast<std::uint64_t>(frames));
-    EXPECT_EQ(before.lost > 0, fed_.loses);
+            if (frame) stream.take(frame->tick.n, 1, frame->quality, fed_.device->counts());
+            return frame != nullptr;
+        }));
+    stream.expect(fed_.loses);
 }
 
 TEST_P(CameraContractTest, StopUnblocksARead) {
