@@ -19,9 +19,7 @@ namespace shaker::campaign {
 
 namespace {
 
-using calibration::Estimate;
 using recording::number;
-using recording::NumberColumn;
 using recording::Table;
 using recording::text;
 using recording::TextColumn;

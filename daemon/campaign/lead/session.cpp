@@ -88,6 +88,7 @@ std::vector<double> predicted_s(const Plan& plan, const std::vector<Point>& poin
 
 std::string return_sentence(const std::vector<Returned>& returns) {
     std::vector<double> errors_mm;
+    errors_mm.reserve(returns.size());
     for (const Returned& r : returns) errors_mm.push_back(1e3 * std::abs(r.x_to_m - r.x_asked_m));
     std::ranges::sort(errors_mm);
     return fmt::format(

@@ -72,6 +72,7 @@ TEST(CosineFitTest, CoulombDriftIsStatedAsMisfit) {
 // Two series of one gamma differ by what the cosine misses at their phases.
 TEST(CosineFitTest, ErrorCoversTheChoiceOfPhases) {
     std::vector<Point> around_once;
+    around_once.reserve(60);
     for (int k = 0; k < 60; ++k) around_once.push_back(exact_point(drive_at(1, k * pi / 30), level));
     const auto whole = cosine_fits(around_once);
     ASSERT_EQ(whole.size(), 1U);

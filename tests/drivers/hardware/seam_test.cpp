@@ -236,7 +236,7 @@ bool stop_ends(Device& device, const std::function<void()>& wait) {
 }
 
 /// The laws of the ticks of a stream, and its counts.
-class Stream {
+class TickStream {
 public:
     void take(std::int64_t tick, std::int64_t size, Quality quality, const DeviceCounts& now) {
         const std::int64_t step = next_ ? tick - *next_ : 0;
@@ -274,7 +274,7 @@ protected:
 };
 
 TEST_P(AccelerometerContractTest, TicksNeverStepBackAndGapsAreMarked) {
-    Stream stream;
+    TickStream stream;
     bool lost = false;
     EXPECT_TRUE(read_until(
         fed_, [&] { return stream.taken() > 4000 && stream.gaps() > 0; },
@@ -319,7 +319,7 @@ protected:
 };
 
 TEST_P(CameraContractTest, TicksNeverStepBackAndGapsAreMarked) {
-    Stream stream;
+    TickStream stream;
     bool lost = false;
     EXPECT_TRUE(read_until(
         fed_, [&] { return stream.taken() > 100 && stream.gaps() > 0; },
