@@ -152,7 +152,8 @@ void place_walker(run::RunOptions& run, const campaign::Plan& plan, const campai
 bool lead(run::Runner& runner, campaign::PreparedSession prepared) {
     const bool live = prepared.settings.beside;
     service::BenchPort port;
-    service::BenchService bench{runner, {.beside = live}, port};
+    // The engine learns mu by itself.
+    service::BenchService bench{runner, {.beside = live, .fits_mu = false}, port};
     bench.measure(std::move(prepared));
     const run::StopSignals signals{runner};
     OperatorInput input{keys};
@@ -169,7 +170,7 @@ bool lead(run::Runner& runner, campaign::PreparedSession prepared) {
             // A bench on virtual time waits in a pause for the operator; a real one goes on playing silence.
             // What a word has begun goes on before the next one is read.
             if (const auto word = input.next(campaign.waits && !live)) obey(port, *word, lines);
-            nobody = input.closed() && campaign.waits;
+            nobody = nobody || (input.closed() && campaign.waits);
             const bool ends = !campaign.active || nobody;
             if (const int asked = std::max(runner.stop_requests(), ends ? 1 : 0); asked > stops)
                 for (; stops < asked; ++stops) bench.leave();

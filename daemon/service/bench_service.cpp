@@ -39,6 +39,7 @@ BenchService::BenchService(run::Runner& runner, const BenchServiceSettings& sett
       run_{runner.options()},
       opened_{run_.pictures},
       filed_limits_{on_call_.limits()},
+      fits_mu_{settings.fits_mu},
       live_mu_{bench_.gravity, settings.beside},
       disk_{"disk", settings.beside} {
     disk_.grant();
@@ -119,7 +120,7 @@ void BenchService::take_outcome() {
         }
         points_.push_back({m->measurement.asked, result_->gamma, result_->phi, result_->v_D});
         parts_.push_back(part);
-        live_mu_.add(*result_, m->measurement.asked);
+        if (fits_mu_) live_mu_.add(*result_, m->measurement.asked);
         compare_points();
     }
     if (live_mu_.follow()) compare_points();

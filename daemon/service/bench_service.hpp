@@ -30,6 +30,7 @@ struct BenchServiceSettings {
     bool beside = false;                 // measurements are reduced in a separate thread
     calibration::Estimate mu{NAN, NAN};  // friction coefficient of walker and base; NaN: not known
     std::filesystem::path plans{};       // folder of the plans that clients order by name
+    bool fits_mu = true;                 // after each measurement, for clients to see
 };
 
 /// Thread safety: all functions on the reduction thread, leave() on any thread. The runner (on call) and the
@@ -128,6 +129,7 @@ private:
     std::vector<recording::MeasuredPart> parts_;
     std::optional<reduction::MirrorPair> mirror_;
     std::optional<reduction::NullPhase> null_;
+    const bool fits_mu_;
     LiveMu live_mu_;
     calibration::Estimate mu_;  // by an order until measurements give it
     std::vector<double> closed_form_;

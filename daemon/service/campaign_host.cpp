@@ -227,7 +227,7 @@ void CampaignHost::end(bool leaving) {
                                                   : state_.paused           ? "ended by the operator"
                                                   : state_.known_mu.empty() ? "complete"
                                                                             : state_.known_mu};
-    state_.paused = false;
+    state_.paused = state_.waits = false;
     try {
         finishing_ = desk_.run([session = session_, last] { return finish(*session, last); });
     } catch (const DeviceError& e) {
