@@ -65,7 +65,8 @@ def settle(drives, mu, mu_s=0.0, tilt=0.0):
         file.flush()
         program = os.environ.get("SHAKERD") or shutil.which("shakerd") or "shakerd"
         done = subprocess.run([program, "predict", "--json", file.name], check=True, stdout=subprocess.PIPE)
-    found = [json.loads(done.stdout)[case["name"]] for case in cases] if cases else []
+    answers = json.loads(done.stdout) if cases else {}
+    found = [answers[case["name"]] for case in cases]
     events = [[(0.0, f["state_at_t0"]), *((u, after) for u, _, after in f["events"])] for f in found]
     return Motion(*(np.array([f[key] for f in found]) for key in ("v_D", "v_at_t0")), events)
 
