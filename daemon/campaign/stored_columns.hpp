@@ -47,7 +47,11 @@ private:
         return std::ranges::find(later_columns, path) != later_columns.end() && !h5::exists(entry_, path);
     }
     [[nodiscard]] std::size_t points(const std::string& group) const {
-        return h5::description_of(entry_, group + "/point").shape.at(0);
+        const std::vector<hsize_t> shape = h5::description_of(entry_, group + "/point").shape;
+        if (shape.size() != 1)
+            throw InputError{
+                fmt::format("{}/point has {} dimensions, expected a column", group, shape.size())};
+        return shape.front();
     }
 
     hid_t entry_;

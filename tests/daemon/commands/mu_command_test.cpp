@@ -1,5 +1,7 @@
 #include <gtest/gtest.h>
 
+#include <cmath>
+#include <cstdlib>
 #include <fstream>
 #include <nlohmann/json.hpp>
 
@@ -88,6 +90,24 @@ TEST_F(MuCommandTest, GravityIsThatOfTheBench) {
     EXPECT_NE(both.err.find("north/campaign.nxs: gravity is 9.83 m/s^2, 9.8 m/s^2 in"), std::string::npos)
         << both.err;
     EXPECT_EQ(test::shakerd("mu . north --gravity 9.8m/s^2", folder_).status, 0);
+}
+
+TEST_F(MuCommandTest, TablesOfBeforeAreRead) {
+    const auto change = [&](const std::string& python) {
+        const std::string command = "/usr/bin/python3 -c \"import h5py; e=h5py.File('" +
+                                    (folder_ / "campaign.nxs").string() + "','r+')['entry']; " + python +
+                                    "\"";
+        EXPECT_EQ(std::system(command.c_str()), 0);
+    };
+    change(
+        "[e['points'].pop(c) for c in ('doubt', 'tilt', 'tilt_errors')]; del "
+        "e['process'].attrs['gravity_mps2']");
+    const auto points = campaign::law_points(campaign::read_points(folder_ / "campaign.nxs"));
+    EXPECT_NEAR(law::fit_coulomb(points).mu.value, 0.113, 1e-6);
+    EXPECT_EQ(points.front().doubt, "");
+    EXPECT_TRUE(std::isnan(points.front().tilt.value));
+    change("del e['points/point']; e['points/point'] = 3.0");
+    EXPECT_THROW(static_cast<void>(campaign::read_points(folder_ / "campaign.nxs")), InputError);
 }
 
 TEST_F(MuCommandTest, ADoubtReachesTheFits) {
