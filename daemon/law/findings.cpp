@@ -109,8 +109,7 @@ Fit tilt_by_gravity(std::span<const Point> points, const CoulombFit& coulomb) {
     if (!(std::abs(off) > farthest_from_law * std::hypot(coulomb.tilt.error, fit.error))) return fit;
     fit.note = fmt::format(
         "v_D of mirror partners shows a tilt of {} mrad, gravity {} mrad: friction that is {:.2g} % larger "
-        "{} "
-        "would do that on a level base, or the accelerometer's offset is off by {:.2g} m/s^2",
+        "{} would do that on a level base, or the accelerometer's offset is off by {:.2g} m/s^2",
         with_error(1e3 * coulomb.tilt.value, 1e3 * coulomb.tilt.error),
         with_error(1e3 * fit.value, 1e3 * fit.error), 100 * 2 * std::abs(off) / coulomb.law.mu,
         off > 0 ? "backwards" : "forwards", std::abs(off) * coulomb.law.g);
@@ -147,6 +146,7 @@ std::string notes_text(const Findings& f) {
     struct Note {
         std::string words, first, names;
         int count = 0;
+        bool differ = false;  // in their figures
     };
     std::vector<Note> notes;
     for (const Fit* fit : all_fits(f)) {
@@ -157,12 +157,13 @@ std::string notes_text(const Findings& f) {
         });
         auto known = std::ranges::find(notes, words, &Note::words);
         if (known == notes.end()) known = notes.insert(known, {words, fit->note, {}});
+        known->differ = known->differ || fit->note != known->first;
         known->names += (known->count++ > 0 ? ", " : "") + fit->name + where(*fit);
     }
     std::string out;
     for (const Note& n : notes)
         out += fmt::format("{}: {}{}\n", n.names, n.first,
-                           n.count > 1 ? fmt::format(" ({} times; figures of the first)", n.count) : "");
+                           n.differ ? fmt::format(" ({} times; figures of the first)", n.count) : "");
     return out;
 }
 

@@ -5,6 +5,7 @@
 #include <cstdio>
 
 #include "calibration/accelerometer/transverse.hpp"
+#include "daemon/reduction/check/bench_check.hpp"
 #include "daemon/reduction/selection.hpp"
 #include "drivers/errors.hpp"
 
@@ -191,11 +192,9 @@ void note(const BadSamples& bad, std::vector<std::string>& notes) {
     }
     notes.push_back(counts + "; they are excluded");
     if (!bad.degrade()) return;
-    notes.emplace_back(bad.same_phase
-                           ? "the result is degraded: bad accelerometer samples come at the same "
-                             "phase of the period"
-                           : "the result is degraded: more than 1 % of the accelerometer's samples "
-                             "are bad");
+    notes.push_back(std::string{degraded_note}.append(
+        bad.same_phase ? ": bad accelerometer samples come at the same phase of the period"
+                       : ": more than 1 % of the accelerometer's samples are bad"));
 }
 
 }  // namespace

@@ -139,8 +139,8 @@ void doubt_frequency(const calibration::HarmonicFit& acceleration, Reduction& ou
         return;
     out.notes.push_back(
         fmt::format("{}: is {:.4g} Hz the drive's frequency? gamma, rho and phi may be those of "
-                    "the wrong harmonics; the result is degraded",
-                    why, f));
+                    "the wrong harmonics; {}",
+                    why, f, degraded_note));
     out.degraded = true;
 }
 

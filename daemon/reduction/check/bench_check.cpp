@@ -214,20 +214,20 @@ void note_gain(GainRatio& check, const calibration::HarmonicFit& acceleration,
                 ? fmt::format("{:.2g} % of it systematic", 100 * std::hypot(v.scale_error, gain_error))
                 : "no systematic error is known";
         notes.push_back(
-            fmt::format("bench check: the base's acceleration by camera \"{}\" is {:.5f} times that by the "
+            fmt::format("{}base's acceleration by camera \"{}\" is {:.5f} times that by the "
                         "accelerometer, "
                         "{:.0f} standard errors from 1 (one is {:.2g} %; {}): {} is off by {:.2f} %; v_D has "
                         "the camera's "
                         "scale, gamma the accelerometer's; {}",
-                        v.view, v.ratio.value, std::abs(std::log(v.ratio.value)) / error_of(v),
+                        alarm_note, v.view, v.ratio.value, std::abs(std::log(v.ratio.value)) / error_of(v),
                         100 * error_of(v), known, who, 100 * (v.ratio.value - 1), remedy));
     }
     const calibration::Estimate& r = check.second_over_first;
     if (std::abs(r.value - 1) > std::max(alarm * r.sigma, same_response))
         notes.push_back(fmt::format(
-            "bench check: the ratio of cameras to accelerometer at 2w is {:.5f} +- {:.5f} times that at w, "
+            "{}ratio of cameras to accelerometer at 2w is {:.5f} +- {:.5f} times that at w, "
             "which no gain explains: check exposure_s, the accelerometer's filter and its mounting",
-            r.value, r.sigma));
+            alarm_note, r.value, r.sigma));
     check.alarm = notes.size() > before;
 }
 

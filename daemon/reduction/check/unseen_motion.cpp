@@ -58,9 +58,8 @@ std::string unseen_motion(const calibration::HarmonicFit& acceleration, std::spa
             return fmt::format(
                 "camera \"{}\" does not show the base's motion at {:.4g} Hz: {:.3g} um by the accelerometer, "
                 "{:.3g} um by the camera, whose largest motion is {:.3g} um at {:.4g} Hz. "
-                "Check frame_rate_hz, the times of the pictures and the base's target; the result is "
-                "degraded",
-                seen.view, q * f, 1e6 * asked, 1e6 * shown, 1e6 * most.amplitude_m, most.hz);
+                "Check frame_rate_hz, the times of the pictures and the base's target; {}",
+                seen.view, q * f, 1e6 * asked, 1e6 * shown, 1e6 * most.amplitude_m, most.hz, degraded_note);
         }
     }
     return {};
