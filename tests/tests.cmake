@@ -251,6 +251,7 @@ add_test(NAME sizes COMMAND ${PROJECT_SOURCE_DIR}/tests/sizes ${PROJECT_SOURCE_D
 add_test(NAME requirements COMMAND ${PROJECT_SOURCE_DIR}/tests/requirements ${PROJECT_SOURCE_DIR})
 add_test(NAME real_time COMMAND ${PROJECT_SOURCE_DIR}/tests/real_time ${PROJECT_SOURCE_DIR})
 add_test(NAME tick_times COMMAND ${PROJECT_SOURCE_DIR}/tests/tick_times ${PROJECT_SOURCE_DIR})
+add_test(NAME held_states COMMAND ${PROJECT_SOURCE_DIR}/tests/held_states ${PROJECT_SOURCE_DIR})
 add_test(NAME plain_words COMMAND ${PROJECT_SOURCE_DIR}/tests/plain_words ${PROJECT_SOURCE_DIR})
 
 if(SHAKER_SANITIZE)  # what follows is run from the other presets

@@ -47,7 +47,8 @@ std::vector<Command> campaign_commands(BenchInstrument& bench) {
     rows.push_back(command_of(
         bench, "campaign/check",
         [&bench](scpi::Call& call) {
-            const auto& check = bench.state()->plan_check;
+            const auto state = bench.state();
+            const auto& check = state->plan_check;
             std::string words = check && !check->under_way ? check->summary : "";
             if (check)
                 for (const std::string& misfit : check->misfits) words += "; " + misfit;
@@ -59,8 +60,9 @@ std::vector<Command> campaign_commands(BenchInstrument& bench) {
     rows.push_back({.header = "CAMPaign:CATalog",
                     .query =
                         [&bench](scpi::Call& call) {
+                            const auto state = bench.state();
                             std::string names;
-                            for (const std::string& name : bench.state()->plans)
+                            for (const std::string& name : state->plans)
                                 names += (names.empty() ? "" : ",") + name;
                             call.reply.string(names);
                         },
