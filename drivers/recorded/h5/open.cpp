@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <fstream>
+#include <mutex>
 
 #include "drivers/errors.hpp"
 #include "drivers/recorded/h5/file_driver.hpp"
@@ -45,8 +46,10 @@ void expect_links(hid_t group, const std::string& path) {
     if (found > 0) refuse(path, "has an invalid name");
 }
 
-/// Prevents a file from loading plug-ins or opening other files.
+/// Prevents a file from loading plug-ins or opening other files. Several threads may open their first file.
 void stay_in_the_file() {
+    static std::mutex one_at_a_time;
+    const std::scoped_lock lock{one_at_a_time};
     check(H5PLset_loading_state(0), "refusing plug-ins");
     if (H5Lis_registered(H5L_TYPE_EXTERNAL) > 0)
         check(H5Lunregister(H5L_TYPE_EXTERNAL), "refusing links to other files");

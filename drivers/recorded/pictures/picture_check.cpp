@@ -139,7 +139,7 @@ PictureCheck verify_frames(const std::filesystem::path& folder, const std::strin
     return check;
 }
 
-void end_frames(const std::filesystem::path& folder, const std::string& camera, std::uint64_t last) {
+std::vector<std::string> end_frames(const std::filesystem::path& folder, const std::string& camera, std::uint64_t last) {
     FoundSegments found = find_segments(folder, camera);
     for (const auto& file : unfinished_files(folder, camera)) remove_file(file);
     const auto ends_before = [last](const FoundSegment& s) {
@@ -159,6 +159,7 @@ void end_frames(const std::filesystem::path& folder, const std::string& camera, 
     std::erase_if(found.good, ends_before);
     h5::sync_folder(folder);
     if (!found.good.empty()) link_pictures(folder, found, last);
+    return found.damaged;
 }
 
 PictureCheck finish_frames(const std::filesystem::path& folder, const std::string& camera) {

@@ -29,8 +29,9 @@ PictureCheck verify_frames(const std::filesystem::path& folder, const std::strin
 /// Ends a recording: cuts the files after picture `last`, or releases their space on the disk when they are
 /// nearly full, removes files without pictures, and writes the link file. A file is replaced by its shorter
 /// copy or kept; unreadable files are kept. There must be no intact pictures after `last`, and no store that
-/// writes into the folder. DeviceError when the disk fails; the call can then be repeated.
-void end_frames(const std::filesystem::path& folder, const std::string& camera, std::uint64_t last);
+/// writes into the folder. Returns the unreadable files, and the pictures missing with them. DeviceError when
+/// the disk fails; the call can then be repeated.
+std::vector<std::string> end_frames(const std::filesystem::path& folder, const std::string& camera, std::uint64_t last);
 
 /// verify_frames(), then end_frames() after the last intact picture. Bad ones before it are kept and
 /// reported. Repeating it changes nothing.

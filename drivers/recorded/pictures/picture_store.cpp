@@ -138,7 +138,8 @@ void PictureStore::finish() {
     if (spare_.valid()) spare_.wait();
     if (closing_.valid()) closing_.wait();
     closed_ = true;
-    end_frames(folder_, camera_, stored());
+    if (const auto damaged = end_frames(folder_, camera_, stored()); !damaged.empty())
+        throw DeviceError{fmt::format("camera \"{}\": {}", camera_, damaged.front())};
 }
 
 std::future<void> PictureStore::finish_beside() {

@@ -6,10 +6,15 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <barrier>
 #include <cerrno>
 #include <csignal>
 #include <fstream>
+#include <functional>
+#include <future>
 
+#include "drivers/recorded/h5/disk_file.hpp"
+#include "drivers/recorded/h5/image.hpp"
 #include "tests/support/missing_calls.hpp"
 #include "tests/support/recording/recording_folder.hpp"
 
@@ -24,6 +29,46 @@ protected:
     test::SessionFolder folder_;
     std::filesystem::path file_ = folder_.write("run.nxs.part", "data");
 };
+
+// Exit status of `work` in a process of its own; 1 for an exception.
+int status_of(const std::function<void()>& work) {
+    const pid_t child = ::fork();
+    if (child == 0) {
+        try {
+            work();
+        } catch (const std::exception&) {
+            ::_exit(1);
+        }
+        ::_exit(0);
+    }
+    int status = -1;
+    ::waitpid(child, &status, 0);
+    return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
+}
+
+// HDF5 is set up at the first file of a process. Each child is a process whose first two files are opened by
+// two threads at once, as those of two cameras at the end of a recording.
+TEST_F(FileLockTest, TwoThreadsOpenTheFirstFilesOfAProcess) {
+    const std::filesystem::path file = file_.parent_path() / "first.h5";
+    ASSERT_EQ(status_of([&] {
+                  const Image image;
+                  replace_file(file, image.head(image.size()));
+              }),
+              0);
+    for (int i = 0; i < 60; ++i)
+        ASSERT_EQ(status_of([&] {
+                      std::barrier both{2};
+                      const auto open = [&] {
+                          both.arrive_and_wait();
+                          open_file(file);
+                      };
+                      auto beside = std::async(std::launch::async, open);
+                      open();
+                      beside.get();
+                  }),
+                  0)
+            << "process " << i;
+}
 
 TEST_F(FileLockTest, SecondOneIsRefusedAndSeesTheProcess) {
     EXPECT_FALSE(locked_by(file_));
