@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <numeric>
 #include <utility>
 
 #include "daemon/campaign/campaign_folder.hpp"
@@ -12,6 +13,7 @@
 #include "daemon/recording/replay.hpp"
 #include "daemon/recording/tables/measured_tables.hpp"
 #include "daemon/recording/tables/places.hpp"
+#include "daemon/recording/time_text.hpp"
 #include "drivers/settings_table.hpp"
 
 namespace shaker::campaign {
@@ -242,6 +244,7 @@ law::Point with_numbers(const PointRow& row, int campaign) {
     p.v_D = row.v_D;
     p.true_v_D = row.true_v_D;
     p.tilt = row.tilt;
+    p.time_s = recording::seconds_of(row.time);
     p.doubt = row.doubt;
     p.periods = static_cast<int>(std::lround(row.periods));
     if (row.periods > 0) p.phases_per_period = row.frames / row.periods / views;
@@ -327,6 +330,13 @@ std::vector<law::Point> law_points(const PointsTable& table, int campaign) {
     }
     for (const PointStick& s : table.stick)
         if (law::Point* p = point(s.point)) p->stick.push_back(s.interval);
+    std::map<int, std::vector<double>> places;
+    for (const PointPass& pass : table.passes)
+        if (std::isfinite(pass.x_from_m) && std::isfinite(pass.x_to_m))
+            places[pass.point].push_back(0.5 * (pass.x_from_m + pass.x_to_m));
+    for (const auto& [number, x] : places)
+        if (law::Point* p = point(number))
+            p->place = std::accumulate(x.begin(), x.end(), 0.0) / static_cast<double>(x.size());
     std::vector<law::Point> out;
     for (auto& [number, p] : found)
         if (p.base.order() > 0) out.push_back(std::move(p));

@@ -3,10 +3,12 @@
 #include <spdlog/fmt/fmt.h>
 
 #include <algorithm>
+#include <nlohmann/json.hpp>
 
 #include "daemon/campaign/campaign_folder.hpp"
 #include "daemon/campaign/point_results.hpp"
 #include "daemon/commands/table.hpp"
+#include "daemon/law/verdict.hpp"
 #include "daemon/manual/values.hpp"
 #include "daemon/report/printing.hpp"
 #include "drivers/errors.hpp"
@@ -33,11 +35,13 @@ constexpr std::array mu_arguments{
     Argument{.name = "--level", .help = "Take the base as level also where mirror partners show its tilt"},
     manual::json_argument};
 
-int act_on_mu(const manual::Values& values) {
+using TextOf = std::string (*)(const std::vector<std::filesystem::path>&, const MuOptions&, bool);
+
+int act_with(TextOf text_of, const manual::Values& values) {
     std::vector<std::filesystem::path> files;
     for (const std::string& name : values.texts("CAMPAIGN")) files.push_back(points_file(name));
     return confined(files.front().string(), confinement_for_points(files), [&] {
-        report::say(mu_text(files,
+        report::say(text_of(files,
                             {.gravity = values.has("--gravity") ? values.number("--gravity") : NAN,
                              .free_tilt = !values.has("--level")},
                             values.has("--json")));
@@ -45,21 +49,7 @@ int act_on_mu(const manual::Values& values) {
     });
 }
 
-}  // namespace
-
-std::filesystem::path points_file(const std::filesystem::path& campaign) {
-    const bool folder = std::filesystem::is_directory(campaign);
-    std::filesystem::path file = folder ? campaign / campaign::table_name : campaign;
-    if (std::filesystem::exists(file)) return file;
-    if (folder)
-        throw InputError{fmt::format(
-            "{}: the folder has no {}; \"shakerd campaign {} --reduce\" makes one from the recordings",
-            campaign.string(), campaign::table_name, campaign.string())};
-    throw InputError{fmt::format("{}: no such file or folder", campaign.string())};
-}
-
-std::string mu_text(const std::vector<std::filesystem::path>& campaigns, const MuOptions& options,
-                    bool json) {
+law::Findings findings_of(const std::vector<std::filesystem::path>& campaigns, const MuOptions& options) {
     std::vector<law::Point> points;
     double place = NAN;  // gravity of the campaigns so far
     for (std::size_t i = 0; i < campaigns.size(); ++i) {
@@ -80,10 +70,34 @@ std::string mu_text(const std::vector<std::filesystem::path>& campaigns, const M
             throw InputError{fmt::format("{}: the campaign has no measured point", campaigns[i].string())};
         points.insert(points.end(), std::make_move_iterator(own.begin()), std::make_move_iterator(own.end()));
     }
-    const law::Findings findings = law::analyse(
-        std::move(points),
-        {.g = std::isnan(options.gravity) ? place : options.gravity, .free_tilt = options.free_tilt});
+    return law::analyse(std::move(points), {.g = std::isnan(options.gravity) ? place : options.gravity,
+                                            .free_tilt = options.free_tilt});
+}
+
+}  // namespace
+
+std::filesystem::path points_file(const std::filesystem::path& campaign) {
+    const bool folder = std::filesystem::is_directory(campaign);
+    std::filesystem::path file = folder ? campaign / campaign::table_name : campaign;
+    if (std::filesystem::exists(file)) return file;
+    if (folder)
+        throw InputError{fmt::format(
+            "{}: the folder has no {}; \"shakerd campaign {} --reduce\" makes one from the recordings",
+            campaign.string(), campaign::table_name, campaign.string())};
+    throw InputError{fmt::format("{}: no such file or folder", campaign.string())};
+}
+
+std::string mu_text(const std::vector<std::filesystem::path>& campaigns, const MuOptions& options,
+                    bool json) {
+    law::Findings findings = findings_of(campaigns, options);
+    if (findings.coulomb.mu.refused) findings.verdict = judge(findings, options.free_tilt);
     return json ? findings_json(findings) : findings_text(findings);
+}
+
+std::string law_text(const std::vector<std::filesystem::path>& campaigns, const MuOptions& options,
+                     bool json) {
+    const law::Verdict verdict = judge(findings_of(campaigns, options), options.free_tilt);
+    return json ? verdict_json(verdict).dump(2) + "\n" : verdict_text(verdict);
 }
 
 sandbox::Confinement confinement_for_points(const std::vector<std::filesystem::path>& files) {
@@ -109,7 +123,22 @@ manual::Command mu_row() {
         .arguments = mu_arguments,
         .example = "shakerd mu paper",
         .exit_statuses = {manual::exit_device},
-        .act = act_on_mu};
+        .act = [](const manual::Values& values) { return act_with(mu_text, values); }};
+}
+
+manual::Command law_row() {
+    return {
+        .name = "law",
+        .summary = "Judge which law of friction describes the points of campaigns",
+        .details =
+            "Fits each law to v_D of all points at their measured drives, and to harmonics 9 to 16 of the "
+            "base, which the walker's friction moves. The laws are judged by Schwarz's criterion, chi^2 + k "
+            "ln n. The sentence names the law with its parameters, the laws that these points cannot tell "
+            "from it and a drive that would, or that no law of the list describes them.",
+        .arguments = mu_arguments,
+        .example = "shakerd law paper",
+        .exit_statuses = {manual::exit_device},
+        .act = [](const manual::Values& values) { return act_with(law_text, values); }};
 }
 
 }  // namespace shaker::commands

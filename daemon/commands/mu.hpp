@@ -1,5 +1,5 @@
 #pragma once
-// The points of campaigns, which "shakerd mu" fits, and "shakerd report" too.
+// The points of campaigns, which "shakerd mu" and "shakerd law" fit, and "shakerd report" too.
 #include <cmath>
 #include <filesystem>
 #include <string>
@@ -25,5 +25,8 @@ struct MuOptions {
 /// budgets and remarks as text or JSON. InputError that names the file for one that is not a points table,
 /// for a damaged one, for one without a measured point, and for one at another place.
 std::string mu_text(const std::vector<std::filesystem::path>& campaigns, const MuOptions& options, bool json);
+/// The same for the laws of friction: which describes the points.
+std::string law_text(const std::vector<std::filesystem::path>& campaigns, const MuOptions& options,
+                     bool json);
 
 }  // namespace shaker::commands

@@ -225,9 +225,9 @@ std::string friction_text(const walker::Friction& f) {
     if (f.law == FrictionLaw::logarithmic)
         text += fmt::format(", strengthening {:.4g} above {:.4g} m/s", f.log_share, f.log_velocity);
     if (!f.sticks()) text += fmt::format(", presliding {:.4g} m", f.presliding);
-    if (f.law == FrictionLaw::lugre)
-        text +=
-            fmt::format(", Stribeck velocity {:.4g} m/s, bristle time {:.4g} s", f.stribeck, f.bristle_time);
+    if (f.law == FrictionLaw::stribeck || f.law == FrictionLaw::lugre)
+        text += fmt::format(", Stribeck velocity {:.4g} m/s", f.stribeck);
+    if (f.law == FrictionLaw::lugre) text += fmt::format(", bristle time {:.4g} s", f.bristle_time);
     if (f.ageing != 0) text += fmt::format(", ageing {:.4g} with {:.4g} s", f.ageing, f.ageing_s);
     if (f.roughness.share != 0)
         text += fmt::format(", roughness {:.4g} over {:.4g} m", f.roughness.share, f.roughness.length);

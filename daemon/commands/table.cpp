@@ -53,10 +53,10 @@ manual::Command manual_row() {
 }  // namespace
 
 const manual::Program& program() {
-    static const std::array rows{run_row(),       campaign_row(), mu_row(),     serve_row(),  check_row(),
-                                 calibrate_row(), devices_row(),  list_row(),   replay_row(), recover_row(),
-                                 export_row(),    report_row(),   reduce_row(), track_row(),  example_row(),
-                                 predict_row(),   manual_row()};
+    static const std::array rows{run_row(),     campaign_row(),  mu_row(),      law_row(),    serve_row(),
+                                 check_row(),   calibrate_row(), devices_row(), list_row(),   replay_row(),
+                                 recover_row(), export_row(),    report_row(),  reduce_row(), track_row(),
+                                 example_row(), predict_row(),   manual_row()};
     static const manual::Program shakerd{
         .name = "shakerd",
         .manual_part = 8,

@@ -15,6 +15,7 @@ int run_command_line(int argc, const char* const* argv);
 manual::Command run_row();
 manual::Command campaign_row();
 manual::Command mu_row();
+manual::Command law_row();
 manual::Command serve_row();
 manual::Command check_row();
 manual::Command devices_row();

@@ -97,9 +97,7 @@ Fit fitted_push(std::span<const Point> points, const std::vector<LawPoint>& at, 
 class Search {
 public:
     Search(std::span<const Point> points, const CoulombOptions& options)
-        : points_{points},
-          options_{options},
-          tilted_{options.free_tilt && mirror_pairs(points) >= least_pairs} {
+        : points_{points}, options_{options}, tilted_{options.free_tilt && shows_tilt(points)} {
         fit_.law.g = options.g;
         fit_.law.mu = options.start_mu > 0 ? options.start_mu : best_of_grid(points, fit_.law);
     }
@@ -124,6 +122,7 @@ public:
             if (std::abs(d_mu) < converged * error && std::abs(d_tilt) < converged * tilt_error)
                 return finished();
         }
+        fit_.mu.refused = true;
         fit_.mu.note = fmt::format("the fit did not converge; the last mu was {:.4g}", fit_.law.mu);
         return fit_;
     }
@@ -165,8 +164,10 @@ private:
                    .chi2 = last.chi2,
                    .freedom = last.freedom,
                    .points = static_cast<int>(points_.size())};
-        fit_.mu.note =
-            misfit(last.chi2, last.freedom, "Coulomb's law with one mu does not describe the points");
+        fit_.mu.note = misfit(
+            last.chi2, last.freedom,
+            "Coulomb's law with one mu does not describe the points; \"shakerd law\" tells which law does");
+        fit_.mu.refused = !fit_.mu.note.empty();
         fit_.tilt = {.name = "tilt", .unit = "rad"};
         fit_.covariance = {{"mu_ac"}, {last.covariance(0, 0)}};
         if (tilted_) {
@@ -229,6 +230,8 @@ LawPoint law_point(const Point& point, const Coulomb& law, const PushedCycle* st
     out.base_error = std::sqrt(variance);
     return out;
 }
+
+bool shows_tilt(std::span<const Point> points) { return mirror_pairs(points) >= least_pairs; }
 
 CoulombFit fit_coulomb(std::span<const Point> points, const CoulombOptions& options) {
     CoulombFit none;

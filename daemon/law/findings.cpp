@@ -43,9 +43,10 @@ auto all_fits(Of& f) {
 }
 
 ordered_json fit_json(const Fit& f) {
-    return {{"name", f.name}, {"value", f.value},      {"error", f.error},     {"truth", f.truth},
-            {"unit", f.unit}, {"chi2", f.chi2},        {"freedom", f.freedom}, {"points", f.points},
-            {"note", f.note}, {"gamma_mps2", f.gamma}, {"phi_rad", f.phi},     {"series", f.series}};
+    return {{"name", f.name},    {"value", f.value},     {"error", f.error},      {"truth", f.truth},
+            {"unit", f.unit},    {"chi2", f.chi2},       {"freedom", f.freedom},  {"points", f.points},
+            {"note", f.note},    {"refused", f.refused}, {"gamma_mps2", f.gamma}, {"phi_rad", f.phi},
+            {"series", f.series}};
 }
 
 void add_covariance(ordered_json& list, const Covariance& c, const Fit& of) {
@@ -289,9 +290,17 @@ Findings analyse(std::vector<Point> points, const CoulombOptions& options, const
     return f;
 }
 
+Verdict judge(const Findings& f, bool free_tilt) {
+    return judge(f.points, CoulombOptions{.g = f.gravity, .free_tilt = free_tilt},
+                 {f.gravity_tilt.value, f.gravity_tilt.error});
+}
+
 std::string findings_text(const Findings& f) {
-    std::string out =
-        fmt::format("{:<40} {:>28} {:<7} {:>12} {:>7}\n", "fit", "value", "unit", "chi^2/free", "points");
+    std::string out;
+    if (f.verdict)
+        out = fmt::format("{}.\nmu_ac is that of Coulomb's law, which the data refuse.\n\n",
+                          f.verdict->sentence);
+    out += fmt::format("{:<40} {:>28} {:<7} {:>12} {:>7}\n", "fit", "value", "unit", "chi^2/free", "points");
     for (const Fit* fit : all_fits(f)) {
         const std::string chi2 = fit->freedom > 0 && std::isfinite(fit->chi2)
                                      ? fmt::format("{:.3g}", fit->chi2 / fit->freedom)
@@ -343,6 +352,7 @@ std::string findings_json(const Findings& f) {
                 {"beyond_3_without_push", f.coulomb.beyond_3_without_push},
                 {"chi2_without_push", f.coulomb.chi2_without_push}};
     j["points"] = points_json(f);
+    j["verdict"] = f.verdict ? verdict_json(*f.verdict) : ordered_json{};
     return j.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n";
 }
 

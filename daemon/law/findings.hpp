@@ -7,6 +7,7 @@
 #include "daemon/law/coulomb_fit.hpp"
 #include "daemon/law/phase_fits.hpp"
 #include "daemon/law/slope_mu.hpp"
+#include "daemon/law/verdict.hpp"
 
 namespace shaker::law {
 
@@ -73,8 +74,9 @@ struct Findings {
     Fit no_stick;     // mu_ns
     std::vector<CosineFit> cosines;
     std::vector<Fit> nulls, reversals, thresholds;
-    std::vector<Budget> budgets;    // of mu_ac, mu_k, mu_ns
-    std::vector<AskedDrive> asked;  // in the order of the points
+    std::vector<Budget> budgets;     // of mu_ac, mu_k, mu_ns
+    std::vector<AskedDrive> asked;   // in the order of the points
+    std::optional<Verdict> verdict;  // only where it was asked for
 };
 
 /// Every fit. A fit that cannot be made has the reason in its note. 228 points take about 2 s. Where all
@@ -82,14 +84,17 @@ struct Findings {
 Findings analyse(std::vector<Point> points, const CoulombOptions& options = {},
                  const InputErrors& errors = {});
 
-/// A table of the fits, the budgets and the sentences, equal ones once with their places; ends with a
-/// newline.
+/// Which law describes the points.
+Verdict judge(const Findings& findings, bool free_tilt);
+
+/// The verdict's sentence; a table of the fits, the budgets and the sentences, equal ones once with their
+/// places; ends with a newline.
 std::string findings_text(const Findings& findings);
-/// {"gravity_mps2": ..., "fits": [{name, value, error, truth, unit, chi2, freedom, points, note, gamma_mps2,
-/// phi_rad, series}], "covariances": [{names, matrix}], "budgets": {"mu_ac": [{source, share, input}], ...},
-/// "law": {beyond_3, beyond_3_without_push, chi2_without_push}, "points": [{campaign, point, v_D_mps,
-/// law_v_D_mps, z, doubt, asked_drive: {v_D_mps, v_D_se_mps, correction_mps, model_se_mps, reason}}]}. Values
-/// that do not exist are null.
+/// {"gravity_mps2": ..., "fits": [{name, value, error, truth, unit, chi2, freedom, points, note, refused,
+/// gamma_mps2, phi_rad, series}], "covariances": [{names, matrix}], "budgets": {"mu_ac": [{source, share,
+/// input}], ...}, "law": {beyond_3, beyond_3_without_push, chi2_without_push}, "points": [{campaign, point,
+/// v_D_mps, law_v_D_mps, z, doubt, asked_drive: {v_D_mps, v_D_se_mps, correction_mps, model_se_mps,
+/// reason}}], "verdict": as of verdict_json()}. Values that do not exist are null.
 std::string findings_json(const Findings& findings);
 
 }  // namespace shaker::law

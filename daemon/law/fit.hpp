@@ -19,6 +19,7 @@ struct Fit {
     int freedom = 0;     // degrees of freedom of chi2
     int points = 0;
     std::string note{};    // one sentence; empty: nothing to remark
+    bool refused = false;  // the data refuse the law of which it is a parameter
     double gamma = NAN;    // m/s^2, for a fit at one gamma
     double phi = NAN;      // rad, for a fit at one phase
     std::string series{};  // name in the plan; empty: all

@@ -29,6 +29,8 @@ struct Point {
     double true_v_D = NAN;                        // m/s; NaN: not a simulated bench
     std::string doubt{};                          // note that questions the measurement; empty: none
     int periods = 0;                              // measured
+    double time_s = NAN;                          // of its end, from any one instant; NaN: not known
+    double place = NAN;                           // of the walker, mean of its passes, m
     Harmonics<Acceleration> base{};               // measured, m/s^2
     std::array<double, max_harmonics> base_sd{};  // of each real and imaginary part, m/s^2
     double phases_per_period = 0;                 // frames of one view in a period; 0: not known

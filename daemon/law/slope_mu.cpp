@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <numbers>
 #include <optional>
 #include <vector>
@@ -110,6 +111,7 @@ std::optional<SlipPiece> fitted(const Point& p, const Unrolled& cycle, double fr
                      .sign = v_R > 0 ? 1 : -1,
                      .from = from,
                      .to = to,
+                     .v_R = v_R / static_cast<double>(n),
                      .a = {line.x[2] / scale[2], std::sqrt(line.covariance(2, 2)) / scale[2]},
                      .viscous = {bent.x[3] / scale[3], std::sqrt(bent.covariance(3, 3)) / scale[3]}};
 }
@@ -152,7 +154,7 @@ Solved solve(const Curve& c, double g) {
 
 }  // namespace
 
-std::vector<SlipPiece> slip_pieces(const Point& p) {
+std::vector<SlipPiece> slip_pieces(const Point& p, double frames) {
     std::vector<SlipPiece> pieces;
     if (p.cycle.phase.size() < 20 || !(p.phases_per_period > 0)) return pieces;
     const Unrolled cycle{p};
@@ -163,9 +165,47 @@ std::vector<SlipPiece> slip_pieces(const Point& p) {
         const double length = to - from - 2 * margin;
         if (length < least_length || length * p.phases_per_period < least_frames) continue;
         if (sticks_at(p, (from + to) / 2)) continue;
-        if (const auto piece = fitted(p, cycle, from + margin, to - margin)) pieces.push_back(*piece);
+        const double parts = std::max(1.0, std::floor(length * p.phases_per_period / frames));
+        for (double k = 0; k < parts; ++k)
+            if (const auto piece = fitted(p, cycle, from + margin + length * k / parts,
+                                          from + margin + length * (k + 1) / parts))
+                pieces.push_back(*piece);
     }
     return pieces;
+}
+
+std::vector<FrictionAt> friction_by_velocity(std::span<const Point> points, double g, double tilt) {
+    constexpr double step = 1.6, unit = 1e-3;  // m/s
+    constexpr std::size_t least = 3;
+    std::map<std::pair<int, int>, std::vector<SlipPiece>> bins;  // sign, step of |v_R|
+    for (const Point& p : points)
+        for (const SlipPiece& piece : slip_pieces(p, least_frames))
+            if (piece.a.sigma > 0 && piece.v_R != 0)
+                bins[{piece.sign,
+                      static_cast<int>(std::floor(std::log(std::abs(piece.v_R) / unit) / std::log(step)))}]
+                    .push_back(piece);
+    std::vector<FrictionAt> out;
+    for (const auto& [key, pieces] : bins) {
+        if (pieces.size() < least) continue;
+        double weights = 0, mean = 0, v_R = 0, squares = 0;
+        const auto mu_of = [&](const SlipPiece& s) {
+            return s.sign * (g * std::sin(tilt) - s.a.value) / (g * std::cos(tilt));
+        };
+        for (const SlipPiece& s : pieces) {
+            const double weight = std::pow(g / s.a.sigma, 2);
+            weights += weight;
+            mean += weight * mu_of(s);
+            v_R += weight * s.v_R;
+        }
+        mean /= weights;
+        for (const SlipPiece& s : pieces) squares += std::pow((mu_of(s) - mean) * g / s.a.sigma, 2);
+        const auto n = static_cast<double>(pieces.size());
+        out.push_back({v_R / weights,
+                       {mean, std::sqrt(std::max(1.0, squares / (n - 1)) / weights)},
+                       static_cast<int>(pieces.size())});
+    }
+    std::ranges::sort(out, {}, &FrictionAt::v_R);
+    return out;
 }
 
 SlopeFit fit_slopes(std::span<const Point> points, double g) {

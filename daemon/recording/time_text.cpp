@@ -29,12 +29,17 @@ std::string in_utc(std::time_t time) { return fmt::format("{:%Y-%m-%dT%H:%M:%SZ}
 
 }  // namespace
 
-std::string utc_text(const std::string& text) {
+double seconds_of(const std::string& text) {
     std::tm fields{};
     const char* end = strptime(text.c_str(), "%Y-%m-%dT%H:%M:%S%z", &fields);
-    if (end == nullptr || *end != 0) return {};
+    if (end == nullptr || *end != 0) return NAN;
     const long offset = fields.tm_gmtoff;  // timegm() clears it
-    return in_utc(timegm(&fields) - offset);
+    return static_cast<double>(timegm(&fields) - offset);
+}
+
+std::string utc_text(const std::string& text) {
+    const double s = seconds_of(text);
+    return std::isnan(s) ? std::string{} : in_utc(static_cast<std::time_t>(s));
 }
 
 std::string utc_text_ago(double s) {

@@ -98,7 +98,8 @@ template <class Part>
 void visit_friction(Part& w, WalkerTruth& t) {
     const WalkerTruth usual;
     w.unusual_choice("law", t.law,
-                     {walker::friction_laws[0], walker::friction_laws[1], walker::friction_laws[2]},
+                     {walker::friction_laws[0], walker::friction_laws[1], walker::friction_laws[2],
+                      walker::friction_laws[3]},
                      usual.law);
     const auto visit = [&](const char* key, double WalkerTruth::*x, Range r) {
         w.unusual(key, t.*x, r, usual.*x);
@@ -108,6 +109,7 @@ void visit_friction(Part& w, WalkerTruth& t) {
     visit("log_share", &WalkerTruth::log_share, {0, 10});
     visit("log_velocity_mps", &WalkerTruth::log_velocity_mps, {1e-6, 10});
     visit("dahl_um", &WalkerTruth::dahl_um, {0.05, 1000});
+    visit("stribeck_mps", &WalkerTruth::stribeck_mps, {1e-5, 10});
     visit("mu_jitter", &WalkerTruth::mu_jitter, {0, 0.3});
     visit("mu_memory", &WalkerTruth::mu_memory, {0, 0.9999});
     visit("mu_step_s", &WalkerTruth::mu_step_s, {1e-3, 100});
@@ -225,6 +227,8 @@ Scene read_scene(SettingsTable& root, const Scene& standard) {
                                 "as kinetic",
                                 s.walker.mu_s, s.walker.mu_k));
     s.walker.mu_s = std::max(s.walker.mu_s, s.walker.mu_k);
+    if (s.walker.law == walker::FrictionLaw::stribeck && s.walker.mu_k <= 0)
+        root.table("walker").fail("mu_k", "must be above 0 with law = \"stribeck\"");
     if (s.walker.law == walker::FrictionLaw::dahl && s.walker.ageing > 0)
         root.table("walker").fail("ageing",
                                   "is allowed only with a law that sticks, not with law = \"dahl\"");
@@ -260,6 +264,7 @@ walker::Friction friction_of(const Scene& scene) {
     f.log_share = t.log_share;
     f.log_velocity = t.log_velocity_mps;
     f.presliding = 1e-6 * t.dahl_um;
+    f.stribeck = t.stribeck_mps;
     f.ageing = t.ageing;
     f.ageing_s = t.ageing_s;
     f.roughness = {.share = t.roughness, .length = 1e-3 * t.roughness_mm, .seed = scene.seed + 7001};

@@ -26,11 +26,12 @@ struct WalkerTruth {
     double backward_ratio = 1;  // mu of backward slip over mu of forward slip
     double log_share = 0.1;     // law logarithmic
     double log_velocity_mps = 1e-3;
-    double dahl_um = 7.2;      // presliding length of law dahl
-    double mu_jitter = 0;      // standard deviation as a share of mu, redrawn every mu_step_s
-    double mu_memory = 0;      // correlation of one draw with the one before
-    double mu_step_s = 0.05;   // a period of 20 Hz
-    double mu_relaxation = 0;  // excess of mu at the start, as a share
+    double dahl_um = 7.2;        // presliding length of law dahl
+    double stribeck_mps = 5e-3;  // velocity over which law stribeck falls from mu_s to mu_k
+    double mu_jitter = 0;        // standard deviation as a share of mu, redrawn every mu_step_s
+    double mu_memory = 0;        // correlation of one draw with the one before
+    double mu_step_s = 0.05;     // a period of 20 Hz
+    double mu_relaxation = 0;    // excess of mu at the start, as a share
     double relaxation_s = 10;
     double ageing = 0;  // growth of mu_s per factor e of the time at rest, as a share
     double ageing_s = 1e-3;

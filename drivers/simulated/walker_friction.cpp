@@ -31,13 +31,12 @@ Grip WalkerFriction::grip_of(const RelativeMotion& middle, double mu_factor, dou
         const double grip = kinetic * zeta_after(middle.x - x_) + f.viscous * middle.v;
         return {grip, grip, 0, 0};
     }
-    Grip grip{kinetic, kinetic * f.backward, hold, hold * f.backward};
+    const double first = kinetic * f.at_speed(0);  // at the start of a slip
+    Grip grip{first, first * f.backward, hold, hold * f.backward};
     if (middle.slip == 0) return grip;
     const double speed = std::max(0.0, middle.slip * middle.v);
     double& against = middle.slip > 0 ? grip.forward : grip.backward;
-    if (f.law == walker::FrictionLaw::logarithmic)
-        against *= 1 + f.log_share * std::log1p(speed / f.log_velocity);
-    against += f.viscous * speed;
+    against = kinetic * f.share(middle.slip) * f.at_speed(speed) + f.viscous * speed;
     return grip;
 }
 

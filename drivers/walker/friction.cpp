@@ -43,8 +43,19 @@ void check(const Friction& mu, double frequency) {
     within("relaxation time (s)", mu.change.relaxation_s, 1e-3, 1e6);
     require(mu.law != FrictionLaw::lugre || mu.presliding >= 1e-7, "presliding length (m)", mu.presliding,
             "1e-7 or more with law lugre, whose cost grows as its inverse");
-    require(mu.sticks() || mu.mu_k > 0, "mu_k", mu.mu_k, "above 0 with law dahl or lugre");
+    require((mu.sticks() && mu.law != FrictionLaw::stribeck) || mu.mu_k > 0, "mu_k", mu.mu_k,
+            "above 0 with law dahl, stribeck or lugre");
     require(mu.sticks() || mu.ageing == 0, "ageing of mu_s", mu.ageing, "0 with law dahl or lugre");
+}
+
+double Friction::at_speed(double speed) const noexcept {
+    if (law == FrictionLaw::logarithmic) {
+        const double ratio = speed / log_velocity;
+        return 1 + log_share * (ratio > 0 ? std::log1p(ratio) : ratio);
+    }
+    if (law != FrictionLaw::stribeck && law != FrictionLaw::lugre) return 1;
+    const double ratio = speed / stribeck;
+    return 1 + (mu_s / mu_k - 1) * std::exp(-ratio * ratio);
 }
 
 void require(bool good, const char* what, double value, const std::string& allowed) {

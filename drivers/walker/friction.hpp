@@ -14,15 +14,19 @@ namespace shaker::walker {
 ///   coulomb      r = s. Amontons and Coulomb, 1785.
 ///   logarithmic  r = s (1 + B ln(1 + |v_R|/v_0)). Velocity strengthening of dry contacts: Baumberger and
 ///                Caroli, Adv. Phys. 55, 279 (2006), with a cut-off at v_0.
+///   stribeck     r = s h(v_R), h = 1 + (mu_s/mu_k - 1) exp(-(v_R/v_s)^2): Stribeck's weakening, in the form
+///                of Bo and Pavelescu, Wear 82, 277 (1982).
 ///   dahl         r = zeta; dzeta/dx_R = (1 - s zeta)/s_0, a contact that yields elastically over s_0
 ///                before it slides: Dahl, Aerospace Corp. TOR-0158(3107-18)-1 (1968), exponent 1.
 ///   lugre        r = zeta + tau dzeta/dt; dzeta/dt = (v_R - |v_R| zeta/h)/s_0 with the Stribeck curve
-///                h = 1 + (mu_s/mu_k - 1) exp(-(v_R/v_s)^2): Canudas de Wit, Olsson, Astrom and Lischinsky,
-///                IEEE Trans. Autom. Control 40, 419 (1995).
-/// coulomb and logarithmic stick: up to mu_s n b while v_R = 0. dahl and lugre have no exact stick; with b
-/// their zeta tends to s b. For s_0 -> 0 (dahl, and lugre with tau = 0) and B -> 0 all become Coulomb's law.
-enum class FrictionLaw : std::uint8_t { coulomb, logarithmic, dahl, lugre };
-inline constexpr std::array<std::string_view, 4> friction_laws{"coulomb", "logarithmic", "dahl", "lugre"};
+///                h of stribeck: Canudas de Wit, Olsson, Astrom and Lischinsky, IEEE Trans. Autom. Control
+///                40, 419 (1995).
+/// coulomb, logarithmic and stribeck stick: up to mu_s n b while v_R = 0. dahl and lugre have no exact stick;
+/// with b their zeta tends to s b. For s_0 -> 0 (dahl, and lugre with tau = 0), B -> 0 and v_s -> 0 all
+/// become Coulomb's law.
+enum class FrictionLaw : std::uint8_t { coulomb, logarithmic, dahl, stribeck, lugre };
+inline constexpr std::array<std::string_view, 5> friction_laws{"coulomb", "logarithmic", "dahl", "stribeck",
+                                                               "lugre"};
 
 /// Change of mu from period to period. mu_k and mu_s are multiplied by (1 + relaxation e^{-t/relaxation_s})
 /// (1 + jitter z_k) with t and z_k of the start of period k; z_k = memory z_{k-1} + sqrt(1 - memory^2) n_k,
@@ -54,7 +58,7 @@ struct Friction {
     double log_share = 0.1;      // B of law logarithmic
     double log_velocity = 1e-3;  // v_0 of law logarithmic, m/s
     double presliding = 7.2e-6;  // s_0 of laws dahl and lugre, m
-    double stribeck = 5e-3;      // v_s of law lugre, m/s
+    double stribeck = 5e-3;      // v_s of laws stribeck and lugre, m/s
     double bristle_time = 1e-4;  // tau of law lugre, s
     double ageing = 0;           // mu_s grows by this share of itself per factor e of the time at rest:
     double ageing_s = 1e-3;      // 1 + ageing ln(1 + t_rest/ageing_s); Dieterich, JGR 77, 3690 (1972)
@@ -63,8 +67,10 @@ struct Friction {
 
     [[nodiscard]] double share(int sign) const noexcept { return sign < 0 ? backward : 1; }
     [[nodiscard]] bool sticks() const noexcept {
-        return law == FrictionLaw::coulomb || law == FrictionLaw::logarithmic;
+        return law != FrictionLaw::dahl && law != FrictionLaw::lugre;
     }
+    /// |r|/b in steady slip at a speed |v_R|, m/s. Smooth at 0 and continued below, where no walker is.
+    [[nodiscard]] double at_speed(double speed) const noexcept;
     /// True if slip has a closed form: WalkerLaw and Walker are then exact.
     [[nodiscard]] bool closed_form() const noexcept {
         return law == FrictionLaw::coulomb && ageing == 0 && roughness.share == 0;

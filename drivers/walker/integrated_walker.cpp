@@ -68,12 +68,6 @@ double SlipEquation::grip(double theta, double u) const noexcept {
     return mu_factor_ * surface_.factor(place_ + metres(u)) * setting_.friction.mu_k * n_(theta);
 }
 
-// 1 + B ln(1 + speed/v_0); continued by its tangent below zero, where no walker is.
-double SlipEquation::strengthened(double speed) const noexcept {
-    const double ratio = speed / setting_.friction.log_velocity;
-    return 1 + setting_.friction.log_share * (ratio > 0 ? std::log1p(ratio) : ratio);
-}
-
 double SlipEquation::dahl_zeta(double u, const SlipStart& start) const noexcept {
     const Friction& f = setting_.friction;
     const double limit = start.sign * f.share(start.sign);
@@ -84,16 +78,15 @@ SlipEquation::Pair SlipEquation::rates(double theta, double w, double u,
                                        const SlipStart& start) const noexcept {
     const Friction& f = setting_.friction;
     const double v_R = w * V_;
-    double r = start.sign * f.share(start.sign);
-    if (f.law == FrictionLaw::logarithmic) r *= strengthened(start.sign * v_R);
-    if (f.law == FrictionLaw::dahl) r = dahl_zeta(u, start);
+    const double r = f.law == FrictionLaw::dahl
+                         ? dahl_zeta(u, start)
+                         : start.sign * f.share(start.sign) * f.at_speed(start.sign * v_R);
     return {(-needed(theta) - grip(theta, u) * r - f.viscous * v_R) / (omega_ * V_), w};
 }
 
 SlipEquation::Triple SlipEquation::bristle_rates(double theta, const Triple& y, int sign) const noexcept {
     const Friction& f = setting_.friction;
-    const double v_R = y[0] * V_, ratio = v_R / f.stribeck;
-    const double h = f.share(sign) * (1 + (f.mu_s / f.mu_k - 1) * std::exp(-ratio * ratio));
+    const double v_R = y[0] * V_, h = f.share(sign) * f.at_speed(sign * v_R);
     const double zeta_rate = (v_R - sign * v_R * y[2] / h) / f.presliding;  // 1/s
     const double r = y[2] + f.bristle_time * zeta_rate;
     return {(-needed(theta) - grip(theta, y[1]) * r - f.viscous * v_R) / (omega_ * V_), y[0],
@@ -173,22 +166,38 @@ void IntegratedWalker::stick() {
     turn_to(equation_.needed(theta_) > 0 ? Contact::backward : Contact::forward);
 }
 
+// Keeps v_R at the phases of relative() in [from, to) of a slip, whose w is `speed`.
+template <class Speed>
+void IntegratedWalker::observe_slip(double from, double to, const Speed& speed) {
+    const double apart = two_pi / static_cast<double>(relative_.size());
+    for (auto i = static_cast<std::size_t>(std::ceil(from / apart)); i < relative_.size(); ++i) {
+        const double at = static_cast<double>(i) * apart;
+        if (at >= to) return;
+        relative_[i] = speed(at) * equation_.unit_velocity();
+    }
+}
+
 // Integrates to the end of the slip or of the period. State: w, u and, for law lugre, zeta.
 template <class Stepper, class System, class State>
 void IntegratedWalker::slip_with(Stepper stepper, System system, State state) {
     const int sign = start_.sign;
     stepper.initialize(state, theta_, step_);
     State inside = state;
-    const auto speed = [&](double at) {
+    const auto relative_speed = [&](double at) {
         stepper.calc_state(at, inside);
-        return sign * inside[0];
+        return inside[0];
     };
+    const auto speed = [&](double at) { return sign * relative_speed(at); };
     while (true) {
         const auto [from, past] = stepper.do_step(system);
         const double to = std::min(past, two_pi), zero = first_zero(speed, from, to);
         step_ = past - from;
-        if (zero > to && past < two_pi) continue;
+        if (zero > to && past < two_pi) {
+            observe_slip(from, past, relative_speed);
+            continue;
+        }
         theta_ = std::min(zero, to);
+        observe_slip(from, theta_, relative_speed);
         stepper.calc_state(theta_, inside);
         w_ = inside[0];
         u_ = inside[1];
@@ -219,8 +228,23 @@ void IntegratedWalker::slip() {
     });
 }
 
+bool IntegratedWalker::jump_to(double v, double zeta) noexcept {
+    const double w = (v - v_base_(0.0)) / equation_.unit_velocity();
+    const bool turns = contact_ == Contact::stick || w * static_cast<double>(contact_) <= 0;
+    if (w == 0 || (turns && equation_.setting().friction.sticks())) return false;
+    w_ = w;
+    contact_ = w > 0 ? Contact::forward : Contact::backward;
+    now_.contact = contact_;
+    zeta_ = zeta;
+    start_ = {w > 0 ? 1 : -1, u_, zeta};
+    step_ = std::min(step_, first_step);
+    now_.v = v;
+    return true;
+}
+
 double IntegratedWalker::advance_period() {
     events_.clear();
+    std::ranges::fill(relative_, 0);
     while (theta_ < two_pi) {
         if (contact_ == Contact::stick)
             stick();

@@ -57,7 +57,6 @@ public:
     [[nodiscard]] int order() const noexcept { return std::max({a_base_.order, n_.order, 1}); }
 
 private:
-    [[nodiscard]] double strengthened(double speed) const noexcept;
     [[nodiscard]] double grip(double theta, double u) const noexcept;
 
     WalkerSetting setting_;
@@ -86,6 +85,15 @@ public:
 
     /// Advances to the next start of a period. Returns D, m.
     double advance_period();
+    /// From now on relative() holds v_R at this many uniform phases of the last period; 0: none.
+    void observe(std::size_t phases) { relative_.assign(phases, 0); }
+    /// v_R at phases i/n of the last period, m/s.
+    [[nodiscard]] std::span<const double> relative() const noexcept { return relative_; }
+    /// At a start of a period: goes on with another velocity (m/s) and, for law dahl, state of the contact.
+    /// False, and nothing changes, where the walker sticks or would turn round under a law that sticks.
+    bool jump_to(double v, double zeta) noexcept;
+    /// State of the contact, law dahl.
+    [[nodiscard]] double zeta() const noexcept { return zeta_; }
     /// Multiplies mu_k and mu_s from now on.
     void set_mu_factor(double factor) noexcept { equation_.set_mu_factor(factor); }
 
@@ -102,6 +110,8 @@ private:
     void slip();
     template <class Stepper, class System, class State>
     void slip_with(Stepper stepper, System system, State state);
+    template <class Speed>
+    void observe_slip(double from, double to, const Speed& speed);
     void stick();
     void turn_to(Contact contact);
     [[nodiscard]] double release_after(double theta) const;
@@ -120,6 +130,7 @@ private:
     WalkerPoint now_;
     std::int64_t period_ = 0;
     std::vector<WalkerEvent> events_;
+    std::vector<double> relative_;
 };
 
 }  // namespace shaker::walker

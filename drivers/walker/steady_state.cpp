@@ -121,6 +121,44 @@ SteadyState settle(IntegratedWalker& walker) {
     throw InputError{"the walker has not settled after 100000 periods of the drive"};
 }
 
+SteadyState settle_quickly(IntegratedWalker& walker, WarmStart& start) {
+    constexpr int most_steps = 400, many_steps = 40;
+    constexpr double least = 1e-8, noisy = 1e-6, longest = 1;  // of gamma/omega, and of zeta
+    const double scale = walker.velocity_scale();
+    walker.jump_to(start.v, start.zeta);
+    SteadyState state;
+    std::array<double, 2> before{}, step{};
+    auto& H = start.inverse;
+    for (int n = 0; n < most_steps; ++n) {
+        start.v = state.v0 = walker.now().v;
+        start.zeta = walker.zeta();
+        state.contact0 = walker.now().contact;
+        state.D = walker.advance_period();
+        const std::array<double, 2> change{(walker.now().v - start.v) / scale, walker.zeta() - start.zeta};
+        if (n > 0) {  // Broyden's update
+            const std::array<double, 2> d{change[0] - before[0], change[1] - before[1]},
+                Hd{H[0][0] * d[0] + H[0][1] * d[1], H[1][0] * d[0] + H[1][1] * d[1]},
+                sH{step[0] * H[0][0] + step[1] * H[1][0], step[0] * H[0][1] + step[1] * H[1][1]};
+            const double by = step[0] * Hd[0] + step[1] * Hd[1];
+            for (std::size_t i = 0; i < 2 && by != 0; ++i)
+                for (std::size_t k = 0; k < 2; ++k) H[i][k] += (step[i] - Hd[i]) * sH[k] / by;
+        }
+        before = change;
+        for (std::size_t i = 0; i < 2; ++i)
+            step[i] = std::clamp(-H[i][0] * change[0] - H[i][1] * change[1], -longest, longest);
+        const double enough = n < many_steps ? least : noisy;
+        if (std::abs(step[0]) <= enough && std::abs(change[0]) <= enough) {
+            describe(state, 1 / walker.setting().frequency, walker.events());
+            return state;
+        }
+        if (n % many_steps == many_steps - 1)
+            start = {start.v, start.zeta}, step = change;  // one period
+        else if (!walker.jump_to(start.v + step[0] * scale, start.zeta + step[1]))
+            step = change;
+    }
+    throw InputError{"the walker has not settled after 400 periods of the drive"};
+}
+
 SteadyState settle(const WalkerSetting& setting, double v_start) {
     const Friction& friction = setting.friction;
     if (!friction.change.none() || friction.roughness.share != 0)

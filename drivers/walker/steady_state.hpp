@@ -1,5 +1,6 @@
 #pragma once
 // The cycle into which a walker settles.
+#include <array>
 #include <cstdint>
 #include <vector>
 
@@ -38,6 +39,16 @@ SteadyState settle_quickly(const WalkerLaw& law, double v_start);
 /// The same by integration, for any law of friction without roughness; errors of v_D are about 100 times the
 /// walker's tolerance. The contraction is the ratio of the last changes of v from period to period.
 SteadyState settle(IntegratedWalker& walker);
+/// Where a nearby cycle begins, and what a period makes of small changes there: inverse of the derivative of
+/// the change in a period of v over gamma/omega and of zeta.
+struct WarmStart {
+    double v = 0, zeta = 0;  // m/s, 1
+    std::array<std::array<double, 2>, 2> inverse{{{-1, 0}, {0, -1}}};
+};
+/// The same in some four periods, or two from the start of a nearby cycle, by Broyden's method: to 1e-8
+/// gamma/omega, or to 1e-6 where the error of the integration hides it for 40 periods. `start` becomes that
+/// of this cycle. `periods` and `contraction` have no meaning. InputError after 400 periods.
+SteadyState settle_quickly(IntegratedWalker& walker, WarmStart& start);
 /// The cycle under any law: exact where slip has a closed form. Throws InputError for friction that does not
 /// repeat: mu that changes from period to period, or a rough surface.
 SteadyState settle(const WalkerSetting& setting, double v_start = 0);

@@ -5,7 +5,7 @@ import json
 
 import numpy as np
 
-from campaign_file import unmeasured
+from campaign_file import number as number_of, unmeasured
 from coulomb_law import G
 from drawing import with_error
 
@@ -101,6 +101,25 @@ def fit_part(fits):
                  for f in fits.all], {1, 3, 4, 5})
 
 
+def law_part(fits):
+    laws = fits.verdict.get("laws", [])
+    if not laws:
+        return "<p>Coulomb's law was not refused; <code>shakerd law</code> compares all laws.</p>"
+    parameters = lambda law: ", ".join(
+        f"{p.get('name')} {with_error(number_of(p.get('value')), number_of(p.get('error')))}"
+        f"{'' if p.get('unit') == '1' else ' ' + str(p.get('unit'))}" for p in law.get("parameters", []))
+    chi2 = lambda law, of: number(number_of(law.get(of)), 4)
+    return f"<p class=bad>{esc(fits.verdict.get('sentence', ''))}.</p>" + grid(
+        ("law", "mu (error of the points)", "parameters", "chi2 of v_D", "freedom", "chi2 of harmonics 9 to 16", "score"),
+        [(law.get("words", ""), with_error(number_of(law.get("mu")), number_of(law.get("mu_error"))), parameters(law),
+          chi2(law, "chi2"), law.get("freedom", ""), chi2(law, "chi2_base"), chi2(law, "score"))
+         if not law.get("reason") else (law.get("words", ""), "–", str(law["reason"]), "", "", "", "") for law in laws],
+        {3, 4, 5, 6}) + "<p>Friction between the kinks against the velocity of slip, mu = ±(g sin b − a)/(g cos b):</p>" + grid(
+        ("v_R (mm/s)", "mu", "pieces of slips"),
+        [(number(1e3 * number_of(f.get("v_R_mps")), 4), with_error(number_of(f.get("mu")), number_of(f.get("mu_error"))),
+          f.get("pieces", "")) for f in fits.verdict.get("friction", [])], {0, 1, 2})
+
+
 def budget_part(fits):
     parts = []
     for name, lines in fits.budgets.items():
@@ -154,6 +173,9 @@ def campaign_part(analysis, number_of):
         parts.append(f"<p>Exact law at the measured drives, with the push of the walker on the base: chi2"
                      f" {number(fits.one('mu_ac').chi2, 3)}, {int(np.sum(np.abs(fits.z) > 3))} of {len(fits.z)} points beyond 3"
                      " errors.</p>")
+    if fits.verdict:
+        parts.append(f"<p class=bad>{esc(fits.verdict.get('sentence', ''))}. The curves below are those of Coulomb's law,"
+                     " which the data refuse.</p>")
     parts.append("<h3>Points without a result</h3>" + (grid(("point", "series", "set-point", "outcome", "reason"), missing)
                                                        if missing else "" if waiting else "<p>None.</p>"))
     if waiting:
@@ -205,7 +227,8 @@ def page(analyses, figures, notes, tables):
     each = lambda content: [f"<h3>{esc(a.campaign.label)}</h3>" + content(a, rows) for a, rows in zip(analyses, tables)]
     parts += each(lambda a, rows: paper_table(rows) if rows else "<p>No points with a result.</p>")
     parts += ['<h2 id="fits">Fits</h2>', *each(lambda a, rows: fit_part(a.fits))]
+    parts += ['<h2 id="laws">Laws of friction</h2>', *each(lambda a, rows: law_part(a.fits))]
     parts += ['<h2 id="budgets">Budgets</h2>', *each(lambda a, rows: budget_part(a.fits))]
     parts += [campaign_part(a, k) for k, a in enumerate(analyses)]
-    links = [("figures", "Figures"), ("paper", "The paper beside us"), ("fits", "Fits"), ("budgets", "Budgets")]
+    links = [("figures", "Figures"), ("paper", "The paper beside us"), ("fits", "Fits"), ("laws", "Laws of friction"), ("budgets", "Budgets")]
     return whole(title, links + [(f"campaign{k}", a.campaign.label) for k, a in enumerate(analyses)], parts)

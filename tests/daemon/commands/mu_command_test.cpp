@@ -9,6 +9,7 @@
 #include "daemon/campaign/points_table.hpp"
 #include "daemon/commands/mu.hpp"
 #include "drivers/errors.hpp"
+#include "tests/support/law/stepped_walker.hpp"
 #include "tests/support/law/synthetic_points.hpp"
 #include "tests/support/program.hpp"
 #include "tests/support/recording/recording_folder.hpp"
@@ -139,6 +140,43 @@ TEST_F(MuCommandTest, CampaignWithoutMeasuredPointsIsRefused) {
     for (auto& row : t.points) row.outcome = "failed";
     campaign::write_points(folder_ / "failed.nxs", "law", "", t);
     EXPECT_THROW(mu_text({folder_ / "failed.nxs"}, {}, false), InputError);
+}
+
+TEST_F(MuCommandTest, TimesAndPlacesOfThePointsComeBack) {
+    campaign::PointsTable table = table_of(test::exact_points({.mu = 0.113}));
+    table.points[0].time = "1970-01-01T00:00:10+00:00";
+    table.points[1].time = "1970-01-01T02:00:00+02:00";
+    table.passes.push_back({.point = 1, .pass = 1, .x_from_m = 0.01, .x_to_m = 0.02});
+    table.passes.push_back({.point = 1, .pass = 2, .x_from_m = -0.01, .x_to_m = 0});
+    campaign::write_points(folder_ / "placed.nxs", "law", "", table);
+    const auto points = campaign::law_points(campaign::read_points(folder_ / "placed.nxs"));
+    EXPECT_EQ(points[0].time_s, 10);
+    EXPECT_EQ(points[1].time_s, 0);
+    EXPECT_TRUE(std::isnan(points[2].time_s));
+    EXPECT_NEAR(points[0].place, 0.005, 1e-15);
+    EXPECT_TRUE(std::isnan(points[1].place));
+}
+
+// Where the data refuse Coulomb's law, the law that holds stands first and mu_ac is marked.
+TEST_F(MuCommandTest, RefusedMuStandsBehindTheLawThatHolds) {
+    law::LawSetting viscous;
+    viscous.friction.viscous = 3.5;
+    viscous.push = 0.1;
+    campaign::write_points(folder_ / "viscous.nxs", "law", "",
+                           table_of(test::stepped_points(viscous, 10'000)));
+    const std::string file = folder_ / "viscous.nxs";
+    const auto j = nlohmann::json::parse(mu_text({file}, {}, true));
+    EXPECT_EQ(j["fits"][0]["name"], "mu_ac");
+    EXPECT_EQ(j["fits"][0]["refused"], true);
+    EXPECT_EQ(j["verdict"]["chosen"], "viscous");
+    EXPECT_NEAR(j["verdict"]["laws"][2]["parameters"][0]["value"].get<double>(), 3.5, 0.02);
+    const test::Outcome law = test::shakerd("law viscous.nxs --json", folder_);
+    EXPECT_EQ(law.status, 0);
+    EXPECT_EQ(nlohmann::json::parse(law.out), j["verdict"]);
+
+    const auto coulomb = nlohmann::json::parse(mu_text({folder_ / "campaign.nxs"}, {}, true));
+    EXPECT_EQ(coulomb["fits"][0]["refused"], false);
+    EXPECT_TRUE(coulomb["verdict"].is_null());
 }
 
 }  // namespace

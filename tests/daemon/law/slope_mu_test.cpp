@@ -67,6 +67,25 @@ TEST(SlopeFitTest, ViscousFrictionIsMeasuredAndStated) {
     EXPECT_NE(fit.viscous.note.find("depends on the velocity"), std::string::npos);
 }
 
+// mu(v_R) is mu + c |v_R|/g of the friction, in both directions; unequal directions are seen.
+TEST(SlopeFitTest, FrictionByVelocityIsThatOfTheLaw) {
+    std::vector<Point> points;
+    for (const double gamma : {1.0, 1.5, 2.0, 3.0})
+        for (const double phi : {0.0, 1.0, 2.2, 3.14, 4.1, 5.3})
+            points.push_back(with_cycle(
+                gamma, phi, {.mu_k = 0.113, .mu_s = 0.113, .viscous = 3.5, .backward = 1.1}, 1e-3));
+    const auto found = friction_by_velocity(points, paper_g, 1e-3);
+    ASSERT_GE(found.size(), 8U);
+    EXPECT_LT(found.front().v_R, -0.1);
+    EXPECT_GT(found.back().v_R, 0.1);
+    for (const FrictionAt& f : found) {
+        const double mu = 0.113 * (f.v_R < 0 ? 1.1 : 1) + 3.5 * std::abs(f.v_R) / paper_g;
+        EXPECT_NEAR(f.mu.value, mu, 2e-2 * mu) << f.v_R;
+        EXPECT_GE(f.pieces, 3);
+    }
+    EXPECT_TRUE(friction_by_velocity({}, paper_g, 0).empty());
+}
+
 TEST(SlopeFitTest, SlowCamerasGiveNoSlopes) {
     std::vector<Point> points = cycles({0.113, 0.113});
     for (Point& p : points) p.phases_per_period = 10;

@@ -34,7 +34,8 @@ Scene scene_of(const std::string& walker) {
 TEST(PlantFrictionTest, MasslessWalkerObeysEachLaw) {
     for (const char* keys :
          {"viscous_per_s = 3.5", "backward_ratio = 0.9", "law = \"logarithmic\"\nlog_share = 0.1",
-          "law = \"dahl\"\ndahl_um = 7.2\nviscous_per_s = 4.2", "ageing = 0.05"})
+          "law = \"dahl\"\ndahl_um = 7.2\nviscous_per_s = 4.2", "ageing = 0.05",
+          "law = \"stribeck\"\nmu_s = 0.12\nstribeck_mps = 0.05"})
         for (const Drive& drive_ : {Drive{.gamma = 9.8}, Drive{.gamma = 4.9, .phi = 0.4}}) {
             const Scene scene = scene_of(keys);
             walker::WalkerSetting setting;
@@ -150,13 +151,14 @@ TEST(PlantFrictionTest, KeysOutOfRangeAreRefusedByName) {
     for (const char* key :
          {"viscous_per_s = -1", "backward_ratio = 0", "mu_jitter = 0.5", "mu_memory = 1.0",
           "mu_relaxation = -1", "relaxation_s = 0", "ageing = 2", "roughness = 0.3", "roughness_mm = 0",
-          "dahl_um = 0", "log_share = -0.1", "mu_step_s = 0", "law = \"dahl\"\nageing = 0.1"}) {
+          "dahl_um = 0", "stribeck_mps = 0", "law = \"stribeck\"\nmu_k = 0", "log_share = -0.1",
+          "mu_step_s = 0", "law = \"dahl\"\nageing = 0.1"}) {
         const std::string why = refusal(key);
         EXPECT_NE(why.find("bench.toml"), std::string::npos) << key << ": " << why;
     }
     const std::string unknown = refusal("law = \"lugre\"");
     EXPECT_NE(unknown.find("lugre"), std::string::npos) << unknown;
-    for (const char* law : {"coulomb", "logarithmic", "dahl"})
+    for (const char* law : {"coulomb", "logarithmic", "dahl", "stribeck"})
         EXPECT_NE(unknown.find(law), std::string::npos) << unknown;
 }
 

@@ -13,7 +13,7 @@ namespace {
 
 constexpr double pi = std::numbers::pi;
 constexpr std::array laws{FrictionLaw::coulomb, FrictionLaw::logarithmic, FrictionLaw::dahl,
-                          FrictionLaw::lugre};
+                          FrictionLaw::stribeck, FrictionLaw::lugre};
 
 WalkerSetting with(FrictionLaw law, double gamma_in_g, double phi) {
     WalkerSetting s = paper_setting(gamma_in_g, phi);
@@ -84,6 +84,29 @@ TEST(FrictionLawTest, OneHarmonicGivesNoDrift) {
         WalkerSetting s = with(law, 1, 0);
         s.base.at(2) = 0;
         EXPECT_NEAR(integrated_drift(s), 0, 2e-7 * velocity_scale(s));
+    }
+}
+
+// The quick way to the cycle, also from the start of a nearby one, ends where the slow one does; and what it
+// observes is the motion.
+TEST(FrictionLawTest, QuickSettlingFindsTheSameCycle) {
+    std::mt19937_64 random{11};
+    for (const FrictionLaw law : laws) {
+        if (law == FrictionLaw::lugre) continue;
+        WarmStart start;
+        for (int i = 0; i < 6; ++i) {
+            WalkerSetting s = with(law, 0.6 + 0.05 * i, 0.3 * i);
+            s.friction.mu_s = 1.1 * s.friction.mu_k;
+            s.friction.viscous = uniform(random, 0, 5);
+            IntegratedWalker quick{s}, slow{s};
+            quick.observe(64);
+            const SteadyState cycle = settle_quickly(quick, start);
+            EXPECT_NEAR(cycle.v_D, settle(slow).v_D, 1e-7 * velocity_scale(s))
+                << friction_laws[static_cast<std::size_t>(law)] << ", set-point " << i;
+            double mean = 0;
+            for (const double v : quick.relative()) mean += v / 64;
+            EXPECT_NEAR(mean, cycle.v_D, 2e-2 * velocity_scale(s));
+        }
     }
 }
 

@@ -1,0 +1,94 @@
+// Laws of friction told apart, on points of an independent walker.
+#include "daemon/law/verdict.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "tests/support/law/stepped_walker.hpp"
+#include "tests/support/law/synthetic_points.hpp"
+
+namespace shaker::law {
+namespace {
+
+LawSetting usual() {
+    LawSetting s;
+    s.friction.mu_k = 0.113;
+    s.push = 0.03;
+    s.tilt = 2e-4;
+    return s;
+}
+
+struct Scene {
+    std::string_view law;
+    std::vector<double> parameters;
+};
+
+const Law& named(std::string_view name) { return *std::ranges::find(laws, name, &Law::name); }
+
+LawSetting setting_of(const Scene& scene) {
+    LawSetting s = usual();
+    const Law& law = named(scene.law);
+    s.friction.law = law.friction;
+    for (std::size_t i = 0; i < scene.parameters.size(); ++i) law.parameters[i].set(s, scene.parameters[i]);
+    return s;
+}
+
+Verdict judged(const std::vector<Point>& points, calibration::Estimate tilt = {2e-4, 3e-5}) {
+    return judge(points, {}, tilt);
+}
+
+class VerdictTest : public testing::TestWithParam<Scene> {};
+
+TEST_P(VerdictTest, NamesTheLawOfTheWalkerAndItsParameters) {
+    const Scene& scene = GetParam();
+    std::vector<Point> points = test::stepped_points(setting_of(scene), 20'000);
+    std::mt19937_64 random{5};
+    test::add_noise(points, random);
+    const Verdict v = judged(points);
+    SCOPED_TRACE(verdict_text(v));
+    ASSERT_TRUE(v.chosen);
+    const LawFit& fit = v.fits[*v.chosen];
+    EXPECT_EQ(fit.law->name, scene.law);
+    EXPECT_FALSE(v.refused);
+    EXPECT_TRUE(v.rivals.empty());
+    const double slope = scene.law == "place" ? scene.parameters[0] : 0;  // mu is that of the mean place
+    EXPECT_NEAR(fit.mu.value, 0.113 * (1 + slope * fit.setting.middle), 4 * fit.mu.error + 2e-6);
+    EXPECT_LT(fit.mu.error, 0.01 * 0.113);
+    ASSERT_EQ(fit.parameters.size(), scene.parameters.size());
+    for (std::size_t i = 0; i < scene.parameters.size(); ++i)
+        EXPECT_NEAR(fit.parameters[i].value, scene.parameters[i],
+                    4 * fit.parameters[i].error + 1e-4 * std::abs(scene.parameters[i]))
+            << fit.parameters[i].name;
+}
+
+INSTANTIATE_TEST_SUITE_P(Laws, VerdictTest,
+                         testing::Values(Scene{"coulomb", {}}, Scene{"static", {1.3}},
+                                         Scene{"viscous", {3.5}}, Scene{"logarithmic", {0.05}},
+                                         Scene{"dahl", {7.2e-6}}, Scene{"unequal", {1.03}},
+                                         Scene{"place", {1.0}}, Scene{"dahl_viscous", {7.2e-6, 4.2}},
+                                         Scene{"stribeck", {1.3, 0.02}}, Scene{"time", {0.05, 60}},
+                                         Scene{"vertical", {0.005, 0.01}}),
+                         [](const auto& scene) { return std::string{scene.param.law}; });
+
+TEST(VerdictPointsTest, EvenPartKeepsMirrorPartnersTogether) {
+    std::vector<Point> points;
+    for (int n = 1; n <= 720; ++n) points.push_back({.number = n, .partner = n % 2 == 1 ? n + 1 : n - 1});
+    const std::vector<Point> part = evenly(points, 300);
+    EXPECT_NEAR(static_cast<double>(part.size()), 300, 2);
+    for (std::size_t i = 0; i < part.size(); i += 2) EXPECT_EQ(part[i + 1].number, part[i].partner);
+    EXPECT_GT(part.back().number, 700);
+    EXPECT_EQ(evenly(points, 720).size(), 720U);
+}
+
+TEST(VerdictPointsTest, TooFewPointsHaveTheReason) {
+    const std::vector<Point> points = test::exact_points({.mu = 0.113});
+    const Verdict v = judge(std::span{points}.first(2), {}, {});
+    EXPECT_FALSE(v.chosen);
+    EXPECT_EQ(v.sentence, "no law was fitted: 2 of 2 points move; at least 3 are needed");
+    EXPECT_TRUE(verdict_json(v)["chosen"].is_null());
+}
+
+}  // namespace
+}  // namespace shaker::law
