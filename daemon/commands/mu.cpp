@@ -96,8 +96,11 @@ std::string mu_text(const std::vector<std::filesystem::path>& campaigns, const M
 
 std::string law_text(const std::vector<std::filesystem::path>& campaigns, const MuOptions& options,
                      bool json) {
-    const law::Verdict verdict = judge(findings_of(campaigns, options), options.free_tilt);
-    return json ? verdict_json(verdict).dump(2) + "\n" : verdict_text(verdict);
+    const law::Findings findings = findings_of(campaigns, options);
+    const law::Verdict verdict = judge(findings, options.free_tilt);
+    if (json) return verdict_json(verdict).dump(2) + "\n";
+    const std::string friction = friction_text(findings.friction);
+    return friction + (friction.empty() ? "" : "\n") + verdict_text(verdict);
 }
 
 sandbox::Confinement confinement_for_points(const std::vector<std::filesystem::path>& files) {

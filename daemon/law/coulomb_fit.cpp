@@ -122,8 +122,10 @@ public:
             if (std::abs(d_mu) < converged * error && std::abs(d_tilt) < converged * tilt_error)
                 return finished();
         }
+        fit_.mu = {.name = "mu_ac", .unit = "1", .points = static_cast<int>(points_.size())};
         fit_.mu.refused = true;
         fit_.mu.note = fmt::format("the fit did not converge; the last mu was {:.4g}", fit_.law.mu);
+        fit_.tilt = {.name = "tilt", .unit = "rad"};
         return fit_;
     }
 

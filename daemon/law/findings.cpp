@@ -276,6 +276,9 @@ Findings analyse(std::vector<Point> points, const CoulombOptions& options, const
     f.coulomb = fit_coulomb(f.points, options);
     f.gravity_tilt = tilt_by_gravity(f.points, f.coulomb);
     f.slopes = fit_slopes(f.points, options.g);
+    const double fitted = std::isfinite(f.coulomb.tilt.value) ? f.coulomb.tilt.value : 0;
+    f.friction = friction_by_velocity(f.points, options.g,
+                                      std::isfinite(f.gravity_tilt.value) ? f.gravity_tilt.value : fitted);
     f.cosines = cosine_fits(f.points);
     fit_zeros(f, f.coulomb);
     f.no_stick = fit_no_stick(f.nulls, f.coulomb.mu.value, options.g);
@@ -293,6 +296,15 @@ Findings analyse(std::vector<Point> points, const CoulombOptions& options, const
 Verdict judge(const Findings& f, bool free_tilt) {
     return judge(f.points, CoulombOptions{.g = f.gravity, .free_tilt = free_tilt},
                  {f.gravity_tilt.value, f.gravity_tilt.error});
+}
+
+std::string friction_text(std::span<const FrictionAt> friction) {
+    if (friction.empty()) return {};
+    std::string text = fmt::format("{:>12}  {:<24} {:>6}\n", "v_R (mm/s)", "mu between the kinks", "pieces");
+    for (const FrictionAt& f : friction)
+        text += fmt::format("{:>12.4g}  {:<24} {:>6}\n", 1e3 * f.v_R, with_error(f.mu.value, f.mu.sigma),
+                            f.pieces);
+    return text;
 }
 
 std::string findings_text(const Findings& f) {
@@ -352,6 +364,10 @@ std::string findings_json(const Findings& f) {
                 {"beyond_3_without_push", f.coulomb.beyond_3_without_push},
                 {"chi2_without_push", f.coulomb.chi2_without_push}};
     j["points"] = points_json(f);
+    j["friction"] = ordered_json::array();
+    for (const FrictionAt& at : f.friction)
+        j["friction"].push_back(
+            {{"v_R_mps", at.v_R}, {"mu", at.mu.value}, {"mu_error", at.mu.sigma}, {"pieces", at.pieces}});
     j["verdict"] = f.verdict ? verdict_json(*f.verdict) : ordered_json{};
     return j.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n";
 }

@@ -74,8 +74,10 @@ struct Findings {
     Fit no_stick;     // mu_ns
     std::vector<CosineFit> cosines;
     std::vector<Fit> nulls, reversals, thresholds;
-    std::vector<Budget> budgets;     // of mu_ac, mu_k, mu_ns
-    std::vector<AskedDrive> asked;   // in the order of the points
+    std::vector<Budget> budgets;    // of mu_ac, mu_k, mu_ns
+    std::vector<AskedDrive> asked;  // in the order of the points
+    /// Friction by the velocity of slip, on a base tilted as gravity says, else as fitted, else level.
+    std::vector<FrictionAt> friction;
     std::optional<Verdict> verdict;  // only where it was asked for
 };
 
@@ -90,11 +92,14 @@ Verdict judge(const Findings& findings, bool free_tilt);
 /// The verdict's sentence; a table of the fits, the budgets and the sentences, equal ones once with their
 /// places; ends with a newline.
 std::string findings_text(const Findings& findings);
+/// A table of friction by velocity; empty where there is none.
+std::string friction_text(std::span<const FrictionAt> friction);
 /// {"gravity_mps2": ..., "fits": [{name, value, error, truth, unit, chi2, freedom, points, note, refused,
 /// gamma_mps2, phi_rad, series}], "covariances": [{names, matrix}], "budgets": {"mu_ac": [{source, share,
 /// input}], ...}, "law": {beyond_3, beyond_3_without_push, chi2_without_push}, "points": [{campaign, point,
 /// v_D_mps, law_v_D_mps, z, doubt, asked_drive: {v_D_mps, v_D_se_mps, correction_mps, model_se_mps,
-/// reason}}], "verdict": as of verdict_json()}. Values that do not exist are null.
+/// reason}}], "friction": [{v_R_mps, mu, mu_error,
+/// pieces}], "verdict": as of verdict_json()}. Values that do not exist are null.
 std::string findings_json(const Findings& findings);
 
 }  // namespace shaker::law

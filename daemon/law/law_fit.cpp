@@ -14,16 +14,17 @@ namespace shaker::law {
 
 namespace {
 
-constexpr int first_free = 9;  // lowest harmonic that the drive does not control
-constexpr double lowest_mu = 0.01, highest_mu = 1.5, mu_step = 1e-3, tilt_step = 1e-5;
-constexpr double rough = 1e-8, fine = 1e-10;  // tolerance of the integrator: in the fit, at its end
-constexpr double law_error = 1e-6;            // of gamma/omega, of v_D by the law in the fit
-constexpr int most_rounds = 40, start_rounds = 5, most_dampings = 8;
+constexpr int first_pushed = 9;  // lowest harmonic that the drive does not control
+constexpr double least_mu = 0.01, largest_mu = 1.5, log_mu_step = 1e-3, tilt_by = 1e-5;
+constexpr double rough_tolerance = 1e-8,
+                 fine_tolerance = 1e-10;  // tolerance of the integrator: in the fit, at its end
+constexpr double law_error = 1e-6;        // of gamma/omega, of v_D by the law in the fit
+constexpr int most_steps = 40, start_steps = 5, most_dampings = 8;
 constexpr double first_damping = 1e-3;
 constexpr std::size_t start_points = 12;
-constexpr double converged = 0.01;   // of the standard errors
-constexpr double negligible = 0.01;  // change of chi^2
-constexpr double far = 1.5;          // largest factor of mu in one step
+constexpr double stands_still = 0.01;  // of the standard errors
+constexpr double negligible = 0.01;    // change of chi^2
+constexpr double far = 1.5;            // largest factor of mu in one step
 constexpr double most_push = 0.5;
 
 /// A free quantity of the fit. Those of the push act on the base only.
@@ -42,13 +43,13 @@ class LawSearch {
 public:
     LawSearch(const Law& law, const LawData& data, std::vector<std::size_t> used)
         : law_{law}, data_{data}, used_{std::move(used)} {
-        free_.push_back({"mu", "1", lowest_mu, highest_mu, mu_step, true,
+        free_.push_back({"mu", "1", least_mu, largest_mu, log_mu_step, true,
                          [](LawSetting& s, double x) { s.friction.mu_k = x; }});
         for (const LawParameter& p : law.parameters)
             free_.push_back({p.name, p.unit, p.low, p.high, p.step, p.logarithmic, p.set});
         if (data.free_tilt)
             free_.push_back(
-                {"tilt", "rad", -0.5, 0.5, tilt_step, false, [](LawSetting& s, double x) { s.tilt = x; }});
+                {"tilt", "rad", -0.5, 0.5, tilt_by, false, [](LawSetting& s, double x) { s.tilt = x; }});
         double places = 0, known = 0;
         for (const Point& p : data.points) {
             first_s_ = std::fmin(first_s_, p.time_s);
@@ -65,7 +66,7 @@ public:
             x_.push_back(p.logarithmic ? std::log(p.starts[0]) : p.starts[0]);
         if (data.free_tilt) x_.push_back(c.tilt);
         harmonics_ = data.harmonics && std::ranges::any_of(data.points, [](const Point& p) {
-                         return std::ranges::any_of(p.base_sd.begin() + first_free - 1, p.base_sd.end(),
+                         return std::ranges::any_of(p.base_sd.begin() + first_pushed - 1, p.base_sd.end(),
                                                     [](double sd) { return sd > 0; });
                      });
     }
@@ -77,7 +78,7 @@ public:
 
     /// chi^2 after these rounds; infinite where the law has no settled motion.
     double search(int rounds) {
-        tolerance_ = rough;
+        tolerance_ = rough_tolerance;
         at_ = cycles(x_, nullptr);
         double best = HUGE_VAL;
         double damping = first_damping;
@@ -95,7 +96,7 @@ public:
                 damping *= chi2 <= best + negligible ? 0.1 : 10;
             }
             if (!(chi2 <= best + negligible)) return best;
-            const bool stands = change(A, next) < converged || (turn == 1 && best - chi2 < negligible);
+            const bool stands = change(A, next) < stands_still || (turn == 1 && best - chi2 < negligible);
             best = std::min(best, chi2);
             x_ = std::move(next);
             at_ = std::move(there);
@@ -108,7 +109,7 @@ public:
     LawFit finished() {
         LawFit fit{.law = &law_};
         if (!ended_) fit.reason = "the fit did not converge";
-        tolerance_ = fine;
+        tolerance_ = fine_tolerance;
         take_push();
         const Eigen::MatrixXd A = derivatives();
         const Rows rows = rows_at(x_, at_);
@@ -181,7 +182,7 @@ private:
 
     [[nodiscard]] Rows rows_at(const std::vector<double>& x, const std::vector<LawCycle>& at) const {
         const Eigen::Index own = own_rows(), n = static_cast<Eigen::Index>(used_.size());
-        const Eigen::Index each = 2 * (max_harmonics - first_free + 1);
+        const Eigen::Index each = 2 * (max_harmonics - first_pushed + 1);
         Rows rows{Eigen::VectorXd::Zero(own + (harmonics_ ? each * n : 0)),
                   Eigen::VectorXd::Ones(own + (harmonics_ ? each * n : 0))};
         for (Eigen::Index k = 0; k < n; ++k) {
@@ -211,13 +212,14 @@ private:
         Eigen::Vector3d rsu;
     };
     [[nodiscard]] Base base_at(const std::vector<LawCycle>& at) const {
-        const Eigen::Index n = 2 * (max_harmonics - first_free + 1) * static_cast<Eigen::Index>(used_.size());
+        const Eigen::Index n =
+            2 * (max_harmonics - first_pushed + 1) * static_cast<Eigen::Index>(used_.size());
         Eigen::MatrixXd A = Eigen::MatrixXd::Zero(n, 3);
         Eigen::VectorXd y = Eigen::VectorXd::Zero(n);
         Eigen::Index row = 0;
         for (std::size_t k = 0; k < used_.size(); ++k) {
             const Point& p = data_.points[used_[k]];
-            for (int q = first_free; q <= max_harmonics; ++q, row += 2) {
+            for (int q = first_pushed; q <= max_harmonics; ++q, row += 2) {
                 const double sd = p.base_sd[static_cast<std::size_t>(q - 1)];
                 if (!(sd > 0)) continue;
                 const std::complex<double> a = -at[k].walker[static_cast<std::size_t>(q - 1)] / sd,
@@ -315,7 +317,7 @@ private:
     std::vector<std::size_t> used_;
     std::vector<Free> free_;
     LawSetting base_;
-    double first_s_ = NAN, drag_ = 0, tolerance_ = rough;
+    double first_s_ = NAN, drag_ = 0, tolerance_ = rough_tolerance;
     bool harmonics_ = false, ended_ = true;
     std::vector<double> x_;
     std::vector<LawCycle> at_;
@@ -323,24 +325,24 @@ private:
 };
 
 // At most `most` points, evenly through the list.
-std::vector<std::size_t> some(std::size_t points, std::size_t most) {
+std::vector<std::size_t> spread(std::size_t points, std::size_t most) {
     std::vector<std::size_t> out;
     const std::size_t n = std::min(points, most);
     for (std::size_t i = 0; i < n; ++i) out.push_back(i * points / n);
     return out;
 }
 
-bool has(std::span<const Point> points, double Point::*member) {
+bool any_has(std::span<const Point> points, double Point::*member) {
     return std::ranges::any_of(points, [&](const Point& p) { return std::isfinite(p.*member); });
 }
 
-std::string missing(const Law& law, const LawData& data) {
+std::string not_measured(const Law& law, const LawData& data) {
     if (data.coulomb->points.empty()) return data.coulomb->mu.note;
     if (law.needs == Law::Needs::tilt && !(data.free_tilt && std::isfinite(data.tilt.sigma)))
         return "needs mirror partners and the tilt by gravity";
-    if (law.needs == Law::Needs::time && !has(data.points, &Point::time_s))
+    if (law.needs == Law::Needs::time && !any_has(data.points, &Point::time_s))
         return "needs the times of the points";
-    if (law.needs == Law::Needs::place && !has(data.points, &Point::place))
+    if (law.needs == Law::Needs::place && !any_has(data.points, &Point::place))
         return "needs the places of the points";
     return {};
 }
@@ -348,7 +350,7 @@ std::string missing(const Law& law, const LawData& data) {
 }  // namespace
 
 LawFit fit_law(const Law& law, const LawData& data) {
-    LawFit none{.law = &law, .reason = missing(law, data)};
+    LawFit none{.law = &law, .reason = not_measured(law, data)};
     if (!none.known()) return none;
     std::vector<std::size_t> all(data.points.size());
     std::iota(all.begin(), all.end(), std::size_t{0});
@@ -360,13 +362,13 @@ LawFit fit_law(const Law& law, const LawData& data) {
             double best = HUGE_VAL;
             for (const double value : starts) {
                 if (std::isnan(value)) break;
-                LawSearch few{law, data, some(all.size(), start_points)};
+                LawSearch few{law, data, spread(all.size(), start_points)};
                 few.start(i, value);
-                const double chi2 = few.search(start_rounds);
+                const double chi2 = few.search(start_steps);
                 if (chi2 < best) best = chi2, search.start(few.found());
             }
         }
-        search.search(most_rounds);
+        search.search(most_steps);
         return search.finished();
     } catch (const InputError& error) {
         none.reason = error.what();

@@ -16,7 +16,7 @@ namespace shaker::law {
 
 namespace {
 
-constexpr double tolerance = 1e-8;  // of the integrator
+constexpr double telling_tolerance = 1e-8;  // of the integrator
 
 bool contains(const Law& law, std::string_view name) {
     return std::ranges::find(law.contains, name) != law.contains.end();
@@ -46,8 +46,8 @@ std::optional<TellingDrive> telling_drive(const LawFit& a, const LawFit& b, cons
             p.base = harmonics(p.asked);
             p.frequency = p.asked.frequency;
             try {
-                const double apart =
-                    law_cycle(p, NAN, a.setting, tolerance).v_D - law_cycle(p, NAN, b.setting, tolerance).v_D;
+                const double apart = law_cycle(p, NAN, a.setting, telling_tolerance).v_D -
+                                     law_cycle(p, NAN, b.setting, telling_tolerance).v_D;
                 if (!best || std::abs(apart) > std::abs(best->apart)) best = {p.asked, apart};
             } catch (const InputError&) {
                 continue;  // no settled motion there
@@ -156,10 +156,6 @@ Verdict judge(std::span<const Point> all, const CoulombOptions& options, const c
     choose(v, points.size());
     if (!v.rivals.empty())
         v.measure = telling_drive(v.fits[*v.chosen], v.fits[v.rivals.front()], points.front());
-    const double slope = v.chosen                    ? v.fits[*v.chosen].setting.tilt
-                         : std::isfinite(tilt.value) ? tilt.value
-                                                     : 0;
-    v.friction = friction_by_velocity(points, options.g, slope);
     v.sentence = sentence_of(v);
     if (points.size() < all.size())
         v.sentence += fmt::format(" (judged by {} of {} points)", points.size(), all.size());
@@ -167,15 +163,8 @@ Verdict judge(std::span<const Point> all, const CoulombOptions& options, const c
 }
 
 std::string verdict_text(const Verdict& v) {
-    std::string text;
-    if (!v.friction.empty())
-        text += fmt::format("{:>12}  {:<24} {:>6}\n", "v_R (mm/s)", "mu between the kinks", "pieces");
-    for (const FrictionAt& f : v.friction)
-        text += fmt::format("{:>12.4g}  {:<24} {:>6}\n", 1e3 * f.v_R, with_error(f.mu.value, f.mu.sigma),
-                            f.pieces);
-    if (!v.friction.empty()) text += "\n";
-    text += fmt::format("{:<44} {:>10} {:>8} {:>10} {:>8} {:>10}  {}\n", "law", "chi^2 v_D", "freedom",
-                        "chi^2 9-16", "freedom", "score", "fitted");
+    std::string text = fmt::format("{:<44} {:>10} {:>8} {:>10} {:>8} {:>10}  {}\n", "law", "chi^2 v_D",
+                                   "freedom", "chi^2 9-16", "freedom", "score", "fitted");
     for (std::size_t i = 0; i < v.fits.size(); ++i) {
         const LawFit& f = v.fits[i];
         if (!f.known()) {
@@ -216,10 +205,7 @@ nlohmann::ordered_json verdict_json(const Verdict& v) {
                         {"reason", f.reason},
                         {"z", f.z}});
     }
-    ordered_json rivals = ordered_json::array(), friction = ordered_json::array(), measure;
-    for (const FrictionAt& f : v.friction)
-        friction.push_back(
-            {{"v_R_mps", f.v_R}, {"mu", f.mu.value}, {"mu_error", f.mu.sigma}, {"pieces", f.pieces}});
+    ordered_json rivals = ordered_json::array(), measure;
     for (const std::size_t i : v.rivals) rivals.push_back(v.fits[i].law->name);
     if (v.measure)
         measure = {{"gamma_mps2", v.measure->drive.gamma},
@@ -232,8 +218,7 @@ nlohmann::ordered_json verdict_json(const Verdict& v) {
                         {"measure", measure},
                         {"harmonics", v.harmonics},
                         {"sentence", v.sentence},
-                        {"laws", list},
-                        {"friction", friction}};
+                        {"laws", list}};
 }
 
 }  // namespace shaker::law

@@ -7,7 +7,6 @@
 #include <vector>
 
 #include "daemon/law/law_fit.hpp"
-#include "daemon/law/slope_mu.hpp"
 
 namespace shaker::law {
 
@@ -32,8 +31,7 @@ struct Verdict {
     std::optional<TellingDrive> measure;  // to tell the first rival
     bool refused = false;                 // the data refuse the chosen law, too
     std::string sentence;
-    std::vector<int> points;           // numbers of the points that were judged
-    std::vector<FrictionAt> friction;  // by the velocity of slip, at the tilt of the chosen law
+    std::vector<int> points;  // numbers of the points that were judged
 };
 
 /// Difference of two scores that decides: odds of 150 to 1.
@@ -47,7 +45,7 @@ inline constexpr std::size_t most_judged = 300;
 /// About `most` points, evenly through the campaigns; mirror partners stay together.
 std::vector<Point> evenly(std::span<const Point> points, std::size_t most);
 
-/// Friction against the velocity of slip, one line for each law, and the sentence; ends with a newline.
+/// One line for each law, and the sentence; ends with a newline.
 std::string verdict_text(const Verdict& verdict);
 /// {"chosen": name, "refused", "points": [number], "rivals": [name], "measure": {"gamma_mps2", "phi_rad",
 /// "v_D_apart_mps"}, "harmonics", "sentence", "laws": [{"name", "words", "mu", "mu_error", "parameters":

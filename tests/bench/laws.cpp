@@ -1,6 +1,7 @@
 // Which law of friction: blind scenes. A law, its parameters, mu, tilt, push and noise are drawn; an
 // independent walker makes the points; the verdict is counted.
 //   --count N (22): scenes   --seed N (1): of the first   --jobs N (2): at a time
+//   --apart N (1): numbers from one seed to the next; 11 keeps to one law
 #include <spdlog/fmt/fmt.h>
 
 #include <cmath>
@@ -124,8 +125,9 @@ int main(int argc, char** argv) {
     std::map<std::string_view, Counts> all;
     std::mutex guard;
     const auto seed = static_cast<std::uint64_t>(option("--seed", 1));
+    const int apart = option("--apart", 1);
     test::in_parallel(option("--count", 22), option("--jobs", 2),
-                      [&](int i) { add(seed + static_cast<std::uint64_t>(i), all, guard); });
+                      [&](int i) { add(seed + static_cast<std::uint64_t>(i * apart), all, guard); });
     Counts sum;
     for (const auto& [name, c] : all)
         for (int Counts::*count : {&Counts::scenes, &Counts::telling, &Counts::right, &Counts::open,

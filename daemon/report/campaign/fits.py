@@ -43,6 +43,7 @@ class Fits:
     rows: np.ndarray    # points of the campaign at which the law is known
     law: np.ndarray     # v_D of the law at their measured drives, with tilt and the walker's push, m/s
     z: np.ndarray       # (measured - law) / error
+    friction: np.ndarray  # rows of v_R (m/s), mu, its error
     verdict: dict       # which law describes the points: as of `shakerd law --json`; empty where Coulomb's is not refused
 
     def named(self, name):
@@ -66,7 +67,8 @@ def fits_for(campaign, given):
     budgets = {name: sorted((line for line in lines if np.isfinite(number(line["share"]))), key=lambda line: -abs(line["share"]))
                for name, lines in given.get("budgets", {}).items()}
     return Fits([fit_of(f) for f in given.get("fits", [])], budgets, rows.astype(int), law, z,
-                given.get("verdict") or {})
+                np.array([[number(f.get(k)) for k in ("v_R_mps", "mu", "mu_error")] for f in given.get("friction", [])]
+                         or np.empty((0, 3))), given.get("verdict") or {})
 
 
 def read_fits(path, count):
@@ -92,7 +94,9 @@ def check(one, path):
         raise InputError(f"{path}: {str(one)[:60]} is not an object; expected the output of 'shakerd mu --json'")
     objects = lambda lines: isinstance(lines, list) and all(isinstance(line, dict) for line in lines)
     verdict = one.get("verdict") or {}
-    if not (isinstance(verdict, dict) and objects(verdict.get("laws", [])) and objects(verdict.get("friction", []))
+    if not objects(one.get("friction", [])):
+        raise InputError(f'{path}: "friction" is not a list of objects; expected {{"friction": [{{"v_R_mps", "mu", "mu_error"}}]}}')
+    if not (isinstance(verdict, dict) and objects(verdict.get("laws", []))
             and all(objects(law.get("parameters", [])) for law in verdict.get("laws", []))):
         raise InputError(f'{path}: "verdict" is not an object; expected that of "shakerd law --json", or null')
     if not objects(one.get("fits", [])):

@@ -114,10 +114,7 @@ def law_part(fits):
         [(law.get("words", ""), with_error(number_of(law.get("mu")), number_of(law.get("mu_error"))), parameters(law),
           chi2(law, "chi2"), law.get("freedom", ""), chi2(law, "chi2_base"), chi2(law, "score"))
          if not law.get("reason") else (law.get("words", ""), "–", str(law["reason"]), "", "", "", "") for law in laws],
-        {3, 4, 5, 6}) + "<p>Friction between the kinks against the velocity of slip, mu = ±(g sin b − a)/(g cos b):</p>" + grid(
-        ("v_R (mm/s)", "mu", "pieces of slips"),
-        [(number(1e3 * number_of(f.get("v_R_mps")), 4), with_error(number_of(f.get("mu")), number_of(f.get("mu_error"))),
-          f.get("pieces", "")) for f in fits.verdict.get("friction", [])], {0, 1, 2})
+        {3, 4, 5, 6})
 
 
 def budget_part(fits):
@@ -174,7 +171,7 @@ def campaign_part(analysis, number_of):
                      f" {number(fits.one('mu_ac').chi2, 3)}, {int(np.sum(np.abs(fits.z) > 3))} of {len(fits.z)} points beyond 3"
                      " errors.</p>")
     if fits.verdict:
-        parts.append(f"<p class=bad>{esc(fits.verdict.get('sentence', ''))}. The curves below are those of Coulomb's law,"
+        parts.append(f"<p class=bad>{esc(fits.verdict.get('sentence', ''))}. The curves in the figures are those of Coulomb's law,"
                      " which the data refuse.</p>")
     parts.append("<h3>Points without a result</h3>" + (grid(("point", "series", "set-point", "outcome", "reason"), missing)
                                                        if missing else "" if waiting else "<p>None.</p>"))

@@ -31,7 +31,9 @@ FIGURES = (  # name, module, function, title, caption
     ("fig3a", "figures_drift", "fig_3a", "Fig. 3(a).", "Drift velocity against phi."),
     ("fig3b", "figures_drift", "fig_3b", "Fig. 3(b).", "Null phase less pi/2 against gamma. Bands: two errors of mu."),
     ("fig4", "figures_drift", "fig_4", "Fig. 4.", "Efficiency against gamma."),
-    ("residuals", "figures_drift", "fig_residuals", "Residuals.", "Measured v_D less the exact law at the measured drive."))
+    ("residuals", "figures_drift", "fig_residuals", "Residuals.", "Measured v_D less the exact law at the measured drive."),
+    ("friction", "figures_friction", "fig_friction", "Friction.", "Friction between the kinks against the velocity of slip, from x(t)"
+     " alone. Lines: the law that describes v_D."))
 RECORDING_FIGURES = (
     ("period_x", "recordings", "fig_x", "Walk.", "Walk in one period, averaged, as in Fig. 2(a)."),
     ("period_v", "recordings", "fig_v", "Velocity.", "Velocity in one period, as in Fig. 2(c). Points: walker; lines: base;"

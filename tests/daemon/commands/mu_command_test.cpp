@@ -173,6 +173,7 @@ TEST_F(MuCommandTest, RefusedMuStandsBehindTheLawThatHolds) {
     const test::Outcome law = test::shakerd("law viscous.nxs --json", folder_);
     EXPECT_EQ(law.status, 0);
     EXPECT_EQ(nlohmann::json::parse(law.out), j["verdict"]);
+    EXPECT_TRUE(j["friction"].is_array());
 
     const auto coulomb = nlohmann::json::parse(mu_text({folder_ / "campaign.nxs"}, {}, true));
     EXPECT_EQ(coulomb["fits"][0]["refused"], false);

@@ -6,6 +6,7 @@
 
 #include "daemon/law/findings.hpp"
 #include "drivers/walker/steady_state.hpp"
+#include "tests/support/law/stepped_walker.hpp"
 #include "tests/support/law/synthetic_points.hpp"
 
 namespace shaker::law {
@@ -69,6 +70,20 @@ TEST(CoulombFitTest, OtherFrictionIsStatedAsMisfit) {
     const CoulombFit fit = fit_coulomb(points);
     EXPECT_NE(fit.mu.note.find("does not describe the points"), std::string::npos);
     EXPECT_GT(fit.beyond_3, 6);
+}
+
+// A walker under another law, for which no mu of Coulomb's converges, still has a name, a reason and its
+// cycles.
+TEST(CoulombFitTest, FitWithoutEndIsRefusedByName) {
+    LawSetting viscous;
+    viscous.friction.viscous = 30;
+    viscous.push = 0.1;
+    const CoulombFit fit = fit_coulomb(test::stepped_points(viscous, 4000));
+    EXPECT_EQ(fit.mu.name, "mu_ac");
+    EXPECT_EQ(fit.tilt.name, "tilt");
+    EXPECT_TRUE(fit.mu.refused);
+    EXPECT_NE(fit.mu.note, "");
+    EXPECT_EQ(fit.points.size(), 12U);
 }
 
 // Mean and scatter of z over 200 campaigns: the errors are those of the noise.

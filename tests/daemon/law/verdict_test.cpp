@@ -12,7 +12,7 @@
 namespace shaker::law {
 namespace {
 
-LawSetting usual() {
+LawSetting usual_setting() {
     LawSetting s;
     s.friction.mu_k = 0.113;
     s.push = 0.03;
@@ -20,16 +20,16 @@ LawSetting usual() {
     return s;
 }
 
-struct Scene {
+struct LawScene {
     std::string_view law;
     std::vector<double> parameters;
 };
 
-const Law& named(std::string_view name) { return *std::ranges::find(laws, name, &Law::name); }
+const Law& law_named(std::string_view name) { return *std::ranges::find(laws, name, &Law::name); }
 
-LawSetting setting_of(const Scene& scene) {
-    LawSetting s = usual();
-    const Law& law = named(scene.law);
+LawSetting setting_of(const LawScene& scene) {
+    LawSetting s = usual_setting();
+    const Law& law = law_named(scene.law);
     s.friction.law = law.friction;
     for (std::size_t i = 0; i < scene.parameters.size(); ++i) law.parameters[i].set(s, scene.parameters[i]);
     return s;
@@ -39,10 +39,10 @@ Verdict judged(const std::vector<Point>& points, calibration::Estimate tilt = {2
     return judge(points, {}, tilt);
 }
 
-class VerdictTest : public testing::TestWithParam<Scene> {};
+class VerdictTest : public testing::TestWithParam<LawScene> {};
 
 TEST_P(VerdictTest, NamesTheLawOfTheWalkerAndItsParameters) {
-    const Scene& scene = GetParam();
+    const LawScene& scene = GetParam();
     std::vector<Point> points = test::stepped_points(setting_of(scene), 20'000);
     std::mt19937_64 random{5};
     test::add_noise(points, random);
@@ -64,12 +64,12 @@ TEST_P(VerdictTest, NamesTheLawOfTheWalkerAndItsParameters) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Laws, VerdictTest,
-                         testing::Values(Scene{"coulomb", {}}, Scene{"static", {1.3}},
-                                         Scene{"viscous", {3.5}}, Scene{"logarithmic", {0.05}},
-                                         Scene{"dahl", {7.2e-6}}, Scene{"unequal", {1.03}},
-                                         Scene{"place", {1.0}}, Scene{"dahl_viscous", {7.2e-6, 4.2}},
-                                         Scene{"stribeck", {1.3, 0.02}}, Scene{"time", {0.05, 60}},
-                                         Scene{"vertical", {0.005, 0.01}}),
+                         testing::Values(LawScene{"coulomb", {}}, LawScene{"static", {1.3}},
+                                         LawScene{"viscous", {3.5}}, LawScene{"logarithmic", {0.05}},
+                                         LawScene{"dahl", {7.2e-6}}, LawScene{"unequal", {1.03}},
+                                         LawScene{"place", {1.0}}, LawScene{"dahl_viscous", {7.2e-6, 4.2}},
+                                         LawScene{"stribeck", {1.3, 0.02}}, LawScene{"time", {0.05, 60}},
+                                         LawScene{"vertical", {0.005, 0.01}}),
                          [](const auto& scene) { return std::string{scene.param.law}; });
 
 TEST(VerdictPointsTest, EvenPartKeepsMirrorPartnersTogether) {

@@ -1,6 +1,7 @@
 #!/usr/bin/python3
 """Tests of daemon/report/campaign: pages and figures of small campaigns.    /usr/bin/python3 tests/daemon/report/report_test.py"""
 import contextlib
+import dataclasses
 import html.parser
 import io
 import json
@@ -29,6 +30,7 @@ import campaign_file  # noqa: E402
 import coulomb_law  # noqa: E402
 import drawing  # noqa: E402
 import figures_drift  # noqa: E402
+import figures_friction  # noqa: E402
 import page  # noqa: E402
 import paper_numbers  # noqa: E402
 import report  # noqa: E402
@@ -110,6 +112,7 @@ def fits_of(law=(), mu=MU):
                      at("phi_0", 2.46, 0.68), at("phi_0", 2.20, 1), at("phi_0", 1.91, 2),
                      dict(name="gamma of reversal", value=7.7, error=1e-3, phi_rad=np.radians(135), unit="m/s^2")],
             "budgets": {"mu_ac": [{"source": "small<i>", "share": 3e-4}, {"source": "large", "share": 4e-4}]},
+            "friction": [dict(v_R_mps=v, mu=mu + 0.01 * abs(v), mu_error=1e-3, pieces=5) for v in (-0.2, -0.01, 0.01, 0.2)],
             "points": [dict(point=n, law_v_D_mps=v, z=z) for n, v, z in law]}
 
 
@@ -226,6 +229,22 @@ class CampaignTest(ReportTest):
         law = sources.sources_of([a])[0][0].law(np.array([G]), np.array([0.0]))
         self.assertAlmostEqual(law[2][0] - law[0][0], coulomb_law.settle(coulomb_law.biharmonic(G, 0), MU * 1.001).v_D[0] - law[0][0])
 
+    def test_law_that_holds_is_told_before_a_refused_mu(self):
+        laws = [dict(name="coulomb", words="Coulomb", mu=0.12, mu_error=1e-6, parameters=[], chi2=1e4, freedom=5, score=1e4, reason=""),
+                dict(name="viscous", words="Coulomb and viscous " + HOSTILE, mu=0.113, mu_error=1e-4, chi2=4, freedom=4, score=9,
+                     parameters=[dict(name="c", unit="1/s", value=3.5, error=0.01)], reason=""),
+                dict(name="unequal", words="unequal", mu=None, mu_error=None, parameters=[], reason="needs the tilt by gravity")]
+        verdict = dict(chosen="viscous", refused=False, sentence="viscous describes the points", laws=laws)
+        a = self.analysis("viscous", points_of((0.5, 1, 2), np.radians([0, 45, 90])), given={**fits_of(), "verdict": verdict})
+        text = self.page_of([a])
+        self.assertIn("viscous describes the points. The curves in the figures are those of Coulomb's law", text)
+        self.assertIn("c 3.500(10) 1/s", text)
+        self.assertIn("needs the tilt by gravity", text)
+        self.assertNotIn("<script>", text)
+        v = np.array([-0.1, 0.1])
+        self.assertTrue(np.allclose(figures_friction.mu_of_law(a.fits, v, 9.8), 0.113 + 3.5 * 0.1 / 9.8))
+        self.assertIsNone(figures_friction.mu_of_law(dataclasses.replace(a.fits, verdict={**verdict, "refused": True}), v, 9.8))
+
     def test_without_fits_the_rest_is_drawn(self):
         drawn, missing = self.figures([self.analysis("bare", points_of((0.5, 1, 2), np.radians([0, 45, 90, 135])))])
         self.assertEqual(drawn, ["fig2a", "fig2b", "fig2c", "fig2d", "fig3a", "fig4"])
@@ -326,6 +345,8 @@ class RefusalTest(ReportTest):
         good, fits = self.write("good", points_of((1,), (0,))), self.folder / "fits.json"
         for text, word in (("{", "not JSON"), ("[]", "fits of 0 campaigns"), ("[1]", "is not an object"),
                            ('{"points": [{}]}', '"points" is not a list'), ('{"fits": [1]}', "not a list"),
+                           ('{"friction": [1]}', '"friction" is not a list'), ('{"verdict": 1}', '"verdict" is not'),
+                           ('{"verdict": {"laws": [{"parameters": 1}]}}', '"verdict" is not'),
                            ('{"budgets": {"mu_ac": [{"source": 1}]}}', "budgets"), ('{"budgets": {"mu_ac": 3}}', "budgets")):
             fits.write_text(text)
             self.assert_refused([good, "--fits", fits], word)
