@@ -309,9 +309,11 @@ std::string friction_text(std::span<const FrictionAt> friction) {
 
 std::string findings_text(const Findings& f) {
     std::string out;
-    if (f.verdict)
-        out = fmt::format("{}.\nmu_ac is that of Coulomb's law, which the data refuse.\n\n",
-                          f.verdict->sentence);
+    if (f.verdict) {
+        const bool coulomb = f.verdict->chosen && !f.verdict->refused && *f.verdict->chosen == 0;
+        out = fmt::format("{}.\n{}\n", f.verdict->sentence,
+                          coulomb ? "" : "mu_ac is that of Coulomb's law, which the data refuse.\n");
+    }
     out += fmt::format("{:<40} {:>28} {:<7} {:>12} {:>7}\n", "fit", "value", "unit", "chi^2/free", "points");
     for (const Fit* fit : all_fits(f)) {
         const std::string chi2 = fit->freedom > 0 && std::isfinite(fit->chi2)

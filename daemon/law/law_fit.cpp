@@ -20,7 +20,7 @@ constexpr double rough_tolerance = 1e-8,
                  fine_tolerance = 1e-10;  // tolerance of the integrator: in the fit, at its end
 constexpr double law_error = 1e-6;        // of gamma/omega, of v_D by the law in the fit
 constexpr int most_steps = 40, start_steps = 5, most_dampings = 8;
-constexpr double first_damping = 1e-3;
+constexpr double first_damping = 1e-3, least_damping = 1e-6;
 constexpr std::size_t start_points = 12;
 constexpr double stands_still = 0.01;  // of the standard errors
 constexpr double negligible = 0.01;    // change of chi^2
@@ -58,7 +58,7 @@ public:
         base_.middle = known > 0 ? places / known : 0;
         const Coulomb& c = data.coulomb->law;
         base_.friction.law = law.friction;
-        base_.tilt = data.free_tilt || std::isnan(data.tilt.value) ? c.tilt : data.tilt.value;
+        base_.tilt = c.tilt;
         base_.g = c.g;
         base_.push = c.push;
         x_.push_back(free_[0].inner(c.mu));
@@ -93,7 +93,7 @@ public:
             for (; turn < most_dampings && !(chi2 <= best + negligible); ++turn) {
                 next = moved(A, damping);
                 chi2 = chi2_at(next, there);
-                damping *= chi2 <= best + negligible ? 0.1 : 10;
+                damping = chi2 <= best + negligible ? std::max(least_damping, 0.1 * damping) : 10 * damping;
             }
             if (!(chi2 <= best + negligible)) return best;
             const bool stands = change(A, next) < stands_still || (turn == 1 && best - chi2 < negligible);
@@ -136,12 +136,17 @@ public:
                     last.covariance(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(j)) * scale(i) *
                     scale(j));
             }
+        if (data_.free_tilt)
+            fit.tilt = {.name = "tilt",
+                        .value = x_.back(),
+                        .error = std::sqrt(last.covariance.diagonal().tail(1)[0]),
+                        .unit = "rad"};
         fit.chi2 = rows.y.head(own_rows()).cwiseQuotient(rows.sigma.head(own_rows())).squaredNorm();
         fit.freedom = static_cast<int>(own_rows()) - fit.free;
         fit.chi2_base = rows.y.tail(rows.y.size() - own_rows())
                             .cwiseQuotient(rows.sigma.tail(rows.y.size() - own_rows()))
                             .squaredNorm();
-        fit.freedom_base = harmonics_ ? static_cast<int>(rows.y.size() - own_rows()) - 3 : 0;
+        fit.freedom_base = harmonics_ ? known_harmonics() - 3 : 0;
         for (std::size_t i = 0; i < used_.size(); ++i)
             fit.z.push_back(rows.y[static_cast<Eigen::Index>(i)] / rows.sigma[static_cast<Eigen::Index>(i)]);
         fit.cycles = at_;
@@ -232,6 +237,15 @@ private:
             }
         }
         return {A, y, (A.transpose() * A).ldlt().solve(A.transpose() * y)};
+    }
+
+    // Real and imaginary parts with errors.
+    [[nodiscard]] int known_harmonics() const {
+        int known = 0;
+        for (const std::size_t i : used_)
+            for (std::size_t q = first_pushed; q <= max_harmonics; ++q)
+                known += data_.points[i].base_sd[q - 1] > 0 ? 2 : 0;
+        return known;
     }
 
     // m/M_eff and the drag of the present cycles, and the cycles with them.
@@ -332,18 +346,19 @@ std::vector<std::size_t> spread(std::size_t points, std::size_t most) {
     return out;
 }
 
-bool any_has(std::span<const Point> points, double Point::*member) {
-    return std::ranges::any_of(points, [&](const Point& p) { return std::isfinite(p.*member); });
+bool all_have(std::span<const Point> points, double Point::*member) {
+    return std::ranges::all_of(points, [&](const Point& p) { return std::isfinite(p.*member); });
 }
 
 std::string not_measured(const Law& law, const LawData& data) {
     if (data.coulomb->points.empty()) return data.coulomb->mu.note;
-    if (law.needs == Law::Needs::tilt && !(data.free_tilt && std::isfinite(data.tilt.sigma)))
+    if (law.needs == Law::Needs::tilt &&
+        !(data.free_tilt && shows_tilt(data.points) && std::isfinite(data.tilt.sigma)))
         return "needs mirror partners and the tilt by gravity";
-    if (law.needs == Law::Needs::time && !any_has(data.points, &Point::time_s))
-        return "needs the times of the points";
-    if (law.needs == Law::Needs::place && !any_has(data.points, &Point::place))
-        return "needs the places of the points";
+    if (law.needs == Law::Needs::time && !all_have(data.points, &Point::time_s))
+        return "needs the times of all points";
+    if (law.needs == Law::Needs::place && !all_have(data.points, &Point::place))
+        return "needs the places of all points";
     return {};
 }
 
@@ -364,8 +379,12 @@ LawFit fit_law(const Law& law, const LawData& data) {
                 if (std::isnan(value)) break;
                 LawSearch few{law, data, spread(all.size(), start_points)};
                 few.start(i, value);
-                const double chi2 = few.search(start_steps);
-                if (chi2 < best) best = chi2, search.start(few.found());
+                try {
+                    const double chi2 = few.search(start_steps);
+                    if (chi2 < best) best = chi2, search.start(few.found());
+                } catch (const InputError&) {
+                    continue;  // no settled motion about this start
+                }
             }
         }
         search.search(most_steps);

@@ -14,14 +14,15 @@ struct LawData {
     std::span<const Point> points;
     const CoulombFit* coulomb = nullptr;  // errors of v_D by the harmonics, the push and its drag; a start
     calibration::Estimate tilt{};         // by gravity, rad; NaN: not known
-    bool free_tilt = true;                // where mirror partners exist
+    bool free_tilt = true;                // mirror partners or gravity show it; else level
     bool harmonics = true;                // use harmonics 9 to 16 of the base
 };
 
 struct LawFit {
     const Law* law = nullptr;
     LawSetting setting{};              // fitted
-    Fit mu{};                          // kinetic, forwards, late, at x = 0
+    Fit mu{};                          // kinetic, forwards, late, at the mean place
+    Fit tilt{};                        // rad; NaN: not free
     std::vector<Fit> parameters{};     // of the law, in its order
     Covariance covariance{};           // of mu and these
     std::vector<LawCycle> cycles{};    // in the order of the points
@@ -34,9 +35,9 @@ struct LawFit {
     [[nodiscard]] bool known() const noexcept { return reason.empty(); }
 };
 
-/// Weighted least squares by Gauss and Newton from several starts, derivatives by differences; parameters
-/// stay within their ranges. Not given, with the reason: no settled motion, no convergence, a quantity that
-/// the law needs and no point has.
+/// Weighted least squares by Levenberg and Marquardt from several starts, derivatives by differences;
+/// parameters stay within their ranges. Not given, with the reason: no settled motion, no convergence, a
+/// quantity that the law needs and no point has.
 LawFit fit_law(const Law& law, const LawData& data);
 
 }  // namespace shaker::law

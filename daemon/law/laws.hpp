@@ -55,7 +55,7 @@ inline constexpr LawParameter viscous{"c",   "1/s", 0,
                                       false, 0.02,  [](LawSetting& s, double x) { s.friction.viscous = x; }};
 inline constexpr LawParameter presliding{
     "s_0", "m",  0,
-    2e-8,  3e-4, {1e-6, 6e-6, 3e-5, nan},
+    1e-8,  3e-4, {1e-6, 6e-6, 3e-5, 3e-8},
     true,  0.01, [](LawSetting& s, double x) { s.friction.presliding = x; }};
 inline constexpr LawParameter static_share{
     "mu_s/mu_k", "1",  1,
@@ -77,7 +77,7 @@ inline constexpr LawParameter excess{"excess", "1",  0,
                                      -0.8,     4,    {0.01, nan, nan, nan},
                                      false,    1e-4, [](LawSetting& s, double x) { s.excess = x; }};
 inline constexpr LawParameter excess_time{"its time", "s",  0,
-                                          1,          1e5,  {30, 200, 1500, nan},
+                                          10,         1e5,  {30, 200, 1500, nan},
                                           true,       0.01, [](LawSetting& s, double x) { s.excess_s = x; }};
 inline constexpr LawParameter slope{"slope", "1/m", 0,
                                     -50,     50,    {0, nan, nan, nan},
@@ -125,13 +125,13 @@ inline constexpr std::array laws{
         {"coulomb"}},
     Law{"dahl", "elastic contact (Dahl)", parameters::of_dahl, walker::FrictionLaw::dahl, {"coulomb"}},
     Law{"unequal",
-        "Coulomb, unequal directions",
+        "Coulomb with unequal directions",
         parameters::of_unequal,
         walker::FrictionLaw::coulomb,
         {"coulomb"},
         Law::Needs::tilt},
     Law{"place",
-        "Coulomb, mu changes along x",
+        "Coulomb with mu that changes along x",
         parameters::of_place,
         walker::FrictionLaw::coulomb,
         {"coulomb"},
@@ -147,7 +147,7 @@ inline constexpr std::array laws{
         walker::FrictionLaw::stribeck,
         {"coulomb", "static"}},
     Law{"time",
-        "Coulomb, mu relaxes with time",
+        "Coulomb with mu that relaxes with time",
         parameters::of_time,
         walker::FrictionLaw::coulomb,
         {"coulomb"},

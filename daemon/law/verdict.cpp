@@ -67,8 +67,29 @@ std::string parameters_text(const LawFit& f) {
             ", {} {}", p.name,
             scale && p.error > p.value ? "not known" : with_error(shown * p.value, shown * p.error));
         if (!unit.empty()) text += fmt::format(" {}", unit);
+        const LawParameter& range = f.law->parameters[static_cast<std::size_t>(&p - f.parameters.data())];
+        if (p.value != range.none &&
+            (p.value <= range.low * (1 + 1e-9) || p.value >= range.high * (1 - 1e-9)))
+            text += " (the end of its range)";
     }
     return text;
+}
+
+// A fit whose search ended above the law that it contains has not found its least chi^2.
+void drop_stuck(std::vector<LawFit>& fits) {
+    for (LawFit& f : fits)
+        for (const LawFit& inner : fits)
+            if (f.known() && inner.known() && contains(*f.law, inner.law->name) &&
+                f.chi2 + f.chi2_base > inner.chi2 + inner.chi2_base + 1)
+                f.reason = fmt::format("the search ended above {}, which it contains", inner.law->words);
+}
+
+// What else the numbers of a law may come from.
+std::string else_it_may_be(const LawFit& f) {
+    if (f.law->needs != Law::Needs::tilt) return {};
+    const double tilt = 0.5 * f.mu.value * std::abs(f.parameters.front().value - 1);
+    return fmt::format("; an accelerometer's offset that is off by {:.2g} m/s^2 would look the same",
+                       tilt * f.setting.g);
 }
 
 std::string sentence_of(const Verdict& v) {
@@ -76,24 +97,30 @@ std::string sentence_of(const Verdict& v) {
         return "no law was fitted: " +
                (v.fits.front().known() ? "too few points for its parameters" : v.fits.front().reason);
     const LawFit& best = v.fits[*v.chosen];
+    std::string text;
     if (v.refused) {
-        const double ratio = (best.chi2 + best.chi2_base) / (best.freedom + best.freedom_base);
-        return fmt::format(
-            "no law of the list describes these points; nearest: {}, chi^2 {:.3g} times its degrees of "
-            "freedom",
-            best.law->words, ratio);
+        text = fmt::format(
+            "no law of the list describes these points; nearest: {}, chi^2 of v_D {:.3g} times its degrees "
+            "of freedom",
+            best.law->words, best.chi2 / best.freedom);
+        if (best.freedom_base > 0)
+            text += fmt::format(", of harmonics 9 to 16 {:.3g} times", best.chi2_base / best.freedom_base);
+    } else {
+        text = fmt::format("{} describes the points: {}{}", best.law->words, parameters_text(best),
+                           else_it_may_be(best));
     }
-    std::string text = fmt::format("{} describes the points: {}", best.law->words, parameters_text(best));
-    if (v.rivals.empty()) return text;
-    text += "; these points cannot tell it from ";
     for (std::size_t i = 0; i < v.rivals.size(); ++i)
-        text += fmt::format("{}{} ({})", i > 0 ? ", " : "", v.fits[v.rivals[i]].law->words,
-                            parameters_text(v.fits[v.rivals[i]]));
+        text += fmt::format("{}{} ({})", i > 0 ? ", " : "; these points cannot tell it from ",
+                            v.fits[v.rivals[i]].law->words, parameters_text(v.fits[v.rivals[i]]));
     if (v.measure)
         text += fmt::format(": measure at {}, {:.0f} deg, where they differ by {:.2g} mm/s",
                             in_g(v.measure->drive.gamma), v.measure->drive.phi * 360 / two_pi,
                             1e3 * std::abs(v.measure->apart));
-    return text;
+    std::string left_out;
+    for (const LawFit& f : v.fits)
+        if (!f.known() && (v.refused || f.law->needs != Law::Needs::nothing))
+            left_out += (left_out.empty() ? "; not judged: " : ", ") + std::string{f.law->words};
+    return text + left_out;
 }
 
 void choose(Verdict& v, std::size_t points) {
@@ -115,7 +142,8 @@ void choose(Verdict& v, std::size_t points) {
             break;
         }
     const LawFit& best = v.fits[*v.chosen];
-    v.refused = !misfit(best.chi2 + best.chi2_base, best.freedom + best.freedom_base, "x").empty();
+    v.refused = !misfit(best.chi2, best.freedom, "x").empty() ||
+                !misfit(best.chi2_base, best.freedom_base, "x").empty();
     for (std::size_t i = 0; i < v.fits.size() && !v.refused; ++i)
         if (i != *v.chosen && as_good(i) && !contains(*v.fits[i].law, best.law->name)) v.rivals.push_back(i);
     std::ranges::sort(v.rivals, {}, [&](std::size_t i) { return v.score[i]; });
@@ -144,17 +172,20 @@ Verdict judge(std::span<const Point> all, const CoulombOptions& options, const c
     const CoulombFit coulomb = fit_coulomb(points, options);
     LawData data{.points = points,
                  .coulomb = &coulomb,
-                 .tilt = tilt,
-                 .free_tilt = options.free_tilt && shows_tilt(points)};
+                 .tilt = options.free_tilt ? tilt : calibration::Estimate{},
+                 .free_tilt = options.free_tilt && (shows_tilt(points) || tilt.sigma > 0)};
     for (const Point& p : points) v.points.push_back(p.number);
     v.fits = fits_of(data);
+    drop_stuck(v.fits);
     v.harmonics = base_is_the_walkers(v.fits);
     if (!v.harmonics && std::ranges::any_of(v.fits, [](const LawFit& f) { return f.freedom_base > 0; })) {
         data.harmonics = false;
         v.fits = fits_of(data);
+        drop_stuck(v.fits);
     }
     choose(v, points.size());
-    if (!v.rivals.empty())
+    const auto by_drive = [&](std::size_t i) { return v.fits[i].law->needs == Law::Needs::nothing; };
+    if (!v.rivals.empty() && by_drive(*v.chosen) && by_drive(v.rivals.front()))
         v.measure = telling_drive(v.fits[*v.chosen], v.fits[v.rivals.front()], points.front());
     v.sentence = sentence_of(v);
     if (points.size() < all.size())
@@ -171,8 +202,11 @@ std::string verdict_text(const Verdict& v) {
             text += fmt::format("{:<44} not fitted: {}\n", f.law->words, f.reason);
             continue;
         }
-        text += fmt::format("{:<44} {:>10.4g} {:>8} {:>10.4g} {:>8} {:>10.4g}  {}\n", f.law->words, f.chi2,
+        text += fmt::format("{:<44} {:>10.4g} {:>8} {:>10.4g} {:>8} {:>10.4g}  {}", f.law->words, f.chi2,
                             f.freedom, f.chi2_base, f.freedom_base, v.score[i], parameters_text(f));
+        if (std::isfinite(f.tilt.value))
+            text += fmt::format(", tilt {} mrad", with_error(1e3 * f.tilt.value, 1e3 * f.tilt.error));
+        text += "\n";
     }
     if (!v.harmonics)
         text +=
@@ -196,6 +230,9 @@ nlohmann::ordered_json verdict_json(const Verdict& v) {
                         {"words", f.law->words},
                         {"mu", f.mu.value},
                         {"mu_error", f.mu.error},
+                        {"tilt_rad", f.tilt.value},
+                        {"tilt_error", f.tilt.error},
+                        {"mean_place_m", f.setting.middle},
                         {"parameters", parameters},
                         {"chi2", f.chi2},
                         {"freedom", f.freedom},

@@ -48,9 +48,10 @@ std::vector<Point> evenly(std::span<const Point> points, std::size_t most);
 /// One line for each law, and the sentence; ends with a newline.
 std::string verdict_text(const Verdict& verdict);
 /// {"chosen": name, "refused", "points": [number], "rivals": [name], "measure": {"gamma_mps2", "phi_rad",
-/// "v_D_apart_mps"}, "harmonics", "sentence", "laws": [{"name", "words", "mu", "mu_error", "parameters":
+/// "v_D_apart_mps"}, "harmonics", "sentence", "laws": [{"name", "words", "mu", "mu_error", "tilt_rad",
+/// "tilt_error", "mean_place_m", "parameters":
 /// [{"name", "unit", "value", "error"}], "chi2", "freedom", "chi2_base", "freedom_base", "score", "reason",
-/// "z": [...]}], "friction": [{"v_R_mps", "mu", "mu_error", "pieces"}]}. Values that do not exist are null.
+/// "z": [...]}]}. Values that do not exist are null.
 nlohmann::ordered_json verdict_json(const Verdict& verdict);
 
 }  // namespace shaker::law

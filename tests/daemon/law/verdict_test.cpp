@@ -72,6 +72,37 @@ INSTANTIATE_TEST_SUITE_P(Laws, VerdictTest,
                                          LawScene{"vertical", {0.005, 0.01}}),
                          [](const auto& scene) { return std::string{scene.param.law}; });
 
+std::vector<Point> coulomb_points() {
+    std::vector<Point> points = test::exact_points({.mu = 0.113, .push = 0.05});
+    std::mt19937_64 random{8};
+    test::add_noise(points, random);
+    return points;
+}
+
+// Gravity tells the tilt with its error, and not as the truth, also where no mirror partners exist.
+TEST(VerdictPointsTest, TiltByGravityIsADatum) {
+    std::vector<Point> points = coulomb_points();
+    for (Point& p : points) p.partner = 0;
+    const Verdict v = judge(points, {}, {2e-4, 2e-4});
+    ASSERT_TRUE(v.chosen);
+    EXPECT_EQ(v.fits[*v.chosen].law->name, "coulomb") << verdict_text(v);
+    EXPECT_NEAR(v.fits[0].tilt.value, 0, 5 * v.fits[0].tilt.error);
+    const Verdict level = judge(points, {.free_tilt = false}, {1.5e-3, 5e-5});
+    EXPECT_FALSE(level.refused) << verdict_text(level);
+    EXPECT_TRUE(std::isnan(level.fits[0].tilt.value));
+    EXPECT_NE(level.sentence.find("not judged: Coulomb with unequal directions"), std::string::npos)
+        << level.sentence;
+}
+
+// Hundreds of harmonics that fit do not hide velocities that do not.
+TEST(VerdictPointsTest, ScatterOfTheVelocitiesIsNoLaw) {
+    std::vector<Point> points = coulomb_points();
+    for (std::size_t i = 0; i < points.size(); ++i) points[i].v_D.value += (i % 3 == 0 ? 1 : -1) * 2e-5;
+    const Verdict v = judge(points, {}, {});
+    EXPECT_TRUE(v.refused) << verdict_text(v);
+    EXPECT_TRUE(v.sentence.starts_with("no law of the list describes these points; nearest: ")) << v.sentence;
+}
+
 TEST(VerdictPointsTest, EvenPartKeepsMirrorPartnersTogether) {
     std::vector<Point> points;
     for (int n = 1; n <= 720; ++n) points.push_back({.number = n, .partner = n % 2 == 1 ? n + 1 : n - 1});
