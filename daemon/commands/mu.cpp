@@ -136,8 +136,9 @@ manual::Command law_row() {
         .details =
             "Fits each law to v_D of all points at their measured drives, and to harmonics 9 to 16 of the "
             "base, which the walker's friction moves. The laws are judged by Schwarz's criterion, chi^2 + k "
-            "ln n. The sentence names the law with its parameters, the laws that these points cannot tell "
-            "from it and a drive that would, or that no law of the list describes them.",
+            "ln n. The last line names the law that describes the points, with its parameters; the laws that "
+            "these points do not distinguish from it, and a drive that would; or that no law of the list "
+            "describes them.",
         .arguments = mu_arguments,
         .example = "shakerd law paper",
         .exit_statuses = {manual::exit_device},

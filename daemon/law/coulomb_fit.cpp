@@ -168,7 +168,7 @@ private:
                    .points = static_cast<int>(points_.size())};
         fit_.mu.note = misfit(
             last.chi2, last.freedom,
-            "Coulomb's law with one mu does not describe the points; \"shakerd law\" tells which law does");
+            "Coulomb's law with one mu does not describe the points; \"shakerd law\" compares other laws");
         fit_.mu.refused = !fit_.mu.note.empty();
         fit_.tilt = {.name = "tilt", .unit = "rad"};
         fit_.covariance = {{"mu_ac"}, {last.covariance(0, 0)}};

@@ -44,7 +44,7 @@ struct CoulombFit {
 /// points that move, no mu in that range that describes them, no convergence.
 CoulombFit fit_coulomb(std::span<const Point> points, const CoulombOptions& options = {});
 
-/// True where two pairs of mirror partners or more tell the tilt.
+/// True for two pairs of mirror partners or more: v_D then shows the tilt.
 bool shows_tilt(std::span<const Point> points);
 
 /// The law at one point, with all derivatives. start: a nearby cycle.

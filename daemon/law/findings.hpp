@@ -92,7 +92,7 @@ Verdict judge(const Findings& findings, bool free_tilt);
 /// The verdict's sentence; a table of the fits, the budgets and the sentences, equal ones once with their
 /// places; ends with a newline.
 std::string findings_text(const Findings& findings);
-/// A table of friction by velocity; empty where there is none.
+/// Friction by velocity as a table; an empty text without any.
 std::string friction_text(std::span<const FrictionAt> friction);
 /// {"gravity_mps2": ..., "fits": [{name, value, error, truth, unit, chi2, freedom, points, note, refused,
 /// gamma_mps2, phi_rad, series}], "covariances": [{names, matrix}], "budgets": {"mu_ac": [{source, share,

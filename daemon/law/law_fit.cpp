@@ -27,7 +27,7 @@ constexpr double negligible = 0.01;    // change of chi^2
 constexpr double far = 1.5;            // largest factor of mu in one step
 constexpr double most_push = 0.5;
 
-/// A free quantity of the fit. Those of the push act on the base only.
+/// A free quantity of the fit.
 struct Free {
     std::string_view name, unit;
     double low, high, step;
@@ -71,12 +71,12 @@ public:
                      });
     }
 
-    /// Begins with these values of the law's last parameter with several starts, or of its only one.
+    /// Begins with this value of one of the law's parameters.
     void start(std::size_t parameter, double value) { x_[1 + parameter] = free_[1 + parameter].inner(value); }
-    void start(std::vector<double> x) { x_ = std::move(x); }
-    [[nodiscard]] const std::vector<double>& found() const { return x_; }
+    /// Begins where another search of the same law ended.
+    void start(const LawSearch& other) { x_ = other.x_; }
 
-    /// chi^2 after these rounds; infinite where the law has no settled motion.
+    /// Searches in at most `rounds` steps. Returns chi^2. InputError where there is no settled motion.
     double search(int rounds) {
         tolerance_ = rough_tolerance;
         at_ = cycles(x_, nullptr);
@@ -149,8 +149,6 @@ public:
         fit.freedom_base = harmonics_ ? known_harmonics() - 3 : 0;
         for (std::size_t i = 0; i < used_.size(); ++i)
             fit.z.push_back(rows.y[static_cast<Eigen::Index>(i)] / rows.sigma[static_cast<Eigen::Index>(i)]);
-        fit.cycles = at_;
-        fit.solved = solved_;
         return fit;
     }
 
@@ -173,7 +171,6 @@ private:
             out.push_back(
                 law_cycle(p, p.time_s - first_s_, s, tolerance_, near != nullptr ? &(*near)[i] : nullptr));
         }
-        solved_ += static_cast<int>(used_.size());
         return out;
     }
 
@@ -263,7 +260,7 @@ private:
         return rows.y.cwiseQuotient(rows.sigma).squaredNorm();
     }
 
-    // The same for cycles that it solves; infinite where there is no settled motion.
+    // The same, with the cycles at x, which it solves; infinite where there is no settled motion.
     double chi2_at(const std::vector<double>& x, std::vector<LawCycle>& there) {
         try {
             there = cycles(x, &at_);
@@ -335,7 +332,6 @@ private:
     bool harmonics_ = false, ended_ = true;
     std::vector<double> x_;
     std::vector<LawCycle> at_;
-    int solved_ = 0;
 };
 
 // At most `most` points, evenly through the list.
@@ -381,7 +377,7 @@ LawFit fit_law(const Law& law, const LawData& data) {
                 few.start(i, value);
                 try {
                     const double chi2 = few.search(start_steps);
-                    if (chi2 < best) best = chi2, search.start(few.found());
+                    if (chi2 < best) best = chi2, search.start(few);
                 } catch (const InputError&) {
                     continue;  // no settled motion about this start
                 }

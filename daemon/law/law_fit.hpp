@@ -25,19 +25,17 @@ struct LawFit {
     Fit tilt{};                        // rad; NaN: not free
     std::vector<Fit> parameters{};     // of the law, in its order
     Covariance covariance{};           // of mu and these
-    std::vector<LawCycle> cycles{};    // in the order of the points
     std::vector<double> z{};           // (measured - law) / both errors, of v_D
     double chi2 = NAN, chi2_base = 0;  // of v_D and the tilt; of harmonics 9 to 16
     int freedom = 0, freedom_base = 0;
     int free = 0;          // parameters, mu and tilt included
-    int solved = 0;        // cycles, for the cost
     std::string reason{};  // why there is no fit; empty: there is one
     [[nodiscard]] bool known() const noexcept { return reason.empty(); }
 };
 
 /// Weighted least squares by Levenberg and Marquardt from several starts, derivatives by differences;
 /// parameters stay within their ranges. Not given, with the reason: no settled motion, no convergence, a
-/// quantity that the law needs and no point has.
+/// point without a quantity that the law needs.
 LawFit fit_law(const Law& law, const LawData& data);
 
 }  // namespace shaker::law

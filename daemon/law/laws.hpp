@@ -1,5 +1,5 @@
 #pragma once
-// The laws of friction that the points of a campaign can tell apart, with their parameters.
+// The laws of friction that are fitted to the points of campaigns, with their parameters.
 // To add one: a row of `laws` here; where it needs another quantity, a member of LawSetting and its use in
 // law_cycle.cpp.
 #include <array>
@@ -44,7 +44,6 @@ struct Law {
     walker::FrictionLaw friction = walker::FrictionLaw::coulomb;
     std::array<std::string_view, 3> contains{};  // laws that are a limit of this one
     enum class Needs { nothing, tilt, time, place } needs = Needs::nothing;
-    bool rival = false;  // not friction, but it can look like it
 };
 
 namespace parameters {
@@ -152,10 +151,10 @@ inline constexpr std::array laws{
         walker::FrictionLaw::coulomb,
         {"coulomb"},
         Law::Needs::time},
+    // No friction, but it can look like it.
     Law{.name = "vertical",
         .words = "Coulomb on a base that also shakes vertically",
         .parameters = parameters::of_vertical,
-        .contains = {"coulomb"},
-        .rival = true}};
+        .contains = {"coulomb"}}};
 
 }  // namespace shaker::law

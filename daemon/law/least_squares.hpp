@@ -23,8 +23,9 @@ enum class Weights { by_error, equal };
 Linear least_squares(const Eigen::MatrixXd& A, const Eigen::VectorXd& y, const Eigen::VectorXd& sigma,
                      Weights weights);
 
-/// "chi^2 is 25 times its degrees of freedom: WHAT" when chi^2 exceeds its expectation by more than five of
-/// its own standard deviations; empty otherwise.
+/// True where chi^2 exceeds its expectation by more than five of its own standard deviations.
+bool misfits(double chi2, int freedom);
+/// "chi^2 is 25 times its degrees of freedom: WHAT" where it misfits; empty otherwise.
 std::string misfit(double chi2, int freedom, const std::string& what);
 
 }  // namespace shaker::law

@@ -31,11 +31,11 @@ std::vector<LawFit> fits_of(const LawData& data) {
 // True where a law describes harmonics 9 to 16: nothing else than the walker moves the base there.
 bool base_is_the_walkers(std::span<const LawFit> fits) {
     return std::ranges::any_of(fits, [](const LawFit& f) {
-        return f.known() && f.freedom_base > 0 && misfit(f.chi2_base, f.freedom_base, "x").empty();
+        return f.known() && f.freedom_base > 0 && !misfits(f.chi2_base, f.freedom_base);
     });
 }
 
-// The drive of a few at which two laws differ most, by the scale of the velocity.
+// The drive of these at which v_D of two laws differs most.
 std::optional<TellingDrive> telling_drive(const LawFit& a, const LawFit& b, const Point& like) {
     std::optional<TellingDrive> best;
     for (const double gamma : {0.5, 0.7, 1.0, 1.5, 2.0, 3.0})
@@ -92,6 +92,15 @@ std::string else_it_may_be(const LawFit& f) {
                        tilt * f.setting.g);
 }
 
+// Doubtful measurements make doubtful fits.
+std::string doubts_text(std::span<const Point> points) {
+    const auto doubtful = [](const Point& p) { return !p.doubt.empty(); };
+    const auto first = std::ranges::find_if(points, doubtful);
+    if (first == points.end()) return {};
+    return fmt::format("; the measurements of {} of {} points are in doubt, so is this (point {}: {})",
+                       std::ranges::count_if(points, doubtful), points.size(), first->number, first->doubt);
+}
+
 std::string sentence_of(const Verdict& v) {
     if (!v.chosen)
         return "no law was fitted: " +
@@ -110,7 +119,7 @@ std::string sentence_of(const Verdict& v) {
                            else_it_may_be(best));
     }
     for (std::size_t i = 0; i < v.rivals.size(); ++i)
-        text += fmt::format("{}{} ({})", i > 0 ? ", " : "; these points cannot tell it from ",
+        text += fmt::format("{}{} ({})", i > 0 ? ", " : "; these points do not distinguish it from ",
                             v.fits[v.rivals[i]].law->words, parameters_text(v.fits[v.rivals[i]]));
     if (v.measure)
         text += fmt::format(": measure at {}, {:.0f} deg, where they differ by {:.2g} mm/s",
@@ -142,8 +151,7 @@ void choose(Verdict& v, std::size_t points) {
             break;
         }
     const LawFit& best = v.fits[*v.chosen];
-    v.refused = !misfit(best.chi2, best.freedom, "x").empty() ||
-                !misfit(best.chi2_base, best.freedom_base, "x").empty();
+    v.refused = misfits(best.chi2, best.freedom) || misfits(best.chi2_base, best.freedom_base);
     for (std::size_t i = 0; i < v.fits.size() && !v.refused; ++i)
         if (i != *v.chosen && as_good(i) && !contains(*v.fits[i].law, best.law->name)) v.rivals.push_back(i);
     std::ranges::sort(v.rivals, {}, [&](std::size_t i) { return v.score[i]; });
@@ -178,7 +186,9 @@ Verdict judge(std::span<const Point> all, const CoulombOptions& options, const c
     v.fits = fits_of(data);
     drop_stuck(v.fits);
     v.harmonics = base_is_the_walkers(v.fits);
-    if (!v.harmonics && std::ranges::any_of(v.fits, [](const LawFit& f) { return f.freedom_base > 0; })) {
+    const bool dropped =
+        !v.harmonics && std::ranges::any_of(v.fits, [](const LawFit& f) { return f.freedom_base > 0; });
+    if (dropped) {
         data.harmonics = false;
         v.fits = fits_of(data);
         drop_stuck(v.fits);
@@ -187,7 +197,8 @@ Verdict judge(std::span<const Point> all, const CoulombOptions& options, const c
     const auto by_drive = [&](std::size_t i) { return v.fits[i].law->needs == Law::Needs::nothing; };
     if (!v.rivals.empty() && by_drive(*v.chosen) && by_drive(v.rivals.front()))
         v.measure = telling_drive(v.fits[*v.chosen], v.fits[v.rivals.front()], points.front());
-    v.sentence = sentence_of(v);
+    v.sentence = sentence_of(v) + doubts_text(points);
+    if (dropped) v.sentence += "; harmonics 9 to 16 of the base are not used, since no law describes them";
     if (points.size() < all.size())
         v.sentence += fmt::format(" (judged by {} of {} points)", points.size(), all.size());
     return v;
@@ -208,12 +219,9 @@ std::string verdict_text(const Verdict& v) {
             text += fmt::format(", tilt {} mrad", with_error(1e3 * f.tilt.value, 1e3 * f.tilt.error));
         text += "\n";
     }
-    if (!v.harmonics)
-        text +=
-            "harmonics 9 to 16 of the base are not used: no law describes them, or they were not measured\n";
     text +=
-        "errors are those of the points; the scales of the sensors, see the budget of \"shakerd mu\", come "
-        "on top\n";
+        "The errors are those of the points. Those of the sensors' scales, in the budget of \"shakerd mu\", "
+        "add to them.\n";
     return text + v.sentence + "\n";
 }
 
@@ -234,6 +242,7 @@ nlohmann::ordered_json verdict_json(const Verdict& v) {
                         {"tilt_error", f.tilt.error},
                         {"mean_place_m", f.setting.middle},
                         {"parameters", parameters},
+                        {"covariance", f.covariance.values},
                         {"chi2", f.chi2},
                         {"freedom", f.freedom},
                         {"chi2_base", f.chi2_base},

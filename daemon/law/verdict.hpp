@@ -26,10 +26,10 @@ struct Verdict {
     /// Index of the law with the least score, of the simpler ones where they are less than `decisive` above
     /// it.
     std::optional<std::size_t> chosen;
-    /// Laws that the points do not tell from the chosen one, and that do not contain it.
+    /// Laws less than `decisive` above the least score that do not contain the chosen one.
     std::vector<std::size_t> rivals;
-    std::optional<TellingDrive> measure;  // to tell the first rival
-    bool refused = false;                 // the data refuse the chosen law, too
+    std::optional<TellingDrive> measure;  // would distinguish the first rival
+    bool refused = false;                 // the data refuse also the chosen law
     std::string sentence;
     std::vector<int> points;  // numbers of the points that were judged
 };
@@ -49,9 +49,9 @@ std::vector<Point> evenly(std::span<const Point> points, std::size_t most);
 std::string verdict_text(const Verdict& verdict);
 /// {"chosen": name, "refused", "points": [number], "rivals": [name], "measure": {"gamma_mps2", "phi_rad",
 /// "v_D_apart_mps"}, "harmonics", "sentence", "laws": [{"name", "words", "mu", "mu_error", "tilt_rad",
-/// "tilt_error", "mean_place_m", "parameters":
-/// [{"name", "unit", "value", "error"}], "chi2", "freedom", "chi2_base", "freedom_base", "score", "reason",
-/// "z": [...]}]}. Values that do not exist are null.
+/// "tilt_error", "mean_place_m", "parameters": [{"name", "unit", "value", "error"}], "covariance": [of mu and
+/// these, row by row], "chi2", "freedom", "chi2_base", "freedom_base", "score", "reason", "z": [...]}]}.
+/// Values that do not exist are null.
 nlohmann::ordered_json verdict_json(const Verdict& verdict);
 
 }  // namespace shaker::law

@@ -151,10 +151,10 @@ SteadyState settle_quickly(IntegratedWalker& walker, WarmStart& start) {
             describe(state, 1 / walker.setting().frequency, walker.events());
             return state;
         }
-        if (n % many_steps == many_steps - 1)
-            start = {start.v, start.zeta}, step = change;  // one period
-        else if (!walker.jump_to(start.v + step[0] * scale, start.zeta + step[1]))
-            step = change;
+        const bool forgets = n % many_steps == many_steps - 1;  // what it learned of the derivative
+        if (forgets) start = {start.v, start.zeta};
+        if (forgets || !walker.jump_to(start.v + step[0] * scale, start.zeta + step[1]))
+            step = change;  // it goes on as it is
     }
     throw InputError{"the walker has not settled after 400 periods of the drive"};
 }

@@ -22,7 +22,7 @@ namespace {
 using namespace shaker;
 using law::LawSetting;
 
-constexpr double clearly = 2 * law::decisive;  // by so much a law that the data can tell is the better one
+constexpr double clearly = 2 * law::decisive;  // difference of scores that noise does not hide
 
 struct Scene {
     const law::Law* law = nullptr;
@@ -67,12 +67,12 @@ law::Verdict judged(const std::vector<law::Point>& points, double tilt) {
 }
 
 struct Counts {
-    int scenes = 0, telling = 0, right = 0, open = 0, wrong = 0, refused = 0;
+    int scenes = 0, distinguishable = 0, right = 0, open = 0, wrong = 0, refused = 0;
     int values = 0, within_2 = 0;
 };
 
 // What the points without noise say: every law that does not contain the true one is clearly worse.
-bool tells(const law::Verdict& v, const law::Law& truth) {
+bool distinguishes(const law::Verdict& v, const law::Law& truth) {
     const auto at = static_cast<std::size_t>(&truth - law::laws.data());
     for (std::size_t i = 0; i < v.fits.size(); ++i) {
         const auto& inside = v.fits[i].law->contains;
@@ -86,7 +86,7 @@ void add(std::uint64_t seed, std::map<std::string_view, Counts>& all, std::mutex
     const Scene scene = scene_of(seed);
     std::vector<law::Point> points = test::stepped_points(scene.setting, 20'000);
     for (law::Point& p : points) p.v_D.sigma *= scene.noise;
-    const bool telling = tells(judged(points, scene.setting.tilt), *scene.law);
+    const bool distinguishable = distinguishes(judged(points, scene.setting.tilt), *scene.law);
     std::mt19937_64 random{seed + 1'000'000};
     test::add_noise(points, random);
     const law::Verdict v =
@@ -94,15 +94,15 @@ void add(std::uint64_t seed, std::map<std::string_view, Counts>& all, std::mutex
     const std::scoped_lock lock{guard};
     Counts& c = all[scene.law->name];
     ++c.scenes;
-    c.telling += telling;
+    c.distinguishable += distinguishable;
     c.refused += v.refused;
     const law::LawFit* chosen = v.chosen ? &v.fits[*v.chosen] : nullptr;
     const bool right = chosen != nullptr && chosen->law == scene.law && !v.refused;
     const bool open = !right && (v.refused || std::ranges::any_of(v.rivals, [&](std::size_t i) {
                                      return v.fits[i].law == scene.law;
                                  }));
-    if (telling) ++(right ? c.right : open ? c.open : c.wrong);
-    if (telling && !right)
+    if (distinguishable) ++(right ? c.right : open ? c.open : c.wrong);
+    if (distinguishable && !right)
         fmt::print(stderr, "seed {}: {} {}\n{}", seed, scene.law->name, fmt::join(scene.parameters, " "),
                    verdict_text(v));
     if (!right) return;
@@ -130,7 +130,7 @@ int main(int argc, char** argv) {
                       [&](int i) { add(seed + static_cast<std::uint64_t>(i * apart), all, guard); });
     Counts sum;
     for (const auto& [name, c] : all)
-        for (int Counts::*count : {&Counts::scenes, &Counts::telling, &Counts::right, &Counts::open,
+        for (int Counts::*count : {&Counts::scenes, &Counts::distinguishable, &Counts::right, &Counts::open,
                                    &Counts::wrong, &Counts::refused, &Counts::values, &Counts::within_2})
             sum.*count += c.*count;
     all["all"] = sum;
@@ -138,7 +138,7 @@ int main(int argc, char** argv) {
     for (const auto& [name, c] : all)
         table.add({{"law", std::string{name}},
                    {"scenes", static_cast<double>(c.scenes)},
-                   {"told apart by the points", static_cast<double>(c.telling)},
+                   {"distinguishable", static_cast<double>(c.distinguishable)},
                    {"right", static_cast<double>(c.right)},
                    {"left open", static_cast<double>(c.open)},
                    {"wrong", static_cast<double>(c.wrong)},

@@ -19,9 +19,9 @@ def mu_of_law(fits, v, gravity):
     mu, speed = number(law.get("mu")), np.abs(v)
     shape = np.where(v < 0, p.get("mu backwards/forwards", 1), 1.0)
     if law["name"] == "logarithmic":
-        shape = 1 + p["B"] * np.log1p(speed / 1e-3)
+        shape = 1 + p.get("B", np.nan) * np.log1p(speed / 1e-3)
     if law["name"] == "stribeck":
-        shape = 1 + (p["mu_s/mu_k"] - 1) * np.exp(-(speed / p["v_s"]) ** 2)
+        shape = 1 + (p.get("mu_s/mu_k", np.nan) - 1) * np.exp(-(speed / p.get("v_s", np.nan)) ** 2)
     return mu * shape + p.get("c", 0) * speed / gravity
 
 

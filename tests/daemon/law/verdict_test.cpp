@@ -1,4 +1,4 @@
-// Laws of friction told apart, on points of an independent walker.
+// Laws of friction, distinguished on points of an independent walker.
 #include "daemon/law/verdict.hpp"
 
 #include <gtest/gtest.h>
@@ -79,7 +79,7 @@ std::vector<Point> coulomb_points() {
     return points;
 }
 
-// Gravity tells the tilt with its error, and not as the truth, also where no mirror partners exist.
+// The tilt by gravity counts with its error, also without mirror partners.
 TEST(VerdictPointsTest, TiltByGravityIsADatum) {
     std::vector<Point> points = coulomb_points();
     for (Point& p : points) p.partner = 0;
@@ -111,6 +111,21 @@ TEST(VerdictPointsTest, EvenPartKeepsMirrorPartnersTogether) {
     for (std::size_t i = 0; i < part.size(); i += 2) EXPECT_EQ(part[i + 1].number, part[i].partner);
     EXPECT_GT(part.back().number, 700);
     EXPECT_EQ(evenly(points, 720).size(), 720U);
+}
+
+// A doubt of one measurement, and a base that something else moves, stand in the sentence.
+TEST(VerdictPointsTest, DoubtsStandInTheSentence) {
+    std::vector<Point> points = coulomb_points();
+    points[3].doubt = "the bench check has an alarm";
+    for (Point& p : points) p.base.at(12) += 0.1;
+    const Verdict v = judge(points, {}, {});
+    EXPECT_FALSE(v.harmonics);
+    EXPECT_NE(
+        v.sentence.find("the measurements of 1 of 12 points are in doubt, so is this (point 4: the bench "
+                        "check has an alarm)"),
+        std::string::npos)
+        << v.sentence;
+    EXPECT_NE(v.sentence.find("harmonics 9 to 16 of the base are not used"), std::string::npos) << v.sentence;
 }
 
 TEST(VerdictPointsTest, TooFewPointsHaveTheReason) {

@@ -6,9 +6,11 @@
 
 #include <array>
 #include <cstdio>
+#include <fstream>
 #include <random>
 #include <set>
 
+#include "drivers/errors.hpp"
 #include "drivers/recorded/h5/disk_file.hpp"
 #include "drivers/recorded/pictures/picture_check.hpp"
 #include "drivers/recorded/pictures/picture_reader.hpp"
@@ -69,6 +71,22 @@ TEST_F(PictureStoreTest, ReadsBackPicturesOfAnySizeAndDepth) {
             store(shape, count, 64);
             expect_pictures(frames_, shape, count);
         }
+}
+
+// A file of the store that cannot be read at the end of the recording is an error, although others can.
+TEST_F(PictureStoreTest, OwnUnreadableFileIsAnErrorAtTheEnd) {
+    const pictures::PictureShape shape{37, 21, 1};
+    pictures::PictureStore store{frames_, "top", 64};
+    for (std::uint64_t n = 1; n <= 80; ++n) ASSERT_EQ(store.add(numbered(n, shape)), n);
+    std::fstream first{frames_ / "top-0000.h5", std::ios::binary | std::ios::in | std::ios::out};
+    first << "not HDF5";
+    first.close();
+    try {
+        store.finish();
+        ADD_FAILURE() << "the loss was not reported";
+    } catch (const DeviceError& e) {
+        EXPECT_NE(std::string{e.what()}.find("top-0000.h5"), std::string::npos) << e.what();
+    }
 }
 
 TEST_F(PictureStoreTest, CutsLastSegmentToItsPictures) {

@@ -35,7 +35,7 @@ TEST(PlantFrictionTest, MasslessWalkerObeysEachLaw) {
     for (const char* keys :
          {"viscous_per_s = 3.5", "backward_ratio = 0.9", "law = \"logarithmic\"\nlog_share = 0.1",
           "law = \"dahl\"\ndahl_um = 7.2\nviscous_per_s = 4.2", "ageing = 0.05",
-          "law = \"stribeck\"\nmu_s = 0.12\nstribeck_mps = 0.05"})
+          "law = \"stribeck\"\nmu_s = 0.13\nstribeck_mps = 0.02"})
         for (const Drive& drive_ : {Drive{.gamma = 9.8}, Drive{.gamma = 4.9, .phi = 0.4}}) {
             const Scene scene = scene_of(keys);
             walker::WalkerSetting setting;

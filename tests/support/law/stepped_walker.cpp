@@ -5,6 +5,8 @@
 #include <numbers>
 #include <stdexcept>
 
+#include "tests/support/law/synthetic_points.hpp"
+
 namespace shaker::test {
 
 namespace {
@@ -150,18 +152,7 @@ law::Point stepped_point(const Drive& asked, const law::LawSetting& law, int num
                          double time_s, double place, int steps) {
     const double factor = (1 + law.excess * std::exp(-time_s / law.excess_s)) * (1 + law.slope * place);
     const SteppedCycle cycle = stepped_cycle(harmonics(asked), asked.frequency, law, factor, steps);
-    law::Point p;
-    p.number = number;
-    p.partner = partner;
-    p.asked = asked;
-    p.frequency = asked.frequency;
-    p.base = cycle.base;
-    p.base_sd.fill(3e-4);
-    const Drive measured = drive_of(p.base, asked.frequency);
-    p.gamma = {measured.gamma, 4e-4};
-    p.rho = {measured.rho, 3e-5};
-    p.phi = {measured.phi, 1e-4};
-    p.v_D = {cycle.v_D, 2e-6};
+    law::Point p = measured_point(asked, cycle.base, {cycle.v_D, 2e-6}, number, partner);
     p.time_s = time_s;
     p.place = place;
     return p;

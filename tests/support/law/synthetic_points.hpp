@@ -8,6 +8,24 @@
 
 namespace shaker::test {
 
+/// A point with a measured base; its errors are those of the simulated bench.
+inline law::Point measured_point(const Drive& asked, const Harmonics<Acceleration>& base,
+                                 const calibration::Estimate& v_D, int number, int partner) {
+    law::Point p;
+    p.number = number;
+    p.partner = partner;
+    p.asked = asked;
+    p.frequency = asked.frequency;
+    p.base = base;
+    p.base_sd.fill(3e-4);
+    const Drive measured = drive_of(base, asked.frequency);
+    p.gamma = {measured.gamma, 4e-4};
+    p.rho = {measured.rho, 3e-5};
+    p.phi = {measured.phi, 1e-4};
+    p.v_D = v_D;
+    return p;
+}
+
 /// A walker under `law` on a base that moves with the asked drive but for the walker's push, open loop;
 /// errors as on the simulated bench, without noise. partner: 0: none.
 inline law::Point exact_point(const Drive& asked, const law::Coulomb& law, int number = 1, int partner = 0) {
@@ -18,20 +36,9 @@ inline law::Point exact_point(const Drive& asked, const law::Coulomb& law, int n
     Harmonics<Acceleration> held = harmonics(asked);
     for (auto& a : held.a) a /= 1 + law.push;
     const law::Amplitudes a_w = segment_harmonics(cycle.segments, slip_acceleration(law), held);
-    law::Point p;
-    p.number = number;
-    p.partner = partner;
-    p.asked = asked;
-    p.frequency = asked.frequency;
-    p.base = harmonics(asked);
-    for (std::size_t i = 0; i < max_harmonics; ++i) p.base.a[i] -= law.push * a_w[i];
-    p.base_sd.fill(3e-4);
-    const Drive measured = drive_of(p.base, asked.frequency);
-    p.gamma = {measured.gamma, 4e-4};
-    p.rho = {measured.rho, 3e-5};
-    p.phi = {measured.phi, 1e-4};
-    p.v_D = {cycle.v_D, 1e-6};
-    return p;
+    Harmonics<Acceleration> base = harmonics(asked);
+    for (std::size_t i = 0; i < max_harmonics; ++i) base.a[i] -= law.push * a_w[i];
+    return measured_point(asked, base, {cycle.v_D, 1e-6}, number, partner);
 }
 
 inline Drive drive_at(double gamma_in_g, double phi) { return {.gamma = gamma_in_g * paper_g, .phi = phi}; }
