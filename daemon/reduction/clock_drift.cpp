@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "daemon/reduction/drift_spread.hpp"
+#include "daemon/reduction/spread/drift_spread.hpp"
 #include "drivers/drive.hpp"
 
 namespace shaker::reduction {

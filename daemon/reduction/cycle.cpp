@@ -47,6 +47,7 @@ int distinct_phases(std::span<const Folded> folded) {
 
 struct Local {
     calibration::Estimate x, slope;  // slope per period
+    double scale = NAN;              // scatter in units of the positions' errors
 };
 
 /// Quartic through the samples within `reach` of phase p. NaN when there are too few or they are too close
@@ -83,7 +84,8 @@ Local quartic_at(std::span<const Folded> folded, double p, double reach) {
     const Eigen::Matrix<double, 5, 5> inverse = ldlt.solve(Eigen::Matrix<double, 5, 5>::Identity());
     const double scale = std::sqrt(std::max(0.0, (squares - c.dot(right)) / (count - 5)));
     return {{c(0), scale * std::sqrt(inverse(0, 0))},
-            {c(1) / reach, scale * std::sqrt(inverse(1, 1)) / reach}};
+            {c(1) / reach, scale * std::sqrt(inverse(1, 1)) / reach},
+            scale};
 }
 
 /// Offset of the frames' phases within 1/n of a period when they repeat in every period; else 0.
@@ -139,23 +141,31 @@ std::vector<Folded> fold(std::span<const MotionSeries> walkers, const Drift& dri
     return out;
 }
 
-Cycle make_cycle(std::span<const Folded> folded, const BaseCycle& base, double v_D,
-                 double frames_per_period) {
+SmoothedCycle smoothed_cycle(std::span<const Folded> folded, const BaseCycle& base, double v_D,
+                             double frames_per_period) {
     const double T = base.period_s();
     const int n = std::clamp(static_cast<int>(std::lround(frames_per_period)), 50, 200);
     const double dense = std::clamp(std::max(frames_per_period, distinct_phases(folded) / 2.0), 8.0, 200.0);
     const double reach = 3.499 / dense, offset = grid_offset(folded, n);
     const double start = quartic_at(folded, 0, reach).x.value;
-    Cycle out;
+    SmoothedCycle out;
+    std::vector<double> scales;
+    Cycle& cycle = out.cycle;
     for (int i = 0; i < n; ++i) {
         const double p = offset + static_cast<double>(i) / n;
         const Local local = quartic_at(folded, p, reach);
-        out.phase.push_back(p);
-        out.x_m.push_back(local.x.value - start + v_D * p * T);
-        out.x_sd_m.push_back(local.x.sigma);
-        out.v_mps.push_back(local.slope.value / T + v_D);
-        out.v_sd_mps.push_back(local.slope.sigma / T);
-        out.v_base_mps.push_back(base.v(p));
+        cycle.phase.push_back(p);
+        cycle.x_m.push_back(local.x.value - start + v_D * p * T);
+        cycle.x_sd_m.push_back(local.x.sigma);
+        cycle.v_mps.push_back(local.slope.value / T + v_D);
+        cycle.v_sd_mps.push_back(local.slope.sigma / T);
+        cycle.v_base_mps.push_back(base.v(p));
+        if (local.scale > 0) scales.push_back(local.scale);
+    }
+    if (!scales.empty()) {
+        const auto middle = scales.begin() + static_cast<std::ptrdiff_t>(scales.size() / 2);
+        std::ranges::nth_element(scales, middle);
+        out.scale = *middle;
     }
     return out;
 }

@@ -47,7 +47,13 @@ std::vector<Folded> fold(std::span<const MotionSeries> walkers, const Drift& dri
 /// x and v: quartic fitted to the samples at their true phases, over the width of the 7 nearest frames; on a
 /// commensurate grid this is the 7-point quartic Savitzky-Golay filter. sd: from the scatter about the
 /// quartic, kinks included. Bias of v beside a kink (jump da of acceleration): up to about 0.25 da / frame
-/// rate.
-Cycle make_cycle(std::span<const Folded> folded, const BaseCycle& base, double v_D, double frames_per_period);
+/// rate; kinked_motion() has none.
+struct SmoothedCycle {
+    Cycle cycle;
+    double scale =
+        1;  // scatter about the quartics away from kinks (median), in units of the positions' errors
+};
+SmoothedCycle smoothed_cycle(std::span<const Folded> folded, const BaseCycle& base, double v_D,
+                             double frames_per_period);
 
 }  // namespace shaker::reduction

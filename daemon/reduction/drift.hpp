@@ -3,8 +3,8 @@
 #include <string>
 #include <vector>
 
-#include "daemon/reduction/drift_spread.hpp"
 #include "daemon/reduction/selection.hpp"
+#include "daemon/reduction/spread/drift_spread.hpp"
 
 namespace shaker::reduction {
 

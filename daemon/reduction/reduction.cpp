@@ -15,6 +15,7 @@
 #include "daemon/reduction/check/unseen_motion.hpp"
 #include "daemon/reduction/cycle.hpp"
 #include "daemon/reduction/drift.hpp"
+#include "daemon/reduction/kinked_motion.hpp"
 #include "daemon/reduction/selection.hpp"
 #include "daemon/reduction/stick.hpp"
 #include "drivers/drive.hpp"
@@ -247,10 +248,20 @@ Reduction reduce(Measurement measurement) {
 
     const auto folded = fold(m.walkers, drift, out.t0_s, f);
     const double frames = frames_per_period(m.walkers, f);
-    out.cycle = make_cycle(folded, base, out.v_D.value, frames);
-    const Sticks sticks = find_sticks(folded, out.cycle, base, out.v_D, frames);
+    SmoothedCycle smoothed = smoothed_cycle(folded, base, out.v_D.value, frames);
+    const Sticks sticks = find_sticks(folded, smoothed.cycle, base, out.v_D, frames);
     out.stick = sticks.found;
     out.shortest_visible_stick = sticks.shortest_visible;
+    double exposure = 0;
+    for (const MotionSeries& w : m.walkers) exposure = std::max(exposure, w.exposure_s);
+    const KinkedMotion kinked =
+        kinked_motion(folded, sticks.kinks, base, out.v_D.value, smoothed, frames, exposure);
+    out.cycle = std::move(smoothed.cycle);
+    for (std::size_t i = 0; i < kinked.v.size(); ++i) {
+        out.cycle.v_mps[i] = kinked.v[i].value;
+        out.cycle.v_sd_mps[i] = kinked.v[i].sigma;
+    }
+    out.flips = kinked.flips;
     check_bench(m, drive, out);
     return out;
 }

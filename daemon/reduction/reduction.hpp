@@ -35,7 +35,7 @@ struct PeriodResult {
 struct Cycle {
     std::vector<double> phase;            // t/T, 0..1
     std::vector<double> x_m, x_sd_m;      // walker, relative to its position at phase 0
-    std::vector<double> v_mps, v_sd_mps;  // walker
+    std::vector<double> v_mps, v_sd_mps;  // walker, not smoothed across the ends of slips (kinked_motion.hpp)
     std::vector<double> v_base_mps;       // base
 };
 
@@ -44,6 +44,14 @@ struct StickInterval {
     double from = 0;
     double to = 0;
     double sd = 0;  // of either end
+};
+
+/// End of a slip at which the next slip, in the other direction, begins.
+struct Flip {
+    double at = 0, at_sd = 0;  // middle of the change of acceleration, in periods
+    /// From 10 to 90 % of the change, as of a straight change; s. Its posterior mean and standard deviation.
+    calibration::Estimate duration;
+    double below_s = 0;  // 19 of 20 probable durations are shorter
 };
 
 /// Systematic standard errors by calibration; sigma of the values is statistical. NaN: not known.
@@ -77,6 +85,7 @@ struct Reduction {
     std::vector<StickInterval> stick;
     /// In units of the period, 0..1; of those that were not found (stick.hpp).
     double shortest_visible_stick = NAN;
+    std::vector<Flip> flips;
     std::vector<PeriodResult> periods;
     Cycle cycle;
     int samples = 0;                 // accelerometer samples in the time of the cameras

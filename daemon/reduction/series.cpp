@@ -5,7 +5,7 @@
 #include <numbers>
 #include <numeric>
 
-#include "daemon/reduction/drift_spread.hpp"
+#include "daemon/reduction/spread/drift_spread.hpp"
 
 namespace shaker::reduction {
 

@@ -222,11 +222,17 @@ Sticks find_sticks(std::span<const Folded> folded, const Cycle& cycle, const Bas
                    const calibration::Estimate& v_D, double frames_per_period) {
     if (rests_always(cycle)) {
         const bool moves = std::abs(v_D.value) > 3 * v_D.sigma;
-        return moves ? Sticks{{}, 1} : Sticks{{{0, 1, 0.5 / frames_per_period}}};
+        if (moves) return {.found = {}, .shortest_visible = 1, .kinks = {}};
+        return {
+            .found = {{0, 1, 0.5 / frames_per_period}}, .shortest_visible = NAN, .kinks = {{0, 0, 0, true}}};
     }
     const auto regions = near_rest(cycle);
-    std::vector<StickInterval> out;
-    double least = NAN;
+    Sticks out;
+    double& least = out.shortest_visible;
+    const double frame = 1 / frames_per_period;
+    const auto kink = [&](double at, double reach, double longest, bool rests_after) {
+        out.kinks.push_back({at - std::floor(at), reach, longest, rests_after});
+    };
     const std::size_t n = regions.size();
     for (std::size_t i = 0; i < n; ++i) {
         const Region& here = regions[i];
@@ -235,10 +241,13 @@ Sticks find_sticks(std::span<const Folded> folded, const Cycle& cycle, const Bas
         // A slip ends where the next interval begins. Only a part of it is used, since friction may depend on
         // speed.
         constexpr double slip = 0.25, slack = 0.05;
+        const double usual = std::max(0.08, 3 * frame),
+                     longest = std::max(usual, here.to - here.from + 2 * frame);
         const Region window{std::max(before, here.from - slip), std::min(after, here.to + slip)};
         const StickModel model(points_between(folded, base, v_D.value, window), base);
         if (model.freedom() < 3) {
             least = 1;
+            kink((here.from + here.to) / 2, (here.to - here.from) / 2 + frame, longest, false);
             continue;
         }
         const Region range{std::max(window.from, here.from - slack), std::min(window.to, here.to + slack)};
@@ -248,14 +257,17 @@ Sticks find_sticks(std::span<const Folded> folded, const Cycle& cycle, const Bas
         const bool found = crossing.fit.chi2 - stick.fit.chi2 > 20 * unit && stick.to - stick.from > 2 * sd;
         if (found && holdable(base, stick)) {
             const double turn = std::floor(stick.from);
-            out.push_back({stick.from - turn, stick.to - turn, std::max(sd, 0.5 / frames_per_period)});
+            out.found.push_back({stick.from - turn, stick.to - turn, std::max(sd, 0.5 * frame)});
+            kink(stick.from, 2 * out.found.back().sd, usual, true);
+            kink(stick.to, 2 * out.found.back().sd, usual, false);
             continue;
         }
-        least =
-            std::fmax(least, std::max(shortest_visible(model, crossing, range, unit), 1 / frames_per_period));
+        kink(crossing.from, 1.5 * frame, longest, false);
+        least = std::fmax(least, std::max(shortest_visible(model, crossing, range, unit), frame));
     }
-    std::sort(out.begin(), out.end(), [](const auto& a, const auto& b) { return a.from < b.from; });
-    return {out, least};
+    std::ranges::sort(out.found, {}, &StickInterval::from);
+    std::ranges::sort(out.kinks, {}, &Kink::phase);
+    return out;
 }
 
 }  // namespace shaker::reduction

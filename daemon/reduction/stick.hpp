@@ -4,7 +4,7 @@
 #include <span>
 #include <vector>
 
-#include "daemon/reduction/cycle.hpp"
+#include "daemon/reduction/kinked_motion.hpp"
 
 namespace shaker::reduction {
 
@@ -29,6 +29,7 @@ struct Sticks {
     /// average. At least the time between two frames. The largest over the crossings without a stick; 1 where
     /// the positions are too few or the slips are not seen; NaN without such a crossing.
     double shortest_visible = NAN;
+    std::vector<Kink> kinks;  // ends of sticks, and crossings, in order of phase
 };
 Sticks find_sticks(std::span<const Folded> folded, const Cycle& cycle, const BaseCycle& base,
                    const calibration::Estimate& v_D, double frames_per_period);

@@ -122,6 +122,9 @@ std::string results_text(const reduction::Reduction& r) {
     for (const reduction::StickInterval& k : r.stick)
         s += fmt::format("  {:<22}{:>24} T\n", "sticks",
                          fmt::format("{:.4f} to {:.4f} +- {:.4f}", k.from, k.to, k.sd));
+    for (const reduction::Flip& flip : r.flips)
+        s += fmt::format("  {:<22}{:>24} T, takes less than {:.2g} ms\n", "next slip from",
+                         fmt::format("{:.4f} +- {:.4f}", flip.at, flip.at_sd), 1e3 * flip.below_s);
     for (const std::string& note : r.notes) s += "  note: " + note + "\n";
     return s;
 }
@@ -203,6 +206,13 @@ std::string results_json(const reduction::Reduction& r, const std::map<std::stri
         j["stick_sd"].push_back(k.sd);
     }
     j["shortest_visible_stick"] = r.shortest_visible_stick;
+    j["flips"] = nlohmann::json::array();
+    for (const reduction::Flip& flip : r.flips)
+        j["flips"].push_back({{"at", flip.at},
+                              {"at_se", flip.at_sd},
+                              {"duration_s", flip.duration.value},
+                              {"duration_se_s", flip.duration.sigma},
+                              {"below_s", flip.below_s}});
     j["periods"] = nlohmann::json::array();
     for (const reduction::PeriodResult& p : r.periods)
         j["periods"].push_back({{"k", p.k},

@@ -154,7 +154,7 @@ def event_rows(a):
             true = [u for u, slip in motion.events[0] if slip == -1 and 0 < u < 0.4] if motion else []
             rows.append(Row("v_R = 0 at 0.5 g, phi = 0 (Fig. 2c)", "about 0.15 T", 0.15,
                             u[k[0]] + relative[k[0]] / drop * (u[1] - u[0]), error[k[0]] / drop * (u[1] - u[0]),
-                            true[0] if true else np.nan, "T", "v(t) is smoothed over the flip"))
+                            true[0] if true else np.nan, "T", ""))
     for gamma, phi, name, ends in ((0.5, 0, "0.5 g, phi = 0 (Fig. 2c)", (0.5, 0.7)),
                                    (2, np.pi / 2, "2 g, phi = pi/2 (Fig. 2d)", (0.24, 0.28))):
         row = find(c, s, gamma, phi)
@@ -229,7 +229,7 @@ def flip_rows(c, s):
         return []
     error = 1.25 * tau.std(ddof=1) / np.sqrt(len(tau)) if len(tau) > 2 else np.nan
     return [Row("flip between slips, 10 to 90 %: upper bound", "about 2 ms", 2.0, np.median(tau), error, np.nan, "ms",
-                f"{len(tau)} points at phi = 0 and pi; includes the frame interval and the smoothing of v(t). Coulomb's law has 0")]
+                f"{len(tau)} points at phi = 0 and pi; includes the frame interval. Coulomb's law has 0")]
 
 
 def flip_time(u, v):

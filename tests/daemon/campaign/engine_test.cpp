@@ -8,7 +8,7 @@
 #include <random>
 
 #include "daemon/campaign/progress.hpp"
-#include "daemon/reduction/drift_spread.hpp"
+#include "daemon/reduction/spread/drift_spread.hpp"
 #include "drivers/errors.hpp"
 #include "tests/support/campaign/engine_bench.hpp"
 #include "tests/support/nightly.hpp"

@@ -1,4 +1,4 @@
-#include "daemon/reduction/drift_spread.hpp"
+#include "daemon/reduction/spread/drift_spread.hpp"
 
 #include <gtest/gtest.h>
 

@@ -8,7 +8,7 @@
 #include <numbers>
 #include <random>
 
-#include "daemon/reduction/drift_spread.hpp"
+#include "daemon/reduction/spread/drift_spread.hpp"
 #include "drivers/walker/no_stick.hpp"
 
 namespace shaker::reduction {

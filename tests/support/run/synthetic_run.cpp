@@ -8,6 +8,7 @@
 #include <random>
 #include <sstream>
 
+#include "drivers/walker/steady_state.hpp"
 #include "tests/support/paths.hpp"
 
 namespace shaker {
@@ -39,6 +40,16 @@ Motion two_slips(const Drive& d) {
             }};
 }
 
+/// Positions at uniform phases of a period, from 0 at its start to D at its end.
+Motion tabulated(std::vector<double> x, double f) {
+    const double D = x.back();
+    return {D * f, [=, x = std::move(x)](double t) {
+                const double p = t * f - std::floor(t * f), at = p * static_cast<double>(x.size() - 1);
+                const auto i = std::min(static_cast<std::size_t>(at), x.size() - 2);
+                return x[i] + (x[i + 1] - x[i]) * (at - static_cast<double>(i)) - D * p;
+            }};
+}
+
 /// Steps of T/20000, friction as an impulse that at most stops the sliding: sticks exactly.
 Motion stepped(const Drive& d) {
     constexpr int steps = 20000, periods = 80;
@@ -54,15 +65,21 @@ Motion stepped(const Drive& d) {
         v = base + std::copysign(std::max(std::abs(sliding) - friction * h, 0.0), sliding);
         x[static_cast<std::size_t>(now) + 1] = x[static_cast<std::size_t>(now)] + h * (v + before) / 2;
     }
-    const double D = x.back(), f = d.frequency;
-    return {D * f, [=](double t) {
-                const double p = t * f - std::floor(t * f), at = p * steps;
-                const auto i = std::min(static_cast<std::size_t>(at), static_cast<std::size_t>(steps - 1));
-                return x[i] + (x[i + 1] - x[i]) * (at - static_cast<double>(i)) - D * p;
-            }};
+    return tabulated(std::move(x), d.frequency);
+}
+
+/// A walker under any law of friction, settled.
+Motion integrated(const SyntheticRun& run) {
+    constexpr int steps = 20000;
+    const double h = 1 / (run.drive.frequency * steps);
+    const auto v = true_velocity(run, steps);
+    std::vector<double> x{0};
+    for (std::size_t i = 0; i < v.size(); ++i) x.push_back(x.back() + h * (v[i] + v[(i + 1) % v.size()]) / 2);
+    return tabulated(std::move(x), run.drive.frequency);
 }
 
 Motion motion_of(const SyntheticRun& run) {
+    if (run.friction) return integrated(run);
     return run.may_stick ? stepped(run.drive) : two_slips(run.drive);
 }
 
@@ -98,27 +115,35 @@ std::vector<double> drift_steps(const SyntheticRun& run, double v_D) {
 reduction::MotionSeries see(const SyntheticRun& run, int view, double scale, auto position) {
     reduction::MotionSeries s;
     s.view = view == 0 ? "top" : "side";
+    s.exposure_s = run.exposure_s;
     const auto frames = static_cast<int>(std::lround(run.periods * run.frame_rate_hz / run.drive.frequency));
     Noise noise(run.seed * 104729 + static_cast<std::uint64_t>(view) * 31 + (scale < 0 ? 17 : 0),
                 run.position_noise_m, run.noise_memory);
     for (int i = 0; i < frames; ++i) {
         const double t = run.start_s + i / run.frame_rate_hz;
         s.t_s.push_back(t);
-        s.x_m.push_back(0.05 + std::abs(scale) * position(t) + noise.next());
+        constexpr int instants = 8;  // in one exposure
+        double x = 0;
+        for (int k = 0; k < instants; ++k)
+            x += position(t + run.exposure_s * ((k + 0.5) / instants - 0.5)) / instants;
+        s.x_m.push_back(0.05 + std::abs(scale) * x + noise.next());
         s.sd_m.push_back(std::max(run.position_noise_m, 1e-12));
     }
     return s;
 }
 
-double base_acceleration(const SyntheticRun& r, double t) {
+Harmonics<Acceleration> base_harmonics(const SyntheticRun& r) {
     Harmonics<Acceleration> h = harmonics(r.drive);
     h.at(3) = r.third;
-    return value_at(h, two_pi * std::remainder(r.drive.frequency * t, 1.0));
+    return h;
+}
+
+double base_acceleration(const SyntheticRun& r, double t) {
+    return value_at(base_harmonics(r), two_pi * std::remainder(r.drive.frequency * t, 1.0));
 }
 
 double base_position(const SyntheticRun& r, double t) {
-    Harmonics<Acceleration> h = harmonics(r.drive);
-    h.at(3) = r.third;
+    Harmonics<Acceleration> h = base_harmonics(r);
     for (int q = 1; q <= 3; ++q) h.at(q) /= -std::pow(two_pi * r.drive.frequency * q, 2);
     return value_at(h, two_pi * std::remainder(r.drive.frequency * t, 1.0));
 }
@@ -126,6 +151,21 @@ double base_position(const SyntheticRun& r, double t) {
 }  // namespace
 
 double drift_velocity(const SyntheticRun& run) { return motion_of(run).v_D; }
+
+std::vector<double> true_velocity(const SyntheticRun& run, int n) {
+    walker::WalkerSetting setting;
+    setting.frequency = run.drive.frequency;
+    setting.base = base_harmonics(run);
+    setting.friction = run.friction.value();
+    walker::IntegratedWalker walker{setting};
+    walker::settle(walker);
+    walker.observe(static_cast<std::size_t>(n));
+    walker.advance_period();
+    const auto v_base = walker::base_velocity(setting);
+    std::vector<double> v(walker.relative().begin(), walker.relative().end());
+    for (std::size_t i = 0; i < v.size(); ++i) v[i] += v_base(two_pi * static_cast<double>(i) / n);
+    return v;
+}
 
 reduction::Measurement make_measurement(const SyntheticRun& run) {
     const Motion motion = motion_of(run);

@@ -7,6 +7,7 @@
 
 #include "daemon/reduction/measurement.hpp"
 #include "drivers/drive.hpp"
+#include "drivers/walker/friction.hpp"
 
 namespace shaker {
 
@@ -14,10 +15,12 @@ namespace shaker {
 /// small third harmonic, seen at mid-exposure by perfect cameras plus noise.
 struct SyntheticRun {
     Drive drive{20.0, 1.5 * paper_g, 0.5, 0.0};
-    bool may_stick = false;  // any drive, by small steps: v_D to 1e-4 of gamma/omega
-    double third = 0.0;      // third harmonic of a_B, m/s^2
+    bool may_stick = false;                      // any drive, by small steps: v_D to 1e-4 of gamma/omega
+    std::optional<walker::Friction> friction{};  // any law, by integration, on any drive; else mu 0.113
+    double third = 0.0;                          // third harmonic of a_B, m/s^2
     int periods = 40;
     double frame_rate_hz = 1000;
+    double exposure_s = 0;  // positions are means over it
     int views = 1;
     double position_noise_m = 2e-6;
     double noise_memory = 0;   // AR(1) coefficient from frame to frame
@@ -37,6 +40,8 @@ struct SyntheticRun {
 
 /// Drift velocity of that walker, m/s.
 double drift_velocity(const SyntheticRun& run);
+/// Its velocity at phases i/n, m/s, for a run with `friction`.
+std::vector<double> true_velocity(const SyntheticRun& run, int n);
 reduction::Measurement make_measurement(const SyntheticRun& run);
 
 /// The session "lab-session" of the shared data: exact positions plus noise, and the file of the

@@ -1,4 +1,4 @@
-#include "daemon/reduction/drift_likelihood.hpp"
+#include "daemon/reduction/spread/drift_likelihood.hpp"
 
 #include <Eigen/Dense>
 #include <array>

@@ -4,7 +4,7 @@
 #include <span>
 
 #include "calibration/estimate.hpp"
-#include "daemon/reduction/drift_likelihood.hpp"
+#include "daemon/reduction/spread/drift_likelihood.hpp"
 
 namespace shaker::reduction {
 
