@@ -8,9 +8,9 @@
 namespace shaker::reduction {
 namespace {
 
-Matrix unknown() { return Eigen::Vector4d{1e8, 1e8, 1e6, 0}.asDiagonal(); }
+MotionMatrix unknown() { return Eigen::Vector4d{1e8, 1e8, 1e6, 0}.asDiagonal(); }
 
-State start(std::span<const Node> nodes) {
+MotionState start(std::span<const Node> nodes) {
     const auto first = std::ranges::find_if(nodes, &Node::seen);
     return {first == nodes.end() ? 0 : first->x, 0, 0, 0};
 }
@@ -55,9 +55,9 @@ std::vector<Stretch> Timeline::stretches(std::span<const Zone> zones, double int
 
 // Carries mean and covariance from phase `from` to `to`; `at`: the stretch of `from`, moved on. Returns what
 // it makes of a small change of the state.
-Matrix Timeline::advance(State& m, Matrix& P, double from, double to,
-                         std::vector<Stretch>::const_iterator& at) const {
-    Matrix all = Matrix::Identity();
+MotionMatrix Timeline::advance(MotionState& m, MotionMatrix& P, double from, double to,
+                               std::vector<Stretch>::const_iterator& at) const {
+    MotionMatrix all = MotionMatrix::Identity();
     for (;;) {
         const double end = std::min(to, at->to);
         if (end > from) all = step(m, P, from, end, *at) * all;
@@ -74,9 +74,9 @@ Matrix Timeline::advance(State& m, Matrix& P, double from, double to,
 }
 
 // Takes a position in. Returns its -2 ln likelihood.
-double Timeline::observe(State& m, Matrix& P, const Node& n) const {
+double Timeline::observe(MotionState& m, MotionMatrix& P, const Node& n) const {
     const Eigen::RowVector4d H{1, 0, blur_, 0};
-    const State PH = P * H.transpose();
+    const MotionState PH = P * H.transpose();
     const double S = H * PH + n.variance, off = n.x - H * m;
     m += PH * (off / S);
     P -= PH * PH.transpose() / S;
@@ -86,8 +86,8 @@ double Timeline::observe(State& m, Matrix& P, const Node& n) const {
 double Timeline::misfit(std::span<const Node> nodes, std::span<const Zone> zones, double intensity) const {
     const auto all = stretches(zones, intensity, nodes.front().p, nodes.back().p);
     auto at = all.begin();
-    State m = start(nodes);
-    Matrix P = unknown();
+    MotionState m = start(nodes);
+    MotionMatrix P = unknown();
     double sum = 0, p = nodes.front().p;
     for (const Node& n : nodes) {
         if (!n.seen) continue;
@@ -101,12 +101,12 @@ double Timeline::misfit(std::span<const Node> nodes, std::span<const Zone> zones
 void Timeline::smooth(std::span<const Node> nodes, std::span<const Zone> zones, double intensity,
                       std::vector<double>& first, std::vector<double>& second) const {
     const std::size_t n = nodes.size();
-    std::vector<State> m(n), m_before(n);
-    std::vector<Matrix> P(n), P_before(n), F(n);
+    std::vector<MotionState> m(n), m_before(n);
+    std::vector<MotionMatrix> P(n), P_before(n), F(n);
     const auto all = stretches(zones, intensity, nodes.front().p, nodes.back().p);
     auto at = all.begin();
-    State mean = start(nodes);
-    Matrix covariance = unknown();
+    MotionState mean = start(nodes);
+    MotionMatrix covariance = unknown();
     double p = nodes.front().p;
     for (std::size_t i = 0; i < n; ++i) {
         F[i] = advance(mean, covariance, p, nodes[i].p, at);
@@ -119,9 +119,9 @@ void Timeline::smooth(std::span<const Node> nodes, std::span<const Zone> zones, 
     }
     for (std::size_t i = n; i-- > 0;) {
         if (i + 1 < n) {
-            Matrix before = P_before[i + 1];
+            MotionMatrix before = P_before[i + 1];
             if (before(3, 3) == 0) before(3, 3) = 1;  // no jerk outside the zones
-            const Matrix G = before.ldlt().solve(F[i + 1] * P[i]).transpose();
+            const MotionMatrix G = before.ldlt().solve(F[i + 1] * P[i]).transpose();
             m[i] += G * (m[i + 1] - m_before[i + 1]);
             P[i] += G * (P[i + 1] - P_before[i + 1]) * G.transpose();
         }
@@ -132,13 +132,13 @@ void Timeline::smooth(std::span<const Node> nodes, std::span<const Zone> zones, 
     }
 }
 
-Matrix Timeline::step(State& m, Matrix& P, double from, double to, const Stretch& s) const {
+MotionMatrix Timeline::step(MotionState& m, MotionMatrix& P, double from, double to, const Stretch& s) const {
     const double h = (to - from) * period_, middle = (from + to) / 2;
     const auto n = static_cast<double>(loose_.share.size());
     const auto at =
         std::min(static_cast<std::size_t>((middle - std::floor(middle)) * n), loose_.share.size() - 1);
     const double q = s.intensity * (s.jerk > 0 ? 1 : loose_.share[at]) + loose_.more[at];
-    Matrix F = Matrix::Identity();
+    MotionMatrix F = MotionMatrix::Identity();
     F(0, 1) = F(1, 2) = F(2, 3) = h;
     F(0, 2) = F(1, 3) = h * h / 2;
     F(0, 3) = h * h * h / 6;

@@ -9,8 +9,8 @@
 
 namespace shaker::reduction {
 
-using State = Eigen::Vector4d;  // x, v, a, and the jerk within a zone; units of Scales
-using Matrix = Eigen::Matrix4d;
+using MotionState = Eigen::Vector4d;  // x, v, a, and the jerk within a zone; units of Scales
+using MotionMatrix = Eigen::Matrix4d;
 
 /// A phase in order: a position, a phase asked for, or both.
 struct Node {
@@ -68,10 +68,10 @@ public:
 private:
     [[nodiscard]] std::vector<Stretch> stretches(std::span<const Zone> zones, double intensity, double from,
                                                  double to) const;
-    Matrix advance(State& m, Matrix& P, double from, double to,
-                   std::vector<Stretch>::const_iterator& at) const;
-    double observe(State& m, Matrix& P, const Node& n) const;
-    Matrix step(State& m, Matrix& P, double from, double to, const Stretch& s) const;
+    MotionMatrix advance(MotionState& m, MotionMatrix& P, double from, double to,
+                         std::vector<Stretch>::const_iterator& at) const;
+    double observe(MotionState& m, MotionMatrix& P, const Node& n) const;
+    MotionMatrix step(MotionState& m, MotionMatrix& P, double from, double to, const Stretch& s) const;
 
     const BaseCycle& base_;
     double period_;
