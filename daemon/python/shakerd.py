@@ -27,7 +27,7 @@ import numpy as np
 
 __all__ = ["Bench", "BenchError", "Campaign", "FileError", "Quantity", "Recording", "Table"]
 
-RECORDING_SCHEMA = 6  # newest version that this file reads; FORMAT.md lists them
+RECORDING_SCHEMA = 7  # newest version that this file reads; FORMAT.md lists them
 CAMPAIGN_SCHEMA = 1
 
 
