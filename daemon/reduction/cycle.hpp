@@ -50,8 +50,8 @@ std::vector<Folded> fold(std::span<const MotionSeries> walkers, const Drift& dri
 /// rate; kinked_motion() has none.
 struct SmoothedCycle {
     Cycle cycle;
-    double scale =
-        1;  // scatter about the quartics away from kinks (median), in units of the positions' errors
+    /// Median scatter about the quartics, in units of the positions' errors.
+    double scale = 1;
 };
 SmoothedCycle smoothed_cycle(std::span<const Folded> folded, const BaseCycle& base, double v_D,
                              double frames_per_period);

@@ -10,7 +10,6 @@
 namespace shaker::reduction {
 namespace {
 
-using calibration::Estimate;
 /// How probable places and lengths of one zone are.
 struct Belief {
     std::vector<Zone> zones;
@@ -125,7 +124,10 @@ std::span<const Node> within(std::span<const Node> nodes, double from, double to
 Looseness looseness(const Cycle& c, std::span<const Kink> kinks, double jump, double period, double frame) {
     const std::size_t n = c.phase.size();
     std::vector<double> v;
-    for (std::size_t i = 0; i < n; ++i) v.push_back(c.v_mps[i] - c.v_base_mps[i]);
+    for (std::size_t i = 0; i < n; ++i) {  // 0 where too few positions are near
+        const double v_R = c.v_mps[i] - c.v_base_mps[i];
+        v.push_back(std::isfinite(v_R) ? v_R : 0);
+    }
     double most = 0;
     for (const double x : v) most = std::max(most, std::abs(x));
     Looseness out;
@@ -163,8 +165,8 @@ struct Wandering {
 
 Wandering wandering(const Timeline& line, std::span<const Node> nodes, std::span<const Zone> zones) {
     Wandering out;
-    for (double change = 0.004; change < 4;
-         change *= 1.6) {  // in a quarter of a period, in units of the jump
+    // change: in a quarter of a period, in units of the jump
+    for (double change = 0.004; change < 4; change *= 1.6) {
         out.intensities.push_back(std::pow(change * line.jump(), 2) / (line.period() / 4));
         out.weights.push_back(line.misfit(nodes, zones, out.intensities.back()));
     }
@@ -180,8 +182,12 @@ Wandering wandering(const Timeline& line, std::span<const Node> nodes, std::span
 KinkedMotion kinked_motion(std::span<const Folded> folded, std::span<const Kink> kinks, const BaseCycle& base,
                            double v_D, const SmoothedCycle& smoothed, double frames_per_period,
                            double exposure_s) {
-    const auto [v_min, v_max] = std::ranges::minmax(smoothed.cycle.v_mps);
-    const double v_range = v_max - v_min, scale = smoothed.scale;
+    double v_min = std::numeric_limits<double>::infinity(), v_max = -v_min;
+    for (const double v : smoothed.cycle.v_mps) {  // fmin and fmax leave NaN out
+        v_min = std::fmin(v_min, v);
+        v_max = std::fmax(v_max, v);
+    }
+    const double v_range = v_max > v_min ? v_max - v_min : NAN, scale = smoothed.scale;
     const std::vector<double>& phases = smoothed.cycle.phase;
     const double T = base.period_s();
     double finest = std::numeric_limits<double>::infinity();

@@ -33,8 +33,8 @@ struct Stretch {
     bool rests = false;
 };
 
-inline constexpr double shape =
-    0.45;  // wandering in a zone, as a share of the change: it need not be straight
+/// Wandering in a zone, as a share of the change: it need not be straight.
+inline constexpr double shape = 0.45;
 
 /// Units near 1: the interval of the frames, and the error of one position.
 struct Scales {

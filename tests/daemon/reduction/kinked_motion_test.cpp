@@ -108,6 +108,31 @@ TEST(FlipTest, IsWhereTheWalkerTurnsAndShort) {
     EXPECT_GE(covered, 35) << "of " << n;
 }
 
+// Where no picture shows a part of the period, the rest of v(t) is as known as before.
+TEST(FlipTest, APartWithoutPicturesLeavesTheRestKnown) {
+    SyntheticRun run;
+    Measurement m = make_measurement(run);
+    MotionSeries& walker = m.walkers[0];
+    MotionSeries seen = walker;
+    seen.t_s.clear();
+    seen.x_m.clear();
+    seen.sd_m.clear();
+    for (std::size_t i = 0; i < walker.t_s.size(); ++i) {
+        const double p = walker.t_s[i] * 20 - std::floor(walker.t_s[i] * 20);
+        if (p > 0.3 && p < 0.5) continue;
+        seen.t_s.push_back(walker.t_s[i]);
+        seen.x_m.push_back(walker.x_m[i]);
+        seen.sd_m.push_back(walker.sd_m[i]);
+    }
+    walker = seen;
+    const Reduction r = reduce(m);
+    for (std::size_t i = 0; i < r.cycle.phase.size(); ++i) {
+        if (r.cycle.phase[i] > 0.25 && r.cycle.phase[i] < 0.55) continue;
+        EXPECT_TRUE(std::isfinite(r.cycle.v_mps[i])) << r.cycle.phase[i];
+        EXPECT_LT(r.cycle.v_sd_mps[i], 1e-3) << r.cycle.phase[i];
+    }
+}
+
 walker::Friction with(auto change) {
     walker::Friction f;
     change(f);
